@@ -259,9 +259,51 @@ fn a_mesh_gives_the_picture_and_the_mass_by_its_density() {
 
     fs::write(folder.join("t.stl"), tetrahedron(1)).unwrap();
     let output = holonom(&folder, &["import", "robot.urdf", "--density", "600", "--force"]);
-    assert_eq!(output.status.code(), Some(3));
+    assert_eq!(output.status.code(), Some(0));
     let words = words(&output);
     assert!(words.contains("it is not closed: 3 edges have no partner"), "{words}");
+    let text = fs::read_to_string(folder.join("robot.toml")).unwrap();
+    let mass = holonom::Model::from_toml_in(&text, &[], holonom::model::Meshes::in_folder(&folder));
+    let mass = mass.unwrap().bodies[0].mass();
+    assert!(mass > 0.0 && mass < 100.0, "a part of the tetrahedron: {mass} kg");
+}
+
+/// The options that a refusal names, and those for loops and armatures.
+#[test]
+fn options_repair_close_and_leave_out() {
+    let impossible =
+        ARM.replace("iyy=\"0.03\" iyz=\"0\" izz=\"0.002\"", "iyy=\"0.03\" izz=\"0.2\"");
+    let folder = file("options", "arm.urdf", &impossible);
+    let output = holonom(&folder, &["import", "arm.urdf"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(words(&output).contains("--repair-inertia"), "{}", words(&output));
+    let output = holonom(&folder, &["import", "arm.urdf", "--repair-inertia"]);
+    assert_eq!(output.status.code(), Some(0));
+    let said = words(&output);
+    assert!(said.contains("\"arm\" (0.0300, 0.0300, 0.200 -> 0.0867, 0.0867, 0.0867)"), "{said}");
+
+    fs::write(folder.join("door.xml"), DOOR).unwrap();
+    assert_eq!(
+        code(&folder, &["import", "door.xml", "--no-armature", "--close", "handle=link"]),
+        0
+    );
+    let text = fs::read_to_string(folder.join("door.toml")).unwrap();
+    assert!(!text.contains("rotor\""), "{text}");
+    assert!(text.contains("name = \"handle_link\"\ntype = \"spherical\""), "{text}");
+    assert!(text.contains("project_start = true"), "the two are apart: {text}");
+    let hinge = ["import", "door.xml", "--force", "--close", "door=link:revolute"];
+    assert_eq!(code(&folder, &hinge), 0);
+    let text = fs::read_to_string(folder.join("door.toml")).unwrap();
+    assert!(text.contains("name = \"door_link\"\ntype = \"revolute\""), "{text}");
+    assert!(text.contains("[[body]]\nname = \"hinge_rotor\""), "{text}");
+    for wrong in ["door", "door=", "=link"] {
+        assert_eq!(
+            code(&folder, &["import", "door.xml", "--force", "--close", wrong]),
+            2,
+            "{wrong}"
+        );
+    }
+    assert_eq!(code(&folder, &["import", "door.xml", "--force", "--close", "door=lnk"]), 3);
 }
 
 /// The frame of the link stays that of the body: the mesh is where the description has it, and its file is named from the folder of the

@@ -1,5 +1,6 @@
 //! Imported robots against MuJoCo: the mass matrix in joint coordinates, and the joint accelerations at given joint positions and
-//! velocities, under gravity, with springs and dampers, without contact, friction, limits, actuators and rotor inertia.
+//! velocities, under gravity, with springs and dampers, without contact, friction, limits and actuators; with armatures where the numbers
+//! have them.
 //!
 //! ```text
 //! M_joint = Vᵀ M V,   V = P T⁻¹        P: any null space of G;  T: joint rates of its columns
@@ -11,7 +12,7 @@
 use std::path::{Path, PathBuf};
 
 use holonom::import::{Base, ImportError, JointValue, Options, import, import_text};
-use holonom::model::{Body, Joint, JointKind};
+use holonom::model::{Body, Constraint, Joint, JointKind};
 use holonom::nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use holonom::vi_constraints::Constraints;
 use holonom::vi_constraints::null_space::null_space_at;
@@ -26,6 +27,9 @@ use serde::Deserialize;
 struct Reference {
     file: PathBuf,
     free_base: bool,
+    /// Whether armatures are in the numbers.
+    #[serde(default)]
+    armature: bool,
     joints: Vec<Coordinate>,
     velocity: Vec<f64>,
     mass: Vec<Vec<f64>>,
@@ -160,7 +164,24 @@ fn compare(reference: &Reference, folder: &Path) -> Difference {
     };
     let imported = import(&folder.join(&reference.file), &options).unwrap();
     let mut model = imported.model;
-    model.constraints.clear();
+    let rotors = model.constraints.iter().filter(|c| c.name().contains("_armature"));
+    let bearings: Vec<String> = rotors
+        .filter_map(|c| match c {
+            Constraint::Gear { joints, .. } => Some(joints[0].clone()),
+            _ => None,
+        })
+        .collect();
+    let is_bearing = |name: &String| bearings.contains(name);
+    if reference.armature {
+        assert!(!bearings.is_empty(), "there is an armature");
+        model.constraints.retain(|c| c.name().contains("_armature"));
+    } else {
+        model.constraints.clear();
+        let bearing =
+            |child: &str| model.joints.iter().any(|j| j.child == child && is_bearing(&j.name));
+        model.bodies.retain(|body| !bearing(&body.name));
+        model.joints.retain(|joint| !is_bearing(&joint.name));
+    }
     model.joints.retain(|joint| !joint.cut); // MuJoCo's equalities are off
     let parts = system::build(&model).unwrap();
     let (mechanism, n) = (&parts.mechanism, parts.mechanism.dim());

@@ -35,6 +35,7 @@ mod hostile;
 mod hostile_numbers;
 mod hostile_starts;
 mod hostile_steps;
+mod import_dialects;
 mod imports;
 mod large_systems;
 mod long_run;

@@ -2,10 +2,10 @@
 
     pip install mujoco numpy
     python reference.py                                          # the files of this folder again
-    python reference.py ROBOT [--free] > FOLDER/NAME.json        # another robot; HOLONOM_IMPORTED=FOLDER for the test
+    python reference.py ROBOT [--free] [--armature] > FOLDER/NAME.json        # another robot; HOLONOM_IMPORTED=FOLDER for the test
 
-Rotor inertia, friction, limits, contact, actuators, tendons, fluids and equalities are off; dampers and springs of hinges and slides
-are on.
+Friction, limits, contact, actuators, tendons, fluids and equalities are off, armatures too but with --armature; dampers and springs of
+hinges and slides are on.
 """
 
 import json
@@ -84,14 +84,15 @@ def rates(model, data):
     return out
 
 
-def reference(path, free, seed=1):
+def reference(path, free, armature=False, seed=1):
     """Mass matrix and accelerations at a random configuration, free bodies and balls at their initial pose."""
     if path.endswith(".urdf"):
         spec = mujoco.MjSpec.from_string(without_geometry(path))
     else:
         spec = mujoco.MjSpec.from_file(path)
     for joint in spec.joints:
-        joint.armature = 0
+        if not armature or joint.type in (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL):
+            joint.armature = 0
     model = free_base(spec) if free else spec.compile()
     plain(model)
     data = mujoco.MjData(model)
@@ -111,6 +112,7 @@ def reference(path, free, seed=1):
     return {
         "mujoco": mujoco.__version__,
         "free_base": free,
+        "armature": armature,
         "gravity": model.opt.gravity.tolist(),
         "joints": [r | {"follows": j in followers} for j, r in enumerate(rates(model, data))],
         "velocity": data.qvel.tolist(),
@@ -152,18 +154,26 @@ def free_base(spec):
 
 def write_all():
     """The numbers of all files of this folder."""
-    for file, free, (package, version, licence) in FILES:
-        numbers = {"file": file, "package": package, "version": version, "licence": licence}
-        numbers |= reference(str(HERE / file), free)
-        name = Path(file).stem + ("_free" if free else "")
-        rows = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in numbers.items())
-        (HERE / f"{name}.json").write_text("{\n" + rows + "\n}\n")
+    for file, free, origin in FILES:
+        write(file, free, False, origin)
+    for name in ("half_cheetah", "humanoid", "ant", "swimmer"):
+        write(f"gymnasium/{name}.xml", False, True, GYMNASIUM)
+
+
+def write(file, free, armature, origin):
+    """The numbers of a file of this folder."""
+    package, version, licence = origin
+    numbers = {"file": file, "package": package, "version": version, "licence": licence}
+    numbers |= reference(str(HERE / file), free, armature)
+    name = Path(file).stem + ("_free" if free else "") + ("_armature" if armature else "")
+    rows = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in numbers.items())
+    (HERE / f"{name}.json").write_text("{\n" + rows + "\n}\n")
 
 
 if __name__ == "__main__":
     arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
     if arguments:
         file = str(Path(arguments[0]).resolve())
-        print(json.dumps({"file": file} | reference(file, "--free" in sys.argv)))
+        print(json.dumps({"file": file} | reference(file, "--free" in sys.argv, "--armature" in sys.argv)))
     else:
         write_all()

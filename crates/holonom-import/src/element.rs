@@ -1,14 +1,26 @@
 //! XML as a tree of elements with their places.
+//!
+//! Names keep their prefixes, declared or not, since descriptions of robots do without namespaces. Reading takes linear time.
 
-use roxmltree::{Document, Node, NodeType, ParsingOptions};
+use std::collections::BTreeSet;
+use std::ops::Range;
 
+use holonom_model::{LineColumn, line_column};
+use quick_xml::events::Event;
+use quick_xml::events::attributes::Attributes;
+use quick_xml::{Reader, XmlVersion};
+
+use crate::remark::Remarks;
 use crate::source::{Fault, Place, Result};
 
 /// Elements may stand in each other to this depth.
 const MAX_DEPTH: usize = 250;
 
-/// Elements and texts of a file at most.
-const MAX_NODES: u32 = 1_000_000;
+/// Elements of a file at most.
+pub(crate) const MAX_ELEMENTS: usize = 1_000_000;
+
+/// Attributes of an element at most.
+const MAX_ATTRIBUTES: usize = 1000;
 
 /// The greatest magnitude of a number: products of several remain numbers of a model file.
 const LARGEST: f64 = 1e15;
@@ -32,14 +44,8 @@ pub(crate) struct Element {
 
 impl Element {
     /// The root element of a text, the one of number `file`.
-    pub(crate) fn parse(file: usize, text: &str) -> Result<Self> {
-        let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-        let document = Document::parse_with_options(text, options).map_err(|error| {
-            let at = offset(text, error.pos().row, error.pos().col);
-            let place = Place { file, span: at..(at + 1).min(text.len()) };
-            Fault::at(&place, format!("this is not well-formed XML: {error}"), "correct the XML")
-        })?;
-        convert(file, text, document.root_element(), 0)
+    pub(crate) fn parse(file: usize, text: &str, remarks: &mut Remarks) -> Result<Self> {
+        Parser { file, text, open: Vec::new(), declared: Vec::new(), elements: 0, remarks }.root()
     }
 
     /// An attribute.
@@ -73,10 +79,18 @@ impl Element {
                 let word: String = word.chars().take(40).collect();
                 let word = word.escape_debug();
                 let message = format!("`{word}` is no number, or beyond {LARGEST:e}");
-                Fault::at(&attribute.place, message, "write a number such as 0.25")
+                let help = match ["${", "$("].iter().any(|open| attribute.value.contains(open)) {
+                    true => {
+                        "expand the macros of xacro first: `xacro robot.urdf.xacro > robot.urdf`"
+                    }
+                    false => "write a number such as 0.25",
+                };
+                Fault::at(&attribute.place, message, help)
             })
         };
-        attribute.value.split_whitespace().map(number).collect::<Result<_>>().map(Some)
+        // commas between numbers are common, and read as blanks by other programs
+        let words = attribute.value.split_whitespace().map(|word| word.trim_end_matches(','));
+        words.filter(|word| !word.is_empty()).map(number).collect::<Result<_>>().map(Some)
     }
 
     /// An attribute of exactly `N` numbers.
@@ -121,10 +135,16 @@ impl Element {
 
     /// Without the elements in it, and with further attributes where it does not state them.
     pub(crate) fn with_defaults(&self, defaults: &[Attribute]) -> Self {
-        let mut attributes = self.attributes.clone();
-        attributes.extend(defaults.iter().filter(|d| self.attribute(&d.name).is_none()).cloned());
+        let stated: BTreeSet<&str> = self.attributes.iter().map(|a| a.name.as_str()).collect();
+        let left = defaults.iter().filter(|d| !stated.contains(d.name.as_str())).cloned();
+        let attributes = self.attributes.iter().cloned().chain(left).collect();
         let (name, place) = (self.name.clone(), self.place.clone());
         Self { name, attributes, children: Vec::new(), place }
+    }
+
+    /// It and all elements in it.
+    pub(crate) fn size(&self) -> usize {
+        1 + self.children.iter().map(Self::size).sum::<usize>()
     }
 
     /// What it is called in messages: `geom "floor"`.
@@ -136,41 +156,156 @@ impl Element {
     }
 }
 
-fn convert(file: usize, text: &str, node: Node<'_, '_>, depth: usize) -> Result<Element> {
-    let range = node.range();
-    let whole = text.get(range.clone()).unwrap_or_default();
-    let tag = whole.find('>').map_or(whole.len(), |end| end + 1);
-    let place = Place { file, span: range.start..range.start + tag };
-    if depth > MAX_DEPTH {
-        let message = format!("more than {MAX_DEPTH} elements stand in each other");
-        return Err(Fault::at(&place, message, "is this a description of a robot?"));
-    }
-    let name = |namespace: Option<&str>, name: &str| match namespace
-        .and_then(|uri| node.lookup_prefix(uri))
-        .filter(|prefix| !prefix.is_empty())
-    {
-        Some(prefix) => format!("{prefix}:{name}"),
-        None => name.to_owned(),
-    };
-    let attribute = |a: roxmltree::Attribute<'_, '_>| Attribute {
-        name: name(a.namespace(), a.name()),
-        value: a.value().to_owned(),
-        place: Place { file, span: a.range() },
-    };
-    let elements = node.children().filter(|c| c.node_type() == NodeType::Element);
-    Ok(Element {
-        name: name(node.tag_name().namespace(), node.tag_name().name()),
-        attributes: node.attributes().map(attribute).collect(),
-        children: elements.map(|c| convert(file, text, c, depth + 1)).collect::<Result<_>>()?,
-        place,
-    })
+/// What is open while a text is read.
+struct Parser<'a, 'b> {
+    file: usize,
+    text: &'a str,
+    /// The elements that are not closed yet, and how many prefixes were declared before each.
+    open: Vec<(Element, usize)>,
+    /// Prefixes of namespaces.
+    declared: Vec<&'a str>,
+    elements: usize,
+    remarks: &'b mut Remarks,
 }
 
-/// The byte at a row and a column, both from 1.
-fn offset(text: &str, row: u32, column: u32) -> usize {
-    let line = text.split_inclusive('\n').take((row as usize).saturating_sub(1));
-    let start: usize = line.map(str::len).sum();
-    let rest = text.get(start..).unwrap_or_default();
-    let skipped = rest.char_indices().nth((column as usize).saturating_sub(1));
-    start + skipped.map_or(rest.len(), |(at, _)| at)
+impl<'a> Parser<'a, '_> {
+    fn root(mut self) -> Result<Element> {
+        let begin = self.text.strip_prefix('\u{feff}').unwrap_or(self.text);
+        let content = begin.trim_start();
+        let skipped = self.text.len() - content.len();
+        let blank = content.len() < begin.len() && content.starts_with("<?xml");
+        let mut reader = Reader::from_str(content);
+        let mut root = None;
+        loop {
+            let start = skipped + position(reader.buffer_position());
+            let event = reader.read_event().map_err(|error| {
+                let at = skipped + position(reader.error_position());
+                self.malformed(at, &error.to_string())
+            })?;
+            let span = start..skipped + position(reader.buffer_position());
+            match event {
+                Event::Start(tag) => self.start(span, tag.name().as_ref(), root.is_some())?,
+                Event::Empty(tag) => {
+                    self.start(span, tag.name().as_ref(), root.is_some())?;
+                    self.close(&mut root);
+                }
+                Event::End(_) => self.close(&mut root),
+                Event::Text(words) if self.open.is_empty() && !words.trim().is_empty() => {
+                    let Some(root) = &root else {
+                        return Err(self.malformed(span.start, "text before the root element"));
+                    };
+                    self.remarks.add("text after the root element: not read", root);
+                }
+                Event::Eof => break,
+                _ => {}
+            }
+        }
+        if let Some((open, _)) = self.open.last() {
+            let message = format!("`<{}>` is not closed", open.name);
+            return Err(self.malformed(open.place.span.start, &message));
+        }
+        let root = root.ok_or_else(|| self.malformed(0, "there is no root element"))?;
+        if blank {
+            self.remarks.add("blanks before the XML declaration: skipped", &root);
+        }
+        Ok(root)
+    }
+
+    fn start(&mut self, span: Range<usize>, name: &str, second: bool) -> Result<()> {
+        let place = Place { file: self.file, span: span.clone() };
+        if second && self.open.is_empty() {
+            return Err(self.malformed(span.start, "there is a second root element"));
+        }
+        if self.open.len() > MAX_DEPTH {
+            let message = format!("more than {MAX_DEPTH} elements stand in each other");
+            return Err(Fault::at(&place, message, "is this a description of a robot?"));
+        }
+        self.elements += 1;
+        if self.elements > MAX_ELEMENTS {
+            let message = format!("there are more than {MAX_ELEMENTS} elements");
+            return Err(Fault::at(&place, message, "is this a description of a robot?"));
+        }
+        self.named(name, span.start)?;
+        let before = self.declared.len();
+        let attributes = self.attributes(&place, name.len())?;
+        let element = Element { name: name.to_owned(), attributes, children: Vec::new(), place };
+        let names = element.attributes.iter().map(|a| &a.name).chain([&element.name]);
+        for prefix in names.filter_map(|name| Some(name.split_once(':')?.0)) {
+            if prefix != "xml" && !self.declared.contains(&prefix) {
+                let message = format!(
+                    "the prefix `{prefix}` stands for no namespace (no `xmlns:{prefix}`): read as it stands"
+                );
+                self.remarks.add(message, &element);
+            }
+        }
+        self.open.push((element, before));
+        Ok(())
+    }
+
+    /// The attributes of a tag but those that declare namespaces.
+    fn attributes(&mut self, tag: &Place, name: usize) -> Result<Vec<Attribute>> {
+        let text = self.text;
+        let whole = &text[tag.span.clone()];
+        let inside = whole.trim_start_matches('<').trim_end_matches('>').trim_end_matches('/');
+        let offset = |part: &str| part.as_ptr() as usize - text.as_ptr() as usize; // `part` is a part of `text`
+        let (mut list, mut known) = (Vec::new(), BTreeSet::new());
+        for attribute in Attributes::new(inside, name).with_checks(false) {
+            let attribute =
+                attribute.map_err(|error| self.malformed(tag.span.start, &error.to_string()))?;
+            let key = attribute.key.0;
+            let at = offset(key);
+            let end = at + key.len();
+            self.named(key, at)?;
+            let value = attribute
+                .normalized_value(XmlVersion::Implicit1_0)
+                .map_err(|error| self.malformed(at, &error.to_string()))?;
+            if !known.insert(key) {
+                return Err(self.malformed(at, &format!("a second attribute `{key}`")));
+            }
+            if known.len() > MAX_ATTRIBUTES {
+                let message = format!("an element with more than {MAX_ATTRIBUTES} attributes");
+                return Err(Fault::at(tag, message, "is this a description of a robot?"));
+            }
+            if let Some(prefix) = key.strip_prefix("xmlns:") {
+                self.declared.push(&text[end - prefix.len()..end]);
+            } else if key != "xmlns" {
+                let quote = text[end..tag.span.end].find(['"', '\'']).unwrap_or(0);
+                let end = (end + quote + 2 + attribute.value.len()).min(tag.span.end);
+                let place = Place { file: self.file, span: at..end };
+                list.push(Attribute { name: key.to_owned(), value: value.into_owned(), place });
+            }
+        }
+        Ok(list)
+    }
+
+    fn close(&mut self, root: &mut Option<Element>) {
+        let Some((element, declared)) = self.open.pop() else { return };
+        self.declared.truncate(declared);
+        match self.open.last_mut() {
+            Some((parent, _)) => parent.children.push(element),
+            None => *root = Some(element),
+        }
+    }
+
+    /// A name of XML: letters, digits, `_`, `-`, `.` and `:`, a letter or `_` first.
+    fn named(&self, name: &str, at: usize) -> Result<()> {
+        let good = name.chars().all(|c| c.is_alphanumeric() || "_-.:".contains(c))
+            && name.starts_with(|c: char| c.is_alphabetic() || c == '_');
+        let shown: String = name.chars().take(40).collect();
+        let message = format!("`{}` is no name", shown.escape_debug());
+        if good { Ok(()) } else { Err(self.malformed(at, &message)) }
+    }
+
+    fn malformed(&self, at: usize, reason: &str) -> Fault {
+        let at = at.min(self.text.len());
+        let place = Place { file: self.file, span: at..(at + 1).min(self.text.len()) };
+        let LineColumn { line, column } = line_column(self.text, at);
+        let message = format!("this is not well-formed XML: {reason} at {line}:{column}");
+        Fault::at(&place, message, "correct the XML")
+    }
+}
+
+/// A position in a text that is in memory.
+fn position(at: u64) -> usize {
+    usize::try_from(at).unwrap_or(usize::MAX)
 }

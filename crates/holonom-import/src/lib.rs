@@ -12,12 +12,16 @@
 #![deny(missing_docs)]
 
 mod element;
+mod loops;
 mod mass;
+mod massless;
 mod mesh;
 mod mjcf;
 mod model;
 mod names;
+mod picture;
 mod remark;
+mod repair;
 mod robot;
 mod solid;
 mod source;
@@ -34,6 +38,7 @@ use element::Element;
 use mesh::Meshes;
 use remark::Remarks;
 pub use remark::{Mention, Remark};
+pub use robot::ClosureKind;
 use robot::Robot;
 use source::{Fault, Sources};
 use tree::Tree;
@@ -57,6 +62,15 @@ pub struct JointValue {
     pub value: f64,
 }
 
+/// Two links, or other places that the description names, that a loop holds together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Close {
+    /// A link, body or site; and another one.
+    pub ends: [String; 2],
+    /// What closes the loop; its axis is the third axis of the first end.
+    pub kind: ClosureKind,
+}
+
 /// What the description leaves open.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -66,6 +80,12 @@ pub struct Options {
     pub values: Vec<JointValue>,
     /// Density of URDF links that state no inertia, kg/m³: their visual geometry as a homogeneous solid.
     pub density: Option<f64>,
+    /// Whether moments of inertia that no body has, or that are zero, are replaced by possible ones.
+    pub repair_inertia: bool,
+    /// Loops that the description does not close.
+    pub close: Vec<Close>,
+    /// Whether armatures of joints become rotors that are geared to them.
+    pub armature: bool,
     /// Time step, s; by default that of the description, or 1 ms.
     pub step: Option<f64>,
     /// End time, s.
@@ -76,8 +96,17 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        let base = Base::default();
-        Self { base, values: Vec::new(), density: None, step: None, end: 1.0, folder: None }
+        Self {
+            base: Base::default(),
+            values: Vec::new(),
+            density: None,
+            repair_inertia: false,
+            close: Vec::new(),
+            armature: true,
+            step: None,
+            end: 1.0,
+            folder: None,
+        }
     }
 }
 
@@ -154,11 +183,14 @@ pub fn import_text(text: &str, path: &Path, options: &Options) -> Result<Importe
 fn translate(mut sources: Sources, options: &Options) -> Result<Imported, ImportError> {
     let path = sources.files[0].path.clone();
     let mut remarks = Remarks::default();
-    let root = Element::parse(0, &sources.files[0].text).map_err(|f| sources.error(&[f]))?;
-    let root = mjcf::include::resolve(root, &mut sources)?;
+    let root =
+        Element::parse(0, &sources.files[0].text, &mut remarks).map_err(|f| sources.error(&[f]))?;
+    let root = mjcf::include::resolve(root, &mut sources, &mut remarks)?;
     let mut robot = read(&root, &path, options, &mut remarks).map_err(|f| sources.error(&[f]))?;
+    robot.close(&options.close, &sources.files[0]).map_err(|f| sources.error(&[f]))?;
     place(&mut robot, options).map_err(|f| sources.error(&[f]))?;
-    let tree = Tree::new(&robot, &mut remarks).map_err(|f| sources.error(&[f]))?;
+    let tree =
+        Tree::new(&robot, options.repair_inertia, &mut remarks).map_err(|f| sources.error(&[f]))?;
     let draft =
         model::draft(&robot, &tree, options, &mut remarks).map_err(|f| sources.error(&f))?;
     let remarks = remarks.located(&sources);

@@ -21,6 +21,9 @@ pub(crate) struct Mass {
     pub(crate) J: Matrix3<f64>,
 }
 
+/// Euler moments may be negative by this part of their sum, and are then raised to zero.
+pub(crate) const ROUNDED: f64 = 0.01;
+
 /// Euler moments below this part of the largest count as zero where a rod is asked for.
 const THIN: f64 = 1e-6;
 
@@ -87,6 +90,11 @@ impl Mass {
         let moments = self.moments();
         let size: f64 = moments.iter().map(|moment| moment.abs()).sum();
         if size == 0.0 { 0.0 } else { (moments[0] + moments[1] - moments[2]) / size }
+    }
+
+    /// With the mean of the principal moments in the place of each.
+    pub(crate) fn balanced(&self) -> Self {
+        Self { J: Matrix3::identity() * (self.J.trace() / 3.0), ..*self }
     }
 
     /// With negative Euler moments raised to zero.

@@ -27,6 +27,12 @@ pub(crate) struct Summary {
     mass: Result<Mass, String>,
     /// The same where the volumes of all tetrahedra count as positive.
     unsigned: Mass,
+    /// Of the surface of the file, at 1 kg/m².
+    shell: Mass,
+    /// Number of its triangles.
+    triangles: usize,
+    /// Where it was read.
+    path: PathBuf,
     /// Its file as the model file names it; `None` where it cannot.
     file: Option<String>,
     scale: Vector3<f64>,
@@ -56,13 +62,13 @@ impl Meshes {
             let summary = self.read(&path);
             self.known.insert(path.clone(), summary);
         }
-        let summary = self.known.get(&path).cloned().unwrap_or(Err(MeshError::NotFound));
-        summary.map(|summary| summary.scaled(&Vector3::from(scale)))
+        let summary = self.known.get(&path).cloned().unwrap_or(Err(MeshError::NotFound))?;
+        Ok(summary.scaled(&Vector3::from(scale)))
     }
 
     fn read(&mut self, path: &Path) -> Result<Summary, MeshError> {
         let mesh = Mesh::read(path)?;
-        let mut summary = Summary::of(&mesh);
+        let mut summary = Summary { path: path.to_owned(), ..Summary::of(&mesh) };
         self.bytes += mesh.bytes().len();
         if self.bytes <= MAX_MESHES_BYTES {
             summary.file = named_from(&self.output, path);
@@ -109,6 +115,9 @@ impl Summary {
             largest: extreme(f64::max),
             mass: solid(mesh),
             unsigned: unsigned(mesh),
+            shell: shell(mesh, &Vector3::repeat(1.0)),
+            triangles: mesh.triangles().len(),
+            path: PathBuf::new(),
             file: None,
             scale: Vector3::repeat(1.0),
         }
@@ -124,10 +133,9 @@ impl Summary {
             Mass { mass: mass.mass * volume, center, J }
         };
         let (mass, unsigned) = (self.mass.clone().map(scaled), scaled(self.unsigned));
-        let file = self.file.clone();
         let scale = self.scale.component_mul(scale);
         let (least, largest) = (ends[0].inf(&ends[1]), ends[0].sup(&ends[1]));
-        Self { least, largest, mass, unsigned, file, scale }
+        Self { least, largest, mass, unsigned, scale, ..self.clone() }
     }
 
     /// The mesh and the box around it, in a link in which the mesh has a pose.
@@ -137,7 +145,12 @@ impl Summary {
         Placed {
             solid: Solid::Box([half.x, half.y, half.z]),
             pose: pose * Isometry3::translation(center.x, center.y, center.z),
-            mesh: self.file.clone().map(|file| Triangles { file, scale: self.scale, pose: *pose }),
+            mesh: self.file.clone().map(|file| Triangles {
+                file,
+                scale: self.scale,
+                pose: *pose,
+                count: self.triangles,
+            }),
         }
     }
 
@@ -150,6 +163,43 @@ impl Summary {
     pub(crate) fn unsigned_mass(&self) -> Mass {
         self.unsigned
     }
+}
+
+impl Summary {
+    /// Mass properties of the surface at 1 kg/m², in the frame of the mesh. Areas that are scaled unequally are summed anew.
+    pub(crate) fn shell_mass(&self) -> Mass {
+        let [x, y, z] = <[f64; 3]>::from(self.scale.abs());
+        if x.to_bits() == y.to_bits() && y.to_bits() == z.to_bits() {
+            let Mass { mass, center, J } = self.shell;
+            let center = center.component_mul(&self.scale);
+            let turn = Matrix3::from_diagonal(&self.scale.map(f64::signum));
+            return Mass { mass: mass * x * x, center, J: turn * J * turn * x.powi(4) };
+        }
+        Mesh::read(&self.path).map_or_else(|_| Mass::default(), |mesh| shell(&mesh, &self.scale))
+    }
+}
+
+/// Mass properties of the surface at 1 kg/m²: `E = Σ A (a aᵀ + b bᵀ + c cᵀ + s sᵀ)/12`, `s = a + b + c`, `A` areas of triangles.
+fn shell(mesh: &Mesh, scale: &Vector3<f64>) -> Mass {
+    let triangles = mesh
+        .triangles()
+        .iter()
+        .map(|triangle| triangle.map(|k| mesh.corners()[k as usize].component_mul(scale)));
+    let area = |[a, b, c]: &[Vector3<f64>; 3]| 0.5 * (b - a).cross(&(c - a)).norm();
+    let (mut mass, mut first) = (0.0, Vector3::zeros());
+    for triangle in triangles.clone() {
+        mass += area(&triangle);
+        first += triangle.iter().sum::<Vector3<f64>>() * (area(&triangle) / 3.0);
+    }
+    let center = if mass > 0.0 { first / mass } else { first };
+    let mut E = Matrix3::zeros();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|corner| corner - center);
+        let s = a + b + c;
+        E += (a * a.transpose() + b * b.transpose() + c * c.transpose() + s * s.transpose())
+            * (area(&triangle) / 12.0);
+    }
+    Mass { mass, center, J: Matrix3::identity() * E.trace() - E }
 }
 
 /// Mass properties at 1 kg/m³ with the volumes of all tetrahedra counted as positive: first with the tip at the centroid of the

@@ -1,17 +1,21 @@
 //! From bodies to the sections of a model file.
 
+use std::collections::BTreeMap;
+
 use holonom_model::{
-    Body, Constraint, Header, Inertia, Joint, JointDamper, JointKind, JointSpring, Model,
-    MotionPath, Scale, Settings, Shape, ShapeKind,
+    Body, Header, Inertia, Joint, JointDamper, JointKind, JointSpring, Model, Settings,
 };
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use crate::Options;
-use crate::mass::Mass;
+use crate::loops::between;
+use crate::mass::{Mass, ROUNDED};
+use crate::massless::{nothing_moves, some};
 use crate::names::Names;
+use crate::picture::{finest, is_about, part, shape};
 use crate::remark::Remarks;
-use crate::robot::{Closure, Gear, Kind, Robot};
-use crate::solid::{Placed, Solid};
+use crate::robot::{Kind, Robot};
+use crate::solid::Placed;
 use crate::source::{Fault, Result};
 use crate::tree::{Connection, Node, Tree};
 
@@ -25,23 +29,19 @@ pub(crate) struct Draft {
     pub(crate) on_joints: Vec<String>,
 }
 
-/// Euler moments may be negative by this part of their sum, and are then raised to zero.
-const ROUNDED: f64 = 0.01;
-
-/// A solid is about the centre of mass where their distance is below this part of its size.
-const CENTRED: f64 = 1e-9;
-
-/// Largest distance of the ends of a loop initially, m or rad.
-const CLOSED: f64 = 1e-8;
-
-struct Drafter<'a> {
-    tree: &'a Tree,
-    names: Names,
+/// A model that grows.
+pub(crate) struct Drafter<'a> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) names: Names,
     /// Of each node the name of its body.
-    bodies: Vec<String>,
+    pub(crate) bodies: Vec<String>,
+    /// Of each node the frame of its body in space, initially.
+    pub(crate) frames: Vec<Isometry3<f64>>,
     /// Names of joints, in the description and in the model.
-    joints: Vec<(String, String)>,
-    draft: Draft,
+    pub(crate) joints: BTreeMap<String, String>,
+    /// Meshes with more triangles are drawn as the box around them.
+    finest: usize,
+    pub(crate) draft: Draft,
 }
 
 /// The model of a robot.
@@ -55,7 +55,15 @@ pub(crate) fn draft(
     let bodies = tree.nodes.iter().map(|n| names.unique(&n.name, "body")).collect();
     let draft =
         Draft { model: empty(robot, options), on_bodies: Vec::new(), on_joints: Vec::new() };
-    let mut drafter = Drafter { tree, names, bodies, joints: Vec::new(), draft };
+    let mut drafter = Drafter {
+        tree,
+        names,
+        bodies,
+        frames: vec![Isometry3::identity(); tree.nodes.len()],
+        joints: BTreeMap::new(),
+        finest: finest(tree, remarks),
+        draft,
+    };
     let masses: Vec<_> = tree.nodes.iter().map(|node| possible(node, remarks)).collect();
     let faults: Vec<Fault> = masses.iter().filter_map(|m| m.clone().err()).collect();
     if !faults.is_empty() {
@@ -66,13 +74,18 @@ pub(crate) fn draft(
         drafter.body(k, mass);
     }
     if drafter.draft.model.bodies.is_empty() {
-        let message = "nothing with mass moves";
-        let help = "state the mass of a link behind a joint; the root link of a URDF robot moves with --free-base";
-        return Err(vec![Fault::of_all(message, help)]);
+        return Err(vec![nothing_moves(robot, options)]);
     }
     (0..tree.nodes.len()).for_each(|k| drafter.joint(k, remarks));
-    robot.loops.iter().try_for_each(|l| drafter.closure(l, remarks)).map_err(|f| vec![f])?;
+    robot.loops.iter().for_each(|l| drafter.closure(l, remarks));
     robot.gears.iter().for_each(|gear| drafter.gear(gear, remarks));
+    (0..tree.nodes.len()).for_each(|k| drafter.armature(k, options.armature, remarks));
+    if !robot.shapes_without_mass.is_empty() {
+        remarks.of_all(format!(
+            "geometry of links without <inertial>: no mass ({}); `--density RHO` gives it one",
+            some(&robot.shapes_without_mass)
+        ));
+    }
     Ok(drafter.draft)
 }
 
@@ -102,14 +115,19 @@ fn possible(node: &Node, remarks: &mut Remarks) -> Result<Mass> {
         "no body has the moments of inertia of link `{}`: {c:?} > {a:?} + {b:?}",
         node.name.escape_debug()
     );
-    let help = "correct its inertia: it is about the centre of mass, in kg·m², and satisfies I1 + I2 >= I3";
+    let help = "correct its inertia: it is about the centre of mass, in kg·m², and satisfies I1 + I2 >= I3; or let `--repair-inertia` replace it by a possible one";
     Err(Fault::at(&node.place, message, help))
 }
 
 impl Drafter<'_> {
     fn body(&mut self, k: usize, mass: &Mass) {
         let node = &self.tree.nodes[k];
-        let shown: Vec<&Placed> = node.solids.iter().filter(|p| p.is_shown()).collect();
+        let coarse = |placed: &Placed| Placed {
+            mesh: placed.mesh.clone().filter(|mesh| mesh.count <= self.finest),
+            ..placed.clone()
+        };
+        let solids: Vec<Placed> = node.solids.iter().map(coarse).collect();
+        let shown: Vec<&Placed> = solids.iter().filter(|p| p.is_shown()).collect();
         let largest = shown.iter().max_by(|a, b| a.solid.volume().total_cmp(&b.solid.volume()));
         let axes = largest.filter(|p| p.mesh.is_none());
         let axes = axes.map_or(UnitQuaternion::identity(), |p| p.pose.rotation);
@@ -122,6 +140,7 @@ impl Drafter<'_> {
         };
         let pose = node.pose;
         let position = pose.transform_point(&mass.center.into()).coords;
+        self.frames[k] = Isometry3::from_parts(position.into(), pose.rotation * axes);
         let quaternion = quaternion(&(pose.rotation * axes));
         self.draft.model.bodies.push(Body {
             name: self.bodies[k].clone(),
@@ -164,27 +183,16 @@ impl Drafter<'_> {
         }
         let acts = |amount: f64| amount > 0.0 && !ball;
         let parent = node.parent.map_or_else(|| "ground".to_owned(), |p| self.bodies[p].clone());
+        let child = self.bodies[k].clone();
         self.draft.model.joints.push(Joint {
-            name: name.clone(),
-            kind,
-            parent,
-            child: self.bodies[k].clone(),
-            position: Some(vector(point)),
-            anchor_parent: None,
-            anchor_child: None,
             axis: kind.has_axis().then(|| vector(axis)),
-            axis2: None,
-            relative_to: None,
-            rate: None,
-            cut: false,
-            pitch: None,
             spring: acts(joint.stiffness).then_some(JointSpring {
                 freedom,
                 stiffness: joint.stiffness,
                 rest: plain(rest),
             }),
             damper: acts(joint.damping).then_some(JointDamper { freedom, damping: joint.damping }),
-            motor: None,
+            ..between(name.clone(), kind, parent, child, *point)
         });
         let mut comment = renamed(&joint.name, &name);
         let start = joint.reference + joint.value;
@@ -192,126 +200,7 @@ impl Drafter<'_> {
             comment += &format!("0 here is {start} in the description. ");
         }
         self.draft.on_joints.push(comment);
-        self.joints.push((joint.name.clone(), name));
-    }
-
-    /// A joint that closes a loop.
-    fn closure(&mut self, closure: &Closure, remarks: &mut Remarks) -> Result<()> {
-        let bodies = closure.ends.map(|end| end.and_then(|link| self.tree.body_of[link]));
-        let poses = closure.ends.map(|end| self.tree.pose_of(end));
-        if bodies[0] == bodies[1] {
-            let message = "both sides are one body: the constraint holds anyway";
-            remarks.mention(message, closure.name.clone(), &closure.place);
-            return Ok(());
-        }
-        let point = |k: usize| poses[k].transform_point(&closure.points[k].into()).coords;
-        let distance = (point(1) - point(0)).norm();
-        if distance > CLOSED {
-            let message =
-                format!("the two points of this constraint are {distance:.3e} m apart initially");
-            let help = "state other initial values of the joints";
-            return Err(Fault::at(&closure.place, message, help));
-        }
-        let side = |body: Option<usize>| {
-            body.map_or_else(|| "ground".to_owned(), |b| self.bodies[b].clone())
-        };
-        let (parent, child) = if bodies[1].is_some() {
-            (side(bodies[0]), side(bodies[1]))
-        } else {
-            (side(bodies[1]), side(bodies[0]))
-        };
-        let name = self.names.unique(&closure.name, "loop");
-        self.draft.model.joints.push(Joint {
-            name,
-            kind: if closure.weld { JointKind::Fixed } else { JointKind::Spherical },
-            parent,
-            child,
-            position: Some(vector(&point(0))),
-            anchor_parent: None,
-            anchor_child: None,
-            axis: None,
-            axis2: None,
-            relative_to: None,
-            rate: None,
-            cut: true,
-            pitch: None,
-            spring: None,
-            damper: None,
-            motor: None,
-        });
-        self.draft.on_joints.push("Closes a loop. ".to_owned());
-        Ok(())
-    }
-
-    fn gear(&mut self, gear: &Gear, remarks: &mut Remarks) {
-        let model_name = |name: &str| {
-            let found = self.joints.iter().find(|(description, _)| description == name);
-            found.map(|(_, model)| model.clone())
-        };
-        let joint = model_name(&gear.joint);
-        let of = gear.of.as_deref().map(model_name);
-        let (Some(joint), true) = (joint, of != Some(None)) else {
-            let message = "joints that are no joint of the model follow each other: not translated";
-            remarks.mention(message, gear.name.clone(), &gear.place);
-            return;
-        };
-        let name = self.names.unique(&gear.name, "gear");
-        self.draft.model.constraints.push(match of.flatten() {
-            Some(other) => Constraint::Gear {
-                name,
-                joints: [joint, other],
-                freedoms: [0, 0],
-                ratio: plain(-gear.factor),
-            },
-            None => Constraint::Motion { name, joint, freedom: 0, path: MotionPath::default() },
-        });
-    }
-}
-
-/// Whether a solid has its centre where that of the mass is.
-fn is_about(placed: &Placed, center: &Vector3<f64>) -> bool {
-    let apart = (placed.pose.translation.vector - center).norm();
-    apart <= CENTRED * placed.solid.volume().cbrt()
-}
-
-/// The shape of a body; `to_body`: from the axes of the link to those of the body.
-fn shape(placed: &Placed, to_body: &Isometry3<f64>) -> Shape {
-    match &placed.mesh {
-        None => placed.solid.shape(),
-        Some(_) => part(placed, to_body),
-    }
-}
-
-/// A shape of the picture of a body, at its place.
-fn part(placed: &Placed, to_body: &Isometry3<f64>) -> Shape {
-    let pose = to_body * placed.mesh.as_ref().map_or(&placed.pose, |mesh| &mesh.pose);
-    let rounded = NOISE * placed.solid.volume().cbrt();
-    let position = pose.translation.vector.map(|x| if x.abs() <= rounded { 0.0 } else { x });
-    let position = vector(&position);
-    let quaternion = quaternion(&pose.rotation);
-    let is_ball = placed.mesh.is_none() && matches!(placed.solid, Solid::Sphere(_));
-    let turned = !is_ball && quaternion[1..].iter().any(|c| *c != 0.0);
-    let own = match &placed.mesh {
-        None => placed.solid.shape(),
-        Some(mesh) => Shape {
-            kind: ShapeKind::Mesh,
-            file: Some(mesh.file.clone()),
-            scale: scale(&mesh.scale),
-            ..Shape::default()
-        },
-    };
-    Shape {
-        position: position.iter().any(|x| *x != 0.0).then_some(position),
-        quaternion: turned.then_some(quaternion),
-        ..own
-    }
-}
-
-fn scale(factors: &Vector3<f64>) -> Option<Scale> {
-    match <[f64; 3]>::from(*factors) {
-        [1.0, 1.0, 1.0] => None,
-        [x, y, z] if [y, z].iter().all(|s| s.to_bits() == x.to_bits()) => Some(Scale::Uniform(x)),
-        factors => Some(Scale::Axes(factors)),
+        self.joints.entry(joint.name.clone()).or_insert(name);
     }
 }
 
@@ -350,22 +239,22 @@ fn inertia(tensor: &Matrix3<f64>) -> Inertia {
 }
 
 /// Components of unit vectors below it are rounding errors.
-const NOISE: f64 = 4e-16;
+pub(crate) const NOISE: f64 = 4e-16;
 
 /// `[w, x, y, z]` with w >= 0.
-fn quaternion(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
+pub(crate) fn quaternion(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
     let q = rotation.quaternion();
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
     [q.w, q.i, q.j, q.k].map(|c| if c.abs() <= NOISE { 0.0 } else { plain(sign * c) })
 }
 
 /// A vector without components at round-off of the largest one.
-fn vector(v: &Vector3<f64>) -> [f64; 3] {
+pub(crate) fn vector(v: &Vector3<f64>) -> [f64; 3] {
     let size = v.amax();
     [v.x, v.y, v.z].map(|c| if c.abs() <= NOISE * size { 0.0 } else { plain(c) })
 }
 
 /// Without the sign of zero.
-fn plain(value: f64) -> f64 {
+pub(crate) fn plain(value: f64) -> f64 {
     value + 0.0
 }

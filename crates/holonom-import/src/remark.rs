@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use holonom_model::LineColumn;
 use serde::Serialize;
 
 use crate::element::Element;
@@ -29,8 +30,15 @@ pub struct Mention {
     pub column: usize,
 }
 
+/// On limits of joints.
+pub(crate) const LIMITS: &str = "limits of joints: not translated, stops are not modelled; a sensor of the joint tells when it passes them";
+
+/// On dry friction in joints.
+pub(crate) const FRICTION: &str =
+    "friction: not translated, dry friction is not modelled; a `damper` of the joint is viscous";
+
 /// Elements that a line of text names.
-const NAMED: usize = 6;
+pub(crate) const NAMED: usize = 6;
 
 impl std::fmt::Display for Remark {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -83,9 +91,11 @@ impl Remarks {
 
     /// The remarks with files, lines and columns.
     pub(crate) fn located(self, sources: &Sources) -> Vec<Remark> {
+        let places = self.list.iter().flat_map(|(_, elements)| elements).map(|(_, place)| place);
+        let positions = sources.positions(places);
         let mention = |(element, place): (String, Place)| {
-            let (file, line, column) = sources.position(&place);
-            Mention { element, file, line, column }
+            let LineColumn { line, column } = positions[&(place.file, place.span.start)];
+            Mention { element, file: sources.name(place.file), line, column }
         };
         let remark = |(message, elements): (String, Vec<_>)| Remark {
             message,

@@ -2,9 +2,12 @@
 
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
+use holonom_model::nearest;
+
+use crate::Close;
 use crate::mass::Mass;
 use crate::solid::Placed;
-use crate::source::Place;
+use crate::source::{Fault, Place, Result, Source};
 
 /// A robot.
 #[derive(Debug)]
@@ -20,6 +23,36 @@ pub(crate) struct Robot {
     pub(crate) links: Vec<Link>,
     pub(crate) loops: Vec<Closure>,
     pub(crate) gears: Vec<Gear>,
+    /// Places that have a name.
+    pub(crate) frames: Vec<Frame>,
+    /// Files of geometries that could not be read.
+    pub(crate) unread: Vec<Unread>,
+    /// Links with geometry and without mass.
+    pub(crate) shapes_without_mass: Vec<String>,
+}
+
+/// A place that the description names.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame {
+    pub(crate) name: String,
+    /// Its link; `None`: the ground.
+    pub(crate) link: Option<usize>,
+    /// In the frame of the link.
+    pub(crate) pose: Isometry3<f64>,
+}
+
+impl Frame {
+    /// The frame of a link.
+    pub(crate) fn of_link(number: usize, link: &Link) -> Self {
+        Self { name: link.name.clone(), link: Some(number), pose: Isometry3::identity() }
+    }
+}
+
+/// A file that could not be read, and why.
+#[derive(Clone, Debug)]
+pub(crate) struct Unread {
+    pub(crate) file: String,
+    pub(crate) reason: String,
 }
 
 /// A link.
@@ -69,6 +102,8 @@ pub(crate) struct Joint {
     pub(crate) stiffness: f64,
     /// The coordinate without spring force, m or rad.
     pub(crate) rest: f64,
+    /// Inertia of each coordinate of its pair beside that of the links, kg or kg·m².
+    pub(crate) armature: [f64; 3],
     pub(crate) place: Place,
 }
 
@@ -78,11 +113,26 @@ pub(crate) struct Closure {
     pub(crate) name: String,
     /// Links; `None`: the ground.
     pub(crate) ends: [Option<usize>; 2],
-    /// The common point in the frame of either link, m.
-    pub(crate) points: [Vector3<f64>; 2],
-    /// Whether all relative motion is held, not the point alone.
-    pub(crate) weld: bool,
+    /// The common place in the frame of either link.
+    pub(crate) frames: [Isometry3<f64>; 2],
+    /// In the frame of the first link, for kinds that have one.
+    pub(crate) axis: Unit<Vector3<f64>>,
+    pub(crate) kind: ClosureKind,
     pub(crate) place: Place,
+}
+
+/// What closes a loop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ClosureKind {
+    /// A common point.
+    #[default]
+    Spherical,
+    /// A common point and axis.
+    Revolute,
+    /// Translation along the axis is left.
+    Prismatic,
+    /// No relative motion is left.
+    Fixed,
 }
 
 /// The displacement of a joint is `offset + factor ×` that of another, or constant.
@@ -98,6 +148,35 @@ pub(crate) struct Gear {
 }
 
 impl Robot {
+    /// Adds loops between places that have a name.
+    pub(crate) fn close(&mut self, loops: &[Close], file: &Source) -> Result<()> {
+        for Close { ends, kind } in loops {
+            let find = |name: &String| {
+                let found = self.frames.iter().find(|frame| frame.name == *name);
+                found.ok_or_else(|| {
+                    let message =
+                        format!("`--close`: there is no link or frame `{}`", name.escape_debug());
+                    let known = self.frames.iter().map(|frame| frame.name.as_str());
+                    let help = match nearest(name, known) {
+                        Some(best) => format!("did you mean `{}`?", best.escape_debug()),
+                        None => "name two links, bodies or sites of the description".to_owned(),
+                    };
+                    Fault::of_all(message, help)
+                })
+            };
+            let [a, b] = [find(&ends[0])?, find(&ends[1])?];
+            self.loops.push(Closure {
+                name: format!("{}_{}", ends[0], ends[1]),
+                ends: [a.link, b.link],
+                frames: [a.pose, b.pose],
+                axis: Unit::new_unchecked(a.pose.rotation * Vector3::z()),
+                kind: *kind,
+                place: Place { file: 0, span: 0..file.text.len().min(1) },
+            });
+        }
+        Ok(())
+    }
+
     /// The joint of this name, to change it.
     pub(crate) fn joint_mut(&mut self, name: &str) -> Option<&mut Joint> {
         self.links.iter_mut().flat_map(|l| &mut l.joints).find(|j| j.name == name)

@@ -1,9 +1,10 @@
 //! Files that are read, places in them, and what is wrong there.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use holonom_model::{LineColumn, Problem, line_column, read_text};
+use holonom_model::{LineColumn, Problem, read_text};
 
 use crate::ImportError;
 
@@ -31,6 +32,11 @@ impl Fault {
     /// A fault at a place.
     pub(crate) fn at(place: &Place, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { place: Some(place.clone()), message: message.into(), help: help.into() }
+    }
+
+    /// What is wrong.
+    pub(crate) fn message(&self) -> &str {
+        &self.message
     }
 
     /// A fault of the description as a whole.
@@ -66,11 +72,31 @@ impl Sources {
         self.files.len() - 1
     }
 
-    /// File, line and column (from 1) of a place.
-    pub(crate) fn position(&self, place: &Place) -> (String, usize, usize) {
-        let source = &self.files[place.file];
-        let LineColumn { line, column } = line_column(&source.text, place.span.start);
-        (source.path.display().to_string(), line, column)
+    /// The name of a file in messages.
+    pub(crate) fn name(&self, file: usize) -> String {
+        self.files[file].path.display().to_string()
+    }
+
+    /// Lines and columns (from 1) of the begins of places, by file and byte; the texts are passed once.
+    pub(crate) fn positions<'a>(
+        &self,
+        places: impl Iterator<Item = &'a Place>,
+    ) -> BTreeMap<(usize, usize), LineColumn> {
+        let start = LineColumn { line: 1, column: 1 };
+        let mut positions: BTreeMap<_, _> =
+            places.map(|place| ((place.file, place.span.start), start)).collect();
+        let (mut file, mut passed, mut at) = (0, 0, start);
+        for ((of, byte), position) in &mut positions {
+            if *of != file {
+                (file, passed, at) = (*of, 0, start);
+            }
+            for c in self.files[file].text.get(passed..*byte).unwrap_or_default().chars() {
+                (at.line, at.column) =
+                    if c == '\n' { (at.line + 1, 1) } else { (at.line, at.column + 1) };
+            }
+            (passed, *position) = (*byte, at);
+        }
+        positions
     }
 
     /// These faults as an error: those of one file, with its text.

@@ -31,6 +31,9 @@ pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
     writer.section("[simulation]");
     writer.pair("step", &number(model.settings.step));
     writer.pair("end", &number(model.settings.end));
+    if model.settings.project_start {
+        writer.pair("project_start", "true");
+    }
     for (body, remark) in model.bodies.iter().zip(&draft.on_bodies) {
         writer.commented("[[body]]", remark);
         writer.body(body);
@@ -99,6 +102,13 @@ impl Writer {
         if let Some(position) = &joint.position {
             self.pair("position", &list(position));
         }
+        for (key, anchor) in
+            [("anchor_parent", &joint.anchor_parent), ("anchor_child", &joint.anchor_child)]
+        {
+            if let Some(anchor) = anchor {
+                self.pair(key, &list(anchor));
+            }
+        }
         if let Some(axis) = &joint.axis {
             self.pair("axis", &list(axis));
         }
@@ -119,10 +129,13 @@ impl Writer {
     fn constraint(&mut self, constraint: &Constraint) {
         self.pair("name", &quoted(constraint.name()));
         match constraint {
-            Constraint::Gear { joints, ratio, .. } => {
+            Constraint::Gear { joints, ratio, freedoms, .. } => {
                 self.pair("type", "\"gear\"");
                 let joints = joints.each_ref().map(|joint| quoted(joint)).join(", ");
                 self.pair("joints", &format!("[{joints}]"));
+                if *freedoms != [0, 0] {
+                    self.pair("freedoms", &format!("{freedoms:?}"));
+                }
                 self.pair("ratio", &number(*ratio));
             }
             Constraint::Motion { joint, .. } => {

@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::mass::Mass;
 use crate::remark::Remarks;
+use crate::repair::{repaired, short};
 use crate::robot::{Joint, Kind, Link, Robot};
 use crate::solid::Placed;
 use crate::source::{Fault, Place, Result};
@@ -39,7 +40,7 @@ pub(crate) enum Connection {
     /// It moves freely.
     Free,
     /// By a joint whose axis and point are given in space, initially.
-    Joint { joint: Joint, axis: Vector3<f64>, point: Vector3<f64> },
+    Joint { joint: Box<Joint>, axis: Vector3<f64>, point: Vector3<f64> },
 }
 
 /// The bodies of a robot.
@@ -53,15 +54,21 @@ pub(crate) struct Tree {
     pub(crate) pose_in_body: Vec<Isometry3<f64>>,
 }
 
+/// Where the mass of a body is not that of the description.
+const RODS: &str = "mass of rods on the axis of a hinge, which moves the same on either side of it, was moved: masses and centres of mass of these bodies are not those of the description";
+
 /// What a body gets of the mass behind it where none can be taken from its neighbours.
 const SMALL: f64 = 1e-6;
 
 impl Tree {
     /// The bodies of a robot, with masses.
-    pub(crate) fn new(robot: &Robot, remarks: &mut Remarks) -> Result<Self> {
+    pub(crate) fn new(robot: &Robot, repair: bool, remarks: &mut Remarks) -> Result<Self> {
         let mut tree = Self::default();
         for link in &robot.links {
             tree.add(link, remarks);
+        }
+        if repair {
+            tree.nodes.iter_mut().for_each(|node| repaired(node, remarks));
         }
         tree.leave_out_massless_ends(robot, remarks);
         tree.transfer_rods(remarks)?;
@@ -95,7 +102,7 @@ impl Tree {
             let axis = pose.rotation * joint.axis.into_inner();
             let point = pose.transform_point(&joint.anchor.into()).coords;
             pose = joint.moved(&pose);
-            let connection = Connection::Joint { joint: joint.clone(), axis, point };
+            let connection = Connection::Joint { joint: Box::new(joint.clone()), axis, point };
             self.push(link, before, connection, pose);
             before = Some(self.nodes.len() - 1);
             let node = self.nodes.last_mut().expect("it was pushed");
@@ -161,6 +168,9 @@ impl Tree {
         let all_plain = joints.iter().all(plain);
         if parent.is_none() && turns && count && independent(&slides) && all_plain {
             self.say(link, "all its joints together: a free body", remarks);
+            if joints.iter().any(|joint| joint.armature[0] != 0.0) {
+                self.say(link, "armature of a free body: not translated", remarks);
+            }
             return Vec::new();
         }
         let [a, b] = slides.as_slice() else { return joints.clone() };
@@ -169,12 +179,16 @@ impl Tree {
         let normal = a.cross(&b).norm() > 1e-6
             && a.dot(&hinge.axis).abs() < 1e-12
             && b.dot(&hinge.axis).abs() < 1e-12;
-        if !normal || !slides.iter().all(|j| plain(j)) {
+        // displacements along any two normal axes of the plane have the same armature
+        let [s, t] = [slides[0].armature[0], slides[1].armature[0]];
+        let alike = s == 0.0 && t == 0.0 || s.to_bits() == t.to_bits() && a.dot(&b).abs() < 1e-12;
+        if !normal || !alike || !slides.iter().all(|j| plain(j)) {
             return joints.clone();
         }
         self.say(link, "two slides and a hinge normal to them: one planar pair", remarks);
         let name = joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join("_");
-        vec![Joint { name, kind: Kind::Planar, ..(*hinge).clone() }]
+        let armature = [s, t, hinge.armature[0]];
+        vec![Joint { name, kind: Kind::Planar, armature, ..(*hinge).clone() }]
     }
 
     fn say(&self, link: &Link, message: &str, remarks: &mut Remarks) {
@@ -209,9 +223,9 @@ impl Tree {
             if self.nodes[k].absent || self.nodes[k].mass.is_body() {
                 continue;
             }
-            let done = children[k].iter().any(|c| self.transfer(*c, k, *c))
-                || self.nodes[k].parent.is_some_and(|p| self.transfer(p, k, k))
-                || self.rod_on_ground(k);
+            let done = children[k].iter().any(|c| self.transfer((*c, k), *c, remarks))
+                || self.nodes[k].parent.is_some_and(|p| self.transfer((p, k), k, remarks))
+                || self.rod_on_ground(k, remarks);
             if !done {
                 self.small_mass(k, remarks)?;
             }
@@ -220,7 +234,12 @@ impl Tree {
     }
 
     /// A rod of body `from` on the hinge of body `hinge` becomes a part of body `to`.
-    fn transfer(&mut self, from: usize, to: usize, hinge: usize) -> bool {
+    fn transfer(
+        &mut self,
+        (from, to): (usize, usize),
+        hinge: usize,
+        remarks: &mut Remarks,
+    ) -> bool {
         let Some((point, axis)) = self.hinge(hinge) else { return false };
         let donor = &self.nodes[from];
         if donor.absent {
@@ -234,13 +253,16 @@ impl Tree {
             "A rod on the axis of a hinge was taken from `{}` and added here: this does not change the motion.",
             donor.name
         );
+        let label =
+            format!("{} kg of \"{}\" to \"{}\"", short(rod.mass), donor.name, self.nodes[to].name);
+        remarks.mention(RODS, label, &donor.place);
         self.nodes[from].mass = self.nodes[from].mass.minus(&rod);
         self.receive(to, &rod.moved(&there), note);
         true
     }
 
     /// Where the parent is the ground, any rod on the axis will do.
-    fn rod_on_ground(&mut self, k: usize) -> bool {
+    fn rod_on_ground(&mut self, k: usize, remarks: &mut Remarks) -> bool {
         let (None, Some((point, axis))) = (self.nodes[k].parent, self.hinge(k)) else {
             return false;
         };
@@ -252,6 +274,8 @@ impl Tree {
         let u = inverse.rotation * axis;
         let center = inverse.transform_point(&point.into()).coords;
         let rod = Mass::thin_rod(0.25 * mass, center, &u, 0.25 * size);
+        let label = format!("{} kg to \"{}\"", short(rod.mass), self.nodes[k].name);
+        remarks.mention(RODS, label, &self.nodes[k].place);
         let note = "A rod on the axis of its hinge was added: it has no inertia about that axis, and does not change the motion.";
         self.receive(k, &rod, note.to_owned());
         true
@@ -266,7 +290,13 @@ impl Tree {
                 "`{}` moves and has no mass or inertia, and none can be taken from its neighbours",
                 node.name
             );
-            return Err(Fault::at(&node.place, message, "state its mass and inertia"));
+            let help = match node.mass.mass > 0.0 {
+                true => "state its inertia, or let `--repair-inertia` take one from its mass",
+                false => {
+                    "state its mass and inertia; `--density RHO` gives links of URDF the mass of their geometry"
+                }
+            };
+            return Err(Fault::at(&node.place, message, help));
         }
         let inertia = Matrix3::identity() * (SMALL * size);
         let small = Mass { mass: SMALL * mass, center: node.mass.center, J: inertia };

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use holonom::import::JointValue;
+use holonom::import::{Close, ClosureKind, JointValue};
 
 #[derive(Args)]
 #[command(
@@ -22,9 +22,20 @@ pub(crate) struct Import {
     /// Initial value of a joint, m or rad; may be repeated
     #[arg(long, value_name = "NAME=VALUE", value_parser = joint_value)]
     pub(crate) joint: Vec<JointValue>,
-    /// Density of URDF links that state no inertia, kg/m³: of their visual geometry
+    /// Density of URDF links that have geometry and state no inertia, kg/m³: their visual geometry gives them a mass
     #[arg(long, value_name = "RHO", value_parser = density)]
     pub(crate) density: Option<f64>,
+    /// Replace moments of inertia that no body has by their mean, as MuJoCo's `balanceinertia` does, and those that are zero by those
+    /// of the geometry or of a ball; each is listed
+    #[arg(long)]
+    pub(crate) repair_inertia: bool,
+    /// Close a loop between two links, bodies or sites: `spherical` by default, or `A=B:revolute`, `:prismatic` (about and along the
+    /// third axis of A), `:fixed`; may be repeated
+    #[arg(long, value_name = "A=B", value_parser = close)]
+    pub(crate) close: Vec<Close>,
+    /// Leave out the armatures of MJCF, which become rotors geared to their joints
+    #[arg(long)]
+    pub(crate) no_armature: bool,
     /// Time step, s; by default that of the description, or 1 ms
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) step: Option<f64>,
@@ -44,6 +55,23 @@ fn density(text: &str) -> Result<f64, String> {
     number
         .filter(|rho| *rho > 0.0 && *rho <= 1e6)
         .ok_or_else(|| "write a positive density in kg/m³, such as 2700".to_owned())
+}
+
+fn close(text: &str) -> Result<Close, String> {
+    let kinds = [
+        (":spherical", ClosureKind::Spherical),
+        (":revolute", ClosureKind::Revolute),
+        (":prismatic", ClosureKind::Prismatic),
+        (":fixed", ClosureKind::Fixed),
+    ];
+    let stated = kinds.iter().find_map(|(end, kind)| Some((text.strip_suffix(end)?, *kind)));
+    let (ends, kind) = stated.unwrap_or((text, ClosureKind::default()));
+    let named = ends.split_once('=').map(|(a, b)| [a, b].map(|end| end.trim().to_owned()));
+    let ends = named.filter(|ends| ends.iter().all(|end| !end.is_empty()));
+    ends.map(|ends| Close { ends, kind }).ok_or_else(|| {
+        "write A=B with two links, bodies or sites, such as --close coupler_end=rocker_end:revolute"
+            .to_owned()
+    })
 }
 
 fn joint_value(text: &str) -> Result<JointValue, String> {

@@ -8,18 +8,8 @@ use super::settings::{Defaults, FromGeoms, Settings};
 use crate::element::Element;
 use crate::mass::Mass;
 use crate::remark::Remarks;
-use crate::robot::{Joint, Kind, Link};
+use crate::robot::{Frame, Joint, Kind, Link};
 use crate::source::{Fault, Result};
-
-/// A place that the description names.
-#[derive(Clone, Debug)]
-pub(crate) struct Site {
-    pub(crate) name: String,
-    /// Its link; `None`: the ground.
-    pub(crate) link: Option<usize>,
-    /// m, in the frame of the link.
-    pub(crate) point: Vector3<f64>,
-}
 
 /// Where an element stands: in which link, under which class, in which `<frame>`.
 #[derive(Clone)]
@@ -40,7 +30,7 @@ pub(crate) struct Bodies<'a, 'b> {
     pub(crate) defaults: &'a Defaults,
     pub(crate) remarks: &'a mut Remarks,
     pub(crate) links: Vec<Link>,
-    pub(crate) sites: Vec<Site>,
+    pub(crate) sites: Vec<Frame>,
     /// Names of bodies that are moved from outside.
     pub(crate) mocaps: Vec<String>,
 }
@@ -82,10 +72,9 @@ impl Bodies<'_, '_> {
                 }
                 "site" => {
                     let element = self.defaults.apply(child, scope.class.as_deref())?;
-                    let point = Vector3::from(element.vector::<3>("pos")?.unwrap_or_default());
-                    let point = scope.frame.transform_point(&point.into()).coords;
+                    let pose = scope.frame * pose(&element, self.settings)?;
                     let name = child.word("name").unwrap_or_default().to_owned();
-                    self.sites.push(Site { name, link: scope.link, point });
+                    self.sites.push(Frame { name, link: scope.link, pose });
                     self.remarks.add("sites: not translated", child);
                 }
                 "inertial" => {}
@@ -193,6 +182,9 @@ impl Bodies<'_, '_> {
         let element = self.defaults.apply(child, scope.class.as_deref())?;
         let kind = match (child.name.as_str(), element.word("type").unwrap_or("hinge")) {
             ("freejoint", _) | (_, "free") => {
+                if child.name == "joint" && element.amount("armature")? != 0.0 {
+                    self.remarks.add("armature of a free joint: not translated", child);
+                }
                 return self.free(link, child);
             }
             (_, "hinge") => Kind::Hinge,
@@ -240,7 +232,7 @@ impl Bodies<'_, '_> {
         let acts = |yes: bool, amount: f64| if yes { amount } else { 0.0 };
         let stiffness = acts(self.settings.springs, self.linear(element, "stiffness")?);
         let damping = acts(self.settings.dampers, self.linear(element, "damping")?);
-        self.beside(element)?;
+        let armature = self.beside(element, kind)?;
         Ok(Joint {
             name: element.word("name").map_or_else(|| self.unnamed(scope), str::to_owned),
             kind,
@@ -251,6 +243,7 @@ impl Bodies<'_, '_> {
             damping,
             stiffness,
             rest,
+            armature: [armature, 0.0, 0.0],
             place: element.place.clone(),
         })
     }
@@ -275,24 +268,22 @@ impl Bodies<'_, '_> {
         Ok(first)
     }
 
-    /// Remarks on what acts in a joint beside spring and damper.
-    fn beside(&mut self, element: &Element) -> Result<()> {
-        let amounts = [
-            ("armature", "rotor inertia (armature): no counterpart, not translated"),
-            ("frictionloss", "friction: not translated"),
-        ];
-        for (name, message) in amounts {
-            if element.number(name)?.is_some_and(|x| x != 0.0) {
-                self.remarks.add(message, element);
-            }
+    /// The armature of a joint; remarks on what acts in it beside spring and damper.
+    fn beside(&mut self, element: &Element, kind: Kind) -> Result<f64> {
+        let armature = element.amount("armature")?;
+        if armature != 0.0 && kind == Kind::Ball {
+            self.remarks.add("armature of a ball joint: not translated", element);
+        }
+        if element.number("frictionloss")?.is_some_and(|x| x != 0.0) {
+            self.remarks.add(crate::remark::FRICTION, element);
         }
         if element.word("range").is_some() && element.word("limited") != Some("false") {
-            self.remarks.add("limits of joints: not translated", element);
+            self.remarks.add(crate::remark::LIMITS, element);
         }
         if element.word("springdamper").is_some() {
             self.remarks.add("`springdamper` of joints: not translated", element);
         }
-        Ok(())
+        Ok(if kind == Kind::Ball { 0.0 } else { armature })
     }
 }
 

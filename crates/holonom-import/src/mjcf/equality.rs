@@ -1,18 +1,22 @@
 //! `<equality>`: loops and joints that follow others. In MuJoCo they yield; in the model they are rigid.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::{Isometry3, Vector3};
 
-use super::body::Site;
 use super::settings::Defaults;
 use crate::element::Element;
 use crate::remark::Remarks;
-use crate::robot::{Closure, Gear, Link};
+use crate::robot::{Closure, ClosureKind, Frame, Gear, Link};
 use crate::source::{Fault, Result};
 
 /// What is read from `<equality>`.
 pub(crate) struct Equalities<'a> {
     pub(crate) links: &'a [Link],
-    pub(crate) sites: &'a [Site],
+    /// Links by name.
+    pub(crate) names: BTreeMap<&'a str, usize>,
+    pub(crate) joints: BTreeSet<&'a str>,
+    pub(crate) sites: BTreeMap<&'a str, &'a Frame>,
     pub(crate) mocaps: &'a [String],
     pub(crate) defaults: &'a Defaults,
     pub(crate) remarks: &'a mut Remarks,
@@ -55,25 +59,27 @@ impl Equalities<'_> {
         if weld && relpose[3..].iter().any(|x| *x != 0.0) {
             self.remarks.add("`relpose` of a weld: the initial pose is kept instead", element);
         }
-        let (ends, points) = match (element.word("site1"), element.word("site2")) {
+        let (ends, frames) = match (element.word("site1"), element.word("site2")) {
             (Some(first), Some(second)) => {
                 let [a, b] = [self.site(element, first)?, self.site(element, second)?];
-                ([a.link, b.link], [a.point, b.point])
+                ([a.link, b.link], [a.pose, b.pose])
             }
             _ => {
                 let first = self.link(element, "body1")?;
                 let second = self.link(element, "body2")?;
                 let anchor = Vector3::from(element.vector::<3>("anchor")?.unwrap_or_default());
+                let anchor = Isometry3::from(anchor);
                 // the anchor belongs to body 1 of a connect and to body 2 of a weld
                 let (own, other) = if weld { (second, first) } else { (first, second) };
-                let space = self.pose(own).transform_point(&anchor.into());
-                let there = self.pose(other).inverse_transform_point(&space).coords;
-                let points = if weld { [there, anchor] } else { [anchor, there] };
-                ([first, second], points)
+                let there = self.pose(other).inverse() * (self.pose(own) * anchor);
+                let frames = if weld { [there, anchor] } else { [anchor, there] };
+                ([first, second], frames)
             }
         };
         let name = element.word("name").map_or_else(|| element.name.clone(), str::to_owned);
-        self.loops.push(Closure { name, ends, points, weld, place: element.place.clone() });
+        let kind = if weld { ClosureKind::Fixed } else { ClosureKind::Spherical };
+        let (axis, place) = (Vector3::z_axis(), element.place.clone());
+        self.loops.push(Closure { name, ends, frames, axis, kind, place });
         Ok(())
     }
 
@@ -93,13 +99,12 @@ impl Equalities<'_> {
         let Some(name) = element.word(attribute).filter(|name| *name != "world") else {
             return Ok(None);
         };
-        let found = self.links.iter().position(|link| link.name == name);
+        let found = self.names.get(name).copied();
         found.map(Some).ok_or_else(|| missing(element, attribute, "body", name))
     }
 
-    fn site(&self, element: &Element, name: &str) -> Result<&Site> {
-        let found = self.sites.iter().find(|site| site.name == name);
-        found.ok_or_else(|| missing(element, "site1", "site", name))
+    fn site(&self, element: &Element, name: &str) -> Result<&Frame> {
+        self.sites.get(name).copied().ok_or_else(|| missing(element, "site1", "site", name))
     }
 
     /// `y − y_0 = a_0 + a_1 (x − x_0) + …`: joint 1 follows joint 2.
@@ -107,7 +112,7 @@ impl Equalities<'_> {
         let joint = element.required("joint1")?;
         let of = element.word("joint2");
         for name in [Some(joint), of].into_iter().flatten() {
-            if !self.links.iter().flat_map(|l| &l.joints).any(|j| j.name == name) {
+            if !self.joints.contains(name) {
                 return Err(missing(element, "joint1", "joint", name));
             }
         }

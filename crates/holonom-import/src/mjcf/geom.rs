@@ -10,6 +10,7 @@ use crate::element::Element;
 use crate::mass::Mass;
 use crate::mesh::Meshes;
 use crate::remark::Remarks;
+use crate::robot::Unread;
 use crate::solid::{Placed, Solid};
 use crate::source::{Fault, Result};
 use crate::urdf::weighed;
@@ -43,6 +44,8 @@ pub(crate) struct Geoms<'a> {
     pub(crate) settings: &'a Settings,
     pub(crate) files: BTreeMap<String, MeshFile>,
     pub(crate) meshes: &'a mut Meshes,
+    /// Meshes that could not be read.
+    pub(crate) unread: Vec<Unread>,
 }
 
 impl Geoms<'_> {
@@ -76,14 +79,15 @@ impl Geoms<'_> {
             remarks.add(message, element);
             return Ok(none);
         };
-        if element.flag("shellinertia") == Some(true) {
-            remarks.add("shells: their mass is taken as that of solids", element);
-        }
-        let mass = if weighs { mass(element, placed.solid.volume())? } else { 0.0 };
-        let massless = Mass::default();
-        let mass =
-            if mass > 0.0 { placed.solid.with_mass(mass).moved(&placed.pose) } else { massless };
-        Ok(Geom { placed: Some(placed), mass })
+        let shell = element.flag("shellinertia") == Some(true);
+        let size = if shell { placed.solid.area() } else { placed.solid.volume() };
+        let mass = if weighs { mass(element, size)? } else { 0.0 };
+        let properties = match mass > 0.0 {
+            true if shell => placed.solid.shell_with_mass(mass).moved(&placed.pose),
+            true => placed.solid.with_mass(mass).moved(&placed.pose),
+            false => Mass::default(),
+        };
+        Ok(Geom { placed: Some(placed), mass: properties })
     }
 
     /// Whether its group counts, and mass or density are not zero.
@@ -99,6 +103,8 @@ impl Geoms<'_> {
         let file = self.files.get(name).cloned();
         let exact = file.as_ref().is_some_and(|mesh| mesh.inertia == "exact");
         let legacy = file.as_ref().is_some_and(|mesh| mesh.inertia == "legacy");
+        let shell = element.flag("shellinertia") == Some(true)
+            || file.as_ref().is_some_and(|mesh| mesh.inertia == "shell");
         let summary = match &file {
             Some(mesh) if !mesh.moved => {
                 let file = std::path::Path::new(&self.settings.mesh_folder).join(&mesh.file);
@@ -113,6 +119,8 @@ impl Geoms<'_> {
             Err(reason) => {
                 let lost = if weighs { "neither mass nor picture" } else { "no picture" };
                 remarks.add(format!("meshes, {reason}: {lost}"), element);
+                let file = file.map_or_else(|| name.to_owned(), |mesh| mesh.file);
+                self.unread.push(Unread { file, reason });
                 return Ok(Geom { placed: None, mass: Mass::default() });
             }
         };
@@ -121,12 +129,16 @@ impl Geoms<'_> {
         if !weighs {
             return Ok(Geom { placed, mass: Mass::default() });
         }
-        let unit = if legacy { summary.unsigned_mass() } else { weighed(&summary, element)? };
+        let unit = match shell {
+            true => summary.shell_mass(),
+            false if legacy => summary.unsigned_mass(),
+            false => weighed(&summary, element, remarks),
+        };
         if unit.mass <= 0.0 {
             let help = "state an <inertial> of the body";
             return Err(Fault::at(&element.place, "the mesh has no volume", help));
         }
-        if !exact && !legacy {
+        if !exact && !legacy && !shell {
             let message = "meshes with another `inertia` than exact and legacy: taken as solids";
             remarks.add(message, element);
         }

@@ -4,19 +4,24 @@ use std::path::Path;
 
 use crate::ImportError;
 use crate::element::Element;
+use crate::remark::Remarks;
 use crate::source::{Fault, Sources};
 
 /// Files that one description includes at most.
 const MOST: usize = 200;
 
 /// The tree with all files in it; each file may be included once.
-pub(crate) fn resolve(root: Element, sources: &mut Sources) -> Result<Element, ImportError> {
+pub(crate) fn resolve(
+    root: Element,
+    sources: &mut Sources,
+    remarks: &mut Remarks,
+) -> Result<Element, ImportError> {
     if root.name != "mujoco" {
         return Ok(root);
     }
     let folder = sources.files[0].path.parent().unwrap_or_else(|| Path::new("")).to_owned();
     let mut root = root;
-    root.children = spliced(std::mem::take(&mut root.children), &folder, sources)?;
+    root.children = spliced(std::mem::take(&mut root.children), &folder, sources, remarks)?;
     Ok(root)
 }
 
@@ -24,16 +29,18 @@ fn spliced(
     children: Vec<Element>,
     folder: &Path,
     sources: &mut Sources,
+    remarks: &mut Remarks,
 ) -> Result<Vec<Element>, ImportError> {
     let mut out = Vec::with_capacity(children.len());
     for mut child in children {
         if child.name != "include" {
-            child.children = spliced(child.children, folder, sources)?;
+            child.children = spliced(child.children, folder, sources, remarks)?;
             out.push(child);
             continue;
         }
         let file = child.required("file").map_err(|f| sources.error(&[f]))?;
-        let path = folder.join(file);
+        let stated = folder.join(file);
+        let path = if stated.is_file() { stated } else { folder.join(file.replace('\\', "/")) };
         let known = sources.files.iter().any(|source| source.path == path);
         if known || sources.files.len() > MOST {
             let message = "this file is included twice, or too many files are";
@@ -46,8 +53,8 @@ fn spliced(
             sources.error(&[Fault::at(child.place_of("file"), message, help)])
         })?;
         let text = &sources.files[number].text;
-        let included = Element::parse(number, text).map_err(|f| sources.error(&[f]))?;
-        out.extend(spliced(included.children, folder, sources)?);
+        let included = Element::parse(number, text, remarks).map_err(|f| sources.error(&[f]))?;
+        out.extend(spliced(included.children, folder, sources, remarks)?);
     }
     Ok(out)
 }

@@ -7,6 +7,7 @@ mod equality;
 mod geom;
 pub(crate) mod include;
 mod pose;
+mod replicate;
 mod settings;
 
 use std::collections::BTreeMap;
@@ -19,14 +20,16 @@ use settings::{Defaults, Settings};
 use crate::element::Element;
 use crate::mesh::Meshes;
 use crate::remark::Remarks;
-use crate::robot::{Link, Robot};
+use crate::robot::{Frame, Link, Robot};
 use crate::source::{Fault, Place, Result};
 
 /// Reads a robot from the root element `<mujoco>`.
 pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) -> Result<Robot> {
     let settings = Settings::read(root, remarks)?;
+    let root = &replicate::expand(root, &settings)?;
     let defaults = Defaults::read(root)?;
-    let mut geoms = Geoms { settings: &settings, files: files(root, &defaults)?, meshes };
+    let files = files(root, &defaults)?;
+    let mut geoms = Geoms { settings: &settings, files, meshes, unread: Vec::new() };
     let mut bodies = Bodies {
         geoms: &mut geoms,
         settings: &settings,
@@ -38,6 +41,7 @@ pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) 
     };
     root.all("worldbody").try_for_each(|world| bodies.world(world))?;
     let Bodies { mut links, sites, mocaps, .. } = bodies;
+    let unread = geoms.unread;
     unique_names(&links)?;
     if links.is_empty() {
         let help = "a model of MuJoCo has <body> in <worldbody>";
@@ -46,7 +50,9 @@ pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) 
     let (loops, gears) = (Vec::new(), Vec::new());
     let mut equalities = Equalities {
         links: &links,
-        sites: &sites,
+        names: links.iter().enumerate().map(|(k, link)| (link.name.as_str(), k)).collect(),
+        joints: links.iter().flat_map(|l| &l.joints).map(|j| j.name.as_str()).collect(),
+        sites: sites.iter().map(|site| (site.name.as_str(), site)).collect(),
         mocaps: &mocaps,
         defaults: &defaults,
         remarks,
@@ -59,6 +65,8 @@ pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) 
     if let Some(total) = settings.total_mass {
         scale(&mut links, total);
     }
+    let bodies = links.iter().enumerate().map(|(k, link)| Frame::of_link(k, link));
+    let frames = bodies.chain(sites.into_iter().filter(|site| !site.name.is_empty())).collect();
     Ok(Robot {
         name: root.word("model").unwrap_or("MuJoCo model").to_owned(),
         format: "MJCF",
@@ -67,6 +75,9 @@ pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) 
         links,
         loops,
         gears,
+        frames,
+        unread,
+        shapes_without_mass: Vec::new(),
     })
 }
 

@@ -1,0 +1,153 @@
+//! Joints, and joints that follow others.
+
+use std::collections::BTreeMap;
+
+use holonom_model::nearest;
+use nalgebra::{Unit, Vector3};
+
+use super::Reader;
+use crate::element::Element;
+use crate::robot::{Gear, Joint, Kind, Link};
+use crate::source::{Fault, Result};
+
+/// Types of joints.
+const TYPES: [&str; 7] =
+    ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
+
+impl Reader<'_> {
+    /// Gives a link the joint before it.
+    pub(super) fn connect(&mut self, link: &mut Link, joint: &Element) -> Result<()> {
+        let kind = match joint.required("type")? {
+            "fixed" => None,
+            "floating" => {
+                link.free = true;
+                None
+            }
+            "revolute" | "continuous" => Some(Kind::Hinge),
+            "prismatic" => Some(Kind::Slide),
+            "planar" => Some(Kind::Planar),
+            "spherical" | "ball" => Some(Kind::Ball),
+            other => {
+                let message = format!("`{}` is no type of a joint", other.escape_debug());
+                let help = match nearest(other, TYPES) {
+                    Some(best) => format!("did you mean `{best}`?"),
+                    None => format!("there are: {}", TYPES.join(", ")),
+                };
+                return Err(Fault::at(joint.place_of("type"), message, help));
+            }
+        };
+        if let Some(kind) = kind {
+            link.joints = vec![self.joint(joint, kind)?];
+        } else if joint.child("mimic").is_some() {
+            let message = "<mimic> of a joint without a coordinate of its own: not translated";
+            self.remarks.add(message, joint);
+        }
+        Ok(())
+    }
+
+    fn joint(&mut self, element: &Element, kind: Kind) -> Result<Joint> {
+        let name = element.required("name")?.to_owned();
+        let axis = match element.child("axis").filter(|_| kind != Kind::Ball) {
+            Some(axis) => direction(axis)?,
+            None => Vector3::x_axis(),
+        };
+        let dynamics = element.child("dynamics");
+        let damping = dynamics.map_or(Ok(0.0), |d| d.amount("damping"))?;
+        let friction = dynamics.map_or(Ok(None), |d| d.number("friction"))?.unwrap_or(0.0);
+        if friction != 0.0 {
+            self.remarks.add(crate::remark::FRICTION, element);
+        }
+        if damping != 0.0 && kind == Kind::Planar {
+            self.remarks.add("damping of a planar joint: only of its angle", element);
+        }
+        let ignored = [
+            ("limit", crate::remark::LIMITS),
+            ("safety_controller", "safety controllers: not translated"),
+            ("calibration", "calibration: not translated"),
+        ];
+        for (child, message) in ignored {
+            if element.child(child).is_some() {
+                self.remarks.add(message, element);
+            }
+        }
+        if let Some(mimic) = element.child("mimic") {
+            self.mimic(element, &name, kind, mimic)?;
+        }
+        Ok(Joint {
+            name,
+            kind,
+            axis,
+            anchor: Vector3::zeros(),
+            reference: 0.0,
+            value: 0.0,
+            damping,
+            stiffness: 0.0,
+            rest: 0.0,
+            armature: [0.0; 3],
+            place: element.place.clone(),
+        })
+    }
+
+    /// `<mimic>`: where neither joint has a single coordinate, the joint follows nothing.
+    fn mimic(&mut self, element: &Element, name: &str, kind: Kind, mimic: &Element) -> Result<()> {
+        let gear = Gear {
+            name: format!("{name}_mimic"),
+            joint: name.to_owned(),
+            of: Some(mimic.required("joint")?.to_owned()),
+            offset: mimic.number("offset")?.unwrap_or(0.0),
+            factor: mimic.number("multiplier")?.unwrap_or(1.0),
+            place: mimic.place.clone(),
+        };
+        if matches!(kind, Kind::Hinge | Kind::Slide) {
+            self.gears.push(gear);
+        } else {
+            let message = "<mimic> of a joint with several coordinates: not translated";
+            self.remarks.add(message, element);
+        }
+        Ok(())
+    }
+
+    /// The joints that follow others which have one coordinate; a remark on each that does not.
+    pub(super) fn followers(&mut self) -> Vec<Gear> {
+        let kinds: BTreeMap<&str, &str> = self
+            .root
+            .all("joint")
+            .filter_map(|joint| Some((joint.word("name")?, joint.word("type")?)))
+            .collect();
+        let mut kept = Vec::new();
+        for gear in std::mem::take(&mut self.gears) {
+            let of = gear.of.as_deref().unwrap_or_default();
+            let reason = match kinds.get(of) {
+                Some(&("revolute" | "continuous" | "prismatic")) if of != gear.joint => {
+                    kept.push(gear);
+                    continue;
+                }
+                Some(_) if of == gear.joint => "it cannot follow itself".to_owned(),
+                Some(kind) => format!(
+                    "the {} joint `{}` has no single coordinate",
+                    kind.escape_debug(),
+                    of.escape_debug()
+                ),
+                None => {
+                    let best = nearest(of, kinds.keys().copied());
+                    let best = best.map_or_else(String::new, |best| {
+                        format!(" (did you mean `{}`?)", best.escape_debug())
+                    });
+                    format!("there is no joint `{}`{best}", of.escape_debug())
+                }
+            };
+            let message = format!("<mimic>: {reason}; not translated, the joint moves by itself");
+            let label = format!("joint \"{}\"", gear.joint.escape_debug());
+            self.remarks.mention(message, label, &gear.place);
+        }
+        kept
+    }
+}
+
+/// The direction of an `<axis>`.
+pub(super) fn direction(axis: &Element) -> Result<Unit<Vector3<f64>>> {
+    let xyz = Vector3::from(axis.vector::<3>("xyz")?.unwrap_or([1.0, 0.0, 0.0]));
+    Unit::try_new(xyz, 1e-10).ok_or_else(|| {
+        Fault::at(axis.place_of("xyz"), "the axis has no direction", "write xyz=\"0 0 1\"")
+    })
+}

@@ -1,0 +1,492 @@
+//! What descriptions of robots hold beside the specifications: dialects, repairs, and remarks on what plays no part.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use holonom::import::{Close, ClosureKind, ImportError, Imported, Options, import_text};
+use holonom::model::{Constraint, JointKind, Problem};
+use holonom::modes::{About, ModalAnalysis};
+use holonom::{Model, Simulation};
+
+const INERTIAL: &str = r#"<inertial><origin xyz="0.1 0 0" rpy="0.1 0.2 0.3"/><mass value="1.0"/><inertia ixx="0.01" iyy="0.02" izz="0.025" ixy="0.001" ixz="-0.002" iyz="0.0005"/></inertial>"#;
+
+/// A robot with links `a` and `b` on a base by hinges `ja` and `jb`; `of_b` stands in `jb`, `beside` in `<robot>`.
+fn two_links(type_of_a: &str, of_b: &str, beside: &str) -> String {
+    format!(
+        r#"<robot name="r"><link name="base"/><link name="a">{INERTIAL}</link><link name="b">{INERTIAL}</link>
+<joint name="ja" type="{type_of_a}"><parent link="base"/><child link="a"/><origin xyz="0.2 0 0.1"/><axis xyz="0 1 0"/></joint>
+<joint name="jb" type="revolute"><parent link="base"/><child link="b"/><origin xyz="0.2 0 0.1"/><axis xyz="0 1 0"/>{of_b}</joint>
+{beside}</robot>"#
+    )
+}
+
+fn imported(text: &str, options: &Options) -> Imported {
+    import_text(text, Path::new("nowhere/robot.xml"), options)
+        .unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+fn plain(text: &str) -> Imported {
+    imported(text, &Options::default())
+}
+
+fn refused(text: &str, options: &Options) -> Problem {
+    match import_text(text, Path::new("nowhere/robot.xml"), options) {
+        Err(ImportError::Invalid { problems, .. }) => problems[0].clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// All remarks, one a line.
+fn remarks(imported: &Imported) -> String {
+    imported.remarks.iter().fold(String::new(), |mut all, remark| {
+        let _ = writeln!(all, "{remark}");
+        all
+    })
+}
+
+fn dof(model: &Model) -> usize {
+    Simulation::new(model).unwrap().assembly().counts.dof
+}
+
+/// Largest component of a difference.
+fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).fold(0.0, |most, i| most.max((a[i] - b[i]).abs()))
+}
+
+/// The rotation that takes x to y, y to z and z to x, in all places that have an `<origin>`.
+#[test]
+fn quaternions_of_origins_are_orientations() {
+    let robot = |joint: &str, inertial: &str| {
+        format!(
+            r#"<robot name="r" version="1.2"><link name="base"/><link name="a"><inertial><origin {inertial}/><mass value="1"/><inertia ixx="0.01" iyy="0.02" izz="0.025"/></inertial>
+<visual><origin {inertial}/><geometry><box size="0.1 0.2 0.3"/></geometry></visual></link>
+<joint name="j" type="revolute"><parent link="base"/><child link="a"/><origin {joint}/><axis xyz="0 1 0"/></joint></robot>"#
+        )
+    };
+    let quaternion = r#"quat_xyzw="0.5 0.5 0.5 0.5""#;
+    let model = plain(&robot(quaternion, "")).model;
+    let axis = model.joints[0].axis.unwrap();
+    println!("axis {axis:?}");
+    assert!(apart(axis, [0.0, 0.0, 1.0]) < 1e-15, "y is taken to z: {axis:?}");
+    // the same rotation as angles: a quarter turn about x, then one about z
+    let angles = r#"rpy="1.5707963267948966 0 1.5707963267948966""#;
+    let [one, other] = [quaternion, angles].map(|turn| plain(&robot("", turn)).model);
+    let difference = (one.bodies[0].inertia_tensor() - other.bodies[0].inertia_tensor()).amax();
+    println!("inertia by quaternion and by angles: {difference:.1e}");
+    assert!(difference < 1e-16);
+    let unscaled = plain(&robot(r#"quat_xyzw="3 3 3 3""#, "")).model.joints[0].axis.unwrap();
+    assert!(apart(unscaled, axis) < 1e-15, "{unscaled:?}");
+    let twice = refused(&robot(&format!("{quaternion} {angles}"), ""), &Options::default());
+    assert!(twice.message.contains("stated twice"), "{}", twice.message);
+    let zero = refused(&robot(r#"quat_xyzw="0 0 0 0""#, ""), &Options::default());
+    assert!(zero.message.contains("no direction"), "{}", zero.message);
+}
+
+#[test]
+fn a_joint_that_has_nothing_to_follow_moves_by_itself_and_this_is_said() {
+    let mimic = |of: &str| format!(r#"<mimic joint="{of}" multiplier="0.5" offset="0.4"/>"#);
+    let follows = plain(&two_links("revolute", &mimic("ja"), ""));
+    assert_eq!(dof(&follows.model), 1, "{}", remarks(&follows));
+    let cases = [
+        ("revolute", "typo", "there is no joint `typo`", 2),
+        ("revolute", "jx", "did you mean `ja`?", 2),
+        ("revolute", "jb", "it cannot follow itself", 2),
+        ("fixed", "ja", "the fixed joint `ja` has no single coordinate", 1),
+        ("planar", "ja", "the planar joint `ja` has no single coordinate", 4),
+        ("floating", "ja", "the floating joint `ja` has no single coordinate", 7),
+        ("spherical", "ja", "the spherical joint `ja` has no single coordinate", 4),
+    ];
+    for (kind, of, words, freedoms) in cases {
+        let found = plain(&two_links(kind, &mimic(of), ""));
+        let said = remarks(&found);
+        assert!(said.contains(words) && said.contains("joint \"jb\" (line 3)"), "{kind}: {said}");
+        assert_eq!(dof(&found.model), freedoms, "{kind} {of}");
+        assert!(found.model.constraints.is_empty(), "{kind} {of}");
+    }
+    let fixed = two_links("fixed", "", "").replace(
+        r#"<axis xyz="0 1 0"/></joint>"#,
+        r#"<axis xyz="0 1 0"/><mimic joint="jb"/></joint>"#,
+    );
+    let said = remarks(&plain(&fixed));
+    assert!(said.contains("<mimic> of a joint without a coordinate"), "{said}");
+}
+
+#[test]
+fn nothing_unknown_is_dropped_silently() {
+    let cases = [
+        ("<mimic joint=\"ja\" ratio=\"2\"/>", "the attribute `ratio` of <mimic>"),
+        ("<dynamics spring_stiffness=\"3\"/>", "the attribute `spring_stiffness` of <dynamics>"),
+        ("<spring k=\"3\"/>", "<spring> in <joint>"),
+        ("<origin xyz=\"0 0 1\"/>", "a second <origin> in <joint>"),
+    ];
+    for (inside, words) in cases {
+        let text = two_links("revolute", inside, "").replacen("<origin xyz=\"0.2 0 0.1\"/>", "", 1);
+        let said = remarks(&plain(&text));
+        assert!(said.contains(words), "{inside}: {said}");
+    }
+    let twice = two_links("revolute", "", "").replacen(INERTIAL, &INERTIAL.repeat(2), 1);
+    assert!(remarks(&plain(&twice)).contains("a second <inertial> in <link>"));
+}
+
+#[test]
+fn text_that_other_programs_read_is_read_with_a_remark() {
+    let robot = two_links("revolute", "", "");
+    let mass = |text: &str| {
+        let found = plain(text);
+        (found.model.bodies.iter().map(|b| b.mass()).sum::<f64>(), remarks(&found))
+    };
+    let (sum, said) = mass(&robot);
+    assert!((sum - 2.0).abs() < 1e-15 && !said.contains("prefix"), "{said}");
+    let inside = |element: &str| robot.replace("</robot>", &format!("{element}</robot>"));
+    let cases = [
+        (inside(r#"<gazebo><sensor:camera name="c"/></gazebo>"#), "the prefix `sensor`"),
+        (inside(r#"<gazebo><a drake:b="1"/></gazebo>"#), "the prefix `drake`"),
+        (robot.replace("<link name=\"a\">", "<link name=\"a\" ros:x=\"1\">"), "the prefix `ros`"),
+        (format!("\n\n<?xml version=\"1.0\"?>{robot}"), "blanks before the XML declaration"),
+        (
+            format!("\u{feff} \t<?xml version=\"1.0\"?>\n{robot}"),
+            "blanks before the XML declaration",
+        ),
+    ];
+    for (text, words) in &cases {
+        let (sum, said) = mass(text);
+        assert!((sum - 2.0).abs() < 1e-15 && said.contains(words), "{words}: {said}");
+    }
+    let quiet = [
+        format!("\n{robot}\n"),
+        format!("<?xml version=\"1.0\"?><!-- a -- b -->{robot}"),
+        inside(r#"<x xmlns:s="u"><s:a/></x>"#),
+        inside("<gazebo><p v=\"${not} used\"/></gazebo>"),
+        robot.replace("0.2 0 0.1", "0.2, 0, 0.1"),
+        robot.replace("r\"", "r &amp; s\""),
+    ];
+    for text in &quiet {
+        let (sum, said) = mass(text);
+        let strange = ["prefix", "blanks"].iter().any(|word| said.contains(word));
+        assert!((sum - 2.0).abs() < 1e-15 && !strange, "{text}: {said}");
+    }
+    let undeclared = inside(r#"<x xmlns:s="u"/><s:a/>"#);
+    assert!(mass(&undeclared).1.contains("the prefix `s`"), "a scope ends with its element");
+}
+
+#[test]
+fn text_that_is_no_xml_is_refused_where_it_is_wrong() {
+    let cases = [
+        ("<robot/><robot/>", "a second root", "1:9"),
+        ("words <robot/>", "text before", "1:1"),
+        ("<robot a=\"1\" a=\"2\"/>", "a second attribute `a`", "1:14"),
+        ("<robot>\n<link></robot>", "", "2:7"),
+        ("<robot>\n <link>", "`<link>` is not closed", "2:2"),
+        ("<robot a=1/>", "", "1:1"),
+        ("<robot name=\"&typo;\"/>", "typo", "1:8"),
+        ("<1/>", "`1` is no name", "1:1"),
+        ("<!-- <robot/>", "comment", "1:1"),
+    ];
+    for (text, words, place) in cases {
+        let message = refused(text, &Options::default()).message;
+        println!("{message}");
+        assert!(message.starts_with("this is not well-formed XML: "), "{message}");
+        assert!(message.contains(words) && message.ends_with(&format!(" at {place}")), "{message}");
+    }
+    let many: String = (0..1001).fold(String::new(), |all, k| all + &format!(" a{k}=\"\""));
+    let message = refused(&format!("<robot{many}/>"), &Options::default()).message;
+    assert!(message.contains("more than 1000 attributes"), "{message}");
+}
+
+#[test]
+fn a_picture_that_cannot_be_read_does_not_refuse_the_robot() {
+    let shapes = [
+        "<mesh filename=\"a.stl\" scale=\"0.001\"/>",
+        "<mesh filename=\"a.stl\" scale=\"1 2\"/>",
+        "<mesh/>",
+        "<box/>",
+        "<box size=\"1 2\"/>",
+        "<cylinder radius=\"x\" length=\"1\"/>",
+    ];
+    for shape in shapes {
+        let visual = format!("<visual><geometry>{shape}</geometry></visual></link>");
+        let text = two_links("revolute", "", "").replacen("</link>", &visual, 1);
+        let found = plain(&text);
+        assert_eq!(found.model.bodies.len(), 2, "{shape}");
+        assert!(remarks(&found).contains("no picture"), "{shape}: {}", remarks(&found));
+    }
+}
+
+#[test]
+fn a_spherical_joint_of_a_urdf_is_a_spherical_pair() {
+    let model = plain(&two_links("spherical", "", "")).model;
+    assert_eq!(model.joints[0].kind, JointKind::Spherical);
+    assert_eq!(dof(&model), 4);
+}
+
+/// Two links on one hinge, held together at a distance by a loop of each dialect: one freedom in the place of two.
+#[test]
+fn loops_of_dialects_are_closed() {
+    let dialects = [
+        r#"<loop_joint name="l" type="continuous"><link1 link="a" xyz="1 0 0"/><link2 link="b" xyz="1 0 0"/><axis xyz="0 1 0"/></loop_joint>"#,
+        r#"<loop_joint name="l" type="spherical"><link1 link="a" rpy="0 0 0" xyz="1 0 0"/><link1 link="b" rpy="0 0 0" xyz="1 0 0"/></loop_joint>"#,
+        r#"<loop name="l" type="revolute"><predecessor link="a"/><successor link="b"/><predecessor_origin xyz="1 0 0"/><successor_origin xyz="1 0 0"/><axis xyz="0 1 0"/></loop>"#,
+        r#"<loop name="l"><predecessor link="a"><origin xyz="1 0 0"/></predecessor><successor link="b"><origin xyz="1 0 0"/></successor></loop>"#,
+        r#"<constraint name="l" type="fixed"><parent link="a"/><child link="b"/></constraint>"#,
+        r#"<constraint name="l" type="fixed" link1="a" link2="b"/>"#,
+        r#"<drake:loop_joint name="l" type="revolute"><link1 link="a" xyz="1 0 0" rpy="0 0 1.5707963267948966"/><link2 link="b" xyz="1 0 0"/><axis xyz="1 0 0"/></drake:loop_joint>"#,
+    ];
+    for dialect in dialects {
+        let found = plain(&two_links("revolute", "", dialect));
+        assert!(remarks(&found).contains("loops are closed"), "{dialect}: {}", remarks(&found));
+        let model = &found.model;
+        assert_eq!((model.joints.len(), dof(model)), (3, 1), "{dialect}");
+        if let Some(axis) = model.joints[2].axis {
+            assert!(apart(axis, [0.0, 1.0, 0.0]) < 1e-15, "{dialect}: {axis:?}");
+        }
+    }
+    let unclear = [
+        r#"<loop name="l" type="gear"><link1 link="a"/><link2 link="b"/></loop>"#,
+        r#"<loop name="l"><link1 link="a"/><link2 link="typo"/></loop>"#,
+        r#"<loop name="l"><link1 link="a"/></loop>"#,
+        r#"<constraint name="l"/>"#,
+    ];
+    for dialect in unclear {
+        let found = plain(&two_links("revolute", "", dialect));
+        assert!(remarks(&found).contains("`--close A=B`"), "{dialect}: {}", remarks(&found));
+        assert_eq!(dof(&found.model), 2);
+    }
+}
+
+/// Frames are links without mass.
+#[test]
+fn an_option_closes_a_loop_between_two_frames() {
+    let frames = |x: &str| {
+        format!(
+            r#"<link name="end_a"/><link name="end_b"/><link name="post"/>
+<joint name="fp" type="fixed"><parent link="base"/><child link="post"/><origin xyz="1.2 0 0.1"/></joint>
+<joint name="fa" type="fixed"><parent link="a"/><child link="end_a"/><origin xyz="1 0 0" rpy="-1.5707963267948966 0 0"/></joint>
+<joint name="fb" type="fixed"><parent link="b"/><child link="end_b"/><origin xyz="{x} 0 0"/></joint>"#
+        )
+    };
+    let close = |a: &str, b: &str, kind| Options {
+        close: vec![Close { ends: [a.into(), b.into()], kind }],
+        ..Options::default()
+    };
+    let text = two_links("revolute", "", &frames("1"));
+    for kind in [ClosureKind::Spherical, ClosureKind::Revolute, ClosureKind::Fixed] {
+        let model = imported(&text, &close("end_a", "end_b", kind)).model;
+        assert_eq!(dof(&model), 1, "{kind:?}");
+    }
+    let hinge = imported(&text, &close("end_a", "end_b", ClosureKind::Revolute)).model;
+    let axis = hinge.joints[2].axis.unwrap();
+    assert!(apart(axis, [0.0, 1.0, 0.0]) < 1e-15, "the third axis of the first frame: {axis:?}");
+    let to_ground = imported(&text, &close("post", "end_b", ClosureKind::Spherical)).model;
+    assert_eq!(dof(&to_ground), 1);
+    let typo = refused(&text, &close("end_a", "end_c", ClosureKind::Spherical));
+    assert_eq!(typo.help.as_deref(), Some("did you mean `end_a`?"), "{typo:?}");
+    // ends that are apart are brought together by the start of a run
+    let plane = two_links("planar", "", &frames("1.1"));
+    let found = imported(&plane, &close("end_a", "end_b", ClosureKind::Spherical));
+    assert!(remarks(&found).contains("open by 1.000e-1 m"), "{}", remarks(&found));
+    assert!(found.model.settings.project_start);
+    assert_eq!(dof(&found.model), 2, "it is closed, and a triangle is left");
+    let body = r#"<body name="NAME" pos="P 0 0"><joint axis="0 1 0"/><geom size=".1" pos=".5 0 0"/><site name="at_NAME" pos="1 0 0"/></body>"#;
+    let bodies: String =
+        ["a", "b"].iter().map(|n| body.replace("NAME", n).replace('P', "0")).collect();
+    let robot = format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>");
+    let sites = imported(&robot, &close("at_a", "at_b", ClosureKind::Spherical)).model;
+    assert_eq!(dof(&sites), 1, "sites of MJCF");
+}
+
+/// `P_k = (T R)ᵏ`: four legs about the base, each with two toes; a joint equality in each leg.
+#[test]
+fn replicas_stand_where_mujoco_has_them() {
+    let robot = r#"<mujoco><worldbody><body name="base"><freejoint/><geom type="box" size=".1 .1 .1"/>
+<replicate count="4" euler="0 0 90"><body name="leg" pos=".2 0 0"><joint name="hip" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 .2 0 0" size=".02"/>
+<replicate count="2" offset="0 .1 0" sep="-"><body name="toe" pos=".2 0 0"><joint name="t"/><geom size=".01"/></body></replicate>
+</body></replicate></body></worldbody>
+<equality><joint name="e" joint1="hip" polycoef="0 0 0 0 0"/></equality></mujoco>"#;
+    let found = plain(robot);
+    let model = &found.model;
+    // 8 kg, 4 capsules of 0.2848377 kg, 8 toes of 4.18879e-3 kg
+    let mass: f64 = model.bodies.iter().map(|b| b.mass()).sum();
+    let exact = 8.0
+        + 1000.0
+            * std::f64::consts::PI
+            * (4.0 * (0.0004 * 0.2 + 4.0 / 3.0 * 8e-6) + 8.0 * 4.0 / 3.0 * 1e-6);
+    println!("mass {mass} kg, exactly {exact} kg");
+    assert!((mass - exact).abs() < 1e-13 * exact, "{mass} {exact}");
+    assert_eq!((model.bodies.len(), dof(model)), (13, 6 + 4 + 8 - 4), "{}", remarks(&found));
+    let body = |name: &str| model.bodies.iter().find(|b| b.name == name).unwrap();
+    assert!(apart(body("toe-02").position, [-0.4, 0.0, 0.0]) < 1e-15, "third leg: half a turn");
+    assert!(
+        apart(body("toe-11").position, [-0.1, 0.4, 0.0]) < 1e-15,
+        "{:?}",
+        body("toe-11").position
+    );
+    let held = model.constraints.iter().filter(|c| matches!(c, Constraint::Motion { .. })).count();
+    assert_eq!(held, 4, "an equality in each copy");
+    let row = r#"<mujoco><worldbody><replicate count="12" offset="1 0 0" euler="0 0 30"><body name="leg" pos=".2 0 0"><joint name="j" axis="0 1 0"/><geom size=".02"/></body></replicate></worldbody></mujoco>"#;
+    let model = plain(row).model;
+    let last = &model.bodies[11];
+    assert_eq!(last.name, "leg11");
+    let found = last.position;
+    println!("leg11 at {found:?}");
+    assert!(apart(found, [-0.69282032, 0.4, 0.0]) < 1e-8, "MuJoCo 4.0.0: {found:?}");
+    for count in ["0", "1.5", "-3", "1e9"] {
+        let message = refused(&row.replace("12", count), &Options::default()).message;
+        assert!(message.contains("count") || message.contains("negative"), "{message}");
+    }
+}
+
+/// Masses and principal moments of MuJoCo 4.0.0 at 1 kg/m².
+#[test]
+fn shells_have_the_mass_of_their_surface() {
+    let cases = [
+        ("sphere", ".3", 1.1309733552923256, [0.0678584, 0.0678584, 0.0678584]),
+        ("box", ".1 .2 .3", 0.88, [0.05413333, 0.04213333, 0.02426667]),
+        ("cylinder", ".05 .3", 0.20420352248333654, [0.00731402, 0.00731402, 0.00049087]),
+        ("capsule", ".05 .3", 0.2199114857512855, [0.00924152, 0.00924152, 0.0005236]),
+        ("ellipsoid", ".1 .2 .3", 0.4897193333371731, [0.01807517, 0.01406837, 0.00810268]),
+    ];
+    for (kind, size, mass, moments) in cases {
+        let text = format!(
+            r#"<mujoco><worldbody><body><joint/><geom type="{kind}" size="{size}" shellinertia="true" density="1"/></body></worldbody></mujoco>"#
+        );
+        let body = plain(&text).model.bodies.remove(0);
+        let tensor = body.inertia_tensor();
+        let found = apart([0, 1, 2].map(|i| tensor[(i, i)]), moments);
+        println!("{kind}: mass off by {:.1e}, moments by {found:.1e}", body.mass() - mass);
+        // eight digits; of an ellipsoid MuJoCo takes a layer of 1 µm
+        let digits = if kind == "ellipsoid" { 1e-7 } else { 6e-9 };
+        assert!((body.mass() - mass).abs() < 1e-12 * mass && found < digits, "{kind}: {found:e}");
+    }
+    let stated = r#"<mujoco><worldbody><body><joint/><geom type="sphere" size=".3" shellinertia="true" mass="2"/></body></worldbody></mujoco>"#;
+    let body = plain(stated).model.bodies.remove(0);
+    assert!((body.inertia_tensor()[(0, 0)] - 2.0 / 3.0 * 2.0 * 0.09).abs() < 1e-15);
+}
+
+#[test]
+fn impossible_moments_of_inertia_are_replaced_on_request() {
+    let robot = |inertia: &str, visual: &str| {
+        format!(
+            r#"<robot name="r"><link name="base"/><link name="a"><inertial><mass value="1"/><inertia {inertia}/></inertial>{visual}</link>
+<joint name="j" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/></joint></robot>"#
+        )
+    };
+    let repair = Options { repair_inertia: true, ..Options::default() };
+    let ball = 0.4 * (0.75 / (std::f64::consts::PI * 1000.0)).powf(2.0 / 3.0);
+    let cube = "<visual><geometry><box size=\"0.6 0.6 0.6\"/></geometry></visual>";
+    let cases = [
+        ("ixx=\"0.01\" iyy=\"0.02\" izz=\"0.05\"", "", 0.08 / 3.0, "their mean"),
+        ("ixx=\"0.3\" iyy=\"0.2\" izz=\"-0.1\"", "", 0.4 / 3.0, "their mean"),
+        ("ixx=\"0\" iyy=\"0\" izz=\"0\"", "", ball, "of a ball"),
+        ("ixx=\"-1\" iyy=\"-1\" izz=\"-1\"", "", ball, "of a ball"),
+        ("ixx=\"0\" iyy=\"0\" izz=\"0\"", cube, 0.06, "largest geometry"),
+    ];
+    for (inertia, visual, moment, how) in cases {
+        let text = robot(inertia, visual);
+        let found = imported(&text, &repair);
+        let said = remarks(&found);
+        assert!(said.contains(how) && said.contains("link \"a\" ("), "{said}");
+        let tensor = found.model.bodies[0].inertia_tensor();
+        let missed = (tensor - holonom::nalgebra::Matrix3::identity() * moment).amax() / moment;
+        println!("{how}: {moment:.3e} kg·m², off by {missed:.1e}");
+        assert!(missed < 1e-14, "{inertia}: {tensor}");
+    }
+    let problem =
+        refused(&robot("ixx=\"0.01\" iyy=\"0.02\" izz=\"0.05\"", ""), &Options::default());
+    assert!(
+        problem.help.as_deref().unwrap_or_default().contains("--repair-inertia"),
+        "{problem:?}"
+    );
+    let sound = two_links("revolute", "", "");
+    assert_eq!(imported(&sound, &repair).text, plain(&sound).text, "sound inertia is left alone");
+}
+
+#[test]
+fn a_robot_without_mass_is_refused_with_what_gives_it_one() {
+    let robot = |geometry: &str| {
+        format!(
+            r#"<robot name="r"><link name="base"/><link name="a">{geometry}</link><joint name="j" type="revolute"><parent link="base"/><child link="a"/></joint></robot>"#
+        )
+    };
+    let of = |kind: &str, shape: &str| format!("<{kind}><geometry>{shape}</geometry></{kind}>");
+    let dense = Options { density: Some(500.0), ..Options::default() };
+    let cube = "<box size=\"0.1 0.2 0.3\"/>";
+    let mesh = "<mesh filename=\"package://arm/link_1.stl\"/>";
+    let said = |text: &str, options: &Options| {
+        let problem = refused(text, options);
+        format!("{}\n{}", problem.message, problem.help.unwrap_or_default())
+    };
+    let words = said(&robot(&of("visual", cube)), &Options::default());
+    assert!(words.contains("`--density RHO`") && words.contains("link \"a\""), "{words}");
+    let words = said(&robot(""), &Options::default());
+    assert!(!words.contains("--density"), "there is no geometry: {words}");
+    let words = said(&robot(&of("visual", mesh)), &Options::default());
+    assert!(words.contains("--density") && words.contains("link_1.stl"), "{words}");
+    let words = said(&robot(&of("visual", mesh)), &dense);
+    assert!(words.contains("link_1.stl (") && !words.contains("`--density"), "{words}");
+    // 0.006 m³; where nothing is to be seen, the geometry for contact counts
+    for geometry in
+        [of("visual", cube), of("collision", cube), of("visual", mesh) + &of("collision", cube)]
+    {
+        let model = imported(&robot(&geometry), &dense).model;
+        let mass = model.bodies[0].mass();
+        assert!((mass - 3.0).abs() < 1e-15, "{geometry}: {mass}");
+    }
+    let both = imported(&robot(&(of("visual", cube) + &of("collision", cube))), &dense).model;
+    assert!((both.bodies[0].mass() - 3.0).abs() < 1e-15, "one of both counts");
+}
+
+/// A slide and a hinge in one body: the body between them gets a rod.
+#[test]
+fn mass_that_is_moved_between_bodies_is_listed() {
+    let robot = r#"<mujoco><worldbody><body name="a"><joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0 0 1"/><inertial pos=".15 .05 -.1" mass="2" diaginertia=".02 .03 .04"/></body></worldbody></mujoco>"#;
+    let found = plain(robot);
+    let said = remarks(&found);
+    let moved = found.model.bodies[0].mass();
+    println!("{moved} kg: {said}");
+    assert!(said.contains("centres of mass of these bodies are not those of the description"));
+    assert!(said.contains("0.160 kg of \"a\" to \"a_a_joint1\""), "{said}");
+    let mass: f64 = found.model.bodies.iter().map(|b| b.mass()).sum();
+    assert!((mass - 2.0).abs() < 1e-15, "{mass}");
+}
+
+/// What has no counterpart says what there is instead.
+#[test]
+fn limits_and_friction_are_listed_with_what_there_is_instead() {
+    let urdf = two_links(
+        "revolute",
+        "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/><dynamics friction=\"0.1\"/>",
+        "",
+    );
+    let mjcf = r#"<mujoco><worldbody><body><joint range="-1 1" frictionloss="0.1"/><geom size="1"/></body></worldbody></mujoco>"#;
+    for text in [urdf.as_str(), mjcf] {
+        let said = remarks(&plain(text));
+        assert!(said.contains("stops are not modelled; a sensor of the joint"), "{said}");
+        assert!(said.contains("a `damper` of the joint is viscous"), "{said}");
+    }
+}
+
+/// `½ a q̇²` of a joint as a rotor about a fixed axis: the accelerations are those with the inertia `a` beside that of the link.
+#[test]
+fn an_armature_is_inertia_of_the_joint_alone() {
+    let pendulum = |armature: &str| {
+        format!(
+            r#"<mujoco><option gravity="0 0 -10"/><worldbody><body name="p"><joint name="j" axis="0 1 0" armature="{armature}"/><inertial pos="0 0 -0.5" mass="2" diaginertia="0.1 0.1 0.1"/></body></worldbody></mujoco>"#
+        )
+    };
+    let found = plain(&pendulum("0.4"));
+    assert!(remarks(&found).contains("armature: a rotor"), "{}", remarks(&found));
+    assert_eq!((found.model.bodies.len(), dof(&found.model)), (2, 1));
+    let left_out = imported(&pendulum("0.4"), &Options { armature: false, ..Options::default() });
+    assert_eq!(left_out.model.bodies.len(), 1);
+    assert!(remarks(&left_out).contains("armature: left out"));
+    let without = plain(&pendulum("0"));
+    assert_eq!(without.model.bodies.len(), 1);
+    // small vibrations: ω² = m g l/(J + m l² + a)
+    for (model, armature) in [(&found.model, 0.4), (&without.model, 0.0)] {
+        let modes = ModalAnalysis::new(model, About::Start).unwrap().modes(1).unwrap();
+        let omega = modes.modes[0].omega;
+        let exact = (2.0_f64 * 10.0 * 0.5 / (0.1 + 2.0 * 0.25 + armature)).sqrt();
+        println!("ω {omega}, exactly {exact}");
+        assert!((omega - exact).abs() < 1e-9 * exact, "{omega} {exact}");
+    }
+}
