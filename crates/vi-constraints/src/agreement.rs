@@ -184,9 +184,15 @@ impl<C: Constraints> Dependence<'_, C> {
         }
         let left = self.left_over(b).ok()?;
         let size = b.iter().zip(&self.sizes).map(|(b, size)| relative(b.abs(), *size));
-        let bound = RELATIVE * size.fold(0.0, f64::max) + floor;
-        let worst = (0..left.len()).max_by(|&a, &b| left[a].abs().total_cmp(&left[b].abs()))?;
-        if left[worst].abs() <= bound {
+        let size = size.fold(0.0, f64::max);
+        let allowances = self.constraints.allowances();
+        let over = |i: usize| {
+            // what nearly follows from others leaves that much of its size
+            let nearly = allowances.get(i).map_or(0.0, |g| 10.0 * relative(*g, self.sizes[i]));
+            left[i].abs() / (RELATIVE.max(nearly) * size + floor)
+        };
+        let worst = (0..left.len()).max_by(|&a, &b| over(a).total_cmp(&over(b)))?;
+        if over(worst) <= 1.0 {
             return None;
         }
         let residual = left[worst].abs();

@@ -13,6 +13,9 @@
 //! enlargement in a constraint that was left out is bounded by the choice of the others
 //! ([`crate::saddle_point`]). The bound is three orders above that.
 //!
+//! Constraints that nearly follow from others keep a residual, which may be as large as stated
+//! ([`Constraints::allowances`]); `χ_0` leaves them out.
+//!
 //! The constraints of rigidity hold for the mirror image of a body, too. Schemes whose unknown is `q_{n+1}` itself may find
 //! it in a long step; such a step is refused.
 
@@ -44,8 +47,12 @@ impl ClosureWatch {
         let (mut g, mut sizes) = (vec![0.0; m], vec![0.0; m]);
         constraints.value(at, &mut g);
         constraints.row_sizes(at, &mut sizes);
-        let ratio = |(g, size): (&f64, &f64)| if *size > 0.0 { g.abs() / size } else { 0.0 };
-        let start = g.iter().zip(&sizes).map(ratio).fold(0.0, f64::max);
+        let allowances = constraints.allowances();
+        let ratio = |(i, (g, size)): (usize, (&f64, &f64))| {
+            let allowed = allowances.get(i).is_some_and(|allowed| *allowed > 0.0);
+            if *size > 0.0 && !allowed { g.abs() / size } else { 0.0 }
+        };
+        let start = g.iter().zip(&sizes).enumerate().map(ratio).fold(0.0, f64::max);
         let factor = ROUND_OFF.max(GROWTH * start).max(NEWTON * tolerance);
         Self { g, start: sizes.clone(), sizes, factor }
     }
@@ -83,25 +90,40 @@ impl ClosureWatch {
         at: Configuration<'_>,
     ) -> Result<(), StepError> {
         constraints.residual(at, &mut self.g);
-        if self.holds(&self.start) {
+        let allowances = constraints.allowances();
+        if self.holds(&self.start, allowances) {
             return Ok(());
         }
         constraints.row_sizes(at, &mut self.sizes); // the system may have moved away
         if self.start.is_empty() {
             self.start.clone_from(&self.sizes);
         }
-        if self.holds(&self.sizes) { Ok(()) } else { Err(self.violation()) }
+        match self.holds(&self.sizes, allowances) {
+            true => Ok(()),
+            false => Err(self.violation(allowances)),
+        }
     }
 
     /// Whether all residuals are within their bounds; one that is not a number is not.
-    fn holds(&self, sizes: &[f64]) -> bool {
+    fn holds(&self, sizes: &[f64], allowances: &[f64]) -> bool {
         let within = |(g, size): (&f64, &f64)| g.abs() <= self.factor * size;
-        sizes.len() == self.g.len() && self.g.iter().zip(sizes).all(within)
+        if sizes.len() != self.g.len() {
+            return false;
+        }
+        if allowances.is_empty() {
+            return self.g.iter().zip(sizes).all(within);
+        }
+        let all = self.g.iter().zip(sizes).zip(allowances);
+        all.into_iter().all(|((g, size), allowed)| within((g, size)) || g.abs() <= *allowed)
     }
 
-    fn violation(&self) -> StepError {
+    fn violation(&self, allowances: &[f64]) -> StepError {
+        let bound = |i: usize| {
+            let allowed = allowances.get(i).copied().unwrap_or(0.0);
+            allowed.max(self.factor * self.sizes[i])
+        };
         let excess = |i: usize| {
-            let (g, bound) = (self.g[i].abs(), self.factor * self.sizes[i]);
+            let (g, bound) = (self.g[i].abs(), bound(i));
             if g <= bound {
                 0.0
             } else if g.is_nan() {
@@ -111,7 +133,7 @@ impl ClosureWatch {
             }
         };
         let row = (0..self.g.len()).max_by(|&a, &b| excess(a).total_cmp(&excess(b))).unwrap_or(0);
-        let (residual, bound) = (self.g[row].abs(), self.factor * self.sizes[row]);
+        let (residual, bound) = (self.g[row].abs(), bound(row));
         StepError::ConstraintViolated { row, residual, bound }
     }
 }

@@ -78,8 +78,29 @@ impl Part {
         self.columns.len().max(self.rows.len()) > DENSE_COORDINATES
     }
 
-    /// Independent rows by pivoted QR, the clearest first: all, or as many as wanted.
-    pub(crate) fn pivots(&self, matrix: &SparseMatrix, wanted: Option<usize>) -> Vec<usize> {
+    /// Independent rows by pivoted QR, the clearest first: all with pivots above the tolerance.
+    pub(crate) fn pivots(&self, matrix: &SparseMatrix, tolerance: f64) -> Vec<usize> {
+        let qr = NullSpaceQr::new(self.columns.len(), self.rows.len());
+        let mut qr = qr.counting_from(tolerance);
+        let rank = qr.factorize(&self.dense(matrix));
+        qr.pivots()[..rank].iter().map(|&row| self.rows[row]).collect()
+    }
+
+    /// As many rows as wanted, the clearest first; of rows with `allowances` as few as possible.
+    pub(crate) fn clearest(
+        &self,
+        matrix: &SparseMatrix,
+        wanted: usize,
+        allowances: &[f64],
+    ) -> Vec<usize> {
+        let mut qr = NullSpaceQr::new(self.columns.len(), self.rows.len());
+        let of_row = |&row: &usize| allowances.get(row).copied().unwrap_or(0.0);
+        let own = self.rows.iter().map(of_row).filter(|_| !allowances.is_empty());
+        qr.factorize_preferring(&self.dense(matrix), &own.collect::<Vec<_>>());
+        qr.pivots()[..wanted].iter().map(|&row| self.rows[row]).collect()
+    }
+
+    fn dense(&self, matrix: &SparseMatrix) -> DMatrix<f64> {
         let mut dense = DMatrix::zeros(self.rows.len(), self.columns.len());
         for (k, &j) in self.columns.iter().enumerate() {
             for (i, value) in matrix.column(j) {
@@ -88,10 +109,7 @@ impl Part {
                 }
             }
         }
-        let mut qr = NullSpaceQr::new(self.columns.len(), self.rows.len());
-        let rank = qr.factorize(&dense);
-        let count = wanted.unwrap_or(rank);
-        qr.pivots()[..count].iter().map(|&row| self.rows[row]).collect()
+        dense
     }
 
     /// Whether all rows are clearly independent, by a sparse factorization.
@@ -131,6 +149,6 @@ mod tests {
         let found: Vec<_> = parts.iter().map(|p| (&p.rows[..], &p.columns[..])).collect();
         assert_eq!(found, [(&[0, 3][..], &[0, 2][..]), (&[1], &[1]), (&[2], &[])]);
         assert!(parts[0].is_independent(&matrix));
-        assert_eq!(parts[0].pivots(&matrix, None).len(), 2);
+        assert_eq!(parts[0].pivots(&matrix, 1e-11).len(), 2);
     }
 }

@@ -4,6 +4,7 @@
 //! `w`. Source: LMO08 §2; rheonomic constraints are held at the nodes `t_{n+1}`, and the velocity at
 //! the start satisfies `G v + ∂g/∂t = 0`.
 
+use crate::null_space::RANK_TOLERANCE;
 use vi_core::Configuration;
 use vi_core::newton::Block;
 use vi_core::sparse::{Entries, Product};
@@ -89,6 +90,15 @@ pub trait Constraints: Send + Sync {
         self.coordinate_sizes(at.q, &mut sizes);
         out.fill(0.0);
         self.jacobian(at.t, at.q, &mut RowSums { sizes: &sizes, out });
+    }
+    /// The residual that each constraint may keep where it nearly follows from others, shape `m`, in the unit of `g_i`; empty
+    /// where none may: constraints of closed loops that hold up to the digits of a file ([`crate::closure`]).
+    fn allowances(&self) -> &[f64] {
+        &[]
+    }
+    /// Relative size of a pivot below which a constraint counts as dependent on the others: larger where some nearly are.
+    fn rank_tolerance(&self) -> f64 {
+        RANK_TOLERANCE
     }
     /// The first coordinate of a body whose directors are left-handed at `q`, a solution of the constraints that no motion
     /// reaches.

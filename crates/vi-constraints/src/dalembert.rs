@@ -55,7 +55,7 @@ impl<C: Constraints> NullSpaceSource<C> for QrSource {
     fn null_space(&mut self, constraints: &C, t: f64, q: &[f64], out: &mut DMatrix<f64>) {
         self.jacobian.fill(0.0);
         constraints.jacobian(t, q, &mut self.jacobian);
-        self.qr.factorize(&self.jacobian);
+        self.qr.factorize_preferring(&self.jacobian, constraints.allowances());
         self.qr.null_space(self.rank, out);
     }
 

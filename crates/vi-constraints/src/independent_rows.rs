@@ -3,7 +3,7 @@
 //! The rank is decided for each set of rows that is connected by coordinates: other sets have no part in it, and time and
 //! memory are linear in their number.
 
-use crate::connected::connected;
+use crate::connected::{Part, connected};
 use crate::constraints::Constraints;
 use crate::nearby::{self, Nearby};
 use vi_core::Configuration;
@@ -49,7 +49,9 @@ impl IndependentRows {
     pub fn find(constraints: &impl Constraints, t: f64, q: &[f64]) -> Self {
         let jacobian = jacobian(constraints, t, q);
         let parts = connected(&jacobian).into_iter();
-        let chosen: Vec<usize> = parts.flat_map(|part| part.pivots(&jacobian, None)).collect();
+        let tolerance = constraints.rank_tolerance();
+        let pivots = |part: Part| part.pivots(&jacobian, tolerance);
+        let chosen: Vec<usize> = parts.flat_map(pivots).collect();
         Self::choose(constraints.len(), &chosen)
     }
 
@@ -68,7 +70,7 @@ impl IndependentRows {
         let mut chosen = Vec::new();
         for part in connected(&jacobian) {
             match part.is_large() {
-                false => chosen.extend(part.pivots(&jacobian, None)),
+                false => chosen.extend(part.pivots(&jacobian, constraints.rank_tolerance())),
                 true if part.is_independent(&jacobian) => chosen.extend(part.rows),
                 true => return Err(RankNearby::TooLarge { coordinates: part.columns.len() }),
             }
@@ -101,7 +103,9 @@ impl IndependentRows {
             let own: Vec<usize> = own.collect();
             match own.len() == part.rows.len() || part.is_large() {
                 true => chosen.extend(own),
-                false => chosen.extend(part.pivots(&jacobian, Some(own.len()))),
+                false => {
+                    chosen.extend(part.clearest(&jacobian, own.len(), constraints.allowances()));
+                }
             }
         }
         let before = self.clone();

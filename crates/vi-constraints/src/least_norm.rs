@@ -30,9 +30,16 @@ pub struct LeastNorm {
     normal: Option<NormalMatrix>,
     change: Vec<f64>, // m
     rest: Vec<f64>,   // n
+    declines: bool,   // rows nearly depend on others: the rounds would take that for a force
 }
 
 impl LeastNorm {
+    /// Leaves it to others where rows nearly depend on one another: along their singular values, small but no rounding, the
+    /// shift neither takes a force nor leaves it.
+    pub fn decline(&mut self, nearly: bool) {
+        self.declines = nearly;
+    }
+
     /// `λ ←` the solution of least norm of `Gᵀλ = w`, shape `m`; `w` is in the range of `Gᵀ` up to round-off.
     ///
     /// # Errors
@@ -91,6 +98,9 @@ impl LeastNorm {
         w: Option<&[f64]>,
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
+        if self.declines {
+            return Err(Singular);
+        }
         let (normal, change, rest) = self.factorized(jacobian)?;
         let (size, mut left) = (w.map_or(f64::INFINITY, norm_inf), 0.0);
         rounds(norm_inf(lambda), || {
@@ -114,7 +124,7 @@ impl LeastNorm {
         &mut self,
         jacobian: &SparseMatrix,
     ) -> Result<(&mut NormalMatrix, &mut [f64], &mut [f64]), Singular> {
-        let Self { normal, change, rest } = self;
+        let Self { normal, change, rest, .. } = self;
         let known = normal.take().filter(|normal| normal.is_of(jacobian));
         let normal = normal.insert(known.unwrap_or_else(|| {
             let (m, n) = jacobian.shape();

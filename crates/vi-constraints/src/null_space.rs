@@ -38,19 +38,42 @@ pub const RANK_TOLERANCE: f64 = 1e-11;
 pub struct NullSpaceQr {
     qr: PivotedQr, // of the scaled Gᵀ, n × m
     rank: usize,
+    tolerance: f64,
 }
 
 impl NullSpaceQr {
     /// For `m` constraints on `n` coordinates.
     #[must_use]
     pub fn new(n: usize, m: usize) -> Self {
-        Self { qr: PivotedQr::new(n, m), rank: 0 }
+        Self { qr: PivotedQr::new(n, m), rank: 0, tolerance: RANK_TOLERANCE }
+    }
+
+    /// With another relative size of pivots that do not count.
+    #[must_use]
+    pub fn counting_from(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
     }
 
     /// Factorizes `Gᵀ`, rows of `G` scaled to unit length, and reads off the rank; returns it.
     pub fn factorize(&mut self, G: &DMatrix<f64>) -> usize {
         let norm = |i: usize| G.row(i).norm();
         self.factorize_scaled(G, |i| if norm(i) > 0.0 { 1.0 / norm(i) } else { 1.0 })
+    }
+
+    /// The same, taking rows last that nearly follow from others and may keep a residual ([`Constraints::allowances`]): as many
+    /// as the rank that is known are enforced, and what is left out is among those. The rank read off says nothing.
+    pub fn factorize_preferring(&mut self, G: &DMatrix<f64>, allowances: &[f64]) {
+        const LAST: f64 = 1e-3;
+        if allowances.is_empty() {
+            self.factorize(G);
+            return;
+        }
+        self.factorize_scaled(G, |i| {
+            let (norm, last) = (G.row(i).norm(), allowances.get(i).is_some_and(|g| *g > 0.0));
+            let unit = if norm > 0.0 { 1.0 / norm } else { 1.0 };
+            if last { LAST * unit } else { unit }
+        });
     }
 
     /// Factorizes `Gᵀ` with row `i` of `G` multiplied by `scale(i)`, and reads off the rank.
@@ -69,7 +92,7 @@ impl NullSpaceQr {
         }
         self.qr.factorize();
         let size = n.min(m);
-        let counts = |k: &usize| self.pivot_size(*k) > RANK_TOLERANCE * self.pivot_size(0);
+        let counts = |k: &usize| self.pivot_size(*k) > self.tolerance * self.pivot_size(0);
         self.rank = (0..size).take_while(counts).count();
         self.rank
     }

@@ -16,6 +16,7 @@ use crate::constraints::Constraints;
 use crate::inverse_mass::InverseMass;
 use crate::least_norm::LeastNorm;
 use crate::node_solvers::NodeSolvers;
+use crate::null_space::RANK_TOLERANCE;
 use crate::redundancy::minimum_norm;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use vi_core::Configuration;
@@ -94,6 +95,7 @@ impl Projections {
         force: &mut [f64],
     ) -> Result<(), Singular> {
         let n = self.n;
+        self.least_norm.decline(constraints.rank_tolerance() > RANK_TOLERANCE);
         let found = jacobian(&mut self.jacobian, constraints, at, n);
         if self.least_norm.solve(found, w, lambda).is_ok() {
             scale_and_apply(found, weight, lambda, force); // (37), (38)
@@ -213,6 +215,9 @@ impl Projections {
     ) -> Result<(), Singular> {
         let NodeSolvers { velocity, multipliers } = solvers;
         let velocity = velocity.as_mut().ok_or(Singular)?;
+        if constraints.rank_tolerance() > RANK_TOLERANCE {
+            return Err(Singular); // no acceleration satisfies rows that nearly follow from others, too
+        }
         self.acceleration_sides(system, constraints, at, v);
         let Self {
             n, jacobian: known, least_norm, acceleration: a, n_work: w, m_work: b, x, ..
@@ -288,6 +293,7 @@ impl Projections {
         let jacobian = jacobian(&mut self.jacobian, constraints, at, self.n);
         self.n_work.fill(0.0);
         jacobian.tr_mul_add(1.0, lambda, &mut self.n_work);
+        self.least_norm.decline(constraints.rank_tolerance() > RANK_TOLERANCE);
         minimum_norm(&mut self.least_norm, jacobian, rows, &self.n_work, lambda);
         Ok(())
     }

@@ -19,6 +19,7 @@ use crate::em_system::EmSystem;
 use vi_constraints::discretization::{ObserveNode, Step};
 use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::node::Node;
+use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_constraints::projection::Projections;
 use vi_constraints::redundancy::minimum_norm;
 use vi_constraints::saddle_point::IndependentRows;
@@ -146,6 +147,7 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         if !*wanted {
             return Ok(&self.node);
         }
+        least_norm.decline(constraints.rank_tolerance() > RANK_TOLERANCE);
         let scale = 1.0 / (s.h * s.h);
         let (lambda, force) = (&mut node.lambda, &mut node.constraint_force);
         let before = state.memory.last.as_ref();

@@ -110,7 +110,7 @@ impl<C: DiscreteConstraints> DiscreteNullSpace<C> for DiscreteQr {
     fn null_space(&mut self, constraints: &C, s: &Interval, out: &mut DMatrix<f64>) {
         self.jacobian.fill(0.0);
         constraints.discrete_jacobian(s, &mut self.jacobian);
-        self.qr.factorize(&self.jacobian);
+        self.qr.factorize_preferring(&self.jacobian, constraints.allowances());
         self.qr.null_space(self.rank, out);
     }
 }

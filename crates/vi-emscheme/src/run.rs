@@ -58,6 +58,7 @@ pub fn integrator_at(
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
     check_shapes(&system, &mechanism, at)?;
     let loops = Loops::find(&mechanism, at.t, at.q)?;
+    let mechanism = mechanism.accepting(loops.nearly_redundant());
     let start = loops.singular_start(&system, &mechanism, at, options.scheme == EmForm::Nodal)?;
     let at = start.as_ref().map_or(at, |start| InitialValues::new(at.t, &start.q, &start.v));
     let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());

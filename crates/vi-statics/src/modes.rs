@@ -339,7 +339,18 @@ fn loop_null_space(
         J.row_mut(k).copy_from_slice(&row);
     }
     let mut qr = NullSpaceQr::new(d, closing.len());
-    let rank = qr.factorize(&J);
+    let rank = match mechanism.nearly_redundant() {
+        // measured as they were when they were taken as redundant
+        Some(nearly) if mechanism.cut_bars().is_empty() => {
+            let unit = |k: usize| match nearly.allowances[closing[k]] {
+                allowed if allowed > 0.0 => mechanism.loop_tolerance() / allowed,
+                _ => 1.0 / dense.rows.column(k).norm(),
+            };
+            qr.factorize_scaled(&J, unit);
+            nearly.loop_rank
+        }
+        _ => qr.factorize(&J),
+    };
     let mut Z = DMatrix::zeros(d, d - rank);
     qr.null_space(rank, &mut Z);
     Some(Z)

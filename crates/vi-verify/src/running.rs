@@ -192,7 +192,7 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
             energy_size: kinetic.abs().max((energy - kinetic).abs()),
             momentum: momentum(&node.p_projected),
             momentum_size: momentum_size(&momentum, &node.p_projected),
-            position: node.position_residual,
+            position: beyond_allowances(constraints, at.configuration(), node.position_residual),
             // with a singular M, and at the nodes of a composition, there is no p_n to speak of
             momentum_level: (!composed && node.hamiltonian.is_some())
                 .then_some(node.momentum_residual),
@@ -225,4 +225,16 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
         stepped.map_err(|e| e.to_string())?;
         pushed
     }
+}
+
+/// The largest residual beyond what constraints may keep that nearly follow from others; `all`: that of all constraints.
+fn beyond_allowances(constraints: &impl Constraints, at: Configuration<'_>, all: f64) -> f64 {
+    let allowances = constraints.allowances();
+    if allowances.is_empty() {
+        return all;
+    }
+    let mut g = vec![0.0; constraints.len()];
+    constraints.residual(at, &mut g);
+    let beyond = g.iter().zip(allowances).filter(|(g, allowed)| g.is_nan() || g.abs() > **allowed);
+    norm_inf(&beyond.map(|(g, _)| *g).collect::<Vec<f64>>())
 }

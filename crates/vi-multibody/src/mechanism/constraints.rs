@@ -5,6 +5,7 @@ use crate::constraint::scalar_constraint::ScalarRow;
 use crate::pair::residual::{add_rates, residuals};
 use vi_constraints::Constraints;
 use vi_constraints::constraints::RowSums;
+use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_core::Configuration;
 use vi_core::newton::Block;
 use vi_core::sparse::Entries;
@@ -14,6 +15,14 @@ impl Constraints for Mechanism {
     fn dim(&self) -> usize {
         let d = &self.description;
         12 * d.bodies.len() + d.dimension * d.particles.len()
+    }
+
+    fn allowances(&self) -> &[f64] {
+        self.nearly_redundant().map_or(&[], |nearly| &nearly.allowances)
+    }
+
+    fn rank_tolerance(&self) -> f64 {
+        self.nearly_redundant().map_or(RANK_TOLERANCE, |nearly| nearly.rank_tolerance)
     }
 
     fn reflected(&self, q: &[f64]) -> Option<usize> {

@@ -8,11 +8,13 @@ mod components;
 mod constraints;
 pub mod description;
 pub mod initial_rates;
+mod nearly_redundant;
 pub mod prescribed;
 mod round_off;
 pub(crate) mod spanning;
 
 pub use description::{Attachment, Bar, BarEnd, BodySpec, Description, ParticleSpec};
+pub use nearly_redundant::{LOOP_TOLERANCE, NearlyRedundant};
 
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::constraint::scalar_constraint::ScalarRow;
@@ -67,6 +69,8 @@ pub struct Mechanism {
     cut_bars: Vec<usize>,
     components: Components,
     round_off: RoundOff,
+    loop_tolerance: f64,
+    nearly: Option<Box<NearlyRedundant>>,
 }
 
 impl Mechanism {
@@ -118,7 +122,35 @@ impl Mechanism {
             cut_bars,
             components,
             round_off,
+            loop_tolerance: LOOP_TOLERANCE,
+            nearly: None,
         }
+    }
+
+    /// What closed loops may miss, see [`NearlyRedundant`]: rad, or parts of the size of the loop; 0: nothing.
+    #[must_use]
+    pub fn with_loop_tolerance(mut self, tolerance: f64) -> Self {
+        self.loop_tolerance = tolerance;
+        self
+    }
+
+    /// See [`Mechanism::with_loop_tolerance`].
+    #[must_use]
+    pub fn loop_tolerance(&self) -> f64 {
+        self.loop_tolerance
+    }
+
+    /// Takes constraints as redundant that nearly are.
+    #[must_use]
+    pub fn accepting(mut self, nearly: Option<NearlyRedundant>) -> Self {
+        self.nearly = nearly.map(Box::new);
+        self
+    }
+
+    /// The constraints that are taken as redundant because they nearly are.
+    #[must_use]
+    pub fn nearly_redundant(&self) -> Option<&NearlyRedundant> {
+        self.nearly.as_deref()
     }
 
     /// What it was made from.

@@ -131,7 +131,12 @@ fn locked(
 ) -> Vec<(usize, usize)> {
     let first = mechanism.len() - mechanism.rows().len();
     let mut dependence = Dependence::new(mechanism, rows, Configuration::new(0.0, q));
-    let dropped: Vec<usize> = rows.redundant().collect();
+    let allowances = mechanism.allowances(); // what nearly follows from others locks nothing
+    let keeps = |row: &usize| allowances.get(*row).is_some_and(|g| *g > 0.0);
+    let dropped: Vec<usize> = rows.redundant().filter(|row| !keeps(row)).collect();
+    if dropped.is_empty() {
+        return Vec::new();
+    }
     // W_R: what a unit rate of each motion leaves in the dependent rows
     let mut left = DMatrix::zeros(dropped.len(), motions.len());
     for (j, &row) in motions.iter().enumerate() {

@@ -74,6 +74,7 @@ impl JointWrenches {
             found.transmit(mechanism, (q, Some(c)), &[]);
             return Ok(());
         };
+        closures.accept(mechanism.nearly_redundant());
         closures.solve((q, c), &mut found.lambda)?;
         found.transmit(mechanism, (q, Some(c)), closures.constraints());
         *is_unique = !closures.null_part(&mut null.lambda);

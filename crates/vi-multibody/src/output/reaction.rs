@@ -118,7 +118,9 @@ impl Reactions {
         let (mut jacobian, mut null) = (None, Vec::new());
         if rows.len() < mechanism.len() {
             let jacobian = update(&mut jacobian, mechanism, at);
-            find_null(jacobian, (rows, &mut LeastNorm::default()), &mut null);
+            let mut least_norm = LeastNorm::default();
+            least_norm.decline(mechanism.nearly_redundant().is_some());
+            find_null(jacobian, (rows, &mut least_norm), &mut null);
         }
         let found = Found::Multipliers(lambda, &null);
         let found = NodeReactions { mechanism, q: at.q, found };
@@ -325,6 +327,7 @@ impl Multipliers {
         (at, force): (Configuration<'_>, &[f64]),
         (rows, least_norm): (&IndependentRows, &mut LeastNorm),
     ) {
+        least_norm.decline(mechanism.nearly_redundant().is_some());
         let Self { jacobian, lambda, null } = self;
         lambda.resize(mechanism.len(), 0.0);
         let jacobian = update(jacobian, mechanism, at);

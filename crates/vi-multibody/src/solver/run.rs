@@ -62,8 +62,8 @@ pub fn integrator(
     solver: Solver,
     at: InitialValues<'_>,
 ) -> Result<MechanismIntegrator, SetupError> {
-    let mechanism = Arc::new(mechanism);
     let loops = Loops::find(&mechanism, at.t, at.q)?;
+    let mechanism = Arc::new(mechanism.accepting(loops.nearly_redundant()));
     let rows = loops.rows.clone();
     let leaves = matches!(options.scheme, SchemeKind::Nodal | SchemeKind::Reduced);
     let moved = loops.singular_start(&system, &mechanism, at, leaves)?;

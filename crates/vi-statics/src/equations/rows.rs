@@ -43,7 +43,14 @@ impl Equations {
         self.upper.emit(&mut J);
         (self.upper, self.lower) = Default::default();
         let mut qr = NullSpaceQr::new(d, outer.len());
-        let rank = qr.factorize(&J);
+        let rank = match self.mechanism.nearly_redundant() {
+            Some(nearly) if self.mechanism.cut_bars().is_empty() => {
+                let own: Vec<f64> = outer.iter().map(|&row| nearly.allowances[row]).collect();
+                qr.factorize_preferring(&J, &own);
+                outer.len() + nearly.loop_rank - self.mechanism.loop_rows().len()
+            }
+            _ => qr.factorize(&J),
+        };
         let chosen: Vec<usize> = qr.pivots()[..rank].iter().map(|&k| outer[k]).collect();
         IndependentRows::choose(m, &chosen)
     }

@@ -13,7 +13,7 @@
 use super::echelon::Echelon;
 use super::loops::Loops;
 use super::path::{Maps, Paths, Placed};
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, NearlyRedundant};
 use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_constraints::redundancy::scattered;
 use vi_core::linear::Singular;
@@ -26,6 +26,7 @@ const OUTSIDE: f64 = 1e-6;
 pub(crate) struct ClosureForces {
     loops: Loops,
     forms: Vec<Echelon>,     // [U T] of each cluster
+    ranks: Vec<usize>,       // of clusters where more rows nearly follow from others, at most
     constraints: Vec<usize>, // row of g_c → constraint of the mechanism
     arms: Vec<f64>,          // of each frame
     balance: Vec<f64>,       // Pᵀ c
@@ -42,10 +43,18 @@ impl ClosureForces {
             Echelon::new(rows, weights.collect(), rows).of_unit_rows() // scaled so
         };
         let forms = loops.clusters.iter().map(|cluster| form(&cluster.paths)).collect();
+        let ranks = vec![usize::MAX; loops.clusters.len()];
         let bodies = mechanism.description().bodies.len();
         let arms = (0..bodies).map(|frame| mechanism.arm_of(frame)).collect();
         let (constraints, balance) = (mechanism.loop_rows(), vec![0.0; loops.dof()]);
-        Self { loops, forms, constraints, arms, balance, part: Vec::new() }
+        Self { loops, forms, ranks, constraints, arms, balance, part: Vec::new() }
+    }
+
+    /// Takes constraints as redundant that nearly are.
+    pub(crate) fn accept(&mut self, nearly: Option<&NearlyRedundant>) {
+        let Some(nearly) = nearly else { return };
+        let own = self.ranks.iter_mut().zip(&nearly.ranks);
+        own.for_each(|(own, rank)| *own = rank.unwrap_or(usize::MAX));
     }
 
     /// The constraints that close loops.
@@ -62,16 +71,16 @@ impl ClosureForces {
         (q, c): (&[f64], &[f64]),
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        let Self { loops, forms, constraints, arms, balance, .. } = self;
+        let Self { loops, forms, ranks, constraints, arms, balance, .. } = self;
         loops.tree.begin_at(q, None);
         loops.tree.pull_back_at(q, c, balance);
         constraints.iter().for_each(|&row| lambda[row] = 0.0);
         let outside = OUTSIDE * size(c, arms);
         let Loops { tree, clusters, home, column_of, weights, .. } = loops;
         let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
-        for (cluster, form) in clusters.iter_mut().zip(forms) {
+        for ((cluster, form), rank) in clusters.iter_mut().zip(forms).zip(ranks) {
             let paths = &mut cluster.paths;
-            eliminate(paths, form, at);
+            eliminate(paths, (form, *rank), at);
             let width = paths.columns.len();
             for k in 0..form.pivots().len() {
                 let (pivot, rest) = form.row(k);
@@ -118,13 +127,16 @@ impl ClosureForces {
 }
 
 /// `[U T]` of a cluster, rows scaled as for rank decisions.
-fn eliminate(paths: &mut Paths, form: &mut Echelon, at: Placed<'_>) {
+fn eliminate(paths: &mut Paths, (form, rank): (&mut Echelon, usize), at: Placed<'_>) {
     form.clear();
     let width = paths.columns.len();
     for i in 0..paths.rows.len() {
         paths.push_row(form, i, at, Some((width + i, 1.0)));
     }
-    form.eliminate(usize::MAX, RANK_TOLERANCE);
+    form.eliminate(rank, RANK_TOLERANCE);
+    if rank < usize::MAX {
+        form.reduce_others();
+    }
 }
 
 /// The size of a force on the frames, N·m; on points by their lever arms.

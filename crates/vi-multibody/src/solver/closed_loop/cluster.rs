@@ -29,6 +29,9 @@ use vi_core::state::Memory;
 /// Smallest pivot of rows that are clearly independent, relative to their largest entry.
 const CLEAR: f64 = 1.0 / 16.0;
 
+/// Smallest pivot of rows that are kept where others nearly follow from them, relative to that of the clearest rows.
+const KEPT: f64 = 0.25;
+
 /// Number of rows from which on rows that are long are not tried alone: they are rarely found to be clearly independent.
 const MANY: usize = 256;
 
@@ -73,6 +76,7 @@ impl<'a> Recall<'a> {
 pub(crate) struct Cluster {
     pub(crate) paths: Paths,
     rank: usize,        // generic
+    nearly: bool,       // whether other rows nearly follow from as many
     basis: Echelon,     // U: rows of J at q_n
     is_of_chosen: bool, // whether they are the chosen ones
     next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
@@ -99,6 +103,7 @@ impl Cluster {
         let echelon = || Echelon::new(rows, own.clone(), 1).of_unit_rows(); // scaled so
         Self {
             rank: 0,
+            nearly: false,
             basis: echelon(),
             is_of_chosen: false,
             next: echelon(),
@@ -118,6 +123,11 @@ impl Cluster {
         self.g = vec![0.0; self.rank];
         self.order = Vec::with_capacity(self.rank);
         self.elimination = Elimination::new(&self.paths, self.rank);
+    }
+
+    /// Rows that are not among as many nearly follow from them: those enforced are kept as long as none are much clearer.
+    pub(crate) fn keep_rows(&mut self) {
+        self.nearly = true;
     }
 
     /// As if it were large.
@@ -145,6 +155,38 @@ impl Cluster {
     pub(crate) fn rank_here(&mut self, at: Placed<'_>, side: &[f64]) -> usize {
         self.paths.fill(&mut self.next, at, side);
         self.next.eliminate(usize::MAX, RANK_TOLERANCE)
+    }
+
+    /// The same with the given rows and another tolerance.
+    pub(crate) fn rank_within(
+        &mut self,
+        rows: &[usize],
+        (at, side): (Placed<'_>, &[f64]),
+        tolerance: f64,
+    ) -> usize {
+        self.paths.fill_with(&mut self.next, rows.iter().copied(), at, side);
+        self.next.eliminate(usize::MAX, tolerance)
+    }
+
+    /// The smallest of as many pivots as the rank, and the next one, zero where there is none.
+    pub(crate) fn pivots_about(&mut self, rows: &[usize], at: Placed<'_>, rank: usize) -> [f64; 2] {
+        let mut smallest = |most: usize| {
+            self.paths.fill_with(&mut self.next, rows.iter().copied(), at, &[]);
+            let found = self.next.eliminate(most, RANK_TOLERANCE);
+            if found == most { self.next.smallest() } else { 0.0 }
+        };
+        [smallest(rank), smallest(rank + 1)]
+    }
+
+    /// Another measure of rows and columns in rank decisions.
+    pub(crate) fn measure(&mut self, scales: &[f64], weights: &[f64]) {
+        self.paths.rows.iter_mut().zip(scales).for_each(|(row, scale)| row.scale = *scale);
+        self.next.reweigh(weights.iter().copied());
+    }
+
+    /// Row `i` of `J` over the columns of the cluster, not scaled.
+    pub(crate) fn plain_row(&mut self, i: usize, at: Placed<'_>) -> &[Entry] {
+        self.paths.write_row(i, at)
     }
 
     /// The independent rows of the last [`Cluster::rank_here`], the clearest first.
@@ -224,6 +266,7 @@ impl Cluster {
     pub(crate) fn begin(&mut self, at: Placed<'_>, memory: &mut Recall<'_>) {
         let (rows, width) = (self.paths.rows.len(), self.paths.columns.len());
         let last = memory.next(self.rank, rows, width);
+        let mut own = 0.0; // smallest pivot of the rows enforced last, where they are independent
         if let Some(last) = &last {
             self.chosen.copy_from_slice(last.chosen);
         }
@@ -234,10 +277,18 @@ impl Cluster {
             if self.is_of_chosen {
                 return;
             }
+            if self.nearly && self.basis.pivots().len() == self.rank {
+                own = self.basis.smallest();
+            }
         }
         self.is_of_chosen = false;
         self.paths.fill(&mut self.basis, at, &[]);
         let complete = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank;
+        if own > KEPT * self.basis.smallest() {
+            self.paths.fill_with(&mut self.basis, self.chosen.iter().copied(), at, &[]);
+            self.is_of_chosen = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank;
+            return;
+        }
         let Some(last) = last else { return };
         if complete || last.lengths.is_empty() {
             return;
@@ -260,6 +311,9 @@ impl Cluster {
         let change = CHANGE * reach * self.basis.largest();
         if change <= 0.5 * smallest && self.take_rows_of_basis() {
             return smallest - change;
+        }
+        if self.nearly && self.is_of_chosen {
+            return smallest; // of rows that `begin` compared with the clearest
         }
         self.is_of_chosen = false;
         self.paths.fill(&mut self.next, at, &[]);

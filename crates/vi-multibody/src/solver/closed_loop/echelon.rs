@@ -143,6 +143,15 @@ impl Echelon {
         self.pivots.len()
     }
 
+    /// Takes all pivots out of the rows that are none.
+    pub(crate) fn reduce_others(&mut self) {
+        for i in 0..self.rows.len() {
+            if self.rows[i].pivot == NONE {
+                self.reduce(i);
+            }
+        }
+    }
+
     fn visit(&mut self, i: usize) {
         let row = &mut self.rows[i];
         if !row.visited {

@@ -18,7 +18,8 @@
 //! constraints that depend on others might not follow from them.
 //! At rest, or with a velocity that no branch has, the motion is not determined: refused.
 
-use crate::mechanism::Mechanism;
+use super::nearly::{self, Nearly};
+use crate::mechanism::{Mechanism, NearlyRedundant};
 use crate::pair::{Transfer, Twist, VelocityMap};
 use crate::solver::closed_loop::cluster::Cluster;
 use crate::solver::closed_loop::loops::Loops;
@@ -58,6 +59,8 @@ pub struct LoopRank {
     joint: String,
     /// Whether a closed configuration was found next to the initial one, where its rank could be larger.
     compared: bool,
+    /// Constraints that nearly follow from the others.
+    nearly: Option<NearlyRedundant>,
 }
 
 /// How the motion leaves a singular initial configuration.
@@ -83,7 +86,7 @@ impl LoopRank {
         let rows_at_start = loops.numbers(&pivots);
         let full: Vec<usize> = loops.clusters.iter().map(Cluster::full_rank).collect();
         let mut joint = String::new();
-        let mut random = Random(0x9e37_79b9_7f4a_7c15);
+        let mut random = Random::FIRST;
         let mut compared = ranks == full;
         let enough = if d > 300 { 1 } else { TRIALS.len() - 2 };
         for (trial, (motion, later)) in TRIALS.into_iter().enumerate() {
@@ -107,7 +110,43 @@ impl LoopRank {
             }
         }
         let (generic, rows) = (ranks.iter().sum(), loops.numbers(&pivots));
-        Self { at_start, generic, pivots, rows, rows_at_start, joint, compared }
+        let nearly = None;
+        let found =
+            Self { at_start, generic, pivots, rows, rows_at_start, joint, compared, nearly };
+        found.taking_nearly_redundant(mechanism, (t, q))
+    }
+
+    /// The same, with constraints as redundant that nearly are ([`nearly`]).
+    fn taking_nearly_redundant(mut self, mechanism: &Mechanism, at: (f64, &[f64])) -> Self {
+        let Some(found) = nearly::find(mechanism, at, self.compared) else { return self };
+        let loops = Loops::new(mechanism);
+        let mut at_start = Vec::new();
+        for (k, cluster) in found.clusters.into_iter().enumerate() {
+            let own = |rows: &[usize]| -> Vec<usize> {
+                rows.iter().map(|&i| loops.clusters[k].paths.rows[i].number).collect()
+            };
+            match cluster {
+                Some(Nearly { rows, rows_at_start }) => {
+                    at_start.extend(own(&rows_at_start));
+                    self.pivots[k] = rows;
+                }
+                None => {
+                    let numbers = own(&(0..loops.clusters[k].paths.rows.len()).collect::<Vec<_>>());
+                    at_start.extend(self.rows_at_start.iter().filter(|i| numbers.contains(i)));
+                }
+            }
+        }
+        self.rows = loops.numbers(&self.pivots);
+        (self.at_start, self.generic) = (at_start.len(), self.rows.len());
+        (self.rows_at_start, self.compared) = (at_start, true);
+        self.nearly = Some(NearlyRedundant { loop_rank: self.generic, ..found.constraints });
+        self
+    }
+
+    /// The constraints that nearly follow from the others, if some do.
+    #[must_use]
+    pub fn nearly_redundant(&self) -> Option<&NearlyRedundant> {
+        self.nearly.as_ref()
     }
 
     /// Refuses loops with constraints that depend on others at `at` if no closed configuration was found nearby
@@ -134,6 +173,10 @@ impl LoopRank {
         let mut loops = Loops::new(mechanism);
         let clusters = loops.clusters.iter_mut().zip(&self.pivots);
         clusters.for_each(|(cluster, pivots)| cluster.set_rank(pivots));
+        if let Some(nearly) = &self.nearly {
+            let own = loops.clusters.iter_mut().zip(&nearly.ranks);
+            own.filter(|(_, rank)| rank.is_some()).for_each(|(cluster, _)| cluster.keep_rows());
+        }
         loops
     }
 
@@ -290,10 +333,13 @@ fn tree_rates(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
 }
 
 /// Numbers in [−1, 1), the same in every run.
-struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    /// The first of them.
+    pub(super) const FIRST: Self = Self(0x9e37_79b9_7f4a_7c15);
+
+    pub(super) fn next(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;

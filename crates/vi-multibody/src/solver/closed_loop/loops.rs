@@ -82,7 +82,7 @@ impl Loops {
     }
 
     /// `g_c(t, q)`.
-    fn raw_values(&self, t: f64, q: &[f64]) -> Vec<f64> {
+    pub(super) fn raw_values(&self, t: f64, q: &[f64]) -> Vec<f64> {
         let mut values = vec![0.0; self.count];
         for row in self.clusters.iter().flat_map(|cluster| &cluster.paths.rows) {
             values[row.number] = row.row.value(Configuration::new(t, q));
@@ -181,13 +181,13 @@ impl Loops {
     }
 
     /// `max |u_i|` in units of its weight.
-    fn largest(&self, u: &[f64]) -> f64 {
+    pub(super) fn largest(&self, u: &[f64]) -> f64 {
         u.iter().zip(&self.weights).map(|(u, weight)| (u / weight).abs()).fold(0.0, f64::max)
     }
 
     /// The rounding of each row of `g_c`: `64 ε` of what it sums, with every point as far away as the farthest of
     /// its component, since positions are summed along the path around the loop.
-    fn floors(&self, mechanism: &Mechanism, (t, q): (f64, &[f64])) -> Vec<f64> {
+    pub(super) fn floors(&self, mechanism: &Mechanism, (t, q): (f64, &[f64])) -> Vec<f64> {
         const PARTS: f64 = 64.0 * f64::EPSILON;
         let mut sizes = vec![0.0; mechanism.len()];
         mechanism.row_sizes(Configuration::new(t, q), &mut sizes);

@@ -53,6 +53,7 @@ mod large_matrix;
 pub mod loop_rank;
 mod loop_sweeps;
 pub(crate) mod loops;
+pub mod nearly;
 mod path;
 mod pending;
 mod relief;

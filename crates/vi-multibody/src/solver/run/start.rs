@@ -1,6 +1,6 @@
 //! Independent constraints of closed loops, and starts in singular configurations.
 
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, NearlyRedundant};
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use vi_constraints::agreement::contradiction;
 use vi_constraints::discretization::Discretization;
@@ -45,6 +45,12 @@ impl Loops {
             });
         }
         Ok(Self { rows, rows_at_start: at_start, rank: Some(rank) })
+    }
+
+    /// Constraints of the loops that are taken as redundant because they nearly are.
+    #[must_use]
+    pub fn nearly_redundant(&self) -> Option<NearlyRedundant> {
+        self.rank.as_ref().and_then(|rank| rank.nearly_redundant().cloned())
     }
 
     /// Consistent initial values at a singular configuration `at`; `leaves`: whether the scheme can leave a singular
