@@ -30,7 +30,9 @@ fn a_body_at_rest_stays_there_in_every_scheme() {
             let (outcome, largest, warnings) = run_with_warnings(&text);
             assert!(outcome == RunOutcome::Done, "{scheme}, order {order}: {outcome:?}");
             assert!(largest < 1e-14, "{scheme}, order {order}: {largest:e}");
-            assert_eq!(warnings, [""; 0], "{scheme}, order {order}: of rounding");
+            let others = warnings.into_iter().filter(|w| !w.starts_with("nothing can move"));
+            let others: Vec<String> = others.collect();
+            assert_eq!(others, [""; 0], "{scheme}, order {order}: of rounding");
         }
     }
 }

@@ -113,7 +113,8 @@ fn a_small_gap_is_closed_by_the_smallest_change() {
     let simulation = Simulation::new(&model).unwrap();
     let said = simulation.warnings().join("; ");
     println!("{said}");
-    let moved = said.split("moved by ").nth(1).unwrap().split(' ').next().unwrap();
+    let moved = said.split("moved `").nth(1).unwrap().split(" by ").nth(1).unwrap();
+    let moved = moved.split(' ').next().unwrap();
     let moved: f64 = moved.parse().unwrap();
     assert!(moved < 2e-3, "moved by {moved} m");
 }

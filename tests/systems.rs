@@ -40,6 +40,7 @@ mod imports;
 mod large_systems;
 mod long_run;
 mod loops_of_bars;
+mod loops_of_few_digits;
 mod material_damping;
 mod mode_models;
 mod model_file;

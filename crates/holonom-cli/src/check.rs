@@ -61,7 +61,7 @@ fn nothing_to_draw() -> Failure {
 
 fn page(model: &Model, simulation: &dyn Experiment) -> Result<String, ModelError> {
     let report = simulation.assembly();
-    let warnings = human::projection(report).into_iter().chain(report.warnings.iter().cloned());
-    let found = Assembled { facts: human::findings(model, report), warnings: warnings.collect() };
+    let found =
+        Assembled { facts: human::findings(model, report), warnings: report.warnings.clone() };
     configuration_page(model, &found, &command())
 }

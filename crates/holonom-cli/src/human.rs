@@ -107,22 +107,11 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
     rows
 }
 
-/// By how much the initial configuration was moved onto the constraints, where it was.
-pub(crate) fn projection(report: &AssemblyReport) -> Option<String> {
-    let moved = rounded(report.projected?, 4);
-    Some(format!(
-        "the initial configuration was projected onto the constraints: moved by {moved} m"
-    ))
-}
-
 /// The same as lines for a terminal.
 pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
     let mut text = format!("{}: valid\n", model.header.name);
     for (subject, finding) in findings(model, report) {
         let _ = writeln!(text, "  {subject:26}  {finding}");
-    }
-    if let Some(words) = projection(report) {
-        let _ = writeln!(text, "  {words}");
     }
     for warning in &report.warnings {
         let _ = writeln!(text, "  warning: {warning}");

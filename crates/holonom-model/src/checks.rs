@@ -174,6 +174,7 @@ impl<'a> Checker<'a> {
         }
         let tolerances = [
             ("simulation.start_tolerance", settings.start_tolerance),
+            ("simulation.loop_tolerance", settings.loop_tolerance),
             ("simulation.newton_tolerance", settings.newton_tolerance),
         ];
         for (key, value) in tolerances {

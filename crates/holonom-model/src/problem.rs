@@ -82,24 +82,29 @@ pub struct Inconsistency {
     pub key: String,
     /// Positions or velocities.
     pub level: Level,
-    /// Violation of the constraint: m; m/s or rad/s.
+    /// Violation of the constraint.
     pub distance: f64,
+    /// Its unit.
+    pub unit: &'static str,
     /// The numbers that disagree, in words; may be empty.
     pub detail: String,
+    /// What would satisfy it, where that is known: `write …`.
+    pub instead: Option<String>,
 }
 
 impl Inconsistency {
     /// The same as a [`Problem`] with its remedy.
     #[must_use]
     pub fn problem(&self) -> Problem {
-        let (what, unit, more) = match self.level {
-            Level::Position => ("the initial configuration violates this constraint", "m", ""),
+        let (what, more) = match self.level {
+            Level::Position => ("the initial configuration violates this constraint", ""),
             Level::Velocity => (
                 "the initial velocities violate this constraint",
-                "m/s or rad/s",
                 "; stated rates of joints are then kept",
             ),
         };
+        let instead = self.instead.as_deref().unwrap_or("correct the initial values");
+        let unit = self.unit;
         let distance = match self.distance {
             d if (1e-3..1e6).contains(&d) => format!("{}", (d * 1e6).round() / 1e6),
             d => format!("{d:.3e}"),
@@ -108,8 +113,8 @@ impl Inconsistency {
             if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
         Problem::new(self.key.clone(), format!("{what} by {distance} {unit}{detail}")).help(
             format!(
-                "correct the initial values, or set `project_start = true` under [simulation] to \
-                 project them onto the constraints{more}",
+                "{instead}, or set `project_start = true` under [simulation] to project them onto the \
+                 constraints{more}",
             ),
         )
     }

@@ -279,9 +279,13 @@ pub struct Settings {
     /// Project inconsistent initial values onto the constraints instead of refusing them.
     #[serde(default)]
     pub project_start: bool,
-    /// Largest violation of a constraint by consistent initial values: m, m/s, rad, rad/s.
+    /// Largest violation of a constraint by consistent initial values: parts of the size of the model, m/s, rad, rad/s.
     #[serde(default = "start_tolerance")]
     pub start_tolerance: f64,
+    /// What closed loops may miss where their constraints nearly follow from one another: rad, or parts of the size of the
+    /// loop. 0 takes every digit at its word.
+    #[serde(default = "loop_tolerance")]
+    pub loop_tolerance: f64,
     /// Statics: follow the path of equilibria by its arc length, through points where the load has to fall.
     /// Steps are then lengths of arc: `step/end` of all of the load, or of the size of the system.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -311,6 +315,9 @@ fn thirty() -> usize {
 fn start_tolerance() -> f64 {
     1e-8
 }
+fn loop_tolerance() -> f64 {
+    1e-3
+}
 
 impl Settings {
     /// Default method with this step and end time, s.
@@ -331,6 +338,7 @@ impl Settings {
             start: Start::default(),
             project_start: false,
             start_tolerance: start_tolerance(),
+            loop_tolerance: loop_tolerance(),
             arc_length: false,
             newton_tolerance: 0.0,
             newton_max_iterations: thirty(),

@@ -55,6 +55,21 @@ impl<'a> StartPoints<'a> {
         nodes.get(beam.node(place)?)
     }
 
+    /// The size of a model: the longest side of a box about its bodies, particles, nodes and joints, m; 1 where all are one.
+    fn size(&self, model: &Model) -> f64 {
+        let bodies = model.bodies.iter().map(|body| Vector3::from(body.position));
+        let particles = model.particles.iter().map(|p| Vector3::from(spatial(&p.position)));
+        let nodes = self.beams.values().flat_map(|(_, nodes)| nodes.iter().map(|node| node.0));
+        let joints = model.joints.iter().flat_map(|joint| self.joint(joint));
+        let bars = model.bars.iter().flat_map(|bar| self.bar(bar));
+        let mut ends = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
+        for point in bodies.chain(particles).chain(nodes).chain(joints).chain(bars) {
+            ends = [ends[0].inf(&point), ends[1].sup(&point)];
+        }
+        let size = (ends[1] - ends[0]).max();
+        if size > 0.0 && size.is_finite() { size } else { 1.0 }
+    }
+
     /// Whether this is a body that does not move.
     pub(super) fn is_fixed(&self, member: &str) -> bool {
         self.bodies.get(member).is_some_and(|b| b.fixed)
@@ -101,8 +116,8 @@ pub(super) fn distance([a, b]: [Vector3<f64>; 2]) -> f64 {
 
 /// Bars and joints whose initial position errors exceed the tolerance.
 pub(super) fn inconsistencies(model: &Model) -> Vec<Inconsistency> {
-    let tolerance = model.settings.start_tolerance;
     let points = StartPoints::new(model);
+    let tolerance = model.settings.start_tolerance * points.size(model);
     let bars = model.bars.iter().filter_map(|bar| {
         let (start, length) = (distance(points.bar(bar)), bar.length?);
         let detail = format!("its length is {length} m, its ends start {start} m apart");
@@ -123,7 +138,9 @@ pub(super) fn inconsistencies(model: &Model) -> Vec<Inconsistency> {
 
 fn missed(key: String, distance: f64, tolerance: f64, detail: String) -> Option<Inconsistency> {
     let level = Level::Position;
-    (distance > tolerance).then_some(Inconsistency { key, level, distance, detail })
+    let (unit, instead) = ("m", None);
+    let found = Inconsistency { key, level, distance, unit, detail, instead };
+    (distance > tolerance).then_some(found)
 }
 
 /// The part of the gap that a joint does not allow, m.

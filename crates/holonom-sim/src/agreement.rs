@@ -1,5 +1,6 @@
 //! Constraints of a model that contradict each other, as errors that name them.
 
+use crate::loops;
 use crate::system;
 use holonom_model::{Model, ModelError, Problem};
 use vi_constraints::Constraints;
@@ -14,14 +15,18 @@ const NAMED: usize = 4;
 /// The contradiction of initial values as an error of the model.
 pub(crate) fn refusal(found: &Contradiction, model: &Model) -> ModelError {
     match system::build(model) {
-        Ok(system) => at_start(found, &system.mechanism),
+        Ok(system) => at_start(found, (&system.mechanism, model.settings.loop_tolerance)),
         Err(error) => error,
     }
 }
 
-fn at_start(found: &Contradiction, mechanism: &Mechanism) -> ModelError {
+fn at_start(found: &Contradiction, (mechanism, tolerance): (&Mechanism, f64)) -> ModelError {
     let (names, motion) = members(mechanism, &found.rows);
     let level = found.level;
+    if let Some(why) = loops::locks(mechanism, tolerance) {
+        let message = format!("{}: {why}", together(&names));
+        return problem(&names, message, "correct the axis, or raise `simulation.loop_tolerance`");
+    }
     if motion {
         let message = format!("{}: no initial {level} satisfies them", together(&names));
         return problem(&names, message, AGREE);
@@ -57,8 +62,10 @@ pub(crate) fn paths(
     let (names, _) = members(mechanism, &found.rows);
     let t = found.t;
     if found.locked {
+        let why = loops::locks(mechanism, mechanism.loop_tolerance());
+        let why = why.map_or_else(String::new, |why| format!("; {why}"));
         let message = format!(
-            "{}: the motion moves a joint that other constraints lock (at t = {t:.3} s)",
+            "{}: the motion moves a joint that other constraints lock (at t = {t:.3} s){why}",
             together(&names)
         );
         return Err(problem(&names, message, "remove the motion, or what locks its joint"));

@@ -4,8 +4,11 @@ use crate::agreement::{self, joint_key};
 use crate::beams::Beams;
 use crate::digits::rounded;
 use crate::limits::Stiffness;
+use crate::loops;
 use crate::measures::{self, Measures};
-use holonom_model::{Beam, Body, Family, Inconsistency, Level, Model, ModelError, Settings};
+use holonom_model::{
+    Beam, Body, Family, Inconsistency, Level, Model, ModelError, Problem, Settings,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use vi_constraints::Constraints;
@@ -100,12 +103,11 @@ impl AssemblyReport {
         }
     }
 
-    /// The initial configuration was projected onto the constraints: moved by `moved`, m.
-    pub(crate) fn configuration_projected(&mut self, moved: f64) {
-        if moved > 0.0 {
+    /// The initial configuration was projected onto the constraints: moved by `moved`, m; `changed` says how.
+    pub(crate) fn configuration_projected(&mut self, moved: f64, changed: &str) {
+        if !changed.is_empty() {
             self.warnings.push(format!(
-                "the initial configuration was projected onto the constraints: moved by {} m",
-                rounded(moved, 4)
+                "the initial configuration was projected onto the constraints: moved {changed}"
             ));
             self.projected = Some(moved);
         }
@@ -187,6 +189,13 @@ fn velocity_residuals(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
     rate
 }
 
+/// The largest rate of initial velocities, 1/s.
+fn largest_rate(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> f64 {
+    let mut sizes = vec![1.0; q.len()];
+    mechanism.coordinate_sizes(q, &mut sizes);
+    v.iter().zip(&sizes).map(|(v, size)| (v / size).abs()).fold(0.0, f64::max)
+}
+
 /// Joints and bars that the initial velocity violates by more than the tolerance.
 pub(crate) fn velocity_inconsistencies(
     mechanism: &Mechanism,
@@ -195,24 +204,43 @@ pub(crate) fn velocity_inconsistencies(
 ) -> Vec<Inconsistency> {
     let rate = velocity_residuals(mechanism, q, v);
     let description = mechanism.description();
-    let worst = |rows: std::ops::Range<usize>| norm_inf(&rate[rows]);
-    let joints = description
-        .joints
-        .iter()
-        .enumerate()
-        .map(|(k, joint)| (joint_key(&joint.name), worst(mechanism.joint_rows(k))));
-    let bars =
-        description.bars.iter().enumerate().map(|(k, bar)| {
-            (format!("bar.{}", bar.name), worst(mechanism.bar_rows(k)) / bar.length)
-        });
-    let scalars = description.scalars.iter().enumerate().map(|(k, constraint)| {
-        (format!("constraint.{}", constraint.name), worst(mechanism.scalar_rows(k)))
+    let allowances = mechanism.allowances();
+    let fastest = if allowances.is_empty() { 0.0 } else { largest_rate(mechanism, q, v) };
+    let beyond = |row: usize| {
+        let allowed = allowances.get(row).map_or(0.0, |g| g * fastest);
+        if rate[row].abs() <= allowed { 0.0 } else { rate[row] }
+    };
+    let worst = |rows: std::ops::Range<usize>| norm_inf(&rows.map(beyond).collect::<Vec<_>>());
+    let unit = |rows: std::ops::Range<usize>| {
+        let worst = rows.max_by(|&a, &b| rate[a].abs().total_cmp(&rate[b].abs()));
+        worst.map_or("m/s", |row| unit_of_rate(mechanism, q, row))
+    };
+    let joints = description.joints.iter().enumerate().map(|(k, joint)| {
+        let rows = mechanism.joint_rows(k);
+        (joint_key(&joint.name), worst(rows.clone()), unit(rows))
     });
-    let missed = |(key, distance): (String, f64)| {
-        let (level, detail) = (Level::Velocity, String::new());
-        (distance > tolerance).then_some(Inconsistency { key, level, distance, detail })
+    let bars = description.bars.iter().enumerate().map(|(k, bar)| {
+        let distance = worst(mechanism.bar_rows(k)) / bar.length;
+        (format!("bar.{}", bar.name), distance, "m/s")
+    });
+    let scalars = description.scalars.iter().enumerate().map(|(k, constraint)| {
+        let rows = mechanism.scalar_rows(k);
+        (format!("constraint.{}", constraint.name), worst(rows.clone()), unit(rows))
+    });
+    let missed = |(key, distance, unit): (String, f64, &'static str)| {
+        let (level, detail, instead) = (Level::Velocity, String::new(), None);
+        let found = Inconsistency { key, level, distance, unit, detail, instead };
+        (distance > tolerance).then_some(found)
     };
     joints.chain(bars).chain(scalars).filter_map(missed).collect()
+}
+
+/// The unit of the rate of a constraint: that of a length, of an angle, or of half the square of a length.
+fn unit_of_rate(mechanism: &Mechanism, q: &[f64], row: usize) -> &'static str {
+    let Some(row) = row.checked_sub(mechanism.len() - mechanism.rows().len()) else { return "m/s" };
+    let mut force = 0.0_f64;
+    mechanism.rows()[row].for_each_wrench(q, |_, w| force = force.max(w.linear.norm()));
+    if force > 0.0 { "m/s" } else { "rad/s" }
 }
 
 /// The report of constraints and those of them that are enforced.
@@ -279,6 +307,7 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
     };
     match error {
         SetupError::Start(StartError::Singular) => without_mass(model),
+        SetupError::Start(StartError::Misfit { row, residual }) => misfit(model, *row, *residual),
         SetupError::Start(StartError::NoConfiguration { .. } | StartError::NotFinite) => {
             unsupported("simulation.project_start", "correct the initial positions")
         }
@@ -307,6 +336,36 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
         }
         _ => unsupported("simulation", &format!("step = {}", model.settings.step)),
     }
+}
+
+/// The error for a loop that no motion closes.
+fn misfit(model: &Model, row: usize, residual: f64) -> ModelError {
+    let mechanism = match crate::system::build(model) {
+        Ok(system) => system.mechanism,
+        Err(error) => return error,
+    };
+    let (joint, how) = match loops::misfit(&mechanism, residual) {
+        Some((joint, distance, axis)) => {
+            let axis = axis.map(|x| rounded(x, 4));
+            let how = format!(
+                "its joints miss each other by {} m along ({}, {}, {}), the direction of its axes",
+                rounded(distance, 3),
+                axis[0],
+                axis[1],
+                axis[2]
+            );
+            (joint, how)
+        }
+        None => {
+            let how = format!("one of its constraints is left with {}", rounded(residual, 2));
+            (mechanism.constraint_name(row).to_owned(), how)
+        }
+    };
+    let key = loop_key(model, &joint);
+    let message =
+        format!("the loop through `{joint}` cannot be closed: {how}, wherever the mechanism is");
+    let help = "correct the anchors or the positions along that direction, or raise `simulation.loop_tolerance`";
+    ModelError::Assembly(vec![Problem::new(key, message).help(help)])
 }
 
 /// The key of what closes a loop: a joint, a bar or a constraint.

@@ -5,6 +5,7 @@ use std::io;
 use crate::assembly::AssemblyReport;
 use crate::beams::Beams;
 use crate::divided_steps::DividedSteps;
+use crate::loops::LoopResiduals;
 use crate::outcome::{RunOutcome, StaticFacts};
 use crate::run_state::RunState;
 use crate::sample::{Member, MomentaNames, Sample};
@@ -36,6 +37,10 @@ pub trait Experiment {
     fn warnings(&self) -> Vec<String>;
     /// Facts of a continuation of equilibria; `None` for motions.
     fn statics(&self) -> Option<StaticFacts> {
+        None
+    }
+    /// Largest residuals of constraints of loops that nearly follow from others; `None` where there are none.
+    fn loop_residuals(&self) -> Option<LoopResiduals> {
         None
     }
     /// Steps of a motion that were taken in smaller parts; `None` where there were none.

@@ -32,6 +32,7 @@ mod energies;
 mod energy_watch;
 pub mod experiment;
 mod limits;
+mod loops;
 mod measures;
 mod method;
 pub mod modes;

@@ -5,6 +5,7 @@
 
 use crate::divided_steps::DividedSteps;
 use crate::energy_watch::EnergyWatch;
+use crate::loops::LoopResiduals;
 use crate::method::Increment;
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::ResumeError;
@@ -20,6 +21,8 @@ pub struct RunState {
     pub(crate) limits: Vec<Bent>,      // of each beam
     pub(crate) energy: EnergyWatch,
     pub(crate) divided: DividedSteps,
+    #[serde(default)]
+    pub(crate) loops: LoopResiduals,
     pub(crate) iterations: f64, // of Newton's method in the last step
 }
 

@@ -16,10 +16,10 @@ use crate::outcome::RunFailure;
 use crate::rough_start;
 use crate::statics::{InOwnRotation, Statics};
 use crate::system::{self, System};
-use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem};
-use vi_constraints::InitialValues;
+use holonom_model::{Constraint, Inconsistency, Model, ModelError, MotionPath, Problem};
 use vi_constraints::initialization::start;
 use vi_constraints::integrator::SetupError;
+use vi_constraints::{Constraints, InitialValues};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::Loops;
 use vi_rigid::directors;
@@ -59,11 +59,12 @@ impl Start {
         }
         let (q, v) = (drawn(model, mechanism), mechanism.initial_velocity());
         let tolerance = model.settings.start_tolerance;
-        let missed = assembly::velocity_inconsistencies(mechanism, (&q, &v), tolerance);
-        if missed.is_empty() {
+        let mut missed = assembly::velocity_inconsistencies(mechanism, (&q, &v), tolerance);
+        if missed.is_empty() || nearly_consistent(mechanism, (&q, &v), tolerance) {
             return Ok(Self { q, v, how: How::Stated });
         }
         if !model.settings.project_start {
+            offer_rates(model, mechanism, &mut missed);
             return Err(ModelError::InconsistentStart(missed));
         }
         if model.joints.iter().any(|joint| joint.rate.is_some()) {
@@ -79,6 +80,48 @@ fn drawn(model: &Model, mechanism: &Mechanism) -> Vec<f64> {
     let q = mechanism.initial_configuration();
     let together = || rough_start::placed(mechanism, model.bodies.len(), &q);
     model.settings.project_start.then(together).flatten().unwrap_or(q)
+}
+
+/// Offers the rate of the joint of each prescribed motion that the initial velocities miss, where it decides on them: where
+/// no loop or gear passes it on.
+fn offer_rates(model: &Model, mechanism: &Mechanism, missed: &mut [Inconsistency]) {
+    let alone = |constraint: &Constraint| matches!(constraint, Constraint::Motion { .. });
+    if !mechanism.cut_joints().is_empty() || !model.constraints.iter().all(alone) {
+        return;
+    }
+    let first = mechanism.len() - mechanism.rows().len();
+    for missed in missed {
+        let named = |own: &&Constraint| missed.key == format!("constraint.{}", own.name());
+        let Some(Constraint::Motion { name, joint, freedom, .. }) =
+            model.constraints.iter().find(named)
+        else {
+            continue;
+        };
+        let scalars = &mechanism.description().scalars;
+        let scalar = scalars.iter().position(|scalar| scalar.name == *name);
+        let own = model.joints.iter().find(|own| own.name == *joint);
+        let (Some(scalar), Some(own)) = (scalar, own) else { continue };
+        let row = &mechanism.rows()[mechanism.scalar_rows(scalar).start - first];
+        let rate = -row.time_derivatives(0.0)[0];
+        let given = own.rate.as_ref().map_or(&[][..], |rate| rate.values());
+        let count = own.pair().dof();
+        let value = |k: usize| match k == *freedom {
+            true => rate,
+            false => given.get(k).copied().unwrap_or(0.0),
+        };
+        let values: Vec<String> = (0..count).map(|k| format!("{:?}", value(k))).collect();
+        let value = if count == 1 { values.concat() } else { format!("[{}]", values.join(", ")) };
+        missed.instead = Some(format!("write `rate = {value}` in the [[joint]] `{joint}`"));
+    }
+}
+
+/// Whether only constraints that nearly follow from the others are violated by initial velocities, and no more than they are
+/// by the motion.
+fn nearly_consistent(mechanism: &Mechanism, start: (&[f64], &[f64]), tolerance: f64) -> bool {
+    let loops = Loops::find(mechanism, 0.0, start.0).ok();
+    let Some(nearly) = loops.and_then(|loops| loops.nearly_redundant()) else { return false };
+    let mechanism = mechanism.clone().accepting(Some(nearly));
+    assembly::velocity_inconsistencies(&mechanism, start, tolerance).is_empty()
 }
 
 /// The equilibrium under the loads at `t = 0`, at rest or in the steady rotation of the initial velocities.
@@ -128,6 +171,7 @@ fn with_stated_rates(model: &Model) -> Result<(Vec<f64>, Vec<f64>), ModelError> 
     let (q, v) = (drawn(model, &mechanism), mechanism.initial_velocity());
     let refused = |error: &SetupError| assembly::refusal(error, model);
     let loops = Loops::find(&mechanism, 0.0, &q).map_err(|error| refused(&error))?;
+    let mechanism = mechanism.accepting(loops.nearly_redundant());
     let rows = loops.rows_at_start.unwrap_or(loops.rows);
     let found = start(&system, &mechanism, &rows, InitialValues::new(0.0, &q, &v))
         .map_err(|error| refused(&error.into()))?;
@@ -146,6 +190,42 @@ fn with_stated_rates(model: &Model) -> Result<(Vec<f64>, Vec<f64>), ModelError> 
     let problem = Problem::new(keys[0].clone(), message);
     let help = "state fewer rates: the others follow from the constraints";
     Err(ModelError::Assembly(vec![problem.help(help)]))
+}
+
+/// The largest changes of the initial configuration, `by … m (NAME), … rad (NAME)`, and the length alone, m.
+pub(crate) fn change_of_configuration(
+    mechanism: &Mechanism,
+    given: &[f64],
+    found: &[f64],
+) -> (f64, String) {
+    let description = mechanism.description();
+    let (mut length, mut turn) = (("", 0.0_f64), ("", 0.0_f64));
+    for (k, body) in description.bodies.iter().enumerate() {
+        let own = 12 * k..12 * k + 12;
+        let (a, b) = (&given[own.clone()], &found[own]);
+        let moved = (directors::center(b) - directors::center(a)).norm();
+        if moved > length.1 {
+            length = (&body.name, moved);
+        }
+        // |R_b − R_a| = 2 √2 sin(φ/2)
+        let apart = (directors::triad(b) - directors::triad(a)).norm();
+        let angle = 2.0 * (apart / 8.0_f64.sqrt()).min(1.0).asin();
+        if angle > turn.1 {
+            turn = (&body.name, angle);
+        }
+    }
+    for (k, particle) in description.particles.iter().enumerate() {
+        let at = mechanism.particle_offset(k);
+        let own = at..at + description.dimension;
+        let moved: f64 =
+            given[own.clone()].iter().zip(&found[own]).map(|(a, b)| (a - b).powi(2)).sum();
+        if moved.sqrt() > length.1 {
+            length = (&particle.name, moved.sqrt());
+        }
+    }
+    let parts = [(length, "m"), (turn, "rad")].into_iter().filter(|((_, by), _)| *by > 0.0);
+    let parts = parts.map(|((name, by), unit)| format!("`{name}` by {} {unit}", rounded(by, 4)));
+    (length.1, parts.collect::<Vec<_>>().join(", "))
 }
 
 /// The largest changes of the initial velocities, `NAME by … m/s, NAME by … rad/s`.

@@ -30,6 +30,7 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::sparse::SparseMatrix;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::Loops;
 use vi_statics::{
     ArcLengthSettings, Equilibrium, RotationError, StaticError, StaticProblem, StaticSettings,
     SteadyRotation,
@@ -84,6 +85,8 @@ impl Statics {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let system = dynamics.variational(&mechanism);
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let nearly = Loops::find(&mechanism, 0.0, &q).ok();
+        let mechanism = mechanism.accepting(nearly.and_then(|loops| loops.nearly_redundant()));
         let problem =
             StaticProblem::new(system, mechanism.clone()).with_elements(beams.parts.neighbours());
         let internal = 6 * mechanism.description().bodies.len();

@@ -99,7 +99,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         loads_of.push(load.name.clone());
     }
     parts.description = builder.description().map_err(refusal)?;
-    let mut mechanism = parts.mechanism();
+    let mut mechanism = parts.mechanism().with_loop_tolerance(model.settings.loop_tolerance);
     let forces = builder.forces(&mut mechanism).map_err(refusal)?;
     let settings = &model.settings;
     let members = members(model, &parts);

@@ -258,6 +258,7 @@ impl Run<'_> {
         summary.warnings = simulation.warnings();
         summary.statics = simulation.statics();
         summary.divided_steps = simulation.divided_steps();
+        summary.loop_residual = simulation.loop_residuals();
         summary.step_seconds = self.clock.step_seconds(simulation);
         self.folder.write_summary(&summary)?;
         Ok(summary)

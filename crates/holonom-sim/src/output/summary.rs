@@ -4,6 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::assembly::{AssemblyReport, Counts, StrainVariant};
 use crate::divided_steps::DividedSteps;
+use crate::loops::LoopResiduals;
 use crate::outcome::StaticFacts;
 use crate::outcome::{RunFailure, RunOutcome};
 use crate::sample::Sample;
@@ -179,6 +180,9 @@ pub struct Summary {
     /// Steps that were refused as a whole and taken in smaller parts; absent where there were none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub divided_steps: Option<DividedSteps>,
+    /// Largest residuals of constraints of loops that nearly follow from others; absent where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loop_residual: Option<LoopResiduals>,
     /// What is worth knowing about the assembly and the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
@@ -318,6 +322,7 @@ impl SummaryBuilder {
             constraint_residual: ConstraintSummary { position, velocity, momentum },
             statics: None,
             divided_steps: None,
+            loop_residual: None,
             warnings: assembly.warnings.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         }

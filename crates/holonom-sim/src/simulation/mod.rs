@@ -26,6 +26,7 @@ use crate::energies::Energies;
 use crate::energy_watch::EnergyWatch;
 use crate::experiment::Experiment;
 use crate::limits::{LimitWatch, Stiffness};
+use crate::loops::{self, LoopResiduals};
 use crate::method::{Method, Reading, Running, Wanted};
 use crate::rotation_stability::unstable_steps;
 use crate::run_state::{RunState, same_length};
@@ -59,6 +60,7 @@ pub struct Simulation {
     watch: EnergyWatch,
     method: Box<dyn Method>,
     divided: DividedSteps,
+    loops: LoopResiduals,
     iterations: f64, // of the step that led to the present node
     reading: Reading,
     sample: Sample,      // recorded last
@@ -115,8 +117,8 @@ impl Simulation {
             let moved = q.iter().zip(&start.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assembly.configuration_relaxed(moved, speed, unstable);
         } else if keeps_rates || method.start_report().position_moved > 0.0 {
-            let moved = q.iter().zip(&first.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assembly.configuration_projected(moved);
+            let (moved, changed) = start::change_of_configuration(method.mechanism(), &q, &first.q);
+            assembly.configuration_projected(moved, &changed);
         }
         let relaxed = matches!(start.how, How::Relaxed { .. });
         if !relaxed && (keeps_rates || method.start_report().velocity_moved > 0.0) {
@@ -124,6 +126,8 @@ impl Simulation {
             let changed = start::change_of_velocities(method.mechanism(), given, found);
             assembly.velocity_projected(&changed, keeps_rates);
         }
+        let dof = assembly.counts.dof;
+        assembly.warnings.extend(loops::remarks(model, method.mechanism(), &first.q, dof));
         let mut limits = LimitWatch::new(&beams);
         let start = method.place().2;
         if let Err(fault) = limits.follow(0.0, start) {
@@ -154,6 +158,7 @@ impl Simulation {
             energies,
             method,
             divided: DividedSteps::default(),
+            loops: LoopResiduals::default(),
             iterations,
             reading: first,
             sample: Sample::default(),
@@ -202,7 +207,8 @@ impl Simulation {
     pub fn warnings(&self) -> Vec<String> {
         let known = self.assembly.warnings.iter().cloned();
         let found = self.limits.warnings().into_iter().chain(self.watch.warning());
-        known.chain(found).chain(self.divided.warning()).collect()
+        let divided = self.divided.warning().into_iter();
+        known.chain(found).chain(divided).chain(self.loops.warning()).collect()
     }
 
     /// The integrator of a variational scheme at its present node; from now on nodes have multipliers.
@@ -257,6 +263,7 @@ impl Simulation {
             limits: self.limits.state(),
             energy: self.watch,
             divided: self.divided,
+            loops: self.loops,
             iterations: self.iterations,
         }
     }
@@ -266,12 +273,13 @@ impl Simulation {
     /// # Errors
     /// [`ResumeError`]; the simulation is then what it was.
     pub fn resume(&mut self, state: RunState) -> Result<(), ResumeError> {
-        let RunState { motion, sensors: followed, limits, energy, divided, iterations } = state;
+        let RunState { motion, sensors: followed, limits, energy, divided, loops, iterations } =
+            state;
         self.sensors.check(&followed)?;
         same_length("the list of beams", limits.len(), self.limits.state().len())?;
         self.method.resume(motion)?;
         self.limits.resume(&limits);
-        (self.watch, self.divided) = (energy, divided);
+        (self.watch, self.divided, self.loops) = (energy, divided, loops);
         self.sensors.resume(&followed);
         self.iterations = iterations;
         Ok(())
@@ -306,6 +314,9 @@ impl Experiment for Simulation {
 
     fn divided_steps(&self) -> Option<DividedSteps> {
         Some(self.divided).filter(|divided| divided.count > 0)
+    }
+    fn loop_residuals(&self) -> Option<LoopResiduals> {
+        self.mechanism().nearly_redundant().map(|_| self.loops)
     }
     fn place(&self) -> (u64, f64) {
         let (step, t, _) = self.method.place();

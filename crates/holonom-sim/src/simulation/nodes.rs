@@ -207,9 +207,12 @@ impl Simulation {
         if let Err(error) = read(&mut *self.method, &mut self.reading) {
             return Err(self.lost(&error.to_string()));
         }
-        let Self { method, reading: at, sample, sensors, energies, watch, iterations, .. } = self;
+        let Self {
+            method, reading: at, sample, sensors, energies, watch, loops, iterations, ..
+        } = self;
         let view = View { t: at.t, q: &at.q, v: &at.v, a: &at.acceleration, force: &at.force };
         let (mechanism, rows, least_norm) = method.least_norm();
+        loops.follow(mechanism, &at.q);
         sensors.read(mechanism, (rows, least_norm), view, &mut sample.sensors);
         sample.notice = watch.follow(at, energies);
         energies.read(at, &mut sample.energies);
