@@ -11,7 +11,6 @@ use crate::harness;
 
 use harness::models::{model, orders, simulation};
 use holonom::vi_constraints::Constraints;
-use holonom::vi_constraints::least_norm::LeastNorm;
 use holonom::vi_constraints::projection::Projections;
 use holonom::vi_core::{Configuration, Entries, MechanicalSystem, SparseMatrix};
 use holonom::{Model, Override, Sample, Simulation};
@@ -351,8 +350,7 @@ fn apart(run: &mut MechanismIntegrator, observer: &mut ReactionObserver) -> (f64
     let at = run.before().configuration();
     let mechanism = run.constraints();
     let expected = Reactions::at(mechanism, at, &node.lambda, run.rows());
-    let least = &mut LeastNorm::default();
-    let found = observer.observe(mechanism, at, &node.constraint_force, (run.rows(), least));
+    let found = observer.observe(mechanism, at, &node.constraint_force, run.rows());
     let scalars = 0..mechanism.description().scalars.len();
     let rows = scalars.flat_map(|k| mechanism.scalar_rows(k));
     let scalars: Vec<Tension> = rows.map(|row| found.scalar_row(row)).collect();
@@ -453,8 +451,7 @@ fn reactions_of_a_flat_parallelogram_leave_out_what_no_constraint_exerts() {
         free.iter().for_each(|&k| force += part * gram.eigenvectors.column(k));
         let at = Configuration::new(0.0, &q);
         let mut observer = ReactionObserver::new(mechanism);
-        let least = &mut LeastNorm::default();
-        let found = observer.observe(mechanism, at, force.as_slice(), (run.rows(), least));
+        let found = observer.observe(mechanism, at, force.as_slice(), run.rows());
         let expected = Reactions::at(mechanism, at, lambda.as_slice(), run.rows());
         let (mut off, mut unique) = (0.0_f64, 0);
         for (k, expected) in expected.joints.iter().enumerate() {

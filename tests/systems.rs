@@ -48,6 +48,7 @@ mod momenta;
 mod motion_sensors;
 mod nested_loops;
 mod parameters;
+mod reaction_agreement;
 mod reactions;
 mod recording;
 mod reference;

@@ -1,6 +1,6 @@
 //! The shipped models, ready to be varied.
 
-use holonom::{Model, Override, Simulation};
+use holonom::{Model, Override, Sample, Simulation};
 use std::path::PathBuf;
 
 /// The text of a shipped model.
@@ -32,6 +32,11 @@ pub fn model(name: &str, replaced: &[(&str, String)]) -> Model {
 /// The same, assembled.
 pub fn simulation(name: &str, replaced: &[(&str, String)]) -> Simulation {
     Simulation::new(&model(name, replaced)).unwrap()
+}
+
+/// The nodes of a whole run.
+pub fn nodes(model: &Model) -> Vec<Sample> {
+    Simulation::new(model).unwrap().samples().map(Result::unwrap).collect()
 }
 
 /// Slope of `log error` against `log h` between neighbours of a sequence of halved steps.

@@ -25,7 +25,6 @@ use holonom_model::{Columns, History, Model, ModelError, Scheme, Settings};
 use std::io;
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
-use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::sparse::SparseMatrix;
@@ -52,7 +51,6 @@ pub struct Statics {
     limits: LimitWatch,
     problem: StaticProblem,
     rows: IndependentRows, // with those inside the frames
-    least_norm: LeastNorm,
     mechanism: Mechanism,
     watch: ClosureWatch,
     facts: StaticFacts,
@@ -116,7 +114,6 @@ impl Statics {
             limits,
             problem,
             rows,
-            least_norm: LeastNorm::default(),
             mechanism,
             watch,
             facts,
@@ -249,8 +246,7 @@ impl Statics {
             unstable: point.unstable,
             ..Sample::default()
         };
-        let rows = (&self.rows, &mut self.least_norm);
-        self.sensors.read(&self.mechanism, rows, view, &mut sample.sensors);
+        self.sensors.read(&self.mechanism, &self.rows, view, &mut sample.sensors);
         self.step += 1;
         sample
     }

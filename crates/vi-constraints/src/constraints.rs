@@ -83,6 +83,11 @@ pub trait Constraints: Send + Sync {
         let largest = vi_core::linear::norm_inf(q);
         out.fill(if largest > 0.0 { largest } else { 1.0 });
     }
+    /// `out_j ←` what one is for coordinate `j` where rows of `G` are compared, shape `n`, positive: a lever arm for the
+    /// coordinates of a point, 1 for those of a director. The default takes 1 for all.
+    fn coordinate_units(&self, out: &mut [f64]) {
+        out.fill(1.0);
+    }
     /// `out_i ← Σ_j |G_ij| size_j`, shape `m`, in the unit of `g_i`: rounding changes `g_i` by a small
     /// multiple of `ε` of that. A row that depends on time adds the size of what it follows. Allocates.
     fn row_sizes(&self, at: Configuration<'_>, out: &mut [f64]) {

@@ -6,7 +6,6 @@
 
 use crate::constraints::Constraints;
 use crate::galerkin::GaussPoint;
-use crate::least_norm::LeastNorm;
 use crate::node::{Node, NodeObserver};
 use crate::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -76,8 +75,6 @@ pub trait ObserveNode<S, C>: Send {
     fn record_multipliers(&mut self, wanted: bool);
     /// The node observed last.
     fn node(&self) -> &Node;
-    /// Least solutions with the Jacobian of the constraints, factorized at the node observed last where it needed that.
-    fn least_norm(&mut self) -> &mut LeastNorm;
     /// Everything at a node with the step that starts there.
     ///
     /// # Errors
@@ -135,10 +132,6 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
 
     fn node(&self) -> &Node {
         Self::node(self)
-    }
-
-    fn least_norm(&mut self) -> &mut LeastNorm {
-        Self::least_norm(self)
     }
 
     fn observe(

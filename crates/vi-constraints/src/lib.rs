@@ -11,6 +11,7 @@
 //! | [`saddle_point`] | `[A Gᵀ; G 0]` over independent rows |
 //! | [`redundancy`] | independence of rows, null vectors of `Gᵀ` |
 //! | [`least_norm`] | multipliers of the least norm |
+//! | [`unit_rows`] | the same of rows of length one: free of units |
 //! | [`reparametrization`] | `P`, `F_d`, `∂F_d/∂u`, dense or as operators |
 //! | [`tangent_space`] | `F_d` of any constraints: a step in the tangent space, projected |
 //! | [`constrained`], [`dalembert`], [`nodal`] | schemes 1, 2, and 3 with 4 |
@@ -62,6 +63,7 @@ pub mod scheme;
 pub mod setup;
 pub mod tangent_map;
 pub mod tangent_space;
+pub mod unit_rows;
 pub mod unknowns;
 
 // What the interface of this crate speaks of, for those who depend on it alone.

@@ -9,7 +9,6 @@
 
 use crate::constraints::Constraints;
 use crate::fastest_motion::{ConstrainedMass, FastestMotions, fastest_motion, quotient};
-use crate::least_norm::LeastNorm;
 use crate::legendre::add_constraint_impulse;
 use crate::node_solvers::NodeSolvers;
 use crate::projection::{Projections, hamiltonian, kinetic_energy};
@@ -100,11 +99,6 @@ impl NodeObserver {
     /// balance.
     pub fn record_multipliers(&mut self, wanted: bool) {
         self.multipliers = wanted;
-    }
-
-    /// Least solutions with the Jacobian, factorized at the last node where that was needed.
-    pub fn least_norm(&mut self) -> &mut LeastNorm {
-        self.projections.least_norm()
     }
 
     /// The last node computed.

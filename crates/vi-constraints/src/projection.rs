@@ -60,11 +60,6 @@ impl Projections {
         }
     }
 
-    /// Least solutions with `G`.
-    pub(crate) fn least_norm(&mut self) -> &mut LeastNorm {
-        &mut self.least_norm
-    }
-
     /// `a` of the acceleration level, found last with its multiplier or its force; shape `n`.
     #[must_use]
     pub fn acceleration(&self) -> &[f64] {

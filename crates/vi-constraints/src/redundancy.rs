@@ -10,7 +10,7 @@
 use crate::least_norm::LeastNorm;
 use crate::null_space::NullSpaceQr;
 use crate::saddle_point::IndependentRows;
-use nalgebra::DVectorView;
+use nalgebra::{DMatrix, DVectorView};
 use vi_core::linear::{SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 
@@ -66,11 +66,32 @@ pub fn least_multipliers(
     }
 }
 
+/// `R G C` with rows and columns of length one, all but: of the same rank, whatever the units of rows and coordinates.
+fn equilibrated(G: &DMatrix<f64>) -> DMatrix<f64> {
+    const SWEEPS: usize = 5;
+    let mut scaled = G.clone();
+    for _ in 0..SWEEPS {
+        for mut column in scaled.column_iter_mut() {
+            let norm = column.norm();
+            if norm > 0.0 {
+                column /= norm;
+            }
+        }
+        for mut row in scaled.row_iter_mut() {
+            let norm = row.norm();
+            if norm > 0.0 {
+                row /= norm;
+            }
+        }
+    }
+    scaled
+}
+
 /// The same by singular values: as many as there are independent rows, here no more than `rank`. What `force` has outside the
 /// range of `Gᵀ` is left out, as where a configuration has lost rank.
 fn dense_minimum_norm(jacobian: &SparseMatrix, rank: usize, force: &[f64], lambda: &mut [f64]) {
     let G = jacobian.to_dense();
-    let rank = NullSpaceQr::new(G.ncols(), G.nrows()).factorize(&G).min(rank);
+    let rank = NullSpaceQr::new(G.ncols(), G.nrows()).factorize(&equilibrated(&G)).min(rank);
     let rounds = 100 * lambda.len();
     let Some(svd) = G.transpose().try_svd(true, true, f64::EPSILON, rounds) else { return };
     let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return };
@@ -85,7 +106,7 @@ fn dense_minimum_norm(jacobian: &SparseMatrix, rank: usize, force: &[f64], lambd
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{DMatrix, DVector};
+    use nalgebra::DVector;
 
     /// Random rows of which some are combinations of the others.
     #[test]
@@ -121,5 +142,28 @@ mod tests {
         println!("largest difference {apart:e}, force missed by {missed:e}");
         assert!(apart < 1e-12 && missed < 1e-13);
         assert!(are_independent(&sparse(independent)) && !are_independent(&g));
+    }
+
+    /// The rank of rows that differ by 1e8 along columns that differ by 1e8, as of lengths in other units.
+    #[test]
+    fn the_rank_of_rows_does_not_depend_on_units() {
+        let (n, m, independent) = (9, 8, 6);
+        let mut count = 0.0_f64;
+        let mut next = || {
+            count += 1.0;
+            (13.7 * count * count).sin()
+        };
+        let rows = DMatrix::from_fn(independent, n, |_, _| next());
+        let all = DMatrix::from_fn(m, independent, |i, k| match i.checked_sub(independent) {
+            None => f64::from(u8::from(i == k)),
+            Some(_) => next(),
+        }) * rows;
+        for unit in [1e-8_f64, 1e-4, 1.0, 1e4, 1e8] {
+            let scale = |k: usize| if k.is_multiple_of(3) { unit } else { 1.0 };
+            let scaled = DMatrix::from_fn(m, n, |i, j| scale(i) * all[(i, j)] * scale(j + 1));
+            let rank = NullSpaceQr::new(n, m).factorize(&equilibrated(&scaled));
+            println!("{unit:e}: {rank}");
+            assert_eq!(rank, independent, "{unit:e}");
+        }
     }
 }

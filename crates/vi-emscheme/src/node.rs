@@ -3,7 +3,7 @@
 //! ```text
 //! H_n = ½ v_nᵀ M v_n + V(q_n),    p_n = M v_n
 //! λ_{n+1/2}   of the step n → n+1,    force Ḡᵀ λ_{n+1/2}
-//! λ_n         = ½ (λ_{n-1/2} + λ_{n+1/2}),    force likewise
+//! λ_n         = ½ (λ_{n-1/2} + λ_{n+1/2}),    force G(q_n)ᵀ λ_n
 //! residuals   g(q_n),   Ḡ Δq/h  (zero; rheonomic: Δg/h),   G(q_n) v_n + ∂g/∂t  (O(h²))
 //! ```
 //! *Order of the multipliers.* `v_{n+1} = (2/h)Δq − v_n` turns the sign of the part of `v_n` that is not
@@ -12,7 +12,11 @@
 //! 1 by itself, unless the start is at rest. The mean of two neighbours does not see the alternation: it
 //! belongs to the node and has order 2, as `q_n` and `p_n` have.
 //!
-//! Redundant constraints: the force is unique, the multipliers are given in minimum-norm form.
+//! The mean of the two forces is no constraint force of the node: it has a part of order `h²` outside the range of `G(q_n)ᵀ`, and what
+//! joints transmit would depend on how that is shared out.
+//!
+//! Redundant constraints: the force of a step is unique, the multipliers are given in minimum-norm form. The force of a node is that of
+//! multipliers in units of their rows ([`UnitRows`]), which are the same in all units of length.
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
@@ -23,6 +27,8 @@ use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_constraints::projection::Projections;
 use vi_constraints::redundancy::minimum_norm;
 use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::unit_rows::UnitRows;
+use vi_core::interval::Interval;
 use vi_core::linear::{Singular, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
@@ -34,11 +40,14 @@ use vi_core::{Energies, MechanicalSystem};
 pub struct EmObserver {
     node: Node,
     rows: IndependentRows,
-    wanted: bool,                     // whether multipliers are
-    projections: Option<Projections>, // made when first asked for
-    jacobian: Option<SparseMatrix>,   // m × n
+    wanted: bool,                           // whether multipliers are
+    projections: Option<Projections>,       // made when first asked for
+    jacobian: Option<SparseMatrix>,         // m × n  Ḡ
+    jacobian_of_node: Option<SparseMatrix>, // m × n  G
     least_norm: LeastNorm,
-    work: Vec<f64>, // m
+    unit_rows: Option<UnitRows>, // where constraints are redundant, made when first asked for
+    own: Vec<f64>,               // m  the multipliers of the node that its force is of
+    work: Vec<f64>,              // m
 }
 
 impl EmObserver {
@@ -62,7 +71,10 @@ impl EmObserver {
             wanted: true,
             projections: None,
             jacobian: None,
+            jacobian_of_node: None,
             least_norm: LeastNorm::default(),
+            unit_rows: None,
+            own: zeros(m),
             work: zeros(m),
         }
     }
@@ -92,6 +104,66 @@ impl EmObserver {
     }
 }
 
+impl EmObserver {
+    /// `λ_{n+1/2}` of the step `s` and `λ_n` with their forces; the state remembers the step before.
+    fn read_multipliers<C: DiscreteConstraints>(
+        &mut self,
+        constraints: &C,
+        state: &State,
+        s: &Interval,
+        mu: &[f64],
+    ) {
+        self.own.fill(0.0);
+        let before = state.memory.last.as_ref();
+        if let Some(before) = before {
+            let own = &state.memory.multipliers;
+            self.read_step(constraints, before, (own, s.h), 0.5);
+            std::mem::swap(&mut self.node.lambda, &mut self.node.lambda_mid);
+        }
+        self.read_step(constraints, s, (mu, s.h), if before.is_some() { 0.5 } else { 1.0 });
+        let Self { node, jacobian_of_node, own, .. } = self;
+        let Node { lambda, lambda_mid, constraint_force: force, .. } = node;
+        match before {
+            Some(_) => lambda.iter_mut().zip(lambda_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b)),
+            None => lambda.copy_from_slice(lambda_mid),
+        }
+        let emit = |out: &mut dyn Entries| constraints.jacobian(state.t, &state.q, out);
+        let shape = (constraints.len(), constraints.dim());
+        let at_node = SparseMatrix::update(jacobian_of_node, shape, emit);
+        force.fill(0.0);
+        at_node.tr_mul_add(1.0, own, force);
+    }
+
+    /// `λ_{n+1/2}` of a step with its force, the multipliers in minimum-norm form; adds `weight` of those that the force of the
+    /// node is of.
+    fn read_step<C: DiscreteConstraints>(
+        &mut self,
+        constraints: &C,
+        s: &Interval,
+        (mu, h): (&[f64], f64),
+        weight: f64,
+    ) {
+        let Self { node, rows, jacobian, least_norm, unit_rows, own, work, .. } = self;
+        let Node { lambda_mid: lambda, constraint_force_mid: force, .. } = node;
+        let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
+        let shape = (constraints.len(), constraints.dim());
+        let jacobian = SparseMatrix::update(jacobian, shape, emit);
+        let scale = 1.0 / (h * h);
+        lambda.iter_mut().zip(mu).for_each(|(lambda, mu)| *lambda = scale * mu);
+        force.fill(0.0);
+        jacobian.tr_mul_add(1.0, lambda, force);
+        let redundant = rows.len() < shape.0;
+        if redundant {
+            let unit_rows = unit_rows.get_or_insert_with(|| UnitRows::of(constraints));
+            unit_rows.multipliers(jacobian, rows.len(), force, work);
+            least_norm.decline(constraints.rank_tolerance() > RANK_TOLERANCE);
+            minimum_norm(least_norm, jacobian, rows, force, lambda);
+        }
+        let of_force = if redundant { work } else { lambda };
+        own.iter_mut().zip(&*of_force).for_each(|(own, lambda)| *own += weight * lambda);
+    }
+}
+
 impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
     fn record_multipliers(&mut self, wanted: bool) {
         self.wanted = wanted;
@@ -99,10 +171,6 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
 
     fn node(&self) -> &Node {
         &self.node
-    }
-
-    fn least_norm(&mut self) -> &mut LeastNorm {
-        &mut self.least_norm
     }
 
     fn observe_state(
@@ -126,7 +194,7 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
     ) -> Result<&Node, Singular> {
         self.read_state(system, constraints, state);
         let (m, n) = (constraints.len(), constraints.dim());
-        let Self { node, rows, wanted, work, least_norm, .. } = self;
+        let Self { node, wanted, work, .. } = self;
         let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
         if constraints.is_rheonomic() {
             constraints.residual(s.end(), work);
@@ -144,28 +212,8 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         for force in [&mut node.constraint_force, &mut node.constraint_force_mid] {
             force.resize(width, 0.0);
         }
-        if !*wanted {
-            return Ok(&self.node);
-        }
-        least_norm.decline(constraints.rank_tolerance() > RANK_TOLERANCE);
-        let scale = 1.0 / (s.h * s.h);
-        let (lambda, force) = (&mut node.lambda, &mut node.constraint_force);
-        let before = state.memory.last.as_ref();
-        if let Some(before) = before {
-            let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(before, out);
-            let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);
-            let given = (&state.memory.multipliers[..], scale);
-            multipliers(jacobian, (least_norm, rows), given, lambda, force);
-        }
-        let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);
-        let (lambda_mid, force_mid) = (&mut node.lambda_mid, &mut node.constraint_force_mid);
-        multipliers(jacobian, (least_norm, rows), (mu, scale), lambda_mid, force_mid);
-        if before.is_some() {
-            lambda.iter_mut().zip(lambda_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
-            force.iter_mut().zip(force_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
-        } else {
-            lambda.copy_from_slice(lambda_mid);
-            force.copy_from_slice(force_mid);
+        if *wanted {
+            self.read_multipliers(constraints, state, s, mu);
         }
         Ok(&self.node)
     }
@@ -187,20 +235,4 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         self.node.acceleration.extend_from_slice(projections.acceleration());
         Ok(())
     }
-}
-
-/// `λ = scale μ`, in minimum-norm form where rows are redundant, and `Gᵀλ`.
-fn multipliers(
-    jacobian: &SparseMatrix,
-    (least_norm, rows): (&mut LeastNorm, &IndependentRows),
-    (mu, scale): (&[f64], f64),
-    lambda: &mut [f64],
-    force: &mut [f64],
-) {
-    for (lambda, mu) in lambda.iter_mut().zip(mu) {
-        *lambda = scale * mu;
-    }
-    force.fill(0.0);
-    jacobian.tr_mul_add(1.0, lambda, force);
-    minimum_norm(least_norm, jacobian, rows, force, lambda);
 }

@@ -21,7 +21,6 @@ pub(crate) use running::Running;
 use crate::run_state::MotionState;
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::{ResumeError, StepReport};
-use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_core::linear::Singular;
@@ -52,8 +51,6 @@ pub(crate) trait Method {
     fn mechanism(&self) -> &Mechanism;
     /// Independent constraints.
     fn rows(&self) -> &IndependentRows;
-    /// Constraints, an independent set of them, and least solutions with their Jacobian at the node read last.
-    fn least_norm(&mut self) -> (&Mechanism, &IndependentRows, &mut LeastNorm);
     /// Consistency of the initial values.
     fn start_report(&self) -> &StartReport;
     /// Condition numbers of the last Newton matrix.

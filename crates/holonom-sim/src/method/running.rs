@@ -13,7 +13,6 @@ use crate::sample::{Momenta, Residuals};
 use holonom_model::Settings;
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::{ResumeError, StepReport};
-use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::node::Node;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
@@ -214,10 +213,6 @@ impl<S: Family + 'static> Method for Running<S> {
 
     fn rows(&self) -> &IndependentRows {
         self.run.rows()
-    }
-
-    fn least_norm(&mut self) -> (&Mechanism, &IndependentRows, &mut LeastNorm) {
-        self.run.least_norm()
     }
 
     fn start_report(&self) -> &StartReport {

@@ -52,7 +52,6 @@ use std::sync::Arc;
 use vi_beam::section_force::SectionPlace;
 use vi_beam::{Beam, BeamModel};
 use vi_constraints::integrator::ResumeError;
-use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_multibody::form::Form;
@@ -266,14 +265,13 @@ impl Sensors {
     pub(crate) fn read(
         &mut self,
         mechanism: &Mechanism,
-        (rows, least_norm): (&IndependentRows, &mut LeastNorm),
+        rows: &IndependentRows,
         at: View<'_>,
         values: &mut Vec<f64>,
     ) {
         let node = Configuration::new(at.t, at.q);
         let observer = self.observer.as_mut();
-        let reactions =
-            observer.map(|all| all.observe(mechanism, node, at.force, (rows, least_norm)));
+        let reactions = observer.map(|all| all.observe(mechanism, node, at.force, rows));
         values.clear();
         for gauge in &self.gauges {
             gauge.read(&at, reactions.as_ref(), values);

@@ -211,9 +211,8 @@ impl Simulation {
             method, reading: at, sample, sensors, energies, watch, loops, iterations, ..
         } = self;
         let view = View { t: at.t, q: &at.q, v: &at.v, a: &at.acceleration, force: &at.force };
-        let (mechanism, rows, least_norm) = method.least_norm();
-        loops.follow(mechanism, &at.q);
-        sensors.read(mechanism, (rows, least_norm), view, &mut sample.sensors);
+        loops.follow(method.mechanism(), &at.q);
+        sensors.read(method.mechanism(), method.rows(), view, &mut sample.sensors);
         sample.notice = watch.follow(at, energies);
         energies.read(at, &mut sample.energies);
         (sample.step, sample.t) = (at.step, at.t);

@@ -5,10 +5,8 @@ use super::error::ObserveError;
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode, Step};
 use crate::fastest_motion::FastestMotions;
-use crate::least_norm::LeastNorm;
 use crate::node::{Node, NodeObserver};
 use crate::node_solvers::NodeSolvers;
-use crate::saddle_point::IndependentRows;
 use crate::scheme::SubStep;
 use vi_core::linear::Singular;
 use vi_core::state::State;
@@ -60,13 +58,6 @@ impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S
 }
 
 impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
-    /// The constraints, an independent set of them, and least solutions with their Jacobian, whose factors are those of
-    /// the node read last where it needed them.
-    pub fn least_norm(&mut self) -> (&C, &IndependentRows, &mut LeastNorm) {
-        let Self { observer, constraints, rows, .. } = self;
-        (constraints, rows, observer.least_norm())
-    }
-
     /// Whether nodes have multipliers; they do unless said otherwise. Without them a node costs less than a step.
     /// A singular start has them always.
     pub fn record_multipliers(&mut self, wanted: bool) {

@@ -4,7 +4,7 @@ use super::error::finite;
 use super::{BuildError, JointId};
 use crate::mechanism::description::{BodySpec, joint_at};
 use crate::pair::PairKind;
-use crate::pair::joint::{FrameId, Joint, complete_axis};
+use crate::pair::joint::{FrameId, Joint, complete_axis, complete_axis_in};
 use nalgebra::{Matrix3, Vector3};
 
 /// A joint as it was described.
@@ -72,7 +72,13 @@ impl JointPart {
             finite(element, "pitch", &[pitch])?;
         }
         let axes = match (&described.axis, &described.second_axis) {
-            (Some(axis), None) => complete_axis(&direction(element, "axis", axis)?),
+            (Some(axis), None) => {
+                let n = direction(element, "axis", axis)?;
+                match kind {
+                    PairKind::Planar => complete_axis_in(&carrier(frames, bodies), &n),
+                    _ => complete_axis(&n),
+                }
+            }
             (Some(axis), Some(second)) => {
                 let (n, second) = (
                     direction(element, "axis", axis)?,
@@ -89,6 +95,15 @@ impl JointPart {
         };
         Ok(joint_at(name, kind, frames, points, &axes, bodies))
     }
+}
+
+/// The axes of the parent, of the child where the parent is the ground.
+fn carrier(frames: [FrameId; 2], bodies: &[BodySpec]) -> Matrix3<f64> {
+    let triad = |frame| match frame {
+        FrameId::Frame(k) => bodies.get(k).map(|body| body.triad),
+        FrameId::Ground => None,
+    };
+    frames.into_iter().find_map(triad).unwrap_or_else(Matrix3::identity)
 }
 
 /// The unit vector along `axis`.
@@ -145,7 +160,9 @@ impl<'a> JointEntry<'a> {
     }
 
     /// The axis `m_1` of a universal joint that is fixed in the child, in space; the part along the first
-    /// axis is removed. For other pairs: the direction from which angles are measured.
+    /// axis is removed. For other pairs: the direction `m_1` of the parent from which angles are measured, along which a
+    /// planar pair has its first displacement. Of a planar pair it is by default fixed in the frame of the parent, of the child
+    /// where the parent is the ground.
     pub fn second_axis(self, axis: impl Into<Vector3<f64>>) -> Self {
         let axis = axis.into();
         self.describe(|joint| joint.second_axis = Some(axis))

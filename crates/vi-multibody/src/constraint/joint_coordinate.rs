@@ -5,6 +5,9 @@
 //! angle    θ = atan2(s, c),  s = m_1'·m_2,  c = m_1'·m_1        about n, from m_1 to m_1'
 //! ∇θ = (c ∇s − s ∇c)/(s² + c²)
 //! ```
+//! Where the axes `n` and `n'` coincide, `s = −m_2'·m_1` and `c = m_2'·m_2` as well; the means of both pairs do not depend on the
+//! choice of `m_1` off the constraints either, as at the averaged vectors of a step.
+//!
 //! `s`, `c`, `u` are products of linear forms, so every derivative is exact. `atan2` gives an angle up to
 //! whole revolutions; these follow from the angles of the last node, [`Configuration::angles`], where the
 //! mechanism lists the coordinate ([`crate::Mechanism::coordinate`]).
@@ -22,6 +25,7 @@ use vi_core::sparse::Entries;
 #[derive(Clone, Debug)]
 pub struct JointCoordinate {
     value: Value,
+    twin: Option<Box<[Row; 2]>>,    // −s and c by m_2', where n' = n
     slot: usize,                    // among the unwrapped angles
     unknown: Option<SignedUnknown>, // of a step, where the joint belongs to the tree
     on_ground: bool,                // whether the joint is one with the ground
@@ -86,7 +90,10 @@ impl JointCoordinate {
         };
         let on_ground =
             [&joint.parent, &joint.child].iter().any(|end| end.frame == FrameId::Ground);
-        Some(Self { value, slot: UNLISTED, unknown: None, on_ground })
+        let has_twin =
+            freedom == DegreeOfFreedom::ABOUT_AXIS && !joint.kind.properties().swaps_axes;
+        let twin = has_twin.then(|| Box::new([product([1, 0]), product([1, 1])]));
+        Some(Self { value, twin, slot: UNLISTED, unknown: None, on_ground })
     }
 
     /// Notes the unknown of a step that it is.
@@ -119,6 +126,12 @@ impl JointCoordinate {
     #[must_use]
     pub fn value(&self) -> &Value {
         &self.value
+    }
+
+    /// Of an angle between frames with a common axis: `m_2'·m_1 = −s` and `m_2'·m_2 = c`.
+    #[must_use]
+    pub fn twin(&self) -> Option<&[Row; 2]> {
+        self.twin.as_deref()
     }
 
     /// Whether it is an angle.

@@ -122,6 +122,14 @@ impl Constraints for Mechanism {
         }
     }
 
+    /// Lever arms are those of the component in the initial configuration.
+    fn coordinate_units(&self, out: &mut [f64]) {
+        out.fill(1.0);
+        for k in 0..self.description.bodies.len() {
+            out[FRAME * k..FRAME * k + 3].fill(self.arm_of(k));
+        }
+    }
+
     fn row_sizes(&self, at: Configuration<'_>, out: &mut [f64]) {
         let Configuration { t, q, .. } = at;
         let mut sizes = vec![0.0; self.dim()];

@@ -35,12 +35,9 @@ pub(super) struct Transmitted {
 }
 
 impl JointWrenches {
-    /// For a mechanism; `None` where it has point masses.
-    pub(super) fn new(mechanism: &Mechanism) -> Option<Self> {
+    /// For a mechanism; point masses have no part in it.
+    pub(super) fn new(mechanism: &Mechanism) -> Self {
         let description = mechanism.description();
-        if !description.particles.is_empty() {
-            return None;
-        }
         let tree = mechanism.tree();
         let link = |frame| match frame {
             FrameId::Frame(k) => Some(tree.link_of()[k]),
@@ -53,10 +50,11 @@ impl JointWrenches {
             *carried = if hangs { child } else { parent };
         }
         mechanism.cut_joints().iter().for_each(|&k| carried[k] = None);
-        let closures = mechanism.has_loops().then(|| ClosureForces::new(mechanism));
+        let has_closures = !mechanism.loop_rows().is_empty();
+        let closures = has_closures.then(|| ClosureForces::new(mechanism));
         let wrenches = vec![Twist::zero(); tree.links().len()];
         let found = Transmitted { lambda: vec![0.0; mechanism.len()], wrenches };
-        Some(Self { carried, closures, null: found.clone(), found, is_unique: true })
+        Self { carried, closures, null: found.clone(), found, is_unique: true }
     }
 
     /// Finds the wrenches at `q` with the constraint force `c`, shape `n`.

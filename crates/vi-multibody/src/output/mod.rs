@@ -1,5 +1,6 @@
 //! What is read from a motion: joint coordinates and rates, wrenches and reactions of joints, multipliers of trees.
 
+mod bar_tensions;
 pub mod joint_motion;
 mod joint_wrenches;
 pub mod reaction;

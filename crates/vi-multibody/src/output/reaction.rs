@@ -14,30 +14,32 @@
 //! dampers and motors on a joint, and prescribed motions of it, do not.
 //!
 //! [`Reactions`] takes the multipliers of all constraints; [`ReactionObserver`] the constraint force of a node, from which
-//! `joint_wrenches` finds what joints transmit.
+//! `joint_wrenches` finds what joints transmit, and `bar_tensions` the tensions of bars: no constraint connects bodies and point
+//! masses.
 //!
 //! **Uniqueness.** Where constraints are redundant, `λ` is one solution among `λ + Z c`, `range Z = null
 //! Gᵀ`: a component of a reaction is unique when no column of `Z` contributes to it. Then, and only
 //! then, it does not depend on the choice that was made. On trees everything is unique and nothing is computed. Otherwise
 //! scattered multipliers in `null Gᵀ` contribute to every component to which some column of `Z` does: combinations of the closures
-//! that do nothing [5.29], or the part of multipliers of size one there ([`LeastNorm::null_part`]). Where rank is about to be
-//! lost, `Z` comes from a dense pivoted QR.
+//! that do nothing [5.29], or the part of multipliers of size one there ([`UnitRows`]). Multipliers have size one in units of
+//! their rows [5.32]: then a force is compared with one over the lever arm, a moment with one, and no unit plays a part.
 
+use super::bar_tensions::BarTensions;
 use super::joint_wrenches::{JointWrenches, Transmitted};
 use crate::geometry::twist::Twist;
 use crate::mechanism::Mechanism;
 use crate::pair::joint::{FrameId, Joint};
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use vi_constraints::Constraints;
-use vi_constraints::least_norm::LeastNorm;
-use vi_constraints::null_space::NullSpaceQr;
-use vi_constraints::redundancy::{least_multipliers, scattered};
 use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::unit_rows::UnitRows;
 use vi_core::Configuration;
+use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_rigid::directors::{self, FRAME};
 
-/// Contributions of null vectors below this count as none (N, N·m for multipliers of size 1).
+/// Contributions below this of multipliers in `null Gᵀ` of size one in units of their rows count as none: moments, and forces
+/// times the lever arm, N·m.
 const NO_PART: f64 = 1e-8;
 
 /// What a joint does to its child.
@@ -118,12 +120,12 @@ impl Reactions {
         let (mut jacobian, mut null) = (None, Vec::new());
         if rows.len() < mechanism.len() {
             let jacobian = update(&mut jacobian, mechanism, at);
-            let mut least_norm = LeastNorm::default();
-            least_norm.decline(mechanism.nearly_redundant().is_some());
-            find_null(jacobian, (rows, &mut least_norm), &mut null);
+            let mut unit_rows = UnitRows::of(mechanism);
+            unit_rows.decline(mechanism.nearly_redundant().is_some());
+            unit_rows.null_multipliers(jacobian, rows.len(), &mut null);
         }
         let found = Found::Multipliers(lambda, &null);
-        let found = NodeReactions { mechanism, q: at.q, found };
+        let found = NodeReactions { mechanism, q: at.q, found, bars: None };
         let description = mechanism.description();
         let scalars = (0..description.scalars.len()).flat_map(|k| mechanism.scalar_rows(k));
         Self {
@@ -140,6 +142,7 @@ pub struct NodeReactions<'a> {
     mechanism: &'a Mechanism,
     q: &'a [f64],
     found: Found<'a>,
+    bars: Option<&'a BarTensions>, // None: by the multipliers
 }
 
 /// What the reactions of a node are read from.
@@ -244,10 +247,11 @@ impl<'a> NodeReactions<'a> {
         };
         let (force, moment) = components(self.solution());
         let mut unique = [true; 6];
+        let arm = felt_by(joint).map_or(1.0, |(felt, _)| mechanism.arm_of(felt));
         for null in self.null() {
             let (force, moment) = components(null);
             for k in 0..3 {
-                unique[k] &= force[k].abs() < NO_PART;
+                unique[k] &= arm * force[k].abs() < NO_PART;
                 unique[3 + k] &= moment[k].abs() < NO_PART;
             }
         }
@@ -257,19 +261,35 @@ impl<'a> NodeReactions<'a> {
     /// Of bar `k` of the description.
     #[must_use]
     pub fn bar(&self, k: usize) -> Tension {
+        if let Some(bars) = self.bars {
+            return bars.of(k);
+        }
         let length = self.mechanism.description().bars[k].length;
         let rows = self.mechanism.bar_rows(k);
-        self.tension(|at| length * rows.clone().map(|row| at.multiplier(row)).sum::<f64>())
+        self.tension(length, |at| length * rows.clone().map(|row| at.multiplier(row)).sum::<f64>())
     }
 
     /// `−λ` of a constraint that is a row of the scalar constraints ([`Mechanism::scalar_rows`]).
     #[must_use]
     pub fn scalar_row(&self, row: usize) -> Tension {
-        self.tension(|at| -at.multiplier(row))
+        self.tension(self.row_size(row), |at| -at.multiplier(row))
     }
 
-    fn tension(&self, of: impl Fn(Solution<'_>) -> f64) -> Tension {
-        let unique = self.null().all(|null| of(null).abs() < NO_PART);
+    /// The length of a row in units of the coordinates.
+    fn row_size(&self, row: usize) -> f64 {
+        let Self { mechanism, q, .. } = *self;
+        let first = directors::INTERNAL * mechanism.description().bodies.len();
+        let mut square = 0.0;
+        mechanism.rows()[row - first].for_each_wrench(q, |frame, w| {
+            let arm = mechanism.arm_of(frame);
+            square += arm * arm * w.linear.norm_squared() + w.angular.norm_squared();
+        });
+        square.sqrt()
+    }
+
+    /// What multipliers make of a row of this size.
+    fn tension(&self, size: f64, of: impl Fn(Solution<'_>) -> f64) -> Tension {
+        let unique = self.null().all(|null| size * of(null).abs() < NO_PART);
         Tension { force: of(self.solution()), unique }
     }
 }
@@ -277,46 +297,50 @@ impl<'a> NodeReactions<'a> {
 /// Reactions at one node after the other of one mechanism, its memory sized once.
 #[derive(Debug)]
 pub struct ReactionObserver {
-    wrenches: Option<JointWrenches>, // None: point masses
+    wrenches: JointWrenches,
+    bars: BarTensions,
     multipliers: Multipliers,
 }
 
 /// The reactions of multipliers of all constraints.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Multipliers {
     jacobian: Option<SparseMatrix>, // m × n
-    lambda: Vec<f64>,               // m
-    null: Vec<Vec<f64>>,            // of shape m
+    unit_rows: UnitRows,
+    lambda: Vec<f64>,    // m
+    null: Vec<Vec<f64>>, // of shape m
 }
 
 impl ReactionObserver {
     /// For a mechanism.
     #[must_use]
     pub fn new(mechanism: &Mechanism) -> Self {
-        let wrenches = JointWrenches::new(mechanism);
-        Self { wrenches, multipliers: Multipliers::default() }
+        let (jacobian, unit_rows) = (None, UnitRows::of(mechanism));
+        let multipliers = Multipliers { jacobian, unit_rows, lambda: Vec::new(), null: Vec::new() };
+        let (wrenches, bars) = (JointWrenches::new(mechanism), BarTensions::new(mechanism));
+        Self { wrenches, bars, multipliers }
     }
 
     /// At a node of the same mechanism with the constraint force `force`, `Gᵀλ`, shape `n`: that of
-    /// [`vi_constraints::node::Node`] at order 2, of the acceleration level at higher orders. Where there are point masses,
-    /// or rank is about to be lost, from the multipliers of `least_norm`, which may have its factors already.
+    /// [`vi_constraints::node::Node`] at order 2, of the acceleration level at higher orders. Where rank is about to be
+    /// lost, from multipliers of all constraints.
     pub fn observe<'a>(
         &'a mut self,
         mechanism: &'a Mechanism,
         at: Configuration<'a>,
         force: &[f64],
-        (rows, least_norm): (&IndependentRows, &mut LeastNorm),
+        rows: &IndependentRows,
     ) -> NodeReactions<'a> {
-        let Self { wrenches, multipliers } = self;
-        let found = wrenches.as_mut().is_some_and(|all| all.find(mechanism, at.q, force).is_ok());
-        let found = match wrenches {
-            Some(wrenches) if found => Found::Wrenches(wrenches),
-            _ => {
-                multipliers.solve(mechanism, (at, force), (rows, least_norm));
+        let Self { wrenches, bars, multipliers } = self;
+        bars.find(mechanism, at.q, force, rows);
+        let found = match wrenches.find(mechanism, at.q, force) {
+            Ok(()) => Found::Wrenches(wrenches),
+            Err(Singular) => {
+                multipliers.solve(mechanism, (at, force), rows);
                 Found::Multipliers(&multipliers.lambda, &multipliers.null)
             }
         };
-        NodeReactions { mechanism, q: at.q, found }
+        NodeReactions { mechanism, q: at.q, found, bars: Some(bars) }
     }
 }
 
@@ -325,31 +349,14 @@ impl Multipliers {
         &mut self,
         mechanism: &Mechanism,
         (at, force): (Configuration<'_>, &[f64]),
-        (rows, least_norm): (&IndependentRows, &mut LeastNorm),
+        rows: &IndependentRows,
     ) {
-        least_norm.decline(mechanism.nearly_redundant().is_some());
-        let Self { jacobian, lambda, null } = self;
+        let Self { jacobian, unit_rows, lambda, null } = self;
+        unit_rows.decline(mechanism.nearly_redundant().is_some());
         lambda.resize(mechanism.len(), 0.0);
         let jacobian = update(jacobian, mechanism, at);
-        least_multipliers(least_norm, jacobian, rows.len(), force, lambda);
-        find_null(jacobian, (rows, least_norm), null);
-    }
-}
-
-/// Multipliers in `null Gᵀ` that contribute to all that is not unique.
-fn find_null(
-    jacobian: &SparseMatrix,
-    (rows, least_norm): (&IndependentRows, &mut LeastNorm),
-    null: &mut Vec<Vec<f64>>,
-) {
-    let m = jacobian.shape().0;
-    null.resize_with(usize::from(rows.len() < m), Vec::new);
-    let Some(first) = null.first_mut() else { return };
-    first.clear();
-    first.extend((0..m).map(scattered));
-    if least_norm.null_part(jacobian, first).is_err() {
-        let columns = null_vectors(jacobian, rows);
-        *null = columns.column_iter().map(|z| z.as_slice().to_vec()).collect();
+        unit_rows.multipliers(jacobian, rows.len(), force, lambda);
+        unit_rows.null_multipliers(jacobian, rows.len(), null);
     }
 }
 
@@ -361,18 +368,6 @@ fn update<'a>(
 ) -> &'a SparseMatrix {
     let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
     SparseMatrix::update(known, (mechanism.len(), mechanism.dim()), emit)
-}
-
-/// Unit columns that span `null Gᵀ`, shape `m × (m − rank)`.
-///
-/// At a configuration that has lost rank (a flat four-bar) there are more of them.
-fn null_vectors(jacobian: &SparseMatrix, rows: &IndependentRows) -> DMatrix<f64> {
-    let (m, n) = jacobian.shape();
-    let mut qr = NullSpaceQr::new(m, n);
-    let rank = qr.factorize_scaled(&jacobian.to_dense().transpose(), |_| 1.0).min(rows.len());
-    let mut out = DMatrix::zeros(m, m - rank);
-    qr.null_space(rank, &mut out);
-    out
 }
 
 /// The body that feels the joint: the child, or the parent (with the opposite sign) when the child is

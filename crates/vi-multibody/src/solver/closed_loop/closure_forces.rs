@@ -34,7 +34,7 @@ pub(crate) struct ClosureForces {
 }
 
 impl ClosureForces {
-    /// For a mechanism of bodies.
+    /// For a mechanism; point masses have no part in it.
     pub(crate) fn new(mechanism: &Mechanism) -> Self {
         let loops = Loops::new(mechanism);
         let form = |paths: &Paths| {
@@ -101,7 +101,7 @@ impl ClosureForces {
     }
 
     /// Whether multipliers of closures are not unique at the node of the last [`ClosureForces::solve`]; `λ ←` some that do
-    /// nothing, the largest of each cluster of size one: all that is not unique has a part in them.
+    /// nothing, the largest of each cluster of size one in units of its row: all that is not unique has a part in them.
     pub(crate) fn null_part(&mut self, lambda: &mut [f64]) -> bool {
         let Self { loops, forms, constraints, part, .. } = self;
         let mut any = false;
@@ -115,7 +115,8 @@ impl ClosureForces {
                     part[column - width] += factor * value;
                 }
             }
-            let largest = part.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
+            let sizes = rows.iter().zip(&*part).map(|(row, part)| (part / row.scale).abs());
+            let largest = sizes.fold(0.0, f64::max);
             any |= largest > 0.0;
             let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
             rows.iter().zip(&*part).for_each(|(row, part)| {
