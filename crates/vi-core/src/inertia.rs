@@ -6,7 +6,7 @@
 //! ```
 //! Sylvester's law of inertia. `L D Lᵀ` has no pivoting: the unknowns are eliminated in an order of minimum degree, each
 //! multiplier after its last unknown, and `γ BᵀB` stiffens the directions in which the constraints act alone. The diagonal of
-//! `|L||D||Lᵀ|` beside that of the matrix shows how far rounding has grown; where it is beyond [`GROWN`] a dense
+//! `|L||D||Lᵀ|` beside that of the matrix shows how far rounding has grown; where it is beyond 10⁴ a dense
 //! factorization with pivots of Bunch and Kaufman takes its place.
 //!
 //! Source: theory §6.9; N. J. Higham, Accuracy and Stability of Numerical Algorithms (2002), §11.
