@@ -117,3 +117,57 @@ fn modes_that_cannot_be_say_why() {
         holonom(&folder, &[&massless[..], &["--set", "beam.rod.section.rhoI2=0"]].concat());
     println!("{}", words(&output));
 }
+
+/// Rows of modes in a table on the terminal.
+fn mode_rows(output: &std::process::Output) -> usize {
+    let table = String::from_utf8(output.stdout.clone()).unwrap();
+    let number = |line: &&str| {
+        let first = line.split_whitespace().next();
+        first.is_some_and(|word| word.parse::<u32>().is_ok()) && !line.contains(" mode")
+    };
+    table.lines().filter(number).count()
+}
+
+#[test]
+fn as_many_modes_are_printed_as_asked_for() {
+    let folder = folder("number_of_modes");
+    fs::write(folder.join("rod.toml"), ROD).unwrap();
+    let free = ["modes", "rod.toml", "-n", "4", "--set", "beam.rod.start=\"free\""];
+    let output = holonom(&folder, &free);
+    let table = String::from_utf8(output.stdout.clone()).unwrap();
+    assert!(table.contains("6 modes without stiffness") && mode_rows(&output) == 4, "{table}");
+    let damped = [&free[..], &["--set", "beam.rod.section.damping=0.01"]].concat();
+    assert_eq!(mode_rows(&holonom(&folder, &damped)), 4, "without decays");
+    let locked = "[model]\nname = \"locked\"\n[simulation]\nstep = 0.01\nend = 1.0\n[[body]]\nname = \"a\"\nmass = 1.0\n\
+                  inertia = [1, 1, 1]\n[[joint]]\nname = \"weld\"\ntype = \"fixed\"\nparent = \"ground\"\nchild = \"a\"\n\
+                  position = [0, 0, 0]\n";
+    fs::write(folder.join("locked.toml"), locked).unwrap();
+    let output = holonom(&folder, &["modes", "locked.toml"]);
+    let table = String::from_utf8(output.stdout.clone()).unwrap();
+    assert_eq!((output.status.code(), mode_rows(&output)), (Some(0), 0), "{table}");
+    assert!(words(&output).contains("nothing can move") && table.contains("0 degrees of freedom"));
+}
+
+#[test]
+fn a_campbell_diagram_has_its_speeds_its_names_and_its_page() {
+    let folder = folder("campbell");
+    fs::write(
+        folder.join("shaft.toml"),
+        include_str!("hostile/shaft_between_critical_speeds.toml"),
+    )
+    .unwrap();
+    let output =
+        holonom(&folder, &["modes", "shaft.toml", "--speeds", "0:5:3", "-n", "2", "-o", "d"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(table.lines().count(), 2 + 3, "three speeds: {table}");
+    let expected = ["campbell.csv", "campbell.json", "campbell.svg", "modes.html"];
+    assert_eq!(files(&folder.join("d")), expected.map(str::to_owned).into());
+    for file in ["d/campbell.svg", "d/modes.html"] {
+        let text = fs::read_to_string(folder.join(file)).unwrap();
+        for name in ["mode 1", "mode 2", "1 × speed", "2 × speed", "3 × speed"] {
+            assert!(text.contains(name), "{name} in {file}");
+        }
+    }
+    assert_eq!(code(&folder, &["modes", "shaft.toml", "--speeds", "0:5:1"]), 2);
+}
