@@ -136,6 +136,11 @@ pub(super) fn judge_order(
             found.reason = refused.to_string();
             found.verdict = Verdict::Fail;
         }
+        Err(refused @ NoOrder::TooFew { .. }) if order > 8 => {
+            found.measured = "no order can be read".into();
+            found.reason = format!("{refused}: double precision has no room for this order here");
+            found.verdict = Verdict::NotApplicable; // one of a lower order has room, and fails
+        }
         Err(refused) => {
             found.measured = "no order can be read".into();
             found.reason = refused.to_string();
