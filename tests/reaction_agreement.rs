@@ -108,6 +108,23 @@ fn reactions_of_energy_momentum_schemes_turn_with_the_whole() {
     }
 }
 
+/// Angles are counted from an axis that may be chosen; nothing depends on the choice.
+#[test]
+fn reactions_do_not_depend_on_the_first_axis_of_a_pair() {
+    let text = hostile("em_reaction_planar");
+    let with = |first: &str| {
+        text.replace("type = \"planar\"", &format!("type = \"planar\"\nfirst_axis = {first}"))
+    };
+    let rates = text.contains("rate = [0.0, 0.0,");
+    assert!(rates, "none along the displacements");
+    for scheme in ENERGY_MOMENTUM.into_iter().chain(["nodal", "constrained"]) {
+        let one = nodes(&with("[1.0, 0.0, 0.0]"), scheme);
+        let off = apart(&one, &nodes(&with("[0.2, 1.0, -0.3]"), scheme), 0);
+        println!("{scheme}: {off:.1e}");
+        assert!(off < 1e-9, "{scheme}: {off:e}");
+    }
+}
+
 #[test]
 fn reactions_of_energy_momentum_schemes_do_not_depend_on_units() {
     let force = 1024.0 * 64.0 * 64.0;

@@ -70,6 +70,7 @@ mod start_rates;
 mod static_models;
 mod stiff_beams;
 mod substeps;
+mod turned_models;
 mod unstable_equilibria;
 mod work_and_energy;
 

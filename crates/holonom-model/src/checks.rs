@@ -432,6 +432,33 @@ impl<'a> Checker<'a> {
             _ => {}
         }
         self.second_axis(key, joint);
+        self.first_axis(key, joint);
+    }
+
+    fn first_axis(&mut self, key: &str, joint: &Joint) {
+        let at = format!("{key}.first_axis");
+        let Some(first) = joint.first_axis.map(Vector3::from) else { return };
+        let of_frame = !joint.kind.has_axis() && joint.axis.is_some(); // restated from another frame
+        if !joint.kind.has_first_axis() && !of_frame {
+            let message = "this type of joint has no `first_axis`".to_owned();
+            let help = match joint.kind.has_second_axis() {
+                true => "its first axis is `axis2`: remove `first_axis`",
+                false => "remove `first_axis`",
+            };
+            self.report(at, message, help);
+            return;
+        }
+        if first.amax() < 1e-100 {
+            let message = "the axis has zero length".to_owned();
+            self.report(at, message, "write a direction, such as [1, 0, 0]");
+            return;
+        }
+        let axis = joint.axis.map(Vector3::from).filter(|axis| axis.amax() >= 1e-100);
+        let across = axis.map(|axis| axis.normalize().cross(&first.normalize()).norm());
+        if across.is_some_and(|across| across <= 1e-6) {
+            let message = "`first_axis` is along `axis`".to_owned();
+            self.report(at, message, "choose a direction across `axis`");
+        }
     }
 
     fn second_axis(&mut self, key: &str, joint: &Joint) {

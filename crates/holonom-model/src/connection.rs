@@ -42,7 +42,8 @@ pub enum JointKind {
     Cylindrical,
     /// Translation along `axis`; 1 degree of freedom.
     Prismatic,
-    /// Translation in the plane normal to `axis` and rotation about it; 3 degrees of freedom.
+    /// Translation in the plane normal to `axis`, along `first_axis` and across it, and rotation about `axis`;
+    /// 3 degrees of freedom.
     Planar,
     /// No relative motion.
     Fixed,
@@ -81,6 +82,12 @@ impl JointKind {
     #[must_use]
     pub fn has_second_axis(self) -> bool {
         self == Self::Universal
+    }
+
+    /// Whether it may state a `first_axis`.
+    #[must_use]
+    pub fn has_first_axis(self) -> bool {
+        self.has_axis() && !self.has_second_axis()
     }
 }
 
@@ -135,6 +142,12 @@ pub struct Joint {
     /// perpendicular to `axis`, which is fixed in the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis2: Option<[f64; 3]>,
+    /// The first axis of the joint frame, in space in the initial configuration; its part along `axis` is left out.
+    /// Displacement 0 of a planar joint is along it, displacement 1 along `axis` × `first_axis`, and reactions are given
+    /// along both. By default a direction that is fixed in the frame of the parent of a planar joint (of the child where the
+    /// parent is the ground), of other joints in the frame of `relative_to`. Of universal joints it is `axis2`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_axis: Option<[f64; 3]>,
     /// The frame of its position and axes (and of anchors on the ground): a body, a node of a beam, a joint or a
     /// `[[frame]]`; the inertial frame by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,11 +1,14 @@
 //! Parts of a model restated in the inertial frame: each function takes a part and the frame in which it was stated.
 
 use nalgebra::{Matrix3, Vector3};
+use vi_multibody::joint::complete_axis;
 
 use super::load::Frame;
 use super::reference_frame::MovingFrame;
 use super::start::is_ground;
-use super::{Bar, Beam, Body, Constraint, Curve, Joint, Load, Normal, Particle, Spring};
+use super::{
+    Bar, Beam, Body, Constraint, Curve, Joint, JointKind, Load, Normal, Particle, Spring, Twist,
+};
 
 /// A body; with `by_joints`, its velocities follow from its joints unless it states some.
 pub(super) fn body(body: &mut Body, frame: &MovingFrame, by_joints: bool) {
@@ -31,9 +34,18 @@ pub(super) fn body(body: &mut Body, frame: &MovingFrame, by_joints: bool) {
     }
 }
 
-/// A beam; with `by_joints`, its velocities follow from its joints unless it states some.
+/// A beam; with `by_joints`, its velocities follow from its joints unless it states some. Axes of its section that it does not
+/// state are those that it has in the frame.
 pub(super) fn beam(beam: &mut Beam, frame: &MovingFrame, by_joints: bool) {
     beam.relative_to = None;
+    if frame.rotation != Matrix3::identity() && beam.normal.is_none() {
+        let first =
+            |mesh: vi_beam::mesh::Mesh| Some(mesh.triads.first()?.column(0).into_owned().into());
+        let normals: Option<Vec<[f64; 3]>> =
+            beam.meshes().ok().and_then(|legs| legs.into_iter().map(first).collect());
+        beam.normal = normals.map(Normal::Legs);
+        beam.twist = Twist::Minimal;
+    }
     beam.points.iter_mut().for_each(|x| point(x, frame));
     match &mut beam.curve {
         Some(Curve::Arc { from, center, axis, .. } | Curve::Helix { from, center, axis, .. }) => {
@@ -104,11 +116,27 @@ pub(super) fn bar(bar: &mut Bar, frame: &MovingFrame) {
     }
 }
 
-/// A joint: its position and axes, and an anchor on the ground.
+/// A joint: its position and axes, and an anchor on the ground. Axes that it does not state, of its joint frame, are those that
+/// it has in the frame.
 pub(super) fn joint(joint: &mut Joint, frame: &MovingFrame) {
     joint.relative_to = None;
+    if frame.rotation != Matrix3::identity() && joint.first_axis.is_none() {
+        let by_bodies = [JointKind::Planar, JointKind::Universal].contains(&joint.kind);
+        let stated = joint.axis.map(Vector3::from).filter(|axis| axis.amax() >= 1e-100);
+        match stated {
+            Some(axis) if !by_bodies => {
+                let across = complete_axis(&axis.normalize()).column(0).into_owned();
+                joint.first_axis = Some(across.into());
+            }
+            None if !joint.kind.has_axis() => {
+                (joint.axis, joint.first_axis) = (Some([0.0, 0.0, 1.0]), Some([1.0, 0.0, 0.0]));
+            }
+            _ => {}
+        }
+    }
     joint.position.iter_mut().for_each(|x| point(x, frame));
-    joint.axis.iter_mut().chain(&mut joint.axis2).for_each(|axis| direction(axis, frame));
+    let axes = [&mut joint.axis, &mut joint.axis2, &mut joint.first_axis];
+    axes.into_iter().flatten().for_each(|axis| direction(axis, frame));
     let anchors =
         [(&joint.parent, &mut joint.anchor_parent), (&joint.child, &mut joint.anchor_child)];
     for (end, anchor) in anchors {

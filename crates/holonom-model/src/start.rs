@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
+use vi_multibody::joint::complete_axis_in;
 
 use super::problem::{Inconsistency, Level};
 use super::{Bar, Beam, Body, GROUND, Joint, JointKind, Model, Particle, Spring, spatial};
@@ -86,6 +87,22 @@ impl<'a> StartPoints<'a> {
     pub fn spring(&self, spring: &Spring) -> [Vector3<f64>; 2] {
         let Spring { from, to, point_from, point_to, .. } = spring;
         [self.point(from, point_from.as_deref()), self.point(to, point_to.as_deref())]
+    }
+
+    /// The first axis of the joint frame where it is not left to the joint alone: as stated, or of a planar joint a direction
+    /// that is fixed in the frame of its parent, of its child where the parent is the ground.
+    #[must_use]
+    pub fn first_axis(&self, joint: &Joint) -> Option<[f64; 3]> {
+        if joint.first_axis.is_some() || joint.kind != JointKind::Planar {
+            return joint.first_axis;
+        }
+        let axis = joint.axis.map(Vector3::from).filter(|axis| axis.amax() >= 1e-100)?;
+        let carrier = [&joint.parent, &joint.child].into_iter().find_map(|member| {
+            let body = self.bodies.get(member.as_str()).map(|body| body.rotation());
+            body.or_else(|| self.node(member).map(|(_, triad)| *triad))
+        });
+        let axes = complete_axis_in(&carrier.unwrap_or_else(Matrix3::identity), &axis.normalize());
+        Some(axes.column(0).into_owned().into())
     }
 
     /// Where a joint sits on its parent and on its child, m.

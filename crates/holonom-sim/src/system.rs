@@ -173,7 +173,7 @@ fn add_joint(
     if let Some(axis) = joint.axis {
         entry = entry.axis(axis);
     }
-    if let Some(axis) = joint.axis2 {
+    if let Some(axis) = joint.axis2.or_else(|| start.first_axis(joint)) {
         entry = entry.second_axis(axis);
     }
     if let Some(rate) = &joint.rate {

@@ -66,6 +66,7 @@ pub(super) fn joint(
         anchor_child: None,
         axis: kind.has_axis().then_some(axis),
         axis2: None,
+        first_axis: None,
         relative_to: None,
         rate: None,
         cut: false,
