@@ -22,6 +22,7 @@ mod doubled_joints;
 mod driven_beams;
 mod efforts;
 mod energies;
+mod energy_band;
 mod energy_momentum;
 mod far_from_origin;
 mod flexible_multibody;

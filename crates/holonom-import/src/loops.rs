@@ -146,6 +146,7 @@ pub(crate) fn between(
         anchor_child: None,
         axis: None,
         axis2: None,
+        first_axis: None,
         relative_to: None,
         rate: None,
         cut: false,

@@ -101,6 +101,18 @@ impl History {
         matches!(self, Self::Unstated)
     }
 
+    /// Its largest size from 0 to `until`, s.
+    #[must_use]
+    pub fn peak(&self, until: f64) -> f64 {
+        match self {
+            Self::Linear { end } => until / end,
+            Self::Table { values, .. } => {
+                values.iter().fold(0.0, |most, value| most.max(value.abs()))
+            }
+            _ => 1.0,
+        }
+    }
+
     /// The time from which it stays zero, s; `None` when it never does.
     #[must_use]
     pub fn end(&self) -> Option<f64> {

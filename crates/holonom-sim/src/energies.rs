@@ -16,6 +16,7 @@ use std::sync::Arc;
 use vi_beam::damping::is_damped;
 use vi_beam::{BeamModel, StrainRule};
 use vi_constraints::Constraints;
+use vi_core::linear::dot;
 use vi_core::potential::{DiscretePotential, LinearPotential, Potential};
 use vi_core::{Configuration, SparseMatrix};
 use vi_multibody::builder::ForceElements;
@@ -34,18 +35,17 @@ pub(crate) struct Energies {
     works: Vec<usize>, // column of each force, among those of works
     sources: usize,    // columns of works
     motions: bool,
-    initial: f64,  // J
-    rounding: f64, // J
+    initial: f64, // J
+    rounding: Rounding,
 }
 
 impl Energies {
-    /// With the mass matrix, and the configuration and the energy (J) at the start.
+    /// With the mass matrix, and what was read at the start.
     pub(crate) fn new(
         model: &Model,
         mechanism: &Mechanism,
         (dynamics, mass): (&Dynamics, &SparseMatrix),
-        q: &[f64],
-        initial: f64,
+        start: &Reading,
     ) -> Self {
         let Dynamics { parts, forces, .. } = dynamics;
         let weighs = model.gravity().iter().any(|g| *g != 0.0);
@@ -80,8 +80,8 @@ impl Energies {
             works,
             sources,
             motions,
-            initial,
-            rounding: rounding(mechanism, mass, q, model.settings.step),
+            initial: start.hamiltonian,
+            rounding: Rounding::new(model, mechanism, (dynamics, mass), start),
         }
     }
 
@@ -95,9 +95,17 @@ impl Energies {
         energy - self.initial - work.iter().sum::<f64>()
     }
 
-    /// The energy (J) below which nothing is a motion: see [`rounding`].
-    pub(crate) fn rounding(&self) -> f64 {
-        self.rounding
+    /// What rounding leaves of an energy (J), with the largest `elastic` one (J): see [`Rounding`].
+    pub(crate) fn rounding(&self, elastic: f64) -> f64 {
+        let Rounding { constant, stiffness } = self.rounding;
+        constant.max(ROUNDING * (2.0 * elastic.max(0.0) * stiffness).sqrt())
+    }
+
+    /// The energy of beams and springs among the numbers of all columns, J.
+    pub(crate) fn elastic(&self, columns: &[f64]) -> f64 {
+        let first = 1 + usize::from(self.gravity.is_some());
+        let count = usize::from(self.beams.is_some()) + usize::from(self.springs.is_some());
+        columns.iter().skip(first).take(count).sum()
     }
 
     /// `out ←` the numbers of all columns at a node.
@@ -126,13 +134,64 @@ impl Energies {
     }
 }
 
-/// `½ δᵀM δ / h²`, J: the kinetic energy if in a step every coordinate moves by `δ`, the rounding of its size.
-fn rounding(mechanism: &Mechanism, mass: &SparseMatrix, q: &[f64], h: f64) -> f64 {
-    let (mut velocity, mut momentum) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-    mechanism.coordinate_sizes(q, &mut velocity);
-    velocity.iter_mut().for_each(|size| *size *= ROUNDING / h);
-    mass.mul_add(0.5, &velocity, &mut momentum);
-    velocity.iter().zip(&momentum).map(|(v, p)| v * p).sum()
+/// What rounding leaves of an energy, where every coordinate is known to `δ`, [`ROUNDING`] of its size.
+/// ```text
+/// constant   max(½ δᵀM δ / h²,  |m γ|ᵀδ + Σ (|F| max δ + |T| δ_d))      of a step; of weight, loads and motors
+/// elastic    √(2 V S) ROUNDING,   S = |q|ᵀ|∇²V||q|                      a spring k with the energy V: k x δ = √(2kV) δ
+/// ```
+#[derive(Clone, Copy, Debug)]
+struct Rounding {
+    constant: f64,  // J
+    stiffness: f64, // J  S
+}
+
+impl Rounding {
+    fn new(
+        model: &Model,
+        mechanism: &Mechanism,
+        (dynamics, mass): (&Dynamics, &SparseMatrix),
+        start: &Reading,
+    ) -> Self {
+        let n = start.q.len();
+        let (mut sizes, mut momentum) = (vec![0.0; n], vec![0.0; n]);
+        mechanism.coordinate_sizes(&start.q, &mut sizes);
+        let largest = sizes.iter().copied().fold(0.0, f64::max);
+        mass.mul_add(0.5, &sizes, &mut momentum);
+        let step = ROUNDING / model.settings.step;
+        let kinetic = step * step * dot(&sizes, &momentum);
+        let weight = mechanism.weight(mass);
+        let weight: f64 = weight.iter().zip(&sizes).map(|(force, size)| force.abs() * size).sum();
+        let stiffness = match model.beams.is_empty()
+            && dynamics.forces.springs.is_empty()
+            && dynamics.forces.joint_springs.is_empty()
+        {
+            true => 0.0,
+            false => {
+                let at = Configuration { t: start.t, q: &start.q, angles: &start.angles };
+                let system = dynamics.variational(mechanism);
+                let hessian =
+                    SparseMatrix::assemble(n, n, |out| system.stiffness(at, &vec![0.0; n], out));
+                let mut sum = 0.0;
+                hessian.for_each(|i, j, k| sum += sizes[i] * k.abs() * sizes[j]);
+                sum
+            }
+        };
+        let applied = ROUNDING * (weight + applied(model, largest));
+        Self { constant: kinetic.max(applied), stiffness }
+    }
+}
+
+/// The largest works of loads and motors of a model along `size` (m) and 1 rad, summed up, J.
+fn applied(model: &Model, size: f64) -> f64 {
+    let norm = |x: &[f64; 3]| x.iter().fold(0.0, |sum: f64, x| sum.max(x.abs()));
+    let end = model.settings.end;
+    let loads = model.loads.iter().map(|load| {
+        let length = if load.beam.is_some() { size } else { 1.0 };
+        length * load.history.peak(end) * (norm(&load.force) * size + norm(&load.torque))
+    });
+    let motors = model.joints.iter().filter_map(|joint| joint.motor.as_ref());
+    let motors = motors.map(|motor| motor.history.peak(end) * motor.effort.abs() * size.max(1.0));
+    loads.chain(motors).sum()
 }
 
 /// What each discrete force of a system belongs to, in the order in which [`Dynamics`] adds them.

@@ -1,32 +1,36 @@
 //! A run whose energy leaves its band.
 //!
 //! ```text
-//! D_n = Ĥ_n − H(0) − Σ work          Ĥ: shadow energy; of energy–momentum schemes the energy
-//! left:  |D_n| > ½ (max T + max V − min V)        over the recorded nodes so far
-//!        |D_n| > 1e-12 max(T, |V|)               beyond rounding: a system at rest exchanges none,
-//!        |D_n| > ½ δᵀM δ / h²                    and of its positions rounding leaves δ = 1e-12 of their sizes
+//! D_n = H(n) − H(0) − Σ work,  or with the shadow energy Ĥ(n) in the place of H(n): that which is closer to zero
+//! E_n = max T + max V − min V + Σ_s (max W_s − min W_s)     what has been exchanged: W_s the work of a load, a motor,
+//!                                                            a damper, of all prescribed motions
+//! leaves:   |D_n| > ½ E_n      beyond rounding: 1e-12 max(T, |V|), [`Energies::rounding`]
+//! returns:  |D_n| < E_n/20
 //! ```
-//! `Ĥ` of a variational scheme is conserved to high order, and `D_n` is small beside the energy that is exchanged, as
-//! long as the vibrations are resolved or do not grow. A run that gains energy without bound passes half of that energy
-//! long before Newton's method fails.
+//! All extremes are those of the recorded nodes so far. `H` of a variational scheme has errors of the vibrations that the
+//! step resolves badly, which `Ĥ` has not; `Ĥ` belongs to the step and is ahead of the work of its node by a part of that
+//! of the step. A motion that begins at rest has errors of the size of what was exchanged for a few steps, then ever
+//! smaller ones: it returns. A run that gains energy without bound does not. The warning is therefore given at the second
+//! node beyond the band without a return between, or at the end.
 
 use crate::energies::{Energies, ROUNDING};
 use crate::method::reading::Reading;
 use crate::outcome::twelve_digits;
 use serde::{Deserialize, Serialize};
 
-/// Nodes before which nothing is concluded.
-const FIRST: u32 = 2;
-/// Part of the energy that is exchanged.
+/// Part of the energy that is exchanged, beyond which the energy has left its band.
 const PART: f64 = 0.5;
+/// Part below which it has returned.
+const RETURNED: f64 = 0.05;
 
 /// What was seen of the energy.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EnergyWatch {
-    nodes: u32,
     kinetic: f64,                // J  largest
     potential: Option<[f64; 2]>, // J  least and largest
-    left: Option<LeftBand>,      // the first time
+    elastic: f64,                // J  largest
+    works: Vec<[f64; 2]>,        // J  least and largest, of each source
+    left: Option<LeftBand>,      // where it left and did not return
 }
 
 /// Where the energy left its band.
@@ -36,37 +40,68 @@ struct LeftBand {
     t: f64,         // s
     change: f64,    // J  D_n
     exchanged: f64, // J
+    certain: bool,
 }
 
 impl EnergyWatch {
-    /// Takes up a recorded node; the warning, if the energy leaves its band there.
-    pub(crate) fn follow(&mut self, at: &Reading, energies: &Energies) -> Option<String> {
-        let potential = at.hamiltonian - at.kinetic;
-        self.kinetic = self.kinetic.max(at.kinetic);
-        let [least, largest] = self.potential.unwrap_or([potential; 2]);
-        let [least, largest] = [least.min(potential), largest.max(potential)];
-        self.potential = Some([least, largest]);
-        self.nodes = self.nodes.saturating_add(1);
-        let change = energies.balance(at.shadow?, &at.work);
-        let exchanged = self.kinetic + largest - least;
+    /// Takes up a recorded node with its `columns` of energies; the warning, once it is certain that the energy has left its
+    /// band.
+    pub(crate) fn follow(
+        &mut self,
+        at: &Reading,
+        energies: &Energies,
+        columns: &[f64],
+    ) -> Option<String> {
+        let exchanged = self.exchange(at, energies.elastic(columns));
+        let [least, largest] = self.potential?;
         let size = self.kinetic.max(least.abs()).max(largest.abs());
-        let band = (PART * exchanged).max(ROUNDING * size).max(energies.rounding());
-        let leaves = self.nodes > FIRST && change.abs() > band;
-        if self.left.is_some() || !leaves {
+        let rounding = (ROUNDING * size).max(energies.rounding(self.elastic));
+        let own = energies.balance(at.hamiltonian, &at.work);
+        let shadow = energies.balance(at.shadow?, &at.work);
+        let change = if own.abs() < shadow.abs() { own } else { shadow };
+        if self.left.is_some_and(|left| left.certain) {
             return None;
         }
-        self.left = Some(LeftBand { step: at.step, t: at.t, change, exchanged });
+        let beyond = change.abs() > (PART * exchanged).max(rounding);
+        let returned = change.abs() < (RETURNED * exchanged).max(rounding);
+        match &mut self.left {
+            Some(_) if returned => self.left = None,
+            Some(left) => left.certain = beyond,
+            None if beyond => {
+                let (step, t) = (at.step, at.t);
+                self.left = Some(LeftBand { step, t, change, exchanged, certain: false });
+            }
+            None => {}
+        }
+        self.left.filter(|left| left.certain)?;
         self.warning()
     }
 
-    /// The warning, once the energy has left its band.
+    /// What has been exchanged up to a node, J.
+    fn exchange(&mut self, at: &Reading, elastic: f64) -> f64 {
+        let potential = at.hamiltonian - at.kinetic;
+        self.kinetic = self.kinetic.max(at.kinetic);
+        self.elastic = self.elastic.max(elastic);
+        let [least, largest] = self.potential.unwrap_or([potential; 2]);
+        let [least, largest] = [least.min(potential), largest.max(potential)];
+        self.potential = Some([least, largest]);
+        self.works.resize(at.work.len(), [0.0; 2]);
+        for ([least, largest], work) in self.works.iter_mut().zip(&at.work) {
+            (*least, *largest) = (least.min(*work), largest.max(*work));
+        }
+        let works: f64 = self.works.iter().map(|[least, largest]| largest - least).sum();
+        self.kinetic + largest - least + works
+    }
+
+    /// The warning, once the energy has left its band and was not seen to return.
     pub(crate) fn warning(&self) -> Option<String> {
-        let LeftBand { step, t, change, exchanged } = self.left?;
+        let LeftBand { step, t, change, exchanged, .. } = self.left?;
         let t = twelve_digits(t);
         Some(format!(
             "the energy left its band at step {step}, t = {t} s: it has changed by {change:.2e} J that no load, motor or \
-             damper accounts for, and kinetic and potential energy exchange no more than {exchanged:.2e} J; the motion from \
-             there on is not that of the model: reduce the time step, or write scheme = \"em-nodal\""
+             damper accounts for, while {exchanged:.2e} J were exchanged between kinetic and potential energy and with \
+             loads, motors and dampers; the motion from there on is not that of the model: reduce the time step, or write \
+             scheme = \"em-nodal\""
         ))
     }
 }

@@ -137,13 +137,7 @@ impl Simulation {
         }
         assembly.warnings.extend(limits.warnings());
         limits.begin();
-        let energies = Energies::new(
-            model,
-            method.mechanism(),
-            (&dynamics, &mass),
-            &first.q,
-            first.hamiltonian,
-        );
+        let energies = Energies::new(model, method.mechanism(), (&dynamics, &mass), &first);
         let watch = EnergyWatch::default();
         sensors.begin(start);
         let iterations = 0.0;
@@ -261,7 +255,7 @@ impl Simulation {
             motion: self.method.state(),
             sensors: self.sensors.state(),
             limits: self.limits.state(),
-            energy: self.watch,
+            energy: self.watch.clone(),
             divided: self.divided,
             loops: self.loops,
             iterations: self.iterations,

@@ -213,8 +213,8 @@ impl Simulation {
         let view = View { t: at.t, q: &at.q, v: &at.v, a: &at.acceleration, force: &at.force };
         loops.follow(method.mechanism(), &at.q);
         sensors.read(method.mechanism(), method.rows(), view, &mut sample.sensors);
-        sample.notice = watch.follow(at, energies);
         energies.read(at, &mut sample.energies);
+        sample.notice = watch.follow(at, energies, &sample.energies);
         (sample.step, sample.t) = (at.step, at.t);
         std::mem::swap(&mut sample.q, &mut at.q);
         (sample.energy, sample.hamiltonian, sample.shadow) = (at.energy, at.hamiltonian, at.shadow);
