@@ -54,7 +54,6 @@ fn hinge(model: &mut Model, [parent, child]: [&str; 2], [x, y]: [f64; 2], axis: 
         axis: Some(axis),
         axis2: None,
         first_axis: None,
-        first_axis: None,
         relative_to: None,
         rate: None,
         cut: false,
