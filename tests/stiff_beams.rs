@@ -57,6 +57,7 @@ fn composed_steps_of_stiff_beams_are_warned_of() {
         (assembly.stiffness.as_ref().unwrap().h_omega_max, assembly.warnings.clone())
     };
     let (number, none) = warnings(STRIP, &[]);
+    let none: Vec<_> = none.iter().filter(|words| words.contains("h ω")).collect();
     assert!(none.is_empty() && number > 1e4, "order 2: {number:e} {none:?}");
     let (number, warned) = warnings(STRIP, &[("simulation.order", "4")]);
     println!("{}", warned.join("\n"));

@@ -69,6 +69,7 @@ mod slider_crank;
 mod slips;
 mod start_rates;
 mod static_models;
+mod step_resolution;
 mod stiff_beams;
 mod substeps;
 mod turned_models;

@@ -92,6 +92,34 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
         ("initial velocity error", rounded(report.closure.velocity, 2)),
         ("simulation", plan(settings)),
     ]);
+    if let Some(rotation) = report.fastest_rotation.as_ref().filter(|own| own.angle > 1e-3) {
+        let error = rotation.phase_error.map_or_else(String::new, |error| {
+            format!(", phase error {} %", rounded(100.0 * error.abs(), 2))
+        });
+        let angle = rounded(rotation.angle, 3);
+        rows.push((
+            "fastest rotation",
+            format!("{angle} rad in a step ({}){error}", rotation.member),
+        ));
+    }
+    if let Some(fastest) = report.fastest_motion.as_ref().filter(|own| own.all.omega_max > 0.0) {
+        let [all, own] = [&fastest.all, &fastest.by_constraint_forces];
+        let mut found = format!(
+            "{} (ω_max = {} rad/s, {})",
+            rounded(all.h_omega_max, 3),
+            rounded(all.omega_max, 3),
+            all.member
+        );
+        if !fastest.held && own.omega_max > 0.0 && own != all {
+            let _ = write!(
+                found,
+                ", {} by forces of joints ({})",
+                rounded(own.h_omega_max, 3),
+                own.member
+            );
+        }
+        rows.push(("h ω_max", found));
+    }
     if let Some(stiffness) = &report.stiffness {
         let found = format!(
             "{:.3} (element {} of {})",

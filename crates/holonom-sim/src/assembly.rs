@@ -6,6 +6,8 @@ use crate::digits::rounded;
 use crate::limits::Stiffness;
 use crate::loops;
 use crate::measures::{self, Measures};
+use crate::resolution::Resolution;
+use crate::rotation::FastestRotation;
 use holonom_model::{
     Beam, Body, Family, Inconsistency, Level, Model, ModelError, Problem, Settings,
 };
@@ -58,6 +60,12 @@ pub struct AssemblyReport {
     /// The stiffest element against the step; `None` without beams.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<Stiffness>,
+    /// The fastest motion about the start, against the step; `None` in statics.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fastest_motion: Option<Resolution>,
+    /// The fastest rotation at the start, against the step, beside prescribed motions; `None` where nothing turns.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fastest_rotation: Option<FastestRotation>,
     /// Whether the strains of beams dissipate; `None` without beams and in statics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strains: Option<StrainVariant>,

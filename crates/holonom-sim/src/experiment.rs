@@ -7,6 +7,7 @@ use crate::beams::Beams;
 use crate::divided_steps::DividedSteps;
 use crate::loops::LoopResiduals;
 use crate::outcome::{RunOutcome, StaticFacts};
+use crate::rotation::FastestRotation;
 use crate::run_state::RunState;
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
@@ -45,6 +46,10 @@ pub trait Experiment {
     }
     /// Steps of a motion that were taken in smaller parts; `None` where there were none.
     fn divided_steps(&self) -> Option<DividedSteps> {
+        None
+    }
+    /// The fastest rotation of a motion so far, against the step; `None` where nothing turns.
+    fn fastest_rotation(&self) -> Option<FastestRotation> {
         None
     }
     /// Steps taken, and the time that was reached, s.

@@ -3,21 +3,13 @@
 
 use crate::beams::{BeamParts, Beams};
 use crate::outcome::twelve_digits;
+use crate::resolution::{longest_part, resolved_by};
 use crate::run_state::Bent;
 use crate::unstable_steps::UnstableSteps;
 use holonom_model::{Family, Settings, Strain};
 use serde::{Deserialize, Serialize};
 use vi_beam::frequency::highest_frequency;
-use vi_core::galerkin::Stages;
 use vi_statics::limit::{STOP, WARN, angle_between};
-
-/// Above this `h ω_max` stiff vibrations are not resolved; in a Galerkin scheme of order `2s`: above `s` times this.
-const RESOLVED: f64 = 1.0;
-
-/// The largest `h ω_max` at which all vibrations are resolved.
-fn resolved_by(settings: &Settings) -> f64 {
-    RESOLVED * settings.method().stages().map_or(1, Stages::count) as f64
-}
 
 /// The stiffest element of all beams, against the step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,8 +31,7 @@ impl Stiffness {
     /// Of the beams in their stress-free configuration; `None` without beams.
     pub(crate) fn new(beams: &Beams, settings: &Settings) -> Option<Self> {
         let q = beams.parts.configuration();
-        let gammas = settings.method().composition().gammas();
-        let longest = gammas.iter().fold(0.0_f64, |a, g| a.max(g.abs()));
+        let longest = longest_part(settings);
         let mut worst: Option<Self> = None;
         for beam in &beams.list {
             let mut first = 0;

@@ -7,6 +7,7 @@ use crate::divided_steps::DividedSteps;
 use crate::energy_watch::EnergyWatch;
 use crate::loops::LoopResiduals;
 use crate::method::Increment;
+use crate::rotation::Fastest;
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::ResumeError;
 use vi_core::State;
@@ -20,6 +21,7 @@ pub struct RunState {
     pub(crate) sensors: Vec<Vec<f64>>, // unwrapped coordinates or a quaternion; empty where nothing is followed
     pub(crate) limits: Vec<Bent>,      // of each beam
     pub(crate) energy: EnergyWatch,
+    pub(crate) rotation: Fastest,
     pub(crate) divided: DividedSteps,
     #[serde(default)]
     pub(crate) loops: LoopResiduals,

@@ -259,6 +259,7 @@ impl Run<'_> {
         summary.statics = simulation.statics();
         summary.divided_steps = simulation.divided_steps();
         summary.loop_residual = simulation.loop_residuals();
+        summary.fastest_rotation = simulation.fastest_rotation();
         summary.step_seconds = self.clock.step_seconds(simulation);
         self.folder.write_summary(&summary)?;
         Ok(summary)

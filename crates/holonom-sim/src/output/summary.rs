@@ -7,6 +7,7 @@ use crate::divided_steps::DividedSteps;
 use crate::loops::LoopResiduals;
 use crate::outcome::StaticFacts;
 use crate::outcome::{RunFailure, RunOutcome};
+use crate::rotation::FastestRotation;
 use crate::sample::Sample;
 use holonom_model::{Family, HighOrder, Model};
 use vi_core::momentum_map::Momentum;
@@ -183,6 +184,9 @@ pub struct Summary {
     /// Largest residuals of constraints of loops that nearly follow from others; absent where there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loop_residual: Option<LoopResiduals>,
+    /// The fastest rotation of what no prescribed motion turns, against the step; absent where nothing turns.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fastest_rotation: Option<FastestRotation>,
     /// What is worth knowing about the assembly and the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
@@ -323,6 +327,7 @@ impl SummaryBuilder {
             statics: None,
             divided_steps: None,
             loop_residual: None,
+            fastest_rotation: None,
             warnings: assembly.warnings.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         }

@@ -28,10 +28,16 @@ impl Simulation {
     }
 
     /// A step that was not found.
-    pub(super) fn failure(&self, error: &StepError) -> RunFailure {
+    pub(super) fn failure(&mut self, error: &StepError) -> RunFailure {
+        self.rotation.failed = true;
         let (step, t, _) = self.method.place();
         let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
-        let remedy = error.remedy().to_owned() + &self.dead_end(error);
+        let resolved = match error {
+            StepError::Newton(_) | StepError::RankLost => self.remedy_of_step(),
+            _ => None,
+        };
+        let resolved = resolved.map(|(words, _)| words);
+        let remedy = resolved.unwrap_or_else(|| error.remedy().to_owned()) + &self.dead_end(error);
         RunFailure { step, t, message: format!("{error}{place}"), remedy }
     }
 

@@ -9,9 +9,11 @@
 //! |---|---|
 //! | `nodes` | steps and recorded nodes, one after the other |
 //! | `failure` | what is said of a step or a node that could not be found |
+//! | `resolved` | the step against rotations and the fastest motion: at the start, at the end, where a step fails |
 
 mod failure;
 mod nodes;
+mod resolved;
 
 pub use crate::assembly::{AssemblyReport, Closure, StrainVariant};
 pub use crate::divided_steps::DividedSteps;
@@ -28,6 +30,7 @@ use crate::experiment::Experiment;
 use crate::limits::{LimitWatch, Stiffness};
 use crate::loops::{self, LoopResiduals};
 use crate::method::{Method, Reading, Running, Wanted};
+use crate::rotation::{FastestRotation, RotationWatch};
 use crate::rotation_stability::unstable_steps;
 use crate::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
@@ -58,6 +61,8 @@ pub struct Simulation {
     limits: LimitWatch,
     energies: Energies,
     watch: EnergyWatch,
+    rotation: RotationWatch,
+    bodies: usize, // of the model, fixed ones included: the first frames
     method: Box<dyn Method>,
     divided: DividedSteps,
     loops: LoopResiduals,
@@ -139,6 +144,9 @@ impl Simulation {
         limits.begin();
         let energies = Energies::new(model, method.mechanism(), (&dynamics, &mass), &first);
         let watch = EnergyWatch::default();
+        let mut rotation = RotationWatch::new(model, method.mechanism(), &beams);
+        resolved::judge(model, (&mut *method, at), &first, &mut rotation, &mut assembly);
+        let start = method.place().2;
         sensors.begin(start);
         let iterations = 0.0;
         Ok(Self {
@@ -149,6 +157,8 @@ impl Simulation {
             beams,
             limits,
             watch,
+            rotation,
+            bodies: model.bodies.len(),
             energies,
             method,
             divided: DividedSteps::default(),
@@ -201,6 +211,7 @@ impl Simulation {
     pub fn warnings(&self) -> Vec<String> {
         let known = self.assembly.warnings.iter().cloned();
         let found = self.limits.warnings().into_iter().chain(self.watch.warning());
+        let found = found.chain(self.rotation_warning());
         let divided = self.divided.warning().into_iter();
         known.chain(found).chain(divided).chain(self.loops.warning()).collect()
     }
@@ -256,6 +267,7 @@ impl Simulation {
             sensors: self.sensors.state(),
             limits: self.limits.state(),
             energy: self.watch.clone(),
+            rotation: self.rotation.fastest,
             divided: self.divided,
             loops: self.loops,
             iterations: self.iterations,
@@ -267,13 +279,23 @@ impl Simulation {
     /// # Errors
     /// [`ResumeError`]; the simulation is then what it was.
     pub fn resume(&mut self, state: RunState) -> Result<(), ResumeError> {
-        let RunState { motion, sensors: followed, limits, energy, divided, loops, iterations } =
+        let RunState {
+            motion,
+            sensors: followed,
+            limits,
+            energy,
+            rotation,
+            divided,
+            loops,
+            iterations,
+        } =
             state;
         self.sensors.check(&followed)?;
         same_length("the list of beams", limits.len(), self.limits.state().len())?;
         self.method.resume(motion)?;
         self.limits.resume(&limits);
         (self.watch, self.divided, self.loops) = (energy, divided, loops);
+        self.rotation.fastest = rotation;
         self.sensors.resume(&followed);
         self.iterations = iterations;
         Ok(())
@@ -311,6 +333,9 @@ impl Experiment for Simulation {
     }
     fn loop_residuals(&self) -> Option<LoopResiduals> {
         self.mechanism().nearly_redundant().map(|_| self.loops)
+    }
+    fn fastest_rotation(&self) -> Option<FastestRotation> {
+        self.rotation.so_far(&self.settings)
     }
     fn place(&self) -> (u64, f64) {
         let (step, t, _) = self.method.place();

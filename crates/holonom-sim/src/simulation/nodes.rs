@@ -178,10 +178,12 @@ impl Simulation {
             return Err(refused);
         }
         let (_, start, _) = self.method.place();
+        let asked = self.divided.count == 0;
+        let resolving = asked.then(|| self.remedy_of_step()).flatten().map(|(_, step)| step);
         let halvings = (1..=DIVISIONS).map(|k| 1 << k);
         for parts in halvings {
             if let Ok(report) = self.method.step(parts) {
-                self.divided.add(start, parts);
+                self.divided.add(start, parts, resolving);
                 return Ok(report);
             }
         }
@@ -208,12 +210,22 @@ impl Simulation {
             return Err(self.lost(&error.to_string()));
         }
         let Self {
-            method, reading: at, sample, sensors, energies, watch, loops, iterations, ..
+            method,
+            reading: at,
+            sample,
+            sensors,
+            energies,
+            watch,
+            rotation,
+            loops,
+            iterations,
+            ..
         } = self;
         let view = View { t: at.t, q: &at.q, v: &at.v, a: &at.acceleration, force: &at.force };
         loops.follow(method.mechanism(), &at.q);
         sensors.read(method.mechanism(), method.rows(), view, &mut sample.sensors);
         energies.read(at, &mut sample.energies);
+        rotation.follow(at.t, &at.v);
         sample.notice = watch.follow(at, energies, &sample.energies);
         (sample.step, sample.t) = (at.step, at.t);
         std::mem::swap(&mut sample.q, &mut at.q);

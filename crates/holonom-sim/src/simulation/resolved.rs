@@ -1,0 +1,79 @@
+//! The step against rotations and the fastest motion.
+
+use super::Simulation;
+use crate::assembly::AssemblyReport;
+use crate::method::{Method, Reading, Wanted};
+use crate::resolution::{RESOLVED, Resolution, probe};
+use crate::rotation::RotationWatch;
+use holonom_model::Model;
+use vi_constraints::{Constraints, InitialValues};
+
+/// Times at which it is asked what prescribed motions turn.
+const TIMES: u32 = 8;
+/// A rotation along a run is worth a word beside that of the start if it is so much faster.
+const FASTER: f64 = 1.1;
+
+/// Of the start, with the warnings.
+pub(super) fn judge(
+    model: &Model,
+    (method, at): (&mut dyn Method, InitialValues<'_>),
+    first: &Reading,
+    watch: &mut RotationWatch,
+    assembly: &mut AssemblyReport,
+) {
+    let settings = &model.settings;
+    let driven = method.mechanism().is_rheonomic();
+    let mut free = first.v.clone();
+    let mut own;
+    let run = match method.variational() {
+        Some(run) => Some(run),
+        None => {
+            own = probe(model, at);
+            own.as_mut()
+        }
+    };
+    if let Some(run) = run {
+        for k in (0..=TIMES).filter(|_| driven) {
+            let t = settings.end * f64::from(k) / f64::from(TIMES);
+            let Ok(v) = run.prescribed_velocity(t) else { continue };
+            watch.drive(&v);
+            if k == 0 {
+                free.iter_mut().zip(&v).for_each(|(free, v)| *free -= v);
+            }
+        }
+        assembly.fastest_motion = Resolution::at(run, model.bodies.len(), settings);
+    }
+    let rotation = watch.of(0.0, (&free, true), settings);
+    let vibration = assembly.fastest_motion.as_ref();
+    let vibration = vibration.and_then(|found| found.warning(settings, rotation.as_ref()));
+    let turning = rotation.as_ref().and_then(|rotation| rotation.warning(settings));
+    assembly.warnings.extend(turning.into_iter().chain(vibration));
+    assembly.fastest_rotation = rotation;
+}
+
+impl Simulation {
+    /// The warning of the fastest rotation along the run, where that of the start is not about it.
+    pub(super) fn rotation_warning(&self) -> Option<String> {
+        let fastest = self.rotation.so_far(&self.settings).filter(|_| !self.rotation.failed)?;
+        let start = self.assembly.fastest_rotation.as_ref().filter(|own| own.is_notable());
+        let known = start.is_some_and(|start| fastest.rate < FASTER * start.rate);
+        if known { None } else { fastest.warning(&self.settings) }
+    }
+
+    /// What to do where a step is not found, if that is because of a rotation or a vibration that it does not resolve,
+    /// and the step (s) that does.
+    pub(super) fn remedy_of_step(&mut self) -> Option<(String, f64)> {
+        let Self { method, rotation, settings, assembly, bodies, .. } = self;
+        let mut here = Reading::default();
+        method.here(Wanted::default(), &mut here).ok()?;
+        let fastest = rotation.of(here.t, (&here.v, false), settings);
+        fastest.and_then(|fastest| fastest.remedy(settings)).or_else(|| {
+            // where the start is too coarse, the node is not that of the motion
+            let start = assembly.fastest_motion.as_ref();
+            match start.filter(|start| start.is_beyond(RESOLVED, settings)) {
+                Some(start) => start.remedy(settings),
+                None => Resolution::at(method.variational()?, *bodies, settings)?.remedy(settings),
+            }
+        })
+    }
+}
