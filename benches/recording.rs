@@ -73,7 +73,8 @@ fn time_run(model: &Model, files: bool) -> f64 {
     let mut simulation = Simulation::new(model).unwrap();
     let sink = || std::io::BufWriter::new(std::fs::File::create("/dev/null").unwrap());
     let mut writer =
-        TrajectoryWriter::new(sink(), sink(), simulation.members(), &Columns::usual()).unwrap();
+        TrajectoryWriter::new([sink(), sink()], simulation.members(), &Columns::usual(), false)
+            .unwrap();
     let begin = Instant::now();
     let mut observe = |sample: &Sample| if files { writer.record(sample) } else { Ok(()) };
     simulation.run(&mut observe, &mut |_, _| {}).unwrap();
