@@ -318,3 +318,28 @@ fn a_model_from_standard_input_includes_files_of_the_current_directory() {
     let output = program.stdin(input).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
 }
+
+/// The including file states a value that would change nothing.
+#[test]
+fn a_parameter_of_an_included_file_that_nothing_uses_is_not_replaced() {
+    let folder = command::folder("includes", "idle_parameter");
+    let leg = "parameters = { length = 0.4, idle = 1.0 }\n[[body]]\nname = \"leg\"\nmass = 1.0\ninertia = [1, 1, 1]\nposition = [\"= length\", 0, 0]\n";
+    fs::write(folder.join("leg.toml"), leg).unwrap();
+    for (parameters, message) in [
+        ("length = 0.5", None),
+        ("idle = 2.0", Some("no expression uses the parameter `l_idle`")),
+        ("lenght = 2.0", Some("has no parameter `lenght`")),
+    ] {
+        let text = format!(
+            "include = [{{ file = \"leg.toml\", prefix = \"l_\", parameters = {{ {parameters} }} }}]\nmodel = {{ name = \"m\" }}\nsimulation = {{ step = 0.01, end = 0.1 }}\n"
+        );
+        fs::write(folder.join("m.toml"), text).unwrap();
+        let output = command::holonom(&folder, &["check", "m.toml"]);
+        let said = command::words(&output);
+        let expected = if message.is_some() { 3 } else { 0 };
+        assert_eq!(output.status.code(), Some(expected), "{said}");
+        assert!(message.is_none_or(|message| said.contains(message)), "{said}");
+    }
+    let output = command::holonom(&folder, &["check", "m.toml", "--set", "parameters.l_idle=2"]);
+    assert_eq!(output.status.code(), Some(3), "{}", command::words(&output));
+}

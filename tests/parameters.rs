@@ -98,9 +98,11 @@ fn what_is_wrong_is_named_at_its_place() {
     let (message, ..) = problem("elements = 4", "sin = 4");
     assert!(message.contains("constant or a function"), "{message}");
     let (message, ..) = problem("elements = 4", "elements = true");
-    assert!(message.contains("is no number"), "{message}");
+    assert!(message.contains("is no finite number"), "{message}");
+    let (message, ..) = problem("elements = 4", "elements = inf");
+    assert!(message.contains("is no finite number"), "{message}");
     let (message, ..) = problem("\"= 3*length\"", "\"= 1/(length - 0.8)\"");
-    assert!(message.contains("its value is inf"), "{message}");
+    assert!(message.contains("`1/(length - 0.8)` is not finite"), "{message}");
     let (message, ..) = problem("\"= 3*length\"", "\"= -length\"");
     assert!(message.contains("density"), "a value is checked like any other: {message}");
     let unknown = with(ARM, &[("parameters.length", "= 2*with")]);
@@ -125,4 +127,55 @@ fn parameters_of_a_long_chain_are_found() {
     assert!(circle.contains("depends on"), "{circle}");
     let typo = Model::from_toml(&format!("{text}p{count} = \"= q0\"\n")).unwrap_err().to_string();
     assert!(typo.contains("q0"), "{typo}");
+}
+
+/// A value that would change nothing is refused, whoever reads the model.
+#[test]
+fn a_parameter_without_effect_is_not_replaced() {
+    let refused = |text: &str, set: &[(&str, &str)]| {
+        let Err(ModelError::Invalid(problems)) = with(text, set) else {
+            panic!("{set:?} is refused");
+        };
+        let first = &problems[0];
+        println!("{set:?}: {} | {:?}", first.message, first.help);
+        (first.message.clone(), first.help.clone().unwrap_or_default())
+    };
+    let (message, help) = refused(ARM, &[("parameters.lenght", "2")]);
+    assert!(message.contains("no parameter `lenght`") && help.contains("`parameters.length`"));
+    let (message, help) = refused(ARM, &[("parameters.zebra", "2")]);
+    assert!(
+        message.contains("no parameter `zebra`")
+            && help.contains("expressions use `g`, `length`, `reach`")
+    );
+    let (message, _) = refused(ARM, &[("parameters.elements", "8")]);
+    assert!(message.contains("no expression uses the parameter `elements`"), "{message}");
+    // used by a parameter alone that nothing uses
+    let chain = ARM.replace("elements = 4", "elements = 4\nunused = \"= 2*elements\"");
+    refused(&chain, &[("parameters.elements", "8")]);
+    // the expressions that used it are replaced, too
+    let both = [("parameters.g", "1.6"), ("model.gravity.2", "-1.6")];
+    assert!(refused(ARM, &both).0.contains("no expression uses the parameter `g`"));
+    // a resolved model has none
+    let resolved = Model::from_toml(ARM).unwrap().to_toml();
+    let (_, help) = refused(&resolved, &[("parameters.length", "2")]);
+    assert!(help.contains("body.NAME.mass"), "{help}");
+    refused(include_str!("hostile/parameter_typo.toml"), &[("parameters.lenght", "2")]);
+    with(include_str!("hostile/parameter_typo.toml"), &[("parameters.length", "2")]).unwrap();
+    // through another parameter; a new one that the same call uses
+    with(ARM, &[("parameters.length", "0.7")]).unwrap();
+    let new = [("parameters.ratio", "2"), ("body.upper.shape.density", "= 1000*ratio")];
+    assert_eq!(with(ARM, &new).unwrap().bodies[0].shape.as_ref().unwrap().density, Some(2000.0));
+    // a problem names the part, not its number
+    let wrong = ARM.replace("density = \"= 3*length\"", "density = \"= sin(t)\"");
+    let Err(ModelError::Invalid(problems)) = Model::from_toml(&wrong) else { panic!("refused") };
+    assert_eq!(problems[0].key, "body.upper.shape.density");
+    assert!(problems[0].help.as_ref().is_some_and(|help| help.contains("history")));
+}
+
+#[test]
+fn undefined_values_do_not_disappear() {
+    let refused = Model::from_toml(include_str!("hostile/expression_min_nan.toml"));
+    let Err(ModelError::Invalid(problems)) = refused else { panic!("refused") };
+    println!("{} | {:?}", problems[0].message, problems[0].help);
+    assert!(problems[0].message.contains("`0/0` is not defined") && problems[0].help.is_some());
 }

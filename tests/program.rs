@@ -283,3 +283,27 @@ fn a_warning_of_the_run_is_printed_once() {
     let quiet = holonom(&folder, &[&run[..], &["--force", "--quiet"]].concat());
     assert!(quiet.status.success() && quiet.stderr.is_empty());
 }
+
+/// A value that would change nothing is refused by every verb that takes one.
+#[test]
+fn every_verb_refuses_a_parameter_that_nothing_uses() {
+    let folder = folder("parameters");
+    fs::write(folder.join("m.toml"), include_str!("hostile/parameter_typo.toml")).unwrap();
+    let set = ["--set", "parameters.lenght=2"];
+    let vary = ["--vary", "parameters.lenght=1:2:3"];
+    for (verb, option) in [
+        ("run", set),
+        ("check", set),
+        ("modes", set),
+        ("verify", set),
+        ("compare", set),
+        ("bench", set),
+        ("sweep", vary),
+    ] {
+        let output = holonom(&folder, &[verb, "m.toml", option[0], option[1]]);
+        let said = words(&output);
+        assert_eq!(output.status.code(), Some(3), "{verb}: {said}");
+        assert!(said.contains("did you mean `parameters.length`?"), "{verb}: {said}");
+    }
+    assert_eq!(files(&folder).len(), 2, "nothing was written: {:?}", files(&folder));
+}

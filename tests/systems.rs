@@ -26,6 +26,7 @@ mod energy_band;
 mod energy_momentum;
 mod far_from_origin;
 mod flexible_multibody;
+mod foreign_words;
 mod four_bar_loop;
 mod four_particles;
 mod free_body;

@@ -38,8 +38,11 @@ fn clean(name: &str, instead: &str) -> String {
     let odd = |c: char| c.is_control() || ".,\"[]=".contains(c);
     let replaced: String =
         name.chars().map(|c| if odd(c) { '_' } else { c }).take(LONGEST).collect();
-    let trimmed = replaced.trim();
-    if trimmed.is_empty() { instead.to_owned() } else { trimmed.to_owned() }
+    match replaced.trim() {
+        "" => instead.to_owned(),
+        formula if formula.starts_with(['+', '-', '@']) => format!("_{}", &formula[1..]),
+        trimmed => trimmed.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -55,5 +58,7 @@ mod tests {
         assert_eq!(names.unique("ground", "body"), "ground_body");
         assert_eq!(names.unique(" a.b=\"c\" ", "body"), "a_b__c_");
         assert_eq!(names.unique("", "body"), "body");
+        assert_eq!(names.unique("+1", "body"), "_1");
+        assert_eq!(names.unique("-x", "body"), "_x");
     }
 }

@@ -1,6 +1,6 @@
 //! What a readable model may still get wrong.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
@@ -22,6 +22,7 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
         document,
         points: StartPoints::new(model),
         problems: Vec::new(),
+        refused: BTreeSet::new(),
         kinds: BTreeMap::new(),
     };
     checker.names();
@@ -49,6 +50,8 @@ pub(super) struct Checker<'a> {
     document: &'a Document<'a>,
     pub(super) points: StartPoints<'a>,
     problems: Vec<Problem>,
+    /// Names that cannot be names; what refers to them is not reported again.
+    refused: BTreeSet<&'a str>,
     /// The section of every name.
     pub(super) kinds: BTreeMap<&'a str, &'static str>,
 }
@@ -82,16 +85,20 @@ impl<'a> Checker<'a> {
 
     fn name(&mut self, section: &'static str, key: &str, name: &'a str) {
         let odd = |c: char| c.is_control() || ".,\"[]=".contains(c);
+        let begins = |c: char| "+-@".contains(c); // table programs take such a heading for a formula
         if is_ground(name) {
             let help = "choose another name; `ground` is the inertial frame";
             self.report(key, format!("the name `{GROUND}` is reserved"), help);
         } else if name.trim().is_empty()
             || name.trim() != name
             || name.contains(odd)
+            || name.starts_with(begins)
             || name.chars().count() > 100
         {
-            let help = "use up to 100 letters, digits, `_` and `-`, such as `upper_arm`";
+            let help = "use up to 100 characters, such as `upper_arm`: letters, digits, `_`, `-` and blanks within, none of \
+                        `. , \" [ ] =`, and neither `+`, `-` nor `@` at the beginning";
             self.report(key, format!("`{}` cannot be a name", name.escape_debug()), help);
+            self.refused.insert(name);
         } else if let Some(first) = self.kinds.get(name) {
             let help = "names are unique in the whole model";
             self.report(key, format!("the name `{name}` is taken by a {first}"), help);
@@ -322,6 +329,9 @@ impl<'a> Checker<'a> {
         if is_ground(name) && ground {
             return true;
         }
+        if self.refused.contains(name) {
+            return false;
+        }
         let kind = self.kinds.get(name).copied();
         if kind.is_some_and(|k| sections.contains(&k)) {
             return true;
@@ -517,7 +527,13 @@ impl<'a> Checker<'a> {
         for (name, value) in amounts {
             if let Some(value) = value.filter(|v| *v < 0.0) {
                 let message = format!("{name} = {value} is negative");
-                self.report(format!("{key}.{name}"), message, "write 0 or a positive number");
+                let help = match name {
+                    "stiffness" => {
+                        "write 0 or a positive number: a spring pulls towards its natural length"
+                    }
+                    _ => "write 0 or a positive number",
+                };
+                self.report(format!("{key}.{name}"), message, help);
             }
         }
         let rest = spring.natural_length.filter(|_| spring.law == SpringLaw::Linear);

@@ -14,7 +14,12 @@ impl Checker<'_> {
         ];
         for (field, amount) in amounts {
             if let Some(amount) = amount.filter(|a| *a < 0.0) {
-                let message = format!("{amount} is negative: it would feed energy in");
+                let message = match field {
+                    "spring.stiffness" | "motor.proportional" => format!(
+                        "{amount} is negative: the force would drive the joint away from its place of rest, without bound"
+                    ),
+                    _ => format!("{amount} is negative: it would feed energy in"),
+                };
                 self.report(format!("{key}.{field}"), message, "write 0 or more");
             }
         }
@@ -71,7 +76,11 @@ impl Checker<'_> {
                 for joint in joints {
                     self.reference(format!("{key}.joints"), joint, &["joint"]);
                 }
-                self.two_ends(&format!("{key}.joints"), &joints[0], &joints[1]);
+                if joints[0] == joints[1] {
+                    let message = format!("both ends are the joint `{}`", joints[0]);
+                    let help = "name two joints; a rotation that advances along its axis is a joint of type = \"screw\"";
+                    self.report(format!("{key}.joints"), message, help);
+                }
             }
             Constraint::Motion { joint, path, .. } => {
                 self.reference(format!("{key}.joint"), joint, &["joint"]);

@@ -10,6 +10,8 @@
 
 use std::ops::Range;
 
+use super::problem::nearest;
+
 /// Deepest nesting.
 const DEEPEST: usize = 64;
 /// Names that no parameter may have.
@@ -31,7 +33,7 @@ const FUNCTIONS: [(&str, fn(f64) -> f64); 11] = [
     ("floor", f64::floor),
 ];
 
-/// Functions of two.
+/// Functions of two; their arguments are finite.
 const BINARY: [(&str, fn(f64, f64) -> f64); 4] =
     [("atan2", libm::atan2), ("hypot", libm::hypot), ("min", f64::min), ("max", f64::max)];
 
@@ -59,6 +61,18 @@ pub(crate) struct ExpressionError {
     pub(crate) message: String,
     /// The name that is not known, if that is the reason.
     pub(crate) unknown: Option<String>,
+    /// What to write instead.
+    pub(crate) help: String,
+}
+
+/// The names of parameters in an expression.
+pub(crate) fn names(text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    renamed(text, &mut |name| {
+        found.push(name.to_owned());
+        String::new()
+    });
+    found
 }
 
 /// The names of parameters in an expression, valid or not.
@@ -91,7 +105,8 @@ pub(crate) fn renamed(text: &str, name: &mut dyn FnMut(&str) -> String) -> Strin
     out
 }
 
-/// The value of an expression; `value` knows the parameters.
+/// The value of an expression; `value` knows the parameters. Every intermediate value is a finite number, so that none that
+/// is not defined disappears in a later operation.
 pub(crate) fn evaluate(
     text: &str,
     value: &mut dyn FnMut(&str) -> Option<f64>,
@@ -126,15 +141,34 @@ impl Parser<'_> {
     }
 
     fn wrong<T>(&self, message: impl Into<String>) -> Result<T, ExpressionError> {
-        Err(ExpressionError { message: message.into(), unknown: None })
+        let help = format!("expressions have {}", vocabulary());
+        Err(ExpressionError { message: message.into(), unknown: None, help })
     }
 
     fn unexpected(&self, c: char) -> ExpressionError {
         let place = self.text[..self.at].chars().count() + 1;
-        ExpressionError {
-            message: format!("`{c}` at character {place} is not expected"),
-            unknown: None,
+        let help = match c {
+            ',' => "numbers have a decimal point: write 0.5, not 0,5".to_owned(),
+            _ => format!("expressions have {}", vocabulary()),
+        };
+        let message = format!("`{c}` at character {place} is not expected");
+        ExpressionError { message, unknown: None, help }
+    }
+
+    /// The value of the text since `start`, if it is a number.
+    fn finite(&self, start: usize, value: f64) -> Result<f64, ExpressionError> {
+        if value.is_finite() {
+            return Ok(value);
         }
+        let text = self.text[start..self.at].trim();
+        let (what, help) = match value.is_nan() {
+            true => ("is not defined", "let its arguments stay where it is defined"),
+            false => {
+                ("is not finite", "let its value stay finite: no division by zero, no overflow")
+            }
+        };
+        let message = format!("`{text}` {what}");
+        Err(ExpressionError { message, unknown: None, help: help.to_owned() })
     }
 
     fn sum(&mut self) -> Result<f64, ExpressionError> {
@@ -142,6 +176,7 @@ impl Parser<'_> {
         if self.depth > DEEPEST {
             return self.wrong(format!("more than {DEEPEST} brackets or signs are nested"));
         }
+        let start = self.at;
         let mut result = self.product()?;
         loop {
             match self.peek() {
@@ -149,12 +184,14 @@ impl Parser<'_> {
                 Some('-') if self.take('-') => result -= self.product()?,
                 _ => break,
             }
+            result = self.finite(start, result)?;
         }
         self.depth -= 1;
         Ok(result)
     }
 
     fn product(&mut self) -> Result<f64, ExpressionError> {
+        let start = self.at;
         let mut result = self.sign()?;
         loop {
             match self.peek() {
@@ -162,6 +199,7 @@ impl Parser<'_> {
                 Some('/') if self.take('/') => result /= self.sign()?,
                 _ => return Ok(result),
             }
+            result = self.finite(start, result)?;
         }
     }
 
@@ -180,6 +218,7 @@ impl Parser<'_> {
     }
 
     fn power(&mut self) -> Result<f64, ExpressionError> {
+        let start = self.at;
         let base = self.atom()?;
         if !self.take('^') {
             return Ok(base);
@@ -190,7 +229,7 @@ impl Parser<'_> {
         }
         let exponent = self.sign()?;
         self.depth -= 1;
-        Ok(libm::pow(base, exponent))
+        self.finite(start, libm::pow(base, exponent))
     }
 
     fn atom(&mut self) -> Result<f64, ExpressionError> {
@@ -223,13 +262,14 @@ impl Parser<'_> {
             let exponent = matches!(before, 'e' | 'E') && matches!(c, '+' | '-');
             c.is_ascii_digit() || matches!(c, '.' | 'e' | 'E') || exponent
         });
-        let word = &self.text[range];
-        word.parse().or_else(|_| self.wrong(format!("`{word}` is no number")))
+        let (start, word) = (range.start, &self.text[range]);
+        let number = word.parse().or_else(|_| self.wrong(format!("`{word}` is no number")))?;
+        self.finite(start, number)
     }
 
     fn name(&mut self) -> Result<f64, ExpressionError> {
         let range = self.while_it(|_, c| c.is_alphanumeric() || c == '_');
-        let name = &self.text[range];
+        let (start, name) = (range.start, &self.text[range]);
         if self.take('(') {
             let first = self.sum()?;
             let second = if self.take(',') { Some(self.sum()?) } else { None };
@@ -237,9 +277,9 @@ impl Parser<'_> {
             let unary = FUNCTIONS.iter().find(|f| f.0 == name);
             let binary = BINARY.iter().find(|f| f.0 == name);
             return match (unary, binary, second) {
-                (Some((_, f)), _, None) => Ok(f(first)),
-                (_, Some((_, f)), Some(second)) => Ok(f(first, second)),
-                (None, None, _) => self.wrong(format!("`{name}` is no function")),
+                (Some((_, f)), _, None) => self.finite(start, f(first)),
+                (_, Some((_, f)), Some(second)) => self.finite(start, f(first, second)),
+                (None, None, _) => Err(no_function(name)),
                 (_, binary, _) => {
                     let count = if binary.is_some() { "two numbers" } else { "one number" };
                     self.wrong(format!("`{name}` is a function of {count}"))
@@ -249,10 +289,7 @@ impl Parser<'_> {
         if let Some((_, constant)) = CONSTANTS.iter().find(|constant| constant.0 == name) {
             return Ok(*constant);
         }
-        (self.value)(name).ok_or_else(|| ExpressionError {
-            message: format!("there is no parameter `{name}`"),
-            unknown: Some(name.to_owned()),
-        })
+        (self.value)(name).ok_or_else(|| no_parameter(name))
     }
 
     /// The characters that belong to a word, given the one before.
@@ -267,6 +304,32 @@ impl Parser<'_> {
         }
         start..self.at
     }
+}
+
+fn no_function(name: &str) -> ExpressionError {
+    let functions = FUNCTIONS.iter().map(|f| f.0).chain(BINARY.iter().map(|f| f.0));
+    let help = match nearest(name, functions.clone()) {
+        Some(best) => format!("did you mean `{best}`?"),
+        None => format!("functions are {}", functions.collect::<Vec<_>>().join(" ")),
+    };
+    ExpressionError { message: format!("`{name}` is no function"), unknown: None, help }
+}
+
+/// Whether a name is meant as the time.
+pub(crate) fn is_time(name: &str) -> bool {
+    matches!(name, "t" | "time")
+}
+
+fn no_parameter(name: &str) -> ExpressionError {
+    let help = match is_time(name) {
+        true => {
+            "an expression is one number: for a function of time write the `history` of a load, the path of a \
+             [[constraint]] of type \"motion\", or the `path` of a motor"
+        }
+        false => "state it under [parameters]",
+    };
+    let message = format!("there is no parameter `{name}`");
+    ExpressionError { message, unknown: Some(name.to_owned()), help: help.to_owned() }
 }
 
 #[cfg(test)]
@@ -319,16 +382,48 @@ mod tests {
             ("sine(1)", "`sine` is no function"),
             ("1 % 2", "`%` at character 3"),
         ] {
-            let message = of(text).unwrap_err().message;
+            let ExpressionError { message, help, .. } = of(text).unwrap_err();
             assert!(message.contains(why), "{text}: {message}");
+            assert!(!help.is_empty(), "{text}: {message}");
         }
         for deep in ["(".repeat(100_000), "2^".repeat(100_000) + "2", "-".repeat(100_000)] {
             assert!(of(&deep).is_err());
         }
     }
 
+    /// Functions and operations that are finite for an argument which is not.
+    #[test]
+    fn what_is_not_a_finite_number_does_not_disappear() {
+        for (text, part) in [
+            ("min(1, 0/0)", "`0/0` is not defined"),
+            ("max(sqrt(-x), 1)", "`sqrt(-x)` is not defined"),
+            ("1^(0/0)", "`0/0` is not defined"),
+            ("(0/0)^0", "`0/0` is not defined"),
+            ("hypot(1/0, 2)", "`1/0` is not finite"),
+            ("atan(1/0)", "`1/0` is not finite"),
+            ("1/(1/(x - 3))", "`1/(x - 3)` is not finite"),
+            ("exp(-1e200*1e200)", "`-1e200*1e200` is not finite"),
+            ("min(1, 1e999)", "`1e999` is not finite"),
+            ("0*ln(0)", "`ln(0)` is not finite"),
+            ("atan(1e308 + 1e308)", "`1e308 + 1e308` is not finite"),
+            ("min(asin(2), 3)", "`asin(2)` is not defined"),
+            ("max(1, (-8)^(1/3))", "`(-8)^(1/3)` is not defined"),
+        ] {
+            let message = of(text).unwrap_err().message;
+            assert_eq!(message, part, "{text}");
+        }
+    }
+
+    #[test]
+    fn functions_of_time_are_not_expressions() {
+        let help = of("sin(t)").unwrap_err().help;
+        assert!(help.contains("history") && help.contains("motion"), "{help}");
+        assert!(of("sine(1)").unwrap_err().help.contains("`sin`"));
+    }
+
     #[test]
     fn names_of_parameters_are_replaced() {
+        assert_eq!(names("x/2 + 1e3*sin(x1) - pi*e"), ["x", "x1", "e"]);
         let new = |text: &str| renamed(text, &mut |name| format!("a_{name}"));
         assert_eq!(new("= x/2 + 1e3*sin(x1) - pi*e"), "= a_x/2 + 1e3*sin(a_x1) - pi*a_e");
         assert_eq!(new("=2E-5*x^min(y, 3)"), "=2E-5*a_x^min(a_y, 3)");

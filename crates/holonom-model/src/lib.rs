@@ -47,6 +47,8 @@ mod shape;
 mod source;
 mod start;
 mod strict;
+mod syntax;
+mod wishes;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -64,7 +66,7 @@ pub use orientation::Euler;
 pub use overrides::Override;
 pub use places::{LineColumn, line_column, locate};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
-pub use read::read_text;
+pub use read::{open_regular, read_regular, read_regular_text, read_text};
 pub use reference_frame::ReferenceFrame;
 pub use section::{Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section};
 pub use sensor::{ReactionFrame, Sensor, SensorKind};
@@ -126,6 +128,9 @@ pub struct Model {
     /// The meshes of its bodies.
     #[serde(skip)]
     pub meshes: Meshes,
+    /// What looks like a slip in the text and does not show in the resolved model.
+    #[serde(skip)]
+    pub remarks: Vec<String>,
 }
 
 impl Model {
@@ -146,6 +151,7 @@ impl Model {
             loads: Vec::new(),
             sensors: Vec::new(),
             meshes: Meshes::default(),
+            remarks: Vec::new(),
         }
     }
 
@@ -215,6 +221,7 @@ impl Model {
             loads,
             sensors,
             meshes,
+            remarks: document.turns(),
         };
         let problems = relative::resolve(&mut model, &document);
         if !problems.is_empty() {

@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
+use super::checks::some;
 use super::parameters::SECTION;
 use super::problem::{Problem, nearest};
-use super::sections::TABLES;
+use super::sections::{LISTS, TABLES};
 
 const HELP: &str =
     "keys are like simulation.step, model.gravity, body.NAME.mass, particle.NAME.position.0";
@@ -87,7 +88,12 @@ pub(crate) fn set<'i>(
         return insert(entry, rest, parsed, base).map_err(wrong);
     }
     let Some(entries) = table.get_mut(section).filter(|v| v.get_ref().is_array()) else {
-        return Err(wrong(format!("the model has no section `{section}`")));
+        let problem = wrong(format!("the model has no section `{section}`"));
+        let known = TABLES.iter().chain(&LISTS).copied().chain([SECTION]);
+        return Err(match nearest(section, known) {
+            Some(best) if best != section => problem.help(format!("did you mean `{best}`?")),
+            _ => problem,
+        });
     };
     let DeValue::Array(entries) = entries.get_mut() else { return Ok(()) };
     // A name may contain dots only if the file says so: take the longest that fits.
@@ -106,9 +112,11 @@ pub(crate) fn set<'i>(
     let names: Vec<&str> =
         entries.iter().filter_map(|e| e.get_ref().get("name")?.get_ref().as_str()).collect();
     let problem = wrong(format!("there is no {section} named `{word}`"));
-    Err(match nearest(word, names) {
+    let counted = word.parse::<usize>().ok().and_then(|index| names.get(index).copied());
+    Err(match counted.or_else(|| nearest(word, names.iter().copied())) {
         Some(best) => problem.help(format!("did you mean `{section}.{best}`?")),
-        None => problem,
+        None if names.is_empty() => problem,
+        None => problem.help(format!("there are: {}", some(&names))),
     })
 }
 

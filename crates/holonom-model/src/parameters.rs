@@ -14,10 +14,11 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::expression::{evaluate, is_reserved, names, vocabulary};
+use super::expression::{ExpressionError, evaluate, is_reserved, is_time, names, vocabulary};
 use super::key_path::below;
 use super::overrides::Override;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
+use super::sections::LISTS;
 
 /// The section.
 pub(crate) const SECTION: &str = "parameters";
@@ -51,19 +52,29 @@ pub(crate) fn concern(text: &str, overrides: &[Override]) -> bool {
     may(text) || overrides.iter().any(|one| may(&one.key) || one.value.contains('='))
 }
 
-/// Values of all expressions, in the order of the table, as a model file writes numbers.
-pub(crate) fn values(mut table: DeTable<'_>) -> Result<Vec<String>, Vec<Problem>> {
+/// Values of all expressions, in the order of the table, as a model file writes numbers. `own`: parameters of the text itself,
+/// `set`: those whose values were replaced.
+pub(crate) fn values(
+    mut table: DeTable<'_>,
+    own: &BTreeSet<String>,
+    set: &[&str],
+) -> Result<Vec<String>, Vec<Problem>> {
     let mut problems = Vec::new();
     let mut parameters = take(&mut table, &mut problems);
     resolve(&mut parameters, &mut problems);
     let mut values = Vec::new();
+    if problems.is_empty() && !set.is_empty() {
+        let used = used(&mut table, &parameters);
+        let idle = set.iter().filter(|name| !used.contains(**name));
+        problems.extend(idle.map(|name| without_effect(name, own, &used)));
+    }
     if problems.is_empty() {
         each(&mut table, &mut |path, expression, value| {
             let known = &mut |name: &str| parameters.get(name).and_then(|own| own.value);
             let fault = match evaluate(expression, known) {
                 Ok(number) if number.is_finite() => return values.push(written(number)),
                 Ok(number) => (format!("its value is {number}"), None),
-                Err(error) => (error.message, suggestion(error.unknown.as_deref(), &parameters)),
+                Err(error) => (error.message.clone(), Some(help(&error, &parameters))),
             };
             if problems.len() < MAX_PROBLEMS {
                 let message = format!("the expression `{}`: {}", expression.trim(), fault.0);
@@ -90,6 +101,11 @@ pub(crate) fn substitute<'i>(table: &mut DeTable<'i>, values: &'i [String]) {
     });
 }
 
+/// Not `inf` and not `nan`, which are numbers of TOML.
+fn is_finite(number: &str) -> bool {
+    number.parse().is_ok_and(f64::is_finite)
+}
+
 /// A number as a model file writes it; a whole one serves for counts as well.
 fn written(number: f64) -> String {
     match number.fract() == 0.0 && number.abs() < 1e15 {
@@ -112,7 +128,9 @@ fn take(table: &mut DeTable<'_>, problems: &mut Vec<Problem>) -> BTreeMap<String
         let (name, place) = (key.get_ref().to_string(), value.span());
         let path = format!("{SECTION}.{name}");
         let text = match value.get_ref() {
-            DeValue::Float(float) => Some(float.as_str().replace('_', "")),
+            DeValue::Float(float) => {
+                Some(float.as_str().replace('_', "")).filter(|number| is_finite(number))
+            }
             DeValue::Integer(integer) => Some(integer.as_str().replace('_', "")),
             DeValue::String(text) => text.strip_prefix('=').map(str::to_owned),
             _ => None,
@@ -136,7 +154,7 @@ fn take(table: &mut DeTable<'_>, problems: &mut Vec<Problem>) -> BTreeMap<String
             }
             None => {
                 let help = "write a number, or an expression such as \"= 2*length\"";
-                problems.push(wrong(format!("the parameter `{name}` is no number"), help));
+                problems.push(wrong(format!("the parameter `{name}` is no finite number"), help));
             }
             Some(text) => {
                 parameters.insert(name, Parameter { text, place, value: None });
@@ -191,7 +209,7 @@ fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &mut Vec<Prob
         let mut problem = Problem::new(format!("{SECTION}.{name}"), message);
         problem.help = match on {
             Some(_) => Some("parameters must not depend on each other in a circle".to_owned()),
-            None => suggestion(error.unknown.as_deref(), parameters),
+            None => Some(help(&error, parameters)),
         };
         let list = if on.is_some() { &mut circles } else { &mut causes };
         if list.len() < MAX_PROBLEMS {
@@ -201,9 +219,63 @@ fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &mut Vec<Prob
     problems.extend(if causes.is_empty() { circles } else { causes });
 }
 
-fn suggestion(unknown: Option<&str>, parameters: &BTreeMap<String, Parameter>) -> Option<String> {
-    let best = nearest(unknown?, parameters.keys().map(String::as_str))?;
-    Some(format!("did you mean `{best}`?"))
+/// What to write instead of an expression.
+fn help(error: &ExpressionError, parameters: &BTreeMap<String, Parameter>) -> String {
+    let name = error.unknown.as_deref().unwrap_or_default();
+    let near = nearest(name, parameters.keys().map(String::as_str));
+    // the time is near to every other letter
+    let near = near.filter(|best| !is_time(name) || best.eq_ignore_ascii_case(name));
+    match near.filter(|_| error.unknown.is_some()) {
+        Some(best) => format!("did you mean `{best}`?"),
+        None => error.help.clone(),
+    }
+}
+
+/// The names of the parameters that a text states.
+pub(crate) fn stated(table: &DeTable<'_>) -> BTreeSet<String> {
+    let section = table.get(SECTION).and_then(|section| section.get_ref().as_table());
+    section.into_iter().flat_map(|own| own.keys().map(|key| key.get_ref().to_string())).collect()
+}
+
+/// The parameters that an expression of the model depends on, itself or by other parameters.
+fn used(table: &mut DeTable<'_>, parameters: &BTreeMap<String, Parameter>) -> BTreeSet<String> {
+    let mut waiting = Vec::new();
+    each(table, &mut |_, expression, _| waiting.extend(names(expression)));
+    let mut used = BTreeSet::new();
+    while let Some(name) = waiting.pop() {
+        if let Some(parameter) = parameters.get(&name)
+            && used.insert(name)
+        {
+            waiting.extend(names(&parameter.text));
+        }
+    }
+    used
+}
+
+/// The parameters that expressions of a text use.
+pub(crate) fn used_in(text: &str) -> BTreeSet<String> {
+    let Ok(table) = DeTable::parse(text) else { return BTreeSet::new() };
+    let mut table = table.into_inner();
+    let parameters = take(&mut table, &mut Vec::new());
+    used(&mut table, &parameters)
+}
+
+/// A value for a parameter that no expression uses.
+fn without_effect(name: &str, own: &BTreeSet<String>, used: &BTreeSet<String>) -> Problem {
+    let key = format!("{SECTION}.{name}");
+    let list = || used.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let help = match nearest(name, used.iter().map(String::as_str)) {
+        Some(best) => format!("did you mean `{SECTION}.{best}`?"),
+        None if used.is_empty() => {
+            "set a value of the model itself, such as body.NAME.mass, or let an expression use the parameter".to_owned()
+        }
+        None => format!("expressions use {}", list()),
+    };
+    let message = match own.contains(name) {
+        true => format!("no expression uses the parameter `{name}`: its value changes nothing"),
+        false => format!("the model has no parameter `{name}`"),
+    };
+    Problem::new(key, message).help(help)
 }
 
 /// Visits all expressions: key path, what follows the `=`, the value.
@@ -226,8 +298,14 @@ fn expressions<'i>(
             }
         }
         DeValue::Array(array) => {
+            let part = LISTS.contains(&path.as_str());
             for (index, value) in array.iter_mut().enumerate() {
-                below(path, format_args!(".{index}"), |path| expressions(path, value, visit));
+                let name = value.get_ref().get("name").and_then(|name| name.get_ref().as_str());
+                let label = match name.filter(|name| part && !name.is_empty()) {
+                    Some(name) => format!(".{name}"),
+                    None => format!(".{index}"),
+                };
+                below(path, &label, |path| expressions(path, value, visit));
             }
         }
         DeValue::String(text) if !path.ends_with(".description") => {

@@ -2,6 +2,8 @@
 
 use super::problem::nearest;
 use super::strict::wrong_length;
+use super::syntax::number_help;
+use super::wishes;
 
 /// The quoted words of a message of serde.
 pub(super) fn quoted(message: &str) -> impl Iterator<Item = &str> {
@@ -47,6 +49,14 @@ const SYNONYMS: [(&str, &str); 32] = [
 pub(super) fn suggestion(word: &str, known: &[&str]) -> Option<String> {
     let meant = SYNONYMS.iter().find(|(other, _)| other.eq_ignore_ascii_case(word));
     let meant = meant.map(|(_, ours)| *ours).filter(|ours| known.contains(ours));
+    if let Some(answer) = wishes::answer(word).filter(|_| meant.is_none()) {
+        let known = if known.is_empty() {
+            String::new()
+        } else {
+            format!(" (known: {})", known.join(", "))
+        };
+        return Some(format!("{answer}{known}"));
+    }
     match meant.or_else(|| nearest(word, known.iter().copied())) {
         Some(best) => Some(format!("did you mean `{best}`? (known: {})", known.join(", "))),
         None if known.is_empty() => None,
@@ -84,7 +94,14 @@ pub(super) fn reworded(message: &str) -> (String, Option<String>) {
         (_, m) if buffered_length(m).is_some() || m.ends_with("are needed") => {
             let message = buffered_length(m).map(|(found, expected)| wrong_length(found, expected));
             let message = message.unwrap_or_else(|| m.to_owned());
-            let help = "write exactly as many entries as are needed".to_owned();
+            let help = match message.split(' ').next().and_then(|count| count.parse::<usize>().ok())
+            {
+                Some(4..=6) => {
+                    "write exactly as many entries as are needed; a decimal comma makes two of one: write 9.81, not 9,81"
+                }
+                _ => "write exactly as many entries as are needed",
+            };
+            let help = help.to_owned();
             (message, Some(help))
         }
         _ => {
@@ -95,9 +112,7 @@ pub(super) fn reworded(message: &str) -> (String, Option<String>) {
                     Some(help),
                 );
             }
-            let help = text_for_number(message).map(|text| {
-                format!("write a number without quotes, or an expression that begins with `=`, such as \"= {text}\"")
-            });
+            let help = text_for_number(message).map(number_help);
             let message = message.replace("expected f64", "expected a number");
             let whole = "expected a whole number, 0 or more";
             let whole = |m: String, kind: &str| m.replace(&format!("expected {kind}"), whole);

@@ -18,6 +18,7 @@ use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::reworded::{buffered_length, quoted, reworded, suggestion, text_for_number};
 use super::sections::{LISTS, TABLES};
 use super::strict::{Strict, list_of};
+use super::{syntax, wishes};
 
 /// Numbers beyond this are refused.
 pub(crate) const HUGE: f64 = 1e100;
@@ -44,7 +45,8 @@ impl<'i> Document<'i> {
         overrides: &'i [Override],
         values: &'i [String],
     ) -> Result<Self, Vec<Problem>> {
-        let mut table = parsed(text, overrides)?;
+        let mut table = plain(text)?;
+        replace(&mut table, text.len(), overrides)?;
         parameters::substitute(&mut table, values);
         let labels: BTreeMap<_, _> = LISTS.iter().map(|&s| (s, labels(&table, s))).collect();
         Ok(Self { table, places: OnceCell::new(), labels, length: text.len() })
@@ -88,6 +90,38 @@ impl<'i> Document<'i> {
         problems
     }
 
+    /// Orientations by angles of more than a turn: remarks on them.
+    pub(crate) fn turns(&self) -> Vec<String> {
+        let mut found = Vec::new();
+        walk(&self.table, &self.labels, &mut |path, _, value| {
+            let vector = path.ends_with(".rotation_vector");
+            if !vector && !path.ends_with(".euler.angles") {
+                return;
+            }
+            let number = |value: &Spanned<DeValue<'_>>| match value.get_ref() {
+                DeValue::Float(float) => float.as_str().parse().ok(),
+                DeValue::Integer(integer) => integer.as_str().parse().ok(),
+                _ => None,
+            };
+            let angles: Vec<f64> =
+                value.get_ref().as_array().into_iter().flatten().filter_map(number).collect();
+            let angle = match vector {
+                true => angles.iter().map(|x| x * x).sum::<f64>().sqrt(),
+                false => angles.iter().fold(0.0, |most: f64, x| most.max(x.abs())),
+            };
+            if angle > std::f64::consts::TAU && found.len() < MAX_PROBLEMS {
+                let instead = match vector {
+                    true => "\"= 90*deg\"",
+                    false => "`degrees` instead of `angles`",
+                };
+                found.push(format!(
+                    "`{path}` is {angle:.1} rad: more than a turn; for degrees write {instead}"
+                ));
+            }
+        });
+        found
+    }
+
     /// Sections that do not exist.
     pub(crate) fn unknown_sections(&self) -> Vec<Problem> {
         let known = || TABLES.iter().chain(&LISTS).copied().chain([parameters::SECTION]);
@@ -100,10 +134,11 @@ impl<'i> Document<'i> {
                 let problem = Problem::new(name.as_ref(), message).at(self.inside(key.span()));
                 return problem.help("read the model from its file");
             }
-            let help = nearest(name, known()).map_or_else(
-                || format!("sections are {}", known().collect::<Vec<_>>().join(", ")),
-                |best| format!("did you mean `{best}`?"),
-            );
+            let help = match (wishes::answer_to_section(name), nearest(name, known())) {
+                (Some(answer), _) => answer.to_owned(),
+                (None, Some(best)) => format!("did you mean `{best}`?"),
+                (None, None) => format!("sections are {}", known().collect::<Vec<_>>().join(", ")),
+            };
             Problem::new(name.as_ref(), format!("unknown section `{name}`"))
                 .help(help)
                 .at(self.inside(key.span()))
@@ -222,33 +257,40 @@ pub(crate) fn values_of_expressions(
     text: &str,
     overrides: &[Override],
 ) -> Result<Vec<String>, Vec<Problem>> {
-    match parameters::concern(text, overrides) {
-        true => parameters::values(parsed(text, overrides)?).map_err(|mut problems| {
-            // places of overrides are not in the file
-            let inside = |span: &Range<usize>| span.end <= text.len();
-            problems
-                .iter_mut()
-                .for_each(|problem| problem.span = problem.span.take().filter(inside));
-            problems
-        }),
-        false => Ok(Vec::new()),
+    if !parameters::concern(text, overrides) {
+        return Ok(Vec::new());
     }
+    let mut table = plain(text)?;
+    let own = parameters::stated(&table);
+    replace(&mut table, text.len(), overrides)?;
+    let set = overrides.iter().filter_map(|one| one.key.strip_prefix(parameters::SECTION));
+    let set: Vec<&str> = set.filter_map(|key| key.strip_prefix('.')).collect();
+    parameters::values(table, &own, &set).map_err(|mut problems| {
+        // places of overrides are not in the file
+        let inside = |span: &Range<usize>| span.end <= text.len();
+        problems.iter_mut().for_each(|problem| problem.span = problem.span.take().filter(inside));
+        problems
+    })
 }
 
-/// The text as a table, with the overrides.
-fn parsed<'i>(text: &'i str, overrides: &'i [Override]) -> Result<DeTable<'i>, Vec<Problem>> {
-    let mut table = DeTable::parse(text).map_err(|e| vec![syntax(&e)])?.into_inner();
+/// The text as a table.
+fn plain(text: &str) -> Result<DeTable<'_>, Vec<Problem>> {
+    Ok(DeTable::parse(text).map_err(|error| vec![syntax::problem(text, &error)])?.into_inner())
+}
+
+/// Puts the values of overrides into the table of a text of `length` bytes.
+fn replace<'i>(
+    table: &mut DeTable<'i>,
+    length: usize,
+    overrides: &'i [Override],
+) -> Result<(), Vec<Problem>> {
     let mut problems = Vec::new();
-    let mut base = text.len() + 1;
+    let mut base = length + 1;
     for Override { key, value } in overrides {
-        problems.extend(set(&mut table, key, value, base).err());
+        problems.extend(set(table, key, value, base).err());
         base += value.len() + 1;
     }
-    if problems.is_empty() { Ok(table) } else { Err(problems) }
-}
-
-fn syntax(error: &toml::de::Error) -> Problem {
-    Problem::new("", error.message().lines().collect::<Vec<_>>().join("; ")).at(error.span())
+    if problems.is_empty() { Ok(()) } else { Err(problems) }
 }
 
 /// Why no model may contain this number.

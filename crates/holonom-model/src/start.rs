@@ -137,7 +137,8 @@ pub(super) fn inconsistencies(model: &Model) -> Vec<Inconsistency> {
     let tolerance = model.settings.start_tolerance * points.size(model);
     let bars = model.bars.iter().filter_map(|bar| {
         let (start, length) = (distance(points.bar(bar)), bar.length?);
-        let detail = format!("its length is {length} m, its ends start {start} m apart");
+        let detail =
+            format!("its length is {} m, its ends start {} m apart", short(length), short(start));
         missed(format!("bar.{}.length", bar.name), (start - length).abs(), tolerance, detail)
     });
     let joints = model.joints.iter().filter_map(|joint| {
@@ -176,7 +177,12 @@ fn gap(joint: &Joint, gap: Vector3<f64>) -> f64 {
 }
 
 fn triple(v: Vector3<f64>) -> String {
-    format!("({}, {}, {})", v.x, v.y, v.z)
+    format!("({}, {}, {})", short(v.x), short(v.y), short(v.z))
+}
+
+/// A length with twelve digits: what follows is rounding.
+fn short(length: f64) -> f64 {
+    format!("{length:.11e}").parse().unwrap_or(length)
 }
 
 /// Whether a name means the inertial frame.

@@ -1,6 +1,7 @@
 //! One text of the files of a model.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -10,10 +11,11 @@ use super::scope::{FRAME, Scope, meant, scopes};
 use super::tree::{POSE, Tree, parse};
 use super::writer::{Writer, key_as_toml, quoted};
 use crate::expression::renamed;
-use crate::parameters::SECTION;
+use crate::parameters::{self, SECTION};
 use crate::problem::{MAX_PROBLEMS, Problem, nearest};
 use crate::sections::{LISTS, TABLES};
 use crate::start::is_ground;
+use crate::wishes;
 
 /// Keys of a part that name other parts.
 const REFERENCES: [&str; 11] = [
@@ -45,6 +47,7 @@ pub(super) fn merge(tree: &Tree, problems: &mut Vec<(usize, Problem)>) -> Option
         framed,
         scopes,
         stated: BTreeMap::new(),
+        replaced: Vec::new(),
         head: Writer::default(),
         parameters: Writer::default(),
         parts: Writer::default(),
@@ -59,6 +62,15 @@ pub(super) fn merge(tree: &Tree, problems: &mut Vec<(usize, Problem)>) -> Option
         out.append(merge.parameters);
     }
     out.append(merge.parts);
+    if problems.is_empty() && !merge.replaced.is_empty() {
+        let used = parameters::used_in(&out.text);
+        for (name, file, place) in merge.replaced.into_iter().filter(|one| !used.contains(&one.0)) {
+            let message =
+                format!("no expression uses the parameter `{name}`: its value changes nothing");
+            let problem = Problem::new(KEY, message).help("remove it, or let an expression use it");
+            problems.push((file, problem.at(Some(place))));
+        }
+    }
     problems.is_empty().then_some(out)
 }
 
@@ -82,6 +94,8 @@ struct Merge<'a, 'i> {
     scopes: Vec<Scope>,
     /// The branch that states each parameter.
     stated: BTreeMap<String, usize>,
+    /// Parameters whose values an including file replaces: the name, that file, the place.
+    replaced: Vec<(String, usize, Range<usize>)>,
     head: Writer,
     parameters: Writer,
     parts: Writer,
@@ -151,10 +165,14 @@ impl<'a, 'i> Merge<'a, 'i> {
         for key in table.keys().filter(|key| known().all(|k| k != key.get_ref().as_ref())) {
             let name = key.get_ref();
             let problem = Problem::new(name.as_ref(), format!("unknown section `{name}`"));
-            let problem = match nearest(name, known()) {
-                Some(best) => problem.help(format!("did you mean `{best}`?")),
-                None => problem,
-            };
+            let problem =
+                problem.help(match (wishes::answer_to_section(name), nearest(name, known())) {
+                    (Some(answer), _) => answer.to_owned(),
+                    (None, Some(best)) => format!("did you mean `{best}`?"),
+                    (None, None) => {
+                        format!("sections are {}", known().collect::<Vec<_>>().join(", "))
+                    }
+                });
             self.report(index, problem.at(Some(key.span())));
         }
     }
@@ -184,6 +202,8 @@ impl<'a, 'i> Merge<'a, 'i> {
             }
             let name = format!("{}{}", self.tree.branches[index].prefix, key.get_ref());
             if !self.is_stated_above(parent, &name) {
+                let place = (self.tree.branches[parent].file, key.span());
+                self.replaced.push((name.clone(), place.0, place.1));
                 self.parameter(parent, &name, (key, value));
             }
         }

@@ -11,7 +11,7 @@ use super::{KEY, SourceFile};
 use crate::MAX_BYTES;
 use crate::problem::{MAX_PROBLEMS, Problem, nearest};
 use crate::read::folder_of;
-use crate::read_text;
+use crate::{read_text, syntax};
 
 /// Files that may include one another in a row.
 const DEEPEST: usize = 16;
@@ -155,10 +155,7 @@ impl Tree {
 pub(super) fn parse(text: &str) -> Result<DeTable<'_>, Problem> {
     match DeTable::parse(text) {
         Ok(table) => Ok(table.into_inner()),
-        Err(error) => {
-            let message = error.message().lines().collect::<Vec<_>>().join("; ");
-            Err(Problem::new("", message).at(error.span()))
-        }
+        Err(error) => Err(syntax::problem(text, &error)),
     }
 }
 
