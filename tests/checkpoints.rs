@@ -90,6 +90,39 @@ fn the_checkpoint_before_stands_in_for_a_damaged_one() {
     );
 }
 
+/// Rows that were changed, by as little as a digit, do not become part of a continued run.
+#[test]
+fn rows_that_were_changed_before_the_checkpoint_are_refused() {
+    for (case, file) in
+        [("trajectory", "trajectory.csv"), ("residuals", "residuals.csv"), ("energy", "energy.csv")]
+    {
+        let (path, _) = interrupted_chain(&format!("changed_{case}"));
+        let parent = path.parent().unwrap();
+        let name = path.join(file);
+        let good = fs::read(&name).unwrap();
+        let place =
+            good.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(1).unwrap().0 - 1;
+        let mut changed = good.clone();
+        changed[place] = if changed[place] == b'1' { b'2' } else { b'1' };
+        fs::write(&name, &changed).unwrap();
+        let output = holonom(parent, &["resume", "out", "--no-progress"]);
+        let said = words(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(
+            said.contains(file) && said.contains("rows before the checkpoint were changed"),
+            "{said}"
+        );
+        assert!(said.contains("help: run the model again"), "{said}");
+        assert_eq!(fs::read(&name).unwrap(), changed, "nothing was written");
+        fs::write(&name, &good).unwrap();
+        assert_eq!(code(parent, &["resume", "out", "--no-progress"]), 0);
+        assert!(
+            CHECKPOINTS.iter().all(|name| !path.join(name).exists()),
+            "nothing is left to continue"
+        );
+    }
+}
+
 #[test]
 fn a_foreign_checkpoint_is_refused_and_stays() {
     let (path, text) = interrupted_chain("foreign");
@@ -112,7 +145,7 @@ fn a_foreign_checkpoint_is_refused_and_stays() {
     let mut other = bytes.clone();
     other[8] = 99;
     CHECKPOINTS.iter().for_each(|name| fs::write(path.join(name), &other).unwrap());
-    refused("its format has version 99; this program reads version 3");
+    refused("its format has version 99; this program reads version 4");
     // of somebody else: neither continued from nor replaced nor removed
     CHECKPOINTS.iter().for_each(|name| fs::write(path.join(name), "my notes").unwrap());
     refused("it is not a checkpoint");

@@ -31,6 +31,8 @@ mod scene_modes;
 mod scene_pages;
 #[cfg(unix)]
 mod signals;
+#[cfg(unix)]
+mod special_files;
 mod studies;
 mod sweeps;
 mod words;

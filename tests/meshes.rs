@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::command::{self, code, holonom, words};
+use crate::interrupted::begin;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -117,21 +118,21 @@ fn a_picture_of_several_shapes_is_in_every_output() {
 #[test]
 fn a_run_continues_with_the_mesh_that_it_had() {
     let folder = folder("resume");
-    let run = ["run", "model.toml", "-q", "-o", "out", "--checkpoint-every", "5"];
-    assert_eq!(code(&folder, &run), 0);
+    assert_eq!(code(&folder, &["run", "model.toml", "-q", "-o", "whole"]), 0);
+    let model = holonom::model::ModelText::read(&folder.join("model.toml")).model(&[]).unwrap();
+    begin(&model, &folder.join("out"), (13, Some(5)));
     fs::remove_dir_all(folder.join("parts")).unwrap();
-    let summary = folder.join("out/summary.json");
-    let killed = fs::read_to_string(&summary).unwrap().replace("\"done\"", "\"running\"");
-    fs::write(&summary, &killed).unwrap();
-    let trajectory = fs::read_to_string(folder.join("out/trajectory.csv")).unwrap();
-    assert_eq!(code(&folder, &["resume", "out", "-q"]), 0);
-    assert_eq!(fs::read_to_string(folder.join("out/trajectory.csv")).unwrap(), trajectory);
-    fs::write(&summary, &killed).unwrap();
-    let name = copies(&folder.join("out")).pop_first().unwrap();
-    fs::write(folder.join("out/meshes").join(name), angle_bar() + "# changed\n").unwrap();
+    let mesh = folder.join("out/meshes").join(copies(&folder.join("out")).pop_first().unwrap());
+    fs::write(&mesh, angle_bar() + "# changed\n").unwrap();
     let output = holonom(&folder, &["resume", "out", "-q"]);
     assert_eq!(output.status.code(), Some(3));
     assert!(words(&output).contains("its content was changed"), "{}", words(&output));
+    fs::write(&mesh, angle_bar()).unwrap();
+    assert_eq!(code(&folder, &["resume", "out", "-q"]), 0);
+    let trajectory =
+        |run: &str| fs::read_to_string(folder.join(run).join("trajectory.csv")).unwrap();
+    assert_eq!(trajectory("out"), trajectory("whole"));
+    fs::write(&mesh, angle_bar() + "# changed\n").unwrap();
     assert_eq!(code(&folder, &["plot", "out"]), 0);
     let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
     assert!(page.contains("Meshes that cannot be read in the folder of the run: 1;"), "a note");
@@ -293,4 +294,31 @@ simulation = { step = 0.01, end = 0.1 }
     assert_eq!(copies(&folder.join("run")).len(), 1, "both bodies share one mesh");
     let text = fs::read_to_string(folder.join("run/model.toml")).unwrap();
     assert_eq!(text.matches("file = \"meshes/").count(), 2, "{text}");
+}
+
+/// A file in millimetres that is read as metres is far larger than the mechanism; a scale that is stated says that it is meant.
+#[test]
+fn a_mesh_in_millimetres_is_warned_of() {
+    let folder = folder("millimetres");
+    let said = |scale: &str| {
+        fs::write(folder.join("model.toml"), MODEL.replace(", scale = 0.1", scale)).unwrap();
+        words(&holonom(&folder, &["check", "model.toml"]))
+    };
+    assert!(!said(", scale = 0.1").contains("millimetres"));
+    let corner = |line: &str| {
+        let numbers = line.strip_prefix("v ")?.split(' ');
+        let large: Vec<String> =
+            numbers.map(|x| (100.0 * x.parse::<f64>().unwrap()).to_string()).collect();
+        Some(format!("v {}\n", large.join(" ")))
+    };
+    let large =
+        angle_bar().lines().map(|l| corner(l).unwrap_or(format!("{l}\n"))).collect::<String>();
+    fs::write(folder.join("parts/bar.obj"), large).unwrap();
+    let warned = said("");
+    assert!(
+        warned.contains("measures 300 m") && warned.contains("write scale = 0.001"),
+        "{warned}"
+    );
+    assert!(!said(", scale = 1.0").contains("millimetres"), "it is meant");
+    assert!(!said(", scale = 0.001").contains("millimetres"));
 }

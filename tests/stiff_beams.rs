@@ -183,6 +183,7 @@ fn a_run_whose_energy_leaves_its_band_says_so_at_once() {
         },
         checkpoint_every: None,
         report: true,
+        command: None,
     };
     let summary = run_with(&model, &mut simulation, &folder, control).unwrap().summary;
     let [(begun, words)] = &notices[..] else { panic!("{notices:?}") };

@@ -100,6 +100,7 @@ pub(crate) fn results(folder: &Path) -> Vec<(String, String)> {
             for time in ["wall_seconds", "seconds_per_step", "step_seconds"] {
                 summary[time] = Value::Null;
             }
+            summary["command"] = Value::Null; // it names the folder
             text = summary.to_string();
         }
         found.push((name, text));
@@ -129,7 +130,7 @@ pub(crate) fn control<'a>(
     progress: &'a mut dyn FnMut(u64, u64),
 ) -> Control<'a> {
     let notice = Box::leak(Box::new(|_: &str| {})); // has no size
-    Control { progress, notice, interrupted, checkpoint_every: every, report: true }
+    Control { progress, notice, interrupted, checkpoint_every: every, report: true, command: None }
 }
 
 /// Begins a run of `model`, interrupted before step `stop`.

@@ -71,7 +71,13 @@ impl InvalidModel {
         let each = problems.iter().map(|LocatedProblem { problem, file }| {
             (file.path.as_path(), file.text.as_str(), problem)
         });
-        print_each(&self.path, each, "is not a valid model");
+        let verdict = match &self.error {
+            ModelError::Unreadable { .. }
+            | ModelError::TooLarge { .. }
+            | ModelError::NotUtf8 { .. } => "cannot be read",
+            _ => "is not a valid model",
+        };
+        print_each(&self.path, each, verdict);
     }
 
     /// The problems for machines; one of an included file names it.

@@ -35,6 +35,9 @@ pub(crate) enum Failure {
     /// Code 1: a file cannot be read or written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// Code 1: the model does not fit into memory.
+    #[error("{message}")]
+    Memory { message: String },
     /// Code 1: results cannot be exported.
     #[error("{0}")]
     Export(String),
@@ -108,37 +111,26 @@ impl Failure {
                 );
                 1
             }
-            Self::Output(error @ OutputError::InUse { .. }) => {
-                say(&error.to_string(), "wait for its end, or choose another folder");
-                1
-            }
-            Self::Output(error @ OutputError::NoCheckpoint { .. }) => {
-                say(
-                    &error.to_string(),
-                    "run the model again: `holonom run MODEL -o DIR --force`; with --checkpoint-every K a run that is \
-                     killed can be continued",
-                );
-                1
-            }
             Self::Property(message) => {
                 say(message, "see the remarks above and in the certificate");
                 1
             }
-            Self::Output(error @ OutputError::Occupied { .. }) => {
-                let help = "add --force to replace it, or choose another folder with -o DIR";
-                say(&error.to_string(), help);
-                2
-            }
-            Self::Output(error @ OutputError::Foreign { .. }) => {
-                say(&error.to_string(), "move it away, or choose another folder with -o DIR");
-                2
-            }
             Self::Output(error) => {
-                say(&error.to_string(), "");
+                say(&error.to_string(), error.remedy());
+                match error {
+                    OutputError::Occupied { .. } | OutputError::Foreign { .. } => 2,
+                    _ => 1,
+                }
+            }
+            Self::Memory { message } => {
+                say(message, "write fewer bodies or elements, or take a machine with more memory");
                 1
             }
             Self::Export(message) => {
-                say(message, "");
+                say(
+                    message,
+                    "run the model again with what is missing, or choose another --format",
+                );
                 1
             }
             Self::Usage { message, help } => {
@@ -185,6 +177,9 @@ fn print_import(error: &ImportError) {
         ImportError::Refused { text, source } => {
             let path = Path::new("the translation");
             diagnostic::print(path, text, &source.problems(text), "is not a valid model");
+        }
+        ImportError::Read { path, source } => {
+            diagnostic::print(path, "", &source.problems(""), "cannot be read");
         }
         other => stderr::line(&format!("error: {other}")),
     }

@@ -1,15 +1,25 @@
 //! The folder of a finished or interrupted run, for the commands that read it.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
-use holonom::output::{LeftOut, Readable, RunFolder};
+use holonom::output::{LeftOut, OutputError, Readable, RunFolder};
 
 use crate::failure::Failure;
 use crate::stderr;
 
 /// The folder of a run as far as it can be read, with notes on what cannot.
 pub(crate) fn folder(path: &Path) -> Result<RunFolder, Failure> {
-    if path.join("summary.json").is_file() {
+    let summary = path.join("summary.json");
+    let found = summary.metadata();
+    if let Err(source) = &found
+        && source.kind() == ErrorKind::PermissionDenied
+    {
+        return Err(
+            OutputError::Io { path: summary, source: ErrorKind::PermissionDenied.into() }.into()
+        );
+    }
+    if found.is_ok_and(|file| file.is_file()) {
         let Readable { folder, left_out } = RunFolder::open(path).readable()?;
         for LeftOut { file, rows, torn } in left_out {
             let rows = (rows > 0).then(|| format!("{rows} rows that other files lack"));

@@ -8,7 +8,7 @@ use holonom::{Model, ModelError, Override};
 use crate::arguments::ModelArguments;
 use crate::diagnostic::InvalidModel;
 use crate::failure::Failure;
-use crate::stdout;
+use crate::{memory, stdout};
 
 /// A model file, as far as it could be read.
 pub(crate) struct Input<'a> {
@@ -46,7 +46,11 @@ impl<'a> Input<'a> {
         make: impl FnOnce(&Model) -> Result<T, ModelError>,
     ) -> Result<(ModelText, Model, T), Failure> {
         let text = ModelText::read(&self.arguments.model);
-        let assembled = text.model(&self.overrides).and_then(|model| {
+        let model = text.model(&self.overrides);
+        if let Ok(model) = &model {
+            memory::check(model)?;
+        }
+        let assembled = model.and_then(|model| {
             let made = make(&model)?;
             Ok((model, made))
         });

@@ -22,6 +22,7 @@ mod folder;
 mod human;
 mod import;
 mod input;
+mod memory;
 mod modes;
 mod picture;
 mod plot;
@@ -42,14 +43,12 @@ pub use captured::Called;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use arguments::Cli;
 
 /// Does what the command line of this process asks for.
 #[must_use]
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::read(std::env::args_os()) {
         Ok(cli) => cli,
         Err(error) => {
             let _ = error.print(); // a closed terminal is no reason to fail differently

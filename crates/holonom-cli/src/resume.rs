@@ -50,6 +50,7 @@ pub(crate) fn resume(arguments: &Resume) -> Result<(), Failure> {
 
 /// A run that is complete: draws it if it was killed before that was done.
 fn complete(folder: &RunFolder) -> Result<(), Failure> {
+    folder.remove_outdated_checkpoints()?; // of a run that was killed before it did
     let dir = folder.path().display();
     if report::is_current(folder) {
         stderr::line(&format!(

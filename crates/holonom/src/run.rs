@@ -6,8 +6,8 @@ use std::time::Instant;
 use holonom_model::{Model, ModelError, Scheme};
 use holonom_sim::experiment::Experiment;
 use holonom_sim::output::{
-    CHECKPOINTS, Checkpoint, Ended, Interruption, OutputError, Recorder, RunFolder, Summary,
-    SummaryBuilder,
+    CHECKPOINTS, Checkpoint, Ended, Interruption, OutputError, Recorder, RunFolder, Status,
+    Summary, SummaryBuilder,
 };
 use holonom_sim::sample::Sample;
 use holonom_sim::simulation::{ResumeError, RunOutcome, Simulation};
@@ -45,6 +45,8 @@ pub struct Control<'a> {
     pub checkpoint_every: Option<u64>,
     /// Whether plots and a report are drawn at the end.
     pub report: bool,
+    /// The command that was given, for the page; a run that is continued keeps its own.
+    pub command: Option<String>,
 }
 
 impl std::fmt::Debug for Control<'_> {
@@ -69,7 +71,8 @@ pub fn run(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Finished, OutputError> {
     let (notice, interrupted) = (&mut |_: &str| {}, &mut || false);
-    let control = Control { progress, notice, interrupted, checkpoint_every: None, report: true };
+    let (checkpoint_every, report, command) = (None, true, None);
+    let control = Control { progress, notice, interrupted, checkpoint_every, report, command };
     run_with(model, simulation, folder, control)
 }
 
@@ -85,7 +88,8 @@ pub fn run_with(
     control: Control<'_>,
 ) -> Result<Finished, OutputError> {
     let text = folder.write_model(model)?;
-    let recorder = Recorder::new(folder, simulation, SummaryBuilder::default())?;
+    let summary = SummaryBuilder::of(control.command.clone());
+    let recorder = Recorder::new(folder, simulation, summary)?;
     let clock = Clock::new(simulation, 0.0);
     Run { model, text, folder, recorder, clock, last: None }.go(simulation, control)
 }
@@ -170,7 +174,7 @@ impl Run<'_> {
         simulation: &mut dyn Experiment,
         control: Control<'_>,
     ) -> Result<Finished, OutputError> {
-        let Control { progress, notice, interrupted, checkpoint_every, report } = control;
+        let Control { progress, notice, interrupted, checkpoint_every, report, .. } = control;
         let every = checkpoint_every.filter(|_| simulation.statics().is_none());
         self.write_summary(simulation, Ended::Not(simulation.place()))?;
         loop {
@@ -244,6 +248,9 @@ impl Run<'_> {
         let mut files = self.files();
         if report {
             files.extend(holonom_report::write(self.folder)?);
+        }
+        if summary.status == Status::Done {
+            self.folder.remove_outdated_checkpoints()?;
         }
         Ok(Finished { summary, files })
     }

@@ -31,6 +31,7 @@ pub fn run_point(
         interrupted,
         checkpoint_every: None,
         report: false,
+        command: None,
     };
     let finished = RunFolder::create(point.folder, true)
         .and_then(|folder| run_with(&model, &mut *simulation, &folder, control));

@@ -17,14 +17,15 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use fnv::FnvHasher;
+use holonom_model::read_regular;
 use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_with_limit};
 use serde::{Deserialize, Serialize};
 
-use super::file::{OutputError, at};
+use super::file::{LARGEST, OutputError, at};
 use super::pictures::is_there;
-use super::row_file::check_length;
 use super::summary::SummaryBuilder;
+use super::written::Written;
 use crate::run_state::RunState;
 
 /// Names of the newest checkpoint of a folder and of the one before.
@@ -37,7 +38,7 @@ pub(super) const TEMPORARY: &str = "checkpoint.tmp";
 const FILES: [&str; 4] = [CHECKPOINTS[0], CHECKPOINTS[1], REFUSED, TEMPORARY];
 
 const MAGIC: [u8; 8] = *b"holonom\x1a";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const HEAD: usize = 36;
 const LEVEL: u8 = 1; // of the compression
 /// Most bytes of a payload that is not compressed: thirty times the state of 100,000 bodies.
@@ -56,8 +57,8 @@ pub struct Checkpoint {
     pub run: RunState,
     /// The run in numbers so far.
     pub summary: SummaryBuilder,
-    /// The files of rows with the bytes that belong to it.
-    pub files: Vec<(String, u64)>,
+    /// The files of rows, with what belongs to it of each.
+    pub files: Vec<(String, Written)>,
 }
 
 /// Why a checkpoint is refused.
@@ -152,13 +153,13 @@ impl Checkpoint {
         postcard::from_bytes(&payload).map_err(unreadable)
     }
 
-    /// Reads a file and compares the lengths of the files of rows in its folder.
+    /// Reads a file and compares what the files of rows in its folder have up to it.
     pub(super) fn read(folder: &Path, name: &str, model: &str) -> Result<Self, CheckpointError> {
-        let bytes = fs::read(folder.join(name));
+        let bytes = read_regular(&folder.join(name), LARGEST);
         let bytes = bytes.map_err(|error| CheckpointError::Io(error.to_string()))?;
         let read = Self::decode(&bytes, model)?;
-        for (file, length) in &read.files {
-            check_length(&folder.join(file), *length).map_err(|error| CheckpointError::Rows {
+        for (file, written) in &read.files {
+            written.check(&folder.join(file)).map_err(|error| CheckpointError::Rows {
                 file: file.clone(),
                 reason: error.to_string(),
             })?;
@@ -189,6 +190,16 @@ pub(super) fn check_before(folder: &Path) -> Result<(), OutputError> {
     for path in FILES.map(|name| folder.join(name)) {
         if is_there(&path) && !is_ours(&path).map_err(|e| at(&path, e))? {
             return Err(OutputError::Foreign { path });
+        }
+    }
+    Ok(())
+}
+
+/// Removes the checkpoints of a run that is complete; one that was refused stays.
+pub(super) fn remove_outdated(folder: &Path) -> Result<(), OutputError> {
+    for path in CHECKPOINTS.map(|name| folder.join(name)) {
+        if is_there(&path) && is_ours(&path).map_err(|e| at(&path, e))? {
+            fs::remove_file(&path).map_err(|e| at(&path, e))?;
         }
     }
     Ok(())

@@ -3,6 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+/// The largest file that is read as a whole, bytes.
+pub(crate) const LARGEST: u64 = 1 << 30;
+
 /// Errors of the files of a run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -59,6 +62,53 @@ pub enum OutputError {
         /// What is wrong.
         reason: String,
     },
+}
+
+impl OutputError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Occupied { .. } => {
+                "add --force to replace it, or choose another folder with -o DIR"
+            }
+            Self::Foreign { .. } => "move it away, or choose another folder with -o DIR",
+            Self::InUse { .. } => "wait for its end, or choose another folder",
+            Self::NoCheckpoint { .. } => {
+                "run the model again: `holonom run MODEL -o DIR --force`; with --checkpoint-every K a run that is \
+                 killed can be continued"
+            }
+            Self::Io { source, .. } => remedy(source),
+            Self::Summary { .. } => {
+                "name the folder of a run; if the file was changed, run the model again with --force"
+            }
+            Self::Plot { .. } => {
+                "choose other columns or another format; `holonom plot DIR --list` lists the columns"
+            }
+        }
+    }
+}
+
+/// What to do about an error of the operating system, or about a file that cannot be read.
+fn remedy(error: &io::Error) -> &'static str {
+    use io::ErrorKind as Kind;
+    match error.kind() {
+        Kind::NotFound => "check the path: no such file or folder exists",
+        Kind::PermissionDenied | Kind::ReadOnlyFilesystem => {
+            "allow this user to read or write it, or choose another folder with -o DIR"
+        }
+        Kind::StorageFull | Kind::QuotaExceeded => {
+            "make room on the disk, or record fewer rows with --every K"
+        }
+        Kind::AlreadyExists | Kind::NotADirectory | Kind::IsADirectory | Kind::InvalidInput => {
+            "name a regular file where a file is read, a folder where a folder is"
+        }
+        Kind::InvalidData | Kind::UnexpectedEof => {
+            "the file is not as this program writes it: run the model again with --force"
+        }
+        Kind::InvalidFilename => "choose a shorter path",
+        _ => "check the file and the disk it is on",
+    }
 }
 
 fn no_checkpoint(folder: &Path) -> String {

@@ -10,7 +10,7 @@ use super::beams::BeamWriter;
 use super::checkpoint::{self, Checkpoint};
 use super::csv::{Trajectory, TrajectoryWriter};
 use super::energy::EnergyWriter;
-use super::file::{OutputError, at, write_atomically};
+use super::file::{LARGEST, OutputError, at, write_atomically};
 use super::frames::{FrameReader, Frames};
 use super::lock::Lock;
 use super::meshes;
@@ -21,10 +21,11 @@ use super::row_file::RowFile;
 use super::sensors::SensorWriter;
 use super::summary::{Status, Summary};
 use super::time_series::TimeSeries;
+use super::written::Written;
 use crate::beams::Beams;
 use crate::sample::{Member, MomentaNames};
 use crate::sensor::Column;
-use holonom_model::Columns;
+use holonom_model::{Columns, read_regular_text};
 
 /// Files that make a folder one of ours.
 const FILES: [&str; 9] = [
@@ -59,6 +60,7 @@ pub struct Readable {
 pub struct RunFolder {
     path: PathBuf,
     lengths: BTreeMap<String, u64>, // bytes of files of rows that count; all where none are stated
+    written: BTreeMap<String, Written>, // what files of rows have at a checkpoint
     _lock: Option<Arc<Lock>>,       // held as long as a folder that is written to exists
 }
 
@@ -126,7 +128,8 @@ impl RunFolder {
     /// The folder of an earlier run.
     #[must_use]
     pub fn open(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into(), lengths: BTreeMap::new(), _lock: None }
+        let (lengths, written) = (BTreeMap::new(), BTreeMap::new());
+        Self { path: path.into(), lengths, written, _lock: None }
     }
 
     /// The folder of an earlier run that is to be continued. No other program gets it as long as this object or a copy of
@@ -156,8 +159,23 @@ impl RunFolder {
     /// The folder at a checkpoint: files of rows are continued after the bytes that belong to it.
     #[must_use]
     pub fn at(mut self, checkpoint: &Checkpoint) -> Self {
-        self.lengths = checkpoint.files.iter().cloned().collect();
+        self.written = checkpoint.files.iter().cloned().collect();
+        let lengths = self.written.iter().map(|(name, written)| (name.clone(), written.bytes));
+        self.lengths = lengths.collect();
         self
+    }
+
+    /// What a file of rows has at the checkpoint of the folder; nothing without one.
+    pub(super) fn written(&self, name: &str) -> Written {
+        self.written.get(name).copied().unwrap_or_default()
+    }
+
+    /// Removes the checkpoints of a run that is complete: there is nothing to continue.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn remove_outdated_checkpoints(&self) -> Result<(), OutputError> {
+        checkpoint::remove_outdated(&self.path)
     }
 
     /// A file of rows, new or continued.
@@ -341,7 +359,7 @@ impl RunFolder {
     /// [`OutputError::Io`], [`OutputError::Summary`].
     pub fn summary(&self) -> Result<Summary, OutputError> {
         let path = self.path.join("summary.json");
-        let text = fs::read_to_string(&path).map_err(|e| at(&path, e))?;
+        let text = read_regular_text(&path, LARGEST).map_err(|e| at(&path, e))?;
         serde_json::from_str(&text).map_err(|source| OutputError::Summary { path, source })
     }
 

@@ -1,7 +1,7 @@
 //! Checkpoints of a folder: the newest and the one before.
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{self, Write};
 
 use super::checkpoint::{CHECKPOINTS, Checkpoint, REFUSED, TEMPORARY};
 use super::file::{OutputError, at};
@@ -34,6 +34,10 @@ impl RunFolder {
             let bytes = checkpoint.encode(model)?;
             for (file, _) in &checkpoint.files {
                 File::options().append(true).open(self.path().join(file))?.sync_data()?;
+            }
+            if temporary.symlink_metadata().is_ok_and(|found| !found.is_file()) {
+                let message = format!("{TEMPORARY} is no regular file");
+                return Err(io::Error::new(io::ErrorKind::AlreadyExists, message)); // a pipe would block
             }
             let mut file = File::create(&temporary)?;
             file.write_all(&bytes).and_then(|()| file.sync_all()).inspect_err(|_| {

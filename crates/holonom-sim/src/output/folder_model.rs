@@ -1,11 +1,10 @@
 //! The model of a run in its folder, with its meshes.
 
-use std::fs;
 use std::path::Path;
 
-use holonom_model::{Meshes, Model, ModelError};
+use holonom_model::{Meshes, Model, ModelError, read_regular_text};
 
-use super::file::OutputError;
+use super::file::{LARGEST, OutputError};
 use super::folder::{MODEL, RunFolder};
 use super::meshes;
 
@@ -13,7 +12,7 @@ impl RunFolder {
     /// The text of `model.toml`; empty when there is none.
     #[must_use]
     pub fn model_text(&self) -> String {
-        fs::read_to_string(self.path().join(MODEL)).unwrap_or_default()
+        read_regular_text(&self.path().join(MODEL), LARGEST).unwrap_or_default()
     }
 
     /// The model in `model.toml`, with the meshes of the folder; one that cannot be read is left out.

@@ -32,8 +32,10 @@ mod recorder;
 mod row_file;
 mod rows;
 mod sensors;
+mod size;
 mod summary;
 mod time_series;
+mod written;
 
 pub use beams::BeamWriter;
 pub use checkpoint::{CHECKPOINTS, Checkpoint, CheckpointError};
@@ -49,8 +51,10 @@ pub use readable::{LeftOut, Lines, RowReader};
 pub use recorder::Recorder;
 pub use row_file::RowFile;
 pub use sensors::SensorWriter;
+pub use size::OutputSize;
 pub use summary::{
     ConstraintSummary, Ended, EnergySummary, Interruption, Maximum, MomentumSummary, NewtonSummary,
     Status, Summary, SummaryBuilder, larger,
 };
 pub use time_series::TimeSeries;
+pub use written::Written;

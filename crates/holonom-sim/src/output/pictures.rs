@@ -4,9 +4,11 @@
 //! nor replaced, whatever its name. A folder of pictures that is a symbolic link leads out of the run and
 //! is refused.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+
+use holonom_model::open_regular;
 
 use super::file::{OutputError, at, write_atomically};
 
@@ -15,7 +17,7 @@ const MARK: &str = "<!-- drawn by holonom -->\n";
 
 /// Whether a picture bears the mark.
 fn is_ours(path: &Path) -> io::Result<bool> {
-    let mut file = File::open(path)?;
+    let mut file = open_regular(path)?;
     let length = file.metadata()?.len();
     let mark = MARK.len() as u64;
     if length < mark {

@@ -4,13 +4,14 @@
 //! them perhaps within a row. The nodes that all files have are read, and the rest is left out.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Take};
 use std::path::Path;
 use std::str::FromStr;
 
 use super::csv::invalid;
 use csv::{Reader, ReaderBuilder, StringRecord};
+use holonom_model::open_regular;
 
 /// A file of rows as far as it is read.
 pub type RowReader = Reader<Take<File>>;
@@ -76,7 +77,7 @@ pub(super) fn readable(
 
 /// Whether a file is empty or its last row is whole.
 fn ends_with_a_row(path: &Path) -> io::Result<bool> {
-    let mut file = File::open(path)?;
+    let mut file = open_regular(path)?;
     let mut last = [b'\n'];
     if file.metadata()?.len() > 0 {
         file.seek(SeekFrom::End(-1))?;
@@ -88,7 +89,7 @@ fn ends_with_a_row(path: &Path) -> io::Result<bool> {
 impl Extent {
     /// Up to the last row, or to the last of the steps that all files have (`Some(None)`: the header alone).
     fn read(path: &Path, upto: Option<Option<u64>>) -> io::Result<Self> {
-        let mut reader = BufReader::new(File::open(path)?);
+        let mut reader = BufReader::new(bounded(path)?);
         let mut row = Vec::new();
         let mut found = Self::default();
         let mut end = reader.read_until(b'\n', &mut row)? as u64;
@@ -120,11 +121,16 @@ impl Extent {
 
 /// A file of rows up to a length.
 pub(super) fn open(path: &Path, length: Option<u64>) -> io::Result<Take<File>> {
-    let length = match length {
-        Some(length) => length,
-        None => fs::metadata(path)?.len(),
-    };
-    Ok(File::open(path)?.take(length))
+    let file = bounded(path)?;
+    let all = file.limit();
+    Ok(file.into_inner().take(length.unwrap_or(all)))
+}
+
+/// A regular file up to its present length: one that grows while it is read has an end all the same.
+fn bounded(path: &Path) -> io::Result<Take<File>> {
+    let file = open_regular(path)?;
+    let length = file.metadata()?.len();
+    Ok(file.take(length))
 }
 
 /// A file of rows, line by line: nobody looks at the fields of a row that is passed over.
@@ -235,6 +241,7 @@ pub(super) fn end<'a>(mut fields: impl Iterator<Item = &'a [u8]>) -> io::Result<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn the_nodes_that_all_files_have_are_read() {

@@ -1,6 +1,5 @@
 //! Everything that a run writes row by row, and its summary so far.
 
-use std::fs;
 use std::io;
 
 use super::beams::BeamWriter;
@@ -13,6 +12,7 @@ use super::momenta::MomentaWriter;
 use super::row_file::RowFile;
 use super::sensors::SensorWriter;
 use super::summary::SummaryBuilder;
+use super::written::Written;
 use crate::experiment::Experiment;
 use crate::run_state::RunState;
 use crate::sample::Sample;
@@ -28,6 +28,7 @@ pub struct Recorder {
     energies: Option<EnergyWriter<RowFile>>,
     summary: SummaryBuilder,
     files: Vec<&'static str>,
+    written: Vec<Written>, // of the files, at the last checkpoint
 }
 
 impl Recorder {
@@ -55,8 +56,9 @@ impl Recorder {
         ];
         let mut files = vec!["trajectory.csv", "residuals.csv"];
         files.extend(others.into_iter().filter(|(there, _)| *there).map(|(_, name)| name));
+        let written = files.iter().map(|name| folder.written(name)).collect();
         let folder = folder.clone();
-        Ok(Self { folder, trajectory, sensors, beams, momenta, energies, summary, files })
+        Ok(Self { folder, trajectory, sensors, beams, momenta, energies, summary, files, written })
     }
 
     /// Names of the files.
@@ -111,12 +113,12 @@ impl Recorder {
         wall_seconds: f64,
     ) -> Result<Checkpoint, OutputError> {
         self.flush()?;
-        let length = |name: &&str| {
+        for (name, written) in self.files.iter().zip(&mut self.written) {
             let path = self.folder.path().join(name);
-            let length = fs::metadata(&path).map_err(|e| at(&path, e))?.len();
-            Ok(((*name).to_owned(), length))
-        };
-        let files = self.files.iter().map(length).collect::<Result<_, OutputError>>()?;
+            *written = written.continued(&path).map_err(|e| at(&path, e))?;
+        }
+        let names = self.files.iter().map(|name| (*name).to_owned());
+        let files = names.zip(self.written.iter().copied()).collect();
         let version = env!("CARGO_PKG_VERSION").to_owned();
         Ok(Checkpoint { version, every, wall_seconds, run, summary: self.summary.clone(), files })
     }

@@ -2,9 +2,10 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::csv::invalid;
+use super::written::check_length;
 
 /// A file of rows that is being written.
 ///
@@ -56,19 +57,6 @@ impl RowFile {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         io::Error::new(error.kind(), format!("{name}: {error}"))
     }
-}
-
-/// Refuses a file with fewer than `length` bytes, or without a row that ends there.
-pub(super) fn check_length(path: &Path, length: u64) -> io::Result<()> {
-    let mut file = File::open(path)?;
-    let found = file.metadata()?.len();
-    if found < length {
-        return Err(invalid(&format!("{found} bytes where {length} were written")));
-    }
-    let mut last = [0];
-    file.seek(SeekFrom::Start(length.saturating_sub(1)))?;
-    file.read_exact(&mut last)?;
-    if last == [b'\n'] { Ok(()) } else { Err(invalid(&format!("no row ends at byte {length}"))) }
 }
 
 impl Write for RowFile {

@@ -127,6 +127,9 @@ fn numbers<'de, D: Deserializer<'de>>(json: D) -> Result<[f64; 3], D::Error> {
 pub struct Summary {
     /// Name of the model.
     pub model: String,
+    /// The command that was given, where the program ran it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<String>,
     /// How the run ended.
     pub status: Status,
     /// Why it ended before its time.
@@ -209,6 +212,7 @@ pub struct SummaryBuilder {
     linear: [f64; 3],
     angular: [f64; 3],
     residuals: [f64; 3],
+    command: Option<String>,
 }
 
 /// What later nodes are compared with.
@@ -231,6 +235,12 @@ pub enum Ended<'a> {
 }
 
 impl SummaryBuilder {
+    /// Of a run that begins with a command.
+    #[must_use]
+    pub fn of(command: Option<String>) -> Self {
+        Self { command, ..Self::default() }
+    }
+
     /// Takes one node.
     pub fn record(&mut self, sample: &Sample) {
         let Sample { step, hamiltonian, momentum, .. } = *sample;
@@ -302,6 +312,7 @@ impl SummaryBuilder {
         };
         Summary {
             model: model.header.name.clone(),
+            command: self.command.clone(),
             status,
             failure,
             interruption,

@@ -2,13 +2,16 @@
 
 use super::FILES;
 use super::plan::{Plan, Sampling, Shard, Values, Variation};
-use holonom_model::Override;
+use holonom_model::{Override, open_regular, read_regular, read_regular_text};
 use holonom_report::command_line;
 use holonom_sim::output::{Lock, OutputError};
 use serde::{Deserialize, Serialize};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
+/// The largest file that is read, bytes.
+const LARGEST: u64 = 1 << 30;
 
 /// What a sweep is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,7 +54,7 @@ impl Description {
     /// That of the sweep in a folder; `None` where there is none.
     pub(super) fn of(folder: &Path) -> Result<Option<Self>, OutputError> {
         let path = folder.join(FILES[0]);
-        match fs::read_to_string(&path) {
+        match read_regular_text(&path, LARGEST) {
             Ok(text) => {
                 let read = serde_json::from_str(&text);
                 Ok(Some(read.map_err(|source| OutputError::Summary { path, source })?))
@@ -124,10 +127,14 @@ impl Manifest {
     pub(super) fn open(folder: &Path, shard: Shard) -> Result<Self, OutputError> {
         let path = folder.join(name(shard));
         let io = |source| OutputError::Io { path: path.clone(), source };
+        match open_regular(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(io(error)),
+            _ => {} // to append to a pipe would block
+        }
         let file =
             OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(io)?;
         let file = Lock::take(file, folder)?;
-        let text = fs::read(&path).map_err(io)?;
+        let text = read_regular(&path, LARGEST).map_err(io)?;
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
         file.file().set_len(whole as u64).map_err(io)?;
         Ok(Self { path, file })
@@ -162,7 +169,7 @@ pub(super) fn entries(folder: &Path) -> Result<Vec<Entry>, OutputError> {
     let io = |path: &Path, source| OutputError::Io { path: path.to_owned(), source };
     let mut entries: Vec<Entry> = Vec::new();
     for path in files(folder)? {
-        let text = fs::read_to_string(&path).map_err(|e| io(&path, e))?;
+        let text = read_regular_text(&path, LARGEST).map_err(|e| io(&path, e))?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         for line in whole.lines() {
             let entry = serde_json::from_str(line);

@@ -1,6 +1,6 @@
 //! The run of a small model that files, states and checkpoints to mutate come from.
 
-use holonom::output::{Checkpoint, SummaryBuilder};
+use holonom::output::{Checkpoint, SummaryBuilder, Written};
 use holonom::{Model, RunFolder, RunState, Simulation, run};
 use std::convert::Infallible;
 use std::path::Path;
@@ -39,7 +39,7 @@ pub(super) fn checkpoint(model: &Model, run: RunState) -> Result<Vec<u8>, String
         wall_seconds: 0.5,
         run,
         summary: SummaryBuilder::default(),
-        files: vec![("trajectory.csv".to_owned(), 10)],
+        files: vec![("trajectory.csv".to_owned(), Written { bytes: 10, hash: 0 })],
     };
     checkpoint.encode(&model.to_toml()).map_err(|error| error.to_string())
 }
@@ -55,6 +55,7 @@ pub(super) fn run_into(folder: &Path, model: &Model) -> Result<(), String> {
         interrupted: &mut || false,
         checkpoint_every: Some(3),
         report: false,
+        command: None,
     };
     let finished = run::run_with(model, &mut *experiment, &folder, control);
     finished.map(drop).map_err(|error| words(&error))

@@ -1,0 +1,76 @@
+//! Whether a model fits into memory: an allocation that fails ends a program without a word.
+
+use std::fs;
+
+use holonom::Model;
+use holonom::model::Beam;
+
+use crate::failure::Failure;
+
+/// Bytes that a body, a node of a beam or a point mass takes at least, assembled.
+const EACH: u64 = 8_000;
+
+/// Refuses a model that needs more memory than there is, where the system tells how much that is.
+pub(crate) fn check(model: &Model) -> Result<(), Failure> {
+    match available() {
+        Some(available) => fits(members(model), available),
+        None => Ok(()),
+    }
+}
+
+fn members(model: &Model) -> u64 {
+    let nodes: usize = model.beams.iter().map(Beam::node_count).sum();
+    (model.bodies.len() + model.particles.len() + nodes) as u64
+}
+
+fn fits(members: u64, available: u64) -> Result<(), Failure> {
+    let needed = members.saturating_mul(EACH);
+    if needed <= available {
+        return Ok(());
+    }
+    let [needed, available] =
+        [needed, available].map(|bytes| format!("{:.1} GB", bytes as f64 / 1e9));
+    Err(Failure::Memory {
+        message: format!(
+            "the {members} bodies, nodes and point masses of the model take at least {needed} of memory, and {available} are \
+             available"
+        ),
+    })
+}
+
+/// Memory that this process may still take, bytes: of the machine, of its group, of its address space.
+fn available() -> Option<u64> {
+    let machine =
+        number(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:").map(|kib| kib << 10);
+    let limit = fs::read_to_string("/proc/self/limits").ok();
+    let space = limit.and_then(|text| number(&text, "Max address space"));
+    let group = || {
+        let bytes = |name: &str| -> Option<u64> {
+            fs::read_to_string(format!("/sys/fs/cgroup/{name}")).ok()?.trim().parse().ok()
+        };
+        Some(bytes("memory.max")?.saturating_sub(bytes("memory.current")?))
+    };
+    [machine, space, group()].into_iter().flatten().min()
+}
+
+/// The number that follows a word at the beginning of a line.
+fn number(text: &str, word: &str) -> Option<u64> {
+    let rest = text.lines().find_map(|line| line.strip_prefix(word))?;
+    rest.split_whitespace().next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_that_does_not_fit_is_refused_in_words() {
+        assert!(fits(1_000_000, 16 << 30).is_ok());
+        let refused = fits(1_000_000, 4 << 30).expect_err("too large").to_string();
+        assert!(refused.contains("1000000 bodies") && refused.contains("8.0 GB"), "{refused}");
+        let text = "MemTotal:       24678 kB\nMemAvailable:   16777216 kB\n";
+        assert_eq!(number(text, "MemAvailable:"), Some(16_777_216));
+        let limits = "Max address space         unlimited            unlimited            bytes\n";
+        assert_eq!(number(limits, "Max address space"), None);
+    }
+}
