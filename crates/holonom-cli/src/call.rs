@@ -2,8 +2,6 @@
 
 use std::ffi::OsString;
 
-use clap::Parser;
-
 use crate::arguments::{Cli, Verb};
 use crate::captured::{Called, capture};
 use crate::dispatch;
@@ -23,7 +21,7 @@ impl Call {
     /// # Errors
     /// The answer to one that is not understood, or that asks for help.
     pub fn new(words: impl IntoIterator<Item = OsString>) -> Result<Self, Called> {
-        Cli::try_parse_from(words).map(|cli| Self(cli.verb)).map_err(|error| {
+        Cli::read(words).map(|cli| Self(cli.verb)).map_err(|error| {
             let code = u8::try_from(error.exit_code()).unwrap_or(2);
             let said = error.render().to_string().into_bytes();
             match error.use_stderr() {
@@ -65,6 +63,10 @@ mod tests {
         let unknown = called(&["examples", "pendulun"]);
         let text = String::from_utf8_lossy(&unknown.error).into_owned();
         assert!(unknown.code == 2 && text.contains("`pendulum`"), "{text}");
+        for (word, meant) in [("rn", "'run'"), ("chek", "'check'"), ("sim", "Usage")] {
+            let text = String::from_utf8_lossy(&called(&[word]).error).into_owned();
+            assert!(text.contains(meant), "{word}: {text}");
+        }
         let refused = called(&["runn"]);
         assert!(refused.code == 2 && !refused.error.is_empty() && refused.output.is_empty());
         let help = called(&["--help"]);

@@ -3,6 +3,7 @@
 use holonom::experiment::Experiment;
 use holonom::export::configuration;
 use holonom::model::{Model, ModelError};
+use holonom::output::OutputSize;
 use holonom::report::{Assembled, configuration_page};
 use serde_json::json;
 
@@ -38,18 +39,22 @@ pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     }
     let written = [("page", &arguments.page), ("picture", &arguments.picture)];
     let written = written.iter().filter_map(|(key, file)| Some((*key, file.as_ref()?)));
+    let size = OutputSize::of(simulation.as_ref(), &model.settings);
     if arguments.json {
+        let mut assembly = simulation.assembly().clone();
+        assembly.warnings.extend(size.warning());
         let mut found = json!({
             "valid": true,
             "file": arguments.model.model.display().to_string(),
             "model": model.header.name,
             "steps": model.settings.steps(),
-            "assembly": simulation.assembly(),
+            "assembly": assembly,
+            "output": size,
         });
         written.for_each(|(key, file)| found[key] = file.display().to_string().into());
         return stdout::json(&found);
     }
-    stderr::print(&human::assembly(&model, simulation.assembly()));
+    stderr::print(&human::assembly(&model, simulation.assembly(), size));
     written.for_each(|(_, file)| stderr::line(&format!("  written: {}", file.display())));
     Ok(())
 }

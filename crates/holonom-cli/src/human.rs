@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use holonom::AssemblyReport;
 use holonom::model::{HighOrder, Model, Scheme, Settings};
-use holonom::output::Summary;
-use holonom::report::{counts, facts, rounded};
+use holonom::output::{OutputSize, Summary};
+use holonom::report::{counted, counts, facts, rounded, time};
 use holonom::run::Finished;
 
 /// Characters of a line of a paragraph.
@@ -74,11 +74,11 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
         ),
     ];
     let ranges =
-        [("masses", measures.masses, "kg"), ("moments of inertia", measures.inertias, "kg m²")];
+        [("masses", measures.masses, "kg"), ("moments of inertia", measures.inertias, "kg·m²")];
     let stiffnesses = [
         ("stiffness of springs", measures.stiffnesses, "N/m"),
-        ("stiffness about joints", measures.angular_stiffnesses, "N m/rad"),
-        ("bending stiffness", measures.bending_stiffnesses, "N m²"),
+        ("stiffness about joints", measures.angular_stiffnesses, "N·m/rad"),
+        ("bending stiffness", measures.bending_stiffnesses, "N·m²"),
         ("extensional stiffness", measures.extensional_stiffnesses, "N"),
     ];
     let ranges = ranges.into_iter().filter(|(_, range, _)| range.is_some_and(|[a, b]| a < b));
@@ -136,32 +136,41 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
 }
 
 /// The same as lines for a terminal.
-pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
+pub(crate) fn assembly(model: &Model, report: &AssemblyReport, size: OutputSize) -> String {
     let mut text = format!("{}: valid\n", model.header.name);
-    for (subject, finding) in findings(model, report) {
+    let recorded = [("recorded", size.words())];
+    for (subject, finding) in findings(model, report).into_iter().chain(recorded) {
         let _ = writeln!(text, "  {subject:26}  {finding}");
     }
-    for warning in &report.warnings {
+    for warning in report.warnings.iter().chain(&size.warning()) {
         let _ = writeln!(text, "  warning: {warning}");
     }
     text
 }
 
 fn plan(settings: &Settings) -> String {
-    let (steps, step, scheme) = (settings.steps(), settings.step, settings.scheme.name());
+    let (steps, scheme) = (settings.steps(), settings.scheme.name());
+    let [step, end] = [settings.step, settings.end].map(time);
     match settings.scheme {
         Scheme::Static if settings.arc_length => {
-            format!("scheme {scheme}, by arc length to t = {}", settings.end)
+            format!("scheme {scheme}, by arc length to t = {end}")
         }
         Scheme::Static => {
-            format!("scheme {scheme}, {steps} steps of the loads' time to t = {}", settings.end)
+            format!(
+                "scheme {scheme}, {} of the loads' time to t = {end}",
+                counted(steps, "step", "steps")
+            )
         }
         _ => {
             let method = match settings.method {
                 HighOrder::Galerkin => " (Galerkin)",
                 HighOrder::Composition => "",
             };
-            format!("{steps} steps of {step} s, scheme {scheme}, order {}{method}", settings.order)
+            format!(
+                "{} of {step} s, scheme {scheme}, order {}{method}",
+                counted(steps, "step", "steps"),
+                settings.order
+            )
         }
     }
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use holonom::import::{Base, ImportError, Imported, Options, import as translate};
 use holonom::output::{OutputError, atomically};
+use holonom::run::prepare;
 use serde_json::{Value, json};
 
 use crate::arguments::Import;
@@ -34,8 +35,10 @@ pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
     };
     atomically(&file, |temporary| std::fs::write(temporary, &imported.text))
         .map_err(|source| OutputError::Io { path: file.clone(), source })?;
+    let warnings = prepare(&imported.model).map(|found| found.assembly().warnings.clone());
+    let warnings = warnings.unwrap_or_default(); // what cannot be assembled is told by `check`
     if arguments.json {
-        return stdout::json(&report(&imported, arguments, &file.display().to_string()));
+        return stdout::json(&report(&imported, &warnings, arguments, &file.display().to_string()));
     }
     let Imported { model, remarks, .. } = &imported;
     let (bodies, joints) = (model.bodies.len(), model.joints.len());
@@ -44,6 +47,7 @@ pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
         stderr::line("not translated, or in another form:");
         remarks.iter().for_each(|remark| stderr::line(&format!("  {remark}")));
     }
+    warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
     stderr::line(&format!(
         "{}: bodies {bodies}, joints {joints}, constraints {constraints}",
         file.display()
@@ -51,7 +55,7 @@ pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
     Ok(())
 }
 
-fn report(imported: &Imported, arguments: &Import, file: &str) -> Value {
+fn report(imported: &Imported, warnings: &[String], arguments: &Import, file: &str) -> Value {
     let Imported { model, remarks, .. } = imported;
     json!({
         "valid": true,
@@ -62,6 +66,7 @@ fn report(imported: &Imported, arguments: &Import, file: &str) -> Value {
         "joints": model.joints.len(),
         "constraints": model.constraints.len(),
         "remarks": remarks,
+        "warnings": warnings,
     })
 }
 

@@ -5,7 +5,7 @@ use std::env::args_os;
 use holonom::report::command_line;
 
 /// What has no influence on results.
-const LEFT_OUT: [&str; 4] = ["--force", "--json", "--quiet", "-q"];
+const LEFT_OUT: [&str; 5] = ["--force", "--json", "--quiet", "-q", "--no-progress"];
 
 /// The arguments of this call.
 pub(crate) fn command() -> String {

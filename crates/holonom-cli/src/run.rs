@@ -4,12 +4,13 @@ use std::path::Path;
 
 use holonom::RunFolder;
 use holonom::experiment::Experiment;
-use holonom::output::{CHECKPOINTS, OutputError, Status};
+use holonom::output::{CHECKPOINTS, OutputError, OutputSize, Status};
 use holonom::run::{ContinueError, Control, Finished, run_with};
 
 use crate::arguments::{Run, Talk};
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::reproduce::command;
 use crate::signals::Signals;
 use crate::{human, progress, stderr, stdout};
 
@@ -29,6 +30,10 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
     RunFolder::takes_meshes(&folder, &model.meshes)?;
     let folder = RunFolder::create(folder, arguments.force)?;
     warn_of_assembly(&*simulation, talk);
+    let size = OutputSize::of(&*simulation, &model.settings).warning();
+    size.iter()
+        .filter(|_| !talk.quiet)
+        .for_each(|words| stderr::line(&format!("warning: {words}")));
     let every = arguments.checkpoint_every;
     conduct(&mut *simulation, (folder.path(), every, talk), |simulation, control| {
         Ok(run_with(&model, simulation, &folder, control)?)
@@ -70,6 +75,7 @@ pub(crate) fn conduct(
         interrupted: &mut interrupted,
         checkpoint_every,
         report: true,
+        command: Some(command()),
     };
     let finished = go(simulation, control);
     bar.finish_and_clear();

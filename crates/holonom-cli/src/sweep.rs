@@ -1,6 +1,7 @@
 //! `holonom sweep` and `holonom collect`: a model at many points.
 
 use std::num::NonZero;
+use std::path::Path;
 
 use holonom::RunFolder;
 use holonom::model::{Meshes, ModelText};
@@ -19,6 +20,13 @@ use crate::{progress, stderr, stdout};
 pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     let plan = plan(arguments)?;
     let path = &arguments.model.model;
+    if path == Path::new("/dev/stdin") {
+        return Err(Failure::Usage {
+            message: "a sweep reads its model more than once, and standard input can be read once"
+                .into(),
+            help: "name a file".into(),
+        });
+    }
     let meshes = check(arguments, &plan)?;
     let text = match ModelText::read(path).text() {
         Ok(text) => text.to_owned(),

@@ -116,7 +116,11 @@ pub(super) fn iterations(count: f64) -> String {
 
 /// Conservation, or energy against work.
 fn energy_words(energy: &EnergySummary) -> String {
-    let start = rounded(energy.initial, 6);
+    let EnergySummary { initial, last, work, max_abs_error, .. } = *energy;
+    let scale =
+        [initial, last, work, max_abs_error].into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let joules = |energy: f64| joules(energy, scale);
+    let start = joules(initial);
     match energy.drift_per_step {
         Some(drift) => format!(
             "{start} J initially, error at most {} J, drift {} J per step",
@@ -126,10 +130,19 @@ fn energy_words(energy: &EnergySummary) -> String {
         None => format!(
             "{start} J initially, {} J at the end; work of forces and prescribed motions {} J, \
              difference {} J",
-            rounded(energy.last, 6),
-            rounded(energy.work, 6),
+            joules(last),
+            joules(work),
             number(energy.balance_error)
         ),
+    }
+}
+
+/// An energy beside others of the size `scale`: what is round-off of these is 0.
+fn joules(energy: f64, scale: f64) -> String {
+    match energy.abs() {
+        e if e <= 1e-10 * scale => "0".to_owned(),
+        e if e < 1e-3 => format!("{:e}", format!("{energy:.5e}").parse().unwrap_or(energy)),
+        _ => rounded(energy, 6),
     }
 }
 

@@ -59,8 +59,10 @@ pub fn page(
     scene: &str,
 ) -> String {
     let mut html = head(&summary.model);
-    html += &heading(&summary.model, &[counts(summary)], "");
-    html += "<p class=\"command\"><code>holonom run model.toml</code>, of the file beside this page</p>\n";
+    html += &heading(&summary.model, &[counts(summary)], summary.command.as_deref().unwrap_or(""));
+    if summary.command.is_none() {
+        html += "<p class=\"command\"><code>holonom run model.toml</code>, of the file beside this page</p>\n";
+    }
     push_failure(&mut html, summary);
     let parts = figures.iter().any(|figure| figure.name == "energies");
     let of = |section: Section| -> Vec<&Figure> {

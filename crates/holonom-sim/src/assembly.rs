@@ -6,6 +6,7 @@ use crate::digits::rounded;
 use crate::limits::Stiffness;
 use crate::loops;
 use crate::measures::{self, Measures};
+use crate::plausibility;
 use crate::resolution::Resolution;
 use crate::rotation::FastestRotation;
 use holonom_model::{
@@ -80,6 +81,7 @@ impl AssemblyReport {
     pub(crate) fn measure(&mut self, model: &Model, mechanism: &Mechanism, mass: &SparseMatrix) {
         self.measures = Measures::of(model, mechanism, mass);
         self.warnings.extend(measures::slips(model, mechanism, &self.measures));
+        self.warnings.extend(plausibility::remarks(model, mechanism, &self.measures));
     }
 
     /// The step was judged by the stiffest element of the beams.

@@ -39,6 +39,7 @@ pub mod modes;
 mod names;
 mod outcome;
 pub mod output;
+mod plausibility;
 mod resolution;
 mod rotation;
 mod rotation_stability;

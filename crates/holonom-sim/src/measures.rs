@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::digits::rounded;
 use holonom_model::{Body, Constraint, Frame, Model, spatial};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -120,18 +121,12 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
     if let Some([least, most]) = measures.masses.filter(|[least, most]| *most > MASSES * least) {
         found.push(format!("masses from {least:.1e} kg to {most:.1e} kg: check their units"));
     }
+    found.extend(model.remarks.iter().cloned());
     // of a mesh the whole surface is measured: once
     let sizes: Vec<Option<f64>> = model.bodies.iter().map(|body| model.shape_size(body)).collect();
     for (body, size) in model.bodies.iter().zip(&sizes) {
-        let turn = body.rotation_vector.map_or(0.0, |vector| Vector3::from(vector).norm());
-        if turn > std::f64::consts::TAU {
-            let name = &body.name;
-            found.push(format!(
-                "`rotation_vector` of body `{name}` is {turn:.1} rad: more than a turn; degrees?"
-            ));
-        }
         if let Some(size) = size.filter(|size| *size >= HUGE) {
-            let name = &body.name;
+            let (name, size) = (&body.name, rounded(size, 4));
             found.push(format!(
                 "the shape of body `{name}` measures {size} m: dimensions are in metres"
             ));
@@ -140,6 +135,7 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
     let far = |body: usize, distance: f64, what: &str| {
         let (size, name) = (sizes[body]?, &model.bodies[body].name);
         (distance > FAR * size).then(|| {
+            let size = rounded(size, 4);
             format!(
                 "{what} is {distance:.3} m from the centre of mass of body `{name}`, whose shape measures {size} m"
             )

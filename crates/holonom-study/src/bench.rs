@@ -14,6 +14,7 @@
 
 use crate::clock::{Clock, timed};
 use holonom_model::{Columns, Family, Model, ModelError, Problem, Scheme};
+use holonom_report::{counted, time};
 use holonom_sim::output::TrajectoryWriter;
 use holonom_sim::sample::Sample;
 use holonom_sim::simulation::Simulation;
@@ -239,8 +240,10 @@ impl Bench {
             Clock::Cpu => "CPU time",
             Clock::Wall => "time",
         };
+        let free = counted(*dof as u64, "degree of freedom", "degrees of freedom");
+        let step = time(*step);
         let mut out = format!(
-            "{model}: {coordinates} coordinates, {dof} degrees of freedom, h = {step} s, order {order}; \
+            "{model}: {coordinates} coordinates, {free}, h = {step} s, order {order}; \
              {clock} in µs, least of {ROUNDS} rounds of {steps} steps\n\n\
              {:<16}{:>10}{:>12}{:>12}{:>10}{:>10}{:>10}{:>11}\n",
             "scheme", "step", "iterations", "iteration", "residual", "matrix", "solve", "recording"

@@ -18,8 +18,12 @@ pub(crate) use shared::ModelArguments;
 pub(crate) use study::{Bench, Compare, Verify};
 pub(crate) use sweep::{Collect, Sweep};
 
-use clap::{Parser, Subcommand};
+use std::ffi::OsString;
+
+use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
+use holonom::model::nearest;
 
 /// Variational integrators for constrained mechanical systems.
 #[derive(Parser)]
@@ -27,6 +31,30 @@ use clap_complete::Shell;
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) verb: Verb,
+}
+
+impl Cli {
+    /// Reads a command line, the name of the program first.
+    ///
+    /// # Errors
+    /// Its answer, with the verb that may be meant.
+    pub(crate) fn read(words: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
+        Self::try_parse_from(words).map_err(|mut error| {
+            let known: Vec<String> =
+                Self::command().get_subcommands().map(|verb| verb.get_name().to_owned()).collect();
+            let word = match error.get(ContextKind::InvalidSubcommand) {
+                Some(ContextValue::String(word)) => word.clone(),
+                _ => return error,
+            };
+            if error.get(ContextKind::SuggestedSubcommand).is_none()
+                && let Some(best) = nearest(&word, known.iter().map(String::as_str))
+            {
+                let meant = ContextValue::Strings(vec![best.to_owned()]);
+                error.insert(ContextKind::SuggestedSubcommand, meant);
+            }
+            error
+        })
+    }
 }
 
 const AFTER: &str = "Start with:\n  holonom examples pendulum -o pendulum.toml\n  holonom run \

@@ -1,20 +1,27 @@
 //! What several verbs share: a model with values of it to replace, its scheme, a number of steps.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PathBufValueParser, PossibleValuesParser, TypedValueParser};
 use holonom::Override;
 use holonom::model::Scheme;
 
 /// What `run` and `check` share: a model, and values of it to replace.
 #[derive(Args)]
 pub(crate) struct ModelArguments {
-    /// The model file (TOML)
+    /// The model file (TOML); - is standard input
+    #[arg(value_parser = model_file())]
     pub(crate) model: PathBuf,
     /// Replace a value of the model, such as body.top.mass=2.5; may be repeated
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub(crate) set: Vec<Override>,
+}
+
+/// A file; `-` is standard input.
+fn model_file() -> impl TypedValueParser<Value = PathBuf> {
+    let stdin = |path: &Path| path.as_os_str() == "-";
+    PathBufValueParser::new().map(move |path| if stdin(&path) { "/dev/stdin".into() } else { path })
 }
 
 fn key_value(text: &str) -> Result<Override, String> {

@@ -2,7 +2,7 @@
 
 use super::record::{Comparison, Measured, Outcome, Record, Verdict};
 use super::{Clock, larger};
-use holonom_report::counted;
+use holonom_report::{counted, time};
 use std::fmt::Write;
 use vi_verify::judge::scientific;
 
@@ -54,7 +54,13 @@ pub fn head(c: &Comparison) -> String {
     format!(
         "{}: {dof}, {} coordinates, {} constraints; {} steps of {} s to t = {} s{shortened}\n\
          reference: {}{known} (m; directors 1)\nmomentum maps that the system conserves: {conserved}{free}\n",
-        c.model, c.coordinates, c.constraints, c.steps, c.step, c.end, c.reference.description
+        c.model,
+        c.coordinates,
+        c.constraints,
+        c.steps,
+        time(c.step),
+        time(c.end),
+        c.reference.description
     )
 }
 
