@@ -65,7 +65,7 @@ pub(crate) struct ExpressionError {
     pub(crate) help: String,
 }
 
-/// The names of parameters in an expression.
+/// The names of parameters in an expression, valid or not.
 pub(crate) fn names(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     renamed(text, &mut |name| {
@@ -73,16 +73,6 @@ pub(crate) fn names(text: &str) -> Vec<String> {
         String::new()
     });
     found
-}
-
-/// The names of parameters in an expression, valid or not.
-pub(crate) fn names(text: &str) -> Vec<String> {
-    let mut names = Vec::new();
-    renamed(text, &mut |name| {
-        names.push(name.to_owned());
-        String::new()
-    });
-    names
 }
 
 /// An expression with other names for its parameters.

@@ -288,8 +288,7 @@ impl Simulation {
             divided,
             loops,
             iterations,
-        } =
-            state;
+        } = state;
         self.sensors.check(&followed)?;
         same_length("the list of beams", limits.len(), self.limits.state().len())?;
         self.method.resume(motion)?;
