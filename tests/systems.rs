@@ -24,6 +24,7 @@ mod efforts;
 mod energies;
 mod energy_band;
 mod energy_momentum;
+mod every_freedom;
 mod far_from_origin;
 mod flexible_multibody;
 mod foreign_words;
