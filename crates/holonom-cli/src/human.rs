@@ -102,7 +102,9 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
             format!("{angle} rad in a step ({}){error}", rotation.member),
         ));
     }
-    if let Some(fastest) = report.fastest_motion.as_ref().filter(|own| own.all.omega_max > 0.0) {
+    // below that a motion without stiffness is found, by rounding
+    let resolved = report.fastest_motion.as_ref().filter(|own| own.all.h_omega_max > 1e-6);
+    if let Some(fastest) = resolved {
         let [all, own] = [&fastest.all, &fastest.by_constraint_forces];
         let mut found = format!(
             "{} (ω_max = {} rad/s, {})",

@@ -122,7 +122,9 @@ mod tests {
                 println!("order {order}, {angle}: {found}, phase {:.1e}", found / angle - 1.0);
                 assert!((found - exact).abs() < 1e-12, "{order} {angle}: {found} {exact}");
                 let em = Settings { scheme: Scheme::EmNodal, ..settings };
-                let exact: f64 = gammas.iter().map(|g| 2.0 * (0.5 * g * angle).atan()).sum();
+                let parts = if order > 2 { 2.0 } else { 1.0 }; // compositions are of pairs of steps
+                let half = |g: &f64| 0.5 * g * angle / parts;
+                let exact: f64 = gammas.iter().map(|g| 2.0 * parts * half(g).atan()).sum();
                 let found = turned(&em, angle).unwrap();
                 assert!((found - exact).abs() < 1e-12, "em {order} {angle}: {found} {exact}");
             }
