@@ -120,7 +120,18 @@ pub fn selected(runs: &[NamedRun], request: &Request) -> Result<Selected, Select
     }
     let mut notes = Vec::new();
     let mut charts = Vec::new();
-    for key in keys {
+    let vanishes = |key: &(String, String)| {
+        traces.iter().filter(|trace| trace.key() == *key).all(Trace::vanishes)
+    };
+    let (zero, drawn): (Vec<_>, Vec<_>) = keys.into_iter().partition(vanishes);
+    let (zero, drawn) = if drawn.is_empty() { (drawn, zero) } else { (zero, drawn) };
+    for key in zero {
+        let own = traces.iter().filter(|trace| trace.key() == key);
+        let names: BTreeSet<&str> = own.map(|trace| trace.y.name.as_str()).collect();
+        let names = names.into_iter().collect::<Vec<_>>().join(", ");
+        notes.push(format!("zero throughout, not drawn: {names}"));
+    }
+    for key in drawn {
         let own: Vec<&Trace> = traces.iter().filter(|trace| trace.key() == key).collect();
         if own.len() > CURVES {
             let of = format!("{} of {} ({})", CURVES, own.len(), own[0].y.quantity);
@@ -139,10 +150,16 @@ struct Trace {
     x: Column,
     y: Column,
     change: bool,
+    is_named: bool,
     points: Vec<(f64, f64)>,
 }
 
 impl Trace {
+    /// Whether it is one of several that a name stands for, and zero at every node.
+    fn vanishes(&self) -> bool {
+        !self.is_named && self.points.iter().all(|(_, y)| *y == 0.0)
+    }
+
     /// Curves with the same key share a chart.
     fn key(&self) -> (String, String) {
         let kind = |column: &Column| match column.unit {
@@ -185,7 +202,8 @@ impl Run<'_> {
             let x = pair.x.map_or_else(|| time.clone(), |x| all[x].clone());
             let logarithmic = all[pair.y].logarithmic && !pair.change;
             let y = Column { logarithmic, ..all[pair.y].clone() };
-            Trace { run: self.name.to_owned(), x, y, change: pair.change, points }
+            let names::Pair { change, is_named, .. } = pair;
+            Trace { run: self.name.to_owned(), x, y, change, is_named, points }
         };
         Ok(chosen.into_iter().map(trace).collect())
     }

@@ -6,7 +6,7 @@
 //! names    = group | column | file "/" column | owner | pattern with "*"
 //! ```
 //! A group comes before a column of the same name. An owner stands for the coordinates of a body or a point mass, or for
-//! all numbers of a sensor.
+//! all numbers of a sensor. A pattern stands for flags (`NAME.unique`) only where it says `unique`.
 
 use holonom_model::nearest;
 
@@ -112,6 +112,7 @@ pub(super) struct Pair {
     pub(super) y: usize,
     pub(super) x: Option<usize>,
     pub(super) change: bool,
+    pub(super) is_named: bool, // by a name of its own, not by one of several
 }
 
 /// The columns of a request, each once.
@@ -123,11 +124,11 @@ pub(super) fn resolve(request: &Request, all: &[Column]) -> Result<Vec<Pair>, Na
     };
     let mut pairs: Vec<Pair> = Vec::new();
     for item in request.what.split(',').map(str::trim).filter(|item| !item.is_empty()) {
-        let ((found, change), x) = pair(item, all)?;
-        let change = change || request.change;
-        let own = found.into_iter().map(|y| Pair { y, x: x.or(against), change });
+        let (Found { columns, change }, x) = pair(item, all)?;
+        let (change, is_named) = (change || request.change, columns.len() == 1);
+        let own = columns.into_iter().map(|y| Pair { y, x: x.or(against), change, is_named });
         for pair in own {
-            if !pairs.contains(&pair) {
+            if !pairs.iter().any(|known| known.draws(&pair)) {
                 pairs.push(pair);
             }
         }
@@ -138,8 +139,18 @@ pub(super) fn resolve(request: &Request, all: &[Column]) -> Result<Vec<Pair>, Na
     }
 }
 
+impl Pair {
+    /// Whether it is the curve of another.
+    fn draws(&self, other: &Self) -> bool {
+        (self.y, self.x, self.change) == (other.y, other.x, other.change)
+    }
+}
+
 /// Columns, and whether their changes are meant.
-type Found = (Vec<usize>, bool);
+struct Found {
+    columns: Vec<usize>,
+    change: bool,
+}
 
 /// An item: names, or names over a column. A name may hold a colon itself.
 fn pair(item: &str, all: &[Column]) -> Result<(Found, Option<usize>), NameError> {
@@ -160,7 +171,7 @@ fn pair(item: &str, all: &[Column]) -> Result<(Found, Option<usize>), NameError>
 
 /// The one column of a name.
 fn single(name: &str, all: &[Column]) -> Result<usize, NameError> {
-    let (found, _) = several(name, all)?;
+    let found = several(name, all)?.columns;
     match found.as_slice() {
         [column] => Ok(*column),
         _ => Err(NameError::Several { name: name.to_owned(), count: found.len() }),
@@ -176,7 +187,7 @@ fn several(name: &str, all: &[Column]) -> Result<Found, NameError> {
         let found = pick(&group.holds);
         return match found.is_empty() {
             true => Err(unknown(name, all)),
-            false => Ok((found, group.change)),
+            false => Ok(Found { columns: found, change: group.change }),
         };
     }
     let exact = pick(&|c| c.name == name);
@@ -191,10 +202,13 @@ fn several(name: &str, all: &[Column]) -> Result<Found, NameError> {
         exact,
         pick(&|c| c.qualified() == name),
         pick(&|c| owner(c) && (coordinate(c) || reading(c))),
-        pick(&|c| name.contains('*') && (matches(name, &c.name) || matches(name, &c.qualified()))),
+        pick(&|c| {
+            let fits = matches(name, &c.name) || matches(name, &c.qualified());
+            name.contains('*') && fits && (c.part() != "unique" || name.contains("unique"))
+        }),
     ];
     match candidates.into_iter().find(|found| !found.is_empty()) {
-        Some(found) => Ok((found, false)),
+        Some(columns) => Ok(Found { columns, change: false }),
         None => Err(unknown(name, all)),
     }
 }
@@ -271,6 +285,8 @@ mod tests {
             ("*.z", vec!["arm.z", "rod.0.z"]),
             ("residuals/position", vec!["position"]),
             ("residuals/*", vec!["position"]),
+            ("*pull*", vec!["pull.fx"]),
+            ("*.unique", vec!["pull.unique"]),
             ("rate:1", vec!["rate:1"]),
             ("rate:1:angle", vec!["rate:1 over angle"]),
             ("arm.z:arm.x, angle", vec!["arm.z over arm.x", "angle"]),
