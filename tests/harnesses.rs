@@ -3,3 +3,4 @@
 
 mod broken_integrators;
 mod reliability;
+mod restated_models;

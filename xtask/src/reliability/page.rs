@@ -78,6 +78,11 @@ fn mechanisms(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
         ("change of a momentum map of a free system", found.momentum, bounds::MOMENTUM),
         ("energy balance of an energy–momentum scheme", found.energy, bounds::ENERGY),
         ("distance of two equivalent schemes", found.agreement, bounds::AGREEMENT),
+        (
+            "difference of a mechanism turned, moved, reordered, in other units",
+            found.restated,
+            bounds::RESTATED,
+        ),
     ];
     for (what, Largest { count, value, index }, bound) in rows {
         let _ =

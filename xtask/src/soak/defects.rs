@@ -1,8 +1,10 @@
 //! Defects made on purpose, between the program and the judge: the harness must find each.
 
 use super::fault::FaultKind;
+use super::restated::Statement;
 use super::trace::Trace;
-use holonom::{ModelError, RunState};
+use holonom::model::{Joint, JointKind};
+use holonom::{Model, ModelError, RunState};
 use serde_json::Value;
 
 /// One thing made wrong.
@@ -32,11 +34,21 @@ pub enum Defect {
     Refusal,
     /// The text of a model loses a digit of its step.
     Text,
+    /// Reactions and efforts change by 1e-4 when the mechanism is turned.
+    Turned,
+    /// They do when it is moved.
+    Moved,
+    /// They do when its parts are stated in another order.
+    Reordered,
+    /// They do in other units.
+    Units,
+    /// The first axis of a planar pair is an axis of space.
+    FirstAxis,
 }
 
 impl Defect {
     /// All.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 17] = [
         Self::Panic,
         Self::NotFinite,
         Self::Constraint,
@@ -49,6 +61,11 @@ impl Defect {
         Self::Remedy,
         Self::Refusal,
         Self::Text,
+        Self::Turned,
+        Self::Moved,
+        Self::Reordered,
+        Self::Units,
+        Self::FirstAxis,
     ];
 
     /// What is wrong, in words.
@@ -69,6 +86,11 @@ impl Defect {
             Self::Remedy => "a failed run names no remedy",
             Self::Refusal => "a refused model is refused without words",
             Self::Text => "the text of a model loses digits of the step",
+            Self::Turned => "reactions change by 1e-4 when the mechanism is turned",
+            Self::Moved => "reactions change by 1e-4 when the mechanism is moved",
+            Self::Reordered => "reactions change by 1e-4 when parts are stated in another order",
+            Self::Units => "reactions change by 1e-4 in other units",
+            Self::FirstAxis => "the first axis of a planar pair is an axis of space",
         }
     }
 
@@ -87,7 +109,42 @@ impl Defect {
             Self::State => FaultKind::State,
             Self::Remedy | Self::Refusal => FaultKind::Words,
             Self::Text => FaultKind::RoundTrip,
+            Self::Turned | Self::Moved | Self::Reordered | Self::Units | Self::FirstAxis => {
+                FaultKind::Restated
+            }
         }
+    }
+
+    /// Whether it shows when a mechanism is stated otherwise.
+    #[must_use]
+    pub fn restates(self) -> bool {
+        self.kind() == FaultKind::Restated
+    }
+
+    /// Makes the run of a mechanism that is stated otherwise wrong.
+    pub(super) fn restate(defect: Option<Self>, statement: Statement, trace: &mut Trace) {
+        let word = match defect {
+            Some(Self::Turned) => "turned",
+            Some(Self::Moved) => "moved",
+            Some(Self::Reordered) => "reordered",
+            Some(Self::Units) => "in other units",
+            _ => return,
+        };
+        if statement.name() == word {
+            let sensors = trace.samples.iter_mut().flat_map(|sample| &mut sample.sensors);
+            sensors.for_each(|x| *x *= 1.0 + 1e-4);
+        }
+    }
+
+    /// Makes a mechanism that is stated otherwise wrong.
+    pub(super) fn stated(defect: Option<Self>, mut model: Model) -> Model {
+        if defect == Some(Self::FirstAxis) {
+            let planar = |joint: &&mut Joint| joint.kind == JointKind::Planar;
+            for joint in model.joints.iter_mut().filter(planar) {
+                joint.first_axis = joint.first_axis.or(Some([0.6, -0.48, 0.64]));
+            }
+        }
+        model
     }
 
     /// Makes a run wrong.

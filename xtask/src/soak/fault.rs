@@ -22,6 +22,8 @@ pub enum FaultKind {
     Energy,
     /// Two equivalent schemes with different motions.
     Agreement,
+    /// Another motion, effort or reaction of the mechanism stated otherwise.
+    Restated,
     /// A run continued from a stored state that differs.
     Restart,
     /// A state that a refused step has changed.

@@ -26,6 +26,9 @@ pub mod bounds {
     pub const ENERGY: f64 = 1e-9;
     /// Difference of the motions of two equivalent schemes, relative to the coordinates.
     pub const AGREEMENT: f64 = 1e-7;
+    /// Difference of the motions, efforts and reactions of a mechanism that is stated otherwise, relative to the largest of
+    /// their kind.
+    pub const RESTATED: f64 = 1e-7;
 }
 
 /// The largest numbers found; `None` where a quantity does not apply.
@@ -39,6 +42,8 @@ pub struct Measured {
     pub energy: Option<f64>,
     /// Difference of two schemes.
     pub agreement: Option<f64>,
+    /// Difference of a mechanism stated otherwise.
+    pub restated: Option<f64>,
     /// Whether the run was continued from a stored state.
     pub restarted: bool,
     /// Whether a step was refused and the state compared.

@@ -4,6 +4,7 @@ use super::defects::Defect;
 use super::fault::{self, Fault, FaultKind};
 use super::invariants::{self, Measured};
 use super::repeat;
+use super::restated;
 use super::trace::{Trace, assembled, trace};
 use crate::reliability::guard::guarded;
 use crate::reliability::shape::shape;
@@ -19,14 +20,16 @@ pub struct Checks {
     pub restart: bool,
     /// The same motion by another scheme of the family.
     pub agreement: bool,
+    /// The same motion and reactions of the mechanism turned, moved, reordered and in other units.
+    pub restated: bool,
 }
 
 impl Checks {
-    /// Of the mechanism with this index: each on one of eight, in every shard.
+    /// Of the mechanism with this index: each on one of eight, in every shard; mechanisms are `restated` where that is asked for.
     #[must_use]
-    pub fn of(index: u64) -> Self {
+    pub fn of(index: u64, restated: bool) -> Self {
         let eighth = index.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61;
-        Self { restart: eighth == 3, agreement: eighth == 5 }
+        Self { restart: eighth == 3, agreement: eighth == 5, restated: restated && eighth == 6 }
     }
 }
 
@@ -97,6 +100,10 @@ fn run(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
         })
         .and_then(|()| match checks.agreement && found.failure.is_none() {
             true => repeat::agreement(&model, &mut measured, defect),
+            false => Ok(()),
+        })
+        .and_then(|()| match checks.restated && found.failure.is_none() {
+            true => restated::restated(&model, &mut measured, defect),
             false => Ok(()),
         });
     Judged { ending, measured, fault: fault.err() }

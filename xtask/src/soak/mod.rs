@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`generate`], [`draw`] | mechanisms that are valid by construction, the same for a seed on every machine |
 //! | [`judge`](mod@judge), `invariants`, `repeat` | what holds for each of them |
+//! | [`restate`], [`restated`] | the same mechanism turned, moved, reordered, in other units |
 //! | [`fault`] | what is wrong |
 //! | [`minimise`](mod@minimise) | the smallest mechanism with the same fault |
 //! | [`tally`] | many mechanisms in numbers |
@@ -17,6 +18,8 @@ mod invariants;
 pub mod judge;
 pub mod minimise;
 mod repeat;
+pub mod restate;
+pub mod restated;
 pub mod tally;
 pub mod trace;
 
@@ -42,6 +45,8 @@ pub struct Request {
     pub part: Part,
     /// Where models with faults are written.
     pub output: PathBuf,
+    /// Whether one of eight is also turned, moved, reordered and stated in other units.
+    pub restated: bool,
 }
 
 impl Request {
@@ -50,12 +55,20 @@ impl Request {
     /// # Errors
     /// What cannot be understood, in words.
     pub fn parse(options: &[&str]) -> Result<Self, String> {
-        let mut request =
-            Self { count: 1_000_000, part: Part::default(), output: PathBuf::from("target/soak") };
+        let mut request = Self {
+            count: 1_000_000,
+            part: Part::default(),
+            output: PathBuf::from("target/soak"),
+            restated: false,
+        };
         let mut rest = options.iter();
         while let Some(option) = rest.next() {
             if *option == "--quick" {
                 request.count = 2000;
+                continue;
+            }
+            if *option == "--restated" {
+                request.restated = true;
                 continue;
             }
             let value = rest.next().ok_or_else(|| format!("`{option}` needs a value"))?;
@@ -84,7 +97,11 @@ pub fn soak(request: &Request, progress: &(dyn Fn(u64) + Sync)) -> Tally {
             for index in chunk.filter(|index| request.part.shard.has(*index as usize)) {
                 own.take(
                     index,
-                    judge(&mechanism(request.part.seed, index), Checks::of(index), None),
+                    judge(
+                        &mechanism(request.part.seed, index),
+                        Checks::of(index, request.restated),
+                        None,
+                    ),
                 );
             }
             progress(begin + CHUNK);
@@ -102,7 +119,8 @@ pub fn soak(request: &Request, progress: &(dyn Fn(u64) + Sync)) -> Tally {
 pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
     (0..most).find(|index| {
         let restart = matches!(defect, Defect::Restart | Defect::Text);
-        let checks = Checks { restart, agreement: defect == Defect::Agreement };
+        let (agreement, restated) = (defect == Defect::Agreement, defect.restates());
+        let checks = Checks { restart, agreement, restated };
         let judged = judge(&mechanism(seed, *index), checks, Some(defect));
         judged.fault.is_some_and(|fault| fault.kind == defect.kind())
     })
@@ -138,7 +156,7 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
 /// Judges the model of a file with all checks, and prints its energies.
 fn single(path: &Path) -> Result<bool, String> {
     let text = holonom::model::read_text(path).map_err(|error| error.to_string())?;
-    let checks = Checks { restart: true, agreement: true };
+    let checks = Checks { restart: true, agreement: true, restated: true };
     let (model, mut simulation) = trace::assembled(&text).map_err(|error| error.to_string())?;
     println!("{}", simulation.energy_columns().join(" "));
     for sample in trace::trace(&mut simulation).samples {
@@ -154,7 +172,7 @@ fn single(path: &Path) -> Result<bool, String> {
 /// Writes the smallest model with the fault of a case.
 fn reduced(request: &Request, case: &Case) -> Result<PathBuf, String> {
     let model = mechanism(request.part.seed, case.index);
-    let smallest = minimise(&model, (Checks::of(case.index), None), &case.fault);
+    let smallest = minimise(&model, (Checks::of(case.index, request.restated), None), &case.fault);
     let name =
         format!("{:?}-{}-{}.toml", case.fault.kind, request.part.seed, case.index).to_lowercase();
     let path = request.output.join(name);
@@ -185,6 +203,7 @@ pub fn words(tally: &Tally) -> String {
         ("momentum maps", tally.momentum),
         ("energy", tally.energy),
         ("agreement", tally.agreement),
+        ("stated otherwise", tally.restated),
     ];
     for (what, largest) in numbers {
         let tally::Largest { count, value, index } = largest;

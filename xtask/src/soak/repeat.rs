@@ -161,7 +161,7 @@ fn distance(a: &Sample, b: &Sample) -> f64 {
 /// By how much a motion amplifies disturbances over its steps, from their growth in the second half, to the square: two
 /// equivalent schemes may differ by so many rounding errors. Little where neither the motion nor the step is unstable. `None` where
 /// it cannot be measured.
-fn amplification(model: &Model) -> Option<f64> {
+pub(super) fn amplification(model: &Model) -> Option<f64> {
     // ever smaller disturbances, until they are still small at the end
     let disturbed = [1e-6, 1e-9, 1e-12, 1e-15, 1e-18].map(|size| {
         move |p: f64, k: usize| {

@@ -69,6 +69,9 @@ pub struct Tally {
     pub energy: Largest,
     /// Differences of schemes.
     pub agreement: Largest,
+    /// Differences of mechanisms stated otherwise.
+    #[serde(default)]
+    pub restated: Largest,
     /// What is wrong.
     pub faults: Vec<Case>,
 }
@@ -89,6 +92,7 @@ impl Tally {
         self.momentum.add(Largest::one(measured.momentum, index));
         self.energy.add(Largest::one(measured.energy, index));
         self.agreement.add(Largest::one(measured.agreement, index));
+        self.restated.add(Largest::one(measured.restated, index));
         self.faults.extend(fault.map(|fault| Case { index, fault }));
     }
 
@@ -103,6 +107,7 @@ impl Tally {
         self.momentum.add(other.momentum);
         self.energy.add(other.energy);
         self.agreement.add(other.agreement);
+        self.restated.add(other.restated);
         self.faults.extend(other.faults);
         self.faults.sort_by_key(|case| case.index);
     }

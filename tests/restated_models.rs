@@ -1,0 +1,179 @@
+//! Springs, dampers, motors, prescribed motions, gears and reactions of every pair are the same in a mechanism that is turned, moved,
+//! stated in another order or in other units.
+
+use holonom::Model;
+use xtask::soak::restated::largest_difference;
+
+/// Pairs with their keys and their lengths (`l`) and angles (`a`).
+const PAIRS: [(&str, &str, &str); 7] = [
+    ("revolute", "axis = [0.2, -0.3, 1.0]", "a"),
+    ("cylindrical", "axis = [0.2, -0.3, 1.0]", "la"),
+    ("prismatic", "axis = [0.2, -0.3, 1.0]", "l"),
+    ("planar", "axis = [0.2, -0.3, 1.0]", "lla"),
+    ("universal", "axis = [1.0, 0.0, 0.0]\naxis2 = [0.0, 0.6, 0.8]", "aa"),
+    ("screw", "axis = [0.2, -0.3, 1.0]\npitch = 0.3", "a"),
+    ("spherical", "", ""),
+];
+const SCHEMES: [&str; 4] = ["nodal", "constrained", "em-nodal", "em-constrained"];
+
+const BODIES: &str = r#"
+[[body]]
+name = "arm"
+mass = 1.0
+inertia = [[0.03, 0.002, 0.0], [0.002, 0.02, 0.001], [0.0, 0.001, 0.04]]
+position = [0.1, 0.2, 0.0]
+rotation_vector = [0.2, 0.1, -0.4]
+velocity = [0.3, -0.2, 0.1]
+angular_velocity = [0.5, 1.0, -1.5]
+[[body]]
+name = "hand"
+mass = 0.5
+inertia = [0.01, 0.02, 0.015]
+position = [0.4, 0.1, 0.1]
+rotation_vector = [-0.3, 0.8, 0.2]
+"#;
+
+fn head(scheme: &str) -> String {
+    format!(
+        "model = {{ name = \"restated\", gravity = [0.0, 1.0, -9.0] }}\n\
+         simulation = {{ step = 0.004, end = 0.08, project_start = true, scheme = \"{scheme}\" }}\n"
+    )
+}
+
+fn joint(name: &str, ends: [&str; 2], pair: &str, at: &str, keys: &str) -> String {
+    let [parent, child] = ends;
+    format!(
+        "[[joint]]\nname = \"{name}\"\ntype = \"{pair}\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
+         position = {at}\n{keys}\n"
+    )
+}
+
+/// What acts on a coordinate: keys of the joint, and a constraint.
+fn acting(freedom: usize, kind: char) -> [(String, String); 5] {
+    let by = if kind == 'l' { 0.1 } else { 0.4 };
+    let constraint =
+        |keys: String| (String::new(), format!("[[constraint]]\nname = \"c\"\n{keys}\n"));
+    [
+        (
+            format!("spring = {{ freedom = {freedom}, stiffness = 300.0, rest = {by} }}"),
+            String::new(),
+        ),
+        (format!("damper = {{ freedom = {freedom}, damping = 0.3 }}"), String::new()),
+        (
+            format!(
+                "motor = {{ freedom = {freedom}, effort = 0.7, history = {{ type = \"harmonic\", frequency = 4.0 }}, \
+                 proportional = 5.0, derivative = 0.1, path = {{ rate = {by} }} }}"
+            ),
+            String::new(),
+        ),
+        constraint(format!(
+            "type = \"motion\"\njoint = \"wrist\"\nfreedom = {freedom}\n\
+             path = {{ moves = [{{ start = 0.0, end = 0.08, by = {by} }}] }}"
+        )),
+        constraint(format!(
+            "type = \"gear\"\njoints = [\"shoulder\", \"wrist\"]\nfreedoms = [1, {freedom}]\nratio = -0.43"
+        )),
+    ]
+}
+
+fn largest(texts: impl IntoIterator<Item = String>) -> (f64, usize) {
+    let (mut worst, mut count) = (0.0_f64, 0);
+    for text in texts {
+        let model = Model::from_toml(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let found = largest_difference(&model).unwrap_or_else(|fault| panic!("{fault:?}\n{text}"));
+        let found = found.unwrap_or_else(|| panic!("not measured\n{text}"));
+        if found > worst {
+            println!("{found:.1e}\n{text}");
+        }
+        (worst, count) = (worst.max(found), count + 1);
+    }
+    (worst, count)
+}
+
+/// Between two bodies, the first of which is held by a universal pair.
+#[test]
+fn every_pair_does_the_same_however_it_is_stated() {
+    let mut texts = Vec::new();
+    for (k, (pair, keys, freedoms)) in PAIRS.into_iter().enumerate() {
+        let mut all = vec![(String::new(), String::new())];
+        all.extend(freedoms.chars().enumerate().flat_map(|(freedom, kind)| acting(freedom, kind)));
+        for (n, (acts, constraint)) in all.into_iter().enumerate() {
+            let keys = format!("{keys}\n{acts}");
+            let shoulder = "axis = [0.0, 0.0, 1.0]\naxis2 = [1.0, 0.0, 0.0]";
+            texts.push(
+                head(SCHEMES[(n + k) % SCHEMES.len()])
+                    + BODIES
+                    + &joint(
+                        "shoulder",
+                        ["ground", "arm"],
+                        "universal",
+                        "[0.0, 0.1, 0.0]",
+                        shoulder,
+                    )
+                    + &joint("wrist", ["arm", "hand"], pair, "[0.3, 0.2, 0.0]", &keys)
+                    + &constraint,
+            );
+        }
+    }
+    let (worst, count) = largest(texts);
+    println!("{count} mechanisms, largest difference {worst:.1e}");
+    assert!(worst < 1e-8, "{worst:e}");
+}
+
+/// Loops with redundant constraints, bars, point masses beside bodies, distances.
+#[test]
+#[ignore = "of a turned redundant loop a moment that is zero counts as not unique"]
+fn loops_and_points_do_the_same_however_they_are_stated() {
+    let hinge = "axis = [0.0, 1.0, 0.0]";
+    let bar = |name: &str, x: f64, z: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 0.7\ninertia = [0.02, 0.03, 0.01]\nposition = [{x:?}, 0.3, {z:?}]\n"
+        )
+    };
+    let four_bar = bar("crank", 0.0, 0.1)
+        + &bar("coupler", 0.3, 0.35)
+        + &bar("rocker", 0.6, 0.2)
+        + &joint(
+            "a",
+            ["ground", "crank"],
+            "revolute",
+            "[0.0, 0.0, 0.0]",
+            "axis = [0.0, 1.0, 0.0]\nspring = { stiffness = 40.0, rest = 0.3 }",
+        )
+        + &joint("b", ["crank", "coupler"], "revolute", "[0.0, 0.0, 0.25]", hinge)
+        + &joint("c", ["coupler", "rocker"], "revolute", "[0.6, 0.1, 0.45]", hinge)
+        + &joint("d", ["ground", "rocker"], "revolute", "[0.6, 0.0, 0.0]", hinge);
+    let drive = "[[constraint]]\nname = \"drive\"\ntype = \"motion\"\njoint = \"a\"\n\
+                 path = { moves = [{ start = 0.0, end = 0.08, by = 0.2 }] }\n";
+    let points = r#"
+particle = [{ name = "p", mass = 0.2, position = [1.0, 0.1, 0.0] },
+            { name = "q", mass = 0.3, position = [1.2, 0.9, 0.3], velocity = [0.0, 0.0, 0.5] },
+            { name = "r", mass = 0.1, position = [2.5, 0.0, 0.2] }]
+bar = [{ name = "gp", from = "ground", to = "p" }, { name = "pq", from = "p", to = "q" },
+       { name = "gr", from = "ground", to = "r", point = [2.0, 1.0, 0.0] }, { name = "qr", from = "q", to = "r" }]
+"#;
+    let rod = "[[constraint]]\nname = \"rod\"\ntype = \"distance\"\nfrom = \"ground\"\nto = \"hand\"\n\
+               point_from = [0.9, 0.2, 0.4]\npoint_to = [0.05, 0.0, 0.02]\n";
+    let arm = BODIES.to_owned()
+        + &joint("shoulder", ["ground", "arm"], "spherical", "[0.0, 0.1, 0.0]", "")
+        + &joint(
+            "wrist",
+            ["arm", "hand"],
+            "cylindrical",
+            "[0.3, 0.2, 0.0]",
+            "axis = [0.2, -0.3, 1.0]\nspring = { freedom = 0, stiffness = 90.0 }",
+        );
+    let mut texts = Vec::new();
+    for scheme in SCHEMES {
+        let head = head(scheme);
+        texts.push(head.clone() + &four_bar);
+        texts.push(head.clone() + &four_bar + drive);
+        texts.push(head.clone() + points);
+        texts.push(head.clone() + points + &four_bar);
+        texts.push(head.clone() + points + &arm + rod);
+        texts.push(head + &arm + rod);
+    }
+    let (worst, count) = largest(texts);
+    println!("{count} mechanisms, largest difference {worst:.1e}");
+    assert!(worst < 1e-8, "{worst:e}");
+}
