@@ -5,10 +5,6 @@
 //! angle    θ = atan2(s, c):    ψ = Δθ = atan2(c_n Δs − s_n Δc, c_n c_{n+1} + s_n s_{n+1})
 //!          D̄θ = κ [c̄ Ds(q_{n+1/2}) − s̄ Dc(q_{n+1/2})],    κ = (ψ/sin ψ)/(r_n r_{n+1}),   r² = s² + c²
 //! ```
-//! Where two frames have an axis in common, `s = ½ (m_1'·m_2 − m_2'·m_1)` and `c = ½ (m_1'·m_1 + m_2'·m_2)`: at the averaged vectors the
-//! moment of `D̄θ` then does not depend on the choice of `m_1` about the axis. By one of the products alone it would have a part
-//! across the axis of order `h²` that does, for which reactions make up.
-//!
 //! Bars: means of both ends. `Ds(q_{n+1/2})·Δq = Δs` exactly, and `c̄ Δs − s̄ Δc = r_n r_{n+1} sin ψ`, so
 //! `D̄θ·Δq = Δθ` for steps of any length below half a turn. `s`, `c`, `u` are products of vectors fixed
 //! in bodies, so `D̄` has no resultant force or moment at the averaged vectors: what acts along a joint
@@ -42,59 +38,18 @@ fn turn_factor(psi: f64) -> (f64, f64) {
     (psi / sin, (sin - psi * cos) / (sin * sin))
 }
 
-/// `s` or `c`: products of vectors with their weights.
-#[derive(Clone, Copy)]
-struct Products<'a>([Option<(f64, &'a Row)>; 2]);
-
-impl<'a> Products<'a> {
-    /// `s` and `c` of an angle.
-    fn of(theta: &'a JointCoordinate, sine: &'a Row, cosine: &'a Row) -> [Self; 2] {
-        match theta.twin() {
-            None => [sine, cosine].map(|row| Self([Some((1.0, row)), None])),
-            Some([minus_sine, other]) => [
-                Self([Some((0.5, sine)), Some((-0.5, minus_sine))]),
-                Self([Some((0.5, cosine)), Some((0.5, other))]),
-            ],
-        }
-    }
-
-    fn rows(self) -> impl Iterator<Item = (f64, &'a Row)> {
-        self.0.into_iter().flatten()
-    }
-
-    fn value(self, q: &[f64]) -> f64 {
-        self.rows().map(|(weight, row)| weight * row.value(q)).sum()
-    }
-
-    /// `Dg(q_{n+1/2})·Δq = Δg`, to its own relative precision.
-    fn change(self, s: &Interval) -> f64 {
-        self.rows().map(|(weight, row)| weight * change(row, s)).sum()
-    }
-
-    fn for_each_slope(self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
-        for (weight, row) in self.rows() {
-            row.for_each_slope(q, |i, slope| visit(i, weight * slope));
-        }
-    }
-
-    fn emit_second(self, scale: f64, out: &mut dyn Entries) {
-        self.rows().for_each(|(weight, row)| row.emit_second(scale * weight, out));
-    }
-}
-
 /// An angle over an interval.
 struct Turn<'a> {
-    parts: [Products<'a>; 2], // s, c
-    factors: [f64; 2],        // D̄θ = factors[0] Ds + factors[1] Dc at q_{n+1/2}
-    kappa: f64,               // κ
-    kappa_end: [f64; 2],      // ∂κ/∂(s, c) at q_{n+1}
+    rows: [&'a Row; 2],  // s, c
+    factors: [f64; 2],   // D̄θ = factors[0] Ds + factors[1] Dc at q_{n+1/2}
+    kappa: f64,          // κ
+    kappa_end: [f64; 2], // ∂κ/∂(s, c) at q_{n+1}
 }
 
 impl<'a> Turn<'a> {
-    fn over(parts: [Products<'a>; 2], s: &Interval) -> Self {
-        let [sine, cosine] = parts;
+    fn over((sine, cosine): (&'a Row, &'a Row), s: &Interval) -> Self {
         let (s0, c0) = (sine.value(&s.q0), cosine.value(&s.q0));
-        let (ds, dc) = (sine.change(s), cosine.change(s));
+        let (ds, dc) = (change(sine, s), change(cosine, s));
         let (s1, c1) = (s0 + ds, c0 + dc);
         let psi = libm::atan2(c0 * ds - s0 * dc, c0 * c1 + s0 * s1);
         let (r0, square) = (libm::hypot(s0, c0), s1 * s1 + c1 * c1);
@@ -103,7 +58,7 @@ impl<'a> Turn<'a> {
         let kappa = factor / length;
         let by_psi = slope / (length * square);
         Self {
-            parts,
+            rows: [sine, cosine],
             factors: [kappa * (c0 + 0.5 * dc), -kappa * (s0 + 0.5 * ds)],
             kappa,
             kappa_end: [by_psi * c1 - kappa * s1 / square, -by_psi * s1 - kappa * c1 / square],
@@ -111,8 +66,8 @@ impl<'a> Turn<'a> {
     }
 
     fn for_each_slope(&self, s: &Interval, mut visit: impl FnMut(usize, f64)) {
-        for (part, factor) in self.parts.iter().zip(self.factors) {
-            part.for_each_slope(&s.q_mid, |i, slope| visit(i, factor * slope));
+        for (row, factor) in self.rows.iter().zip(self.factors) {
+            row.for_each_slope(&s.q_mid, |i, slope| visit(i, factor * slope));
         }
     }
 
@@ -123,15 +78,15 @@ impl<'a> Turn<'a> {
             [along[0] * self.kappa_end[0], along[0] * self.kappa_end[1] + half],
             [along[1] * self.kappa_end[0] - half, along[1] * self.kappa_end[1]],
         ];
-        for (left, weights) in self.parts.iter().zip(weights) {
-            for (right, weight) in self.parts.iter().zip(weights) {
+        for (left, weights) in self.rows.iter().zip(weights) {
+            for (right, weight) in self.rows.iter().zip(weights) {
                 left.for_each_slope(&s.q_mid, |i, a| {
                     right.for_each_slope(&s.q1, |j, b| out.add(i, j, weight * a * b));
                 });
             }
         }
-        for (part, factor) in self.parts.iter().zip(self.factors) {
-            part.emit_second(0.5 * scale * factor, out);
+        for (row, factor) in self.rows.iter().zip(self.factors) {
+            row.emit_second(0.5 * scale * factor, out);
         }
     }
 }
@@ -140,9 +95,7 @@ impl<'a> Turn<'a> {
 pub(crate) fn for_each_slope(theta: &JointCoordinate, s: &Interval, visit: impl FnMut(usize, f64)) {
     match theta.value() {
         Value::Length(row) => row.for_each_slope(&s.q_mid, visit),
-        Value::Angle { sine, cosine } => {
-            Turn::over(Products::of(theta, sine, cosine), s).for_each_slope(s, visit);
-        }
+        Value::Angle { sine, cosine } => Turn::over((sine, cosine), s).for_each_slope(s, visit),
     }
 }
 
@@ -161,7 +114,7 @@ pub(crate) fn emit_derivative(
     match theta.value() {
         Value::Length(row) => row.emit_second(0.5 * scale, out),
         Value::Angle { sine, cosine } => {
-            Turn::over(Products::of(theta, sine, cosine), s).emit_derivative(s, scale, out);
+            Turn::over((sine, cosine), s).emit_derivative(s, scale, out);
         }
     }
 }
@@ -212,44 +165,6 @@ mod tests {
         out
     }
 
-    /// The change of a coordinate over an interval; of an angle off the constraints that of the products which its derivative is of.
-    fn change_of(theta: &JointCoordinate, s: &Interval) -> f64 {
-        match theta.value() {
-            Value::Length(_) => theta.change(s).difference,
-            Value::Angle { sine, cosine } => {
-                let [sine, cosine] = Products::of(theta, sine, cosine);
-                let [start, end] = [&s.q0, &s.q1].map(|q| sine.value(q).atan2(cosine.value(q)));
-                end - start
-            }
-        }
-    }
-
-    /// Those products are those of the coordinate where the constraints hold.
-    #[test]
-    fn an_angle_is_the_same_by_all_its_products_on_the_constraints() {
-        let model = pair(PairKind::Cylindrical, false);
-        let joint = model.mechanism.description().joints[0].clone();
-        let theta = JointCoordinate::principal(&joint, 1).unwrap();
-        let q = model.mechanism.initial_configuration();
-        let axis = joint.configuration(&q).axis(2);
-        for angle in [0.0, 0.7, -2.9] {
-            let turn = vi_rigid::rotation::exp(&(angle * axis));
-            let mut turned = q.clone();
-            for k in 1..4 {
-                let own = 12 + 3 * k..15 + 3 * k;
-                let director = turn * Vector3::from_column_slice(&q[own.clone()]);
-                turned[own].copy_from_slice(director.as_slice());
-            }
-            let mut s = Interval::new(q.len());
-            s.open(0.0, 0.1, &q);
-            s.dq.iter_mut().zip(turned.iter().zip(&q)).for_each(|(dq, (a, b))| *dq = a - b);
-            s.close_from_increment();
-            let off = (change_of(&theta, &s) - theta.change(&s).difference).abs();
-            println!("{angle}: {off:.1e}");
-            assert!(off < 1e-14, "{off:e}");
-        }
-    }
-
     #[test]
     fn it_is_directional_and_equivariant_for_steps_of_any_length() {
         for (name, theta, long) in coordinates() {
@@ -259,7 +174,7 @@ mod tests {
                 s.close_from_increment();
                 let found = slope(&theta, &s);
                 let work: f64 = found.iter().zip(&s.dq).map(|(d, dq)| d * dq).sum();
-                let change = change_of(&theta, &s);
+                let change = theta.change(&s).difference;
                 let part = |x: &[f64], k: usize| Vector3::from_column_slice(&x[3 * k..3 * k + 3]);
                 let moment: Vector3<f64> =
                     (0..8).map(|k| part(&s.q_mid, k).cross(&part(&found, k))).sum();

@@ -25,7 +25,6 @@ use vi_core::sparse::Entries;
 #[derive(Clone, Debug)]
 pub struct JointCoordinate {
     value: Value,
-    twin: Option<Box<[Row; 2]>>,    // −s and c by m_2', where n' = n
     slot: usize,                    // among the unwrapped angles
     unknown: Option<SignedUnknown>, // of a step, where the joint belongs to the tree
     on_ground: bool,                // whether the joint is one with the ground
@@ -90,10 +89,7 @@ impl JointCoordinate {
         };
         let on_ground =
             [&joint.parent, &joint.child].iter().any(|end| end.frame == FrameId::Ground);
-        let has_twin =
-            freedom == DegreeOfFreedom::ABOUT_AXIS && !joint.kind.properties().swaps_axes;
-        let twin = has_twin.then(|| Box::new([product([1, 0]), product([1, 1])]));
-        Some(Self { value, twin, slot: UNLISTED, unknown: None, on_ground })
+        Some(Self { value, slot: UNLISTED, unknown: None, on_ground })
     }
 
     /// Notes the unknown of a step that it is.
@@ -126,12 +122,6 @@ impl JointCoordinate {
     #[must_use]
     pub fn value(&self) -> &Value {
         &self.value
-    }
-
-    /// Of an angle between frames with a common axis: `m_2'·m_1 = −s` and `m_2'·m_2 = c`.
-    #[must_use]
-    pub fn twin(&self) -> Option<&[Row; 2]> {
-        self.twin.as_deref()
     }
 
     /// Whether it is an angle.
