@@ -17,9 +17,6 @@
 //!
 //! Redundant constraints: the force of a step is unique, the multipliers are given in minimum-norm form. The force of a node is that of
 //! multipliers in units of their rows ([`UnitRows`]), which are the same in all units of length.
-//!
-//! `Ḡ(q_n, q_n)` differs from `G(q_n)` in rows of angles, by multiples of the constraints that hold their axes: the force of the
-//! node is `Ḡ(q_n, q_n)ᵀ λ`, the multipliers are those of `G(q_n)` with the same force.
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
@@ -37,9 +34,6 @@ use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 use vi_core::{Energies, MechanicalSystem};
 
-/// Part of the constraint force up to which two Jacobians say the same of it.
-const SAME: f64 = 1e-9;
-
 /// Computes the [`Node`]s of energy–momentum schemes: `p_n = M v_n` is `p` and `ᵠp`, `H_n` is every energy, `λ_n` is the mean
 /// of the steps beside the node (order 2), at the start the multiplier of the step after it.
 #[derive(Debug)]
@@ -49,10 +43,7 @@ pub struct EmObserver {
     wanted: bool,                           // whether multipliers are
     projections: Option<Projections>,       // made when first asked for
     jacobian: Option<SparseMatrix>,         // m × n  Ḡ
-    jacobian_of_node: Option<SparseMatrix>, // m × n  Ḡ(q_n, q_n)
-    jacobian_at_node: Option<SparseMatrix>, // m × n  G(q_n)
-    rows_of_node: Option<UnitRows>,         // where both differ, made when first asked for
-    stand: Interval,                        // (q_n, q_n)
+    jacobian_of_node: Option<SparseMatrix>, // m × n  G
     least_norm: LeastNorm,
     unit_rows: Option<UnitRows>, // where constraints are redundant, made when first asked for
     own: Vec<f64>,               // m  the multipliers of the node that its force is of
@@ -81,9 +72,6 @@ impl EmObserver {
             projections: None,
             jacobian: None,
             jacobian_of_node: None,
-            jacobian_at_node: None,
-            rows_of_node: None,
-            stand: Interval::new(n),
             least_norm: LeastNorm::default(),
             unit_rows: None,
             own: zeros(m),
@@ -133,41 +121,17 @@ impl EmObserver {
             std::mem::swap(&mut self.node.lambda, &mut self.node.lambda_mid);
         }
         self.read_step(constraints, s, (mu, s.h), if before.is_some() { 0.5 } else { 1.0 });
-        let Self {
-            node,
-            rows,
-            jacobian_of_node,
-            jacobian_at_node,
-            rows_of_node,
-            stand,
-            own,
-            work,
-            ..
-        } = self;
+        let Self { node, jacobian_of_node, own, .. } = self;
         let Node { lambda, lambda_mid, constraint_force: force, .. } = node;
         match before {
             Some(_) => lambda.iter_mut().zip(lambda_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b)),
             None => lambda.copy_from_slice(lambda_mid),
         }
-        let (shape, at) = ((constraints.len(), constraints.dim()), (state.t, &state.q[..]));
-        stand.open(at.0, s.h, at.1);
-        stand.angles.extend_from_slice(&state.angles);
-        let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(stand, out);
-        let of_node = SparseMatrix::update(jacobian_of_node, shape, emit);
+        let emit = |out: &mut dyn Entries| constraints.jacobian(state.t, &state.q, out);
+        let shape = (constraints.len(), constraints.dim());
+        let at_node = SparseMatrix::update(jacobian_of_node, shape, emit);
         force.fill(0.0);
-        of_node.tr_mul_add(1.0, own, force);
-        // the gradients of an angle differ by those of the constraints that hold its axes
-        let emit = |out: &mut dyn Entries| constraints.jacobian(at.0, at.1, out);
-        let at_node = SparseMatrix::update(jacobian_at_node, shape, emit);
-        work.clear();
-        work.extend(force.iter().map(|f| -f));
-        at_node.tr_mul_add(1.0, own, work);
-        if norm_inf(work) > SAME * norm_inf(force) {
-            let rows_of_node = rows_of_node.get_or_insert_with(|| UnitRows::of(constraints));
-            rows_of_node.decline(constraints.rank_tolerance() > RANK_TOLERANCE);
-            rows_of_node.multipliers(at_node, rows.len(), force, lambda);
-        }
-        work.resize(shape.0, 0.0);
+        at_node.tr_mul_add(1.0, own, force);
     }
 
     /// `λ_{n+1/2}` of a step with its force, the multipliers in minimum-norm form; adds `weight` of those that the force of the
