@@ -5,14 +5,14 @@
 //! angle    θ = atan2(s, c),  s = m_1'·m_2,  c = m_1'·m_1        about n, from m_1 to m_1'
 //! ∇θ = (c ∇s − s ∇c)/(s² + c²)
 //! ```
-//! Where the axes `n` and `n'` coincide, `s = −m_2'·m_1` and `c = m_2'·m_2` as well; the means of both pairs do not depend on the
-//! choice of `m_1` off the constraints either, as at the averaged vectors of a step.
+//! Where the axes `n` and `n'` coincide, `s = −m_2'·m_1` and `c = m_2'·m_2` as well ([`SharedAxis`]). The gradients of both angles
+//! differ by `∇(m_1'·m_2') + cos 2θ ∇(m_1·m_2) + ½ sin 2θ ∇(m_2² − m_1²)`, forces within rigid bodies.
 //!
 //! `s`, `c`, `u` are products of linear forms, so every derivative is exact. `atan2` gives an angle up to
 //! whole revolutions; these follow from the angles of the last node, [`Configuration::angles`], where the
 //! mechanism lists the coordinate ([`crate::Mechanism::coordinate`]).
 
-use crate::geometry::form::Row;
+use crate::geometry::form::{Form, Row};
 use crate::pair::joint::{FrameId, Joint};
 use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
@@ -25,9 +25,10 @@ use vi_core::sparse::Entries;
 #[derive(Clone, Debug)]
 pub struct JointCoordinate {
     value: Value,
-    slot: usize,                    // among the unwrapped angles
-    unknown: Option<SignedUnknown>, // of a step, where the joint belongs to the tree
-    on_ground: bool,                // whether the joint is one with the ground
+    shared: Option<Box<SharedAxis>>, // of an angle about the axis of the pair, n' = n
+    slot: usize,                     // among the unwrapped angles
+    unknown: Option<SignedUnknown>,  // of a step, where the joint belongs to the tree
+    on_ground: bool,                 // whether the joint is one with the ground
 }
 
 /// An angle as a principal value and whole revolutions; a length and zero.
@@ -65,6 +66,39 @@ pub enum Value {
     },
 }
 
+/// Products of the axes of two frames with `n' = n`, beside `m_1'·m_2` and `m_1'·m_1`.
+#[derive(Clone, Debug)]
+pub struct SharedAxis {
+    /// `s = −m_2'·m_1`.
+    pub sine: Row,
+    /// `c = m_2'·m_2`.
+    pub cosine: Row,
+    /// `m_1'·m_2'`, `m_1·m_2`, `½ (m_2² − m_1²)`: zero in rigid bodies.
+    pub zero: [Row; 3],
+}
+
+impl SharedAxis {
+    /// Of an angle about the axis of a pair that keeps it in common.
+    fn of(joint: &Joint, freedom: DegreeOfFreedom) -> Option<Self> {
+        let kept = freedom == DegreeOfFreedom::ABOUT_AXIS && !joint.kind.properties().swaps_axes;
+        let [first, second] = [0, 1].map(|i| joint.parent.axis(i));
+        let [own_first, own_second] = [0, 1].map(|i| joint.child.axis(i));
+        let product = |scale: f64, a: &Form, b: &Form| Row {
+            scale,
+            ..Row::product(a.clone(), b.clone(), 0.0)
+        };
+        kept.then(|| Self {
+            sine: product(-1.0, &own_second, &first),
+            cosine: product(1.0, &own_second, &second),
+            zero: [
+                product(1.0, &own_first, &own_second),
+                product(1.0, &first, &second),
+                product(0.5, &second.minus(&first), &second.plus(&first)),
+            ],
+        })
+    }
+}
+
 impl JointCoordinate {
     /// Coordinate `freedom` of a joint, an angle by its principal value, in `[−π, π]`; `None` for pairs whose
     /// degrees of freedom are no such coordinates (spherical, free) and for degrees of freedom that do not exist.
@@ -89,7 +123,8 @@ impl JointCoordinate {
         };
         let on_ground =
             [&joint.parent, &joint.child].iter().any(|end| end.frame == FrameId::Ground);
-        Some(Self { value, slot: UNLISTED, unknown: None, on_ground })
+        let shared = SharedAxis::of(joint, freedom).map(Box::new);
+        Some(Self { value, shared, slot: UNLISTED, unknown: None, on_ground })
     }
 
     /// Notes the unknown of a step that it is.
@@ -122,6 +157,12 @@ impl JointCoordinate {
     #[must_use]
     pub fn value(&self) -> &Value {
         &self.value
+    }
+
+    /// More of what an angle about an axis of both frames is made of.
+    #[must_use]
+    pub fn shared_axis(&self) -> Option<&SharedAxis> {
+        self.shared.as_deref()
     }
 
     /// Whether it is an angle.

@@ -79,10 +79,20 @@ impl Form {
     /// `self − other`.
     #[must_use]
     pub fn minus(&self, other: &Self) -> Self {
+        self.plus_multiple(-1.0, other)
+    }
+
+    /// `self + other`.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        self.plus_multiple(1.0, other)
+    }
+
+    fn plus_multiple(&self, by: f64, other: &Self) -> Self {
         let mut terms = self.terms.clone();
-        terms.extend(other.terms.iter().map(|t| Term { coefficient: -t.coefficient, ..*t }));
-        let points = self.points - other.points;
-        Self { constant: self.constant - other.constant, terms, points }
+        terms.extend(other.terms.iter().map(|t| Term { coefficient: by * t.coefficient, ..*t }));
+        let points = self.points + by * other.points;
+        Self { constant: self.constant + by * other.constant, terms, points }
     }
 
     /// Whether a translation of all bodies and point masses changes it: a point, or the distance of one from the ground.
