@@ -127,3 +127,34 @@ fn a_gear_in_one_joint_is_a_screw() {
     );
     assert!(help(&text).contains("type = \"screw\""));
 }
+
+/// Words of users who have not read the reference: the key or the type that is meant, of several the one that is possible there.
+#[test]
+fn words_of_other_keys_are_answered_with_the_key_that_is_meant() {
+    for (section, line, meant) in [
+        ("sensor", "body = \"arm\"", "did you mean `of`?"),
+        ("sensor", "joint = \"hinge\"", "did you mean `of`?"),
+        ("sensor", "constraint = \"drive\"", "did you mean `of`?"),
+        ("sensor", "type = \"force\"", "did you mean `effort`?"),
+        ("sensor", "type = \"coordinate\"", "did you mean `joint_coordinate`?"),
+        ("load", "follower = true", "did you mean `frame`?"),
+        ("joint", "velocity = 1.0", "did you mean `rate`?"),
+        ("spring", "k = 1.0", "did you mean `stiffness`?"),
+        ("spring", "length = 1.0", "did you mean `natural_length`?"),
+        ("spring", "body1 = \"arm\"", "did you mean `from`?"),
+        ("joint", "body1 = \"arm\"", "did you mean `parent`?"),
+    ] {
+        let found = help(&format!("{ARM}\n[[{section}]]\nname = \"x\"\n{line}\n"));
+        assert!(found.starts_with(meant), "{section}, {line}: {found}");
+    }
+    for (line, meant) in [
+        ("orientation = [0, 0, 1]", "did you mean `euler`?"),
+        ("colour = \"red\"", "did you mean `color`?"),
+    ] {
+        let found = help(&ARM.replace("mass = 1.0,", &format!("mass = 1.0, {line},")));
+        assert!(found.starts_with(meant), "body, {line}: {found}");
+    }
+    let spring =
+        "[[spring]]\nname = \"s\"\nstiffness = 1.0\nfrom = { body = \"arm\" }\nto = \"ground\"\n";
+    assert!(help(&format!("{ARM}\n{spring}")).contains("write a name in quotes"));
+}

@@ -59,7 +59,7 @@ pub struct Body {
     /// nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub picture: Vec<Shape>,
-    /// Its colour in pictures, `"#rrggbb"` or one of the sixteen names of HTML and `"orange"`; one of a palette by default.
+    /// Its colour in pictures, `"#rrggbb"` or a name: the sixteen of HTML, `"orange"`, `"grey"`, `"cyan"`, `"magenta"`; one of a palette by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub color: Option<String>,
     /// How much it covers in pictures, from 0, nothing, to 1, all that lies behind; 1 by default.
@@ -71,10 +71,13 @@ pub struct Body {
 }
 
 /// Names of colours.
-const COLORS: [(&str, [u8; 3]); 17] = [
+const COLORS: [(&str, [u8; 3]); 20] = [
     ("black", [0, 0, 0]),
     ("silver", [192, 192, 192]),
     ("gray", [128, 128, 128]),
+    ("grey", [128, 128, 128]),
+    ("cyan", [0, 255, 255]),
+    ("magenta", [255, 0, 255]),
     ("white", [255, 255, 255]),
     ("maroon", [128, 0, 0]),
     ("red", [255, 0, 0]),

@@ -10,8 +10,8 @@ pub(super) fn quoted(message: &str) -> impl Iterator<Item = &str> {
     message.split('`').skip(1).step_by(2)
 }
 
-/// Words that others use for ours.
-const SYNONYMS: [(&str, &str); 32] = [
+/// Words that others use for ours; the first of ours that is possible at the place is meant.
+const SYNONYMS: [(&str, &str); 81] = [
     ("hinge", "revolute"),
     ("pin", "revolute"),
     ("pivot", "revolute"),
@@ -44,11 +44,61 @@ const SYNONYMS: [(&str, &str); 32] = [
     ("duration", "end"),
     ("body1", "parent"),
     ("body2", "child"),
+    ("body1", "from"),
+    ("body2", "to"),
+    ("body_a", "from"),
+    ("body_b", "to"),
+    ("body", "of"),
+    ("joint", "of"),
+    ("constraint", "of"),
+    ("spring", "of"),
+    ("bar", "of"),
+    ("beam", "of"),
+    ("load", "of"),
+    ("particle", "of"),
+    ("motor", "of"),
+    ("point1", "point_from"),
+    ("point2", "point_to"),
+    ("anchor1", "anchor_parent"),
+    ("anchor2", "anchor_child"),
+    ("anchor", "position"),
+    ("location", "position"),
+    ("origin", "position"),
+    ("force", "effort"),
+    ("tension", "effort"),
+    ("coordinate", "joint_coordinate"),
+    ("angle", "joint_coordinate"),
+    ("displacement", "joint_coordinate"),
+    ("rate", "joint_rate"),
+    ("speed", "velocity"),
+    ("speed", "rate"),
+    ("velocity", "rate"),
+    ("orientation", "euler"),
+    ("rotation", "euler"),
+    ("omega", "angular_velocity"),
+    ("follower", "frame"),
+    ("direction", "axis"),
+    ("diameter", "dimensions"),
+    ("lengths", "dimensions"),
+    ("k", "stiffness"),
+    ("c", "damping"),
+    ("damper", "damping"),
+    ("l0", "natural_length"),
+    ("rest_length", "natural_length"),
+    ("free_length", "natural_length"),
+    ("length", "natural_length"),
+    ("colour", "color"),
+    ("young", "E"),
+    ("youngs_modulus", "E"),
+    ("poisson", "nu"),
+    ("segments", "elements"),
+    ("nodes", "points"),
 ];
 
 pub(super) fn suggestion(word: &str, known: &[&str]) -> Option<String> {
-    let meant = SYNONYMS.iter().find(|(other, _)| other.eq_ignore_ascii_case(word));
-    let meant = meant.map(|(_, ours)| *ours).filter(|ours| known.contains(ours));
+    let is_meant =
+        |(other, ours): &&(&str, &str)| other.eq_ignore_ascii_case(word) && known.contains(ours);
+    let meant = SYNONYMS.iter().find(is_meant).map(|(_, ours)| *ours);
     if let Some(answer) = wishes::answer(word).filter(|_| meant.is_none()) {
         let known = if known.is_empty() {
             String::new()
@@ -111,6 +161,10 @@ pub(super) fn reworded(message: &str) -> (String, Option<String>) {
                     message.replace("expected a sequence", "expected a list of numbers"),
                     Some(help),
                 );
+            }
+            if let Some(found) = message.strip_suffix(", expected a string") {
+                let help = "write a name in quotes; what belongs to it, such as a point, has a key of its own".to_owned();
+                return (format!("{found}, expected a name or another text"), Some(help));
             }
             let help = text_for_number(message).map(number_help);
             let message = message.replace("expected f64", "expected a number");
