@@ -94,7 +94,8 @@ fn certified(name: &str, scheme: &str) -> ModelCertificate {
     certify_model(&model.unwrap(), 1e-6, &mut |_| {}).unwrap()
 }
 
-/// Sound models of all kinds pass: nothing free, reactions of zero, forces that begin at zero, beams held at both ends.
+/// Sound models of all kinds pass: nothing free, reactions of zero, forces that begin at zero or late, motions that no step follows
+/// after their end, beams held at both ends.
 #[test]
 fn sound_models_do_not_fail() {
     for (name, scheme) in [
@@ -107,6 +108,9 @@ fn sound_models_do_not_fail() {
         ("translating_body", "nodal"),
         ("clamped_beam", "nodal"),
         ("planar_particles", "nodal"),
+        ("resting_crane", "nodal"),
+        ("late_motor", "nodal"),
+        ("rotor_that_speeds_up", "nodal"),
     ] {
         let found = certified(name, scheme);
         println!("{name}, {scheme}: {}", verdict(&found));
@@ -114,6 +118,16 @@ fn sound_models_do_not_fail() {
         assert!(failed.is_none(), "{name}, {scheme}: {}", failed.unwrap());
         let passed = found.certificate.count(Verdict::Pass);
         assert!(passed >= 60, "{name}, {scheme}: {passed} pass");
+    }
+}
+
+/// What rests at first is measured from where it begins to move; what falls from rest is measured from there.
+#[test]
+fn rest_is_not_measured() {
+    for (name, begins) in [("resting_crane", 1.0), ("late_motor", 3.5), ("driven_four_bar", 0.0)] {
+        let from = certified(name, "nodal").from;
+        println!("{name}: from t = {from} s on, at rest until {begins} s");
+        assert!(from >= begins && from - begins < 0.1, "{name}");
     }
 }
 

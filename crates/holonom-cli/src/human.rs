@@ -124,8 +124,10 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
     }
     if let Some(stiffness) = &report.stiffness {
         let found = format!(
-            "{:.3} (element {} of {})",
-            stiffness.h_omega_max, stiffness.element, stiffness.beam
+            "{} (element {} of {})",
+            rounded(stiffness.h_omega_max, 3),
+            stiffness.element,
+            stiffness.beam
         );
         rows.insert(
             2,

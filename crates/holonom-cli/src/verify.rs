@@ -1,7 +1,7 @@
 //! `holonom verify`: the certificate of a model.
 
 use holonom::RunFolder;
-use holonom::certificate::page::{page, sentence, verdict};
+use holonom::certificate::page::{page, rest, sentence, verdict};
 use holonom::certificate::{ModelCertificate, Provenance, certify_model, now};
 use holonom::run::prepare;
 use holonom::verification::certificate::Verdict;
@@ -53,6 +53,7 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
 /// The certificate for a terminal: the verdict, recommended steps, what fails; all tables and remarks where they are asked for.
 fn words(certificate: &ModelCertificate, all: bool) -> String {
     let mut text = paragraph(&format!("{}: {}", certificate.model, verdict(certificate)), "");
+    rest(certificate).iter().for_each(|said| text += &paragraph(said, "  "));
     for step in &certificate.steps {
         text += &paragraph(&sentence(step, certificate.accuracy), "  ");
     }

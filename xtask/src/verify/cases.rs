@@ -199,6 +199,8 @@ fn case(
         step,
         long: long.max(4096),
         short,
+        meant: u64::MAX,
+        own: None,
         few,
         criteria: Criterion::ALL.to_vec(),
     };

@@ -1,6 +1,7 @@
 //! The certificate of a user's model: the same properties, and a recommended step for a given accuracy.
 
 mod date;
+mod moving;
 pub mod page;
 mod provenance;
 pub mod subject;
@@ -10,6 +11,7 @@ pub use self::provenance::Provenance;
 use self::subject::ModelSubject;
 use holonom_model::{Family, Model};
 use holonom_report::scene::NUMBERS;
+use holonom_report::time;
 use holonom_sim::output::Frames;
 use holonom_sim::sample::Sample;
 use holonom_sim::simulation::Simulation;
@@ -29,12 +31,14 @@ const DENSE_UP_TO: usize = 200;
 const BUDGET: u64 = 20_000_000;
 /// Relative differences of runs below this are round-off.
 const ROUND_OFF: f64 = 1e-11;
-/// Displacements up to this, relative to the largest coordinate, are round-off.
-const AT_REST: f64 = 1e-12;
 /// Steps of the motion that the page shows, at most.
 const SHOWN: usize = 1000;
 /// How far the quotient of two errors may be from its nominal value, in binary digits.
 const QUOTIENT: f64 = 0.5;
+
+/// Why a model at rest has no certificate.
+const NOTHING_MOVES: &str = "nothing moves: no order, no conservation and no step can be concluded from a system at rest; give it a velocity, a load, or \
+     another initial configuration";
 
 /// The certificate of a model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +50,10 @@ pub struct ModelCertificate {
     /// The accuracy that steps are recommended for: largest error of a coordinate, relative to the
     /// largest coordinate.
     pub accuracy: f64,
+    /// The time of the node that measurements start from, s: 0, or where the model rests at first the time at which it begins
+    /// to move.
+    #[serde(default)]
+    pub from: f64,
     /// Recommended steps.
     pub steps: Vec<Recommendation>,
     /// The findings.
@@ -65,7 +73,7 @@ pub struct ModelCertificate {
 pub struct Recommendation {
     /// The order of the method.
     pub order: u32,
-    /// Over what time, s.
+    /// Over what time, s, from where measurements start.
     pub end: f64,
     /// Estimated error at the step of the model; `None` where it cannot be estimated.
     pub error: Option<f64>,
@@ -92,25 +100,29 @@ pub fn certify_model(
         Family::EnergyMomentum(form) => Method::EnergyMomentum(form),
         Family::Static => return Err("the model asks for statics, and nothing moves".into()),
     };
-    let subject = ModelSubject::new(model.clone());
-    if is_at_rest(&subject, model, own) {
-        return Err("nothing moves: no order, no conservation and no step can be concluded from a system at rest; \
-                    give it a velocity, a load, or another initial configuration"
-            .into());
+    let mut subject = ModelSubject::new(model.clone());
+    let start = moving::start(&subject, model, own).ok_or(NOTHING_MOVES)?;
+    let mut rest = model.clone(); // of the run, from there on
+    rest.settings.end -= start.t;
+    let from = start.t;
+    if from > 0.0 {
+        progress(&format!("from t = {} s on: the model rests before", time(from)));
+        subject.start_at(start);
     }
-    let plan = plan(&subject, model, own)?;
+    let plan = plan(&subject, &rest, own)?;
     let name = &model.header.name;
     let certificate = certify(&subject, name, &plan, progress);
     let mut steps = Vec::new();
     let best = plan.methods.first().map_or(own, |(method, _)| *method);
     for order in [2, 4] {
         progress(&format!("a step for an accuracy of {accuracy:e}, order {order}"));
-        steps.push(recommend(&subject, (best, order), model, accuracy));
+        steps.push(recommend(&subject, (best, order), &rest, accuracy));
     }
     Ok(ModelCertificate {
         model: name.clone(),
         holds: certificate.holds(),
         accuracy,
+        from,
         steps,
         certificate,
         version: env!("CARGO_PKG_VERSION").into(),
@@ -136,17 +148,6 @@ fn motion(model: &Model) -> Option<Frames> {
     // a run that fails shows what there is
     let Ok(_) = run.run_while(&mut observe, &mut |step, _| step < most);
     (frames.q.len() > 1).then_some(frames)
-}
-
-/// Whether the configuration stays what it is, to round-off, for up to 512 steps.
-fn is_at_rest(subject: &ModelSubject, model: &Model, method: Method) -> bool {
-    let steps = (model.settings.steps().clamp(4, 512) / 4 * 4) as u32;
-    let end = f64::from(steps) * model.settings.step;
-    let Ok(nodes) = nodes(subject, method, 2, end, steps) else { return false };
-    let start = &nodes[0].q;
-    let size = start.iter().fold(1.0_f64, |size, q| size.max(q.abs()));
-    let stays = |(a, b): (&f64, &f64)| (a - b).abs() <= AT_REST * size;
-    nodes.iter().all(|node| node.q.iter().zip(start).all(stays))
 }
 
 /// What is measured on a model: everything where it is small, the production scheme where it is not.
@@ -191,6 +192,8 @@ fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Plan, Stri
         step: h,
         long: long.max(steps.min(20_000)),
         short: 2048,
+        meant: steps,
+        own: Some((own, own_order)),
         few: steps.clamp(1, 64),
         criteria: Criterion::ALL.to_vec(),
     })

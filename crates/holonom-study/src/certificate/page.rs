@@ -20,6 +20,15 @@ pub fn verdict(of: &ModelCertificate) -> String {
     format!("{words}: {}", counts(&of.certificate.findings.iter().collect::<Vec<_>>()))
 }
 
+/// From when on the model was measured, in a sentence; `None` where from its beginning.
+#[must_use]
+pub fn rest(of: &ModelCertificate) -> Option<String> {
+    let from = time(of.from);
+    let said =
+        format!("measured from t = {from} s on, times counted from there: before, the model rests");
+    (of.from > 0.0).then_some(said)
+}
+
 /// A recommendation in a sentence.
 #[must_use]
 pub fn sentence(of: &Recommendation, accuracy: f64) -> String {
@@ -48,6 +57,9 @@ pub fn page(of: &ModelCertificate, model: &Model) -> String {
     html += &heading(&title, &about, of.provenance.as_ref().map_or("", |made| &made.command));
     let class = if of.holds { "passed" } else { "failed" };
     let _ = writeln!(html, "<p class=\"{class}\">{}</p>", escape(&verdict(of)));
+    if let Some(rest) = rest(of) {
+        let _ = writeln!(html, "<p>{}</p>", escape(&rest));
+    }
     push_list(&mut html, provenance(of));
     if let Some(frames) = &of.motion {
         let scene = Scene::new(model, frames, &BTreeMap::new(), None);

@@ -1,11 +1,13 @@
 //! A model file as a [`Subject`].
 
+use super::moving::Start;
 use holonom_model::{Model, ModelError, Settings};
 use holonom_sim::system::{self, System};
 use vi_constraints::{InitialValues, Method as Order, Options, SchemeKind};
 use vi_core::Composition;
 use vi_core::galerkin::Stages;
 use vi_emscheme::{EmAlgebra, EmOptions};
+use vi_multibody::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_verify::running::Running;
 use vi_verify::subject::{Initial, Method, Motion, Setting, Subject};
@@ -14,13 +16,28 @@ use vi_verify::subject::{Initial, Method, Motion, Setting, Subject};
 #[derive(Debug)]
 pub struct ModelSubject {
     model: Model,
+    start: Option<Start>, // where not its initial values
 }
 
 impl ModelSubject {
     /// Of a validated model.
     #[must_use]
     pub fn new(model: Model) -> Self {
-        Self { model }
+        Self { model, start: None }
+    }
+
+    /// Lets it start from a node of its motion instead of its initial values.
+    pub(super) fn start_at(&mut self, start: Start) {
+        self.start = Some(start);
+    }
+
+    /// The values that it starts from.
+    fn own(&self, mechanism: &Mechanism) -> Start {
+        self.start.clone().unwrap_or_else(|| Start {
+            t: 0.0,
+            q: mechanism.initial_configuration(),
+            v: mechanism.initial_velocity(),
+        })
     }
 
     /// The model.
@@ -45,8 +62,8 @@ impl ModelSubject {
         at: Option<Initial<'_>>,
     ) -> Result<MechanismIntegrator, String> {
         let (System { mechanism, dynamics, .. }, settings) = self.build()?;
-        let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
-        let (q, v) = at.unwrap_or((&own.0, &own.1));
+        let own = self.own(&mechanism);
+        let (q, v) = at.unwrap_or((&own.q, &own.v));
         let mut options = Options::new(kind, setting.step);
         options.method = match (setting.method, Stages::of_order(setting.order)) {
             (Method::Galerkin(_), Some(stages)) => Order::Galerkin(stages),
@@ -54,7 +71,7 @@ impl ModelSubject {
         };
         options.newton = settings.newton();
         let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
-        let at = InitialValues::new(0.0, q, v);
+        let at = InitialValues::new(own.t, q, v);
         let system = dynamics.variational(&mechanism);
         integrator(mechanism, system, options, solver, at).map_err(|e| e.to_string())
     }
@@ -75,15 +92,15 @@ impl Subject for ModelSubject {
             }
             Method::EnergyMomentum(form) => {
                 let (System { mechanism, dynamics, .. }, settings) = self.build()?;
-                let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
-                let (q, v) = at.unwrap_or((&own.0, &own.1));
+                let own = self.own(&mechanism);
+                let (q, v) = at.unwrap_or((&own.q, &own.v));
                 let composition = Composition::of_order(setting.order).unwrap_or_default();
                 let mut options = EmOptions::new(form, setting.step).composition(composition);
                 options.newton = settings.newton();
                 let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
                 let algebra = EmAlgebra { solver, ..EmAlgebra::default() };
                 let (system, at) =
-                    (dynamics.energy_momentum(&mechanism), InitialValues::new(0.0, q, v));
+                    (dynamics.energy_momentum(&mechanism), InitialValues::new(own.t, q, v));
                 let forces = dynamics.variational(&mechanism); // to evaluate the equations of motion
                 let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                     .map_err(|e| e.to_string())?;

@@ -158,6 +158,8 @@ impl Base {
             step,
             long,
             short: 2048,
+            meant: u64::MAX,
+            own: None,
             few: 64,
             criteria: criteria.to_vec(),
         }
