@@ -31,7 +31,7 @@ const END: f64 = 1.0;
 
 /// A joint between the ground and the body, in its coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+pub(crate) enum Kind {
     Revolute,
     Prismatic,
     Cylindrical,
@@ -44,16 +44,16 @@ use Kind::{Cylindrical, Planar, Prismatic, Revolute, Screw, Universal};
 
 /// A coordinate: along an axis, about one, or both (m per rad).
 #[derive(Clone, Copy)]
-struct Freedom {
+pub(crate) struct Freedom {
     axis: Vector3<f64>,
     slide: f64,
     turn: f64,
 }
 
 impl Kind {
-    const ALL: [Self; 6] = [Revolute, Prismatic, Cylindrical, Planar, Universal, Screw];
+    pub(crate) const ALL: [Self; 6] = [Revolute, Prismatic, Cylindrical, Planar, Universal, Screw];
 
-    fn freedoms(self) -> Vec<Freedom> {
+    pub(crate) fn freedoms(self) -> Vec<Freedom> {
         let (n, first) = (Vector3::from(AXIS), Vector3::from(ACROSS));
         let slide = |axis| Freedom { axis, slide: 1.0, turn: 0.0 };
         let turn = |axis| Freedom { axis, slide: 0.0, turn: 1.0 };
@@ -102,9 +102,9 @@ impl Kind {
 
 /// What acts on one freedom.
 #[derive(Clone, Copy)]
-struct Acting {
-    freedom: usize,
-    rest: f64,
+pub(crate) struct Acting {
+    pub(crate) freedom: usize,
+    pub(crate) rest: f64,
 }
 
 fn history(t: f64) -> f64 {
@@ -113,8 +113,9 @@ fn history(t: f64) -> f64 {
 
 /// The path of the motor's control, and its rate.
 fn path(t: f64) -> [f64; 2] {
-    let angle = TAU * 0.8 * t;
-    [0.3 + 1.1 * t + 0.25 * angle.sin(), 1.1 + 0.25 * TAU * 0.8 * angle.cos()]
+    let angle = TAU * 0.8 * t + 0.2;
+    let sine = 0.25 * (angle.sin() - 0.2_f64.sin());
+    [0.3 + 1.1 * t + 0.35 * t * t + sine, 1.1 + 0.7 * t + 0.25 * TAU * 0.8 * angle.cos()]
 }
 
 impl Acting {
@@ -154,7 +155,7 @@ impl Acting {
     }
 
     /// `y` at multiples of `h`, by the classical Runge–Kutta method with two steps in each.
-    fn integrate(self, kind: Kind, y: Vec<f64>, h: f64) -> Vec<Vec<f64>> {
+    pub(crate) fn integrate(self, kind: Kind, y: Vec<f64>, h: f64) -> Vec<Vec<f64>> {
         const PARTS: usize = 2;
         let e = h / PARTS as f64;
         let plus = |y: &[f64], k: &[f64], s: f64| -> Vec<f64> {
@@ -181,7 +182,7 @@ impl Acting {
     }
 }
 
-fn text(kind: Kind, acting: Acting, rates: &[f64], step: f64) -> String {
+pub(crate) fn text(kind: Kind, acting: Acting, rates: &[f64], step: f64) -> String {
     let Acting { freedom, rest } = acting;
     let name = format!("{kind:?}").to_lowercase();
     let own = match kind {
@@ -217,7 +218,7 @@ effort = {EFFORT}
 history = {{ type = "harmonic", frequency = 1.3, phase = 0.4 }}
 proportional = {p}
 derivative = {d}
-path = {{ offset = 0.3, rate = 1.1, amplitude = 0.25, frequency = 0.8 }}
+path = {{ offset = 0.3, rate = 1.1, acceleration = 0.7, amplitude = 0.25, frequency = 0.8, phase = 0.2 }}
 [[sensor]]
 name = "coordinate"
 type = "joint_coordinate"
@@ -234,15 +235,15 @@ of = "joint"
 
 /// The largest error of each kind of quantity, relative to its largest value.
 #[derive(Debug, Default)]
-struct Errors {
-    coordinates: f64,
-    efforts: f64,
-    energies: f64,
-    balance: f64,
+pub(crate) struct Errors {
+    pub(crate) coordinates: f64,
+    pub(crate) efforts: f64,
+    pub(crate) energies: f64,
+    pub(crate) balance: f64,
 }
 
 /// Rates initially; those of an angle under test wind it up.
-fn rates(kind: Kind, acting: Acting) -> Vec<f64> {
+pub(crate) fn rates(kind: Kind, acting: Acting) -> Vec<f64> {
     let freedoms = kind.freedoms();
     let mut rates = RATES[..freedoms.len()].to_vec();
     if freedoms[acting.freedom].turn > 0.0 {
@@ -251,43 +252,44 @@ fn rates(kind: Kind, acting: Acting) -> Vec<f64> {
     rates
 }
 
-/// Of a run against `exact`, as [`Acting::integrate`] gives it.
-fn errors(
+/// Columns of `sensors.csv` and `energy.csv` at all nodes, by name; not a number where there is none.
+pub(crate) struct Columns<'a> {
+    pub(crate) sensor: &'a dyn Fn(&str) -> Vec<f64>,
+    pub(crate) energy: &'a dyn Fn(&str) -> Vec<f64>,
+    /// Coordinates of the joint.
+    pub(crate) coordinates: Vec<Vec<f64>>,
+}
+
+/// The larger one; NaN where one is.
+fn larger(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
+}
+
+/// Of columns against `exact`, as [`Acting::integrate`] gives it.
+pub(crate) fn errors(
     kind: Kind,
     acting: Acting,
-    settings: &[(&str, &str)],
-    (h, exact): (f64, &[Vec<f64>]),
+    found: &Columns<'_>,
+    h: f64,
+    exact: &[Vec<f64>],
 ) -> Errors {
     let freedoms = kind.freedoms();
     let d = freedoms.len();
-    let model = model(&text(kind, acting, &rates(kind, acting), h), settings);
-    let mut simulation = Simulation::new(&model).unwrap();
-    let found = samples(&mut simulation);
-    let names: Vec<_> =
-        simulation.sensors().columns().iter().map(holonom::sensor::Column::name).collect();
-    let energies = simulation.energy_columns().to_vec();
-    let energy = |s: &Sample, name: &str| {
-        let k = energies.iter().position(|column| column == name);
-        s.energies[k.unwrap_or_else(|| panic!("no column {name} in {energies:?}"))]
-    };
-    assert_eq!(found.len(), exact.len());
-    let largest = |of: &dyn Fn(usize) -> f64| (0..exact.len()).map(of).fold(0.0, f64::max);
+    let largest = |of: &dyn Fn(usize) -> f64| (0..exact.len()).map(of).fold(0.0, larger);
     let mut out = Errors::default();
-    let size = largest(&|i| exact[i][..d].iter().map(|x| x.abs()).fold(0.0, f64::max));
+    let size = largest(&|i| exact[i][..d].iter().map(|x| x.abs()).fold(0.0, larger));
     assert!(freedoms[acting.freedom].turn == 0.0 || size > TAU, "{kind:?}: not wound, {size}");
     for k in 0..d {
-        let off = largest(&|i| (found[i].sensors[k] - exact[i][k]).abs());
-        out.coordinates = out.coordinates.max(off / size);
+        let off = largest(&|i| (found.coordinates[k][i] - exact[i][k]).abs());
+        out.coordinates = larger(out.coordinates, off / size);
     }
     let f = acting.freedom;
     let own = |i: usize| acting.efforts(i as f64 * h, exact[i][f], exact[i][d + f]);
-    let size = largest(&|i| own(i).iter().map(|x| x.abs()).fold(0.0, f64::max));
+    let size = largest(&|i| own(i).iter().map(|x| x.abs()).fold(0.0, larger));
     for (k, part) in ["spring", "damper", "motor"].into_iter().enumerate() {
-        let name = format!("effort.{part}");
-        let column = names.iter().position(|column| *column == name);
-        let column = column.unwrap_or_else(|| panic!("no column {name} in {names:?}"));
-        let off = largest(&|i| (found[i].sensors[column] - own(i)[k]).abs());
-        out.efforts = out.efforts.max(off / size);
+        let column = (found.sensor)(&format!("effort.{part}"));
+        let off = largest(&|i| (column[i] - own(i)[k]).abs());
+        out.efforts = larger(out.efforts, off / size);
     }
     let height = |y: &[f64]| Vector3::from(GRAVITY).dot(&kind.place(&y[..d]).0);
     let parts: [(&str, &dyn Fn(&[f64]) -> f64); 5] = [
@@ -300,18 +302,41 @@ fn errors(
         ("work.joint.damper", &|y| y[2 * d]),
         ("work.joint.motor", &|y| y[2 * d + 1]),
     ];
-    let size = largest(&|i| parts[0].1(&exact[i]).max(parts[2].1(&exact[i])));
+    let size = largest(&|i| larger(parts[0].1(&exact[i]), parts[2].1(&exact[i])));
     for (name, value) in parts {
-        let of = |i: usize| energy(&found[i], name) - energy(&found[0], name);
+        let column = (found.energy)(name);
+        let of = |i: usize| column[i] - column[0];
         let off = largest(&|i| (of(i) - (value(&exact[i]) - value(&exact[0]))).abs());
-        out.energies = out.energies.max(off / size);
+        out.energies = larger(out.energies, off / size);
     }
-    let sum = |s: &Sample| {
-        let own = ["kinetic", "gravity", "springs"].map(|name| energy(s, name));
-        own.iter().sum::<f64>() - energy(s, "total")
-    };
-    out.balance = found.iter().map(|s| sum(s).abs()).fold(0.0, f64::max) / size;
+    let [kinetic, gravity, springs, total] =
+        ["kinetic", "gravity", "springs", "total"].map(|name| (found.energy)(name));
+    out.balance = largest(&|i| (kinetic[i] + gravity[i] + springs[i] - total[i]).abs()) / size;
     out
+}
+
+/// The same of a run with settings.
+fn errors_of(
+    kind: Kind,
+    acting: Acting,
+    settings: &[(&str, &str)],
+    (h, exact): (f64, &[Vec<f64>]),
+) -> Errors {
+    let model = model(&text(kind, acting, &rates(kind, acting), h), settings);
+    let mut simulation = Simulation::new(&model).unwrap();
+    let found = samples(&mut simulation);
+    assert_eq!(found.len(), exact.len());
+    let names: Vec<_> =
+        simulation.sensors().columns().iter().map(holonom::sensor::Column::name).collect();
+    let energies = simulation.energy_columns().to_vec();
+    let column = |names: &[String], name: &str, of: &dyn Fn(&Sample) -> &[f64]| -> Vec<f64> {
+        let k = names.iter().position(|column| column == name);
+        found.iter().map(|s| k.map_or(f64::NAN, |k| of(s)[k])).collect()
+    };
+    let sensor = |name: &str| column(&names, name, &|s| &s.sensors);
+    let energy = |name: &str| column(&energies, name, &|s| &s.energies);
+    let coordinates = (0..kind.freedoms().len()).map(|k| sensor(&names[k])).collect();
+    errors(kind, acting, &Columns { sensor: &sensor, energy: &energy, coordinates }, h, exact)
 }
 
 #[test]
@@ -337,7 +362,7 @@ fn springs_dampers_and_motors_act_on_the_freedom_they_name() {
                     ("simulation.method", method),
                     ("simulation.order", order.as_str()),
                 ];
-                let found = errors(kind, acting, &settings, (h, &exact));
+                let found = errors_of(kind, acting, &settings, (h, &exact));
                 println!("{kind:?} {freedom} {scheme} {method}: {found:?}");
                 let Errors { coordinates, efforts, energies, balance } = found;
                 let worst = [coordinates, efforts, energies].into_iter().fold(0.0, f64::max);

@@ -90,7 +90,7 @@ fn the_right_angle_frame_stands_aside_beyond_its_critical_load() {
     assert!(aside(1.04) < 1e-4 && aside(1.2) > 0.03);
 }
 
-const ARCH: &str = r#"
+pub(crate) const ARCH: &str = r#"
 [model]
 name = "two bars"
 

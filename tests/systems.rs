@@ -40,6 +40,7 @@ mod hostile_starts;
 mod hostile_steps;
 mod import_dialects;
 mod imports;
+mod keys;
 mod large_systems;
 mod long_run;
 mod loops_of_bars;

@@ -1,0 +1,196 @@
+//! Beams: places and directors of their nodes, momenta of consistent and lumped masses, held ends.
+
+use super::{Case, Checks, Run};
+use holonom::nalgebra::{Matrix3, Rotation3, Vector3};
+
+type Vector = Vector3<f64>;
+
+const SECTION: &str = "section = { EA = 90.0, GA1 = 25.0, GA2 = 40.0, EI1 = 0.4, EI2 = 0.7, GJ = 0.3, rhoA = 0.1, rhoI1 = 1e-3, rhoI2 = 2e-3 }";
+
+/// The directors of a section whose tangent and `normal` are given.
+fn frame(tangent: Vector, normal: Vector) -> Matrix3<f64> {
+    let d3 = tangent.normalize();
+    let d1 = (normal - normal.dot(&d3) * d3).normalize();
+    Matrix3::from_columns(&[d1, d3.cross(&d1), d3])
+}
+
+/// Nodes between two points, the first of which has the number `first`.
+fn leg(
+    run: &Run,
+    checks: &mut Checks,
+    beam: &str,
+    first: usize,
+    ends: [Vector; 2],
+    count: usize,
+    normal: Vector,
+) {
+    for k in 0..=count {
+        let name = format!("{beam}.{}", first + k);
+        let x = ends[0] + (ends[1] - ends[0]) * (k as f64 / count as f64);
+        checks.vector("node", run.place(&name, 0), x, 1e-12);
+        checks.matrix(
+            "directors",
+            run.directors(&name, 0),
+            frame(ends[1] - ends[0], normal),
+            1e-12,
+        );
+    }
+}
+
+/// Two legs of different elements with a normal for each, of order 2, in a frame, and a straight one.
+fn legs() -> Case {
+    let text = format!(
+        r#"
+model = {{ name = "legs" }}
+simulation = {{ step = 1e-5, end = 1e-5 }}
+frame = [{{ name = "tilted", rotation_vector = [0.3, 0.5, -0.8], position = [0.1, 0.3, 0.2] }}, {{ name = "other", position = [0.0, 1.0, 3.0] }}]
+[[beam]]
+name = "bent"
+relative_to = "tilted"
+points = [[0.0, 0.1, 0.2], [0.6, 0.0, 0.1], [0.6, 0.4, 0.3]]
+elements = [2, 3]
+order = 2
+normal = [[0.1, 0.0, 1.0], [1.0, 0.2, 0.0]]
+{SECTION}
+[[beam]]
+name = "straight"
+points = [[2.0, 0.0, 0.0], [2.0, 0.5, 0.7]]
+elements = 4
+normal = [0.0, -0.3, 1.0]
+{SECTION}
+"#
+    );
+    Case::new("legs of beams", text, |run| {
+        let mut checks = Checks::default();
+        let tilt = Rotation3::new(Vector::new(0.3, 0.5, -0.8));
+        let at = |x: f64, y: f64, z: f64| Vector::new(0.1, 0.3, 0.2) + tilt * Vector::new(x, y, z);
+        let corners = [at(0.0, 0.1, 0.2), at(0.6, 0.0, 0.1), at(0.6, 0.4, 0.3)];
+        leg(
+            run,
+            &mut checks,
+            "bent",
+            0,
+            [corners[0], corners[1]],
+            4,
+            tilt * Vector::new(0.1, 0.0, 1.0),
+        );
+        leg(
+            run,
+            &mut checks,
+            "bent",
+            5,
+            [corners[1], corners[2]],
+            6,
+            tilt * Vector::new(1.0, 0.2, 0.0),
+        );
+        let ends = [Vector::new(2.0, 0.0, 0.0), Vector::new(2.0, 0.5, 0.7)];
+        leg(run, &mut checks, "straight", 0, ends, 4, Vector::new(0.0, -0.3, 1.0));
+        checks.near("nodes", run.frames() as f64, 5.0 + 7.0 + 5.0, 0.1);
+        checks
+    })
+    .blind("beam.section", "nodes alone are judged")
+    .blind("beam.normal", "a direction of any length, but for its entries across the tangent")
+    .blind("frame.position", "of the other one")
+}
+
+/// Consistent and lumped masses in a rigid motion.
+fn masses() -> Case {
+    let text = format!(
+        r#"
+model = {{ name = "masses" }}
+simulation = {{ step = 1e-5, end = 1e-5 }}
+[[beam]]
+name = "lumped"
+points = [[0.2, 0.0, 0.0], [1.7, 0.0, 0.0]]
+elements = 3
+normal = [0.0, 0.0, 1.0]
+mass = "lumped"
+velocity = [0.4, -0.2, 0.9]
+angular_velocity = [0.7, 1.3, -0.5]
+{SECTION}
+[[beam]]
+name = "consistent"
+points = [[0.0, 3.0, 0.0], [0.0, 3.0, 0.8]]
+elements = 2
+normal = [1.0, 0.0, 0.0]
+{SECTION}
+"#
+    );
+    Case::new("masses of beams", text, |run| {
+        let mut checks = Checks::default();
+        let (v, w, length) = (Vector::new(0.4, -0.2, 0.9), Vector::new(0.7, 1.3, -0.5), 1.5);
+        let (mut linear, mut angular) = (Vector::zeros(), Vector::zeros());
+        for k in 0..4 {
+            let share = if k == 0 || k == 3 { 0.5 } else { 1.0 };
+            let arm = Vector::new(0.5 * f64::from(k), 0.0, 0.0);
+            let p = 0.1 * 0.5 * share * (v + w.cross(&arm));
+            linear += p;
+            angular += (Vector::new(0.2, 0.0, 0.0) + arm).cross(&p);
+        }
+        // d_1 = z, d_2 = −y, d_3 = x
+        angular += length * Vector::new(3e-3 * w.x, 2e-3 * w.y, 1e-3 * w.z);
+        checks.vector("momentum", run.linear_momentum(0), linear, 1e-12);
+        checks.vector("angular momentum", run.angular_momentum(0), angular, 1e-12);
+        checks
+    })
+    .blind("beam.name", "nothing names them")
+    .blind("beam.points", "of the one at rest")
+    .blind("beam.elements", "of the one at rest")
+    .blind("beam.normal", "of the one at rest; a direction of any length")
+    .blind("beam.section", "its stiffness does not count in a rigid motion: see the sections")
+}
+
+/// Ends that are clamped or pinned, under gravity.
+fn ends() -> Case {
+    let text = format!(
+        r#"
+model = {{ name = "ends", gravity = [3.0, -5.0, -8.0] }}
+simulation = {{ step = 2e-3, end = 0.1 }}
+[[beam]]
+name = "both"
+points = [[0.2, 0.0, 0.0], [1.7, 0.0, 0.0]]
+elements = 3
+normal = [0.0, 0.0, 1.0]
+start = "clamped"
+end = "pinned"
+{SECTION}
+[[beam]]
+name = "other"
+points = [[0.0, 3.0, 0.0], [0.0, 3.0, 0.8]]
+elements = 2
+normal = [1.0, 0.0, 0.0]
+start = "pinned"
+end = "clamped"
+{SECTION}
+"#
+    );
+    Case::new("held ends of beams", text, |run| {
+        let mut checks = Checks::default();
+        let last = run.last();
+        let held = [
+            ("both.0", Vector::new(0.2, 0.0, 0.0), true),
+            ("both.3", Vector::new(1.7, 0.0, 0.0), false),
+            ("other.0", Vector::new(0.0, 3.0, 0.0), false),
+            ("other.2", Vector::new(0.0, 3.0, 0.8), true),
+        ];
+        for (name, x, clamped) in held {
+            checks.vector("place", run.place(name, last), x, 1e-12);
+            let turned = (run.directors(name, last) - run.directors(name, 0)).amax();
+            if clamped {
+                checks.near("clamped directors", turned, 0.0, 1e-12);
+            } else {
+                checks.near("pinned directors", turned, 0.5, 0.4999);
+            }
+        }
+        checks
+    })
+    .blind("beam.section", "held ends alone are judged")
+    .blind("beam.points", "as they are drawn")
+    .blind("beam.elements", "held ends alone are judged")
+    .blind("beam.normal", "held ends alone are judged")
+    .blind("model.gravity", "that it moves is enough")
+}
+
+pub(crate) fn cases() -> Vec<Case> {
+    vec![legs(), masses(), ends()]
+}
