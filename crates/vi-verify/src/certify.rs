@@ -64,9 +64,9 @@ pub fn certify(
 ) -> Certificate {
     let certificate = Certificate { system: system.to_owned(), ..Certificate::default() };
     let horizons = Horizons::new(subject, plan.horizon);
-    let (resolved_from, nature) = (None, None);
+    let (not_resolved, nature) = (None, None);
     let mut certifier =
-        Certifier { subject, plan, certificate, horizons, resolved_from, nature, progress };
+        Certifier { subject, plan, certificate, horizons, not_resolved, nature, progress };
     for (place, (method, orders)) in plan.methods.iter().enumerate() {
         let steps = if place == 0 { plan.long } else { plan.short };
         for &order in orders {
@@ -89,8 +89,8 @@ struct Certifier<'a> {
     plan: &'a Plan,
     certificate: Certificate,
     horizons: Horizons<'a>,
-    resolved_from: Option<Option<f64>>, // found when first asked for
-    nature: Option<Nature>,             // of the last long run
+    not_resolved: Option<Option<String>>, // found when first asked for
+    nature: Option<Nature>,               // of the last long run
     progress: &'a mut dyn FnMut(&str),
 }
 
@@ -237,8 +237,7 @@ impl Certifier<'_> {
     /// of order 2, which need not do that.
     fn unresolved(&self, setting: Setting) -> Option<f64> {
         let gammas = Composition::of_order(setting.order).filter(|_| setting.order > 2)?.gammas();
-        let frequency = self.subject.start(setting).and_then(|mut motion| motion.frequency());
-        let resolution = frequency.ok()?? * setting.step.abs() * norm_inf(&gammas);
+        let resolution = self.frequency(setting)? * setting.step.abs() * norm_inf(&gammas);
         (resolution > RESOLVED).then_some(resolution)
     }
 
@@ -289,8 +288,7 @@ impl Certifier<'_> {
     /// What is reported at the nodes, at steps that resolve the fastest motion.
     fn reported(&mut self, method: Method, order: u32) {
         let mut setting = self.setting(method, order);
-        let frequency = self.subject.start(setting).and_then(|mut motion| motion.frequency());
-        if let Ok(Some(frequency)) = frequency {
+        if let Some(frequency) = self.frequency(setting) {
             setting.step = setting.step.min(0.25 / frequency.max(f64::MIN_POSITIVE));
         }
         match outputs(self.subject, setting) {
@@ -397,37 +395,53 @@ impl Certifier<'_> {
     /// A finding for small steps: it is not applicable where the step of the plan does not resolve the motion.
     fn push_of_small_steps(&mut self, mut finding: Finding) {
         if finding.verdict == Verdict::Fail
-            && let Some(step) = self.resolved_from()
+            && let Some(why) = self.not_resolved()
         {
             finding.verdict = Verdict::NotApplicable;
-            finding.reason = format!(
-                "the fastest motion is not resolved at h = {} s: condition numbers settle from \
-                 h = {step:.0e} s on",
-                self.plan.step
-            );
+            finding.reason =
+                format!("the fastest motion is not resolved at h = {} s: {why}", self.plan.step);
         }
         self.push(finding);
     }
 
-    /// The step from which on the condition numbers of the first method no longer change, where the step
-    /// of the plan is too large for that: a stiff spring or damper is not resolved.
-    fn resolved_from(&mut self) -> Option<f64> {
-        if let Some(known) = self.resolved_from {
-            return known;
+    /// Why the step of the plan does not resolve the fastest motion: a stiff beam by `h ω_max`, a stiff spring or damper by condition
+    /// numbers that no longer change from a smaller step on.
+    fn not_resolved(&mut self) -> Option<String> {
+        if let Some(known) = &self.not_resolved {
+            return known.clone();
         }
-        let method = self.plan.methods[0].0;
+        let (h, method) = (self.plan.step, self.plan.methods[0].0);
         let holds = |step: f64| {
             let setting = Setting { step, ..self.setting(method, 2) };
             let numbers = conditioning(self.subject, setting);
             numbers.map(|numbers| conditioned_as_expected(method, &numbers))
         };
-        let finer = (1..=4).map(|k| self.plan.step / 8_f64.powi(k));
-        let found = match holds(self.plan.step) {
-            Ok(false) => finer.into_iter().find(|step| holds(*step).is_ok_and(|holds| holds)),
-            _ => None,
+        let by_frequency = || {
+            let frequency = self.frequency(self.setting(method, 2))?;
+            let below = RESOLVED / frequency;
+            (below < h.abs()).then(|| {
+                format!(
+                    "h ω_max = {}, steps below {below:.0e} s resolve it",
+                    scientific(h.abs() / below, 1)
+                )
+            })
         };
-        self.resolved_from = Some(found);
+        let by_condition = || {
+            let finer = (1..=4).map(|k| h / 8_f64.powi(k));
+            let settled = match holds(h) {
+                Ok(false) => finer.into_iter().find(|step| holds(*step).is_ok_and(|holds| holds)),
+                _ => None,
+            };
+            settled.map(|step| format!("condition numbers settle from h = {step:.0e} s on"))
+        };
+        let found = by_frequency().or_else(by_condition);
+        self.not_resolved = Some(found.clone());
         found
+    }
+
+    /// `ω_max` at the beginning, rad/s.
+    fn frequency(&self, setting: Setting) -> Option<f64> {
+        self.subject.start(setting).and_then(|mut motion| motion.frequency()).ok()?
     }
 
     /// Every variational scheme against the first.

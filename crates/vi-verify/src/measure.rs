@@ -94,16 +94,19 @@ impl LongRun {
         norm_inf(&self.samples.iter().map(|node| node.energy_size).collect::<Vec<f64>>())
     }
 
-    /// A component of the momentum maps (`P` first, then `L`) over the largest sum of its terms so
-    /// far: round-off grows with what is summed.
+    /// A component of the momentum maps (`P` first, then `L`) over the largest sum of terms of any component of the same vector:
+    /// round-off grows with what is summed, and in axes that are turned every component is summed of all.
     #[must_use]
     pub fn momentum(&self, component: usize) -> Vec<f64> {
         let read = |m: &vi_core::momentum_map::Momentum| match component {
             0..3 => m.linear[component],
             _ => m.angular[component - 3],
         };
-        let largest = self.samples.iter().map(|node| read(&node.momentum_size));
-        let largest = largest.fold(0.0, f64::max);
+        let sizes = self.samples.iter().flat_map(|node| match component {
+            0..3 => node.momentum_size.linear,
+            _ => node.momentum_size.angular,
+        });
+        let largest = sizes.fold(0.0, f64::max);
         let scale = if largest > 0.0 { largest } else { 1.0 };
         self.samples.iter().map(|node| read(&node.momentum) / scale).collect()
     }
