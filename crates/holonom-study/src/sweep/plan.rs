@@ -378,6 +378,45 @@ mod tests {
         }
     }
 
+    /// The largest correlation of two columns, in magnitude.
+    fn correlation(columns: &[Vec<f64>]) -> f64 {
+        let centred = |column: &Vec<f64>| -> Vec<f64> {
+            let mean = column.iter().sum::<f64>() / column.len() as f64;
+            column.iter().map(|x| x - mean).collect()
+        };
+        let columns: Vec<Vec<f64>> = columns.iter().map(centred).collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut worst = 0.0_f64;
+        for (k, a) in columns.iter().enumerate() {
+            for b in &columns[..k] {
+                worst = worst.max(dot(a, b).abs() / (dot(a, a) * dot(b, b)).sqrt());
+            }
+        }
+        worst
+    }
+
+    /// Of 200 independent numbers the correlation has a standard deviation of 0.07.
+    #[test]
+    fn samples_of_different_keys_are_uncorrelated() {
+        let keys = ["a=0:1", "b=0:1", "c=-2:3", "d=0:1", "e=0:1", "f=0:1", "g=0:1", "h=0:1"];
+        for sampling in [Sampling::Random, Sampling::Latin, Sampling::Sobol] {
+            for seed in 0..4 {
+                let plan = Plan::samples(vary(&keys), sampling, 200, seed).unwrap();
+                let values = plan.values();
+                let column = |k: usize| -> Vec<f64> {
+                    values.iter().map(|point| point[k].parse().unwrap()).collect()
+                };
+                let columns: Vec<Vec<f64>> = (0..keys.len()).map(column).collect();
+                let worst = correlation(&columns);
+                println!("{}, seed {seed}: {worst:.3}", sampling.name());
+                assert!(worst < 0.3, "{}, seed {seed}: {worst}", sampling.name());
+                // the numbers of one key for all of them
+                let same = vec![columns[0].clone(), columns[1].clone(), columns[0].clone()];
+                assert!(correlation(&same) > 0.99);
+            }
+        }
+    }
+
     #[test]
     fn shards_share_the_points() {
         let shards: Vec<Shard> = ["1/3", "2/3", "3/3"].map(|text| text.parse().unwrap()).into();
