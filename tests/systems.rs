@@ -75,6 +75,7 @@ mod static_models;
 mod step_resolution;
 mod stiff_beams;
 mod substeps;
+mod tables;
 mod turned_models;
 mod unstable_equilibria;
 mod work_and_energy;

@@ -9,7 +9,7 @@ mod bodies;
 mod connections;
 mod curves;
 mod defects;
-mod forces;
+pub(crate) mod forces;
 mod frames;
 mod joints;
 mod judged;
