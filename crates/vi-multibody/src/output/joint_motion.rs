@@ -7,7 +7,8 @@
 //! ```
 //! `θ_n` is the angle next to the last one, so revolutions are counted and round-off does not accumulate; a step must
 //! not rotate the joint by `π` or more. `S'` are the columns of the pair's velocity map moved to the
-//! child's anchor, where a rotation has no linear part and a translation no angular one.
+//! child's anchor, where a rotation has no linear part and a translation no angular one. The rate of a screw is that of its
+//! rotation: velocities of energy–momentum schemes may miss the thread by `O(h²)`, and no unit of length plays a part then.
 //!
 //! This is output: it reads coordinates of any pair from configurations. Joint springs, motors and couplings
 //! need a single coordinate with its derivatives: [`crate::constraint::joint_coordinate`].
@@ -139,12 +140,15 @@ fn rates(joint: &Joint, [parent, child]: [(&[f64], &[f64]); 2]) -> [f64; MAX_DOF
     solve(joint, &at, &Twist::new(linear, angular))
 }
 
-/// `τ` from `S' τ = t` by the normal equations, padded with the identity.
+/// `τ` from `S' τ = t` by the normal equations, padded with the identity; rotations from the angular part alone.
 fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_DOF] {
     let map = joint.kind.velocity_map(at);
     let mut gram = SMatrix::<f64, MAX_DOF, MAX_DOF>::identity();
     let mut right = SVector::<f64, MAX_DOF>::zeros();
-    let moved = |s: &Twist| Twist::new(s.linear + s.angular.cross(&at.rho_child()), s.angular);
+    let moved = |s: &Twist| match s.angular == Vector3::zeros() {
+        true => *s,
+        false => Twist::new(Vector3::zeros(), s.angular),
+    };
     for (i, a) in map.columns().iter().map(moved).enumerate() {
         right[i] = a.dot(t);
         for (j, b) in map.columns().iter().map(moved).enumerate() {
@@ -248,6 +252,36 @@ mod tests {
                 let error = (rates[k] - difference).abs();
                 assert!(error < 1e-6, "{kind:?}, freedom {k}: {} against {difference}", rates[k]);
             }
+        }
+    }
+
+    /// A velocity that misses the thread, in metres and in millimetres.
+    #[test]
+    fn the_rate_of_a_screw_does_not_depend_on_the_unit_of_length() {
+        let q = two_frames();
+        let screw = joint(PairKind::Screw(crate::pair::screw::Pitch::new(0.3)), &q);
+        let (axis, arm) = {
+            let at = screw.configuration(&q);
+            (at.axis(2), at.rho_child())
+        };
+        let mut v = vec![0.0; 24]; // the child rotates about the axis at 2 rad/s and does not advance
+        v[12..15].copy_from_slice((2.0 * arm.cross(&axis)).as_slice());
+        for k in (15..24).step_by(3) {
+            let director = Vector3::from_column_slice(&q[k..k + 3]);
+            v[k..k + 3].copy_from_slice((2.0 * axis.cross(&director)).as_slice());
+        }
+        for unit in [1.0, 1e3, 1e-3] {
+            let scaled = |x: &[f64]| -> Vec<f64> {
+                let size = |i: usize| if i % 12 < 3 { unit } else { 1.0 };
+                x.iter().enumerate().map(|(i, x)| size(i) * x).collect()
+            };
+            let mut other = screw.clone();
+            other.kind = PairKind::Screw(crate::pair::screw::Pitch::new(0.3 * unit));
+            other.parent.anchor *= unit;
+            other.child.anchor *= unit;
+            let rate = joint_rates(&other, &scaled(&q), &scaled(&v))[0];
+            println!("{unit:e}: {rate}");
+            assert!((rate - 2.0).abs() < 1e-12, "{unit:e}: {rate}");
         }
     }
 
