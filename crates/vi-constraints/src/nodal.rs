@@ -117,6 +117,10 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for 
         self.operators.closing_size()
     }
 
+    fn mixes_kinds(&self) -> bool {
+        self.operators.mixes_kinds()
+    }
+
     fn end(
         &mut self,
         system: &S,

@@ -117,6 +117,10 @@ pub trait NodalOperators: Send {
     fn closing_size(&self) -> f64 {
         if self.closes() { CLOSING_SIZE } else { 0.0 }
     }
+    /// See [`vi_core::newton::NewtonProblem::mixes_kinds`].
+    fn mixes_kinds(&self) -> bool {
+        false
+    }
 }
 
 impl<O: NodalOperators + ?Sized> NodalOperators for Box<O> {
@@ -176,6 +180,9 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Box<O> {
     }
     fn closing_size(&self) -> f64 {
         (**self).closing_size()
+    }
+    fn mixes_kinds(&self) -> bool {
+        (**self).mixes_kinds()
     }
 }
 

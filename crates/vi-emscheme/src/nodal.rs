@@ -175,6 +175,11 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         self.operators.noise()
     }
 
+    /// Gaps of loops, and prescribed motions, beside momenta.
+    fn mixes_kinds(&self) -> bool {
+        self.operators.rows().is_some()
+    }
+
     fn end(
         &mut self,
         system: &EmSystem,

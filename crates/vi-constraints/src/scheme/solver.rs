@@ -102,6 +102,10 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
         self.scheme.closing_size()
     }
 
+    fn mixes_kinds(&self) -> bool {
+        self.scheme.mixes_kinds()
+    }
+
     fn turn(&self) -> f64 {
         self.scheme.turn()
     }

@@ -12,6 +12,9 @@ pub struct Limits {
     pub noise: f64,
     /// See [`crate::newton::NewtonProblem::closing_size`].
     pub closing_size: f64,
+    /// Contraction of the residual that the largest of its entries may hide; see
+    /// [`crate::newton::NewtonProblem::mixes_kinds`].
+    pub least_ratio: f64,
 }
 
 /// What the corrections of a solve say of its convergence.
@@ -42,7 +45,7 @@ impl Convergence {
         let ratio = if next > 0.0 { next / self.residual } else { 0.0 };
         self.residual = next;
         self.stalled = if ratio > 0.5 && size <= limits.noise { self.stalled + 1 } else { 0 };
-        let converged = ratio < 1.0 && size * ratio <= limits.tolerance;
+        let converged = ratio < 1.0 && size * ratio.max(limits.least_ratio) <= limits.tolerance;
         let enough = if size <= 1e-9 { 1 } else { 3 };
         let at_floor = size <= 4.0 * f64::EPSILON || self.stalled >= enough;
         let closed = size <= limits.closing_size && ratio < 0.5;

@@ -6,6 +6,7 @@
 //! size_k   = max over blocks of |δx|_∞ / scale_block            relative size of the k-th correction
 //! ratio_k  = |r(x_k)| / |r(x_{k-1})|                            contraction of the residual
 //! converged  when size_k · ratio_k ≤ ε/4, ratio_k < 1           what is left is below round-off
+//!            ratio_k no less than |δx| |x|/100 of rotations where residuals of unlike kinds stand side by side
 //! closed     when size_k ≤ √ε/2, ratio_k < 1/2              the residual is handed on: κ size_k² is left, κ < 1
 //!            or turn_k |δx|_∞ ≤ ε/4 |x|_∞ of each kind      no body turns by more than turn_k: turn_k δx is left
 //! at floor   when the correction is round-off: size_k ≤ 4ε, or the residual no longer contracts and
@@ -126,6 +127,11 @@ pub trait NewtonProblem {
     /// problems whose residual is handed on, so that what rounding leaves in it is not lost: elsewhere zero.
     fn closing_size(&self) -> f64 {
         0.0
+    }
+    /// Whether residuals of unlike kinds stand side by side, as gaps and momenta: the largest are then those of one kind,
+    /// which one depends on the units, and if they are linear their contraction says nothing of the others.
+    fn mixes_kinds(&self) -> bool {
+        false
     }
     /// Part of the last correction that Newton's method leaves after it, at most, where it is known: the largest
     /// rotation of a body in rad, where rotations are all that is nonlinear. Only for problems whose residual is handed
@@ -276,6 +282,7 @@ impl Newton {
                 tolerance: self.settings.tolerance.max(problem.resolution() * f64::EPSILON),
                 noise: problem.noise(),
                 closing_size: problem.closing_size(),
+                least_ratio: self.least_ratio(problem, x),
             };
             let Judgement { ratio, is_reached } = seen.judge(size.relative, next, limits);
             level = if ratio > 0.5 { level + 1 } else { 0 };
@@ -338,6 +345,21 @@ impl Newton {
             turn * correction <= rounding * scale
         };
         turn.is_finite() && of_kind(BlockKind::Rotation) && of_kind(BlockKind::Position)
+    }
+
+    /// The least contraction of what rotates: momenta bend by `x δx/8` and more of a correction `δx` of a rotation by `x` in a step.
+    fn least_ratio(&self, problem: &impl NewtonProblem, x: &[f64]) -> f64 {
+        const PART: f64 = 0.01;
+        if !problem.mixes_kinds() {
+            return 0.0;
+        }
+        let rotations = problem.blocks().iter().filter(|block| block.kind == BlockKind::Rotation);
+        let (mut rotation, mut correction) = (0.0_f64, 0.0_f64);
+        for block in rotations {
+            rotation = rotation.max(norm_inf(&x[block.range.clone()]));
+            correction = correction.max(norm_inf(&self.dx[block.range.clone()]));
+        }
+        PART * rotation * correction
     }
 
     /// Rounding error of the last correction, shape of `x`: the root is closer to `x` plus this than to `x`.

@@ -259,6 +259,10 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
     fn closing_size(&self) -> f64 {
         -self.largest(|operators| -operators.closing_size())
     }
+
+    fn mixes_kinds(&self) -> bool {
+        true
+    }
 }
 
 impl<O: RateOperators + ?Sized> RateOperators for Beside<O> {

@@ -390,6 +390,11 @@ impl NodalOperators for LoopNodal {
             false => 0.0,
         }
     }
+
+    /// Gaps of loops, and prescribed motions, beside momenta.
+    fn mixes_kinds(&self) -> bool {
+        true
+    }
 }
 
 impl RateOperators for LoopNodal {

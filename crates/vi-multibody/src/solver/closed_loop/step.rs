@@ -129,6 +129,11 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         self.resolution.closing_size()
     }
 
+    /// Gaps of loops, and prescribed motions, beside momenta.
+    fn mixes_kinds(&self) -> bool {
+        true
+    }
+
     fn end(
         &mut self,
         system: &SeparableSystem,

@@ -172,6 +172,7 @@ impl<T: Register> Kernel<T> {
                     tolerance: settings.tolerance.max(0.25 * f64::EPSILON),
                     noise: 1e-9,
                     closing_size: CLOSING_SIZE,
+                    least_ratio: 0.0,
                 };
                 let reached = seen[lane].judge(size, next, limits).is_reached;
                 if !(size.is_finite() && next.is_finite()) {
