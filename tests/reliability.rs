@@ -32,6 +32,7 @@ fn random_mechanisms_keep_what_their_schemes_promise() {
     let ended_early = Tally::count(&tally.refused) + Tally::count(&tally.failed);
     assert!(ended_early * 20 < tally.mechanisms, "{ended_early} of {}", tally.mechanisms);
     assert!(tally.restarted > 30 && tally.agreement.count > 20 && tally.momentum.count > 20);
+    assert!(tally.restated.count > 5, "{}", tally.restated.count);
 }
 
 /// Mechanisms in which a million found a fault: two whose momentum maps changed; two beams with the trapezoidal rule in steps

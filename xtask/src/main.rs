@@ -30,8 +30,8 @@ cargo xtask roundoff [--of MODEL] [--parts N]
                        rows alone, N: an N-th of the steps, printed only
 cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [--restated] [-o DIR] [--json FILE] | --model FILE
                        random valid mechanisms, assembled, stepped and judged; those with a fault are reduced and
-                       written into DIR (target/soak); --restated: one of eight is also turned, moved,
-                       reordered and stated in other units; --model: judges one model file
+                       written into DIR (target/soak); --restated: all are also turned, moved, reordered and
+                       stated in other units, not one of 32; --model: judges one model file
 cargo xtask fuzz [TARGET…] [--executions N] [--seed S] [--shard i/n] [--jobs J] [-o DIR] [--json FILE]
                        mutated model files, checkpoints, tables, command lines; inputs with a fault into DIR
                        (target/fuzz)

@@ -45,7 +45,7 @@ pub struct Request {
     pub part: Part,
     /// Where models with faults are written.
     pub output: PathBuf,
-    /// Whether one of eight is also turned, moved, reordered and stated in other units.
+    /// Whether all are also turned, moved, reordered and stated in other units, not one of 32.
     pub restated: bool,
 }
 

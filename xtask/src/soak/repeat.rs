@@ -179,13 +179,15 @@ pub(super) fn amplification(model: &Model) -> Option<f64> {
     })
 }
 
-/// The nodes of a motion whose initial momenta are changed.
+/// The nodes of a motion whose initial momenta and velocities are changed: a scheme begins with the ones or with the others.
 fn nodes_after(model: &Model, change: &dyn Fn(f64, usize) -> f64) -> Option<Vec<Sample>> {
     let mut simulation = Simulation::new(model).ok()?;
     let mut state = serde_json::to_value(simulation.state()).ok()?;
-    let momenta = state.pointer_mut("/motion/state/p")?.as_array_mut()?;
-    for (k, p) in momenta.iter_mut().enumerate() {
-        *p = change(p.as_f64()?, k).into();
+    for of_state in ["/motion/state/p", "/motion/state/v"] {
+        let numbers = state.pointer_mut(of_state)?.as_array_mut()?;
+        for (k, number) in numbers.iter_mut().enumerate() {
+            *number = change(number.as_f64()?, k).into();
+        }
     }
     simulation.resume(serde_json::from_value(state).ok()?).ok()?;
     Some(trace(&mut simulation))

@@ -390,11 +390,14 @@ pub fn displaced(model: &Model, by: &Displacement) -> Model {
     new
 }
 
-/// The model with its bodies, point masses, bars and springs in the opposite order, and its joints.
+/// The model with its bodies, point masses, bars and springs in the opposite order, and its joints. Bodies stay where a joint states a rate:
+/// that moves the body beyond it, seen from the first one where none is held.
 #[must_use]
 pub fn reordered(model: &Model) -> Model {
     let mut new = model.clone();
-    new.bodies.reverse();
+    if model.joints.iter().all(|joint| joint.rate.is_none()) {
+        new.bodies.reverse();
+    }
     new.particles.reverse();
     new.joints.reverse();
     new.bars.reverse();
