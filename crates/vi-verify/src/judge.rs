@@ -201,7 +201,7 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
     let conserved = relative <= round_off;
     let variational = method.is_variational();
     found.expected = match variational {
-        true => format!("means of H or H̃ within {:.0} % of the band", 100.0 * NEGLIGIBLE),
+        true => format!("medians of H or H̃ within {:.0} % of the band", 100.0 * NEGLIGIBLE),
         false => "conserved to round-off".into(),
     };
     found.value = Some(if trend.width() > 0.0 { trend.variation / trend.width() } else { 0.0 });
@@ -212,7 +212,7 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
         return found;
     }
     found.measured = band(&trend, relative, run);
-    // the random walk of round-off is in the means, too
+    // the random walk of round-off is in the medians, too
     let stays = trend.is_bounded() || trend.variation <= round_off * size;
     found.verdict = if variational && stays { Verdict::Pass } else { Verdict::Fail };
     let resolution = run.resolution().unwrap_or(f64::INFINITY);
@@ -227,7 +227,7 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
         found.reason = format!("h ω_max = {resolution:.1} is above {RESOLVED}");
     } else if !stays {
         found.reason = format!(
-            "the means change by {:.1e} J, the second half is {:.2} times as far from the median as the first \
+            "the medians change by {:.1e} J, the second half is {:.2} times as far from the median as the first \
              (at most {WIDENING}){}",
             trend.variation,
             trend.widening,
@@ -237,7 +237,7 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
     found
 }
 
-/// Where most of what the means change by comes at once: a force that jumps, for example.
+/// Where most of what the medians change by comes at once: a force that jumps, for example.
 fn at_once(run: &LongRun, variation: f64) -> String {
     let jump = run.largest_jump().filter(|(jump, _)| *jump >= 0.5 * variation);
     jump.map_or(String::new(), |(jump, times)| {
@@ -250,8 +250,11 @@ fn at_once(run: &LongRun, variation: f64) -> String {
 fn band(trend: &Trend, relative: f64, run: &LongRun) -> String {
     let which = if trend.of_shadow { "H̃" } else { "H" };
     let resolution = run.resolution().map_or(String::new(), |r| format!(", h ω = {r:.2}"));
-    let means = 100.0 * trend.variation / trend.width();
-    format!("H ± {:.0e}, means of {which} within {means:.1} % of it{resolution}", 0.5 * relative)
+    let medians = 100.0 * trend.variation / trend.width();
+    format!(
+        "H ± {:.0e}, medians of {which} within {medians:.1} % of it{resolution}",
+        0.5 * relative
+    )
 }
 
 pub(super) fn judge_momentum(

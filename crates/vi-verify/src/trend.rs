@@ -2,24 +2,25 @@
 //!
 //! ```text
 //! band      [min H, max H]          bound    max |H_n − H_0|
-//! variation max − min of sixteen block means: of H, or of its shadow, whichever is smaller
-//! change    slope of these means by least squares, times the length of the run
+//! variation max − min of sixteen block medians: of H, or of its shadow, whichever is smaller
+//! change    slope of these medians by least squares, times the length of the run
 //! widening  distance (root mean square, from the median of the first half) in the second half of the run
 //!          over that in the first, as far as the excitation |H − shadow| does not widen, too
 //! ```
 //! A symplectic scheme makes the energy oscillate in a band. The width of the band depends on the state, and where
 //! motion passes to faster vibrations it changes without secular drift. A secular drift is in the energy and in its
 //! shadow ([`vi_core::shadow_energy`]), which hardly depends on the state; one of the two without a drift is enough to exclude it.
+//! A median leaves out what a short fast motion makes of a few samples; a drift moves it as it moves a mean.
 //! Where a step is too coarse for a shadow energy, the energy itself may vary less.
 
 use super::fit::{line, median};
 use serde::{Deserialize, Serialize};
 
-/// Blocks whose means are compared.
+/// Blocks whose medians are compared.
 const BLOCKS: usize = 16;
 /// Samples needed.
 const SAMPLES: usize = 4 * BLOCKS;
-/// A variation of the block means below this part of the band is none.
+/// A variation of the block medians below this part of the band is none.
 pub const NEGLIGIBLE: f64 = 0.05;
 
 /// The second half may be farther away than the first by this factor.
@@ -32,13 +33,13 @@ pub struct Trend {
     pub band: (f64, f64),
     /// `max |x_n − x_0|`.
     pub bound: f64,
-    /// Largest less smallest block mean.
+    /// Largest less smallest block median.
     pub variation: f64,
     /// Their change over the run by the fitted line.
     pub change: f64,
     /// Distance in the second half over that in the first, beyond the excitation.
     pub widening: f64,
-    /// Whether the means are those of the shadow.
+    /// Whether the medians are those of the shadow.
     pub of_shadow: bool,
 }
 
@@ -81,7 +82,7 @@ impl Trend {
         if self.width() > 0.0 { self.change.abs() / self.width() } else { 0.0 }
     }
 
-    /// Whether the quantity is bounded: block means vary by a negligible part of the band, and the second
+    /// Whether the quantity is bounded: block medians vary by a negligible part of the band, and the second
     /// half is not farther away than the first by more than a half.
     #[must_use]
     pub fn is_bounded(&self) -> bool {
@@ -108,11 +109,11 @@ pub fn trend(samples: &[f64], shadow: &[f64]) -> Result<Trend, NoTrend> {
     let off: Vec<f64> = samples.iter().map(|x| x - first).collect();
     let shadow_off: Vec<f64> = shadow.iter().map(|x| x - first).collect();
     let band = range(&off);
-    let (own, other) = (block_means(&off), block_means(&shadow_off));
-    let variation = |means: &[f64]| range(means).1 - range(means).0;
+    let (own, other) = (block_medians(&off), block_medians(&shadow_off));
+    let variation = |medians: &[f64]| range(medians).1 - range(medians).0;
     let of_shadow = variation(&other) < variation(&own);
-    let (still, means) = if of_shadow { (&shadow_off, other) } else { (&off, own) };
-    let points = (0_u32..).zip(&means).map(|(k, mean)| [f64::from(k), *mean]);
+    let (still, medians) = if of_shadow { (&shadow_off, other) } else { (&off, own) };
+    let points = (0_u32..).zip(&medians).map(|(k, median)| [f64::from(k), *median]);
     let fitted = line(&points.collect::<Vec<_>>());
     let fitted = fitted.ok_or(NoTrend::NotNumbers)?;
     let excitation: Vec<f64> = off.iter().zip(&shadow_off).map(|(x, s)| x - s).collect();
@@ -120,8 +121,8 @@ pub fn trend(samples: &[f64], shadow: &[f64]) -> Result<Trend, NoTrend> {
     Ok(Trend {
         band: (first + band.0, first + band.1),
         bound: band.1.max(-band.0),
-        variation: variation(&means),
-        change: fitted.slope * means.len() as f64,
+        variation: variation(&medians),
+        change: fitted.slope * medians.len() as f64,
         widening: widening(still, floor) / widening(&excitation, 0.0).max(1.0),
         of_shadow,
     })
@@ -131,10 +132,10 @@ fn range(x: &[f64]) -> (f64, f64) {
     x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |b, x| (b.0.min(*x), b.1.max(*x)))
 }
 
-fn block_means(x: &[f64]) -> Vec<f64> {
+fn block_medians(x: &[f64]) -> Vec<f64> {
     let size = x.len() / BLOCKS;
-    let mean = |block: &[f64]| block.iter().sum::<f64>() / size as f64;
-    x.chunks_exact(size).take(BLOCKS).map(mean).collect()
+    let middle = |block: &[f64]| median(block.to_vec()).unwrap_or(0.0);
+    x.chunks_exact(size).take(BLOCKS).map(middle).collect()
 }
 
 /// Root mean square distance from the median of the first half in the second half over that in the

@@ -33,7 +33,7 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
         Criterion::Energy => (
             "variational: the error of `H` is bounded, without secular drift; energy–momentum: `H` is constant",
             format!(
-                "sixteen block means of `H_d` or of the shadow energy `H̃ = (p H_d + E_d)/(p + 1)` within {:.0} % of the band of `H_d`, \
+                "sixteen block medians of `H_d` or of the shadow energy `H̃ = (p H_d + E_d)/(p + 1)` within {:.0} % of the band of `H_d`, \
                  the second half at most {WIDENING} times as far from the median as the first; or all of it below `100 ε √N`. Applies to \
                  conservative systems, from {LEAST_TREND_STEPS} steps on, where `h ω_max ≤ {RESOLVED}`. Energy–momentum: `100 ε √N`",
                 100.0 * NEGLIGIBLE

@@ -45,7 +45,7 @@ pub(super) fn page(
     text += "\n## Quantities and orders\n\n\
              The summary in detail: one line for each quantity, family of schemes and order. The measured number is for orders the \
              observed order; for outputs the order of the difference from the equations of motion; for the energy the variation of the \
-             block means over the width of the band, or the relative change of the energy where that is round-off; for momentum maps \
+             block medians over the width of the band, or the relative change of the energy where that is round-off; for momentum maps \
              the exponent of the growth; for condition numbers the exponent of `h`; else the quantity itself.\n\n";
     text += &details(certified);
     if let Some(around) = around {
