@@ -13,7 +13,8 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--criterion NAME] [--json FILE] [--from FILE] [--age]
-                       measures every property on every system; a full run writes VERIFICATION.md;
+                       measures every property on every system; a full run writes VERIFICATION.md
+                       and docs/verification;
                        --json: stores the readings, --from: writes the page from stored readings;
                        --age: of which commit that page is
 cargo xtask compare [--quick [--only MODEL]]

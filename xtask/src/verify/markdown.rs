@@ -1,4 +1,4 @@
-//! `VERIFICATION.md`.
+//! `VERIFICATION.md`, and what it is made of: a page for each system and one for all quantities, below `docs/verification`.
 
 use super::mutants::table::table as table_of_mutants;
 use super::summary::{details, summary};
@@ -10,7 +10,12 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// The page of all certificates; `quick`: of a short run.
+/// Where the pages of the systems stand, from the root.
+pub(super) const FOLDER: &str = "docs/verification";
+/// The page of all quantities, in that folder.
+pub(super) const QUANTITIES: &str = "quantities.md";
+
+/// The page over all systems; `quick`: of a short run.
 pub(super) fn page(
     certified: &[Certified],
     around: Option<&Around>,
@@ -42,22 +47,16 @@ pub(super) fn page(
              sub-steps; `ε` is 2.2e-16. The last column counts the mutants (integrators with one planted defect) that the criterion \
              has to find.\n\n";
     text += &criteria::table();
-    text += "\n## Quantities and orders\n\n\
-             The summary in detail: one line for each quantity, family of schemes and order. The measured number is for orders the \
-             observed order; for outputs the order of the difference from the equations of motion; for the energy the variation of the \
-             block medians over the width of the band, or the relative change of the energy where that is round-off; for momentum maps \
-             the exponent of the growth; for condition numbers the exponent of `h`; else the quantity itself.\n\n";
-    text += &details(certified);
+    let _ = writeln!(
+        text,
+        "\nEvery quantity, family of schemes and order has a line in [{QUANTITIES}]({FOLDER}/{QUANTITIES})."
+    );
     if let Some(around) = around {
         push_around(&mut text, around, without_mutant(certified).len());
         text += &crate::roundoff::section().unwrap_or_else(|lacks| format!("\n{lacks}\n"));
     }
     text += "\n## Systems\n\n\
-             A plain entry passes; **FAIL** does not; *(known deviation)* does not, and the cause is known; – is inconclusive or not applicable. \
-             The reasons stand below each system. Orders are fitted above the round-off plateau, with the next term of the \
-             expansion `C h^p (1 + c h²)` where it counts. Four halvings of order 8 are a fall by `4·10⁹`, for which double \
-             precision leaves no range between the first asymptotic error and round-off: there the longest straight stretch of four, \
-             three or two halvings is taken. Errors are relative to the quantity, at four nodes of the run.\n\n";
+             Each has a page with all numbers and the reason of everything that does not pass.\n\n";
     let _ = writeln!(
         text,
         "| system | | pass | known deviation | inconclusive | not applicable | fail | time |\n|---|---|---|---|---|---|---|---|"
@@ -66,17 +65,27 @@ pub(super) fn page(
         let count = |verdict| c.reading.certificate.count(verdict).to_string();
         let _ = writeln!(
             text,
-            "| [{0}](#{0}) | {1} | {2} | {3} |",
+            "| [{0}]({FOLDER}/{0}.md) | {1} | {2} | {3} |",
             c.case.name,
             c.case.about,
             Verdict::ALL.map(count).join(" | "),
             c.reading.seconds.map_or_else(|| "–".to_owned(), |seconds| format!("{seconds:.0} s"))
         );
     }
-    for c in certified {
-        system(&mut text, c);
-    }
     text
+}
+
+/// The page of all quantities.
+pub(super) fn quantities(certified: &[Certified]) -> String {
+    format!(
+        "# Quantities and orders\n\n\
+         Written by `cargo xtask verify`, never edited by hand: the summary of [VERIFICATION.md](../../VERIFICATION.md) in detail, one \
+         line for each quantity, family of schemes and order. The measured number is for orders the \
+         observed order; for outputs the order of the difference from the equations of motion; for the energy the variation of the \
+         block medians over the width of the band, or the relative change of the energy where that is round-off; for momentum maps \
+         the exponent of the growth; for condition numbers the exponent of `h`; else the quantity itself.\n\n{}",
+        details(certified)
+    )
 }
 
 /// Mutants and long tests.
@@ -94,18 +103,24 @@ fn push_around(text: &mut String, around: &Around, without: usize) {
     let _ = write!(text, "\n## Long tests\n\n{}", around.long_tests.list());
 }
 
-fn system(text: &mut String, c: &Certified) {
+/// The page of a system.
+pub(super) fn system(c: &Certified) -> String {
     let plan = &c.case.plan;
     let reference = c.reading.certificate.studies.first().map_or("none", |s| s.reference.as_str());
-    let _ = write!(
-        text,
-        "\n## {}\n\n{}. Errors against: {reference}. Convergence over {} s and its doublings; everything \
+    let mut text = format!(
+        "# {}\n\n{}. Written by `cargo xtask verify`, never edited by hand; the criteria stand in \
+         [VERIFICATION.md](../../VERIFICATION.md). Errors against: {reference}. Convergence over {} s and its doublings; everything \
          else at h = {} s, the first run over {} steps, the others over {} steps or sub-steps, reversals \
-         and comparisons over {}.\n",
+         and comparisons over {}.\n\n\
+         A plain entry passes; **FAIL** does not; *(known deviation)* does not, and the cause is known; – is inconclusive or not applicable, \
+         for the reasons below. Orders are fitted above the round-off plateau, with the next term of the \
+         expansion `C h^p (1 + c h²)` where it counts. Four halvings of order 8 are a fall by `4·10⁹`, for which double \
+         precision leaves no range between the first asymptotic error and round-off: there the longest straight stretch of four, \
+         three or two halvings is taken. Errors are relative to the quantity, at four nodes of the run.\n",
         c.case.name, c.case.about, plan.horizon.end, plan.step, plan.long, plan.short, plan.few
     );
     for of in tables(&c.reading.certificate) {
-        table(text, &of);
+        table(&mut text, &of);
     }
     let remarks = remarks(&c.reading.certificate);
     if !remarks.is_empty() {
@@ -114,6 +129,7 @@ fn system(text: &mut String, c: &Certified) {
             let _ = writeln!(text, "- {remark}");
         });
     }
+    text
 }
 
 fn table(text: &mut String, table: &Table) {

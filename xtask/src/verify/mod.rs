@@ -98,7 +98,7 @@ struct Certified {
 
 /// Runs the verification; `Ok(true)` when no property fails.
 ///
-/// A full run of all cases writes `VERIFICATION.md` at the root of the repository.
+/// A full run of all cases writes `VERIFICATION.md` at the root of the repository, and the pages below `docs/verification`.
 ///
 /// # Errors
 /// What could not be measured or written, in words.
@@ -140,9 +140,16 @@ pub fn run(arguments: &[&str]) -> Result<bool, String> {
     let around = if full { Some(Around::measure(&root)?) } else { None };
     let text = markdown::page(&certified, around.as_ref(), (wanted.quick, seconds), &commit);
     if full {
+        let folder = root.join(markdown::FOLDER);
+        std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        for c in &certified {
+            text_file::write(&folder.join(format!("{}.md", c.case.name)), &markdown::system(c))?;
+        }
+        text_file::write(&folder.join(markdown::QUANTITIES), &markdown::quantities(&certified))?;
         text_file::write(&root.join("VERIFICATION.md"), &text)?;
     } else if wanted.only.is_some() || wanted.criterion.is_some() {
         print!("{text}");
+        certified.iter().for_each(|c| print!("\n{}", markdown::system(c)));
     }
     let findings: Vec<&Finding> =
         certified.iter().flat_map(|c| &c.reading.certificate.findings).collect();
