@@ -12,7 +12,8 @@ use holonom::vi_core::galerkin::Stages;
 use holonom::vi_core::{Quadrature, State};
 use holonom::vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use holonom::{Model, Simulation};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::TAU;
 use vi_testkit::allocator::allocations;
 
 const GALERKIN: [(&str, &str); 1] = [("simulation.method", "galerkin")];
@@ -324,29 +325,76 @@ pub(crate) fn check_restart(name: &str, start: impl Fn() -> Run) {
     assert_eq!(first.state(), second.state(), "{name}");
 }
 
-/// The sweeps of usual steps converge from the first guess; steps that are too large are refused or right.
+/// The sweeps of usual steps converge from the first guess; steps that are too large are refused, or end where small steps do.
 #[test]
 fn large_steps_are_right_or_refused() {
     let exact = chain(0.02, 16);
     assert!(exact < 2e-12, "{exact:e}");
-    for h in [0.1, 0.125, 0.2, 0.25, 0.5] {
-        let mut run = run(&shipped("chain8"), h, 8);
-        let tip = run.point("link8", [8.0, 0.0, 0.0]);
-        let integrator = run.simulation.integrator();
-        let (mut restarts, mut sweeps, mut failure) = (0, 0, None);
+    let orders = [4, 6, 8, 12];
+    for (h, order) in [0.1, 0.125, 0.2, 0.25, 0.5].into_iter().flat_map(|h| orders.map(|o| (h, o)))
+    {
+        let [mut run, mut small] =
+            [(h, order), (0.0125, 8)].map(|(h, order)| run(&shipped("chain8"), h, order));
+        let (mut sweeps, mut worst, mut failure) = (0, 0.0_f64, None);
         for _ in 0..(1.0 / h) as u32 {
-            match integrator.step() {
-                Ok(report) => {
-                    (restarts, sweeps) = (restarts + report.restarts, sweeps + report.iterations)
-                }
+            match run.simulation.integrator().step() {
+                Ok(report) => sweeps += report.iterations,
                 Err(error) => {
                     failure = Some(error.to_string());
                     break;
                 }
             }
+            let t = run.t();
+            small.until(t);
+            worst = worst.max(apart(run.q(), small.q()));
         }
-        assert!(integrator.state().q.iter().all(|q| q.is_finite()), "h = {h}");
-        println!("h = {h}: {sweeps} sweeps, {restarts} restarts, {failure:?}, {:?}", run.at(tip));
+        println!("h = {h}, order {order}: {sweeps} sweeps, off by {worst:.1e}, {failure:?}");
+        assert!(worst < 0.5, "h = {h}, order {order}: off by {worst:e}"); // of directors, and of 8 m
+    }
+}
+
+/// A body that rotates about a principal axis, nearly, in steps of up to two revolutions: the turn of each step is that of the
+/// motion, or the step is refused. Its equations have other solutions: other turns, and mirror images.
+#[test]
+fn no_step_ends_on_another_branch_or_at_a_mirror_image() {
+    let text = r#"
+model = { name = "rotor" }
+simulation = { step = 0.1, end = 0.5, method = "galerkin" }
+body = [{ name = "nut", mass = 1.0, inertia = [1.0, 1.2, 1.5], angular_velocity = [0.01, 0.02, 1.0] }]
+"#;
+    for (scheme, order) in
+        [("nodal", "4"), ("nodal", "8"), ("constrained", "4"), ("constrained", "8")]
+    {
+        let (mut taken, mut worst, mut largest) = (0, 0.0_f64, 0.0_f64);
+        for k in 1..60 {
+            let turn = 0.2 * f64::from(k); // h ω, rad
+            let spin = format!("[{}, {}, {}]", 0.1 * turn, 0.2 * turn, 10.0 * turn);
+            let own = [
+                ("simulation.scheme", scheme),
+                ("simulation.order", order),
+                ("body.nut.angular_velocity", spin.as_str()),
+            ];
+            let mut run = Run::with(text, 0.1, order.parse().unwrap(), &own);
+            let mut before = run.coordinates("nut");
+            while run.simulation.integrator().step().is_ok() && run.t() < 0.45 {
+                let after = run.coordinates("nut");
+                let triad = |q: &[f64]| Matrix3::from_column_slice(&q[3..12]);
+                let (a, b) = (triad(&before), triad(&after));
+                assert!(b.determinant() > 0.99, "{scheme} {order}: a mirror image at {turn} rad");
+                let own = b * a.transpose();
+                let found = (own.m21 - own.m12).atan2(own.m11 + own.m22);
+                let off = (found - turn).rem_euclid(TAU);
+                let off = off.min(TAU - off);
+                (taken, worst) = (taken + 1, worst.max(off));
+
+                largest = largest.max(turn);
+                before = after;
+            }
+        }
+        println!(
+            "{scheme}, order {order}: {taken} steps up to {largest:.1} rad, off by {worst:.2} rad at most"
+        );
+        assert!(worst < 0.5 && taken > 20, "{scheme}, order {order}: off by {worst} rad");
     }
 }
 

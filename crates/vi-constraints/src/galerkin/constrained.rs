@@ -8,7 +8,8 @@
 //! ```
 //! The matrix leaves out `∇²V` and the variation of `Gᵀ`, so the corrections contract by a ratio of `O(h)`; the
 //! residual is exact. With interpolated strains, which may be stiff, it has both: it is then that of Newton's method but
-//! for what is evaluated at Gauss nodes. Sparse LU for any `g`; no null space is needed. It serves small systems and, as a form of its
+//! for what is evaluated at Gauss nodes. With large steps there are solutions on other branches of the motion: the polynomial through
+//! their points leaves the constraints between these, and they are refused. Sparse LU for any `g`; no null space is needed. It serves small systems and, as a form of its
 //! own, the verification of the nodal scheme.
 #![allow(non_snake_case)] // K
 
@@ -27,6 +28,9 @@ use vi_core::newton::{Block, Fault, Newton};
 use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
 use vi_core::state::State;
 
+/// How far the polynomial may leave the constraints at Gauss nodes, relative to the size of their terms.
+const FAR: f64 = 0.1;
+
 /// The constrained scheme of order `2s`.
 #[derive(Debug)]
 pub struct GalerkinConstrained {
@@ -37,6 +41,8 @@ pub struct GalerkinConstrained {
     matrix: Option<SparseMatrix>,
     lu: Option<SparseLu>,
     g: Vec<f64>,                // m  all constraints
+    sizes: Vec<f64>,            // m  of their terms
+    off: f64,                   // max_k |g(Q_k)|, relative to these
     multipliers: Vec<Vec<f64>>, // s × m  μ_i over all constraints
     force: Vec<f64>,            // n  G(q_i)ᵀ μ_i
 }
@@ -54,6 +60,8 @@ impl GalerkinConstrained {
             matrix: None,
             lu: None,
             g: vec![0.0; m],
+            sizes: vec![0.0; m],
+            off: 0.0,
             multipliers: vec![vec![0.0; m]; s],
             force: vec![0.0; n],
         }
@@ -65,8 +73,9 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
         &self.blocks
     }
 
-    fn begin(&mut self, system: &S, _constraints: &C, step: SubStep, state: &mut State) {
+    fn begin(&mut self, system: &S, constraints: &C, step: SubStep, state: &mut State) {
         self.points.open(step, state);
+        constraints.row_sizes(Configuration::new(state.t, &state.q), &mut self.sizes);
         unknowns::scale(&mut self.blocks, &state.q, system.mass());
     }
 
@@ -77,7 +86,7 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
         x: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { points, rows, jacobians, g, multipliers: mu, force, .. } = self;
+        let Self { points, rows, jacobians, g, sizes, off, multipliers: mu, force, .. } = self;
         let (n, s, chosen) = (system.dim(), points.stages(), rows.len());
         let (increments, multipliers) = x.split_at(s * n);
         let (momenta, closures) = r.split_at_mut(s * n);
@@ -89,6 +98,13 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
             rows.gather(g, &mut closures[j * chosen..(j + 1) * chosen]); // g(q_j) = 0
         }
         points.evaluate(system);
+        *off = 0.0;
+        for node in points.gauss() {
+            let at = Configuration { t: node.t, q: &node.q, ..points.step().end() };
+            constraints.residual(at, g);
+            let relative = g.iter().zip(&*sizes).map(|(g, size)| (g / size).abs());
+            *off = relative.fold(*off, f64::max);
+        }
         for (i, momentum) in momenta.chunks_exact_mut(n).enumerate() {
             let (t, q) = (points.time(i), points.q(i));
             let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
@@ -153,6 +169,13 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
 
     fn is_simplified(&self) -> bool {
         true
+    }
+
+    fn accept(&self, _x: &[f64]) -> Result<(), Fault> {
+        match self.points.stages() > 1 && self.off > FAR {
+            true => Err(Fault::FarFromConstraints { by: self.off }),
+            false => Ok(()),
+        }
     }
 
     fn equation_sizes(&mut self, constraints: &C, x: &[f64]) -> Option<Vec<f64>> {

@@ -45,9 +45,10 @@ impl StepError {
                 "a step must turn no body by more than half a turn, in the variational schemes of order 2 by less than \
                  1 rad (sin θ = h ω): reduce the time step"
             }
-            Self::Newton(NewtonError::Refused { fault: Fault::FarFromGuess { .. }, .. }) => {
-                "the step has more than one solution: reduce the time step"
-            }
+            Self::Newton(NewtonError::Refused {
+                fault: Fault::FarFromGuess { .. } | Fault::FarFromConstraints { .. },
+                ..
+            }) => "the step has more than one solution: reduce the time step",
             Self::Newton(NewtonError::Refused { fault: Fault::SingularTangent, .. })
             | Self::Newton(NewtonError::Refused { fault: Fault::RankChanged { .. }, .. })
             | Self::RankLost => {

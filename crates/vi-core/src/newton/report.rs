@@ -36,6 +36,12 @@ pub enum Fault {
         /// How far, rad.
         distance: f64,
     },
+    /// A solution whose polynomial leaves the constraints between its points, perhaps on another branch of the motion.
+    #[error("a solution whose polynomial leaves the constraints by {by:.2} of their size")]
+    FarFromConstraints {
+        /// How far, relative to the size of the terms of a constraint.
+        by: f64,
+    },
     /// A matrix has another rank than at the start.
     #[error("{of} have rank {found} here and rank {expected} at the start")]
     RankChanged {
