@@ -38,24 +38,34 @@ pub(crate) struct Work {
 }
 
 /// Moves a velocity onto `G v = −∂g/∂t` by a change that is not much larger than the least one.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 struct DrivenVelocity {
     rates: Vec<f64>,  // m
     v: Vec<f64>,      // n
     change: Vec<f64>, // n
+    jacobian: Option<SparseMatrix>,
+    least: LeastNorm,
+}
+
+/// All of it is scratch.
+impl Clone for DrivenVelocity {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl DrivenVelocity {
     /// At the start of a step, from the velocity in `self.v`. What cannot be moved stays: constraints that are about to lose rank.
     fn correct(&mut self, mechanism: &Mechanism, at: Configuration<'_>) {
-        let Self { rates, v, change } = self;
+        let Self { rates, v, change, jacobian, least } = self;
         rates.resize(mechanism.len(), 0.0);
         change.resize(v.len(), 0.0);
         mechanism.time_derivative(at.t, at.q, rates);
+        let shape = (mechanism.len(), mechanism.dim());
         let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
-        let jacobian = SparseMatrix::assemble(mechanism.len(), mechanism.dim(), emit);
+        let jacobian = SparseMatrix::update(jacobian, shape, emit);
         jacobian.mul_add(1.0, v, rates);
-        if LeastNorm::default().particular(&jacobian, rates, change).is_ok() {
+        if least.particular(jacobian, rates, change).is_ok() {
             v.iter_mut().zip(&*change).for_each(|(v, change)| *v -= change);
         }
     }
