@@ -211,3 +211,43 @@ particle = [{ name = "free", mass = 3.0, position = [4.0, 0.1, 0.0], velocity = 
     }
     hold_however_stated(texts);
 }
+
+/// Redundant constraints of a tree with one more hinge on the line of the first: multipliers of the acceleration level, at the start and,
+/// with order 4, at every node.
+#[test]
+fn a_door_with_two_hinges_does_the_same_however_it_is_stated() {
+    let bodies = r#"
+[[body]]
+name = "door"
+mass = 4.05
+inertia = [0.396, 0.378, 0.329]
+position = [0.274, -0.208, 0.722]
+rotation_vector = [-1.73, -1.18, 0.006]
+[[body]]
+name = "latch"
+mass = 0.69
+inertia = [0.0644, 0.0589, 0.0619]
+position = [-0.48, -0.782, -0.262]
+"#;
+    let hinge = |name: &str, along: f64| {
+        let axis = [-0.528, -0.792, -0.305].map(|x| along * x);
+        let at =
+            format!("[{:?}, {:?}, {:?}]", 0.0186 + axis[0], -0.0309 + axis[1], 0.3634 + axis[2]);
+        joint(name, ["ground", "door"], "revolute", &at, "axis = [-0.528, -0.792, -0.305]")
+    };
+    let latch = joint(
+        "guide",
+        ["door", "latch"],
+        "cylindrical",
+        "[-0.0029, -0.5519, 0.2648]",
+        "axis = [0.5847, 0.1711, 0.793]",
+    );
+    let mut texts = Vec::new();
+    for scheme in ["nodal", "reduced", "constrained", "dalembert", "em-nodal", "em-dalembert"] {
+        for order in [2, 4] {
+            let head = head(scheme).replace("project", &format!("order = {order}, project"));
+            texts.push(head + bodies + &hinge("first", 0.0) + &latch + &hinge("second", 0.15));
+        }
+    }
+    hold_however_stated(texts);
+}

@@ -15,7 +15,7 @@ use crate::null_space::NullSpaceQr;
 use crate::reparametrization::{Reparametrization, pull_back};
 use crate::saddle_point::{IndependentRows, JacobianPlace};
 use crate::scheme::{Condition, Scheme, StepError, SubStep};
-use crate::unknowns::position_floor;
+use crate::unknowns::{position_floor, rotation};
 use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
@@ -88,6 +88,7 @@ pub struct Dalembert<N> {
     rows: IndependentRows,
     lu: DenseLu,
     blocks: [Block; 1],
+    units: Vec<f64>, // n  of the coordinates, from the first step on
 }
 
 impl<N> Dalembert<N> {
@@ -106,6 +107,7 @@ impl<N> Dalembert<N> {
             rows,
             lu: DenseLu::new(n),
             blocks: [Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
+            units: Vec::new(),
         }
     }
 }
@@ -119,6 +121,10 @@ impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> 
         step.open(&mut self.s, state);
         self.p.copy_from_slice(&state.p);
         self.blocks[0].floor = position_floor(&state.q);
+        if self.units.is_empty() {
+            self.units.resize(state.q.len(), 1.0);
+            constraints.coordinate_units(&mut self.units);
+        }
         self.source.null_space(constraints, state.t, &state.q, &mut self.null_space);
         if let Some(rows) = self.source.independent() {
             self.rows.replace(rows);
@@ -142,6 +148,11 @@ impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> 
         constraints.value(self.s.end(), &mut self.g);
         self.rows.gather(&self.g, closure); // (25)₂
         Ok(())
+    }
+
+    /// Gaps beside momenta.
+    fn rotation(&self, dq: &[f64]) -> f64 {
+        rotation(&self.units, dq)
     }
 
     fn correction(

@@ -117,8 +117,8 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for 
         self.operators.closing_size()
     }
 
-    fn mixes_kinds(&self) -> bool {
-        self.operators.mixes_kinds()
+    fn rotation(&self, u: &[f64]) -> f64 {
+        self.operators.rotation(u)
     }
 
     fn end(

@@ -19,6 +19,7 @@ use crate::node_solvers::NodeSolvers;
 use crate::null_space::RANK_TOLERANCE;
 use crate::redundancy::minimum_norm;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
+use crate::unit_rows::UnitRows;
 use vi_core::Configuration;
 use vi_core::MechanicalSystem;
 use vi_core::legendre::Energies;
@@ -35,10 +36,11 @@ pub struct Projections {
     inverse: Option<Option<InverseMass>>, // found when first asked for; Some(None): M singular or not constant
     jacobian: Option<SparseMatrix>,       // m × n
     least_norm: LeastNorm,
-    x: Vec<f64>,            // n + r
-    m_work: Vec<f64>,       // m
-    n_work: Vec<f64>,       // n
-    acceleration: Vec<f64>, // n
+    unit_rows: Option<UnitRows>, // made when first asked for
+    x: Vec<f64>,                 // n + r
+    m_work: Vec<f64>,            // m
+    n_work: Vec<f64>,            // n
+    acceleration: Vec<f64>,      // n
 }
 
 impl Projections {
@@ -53,6 +55,7 @@ impl Projections {
             inverse: None,
             jacobian: None,
             least_norm: LeastNorm::default(),
+            unit_rows: None,
             x: vec![0.0; n + rows.len()],
             m_work: vec![0.0; m],
             n_work: vec![0.0; n],
@@ -215,12 +218,23 @@ impl Projections {
         }
         self.acceleration_sides(system, constraints, at, v);
         let Self {
-            n, jacobian: known, least_norm, acceleration: a, n_work: w, m_work: b, x, ..
+            n,
+            jacobian: known,
+            least_norm,
+            unit_rows,
+            acceleration: a,
+            n_work: w,
+            m_work: b,
+            x,
+            ..
         } = self;
         let found = jacobian(known, constraints, at, *n);
         match multipliers {
             Some(sweep) => sweep.particular(found, b, a)?,
-            None => least_norm.particular(found, b, a)?,
+            None => {
+                let unit_rows = unit_rows.get_or_insert_with(|| UnitRows::of(constraints));
+                unit_rows.particular(found, b, a)?;
+            }
         }
         let change = &mut x[..*n];
         let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, 0.0, out);
@@ -281,19 +295,28 @@ impl Projections {
     ) -> Result<(), Singular> {
         self.independent_multiplier(system, constraints, at, v, lambda)?;
         self.acceleration.copy_from_slice(&self.x[..self.n]);
-        let rows = self.mass_system.rows();
-        if rows.len() == lambda.len() {
-            return Ok(());
-        }
-        let jacobian = jacobian(&mut self.jacobian, constraints, at, self.n);
-        self.n_work.fill(0.0);
-        jacobian.tr_mul_add(1.0, lambda, &mut self.n_work);
-        self.least_norm.decline(constraints.rank_tolerance() > RANK_TOLERANCE);
-        minimum_norm(&mut self.least_norm, jacobian, rows, &self.n_work, lambda);
+        let mut force = std::mem::take(&mut self.n_work);
+        force.fill(0.0);
+        self.jacobian(constraints, at).tr_mul_add(1.0, lambda, &mut force);
+        self.take_least_norm(constraints, &force, lambda);
+        self.n_work = force;
         Ok(())
     }
 
-    /// The same with its force: `force ← Gᵀλ`, shape `n`.
+    /// `λ` of the least norm with this `force`, by the Jacobian that was taken last.
+    fn take_least_norm(
+        &mut self,
+        constraints: &impl Constraints,
+        force: &[f64],
+        lambda: &mut [f64],
+    ) {
+        let Self { mass_system, jacobian: Some(jacobian), least_norm, .. } = self else { return };
+        least_norm.decline(constraints.rank_tolerance() > RANK_TOLERANCE);
+        minimum_norm(least_norm, jacobian, mass_system.rows(), force, lambda);
+    }
+
+    /// The same with its force: `force ← Gᵀλ`, shape `n`, of independent multipliers: those of the least norm may leave a part of
+    /// it that is small beside moments.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -304,9 +327,11 @@ impl Projections {
         (at, v): (Configuration<'_>, &[f64]),
         (force, lambda): (&mut [f64], &mut [f64]),
     ) -> Result<(), Singular> {
-        self.acceleration_multiplier(system, constraints, at, v, lambda)?;
+        self.independent_multiplier(system, constraints, at, v, lambda)?;
+        self.acceleration.copy_from_slice(&self.x[..self.n]);
         force.fill(0.0);
         self.jacobian(constraints, at).tr_mul_add(1.0, lambda, force);
+        self.take_least_norm(constraints, force, lambda);
         Ok(())
     }
 }

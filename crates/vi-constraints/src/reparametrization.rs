@@ -117,9 +117,9 @@ pub trait NodalOperators: Send {
     fn closing_size(&self) -> f64 {
         if self.closes() { CLOSING_SIZE } else { 0.0 }
     }
-    /// See [`vi_core::newton::NewtonProblem::mixes_kinds`].
-    fn mixes_kinds(&self) -> bool {
-        false
+    /// See [`vi_core::newton::NewtonProblem::rotation`].
+    fn rotation(&self, _u: &[f64]) -> f64 {
+        0.0
     }
 }
 
@@ -181,8 +181,8 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Box<O> {
     fn closing_size(&self) -> f64 {
         (**self).closing_size()
     }
-    fn mixes_kinds(&self) -> bool {
-        (**self).mixes_kinds()
+    fn rotation(&self, u: &[f64]) -> f64 {
+        (**self).rotation(u)
     }
 }
 

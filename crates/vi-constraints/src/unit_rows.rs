@@ -3,6 +3,7 @@
 //! ```text
 //! G̃ = R G C,   C: what one is for each coordinate,   R: rows of length one                              [5.32]
 //! G̃ᵀλ̃ = C w,   |λ̃| least,   λ = R λ̃
+//! G̃ ã = R b,   a = C ã
 //! ```
 //! Lengths in `q` count in lever arms, so rank decisions and the choice among multipliers of redundant constraints are the same
 //! in all units of length, mass and time.
@@ -11,6 +12,7 @@ use crate::constraints::Constraints;
 use crate::least_norm::LeastNorm;
 use crate::null_space::NullSpaceQr;
 use crate::redundancy::{least_multipliers, scattered};
+use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// Least multipliers in units of their rows, the memory sized once for the pattern of `G`.
@@ -20,7 +22,8 @@ pub struct UnitRows {
     scales: Vec<f64>,             // m  R
     matrix: Option<SparseMatrix>, // m × n  G̃
     least: LeastNorm,
-    side: Vec<f64>, // n  C w
+    side: Vec<f64>,  // n  C w
+    right: Vec<f64>, // m  R b
 }
 
 impl UnitRows {
@@ -69,12 +72,32 @@ impl UnitRows {
         lambda: &mut [f64],
     ) {
         self.scale(jacobian);
-        let Self { units, scales, matrix, least, side } = self;
+        let Self { units, scales, matrix, least, side, .. } = self;
         let Some(matrix) = matrix else { return };
         let sides = side.iter_mut().zip(force.iter().zip(units));
         sides.for_each(|(side, (force, unit))| *side = *force * *unit);
         least_multipliers(least, matrix, rank, side, lambda);
         lambda.iter_mut().zip(scales).for_each(|(lambda, scale)| *lambda *= *scale);
+    }
+
+    /// `a ←` a solution of `G a = b`, shape `n`, as [`LeastNorm::particular`].
+    ///
+    /// # Errors
+    /// As [`LeastNorm::particular`].
+    pub fn particular(
+        &mut self,
+        jacobian: &SparseMatrix,
+        b: &[f64],
+        a: &mut [f64],
+    ) -> Result<(), Singular> {
+        self.scale(jacobian);
+        let Self { units, scales, matrix, least, right, .. } = self;
+        let matrix = matrix.as_ref().ok_or(Singular)?;
+        right.clear();
+        right.extend(b.iter().zip(&*scales).map(|(b, scale)| b * scale));
+        least.particular(matrix, right, a)?;
+        a.iter_mut().zip(&*units).for_each(|(a, unit)| *a *= *unit);
+        Ok(())
     }
 
     /// Multipliers in `null Gᵀ` of size one in units of their rows, that contribute to all that is not unique; none where all

@@ -18,7 +18,7 @@ use crate::scheme::advance_state;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
-use vi_constraints::unknowns::position_floor;
+use vi_constraints::unknowns::{position_floor, rotation};
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonError};
@@ -34,6 +34,7 @@ pub struct EmDalembert<N> {
     matrix: DMatrix<f64>, // n × n
     lu: DenseLu,
     blocks: [Block; 1],
+    units: Vec<f64>, // n  of the coordinates, from the first step on
 }
 
 impl<N> EmDalembert<N> {
@@ -47,6 +48,7 @@ impl<N> EmDalembert<N> {
             matrix: DMatrix::zeros(n, n),
             lu: DenseLu::new(n),
             blocks: [Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
+            units: Vec::new(),
         }
     }
 
@@ -63,9 +65,13 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
         &self.blocks
     }
 
-    fn begin(&mut self, _system: &EmSystem, _constraints: &C, step: SubStep, state: &mut State) {
+    fn begin(&mut self, _system: &EmSystem, constraints: &C, step: SubStep, state: &mut State) {
         self.balance.open(state, step);
         self.blocks[0].floor = position_floor(&state.q);
+        if self.units.is_empty() {
+            self.units.resize(state.q.len(), 1.0);
+            constraints.coordinate_units(&mut self.units);
+        }
     }
 
     fn residual(
@@ -90,6 +96,11 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
     /// rotation; the constrained form does not need it.
     fn resolution(&self) -> f64 {
         1.0 / 65536.0
+    }
+
+    /// Gaps beside momenta.
+    fn rotation(&self, dq: &[f64]) -> f64 {
+        rotation(&self.units, dq)
     }
 
     fn correction(

@@ -26,7 +26,7 @@ use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
-use vi_core::newton::{Block, Fault, Newton};
+use vi_core::newton::{Block, Fault, Newton, largest_rotation};
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
@@ -176,8 +176,11 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
     }
 
     /// Gaps of loops, and prescribed motions, beside momenta.
-    fn mixes_kinds(&self) -> bool {
-        self.operators.rows().is_some()
+    fn rotation(&self, u: &[f64]) -> f64 {
+        match self.operators.rows() {
+            Some(_) => largest_rotation(self.increments.blocks(), u),
+            None => 0.0,
+        }
     }
 
     fn end(

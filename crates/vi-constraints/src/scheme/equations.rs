@@ -82,9 +82,9 @@ pub trait Scheme<S, C>: Send {
     fn closing_size(&self) -> f64 {
         0.0
     }
-    /// See [`NewtonProblem::mixes_kinds`](vi_core::newton::NewtonProblem::mixes_kinds).
-    fn mixes_kinds(&self) -> bool {
-        false
+    /// See [`NewtonProblem::rotation`](vi_core::newton::NewtonProblem::rotation).
+    fn rotation(&self, _x: &[f64]) -> f64 {
+        0.0
     }
     /// See [`NewtonProblem::turn`](vi_core::newton::NewtonProblem::turn).
     fn turn(&self) -> f64 {

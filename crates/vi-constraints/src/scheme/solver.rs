@@ -102,8 +102,8 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
         self.scheme.closing_size()
     }
 
-    fn mixes_kinds(&self) -> bool {
-        self.scheme.mixes_kinds()
+    fn rotation(&self, x: &[f64]) -> f64 {
+        self.scheme.rotation(x)
     }
 
     fn turn(&self) -> f64 {

@@ -13,7 +13,7 @@ pub struct Limits {
     /// See [`crate::newton::NewtonProblem::closing_size`].
     pub closing_size: f64,
     /// Contraction of the residual that the largest of its entries may hide; see
-    /// [`crate::newton::NewtonProblem::mixes_kinds`].
+    /// [`crate::newton::NewtonProblem::rotation`].
     pub least_ratio: f64,
 }
 

@@ -128,10 +128,11 @@ pub trait NewtonProblem {
     fn closing_size(&self) -> f64 {
         0.0
     }
-    /// Whether residuals of unlike kinds stand side by side, as gaps and momenta: the largest are then those of one kind,
-    /// which one depends on the units, and if they are linear their contraction says nothing of the others.
-    fn mixes_kinds(&self) -> bool {
-        false
+    /// The largest rotation in increments `x`, rad, where residuals of unlike kinds stand side by side, as gaps and momenta: the
+    /// largest are then those of one kind, which one depends on the units, and if they are linear their contraction says nothing
+    /// of the others. Elsewhere zero.
+    fn rotation(&self, _x: &[f64]) -> f64 {
+        0.0
     }
     /// Part of the last correction that Newton's method leaves after it, at most, where it is known: the largest
     /// rotation of a body in rad, where rotations are all that is nonlinear. Only for problems whose residual is handed
@@ -224,6 +225,13 @@ fn largest<'a>(blocks: impl Iterator<Item = (usize, &'a Block)>, x: &[f64], dx: 
         }
     }
     worst
+}
+
+/// The largest of the unknowns `x` that are rotations, rad: a [`NewtonProblem::rotation`].
+#[must_use]
+pub fn largest_rotation(blocks: &[Block], x: &[f64]) -> f64 {
+    let rotations = blocks.iter().filter(|block| block.kind == BlockKind::Rotation);
+    rotations.map(|block| norm_inf(&x[block.range.clone()])).fold(0.0, f64::max)
 }
 
 /// The larger of two numbers; NaN where one of them is.
@@ -350,16 +358,7 @@ impl Newton {
     /// The least contraction of what rotates: momenta bend by `x δx/8` and more of a correction `δx` of a rotation by `x` in a step.
     fn least_ratio(&self, problem: &impl NewtonProblem, x: &[f64]) -> f64 {
         const PART: f64 = 0.01;
-        if !problem.mixes_kinds() {
-            return 0.0;
-        }
-        let rotations = problem.blocks().iter().filter(|block| block.kind == BlockKind::Rotation);
-        let (mut rotation, mut correction) = (0.0_f64, 0.0_f64);
-        for block in rotations {
-            rotation = rotation.max(norm_inf(&x[block.range.clone()]));
-            correction = correction.max(norm_inf(&self.dx[block.range.clone()]));
-        }
-        PART * rotation * correction
+        PART * problem.rotation(x) * problem.rotation(&self.dx)
     }
 
     /// Rounding error of the last correction, shape of `x`: the root is closer to `x` plus this than to `x`.

@@ -16,7 +16,7 @@ use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, NodalOperators};
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Block, Fault, largest_rotation};
 use vi_core::sparse::{Entries, OuterProduct};
 use vi_core::state::Memory;
 
@@ -260,8 +260,8 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
         -self.largest(|operators| -operators.closing_size())
     }
 
-    fn mixes_kinds(&self) -> bool {
-        true
+    fn rotation(&self, u: &[f64]) -> f64 {
+        largest_rotation(&self.blocks, u)
     }
 }
 

@@ -83,7 +83,7 @@ use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Block, Fault, largest_rotation};
 use vi_core::state::Memory;
 
 crate::opaque_debug!(TreeSolver, LoopNodal, ClosureForces);
@@ -392,8 +392,8 @@ impl NodalOperators for LoopNodal {
     }
 
     /// Gaps of loops, and prescribed motions, beside momenta.
-    fn mixes_kinds(&self) -> bool {
-        true
+    fn rotation(&self, u: &[f64]) -> f64 {
+        largest_rotation(self.blocks(), u)
     }
 }
 

@@ -20,7 +20,7 @@ use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::Increments;
 use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton};
+use vi_core::newton::{Block, Fault, Newton, largest_rotation};
 use vi_core::predictor::Degree;
 use vi_core::state::State;
 
@@ -130,8 +130,8 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
     }
 
     /// Gaps of loops, and prescribed motions, beside momenta.
-    fn mixes_kinds(&self) -> bool {
-        true
+    fn rotation(&self, u: &[f64]) -> f64 {
+        largest_rotation(self.increments.blocks(), u)
     }
 
     fn end(
