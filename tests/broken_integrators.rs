@@ -47,6 +47,11 @@ fn mutants_of_the_beam_and_of_energy_momentum_schemes_are_found() {
 }
 
 #[test]
+fn mutants_of_the_damped_arm_are_found() {
+    found(|m| m.base == Base::Arm);
+}
+
+#[test]
 fn there_are_enough_of_them() {
     let all = list::all();
     let mut names: Vec<&str> = all.iter().map(|m| m.name).collect();

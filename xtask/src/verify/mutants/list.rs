@@ -2,7 +2,7 @@
 
 use super::{Base, Defect, EmDefect, IntegratorDefect, Mutant, OutputDefect, PAIRS, em};
 use holonom::verification::certificate::Criterion;
-use holonom::verification::subject::Method;
+use holonom::verification::subject::{GalerkinForm, Method};
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 
@@ -22,6 +22,7 @@ pub fn all() -> Vec<Mutant> {
     all.extend(structure());
     all.extend(integrators());
     all.extend(energy_momentum());
+    all.extend(wiring());
     all
 }
 
@@ -267,4 +268,43 @@ fn energy_momentum() -> Vec<Mutant> {
         all.push(mutant(name, Base::Top, Defect::Output(defect), em(EmForm::Nodal), found));
     }
     all
+}
+
+/// Kernels of trees, loops, beams and Galerkin steps that read a key of a neighbour, or not at all.
+fn wiring() -> Vec<Mutant> {
+    let agreement = (Criterion::Agreement, "distance in q");
+    let galerkin = (Method::Galerkin(GalerkinForm::Nodal), 4);
+    let nodal: [(&str, Base, &str, &str); 9] = [
+        (
+            "tree: a spring on the neighbour",
+            Base::Pair(REVOLUTE),
+            "name = \"hold_b\"\nfrom = \"b\"",
+            "name = \"hold_b\"\nfrom = \"a\"",
+        ),
+        (
+            "tree: components of a point exchanged",
+            Base::Pair(REVOLUTE),
+            "point_from = [0.1, 0.2, 0.3]",
+            "point_from = [0.2, 0.1, 0.3]",
+        ),
+        ("damping: that of the other hinge", Base::Arm, "damping = 0.3", "damping = 0.05"),
+        ("damping: left out", Base::Arm, "damping = 0.3", "damping = 0.0"),
+        ("motor: without its phase", Base::Arm, "phase = 0.7", "phase = 0.0"),
+        ("joint spring: without its angle at rest", Base::Arm, "rest = 0.4", "rest = 0.0"),
+        ("loop: the mass of the neighbour", Base::FourBar, "mass = 2.7", "mass = 1.9"),
+        ("loop: gravity on one of three axes less", Base::FourBar, "-9.81", "-9.80"),
+        ("beam: the bending stiffness of the other axis", Base::Beam, "EI1 = 8.0", "EI1 = 6.0"),
+    ];
+    let nodal = nodal.into_iter().map(|(name, base, from, to)| {
+        mutant(name, base, Defect::Wiring(from, to), ORDER_2, agreement)
+    });
+    let against_exact = [
+        ("Galerkin: gravity of a neighbour", "-9.81", "-9.80"),
+        ("Galerkin: radius and height of a cone exchanged", "[0.05, 0.1]", "[0.1, 0.05]"),
+    ];
+    let galerkin = against_exact.into_iter().map(|(name, from, to)| {
+        let found = (Criterion::Order, "q");
+        mutant(name, Base::Top, Defect::Wiring(from, to), galerkin, found)
+    });
+    nodal.chain(galerkin).collect()
 }

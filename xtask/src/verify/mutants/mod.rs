@@ -5,6 +5,7 @@
 //! | `output` | integrators that step rightly and report wrongly |
 //! | `integrator` | variational integrators with one wrong part |
 //! | `energy_momentum` | energy–momentum schemes with one wrong part |
+//! | here | kernels that read a key of a neighbour |
 //! | [`list`], [`table`] | all of them, on their systems; against all criteria |
 
 mod energy_momentum;
@@ -46,6 +47,8 @@ pub enum Base {
     Beam,
     /// The pair of bodies on a quartic spring, for energy–momentum schemes.
     Quartic,
+    /// Two links with a spring, a damper and a motor on each hinge.
+    Arm,
 }
 
 /// What is wrong.
@@ -61,6 +64,8 @@ pub enum Defect {
     EnergyMomentum(EmDefect),
     /// The chord in the place of the arc length of an element.
     Chord,
+    /// The kernel of the method reads this in the place of that, as if it were wired to a neighbour; the other methods do not.
+    Wiring(&'static str, &'static str),
 }
 
 /// An integrator with a defect, and where it must be found.
@@ -95,6 +100,7 @@ impl Base {
             Self::Pair(k) => PAIRS[k].0,
             Self::Beam => "soft_cantilever",
             Self::Quartic => "pair on a quartic spring",
+            Self::Arm => "damped_arm",
         }
     }
 
@@ -111,6 +117,7 @@ impl Base {
             Self::Pair(k) => pair(k),
             Self::Quartic => pair(1),
             Self::Beam => include_str!("../../../models/soft_cantilever.toml").into(),
+            Self::Arm => include_str!("../../../models/damped_arm.toml").into(),
         }
     }
 
@@ -122,9 +129,20 @@ impl Base {
             Self::Pendulum => (1.0, 8, 256, 0.02, 10_000),
             Self::FreeBody => (4.0, 8, 512, 0.05, 10_000),
             Self::FourBar => (0.4, 8, 256, 0.004, 8192),
-            Self::Pair(_) | Self::Quartic => (0.5, 8, 256, 0.01, 8192),
+            Self::Pair(_) | Self::Quartic | Self::Arm => (0.5, 8, 256, 0.01, 8192),
             Self::Beam => (0.5, 16, 256, 0.02, 2048),
         }
+    }
+
+    /// The system with another text in the place of one of its own.
+    fn wired(self, from: &str, to: &str) -> Result<Box<dyn Subject>, String> {
+        let text = self.text();
+        if !text.contains(from) {
+            return Err(format!("{}: no `{from}`", self.name()));
+        }
+        let model = Model::from_toml(&text.replacen(from, to, 1));
+        let model = model.map_err(|e| format!("{}: {e}", self.name()))?;
+        Ok(Box::new(ModelSubject::new(model)))
     }
 
     fn sound(self) -> Result<Box<dyn Subject>, String> {
@@ -171,6 +189,8 @@ struct Broken {
     base: Base,
     defect: Defect,
     sound: Box<dyn Subject>,
+    /// What the method reads, where that is another system.
+    wired: Option<(Method, Box<dyn Subject>)>,
     model: Model,
 }
 
@@ -180,6 +200,9 @@ impl Subject for Broken {
         setting: Setting,
         at: Option<Initial<'_>>,
     ) -> Result<Box<dyn Motion>, String> {
+        if let Some((_, wired)) = self.wired.as_ref().filter(|(own, _)| *own == setting.method) {
+            return wired.start_from(setting, at);
+        }
         let inner = |setting| match (self.base, setting) {
             (Base::Quartic, Setting { method: Method::EnergyMomentum(_), .. }) => {
                 energy_momentum::start(&self.model, None, setting, at)
@@ -195,7 +218,7 @@ impl Subject for Broken {
             Defect::EnergyMomentum(defect) => {
                 energy_momentum::start(&self.model, Some(defect), setting, at)
             }
-            Defect::None | Defect::Chord => inner(setting),
+            Defect::None | Defect::Chord | Defect::Wiring(..) => inner(setting),
         }
     }
 
@@ -214,7 +237,11 @@ pub fn certificate(
     method: (Method, u32),
     criteria: &[Criterion],
 ) -> Result<Certificate, String> {
-    let subject = Broken { base, defect, sound: base.sound()?, model: base.model()? };
+    let wired = match defect {
+        Defect::Wiring(from, to) => Some((method.0, base.wired(from, to)?)),
+        _ => None,
+    };
+    let subject = Broken { base, defect, sound: base.sound()?, wired, model: base.model()? };
     let plan = base.plan(method, criteria);
     let mut certificate = certify(&subject, base.name(), &plan, &mut |_| {});
     if base == Base::Beam && criteria.contains(&Criterion::ClosedForm) {
