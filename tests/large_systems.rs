@@ -289,3 +289,66 @@ fn dense_matrices_that_are_too_large_are_refused() {
     }
     insta::assert_snapshot!(refused);
 }
+
+/// Many linkages side by side, with springs between their bodies, to a point mass, and on a body that flies: one sparse matrix in the place
+/// of the complement gives the motion of the scheme with multipliers.
+#[test]
+fn many_loops_with_springs_move_as_with_multipliers() {
+    let hinge = |name: &str, parent: &str, child: &str, at: [f64; 3]| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\nposition = {at:?}\naxis = [0.0, 1.0, 0.0]\n"
+        )
+    };
+    let body = |name: &str, at: [f64; 3]| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [0.02, 0.03, 0.02]\nposition = {at:?}\n"
+        )
+    };
+    let spring = |name: &str, from: &str, to: &str| {
+        format!(
+            "[[spring]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nstiffness = 40.0\nnatural_length = 1.0\n"
+        )
+    };
+    const COUNT: usize = 56;
+    for (base, gravity) in [("ground", -9.81), ("base", 0.0)] {
+        let mut text = format!(
+            "[model]\nname = \"linkages\"\ngravity = [0.3, 0.0, {gravity:?}]\n[simulation]\nstep = 0.005\nend = 0.1\n"
+        );
+        if base != "ground" {
+            text += &body(base, [COUNT as f64 / 2.0, 0.0, -0.5]);
+        }
+        for k in 0..=COUNT {
+            let x = k as f64;
+            text += &body(&format!("crank{k}"), [x, 0.0, 0.5]);
+            text += &hinge(&format!("foot{k}"), base, &format!("crank{k}"), [x, 0.0, 0.0]);
+            if k > 0 {
+                text += &body(&format!("bar{k}"), [x - 0.5, 0.0, 1.0]);
+                for j in [k - 1, k] {
+                    let name = format!("top{k}_{j}");
+                    let at = [j as f64, 0.0, 1.0];
+                    text += &hinge(&name, &format!("crank{j}"), &format!("bar{k}"), at);
+                }
+            }
+        }
+        text += "[[particle]]\nname = \"point\"\nmass = 0.5\nposition = [1.0, 1.0, 2.0]\n";
+        text += &(spring("across", "crank0", &format!("bar{COUNT}"))
+            + &spring("to_point", "bar1", "point"));
+        let end = |scheme: &str| {
+            let own = [holonom::Override::new("simulation.scheme", scheme)];
+            let model = Model::from_toml_with(&text, &own).unwrap();
+            let mut run = Simulation::new(&model).unwrap();
+            let mut last = Vec::new();
+            let mut observe = |sample: &holonom::Sample| {
+                last.clone_from(&sample.q);
+                Ok::<(), ()>(())
+            };
+            let outcome = run.run(&mut observe, &mut |_, _| {}).unwrap();
+            assert_eq!(outcome, holonom::RunOutcome::Done, "{base}, {scheme}");
+            last
+        };
+        let (nodal, constrained) = (end("nodal"), end("constrained"));
+        let apart = nodal.iter().zip(&constrained).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("{COUNT} linkages on the {base}: {apart:.1e} apart");
+        assert!(apart < 1e-10, "{base}: {apart:e}");
+    }
+}

@@ -68,7 +68,7 @@ pub(super) mod velocity;
 use crate::mechanism::Mechanism;
 use crate::solver::chord::Chord;
 use crate::solver::closed_loop::loop_rank::LoopRank;
-use crate::solver::sparse_nodal::SparseNodal;
+use crate::solver::sparse_nodal::{Row, SparseNodal};
 use crate::solver::tree_map::TreeMap;
 pub(crate) use closure_forces::ClosureForces;
 use cluster::Cluster;
@@ -87,6 +87,9 @@ use vi_core::newton::{Block, Fault, largest_rotation};
 use vi_core::state::Memory;
 
 crate::opaque_debug!(TreeSolver, LoopNodal, ClosureForces);
+
+/// Constraints of loops from which on the complement is not formed: its matrix is dense.
+const BORDERED_FROM: usize = 100;
 
 /// The operators of the tree: its velocity map and `A`.
 pub enum TreeSolver {
@@ -116,6 +119,7 @@ pub struct LoopNodal {
 
 /// The complement of all loops together, where `A` is one matrix.
 struct Coupled {
+    bordered: bool,           // one sparse matrix in the place of the complement
     solutions: DMatrix<f64>,  // d × (rank + 1)  A⁻¹ (Uᵀ, b)
     complement: DMatrix<f64>, // rank × rank  J' A⁻¹ Uᵀ
     lu: DenseLu,
@@ -128,12 +132,15 @@ impl LoopNodal {
     #[must_use]
     pub fn new(mechanism: &Mechanism, rank: &LoopRank, solver: TreeSolver) -> Self {
         let loops = rank.loops(mechanism);
-        let size = if matches!(solver, TreeSolver::Recursion) { 0 } else { rank.generic };
+        let bordered = matches!(solver, TreeSolver::Sparse(_)) && rank.generic >= BORDERED_FROM;
+        let dense = !bordered && !matches!(solver, TreeSolver::Recursion);
+        let size = if dense { rank.generic } else { 0 };
         let mut blocks = loops.blocks.clone();
         blocks.extend(mechanism.particle_tree().blocks());
         let blocks = with_floors(mechanism, blocks);
         let dof = loops.dof() + mechanism.particle_tree().dof();
         let coupled = Coupled {
+            bordered,
             solutions: DMatrix::zeros(dof, size + 1),
             complement: DMatrix::zeros(size, size),
             lu: DenseLu::new(size),
@@ -185,6 +192,33 @@ impl LoopNodal {
         self.current = true;
     }
 
+    /// The correction where `A` is one matrix, bordered by the rows of the loops.
+    fn solve_bordered(
+        &mut self,
+        (mixed, u, s): (&Emission<'_>, &[f64], &Interval),
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { loops, solver, coupled, .. } = self;
+        let TreeSolver::Sparse(sparse) = solver else { return Err(Fault::SingularTangent) };
+        sparse.assemble(mixed, u, s);
+        let Loops { tree, clusters, home, column_of, .. } = loops;
+        let at =
+            Placed { tree, maps: Some(&**sparse).into(), home, column_of, q: &s.q1, next: true };
+        let (mut basis, mut enforced): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
+        coupled.mu.clear();
+        for cluster in clusters {
+            let (first, rank) = (basis.len(), cluster.rank());
+            basis.resize(first + rank, Row::new());
+            enforced.resize(first + rank, Row::new());
+            cluster.for_each_entry(|k, column, value| basis[first + k].push((column, value)));
+            cluster.for_each_enforced(at, |i, column, value| {
+                enforced[first + i].push((column, value));
+            });
+            coupled.mu.extend_from_slice(cluster.gaps());
+        }
+        sparse.solve_bordered((basis, enforced, &coupled.mu), x)
+    }
+
     /// The correction where `A` is one matrix: `δ = A⁻¹ b + A⁻¹ Uᵀ μ`, `(J' A⁻¹ Uᵀ) μ = g − J' A⁻¹ b`.
     fn solve_coupled(
         &mut self,
@@ -192,8 +226,11 @@ impl LoopNodal {
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let Self { loops, solver, coupled, .. } = self;
-        let Coupled { solutions, complement, lu, mu, chord } = coupled;
+        let Coupled { solutions, complement, lu, mu, chord, .. } = coupled;
         let (d, rank) = (x.len(), mu.len());
+        if d == 0 {
+            return Ok(()); // all is welded
+        }
         solutions.fill(0.0);
         solutions.column_mut(rank).copy_from_slice(x);
         let mut first = 0;
@@ -358,6 +395,8 @@ impl NodalOperators for LoopNodal {
             if let TreeSolver::Recursion = self.solver {
                 self.loops.tree.assemble(mixed, s);
                 self.loops.solve_by_sweeps(&s.q1, x)?;
+            } else if self.coupled.bordered {
+                self.solve_bordered((mixed, u, s), x)?;
             } else {
                 self.solve_coupled((mixed, u, s), x)?;
             }

@@ -159,12 +159,10 @@ fn operators(of: &Subject<'_>, solver: Solver) -> Result<BoxedOperators, SetupEr
             }
             return Ok(Box::new(TangentSpace::new(mechanism.clone(), of.rows)));
         }
-        if !uncoupled {
+        if !(uncoupled || sparse || particles) {
             let what = "springs between the bodies of so many closed loops";
-            check_dense(rank.generic, what, "write scheme = \"constrained\"")?;
-            if !sparse && !particles {
-                dense()?;
-            }
+            check_dense(rank.generic, what, "write solver = \"auto\"")?;
+            dense()?;
         }
         let tree = match (uncoupled, sparse || particles) {
             (true, _) => TreeSolver::Recursion,

@@ -20,6 +20,7 @@
 //!
 //! Source: theory §5, §6 "Solving".
 
+mod bordered;
 pub mod control_points;
 pub mod layout;
 pub mod mode_factors;
@@ -30,6 +31,7 @@ use crate::mechanism::Mechanism;
 use crate::pair::{Twist, VelocityMap};
 use crate::solver::chord::Chord;
 use crate::solver::screws::{Flight, RootMap, Screw};
+pub(crate) use bordered::Row;
 pub use layout::{Columns, VelocityLayout};
 use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;

@@ -214,7 +214,8 @@ impl ReducedMatrix {
         Ok(())
     }
 
-    fn for_each_entry(&self, mut visit: impl FnMut(usize, usize, f64)) {
+    /// The entries of the matrix last filled.
+    pub(super) fn for_each_entry(&self, mut visit: impl FnMut(usize, usize, f64)) {
         for tile in &self.tiles {
             let (rows, columns) = (&self.groups[tile.row], &self.groups[tile.column]);
             let own = self.values[tile.values.clone()].chunks_exact(columns.len());
