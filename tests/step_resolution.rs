@@ -363,3 +363,50 @@ fn the_step_of_every_shipped_model_is_judged() {
         }
     }
 }
+
+/// Weights on chains of light point masses of any number of bars: the frequency by the tension is printed. A stretched chain with the
+/// tension T has ω² < 4 T/(m l), and comes close to it.
+#[test]
+fn taut_chains_of_many_bars_have_their_fastest_vibration() {
+    for count in [20, 300] {
+        let mut text = "[model]\nname = \"taut\"\ndimension = 2\ngravity = [0.0, -9.81]\n[simulation]\nstep = 0.002\nend = 0.02\n".to_owned();
+        for k in 0..count {
+            let mass = if k + 1 == count { 100.0 } else { 0.01 };
+            let (from, at) = match k {
+                0 => ("ground".to_owned(), "point = [0.0, 0.0]\n"),
+                _ => (format!("p{}", k - 1), ""),
+            };
+            text += &format!(
+                "[[particle]]\nname = \"p{k}\"\nmass = {mass:?}\nposition = [0.0, {:?}]\n[[bar]]\nname = \"b{k}\"\nfrom = \"{from}\"\nto = \"p{k}\"\n{at}",
+                -f64::from(k + 1)
+            );
+        }
+        let simulation = Simulation::new(&with(&text, &[])).unwrap();
+        let found = simulation.assembly().fastest_motion.as_ref().unwrap();
+        let tension = 9.81 * (100.0 + 0.01 * f64::from(count - 1)); // in the first bar
+        let most = (4.0 * tension / 0.01).sqrt();
+        println!("{count} bars: {} rad/s of at most {most}", found.all.omega_max);
+        assert!((0.97..=1.0).contains(&(found.all.omega_max / most)));
+    }
+}
+
+/// Where more bars meet in one point mass than a linear memory allows it is said that nothing is known, and why.
+#[test]
+fn a_hub_of_many_bars_says_that_its_fastest_motion_is_not_known() {
+    let mut text = "[model]\nname = \"hub\"\n[simulation]\nstep = 0.002\nend = 0.02\n[[particle]]\nname = \"hub\"\nmass = 1.0\nposition = [0.0, 0.0, 0.0]\n".to_owned();
+    for k in 0..210 {
+        let angle = 0.02 * f64::from(k);
+        text += &format!(
+            "[[particle]]\nname = \"p{k}\"\nmass = 1.0\nposition = [{:?}, {:?}, 0.0]\n[[bar]]\nname = \"b{k}\"\nfrom = \"hub\"\nto = \"p{k}\"\n",
+            angle.cos(),
+            angle.sin()
+        );
+    }
+    let simulation = Simulation::new(&with(&text, &[])).unwrap();
+    let assembly = simulation.assembly();
+    let why = assembly.fastest_motion_unknown.as_deref().unwrap();
+    assert_eq!(
+        (why, &assembly.fastest_motion),
+        ("more than 200 bars meet in one point mass", &None)
+    );
+}

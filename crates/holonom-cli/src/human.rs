@@ -121,6 +121,8 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
             );
         }
         rows.push(("h ω_max", found));
+    } else if let Some(why) = &report.fastest_motion_unknown {
+        rows.push(("h ω_max", format!("not known: {why}")));
     }
     if let Some(stiffness) = &report.stiffness {
         let found = format!(

@@ -64,6 +64,9 @@ pub struct AssemblyReport {
     /// The fastest motion about the start, against the step; `None` in statics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fastest_motion: Option<Resolution>,
+    /// Why they are not known, where something can move.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fastest_motion_unknown: Option<String>,
     /// The fastest rotation at the start, against the step, beside prescribed motions; `None` where nothing turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fastest_rotation: Option<FastestRotation>,
@@ -374,7 +377,15 @@ fn misfit(model: &Model, row: usize, residual: f64) -> ModelError {
     let key = loop_key(model, &joint);
     let message =
         format!("the loop through `{joint}` cannot be closed: {how}, wherever the mechanism is");
-    let help = "correct the anchors or the positions along that direction, or raise `simulation.loop_tolerance`";
+    let is_bar = model.bars.iter().any(|bar| bar.name == joint);
+    let help = match is_bar {
+        true => {
+            "correct the lengths or the positions: bars keep their lengths to the last digit; or leave out a bar that the others make redundant"
+        }
+        false => {
+            "correct the anchors or the positions along that direction, or raise `simulation.loop_tolerance`"
+        }
+    };
     ModelError::Assembly(vec![Problem::new(key, message).help(help)])
 }
 

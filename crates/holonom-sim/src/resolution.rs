@@ -17,13 +17,14 @@ use vi_constraints::fastest_motion::FastestMotion;
 use vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
 use vi_core::galerkin::Stages;
 use vi_core::{Configuration, Entries, MechanicalSystem, SeparableSystem};
+use vi_multibody::mechanism::{BarEnd, Description};
 use vi_multibody::run::{MechanismIntegrator, integrator};
 
 /// `h ω` above which a vibration is not resolved; in a Galerkin scheme of order `2s`: above `s` times this.
 pub(crate) const RESOLVED: f64 = 1.0;
 /// `h ω` of the start from which a run will probably fail.
 const WARN: f64 = 1.5;
-/// Bars beyond which their forces are not found in a memory that is linear in their number.
+/// Bars in one point mass beyond which their forces are not found in a memory that is linear in their number.
 const BARS: usize = 200;
 /// Constraints within a frame.
 const INTERNAL: usize = 6;
@@ -67,24 +68,29 @@ pub struct Resolution {
 impl Resolution {
     /// At the present node of an integration of a model with so many `bodies`, fixed ones included. The constraints within
     /// nodes of beams balance elastic forces, and are not counted as constraint forces.
+    ///
+    /// # Errors
+    /// Why it is not known, in words.
     pub(crate) fn at(
         run: &mut MechanismIntegrator,
         bodies: usize,
         settings: &Settings,
-    ) -> Option<Self> {
+    ) -> Result<Self, String> {
         let description = run.constraints().description();
-        if description.bars.len() > BARS {
-            return None;
+        if largest_hub(description) > BARS {
+            return Err(format!("more than {BARS} bars meet in one point mass"));
         }
         let frames = description.bodies.len();
         let of_nodes = INTERNAL * bodies..INTERNAL * frames;
         let stiffness = |system: &SeparableSystem, at: Configuration<'_>, out: &mut dyn Entries| {
             system.stiffness(at, &vec![0.0; at.q.len()], out);
         };
-        let found = run.fastest_motions(&stiffness, &|row| !of_nodes.contains(&row)).ok()?;
+        let found = run.fastest_motions(&stiffness, &|row| !of_nodes.contains(&row));
+        let found = found
+            .map_err(|_| "the constraints or the mass matrix are singular there".to_owned())?;
         let [all, by_constraint_forces] =
             [found.all, found.by_constraint_forces].map(|found| fastest(&found, run, settings));
-        Some(Self { all, by_constraint_forces, held: found.held })
+        Ok(Self { all, by_constraint_forces, held: found.held })
     }
 
     /// Whether there are vibrations by constraint forces that the scheme has to resolve, with `h ω` above `limit`.
@@ -140,6 +146,18 @@ impl Resolution {
             (words, step)
         })
     }
+}
+
+/// The most bars that meet in one point mass.
+fn largest_hub(description: &Description) -> usize {
+    let mut count = vec![0_usize; description.particles.len()];
+    for bar in &description.bars {
+        count[bar.to] += 1;
+        if let BarEnd::Particle(k) = bar.from {
+            count[k] += 1;
+        }
+    }
+    count.into_iter().max().unwrap_or(0)
 }
 
 /// The step that resolves a vibration, s.

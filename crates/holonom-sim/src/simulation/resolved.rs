@@ -41,7 +41,12 @@ pub(super) fn judge(
                 free.iter_mut().zip(&v).for_each(|(free, v)| *free -= v);
             }
         }
-        assembly.fastest_motion = Resolution::at(run, model.bodies.len(), settings);
+        if assembly.counts.dof > 0 {
+            match Resolution::at(run, model.bodies.len(), settings) {
+                Ok(found) => assembly.fastest_motion = Some(found),
+                Err(why) => assembly.fastest_motion_unknown = Some(why),
+            }
+        }
     }
     let rotation = watch.of(0.0, (&free, true), settings);
     let vibration = assembly.fastest_motion.as_ref();
@@ -72,7 +77,10 @@ impl Simulation {
             let start = assembly.fastest_motion.as_ref();
             match start.filter(|start| start.is_beyond(RESOLVED, settings)) {
                 Some(start) => start.remedy(settings),
-                None => Resolution::at(method.variational()?, *bodies, settings)?.remedy(settings),
+                None => {
+                    let here = Resolution::at(method.variational()?, *bodies, settings).ok()?;
+                    here.remedy(settings)
+                }
             }
         })
     }
