@@ -36,6 +36,9 @@ const SHOWN: usize = 1000;
 /// How far the quotient of two errors may be from its nominal value, in binary digits.
 const QUOTIENT: f64 = 0.5;
 
+/// The refusal of a mechanism without a degree of freedom.
+const NOTHING_CAN_MOVE: &str = "nothing can move: the model has 0 degrees of freedom, and no motion is prescribed; no order, no conservation \
+                                and no step apply to it; `holonom check` says what locks it";
 /// Why a model at rest has no certificate.
 const NOTHING_MOVES: &str = "nothing moves: no order, no conservation and no step can be concluded from a system at rest; give it a velocity, a load, or \
      another initial configuration";
@@ -101,7 +104,10 @@ pub fn certify_model(
         Family::Static => return Err("the model asks for statics, and nothing moves".into()),
     };
     let mut subject = ModelSubject::new(model.clone());
-    let start = moving::start(&subject, model, own).ok_or(NOTHING_MOVES)?;
+    let start = moving::start(&subject, model, own).ok_or_else(|| {
+        let locked = Simulation::new(model).is_ok_and(|run| run.assembly().counts.dof == 0);
+        if locked { NOTHING_CAN_MOVE } else { NOTHING_MOVES }
+    })?;
     let mut rest = model.clone(); // of the run, from there on
     rest.settings.end -= start.t;
     let from = start.t;
