@@ -41,7 +41,7 @@ fn random_mechanisms_keep_what_their_schemes_promise() {
 #[test]
 fn faults_that_were_found_once_are_gone() {
     for index in [643_091, 740_975, 900_108, 262_464, 142_039, 573_907] {
-        let checks = Checks { restart: true, agreement: true, restated: false };
+        let checks = Checks { restart: true, agreement: true, ..Checks::default() };
         let judged = judge(&mechanism(1, index), checks, None);
         println!("{index}: {judged:?}");
         assert_eq!(judged.fault, None, "{index}");

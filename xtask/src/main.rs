@@ -29,10 +29,11 @@ cargo xtask stability [TABLE]
 cargo xtask roundoff [--of MODEL] [--parts N]
                        how rounding errors add up over up to 100 million steps, into docs/round-off.md; MODEL: its
                        rows alone, N: an N-th of the steps, printed only
-cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [--restated] [-o DIR] [--json FILE] | --model FILE
+cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [--restated] [-o DIR] [--json FILE] | --model FILE | --growth
                        random valid mechanisms, assembled, stepped and judged; those with a fault are reduced and
                        written into DIR (target/soak); --restated: all are also turned, moved, reordered and
-                       stated in other units, not one of 32; --model: judges one model file
+                       stated in other units, not one of 32; --model: judges one model file; --growth: the times
+                       of steps of large mechanisms with one member more
 cargo xtask fuzz [TARGET…] [--executions N] [--seed S] [--shard i/n] [--jobs J] [-o DIR] [--json FILE]
                        mutated model files, checkpoints, tables, command lines; inputs with a fault into DIR
                        (target/fuzz)

@@ -4,6 +4,7 @@ use super::fault::FaultKind;
 use super::restated::Statement;
 use super::trace::Trace;
 use holonom::model::{Joint, JointKind};
+use holonom::verification::certificate::{Certificate, Finding, Verdict};
 use holonom::{Model, ModelError, RunState};
 use serde_json::Value;
 
@@ -44,11 +45,13 @@ pub enum Defect {
     Units,
     /// The first axis of a planar pair is an axis of space.
     FirstAxis,
+    /// Certificates fail what does not apply where nothing is free to move.
+    Certificate,
 }
 
 impl Defect {
     /// All.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Panic,
         Self::NotFinite,
         Self::Constraint,
@@ -66,6 +69,7 @@ impl Defect {
         Self::Reordered,
         Self::Units,
         Self::FirstAxis,
+        Self::Certificate,
     ];
 
     /// What is wrong, in words.
@@ -91,6 +95,7 @@ impl Defect {
             Self::Reordered => "reactions change by 1e-4 when parts are stated in another order",
             Self::Units => "reactions change by 1e-4 in other units",
             Self::FirstAxis => "the first axis of a planar pair is an axis of space",
+            Self::Certificate => "what does not apply to a mechanism is judged as failed",
         }
     }
 
@@ -109,6 +114,7 @@ impl Defect {
             Self::State => FaultKind::State,
             Self::Remedy | Self::Refusal => FaultKind::Words,
             Self::Text => FaultKind::RoundTrip,
+            Self::Certificate => FaultKind::Certificate,
             Self::Turned | Self::Moved | Self::Reordered | Self::Units | Self::FirstAxis => {
                 FaultKind::Restated
             }
@@ -195,6 +201,16 @@ impl Defect {
     pub(super) fn refuse(defect: Option<Self>, error: &mut ModelError) {
         if defect == Some(Self::Refusal) {
             *error = ModelError::Invalid(Vec::new());
+        }
+    }
+
+    /// Makes a certificate wrong.
+    pub(super) fn certify(defect: Option<Self>, certificate: &mut Certificate) {
+        if defect == Some(Self::Certificate) {
+            let inapplicable = |found: &&mut Finding| found.verdict == Verdict::NotApplicable;
+            for found in certificate.findings.iter_mut().filter(inapplicable) {
+                found.verdict = Verdict::Fail;
+            }
         }
     }
 

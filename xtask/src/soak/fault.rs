@@ -32,6 +32,8 @@ pub enum FaultKind {
     Words,
     /// A model that its own text does not give back.
     RoundTrip,
+    /// A certificate that a mechanism fails.
+    Certificate,
 }
 
 /// Something wrong, in words.

@@ -46,6 +46,8 @@ pub struct Measured {
     pub restated: Option<f64>,
     /// Whether the run was continued from a stored state.
     pub restarted: bool,
+    /// Whether its certificate was made.
+    pub certified: bool,
     /// Whether a step was refused and the state compared.
     pub refused: bool,
 }

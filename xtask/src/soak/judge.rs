@@ -2,6 +2,7 @@
 
 use super::defects::Defect;
 use super::fault::{self, Fault, FaultKind};
+use super::generate::is_locked;
 use super::invariants::{self, Measured};
 use super::repeat;
 use super::restated;
@@ -22,16 +23,23 @@ pub struct Checks {
     pub agreement: bool,
     /// The same motion and reactions of the mechanism turned, moved, reordered and in other units.
     pub restated: bool,
+    /// Its certificate.
+    pub certified: bool,
 }
 
 impl Checks {
     /// Of the mechanism with this index: continued and compared is one of eight each, in every shard; stated otherwise, which takes
-    /// seven runs, one of 32, or each if all are to be `restated`.
+    /// seven runs, one of 32, or each if all are to be `restated`; certified are those in which nothing is free to move.
     #[must_use]
     pub fn of(index: u64, restated: bool) -> Self {
         let part = index.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 59; // of 32
         let eighth = part >> 2;
-        Self { restart: eighth == 3, agreement: eighth == 5, restated: restated || part == 24 }
+        Self {
+            restart: eighth == 3,
+            agreement: eighth == 5,
+            restated: restated || part == 24,
+            certified: is_locked(index),
+        }
     }
 }
 
@@ -102,6 +110,13 @@ fn run(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
         })
         .and_then(|()| match checks.agreement && found.failure.is_none() {
             true => repeat::agreement(&model, &mut measured, defect),
+            false => Ok(()),
+        })
+        .and_then(|()| match checks.certified && found.failure.is_none() {
+            true => {
+                measured.certified = true;
+                repeat::certificate(&model, defect)
+            }
             false => Ok(()),
         })
         .and_then(|()| match checks.restated && found.failure.is_none() {

@@ -5,6 +5,7 @@
 //! | [`generate`], [`draw`] | mechanisms that are valid by construction, the same for a seed on every machine |
 //! | [`judge`](mod@judge), `invariants`, `repeat` | what holds for each of them |
 //! | [`restate`], [`restated`] | the same mechanism turned, moved, reordered, in other units |
+//! | [`growth`] | the time of a step: no member costs more than its share |
 //! | [`fault`] | what is wrong |
 //! | [`minimise`](mod@minimise) | the smallest mechanism with the same fault |
 //! | [`tally`] | many mechanisms in numbers |
@@ -14,6 +15,7 @@ pub mod defects;
 pub mod draw;
 pub mod fault;
 pub mod generate;
+pub mod growth;
 mod invariants;
 pub mod judge;
 pub mod minimise;
@@ -120,7 +122,8 @@ pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
     (0..most).find(|index| {
         let restart = matches!(defect, Defect::Restart | Defect::Text);
         let (agreement, restated) = (defect == Defect::Agreement, defect.restates());
-        let checks = Checks { restart, agreement, restated };
+        let certified = defect == Defect::Certificate;
+        let checks = Checks { restart, agreement, restated, certified };
         let judged = judge(&mechanism(seed, *index), checks, Some(defect));
         judged.fault.is_some_and(|fault| fault.kind == defect.kind())
     })
@@ -133,6 +136,9 @@ pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
 pub fn run(options: &[&str]) -> Result<bool, String> {
     if let ["--model", path] = options {
         return single(Path::new(path));
+    }
+    if let ["--growth"] = options {
+        return growth::run(1);
     }
     let request = Request::parse(options)?;
     let begin = std::time::Instant::now();
@@ -156,7 +162,7 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
 /// Judges the model of a file with all checks, and prints its energies.
 fn single(path: &Path) -> Result<bool, String> {
     let text = holonom::model::read_text(path).map_err(|error| error.to_string())?;
-    let checks = Checks { restart: true, agreement: true, restated: true };
+    let checks = Checks { restart: true, agreement: true, restated: true, certified: true };
     let (model, mut simulation) = trace::assembled(&text).map_err(|error| error.to_string())?;
     println!("{}", simulation.energy_columns().join(" "));
     for sample in trace::trace(&mut simulation).samples {
@@ -209,5 +215,5 @@ pub fn words(tally: &Tally) -> String {
         let tally::Largest { count, value, index } = largest;
         out += &format!("  {what}: {count} measured, largest {value:.1e} at {index}\n");
     }
-    out + &format!("  restarted: {}\n", tally.restarted)
+    out + &format!("  restarted: {}, certified: {}\n", tally.restarted, tally.certified)
 }

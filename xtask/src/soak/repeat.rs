@@ -5,8 +5,10 @@ use super::fault::{Fault, FaultKind};
 use super::invariants::bounds::AGREEMENT;
 use super::invariants::{Measured, within};
 use super::trace::{Trace, trace};
+use holonom::certificate::certify_model;
 use holonom::model::Scheme;
 use holonom::output::{Checkpoint, SummaryBuilder};
+use holonom::verification::certificate::Verdict;
 use holonom::vi_core::linear::norm_inf;
 use holonom::{Model, RunFailure, RunState, Sample, Simulation};
 use std::convert::Infallible;
@@ -100,6 +102,22 @@ pub(super) fn refused_step(
             let words = format!("step {} was refused and has changed the state", failure.step);
             Err(Fault::new(FaultKind::State, words))
         }
+    }
+}
+
+/// Whether the certificate of a mechanism has no failure, or is refused because nothing moves.
+pub(super) fn certificate(model: &Model, defect: Option<Defect>) -> Result<(), Fault> {
+    const ACCURACY: f64 = 1e-6;
+    let wrong = |words: String| Err(Fault::new(FaultKind::Certificate, words));
+    let mut certificate = match certify_model(model, ACCURACY, &mut |_| {}) {
+        Ok(found) => found.certificate,
+        Err(words) if words.starts_with("nothing ") => return Ok(()),
+        Err(words) => return wrong(format!("no certificate: {words}")),
+    };
+    Defect::certify(defect, &mut certificate);
+    match certificate.findings.iter().find(|found| found.verdict == Verdict::Fail) {
+        Some(found) => wrong(format!("{found}")),
+        None => Ok(()),
     }
 }
 

@@ -61,6 +61,9 @@ pub struct Tally {
     pub failed: BTreeMap<String, Reason>,
     /// Runs that were continued from a stored state.
     pub restarted: u64,
+    /// Certificates of mechanisms without a degree of freedom.
+    #[serde(default)]
+    pub certified: u64,
     /// Constraint residuals.
     pub residual: Largest,
     /// Momentum maps.
@@ -88,6 +91,7 @@ impl Tally {
             Ending::Failed(reason) => join(&mut self.failed, one(reason)),
         }
         self.restarted += u64::from(measured.restarted);
+        self.certified += u64::from(measured.certified);
         self.residual.add(Largest::one(measured.residual, index));
         self.momentum.add(Largest::one(measured.momentum, index));
         self.energy.add(Largest::one(measured.energy, index));
@@ -103,6 +107,7 @@ impl Tally {
         join(&mut self.refused, other.refused);
         join(&mut self.failed, other.failed);
         self.restarted += other.restarted;
+        self.certified += other.certified;
         self.residual.add(other.residual);
         self.momentum.add(other.momentum);
         self.energy.add(other.energy);

@@ -120,7 +120,7 @@ fn history(draw: &mut Draw) -> History {
 }
 
 /// A path that begins at rest.
-fn path(draw: &mut Draw) -> MotionPath {
+pub(super) fn path(draw: &mut Draw) -> MotionPath {
     match draw.chance(0.5) {
         true => MotionPath { acceleration: draw.between(-2.0, 2.0), ..MotionPath::default() },
         false => {

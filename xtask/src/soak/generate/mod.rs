@@ -6,11 +6,15 @@
 //! | `bodies` | rigid bodies and the joints between them: trees, closed loops, redundant joints |
 //! | `points` | point masses on bars |
 //! | `beams` | beams of a few elements |
+//! | `locked` | mechanisms without a degree of freedom |
+//! | [`large`] | mechanisms of many members, and one more |
 //! | `forces` | springs, dampers, motors, loads, gears, prescribed motions |
 
 mod beams;
 mod bodies;
 mod forces;
+pub mod large;
+mod locked;
 mod points;
 mod settings;
 
@@ -32,6 +36,14 @@ pub enum Kind {
     Points,
     /// Beams, perhaps with bodies.
     Beams,
+    /// No degree of freedom.
+    Locked,
+}
+
+/// Whether the mechanism with this index has no degree of freedom: one of sixteen.
+#[must_use]
+pub fn is_locked(index: u64) -> bool {
+    index % 16 == 5
 }
 
 /// The mechanism with this seed and index.
@@ -41,6 +53,7 @@ pub fn mechanism(seed: u64, index: u64) -> Model {
     let draw = &mut draw;
     let kind =
         draw.weighted(&[(50, Kind::Tree), (26, Kind::Loops), (16, Kind::Points), (8, Kind::Beams)]);
+    let kind = if is_locked(index) { Kind::Locked } else { kind };
     let mut model = empty(format!("{seed}-{index}"));
     if draw.chance(0.6) {
         model.header.gravity = vec![0.0, 0.0, -9.81];
@@ -50,6 +63,7 @@ pub fn mechanism(seed: u64, index: u64) -> Model {
         Kind::Loops => bodies::loops(&mut model, draw),
         Kind::Points => points::truss(&mut model, draw),
         Kind::Beams => beams::beams(&mut model, draw),
+        Kind::Locked => locked::locked(&mut model, draw),
     }
     forces::add(&mut model, kind, draw);
     settings::choose(&mut model, kind, draw);
