@@ -45,6 +45,7 @@ mod large_systems;
 mod long_run;
 mod loops_of_bars;
 mod loops_of_few_digits;
+mod loops_within_loops_of_few_digits;
 mod material_damping;
 mod mode_models;
 mod model_file;

@@ -85,8 +85,12 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     } else {
         let momentum = residual.momentum.max;
         let falls = if momentum > ROUND_OFF { ", where it falls with the step" } else { "" };
+        let kept = summary.loop_residual.filter(|kept| kept.angle.max(kept.length) > KEPT);
+        let kept = kept.and_then(|kept| kept.words()).map_or_else(String::new, |kept| {
+            format!("; up to {kept} in loops, as `simulation.loop_tolerance` allows")
+        });
         format!(
-            "residual {} at position level, {} at velocity level, {} at momentum level{falls}",
+            "residual {} at position level, {} at velocity level, {} at momentum level{falls}{kept}",
             number(residual.position.max),
             number(residual.velocity.max),
             number(momentum)
@@ -170,6 +174,9 @@ fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
     }
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
 }
+
+/// Residuals of loops that are worth a word, rad and m.
+const KEPT: f64 = 1e-8;
 
 /// Below this a change of momentum is called round-off.
 const CONSERVED: f64 = 1e-9;

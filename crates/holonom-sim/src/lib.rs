@@ -23,6 +23,7 @@
 
 mod agreement;
 mod assembly;
+mod bar_loops;
 mod beams;
 pub mod digits;
 mod divided_steps;

@@ -1,5 +1,6 @@
 //! What is said of closed loops: that they are locked, or move within `simulation.loop_tolerance`.
 
+use crate::bar_loops;
 use crate::digits::rounded;
 use holonom_model::Model;
 use nalgebra::Vector3;
@@ -34,10 +35,11 @@ pub(crate) fn remarks(model: &Model, mechanism: &Mechanism, q: &[f64], dof: usiz
         false => Vec::new(),
     };
     let tolerance = model.settings.loop_tolerance;
+    let rounding = model.settings.start_tolerance;
     let mut out: Vec<String> = loops
         .iter()
         .filter(|found| found.nearly)
-        .map(|found| accepted(mechanism, found, q, tolerance))
+        .filter_map(|found| accepted(mechanism, found, q, [tolerance, rounding]))
         .collect();
     let locked: Vec<String> = loops
         .iter()
@@ -47,16 +49,18 @@ pub(crate) fn remarks(model: &Model, mechanism: &Mechanism, q: &[f64], dof: usiz
                 .filter(|_| dof == 0 || is_slip(mechanism, found, q))
         })
         .collect();
+    let bars = bar_loops::remarks(mechanism, q, tolerance);
     if dof == 0 && !mechanism.is_rheonomic() && mechanism.dim() > 0 {
         let mut note =
             "nothing can move: the model has 0 degrees of freedom, and no motion is prescribed"
                 .to_owned();
-        if let Some(why) = locked.first() {
+        if let Some(why) = locked.iter().chain(&bars).next() {
             note += &format!("; {why}");
         }
         out.push(note);
     } else {
         out.extend(locked.into_iter().filter(|_| !mechanism.is_rheonomic() || dof > 0));
+        out.extend(bars);
     }
     out
 }
@@ -83,33 +87,49 @@ fn is_slip(mechanism: &Mechanism, found: &LoopSurvey, q: &[f64]) -> bool {
     flaw(mechanism, found, q).is_some()
 }
 
-/// A loop that moves because its constraints may be satisfied nearly.
-fn accepted(mechanism: &Mechanism, found: &LoopSurvey, q: &[f64], tolerance: f64) -> String {
-    let within = match (flaw(mechanism, found, q), found.smallest) {
+/// A loop that moves because its constraints may be satisfied nearly; `None` where all that it misses is at most `rounding`, rad
+/// and parts of its size: the digits of any file.
+fn accepted(
+    mechanism: &Mechanism,
+    found: &LoopSurvey,
+    q: &[f64],
+    [tolerance, rounding]: [f64; 2],
+) -> Option<String> {
+    let (within, off) = match (flaw(mechanism, found, q), found.smallest) {
         (Some(Flaw::Turned(name, angle)), _) => {
-            format!(
+            let words = format!(
                 "the axis of `{name}` is parallel to the others within {} rad",
                 rounded(angle, 3)
-            )
+            );
+            (words, angle)
         }
         (Some(Flaw::Slides(name, angle)), _) => {
-            format!(
+            let words = format!(
                 "`{name}` slides across the axes of the others within {} rad",
                 rounded(angle, 3)
-            )
+            );
+            (words, angle)
         }
         (Some(Flaw::Beside(a, b, distance)), _) => {
-            format!("the axes of `{a}` and `{b}` are {} m apart", rounded(distance, 3))
+            let words = format!("the axes of `{a}` and `{b}` are {} m apart", rounded(distance, 3));
+            (words, distance / found.size)
         }
         (None, Some(value)) if value < tolerance => {
-            format!(
+            let words = format!(
                 "its constraints depend on one another within {} (smallest singular value)",
                 rounded(value, 3)
-            )
+            );
+            (words, value)
         }
-        _ => "its joints miss each other in a direction in which it cannot move".to_owned(),
+        _ => {
+            let words = "its joints miss each other in a direction in which it cannot move";
+            (words.to_owned(), 0.0)
+        }
     };
     let (rad, m) = residuals(mechanism, q);
+    if off.max(rad).max(m / found.size) <= rounding {
+        return None;
+    }
     let left = [(rad, 1.0, "rad"), (m, found.size, "m")].into_iter();
     let left: Vec<String> = left
         .filter(|(left, size, _)| *left > ROUNDING * size)
@@ -119,11 +139,11 @@ fn accepted(mechanism: &Mechanism, found: &LoopSurvey, q: &[f64], tolerance: f64
         true => String::new(),
         false => format!("; its joints start with a residual of {}", left.join(" and ")),
     };
-    format!(
+    Some(format!(
         "the loop closed by `{}` moves within `simulation.loop_tolerance` = {}: {within}{start}",
         found.closed_by,
         rounded(tolerance, 3)
-    )
+    ))
 }
 
 /// A loop that cannot move.
@@ -236,8 +256,7 @@ pub(crate) fn residuals(mechanism: &Mechanism, q: &[f64]) -> (f64, f64) {
     let first = mechanism.len() - mechanism.rows().len();
     let (mut rad, mut m) = (0.0_f64, 0.0_f64);
     for (row, g) in g.iter().enumerate().filter(|(row, _)| nearly.allowances[*row] > 0.0) {
-        let mut force = 0.0_f64;
-        mechanism.rows()[row - first].for_each_wrench(q, |_, w| force = force.max(w.linear.norm()));
+        let (force, _) = mechanism.rows()[row - first].largest_wrench(q);
         match force > 0.0 {
             true => m = m.max(g.abs() / force),
             false => rad = rad.max(g.abs()),
@@ -265,19 +284,14 @@ impl LoopResiduals {
         (self.angle, self.length) = (self.angle.max(rad), self.length.max(m));
     }
 
-    /// What a summary says of them.
-    pub(crate) fn warning(&self) -> Option<String> {
+    /// "1e-6 rad and 2e-7 m"; `None` where both are zero.
+    #[must_use]
+    pub fn words(&self) -> Option<String> {
         let parts = [(self.angle, "rad"), (self.length, "m")].into_iter();
         let parts: Vec<String> = parts
             .filter(|(size, _)| *size > 0.0)
             .map(|(size, unit)| format!("{} {unit}", rounded(size, 2)))
             .collect();
-        (!parts.is_empty()).then(|| {
-            format!(
-                "constraints of loops that nearly follow from the others were left with up to {} along the run, as \
-                 `simulation.loop_tolerance` allows",
-                parts.join(" and ")
-            )
-        })
+        (!parts.is_empty()).then(|| parts.join(" and "))
     }
 }

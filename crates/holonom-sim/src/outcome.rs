@@ -42,6 +42,9 @@ pub struct StaticFacts {
     /// Equilibria that are unstable.
     #[serde(default)]
     pub unstable: u64,
+    /// Equilibria of which it is not known whether they are stable.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub unjudged: u64,
     /// Where the path first turned unstable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lost_stability: Option<LostStability>,
@@ -67,10 +70,23 @@ impl StaticFacts {
     pub(crate) fn follow_stability(&mut self, t: f64, unstable: Option<usize>) {
         let directions = unstable.unwrap_or(0);
         self.unstable += u64::from(directions > 0);
+        self.unjudged += u64::from(unstable.is_none());
         if directions > 0 && self.lost_stability.is_none() {
             self.lost_stability = Some(LostStability { after: self.last_time, at: t, directions });
         }
         self.last_time = Some(t);
+    }
+
+    /// That the stability of equilibria is not known, in words.
+    pub(crate) fn unjudged_warning(&self) -> Option<String> {
+        let Self { unjudged, equilibria, .. } = *self;
+        (unjudged > 0).then(|| {
+            format!(
+                "whether {unjudged} of {equilibria} equilibria are stable is not known (`unstable` in residuals.csv is empty \
+                 there): their stiffness is not symmetric, as by followers and by moments with fixed directions, and that \
+                 is judged up to 150 degrees of freedom alone; `holonom modes --at static` says it of the last one"
+            )
+        })
     }
 
     /// That the path turns unstable, in words.
@@ -90,6 +106,10 @@ impl StaticFacts {
             ),
         })
     }
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// A time for a message, s: without the round-off of a sum of steps.

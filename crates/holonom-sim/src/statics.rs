@@ -415,7 +415,8 @@ impl Experiment for Statics {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let stability = self.facts.stability_warning();
+        let stability =
+            self.facts.stability_warning().into_iter().chain(self.facts.unjudged_warning());
         self.assembly
             .warnings
             .iter()

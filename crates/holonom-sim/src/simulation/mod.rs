@@ -210,10 +210,12 @@ impl Simulation {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let known = self.assembly.warnings.iter().cloned();
-        let found = self.limits.warnings().into_iter().chain(self.watch.warning());
+        let locked = self.assembly.counts.dof == 0 && !self.mechanism().is_rheonomic();
+        let energy = self.watch.warning().filter(|_| !locked);
+        let found = self.limits.warnings().into_iter().chain(energy);
         let found = found.chain(self.rotation_warning());
         let divided = self.divided.warning().into_iter();
-        known.chain(found).chain(divided).chain(self.loops.warning()).collect()
+        known.chain(found).chain(divided).collect()
     }
 
     /// The integrator of a variational scheme at its present node; from now on nodes have multipliers.

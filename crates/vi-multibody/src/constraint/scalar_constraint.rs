@@ -116,6 +116,22 @@ impl ScalarRow {
         }
     }
 
+    /// The largest force and the largest moment of the gradient on a frame: what a residual is to be divided by for a length or
+    /// an angle.
+    #[must_use]
+    pub fn largest_wrench(&self, q: &[f64]) -> (f64, f64) {
+        let mut sums: Vec<(usize, Twist)> = Vec::new(); // a form may visit a frame more than once
+        self.for_each_wrench(q, |frame, w| match sums.iter_mut().find(|sum| sum.0 == frame) {
+            Some((_, sum)) => {
+                *sum = Twist::new(sum.linear + w.linear, sum.angular + w.angular);
+            }
+            None => sums.push((frame, w)),
+        });
+        sums.iter().fold((0.0, 0.0), |(force, moment): (f64, f64), (_, w)| {
+            (force.max(w.linear.norm()), moment.max(w.angular.norm()))
+        })
+    }
+
     /// `D²g[v, w]`.
     #[must_use]
     pub fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {

@@ -17,7 +17,6 @@ use super::cluster::Cluster;
 use super::loop_rank::Random;
 use super::loops::Loops;
 use super::path::{Maps, Placed};
-use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::{Mechanism, NearlyRedundant};
 use crate::pair::joint::FrameId;
 use nalgebra::DMatrix;
@@ -199,16 +198,8 @@ impl<'a> Walk<'a> {
                 links[link.link].joint.kind.is_angle(column - link.first)
             };
             // force and moment of each row: what is a length has a force
-            let size = |row: &ScalarRow| {
-                let (mut force, mut moment) = (0.0_f64, 0.0_f64);
-                row.for_each_wrench(q, |_, w| {
-                    force = force.max(w.linear.norm());
-                    moment = moment.max(w.angular.norm());
-                });
-                (force, moment)
-            };
             let sizes: Vec<(f64, f64)> =
-                cluster.paths.rows.iter().map(|row| size(&row.row)).collect();
+                cluster.paths.rows.iter().map(|row| row.row.largest_wrench(q)).collect();
             let arm = match size_of(self.mechanism, &self.places.joints(cluster), q) {
                 size if size > 0.0 => size,
                 _ => cluster.paths.columns.iter().map(|&k| self.weights[k]).fold(0.0, f64::max),
