@@ -410,3 +410,33 @@ fn a_hub_of_many_bars_says_that_its_fastest_motion_is_not_known() {
         ("more than 200 bars meet in one point mass", &None)
     );
 }
+
+/// A body that turns by 0.6 rad in a step is named with its phase error whatever turns it: a screw, the rotation of a planar pair, a gear.
+#[test]
+fn fast_rotations_of_screws_planar_pairs_and_gears_are_named() {
+    let body = |name: &str, x: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\nposition = [{x:?}, 0.0, 0.0]\n"
+        )
+    };
+    let joint = |name: &str, kind: &str, child: &str, x: f64, rest: &str| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nparent = \"ground\"\nchild = \"{child}\"\nposition = [{x:?}, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\n{rest}\n"
+        )
+    };
+    let slow = body("slow", 2.0) + &joint("b", "revolute", "slow", 2.0, "rate = 20.0");
+    let gear = "[[constraint]]\nname = \"gear\"\ntype = \"gear\"\njoints = [\"b\", \"a\"]\nratio = 0.3333333333333333\n";
+    for (what, rest) in [
+        ("screw", joint("a", "screw", "r", 0.0, "pitch = 0.01\nrate = 60.0")),
+        ("planar", joint("a", "planar", "r", 0.0, "rate = [0.1, 0.2, 60.0]")),
+        ("gear", joint("a", "revolute", "r", 0.0, "") + &slow + gear),
+    ] {
+        let head = "[model]\nname = \"fast\"\n[simulation]\nstep = 0.01\nend = 0.1\nproject_start = true\n";
+        let text = head.to_owned() + &body("r", 0.0) + &rest;
+        let (outcome, _, [start, _]) = run(&with(&text, &[]));
+        println!("{what}: {start:?}");
+        assert_eq!(outcome, RunOutcome::Done, "{what}");
+        let named = |w: &String| w.contains("`r` turns by 0.600 rad in a step (60 rad/s)");
+        assert!(start.iter().any(named), "{what}: {start:?}");
+    }
+}

@@ -212,3 +212,21 @@ fn a_load_acts_on_a_point_mass() {
         assert!(words.contains(word), "{words}");
     }
 }
+
+/// A large system with a stiffness that is not symmetric: where the column is empty, a warning says so and counts the equilibria.
+#[test]
+fn what_is_not_judged_is_said() {
+    let own = [holonom::Override::new("simulation.end", "0.4")];
+    let model = Model::from_toml_with(&crate::harness::models::shipped("roll_up"), &own).unwrap();
+    let (samples, warnings) = rows(&model.to_toml());
+    let unknown = samples.iter().filter(|sample| sample.unstable.is_none()).count();
+    println!("{unknown} of {} are not judged: {warnings:?}", samples.len());
+    assert!(unknown > 0);
+    let words =
+        format!("whether {unknown} of {} equilibria are stable is not known", samples.len());
+    assert!(warnings.iter().any(|warning| warning.starts_with(&words)), "{warnings:?}");
+    // of a small one all are judged
+    let (samples, warnings) = rows(&hostile("column_perfect"));
+    assert!(samples.iter().all(|sample| sample.unstable.is_some()));
+    assert!(warnings.iter().all(|warning| !warning.contains("not known")));
+}
