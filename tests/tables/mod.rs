@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 mod flexible;
+mod modes;
 mod rigid;
 
 use holonom::nalgebra::{Matrix3, Rotation3, Vector3};
@@ -18,7 +19,7 @@ pub(crate) type Vector = Vector3<f64>;
 pub(crate) struct Tables {
     files: BTreeMap<String, Table>,
     pub(crate) h: f64,
-    pub(crate) summary: Summary,
+    pub(crate) summary: Option<Summary>,
 }
 
 /// A table by columns; an empty field is not a number, and neither is a name.
@@ -71,7 +72,13 @@ impl Tables {
                 files.insert(name, Table::read(&std::fs::read_to_string(&file).unwrap()));
             }
         }
-        Self { files, h: model.settings.step, summary: done.summary }
+        Self { files, h: model.settings.step, summary: Some(done.summary) }
+    }
+
+    /// A table alone.
+    pub(crate) fn alone(name: &str, text: &str) -> Self {
+        let files = [(name.to_owned(), Table::read(text))].into();
+        Self { files, h: f64::NAN, summary: None }
     }
 
     pub(crate) fn find(&self, name: &str) -> Option<&[f64]> {
