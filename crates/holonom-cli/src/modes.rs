@@ -72,21 +72,26 @@ fn analysed<T>(
         Input::new(&arguments.model, overrides, arguments.json).assemble_as(make)?;
     match (found, failed) {
         (Some(found), _) => Ok((model, found)),
-        (None, Some(ModesError::Statics(failure))) => {
-            Err(Failure::Run { failure, files: Vec::new() })
-        }
-        (None, Some(error @ (ModesError::Uncertain(_) | ModesError::Nothing(_)))) => {
-            let message = error.to_string();
+        (None, error) => Err(failure(error)),
+    }
+}
+
+/// What there is instead of modes.
+fn failure(error: Option<ModesError>) -> Failure {
+    let message = error.as_ref().map_or_else(|| "no modes were found".into(), ToString::to_string);
+    match error {
+        Some(ModesError::Statics(failure)) => Failure::Run { failure, files: Vec::new() },
+        Some(ModesError::Uncertain(_) | ModesError::Nothing(_)) => {
             let remedy = "ask for more modes (-n), state stiffnesses and masses of more alike sizes, or use more elements";
             let failure = RunFailure { step: 0, t: 0.0, message, remedy: remedy.into() };
-            Err(Failure::Run { failure, files: Vec::new() })
+            Failure::Run { failure, files: Vec::new() }
         }
-        (None, error) => Err(Failure::Usage {
-            message: error.map_or_else(|| "no modes were found".into(), |error| error.to_string()),
+        _ => Failure::Usage {
+            message,
             help: "a steady rotation needs joints, supports and forces that are the same from all directions \
                    about its axis; state it by the initial velocities or the `rate` of a joint"
                 .into(),
-        }),
+        },
     }
 }
 
@@ -233,4 +238,32 @@ fn seven(value: f64) -> String {
     }
     let digits = 6 - value.log10().floor().clamp(-4.0, 6.0) as i32;
     format!("{value:.*}", digits.max(0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use holonom::vi_statics::modes::ModeError;
+
+    /// An empty list and a count that is not confirmed are failures with a remedy, code 1.
+    #[test]
+    fn modes_that_are_not_certain_are_no_answer() {
+        let uncertain = [
+            (
+                ModeError::Unconfirmed { found: 2, expected: 3 },
+                "2 were found, the signs of the stiffness say 3",
+            ),
+            (ModeError::Uncounted, "rounding hides the signs of the stiffness"),
+            (ModeError::NotSettled { found: 4, wanted: 9 }, "4 of 9 modes were found"),
+        ];
+        let uncertain = uncertain.map(|(error, words)| (ModesError::Uncertain(error), words));
+        let nothing = (ModesError::Nothing(12), "no mode was found of 12 degrees of freedom");
+        for (error, words) in uncertain.into_iter().chain([nothing]) {
+            let Failure::Run { failure, files } = failure(Some(error)) else { panic!("{words}") };
+            println!("{}; {}", failure.message, failure.remedy);
+            assert!(failure.message.contains(words), "{}", failure.message);
+            assert!(failure.remedy.contains("ask for more modes (-n)") && files.is_empty());
+        }
+        let Failure::Usage { .. } = failure(Some(ModesError::NoRotation)) else { panic!() };
+    }
 }
