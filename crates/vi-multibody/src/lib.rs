@@ -72,7 +72,7 @@ pub use mechanism::{description, initial_rates, prescribed};
 pub use output::{joint_motion, reaction, tree_multipliers};
 pub use pair::joint;
 pub use solver::closed_loop::loop_rank;
-pub use solver::closed_loop::nearly as loop_survey;
+pub use solver::closed_loop::survey as loop_survey;
 pub use solver::{
     articulated, closed_loop, ensemble, run, sparse_nodal, tree_control_points, tree_descriptor,
     tree_map, tree_nodal, tree_step, tree_sweeps,

@@ -53,7 +53,7 @@ mod large_matrix;
 pub mod loop_rank;
 mod loop_sweeps;
 pub(crate) mod loops;
-pub mod nearly;
+mod nearly;
 mod path;
 mod pending;
 mod relief;
@@ -62,6 +62,7 @@ mod row_sweeps;
 mod square_system;
 pub mod step;
 mod step_complement;
+pub mod survey;
 mod sweep;
 pub(super) mod velocity;
 

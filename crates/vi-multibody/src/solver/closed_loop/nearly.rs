@@ -11,15 +11,12 @@
 //! On the way a singular configuration leaves residuals of `δ²` in the rows that are not enforced, and its small pivots grow; a
 //! loop that is locked by its shape leaves `δ` times its singular values. Where the walk succeeds, the largest rank met, with pivots
 //! above `τ`, is that of the motion. Prescribed motions stand still on the way.
-#![allow(non_snake_case)] // J
-
 use super::cluster::Cluster;
 use super::loop_rank::Random;
 use super::loops::Loops;
 use super::path::{Maps, Placed};
 use crate::mechanism::{Mechanism, NearlyRedundant};
 use crate::pair::joint::FrameId;
-use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_core::interval::Interval;
@@ -52,15 +49,15 @@ pub(super) struct Found {
 }
 
 /// Loops with the measure of [`nearly`](self).
-struct Walk<'a> {
-    mechanism: &'a Mechanism,
-    loops: Loops,
-    moving: Vec<Vec<usize>>, // rows of each cluster that are no prescribed motion
-    all: Vec<Vec<usize>>,    // all rows of each cluster
-    weights: Vec<f64>,       // what one is for each unknown: 1 rad, or ℓ
-    scales: Vec<f64>,        // row of g_c → one over what one is for it; 0: a prescribed motion
-    sizes: Vec<f64>,         // ℓ of each cluster
-    places: Places,
+pub(super) struct Walk<'a> {
+    pub(super) mechanism: &'a Mechanism,
+    pub(super) loops: Loops,
+    pub(super) moving: Vec<Vec<usize>>, // rows of each cluster that are no prescribed motion
+    all: Vec<Vec<usize>>,               // all rows of each cluster
+    pub(super) weights: Vec<f64>,       // what one is for each unknown: 1 rad, or ℓ
+    scales: Vec<f64>, // row of g_c → one over what one is for it; 0: a prescribed motion
+    pub(super) sizes: Vec<f64>, // ℓ of each cluster
+    pub(super) places: Places,
     tolerance: f64,
     t: f64,
 }
@@ -112,7 +109,7 @@ pub(super) fn find(mechanism: &Mechanism, (t, q): (f64, &[f64]), compared: bool)
 }
 
 /// Which joint of the description a link of the tree has, and which joint a row of `g_c` belongs to.
-struct Places {
+pub(super) struct Places {
     of_links: Vec<Option<usize>>,
     of_rows: Vec<Option<usize>>,
 }
@@ -133,7 +130,7 @@ impl Places {
     }
 
     /// The joints of a cluster, as numbered in the description: those of the tree, then those that are cut.
-    fn joints(&self, cluster: &Cluster) -> Vec<usize> {
+    pub(super) fn joints(&self, cluster: &Cluster) -> Vec<usize> {
         let links = cluster.paths.links.iter().filter_map(|link| self.of_links[link.link]);
         let rows = cluster.paths.rows.iter().filter_map(|row| self.of_rows[row.number]);
         let mut joints: Vec<usize> = links.chain(rows).collect();
@@ -168,7 +165,7 @@ fn size_of(mechanism: &Mechanism, joints: &[usize], q: &[f64]) -> f64 {
 }
 
 impl<'a> Walk<'a> {
-    fn new(mechanism: &'a Mechanism, (t, q): (f64, &[f64]), tolerance: f64) -> Self {
+    pub(super) fn new(mechanism: &'a Mechanism, (t, q): (f64, &[f64]), tolerance: f64) -> Self {
         let loops = Loops::new(mechanism);
         let all: Vec<Vec<usize>> =
             loops.clusters.iter().map(|c| (0..c.paths.rows.len()).collect()).collect();
@@ -243,7 +240,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The rank of each cluster in some of its rows at `q`, at which the tree stands.
-    fn eliminate(&mut self, q: &[f64], rows: &[Vec<usize>], side: &[f64]) -> Vec<usize> {
+    pub(super) fn eliminate(&mut self, q: &[f64], rows: &[Vec<usize>], side: &[f64]) -> Vec<usize> {
         self.eliminate_to(q, (rows, side), self.tolerance)
     }
 
@@ -412,80 +409,5 @@ impl<'a> Walk<'a> {
         let ranks: Vec<Option<usize>> = ranks.collect();
         let rank_tolerance = self.gap(&ranks, q);
         NearlyRedundant { allowances, rank_tolerance, ranks, loop_rank: 0 }
-    }
-}
-
-/// Loops that share links, as they are found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoopSurvey {
-    /// Their joints, as numbered in the description: those of the spanning tree, then those that are cut.
-    pub joints: Vec<usize>,
-    /// A joint or constraint that closes them, by its name.
-    pub closed_by: String,
-    /// Largest distance between their joints, m.
-    pub size: f64,
-    /// Degrees of freedom that they leave to their links, prescribed motions left out.
-    pub freedom: usize,
-    /// The smallest singular value of their constraints that is not rounding, rad or parts of their size; `None` where
-    /// the matrix is large.
-    pub smallest: Option<f64>,
-    /// Whether constraints that nearly follow from the others are taken as redundant.
-    pub nearly: bool,
-}
-
-/// Looks at the loops of a mechanism without point masses at `(t, q)`; `nearly`: what is taken as redundant.
-#[must_use]
-pub fn survey(
-    mechanism: &Mechanism,
-    (t, q): (f64, &[f64]),
-    nearly: Option<&NearlyRedundant>,
-) -> Vec<LoopSurvey> {
-    let mut walk = Walk::new(mechanism, (t, q), RANK_TOLERANCE);
-    walk.loops.tree.begin_at(q, None);
-    let moving = std::mem::take(&mut walk.moving);
-    let ranks = walk.eliminate(q, &moving, &[]);
-    let numbers = mechanism.loop_rows();
-    let mut found = Vec::new();
-    for (k, rank) in ranks.into_iter().enumerate() {
-        let smallest = walk.smallest(k, &moving[k], q);
-        let cluster = &walk.loops.clusters[k];
-        let taken = nearly.and_then(|nearly| *nearly.ranks.get(k)?);
-        let row = moving[k].first().map_or(0, |&i| numbers[cluster.paths.rows[i].number]);
-        found.push(LoopSurvey {
-            joints: walk.places.joints(cluster),
-            closed_by: mechanism.constraint_name(row).to_owned(),
-            size: walk.sizes[k],
-            freedom: cluster.paths.columns.len() - taken.unwrap_or(rank).min(rank),
-            smallest,
-            nearly: taken.is_some(),
-        });
-    }
-    found
-}
-
-impl Walk<'_> {
-    /// The smallest singular value of some rows of a cluster at `q`, at which the tree stands; what is rounding is left out.
-    fn smallest(&mut self, k: usize, rows: &[usize], q: &[f64]) -> Option<f64> {
-        const LARGEST: usize = 60;
-        let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let cluster = &mut clusters[k];
-        let (m, n) = (rows.len(), cluster.paths.columns.len());
-        if m.max(n) > LARGEST || m.min(n) == 0 {
-            return None;
-        }
-        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
-        let mut J = DMatrix::zeros(m, n);
-        for (place, &i) in rows.iter().enumerate() {
-            let scale = cluster.paths.rows[i].scale;
-            for &(column, value) in cluster.plain_row(i, at) {
-                J[(place, column)] = scale * value;
-            }
-        }
-        for (column, &unknown) in cluster.paths.columns.iter().enumerate() {
-            J.column_mut(column).scale_mut(self.weights[unknown]);
-        }
-        let values = J.singular_values();
-        let clear = values.iter().copied().filter(|value| *value > RANK_TOLERANCE * values.max());
-        clear.min_by(f64::total_cmp)
     }
 }
