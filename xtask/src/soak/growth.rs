@@ -42,8 +42,8 @@ impl Times {
     #[must_use]
     pub fn fault(&self, couples: bool) -> Option<String> {
         let Self { alone, with_one, twice } = *self;
-        let grown = !(twice <= GROWTH * with_one);
-        let changed = !(couples || with_one <= FORM * alone);
+        let grown = twice.is_nan() || twice > GROWTH * with_one;
+        let changed = !couples && (with_one.is_nan() || with_one > FORM * alone);
         let words = match (grown, changed) {
             (true, _) => format!("twice the members take {:.1} times as long", twice / with_one),
             (_, true) => format!("one member more takes {:.1} times as long", with_one / alone),
