@@ -16,8 +16,10 @@ pub const ORDER_TOLERANCE: f64 = 0.2;
 /// The same of orders above 8, as a part of them: one halving is all that double precision has. Schemes that reverse
 /// have even orders, so that 14 and 18 are excluded.
 pub const HIGH_ORDER_TOLERANCE: f64 = 0.05;
-/// Halvings below which a slope that misses the nominal order by less than 1 decides nothing.
+/// Halvings below which a slope that misses the nominal order by less than [`ROUGH`] decides nothing.
 const SHORT: f64 = 2.5;
+/// Part of the nominal order by which such a slope may miss it: between neighbouring even orders.
+const ROUGH: f64 = 0.125;
 /// Orders that are known to be 1 are at least this.
 pub const FIRST_ORDER: f64 = 1.0 - 2.0 * ORDER_TOLERANCE;
 /// Momentum maps stay below this times `ε √N`, however they grow.
@@ -104,7 +106,7 @@ pub(super) fn judge_order(
             };
             let halvings = (range[0].step / range[range.len() - 1].step).log2();
             // over few halvings a slope is rough, but tells even orders apart
-            let rough = halvings < SHORT && (p - nominal).abs() < 1.0;
+            let rough = halvings < SHORT && (p - nominal).abs() < ROUGH * nominal;
             found.verdict = match (holds, known) {
                 (false, false) if rough => Verdict::Inconclusive,
                 (true, false) => Verdict::Pass,

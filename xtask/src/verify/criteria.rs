@@ -17,7 +17,7 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
         Criterion::Order => (
             "`q`, `p`, `λ` converge with the order of the scheme",
             format!(
-                "slope within {ORDER_TOLERANCE} of the nominal order, over four halvings (order 6: two to four; 8 and more: one to four, and a miss by less than 1 over at most two is inconclusive; above 8 within a twentieth, not applicable where errors fall to round-off within a halving). `λ_0` of (47) and \
+                "slope within {ORDER_TOLERANCE} of the nominal order, over four halvings (order 6: two to four; 8 and more: one to four, and a miss by less than an eighth of the order over at most two is inconclusive; above 8 within a twentieth, not applicable where errors fall to round-off within a halving). `λ_0` of (47) and \
                  multipliers of single energy–momentum steps: at least {FIRST_ORDER}. An error of half the quantity at the finest step, \
                  in a study in which `q` (for multipliers `q` and `p`) has its order, fails"
             ),
@@ -34,7 +34,7 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
             "variational: the error of `H` is bounded, without secular drift; energy–momentum: `H` is constant",
             format!(
                 "sixteen block medians of `H_d` or of the shadow energy `H̃ = (p H_d + E_d)/(p + 1)` within {:.0} % of the band of `H_d`, \
-                 the second half at most {WIDENING} times as far from the median as the first; or all of it below `100 ε √N`. Applies to \
+                 the second half at most {WIDENING} times as far from the median as the first; or all of it below `100 ε √N`. What fails is measured again at half the step, where a drift stays the same part of the band. Applies to \
                  conservative systems, from {LEAST_TREND_STEPS} steps on, where `h ω_max ≤ {RESOLVED}`. Energy–momentum: `100 ε √N`",
                 100.0 * NEGLIGIBLE
             ),
