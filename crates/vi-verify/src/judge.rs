@@ -138,7 +138,7 @@ pub(super) fn judge_order(
             found.reason = refused.to_string();
             found.verdict = Verdict::Fail;
         }
-        Err(refused @ NoOrder::TooFew { .. }) if order > 8 => {
+        Err(refused @ NoOrder::TooFew { .. }) if order >= 8 => {
             found.measured = "no order can be read".into();
             found.reason = format!("{refused}: double precision has no room for this order here");
             found.verdict = Verdict::NotApplicable; // one of a lower order has room, and fails

@@ -17,7 +17,7 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
         Criterion::Order => (
             "`q`, `p`, `λ` converge with the order of the scheme",
             format!(
-                "slope within {ORDER_TOLERANCE} of the nominal order, over four halvings (order 6: two to four; 8 and more: one to four, and a miss by less than an eighth of the order over at most two is inconclusive; above 8 within a twentieth, not applicable where errors fall to round-off within a halving). `λ_0` of (47) and \
+                "slope within {ORDER_TOLERANCE} of the nominal order, over four halvings (order 6: two to four; 8 and more: one to four, and a miss by less than an eighth of the order over at most two is inconclusive; above 8 within a twentieth; not applicable where errors fall to round-off before that, which those of a lower order would not). `λ_0` of (47) and \
                  multipliers of single energy–momentum steps: at least {FIRST_ORDER}. An error of half the quantity at the finest step, \
                  in a study in which `q` (for multipliers `q` and `p`) has its order, fails"
             ),
