@@ -136,7 +136,7 @@ impl Energies {
 
 /// What rounding leaves of an energy, where every coordinate is known to `δ`, [`ROUNDING`] of its size.
 /// ```text
-/// constant   max(½ δᵀM δ / h²,  |m γ|ᵀδ + Σ (|F| max δ + |T| δ_d))      of a step; of weight, loads and motors
+/// constant   max(½ δᵀM δ / h²,  |m γ|ᵀδ + Σ (|F| max δ + |T| δ_d))      of a (sub-)step h, the shortest; of weight, loads and motors
 /// elastic    √(2 V S) ROUNDING,   S = |q|ᵀ|∇²V||q|                      a spring k with the energy V: k x δ = √(2kV) δ
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -157,7 +157,9 @@ impl Rounding {
         mechanism.coordinate_sizes(&start.q, &mut sizes);
         let largest = sizes.iter().copied().fold(0.0, f64::max);
         mass.mul_add(0.5, &sizes, &mut momentum);
-        let step = ROUNDING / model.settings.step;
+        let shortest =
+            model.settings.composition().gammas().iter().fold(1.0, |h: f64, g| h.min(g.abs()));
+        let step = ROUNDING / (model.settings.step * shortest);
         let kinetic = step * step * dot(&sizes, &momentum);
         let weight = mechanism.weight(mass);
         let weight: f64 = weight.iter().zip(&sizes).map(|(force, size)| force.abs() * size).sum();

@@ -208,11 +208,13 @@ fn scales(model: &Model, found: &Trace, mass: f64) -> (f64, f64) {
 
 /// The largest relative residual of the energy balance. A system at rest has the kinetic energy of rounding alone, and a motor on
 /// a joint that loops lock does work on it, near a dead position on more than that: what coordinates that change by 1e-11 of their
-/// size in a step make is within the bound.
+/// size in a sub-step, the shortest, make is within the bound.
 fn energy(model: &Model, found: &Trace) -> f64 {
     const NOISE: f64 = 1e-11;
     let largest = |of: &dyn Fn(&Sample) -> f64| found.samples.iter().map(of).fold(0.0, f64::max);
-    let speed = NOISE * largest(&|sample| norm_inf(&sample.q)) / model.settings.step;
+    let gammas = model.settings.composition().gammas();
+    let shortest = gammas.iter().fold(1.0, |least: f64, gamma| least.min(gamma.abs()));
+    let speed = NOISE * largest(&|sample| norm_inf(&sample.q)) / (model.settings.step * shortest);
     let path = NOISE * largest(&|sample| norm_inf(&sample.q)).max(1.0); // of a coordinate at rest
     let noise = mass(model) * speed * speed + forces(model) * path;
     let mut scale = 1e-6 + noise / ENERGY; // 1e-6 J: of 2 kg at 1 mm/s
