@@ -6,6 +6,7 @@
 mod flexible;
 mod modes;
 mod rigid;
+mod statics;
 mod sweeps;
 
 use holonom::nalgebra::{Matrix3, Rotation3, Vector3};

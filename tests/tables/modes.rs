@@ -2,7 +2,7 @@
 
 use super::{Known, Tables, Vector, axis, check};
 use holonom::Model;
-use holonom::modes::{About, ModalAnalysis};
+use holonom::modes::{About, Campbell, ModalAnalysis};
 use std::f64::consts::TAU;
 
 /// Place, axis, stiffness, damping; the bodies are turned by nothing, 2 kg, with these moments.
@@ -108,4 +108,47 @@ fn columns_of_modes() {
     ];
     println!("{}", report.csv());
     check(&Tables::alone("modes", &report.csv()), &expected, &unseen);
+}
+
+/// A disk on an isotropic spring with dampers to the ground: `m z̈ + c ż + k z = 0` in space, whatever the speed. In the frame that
+/// rotates both whirls decay with `c/2m`, with the frequencies `|Ω ± √(k/m − c²/4m²)|`.
+const DISK: &str = r#"
+model = { name = "disk" }
+simulation = { step = 1e-3, end = 1.0 }
+body = [{ name = "disk", mass = 2.0, inertia = [0.01, 0.01, 0.02], angular_velocity = [0.0, 0.0, 2.0], position = [0.0, 0.0, 0.0] }]
+joint = [{ name = "plane", type = "planar", parent = "ground", child = "disk", position = [0.0, 0.0, 0.0], axis = [0.0, 0.0, 1.0] }]
+spring = [
+    { name = "k", from = "ground", to = "disk", stiffness = 200.0, natural_length = 0.0 },
+    { name = "x", from = "ground", to = "disk", point_from = [10.0, 0.0, 0.0], stiffness = 0.0, damping = 1.5 },
+    { name = "y", from = "ground", to = "disk", point_from = [0.0, 10.0, 0.0], stiffness = 0.0, damping = 1.5 },
+    { name = "minus x", from = "ground", to = "disk", point_from = [-10.0, 0.0, 0.0], stiffness = 0.0, damping = 1.5 },
+    { name = "minus y", from = "ground", to = "disk", point_from = [0.0, -10.0, 0.0], stiffness = 0.0, damping = 1.5 },
+]
+"#;
+const SPEEDS: [f64; 3] = [2.0, 4.0, 6.0];
+
+fn whirls(_: &Tables, name: &str) -> Option<Known> {
+    let decay = 3.0 / (2.0 * 2.0);
+    let own = (200.0 / 2.0_f64 - decay * decay).sqrt();
+    let rows =
+        SPEEDS.into_iter().flat_map(|speed| [(speed, 1, own - speed), (speed, 2, own + speed)]);
+    let value = |(speed, mode, omega): (f64, u32, f64)| match name {
+        "campbell/speed" => Some(speed),
+        "campbell/mode" => Some(f64::from(mode)),
+        "campbell/omega" => Some(omega),
+        "campbell/frequency" => Some(omega / TAU),
+        "campbell/decay" => Some(decay),
+        "campbell/damping_ratio" => Some(decay / omega.hypot(decay)),
+        _ => None,
+    };
+    Some(Known::new(rows.map(value).collect::<Option<Vec<f64>>>()?, 1e-7))
+}
+
+#[test]
+fn columns_of_whirls_over_the_speed() {
+    let model = Model::from_toml(DISK).unwrap();
+    let text = Campbell::new(&model, &SPEEDS, 2).unwrap().csv();
+    println!("{text}");
+    let unseen = [("campbell/decay late", "both whirls decay alike, at all speeds")];
+    check(&Tables::alone("campbell", &text), &whirls, &unseen);
 }
