@@ -112,6 +112,7 @@ fn sound_models_do_not_fail() {
         ("late_motor", "nodal"),
         ("rotor_that_speeds_up", "nodal"),
         ("planar_satellite", "nodal"),
+        ("pulsed_arm", "nodal"),
     ] {
         let found = certified(name, scheme);
         println!("{name}, {scheme}: {}", verdict(&found));

@@ -121,7 +121,8 @@ impl LongRun {
             self.samples.iter().map(|node| node.momentum_level).collect();
         Residuals {
             position: largest(|node| node.position),
-            momentum: levels.map(|levels| norm_inf(&levels)),
+            momentum: levels.as_ref().map(|levels| norm_inf(levels)),
+            momentum_of_most: levels.and_then(most),
         }
     }
 
@@ -156,6 +157,14 @@ pub struct Residuals {
     pub position: f64,
     /// (46), where it is defined.
     pub momentum: Option<f64>,
+    /// What (46) stays below at nine of ten samples: a force that jumps is seen at the nodes beside the jump alone.
+    pub momentum_of_most: Option<f64>,
+}
+
+/// The number that nine of ten do not exceed.
+fn most(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get((9 * numbers.len()).div_ceil(10).checked_sub(1)?).copied()
 }
 
 /// Forward and back.
