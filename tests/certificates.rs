@@ -133,6 +133,17 @@ fn rest_is_not_measured() {
     }
 }
 
+/// A rotor at 1.2 rad in a step: the first step fails, and the certificate says so.
+#[test]
+fn a_run_whose_first_step_fails_is_not_at_rest() {
+    let text = include_str!("certificates/rotor_that_speeds_up.toml");
+    let model = Model::from_toml_with(text, &[Override::new("joint.shaft.rate", "120.0")]);
+    let found = certify_model(&model.unwrap(), 1e-6, &mut |_| {}).unwrap();
+    let failed = found.certificate.findings.iter().find(|f| f.verdict == Verdict::Fail).unwrap();
+    println!("{failed}");
+    assert_eq!((failed.quantity.as_str(), &*failed.measured), ("run", "the run failed"));
+}
+
 /// Six driven joints: the motion is prescribed, momenta and multipliers converge, what needs a degree of freedom is not applicable.
 #[test]
 fn a_mechanism_without_a_degree_of_freedom_has_a_certificate() {

@@ -7,6 +7,7 @@ mod provenance;
 pub mod subject;
 
 pub use self::date::now;
+use self::moving::{Beginning, beginning};
 pub use self::provenance::Provenance;
 use self::subject::ModelSubject;
 use holonom_model::{Family, Model};
@@ -104,16 +105,18 @@ pub fn certify_model(
         Family::Static => return Err("the model asks for statics, and nothing moves".into()),
     };
     let mut subject = ModelSubject::new(model.clone());
-    let start = moving::start(&subject, model, own).ok_or_else(|| {
-        let locked = Simulation::new(model).is_ok_and(|run| run.assembly().counts.dof == 0);
-        if locked { NOTHING_CAN_MOVE } else { NOTHING_MOVES }
-    })?;
-    let mut rest = model.clone(); // of the run, from there on
-    rest.settings.end -= start.t;
-    let from = start.t;
-    if from > 0.0 {
-        progress(&format!("from t = {} s on: the model rests before", time(from)));
-        subject.start_at(start);
+    let (mut rest, mut from) = (model.clone(), 0.0); // rest: of the run, from there on
+    match beginning(&subject, model, own)? {
+        Beginning::Rest => {
+            let locked = Simulation::new(model).is_ok_and(|run| run.assembly().counts.dof == 0);
+            return Err(if locked { NOTHING_CAN_MOVE } else { NOTHING_MOVES }.into());
+        }
+        Beginning::Motion => {}
+        Beginning::Later(start) => {
+            progress(&format!("from t = {} s on: the model rests before", time(start.t)));
+            (rest.settings.end, from) = (model.settings.end - start.t, start.t);
+            subject.start_at(start);
+        }
     }
     let plan = plan(&subject, &rest, own)?;
     let name = &model.header.name;

@@ -3,7 +3,7 @@
 use super::subject::ModelSubject;
 use holonom_model::Model;
 use vi_core::linear::norm_inf;
-use vi_verify::subject::{Method, Motion, Setting, Subject};
+use vi_verify::subject::{Method, Setting, Subject};
 
 /// Displacements up to this, relative to the largest coordinate, are round-off.
 const AT_REST: f64 = 1e-12;
@@ -25,41 +25,56 @@ pub(super) struct Start {
     pub v: Vec<f64>,
 }
 
-/// The node that measurements start from: the initial one, or where the model rests at first the one at which it has begun to
-/// move. `None` where nothing moves.
-pub(super) fn start(subject: &ModelSubject, model: &Model, method: Method) -> Option<Start> {
-    let setting = Setting::new(method, 2, model.settings.step);
-    let lengths = lengths(subject, setting, model.settings.steps().clamp(4, STEPS))?;
-    let longest = norm_inf(&lengths);
-    if longest <= AT_REST {
-        return None;
-    }
-    let begun = lengths.iter().position(|length| *length >= MOVING * longest).unwrap_or(0);
-    let mut motion = subject.start(setting).ok()?;
-    for _ in 0..if begun > BRIEF { begun } else { 0 } {
-        motion.step().ok()?;
-    }
-    let v = motion.velocity().ok()?;
-    let (q, v) = motion.consistent(motion.q(), &v).ok()?;
-    Some(Start { t: motion.time(), q, v })
+/// What a model does at first.
+pub(super) enum Beginning {
+    /// Nothing moves.
+    Rest,
+    /// It moves from its initial values on, or cannot be stepped.
+    Motion,
+    /// It rests up to a node at which it has begun to move.
+    Later(Start),
 }
 
-/// `|q_{n+1} − q_n|` over the largest coordinate, of the steps that succeed. Not a number nowhere.
-fn lengths(subject: &ModelSubject, setting: Setting, steps: u64) -> Option<Vec<f64>> {
-    let mut motion = subject.start(setting).ok()?;
+/// What a model does at first.
+///
+/// # Errors
+/// Why the method does not apply, in words.
+pub(super) fn beginning(
+    subject: &ModelSubject,
+    model: &Model,
+    method: Method,
+) -> Result<Beginning, String> {
+    let setting = Setting::new(method, 2, model.settings.step);
+    let steps = model.settings.steps().clamp(4, STEPS);
+    let lengths = lengths(subject, setting, steps)?;
+    let longest = norm_inf(&lengths);
+    if longest <= AT_REST {
+        let all = lengths.len() as u64 == steps;
+        return Ok(if all { Beginning::Rest } else { Beginning::Motion });
+    }
+    let begun = lengths.iter().position(|length| *length >= MOVING * longest).unwrap_or(0);
+    if begun <= BRIEF {
+        return Ok(Beginning::Motion);
+    }
+    let mut motion = subject.start(setting)?;
+    (0..begun).try_for_each(|_| motion.step())?;
+    let v = motion.velocity()?;
+    let (q, v) = motion.consistent(motion.q(), &v)?;
+    Ok(Beginning::Later(Start { t: motion.time(), q, v }))
+}
+
+/// `|q_{n+1} − q_n|` over the largest coordinate, of the steps up to one that fails.
+fn lengths(subject: &ModelSubject, setting: Setting, steps: u64) -> Result<Vec<f64>, String> {
+    let mut motion = subject.start(setting)?;
     let mut q = motion.q().to_vec();
     let mut lengths = Vec::new();
     for _ in 0..steps {
         if motion.step().is_err() {
             break;
         }
-        lengths.push(length(&q, &*motion));
+        let off: Vec<f64> = q.iter().zip(motion.q()).map(|(a, b)| b - a).collect();
+        lengths.push(norm_inf(&off) / norm_inf(motion.q()).max(1.0));
         q.copy_from_slice(motion.q());
     }
-    Some(lengths)
-}
-
-fn length(before: &[f64], motion: &dyn Motion) -> f64 {
-    let off: Vec<f64> = before.iter().zip(motion.q()).map(|(a, b)| b - a).collect();
-    norm_inf(&off) / norm_inf(motion.q()).max(1.0)
+    Ok(lengths)
 }
