@@ -86,6 +86,16 @@ fn tilted() -> Matrix3<f64> {
     Rotation3::new(Vector::from(TILTED)).into_inner()
 }
 
+/// Sensors `a1`, `r1`, `a2`, `r2` of both bodies.
+fn accelerations() -> String {
+    [("1", "first"), ("2", "second")]
+        .map(|(k, body)| {
+            sensor(&format!("a{k}"), "acceleration", body)
+                + &sensor(&format!("r{k}"), "angular_acceleration", body)
+        })
+        .concat()
+}
+
 /// A follower on one body, a load along the axes of a frame on the other.
 fn loads() -> Case {
     let (force, torque, point) = ([2.0, -3.0, 4.0], [0.6, 0.4, -0.5], [0.1, -0.3, 0.2]);
@@ -111,13 +121,10 @@ force = {pull:?}
 torque = {turn:?}
 point = {at:?}
 relative_to = "tilted"
-{}{}{}{}{}{}"#,
+{}{}{}"#,
         FIRST.text("first"),
         SECOND.text("second"),
-        sensor("a1", "acceleration", "first"),
-        sensor("r1", "angular_acceleration", "first"),
-        sensor("a2", "acceleration", "second"),
-        sensor("r2", "angular_acceleration", "second"),
+        accelerations(),
         sensor("w1", "power", "follower"),
         sensor("w2", "power", "pull"),
     );
@@ -294,13 +301,10 @@ relative_to = "tilted"
 law = "quadratic_stretch"
 stiffness = 5.0
 natural_length = 1.1
-{}{}{}{}{}{}{}{}"#,
+{}{}{}{}{}"#,
         FIRST.text("first"),
         SECOND.text("second"),
-        sensor("a1", "acceleration", "first"),
-        sensor("r1", "angular_acceleration", "first"),
-        sensor("a2", "acceleration", "second"),
-        sensor("r2", "angular_acceleration", "second"),
+        accelerations(),
         sensor("a3", "acceleration", "ball"),
         sensor("cord_force", "effort", "cord"),
         sensor("band_force", "effort", "band"),

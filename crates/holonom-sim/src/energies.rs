@@ -157,9 +157,7 @@ impl Rounding {
         mechanism.coordinate_sizes(&start.q, &mut sizes);
         let largest = sizes.iter().copied().fold(0.0, f64::max);
         mass.mul_add(0.5, &sizes, &mut momentum);
-        let shortest =
-            model.settings.composition().gammas().iter().fold(1.0, |h: f64, g| h.min(g.abs()));
-        let step = ROUNDING / (model.settings.step * shortest);
+        let step = ROUNDING / (model.settings.step * model.settings.composition().shortest());
         let kinetic = step * step * dot(&sizes, &momentum);
         let weight = mechanism.weight(mass);
         let weight: f64 = weight.iter().zip(&sizes).map(|(force, size)| force.abs() * size).sum();

@@ -38,8 +38,7 @@ pub(crate) fn resolved_by(settings: &Settings) -> f64 {
 
 /// The longest sub-step of a composition in parts of the step.
 pub(crate) fn longest_part(settings: &Settings) -> f64 {
-    let gammas = settings.method().composition().gammas();
-    gammas.iter().fold(0.0_f64, |a, g| a.max(g.abs()))
+    settings.method().composition().longest()
 }
 
 /// The fastest motion about a configuration against the step.

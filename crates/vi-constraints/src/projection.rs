@@ -294,23 +294,24 @@ impl Projections {
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
         self.independent_multiplier(system, constraints, at, v, lambda)?;
-        self.acceleration.copy_from_slice(&self.x[..self.n]);
         let mut force = std::mem::take(&mut self.n_work);
-        force.fill(0.0);
-        self.jacobian(constraints, at).tr_mul_add(1.0, lambda, &mut force);
-        self.take_least_norm(constraints, &force, lambda);
+        self.finish(constraints, at, (&mut force, lambda));
         self.n_work = force;
         Ok(())
     }
 
-    /// `λ` of the least norm with this `force`, by the Jacobian that was taken last.
-    fn take_least_norm(
+    /// After the independent multipliers were found: the acceleration, `force ← Gᵀλ`, and `λ` of the least norm with this force.
+    fn finish(
         &mut self,
         constraints: &impl Constraints,
-        force: &[f64],
-        lambda: &mut [f64],
+        at: Configuration<'_>,
+        (force, lambda): (&mut [f64], &mut [f64]),
     ) {
-        let Self { mass_system, jacobian: Some(jacobian), least_norm, .. } = self else { return };
+        let Self { n, x, acceleration, mass_system, jacobian: known, least_norm, .. } = self;
+        acceleration.copy_from_slice(&x[..*n]);
+        let jacobian = jacobian(known, constraints, at, *n);
+        force.fill(0.0);
+        jacobian.tr_mul_add(1.0, lambda, force);
         least_norm.decline(constraints.rank_tolerance() > RANK_TOLERANCE);
         minimum_norm(least_norm, jacobian, mass_system.rows(), force, lambda);
     }
@@ -328,10 +329,7 @@ impl Projections {
         (force, lambda): (&mut [f64], &mut [f64]),
     ) -> Result<(), Singular> {
         self.independent_multiplier(system, constraints, at, v, lambda)?;
-        self.acceleration.copy_from_slice(&self.x[..self.n]);
-        force.fill(0.0);
-        self.jacobian(constraints, at).tr_mul_add(1.0, lambda, force);
-        self.take_least_norm(constraints, force, lambda);
+        self.finish(constraints, at, (force, lambda));
         Ok(())
     }
 }

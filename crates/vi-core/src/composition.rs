@@ -13,6 +13,7 @@
 //! (order 6, s = 13; order 8, s = 21). Most are collected in Hairer, Lubich & Wanner, Geometric Numerical
 //! Integration, §V.3.2.
 
+use crate::linear::norm_inf;
 use serde::{Deserialize, Serialize};
 
 /// A symmetric composition, by name.
@@ -130,6 +131,18 @@ impl Composition {
             Self::Yoshida7 | Self::KahanLi9 | Self::SofroniouSpaletta13 => 6,
             Self::SuzukiUmeno15 | Self::KahanLi17 | Self::SofroniouSpaletta21 => 8,
         }
+    }
+
+    /// `max |γ_i|`: the longest sub-step in parts of the step.
+    #[must_use]
+    pub fn longest(self) -> f64 {
+        norm_inf(&self.gammas())
+    }
+
+    /// `min |γ_i|`: the shortest one.
+    #[must_use]
+    pub fn shortest(self) -> f64 {
+        self.gammas().iter().fold(f64::INFINITY, |least, gamma| least.min(gamma.abs()))
     }
 
     /// The coefficients `γ_1 … γ_s`, summing to 1.

@@ -256,8 +256,8 @@ impl Certifier<'_> {
     /// `h ω_max` at the beginning with the longest sub-step of a composition, where it does not resolve the fastest motion; `None`
     /// of order 2, which need not do that.
     fn unresolved(&self, setting: Setting) -> Option<f64> {
-        let gammas = Composition::of_order(setting.order).filter(|_| setting.order > 2)?.gammas();
-        let resolution = self.frequency(setting)? * setting.step.abs() * norm_inf(&gammas);
+        let longest = Composition::of_order(setting.order).filter(|_| setting.order > 2)?.longest();
+        let resolution = self.frequency(setting)? * setting.step.abs() * longest;
         (resolution > RESOLVED).then_some(resolution)
     }
 

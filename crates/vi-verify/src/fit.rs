@@ -90,9 +90,15 @@ pub fn line(points: &[[f64; 2]]) -> Option<Line> {
 
 /// The middle of some numbers; the lower one of two; `None` of none.
 #[must_use]
-pub fn median(mut numbers: Vec<f64>) -> Option<f64> {
+pub fn median(numbers: Vec<f64>) -> Option<f64> {
+    of_tenths(numbers, 5)
+}
+
+/// The least of some numbers that so many `tenths` of them do not exceed; `None` of none.
+#[must_use]
+pub fn of_tenths(mut numbers: Vec<f64>, tenths: usize) -> Option<f64> {
     numbers.sort_by(f64::total_cmp);
-    numbers.get(numbers.len().checked_sub(1)? / 2).copied()
+    numbers.get((tenths * numbers.len()).div_ceil(10).checked_sub(1)?).copied()
 }
 
 #[cfg(test)]
@@ -102,6 +108,8 @@ mod tests {
     #[test]
     fn the_median_is_in_the_middle() {
         assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(vec![4.0, 3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(of_tenths((1..=20).map(f64::from).collect(), 9), Some(18.0));
         assert_eq!(median(Vec::new()), None);
     }
 

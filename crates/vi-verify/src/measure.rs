@@ -1,6 +1,6 @@
 //! Measurements beside convergence: conserved quantities, reversal, symplecticity, conditioning, agreement.
 
-use super::fit::power_law;
+use super::fit::{of_tenths, power_law};
 use super::subject::{Invariants, Method, Nature, Setting, Subject};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -122,15 +122,15 @@ impl LongRun {
         Residuals {
             position: largest(|node| node.position),
             momentum: levels.as_ref().map(|levels| norm_inf(levels)),
-            momentum_of_most: levels.and_then(most),
+            momentum_of_most: levels.and_then(|levels| of_tenths(levels, 9)),
         }
     }
 
     /// `h ω_max`, with the longest sub-step of a composition.
     #[must_use]
     pub fn resolution(&self) -> Option<f64> {
-        let gammas = Composition::of_order(self.order).unwrap_or_default().gammas();
-        Some(self.step.abs() * norm_inf(&gammas) * self.frequency?)
+        let longest = Composition::of_order(self.order).unwrap_or_default().longest();
+        Some(self.step.abs() * longest * self.frequency?)
     }
 
     /// The largest change of the shadow energy from one sample to the next, J, and their times, s; `None` with fewer than
@@ -159,12 +159,6 @@ pub struct Residuals {
     pub momentum: Option<f64>,
     /// What (46) stays below at nine of ten samples: a force that jumps is seen at the nodes beside the jump alone.
     pub momentum_of_most: Option<f64>,
-}
-
-/// The number that nine of ten do not exceed.
-fn most(mut numbers: Vec<f64>) -> Option<f64> {
-    numbers.sort_by(f64::total_cmp);
-    numbers.get((9 * numbers.len()).div_ceil(10).checked_sub(1)?).copied()
 }
 
 /// Forward and back.

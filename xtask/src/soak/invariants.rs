@@ -212,9 +212,8 @@ fn scales(model: &Model, found: &Trace, mass: f64) -> (f64, f64) {
 fn energy(model: &Model, found: &Trace) -> f64 {
     const NOISE: f64 = 1e-11;
     let largest = |of: &dyn Fn(&Sample) -> f64| found.samples.iter().map(of).fold(0.0, f64::max);
-    let gammas = model.settings.composition().gammas();
-    let shortest = gammas.iter().fold(1.0, |least: f64, gamma| least.min(gamma.abs()));
-    let speed = NOISE * largest(&|sample| norm_inf(&sample.q)) / (model.settings.step * shortest);
+    let shortest = model.settings.step * model.settings.composition().shortest();
+    let speed = NOISE * largest(&|sample| norm_inf(&sample.q)) / shortest;
     let path = NOISE * largest(&|sample| norm_inf(&sample.q)).max(1.0); // of a coordinate at rest
     let noise = mass(model) * speed * speed + forces(model) * path;
     let mut scale = 1e-6 + noise / ENERGY; // 1e-6 J: of 2 kg at 1 mm/s
