@@ -1,9 +1,10 @@
 //! Measures everything that a plan asks for, and judges it.
 
+mod resolution;
+
 use super::certificate::{Certificate, Criterion, Finding, History, Verdict};
 use super::convergence::{Horizon, Quantity};
 use super::fit::power_law;
-use super::frequency::RESOLVED;
 use super::horizons::{Horizons, clearest, saturated};
 use super::judge::{
     EXPONENT_TOLERANCE, FORM_TOLERANCE, LEAST_TREND_STEPS, ORDER_TOLERANCE, finding, judge_energy,
@@ -16,7 +17,6 @@ use super::output::outputs;
 use super::subject::{Method, Nature, Setting, Subject};
 use super::symplectic::symplectic_defect;
 use vi_constraints::SchemeKind;
-use vi_core::Composition;
 use vi_core::linear::norm_inf;
 
 /// Steps of any long run.
@@ -253,14 +253,6 @@ impl Certifier<'_> {
         found
     }
 
-    /// `h ω_max` at the beginning with the longest sub-step of a composition, where it does not resolve the fastest motion; `None`
-    /// of order 2, which need not do that.
-    fn unresolved(&self, setting: Setting) -> Option<f64> {
-        let longest = Composition::of_order(setting.order).filter(|_| setting.order > 2)?.longest();
-        let resolution = self.frequency(setting)? * setting.step.abs() * longest;
-        (resolution > RESOLVED).then_some(resolution)
-    }
-
     /// Constraints at positions and momenta. Those at velocities (45) follow from `g(q_n) = g(q_{n+1}) = 0`.
     fn residuals(&mut self, method: Method, order: u32, run: &LongRun) {
         self.push(judge_residual((method, order), run));
@@ -423,58 +415,6 @@ impl Certifier<'_> {
             }
         }
         self.push_of_small_steps(found);
-    }
-
-    /// A finding for small steps: it is not applicable where the step of the plan does not resolve the motion.
-    fn push_of_small_steps(&mut self, mut finding: Finding) {
-        if finding.verdict == Verdict::Fail
-            && let Some(why) = self.not_resolved()
-        {
-            finding.verdict = Verdict::NotApplicable;
-            finding.reason =
-                format!("the fastest motion is not resolved at h = {} s: {why}", self.plan.step);
-        }
-        self.push(finding);
-    }
-
-    /// Why the step of the plan does not resolve the fastest motion: a stiff beam by `h ω_max`, a stiff spring or damper by condition
-    /// numbers that no longer change from a smaller step on.
-    fn not_resolved(&mut self) -> Option<String> {
-        if let Some(known) = &self.not_resolved {
-            return known.clone();
-        }
-        let (h, method) = (self.plan.step, self.plan.methods[0].0);
-        let holds = |step: f64| {
-            let setting = Setting { step, ..self.setting(method, 2) };
-            let numbers = conditioning(self.subject, setting);
-            numbers.map(|numbers| conditioned_as_expected(method, &numbers))
-        };
-        let by_frequency = || {
-            let frequency = self.frequency(self.setting(method, 2))?;
-            let below = RESOLVED / frequency;
-            (below < h.abs()).then(|| {
-                format!(
-                    "h ω_max = {}, steps below {below:.0e} s resolve it",
-                    scientific(h.abs() / below, 1)
-                )
-            })
-        };
-        let by_condition = || {
-            let finer = (1..=4).map(|k| h / 8_f64.powi(k));
-            let settled = match holds(h) {
-                Ok(false) => finer.into_iter().find(|step| holds(*step).is_ok_and(|holds| holds)),
-                _ => None,
-            };
-            settled.map(|step| format!("condition numbers settle from h = {step:.0e} s on"))
-        };
-        let found = by_frequency().or_else(by_condition);
-        self.not_resolved = Some(found.clone());
-        found
-    }
-
-    /// `ω_max` at the beginning, rad/s.
-    fn frequency(&self, setting: Setting) -> Option<f64> {
-        self.subject.start(setting).and_then(|mut motion| motion.frequency()).ok()?
     }
 
     /// Every variational scheme against the first.
