@@ -1,9 +1,10 @@
-//! Time of a step of the chain `chain-rev-N` for each body: `N` boxes on revolute joints whose axes alternate
-//! between `y` and `z`, straight along `x` at the start, falling.
+//! Time of a step of the chain `chain-rev-N` for each body: `N` boxes on revolute joints whose axes
+//! alternate between `y` and `z`, straight along `x` at the start, falling.
 //!
-//! The first second of the motion, five times, alternating between the cases; the fastest counts. Also printed:
-//! Newton's iterations a step, and the tip, which shows that the motion is the same. Then ensembles of such chains, members
-//! with rates that are a little different: time for a body, step and member.
+//! The first second of the motion, five times, alternating between the cases; the fastest counts.
+//! Also printed: Newton's iterations a step, and the tip, which shows that the motion is the same.
+//! Then ensembles of such chains, members with rates that are a little different: time for a body,
+//! step and member.
 #![allow(clippy::unwrap_used)] // a bench
 
 use holonom::vi_constraints::{Options, SchemeKind};

@@ -1,9 +1,10 @@
-//! Work for a precision of the Galerkin schemes beside compositions: the chain `chain-rev-8` over a second, the heavy top
-//! over ten seconds, Bricard's mechanism over nine, the flying beam with 20 elements over five.
+//! Work for a precision of the Galerkin schemes beside compositions: the chain `chain-rev-8` over a
+//! second, the heavy top over ten seconds, Bricard's mechanism over nine, the flying beam with 20
+//! elements over five.
 //!
-//! Each run has a line: time, error of the end, iterations a step, nanoseconds a body and iteration. The last lines of a
-//! model are the least times with errors below 1e-4, 1e-6 and 1e-8. The least time of the rounds counts, and each round runs
-//! all methods.
+//! Each run has a line: time, error of the end, iterations a step, nanoseconds a body and
+//! iteration. The last lines of a model are the least times with errors below 1e-4, 1e-6 and 1e-8.
+//! The least time of the rounds counts, and each round runs all methods.
 #![allow(clippy::unwrap_used)] // a bench
 
 use holonom::vi_constraints::{Options, SchemeKind};
@@ -18,7 +19,8 @@ use std::time::Instant;
 
 const ERRORS: [f64; 3] = [1e-4, 1e-6, 1e-8];
 
-/// A model: how it starts, its bodies or nodes, the end, the point that is compared and where it is then.
+/// A model: how it starts, its bodies or nodes, the end, the point that is compared and where it is
+/// then.
 struct Case {
     name: &'static str,
     start: fn(Method, f64) -> Running,

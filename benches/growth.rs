@@ -1,10 +1,12 @@
-//! Time of a step against the number of bodies, or of elements of a beam: chains, binary trees, chains with four-bar
-//! linkages (eight of them, or one on every link), windows of four-bar linkages side by side, point masses on bars.
+//! Time of a step against the number of bodies, or of elements of a beam: chains, binary trees,
+//! chains with four-bar linkages (eight of them, or one on every link), windows of four-bar
+//! linkages side by side, point masses on bars.
 //!
-//! The exponent is that of the least-squares line through `log(time)` over `log(bodies)` from 16 bodies
-//! on. Trees are solved in linear time; loops add the sparse complement of each cluster that they form.
-//! The motion goes to and fro over 64 steps, so that every sample sees the same configurations; the fastest of five rounds of
-//! whole periods counts, since the first steps after a reversal need more Newton iterations.
+//! The exponent is that of the least-squares line through `log(time)` over `log(bodies)` from 16
+//! bodies on. Trees are solved in linear time; loops add the sparse complement of each cluster that
+//! they form. The motion goes to and fro over 64 steps, so that every sample sees the same
+//! configurations; the fastest of five rounds of whole periods counts, since the first steps after
+//! a reversal need more Newton iterations.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -32,8 +34,8 @@ fn run(builder: &MechanismBuilder) -> MechanismIntegrator {
     builder.build().unwrap().integrator(options()).unwrap()
 }
 
-/// Straight links along x, link `i` carried by `parent(i)`, hinge axes `y` or `z`; some with a four-bar
-/// linkage.
+/// Straight links along x, link `i` carried by `parent(i)`, hinge axes `y` or `z`; some with a
+/// four-bar linkage.
 fn links(
     n: usize,
     parent: impl Fn(usize) -> Option<usize>,
@@ -94,8 +96,9 @@ fn linkage(
     }
 }
 
-/// Links around a square, again and again, hinge axes `z` and `x`, without gravity. Directions and rates repeat every 16 links
-/// so that their forces balance: what a link does depends on its neighbours, not on how many there are.
+/// Links around a square, again and again, hinge axes `z` and `x`, without gravity. Directions and
+/// rates repeat every 16 links so that their forces balance: what a link does depends on its
+/// neighbours, not on how many there are.
 fn chain(n: usize) -> MechanismIntegrator {
     let mut builder = MechanismBuilder::new();
     let sides = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()];
@@ -120,8 +123,9 @@ fn chain(n: usize) -> MechanismIntegrator {
     run(&builder)
 }
 
-/// In one line: the ends of turning links pull towards the first hinge, the tension there grows with the square of their
-/// number, and so do frequencies, and from 1024 links on Newton iterations.
+/// In one line: the ends of turning links pull towards the first hinge, the tension there grows
+/// with the square of their number, and so do frequencies, and from 1024 links on Newton
+/// iterations.
 fn straight_chain(n: usize) -> MechanismIntegrator {
     links(n, |i| i.checked_sub(1), |i| i, |_| false)
 }

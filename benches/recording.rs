@@ -40,7 +40,8 @@ fn chain(n: usize) -> Model {
     model
 }
 
-/// The model as it records each of `steps` nodes, with a sensor for each joint if there are `reactions`.
+/// The model as it records each of `steps` nodes, with a sensor for each joint if there are
+/// `reactions`.
 fn recorded(model: &Model, steps: u64, reactions: bool) -> Model {
     let mut model = model.clone();
     model.settings.every = 1;

@@ -1,7 +1,8 @@
-//! Cost of a step by scheme and by order, on the heavy top, a chain of eight links and a closed loop, as ratios in one run.
+//! Cost of a step by scheme and by order, on the heavy top, a chain of eight links and a closed
+//! loop, as ratios in one run.
 //!
-//! All four schemes give the same motion; what differs is the size of the Newton systems. Orders above 2 are compositions of
-//! steps.
+//! All four schemes give the same motion; what differs is the size of the Newton systems. Orders
+//! above 2 are compositions of steps.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};

@@ -1,8 +1,8 @@
 //! Work for a precision, by order: the heavy top and a chain of eight links over half a second.
 //!
-//! Each line is a run: order, step, the least time of three, and the distance of the end from a run of order 8 with an
-//! eighth of the smallest step. The last lines of a model are the times for one error, interpolated on both logarithmic
-//! axes, relative to order 2.
+//! Each line is a run: order, step, the least time of three, and the distance of the end from a run
+//! of order 8 with an eighth of the smallest step. The last lines of a model are the times for one
+//! error, interpolated on both logarithmic axes, relative to order 2.
 #![allow(clippy::unwrap_used)] // a bench
 
 use holonom::{Model, Override, Simulation};

@@ -1,8 +1,8 @@
 //! An inverted pendulum on a cart, held upright by a controller that is written here.
 //!
-//! Shows: feedback. A law of a motor is a function of time and of its own coordinate; what depends on others is read at the nodes,
-//! between steps, and held over the next step in a cell that the law reads, as a digital controller does.
-//! Holds: the pendulum stays upright and the cart returns.
+//! Shows: feedback. A law of a motor is a function of time and of its own coordinate; what depends
+//! on others is read at the nodes, between steps, and held over the next step in a cell that the
+//! law reads, as a digital controller does. Holds: the pendulum stays upright and the cart returns.
 
 use std::error::Error;
 use std::sync::Arc;

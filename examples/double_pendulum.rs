@@ -1,7 +1,8 @@
 //! A double pendulum described by the `MechanismBuilder`: two bars, two hinges, given rates.
 //!
-//! Shows: bodies from shapes, joints by position and axis, initial velocities from the rates of joints.
-//! Holds: the constraints to round-off, a bounded energy error over 20,000 steps of a chaotic motion.
+//! Shows: bodies from shapes, joints by position and axis, initial velocities from the rates of
+//! joints. Holds: the constraints to round-off, a bounded energy error over 20,000 steps of a
+//! chaotic motion.
 
 use std::error::Error;
 use vi_constraints::{Constraints, Options, SchemeKind};

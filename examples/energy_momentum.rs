@@ -1,8 +1,9 @@
-//! One system by both families of schemes: two bodies on a hinge with a spring between them, in free flight.
+//! One system by both families of schemes: two bodies on a hinge with a spring between them, in
+//! free flight.
 //!
-//! Shows: force elements as data, from which the variational and the energy–momentum system are built.
-//! Holds: momentum maps to round-off in both; the energy to round-off in the energy–momentum scheme, with a
-//! bounded error in the variational one, whose error shrinks with `h²`.
+//! Shows: force elements as data, from which the variational and the energy–momentum system are
+//! built. Holds: momentum maps to round-off in both; the energy to round-off in the energy–momentum
+//! scheme, with a bounded error in the variational one, whose error shrinks with `h²`.
 
 use std::error::Error;
 use vi_constraints::{Options, SchemeKind};

@@ -1,7 +1,7 @@
 //! A flexible beam that flies freely, spinning and bending.
 //!
-//! Shows: nodes and elements as a mechanism, the dynamics of a beam by the same integrator as bodies.
-//! Holds: linear and angular momentum to round-off, a bounded energy error.
+//! Shows: nodes and elements as a mechanism, the dynamics of a beam by the same integrator as
+//! bodies. Holds: linear and angular momentum to round-off, a bounded energy error.
 
 use nalgebra::Vector3;
 use std::error::Error;

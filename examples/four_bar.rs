@@ -1,7 +1,7 @@
 //! A planar four-bar linkage of spatial hinges: a closed loop with redundant joints.
 //!
-//! Shows: a loop that the builder closes, which of its constraints are redundant, the reaction of a joint.
-//! Holds: one degree of freedom, three redundant constraints, all 38 of them to round-off.
+//! Shows: a loop that the builder closes, which of its constraints are redundant, the reaction of a
+//! joint. Holds: one degree of freedom, three redundant constraints, all 38 of them to round-off.
 
 use std::error::Error;
 use vi_constraints::{Constraints, Options, SchemeKind};

@@ -1,4 +1,5 @@
-//! Statics of a pendulum: relaxation from the horizontal, then the frequency of its small vibrations.
+//! Statics of a pendulum: relaxation from the horizontal, then the frequency of its small
+//! vibrations.
 //!
 //! Shows: a mechanism described in Rust, an equilibrium, modes about it.
 //! Holds: `ω² = m γ l/(J + m l²)` about the hanging equilibrium.

@@ -1,8 +1,8 @@
 //! A heavy top in steady precession: a cone on its tip, tilted by 60°.
 //!
 //! Shows: one rigid body with a fixed point (`vi-rigid`), in director coordinates.
-//! Holds: the vertical angular momentum is constant to round-off, the precession follows the closed solution
-//! `φ(t) = Rot_z(Ω t) φ(0)` with `Ω` = 10 rad/s, of which
+//! Holds: the vertical angular momentum is constant to round-off, the precession follows the closed
+//! solution `φ(t) = Rot_z(Ω t) φ(0)` with `Ω` = 10 rad/s, of which
 //! `spin = M γ l/(J_3 Ω) + (J_1 + M l² − J_3)/J_3 Ω cos 60°`.
 
 use nalgebra::Vector3;

@@ -1,7 +1,7 @@
 //! IFToMM A02: windows of four-bar linkages through their flat positions, 2 and 40 of them.
 //!
-//! As long as the links remain parallelograms the motion is `θ̈ = c g sin θ`, `θ(0) = 0`, `θ̇(0) = 1`,
-//! `c = ((N+1)/2 + N) / ((N+1)/3 + N)`.
+//! As long as the links remain parallelograms the motion is `θ̈ = c g sin θ`, `θ(0) = 0`,
+//! `θ̇(0) = 1`, `c = ((N+1)/2 + N) / ((N+1)/3 + N)`.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;

@@ -1,6 +1,6 @@
 //! Nothing is allocated per step in the nodal, reduced and d'Alembert schemes; the constrained one
-//! allocates a few times in a run, when pivoting enlarges the fill of its sparse factors. Beams, in trees and in
-//! loops, are no exception.
+//! allocates a few times in a run, when pivoting enlarges the fill of its sparse factors. Beams, in
+//! trees and in loops, are no exception.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -98,7 +98,8 @@ fn no_step_of(steps: u32) {
                 }
                 let allocations = allocations() - before;
                 println!("{name}, {scheme}, order {order}: {allocations} in {steps} steps");
-                // partial pivoting changes the fill of the sparse LU: its buffers may grow a few times
+                // partial pivoting changes the fill of the sparse LU: its buffers may grow a few
+                // times
                 let allowed = if scheme == "constrained" { 16 } else { 0 };
                 assert!(allocations <= allowed, "{name}, {scheme}, order {order}: {allocations}");
             }
@@ -128,8 +129,8 @@ fn no_node_allocates() {
     }
 }
 
-/// All quantities of recorded nodes, sensors of all joint reactions, multipliers and momenta, and the rows of the tables,
-/// from the tenth node on.
+/// All quantities of recorded nodes, sensors of all joint reactions, multipliers and momenta, and
+/// the rows of the tables, from the tenth node on.
 #[test]
 fn no_recorded_node_allocates() {
     let names = "pendulum chain8 heavy_top bricard four_bar_windows andrews_squeezer four_particles \
@@ -148,7 +149,8 @@ fn no_recorded_node_allocates() {
     }
 }
 
-/// A shipped model with 60 steps by a method of some order; `all`: with multipliers, momenta and a sensor for each joint.
+/// A shipped model with 60 steps by a method of some order; `all`: with multipliers, momenta and a
+/// sensor for each joint.
 fn recorded(name: &str, (method, order): (&str, u32), all: bool) -> Model {
     let mut text = shipped(name);
     let model = Model::from_toml(&text).unwrap();
@@ -169,7 +171,8 @@ fn recorded(name: &str, (method, order): (&str, u32), all: bool) -> Model {
     Model::from_toml(&text).unwrap().with_overrides(&overrides).unwrap()
 }
 
-/// Allocations from the tenth node to the last but one; the last one takes a step on a copy of the state.
+/// Allocations from the tenth node to the last but one; the last one takes a step on a copy of the
+/// state.
 fn while_recording(model: &Model) -> usize {
     let mut simulation = Simulation::new(model).unwrap();
     let [a, b, c, d, e] = std::array::from_fn(|_| std::io::sink());
@@ -194,7 +197,8 @@ fn while_recording(model: &Model) -> usize {
     counts[59] - counts[10]
 }
 
-/// Members are written back when their steps are taken; the steps allocate nothing, however many they are.
+/// Members are written back when their steps are taken; the steps allocate nothing, however many
+/// they are.
 #[test]
 fn no_step_of_an_ensemble_allocates() {
     let swing = |k: u32| {

@@ -1,5 +1,5 @@
-//! Published flexible systems: the flying beam and the right-angle cantilever of Simo & Vu-Quoc approach the
-//! independent limits with order 2 in the length of the elements.
+//! Published flexible systems: the flying beam and the right-angle cantilever of Simo & Vu-Quoc
+//! approach the independent limits with order 2 in the length of the elements.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;
@@ -15,7 +15,8 @@ fn flight(elements: usize, order: usize, h: f64) -> [f64; 6] {
     let mesh = [
         ("beam.beam.elements", elements.as_str()),
         ("beam.beam.order", order.as_str()),
-        ("simulation.strain", "averaged"), // the smaller error of the step: this is about the elements
+        // the smaller error of the step: this is about the elements
+        ("simulation.strain", "averaged"),
     ];
     let mut run = Run::with(FLYING_BEAM, h, 2, &mesh);
     run.until(5.0);
@@ -26,7 +27,8 @@ fn flight(elements: usize, order: usize, h: f64) -> [f64; 6] {
     [run.energy(), angular.z, first[0], first[1], last[0], last[1]]
 }
 
-/// The impulse of the push and the displacement of the centre of mass are exact for every mesh and step.
+/// The impulse of the push and the displacement of the centre of mass are exact for every mesh and
+/// step.
 #[test]
 fn the_centre_of_mass_of_the_flying_beam_is_exact() {
     let mut run = Run::with(FLYING_BEAM, 0.05, 2, &[("beam.beam.elements", "24")]);

@@ -1,12 +1,12 @@
-//! Beams in model files: what is read is what is written, everything that acts on bodies acts on nodes, and
-//! the four schemes give the same motion.
+//! Beams in model files: what is read is what is written, everything that acts on bodies acts on
+//! nodes, and the four schemes give the same motion.
 #![allow(clippy::unwrap_used)] // a test
 
 use holonom::model::{Model, Scheme};
 use holonom::{MemberKind, Override, RunFolder, Simulation};
 
-/// A bent strip between a turning wheel and a hanging weight, with a ring and everything that a node
-/// may carry.
+/// A bent strip between a turning wheel and a hanging weight, with a ring and everything that a
+/// node may carry.
 const EVERYTHING: &str = r#"
 [model]
 name = "everything"
@@ -305,7 +305,8 @@ fn the_limit_of_the_elements_ends_a_run() {
 
 #[test]
 fn section_forces_at_any_point_converge_with_order_2() {
-    // a cantilever under its weight in statics: N1 = −w (L − s), |M2| = w (L − s)²/2, small deflection
+    // a cantilever under its weight in statics: N1 = −w (L − s), |M2| = w (L − s)²/2, small
+    // deflection
     let text = |order: u32, elements: u32| {
         let sensors: String = [0.0, 0.237, 0.5, 0.981, 1.0]
             .iter()

@@ -1,7 +1,8 @@
 //! Trajectories have the same bits at every level of optimization and on every processor.
 //!
-//! The snapshot holds a hash of all coordinates, energies and sensors of the first steps. Whoever changes an operation of
-//! a step changes it; the same source never does, whatever the compiler and the processor make of it.
+//! The snapshot holds a hash of all coordinates, energies and sensors of the first steps. Whoever
+//! changes an operation of a step changes it; the same source never does, whatever the compiler and
+//! the processor make of it.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::{benchmark, harness};

@@ -1,5 +1,5 @@
-//! The verifier itself: integrators with one defect each must fail, on the criterion that names the defect, and every
-//! criterion that passes anywhere has a mutant that it fails on.
+//! The verifier itself: integrators with one defect each must fail, on the criterion that names the
+//! defect, and every criterion that passes anywhere has a mutant that it fails on.
 
 use holonom::verification::subject::Method;
 use holonom::vi_constraints::SchemeKind;

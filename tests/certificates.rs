@@ -18,7 +18,8 @@ fn without_numbers(text: &str) -> String {
     out
 }
 
-/// A line for each finding: criterion, quantity, method, order, verdict, and the reason of all but a pass.
+/// A line for each finding: criterion, quantity, method, order, verdict, and the reason of all but
+/// a pass.
 fn judged(model: &Model) -> String {
     let certificate = certify_model(model, 1e-6, &mut |_| {}).unwrap();
     let mut text = format!("{}\n", without_numbers(&verdict(&certificate)));
@@ -94,8 +95,8 @@ fn certified(name: &str, scheme: &str) -> ModelCertificate {
     certify_model(&model.unwrap(), 1e-6, &mut |_| {}).unwrap()
 }
 
-/// Sound models of all kinds pass: nothing free, reactions of zero, forces that begin at zero or late, motions that no step follows
-/// after their end, beams held at both ends.
+/// Sound models of all kinds pass: nothing free, reactions of zero, forces that begin at zero or
+/// late, motions that no step follows after their end, beams held at both ends.
 #[test]
 fn sound_models_do_not_fail() {
     for (name, scheme) in [
@@ -123,7 +124,8 @@ fn sound_models_do_not_fail() {
     }
 }
 
-/// What rests at first is measured from where it begins to move; what falls from rest is measured from there.
+/// What rests at first is measured from where it begins to move; what falls from rest is measured
+/// from there.
 #[test]
 fn rest_is_not_measured() {
     for (name, begins) in [("resting_crane", 1.0), ("late_motor", 3.5), ("driven_four_bar", 0.0)] {
@@ -144,7 +146,8 @@ fn a_run_whose_first_step_fails_is_not_at_rest() {
     assert_eq!((failed.quantity.as_str(), &*failed.measured), ("run", "the run failed"));
 }
 
-/// Six driven joints: the motion is prescribed, momenta and multipliers converge, what needs a degree of freedom is not applicable.
+/// Six driven joints: the motion is prescribed, momenta and multipliers converge, what needs a
+/// degree of freedom is not applicable.
 #[test]
 fn a_mechanism_without_a_degree_of_freedom_has_a_certificate() {
     let found = certified("driven_arm", "nodal").certificate;

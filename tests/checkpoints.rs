@@ -1,4 +1,5 @@
-//! Checkpoints that are damaged, foreign, or do not fit: refused by name, and the one before stands in.
+//! Checkpoints that are damaged, foreign, or do not fit: refused by name, and the one before stands
+//! in.
 #![allow(clippy::unwrap_used)] // a test
 
 use std::fs;

@@ -1,6 +1,6 @@
-//! Random mechanisms whose constraints need not be compatible: stretched chains of every kind of joint, drives
-//! that disagree. Each is refused, or stopped, or ends with every constraint satisfied, those among them that
-//! depend on others and are not enforced.
+//! Random mechanisms whose constraints need not be compatible: stretched chains of every kind of
+//! joint, drives that disagree. Each is refused, or stopped, or ends with every constraint
+//! satisfied, those among them that depend on others and are not enforced.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -75,7 +75,8 @@ fn violation(simulation: &Simulation, t: f64) -> f64 {
     g.iter().zip(&sizes).map(ratio).fold(0.0, f64::max)
 }
 
-/// Runs a model for some steps; what becomes of it, in words. No answer may leave a constraint violated.
+/// Runs a model for some steps; what becomes of it, in words. No answer may leave a constraint
+/// violated.
 fn answer(text: &str, step: f64, steps: u32) -> (Answer, String) {
     let refused = |error: holonom::ModelError| {
         let words = error.problems(text).iter().map(ToString::to_string).collect::<Vec<_>>();

@@ -1,5 +1,5 @@
-//! Dissipative strains of beams: resolved vibrations stay, unresolved ones die out, momentum is exact, the order is 2, a
-//! stored state continues bit for bit.
+//! Dissipative strains of beams: resolved vibrations stay, unresolved ones die out, momentum is
+//! exact, the order is 2, a stored state continues bit for bit.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;

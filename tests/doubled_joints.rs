@@ -1,5 +1,6 @@
-//! A second joint beside a joint, on the same axis, adds constraints that all follow from the others: the mechanism has the
-//! same degrees of freedom and the same motion. In general directions these constraints vanish up to rounding only.
+//! A second joint beside a joint, on the same axis, adds constraints that all follow from the
+//! others: the mechanism has the same degrees of freedom and the same motion. In general directions
+//! these constraints vanish up to rounding only.
 
 #![allow(clippy::unwrap_used)] // a test
 

@@ -83,7 +83,8 @@ fn several_runs_are_compared_by_the_names_of_their_folders() {
     assert!(texts.contains(&"rod.x, long".to_owned()), "{texts:?}");
 }
 
-/// A centre on a circle about the origin of the plane: the curve of one coordinate over the other is one, too.
+/// A centre on a circle about the origin of the plane: the curve of one coordinate over the other
+/// is one, too.
 #[test]
 fn a_coordinate_over_another_has_one_scale() {
     let folder = folder("drawings", "phases");

@@ -1,5 +1,6 @@
-//! Driven ends and closed loops: prescribed motion of a beam's end and of a linkage with elastic links. The
-//! coordinate follows its path to round-off, and the work of the drive is what the energy changes by.
+//! Driven ends and closed loops: prescribed motion of a beam's end and of a linkage with elastic
+//! links. The coordinate follows its path to round-off, and the work of the drive is what the
+//! energy changes by.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;
@@ -54,8 +55,8 @@ fn path(t: f64) -> [f64; 2] {
     [1.0 - (w * t).cos(), w * (w * t).sin()]
 }
 
-/// Energy at 0.5 s less energy at 0 less the work `Σ h τ θ̇` of the drive, with `τ = λ` of the constraint by the
-/// trapezoidal rule; and how far the angle is off its path.
+/// Energy at 0.5 s less energy at 0 less the work `Σ h τ θ̇` of the drive, with `τ = λ` of the
+/// constraint by the trapezoidal rule; and how far the angle is off its path.
 fn imbalance(h: f64) -> (f64, f64) {
     let mut run = Run::with(ARM, h, 2, &[]);
     let steps = (0.5 / h).round() as usize;

@@ -354,7 +354,8 @@ fn sensors_of_efforts_are_checked() {
     }
 }
 
-/// A hinge along two moves and a table reaches what they prescribe, and its torque is that of inverse dynamics.
+/// A hinge along two moves and a table reaches what they prescribe, and its torque is that of
+/// inverse dynamics.
 #[test]
 fn a_motion_follows_moves_and_tables() {
     let path = "path = { moves = [{ start = 0.1, end = 0.6, by = 1.2 }, { start = 0.5, end = 0.9, by = -0.3 }], \

@@ -6,7 +6,8 @@ use crate::benchmark;
 use benchmark::{assert_order, model, orders, samples};
 use holonom::{Model, Sample, Simulation};
 
-/// A driven slider on an arm: gravity, springs, a damper, a motor, loads, a damped beam, a prescribed motion.
+/// A driven slider on an arm: gravity, springs, a damper, a motor, loads, a damped beam, a
+/// prescribed motion.
 const MODEL: &str = r#"
 model = { name = "mixed", gravity = [0, 0, -9.81] }
 simulation = { step = 1e-3, end = 0.2 }
@@ -124,14 +125,16 @@ fn parts_add_up_and_the_balance_closes() {
             assert!(sum < 1e-12, "{scheme}: the parts miss the total by {sum:e} J");
             let last = &samples.last().unwrap().energies;
             println!("{scheme}, h = {h}: parts off by {sum:.1e} J, at the end {last:.3?}");
-            assert!(last[5] < -1e-6 && last[6] < 0.0 && last[8] < 0.0); // what dissipates takes energy
+            // what dissipates takes energy
+            assert!(last[5] < -1e-6 && last[6] < 0.0 && last[8] < 0.0);
             assert!(last[5..13].iter().all(|work| work.abs() > 1e-6));
             let largest = |s: &Sample| s.energies[13].abs();
             samples.iter().map(largest).fold(0.0, f64::max)
         });
         if scheme == "em-nodal" {
             println!("balance {balances:?} J");
-            assert_order(&orders("balance", &steps, &balances), 2.0, 0.3); // by the prescribed motion
+            // by the prescribed motion
+            assert_order(&orders("balance", &steps, &balances), 2.0, 0.3);
         } else {
             assert_order(&orders("balance", &steps, &balances), 2.0, 0.3);
         }
@@ -173,7 +176,8 @@ joint = "axle"
 path = { amplitude = 0.5, frequency = 1.2, phase = -1.5707963267948966 }
 "#;
 
-/// The sub-steps of a composition have weights of opposite sign; the work of motions keeps its order all the same.
+/// The sub-steps of a composition have weights of opposite sign; the work of motions keeps its
+/// order all the same.
 #[test]
 fn the_work_of_motions_has_the_order_of_the_composition() {
     for (order, scheme) in [(4, "nodal"), (4, "constrained"), (6, "nodal")] {

@@ -226,7 +226,8 @@ fn what_rests_under_large_loads_keeps_its_band() {
     }
 }
 
-/// Two bodies that joints hold, without a force: what is left is rounding, the more the shorter the sub-steps.
+/// Two bodies that joints hold, without a force: what is left is rounding, the more the shorter the
+/// sub-steps.
 const LOCKED: &str = r#"[model]
 name = "locked"
 

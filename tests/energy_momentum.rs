@@ -1,6 +1,6 @@
-//! The energy–momentum schemes on every shipped model: energy, momentum maps and constraints are conserved to
-//! the tolerance of the solver, the three forms move alike, and where something drives or dissipates
-//! the motion is that of the variational schemes to second order.
+//! The energy–momentum schemes on every shipped model: energy, momentum maps and constraints are
+//! conserved to the tolerance of the solver, the three forms move alike, and where something drives
+//! or dissipates the motion is that of the variational schemes to second order.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use holonom::model::Scheme;
@@ -168,8 +168,8 @@ fn sensors_of_both_families_agree_to_the_order_of_the_step() {
     assert!(coarse < 1e-2 * scale && fine < coarse / 2.5, "{coarse:e}, {fine:e}");
 }
 
-/// Compositions have backward sub-steps. They conserve what a single step does: on a linkage with redundant
-/// joints, on point masses, on bodies and on a beam.
+/// Compositions have backward sub-steps. They conserve what a single step does: on a linkage with
+/// redundant joints, on point masses, on bodies and on a beam.
 #[test]
 fn compositions_conserve_energy_momenta_and_constraints() {
     for name in ["pendulum", "heavy_top", "six_hinge_cube", "flying_beam"] {
@@ -198,8 +198,8 @@ fn compositions_conserve_energy_momenta_and_constraints() {
     }
 }
 
-/// The orders of a whole run by model file, in the positions of its bodies, against the variational scheme of
-/// order 8; the multipliers at nodes are those of the acceleration level.
+/// The orders of a whole run by model file, in the positions of its bodies, against the variational
+/// scheme of order 8; the multipliers at nodes are those of the acceleration level.
 #[test]
 fn compositions_have_their_order_in_model_files() {
     let (_, model) = shipped().into_iter().find(|m| m.0 == "heavy_top").unwrap();
@@ -264,7 +264,8 @@ fn sparse_and_dense_matrices_give_the_same_motion() {
     assert!(count > 10, "{count} models");
 }
 
-/// Beams alone and between bodies: when the push is over, energy and both momenta are those of a free system.
+/// Beams alone and between bodies: when the push is over, energy and both momenta are those of a
+/// free system.
 #[test]
 fn flying_beams_keep_energy_and_momenta_after_the_push() {
     flying_beams(5.0);

@@ -1,5 +1,5 @@
-//! A spring, a damper and a motor on each freedom of each joint, wound beyond a turn, against Lagrange's equations in the
-//! joint coordinates, integrated here:
+//! A spring, a damper and a motor on each freedom of each joint, wound beyond a turn, against
+//! Lagrange's equations in the joint coordinates, integrated here:
 //! ```text
 //! d/dt (M(θ) θ̇) − ½ ∂/∂θ (θ̇ᵀ M(θ) θ̇) = m g·∂x/∂θ + e_f (−k (θ_f − rest) − c θ̇_f + τ(t, θ_f, θ̇_f))
 //! ```
@@ -252,7 +252,8 @@ pub(crate) fn rates(kind: Kind, acting: Acting) -> Vec<f64> {
     rates
 }
 
-/// Columns of `sensors.csv` and `energy.csv` at all nodes, by name; not a number where there is none.
+/// Columns of `sensors.csv` and `energy.csv` at all nodes, by name; not a number where there is
+/// none.
 pub(crate) struct Columns<'a> {
     pub(crate) sensor: &'a dyn Fn(&str) -> Vec<f64>,
     pub(crate) energy: &'a dyn Fn(&str) -> Vec<f64>,

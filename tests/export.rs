@@ -5,7 +5,8 @@ use crate::command::{folder, holonom, words};
 use std::path::Path;
 use std::process::Command;
 
-/// A Python that has a module: `HOLONOM_PYTHON`, or the one of the machine; without it the test prints that and passes.
+/// A Python that has a module: `HOLONOM_PYTHON`, or the one of the machine; without it the test
+/// prints that and passes.
 pub(crate) fn python(module: &str) -> Option<String> {
     let own = std::env::var("HOLONOM_PYTHON").ok();
     let found = own.into_iter().chain(["python3".to_owned()]).find(|python| {

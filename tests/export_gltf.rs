@@ -1,4 +1,5 @@
-//! Results for Blender and viewers of glTF: the structure of the file, and what other programs read in it.
+//! Results for Blender and viewers of glTF: the structure of the file, and what other programs read
+//! in it.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::command::{folder, holonom, words};
@@ -195,7 +196,8 @@ fn python_reads_the_motion_to_single_precision() {
     }
 }
 
-/// The scene as trimesh builds it, at rest: the bodies are where the first row has them, with y upwards.
+/// The scene as trimesh builds it, at rest: the bodies are where the first row has them, with y
+/// upwards.
 const SCENE: &str = r#"
 import csv, numpy, trimesh
 scene = trimesh.load("run.glb")

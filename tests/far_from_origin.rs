@@ -1,7 +1,7 @@
 //! Mechanisms that fly away from the origin: Galilean invariance.
 //!
-//! A uniform velocity of the whole mechanism changes none of its relative motion. What is left are roundings: of positions
-//! `φ`, to `ε |φ|`, and of increments in a step, to `ε` of themselves.
+//! A uniform velocity of the whole mechanism changes none of its relative motion. What is left are
+//! roundings: of positions `φ`, to `ε |φ|`, and of increments in a step, to `ε` of themselves.
 
 #![allow(clippy::unwrap_used)] // a test
 

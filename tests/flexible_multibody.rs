@@ -1,7 +1,8 @@
-//! Bodies and beams joined and free in space: momentum maps are constant to round-off and the energy is bounded.
+//! Bodies and beams joined and free in space: momentum maps are constant to round-off and the
+//! energy is bounded.
 //!
-//! Motion passes slowly to ever faster vibrations, of which `H_d` sees more than there is by a part of `(hω)²`:
-//! over 10⁵ steps at `h ω_max = 0.9` it creeps up by 7e-4 of itself.
+//! Motion passes slowly to ever faster vibrations, of which `H_d` sees more than there is by a part
+//! of `(hω)²`: over 10⁵ steps at `h ω_max = 0.9` it creeps up by 7e-4 of itself.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;
@@ -13,8 +14,8 @@ const MULTIBODY: &str = include_str!("../examples/models/flexible_multibody.toml
 const FLYING: &str = include_str!("../examples/models/flying_beam.toml");
 const RING: &str = include_str!("../examples/models/elastic_ring.toml");
 
-/// After the pulse: drifts of linear and angular momentum, and the range of the energy in both halves of
-/// `steps` steps, observed every `every` steps.
+/// After the pulse: drifts of linear and angular momentum, and the range of the energy in both
+/// halves of `steps` steps, observed every `every` steps.
 fn free_flight(run: &mut Run, steps: usize, every: usize) -> ([f64; 2], [(f64, f64); 2]) {
     let start = run.momentum();
     let mut drift = [0.0_f64; 2];

@@ -128,7 +128,8 @@ fn a_gear_in_one_joint_is_a_screw() {
     assert!(help(&text).contains("type = \"screw\""));
 }
 
-/// Words of users who have not read the reference: the key or the type that is meant, of several the one that is possible there.
+/// Words of users who have not read the reference: the key or the type that is meant, of several
+/// the one that is possible there.
 #[test]
 fn words_of_other_keys_are_answered_with_the_key_that_is_meant() {
     for (section, line, meant) in [

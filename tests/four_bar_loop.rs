@@ -1,7 +1,7 @@
 //! A free closed loop of four bars with spherical joints, thrown by a triangular load.
 //!
-//! The impulse of a step is exactly `h (f, τ)`; the load is linear on each step when its kinks fall on
-//! step boundaries, so the midpoint sums are exact: 400 N s.
+//! The impulse of a step is exactly `h (f, τ)`; the load is linear on each step when its kinks fall
+//! on step boundaries, so the midpoint sums are exact: 400 N s.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;
@@ -51,7 +51,8 @@ fn bar(h: f64, order: u32) -> Vector3<f64> {
 
 #[test]
 fn positions_converge_with_the_nominal_order() {
-    // the kinks of the load at 0.5 and 1 s are on step boundaries, sub-steps of compositions straddle none
+    // the kinks of the load at 0.5 and 1 s are on step boundaries, sub-steps of compositions
+    // straddle none
     let fine = bar(0.05 / 16.0, 4);
     let (_, orders) =
         study("corner at 3 s, order 2", &[0.05, 0.025, 0.0125], |h| (bar(h, 2) - fine).norm());

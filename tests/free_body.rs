@@ -1,7 +1,7 @@
 //! The free rigid body: flips about the middle axis (Dzhanibekov) and exact invariants.
 //!
-//! Physics: moments of inertia (1, 2, 3), turning near the middle axis. The body angular velocity has
-//! the period 39.10573419728772 s; its second component changes sign with the first one after
+//! Physics: moments of inertia (1, 2, 3), turning near the middle axis. The body angular velocity
+//! has the period 39.10573419728772 s; its second component changes sign with the first one after
 //! 19.55286709864386 s (complete elliptic integral). The discrete motion is a Moser–Veselov system:
 //! `E_d` and `H_d(ᵠp)` are constant to round-off.
 

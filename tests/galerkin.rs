@@ -1,4 +1,5 @@
-//! The Galerkin schemes of order `2s`: limit `s = 1`, orders, invariants, symplectic form, reversal, restart, refusals.
+//! The Galerkin schemes of order `2s`: limit `s = 1`, orders, invariants, symplectic form,
+//! reversal, restart, refusals.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::{benchmark, harness};
@@ -238,7 +239,8 @@ pub(crate) fn check_reversal(name: &str, run: &mut MechanismIntegrator, most: f6
     assert!(missed < most, "{name}: {missed:e}");
 }
 
-/// Largest changes of `L_z` and of the energy of the heavy top in `steps` steps, with their values at half time.
+/// Largest changes of `L_z` and of the energy of the heavy top in `steps` steps, with their values
+/// at half time.
 fn drift(s: usize, h: f64, steps: u32) -> [[f64; 2]; 2] {
     let mut run = bare("heavy_top", SchemeKind::Nodal, h, Some(s));
     let mechanism = run.constraints().clone();
@@ -325,7 +327,8 @@ pub(crate) fn check_restart(name: &str, start: impl Fn() -> Run) {
     assert_eq!(first.state(), second.state(), "{name}");
 }
 
-/// The sweeps of usual steps converge from the first guess; steps that are too large are refused, or end where small steps do.
+/// The sweeps of usual steps converge from the first guess; steps that are too large are refused,
+/// or end where small steps do.
 #[test]
 fn large_steps_are_right_or_refused() {
     let exact = chain(0.02, 16);
@@ -349,12 +352,14 @@ fn large_steps_are_right_or_refused() {
             worst = worst.max(apart(run.q(), small.q()));
         }
         println!("h = {h}, order {order}: {sweeps} sweeps, off by {worst:.1e}, {failure:?}");
-        assert!(worst < 0.5, "h = {h}, order {order}: off by {worst:e}"); // of directors, and of 8 m
+        // of directors, and of 8 m
+        assert!(worst < 0.5, "h = {h}, order {order}: off by {worst:e}");
     }
 }
 
-/// A body that rotates about a principal axis, nearly, in steps of up to two revolutions: the turn of each step is that of the
-/// motion, or the step is refused. Its equations have other solutions: other turns, and mirror images.
+/// A body that rotates about a principal axis, nearly, in steps of up to two revolutions: the turn
+/// of each step is that of the motion, or the step is refused. Its equations have other solutions:
+/// other turns, and mirror images.
 #[test]
 fn no_step_ends_on_another_branch_or_at_a_mirror_image() {
     let text = r#"
@@ -398,7 +403,8 @@ body = [{ name = "nut", mass = 1.0, inertia = [1.0, 1.2, 1.5], angular_velocity 
     }
 }
 
-/// Seconds of CPU time and error of `T = 1` (chain) and `T = 10` (top), against the compositions of the same order.
+/// Seconds of CPU time and error of `T = 1` (chain) and `T = 10` (top), against the compositions of
+/// the same order.
 #[test]
 #[ignore = "a measurement: cargo test --release -- --ignored work_and_precision --nocapture"]
 fn work_and_precision() {

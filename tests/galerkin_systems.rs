@@ -1,4 +1,5 @@
-//! The Galerkin schemes on closed loops and beams: orders, forms, invariants, singular positions, restart, refusals.
+//! The Galerkin schemes on closed loops and beams: orders, forms, invariants, singular positions,
+//! restart, refusals.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::galerkin::{check_allocations, check_form, check_restart, check_reversal};
@@ -173,7 +174,8 @@ fn stiff_beams_in_rotation() {
     }
 }
 
-/// The sweeps of trees of bodies contract for moderate stiffness alone; the modes of the step do for any.
+/// The sweeps of trees of bodies contract for moderate stiffness alone; the modes of the step do
+/// for any.
 #[test]
 fn stiff_springs_take_the_modes() {
     let stiff = DRIVEN.split("[[constraint]]").next().unwrap().to_owned()
@@ -235,7 +237,8 @@ fn energy_balance_of_a_damped_beam() {
     }
 }
 
-/// The work of prescribed motions is a sum over the control points, whose multipliers have low orders.
+/// The work of prescribed motions is a sum over the control points, whose multipliers have low
+/// orders.
 #[test]
 fn energy_balance_of_prescribed_motions() {
     for (name, h, order) in [

@@ -1,4 +1,5 @@
-//! The tools that judge the integrators are judged themselves: verification and reliability find what is wrong on purpose.
+//! The tools that judge the integrators are judged themselves: verification and reliability find
+//! what is wrong on purpose.
 #![allow(clippy::unwrap_used)] // tests
 
 mod broken_integrators;

@@ -1,8 +1,8 @@
 //! Heavy tops with published or independent values: approached with the order of the scheme.
 //!
 //! Physics: a symmetric body with a fixed point under gravity. The steady top precesses uniformly
-//! (closed form); the fast top of Brüls, Cardona & Arnold (2012) has independent values at 0.2 s and
-//! 1 s. The vertical angular momentum is exact.
+//! (closed form); the fast top of Brüls, Cardona & Arnold (2012) has independent values at 0.2 s
+//! and 1 s. The vertical angular momentum is exact.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -112,7 +112,8 @@ fn the_condition_number_of_the_nodal_scheme_does_not_depend_on_the_step() {
             }
             simulation.integrator().condition().unwrap().as_written
         };
-        let numbers = [4e-3, 1e-3, 1e-4, 1e-5].map(at); // above, the rotation in a step would be too large
+        // above, the rotation in a step would be too large
+        let numbers = [4e-3, 1e-3, 1e-4, 1e-5].map(at);
         println!("{scheme}: κ = {numbers:.3?} at h = 4e-3, 1e-3, 1e-4, 1e-5");
         let spread = numbers[3] / numbers[1];
         assert!((0.9..1.1).contains(&spread), "{scheme}: {numbers:?}");

@@ -1,5 +1,5 @@
-//! Models whose constraints cannot all be satisfied: a right answer, a refusal that names the culprits, or a run that
-//! fails; never a silent violation.
+//! Models whose constraints cannot all be satisfied: a right answer, a refusal that names the
+//! culprits, or a run that fails; never a silent violation.
 
 #![allow(clippy::unwrap_used)] // a test
 

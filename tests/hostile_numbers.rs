@@ -1,5 +1,5 @@
-//! Numbers that a model file may not state: distances without a direction, lengths too large to compute with, vectors with
-//! an entry too many.
+//! Numbers that a model file may not state: distances without a direction, lengths too large to
+//! compute with, vectors with an entry too many.
 
 #![allow(clippy::unwrap_used)] // a test
 

@@ -1,4 +1,5 @@
-//! Starts in singular configurations, or nearly so: welds beside them, bodies far away, axes without inertia.
+//! Starts in singular configurations, or nearly so: welds beside them, bodies far away, axes
+//! without inertia.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -9,8 +10,8 @@ use holonom::vi_constraints::Constraints;
 use holonom::vi_core::Configuration;
 use holonom::{Model, Override, Simulation};
 
-/// The flat parallelogram in motion, `split`: the link made of two welded halves; `tool`: the link with a
-/// body welded to it, 3 for the ground.
+/// The flat parallelogram in motion, `split`: the link made of two welded halves; `tool`: the link
+/// with a body welded to it, 3 for the ground.
 fn parallelogram(split: Option<usize>, tool: Option<usize>, scheme: &str) -> String {
     // name, from, to, velocity along y at x, spin
     let links = [("crank", 0.0, 1.0), ("coupler", 1.0, 3.0), ("rocker", 2.0, 3.0)];

@@ -1,4 +1,5 @@
-//! Steps at rounding, of half a turn, to a mirror image: taken as they should be, or refused by name.
+//! Steps at rounding, of half a turn, to a mirror image: taken as they should be, or refused by
+//! name.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -37,8 +38,8 @@ fn a_body_at_rest_stays_there_in_every_scheme() {
     }
 }
 
-/// Multipliers at rounding may be corrected by 1e-8 of their value in each iteration; the step is taken where its residual
-/// is at the rounding of its terms.
+/// Multipliers at rounding may be corrected by 1e-8 of their value in each iteration; the step is
+/// taken where its residual is at the rounding of its terms.
 #[test]
 fn multipliers_of_a_galerkin_step_at_rounding_do_not_refuse_it() {
     let (outcome, largest) = run(&hostile("galerkin_multipliers"));
@@ -47,8 +48,9 @@ fn multipliers_of_a_galerkin_step_at_rounding_do_not_refuse_it() {
     assert!(largest < 1e-14, "{largest:e}");
 }
 
-/// Where a body makes about half a turn in a step, averaged directors all but vanish, and directions of the discrete null
-/// space with them. Such a step of `em-dalembert` is refused; in parts it conserves the energy.
+/// Where a body makes about half a turn in a step, averaged directors all but vanish, and
+/// directions of the discrete null space with them. Such a step of `em-dalembert` is refused; in
+/// parts it conserves the energy.
 #[test]
 fn a_half_turn_in_a_step_of_em_dalembert_is_refused() {
     let text = hostile("em_half_turn");
@@ -66,8 +68,9 @@ fn a_half_turn_in_a_step_of_em_dalembert_is_refused() {
     assert!(worst < 1e-11, "{worst:e}");
 }
 
-/// Constraints that all but depend on one another enlarge the rounding of positions; a momentum of the step must not change
-/// by that over the step. Nor may the axes of a bar change their places between control points of a step.
+/// Constraints that all but depend on one another enlarge the rounding of positions; a momentum of
+/// the step must not change by that over the step. Nor may the axes of a bar change their places
+/// between control points of a step.
 #[test]
 fn point_masses_on_bars_keep_their_momenta() {
     for name in ["thin_triangle", "flat_triangle", "galerkin_two_points"] {
@@ -88,8 +91,8 @@ fn point_masses_on_bars_keep_their_momenta() {
     }
 }
 
-/// The equations of a step also hold for the mirror image of a body, which no motion reaches. Schemes whose unknown is the
-/// configuration itself may find it in a long step.
+/// The equations of a step also hold for the mirror image of a body, which no motion reaches.
+/// Schemes whose unknown is the configuration itself may find it in a long step.
 #[test]
 fn the_mirror_image_of_a_body_is_refused() {
     let text = hostile("mirror_image");

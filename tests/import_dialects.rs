@@ -1,4 +1,5 @@
-//! What descriptions of robots hold beside the specifications: dialects, repairs, and remarks on what plays no part.
+//! What descriptions of robots hold beside the specifications: dialects, repairs, and remarks on
+//! what plays no part.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -10,7 +11,8 @@ use holonom::{Model, Simulation};
 
 const INERTIAL: &str = r#"<inertial><origin xyz="0.1 0 0" rpy="0.1 0.2 0.3"/><mass value="1.0"/><inertia ixx="0.01" iyy="0.02" izz="0.025" ixy="0.001" ixz="-0.002" iyz="0.0005"/></inertial>"#;
 
-/// A robot with links `a` and `b` on a base by hinges `ja` and `jb`; `of_b` stands in `jb`, `beside` in `<robot>`.
+/// A robot with links `a` and `b` on a base by hinges `ja` and `jb`; `of_b` stands in `jb`,
+/// `beside` in `<robot>`.
 fn two_links(type_of_a: &str, of_b: &str, beside: &str) -> String {
     format!(
         r#"<robot name="r"><link name="base"/><link name="a">{INERTIAL}</link><link name="b">{INERTIAL}</link>
@@ -219,7 +221,8 @@ fn a_spherical_joint_of_a_urdf_is_a_spherical_pair() {
     assert_eq!(dof(&model), 4);
 }
 
-/// Two links on one hinge, held together at a distance by a loop of each dialect: one freedom in the place of two.
+/// Two links on one hinge, held together at a distance by a loop of each dialect: one freedom in
+/// the place of two.
 #[test]
 fn loops_of_dialects_are_closed() {
     let dialects = [
@@ -465,7 +468,8 @@ fn limits_and_friction_are_listed_with_what_there_is_instead() {
     }
 }
 
-/// `½ a q̇²` of a joint as a rotor about a fixed axis: the accelerations are those with the inertia `a` beside that of the link.
+/// `½ a q̇²` of a joint as a rotor about a fixed axis: the accelerations are those with the inertia
+/// `a` beside that of the link.
 #[test]
 fn an_armature_is_inertia_of_the_joint_alone() {
     let pendulum = |armature: &str| {

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use crate::command::{code, folder, holonom, words};
 
-/// A robot in a few lines: a base, an arm with a damper, a finger that follows it, a camera without mass.
+/// A robot in a few lines: a base, an arm with a damper, a finger that follows it, a camera without
+/// mass.
 const ARM: &str = r#"<?xml version="1.0"?>
 <robot name="arm">
   <link name="base"/>
@@ -221,7 +222,8 @@ fn problems_are_data_too() {
     insta::assert_json_snapshot!("problem", report);
 }
 
-/// A tetrahedron with corners at the origin and at 1 m on each axis, without its last `missing` faces.
+/// A tetrahedron with corners at the origin and at 1 m on each axis, without its last `missing`
+/// faces.
 fn tetrahedron(missing: usize) -> String {
     let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
     let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
@@ -250,7 +252,8 @@ fn a_mesh_gives_the_picture_and_the_mass_by_its_density() {
     let body = &model.bodies[0];
     let (mass, inertia) = (body.mass(), body.inertia_tensor());
     assert!((mass - 100.0).abs() < 1e-13, "{mass}"); // V = 1/6
-    assert!((inertia[(0, 0)] - 7.5).abs() < 1e-13, "{inertia}"); // 3/40 m for the tetrahedron at a corner of a cube
+    // 3/40 m for the tetrahedron at a corner of a cube
+    assert!((inertia[(0, 0)] - 7.5).abs() < 1e-13, "{inertia}");
     assert!((inertia[(0, 1)] - 1.25).abs() < 1e-13, "{inertia}"); // 1/80 m
     assert_eq!(body.mesh_files().collect::<Vec<_>>(), ["t.stl"]);
     let [low, high] = model.surface(body).unwrap().ends();
@@ -306,8 +309,8 @@ fn options_repair_close_and_leave_out() {
     assert_eq!(code(&folder, &["import", "door.xml", "--force", "--close", "door=lnk"]), 3);
 }
 
-/// The frame of the link stays that of the body: the mesh is where the description has it, and its file is named from the folder of the
-/// model file.
+/// The frame of the link stays that of the body: the mesh is where the description has it, and its
+/// file is named from the folder of the model file.
 #[test]
 fn a_mesh_stays_where_the_description_has_it() {
     let robot = r#"<robot name="r">
@@ -335,7 +338,8 @@ fn a_mesh_stays_where_the_description_has_it() {
     let meshes = holonom::model::Meshes::in_folder(folder.join("models"));
     let model = holonom::Model::from_toml_in(&text, &[], meshes).unwrap();
     let [low, high] = model.surface(&model.bodies[0]).unwrap().ends();
-    // a quarter turn takes x to y and y to −x: x from −0.05 to 0, y from 0 to 0.3, z from 0.3 to 0.6 in the frame of the link
+    // a quarter turn takes x to y and y to −x: x from −0.05 to 0, y from 0 to 0.3, z from 0.3 to
+    // 0.6 in the frame of the link
     let expected = ([-0.05, 0.0, 0.3], [0.0, 0.3, 0.6]);
     let center = [0.1, 0.2, 0.0];
     for i in 0..3 {

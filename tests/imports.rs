@@ -1,12 +1,13 @@
-//! Imported robots against MuJoCo: the mass matrix in joint coordinates, and the joint accelerations at given joint positions and
-//! velocities, under gravity, with springs and dampers, without contact, friction, limits and actuators; with armatures where the numbers
-//! have them.
+//! Imported robots against MuJoCo: the mass matrix in joint coordinates, and the joint
+//! accelerations at given joint positions and velocities, under gravity, with springs and dampers,
+//! without contact, friction, limits and actuators; with armatures where the numbers have them.
 //!
 //! ```text
 //! M_joint = Vᵀ M V,   V = P T⁻¹        P: any null space of G;  T: joint rates of its columns
 //! [M Gᵀ; G 0] [a; λ] = [f − ∇V; −D²g[v, v]],   v = V q̇       and q̈ from (v, a)
 //! ```
-//! Numbers of MuJoCo stand in `tests/imported/*.json` (made by `reference.py` there), or in the folder `HOLONOM_IMPORTED`.
+//! Numbers of MuJoCo stand in `tests/imported/*.json` (made by `reference.py` there), or in the
+//! folder `HOLONOM_IMPORTED`.
 #![allow(non_snake_case)] // P, V, T, M, G: the matrices above
 
 use std::path::{Path, PathBuf};
@@ -65,7 +66,8 @@ struct Bodies<'a> {
 }
 
 impl Bodies<'_> {
-    /// The motion of a body for `rates`, coordinates of the same shape as `q`; the ground is at rest.
+    /// The motion of a body for `rates`, coordinates of the same shape as `q`; the ground is at
+    /// rest.
     fn motion(&self, name: &str, rates: &[f64]) -> Motion {
         let Some(k) = self.model.bodies.iter().position(|b| b.name == name) else {
             return Motion::default();
@@ -305,7 +307,8 @@ const ODD: [&str; 20] = [
     "ö\u{202e}[a.b]\\",
 ];
 
-/// An import ends with a model or with an error that says something, and never with a model file that is refused.
+/// An import ends with a model or with an error that says something, and never with a model file
+/// that is refused.
 fn harmless(text: &str) -> Result<(), TestCaseError> {
     let values = vec![JointValue { joint: "joint1".into(), value: 1e3 }];
     for options in [Options::default(), Options { base: Base::Free, values, ..Options::default() }]

@@ -1,5 +1,5 @@
-//! A model in several files is the model that one file would be; what is wrong with an included file is named with that file, line and
-//! column.
+//! A model in several files is the model that one file would be; what is wrong with an included
+//! file is named with that file, line and column.
 
 use crate::command::{self, holonom, words};
 use holonom::model::ModelText;

@@ -1,4 +1,5 @@
-//! A run that was interrupted or killed and is continued leaves the bytes of one that was not, and can be drawn meanwhile.
+//! A run that was interrupted or killed and is continued leaves the bytes of one that was not, and
+//! can be drawn meanwhile.
 #![allow(clippy::unwrap_used)] // a test
 
 use std::cell::Cell;

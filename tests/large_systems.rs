@@ -1,5 +1,5 @@
-//! Memory of a set-up with its first steps is linear in the size of the system: four times as many members, about four
-//! times the peak. What would need too large a dense matrix is refused.
+//! Memory of a set-up with its first steps is linear in the size of the system: four times as many
+//! members, about four times the peak. What would need too large a dense matrix is refused.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -290,8 +290,9 @@ fn dense_matrices_that_are_too_large_are_refused() {
     insta::assert_snapshot!(refused);
 }
 
-/// Many linkages side by side, with springs between their bodies, to a point mass, and on a body that flies: one sparse matrix in the place
-/// of the complement gives the motion of the scheme with multipliers.
+/// Many linkages side by side, with springs between their bodies, to a point mass, and on a body
+/// that flies: one sparse matrix in the place of the complement gives the motion of the scheme with
+/// multipliers.
 #[test]
 fn many_loops_with_springs_move_as_with_multipliers() {
     let hinge = |name: &str, parent: &str, child: &str, at: [f64; 3]| {

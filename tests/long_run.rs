@@ -43,7 +43,8 @@ fn the_free_pendulum_keeps_constraint_and_momentum() {
         let (g, name) = (run.residuals().position, scheme.name());
         println!("{name}: {} steps, |g| ≤ {g:.1e}, angular momentum off by {drift:.1e}", run.steps);
         assert!(g <= 1e-15, "{name}: |g| = {g:e}");
-        // ε√N = 7e-14; the nodal schemes carry the rounding error of the momentum balance to the next step
+        // ε√N = 7e-14; the nodal schemes carry the rounding error of the momentum balance to the
+        // next step
         let handed = matches!(scheme, SchemeKind::Nodal | SchemeKind::Reduced);
         assert!(drift < if handed { 2e-14 } else { 3e-13 }, "{name}: off by {drift:e}");
     }
@@ -80,8 +81,8 @@ fn the_pendulum_under_gravity_keeps_its_energy_without_a_trend() {
     assert!(trend < 0.02, "the mean energy moves by {trend:.2e} of its band");
 }
 
-/// Parts that only springs hold together, far away from the origin: what rounding takes off their positions
-/// must not add up, since no momentum answers such jumps.
+/// Parts that only springs hold together, far away from the origin: what rounding takes off their
+/// positions must not add up, since no momentum answers such jumps.
 #[test]
 fn energy_does_not_walk_far_away_from_the_origin() {
     energy_far_away(500, 2e-12);
@@ -108,8 +109,8 @@ fn energy_far_away(steps: u64, allowed: f64) {
     }
 }
 
-/// In a steady precession rounding errors are biased. They are compensated in the next step, so that the angular
-/// momentum neither drifts nor grows like a random walk.
+/// In a steady precession rounding errors are biased. They are compensated in the next step, so
+/// that the angular momentum neither drifts nor grows like a random walk.
 #[test]
 fn the_angular_momentum_stays_within_a_few_last_bits() {
     let text = include_str!("../examples/models/heavy_top_steady.toml");
@@ -154,8 +155,9 @@ impl Reparametrization for Directors {
     }
 }
 
-/// Products of rotations accumulate rounding errors: directors are corrected where these have passed a few ulp, which changes
-/// the energy by no more than rounding does. Without the correction they drift.
+/// Products of rotations accumulate rounding errors: directors are corrected where these have
+/// passed a few ulp, which changes the energy by no more than rounding does. Without the correction
+/// they drift.
 #[test]
 fn directors_stay_orthonormal_over_many_rotations() {
     let text = r#"

@@ -1,4 +1,5 @@
-//! How parts are drawn: colours, what lets see through, what is hidden, distances, ends on the ground; with and without WebGL.
+//! How parts are drawn: colours, what lets see through, what is hidden, distances, ends on the
+//! ground; with and without WebGL.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::browser::{browser, show_with};
@@ -7,7 +8,8 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// A tile and a cover on a slide, a stone on a tie rod, a point mass on a bar: all held by the ground.
+/// A tile and a cover on a slide, a stone on a tie rod, a point mass on a bar: all held by the
+/// ground.
 const LOOKS: &str = r##"
 model = { name = "looks", gravity = [0, 0, -9.81] }
 simulation = { step = 0.01, end = 0.5 }

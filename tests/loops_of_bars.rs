@@ -1,4 +1,5 @@
-//! Bars that close loops, and loops of bodies beside point masses: all four schemes give one motion.
+//! Bars that close loops, and loops of bodies beside point masses: all four schemes give one
+//! motion.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;
@@ -7,7 +8,8 @@ use benchmark::{Run, assert_order, study};
 use holonom::{Model, Override, Simulation};
 use nalgebra::Vector3;
 
-/// A tetrahedron of bars that hangs by one more bar, and a swinging chain of two bars at its corner.
+/// A tetrahedron of bars that hangs by one more bar, and a swinging chain of two bars at its
+/// corner.
 const TETRAHEDRON: &str = r#"
 [model]
 name = "tetrahedron"

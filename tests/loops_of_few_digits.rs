@@ -1,6 +1,7 @@
-//! Loops that move but for the digits of a file: they move as the exact ones, to the order of what is wrong, by every scheme, in
-//! any size and attitude, with their residual reported. What is locked by its shape, or built wrongly, stays locked and is named; what is
-//! near a singular configuration stays what it is.
+//! Loops that move but for the digits of a file: they move as the exact ones, to the order of what
+//! is wrong, by every scheme, in any size and attitude, with their residual reported. What is
+//! locked by its shape, or built wrongly, stays locked and is named; what is near a singular
+//! configuration stays what it is.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -163,7 +164,8 @@ fn they_move_as_the_exact_ones_by_every_scheme() {
     }
 }
 
-/// Energy of the variational scheme without trend, of the energy–momentum scheme exact: what is solved is a mechanism.
+/// Energy of the variational scheme without trend, of the energy–momentum scheme exact: what is
+/// solved is a mechanism.
 #[test]
 fn their_energy_is_that_of_a_mechanism() {
     for (scheme, bound) in [("nodal", 6e-3), ("dalembert", 6e-3), ("em-nodal", 1e-12)] {
@@ -283,7 +285,8 @@ fn what_is_built_wrongly_stays_locked_and_is_named() {
     assert!(simulation.warnings().iter().all(|w| !w.contains("nothing can move")));
 }
 
-/// A parallelogram near its flat position has one degree of freedom, and a small singular value that is no digit.
+/// A parallelogram near its flat position has one degree of freedom, and a small singular value
+/// that is no digit.
 #[test]
 fn nearly_singular_configurations_stay_what_they_are() {
     let flat = |angle: f64, off: f64| {
@@ -336,7 +339,8 @@ fn nearly_singular_configurations_stay_what_they_are() {
     assert!((q[13] - 2.3_f64.sin()).abs() < 1e-5, "{}", q[13]);
 }
 
-/// Out of the plane nothing corrects an anchor: below the tolerances it is taken, beyond them it is named.
+/// Out of the plane nothing corrects an anchor: below the tolerances it is taken, beyond them it is
+/// named.
 #[test]
 fn an_anchor_out_of_the_plane_is_taken_or_named() {
     let (exact, _, _) = end_of(&EXACT.text("nodal"), &[]);

@@ -1,5 +1,5 @@
-//! Loops of few digits in company: within one another, on a body that flies, of rods, beside point masses and springs. They move as the
-//! exact ones. Loops of bars have no tolerance, and say so.
+//! Loops of few digits in company: within one another, on a body that flies, of rods, beside point
+//! masses and springs. They move as the exact ones. Loops of bars have no tolerance, and say so.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -69,8 +69,8 @@ fn run(text: &str, replaced: &[(&str, &str)]) -> (Vec<f64>, usize, Vec<String>) 
     (last, simulation.assembly().counts.dof, simulation.warnings())
 }
 
-/// Compares what is off with what is exact, in several schemes. What is off by less than the start tolerance is not worth a word; what
-/// is off by more is worth one.
+/// Compares what is off with what is exact, in several schemes. What is off by less than the start
+/// tolerance is not worth a word; what is off by more is worth one.
 fn moves_as_exact(what: &str, freedom: usize, text: impl Fn(f64) -> String) {
     for scheme in ["nodal", "constrained", "em-nodal"] {
         let replaced = [("simulation.scheme", scheme)];
@@ -149,7 +149,8 @@ fn plate(off: f64) -> String {
 #[test]
 fn rods_of_few_digits() {
     moves_as_exact("rods", 1, plate);
-    // one rod is 1e-4 m longer than the other two: what is left is that length in one of them, by its lever
+    // one rod is 1e-4 m longer than the other two: what is left is that length in one of them, by
+    // its lever
     let (_, _, warnings) = run(&plate(1e-4), &[]);
     let said = warnings.iter().find(|w| w.contains("start with a residual of")).unwrap();
     let left = said.rsplit_once("residual of ").unwrap().1.trim_end_matches(" m");

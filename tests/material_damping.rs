@@ -1,4 +1,5 @@
-//! Kelvin–Voigt damping of beams: decay of a vibration, energy balance, momentum, order, unresolved strains.
+//! Kelvin–Voigt damping of beams: decay of a vibration, energy balance, momentum, order, unresolved
+//! strains.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;
@@ -59,11 +60,13 @@ fn a_vibration_decays_with_the_ratio_of_its_relaxation_time() {
         let t: Vec<f64> = samples.iter().map(|s| s.t).collect();
         let z: Vec<f64> = samples.iter().map(|s| s.sensors[2]).collect();
         let found = extremes(&t, &z);
-        // from the third extreme on the higher vibrations, damped in proportion to ω², have died out
+        // from the third extreme on the higher vibrations, damped in proportion to ω², have died
+        // out
         let (first, last) = (3, found.len() - 1);
         let period = 2.0 * (found[last].0 - found[first].0) / (last - first) as f64;
         let swing = |k: usize| (found[k].1 - found[k - 1].1).abs();
-        let decrement = (swing(first) / swing(last)).ln() / (last - first) as f64; // of half a period
+        // of half a period
+        let decrement = (swing(first) / swing(last)).ln() / (last - first) as f64;
         let ratio = decrement / decrement.hypot(std::f64::consts::PI);
         let omega = std::f64::consts::TAU / period / (1.0 - ratio * ratio).sqrt();
         let expected = 0.5 * omega * 2e-3;
@@ -108,7 +111,8 @@ fn damped_beams_converge_with_second_order() {
     assert_order(&orders("damped cantilever", &steps, &differences), 2.0, 0.3);
 }
 
-/// A blade on a free hub in steps far beyond its vibrations: these die out, the rotation keeps its momentum.
+/// A blade on a free hub in steps far beyond its vibrations: these die out, the rotation keeps its
+/// momentum.
 #[test]
 fn unresolved_vibrations_of_a_damped_blade_die_out() {
     for (h, scheme) in [(0.01, "nodal"), (0.001, "em-nodal")] {
@@ -123,7 +127,8 @@ fn unresolved_vibrations_of_a_damped_blade_die_out() {
         let energies: Vec<f64> = samples.iter().map(|s| s.hamiltonian).collect();
         let drift = samples.iter().map(|s| s.momentum.angular[2] / samples[0].momentum.angular[2]);
         let drift = drift.map(|ratio| (ratio - 1.0).abs()).fold(0.0, f64::max);
-        // gravity bends the blade in the plane of no rotation; what is left is that of a steady rotation
+        // gravity bends the blade in the plane of no rotation; what is left is that of a steady
+        // rotation
         let late = &energies[energies.len() - 100..];
         let (least, most) =
             late.iter().fold((f64::MAX, f64::MIN), |(a, b), e| (a.min(*e), b.max(*e)));
@@ -214,7 +219,8 @@ fn strain_sensors() -> String {
     each.chain(places.map(|(name, at)| sensor(name, &format!("at = {at}")))).collect()
 }
 
-/// `W = −Σ_e l_e Σ_i τ_i C_i ∫ ε̇_i² dt`, and strains at an arc length lie between those of the elements beside it.
+/// `W = −Σ_e l_e Σ_i τ_i C_i ∫ ε̇_i² dt`, and strains at an arc length lie between those of the
+/// elements beside it.
 #[test]
 fn each_relaxation_time_damps_the_strain_it_names() {
     for scheme in ["nodal", "em-nodal"] {
@@ -246,7 +252,8 @@ fn each_relaxation_time_damps_the_strain_it_names() {
             let between = |a: usize, b: usize, share: f64| -> Vec<f64> {
                 at(a).iter().zip(at(b)).map(|(a, b)| a + share * (b - a)).collect()
             };
-            // of the middles at 0.075 and 0.225 m, and of those 0.3125 and 0.4375 m along the second leg
+            // of the middles at 0.075 and 0.225 m, and of those 0.3125 and 0.4375 m along the
+            // second leg
             let early = apart(at(ELEMENTS), &between(0, 1, 1.0 / 6.0));
             let late = apart(at(ELEMENTS + 1), &between(6, 7, 0.7));
             assert!(early < 1e-12 && late < 1e-12, "at {} s: {early:e}, {late:e}", sample.t);

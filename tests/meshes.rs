@@ -1,4 +1,5 @@
-//! Bodies whose shape is a mesh: a run needs no file but those of its folder, and shows the mesh everywhere.
+//! Bodies whose shape is a mesh: a run needs no file but those of its folder, and shows the mesh
+//! everywhere.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -8,7 +9,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// An angle bar: the letter L with legs of 3 in the plane of `x` and `z`, of thickness 0.5 along `y`, with its corner in the origin.
+/// An angle bar: the letter L with legs of 3 in the plane of `x` and `z`, of thickness 0.5 along
+/// `y`, with its corner in the origin.
 pub(crate) fn angle_bar() -> String {
     let outline = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)];
     let corners = [0.0, 0.5].map(|y| outline.map(|(x, z)| format!("v {x} {y} {z}\n")).concat());
@@ -296,7 +298,8 @@ simulation = { step = 0.01, end = 0.1 }
     assert_eq!(text.matches("file = \"meshes/").count(), 2, "{text}");
 }
 
-/// A file in millimetres that is read as metres is far larger than the mechanism; a scale that is stated says that it is meant.
+/// A file in millimetres that is read as metres is far larger than the mechanism; a scale that is
+/// stated says that it is meant.
 #[test]
 fn a_mesh_in_millimetres_is_warned_of() {
     let folder = folder("millimetres");

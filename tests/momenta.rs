@@ -1,5 +1,6 @@
-//! `simulation.momenta`: multipliers, discrete Legendre transforms and parts of the energies of the recorded
-//! nodes, against the functions of the library and against the other columns of the same row.
+//! `simulation.momenta`: multipliers, discrete Legendre transforms and parts of the energies of the
+//! recorded nodes, against the functions of the library and against the other columns of the same
+//! row.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness;
@@ -31,8 +32,8 @@ fn momenta(sample: &Sample) -> &Momenta {
     sample.momenta.as_deref().expect("the model asks for them")
 }
 
-/// The row of a node is what the functions of the library say of three neighbouring rows; returns the
-/// largest deviation, forces relative to the round-off of `q` over `h²`.
+/// The row of a node is what the functions of the library say of three neighbouring rows; returns
+/// the largest deviation, forces relative to the round-off of `q` over `h²`.
 fn against_the_library(name: &str, settings: &[(&str, &str)]) {
     let (mut simulation, samples) = run(name, settings);
     let names = simulation.momenta_names().unwrap();

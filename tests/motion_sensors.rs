@@ -1,5 +1,5 @@
-//! Accelerations, what is seen from a body, distances and powers: against closed forms, against differences of other sensors, and
-//! against the work that the steps have done.
+//! Accelerations, what is seen from a body, distances and powers: against closed forms, against
+//! differences of other sensors, and against the work that the steps have done.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;
@@ -67,7 +67,8 @@ sensor = [
 ]
 "#;
 
-/// Angle, rate and its rate of the pendulum at the nodes: `0.7 θ̈ = 9.81 cos θ`, by the classical method of fourth order.
+/// Angle, rate and its rate of the pendulum at the nodes: `0.7 θ̈ = 9.81 cos θ`, by the classical
+/// method of fourth order.
 fn pendulum(h: f64, steps: usize) -> Vec<[f64; 3]> {
     let acceleration = |angle: f64| 2.0 * 9.81 * 0.5 * angle.cos() / (0.2 + 2.0 * 0.25);
     let parts = (h / 1e-4).round() as usize;
@@ -133,7 +134,8 @@ fn accelerations_have_the_order_of_the_scheme_at_every_node() {
         for i in 0..9 {
             let pair = [errors[0][i], errors[1][i]];
             if i < 3 {
-                assert!(pair[1] < 1e-9, "{name}, start: {}", pair[1]); // the initial values are exact
+                // the initial values are exact
+                assert!(pair[1] < 1e-9, "{name}, start: {}", pair[1]);
                 continue;
             }
             let found = orders(&format!("{name} {i}"), &steps, &pair);
@@ -146,7 +148,8 @@ fn accelerations_have_the_order_of_the_scheme_at_every_node() {
     }
 }
 
-/// A car on a rail whose arm swings about an oblique axis and carries a ball joint, a slide and a disc on a spring; all rotate.
+/// A car on a rail whose arm swings about an oblique axis and carries a ball joint, a slide and a
+/// disc on a spring; all rotate.
 const MACHINE: &str = r#"
 model = { name = "machine", gravity = [0.3, 0, -9.81] }
 simulation = { step = 1e-3, end = 0.4 }
@@ -254,7 +257,8 @@ fn rates_of_sensors_are_the_differences_of_those_that_they_are_rates_of() {
         let off = |k: usize| (axes[k].inverse() * (place[k] - tool[k]) - seen[k]).amax();
         let worst = (0..seen.len()).map(off).fold(0.0, f64::max);
         assert!(worst < 1e-13, "seen position off by {worst:e} m");
-        // the relative angular velocity, along the axes of the observer, turns the relative orientation
+        // the relative angular velocity, along the axes of the observer, turns the relative
+        // orientation
         let (relative, omega) = (attitude("attitude"), run.vectors("omega"));
         let turned = |k: usize| {
             let turn = relative[k + 1] * relative[k - 1].inverse();
@@ -313,7 +317,8 @@ fn the_integral_of_a_power_is_the_work_of_the_steps() {
             let column = run.energy(name);
             column.last().unwrap() - column[0]
         };
-        // the spring of the joint and the strut: what they store is what they take out; its damper is a work
+        // the spring of the joint and the strut: what they store is what they take out; its damper
+        // is a work
         let stored = |run: &Run| -gain(run, "springs") + gain(run, "work.strut");
         let pairs: [(&str, &dyn Fn(&Run) -> [f64; 2]); 6] = [
             ("damper", &|run| [run.integral("arm.damper"), gain(run, "work.shoulder.damper")]),
@@ -366,7 +371,8 @@ fn a_run_that_is_taken_up_again_measures_the_same_accelerations() {
     }
 }
 
-/// The rounding of a long way: a second difference of the coordinates would be wrong by `ε|q|/h² = 2e-5 m/s²` and more.
+/// The rounding of a long way: a second difference of the coordinates would be wrong by
+/// `ε|q|/h² = 2e-5 m/s²` and more.
 #[test]
 fn far_from_the_origin_accelerations_are_as_exact_as_velocities() {
     let text = r#"

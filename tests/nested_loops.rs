@@ -1,8 +1,8 @@
-//! Loops within loops, loops side by side and loops on one link: every scheme and every solver gives the
-//! same motion, in as few iterations as on a tree.
+//! Loops within loops, loops side by side and loops on one link: every scheme and every solver
+//! gives the same motion, in as few iterations as on a tree.
 //!
-//! A chain of four links with rectangles of bars on three of them; a strut ties its end to the second
-//! link, another one to the ground.
+//! A chain of four links with rectangles of bars on three of them; a strut ties its end to the
+//! second link, another one to the ground.
 #![allow(clippy::unwrap_used)] // a test
 
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
@@ -15,8 +15,8 @@ use holonom::vi_rigid::Shape;
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// `base`: the first joint. `struts`: which of the two there are. `coupled`: whether a spring couples two bodies; it
-/// pulls with nothing worth mentioning.
+/// `base`: the first joint. `struts`: which of the two there are. `coupled`: whether a spring
+/// couples two bodies; it pulls with nothing worth mentioning.
 fn mechanism(base: PairKind, struts: &[&str], coupled: bool) -> BuiltMechanism {
     let mut builder = MechanismBuilder::new().gravity([0.5, -2.0, -9.81]);
     let (mut links, mut tops) = (Vec::<BodyId>::new(), Vec::new());

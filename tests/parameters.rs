@@ -1,4 +1,5 @@
-//! Parameters of a model file: one value changes a mechanism consistently; what is wrong is named at its place.
+//! Parameters of a model file: one value changes a mechanism consistently; what is wrong is named
+//! at its place.
 
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // a test of exact numbers
 

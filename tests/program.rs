@@ -263,7 +263,8 @@ fn check_shows_the_initial_configuration_and_replaces_no_file() {
     assert!(!folder.join("c.svg").exists() && !folder.join("c.gif").exists());
 }
 
-/// The energy of this beam grows without bound: `run` says so once, before it reports, and `--quiet` does not.
+/// The energy of this beam grows without bound: `run` says so once, before it reports, and
+/// `--quiet` does not.
 #[test]
 fn a_warning_of_the_run_is_printed_once() {
     let folder = crate::command::folder("program", "warning");

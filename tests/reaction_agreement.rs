@@ -1,4 +1,5 @@
-//! Reactions do not depend on the scheme, on the orientation of the whole, on units, on what else there is.
+//! Reactions do not depend on the scheme, on the orientation of the whole, on units, on what else
+//! there is.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -15,7 +16,8 @@ fn nodes(text: &str, scheme: &str) -> Vec<Sample> {
     models::nodes(&Model::from_toml(&text).unwrap())
 }
 
-/// The first six numbers of the sensors: a reaction; relative to the largest force and moment of the run.
+/// The first six numbers of the sensors: a reaction; relative to the largest force and moment of
+/// the run.
 fn apart(one: &[Sample], other: &[Sample], skip: usize) -> f64 {
     assert_eq!(one.len(), other.len());
     let part =
@@ -142,7 +144,8 @@ fn reactions_of_energy_momentum_schemes_do_not_depend_on_units() {
     }
 }
 
-/// Two schemes of second order: their reactions come together with the square of the step, gears and stiff springs included.
+/// Two schemes of second order: their reactions come together with the square of the step, gears
+/// and stiff springs included.
 #[test]
 fn reactions_of_both_families_agree_to_second_order() {
     for name in ["em_reaction_planar", "em_reaction_gear"] {

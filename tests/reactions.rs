@@ -1,9 +1,9 @@
 //! Joint reactions and bar tensions against closed forms, equilibrium of every body, uniqueness.
 //!
 //! Physics: the constraint forces `−Gᵀ λ_n` of the discrete equations of motion
-//! `M (q_{n+1} − 2 q_n + q_{n−1})/h² + ∇V + Gᵀ λ_n = 0` are what joints do to bodies. So the reactions
-//! are in equilibrium with gravity and the second differences of every body to round-off, and the continuous motion
-//! with the order of the scheme.
+//! `M (q_{n+1} − 2 q_n + q_{n−1})/h² + ∇V + Gᵀ λ_n = 0` are what joints do to bodies. So the
+//! reactions are in equilibrium with gravity and the second differences of every body to round-off,
+//! and the continuous motion with the order of the scheme.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -290,7 +290,8 @@ fn in_the_plane_of_a_four_bar_reactions_are_unique_across_it_they_are_not() {
     }
 }
 
-/// Multipliers of the least norm are orthogonal to `null Gᵀ`, and unique is what no vector of it changes.
+/// Multipliers of the least norm are orthogonal to `null Gᵀ`, and unique is what no vector of it
+/// changes.
 #[test]
 fn multipliers_of_loops_have_no_part_in_the_null_space() {
     for name in ["four_bar_windows", "bricard", "six_hinge_cube", "andrews_squeezer"] {
@@ -343,8 +344,8 @@ fn numbers(joints: &[Reaction], bars: &[Tension], scalars: &[Tension]) -> Vec<Op
     of_joints.chain(of_rows).collect()
 }
 
-/// Largest difference between reactions that follow from the constraint force of the node before and from its multipliers,
-/// relative to the largest multiplier; and how many are unique.
+/// Largest difference between reactions that follow from the constraint force of the node before
+/// and from its multipliers, relative to the largest multiplier; and how many are unique.
 fn apart(run: &mut MechanismIntegrator, observer: &mut ReactionObserver) -> (f64, usize) {
     let node = run.node_before().unwrap().clone();
     let at = run.before().configuration();
@@ -374,7 +375,8 @@ fn apart(run: &mut MechanismIntegrator, observer: &mut ReactionObserver) -> (f64
     (off, unique)
 }
 
-/// What joints transmit follows from the constraint force and the multipliers of the closures alone.
+/// What joints transmit follows from the constraint force and the multipliers of the closures
+/// alone.
 #[test]
 fn reactions_of_the_constraint_force_are_those_of_the_multipliers() {
     let names = "heavy_top gyroscope chain8 panda quadruped slider_crank bricard six_hinge_cube four_bar_windows \
@@ -390,7 +392,8 @@ fn reactions_of_the_constraint_force_are_those_of_the_multipliers() {
     }
 }
 
-/// Where the links of the windows lie in one line, multipliers grow like one over their angle, and so does the rounding of both ways.
+/// Where the links of the windows lie in one line, multipliers grow like one over their angle, and
+/// so does the rounding of both ways.
 #[test]
 fn reactions_in_flat_positions_are_those_of_the_multipliers() {
     let mut simulation = simulation("four_bar_windows", &[]);
@@ -424,8 +427,8 @@ joint = [
 simulation = { step = 0.002, end = 0.2 }
 "#;
 
-/// In a flat position a parallelogram loses one more row, and a force may have a part along the motion that is free there alone: no
-/// constraint exerts it.
+/// In a flat position a parallelogram loses one more row, and a force may have a part along the
+/// motion that is free there alone: no constraint exerts it.
 #[test]
 fn reactions_of_a_flat_parallelogram_leave_out_what_no_constraint_exerts() {
     let mut simulation = Simulation::new(&Model::from_toml(SQUARE).unwrap()).unwrap();
@@ -442,7 +445,8 @@ fn reactions_of_a_flat_parallelogram_leave_out_what_no_constraint_exerts() {
     let mut jacobian = DMatrix::zeros(m, n);
     mechanism.jacobian(0.0, &q, &mut jacobian);
     let lambda = DVector::from_fn(m, |i, _| 5.0 * (1.7 * i as f64).sin());
-    // turning both sides and nothing else is a motion here, turning the upper bar with the right one another
+    // turning both sides and nothing else is a motion here, turning the upper bar with the right
+    // one another
     let gram = (jacobian.transpose() * &jacobian).symmetric_eigen();
     let free: Vec<usize> = (0..n).filter(|&k| gram.eigenvalues[k].abs() < 1e-12).collect();
     assert_eq!(free.len(), 2);
@@ -471,7 +475,8 @@ fn reactions_of_a_flat_parallelogram_leave_out_what_no_constraint_exerts() {
     }
 }
 
-/// The linkage moves in the plane of `x` and `z`: what acts there is unique also along the axes of space.
+/// The linkage moves in the plane of `x` and `z`: what acts there is unique also along the axes of
+/// space.
 #[test]
 fn reactions_of_a_plane_linkage_are_unique_in_its_plane_along_the_axes_of_space() {
     let samples = run(&model("strandbeest", &[("simulation.end", "0.01".to_owned())]));

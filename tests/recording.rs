@@ -1,6 +1,7 @@
-//! What is recorded at a node without the saddle-point matrix agrees with its solution: `v̂` and `ᵠp_n` (16), `p_n`
-//! (34), `H_d` (53) of trees, closed and redundant loops, beams, point masses and prescribed motions, along the motion
-//! and from a singular initial configuration; `λ_n` (36) of trees. Nothing of it changes the motion.
+//! What is recorded at a node without the saddle-point matrix agrees with its solution: `v̂` and
+//! `ᵠp_n` (16), `p_n` (34), `H_d` (53) of trees, closed and redundant loops, beams, point masses
+//! and prescribed motions, along the motion and from a singular initial configuration; `λ_n` (36)
+//! of trees. Nothing of it changes the motion.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness;
@@ -152,7 +153,8 @@ fn nodes_of_steps(steps: u64) {
             judge(name, scheme, found);
         }
     }
-    // the first node is read with the rows of the initial configuration; `dalembert` does not leave it
+    // the first node is read with the rows of the initial configuration; `dalembert` does not leave
+    // it
     let flat = Linkage::new(0.0, [1.0, 1.0], 9.81);
     for scheme in [SchemeKind::Nodal, SchemeKind::Reduced] {
         let mut run = flat.start(scheme, 1e-3).unwrap();

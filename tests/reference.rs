@@ -1,11 +1,12 @@
-//! Every reference case found below `HOLONOM_REFERENCE` (default: `tests/reference`), by every scheme
-//! that applies.
+//! Every reference case found below `HOLONOM_REFERENCE` (default: `tests/reference`), by every
+//! scheme that applies.
 //!
 //! A case holds the trajectory of an independent implementation with the tolerances it vouches for.
 //! The discrete trajectory is unique, so each of the four schemes must reproduce it. One line is
-//! printed for each case and scheme: the worst deviation of q, p, force, energy and momentum over its
-//! tolerance; past the capture of the test harness where the folder is given. A file that cannot be read, or a kind or field that is not known, fails
-//! the test and is named. The folder may hold any of the kinds.
+//! printed for each case and scheme: the worst deviation of q, p, force, energy and momentum over
+//! its tolerance; past the capture of the test harness where the folder is given. A file that
+//! cannot be read, or a kind or field that is not known, fails the test and is named. The folder
+//! may hold any of the kinds.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -58,8 +59,8 @@ fn within(deviation: &Deviation) -> bool {
     deviation.worst() <= 1.0
 }
 
-/// The public functions of `(q_0, q_1, q_2)` on the nodes of the references themselves, where these hold momenta.
-/// Files that cannot be read fail [`every_reference_case_is_met`].
+/// The public functions of `(q_0, q_1, q_2)` on the nodes of the references themselves, where these
+/// hold momenta. Files that cannot be read fail [`every_reference_case_is_met`].
 fn legendre_transforms(files: &[PathBuf]) -> (usize, Vec<String>) {
     let (mut held, mut failed) = (0, Vec::new());
     say(&format!("{:<34} {}", "Legendre transforms", Deviation::header()));

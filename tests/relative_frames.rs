@@ -1,4 +1,5 @@
-//! `relative_to`: a part stated in the frame of another one is the part that its coordinates in space state.
+//! `relative_to`: a part stated in the frame of another one is the part that its coordinates in
+//! space state.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -9,7 +10,8 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 type Vector = Vector3<f64>;
 
-/// A robot that is stated part by part, each relative to the one before, in the order of the worst case.
+/// A robot that is stated part by part, each relative to the one before, in the order of the worst
+/// case.
 const CHAIN: &str = r#"
 model = { name = "chain", gravity = [0.0, 0.0, -9.81] }
 simulation = { step = 0.01, end = 1.0 }
@@ -133,8 +135,8 @@ fn positions_are_those_of_the_chain() {
     assert_eq!(again, model, "the resolved model is read back as the same");
 }
 
-/// Velocities of parts at rest in their frames are the derivatives of their positions when the base moves as a rigid body;
-/// velocities of their own are added in the axes of the frame.
+/// Velocities of parts at rest in their frames are the derivatives of their positions when the base
+/// moves as a rigid body; velocities of their own are added in the axes of the frame.
 #[test]
 fn velocities_are_those_of_rigid_motion() {
     let (model, dt) = (at(0.0), 1e-5);
@@ -203,7 +205,8 @@ fn long_chains_are_resolved() {
     assert_eq!(model.bodies[0].position.map(|x| x as i64), [count, 0, 0]);
 }
 
-/// Everything in a model stated relative to one frame moves as the model itself, seen from that frame.
+/// Everything in a model stated relative to one frame moves as the model itself, seen from that
+/// frame.
 #[test]
 fn a_whole_model_moves_alike_in_another_frame() {
     let turned = Rotation3::from_scaled_axis(Vector::new(0.7, -1.2, 0.4));

@@ -1,4 +1,5 @@
-//! Short forms of the three harnesses of reliability, and the harnesses themselves: what is wrong on purpose is found.
+//! Short forms of the three harnesses of reliability, and the harnesses themselves: what is wrong
+//! on purpose is found.
 
 use std::path::PathBuf;
 use vi_testkit::CountingAllocator;
@@ -35,9 +36,10 @@ fn random_mechanisms_keep_what_their_schemes_promise() {
     assert!(tally.restated.count > 5, "{}", tally.restated.count);
 }
 
-/// Mechanisms in which a million found a fault: two whose momentum maps changed; two beams with the trapezoidal rule in steps
-/// beyond its stability limit, one at rest, so that rounding grows by a factor of 3.7 in each, and one that folds; two mechanisms
-/// that are locked at a dead position, with a motor.
+/// Mechanisms in which a million found a fault: two whose momentum maps changed; two beams with the
+/// trapezoidal rule in steps beyond its stability limit, one at rest, so that rounding grows by a
+/// factor of 3.7 in each, and one that folds; two mechanisms that are locked at a dead position,
+/// with a motor.
 #[test]
 fn faults_that_were_found_once_are_gone() {
     for index in [643_091, 740_975, 900_108, 262_464, 142_039, 573_907] {

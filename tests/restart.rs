@@ -1,6 +1,6 @@
-//! A motion goes on, bit for bit, from a state that was stored, in an integrator that is new: for each scheme
-//! and order, on models whose next step depends on more than `(q_n, p_n)`. Observing a node changes nothing. What a run
-//! records depends on its stored state in the same way.
+//! A motion goes on, bit for bit, from a state that was stored, in an integrator that is new: for
+//! each scheme and order, on models whose next step depends on more than `(q_n, p_n)`. Observing a
+//! node changes nothing. What a run records depends on its stored state in the same way.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness;
@@ -17,7 +17,8 @@ use holonom::{Model, Override, RunState, Sample, Simulation};
 const TURNING: [u32; 2] = [60, 17];
 const OTHERS: [u32; 2] = [9, 6];
 
-/// Two rotors whose hinges a gear couples, a motor on one; 40 rad/s: the state is stored after revolutions.
+/// Two rotors whose hinges a gear couples, a motor on one; 40 rad/s: the state is stored after
+/// revolutions.
 const GEARS: &str = include_str!("turning/gears.toml");
 
 /// A torsion spring that is wound by more than five revolutions when the state is stored.
@@ -71,7 +72,8 @@ fn schemes(orders: &[u32]) -> Vec<(&'static str, u32)> {
 
 fn simulation(text: &str, (scheme, order): (&str, u32)) -> Option<Simulation> {
     let set = [("simulation.scheme", scheme.to_owned()), ("simulation.order", order.to_string())];
-    Simulation::new(&Model::from_toml_with(text, &overrides(&set)).unwrap()).ok() // a scheme may refuse the start
+    // a scheme may refuse the start
+    Simulation::new(&Model::from_toml_with(text, &overrides(&set)).unwrap()).ok()
 }
 
 fn state(simulation: &mut Simulation) -> State {
@@ -154,7 +156,8 @@ fn stored_states_continue(orders: impl Fn(&str) -> &'static [u32]) {
     assert!(checked > 200 && angles > 5.0 * std::f64::consts::TAU, "{checked}, {angles}");
 }
 
-/// A model with a sensor of every kind that it has a place for, momenta, and rows at every third of 23 steps.
+/// A model with a sensor of every kind that it has a place for, momenta, and rows at every third of
+/// 23 steps.
 fn measured(text: &str, (scheme, order): (&str, u32)) -> Model {
     let plain = Model::from_toml(text).unwrap();
     let mut text = text.to_owned();
@@ -187,8 +190,8 @@ fn measured(text: &str, (scheme, order): (&str, u32)) -> Model {
     Model::from_toml_with(&text, &set).unwrap()
 }
 
-/// Samples of a run that is paused before the steps in `stops`: each time its state is stored, read, and taken up by a
-/// new simulation.
+/// Samples of a run that is paused before the steps in `stops`: each time its state is stored,
+/// read, and taken up by a new simulation.
 fn samples(model: &Model, stops: &[u64]) -> Option<(Vec<Sample>, Vec<String>)> {
     let mut samples = Vec::new();
     let mut stored: Option<String> = None;
@@ -231,7 +234,8 @@ fn a_run_that_is_taken_up_records_the_same_nodes() {
                 let (parts, warnings) = samples(&model, stops).unwrap();
                 assert_eq!(bits(&parts), bits(&whole.0), "{name}, {scheme:?}: sensors, {stops:?}");
                 let without = |samples: &[Sample]| -> Vec<Sample> {
-                    let clear = |s: &Sample| Sample { sensors: vec![], ..s.clone() }; // NaN is not equal to itself
+                    // NaN is not equal to itself
+                    let clear = |s: &Sample| Sample { sensors: vec![], ..s.clone() };
                     samples.iter().map(clear).collect()
                 };
                 assert_eq!(without(&parts), without(&whole.0), "{name}, {scheme:?}, {stops:?}");
@@ -264,7 +268,8 @@ fn stored_states() -> impl Iterator<Item = (&'static str, Simulation, serde_json
     })
 }
 
-/// An impulse with an entry too few and a velocity with one too many have the right number of entries in all.
+/// An impulse with an entry too few and a velocity with one too many have the right number of
+/// entries in all.
 #[test]
 fn an_impulse_of_another_length_is_refused() {
     let mut tried = 0;
@@ -281,7 +286,8 @@ fn an_impulse_of_another_length_is_refused() {
     assert!(tried > 0);
 }
 
-/// Momenta of 1e308 overflow in energies, momentum maps and residuals: the run ends in words, without such numbers.
+/// Momenta of 1e308 overflow in energies, momentum maps and residuals: the run ends in words,
+/// without such numbers.
 #[test]
 fn a_state_that_overflows_gives_no_number_that_is_not_finite() {
     let mut refused = 0;

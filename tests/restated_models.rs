@@ -1,5 +1,5 @@
-//! Springs, dampers, motors, prescribed motions, gears and reactions of every pair are the same in a mechanism that is turned, moved,
-//! stated in another order or in other units.
+//! Springs, dampers, motors, prescribed motions, gears and reactions of every pair are the same in
+//! a mechanism that is turned, moved, stated in another order or in other units.
 
 use holonom::Model;
 use xtask::soak::restated::largest_difference;
@@ -212,8 +212,8 @@ particle = [{ name = "free", mass = 3.0, position = [4.0, 0.1, 0.0], velocity = 
     hold_however_stated(texts);
 }
 
-/// Redundant constraints of a tree with one more hinge on the line of the first: multipliers of the acceleration level, at the start and,
-/// with order 4, at every node.
+/// Redundant constraints of a tree with one more hinge on the line of the first: multipliers of the
+/// acceleration level, at the start and, with order 4, at every node.
 #[test]
 fn a_door_with_two_hinges_does_the_same_however_it_is_stated() {
     let bodies = r#"

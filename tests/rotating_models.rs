@@ -1,4 +1,5 @@
-//! Vibrations of rotating and damped model files against closed forms and published frequencies; relaxed starts.
+//! Vibrations of rotating and damped model files against closed forms and published frequencies;
+//! relaxed starts.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark::{model, samples};
@@ -18,8 +19,8 @@ fn vibrations(report: &Report) -> Vec<f64> {
     of.map(|mode| mode.omega).collect()
 }
 
-/// A slender cantilever, L = 1 m, ρA = 1 kg/m, EI = 1 N·m² for flapping, on a driven hub without radius. Rotary inertia
-/// and shear are small.
+/// A slender cantilever, L = 1 m, ρA = 1 kg/m, EI = 1 N·m² for flapping, on a driven hub without
+/// radius. Rotary inertia and shear are small.
 fn blade(speed: f64, elements: usize) -> String {
     format!(
         r#"
@@ -61,7 +62,8 @@ fn blade(speed: f64, elements: usize) -> String {
 
 #[test]
 fn a_rotating_blade_is_stiffened_as_published() {
-    // D. H. Hodges, M. J. Rutkowski, AIAA J. 19 (1981) 1459–1466, table 1: flapping, no hub radius, ω and Ω in √(EI/ρAL⁴)
+    // D. H. Hodges, M. J. Rutkowski, AIAA J. 19 (1981) 1459–1466, table 1: flapping, no hub radius,
+    // ω and Ω in √(EI/ρAL⁴)
     let published = [
         (0.0, [3.5160, 22.0345]),
         (1.0, [3.6816, 22.1810]),
@@ -76,7 +78,8 @@ fn a_rotating_blade_is_stiffened_as_published() {
         let found = vibrations(&report);
         let errors = [0, 1].map(|k| found[k] / exact[k] - 1.0);
         println!("Ω = {speed}: {:.5?}, relative errors {errors:?}", &found[..2]);
-        // the table has five digits; shear, extension and rotary inertia are 1e-4 of the stiffness and less
+        // the table has five digits; shear, extension and rotary inertia are 1e-4 of the stiffness
+        // and less
         assert!(errors.iter().all(|e| e.abs() < 1.5e-4), "{errors:?}");
         assert_eq!((report.unstable, report.zero), (0, 0));
     }
@@ -84,7 +87,8 @@ fn a_rotating_blade_is_stiffened_as_published() {
 
 #[test]
 fn flapping_and_lagging_differ_by_the_square_of_the_speed() {
-    // R. V. Southwell, B. S. Gough, ARC R&M 766 (1921): the same bending stiffness in both planes, ω_lag² = ω_flap² − Ω²
+    // R. V. Southwell, B. S. Gough, ARC R&M 766 (1921): the same bending stiffness in both planes,
+    // ω_lag² = ω_flap² − Ω²
     for speed in [2.0, 6.0] {
         let changes = [("beam.blade.section.EI1", "1.0")];
         let found = vibrations(&modes(&model(&blade(speed, 10), &changes), About::Rotation, 2));
@@ -127,7 +131,8 @@ fn shaft(speed: f64) -> String {
 
 #[test]
 fn a_spinning_shaft_whirls_as_its_closed_form() {
-    // Rayleigh's shaft in space, k = nπ/L: (ρA + ρI k²) ω² − 2 ρI k² Ω ω − EI k⁴ = 0; in its own frame ω − Ω
+    // Rayleigh's shaft in space, k = nπ/L: (ρA + ρI k²) ω² − 2 ρI k² Ω ω − EI k⁴ = 0; in its own
+    // frame ω − Ω
     let (inertia, speed) = (5e-3, 6.0);
     let report = modes(&model(&shaft(speed), &[]), About::Rotation, 6);
     let found = vibrations(&report);

@@ -1,4 +1,5 @@
-//! Linkages that are drawn roughly: `project_start` assembles them near the drawing, wherever their links lie.
+//! Linkages that are drawn roughly: `project_start` assembles them near the drawing, wherever their
+//! links lie.
 #![allow(clippy::unwrap_used)] // a test
 
 use holonom::{Model, Simulation};
@@ -16,14 +17,16 @@ impl Draws {
     }
 }
 
-/// The links of a four-bar linkage: length, and its angle when it is assembled, with the crank upwards, rad about −y.
+/// The links of a four-bar linkage: length, and its angle when it is assembled, with the crank
+/// upwards, rad about −y.
 const LINKS: [(&str, f64, f64); 3] = [
     ("crank", 0.2, 0.5 * PI),
     ("coupler", 0.698_569_967_862_291_9, 0.412_410_441_597_387_3), // 0.64, 0.28
     ("rocker", 0.6, 2.214_297_435_588_181),                        // −0.36, 0.48
 ];
 
-/// A drawing with the centres of the links off by `way` (m) and their angles by `turn` (rad), at most.
+/// A drawing with the centres of the links off by `way` (m) and their angles by `turn` (rad), at
+/// most.
 fn drawing(draws: &mut Draws, way: f64, turn: f64) -> (String, [f64; 3]) {
     let mut text = "model = { name = \"sketch\", gravity = [0, 0, -9.81] }\n\
                     simulation = { step = 0.005, end = 0.1, project_start = true }\n"
@@ -75,7 +78,8 @@ fn links_that_lie_apart_are_assembled_near_the_angles_of_the_drawing() {
             let q = simulation.configuration();
             for (link, drawn) in angles.iter().enumerate() {
                 let d_1 = Vector3::from_column_slice(&q[12 * link + 3..12 * link + 6]);
-                // the principal axis of the smallest moment need not be the first: take the line of the link
+                // the principal axis of the smallest moment need not be the first: take the line of
+                // the link
                 let axes =
                     (0..3).map(|i| Vector3::from_column_slice(&q[12 * link + 3 + 3 * i..][..3]));
                 let along = Rotation3::from_axis_angle(&-Vector3::y_axis(), *drawn) * Vector3::x();

@@ -159,7 +159,8 @@ fn freedoms_that_do_not_exist_are_named() {
     assert!(error.to_string().contains("no coordinate 1"), "{error}");
 }
 
-/// A driven wheel with a weight out of its axle, a gear of no simple ratio, a pendulum on the pinion.
+/// A driven wheel with a weight out of its axle, a gear of no simple ratio, a pendulum on the
+/// pinion.
 const TURNING: &str = r#"
 model = { name = "turning", gravity = [0, 0, -9.81] }
 simulation = { step = 0.01, end = 1.0, project_start = true }
@@ -218,8 +219,8 @@ joint = "wheel_axle"
 path = { rate = 20.0, amplitude = 0.5, frequency = 0.7 }
 "#;
 
-/// Revolutions are counted in whole numbers, and a step ends at the very time at which the next one starts:
-/// neither the size of the angles nor of the time is left in `g(q_n, t_n)`.
+/// Revolutions are counted in whole numbers, and a step ends at the very time at which the next one
+/// starts: neither the size of the angles nor of the time is left in `g(q_n, t_n)`.
 #[test]
 fn driven_gears_meet_their_constraints_to_round_off_after_many_turns() {
     driven_gears(600);

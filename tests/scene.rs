@@ -1,4 +1,5 @@
-//! The animated scene of a motion in a real browser: it draws the bodies where they are, and obeys keys.
+//! The animated scene of a motion in a real browser: it draws the bodies where they are, and obeys
+//! keys.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::browser::{Shown, assert_marked, browser, run, show, with_keys};
@@ -59,8 +60,8 @@ fn bodies_are_drawn_in_their_colours() {
     }
 }
 
-/// A body of 2 kg that hangs from a revolute joint at rest: the reaction of 19.62 N points upwards to the pin, in the colour
-/// of no body; `r` hides it.
+/// A body of 2 kg that hangs from a revolute joint at rest: the reaction of 19.62 N points upwards
+/// to the pin, in the colour of no body; `r` hides it.
 const HANGING: &str = r#"
 [model]
 name = "hanging"
@@ -128,7 +129,8 @@ fn a_mesh_is_drawn_where_its_triangles_are() {
     let (shown, scale) = between_marks(browser, &folder, ANGLE_BAR);
     let bar = shown.member("bar");
     assert!(scale > 20.0, "{scale} px/m");
-    // in the axes of the file, whose centre of mass is (1.1, 0.25, 1.1): x points upwards now, z to the left
+    // in the axes of the file, whose centre of mass is (1.1, 0.25, 1.1): x points upwards now, z to
+    // the left
     let color = |x: f64, z: f64| {
         let place = [bar[0] - (z - 1.1) * scale, bar[1] - (x - 1.1) * scale];
         shown.color(place).map(i32::from)

@@ -86,7 +86,8 @@ fn twenty_modes_of_a_beam_are_a_small_page() {
     assert!(page.len() < 3_000_000 && page.matches("<tr data-mode=").count() == 20);
 }
 
-/// A mode that dies out without a vibration: of its displacement `e⁻¹` is left a quarter of the way, and it never changes sides.
+/// A mode that dies out without a vibration: of its displacement `e⁻¹` is left a quarter of the
+/// way, and it never changes sides.
 #[test]
 fn a_decay_is_not_shown_as_a_vibration() {
     let Some(browser) = browser() else { return };

@@ -1,12 +1,13 @@
-//! Scenes on other pages than that of a motion, in a real browser: equilibria, a checked model, a certificate, a comparison.
+//! Scenes on other pages than that of a motion, in a real browser: equilibria, a checked model, a
+//! certificate, a comparison.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::browser::{assert_marked, browser, run, shipped, show, with_keys};
 use crate::command::{command, folder};
 use std::path::Path;
 
-/// A cantilever under an end moment is a circle of `4π EI/L · t` for `2 t` revolutions: at the load factor 0.5 its end is
-/// back at the clamp, at 0.25 it is a half circle.
+/// A cantilever under an end moment is a circle of `4π EI/L · t` for `2 t` revolutions: at the load
+/// factor 0.5 its end is back at the clamp, at 0.25 it is a half circle.
 #[test]
 fn equilibria_are_shown_over_the_load_factor() {
     let Some(browser) = browser() else { return };
@@ -107,8 +108,8 @@ fn a_certificate_shows_the_motion_of_its_model() {
     }
 }
 
-/// Two schemes from the same initial values: at the start the body shows the colours of both, and that of the one that is left
-/// when the other is hidden.
+/// Two schemes from the same initial values: at the start the body shows the colours of both, and
+/// that of the one that is left when the other is hidden.
 #[test]
 fn schemes_that_coincide_show_both_colours() {
     let Some(browser) = browser() else { return };

@@ -7,7 +7,8 @@ use holonom::verification::subject::{Method, Setting, Subject};
 use holonom::verification::trend::trend;
 use holonom::vi_constraints::SchemeKind;
 
-/// In chaotic motion the means of `H_d` vary by a good part of the band, those of the shadow energy by `h²` of it.
+/// In chaotic motion the means of `H_d` vary by a good part of the band, those of the shadow energy
+/// by `h²` of it.
 #[test]
 fn it_is_conserved_where_the_energy_varies() {
     conserved_shadow(6_000);

@@ -1,5 +1,5 @@
-//! Shipped mechanisms of which a part of the motion is known: precession of a gyroscope, geometry of a scissor mast and of
-//! Jansen's linkage, energy of a hanging chain, whirl of a shaft.
+//! Shipped mechanisms of which a part of the motion is known: precession of a gyroscope, geometry
+//! of a scissor mast and of Jansen's linkage, energy of a hanging chain, whirl of a shaft.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness::models::{model, simulation};
@@ -88,8 +88,8 @@ fn the_legs_of_the_stewart_platform_follow_their_paths() {
     assert!(rows.len() > 200 && off < 2e-3, "{off:.1e} m of 0.04 m");
 }
 
-/// `r = e Ω²/|ω² − Ω²|`, `ω² = 192 EI/(L³ M)`, `M = m + 13/35 ρAL`, `e = m/M` times that of the disk; a chain of `n` elements
-/// is stiffer by `1/(1 − 4/n²)`.
+/// `r = e Ω²/|ω² − Ω²|`, `ω² = 192 EI/(L³ M)`, `M = m + 13/35 ρAL`, `e = m/M` times that of the
+/// disk; a chain of `n` elements is stiffer by `1/(1 − 4/n²)`.
 #[test]
 fn the_shaft_whirls_as_a_jeffcott_rotor() {
     let (radius, length, modulus, density) = (0.006_f64, 1.0, 2.1e11, 7850.0);
@@ -116,8 +116,8 @@ fn the_shaft_whirls_as_a_jeffcott_rotor() {
     }
 }
 
-/// With strains that are averaged alone, differences of the path at halved steps fall by four; the damping of unresolved elements
-/// is of first order with selective mass scaling.
+/// With strains that are averaged alone, differences of the path at halved steps fall by four; the
+/// damping of unresolved elements is of first order with selective mass scaling.
 #[test]
 fn the_end_of_the_soft_arm_moves_on_its_path_to_second_order() {
     let ends = [0.01, 0.005, 0.0025].map(|step: f64| {
@@ -136,7 +136,8 @@ fn the_end_of_the_soft_arm_moves_on_its_path_to_second_order() {
     assert!((order - 2.0).abs() < 0.2, "order {order}");
 }
 
-/// Constants of a body are rounded differently in sweeps and in momenta; a balance that forgets it feeds the chain 1e-10 J here.
+/// Constants of a body are rounded differently in sweeps and in momenta; a balance that forgets it
+/// feeds the chain 1e-10 J here.
 #[test]
 fn rounding_does_not_feed_the_chain() {
     let overrides = [

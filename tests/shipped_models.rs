@@ -1,6 +1,8 @@
-//! Snapshots of every shipped model: what is assembled, the trajectory at a few steps, the counters.
+//! Snapshots of every shipped model: what is assembled, the trajectory at a few steps, the
+//! counters.
 //!
-//! Numbers are rounded far above round-off, so that they are the same at every level of optimization.
+//! Numbers are rounded far above round-off, so that they are the same at every level of
+//! optimization.
 #![allow(clippy::unwrap_used)] // a test
 
 use std::fmt::Write;

@@ -1,5 +1,5 @@
-//! The program itself, with signals: it ends so that its run can be continued. Nothing depends on time: every wait is for a
-//! file.
+//! The program itself, with signals: it ends so that its run can be continued. Nothing depends on
+//! time: every wait is for a file.
 #![allow(clippy::unwrap_used)] // a test
 
 use std::fs;
@@ -92,7 +92,8 @@ fn a_program_that_is_killed_loses_the_steps_since_its_last_checkpoint() {
         let mut child = start(&folder, arguments);
         let seen = || fs::read(out.join(CHECKPOINTS[1])).unwrap_or_default();
         wait_for(&mut child, || seen() != before && !seen().is_empty());
-        std::thread::sleep(Duration::from_millis(u64::from(7 * round))); // elsewhere in the interval
+        // elsewhere in the interval
+        std::thread::sleep(Duration::from_millis(u64::from(7 * round)));
         child.kill().unwrap();
         let status = child.wait().unwrap();
         killed += u32::from(status.code().is_none());

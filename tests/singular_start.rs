@@ -1,5 +1,5 @@
-//! Flat positions of a four-bar linkage with unequal cranks: passed on the branch of the motion, left
-//! along the velocity of the start, refused at rest.
+//! Flat positions of a four-bar linkage with unequal cranks: passed on the branch of the motion,
+//! left along the velocity of the start, refused at rest.
 //!
 //! Cranks of length `a = 0.5` on feet at distance `d = 1`, coupler of length `d`. Next to the flat
 //! position `θ_0 = θ_1 = 0` there are two branches, the parallelogram `θ_1 = θ_0` and the
@@ -68,8 +68,8 @@ impl Linkage {
         self.start(SchemeKind::Nodal, h).unwrap()
     }
 
-    /// Distance of the top of the first crank from its exact place, and of the coupler from level; `start`: angle and rate
-    /// initially, and gravity.
+    /// Distance of the top of the first crank from its exact place, and of the coupler from level;
+    /// `start`: angle and rate initially, and gravity.
     fn missed(&self, run: &MechanismIntegrator, start: (f64, f64, f64)) -> (f64, f64) {
         let [theta, _] = parallelogram(start.0, start.1, start.2, run.state().t);
         let (crank, coupler) = (frame(run, self.cranks[0]), frame(run, self.coupler));
@@ -122,7 +122,8 @@ fn flat_positions_are_passed_on_the_branch_of_the_motion() {
         error
     });
     assert_order(&orders, 2.0, 0.1);
-    // from either side, swinging: the motion reverses close to the flat configuration, and passes it
+    // from either side, swinging: the motion reverses close to the flat configuration, and passes
+    // it
     for theta in [-0.3, -1e-3, 1e-3, 1e-6] {
         let linkage = Linkage::new(theta, [0.0; 2], G);
         let mut run = linkage.run(2e-3);
@@ -263,7 +264,8 @@ fn a_driven_flat_start_follows_its_drive() {
     }
 }
 
-/// The linkage at rest with a strut of fixed length between the left crank and the coupler: it locks their hinge.
+/// The linkage at rest with a strut of fixed length between the left crank and the coupler: it
+/// locks their hinge.
 fn locked(theta: f64) -> Linkage {
     let mut linkage = Linkage::new(theta, [0.0; 2], G);
     let crank = linkage.cranks[0].point([0.0; 3]);

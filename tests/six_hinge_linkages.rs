@@ -1,4 +1,5 @@
-//! Free six-hinge linkages: one internal degree of freedom although counting gives none, momentum maps to round-off.
+//! Free six-hinge linkages: one internal degree of freedom although counting gives none, momentum
+//! maps to round-off.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;

@@ -144,7 +144,8 @@ position = [0.6, 0.0, 0.0]
 axis = [0.0, 1.0, 0.0]
 "#;
 
-/// Sizes that no mechanism has: each gives one warning, which names the part, the number and the remedy.
+/// Sizes that no mechanism has: each gives one warning, which names the part, the number and the
+/// remedy.
 #[test]
 fn impossible_sizes_are_warned_of() {
     assert_eq!(warnings(LINKS), [""; 0], "nothing is wrong with this model");
@@ -232,7 +233,8 @@ fn impossible_sizes_are_warned_of() {
     );
 }
 
-/// What is unusual and right: shapes that are symbols, a rotor, a point mass as a body, a frame of thin rods, a free rod.
+/// What is unusual and right: shapes that are symbols, a rotor, a point mass as a body, a frame of
+/// thin rods, a free rod.
 #[test]
 fn unusual_sizes_are_no_slips() {
     let body = |what: &str| {

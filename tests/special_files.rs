@@ -1,5 +1,5 @@
-//! Pipes, sockets, devices, folders and links that lead nowhere, in the place of every file that a verb reads: answered at once, with
-//! a remedy.
+//! Pipes, sockets, devices, folders and links that lead nowhere, in the place of every file that a
+//! verb reads: answered at once, with a remedy.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -147,7 +147,8 @@ fn checkpoints_and_what_they_continue_are_regular_files() {
             let _ = fs::remove_file(out.join("checkpoint.previous"));
             put(kind, &out.join(file));
             let (code, said) = answered(&folder, &["resume", "out", "--no-progress"]);
-            // a link that leads nowhere is no checkpoint; a temporary file is needed only where one is written
+            // a link that leads nowhere is no checkpoint; a temporary file is needed only where one
+            // is written
             assert!(code == 1 && said.contains("help:"), "{kind} {file}: {code} {said}");
         }
     }

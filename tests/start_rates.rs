@@ -88,7 +88,8 @@ fn rates_where_they_cannot_be_used_are_refused() {
     }
 }
 
-/// The initial velocities of a model, one vector for each frame: translation, then rotation by its directors.
+/// The initial velocities of a model, one vector for each frame: translation, then rotation by its
+/// directors.
 fn initial_velocities(text: &str) -> Vec<f64> {
     let mut simulation = Simulation::new(&Model::from_toml(text).unwrap()).unwrap();
     let closure = simulation.assembly().closure;
@@ -157,7 +158,8 @@ rate = 3.0
     }
 }
 
-/// A slider-crank in the plane x–z: crank 0.3 m, rod 0.5 m, slider along x; only the crank states its rate.
+/// A slider-crank in the plane x–z: crank 0.3 m, rod 0.5 m, slider along x; only the crank states
+/// its rate.
 fn slider_crank(rod_rate: &str, more: &str) -> String {
     format!(
         r#"

@@ -324,8 +324,8 @@ fn the_walk_tells_what_it_found() {
     assert_eq!((report.counts.dof, report.counts.redundant_constraints), (48, 0));
 }
 
-/// The crank of the linkage has no stiffness of its own: what the stiffness matrix holds there is round-off
-/// of the forces it passes on.
+/// The crank of the linkage has no stiffness of its own: what the stiffness matrix holds there is
+/// round-off of the forces it passes on.
 #[test]
 fn a_rigid_crank_between_elastic_parts_walks_with_steps_of_any_size() {
     let text = text("flexible_four_bar");

@@ -1,5 +1,5 @@
-//! What a step makes of rotations and of the fastest motion, and what is said of it before a run, at its end and where it
-//! fails.
+//! What a step makes of rotations and of the fastest motion, and what is said of it before a run,
+//! at its end and where it fails.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -40,7 +40,8 @@ fn number_after(text: &str, word: &str) -> f64 {
     rest.split_whitespace().next().unwrap().trim_end_matches([',', ';']).parse().unwrap()
 }
 
-/// The rotor turns by arcsin(hω) in each step; what is said of it is what happens, and both cures cure it.
+/// The rotor turns by arcsin(hω) in each step; what is said of it is what happens, and both cures
+/// cure it.
 #[test]
 fn a_fast_rotor_is_named_with_its_phase_error_and_a_cure() {
     let text = hostile("fast_rotor");
@@ -134,8 +135,8 @@ child = "flywheel"
 position = [0.5, 0, 0]
 "#;
 
-/// A wheel on a free hull, a point mass on a bar, a flywheel on an elastic shaft; a Galerkin scheme and a composition, whose phases
-/// are right.
+/// A wheel on a free hull, a point mass on a bar, a flywheel on an elastic shaft; a Galerkin scheme
+/// and a composition, whose phases are right.
 #[test]
 fn whatever_turns_fast_is_named() {
     for (text, name, angle) in
@@ -164,7 +165,8 @@ fn whatever_turns_fast_is_named() {
     }
 }
 
-/// A crank that a path turns is turned exactly, and so are those that it carries; a free wheel on it is not.
+/// A crank that a path turns is turned exactly, and so are those that it carries; a free wheel on
+/// it is not.
 #[test]
 fn what_a_path_turns_has_no_phase_error() {
     let crank = r#"
@@ -198,7 +200,8 @@ sensor = [{ name = "angle", type = "joint_coordinate", of = "motor" }, { name = 
     }
 }
 
-/// A rotor at rest that a motor spins up: nothing to say at the start, and at the end the largest rate with its time.
+/// A rotor at rest that a motor spins up: nothing to say at the start, and at the end the largest
+/// rate with its time.
 #[test]
 fn a_rotation_that_comes_with_the_motion_is_told_at_the_end() {
     let text = hostile("fast_rotor").replace("rate = 60.0", "motor = { effort = 0.02 }");
@@ -255,7 +258,8 @@ fn hanging_linkage() -> String {
     text
 }
 
-/// About an equilibrium the fastest motion is the fastest of the modes that a dense eigensolver of other matrices finds.
+/// About an equilibrium the fastest motion is the fastest of the modes that a dense eigensolver of
+/// other matrices finds.
 #[test]
 fn the_fastest_motion_is_the_fastest_mode() {
     let spring = "[[spring]]\nname = \"s\"\nfrom = \"ground\"\nto = \"l2\"\npoint_from = [0.5, 0.0, -0.25]\nstiffness = 1e5\n\
@@ -364,8 +368,8 @@ fn the_step_of_every_shipped_model_is_judged() {
     }
 }
 
-/// Weights on chains of light point masses of any number of bars: the frequency by the tension is printed. A stretched chain with the
-/// tension T has ω² < 4 T/(m l), and comes close to it.
+/// Weights on chains of light point masses of any number of bars: the frequency by the tension is
+/// printed. A stretched chain with the tension T has ω² < 4 T/(m l), and comes close to it.
 #[test]
 fn taut_chains_of_many_bars_have_their_fastest_vibration() {
     for count in [20, 300] {
@@ -390,7 +394,8 @@ fn taut_chains_of_many_bars_have_their_fastest_vibration() {
     }
 }
 
-/// Where more bars meet in one point mass than a linear memory allows it is said that nothing is known, and why.
+/// Where more bars meet in one point mass than a linear memory allows it is said that nothing is
+/// known, and why.
 #[test]
 fn a_hub_of_many_bars_says_that_its_fastest_motion_is_not_known() {
     let mut text = "[model]\nname = \"hub\"\n[simulation]\nstep = 0.002\nend = 0.02\n[[particle]]\nname = \"hub\"\nmass = 1.0\nposition = [0.0, 0.0, 0.0]\n".to_owned();
@@ -411,7 +416,8 @@ fn a_hub_of_many_bars_says_that_its_fastest_motion_is_not_known() {
     );
 }
 
-/// A body that turns by 0.6 rad in a step is named with its phase error whatever turns it: a screw, the rotation of a planar pair, a gear.
+/// A body that turns by 0.6 rad in a step is named with its phase error whatever turns it: a screw,
+/// the rotation of a planar pair, a gear.
 #[test]
 fn fast_rotations_of_screws_planar_pairs_and_gears_are_named() {
     let body = |name: &str, x: f64| {

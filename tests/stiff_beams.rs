@@ -1,5 +1,5 @@
-//! Stiff beams in steps far beyond their vibrations: averaged strains run where the midpoint rule fails, and
-//! composed steps say that they are not what they are called.
+//! Stiff beams in steps far beyond their vibrations: averaged strains run where the midpoint rule
+//! fails, and composed steps say that they are not what they are called.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;
@@ -84,8 +84,8 @@ fn composed_steps_of_soft_beams_have_their_order() {
 /// A smooth load: kinks off the nodes of the sub-steps would limit the order.
 const PUSH: &str = "{ type = \"harmonic\", frequency = 1.0, phase = 0.5 }";
 
-/// A blade of aluminium on a free hub, 20 rad/s, `h ω_max` from 70 to 3400: averaged strains fail at some of these
-/// steps.
+/// A blade of aluminium on a free hub, 20 rad/s, `h ω_max` from 70 to 3400: averaged strains fail
+/// at some of these steps.
 #[test]
 fn a_blade_of_aluminium_runs_at_any_step() {
     blade_of_aluminium(500);
@@ -194,8 +194,8 @@ fn a_run_whose_energy_leaves_its_band_says_so_at_once() {
     assert!(*begun < summary.steps && summary.warnings.contains(words), "{:?}", summary.warnings);
 }
 
-/// Midpoint strains of a spinning blade are unstable from some step on; averaged ones at few steps; with mass scaling no
-/// step is. The search for the band stands in docs/stability.md.
+/// Midpoint strains of a spinning blade are unstable from some step on; averaged ones at few steps;
+/// with mass scaling no step is. The search for the band stands in docs/stability.md.
 #[test]
 fn the_band_of_unstable_steps_is_named() {
     let found = |strain: &str, h: f64| {

@@ -10,7 +10,8 @@ use holonom::model::{OnFailure, Settings};
 use holonom::simulation::RunOutcome;
 use holonom::{Model, Override, Sample, Simulation};
 
-/// A free body for which no whole step exists: about one axis `sin θ = h ω` is the turn `θ` of a step, and `h ω = 1.5`.
+/// A free body for which no whole step exists: about one axis `sin θ = h ω` is the turn `θ` of a
+/// step, and `h ω = 1.5`.
 fn spinning(on_failure: &str, step: &str) -> Model {
     let (action, every) = (format!("\"{on_failure}\""), if step == "0.25" { "2" } else { "1" });
     let overrides = [
@@ -58,7 +59,8 @@ fn refused_steps_are_taken_in_parts() {
     assert!(off < 1e-11 && drift < 1e-12 && residual < 1e-14);
 }
 
-/// Only what is refused is divided: a run without such a step has the same bits under both settings.
+/// Only what is refused is divided: a run without such a step has the same bits under both
+/// settings.
 #[test]
 fn other_steps_are_what_they_were() {
     for name in ["chain8", "four_bar_loop", "four_particles"] {
@@ -71,7 +73,8 @@ fn other_steps_are_what_they_were() {
     }
 }
 
-/// A run that is taken up between divided steps goes on with the same bits, in every scheme and composition.
+/// A run that is taken up between divided steps goes on with the same bits, in every scheme and
+/// composition.
 #[test]
 fn a_run_with_divided_steps_restarts_to_the_bit() {
     let spinning = |scheme: &str, order: &str, speed: &str| {
@@ -117,7 +120,8 @@ fn a_run_with_divided_steps_restarts_to_the_bit() {
     }
 }
 
-/// Where no part of a step can be taken, the run ends as it would have: with the reason of the whole step.
+/// Where no part of a step can be taken, the run ends as it would have: with the reason of the
+/// whole step.
 #[test]
 fn what_cannot_be_taken_in_parts_fails_as_a_whole() {
     let [stop, substep] = ["\"stop\"", "\"substep\""].map(|action| {

@@ -1,4 +1,5 @@
-//! `holonom sweep`: every point once, whatever the threads, shards and interruptions; failures beside results.
+//! `holonom sweep`: every point once, whatever the threads, shards and interruptions; failures
+//! beside results.
 
 use crate::command::{self, holonom, words};
 use std::fs;

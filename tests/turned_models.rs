@@ -1,5 +1,5 @@
-//! A part of a model that is turned with its frame moves and pulls as before: what acts along joint coordinates, and the axes along
-//! which they are measured, turn with it.
+//! A part of a model that is turned with its frame moves and pulls as before: what acts along joint
+//! coordinates, and the axes along which they are measured, turn with it.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -19,7 +19,8 @@ const PAIRS: [(&str, &str, &str); 8] = [
     ("spherical", "", ""),
 ];
 
-/// Two bodies, one on the ground and one on the other, both by the same pair; all of them stated in a frame.
+/// Two bodies, one on the ground and one on the other, both by the same pair; all of them stated in
+/// a frame.
 fn model((pair, keys, _): (&str, &str, &str), frame: &str, acts: &str, constraint: &str) -> Model {
     let joint = |name: &str, parent: &str, child: &str, at: &str, acts: &str| {
         format!(
@@ -173,7 +174,8 @@ fn a_first_axis_that_says_nothing_is_refused() {
     }
 }
 
-/// Axes that a model does not state are written with it: the model that a run stores is the same one.
+/// Axes that a model does not state are written with it: the model that a run stores is the same
+/// one.
 #[test]
 fn a_model_in_a_frame_reads_back_as_it_is() {
     for pair in PAIRS {

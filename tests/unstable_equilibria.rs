@@ -1,4 +1,5 @@
-//! Model files whose equilibria lose their stability, and modes beside circulatory forces, against closed forms.
+//! Model files whose equilibria lose their stability, and modes beside circulatory forces, against
+//! closed forms.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness::hostile::hostile;
@@ -170,7 +171,8 @@ fn nothing_that_can_move_is_said() {
     assert!(found.warnings.iter().any(|warning| warning.contains("nothing can move")));
 }
 
-/// `k (1 − l₀/l) · 2y = F` of the mass between two springs, every scheme; the work of the load in the balance.
+/// `k (1 − l₀/l) · 2y = F` of the mass between two springs, every scheme; the work of the load in
+/// the balance.
 #[test]
 fn a_load_acts_on_a_point_mass() {
     let text = hostile("particle_load");
@@ -213,7 +215,8 @@ fn a_load_acts_on_a_point_mass() {
     }
 }
 
-/// A large system with a stiffness that is not symmetric: where the column is empty, a warning says so and counts the equilibria.
+/// A large system with a stiffness that is not symmetric: where the column is empty, a warning says
+/// so and counts the equilibria.
 #[test]
 fn what_is_not_judged_is_said() {
     let own = [holonom::Override::new("simulation.end", "0.4")];

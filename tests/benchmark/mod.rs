@@ -1,4 +1,5 @@
-//! What the benchmark tests share: runs of shipped models, points of bodies, tables of observed orders.
+//! What the benchmark tests share: runs of shipped models, points of bodies, tables of observed
+//! orders.
 #![allow(dead_code, clippy::unwrap_used)] // each test uses its part
 
 use crate::harness::models::overrides;
@@ -132,14 +133,16 @@ impl Run {
         self.simulation.integrator().observe_state().unwrap().position_residual
     }
 
-    /// How far the tip of the shipped `chain8` is from its reference at `t = 1`, where the run goes.
+    /// How far the tip of the shipped `chain8` is from its reference at `t = 1`, where the run
+    /// goes.
     pub(crate) fn error_of_chain(&mut self) -> f64 {
         let tip = self.point("link8", [8.0, 0.0, 0.0]);
         self.until(1.0);
         (self.at(tip) - Vector3::from(CHAIN_TIP)).norm()
     }
 
-    /// How far the centre of the shipped `heavy_top` is from its reference at `t = 10`, where the run goes.
+    /// How far the centre of the shipped `heavy_top` is from its reference at `t = 10`, where the
+    /// run goes.
     pub(crate) fn error_of_top(&mut self) -> f64 {
         self.until(10.0);
         let x = Vector3::from_column_slice(&self.q()[..3]);
@@ -195,7 +198,8 @@ pub(crate) fn orders(what: &str, steps: &[f64], errors: &[f64]) -> Vec<f64> {
     orders
 }
 
-/// For each step, how far the configurations of this and of half this step are apart; each step is half the one before.
+/// For each step, how far the configurations of this and of half this step are apart; each step is
+/// half the one before.
 pub(crate) fn changes_at_halved_steps(steps: &[f64], end: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
     let last = steps.last().map(|h| 0.5 * h);
     let ends: Vec<Vec<f64>> = steps.iter().copied().chain(last).map(end).collect();

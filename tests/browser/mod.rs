@@ -33,7 +33,8 @@ pub(crate) fn run(case: &str, model: &str, set: &[&str]) -> PathBuf {
     folder
 }
 
-/// A copy of a page whose scene receives keys when it has been read; whether it is too wide is in `data-overflow`.
+/// A copy of a page whose scene receives keys when it has been read; whether it is too wide is in
+/// `data-overflow`.
 pub(crate) fn with_keys(page: &Path, keys: &[&str]) -> PathBuf {
     let html = std::fs::read_to_string(page).unwrap();
     let script = format!(

@@ -9,7 +9,8 @@ use std::thread::{self, ThreadId};
 
 pub(crate) const PENDULUM: &str = include_str!("../../examples/models/pendulum.toml");
 
-/// Whose each folder is: tests run side by side, each in a thread, and two of them in one folder empty it for each other.
+/// Whose each folder is: tests run side by side, each in a thread, and two of them in one folder
+/// empty it for each other.
 static FOLDERS: Mutex<BTreeMap<PathBuf, ThreadId>> = Mutex::new(BTreeMap::new());
 
 /// An empty folder for a case of a group of tests. No two tests have the same.

@@ -1,7 +1,9 @@
-//! The guide: every page is listed, every link leads somewhere, every model is valid, every command runs and prints what
-//! the page shows; the pages of the reference and the pictures of pairs are those of the program.
+//! The guide: every page is listed, every link leads somewhere, every model is valid, every command
+//! runs and prints what the page shows; the pages of the reference and the pictures of pairs are
+//! those of the program.
 //!
-//! `HOLONOM_GUIDE=write` replaces outputs, pages of the reference and pictures of pairs that are out of date.
+//! `HOLONOM_GUIDE=write` replaces outputs, pages of the reference and pictures of pairs that are
+//! out of date.
 #![allow(clippy::unwrap_used)] // tests
 
 mod links;

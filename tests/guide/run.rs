@@ -1,10 +1,11 @@
 //! Runs the commands of a page.
 //!
-//! - A block `toml` or `xml` below a line that ends with `` `NAME.toml`: `` is written to that file; a line that begins with
-//!   `Add to` appends it. There are no other blocks `toml` or `xml`.
-//! - A line `holonom …` of a block `sh` is run; `# exit code 3` at its end states how it ends. Other lines are not run.
-//! - A block `text` below a block `sh` is what its commands print, without lines of measured times; a line `…` stands for
-//!   any lines.
+//! - A block `toml` or `xml` below a line that ends with `` `NAME.toml`: `` is written to that
+//!   file; a line that begins with `Add to` appends it. There are no other blocks `toml` or `xml`.
+//! - A line `holonom …` of a block `sh` is run; `# exit code 3` at its end states how it ends.
+//!   Other lines are not run.
+//! - A block `text` below a block `sh` is what its commands print, without lines of measured times;
+//!   a line `…` stands for any lines.
 //! - Pictures below `pictures/` are files that the commands of their page write.
 
 use std::fs;
@@ -44,7 +45,8 @@ fn name(page: &Page) -> String {
     page.path.file_stem().unwrap().to_string_lossy().into_owned()
 }
 
-/// Pictures of a page that its commands have not made as they are shown; replaced where that is asked for.
+/// Pictures of a page that its commands have not made as they are shown; replaced where that is
+/// asked for.
 pub(super) fn pictures(page: &Page) -> Vec<String> {
     let made = Path::new(env!("CARGO_TARGET_TMPDIR")).join("guide").join(name(page));
     let mut stale = Vec::new();

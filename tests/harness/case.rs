@@ -156,8 +156,8 @@ impl Case {
         }
     }
 
-    /// Of the discrete Legendre transforms at the first nodes; `None` where the case does not hold momenta
-    /// of a variational scheme without composition.
+    /// Of the discrete Legendre transforms at the first nodes; `None` where the case does not hold
+    /// momenta of a variational scheme without composition.
     pub fn legendre(&self) -> Option<Result<Deviation, String>> {
         match self {
             Self::Pendulum(case) => case.legendre(),

@@ -1,4 +1,5 @@
-//! Cases of the Galerkin schemes of order `2s`: any kind with the field `stages`, and the table of their constants.
+//! Cases of the Galerkin schemes of order `2s`: any kind with the field `stages`, and the table of
+//! their constants.
 
 use super::case::{BodyCase, Deviation, Runs, Tolerance, distance};
 use super::rigid::{self, JointCase, SpringCase};
@@ -430,7 +431,8 @@ fn numbers(row: &[String]) -> Vec<f64> {
 }
 
 impl Coefficients {
-    /// Deviations over their tolerances: of a few `ε` of the largest entry, of `K` by one unit of its grid.
+    /// Deviations over their tolerances: of a few `ε` of the largest entry, of `K` by one unit of
+    /// its grid.
     pub fn run(&self) -> Result<Runs, String> {
         let mut deviation = Deviation::default();
         let mut tolerance =

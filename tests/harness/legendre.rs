@@ -1,5 +1,5 @@
-//! The discrete Legendre transforms of `vi_constraints::legendre`, evaluated at the first three nodes of a
-//! reference trajectory: no step is taken here.
+//! The discrete Legendre transforms of `vi_constraints::legendre`, evaluated at the first three
+//! nodes of a reference trajectory: no step is taken here.
 
 use super::case::{Deviation, Tolerance};
 use nalgebra::DMatrix;
@@ -19,7 +19,8 @@ pub struct Reference<'a> {
     pub h_dq: f64,
 }
 
-/// Deviations at the nodes 0 and 1 from the configurations 0, 1, 2; (47) and the bare `p(0)` at the start.
+/// Deviations at the nodes 0 and 1 from the configurations 0, 1, 2; (47) and the bare `p(0)` at the
+/// start.
 pub fn deviation(
     system: &impl DiscreteLagrangian,
     mechanism: &Mechanism,

@@ -35,7 +35,8 @@ pub(crate) fn chain() -> String {
     format!("{sensors}{text}")
 }
 
-/// Models whose runs follow more than the state of the integrator, with 40 steps, each third recorded.
+/// Models whose runs follow more than the state of the integrator, with 40 steps, each third
+/// recorded.
 pub(crate) fn models() -> Vec<(&'static str, Model)> {
     let beam = shipped("examples/models/flying_beam");
     let bricard = shipped("examples/models/bricard");

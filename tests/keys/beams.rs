@@ -37,7 +37,8 @@ fn leg(
     }
 }
 
-/// Two legs of different elements with a normal for each, of order 2, in a frame, and a straight one.
+/// Two legs of different elements with a normal for each, of order 2, in a frame, and a straight
+/// one.
 fn legs() -> Case {
     let text = format!(
         r#"

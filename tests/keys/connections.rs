@@ -1,5 +1,5 @@
-//! Bars and scalar constraints: what they keep constant at every node, by the geometry of the coordinates, gears and motions by
-//! their joint coordinates.
+//! Bars and scalar constraints: what they keep constant at every node, by the geometry of the
+//! coordinates, gears and motions by their joint coordinates.
 
 use super::forces::{FIRST, Rigid, SECOND, sensor};
 use super::{Case, Checks, Run};
@@ -256,7 +256,8 @@ fn quintic(t: f64, start: f64, end: f64, by: f64) -> [f64; 2] {
     [by * value, by * 30.0 * s * s * (1.0 - s).powi(2) / (end - start)]
 }
 
-/// The cubic spline through `(0, 0.2)`, `(0.02, 0.5)`, `(0.05, −0.1)` with the rates 3 and −4 at its ends.
+/// The cubic spline through `(0, 0.2)`, `(0.02, 0.5)`, `(0.05, −0.1)` with the rates 3 and −4 at
+/// its ends.
 fn spline(t: f64) -> [f64; 2] {
     let (x, y) = ([0.0, 0.02, 0.05], [0.2, 0.5, -0.1]);
     let [h0, h1] = [x[1] - x[0], x[2] - x[1]];

@@ -1,4 +1,5 @@
-//! Curved centre lines: nodes on circles, screw lines and through points; the rotation of sections about them.
+//! Curved centre lines: nodes on circles, screw lines and through points; the rotation of sections
+//! about them.
 
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Rotation3, Unit, Vector3};

@@ -268,7 +268,8 @@ motor = {{ effort = {FORCE:?}, history = {{ type = "{kind}", {keys} }} }}
     HISTORIES.into_iter().map(load).chain(HISTORIES.into_iter().map(motor)).collect()
 }
 
-/// A spring with a damper between points of two bodies, one of the other law from a point mass to the ground.
+/// A spring with a damper between points of two bodies, one of the other law from a point mass to
+/// the ground.
 fn springs() -> Case {
     let (from, to) = ([0.1, -0.3, 0.2], [-0.2, 0.1, 0.4]);
     let held = [0.3, 0.2, -0.1];

@@ -1,4 +1,5 @@
-//! Reference frames, included files and parameters: what is stated in a frame is where the composed rotations put it.
+//! Reference frames, included files and parameters: what is stated in a frame is where the composed
+//! rotations put it.
 
 use super::forces::sensor;
 use super::{Case, Checks};

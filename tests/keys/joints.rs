@@ -1,4 +1,5 @@
-//! Joints: what acts on each freedom against an integration of its own, initial velocities of chains, anchors, cut loops.
+//! Joints: what acts on each freedom against an integration of its own, initial velocities of
+//! chains, anchors, cut loops.
 
 use super::forces::{FIRST, Rigid, SECOND, sensor};
 use super::{Case, Checks, Run};

@@ -31,7 +31,8 @@ pub(crate) struct Facts {
 }
 
 impl Run {
-    /// Reads and runs a document with the files beside it; `Err` where it is refused or the run fails.
+    /// Reads and runs a document with the files beside it; `Err` where it is refused or the run
+    /// fails.
     pub(crate) fn of(
         case: &str,
         document: &toml::Table,

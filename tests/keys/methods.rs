@@ -1,4 +1,5 @@
-//! Schemes, orders, quadratures and strains: linear vibrations in closed form, energies that are exact, condition numbers.
+//! Schemes, orders, quadratures and strains: linear vibrations in closed form, energies that are
+//! exact, condition numbers.
 
 use super::forces::sensor;
 use super::{Case, Checks, Run};
@@ -110,7 +111,8 @@ fn exponent(run: &Run) -> Option<f64> {
     Some((condition(5e-5)? / condition(1e-4)?).log2())
 }
 
-/// A scheme by the growth of its condition number with the step, (22), (25), (28), (30), and by what it does with the energy.
+/// A scheme by the growth of its condition number with the step, (22), (25), (28), (30), and by
+/// what it does with the energy.
 fn scheme(name: &str, growth: f64) -> Case {
     let text = format!(
         "model = {{ name = \"pendulum\", gravity = [0.0, -3.0, -9.81] }}\nsimulation = {{ step = 0.02, end = 0.4, scheme = \"{name}\", solver = \"dense\" }}\n{PENDULUM}"

@@ -1,6 +1,7 @@
-//! Every key of the model file stands in a case with a value that is not its default, and each case has a judgement of its own: a
-//! closed form, an identity, a geometric fact. Defects are planted in the document: a key dropped, as if the reader ignored it;
-//! its value changed; entries or names exchanged, as if they were wired to the neighbour; a key moved to another entry. Each has to
+//! Every key of the model file stands in a case with a value that is not its default, and each case
+//! has a judgement of its own: a closed form, an identity, a geometric fact. Defects are planted in
+//! the document: a key dropped, as if the reader ignored it; its value changed; entries or names
+//! exchanged, as if they were wired to the neighbour; a key moved to another entry. Each has to
 //! change the judgement.
 #![allow(clippy::unwrap_used)] // a test
 
@@ -38,8 +39,8 @@ pub(crate) struct Case {
     pub(crate) settings: bool,
     /// The beginning of the paths whose defects are planted; the others are those of another case.
     pub(crate) only: &'static str,
-    /// Keys or defects, as messages begin with them (or with what stands before a `*`), that change nothing here, each with the
-    /// reason.
+    /// Keys or defects, as messages begin with them (or with what stands before a `*`), that change
+    /// nothing here, each with the reason.
     pub(crate) blind: Vec<(&'static str, &'static str)>,
 }
 
@@ -91,14 +92,16 @@ impl Case {
         self.blind.iter().map(|(key, _)| *key).find(hides)
     }
 
-    /// The verdict of a defect: of several values in the place of one, that of the first that the reader takes.
+    /// The verdict of a defect: of several values in the place of one, that of the first that the
+    /// reader takes.
     fn verdict_of(&self, defect: &defects::Defect) -> Verdict {
         let mut verdicts = defect.documents.iter().map(|document| self.verdict(document));
         let refused = Verdict::Refused(String::new());
         verdicts.find(|verdict| !matches!(verdict, Verdict::Refused(_))).unwrap_or(refused)
     }
 
-    /// What the judgement says of a document: how far it is off, in tolerances; or why there is nothing to judge.
+    /// What the judgement says of a document: how far it is off, in tolerances; or why there is
+    /// nothing to judge.
     fn verdict(&self, document: &toml::Table) -> Verdict {
         match Run::of(&self.name, document, &self.files) {
             Ok(run) => match (self.judge)(&run).worst() {
@@ -117,7 +120,8 @@ enum Verdict {
     Refused(String),
 }
 
-/// Keys for which no defect reaches the judgement, or of which nothing can be judged, each with the reason.
+/// Keys for which no defect reaches the judgement, or of which nothing can be judged, each with the
+/// reason.
 const EXCEPTIONS: [(&str, &str); 5] = [
     ("model.dimension", "refused: positions have as many numbers"),
     ("simulation.arc_length", "without it the run ends at the limit point"),
@@ -133,11 +137,13 @@ struct Found {
     stated: BTreeSet<String>,
     /// Words of keys.
     words: BTreeSet<String>,
-    /// Keys with defects that the judgement finds; the one that shows least, with its deviation in tolerances.
+    /// Keys with defects that the judgement finds; the one that shows least, with its deviation in
+    /// tolerances.
     judged: BTreeMap<String, (f64, String)>,
     /// Defects that nothing finds.
     survivors: Vec<String>,
-    /// Entries of the lists of what cases do not see that hide a defect, and those that hide none in all cases of a subject.
+    /// Entries of the lists of what cases do not see that hide a defect, and those that hide none
+    /// in all cases of a subject.
     hidden: BTreeSet<&'static str>,
     needless: Vec<String>,
     defects: usize,

@@ -1,4 +1,5 @@
-//! What is drawn, and meshes: colours and corners in the data of the scene, mass and inertia of a mesh.
+//! What is drawn, and meshes: colours and corners in the data of the scene, mass and inertia of a
+//! mesh.
 
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};

@@ -5,7 +5,8 @@ use serde_json::Value as Json;
 use std::collections::{BTreeMap, BTreeSet};
 use toml::Value;
 
-/// Keys by their paths: `joint.motor.history[ramp].start`, with the `type` of tables that have different keys for each.
+/// Keys by their paths: `joint.motor.history[ramp].start`, with the `type` of tables that have
+/// different keys for each.
 pub(crate) struct Keys {
     /// Paths with defaults.
     keys: BTreeMap<String, Option<Value>>,

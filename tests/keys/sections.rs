@@ -1,4 +1,5 @@
-//! Sections of beams: stresses over strains, elastic energy, momenta of a rigid motion, the work of the damping.
+//! Sections of beams: stresses over strains, elastic energy, momenta of a rigid motion, the work of
+//! the damping.
 
 use super::{Case, Checks, Run};
 use holonom::nalgebra::Vector3;
@@ -10,7 +11,8 @@ const STRESSES: [&str; 6] = ["N1", "N2", "N3", "M1", "M2", "M3"];
 const STRAINS: [&str; 6] = ["Gamma1", "Gamma2", "Gamma3", "K1", "K2", "K3"];
 const ELEMENTS: usize = 4;
 
-/// Stiffnesses along `Γ_1, Γ_2, Γ_3, K_1, K_2, K_3`, relaxation times, and `rhoA, rhoI1, rhoI2, rhoJ`.
+/// Stiffnesses along `Γ_1, Γ_2, Γ_3, K_1, K_2, K_3`, relaxation times, and
+/// `rhoA, rhoI1, rhoI2, rhoJ`.
 #[derive(Clone, Copy)]
 struct Expected {
     stiffness: [f64; 6],
@@ -68,7 +70,8 @@ fn held(name: &str, section: &str, expected: Expected) -> Case {
     let bending = expected.stiffness[3].min(expected.stiffness[4]).min(expected.stiffness[5]);
     let force = [60.0 * bending, 60.0 * bending, -40.0 * bending];
     let torque = [3.0 * bending, -2.0 * bending, 1.5 * bending];
-    let time = 0.1 * (expected.inertia[0] / bending).sqrt(); // s, a tenth of the time of the bending of 1 m
+    // s, a tenth of the time of the bending of 1 m
+    let time = 0.1 * (expected.inertia[0] / bending).sqrt();
     let (step, end) = (time / 400.0, time / 13.0);
     let text = format!(
         r#"

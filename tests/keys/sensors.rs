@@ -1,4 +1,5 @@
-//! Sensors: points, observers, distances, axes of reactions, places on beams; against the motion that the other files state.
+//! Sensors: points, observers, distances, axes of reactions, places on beams; against the motion
+//! that the other files state.
 
 use super::forces::{FIRST, Rigid, SECOND, sensor};
 use super::{Case, Checks, Run};
@@ -75,7 +76,8 @@ fn observed() -> Case {
     .only("sensor")
 }
 
-/// A body on a hinge of a free one: the reaction along three pairs of axes, the joint coordinate and its rates.
+/// A body on a hinge of a free one: the reaction along three pairs of axes, the joint coordinate
+/// and its rates.
 fn reactions() -> Case {
     let (at, axis, across) = ([0.1, 0.5, 0.2], [0.0, 0.6, 0.8], [1.0, 0.0, 0.0]);
     let base = Rigid { spin: [0.5, 0.9, -2.6], ..FIRST };
@@ -149,7 +151,8 @@ rate = 4.0
     .blind("sensor.frame dropped", "of one along the axes of the parent, the default")
 }
 
-/// Strains and section forces at an arc length of a beam with two legs, between the middles of its elements.
+/// Strains and section forces at an arc length of a beam with two legs, between the middles of its
+/// elements.
 fn places() -> Case {
     let beam = |name: &str, y: f64| {
         format!(
@@ -202,7 +205,8 @@ fn places() -> Case {
         let between = |a: [f64; 6], b: [f64; 6], share: f64| -> Vec<f64> {
             a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect()
         };
-        // of the middles at 0.075 and 0.225 m, and of those 0.3125 and 0.4375 m along the second leg
+        // of the middles at 0.075 and 0.225 m, and of those 0.3125 and 0.4375 m along the second
+        // leg
         for (kind, of) in
             [("strain", &strain as &dyn Fn(&str) -> [f64; 6]), ("section_force", &force)]
         {

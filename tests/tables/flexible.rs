@@ -1,4 +1,5 @@
-//! A free beam with material damping under a load at its end: nodes, strains, section forces, energies.
+//! A free beam with material damping under a load at its end: nodes, strains, section forces,
+//! energies.
 
 use super::{Known, Tables, Vector, axis, check};
 use crate::keys::forces::sensor;
@@ -310,8 +311,8 @@ fn columns_of_a_flexible_system() {
     check(&Tables::of("flexible", &text("strain = \"averaged\"")), &expected, &unseen);
 }
 
-/// `−Σ ℓ C_i φ_i Δε_i` with a filter `(π_1, e_2, π_3)` of each strain by the midpoint rule in units of the step:
-/// `Δe_2 = Δε − π̄_1/m_1`, `Δπ_3 = r (Δe_2 − π̄_3/m_3)`, `Δπ_1 = φ = ē_2/c_2 + Δπ_3`.
+/// `−Σ ℓ C_i φ_i Δε_i` with a filter `(π_1, e_2, π_3)` of each strain by the midpoint rule in units
+/// of the step: `Δe_2 = Δε − π̄_1/m_1`, `Δπ_3 = r (Δe_2 − π̄_3/m_3)`, `Δπ_1 = φ = ē_2/c_2 + Δπ_3`.
 fn algorithmic_dissipation(t: &Tables) -> Vec<f64> {
     let [m1, c2, m3, r] = [3.0 / 40.0, 17.0 / 10.0, 1.0 / 5.0, 11.0 / 40.0];
     // rows: the three equations; columns: the new π_1, e_2, π_3

@@ -1,6 +1,7 @@
-//! Every column of the files of a run against values from other columns and from the model: integrals and differences of rates,
-//! sums, closed forms. Defects are planted in the table as it is read: a column exchanged with its neighbour, with the other sign, a
-//! row late, 0.1 % too large. Each has to be seen.
+//! Every column of the files of a run against values from other columns and from the model:
+//! integrals and differences of rates, sums, closed forms. Defects are planted in the table as it
+//! is read: a column exchanged with its neighbour, with the other sign, a row late, 0.1 % too
+//! large. Each has to be seen.
 #![allow(clippy::unwrap_used)] // a test
 
 mod flexible;
@@ -162,8 +163,8 @@ pub(crate) fn axis(column: &str) -> usize {
     "xyz".find(column.chars().last().unwrap()).unwrap()
 }
 
-/// Checks all columns of all tables against what `expected` knows of them, and that each defect is seen but for `unseen`, a list of
-/// the begin of `FILE/COLUMN DEFECT` with reasons.
+/// Checks all columns of all tables against what `expected` knows of them, and that each defect is
+/// seen but for `unseen`, a list of the begin of `FILE/COLUMN DEFECT` with reasons.
 pub(crate) fn check(
     tables: &Tables,
     expected: &dyn Fn(&Tables, &str) -> Option<Known>,

@@ -1,4 +1,5 @@
-//! Small vibrations of two bodies on damped torsion springs about axes of their own: `I λ² + c λ + k = 0`.
+//! Small vibrations of two bodies on damped torsion springs about axes of their own:
+//! `I λ² + c λ + k = 0`.
 
 use super::{Known, Tables, Vector, axis, check};
 use holonom::Model;
@@ -110,8 +111,9 @@ fn columns_of_modes() {
     check(&Tables::alone("modes", &report.csv()), &expected, &unseen);
 }
 
-/// A disk on an isotropic spring with dampers to the ground: `m z̈ + c ż + k z = 0` in space, whatever the speed. In the frame that
-/// rotates both whirls decay with `c/2m`, with the frequencies `|Ω ± √(k/m − c²/4m²)|`.
+/// A disk on an isotropic spring with dampers to the ground: `m z̈ + c ż + k z = 0` in space,
+/// whatever the speed. In the frame that rotates both whirls decay with `c/2m`, with the
+/// frequencies `|Ω ± √(k/m − c²/4m²)|`.
 const DISK: &str = r#"
 model = { name = "disk" }
 simulation = { step = 1e-3, end = 1.0 }

@@ -1,4 +1,5 @@
-//! Two rods on torsion springs under dead loads that grow: each turns unstable where its load is `k/l`.
+//! Two rods on torsion springs under dead loads that grow: each turns unstable where its load is
+//! `k/l`.
 
 use super::{Known, Tables, check};
 

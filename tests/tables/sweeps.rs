@@ -1,4 +1,5 @@
-//! The table of a sweep: a point mass on a spring without length under a constant force, by the closed form of its steps.
+//! The table of a sweep: a point mass on a spring without length under a constant force, by the
+//! closed form of its steps.
 
 use super::{Known, Tables, check};
 use holonom::model::Meshes;
@@ -25,7 +26,8 @@ sensor = [{{ name = "place", type = "position", of = "ball" }}]
     )
 }
 
-/// Place, linear and angular momentum at all nodes of a point: rotations by `2 atan(h ω/2)` about the equilibrium.
+/// Place, linear and angular momentum at all nodes of a point: rotations by `2 atan(h ω/2)` about
+/// the equilibrium.
 fn motion(mass: f64, end: f64) -> Vec<[f64; 5]> {
     let angle = 2.0 * (0.5 * STEP * (STIFFNESS / mass).sqrt()).atan();
     let still = FORCE / STIFFNESS;

@@ -73,7 +73,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// The same task in a build that unwinds, the program beside it: it goes on after a panic, which it counts.
+/// The same task in a build that unwinds, the program beside it: it goes on after a panic, which it
+/// counts.
 fn unwinding(arguments: &[&str]) -> ExitCode {
     let cargo = |verb: &str, rest: &[&str]| {
         let build = [verb, "--quiet", "--profile", "unwinding", "--package", "xtask"];

@@ -1,8 +1,10 @@
-//! Keeps the places in `NOTATION.md` up to date: each symbol and each equation with its file and line.
+//! Keeps the places in `NOTATION.md` up to date: each symbol and each equation with its file and
+//! line.
 //!
-//! A row of a table ends with a cell of files, `` `node.rs` `` or `` [`node.rs:57`](crates/…/node.rs#L57) ``. In a table
-//! with the column "in the code" the line is that which declares the first identifier of that column; in the table of
-//! equations it is the first line of code with the label of the equation in a comment, such as `// (28)` or `// [6.4]`.
+//! A row of a table ends with a cell of files, `` `node.rs` `` or ``
+//! [`node.rs:57`](crates/…/node.rs#L57) ``. In a table with the column "in the code" the line is
+//! that which declares the first identifier of that column; in the table of equations it is the
+//! first line of code with the label of the equation in a comment, such as `// (28)` or `// [6.4]`.
 
 use crate::text_file;
 use std::fmt::Write;
@@ -88,7 +90,8 @@ fn header(cells: &[&str]) -> Option<usize> {
     cells.iter().position(|cell| *cell == "in the code").or(Some(1))
 }
 
-/// What stands in backticks, the last segment of paths; or the label of an equation, in parentheses or brackets.
+/// What stands in backticks, the last segment of paths; or the label of an equation, in parentheses
+/// or brackets.
 fn anchors(cell: &str) -> Vec<String> {
     if cell.starts_with(['(', '[']) {
         let end = cell.find([')', ']']).map_or(cell.len(), |end| end + 1);
@@ -108,7 +111,8 @@ fn named(cell: &str) -> Vec<String> {
     code.map(|name| name.split(':').next().unwrap_or(name).to_owned()).collect()
 }
 
-/// The first file with this name that has an anchor, those of the crate of the section first, and the line of the anchor.
+/// The first file with this name that has an anchor, those of the crate of the section first, and
+/// the line of the anchor.
 fn place(
     root: &Path,
     sources: &[PathBuf],

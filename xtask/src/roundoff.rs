@@ -1,8 +1,10 @@
-//! `cargo xtask roundoff`: how rounding errors add up over very long runs; into docs/round-off.md and VERIFICATION.md.
+//! `cargo xtask roundoff`: how rounding errors add up over very long runs; into docs/round-off.md
+//! and VERIFICATION.md.
 //!
-//! Each run reads what its scheme conserves exactly at 4096 nodes. The exponent `a` of `|x_{n+k} − x_n| ~ k^a`
-//! ([`holonom::verification::growth`]) is 1/2 for unbiased rounding and 1 for a drift. The same run with the rounding
-//! errors of each step thrown away ([`Compensation`]) stands beside it.
+//! Each run reads what its scheme conserves exactly at 4096 nodes. The exponent `a` of
+//! `|x_{n+k} − x_n| ~ k^a` ([`holonom::verification::growth`]) is 1/2 for unbiased rounding and 1
+//! for a drift. The same run with the rounding errors of each step thrown away ([`Compensation`])
+//! stands beside it.
 
 use crate::text_file;
 use holonom::verification::growth::{NoGrowth, growth};
@@ -175,8 +177,8 @@ pub fn run(options: &[&str]) -> Result<(), String> {
     measure(only, divisor)
 }
 
-/// Runs all cases, or those of one model, with so many steps divided by `divisor`; replaces the table of the page after
-/// a full run and prints it otherwise.
+/// Runs all cases, or those of one model, with so many steps divided by `divisor`; replaces the
+/// table of the page after a full run and prints it otherwise.
 ///
 /// # Errors
 /// A message that names the case.
@@ -293,7 +295,8 @@ struct Reading {
     residual: f64,
 }
 
-/// Takes so many steps, with or without the rounding errors of each handed to the next, and reads the node.
+/// Takes so many steps, with or without the rounding errors of each handed to the next, and reads
+/// the node.
 fn reading<S: Discretization<Mechanism>>(
     run: &mut Integrator<S, Mechanism>,
     (steps, compensated): (u64, bool),

@@ -1,4 +1,5 @@
-//! A call of the program within another process: what it would print is collected, and a run that lasts is interrupted.
+//! A call of the program within another process: what it would print is collected, and a run that
+//! lasts is interrupted.
 
 use std::ffi::OsString;
 
@@ -37,8 +38,9 @@ impl Call {
         !matches!(self.0, Verb::Compare(_) | Verb::Bench(_) | Verb::Verify(_))
     }
 
-    /// Does what is asked for, with the files of the current folder of this process. A run that takes more than `patience`
-    /// steps is interrupted as by SIGTERM, a sweep after as many points and steps.
+    /// Does what is asked for, with the files of the current folder of this process. A run that
+    /// takes more than `patience` steps is interrupted as by SIGTERM, a sweep after as many points
+    /// and steps.
     #[must_use]
     pub fn answer(self, patience: u64) -> Called {
         capture(patience, || dispatch::code(self.0))

@@ -11,7 +11,8 @@ use holonom::run::Finished;
 /// Characters of a line of a paragraph.
 const WIDTH: usize = 100;
 
-/// Words in lines of at most 100 characters, all but the first indented by two blanks more than `indent`.
+/// Words in lines of at most 100 characters, all but the first indented by two blanks more than
+/// `indent`.
 pub(crate) fn paragraph(words: &str, indent: &str) -> String {
     let (mut text, mut line) = (String::new(), indent.to_owned());
     let mut is_empty = true;

@@ -1,9 +1,11 @@
 //! The program `holonom`: simulate constrained mechanical systems from a model file.
 //!
 //! Standard output carries data and `--json` only; people read standard error.
-//! Exit codes: 0 done, 1 the run failed, 2 usage, 3 the model is invalid, 130 and 143 interrupted by a signal.
+//! Exit codes: 0 done, 1 the run failed, 2 usage, 3 the model is invalid, 130 and 143 interrupted
+//! by a signal.
 //!
-//! The program is [`main`]. [`Call`] is the same within another process: what it would print is returned.
+//! The program is [`main`]. [`Call`] is the same within another process: what it would print is
+//! returned.
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 

@@ -38,7 +38,8 @@ fn fits(members: u64, available: u64) -> Result<(), Failure> {
     })
 }
 
-/// Memory that this process may still take, bytes: of the machine, of its group, of its address space.
+/// Memory that this process may still take, bytes: of the machine, of its group, of its address
+/// space.
 fn available() -> Option<u64> {
     let machine =
         number(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:").map(|kib| kib << 10);

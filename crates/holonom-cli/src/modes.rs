@@ -1,5 +1,5 @@
-//! `holonom modes`: natural frequencies and mode shapes about the initial configuration, an equilibrium or a steady
-//! rotation; over the speed the Campbell diagram.
+//! `holonom modes`: natural frequencies and mode shapes about the initial configuration, an
+//! equilibrium or a steady rotation; over the speed the Campbell diagram.
 
 use std::fmt::Write;
 

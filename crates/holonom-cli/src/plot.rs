@@ -1,4 +1,5 @@
-//! `holonom plot`: plots and report of a run, finished or not; drawings of chosen columns of several.
+//! `holonom plot`: plots and report of a run, finished or not; drawings of chosen columns of
+//! several.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -15,8 +15,8 @@ pub(crate) struct Signals {
 }
 
 impl Signals {
-    /// From now on SIGINT and SIGTERM are remembered; a second SIGINT ends the program at once. A file that exceeds the
-    /// limit of its size is an error of the file, not the end of the program.
+    /// From now on SIGINT and SIGTERM are remembered; a second SIGINT ends the program at once. A
+    /// file that exceeds the limit of its size is an error of the file, not the end of the program.
     ///
     /// A captured call hears no signals: it is interrupted when its patience ends.
     pub(crate) fn watch() -> Self {

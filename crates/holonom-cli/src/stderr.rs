@@ -24,7 +24,8 @@ pub(crate) fn styled(words: &str) {
     let _ = stderr.write_all(words.as_bytes()).and_then(|()| stderr.flush());
 }
 
-/// The words with `\u{1b}` for a control character: names and titles of a file do not command the terminal.
+/// The words with `\u{1b}` for a control character: names and titles of a file do not command the
+/// terminal.
 pub(crate) fn visible(words: &str) -> Cow<'_, str> {
     if !words.contains(commands) {
         return Cow::Borrowed(words);
@@ -45,7 +46,8 @@ pub(crate) fn visible_in_place(text: &str) -> String {
     out
 }
 
-/// Characters that a terminal obeys instead of showing them: controls, and marks that reorder what is shown.
+/// Characters that a terminal obeys instead of showing them: controls, and marks that reorder what
+/// is shown.
 fn commands(c: char) -> bool {
     let reorders = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     reorders || (c.is_control() && !matches!(c, '\n' | '\t' | '\r'))

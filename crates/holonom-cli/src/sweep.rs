@@ -112,8 +112,8 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     }
 }
 
-/// A model that is invalid at the first, the middle and the last point is refused before anything is written: so are keys that
-/// do not exist. The meshes of the model.
+/// A model that is invalid at the first, the middle and the last point is refused before anything
+/// is written: so are keys that do not exist. The meshes of the model.
 fn check(arguments: &Arguments, plan: &Plan) -> Result<Meshes, Failure> {
     let values = plan.values();
     let read = |values: &Vec<String>| {

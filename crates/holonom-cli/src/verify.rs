@@ -50,7 +50,8 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
     if certificate.holds { Ok(()) } else { Err(Failure::Property(verdict(&certificate))) }
 }
 
-/// The certificate for a terminal: the verdict, recommended steps, what fails; all tables and remarks where they are asked for.
+/// The certificate for a terminal: the verdict, recommended steps, what fails; all tables and
+/// remarks where they are asked for.
 fn words(certificate: &ModelCertificate, all: bool) -> String {
     let mut text = paragraph(&format!("{}: {}", certificate.model, verdict(certificate)), "");
     rest(certificate).iter().for_each(|said| text += &paragraph(said, "  "));

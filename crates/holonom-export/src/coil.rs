@@ -12,7 +12,8 @@ const CORNERS: usize = 6;
 /// Part of the length at each end where the wire is straight.
 const STRAIGHT: f64 = 0.1;
 
-/// A spring along the third axis about the origin; `radius` of the helix, `length` and radius of the `wire`, m.
+/// A spring along the third axis about the origin; `radius` of the helix, `length` and radius of
+/// the `wire`, m.
 pub(crate) fn coil(radius: f64, length: f64, wire: f64) -> Mesh {
     let last = (TURNS + 2) * SECTIONS;
     let angle = |k: usize| {

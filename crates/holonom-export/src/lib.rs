@@ -93,7 +93,8 @@ impl Format {
         }
     }
 
-    /// Frames that it holds at most where nothing else is asked for; `None`: it holds all recorded nodes.
+    /// Frames that it holds at most where nothing else is asked for; `None`: it holds all recorded
+    /// nodes.
     #[must_use]
     pub fn frames(self) -> Option<usize> {
         match self {
@@ -156,8 +157,9 @@ pub enum ExportError {
     },
 }
 
-/// Writes the results of a folder to a file or folder, whole or not at all; what is there is replaced. Where the format has
-/// frames, they are evenly spread over the recorded nodes: `frames` at most, two at least; `None`: [`Format::frames`].
+/// Writes the results of a folder to a file or folder, whole or not at all; what is there is
+/// replaced. Where the format has frames, they are evenly spread over the recorded nodes: `frames`
+/// at most, two at least; `None`: [`Format::frames`].
 ///
 /// # Errors
 /// [`ExportError`].

@@ -97,7 +97,8 @@ pub(crate) struct Look {
 }
 
 impl Look {
-    /// From the model and some frames of its run, the first one included. `None` where the frames are of another model.
+    /// From the model and some frames of its run, the first one included. `None` where the frames
+    /// are of another model.
     pub(crate) fn new(model: &Model, frames: &Frames) -> Option<Self> {
         let parts = Parts::new(model, frames)?;
         let bodies = parts.bodies();
@@ -199,7 +200,8 @@ fn axes(body: &Body) -> Matrix3<f64> {
     *turn.to_rotation_matrix().matrix()
 }
 
-/// The shape of a body but for meshes; without one its links to joints, or the ellipsoid of its inertia.
+/// The shape of a body but for meshes; without one its links to joints, or the ellipsoid of its
+/// inertia.
 fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
     let symbol = symbol.min(body.limit);
     let own = axes(body);
@@ -239,7 +241,8 @@ pub(crate) fn foot(up: &[f64; 3], s: f64) -> Mesh {
     Mesh::cuboid().placed(&axes, &Vector3::zeros()).unwrap_or_default()
 }
 
-/// The symbol of a joint in the axes of space about its point, with the directions of its axes in space.
+/// The symbol of a joint in the axes of space about its point, with the directions of its axes in
+/// space.
 pub(crate) fn symbol(kind: JointKind, [axis, axis2]: [Vector3<f64>; 2], s: f64) -> Mesh {
     let part = |mesh: Mesh, axis: &Vector3<f64>, size: [f64; 3]| {
         let axes = along(axis).unwrap_or_else(Matrix3::identity);
@@ -265,7 +268,8 @@ pub(crate) fn symbol(kind: JointKind, [axis, axis2]: [Vector3<f64>; 2], s: f64) 
     }
 }
 
-/// Half the diagonal of the box of the motion, m; of an instant where the system is free and travels far.
+/// Half the diagonal of the box of the motion, m; of an instant where the system is free and
+/// travels far.
 fn size(frames: &Frames, bodies: &[Body], fixed: &[[f64; 3]]) -> f64 {
     let mut reach = vec![0.0; frames.members.len()];
     for body in bodies.iter().filter(|body| body.visible) {

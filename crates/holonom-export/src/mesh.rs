@@ -10,7 +10,8 @@ const SIDES: usize = 24;
 /// Parts of the meridian of a sphere.
 const PARTS: usize = 12;
 
-/// Cosine of the largest angle between neighbours across which a surface of triangles is smooth: 40°.
+/// Cosine of the largest angle between neighbours across which a surface of triangles is smooth:
+/// 40°.
 const SMOOTH: f64 = 0.77;
 /// A corner of more triangles has the normal of each of them.
 const CROWDED: usize = 64;
@@ -201,7 +202,8 @@ pub(crate) fn stick(from: &Vector3<f64>, to: &Vector3<f64>, radius: f64) -> Opti
 pub(crate) mod tests {
     use super::*;
 
-    /// `⅙ Σ a · (b × c)` over the triangles: the volume inside a closed surface that faces outwards, m³.
+    /// `⅙ Σ a · (b × c)` over the triangles: the volume inside a closed surface that faces
+    /// outwards, m³.
     pub(crate) fn volume(mesh: &Mesh) -> f64 {
         let corner = |k: u32| Vector3::from(mesh.points[k as usize]);
         let part = |t: &[u32; 3]| corner(t[0]).dot(&corner(t[1]).cross(&corner(t[2])));
@@ -238,7 +240,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// The corners of a block have three sides each; those of a fine ball have one, and normals along the radius.
+    /// The corners of a block have three sides each; those of a fine ball have one, and normals
+    /// along the radius.
     #[test]
     fn the_surface_of_a_mesh_has_its_edges_and_its_smooth_parts() {
         let corner = |k: u32| Vector3::new((k & 1).into(), (k & 2).into(), (k & 4).into());

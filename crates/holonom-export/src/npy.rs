@@ -61,7 +61,8 @@ impl Archive {
     }
 }
 
-/// What stands before the values: magic number, version, length, and the type and shape as a Python literal, padded.
+/// What stands before the values: magic number, version, length, and the type and shape as a Python
+/// literal, padded.
 fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({lengths}), }}");

@@ -8,8 +8,8 @@ use holonom_sim::output::beside;
 
 use crate::ExportError;
 
-/// Lets `write` fill a folder beside `to` and renames it. A folder that is there is replaced if it is an earlier result:
-/// `known` knows all its entries, `NAME` and `FOLDER/NAME`.
+/// Lets `write` fill a folder beside `to` and renames it. A folder that is there is replaced if it
+/// is an earlier result: `known` knows all its entries, `NAME` and `FOLDER/NAME`.
 pub(crate) fn folder<T>(
     to: &Path,
     known: impl Fn(&str) -> bool,

@@ -64,8 +64,8 @@ impl<'a> Run<'a> {
         poses(&self.members, &frame.q)
     }
 
-    /// Time of a frame in a file for animations, s: that of the motion; in statics, where the time of the loads may stand
-    /// still or decrease, the number of the frame.
+    /// Time of a frame in a file for animations, s: that of the motion; in statics, where the time
+    /// of the loads may stand still or decrease, the number of the frame.
     pub(crate) fn time(&self, frame: &Frame, index: usize) -> f64 {
         if self.is_static() { index as f64 } else { frame.t }
     }

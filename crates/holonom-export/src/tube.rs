@@ -91,8 +91,8 @@ impl Outline {
     }
 }
 
-/// Triangles side by side: each corner from the third on makes one with the two before it, the first of them
-/// counterclockwise as seen from outside.
+/// Triangles side by side: each corner from the third on makes one with the two before it, the
+/// first of them counterclockwise as seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Strip {
     /// The interval between nodes.

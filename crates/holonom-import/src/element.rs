@@ -1,6 +1,7 @@
 //! XML as a tree of elements with their places.
 //!
-//! Names keep their prefixes, declared or not, since descriptions of robots do without namespaces. Reading takes linear time.
+//! Names keep their prefixes, declared or not, since descriptions of robots do without namespaces.
+//! Reading takes linear time.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -247,7 +248,8 @@ impl<'a> Parser<'a, '_> {
         let text = self.text;
         let whole = &text[tag.span.clone()];
         let inside = whole.trim_start_matches('<').trim_end_matches('>').trim_end_matches('/');
-        let offset = |part: &str| part.as_ptr() as usize - text.as_ptr() as usize; // `part` is a part of `text`
+        // `part` is a part of `text`
+        let offset = |part: &str| part.as_ptr() as usize - text.as_ptr() as usize;
         let (mut list, mut known) = (Vec::new(), BTreeSet::new());
         for attribute in Attributes::new(inside, name).with_checks(false) {
             let attribute =

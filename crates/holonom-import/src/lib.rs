@@ -4,9 +4,9 @@
 //! robot.urdf ─► Element ─► Robot ─► Tree ─► Draft ─► text with comments ─► Model (read back, checked)
 //!  (XML)        places     links    bodies   sections
 //! ```
-//! Both formats become the same `Robot`: links with joints. What has no counterpart in a model file is
-//! listed as a [`Remark`]; nothing is dropped silently. The initial configuration is the one that the description draws,
-//! with all joints at zero, unless [`Options::values`] says otherwise.
+//! Both formats become the same `Robot`: links with joints. What has no counterpart in a model file
+//! is listed as a [`Remark`]; nothing is dropped silently. The initial configuration is the one
+//! that the description draws, with all joints at zero, unless [`Options::values`] says otherwise.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -78,9 +78,11 @@ pub struct Options {
     pub base: Base,
     /// Initial values of hinges and slides; others stay as the description draws them.
     pub values: Vec<JointValue>,
-    /// Density of URDF links that state no inertia, kg/m³: their visual geometry as a homogeneous solid.
+    /// Density of URDF links that state no inertia, kg/m³: their visual geometry as a homogeneous
+    /// solid.
     pub density: Option<f64>,
-    /// Whether moments of inertia that no body has, or that are zero, are replaced by possible ones.
+    /// Whether moments of inertia that no body has, or that are zero, are replaced by possible
+    /// ones.
     pub repair_inertia: bool,
     /// Loops that the description does not close.
     pub close: Vec<Close>,
@@ -90,7 +92,8 @@ pub struct Options {
     pub step: Option<f64>,
     /// End time, s.
     pub end: f64,
-    /// The folder of the model file, which names meshes relative to it; the current directory by default.
+    /// The folder of the model file, which names meshes relative to it; the current directory by
+    /// default.
     pub folder: Option<PathBuf>,
 }
 

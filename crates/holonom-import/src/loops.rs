@@ -8,15 +8,16 @@ use crate::remark::Remarks;
 use crate::robot::{Closure, ClosureKind, Gear};
 use crate::tree::Connection;
 
-/// Ends of a loop that are farther apart initially are brought together at the start of a run; m or rad.
+/// Ends of a loop that are farther apart initially are brought together at the start of a run; m or
+/// rad.
 const CLOSED: f64 = 1e-8;
 
 /// Radius of gyration of the rotor of an armature, m.
 const GYRATION: f64 = 0.1;
 
 impl Drafter<'_> {
-    /// The armature of each coordinate of a joint as a rotor that turns about a fixed axis, geared to it: `½ a q̇²`. Of a slide it turns
-    /// by 1 rad per m.
+    /// The armature of each coordinate of a joint as a rotor that turns about a fixed axis, geared
+    /// to it: `½ a q̇²`. Of a slide it turns by 1 rad per m.
     pub(crate) fn armature(&mut self, k: usize, wanted: bool, remarks: &mut Remarks) {
         let Connection::Joint { joint, .. } = &self.tree.nodes[k].connection else { return };
         let Some(of) = self.joints.get(&joint.name).cloned() else { return };

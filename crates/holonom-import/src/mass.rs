@@ -4,8 +4,9 @@
 //! J = J_1 + J_2 + μ (|d|² I − d dᵀ),  μ = m_1 m_2 / (m_1 + m_2),  d = c_2 − c_1      two bodies as one
 //! E = ∫ x xᵀ dm = ½ tr(J) I − J                                      Euler tensor about the centre of mass
 //! ```
-//! A thin rod along the axis of a hinge, `J = j (I − u uᵀ)` with its centre on the axis, moves the same with either side of
-//! the hinge: its inertia about the axis is zero. It may belong to the one body or the other.
+//! A thin rod along the axis of a hinge, `J = j (I − u uᵀ)` with its centre on the axis, moves the
+//! same with either side of the hinge: its inertia about the axis is zero. It may belong to the one
+//! body or the other.
 #![allow(non_snake_case)] // E, J: the tensors of the formulas above
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
@@ -105,11 +106,12 @@ impl Mass {
         Self { J: Matrix3::identity() * E.trace() - E, ..*self }
     }
 
-    /// A rod on the axis through `point` along the unit vector `u`, at most a half of this body in every respect; `None`
-    /// where the body is thin.
+    /// A rod on the axis through `point` along the unit vector `u`, at most a half of this body in
+    /// every respect; `None` where the body is thin.
     ///
-    /// `m_max = 1/(1/m + cᵀE⁻¹c)` and `j_max = 1/(uᵀE⁻¹u)` are what can be taken away at most, for `c` from the centre of
-    /// mass to the place on the axis where `m_max` is largest; a quarter of each is taken.
+    /// `m_max = 1/(1/m + cᵀE⁻¹c)` and `j_max = 1/(uᵀE⁻¹u)` are what can be taken away at most, for
+    /// `c` from the centre of mass to the place on the axis where `m_max` is largest; a quarter of
+    /// each is taken.
     pub(crate) fn rod(&self, point: &Vector3<f64>, u: &Vector3<f64>) -> Option<Self> {
         let E = self.euler();
         let moments = E.symmetric_eigenvalues();

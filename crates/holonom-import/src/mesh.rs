@@ -55,7 +55,8 @@ impl Meshes {
         Self { folder, output: output.to_owned(), known: BTreeMap::new(), bytes: 0 }
     }
 
-    /// The mesh in a file, or why there is none. `package://NAME/…` is looked for in the folders above the description.
+    /// The mesh in a file, or why there is none. `package://NAME/…` is looked for in the folders
+    /// above the description.
     pub(crate) fn summary(&mut self, file: &str, scale: [f64; 3]) -> Result<Summary, MeshError> {
         let path = self.path(file).ok_or(MeshError::NotFound)?;
         if !self.known.contains_key(&path) {
@@ -89,7 +90,8 @@ impl Meshes {
     }
 }
 
-/// A path as a file in `folder` names it: from there, with `/`; absolute where there is no way. `None` for one that is no text.
+/// A path as a file in `folder` names it: from there, with `/`; absolute where there is no way.
+/// `None` for one that is no text.
 fn named_from(folder: &Path, path: &Path) -> Option<String> {
     let (folder, path) = (folder.canonicalize().ok()?, path.canonicalize().ok()?);
     let common = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();
@@ -166,7 +168,8 @@ impl Summary {
 }
 
 impl Summary {
-    /// Mass properties of the surface at 1 kg/m², in the frame of the mesh. Areas that are scaled unequally are summed anew.
+    /// Mass properties of the surface at 1 kg/m², in the frame of the mesh. Areas that are scaled
+    /// unequally are summed anew.
     pub(crate) fn shell_mass(&self) -> Mass {
         let [x, y, z] = <[f64; 3]>::from(self.scale.abs());
         if x.to_bits() == y.to_bits() && y.to_bits() == z.to_bits() {
@@ -179,7 +182,8 @@ impl Summary {
     }
 }
 
-/// Mass properties of the surface at 1 kg/m²: `E = Σ A (a aᵀ + b bᵀ + c cᵀ + s sᵀ)/12`, `s = a + b + c`, `A` areas of triangles.
+/// Mass properties of the surface at 1 kg/m²: `E = Σ A (a aᵀ + b bᵀ + c cᵀ + s sᵀ)/12`,
+/// `s = a + b + c`, `A` areas of triangles.
 fn shell(mesh: &Mesh, scale: &Vector3<f64>) -> Mass {
     let triangles = mesh
         .triangles()
@@ -202,9 +206,10 @@ fn shell(mesh: &Mesh, scale: &Vector3<f64>) -> Mass {
     Mass { mass, center, J: Matrix3::identity() * E.trace() - E }
 }
 
-/// Mass properties at 1 kg/m³ with the volumes of all tetrahedra counted as positive: first with the tip at the centroid of the
-/// surface, which gives the centre of mass, then with the tip there. Closed meshes need not be; a star-shaped one has its own
-/// mass properties. So does MuJoCo by default (`inertia="legacy"`).
+/// Mass properties at 1 kg/m³ with the volumes of all tetrahedra counted as positive: first with
+/// the tip at the centroid of the surface, which gives the centre of mass, then with the tip there.
+/// Closed meshes need not be; a star-shaped one has its own mass properties. So does MuJoCo by
+/// default (`inertia="legacy"`).
 fn unsigned(mesh: &Mesh) -> Mass {
     let corners = |triangle: &[u32; 3]| triangle.map(|k| mesh.corners()[k as usize]);
     let (mut area, mut moment) = (0.0, Vector3::zeros());

@@ -14,7 +14,8 @@ use crate::tree::Tree;
 /// A solid is about the centre of mass where their distance is below this part of its size.
 const CENTRED: f64 = 1e-9;
 
-/// The most triangles of a mesh that is drawn, so that all together are no more than a model may have.
+/// The most triangles of a mesh that is drawn, so that all together are no more than a model may
+/// have.
 pub(crate) fn finest(tree: &Tree, remarks: &mut Remarks) -> usize {
     let nodes = tree.nodes.iter().filter(|node| !node.absent);
     let meshes = nodes.flat_map(|node| node.solids.iter().map(move |solid| (node, solid)));

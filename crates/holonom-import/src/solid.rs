@@ -95,8 +95,8 @@ impl Solid {
         }
     }
 
-    /// Mean squares of the three coordinates over the surface, m²; of an ellipsoid over a layer that is as thick along all its
-    /// axes, as in MuJoCo.
+    /// Mean squares of the three coordinates over the surface, m²; of an ellipsoid over a layer
+    /// that is as thick along all its axes, as in MuJoCo.
     fn shell_euler(&self) -> [f64; 3] {
         match *self {
             Self::Box([a, b, c]) => {
@@ -136,7 +136,8 @@ impl Solid {
         of_euler(self.shell_euler(), mass)
     }
 
-    /// The shape of the picture: edges of the capsule and the ellipsoid are those of the solid around it.
+    /// The shape of the picture: edges of the capsule and the ellipsoid are those of the solid
+    /// around it.
     pub(crate) fn shape(&self) -> Shape {
         let (kind, dimensions) = match *self {
             Self::Box(half) => (ShapeKind::Box, half.map(|a| 2.0 * a).to_vec()),
@@ -168,7 +169,8 @@ fn capsule(r: f64, l: f64) -> [f64; 3] {
     let (cylinder, caps) = (2.0 * l, 4.0 / 3.0 * r); // volumes over π r²
     let (a, b) = (cylinder / (cylinder + caps), caps / (cylinder + caps));
     let across = a * r * r / 4.0 + b * r * r / 5.0;
-    // a half ball has its centre 3r/8 beyond the end, and the mean square r²/5 about the plane of the end
+    // a half ball has its centre 3r/8 beyond the end, and the mean square r²/5 about the plane of
+    // the end
     let along = a * l * l / 3.0 + b * (l * l + 2.0 * l * (3.0 * r / 8.0) + r * r / 5.0);
     [across, across, along]
 }

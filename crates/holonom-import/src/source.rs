@@ -77,7 +77,8 @@ impl Sources {
         self.files[file].path.display().to_string()
     }
 
-    /// Lines and columns (from 1) of the begins of places, by file and byte; the texts are passed once.
+    /// Lines and columns (from 1) of the begins of places, by file and byte; the texts are passed
+    /// once.
     pub(crate) fn positions<'a>(
         &self,
         places: impl Iterator<Item = &'a Place>,

@@ -1,7 +1,9 @@
-//! From links to bodies: each body has one joint, welded links are one body, links without mass get a rod.
+//! From links to bodies: each body has one joint, welded links are one body, links without mass get
+//! a rod.
 //!
-//! A link with several joints becomes several bodies, and so some bodies have no mass. Where a neighbour beyond a hinge
-//! has mass, a rod on the axis of that hinge is transferred from it ([`Mass::rod`]), which does not change the motion.
+//! A link with several joints becomes several bodies, and so some bodies have no mass. Where a
+//! neighbour beyond a hinge has mass, a rod on the axis of that hinge is transferred from it
+//! ([`Mass::rod`]), which does not change the motion.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 

@@ -1,7 +1,8 @@
 //! `[[beam]]`: geometrically exact beams, their centre line and their nodes.
 //!
-//! Nodes are numbered along the beam from 0. A polyline has one leg between two points; a corner has
-//! two nodes at the same place, the last of one leg and the first of the next, held rigidly together.
+//! Nodes are numbered along the beam from 0. A polyline has one leg between two points; a corner
+//! has two nodes at the same place, the last of one leg and the first of the next, held rigidly
+//! together.
 
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -101,15 +102,16 @@ pub enum Curve {
         /// Rise along the axis per revolution, m.
         pitch: f64,
     },
-    /// A smooth curve through points: cubics between them, nodes at equal parts of the sum of chords.
+    /// A smooth curve through points: cubics between them, nodes at equal parts of the sum of
+    /// chords.
     Spline {
         /// The points, m.
         points: Vec<[f64; 3]>,
     },
 }
 
-/// `[[beam]]`: a geometrically exact beam, free of stress in the initial configuration. Its nodes are named `NAME.start`,
-/// `NAME.end` and `NAME.0`, `NAME.1`, … wherever a body may be named.
+/// `[[beam]]`: a geometrically exact beam, free of stress in the initial configuration. Its nodes
+/// are named `NAME.start`, `NAME.end` and `NAME.0`, `NAME.1`, … wherever a body may be named.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Beam {
@@ -127,8 +129,8 @@ pub struct Beam {
     #[serde(default = "one")]
     pub order: usize,
     /// Direction of `d_1`, the first axis of the section, as far as it lies across the centre line;
-    /// `d_3` is along it, `d_2 = d_3 × d_1`. A list has one for each leg. Needed unless the section is
-    /// the same in all directions.
+    /// `d_3` is along it, `d_2 = d_3 × d_1`. A list has one for each leg. Needed unless the section
+    /// is the same in all directions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<Normal>,
     /// Rotation of the section about a curved centre line.
@@ -145,7 +147,8 @@ pub struct Beam {
     /// How the ground holds its end.
     #[serde(default)]
     pub end: End,
-    /// The frame of its points, directions and velocities: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+    /// The frame of its points, directions and velocities: a body, a node of a beam, a joint or a
+    /// `[[frame]]`; the inertial frame by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
     /// Initial velocity of its first point, m/s; the whole beam moves as if it were rigid.

@@ -35,8 +35,8 @@ pub struct Body {
     /// Initial orientation by Euler angles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub euler: Option<Euler>,
-    /// The frame of its position, orientation and velocities: a body, a node of a beam, a joint or a `[[frame]]`; the
-    /// inertial frame by default.
+    /// The frame of its position, orientation and velocities: a body, a node of a beam, a joint or
+    /// a `[[frame]]`; the inertial frame by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
     /// Initial velocity of the centre of mass, m/s.
@@ -55,11 +55,12 @@ pub struct Body {
     /// Its shape: gives mass and inertia when they are not stated, and the picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
-    /// Shapes of its picture in the place of `shape`, each with a `position` and a `quaternion` in the body's frame; they weigh
-    /// nothing.
+    /// Shapes of its picture in the place of `shape`, each with a `position` and a `quaternion` in
+    /// the body's frame; they weigh nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub picture: Vec<Shape>,
-    /// Its colour in pictures, `"#rrggbb"` or a name: the sixteen of HTML, `"orange"`, `"grey"`, `"cyan"`, `"magenta"`; one of a palette by default.
+    /// Its colour in pictures, `"#rrggbb"` or a name: the sixteen of HTML, `"orange"`, `"grey"`,
+    /// `"cyan"`, `"magenta"`; one of a palette by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub color: Option<String>,
     /// How much it covers in pictures, from 0, nothing, to 1, all that lies behind; 1 by default.
@@ -197,8 +198,8 @@ pub struct Particle {
     pub mass: f64,
     /// Start position, m; `dimension` numbers.
     pub position: Vec<f64>,
-    /// The frame of its position and velocity: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by
-    /// default.
+    /// The frame of its position and velocity: a body, a node of a beam, a joint or a `[[frame]]`;
+    /// the inertial frame by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
     /// Start velocity, m/s; `dimension` numbers, at rest by default.

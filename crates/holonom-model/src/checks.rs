@@ -85,7 +85,8 @@ impl<'a> Checker<'a> {
 
     fn name(&mut self, section: &'static str, key: &str, name: &'a str) {
         let odd = |c: char| c.is_control() || ".,\"[]=".contains(c);
-        let begins = |c: char| "+-@".contains(c); // table programs take such a heading for a formula
+        // table programs take such a heading for a formula
+        let begins = |c: char| "+-@".contains(c);
         if is_ground(name) {
             let help = "choose another name; `ground` is the inertial frame";
             self.report(key, format!("the name `{GROUND}` is reserved"), help);
@@ -448,7 +449,8 @@ impl<'a> Checker<'a> {
     fn first_axis(&mut self, key: &str, joint: &Joint) {
         let at = format!("{key}.first_axis");
         let Some(first) = joint.first_axis.map(Vector3::from) else { return };
-        let of_frame = !joint.kind.has_axis() && joint.axis.is_some(); // restated from another frame
+        // restated from another frame
+        let of_frame = !joint.kind.has_axis() && joint.axis.is_some();
         if !joint.kind.has_first_axis() && !of_frame {
             let message = "this type of joint has no `first_axis`".to_owned();
             let help = match joint.kind.has_second_axis() {

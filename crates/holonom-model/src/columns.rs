@@ -16,7 +16,8 @@ const LONGEST: usize = 80;
 pub enum Columns {
     /// All coordinates: positions, and directors of bodies and nodes of beams.
     Coordinates,
-    /// Positions alone. The page of the run then has no scene, and the formats of motions have nothing to export.
+    /// Positions alone. The page of the run then has no scene, and the formats of motions have
+    /// nothing to export.
     Positions,
     /// The coordinates of all joints, in `sensors.csv`: a sensor for each joint that has none.
     Joints,

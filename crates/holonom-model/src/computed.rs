@@ -7,7 +7,8 @@ use super::{Inertia, Model};
 use serde::Serialize;
 use toml::Value;
 
-/// Numbers of a resolved model that its own file could not state again: too large, or rounded to nothing.
+/// Numbers of a resolved model that its own file could not state again: too large, or rounded to
+/// nothing.
 pub(super) fn out_of_range(model: &Model) -> Vec<Problem> {
     let mut problems = too_large(model);
     for body in model.bodies.iter().filter(|b| b.shape.is_some() && b.inertia.is_some()) {

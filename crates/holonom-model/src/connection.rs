@@ -22,7 +22,8 @@ pub struct Bar {
     /// origin by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<Vec<f64>>,
-    /// The frame of `point`: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+    /// The frame of `point`: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame
+    /// by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
     /// Its length, m; the initial distance by default.
@@ -42,14 +43,15 @@ pub enum JointKind {
     Cylindrical,
     /// Translation along `axis`; 1 degree of freedom.
     Prismatic,
-    /// Translation in the plane normal to `axis`, along `first_axis` and across it, and rotation about `axis`;
-    /// 3 degrees of freedom.
+    /// Translation in the plane normal to `axis`, along `first_axis` and across it, and rotation
+    /// about `axis`; 3 degrees of freedom.
     Planar,
     /// No relative motion.
     Fixed,
     /// Two crossing axes, `axis` fixed in the parent, `axis2` in the child; 2 degrees of freedom.
     Universal,
-    /// Rotation about `axis` with translation along it by `pitch` per revolution; 1 degree of freedom.
+    /// Rotation about `axis` with translation along it by `pitch` per revolution; 1 degree of
+    /// freedom.
     Screw,
 }
 
@@ -112,8 +114,8 @@ impl Rates {
     }
 }
 
-/// `[[joint]]`: a kinematic pair of two bodies, or of a body and the ground. Its place is `position`,
-/// or `anchor_parent` and `anchor_child`.
+/// `[[joint]]`: a kinematic pair of two bodies, or of a body and the ground. Its place is
+/// `position`, or `anchor_parent` and `anchor_child`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Joint {
@@ -142,22 +144,24 @@ pub struct Joint {
     /// perpendicular to `axis`, which is fixed in the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis2: Option<[f64; 3]>,
-    /// The first axis of the joint frame, in space in the initial configuration; its part along `axis` is left out.
-    /// Displacement 0 of a planar joint is along it, displacement 1 along `axis` × `first_axis`, and reactions are given
-    /// along both. By default a direction that is fixed in the frame of the parent of a planar joint (of the child where the
-    /// parent is the ground), of other joints in the frame of `relative_to`. Of universal joints it is `axis2`.
+    /// The first axis of the joint frame, in space in the initial configuration; its part along
+    /// `axis` is left out. Displacement 0 of a planar joint is along it, displacement 1 along
+    /// `axis` × `first_axis`, and reactions are given along both. By default a direction that is
+    /// fixed in the frame of the parent of a planar joint (of the child where the parent is the
+    /// ground), of other joints in the frame of `relative_to`. Of universal joints it is `axis2`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub first_axis: Option<[f64; 3]>,
-    /// The frame of its position and axes (and of anchors on the ground): a body, a node of a beam, a joint or a
-    /// `[[frame]]`; the inertial frame by default.
+    /// The frame of its position and axes (and of anchors on the ground): a body, a node of a beam,
+    /// a joint or a `[[frame]]`; the inertial frame by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
-    /// Rates of its degrees of freedom initially (displacements first, then angles; m/s, rad/s): a number, or a list
-    /// for several. The velocity of the child then follows from that of the parent.
+    /// Rates of its degrees of freedom initially (displacements first, then angles; m/s, rad/s): a
+    /// number, or a list for several. The velocity of the child then follows from that of the
+    /// parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<Rates>,
-    /// Cut the loop that the joint closes here; by default the spanning tree is found from the ground
-    /// on, with short loops, and the joints left over are cut.
+    /// Cut the loop that the joint closes here; by default the spanning tree is found from the
+    /// ground on, with short loops, and the joints left over are cut.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = false))]
     pub cut: bool,
@@ -194,7 +198,8 @@ pub enum SpringLaw {
     QuadraticStretch,
 }
 
-/// `[[spring]]`: a spring, with an optional damper, between two components or a component and the ground.
+/// `[[spring]]`: a spring, with an optional damper, between two components or a component and the
+/// ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spring {
@@ -211,7 +216,8 @@ pub struct Spring {
     /// Where it is held at `to`, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point_to: Option<Vec<f64>>,
-    /// The frame of points of the ground: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+    /// The frame of points of the ground: a body, a node of a beam, a joint or a `[[frame]]`; the
+    /// inertial frame by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
     /// Stiffness `k`: N/m (`linear`), N/m³ (`quadratic_stretch`).

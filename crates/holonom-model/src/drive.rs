@@ -1,4 +1,5 @@
-//! What acts on a joint coordinate, `spring`, `damper`, `motor` of a `[[joint]]`, and `[[constraint]]`.
+//! What acts on a joint coordinate, `spring`, `damper`, `motor` of a `[[joint]]`, and
+//! `[[constraint]]`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -31,7 +32,8 @@ pub struct JointDamper {
     pub damping: f64,
 }
 
-/// `motor` of a joint: an effort `effort × history(t)`, or control of the coordinate to a path, or both.
+/// `motor` of a joint: an effort `effort × history(t)`, or control of the coordinate to a path, or
+/// both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JointMotor {
@@ -41,7 +43,8 @@ pub struct JointMotor {
     /// Force, N, or torque, N·m.
     #[serde(default)]
     pub effort: f64,
-    /// Factor of the effort in time: constant by default, in statics growing from 0 to 1 at the end.
+    /// Factor of the effort in time: constant by default, in statics growing from 0 to 1 at the
+    /// end.
     #[serde(default, skip_serializing_if = "History::is_unstated")]
     pub history: History,
     /// Control gain on the coordinate, N/m or N·m/rad.
@@ -73,7 +76,8 @@ pub enum Constraint {
         /// The point at `to`, m.
         #[serde(default)]
         point_to: [f64; 3],
-        /// The frame of a point of the ground: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+        /// The frame of a point of the ground: a body, a node of a beam, a joint or a `[[frame]]`;
+        /// the inertial frame by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         relative_to: Option<String>,
         /// The distance, m; the initial one by default.
@@ -92,7 +96,8 @@ pub enum Constraint {
         position: [f64; 3],
         /// The direction of the line in space, initially.
         axis: [f64; 3],
-        /// The frame of position and axis: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+        /// The frame of position and axis: a body, a node of a beam, a joint or a `[[frame]]`; the
+        /// inertial frame by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         relative_to: Option<String>,
     },
@@ -108,7 +113,8 @@ pub enum Constraint {
         position: [f64; 3],
         /// The normal of the plane in space, initially.
         axis: [f64; 3],
-        /// The frame of position and axis: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+        /// The frame of position and axis: a body, a node of a beam, a joint or a `[[frame]]`; the
+        /// inertial frame by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         relative_to: Option<String>,
     },

@@ -95,8 +95,8 @@ pub(crate) fn renamed(text: &str, name: &mut dyn FnMut(&str) -> String) -> Strin
     out
 }
 
-/// The value of an expression; `value` knows the parameters. Every intermediate value is a finite number, so that none that
-/// is not defined disappears in a later operation.
+/// The value of an expression; `value` knows the parameters. Every intermediate value is a finite
+/// number, so that none that is not defined disappears in a later operation.
 pub(crate) fn evaluate(
     text: &str,
     value: &mut dyn FnMut(&str) -> Option<f64>,

@@ -2,7 +2,8 @@
 
 use std::fmt::{Display, Write};
 
-/// Walks a part of the value at `path`; the path has its end, such as `.mass` or `[2]`, only meanwhile.
+/// Walks a part of the value at `path`; the path has its end, such as `.mass` or `[2]`, only
+/// meanwhile.
 pub(super) fn below(path: &mut String, end: impl Display, walk: impl FnOnce(&mut String)) {
     let length = path.len();
     let _ = write!(path, "{end}"); // a String takes everything

@@ -3,9 +3,9 @@
 //! ```text
 //! text ── Document (values with their places) ── sections (serde) ── checks ── Model
 //! ```
-//! All units are SI, angles in rad. Unknown keys are errors. What is wrong is said all at once where
-//! that is sensible: first everything that cannot be read, then everything that makes no sense, then
-//! every bar and joint that the initial values violate.
+//! All units are SI, angles in rad. Unknown keys are errors. What is wrong is said all at once
+//! where that is sensible: first everything that cannot be read, then everything that makes no
+//! sense, then every bar and joint that the initial values violate.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
@@ -84,8 +84,8 @@ pub const MAX_BYTES: usize = 64 * 1024 * 1024;
 
 /// A model: what there is, how it is connected, how it is simulated.
 ///
-/// One that comes from [`Model::from_toml`] is valid and resolved: lengths, masses and inertias that
-/// the text leaves open are filled in.
+/// One that comes from [`Model::from_toml`] is valid and resolved: lengths, masses and inertias
+/// that the text leaves open are filled in.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
@@ -171,8 +171,8 @@ impl Model {
         Self::from_toml_in(text, overrides, Meshes::default())
     }
 
-    /// The same with the files that the model names: `meshes` says in which folder relative paths start; files that it knows are
-    /// not read again.
+    /// The same with the files that the model names: `meshes` says in which folder relative paths
+    /// start; files that it knows are not read again.
     ///
     /// # Errors
     /// [`ModelError`], as [`Model::from_toml_with`].
@@ -286,8 +286,8 @@ impl Model {
         self.beams.iter().find(|b| b.name == name)
     }
 
-    /// Where the frame of this name is among all frames: bodies in their order, then the nodes of the
-    /// beams in their order.
+    /// Where the frame of this name is among all frames: bodies in their order, then the nodes of
+    /// the beams in their order.
     #[must_use]
     pub fn frame(&self, name: &str) -> Option<usize> {
         let Some((name, place)) = name.split_once('.') else {
@@ -303,7 +303,8 @@ impl Model {
         None
     }
 
-    /// How the ground holds the end of a beam called `NAME.start` or `NAME.end`; `None` when it does not.
+    /// How the ground holds the end of a beam called `NAME.start` or `NAME.end`; `None` when it
+    /// does not.
     #[must_use]
     pub fn support(&self, name: &str) -> Option<End> {
         let (name, place) = name.split_once('.')?;
@@ -328,8 +329,8 @@ impl Model {
         self.loads.iter().try_fold(0.0_f64, |end, load| Some(end.max(load.history.end()?)))
     }
 
-    /// Whether nothing but weight, springs and elastic beams does work: no load, motor, damper, damping of a section, algorithmic
-    /// dissipation or prescribed motion.
+    /// Whether nothing but weight, springs and elastic beams does work: no load, motor, damper,
+    /// damping of a section, algorithmic dissipation or prescribed motion.
     #[must_use]
     pub fn is_conservative(&self) -> bool {
         let passive = |joint: &Joint| {
@@ -382,7 +383,8 @@ impl Model {
         for particle in &mut self.particles {
             particle.velocity.resize(dimension, 0.0);
         }
-        let weighs = |body: &Body| !body.fixed || body.mass() > 0.0; // a part of the ground need not
+        // a part of the ground need not
+        let weighs = |body: &Body| !body.fixed || body.mass() > 0.0;
         for body in self.bodies.iter_mut().filter(|b| b.shape.is_some() && weighs(b)) {
             let tensor = body.inertia_tensor();
             body.mass = Some(body.mass());

@@ -17,7 +17,8 @@ pub enum Frame {
     Body,
 }
 
-/// A factor in time: 1 at all times where nothing is stated, in statics `t/end`. Kinks and jumps belong on step boundaries.
+/// A factor in time: 1 at all times where nothing is stated, in statics `t/end`. Kinks and jumps
+/// belong on step boundaries.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 pub enum History {
@@ -157,18 +158,19 @@ impl History {
     }
 }
 
-/// `[[load]]`: a force at a point of a body (or a node of a beam) and a torque, or both per length along
-/// a beam, times a history.
+/// `[[load]]`: a force at a point of a body (or a node of a beam) and a torque, or both per length
+/// along a beam, times a history.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
     /// Its name, unique in the model.
     pub name: String,
-    /// The body, the node of a beam or the particle it acts on; on a particle a force with axes fixed in space.
+    /// The body, the node of a beam or the particle it acts on; on a particle a force with axes
+    /// fixed in space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
-    /// The beam along which it is distributed, instead of `body`; force and torque are then per length of
-    /// the stress-free beam.
+    /// The beam along which it is distributed, instead of `body`; force and torque are then per
+    /// length of the stress-free beam.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub beam: Option<String>,
     /// Force, N, at `point`; N/m along a beam.
@@ -184,8 +186,9 @@ pub struct Load {
     /// The frame of the components.
     #[serde(default)]
     pub frame: Frame,
-    /// The frame in whose initial axes `force` and `torque` are stated, in the place of the inertial ones: a body, a node
-    /// of a beam, a joint or a `[[frame]]`. They remain fixed in space; only with `frame = "space"`.
+    /// The frame in whose initial axes `force` and `torque` are stated, in the place of the
+    /// inertial ones: a body, a node of a beam, a joint or a `[[frame]]`. They remain fixed in
+    /// space; only with `frame = "space"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
     /// Factor in time: constant by default, in statics growing from 0 to 1 at the end.

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// A smooth function of time, a sum of what is stated:
-/// `offset + rate t + ½ acceleration t² + amplitude (sin(2π frequency t + phase) − sin(phase))`, moves from rest
-/// to rest, a table.
+/// `offset + rate t + ½ acceleration t² + amplitude (sin(2π frequency t + phase) − sin(phase))`,
+/// moves from rest to rest, a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionPath {
@@ -43,7 +43,8 @@ pub struct MotionPath {
     pub table: Option<PathTable>,
 }
 
-/// A move from rest to rest: a polynomial of degree 5 whose rate and acceleration vanish at both ends.
+/// A move from rest to rest: a polynomial of degree 5 whose rate and acceleration vanish at both
+/// ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Move {
@@ -144,8 +145,8 @@ struct Spline {
 }
 
 impl Spline {
-    /// Rates with a continuous second derivative: `r_{k−1}/h_{k−1} + 2 (1/h_{k−1} + 1/h_k) r_k + r_{k+1}/h_k
-    /// = 3 (Δ_{k−1}/h_{k−1}² + Δ_k/h_k²)`, by elimination.
+    /// Rates with a continuous second derivative:
+    /// `r_{k−1}/h_{k−1} + 2 (1/h_{k−1} + 1/h_k) r_k + r_{k+1}/h_k = 3 (Δ_{k−1}/h_{k−1}² + Δ_k/h_k²)`, by elimination.
     fn new(PathTable { times, values, rates }: &PathTable) -> Self {
         let n = times.len();
         let mut knots: Vec<[f64; 3]> =
@@ -238,7 +239,8 @@ mod tests {
         assert!((path(1.0)[0] - 0.35).abs() < 1e-15);
     }
 
-    /// The spline passes through its points with continuous acceleration, and repeats a cubic exactly.
+    /// The spline passes through its points with continuous acceleration, and repeats a cubic
+    /// exactly.
     #[test]
     fn a_table_is_a_spline() {
         let MotionPath { table, .. } = full();

@@ -1,4 +1,5 @@
-//! Orientations as model files state them: quaternion, rotation vector, matrix, Euler angles in rad or in degrees.
+//! Orientations as model files state them: quaternion, rotation vector, matrix, Euler angles in rad
+//! or in degrees.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
@@ -30,7 +31,8 @@ impl Euler {
         axes.filter(|axes| (1..=3).contains(&axes.len()))
     }
 
-    /// The product of the rotations that have an axis and an angle: all of them where there is no [fault](Self::fault).
+    /// The product of the rotations that have an axis and an angle: all of them where there is no
+    /// [fault](Self::fault).
     fn rotation(&self) -> Matrix3<f64> {
         let about_axis = |axis: usize, angle: f64| match &self.degrees {
             Some(_) => about(axis, angle),

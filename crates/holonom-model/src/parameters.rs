@@ -1,12 +1,14 @@
-//! `[parameters]` of a model file and the expressions that use them: a text that begins with `=` stands for its value.
+//! `[parameters]` of a model file and the expressions that use them: a text that begins with `=`
+//! stands for its value.
 //!
 //! ```toml
 //! [parameters]
 //! length = 0.8
 //! reach = "= length/2 + 0.1"
 //! ```
-//! Parameters may depend on each other in any order. Expressions are evaluated after overrides, so that one
-//! `--set parameters.length=0.4` changes a mechanism consistently; the model itself has numbers alone.
+//! Parameters may depend on each other in any order. Expressions are evaluated after overrides, so
+//! that one `--set parameters.length=0.4` changes a mechanism consistently; the model itself has
+//! numbers alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -52,8 +54,8 @@ pub(crate) fn concern(text: &str, overrides: &[Override]) -> bool {
     may(text) || overrides.iter().any(|one| may(&one.key) || one.value.contains('='))
 }
 
-/// Values of all expressions, in the order of the table, as a model file writes numbers. `own`: parameters of the text itself,
-/// `set`: those whose values were replaced.
+/// Values of all expressions, in the order of the table, as a model file writes numbers. `own`:
+/// parameters of the text itself, `set`: those whose values were replaced.
 pub(crate) fn values(
     mut table: DeTable<'_>,
     own: &BTreeSet<String>,

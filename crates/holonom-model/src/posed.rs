@@ -1,4 +1,5 @@
-//! Parts of a model restated in the inertial frame: each function takes a part and the frame in which it was stated.
+//! Parts of a model restated in the inertial frame: each function takes a part and the frame in
+//! which it was stated.
 
 use nalgebra::{Matrix3, Vector3};
 use vi_multibody::joint::complete_axis;
@@ -34,8 +35,8 @@ pub(super) fn body(body: &mut Body, frame: &MovingFrame, by_joints: bool) {
     }
 }
 
-/// A beam; with `by_joints`, its velocities follow from its joints unless it states some. Axes of its section that it does not
-/// state are those that it has in the frame.
+/// A beam; with `by_joints`, its velocities follow from its joints unless it states some. Axes of
+/// its section that it does not state are those that it has in the frame.
 pub(super) fn beam(beam: &mut Beam, frame: &MovingFrame, by_joints: bool) {
     beam.relative_to = None;
     if frame.rotation != Matrix3::identity() && beam.normal.is_none() {
@@ -79,7 +80,8 @@ fn first_point(beam: &Beam) -> Option<[f64; 3]> {
     }
 }
 
-/// The frames of the nodes of a beam that is stated in the inertial frame; none when it has no nodes.
+/// The frames of the nodes of a beam that is stated in the inertial frame; none when it has no
+/// nodes.
 pub(super) fn nodes(beam: &Beam) -> Vec<MovingFrame> {
     let (velocity, omega) = (Vector3::from(beam.velocity), Vector3::from(beam.angular_velocity));
     let Some(first) = first_point(beam) else { return Vec::new() };
@@ -116,8 +118,8 @@ pub(super) fn bar(bar: &mut Bar, frame: &MovingFrame) {
     }
 }
 
-/// A joint: its position and axes, and an anchor on the ground. Axes that it does not state, of its joint frame, are those that
-/// it has in the frame.
+/// A joint: its position and axes, and an anchor on the ground. Axes that it does not state, of its
+/// joint frame, are those that it has in the frame.
 pub(super) fn joint(joint: &mut Joint, frame: &MovingFrame) {
     joint.relative_to = None;
     if frame.rotation != Matrix3::identity() && joint.first_axis.is_none() {
@@ -157,7 +159,8 @@ pub(super) fn spring(spring: &mut Spring, frame: &MovingFrame) {
     }
 }
 
-/// A load: directions that are fixed in space. One whose directions are those of its body is left to the checks.
+/// A load: directions that are fixed in space. One whose directions are those of its body is left
+/// to the checks.
 pub(super) fn load(load: &mut Load, frame: &MovingFrame) {
     if load.frame == Frame::Space {
         load.relative_to = None;
@@ -187,7 +190,8 @@ pub(super) fn constraint(constraint: &mut Constraint, frame: &MovingFrame) {
     }
 }
 
-/// A point of the ground, the origin of the frame if it is not stated; one of another dimension is left to the checks.
+/// A point of the ground, the origin of the frame if it is not stated; one of another dimension is
+/// left to the checks.
 fn ground_point(held: &mut Option<Vec<f64>>, frame: &MovingFrame) {
     let stated = held.clone().unwrap_or_else(|| vec![0.0; 3]);
     if let Ok(mut x) = <[f64; 3]>::try_from(stated) {

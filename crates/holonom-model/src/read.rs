@@ -23,7 +23,8 @@ pub fn read_text(path: &Path) -> Result<String, ModelError> {
         .map_err(|e| ModelError::NotUtf8 { offset: e.utf8_error().valid_up_to() })
 }
 
-/// Opens a regular file for reading. Nothing else is opened: a pipe that nobody writes to would block, a device may have no end.
+/// Opens a regular file for reading. Nothing else is opened: a pipe that nobody writes to would
+/// block, a device may have no end.
 ///
 /// # Errors
 /// Those of the operating system; `InvalidInput` for what is no regular file.
@@ -66,8 +67,8 @@ pub(crate) fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|_| !is_stream(file)).unwrap_or(Path::new(""))
 }
 
-/// Whether a path is standard input or a pipe of a shell. Other pipes and devices are not read: nobody may write to them, or
-/// they may have no end.
+/// Whether a path is standard input or a pipe of a shell. Other pipes and devices are not read:
+/// nobody may write to them, or they may have no end.
 fn is_stream(path: &Path) -> bool {
     let of_process =
         path.starts_with("/proc") && path.parent().is_some_and(|fd| fd.ends_with("fd"));

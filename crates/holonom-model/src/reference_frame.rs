@@ -7,14 +7,15 @@ use serde::{Deserialize, Serialize};
 use super::Body;
 use super::orientation::{Euler, Orientation};
 
-/// `[[frame]]`: a reference frame with a name, for `relative_to`. It has neither mass nor motion of its own.
+/// `[[frame]]`: a reference frame with a name, for `relative_to`. It has neither mass nor motion of
+/// its own.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceFrame {
     /// Its name, unique in the model.
     pub name: String,
-    /// The frame of its position and orientation: a body, a node of a beam, a joint or a `[[frame]]`; the inertial
-    /// frame by default.
+    /// The frame of its position and orientation: a body, a node of a beam, a joint or a
+    /// `[[frame]]`; the inertial frame by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
     /// Its origin, m.
@@ -46,7 +47,8 @@ impl ReferenceFrame {
     }
 }
 
-/// A frame `(φ_F, R_F)` in the initial configuration, with the velocities `(v_F, ω_F)` of the rigid body that it is fixed to:
+/// A frame `(φ_F, R_F)` in the initial configuration, with the velocities `(v_F, ω_F)` of the rigid
+/// body that it is fixed to:
 /// ```text
 /// φ = φ_F + R_F x,   R = R_F R_x,   v = v_F + ω_F × (φ − φ_F) + R_F ẋ,   ω = ω_F + R_F ω_x
 /// ```

@@ -1,4 +1,5 @@
-//! `relative_to`: parts stated in the frame of a body, a node, a joint or a `[[frame]]`, resolved into the inertial frame.
+//! `relative_to`: parts stated in the frame of a body, a node, a joint or a `[[frame]]`, resolved
+//! into the inertial frame.
 //!
 //! | frame of | origin | axes | moves |
 //! |---|---|---|---|
@@ -7,8 +8,8 @@
 //! | joint with `position` | the joint point | those of the frame in which the joint is stated | with that frame |
 //! | joint with anchors | the anchor on the parent | those of the parent | with the parent |
 //!
-//! A part needs the frame of one other part, which may need that of another, in any order of the file: chains are
-//! followed without recursion, and one that returns to itself is an error.
+//! A part needs the frame of one other part, which may need that of another, in any order of the
+//! file: chains are followed without recursion, and one that returns to itself is an error.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -200,7 +201,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// Where the frame that a part states comes from; `None` where it states none, or names nothing that has one.
+    /// Where the frame that a part states comes from; `None` where it states none, or names nothing
+    /// that has one.
     fn origin(&mut self, part: Part) -> Option<Origin> {
         let name = target(self.model, part)?.to_owned();
         if is_ground(&name) {
@@ -231,7 +233,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// What carries the anchor of a joint: a body or a node; `None` for a joint that is stated in space.
+    /// What carries the anchor of a joint: a body or a node; `None` for a joint that is stated in
+    /// space.
     fn carrier(&self, joint: usize) -> Option<Origin> {
         let Joint { parent, anchor_parent: Some(_), position: None, .. } =
             &self.model.joints[joint]

@@ -26,8 +26,8 @@ pub struct Outline {
     /// Kind of the cross-section.
     #[serde(rename = "type")]
     pub kind: OutlineKind,
-    /// Its dimensions, m: rectangle `[width, height]` along `d_1` and `d_2`, circle `[radius]`, tube
-    /// `[outer, inner]` radii.
+    /// Its dimensions, m: rectangle `[width, height]` along `d_1` and `d_2`, circle `[radius]`,
+    /// tube `[outer, inner]` radii.
     pub dimensions: Vec<f64>,
 }
 
@@ -173,11 +173,12 @@ pub struct Section {
     /// Moment of inertia per length about `d_2`, kg·m.
     #[serde(default, rename = "rhoI2", skip_serializing_if = "Option::is_none")]
     pub rho_i2: Option<f64>,
-    /// Moment of inertia per length about `d_3`, kg·m; `rhoI1 + rhoI2` by default, as of a plane section.
+    /// Moment of inertia per length about `d_3`, kg·m; `rhoI1 + rhoI2` by default, as of a plane
+    /// section.
     #[serde(default, rename = "rhoJ", skip_serializing_if = "Option::is_none")]
     pub rho_j: Option<f64>,
-    /// Material damping: a relaxation time `τ` (s), one for each strain, or a loss factor at a frequency;
-    /// none by default.
+    /// Material damping: a relaxation time `τ` (s), one for each strain, or a loss factor at a
+    /// frequency; none by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Damping>,
 }
@@ -251,7 +252,8 @@ impl Section {
         times.is_some_and(|times| times.iter().any(|time| *time > 0.0))
     }
 
-    /// The ten stated numbers with their keys: `EA, GA1, GA2, EI1, EI2, GJ, rhoA, rhoI1, rhoI2, rhoJ`.
+    /// The ten stated numbers with their keys:
+    /// `EA, GA1, GA2, EI1, EI2, GJ, rhoA, rhoI1, rhoI2, rhoJ`.
     fn stated(&mut self) -> [(&'static str, &mut Option<f64>); 10] {
         [
             ("EA", &mut self.ea),

@@ -19,15 +19,16 @@ pub enum SensorKind {
     Velocity,
     /// Of a body, at `point`, or of a particle, in space, m/s².
     Acceleration,
-    /// Of a body: the quaternion `w, x, y, z` of its own frame, body to space or to the body it is `seen_from`; its sign does not
-    /// jump.
+    /// Of a body: the quaternion `w, x, y, z` of its own frame, body to space or to the body it is
+    /// `seen_from`; its sign does not jump.
     Orientation,
-    /// Of a body, spatial components, rad/s; `seen_from` another body the relative one, along the axes of that.
+    /// Of a body, spatial components, rad/s; `seen_from` another body the relative one, along the
+    /// axes of that.
     AngularVelocity,
     /// Of a body, spatial components, rad/s².
     AngularAcceleration,
-    /// Between the `point` of a body or a particle and the point `point_to` of another one, m. Of a `[[spring]]`, a `[[bar]]` or a
-    /// distance constraint its length, also as `length`.
+    /// Between the `point` of a body or a particle and the point `point_to` of another one, m. Of a
+    /// `[[spring]]`, a `[[bar]]` or a distance constraint its length, also as `length`.
     #[serde(alias = "length")]
     Distance,
     /// The rate of a distance, m/s, also as `length_rate`.
@@ -42,21 +43,23 @@ pub enum SensorKind {
     /// Of a joint: the rates of its rates, m/s² and rad/s².
     JointAcceleration,
     /// Of a joint: the force (N) and the moment about the joint's place on the child (N·m) that the
-    /// joint exerts on the child, in the joint frame of the parent; of a fixed body the same of what
-    /// holds it; of a bar its tension (N).
+    /// joint exerts on the child, in the joint frame of the parent; of a fixed body the same of
+    /// what holds it; of a bar its tension (N).
     Reaction,
-    /// What drives or resists a motion, N or N·m: of a joint the efforts of its spring, damper and motor along
-    /// its coordinate; of a `[[spring]]` its tension, with its damper; of a `[[constraint]]` the effort of a
-    /// prescribed motion, of a gear on its first joint, the tension of a distance.
+    /// What drives or resists a motion, N or N·m: of a joint the efforts of its spring, damper and
+    /// motor along its coordinate; of a `[[spring]]` its tension, with its damper; of a
+    /// `[[constraint]]` the effort of a prescribed motion, of a gear on its first joint, the
+    /// tension of a distance.
     Effort,
-    /// What is put into the system in a second, W, negative where it is taken out: of a joint by its spring, damper and motor; of
-    /// a `[[spring]]`, with its damper; of a `[[load]]`; of a `[[constraint]]` by a prescribed motion.
+    /// What is put into the system in a second, W, negative where it is taken out: of a joint by
+    /// its spring, damper and motor; of a `[[spring]]`, with its damper; of a `[[load]]`; of a
+    /// `[[constraint]]` by a prescribed motion.
     Power,
-    /// Of a beam at `element`: the shear forces `N1, N2` and the normal force `N3`, N, and the moments
-    /// about its directors, `M1, M2` bending and `M3` twisting, N·m.
+    /// Of a beam at `element`: the shear forces `N1, N2` and the normal force `N3`, N, and the
+    /// moments about its directors, `M1, M2` bending and `M3` twisting, N·m.
     SectionForce,
-    /// Of a beam at `element`: `Gamma1, Gamma2` shear, `Gamma3` extension; `K1, K2` bending, `K3` twist,
-    /// 1/m; all measured from the stress-free beam.
+    /// Of a beam at `element`: `Gamma1, Gamma2` shear, `Gamma3` extension; `K1, K2` bending, `K3`
+    /// twist, 1/m; all measured from the stress-free beam.
     Strain,
 }
 
@@ -118,12 +121,12 @@ pub struct Sensor {
     pub kind: SensorKind,
     /// The body, node, particle, joint, bar or beam it is attached to.
     pub of: String,
-    /// The point of a body (`position`, `velocity`, `acceleration`, `distance`): body components from the centre of mass, m; the
-    /// centre by default.
+    /// The point of a body (`position`, `velocity`, `acceleration`, `distance`): body components
+    /// from the centre of mass, m; the centre by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<[f64; 3]>,
-    /// The body or node of a beam in whose frame a `position`, `velocity`, `orientation` or `angular_velocity` is given, as an
-    /// observer on it sees it; by default space.
+    /// The body or node of a beam in whose frame a `position`, `velocity`, `orientation` or
+    /// `angular_velocity` is given, as an observer on it sees it; by default space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen_from: Option<String>,
     /// The other end of a `distance`: a body, a node of a beam, a particle or the ground.
@@ -132,11 +135,12 @@ pub struct Sensor {
     /// The point at `to`, m: body components from the centre of mass; of the ground in space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point_to: Option<[f64; 3]>,
-    /// The element of a beam, counted along it from 0 (`section_force`, `strain`): at its middle; the mean
-    /// of its Gauss points when it has several.
+    /// The element of a beam, counted along it from 0 (`section_force`, `strain`): at its middle;
+    /// the mean of its Gauss points when it has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<usize>,
-    /// The place on a beam (`section_force`, `strain`) in the place of `element`: arc length from its start, m.
+    /// The place on a beam (`section_force`, `strain`) in the place of `element`: arc length from
+    /// its start, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<f64>,
     /// The axes of the components of a `reaction`: the joint frame of the parent by default.

@@ -31,8 +31,8 @@ fn three() -> usize {
     3
 }
 
-/// The time-stepping scheme. The four variational ones give the same motion to round-off, and so do the
-/// three energy–momentum ones.
+/// The time-stepping scheme. The four variational ones give the same motion to round-off, and so do
+/// the three energy–momentum ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
@@ -51,7 +51,8 @@ pub enum Scheme {
     EmDalembert,
     /// Energy–momentum scheme, discrete null space with nodal reparametrization.
     EmNodal,
-    /// No motion: the equilibria along the loads, from `t = 0` to the end in steps of the loads' time.
+    /// No motion: the equilibria along the loads, from `t = 0` to the end in steps of the loads'
+    /// time.
     Static,
 }
 
@@ -137,8 +138,8 @@ pub enum Strain {
     /// Of the strains averaged over both ends of a step, with selective mass scaling: for any step.
     #[default]
     MassScaled,
-    /// Of the strains averaged over both ends of a step, with algorithmic dissipation: vibrations that the step does
-    /// not resolve die out.
+    /// Of the strains averaged over both ends of a step, with algorithmic dissipation: vibrations
+    /// that the step does not resolve die out.
     Dissipative,
     /// Of the strains averaged over both ends of a step: a rigid rotation is free of strain.
     Averaged,
@@ -164,8 +165,8 @@ pub enum Start {
     /// With the stated configuration.
     #[default]
     Stated,
-    /// In the equilibrium under the loads at t = 0, or in the steady rotation of the initial velocities: beams and springs
-    /// then do not vibrate from the start.
+    /// In the equilibrium under the loads at t = 0, or in the steady rotation of the initial
+    /// velocities: beams and springs then do not vibrate from the start.
     Relaxed,
 }
 
@@ -176,8 +177,8 @@ pub enum HighOrder {
     /// Symmetric compositions of steps of order 2: orders 4, 6, 8.
     #[default]
     Composition,
-    /// Polynomials through control points on each step, Gauss quadrature of the action: orders 2, 4 … 16; also with
-    /// dampers. Closed loops of beams or point masses with scheme = "constrained".
+    /// Polynomials through control points on each step, Gauss quadrature of the action: orders 2, 4
+    /// … 16; also with dampers. Closed loops of beams or point masses with scheme = "constrained".
     Galerkin,
 }
 
@@ -217,7 +218,8 @@ pub enum LinearSolver {
     Auto,
     /// Dense matrices.
     Dense,
-    /// The articulated recursion, where nothing couples bodies but joints, and springs and dampers of neighbours.
+    /// The articulated recursion, where nothing couples bodies but joints, and springs and dampers
+    /// of neighbours.
     Articulated,
     /// Sparse factorizations.
     Sparse,
@@ -264,7 +266,8 @@ pub struct Settings {
     /// Record every k-th step (the first and the last always).
     #[serde(default = "one")]
     pub every: u64,
-    /// Write multipliers, discrete Legendre transforms and the parts of the energies to `momenta.csv`.
+    /// Write multipliers, discrete Legendre transforms and the parts of the energies to
+    /// `momenta.csv`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = false))]
     pub momenta: bool,
@@ -279,15 +282,17 @@ pub struct Settings {
     /// Project inconsistent initial values onto the constraints instead of refusing them.
     #[serde(default)]
     pub project_start: bool,
-    /// Largest violation of a constraint by consistent initial values: parts of the size of the model, m/s, rad, rad/s.
+    /// Largest violation of a constraint by consistent initial values: parts of the size of the
+    /// model, m/s, rad, rad/s.
     #[serde(default = "start_tolerance")]
     pub start_tolerance: f64,
-    /// What closed loops may miss where their constraints nearly follow from one another: rad, or parts of the size of the
-    /// loop. 0 takes every digit at its word.
+    /// What closed loops may miss where their constraints nearly follow from one another: rad, or
+    /// parts of the size of the loop. 0 takes every digit at its word.
     #[serde(default = "loop_tolerance")]
     pub loop_tolerance: f64,
-    /// Statics: follow the path of equilibria by its arc length, through points where the load has to fall.
-    /// Steps are then lengths of arc: `step/end` of all of the load, or of the size of the system.
+    /// Statics: follow the path of equilibria by its arc length, through points where the load has
+    /// to fall. Steps are then lengths of arc: `step/end` of all of the load, or of the size of the
+    /// system.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = false))]
     pub arc_length: bool,

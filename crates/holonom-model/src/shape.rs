@@ -72,19 +72,21 @@ pub struct Shape {
     /// Density, kg/m³; needed when the body states no mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
-    /// Of a mesh, its file: STL or OBJ, relative to the folder of the model file. It must be closed where mass or inertia follow
-    /// from it.
+    /// Of a mesh, its file: STL or OBJ, relative to the folder of the model file. It must be closed
+    /// where mass or inertia follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Of a mesh, a factor for the coordinates of the file, or one for each axis: 0.001 for millimetres.
+    /// Of a mesh, a factor for the coordinates of the file, or one for each axis: 0.001 for
+    /// millimetres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<Scale>,
-    /// Of a mesh, the origin of the file in the body's frame, m; by default such that the mesh has its centre of mass in the
-    /// origin of the body where mass or inertia follow from it, else `[0, 0, 0]`. Of another shape of a `picture`, its centre of
-    /// mass.
+    /// Of a mesh, the origin of the file in the body's frame, m; by default such that the mesh has
+    /// its centre of mass in the origin of the body where mass or inertia follow from it, else
+    /// `[0, 0, 0]`. Of another shape of a `picture`, its centre of mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,
-    /// Of a mesh and of the shapes of a `picture`, from their own axes to those of the body: a unit quaternion `[w, x, y, z]`.
+    /// Of a mesh and of the shapes of a `picture`, from their own axes to those of the body: a unit
+    /// quaternion `[w, x, y, z]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quaternion: Option<[f64; 4]>,
 }
@@ -96,7 +98,8 @@ impl Shape {
         Self { kind, dimensions, ..Self::default() }
     }
 
-    /// The solid of the rigid-body crate; `None` for a mesh. Premise: as many dimensions as the kind has.
+    /// The solid of the rigid-body crate; `None` for a mesh. Premise: as many dimensions as the
+    /// kind has.
     fn solid(&self) -> Option<vi_rigid::shape::Shape> {
         use vi_rigid::shape::Shape as Solid;
         let at = |i: usize| self.dimensions.get(i).copied().unwrap_or_default();
@@ -116,8 +119,8 @@ impl Shape {
         self.solid().map_or(0.0, |solid| solid.volume())
     }
 
-    /// Principal moments of inertia about the centre of mass per mass, m²; zero for a mesh, and when the dimensions are not
-    /// those of a solid.
+    /// Principal moments of inertia about the centre of mass per mass, m²; zero for a mesh, and
+    /// when the dimensions are not those of a solid.
     #[must_use]
     pub fn inertia_per_mass(&self) -> [f64; 3] {
         let properties = self.solid().and_then(|solid| solid.mass_properties_of(1.0).ok());

@@ -387,7 +387,8 @@ fn places(table: &DeTable<'_>, labels: &Labels) -> BTreeMap<String, Place> {
 /// The key of the kind of a part, which serde does not list among those of the kind.
 const TAG: &str = "type";
 
-/// The place of what a message without a place is about: tables with a `type` are read from a buffer.
+/// The place of what a message without a place is about: tables with a `type` are read from a
+/// buffer.
 fn meant(value: &Spanned<DeValue<'_>>, message: &str) -> Option<Range<usize>> {
     let unknown = message.starts_with("unknown field").then(|| quoted(message).next()).flatten();
     let text = text_for_number(message);

@@ -56,7 +56,8 @@ impl<'a> StartPoints<'a> {
         nodes.get(beam.node(place)?)
     }
 
-    /// The size of a model: the longest side of a box about its bodies, particles, nodes and joints, m; 1 where all are one.
+    /// The size of a model: the longest side of a box about its bodies, particles, nodes and
+    /// joints, m; 1 where all are one.
     fn size(&self, model: &Model) -> f64 {
         let bodies = model.bodies.iter().map(|body| Vector3::from(body.position));
         let particles = model.particles.iter().map(|p| Vector3::from(spatial(&p.position)));
@@ -89,8 +90,9 @@ impl<'a> StartPoints<'a> {
         [self.point(from, point_from.as_deref()), self.point(to, point_to.as_deref())]
     }
 
-    /// The first axis of the joint frame where it is not left to the joint alone: as stated, or of a planar joint a direction
-    /// that is fixed in the frame of its parent, of its child where the parent is the ground.
+    /// The first axis of the joint frame where it is not left to the joint alone: as stated, or of
+    /// a planar joint a direction that is fixed in the frame of its parent, of its child where the
+    /// parent is the ground.
     #[must_use]
     pub fn first_axis(&self, joint: &Joint) -> Option<[f64; 3]> {
         if joint.first_axis.is_some() || joint.kind != JointKind::Planar {

@@ -1,8 +1,8 @@
 //! Values of a model text as serde reads them, with a strict count of entries.
 //!
-//! A list that stands for a vector, a matrix row, a pair of names or anything else of fixed length must
-//! have exactly that many entries; serde alone reads the first ones and leaves the rest unread. Every
-//! error knows its place.
+//! A list that stands for a vector, a matrix row, a pair of names or anything else of fixed length
+//! must have exactly that many entries; serde alone reads the first ones and leaves the rest
+//! unread. Every error knows its place.
 
 use std::fmt;
 use std::ops::Range;
@@ -183,8 +183,8 @@ impl<'a, 'i: 'a, 'de, I: Iterator<Item = Pair<'a, 'i>>> MapAccess<'de> for Table
     }
 }
 
-/// The place of the first list with `length` entries at or below a value: enums with a `type` are read
-/// through a buffer that does not know the places of its lists.
+/// The place of the first list with `length` entries at or below a value: enums with a `type` are
+/// read through a buffer that does not know the places of its lists.
 pub(super) fn list_of(value: &Spanned<DeValue<'_>>, length: usize) -> Option<Range<usize>> {
     match value.get_ref() {
         DeValue::Array(entries) if entries.len() == length => Some(value.span()),

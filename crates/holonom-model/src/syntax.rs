@@ -1,4 +1,5 @@
-//! What is wrong with the text of a model as TOML, and with words in the place of numbers: in which way it can be put right.
+//! What is wrong with the text of a model as TOML, and with words in the place of numbers: in which
+//! way it can be put right.
 
 use super::expression::evaluate;
 use super::problem::Problem;

@@ -1,4 +1,5 @@
-//! What other programs have under names that no key, type or section of a model file has, and what there is here instead.
+//! What other programs have under names that no key, type or section of a model file has, and what
+//! there is here instead.
 
 /// Words, and the answer to them.
 type Wish = (&'static [&'static str], &'static str);

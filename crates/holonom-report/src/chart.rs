@@ -34,8 +34,8 @@ pub struct Chart {
     pub y: Axis,
     /// How its curves are drawn.
     pub strokes: Strokes,
-    /// The vertical axis shows at least `±resolution` around a constant: changes below are round-off, and are
-    /// drawn as none. 0: whatever there is fills the height.
+    /// The vertical axis shows at least `±resolution` around a constant: changes below are
+    /// round-off, and are drawn as none. 0: whatever there is fills the height.
     pub resolution: f64,
     /// The curves.
     pub curves: Vec<Curve>,
@@ -58,7 +58,8 @@ impl Chart {
         (!self.y.logarithmic && high - low <= self.resolution).then_some(middle)
     }
 
-    /// The curves as they are drawn: those that are constant within the resolution without their round-off.
+    /// The curves as they are drawn: those that are constant within the resolution without their
+    /// round-off.
     pub(super) fn drawn_curves(&self) -> Vec<Curve> {
         let drawn = |curve: &Curve| match self.constant(curve) {
             Some(value) => Curve {
@@ -70,7 +71,8 @@ impl Chart {
         self.curves.iter().map(drawn).collect()
     }
 
-    /// Names in the legend, with a note on those that are zero, exactly or but for round-off; empty ones are left out.
+    /// Names in the legend, with a note on those that are zero, exactly or but for round-off; empty
+    /// ones are left out.
     pub(super) fn legend(&self) -> Vec<String> {
         let zero = self.zero_curves();
         let name = |curve: &Curve| match (curve.name.as_str(), self.constant(curve)) {

@@ -1,4 +1,5 @@
-//! Curves that lie on one another: those on top are dashed, so that the lower ones show in their gaps.
+//! Curves that lie on one another: those on top are dashed, so that the lower ones show in their
+//! gaps.
 
 use super::drawing::Point;
 

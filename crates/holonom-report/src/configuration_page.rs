@@ -1,4 +1,5 @@
-//! The page of a model that was checked: its initial configuration in 3-D, and what the assembly found.
+//! The page of a model that was checked: its initial configuration in 3-D, and what the assembly
+//! found.
 
 use holonom_model::{Model, ModelError};
 

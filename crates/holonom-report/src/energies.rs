@@ -10,7 +10,8 @@ const CURVES: usize = 6;
 /// Parts of the energy in the order of the file.
 const PARTS: [&str; 4] = ["kinetic", "gravity", "elastic", "springs"];
 
-/// The charts of a run: parts of the energy where there are two, work and balance where anything does work.
+/// The charts of a run: parts of the energy where there are two, work and balance where anything
+/// does work.
 #[must_use]
 pub fn energy_plots(table: &TimeSeries) -> Vec<Plot> {
     let size = |values: &[f64]| values.iter().fold(0.0_f64, |size, y| size.max(y.abs()));

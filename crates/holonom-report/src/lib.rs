@@ -102,8 +102,8 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     Ok(files)
 }
 
-/// Whether the page is of the summary that the folder has. The page is the last file of [`write()`]: of a run that was
-/// killed while it was drawn, it is missing or older.
+/// Whether the page is of the summary that the folder has. The page is the last file of
+/// [`write()`]: of a run that was killed while it was drawn, it is missing or older.
 #[must_use]
 pub fn is_current(folder: &RunFolder) -> bool {
     let changed = |name: &str| folder.path().join(name).metadata().and_then(|file| file.modified());

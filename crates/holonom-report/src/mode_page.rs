@@ -1,4 +1,5 @@
-//! `modes.html`: the modes of a model, moving, with their frequencies; of several speeds their Campbell diagram.
+//! `modes.html`: the modes of a model, moving, with their frequencies; of several speeds their
+//! Campbell diagram.
 
 use std::fmt::Write;
 

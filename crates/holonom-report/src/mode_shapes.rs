@@ -1,4 +1,5 @@
-//! Pictures of mode shapes: the configuration, and the configuration displaced to both sides; the Campbell diagram.
+//! Pictures of mode shapes: the configuration, and the configuration displaced to both sides; the
+//! Campbell diagram.
 
 use super::chart::{Axis, Chart, Curve, Strokes};
 use super::drawing::Point;
@@ -57,8 +58,8 @@ pub fn mode_picture(report: &Report, k: usize, members: &[Member], beams: &Beams
 /// Multiples of the speed that the Campbell diagram shows.
 const MULTIPLES: [f64; 3] = [1.0, 2.0, 3.0];
 
-/// Frequencies in the frame that rotates over the speed, with the multiples of the speed by which what is fixed in space
-/// excites the system.
+/// Frequencies in the frame that rotates over the speed, with the multiples of the speed by which
+/// what is fixed in space excites the system.
 #[must_use]
 pub fn campbell_diagram(campbell: &Campbell) -> Chart {
     let count = campbell.speeds.first().map_or(0, |speed| speed.vibrations.len());

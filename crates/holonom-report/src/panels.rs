@@ -127,7 +127,8 @@ impl<'a> Panel<'a> {
         let names = chart.legend().into_iter().enumerate().filter(|(_, name)| !name.is_empty());
         let names: Vec<(usize, String)> = names.collect();
         let titled = style.titled && !chart.title.is_empty();
-        let across = style.size.0 - 2.0 * style.margin(); // for a title, and for a row of the legend
+        // for a title, and for a row of the legend
+        let across = style.size.0 - 2.0 * style.margin();
         let title = match titled {
             true => shortened(&chart.title, BOLD * style.title, style.typeface, across),
             false => String::new(),
@@ -356,8 +357,8 @@ impl<'a> Panel<'a> {
         drawing.attribute("data-curves", &names.join("&#10;"));
     }
 
-    /// Left, right, top and bottom of the area, and the values at the ends of a scale: for a page that marks a value on
-    /// several charts.
+    /// Left, right, top and bottom of the area, and the values at the ends of a scale: for a page
+    /// that marks a value on several charts.
     fn area_and_range(&self, scale: &Scale) -> String {
         let Area { left, right, top, bottom } = self.area;
         let unit = 10f64.powi(scale.exponent);

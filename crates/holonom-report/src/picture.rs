@@ -226,7 +226,8 @@ mod tests {
 
     #[test]
     fn axonometric_places_have_unit_rows() {
-        // three orthonormal vectors of space have images whose squares add up to two units of the plane
+        // three orthonormal vectors of space have images whose squares add up to two units of the
+        // plane
         let images = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|x| axonometric(&x));
         let sum: f64 = images.iter().map(|p| p[0] * p[0] + p[1] * p[1]).sum();
         assert!((sum - 2.0).abs() < 1e-12, "{images:?}");

@@ -54,7 +54,8 @@ pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
     plots
 }
 
-/// All charts of a continuation of equilibria: load paths and positions of the components that move most.
+/// All charts of a continuation of equilibria: load paths and positions of the components that move
+/// most.
 #[must_use]
 pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
     let curves = Curves { trajectory, t: trajectory.column("t").unwrap_or_default() };

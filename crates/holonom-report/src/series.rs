@@ -6,7 +6,8 @@ pub(super) type Points = Vec<(f64, f64)>;
 /// Buckets of [`subsample`]; each keeps at most two points.
 const BUCKETS: usize = 1000;
 
-/// Magnitudes below are drawn as zero: neither their power of ten nor their rounding unit is a normal number.
+/// Magnitudes below are drawn as zero: neither their power of ten nor their rounding unit is a
+/// normal number.
 const SMALLEST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 /// Magnitudes above are not drawn: the width of a range of such numbers need not be finite.
 const LARGEST: f64 = f64::MAX / 8.0;
@@ -17,8 +18,8 @@ pub(super) fn drawable(value: f64) -> Option<f64> {
     (drawn.abs() <= LARGEST).then_some(drawn)
 }
 
-/// At most 2002 points, the ends and the smallest and the largest of every stretch among them; of longer curves what is not finite
-/// is left out.
+/// At most 2002 points, the ends and the smallest and the largest of every stretch among them; of
+/// longer curves what is not finite is left out.
 pub(super) fn subsample(t: &[f64], y: &[f64]) -> Points {
     let all = || t.iter().copied().zip(y.iter().copied());
     if t.len() <= 2 * BUCKETS {
@@ -90,7 +91,8 @@ pub(super) fn tick(value: f64, step: f64) -> String {
     if zero { text.replace('-', "") } else { text.replace('-', "−") }
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten in a range, at most `count + 1`, with their distance.
+/// Multiples of 1, 2 or 5 times a power of ten in a range, at most `count + 1`, with their
+/// distance.
 pub(super) fn multiples((low, high): (f64, f64), count: usize) -> (Vec<f64>, f64) {
     let least = (high - low) / count.max(1) as f64;
     let power = 10f64.powf(least.log10().floor());

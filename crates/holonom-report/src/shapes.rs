@@ -12,8 +12,9 @@ pub(super) const INSTANTS: usize = 9;
 /// Points of a centre line, about.
 const POINTS: usize = 200;
 
-/// The beams of `model` at the instants of `frames`, pale first; bodies and point masses as dots. `None`
-/// without beams, and where the frames are of another model. A motion in a plane of two axes of space is seen from in front, others from aside.
+/// The beams of `model` at the instants of `frames`, pale first; bodies and point masses as dots.
+/// `None` without beams, and where the frames are of another model. A motion in a plane of two axes
+/// of space is seen from in front, others from aside.
 #[must_use]
 pub fn shapes(model: &Model, frames: &Frames) -> Option<Picture> {
     let snapshots: Vec<Vec<[f64; 3]>> =

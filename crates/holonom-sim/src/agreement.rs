@@ -43,7 +43,8 @@ fn at_start(found: &Contradiction, (mechanism, tolerance): (&Mechanism, f64)) ->
 
 const AGREE: &str = "remove one of them, or write paths that agree at all times";
 
-/// Prescribed motions that contradict each other, or the constraints that lock a joint, up to `end` (s).
+/// Prescribed motions that contradict each other, or the constraints that lock a joint, up to `end`
+/// (s).
 ///
 /// # Errors
 /// [`ModelError::Assembly`] with the names of both.

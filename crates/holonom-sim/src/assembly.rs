@@ -67,13 +67,15 @@ pub struct AssemblyReport {
     /// Why they are not known, where something can move.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fastest_motion_unknown: Option<String>,
-    /// The fastest rotation at the start, against the step, beside prescribed motions; `None` where nothing turns.
+    /// The fastest rotation at the start, against the step, beside prescribed motions; `None` where
+    /// nothing turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fastest_rotation: Option<FastestRotation>,
     /// Whether the strains of beams dissipate; `None` without beams and in statics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strains: Option<StrainVariant>,
-    /// Distance of the projection of the initial configuration onto the constraints, m; `None` when it was not.
+    /// Distance of the projection of the initial configuration onto the constraints, m; `None` when
+    /// it was not.
     pub projected: Option<f64>,
     /// What is worth knowing.
     pub warnings: Vec<String>,
@@ -93,7 +95,8 @@ impl AssemblyReport {
         self.stiffness = stiffness;
     }
 
-    /// The initial configuration was relaxed: moved by `moved`, m; `speed`: of the steady rotation, rad/s.
+    /// The initial configuration was relaxed: moved by `moved`, m; `speed`: of the steady rotation,
+    /// rad/s.
     pub(crate) fn configuration_relaxed(&mut self, moved: f64, speed: f64, unstable: usize) {
         let place = match speed {
             0.0 => "equilibrium".to_owned(),
@@ -116,7 +119,8 @@ impl AssemblyReport {
         }
     }
 
-    /// The initial configuration was projected onto the constraints: moved by `moved`, m; `changed` says how.
+    /// The initial configuration was projected onto the constraints: moved by `moved`, m; `changed`
+    /// says how.
     pub(crate) fn configuration_projected(&mut self, moved: f64, changed: &str) {
         if !changed.is_empty() {
             self.warnings.push(format!(
@@ -140,7 +144,8 @@ impl AssemblyReport {
 /// What the words of a granted wish begin with.
 const GRANTED: [&str; 2] = ["the initial configuration was ", "the initial velocities were "];
 
-/// Whether a warning of a run says only what a key of its model has asked for: that the start was projected or relaxed.
+/// Whether a warning of a run says only what a key of its model has asked for: that the start was
+/// projected or relaxed.
 #[must_use]
 pub fn is_note(warning: &str) -> bool {
     GRANTED.iter().any(|words| warning.starts_with(words))
@@ -248,7 +253,8 @@ pub(crate) fn velocity_inconsistencies(
     joints.chain(bars).chain(scalars).filter_map(missed).collect()
 }
 
-/// The unit of the rate of a constraint: that of a length, of an angle, or of half the square of a length.
+/// The unit of the rate of a constraint: that of a length, of an angle, or of half the square of a
+/// length.
 fn unit_of_rate(mechanism: &Mechanism, q: &[f64], row: usize) -> &'static str {
     let Some(row) = row.checked_sub(mechanism.len() - mechanism.rows().len()) else { return "m/s" };
     let mut force = 0.0_f64;
@@ -293,8 +299,8 @@ pub(crate) fn em_refusal(error: &EmSetupError, model: &Model) -> ModelError {
     }
 }
 
-/// The error for a motion that the constraints allow and that has no mass: a body without a moment of inertia about one of
-/// its axes by name, if there is one.
+/// The error for a motion that the constraints allow and that has no mass: a body without a moment
+/// of inertia about one of its axes by name, if there is one.
 pub(crate) fn without_mass(model: &Model) -> ModelError {
     const THIN: f64 = 1e-12; // relative to the largest moment
     let thin = |body: &&Body| {

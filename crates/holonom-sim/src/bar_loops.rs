@@ -1,7 +1,8 @@
 //! Point masses that bars lock by the digits of a file alone.
 //!
-//! Bars keep their lengths to the last digit: `simulation.loop_tolerance` is of loops of bodies. Bars that are parallel but for some
-//! digits hold what they were meant to let move, which their singular values say.
+//! Bars keep their lengths to the last digit: `simulation.loop_tolerance` is of loops of bodies.
+//! Bars that are parallel but for some digits hold what they were meant to let move, which their
+//! singular values say.
 #![allow(non_snake_case)] // G
 
 use crate::digits::rounded;
@@ -63,8 +64,8 @@ fn parts(mechanism: &Mechanism) -> Vec<Part> {
     parts.filter(|part| !part.bars.is_empty()).collect()
 }
 
-/// The smallest singular value of the bars of a part that cannot move within itself, rows of length 1; what is rounding is
-/// left out.
+/// The smallest singular value of the bars of a part that cannot move within itself, rows of length
+/// 1; what is rounding is left out.
 fn smallest(mechanism: &Mechanism, q: &[f64], part: &Part) -> Option<f64> {
     let Description { dimension, particles, bars, .. } = mechanism.description();
     let d = (*dimension).max(2);

@@ -29,8 +29,8 @@ pub struct Beams {
 }
 
 impl Beams {
-    /// Strains and section forces along a beam in the configuration `q`; elements and arc length (m) are
-    /// counted along the whole beam.
+    /// Strains and section forces along a beam in the configuration `q`; elements and arc length
+    /// (m) are counted along the whole beam.
     pub fn for_each_state(&self, beam: &BeamParts, q: &[f64], mut visit: impl FnMut(SectionState)) {
         let (mut elements, mut start) = (0, 0.0);
         for leg in &beam.legs {

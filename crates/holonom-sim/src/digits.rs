@@ -1,6 +1,7 @@
 //! Numbers in messages.
 
-/// A stated or computed quantity with up to `digits` significant digits and no superfluous ones: `2.26`, `5.65377`.
+/// A stated or computed quantity with up to `digits` significant digits and no superfluous ones:
+/// `2.26`, `5.65377`.
 #[must_use]
 pub fn rounded(value: f64, digits: usize) -> String {
     let short: f64 = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);

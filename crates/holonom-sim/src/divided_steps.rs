@@ -11,8 +11,8 @@ pub struct DividedSteps {
     pub most_parts: u32,
     /// Time at which the first of them starts, s.
     pub first: f64,
-    /// The step that resolves the rotation or the vibration for which the first of them was refused, s; `None` where
-    /// there is none.
+    /// The step that resolves the rotation or the vibration for which the first of them was
+    /// refused, s; `None` where there is none.
     #[serde(default)]
     pub resolving: Option<f64>,
 }

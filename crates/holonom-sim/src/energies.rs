@@ -4,8 +4,8 @@
 //! total    H = T + V,     V = gravity + elastic (beams) + springs
 //! balance  H(t) − H(0) − Σ work      of second order in the time step; round-off for energy–momentum schemes
 //! ```
-//! `T` and `H` are those of the projected momentum. Works are sums over all steps, of each load, motor and damper, and of
-//! all prescribed motions together (see [`crate::method`]).
+//! `T` and `H` are those of the projected momentum. Works are sums over all steps, of each load,
+//! motor and damper, and of all prescribed motions together (see [`crate::method`]).
 
 use crate::drive::{ElementLaw, joint_elements};
 use crate::dynamics::Dynamics;
@@ -134,7 +134,8 @@ impl Energies {
     }
 }
 
-/// What rounding leaves of an energy, where every coordinate is known to `δ`, [`ROUNDING`] of its size.
+/// What rounding leaves of an energy, where every coordinate is known to `δ`, [`ROUNDING`] of its
+/// size.
 /// ```text
 /// constant   max(½ δᵀM δ / h²,  |m γ|ᵀδ + Σ (|F| max δ + |T| δ_d))      of a (sub-)step h, the shortest; of weight, loads and motors
 /// elastic    √(2 V S) ROUNDING,   S = |q|ᵀ|∇²V||q|                      a spring k with the energy V: k x δ = √(2kV) δ

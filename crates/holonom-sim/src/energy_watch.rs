@@ -7,11 +7,12 @@
 //! leaves:   |D_n| > ½ E_n      beyond rounding: 1e-12 max(T, |V|), [`Energies::rounding`]
 //! returns:  |D_n| < E_n/20
 //! ```
-//! All extremes are those of the recorded nodes so far. `H` of a variational scheme has errors of the vibrations that the
-//! step resolves badly, which `Ĥ` has not; `Ĥ` belongs to the step and is ahead of the work of its node by a part of that
-//! of the step. A motion that begins at rest has errors of the size of what was exchanged for a few steps, then ever
-//! smaller ones: it returns. A run that gains energy without bound does not. The warning is therefore given at the second
-//! node beyond the band without a return between, or at the end.
+//! All extremes are those of the recorded nodes so far. `H` of a variational scheme has errors of
+//! the vibrations that the step resolves badly, which `Ĥ` has not; `Ĥ` belongs to the step and is
+//! ahead of the work of its node by a part of that of the step. A motion that begins at rest has
+//! errors of the size of what was exchanged for a few steps, then ever smaller ones: it returns. A
+//! run that gains energy without bound does not. The warning is therefore given at the second node
+//! beyond the band without a return between, or at the end.
 
 use crate::energies::{Energies, ROUNDING};
 use crate::method::reading::Reading;
@@ -44,8 +45,8 @@ struct LeftBand {
 }
 
 impl EnergyWatch {
-    /// Takes up a recorded node with its `columns` of energies; the warning, once it is certain that the energy has left its
-    /// band.
+    /// Takes up a recorded node with its `columns` of energies; the warning, once it is certain
+    /// that the energy has left its band.
     pub(crate) fn follow(
         &mut self,
         at: &Reading,

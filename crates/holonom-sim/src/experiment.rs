@@ -40,7 +40,8 @@ pub trait Experiment {
     fn statics(&self) -> Option<StaticFacts> {
         None
     }
-    /// Largest residuals of constraints of loops that nearly follow from others; `None` where there are none.
+    /// Largest residuals of constraints of loops that nearly follow from others; `None` where there
+    /// are none.
     fn loop_residuals(&self) -> Option<LoopResiduals> {
         None
     }
@@ -54,11 +55,13 @@ pub trait Experiment {
     }
     /// Steps taken, and the time that was reached, s.
     fn place(&self) -> (u64, f64);
-    /// What reading recorded nodes and handing them out has taken so far, s; `None` for a continuation of equilibria.
+    /// What reading recorded nodes and handing them out has taken so far, s; `None` for a
+    /// continuation of equilibria.
     fn recording_seconds(&self) -> Option<f64> {
         None
     }
-    /// The state of a motion, from which it can be resumed; `None` for a continuation of equilibria.
+    /// The state of a motion, from which it can be resumed; `None` for a continuation of
+    /// equilibria.
     fn state(&self) -> Option<RunState> {
         None
     }
@@ -67,9 +70,9 @@ pub trait Experiment {
         let _ = state;
         None
     }
-    /// Runs to the end; `observe` gets each recorded row and may stop the run by an error; `proceed(step, of)` is asked
-    /// before every step, and `false` pauses the run there: `None`. A motion continues with the next call, a continuation
-    /// of equilibria begins again.
+    /// Runs to the end; `observe` gets each recorded row and may stop the run by an error;
+    /// `proceed(step, of)` is asked before every step, and `false` pauses the run there: `None`. A
+    /// motion continues with the next call, a continuation of equilibria begins again.
     ///
     /// # Errors
     /// Whatever `observe` returns.

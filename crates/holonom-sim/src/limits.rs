@@ -1,5 +1,5 @@
-//! What the elements of beams can bear: the angle between their nodes, and the step against the highest
-//! frequency.
+//! What the elements of beams can bear: the angle between their nodes, and the step against the
+//! highest frequency.
 
 use crate::beams::{BeamParts, Beams};
 use crate::outcome::twelve_digits;
@@ -57,8 +57,8 @@ impl Stiffness {
         self.h_omega_max <= resolved_by(settings)
     }
 
-    /// Warnings on vibrations that the step does not resolve: of composed steps, and of discrete potentials that let
-    /// them grow (docs/stability.md).
+    /// Warnings on vibrations that the step does not resolve: of composed steps, and of discrete
+    /// potentials that let them grow (docs/stability.md).
     pub(crate) fn warning(&self, settings: &Settings) -> Option<String> {
         let Self { beam, element, omega_max, h_omega_max, unstable } = self;
         let place = format!("ω_max ≤ {omega_max:.4e} rad/s in element {element} of beam `{beam}`");

@@ -27,7 +27,8 @@ enum Flaw<'a> {
     Beside(&'a str, &'a str, f64),
 }
 
-/// The remarks on the loops of a mechanism at its initial configuration, with `dof` degrees of freedom.
+/// The remarks on the loops of a mechanism at its initial configuration, with `dof` degrees of
+/// freedom.
 pub(crate) fn remarks(model: &Model, mechanism: &Mechanism, q: &[f64], dof: usize) -> Vec<String> {
     let nearly = mechanism.nearly_redundant();
     let loops = match has_loops_of_bodies(mechanism) {
@@ -65,7 +66,8 @@ pub(crate) fn remarks(model: &Model, mechanism: &Mechanism, q: &[f64], dof: usiz
     out
 }
 
-/// Whether there are loops of bodies, and no constraint has coordinates of bodies and of point masses.
+/// Whether there are loops of bodies, and no constraint has coordinates of bodies and of point
+/// masses.
 fn has_loops_of_bodies(mechanism: &Mechanism) -> bool {
     mechanism.has_loops_of_bodies() && mechanism.separates_points()
 }
@@ -87,8 +89,8 @@ fn is_slip(mechanism: &Mechanism, found: &LoopSurvey, q: &[f64]) -> bool {
     flaw(mechanism, found, q).is_some()
 }
 
-/// A loop that moves because its constraints may be satisfied nearly; `None` where all that it misses is at most `rounding`, rad
-/// and parts of its size: the digits of any file.
+/// A loop that moves because its constraints may be satisfied nearly; `None` where all that it
+/// misses is at most `rounding`, rad and parts of its size: the digits of any file.
 fn accepted(
     mechanism: &Mechanism,
     found: &LoopSurvey,
@@ -224,8 +226,8 @@ fn flaw<'a>(mechanism: &'a Mechanism, found: &LoopSurvey, q: &[f64]) -> Option<F
     (beside > ROUNDING * found.size).then_some(Flaw::Beside(&a.name, &b.name, beside))
 }
 
-/// The joint of a planar loop that misses most along the direction of its axes in the initial configuration: its name, how far,
-/// m, and that direction.
+/// The joint of a planar loop that misses most along the direction of its axes in the initial
+/// configuration: its name, how far, m, and that direction.
 pub(crate) fn misfit(mechanism: &Mechanism, residual: f64) -> Option<(String, f64, [f64; 3])> {
     if !has_loops_of_bodies(mechanism) {
         return None;

@@ -1,4 +1,5 @@
-//! Size, masses and stiffnesses of a model at a glance, and what in them looks like a slip of units.
+//! Size, masses and stiffnesses of a model at a glance, and what in them looks like a slip of
+//! units.
 
 use std::collections::BTreeMap;
 

@@ -11,8 +11,9 @@ pub(crate) struct Names<'a> {
     pub(crate) model: &'a Model,
     pub(crate) bodies: BTreeMap<&'a str, usize>,
     pub(crate) particles: BTreeMap<&'a str, ParticleId>,
-    pub(crate) frames: Vec<BodyId>,          // bodies, then nodes
-    pub(crate) principal: Vec<Matrix3<f64>>, // of all frames: body components → principal components: its transpose
+    pub(crate) frames: Vec<BodyId>, // bodies, then nodes
+    // of all frames: body components → principal components: its transpose
+    pub(crate) principal: Vec<Matrix3<f64>>,
     pub(crate) joints: BTreeMap<&'a str, (&'a Joint, JointId)>,
 }
 

@@ -56,7 +56,8 @@ pub struct StaticFacts {
 /// The first unstable equilibrium of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LostStability {
-    /// Time of the loads at the stable equilibrium before, s; `None` where the first equilibrium is unstable.
+    /// Time of the loads at the stable equilibrium before, s; `None` where the first equilibrium is
+    /// unstable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after: Option<f64>,
     /// Time of the loads there, s.

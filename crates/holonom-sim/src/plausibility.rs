@@ -1,4 +1,5 @@
-//! Sizes that no mechanism has: what a slip of units, a wrong sign or a mistyped place makes of a model that is valid.
+//! Sizes that no mechanism has: what a slip of units, a wrong sign or a mistyped place makes of a
+//! model that is valid.
 //!
 //! ```text
 //! k = √(I_3/m)                       radius of gyration, I_3 the largest principal moment
@@ -20,7 +21,8 @@ use crate::measures::Measures;
 const DENSEST: f64 = 3e4;
 /// Nothing that is built is thinner on average, kg/m³ (air has 1.2).
 const THINNEST: f64 = 1e-3;
-/// The moments of a body that is meant as a point mass may be small, but not as small as this makes them, kg/m³.
+/// The moments of a body that is meant as a point mass may be small, but not as small as this makes
+/// them, kg/m³.
 const POINT: f64 = 1e9;
 /// Edge of the box around a mesh that is probably stated in millimetres, m.
 const LARGE_MESH: f64 = 10.0;
@@ -43,7 +45,8 @@ pub(crate) fn remarks(model: &Model, mechanism: &Mechanism, measures: &Measures)
     found
 }
 
-/// A body whose moments of inertia do not fit its mass and its size (m, of its shape and of the mechanism).
+/// A body whose moments of inertia do not fit its mass and its size (m, of its shape and of the
+/// mechanism).
 fn bulk(body: &Body, size: Option<f64>, extent: f64) -> Option<String> {
     let (name, mass) = (&body.name, body.mass());
     let mut moments: [f64; 3] = body.inertia_tensor().symmetric_eigenvalues().into();
@@ -258,7 +261,8 @@ fn gravity(model: &Model) -> Option<String> {
     })
 }
 
-/// An end before the first step has ended, and a step in which bodies fall farther than the mechanism is large.
+/// An end before the first step has ended, and a step in which bodies fall farther than the
+/// mechanism is large.
 fn time(model: &Model, measures: &Measures) -> Vec<String> {
     let settings = &model.settings;
     let mut found = Vec::new();

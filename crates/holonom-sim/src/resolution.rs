@@ -3,9 +3,10 @@
 //! ```text
 //! K x = ω² M x  at the start,   K = ∇²V + Σ λ_i D²g_i  with the constraint forces there          [`vi_constraints::fastest_motion`]
 //! ```
-//! Potentials act at midpoints: a stiff spring is not resolved, but does no harm. Constraint forces act at nodes: of the
-//! vibrations of taut links, by `Σ λ_i D²g_i` alone, the variational schemes of order 2 follow those with `h ω < 2`, and fail
-//! where there are faster ones. Energy–momentum schemes do not.
+//! Potentials act at midpoints: a stiff spring is not resolved, but does no harm. Constraint forces
+//! act at nodes: of the vibrations of taut links, by `Σ λ_i D²g_i` alone, the variational schemes
+//! of order 2 follow those with `h ω < 2`, and fail where there are faster ones. Energy–momentum
+//! schemes do not.
 
 use crate::digits::rounded;
 use crate::rotation::FastestRotation;
@@ -20,11 +21,13 @@ use vi_core::{Configuration, Entries, MechanicalSystem, SeparableSystem};
 use vi_multibody::mechanism::{BarEnd, Description};
 use vi_multibody::run::{MechanismIntegrator, integrator};
 
-/// `h ω` above which a vibration is not resolved; in a Galerkin scheme of order `2s`: above `s` times this.
+/// `h ω` above which a vibration is not resolved; in a Galerkin scheme of order `2s`: above `s`
+/// times this.
 pub(crate) const RESOLVED: f64 = 1.0;
 /// `h ω` of the start from which a run will probably fail.
 const WARN: f64 = 1.5;
-/// Bars in one point mass beyond which their forces are not found in a memory that is linear in their number.
+/// Bars in one point mass beyond which their forces are not found in a memory that is linear in
+/// their number.
 const BARS: usize = 200;
 /// Constraints within a frame.
 const INTERNAL: usize = 6;
@@ -65,8 +68,9 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// At the present node of an integration of a model with so many `bodies`, fixed ones included. The constraints within
-    /// nodes of beams balance elastic forces, and are not counted as constraint forces.
+    /// At the present node of an integration of a model with so many `bodies`, fixed ones included.
+    /// The constraints within nodes of beams balance elastic forces, and are not counted as
+    /// constraint forces.
     ///
     /// # Errors
     /// Why it is not known, in words.
@@ -92,7 +96,8 @@ impl Resolution {
         Ok(Self { all, by_constraint_forces, held: found.held })
     }
 
-    /// Whether there are vibrations by constraint forces that the scheme has to resolve, with `h ω` above `limit`.
+    /// Whether there are vibrations by constraint forces that the scheme has to resolve, with `h ω`
+    /// above `limit`.
     pub(crate) fn is_beyond(&self, limit: f64, settings: &Settings) -> bool {
         let variational = matches!(settings.scheme.family(), Family::Variational(_));
         variational
@@ -119,7 +124,8 @@ impl Resolution {
         })
     }
 
-    /// What to do where a step fails, if it is for a vibration, and the step (s) that resolves that.
+    /// What to do where a step fails, if it is for a vibration, and the step (s) that resolves
+    /// that.
     pub(crate) fn remedy(&self, settings: &Settings) -> Option<(String, f64)> {
         let words = |fastest: &Fastest| {
             let Fastest { member, omega_max, h_omega_max } = fastest;

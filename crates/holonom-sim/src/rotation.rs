@@ -3,8 +3,9 @@
 //! ```text
 //! ω² = ½ Σ_I |ḋ_I|²  of a body,   the least among the nodes of a beam,   |v_B − v_A|/l  of a bar between point masses
 //! ```
-//! with the velocity of the projected momentum. What a step makes of `hω`: [`crate::rotor`]. Prescribed motions are followed
-//! exactly: a body that they turn is judged at the start by what it turns beside them, and not along the run.
+//! with the velocity of the projected momentum. What a step makes of `hω`: [`crate::rotor`].
+//! Prescribed motions are followed exactly: a body that they turn is judged at the start by what it
+//! turns beside them, and not along the run.
 
 use crate::beams::Beams;
 use crate::digits::rounded;
@@ -34,7 +35,8 @@ pub struct FastestRotation {
     pub rate: f64,
     /// The angle of a step `hω`, rad.
     pub angle: f64,
-    /// `θ/(hω) − 1`, `θ` the angle by which a step turns a free rotor of this rate; `None` where no step does.
+    /// `θ/(hω) − 1`, `θ` the angle by which a step turns a free rotor of this rate; `None` where no
+    /// step does.
     pub phase_error: Option<f64>,
 }
 
@@ -164,7 +166,8 @@ pub(crate) struct RotationWatch {
     all: Vec<(String, Turning)>,
     driven: Vec<bool>,
     pub(crate) fastest: Fastest,
-    /// A step has failed, after nodes that may not be those of the motion: rotations along the run are worth no word.
+    /// A step has failed, after nodes that may not be those of the motion: rotations along the run
+    /// are worth no word.
     pub(crate) failed: bool,
 }
 

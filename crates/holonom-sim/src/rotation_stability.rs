@@ -1,7 +1,8 @@
 //! Whether the step of a rotating model with beams is linearly unstable, and which steps are.
 //!
-//! The step is linearized about the steady rotation of the initial velocities ([`vi_statics::step_stability`]). Where a
-//! vibration grows, and not because the rotation itself is unstable, the band of unstable steps around it is found.
+//! The step is linearized about the steady rotation of the initial velocities
+//! ([`vi_statics::step_stability`]). Where a vibration grows, and not because the rotation itself
+//! is unstable, the band of unstable steps around it is found.
 
 use crate::limits::Stiffness;
 use crate::statics::{InOwnRotation, Statics};
@@ -19,8 +20,8 @@ const RATIO: f64 = std::f64::consts::SQRT_2;
 /// The search ends at a step this much longer, and this much shorter.
 const SPAN: (f64, f64) = (4.0, 256.0);
 
-/// Of a model whose discrete potential lets unresolved vibrations grow, with `dof` degrees of freedom; `None` where the
-/// step is stable or the system does not rotate steadily.
+/// Of a model whose discrete potential lets unresolved vibrations grow, with `dof` degrees of
+/// freedom; `None` where the step is stable or the system does not rotate steadily.
 pub(crate) fn unstable_steps(
     model: &Model,
     stiffness: &Stiffness,

@@ -1,12 +1,13 @@
-//! What a step makes of a rotation: the method of the settings on one body on a fixed axle, without torque.
+//! What a step makes of a rotation: the method of the settings on one body on a fixed axle, without
+//! torque.
 //!
 //! ```text
 //! order 2          θ = arcsin(hω),         θ/(hω) − 1 = (hω)²/6 + …,    taken below hω = 1
 //! compositions     θ = Σ_i arcsin(γ_i hω)
 //! energy–momentum  θ = Σ_i 2 arctan(γ_i hω/2)
 //! ```
-//! Momenta of a step are those of chords, `p = J sin(θ)/h`, and `p = Jω` is what is conserved. Rather than by formulas, which
-//! Galerkin schemes have not, the angle is found by a step.
+//! Momenta of a step are those of chords, `p = J sin(θ)/h`, and `p = Jω` is what is conserved.
+//! Rather than by formulas, which Galerkin schemes have not, the angle is found by a step.
 
 use holonom_model::{Family, Settings};
 use std::f64::consts::{PI, TAU};
@@ -29,7 +30,8 @@ pub(crate) const ROUNDED: f64 = 0.95;
 /// Bisections of the largest angle.
 const BISECTIONS: u32 = 20;
 
-/// The angle (rad) by which a step turns a body that turns by `angle` in its time; `None` where the step is not found.
+/// The angle (rad) by which a step turns a body that turns by `angle` in its time; `None` where the
+/// step is not found.
 pub(crate) fn turned(settings: &Settings, angle: f64) -> Option<f64> {
     let mut builder = MechanismBuilder::new();
     let rotor = builder.body("rotor", Inertia::principal(1.0, [1.0; 3])).at([0.0; 3]);

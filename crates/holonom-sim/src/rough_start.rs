@@ -1,11 +1,13 @@
-//! A linkage that is drawn roughly: its bodies are brought together before the constraints are solved.
+//! A linkage that is drawn roughly: its bodies are brought together before the constraints are
+//! solved.
 //!
 //! ```text
 //! φ_child ← φ_child − r,     r: the gap of the joint without the directions in which it slides
 //! ```
-//! From the ground on, breadth first, each body is moved without rotation until the joint by which it was reached closes. Then only
-//! closed loops are open, by the errors of the angles, and Newton's method begins near a configuration. From bodies that lie apart by as
-//! much as they are long it often finds none.
+//! From the ground on, breadth first, each body is moved without rotation until the joint by which
+//! it was reached closes. Then only closed loops are open, by the errors of the angles, and
+//! Newton's method begins near a configuration. From bodies that lie apart by as much as they are
+//! long it often finds none.
 
 use nalgebra::Vector3;
 use std::collections::VecDeque;
@@ -15,7 +17,8 @@ use vi_multibody::mechanism::Mechanism;
 /// Gaps, as a part of the extent of the mechanism, that are more than errors of rounded numbers.
 const ROUGH: f64 = 0.05;
 
-/// The configuration `q` with the first `bodies` frames brought together; `None` where no joint is far open.
+/// The configuration `q` with the first `bodies` frames brought together; `None` where no joint is
+/// far open.
 pub(crate) fn placed(mechanism: &Mechanism, bodies: usize, q: &[f64]) -> Option<Vec<f64>> {
     let description = mechanism.description();
     let frames = description.bodies.len();
@@ -26,7 +29,8 @@ pub(crate) fn placed(mechanism: &Mechanism, bodies: usize, q: &[f64]) -> Option<
     if !description.joints.iter().any(far) {
         return None;
     }
-    let mut of: Vec<Vec<usize>> = vec![Vec::new(); frames + 1]; // joints of each frame, then of the ground
+    // joints of each frame, then of the ground
+    let mut of: Vec<Vec<usize>> = vec![Vec::new(); frames + 1];
     let index = |frame| match frame {
         FrameId::Frame(k) => k,
         FrameId::Ground => frames,

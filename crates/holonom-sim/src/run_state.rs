@@ -1,7 +1,8 @@
 //! The state of a run between two steps.
 //!
-//! The state of the integrator determines every later step. What is recorded of these steps also depends on sums and
-//! angles that are followed along the run: work, unwrapped angles and signs of sensors, angles of beam elements.
+//! The state of the integrator determines every later step. What is recorded of these steps also
+//! depends on sums and angles that are followed along the run: work, unwrapped angles and signs of
+//! sensors, angles of beam elements.
 
 use crate::divided_steps::DividedSteps;
 use crate::energy_watch::EnergyWatch;
@@ -14,12 +15,14 @@ use vi_core::State;
 
 /// All that the rest of a run depends on beside the model, as data.
 ///
-/// A simulation of the same model that takes it up ([`crate::simulation::Simulation::resume`]) continues bit for bit.
+/// A simulation of the same model that takes it up ([`crate::simulation::Simulation::resume`])
+/// continues bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunState {
     pub(crate) motion: MotionState,
-    pub(crate) sensors: Vec<Vec<f64>>, // unwrapped coordinates or a quaternion; empty where nothing is followed
-    pub(crate) limits: Vec<Bent>,      // of each beam
+    // unwrapped coordinates or a quaternion; empty where nothing is followed
+    pub(crate) sensors: Vec<Vec<f64>>,
+    pub(crate) limits: Vec<Bent>, // of each beam
     pub(crate) energy: EnergyWatch,
     pub(crate) rotation: Fastest,
     pub(crate) divided: DividedSteps,
@@ -63,8 +66,9 @@ pub(crate) struct Impulse {
 /// How far the elements of a beam were bent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Bent {
-    pub(crate) first: Option<(usize, f64)>, // element and time of the first that sets a record beyond the warning
-    pub(crate) largest: (usize, f64, f64),  // element, angle (rad), time: the record
+    // element and time of the first that sets a record beyond the warning
+    pub(crate) first: Option<(usize, f64)>,
+    pub(crate) largest: (usize, f64, f64), // element, angle (rad), time: the record
 }
 
 /// Refuses a list of another length.

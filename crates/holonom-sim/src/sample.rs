@@ -46,11 +46,13 @@ pub struct Residuals {
     pub position: f64,
     /// `|G(q_{n+1/2}) Δq/h|_∞`, LMO08 (45).
     pub velocity: f64,
-    /// `|G M⁻¹ p_n|_∞`, LMO08 (46); for singular `M` and composed steps with the projected momentum.
+    /// `|G M⁻¹ p_n|_∞`, LMO08 (46); for singular `M` and composed steps with the projected
+    /// momentum.
     pub momentum: f64,
 }
 
-/// Multipliers, discrete Legendre transforms and energies of a node; what is not defined there is empty.
+/// Multipliers, discrete Legendre transforms and energies of a node; what is not defined there is
+/// empty.
 ///
 /// | | order 2 | order above 2, or no step from the node | energy–momentum schemes |
 /// |---|---|---|---|
@@ -60,8 +62,8 @@ pub struct Residuals {
 /// | `discrete_energy` | (52) | | |
 /// | `hamiltonian` | (53) with `p`; none where `M` is singular | | `½ v_nᵀ M v_n`, `V(q_n)` |
 ///
-/// Energy–momentum schemes have no discrete Lagrangian: their `p` is no Legendre transform, and (39)–(42)
-/// and (52) do not exist.
+/// Energy–momentum schemes have no discrete Lagrangian: their `p` is no Legendre transform, and
+/// (39)–(42) and (52) do not exist.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Momenta {
     /// `λ_n`, N, shape `m`; of minimum norm where constraints are redundant.
@@ -70,8 +72,8 @@ pub struct Momenta {
     pub p: Vec<f64>,
     /// `ᵠp_n`, shape `n`.
     pub p_projected: Vec<f64>,
-    /// `Pᵀ ᵠp_n` with `P` of the spanning tree: `ᴾp_n` where no loop is closed. One entry for each rate of a
-    /// joint of the tree; with closed loops more than there are degrees of freedom.
+    /// `Pᵀ ᵠp_n` with `P` of the spanning tree: `ᴾp_n` where no loop is closed. One entry for each
+    /// rate of a joint of the tree; with closed loops more than there are degrees of freedom.
     pub p_reduced: Vec<f64>,
     /// `E_d(q_n, q_{n+1})`.
     pub discrete_energy: Option<Energies>,
@@ -99,8 +101,8 @@ pub struct MomentaNames {
     pub constraints: Vec<String>,
     /// Of `p_n` and `ᵠp_n`: `MEMBER.x` and so on, as in the trajectory.
     pub coordinates: Vec<String>,
-    /// Of `ᴾp_n`: `JOINT.k`, a joint of the spanning tree and its k-th rate; free members under their own
-    /// name.
+    /// Of `ᴾp_n`: `JOINT.k`, a joint of the spanning tree and its k-th rate; free members under
+    /// their own name.
     pub rates: Vec<String>,
 }
 
@@ -113,17 +115,18 @@ pub struct Sample {
     pub t: f64,
     /// `q_n`, members one after the other.
     pub q: Vec<f64>,
-    /// `E_d(q_n, q_{n+1})`, J, LMO08 (52); with composed steps (order above 2) equal to `hamiltonian`.
+    /// `E_d(q_n, q_{n+1})`, J, LMO08 (52); with composed steps (order above 2) equal to
+    /// `hamiltonian`.
     pub energy: f64,
     /// `H_d(q_n, ᵠp_n)`, J, LMO08 (53) with the projected momentum.
     pub hamiltonian: f64,
-    /// The shadow energy `(p H_d + E_d)/(p + 1)` of a scheme of order `p`, J, with `E_d` of the step that starts
-    /// here, of a composed step that ended here (`Σ γ_i E_{d,i}`); the energy of energy–momentum schemes. `None`
-    /// at the start of composed steps.
+    /// The shadow energy `(p H_d + E_d)/(p + 1)` of a scheme of order `p`, J, with `E_d` of the
+    /// step that starts here, of a composed step that ended here (`Σ γ_i E_{d,i}`); the energy of
+    /// energy–momentum schemes. `None` at the start of composed steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shadow: Option<f64>,
-    /// Work done since the start by loads, motors, dampers and prescribed motions, J, over all steps;
-    /// zero for conservative systems and in statics.
+    /// Work done since the start by loads, motors, dampers and prescribed motions, J, over all
+    /// steps; zero for conservative systems and in statics.
     #[serde(default)]
     pub work: f64,
     /// Momentum maps of the projected momentum `ᵠp_n`.

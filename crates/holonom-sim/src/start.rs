@@ -1,14 +1,15 @@
 //! Where a run begins: `simulation.start`, `simulation.project_start`.
 //!
-//! `start = "relaxed"`: the equilibrium under the loads at `t = 0`, or of the steady rotation that the initial velocities
-//! are ([`vi_statics::rotation`]), `v_0 = W (q_0 − q_o)`. `project_start = true`: initial values that satisfy the constraints.
+//! `start = "relaxed"`: the equilibrium under the loads at `t = 0`, or of the steady rotation that
+//! the initial velocities are ([`vi_statics::rotation`]), `v_0 = W (q_0 − q_o)`.
+//! `project_start = true`: initial values that satisfy the constraints.
 //!
 //! ```text
 //! v_0 = argmin (v − v*)ᵀ M (v − v*)     G v + ∂g/∂t = 0,   θ̇_r = stated rate of each joint r that states one
 //! ```
-//! Stated rates are kept: each is a prescribed motion `θ_r = θ_r(0) + θ̇_r t` of a mechanism that is otherwise the
-//! same, and its consistent initial values are taken. Rates that contradict each other or the constraints are
-//! refused with their names.
+//! Stated rates are kept: each is a prescribed motion `θ_r = θ_r(0) + θ̇_r t` of a mechanism that
+//! is otherwise the same, and its consistent initial values are taken. Rates that contradict each
+//! other or the constraints are refused with their names.
 
 use crate::assembly;
 use crate::digits::rounded;
@@ -75,15 +76,16 @@ impl Start {
     }
 }
 
-/// The configuration that the model states, brought together where it is drawn roughly and may be projected.
+/// The configuration that the model states, brought together where it is drawn roughly and may be
+/// projected.
 fn drawn(model: &Model, mechanism: &Mechanism) -> Vec<f64> {
     let q = mechanism.initial_configuration();
     let together = || rough_start::placed(mechanism, model.bodies.len(), &q);
     model.settings.project_start.then(together).flatten().unwrap_or(q)
 }
 
-/// Offers the rate of the joint of each prescribed motion that the initial velocities miss, where it decides on them: where
-/// no loop or gear passes it on.
+/// Offers the rate of the joint of each prescribed motion that the initial velocities miss, where
+/// it decides on them: where no loop or gear passes it on.
 fn offer_rates(model: &Model, mechanism: &Mechanism, missed: &mut [Inconsistency]) {
     let alone = |constraint: &Constraint| matches!(constraint, Constraint::Motion { .. });
     if !mechanism.cut_joints().is_empty() || !model.constraints.iter().all(alone) {
@@ -115,8 +117,8 @@ fn offer_rates(model: &Model, mechanism: &Mechanism, missed: &mut [Inconsistency
     }
 }
 
-/// Whether only constraints that nearly follow from the others are violated by initial velocities, and no more than they are
-/// by the motion.
+/// Whether only constraints that nearly follow from the others are violated by initial velocities,
+/// and no more than they are by the motion.
 fn nearly_consistent(mechanism: &Mechanism, start: (&[f64], &[f64]), tolerance: f64) -> bool {
     let loops = Loops::find(mechanism, 0.0, start.0).ok();
     let Some(nearly) = loops.and_then(|loops| loops.nearly_redundant()) else { return false };
@@ -124,7 +126,8 @@ fn nearly_consistent(mechanism: &Mechanism, start: (&[f64], &[f64]), tolerance: 
     assembly::velocity_inconsistencies(&mechanism, start, tolerance).is_empty()
 }
 
-/// The equilibrium under the loads at `t = 0`, at rest or in the steady rotation of the initial velocities.
+/// The equilibrium under the loads at `t = 0`, at rest or in the steady rotation of the initial
+/// velocities.
 fn relaxed(model: &Model) -> Result<Start, ModelError> {
     let refused = |message: String, help: &str| {
         let problem = Problem::new("simulation.start".to_owned(), message);
@@ -192,7 +195,8 @@ fn with_stated_rates(model: &Model) -> Result<(Vec<f64>, Vec<f64>), ModelError> 
     Err(ModelError::Assembly(vec![problem.help(help)]))
 }
 
-/// The largest changes of the initial configuration, `by … m (NAME), … rad (NAME)`, and the length alone, m.
+/// The largest changes of the initial configuration, `by … m (NAME), … rad (NAME)`, and the length
+/// alone, m.
 pub(crate) fn change_of_configuration(
     mechanism: &Mechanism,
     given: &[f64],

@@ -3,13 +3,15 @@
 //! ```text
 //! ∇V(q) − f(t, q) + Gᵀ μ = 0,   g(t, q) = 0,        0 ≤ t ≤ end
 //! ```
-//! `t` is the time of the loads: loads and motors with a history (also a constant one) and prescribed motions are taken at it. Those
-//! without a history grow in proportion, `t/end` times what is stated, so that with `end = 1` it is the load
-//! factor. The weight is there from the beginning. The initial configuration is relaxed to the first equilibrium
-//! ([`vi_statics::relaxation`]); from there on every equilibrium of the continuation is a row of the trajectory,
-//! also those between the steps that halving needed. With `arc_length = true` the path is followed by its
-//! arc length, through limit points, until `t` first reaches the end. Every equilibrium says how many directions are unstable
-//! ([`vi_statics::stability`]); the first change of it is a warning.
+//! `t` is the time of the loads: loads and motors with a history (also a constant one) and
+//! prescribed motions are taken at it. Those without a history grow in proportion, `t/end` times
+//! what is stated, so that with `end = 1` it is the load factor. The weight is there from the
+//! beginning. The initial configuration is relaxed to the first equilibrium
+//! ([`vi_statics::relaxation`]); from there on every equilibrium of the continuation is a row of
+//! the trajectory, also those between the steps that halving needed. With `arc_length = true` the
+//! path is followed by its arc length, through limit points, until `t` first reaches the end. Every
+//! equilibrium says how many directions are unstable ([`vi_statics::stability`]); the first change
+//! of it is a warning.
 
 use crate::agreement;
 use crate::assembly::{self, AssemblyReport};
@@ -57,7 +59,8 @@ pub struct Statics {
     step: u64,
 }
 
-/// A model in search of its equilibria, in the frame of the steady rotation of its initial velocities.
+/// A model in search of its equilibria, in the frame of the steady rotation of its initial
+/// velocities.
 #[derive(Debug)]
 pub struct InOwnRotation {
     /// The model.
@@ -174,7 +177,8 @@ impl Statics {
         self.problem.admits(rotation)
     }
 
-    /// In the frame of a rotation that the system admits, from the configuration `from` or the initial one.
+    /// In the frame of a rotation that the system admits, from the configuration `from` or the
+    /// initial one.
     #[must_use]
     pub fn in_rotation(self, rotation: &SteadyRotation, from: Option<&[f64]>) -> Self {
         let problem = self.problem.in_rotation(rotation);
@@ -185,7 +189,8 @@ impl Statics {
         Self { problem, ..self }
     }
 
-    /// In the frame of the steady rotation of the initial velocities; unchanged where these are zero.
+    /// In the frame of the steady rotation of the initial velocities; unchanged where these are
+    /// zero.
     ///
     /// # Errors
     /// [`RotationError`].
@@ -227,7 +232,8 @@ impl Statics {
     /// The trajectory's row of an equilibrium.
     fn sample(&mut self, point: &Equilibrium) -> Sample {
         self.sensors.follow(&point.q);
-        let _ = self.limits.follow(point.factor, &point.q); // what is too far the problem refuses itself
+        // what is too far the problem refuses itself
+        let _ = self.limits.follow(point.factor, &point.q);
         self.facts.equilibria += 1;
         self.facts.max_residual = self.facts.max_residual.max(point.residual);
         self.facts.largest_time = self.facts.largest_time.max(point.factor);

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A band of steps of which the linearization about the steady rotation is unstable; the step of the model is in it.
+/// A band of steps of which the linearization about the steady rotation is unstable; the step of
+/// the model is in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnstableSteps {
     /// Angular velocity of the steady rotation, rad/s.

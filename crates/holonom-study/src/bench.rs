@@ -7,10 +7,12 @@
 //! solve       one correction of Newton's method less the matrix: reduction, factorization, substitution
 //! recording   reading a node and writing its rows: (seconds of N steps with every node recorded − step) / N
 //! ```
-//! The parts are called one by one, repeated until a clock resolves them; there is no timer in a step. Every number is the
-//! least of some rounds over the same motion. What else a step does (initial guess, momenta, opening and closing) is
-//! its time less `iterations (residual + matrix + solve)`. The matrix is not separated, it counts among the solution, in the
-//! energy–momentum and Galerkin schemes, and where a correction takes less time than these entries, which it then does not need.
+//! The parts are called one by one, repeated until a clock resolves them; there is no timer in a
+//! step. Every number is the least of some rounds over the same motion. What else a step does
+//! (initial guess, momenta, opening and closing) is its time less
+//! `iterations (residual + matrix + solve)`. The matrix is not separated, it counts among the
+//! solution, in the energy–momentum and Galerkin schemes, and where a correction takes less time
+//! than these entries, which it then does not need.
 
 use crate::clock::{Clock, timed};
 use holonom_model::{Columns, Family, Model, ModelError, Problem, Scheme};

@@ -43,8 +43,8 @@
 //!
 //! # Your own system
 //!
-//! A mass matrix, a potential and constraints are enough; here a bead on a parabola under gravity, its
-//! potential written once for any number type, so that gradient and Hessian are exact.
+//! A mass matrix, a potential and constraints are enough; here a bead on a parabola under gravity,
+//! its potential written once for any number type, so that gradient and Hessian are exact.
 //!
 //! ```
 //! use holonom::vi_constraints::{ConstraintFn, InitialValues, Integrator, Options, SchemeKind};
@@ -72,9 +72,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Schemes 3 and 4 have as many unknowns as there are degrees of freedom. Without more they step in the tangent
-//! space and project; a null space matrix `P(q)` and a map `F_d(u, q_n)` that stays on the constraints
-//! spare them that:
+//! Schemes 3 and 4 have as many unknowns as there are degrees of freedom. Without more they step in
+//! the tangent space and project; a null space matrix `P(q)` and a map `F_d(u, q_n)` that stays on
+//! the constraints spare them that:
 //!
 //! ```
 //! use holonom::nalgebra::DMatrix;

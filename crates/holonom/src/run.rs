@@ -37,7 +37,8 @@ pub struct Finished {
 pub struct Control<'a> {
     /// Called now and then with the number of steps taken and of all steps.
     pub progress: &'a mut dyn FnMut(u64, u64),
-    /// Called with a warning when a node gives rise to it ([`Sample::notice`]); the summary has it too.
+    /// Called with a warning when a node gives rise to it ([`Sample::notice`]); the summary has it
+    /// too.
     pub notice: &'a mut dyn FnMut(&str),
     /// Asked once before every step; `true` ends the run there, with a checkpoint.
     pub interrupted: &'a mut dyn FnMut() -> bool,
@@ -76,8 +77,8 @@ pub fn run(
     run_with(model, simulation, folder, control)
 }
 
-/// The same with checkpoints; it may be interrupted. A run that was interrupted leaves a checkpoint, and neither plots
-/// nor a report.
+/// The same with checkpoints; it may be interrupted. A run that was interrupted leaves a
+/// checkpoint, and neither plots nor a report.
 ///
 /// # Errors
 /// [`OutputError`] when a file cannot be written.
@@ -109,8 +110,9 @@ pub enum ContinueError {
     Statics,
 }
 
-/// Continues a run from a checkpoint of its folder: its files become, byte for byte, those of a run that was not
-/// interrupted, but for the elapsed time. Without [`Control::checkpoint_every`] the interval of the checkpoint remains.
+/// Continues a run from a checkpoint of its folder: its files become, byte for byte, those of a run
+/// that was not interrupted, but for the elapsed time. Without [`Control::checkpoint_every`] the
+/// interval of the checkpoint remains.
 ///
 /// # Errors
 /// [`ContinueError`].

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 pub use holonom_study::sweep::*;
 
-/// Runs a point of a sweep of the model `text` into its folder, without plots; `None` when it was interrupted. `meshes`: those
-/// of the model, or the folder where they are.
+/// Runs a point of a sweep of the model `text` into its folder, without plots; `None` when it was
+/// interrupted. `meshes`: those of the model, or the folder where they are.
 pub fn run_point(
     text: &str,
     meshes: &Meshes,

@@ -9,25 +9,26 @@
 //! D_1D_1 (U_d − K_d) = (¼ − μ) ℓ Σ C_i (𝔹_i x_n)(𝔹_i x_n)ᵀ + ℓ Σ C_i (½ ε̄_i + μ Δε_i) 𝔹_i
 //! ```
 //! Symmetric, of order 2, invariant under rigid motions. A rigid rotation between the
-//! ends is strain-free, whereas the midpoint configuration is shrunk by `cos(ϑ/2)` and shows the strain
-//! `−sin²(ϑ/2) ≈ −(hω)²/4`: multiplied by `EA` it stretches stiff beams, and beyond about
-//! `h = √(L/(c ω))`, `c = √(EA/ρA)`, the step fails altogether. No geometric term in the Newton matrix.
+//! ends is strain-free, whereas the midpoint configuration is shrunk by `cos(ϑ/2)` and shows the
+//! strain `−sin²(ϑ/2) ≈ −(hω)²/4`: multiplied by `EA` it stretches stiff beams, and beyond about
+//! `h = √(L/(c ω))`, `c = √(EA/ρA)`, the step fails altogether. No geometric term in the Newton
+//! matrix.
 //!
-//! *Selective mass scaling.* With `μ = 0` a vibration far beyond the step, `h ω ≫ 1`, alternates from
-//! step to step, its multiplier tends to −1, and `ε̄` does not see it. Such a mode has negative action
-//! relative to a resolved one; two of them and a resolved vibration are in resonance, and all three can
-//! grow without bound. `K_d` is the kinetic energy of a mass `μ h² ℓ Σ C_i (𝔹_i x)(𝔹_i x)ᵀ` of the
-//! strain rates, which vanishes with `h²` and is not seen by rigid motions. For a linear vibration this
-//! is Newmark's method with `γ = ½`, `β = ¼ + μ`:
+//! *Selective mass scaling.* With `μ = 0` a vibration far beyond the step, `h ω ≫ 1`, alternates
+//! from step to step, its multiplier tends to −1, and `ε̄` does not see it. Such a mode has
+//! negative action relative to a resolved one; two of them and a resolved vibration are in
+//! resonance, and all three can grow without bound. `K_d` is the kinetic energy of a mass
+//! `μ h² ℓ Σ C_i (𝔹_i x)(𝔹_i x)ᵀ` of the strain rates, which vanishes with `h²` and is not seen by
+//! rigid motions. For a linear vibration this is Newmark's method with `γ = ½`, `β = ¼ + μ`:
 //! ```text
 //! tan²(ϑ/2) = ¼ (hω)² / (1 + μ (hω)²),       ϑ → 2 atan(1/(2√μ)) as hω → ∞
 //! ```
 //! `ϑ` is the angle of a step. [`MASS_SCALING`] `= 1/8` keeps it below 109.5°: no two modes and no
-//! three add up to a full turn, which at `μ ≤ 1/12` three can; at `μ = ¼` four unresolved ones do. Each
-//! element has the smallest `μ` that keeps this bound, `max(0, 1/8 − 1/(hω)²)`; it is zero where `hω ≤
-//! √8` holds for the highest frequency of the element, a bound of those of the beam. The period of a
-//! resolved vibration comes out longer by the part `(1/12 + μ/2)(hω)²` of it. docs/stability.md has the
-//! measurements.
+//! three add up to a full turn, which at `μ ≤ 1/12` three can; at `μ = ¼` four unresolved ones do.
+//! Each element has the smallest `μ` that keeps this bound, `max(0, 1/8 − 1/(hω)²)`; it is zero
+//! where `hω ≤ √8` holds for the highest frequency of the element, a bound of those of the beam.
+//! The period of a resolved vibration comes out longer by the part `(1/12 + μ/2)(hω)²` of it.
+//! docs/stability.md has the measurements.
 //!
 //! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94;
 //! selective mass scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.
@@ -45,8 +46,8 @@ use vi_core::sparse::Entries;
 /// The largest `μ` of [`crate::StrainRule::MassScaled`].
 pub const MASS_SCALING: f64 = 0.125;
 
-/// `μ = max(0, 1/8 − 1/(hω)²)` of an element with the highest frequency `ω`, `slowness` `= 1/ω²`: as much as
-/// keeps `ϑ` below its bound.
+/// `μ = max(0, 1/8 − 1/(hω)²)` of an element with the highest frequency `ω`, `slowness` `= 1/ω²`:
+/// as much as keeps `ϑ` below its bound.
 pub(crate) fn scaling(most: f64, slowness: f64, h: f64) -> f64 {
     (most - slowness / (h * h)).max(0.0)
 }
@@ -77,8 +78,9 @@ impl AveragedStrains {
         Self { elements, most: 0.0, slowness: Vec::new() }
     }
 
-    /// Averaged strains with selective mass scaling; `most`: the largest `μ`, usually [`MASS_SCALING`];
-    /// `slowness`: `1/ω²` of each element with its highest frequency, s²; zeros make `μ` constant.
+    /// Averaged strains with selective mass scaling; `most`: the largest `μ`, usually
+    /// [`MASS_SCALING`]; `slowness`: `1/ω²` of each element with its highest frequency, s²; zeros
+    /// make `μ` constant.
     ///
     /// # Panics
     /// When there is not one number for each element.

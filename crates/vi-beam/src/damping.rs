@@ -8,20 +8,22 @@
 //! D_2 f_d^-        = −(½ + θ) Σ_e ℓ Σ_i C_i τ_i (𝔹_i x_n)(𝔹_i x_{n+1})ᵀ
 //! dissipated       Σ_e ℓ Σ_i C_i τ_i Δε_i²/h      in a step, to second order
 //! ```
-//! Strains do not see rigid motions of `x_n` or of `x_{n+1}`, so `f_d^-` and `f_d^+` change neither linear nor
-//! angular momentum, whatever the step. Energy–momentum schemes evaluate `f` at the midpoint of the step, with
-//! `ε̇ = Δε/h` exactly, since strains are quadratic.
+//! Strains do not see rigid motions of `x_n` or of `x_{n+1}`, so `f_d^-` and `f_d^+` change neither
+//! linear nor angular momentum, whatever the step. Energy–momentum schemes evaluate `f` at the
+//! midpoint of the step, with `ε̇ = Δε/h` exactly, since strains are quadratic.
 //!
-//! `θ = 0` is of order 2. Alone it leaves a motion that is damped within the step, `τ ≫ h`, with a multiplier
-//! close to −1. With selective mass scaling `θ = 4μ` (see [`crate::averaged`]): zero where `h ω_e ≤ √8`, so that
-//! the order is 2, and ½ for unresolved elements, where the second multiplier tends to zero as `τ/h` grows. The
-//! two multipliers of a strain of infinite stiffness are the roots of
+//! `θ = 0` is of order 2. Alone it leaves a motion that is damped within the step, `τ ≫ h`, with a
+//! multiplier close to −1. With selective mass scaling `θ = 4μ` (see [`crate::averaged`]): zero
+//! where `h ω_e ≤ √8`, so that the order is 2, and ½ for unresolved elements, where the second
+//! multiplier tends to zero as `τ/h` grows. The two multipliers of a strain of infinite stiffness
+//! are the roots of
 //! ```text
 //! (¼ + μ + (½ + θ) τ/h) z² + (½ − 2μ − 2θ τ/h) z + ¼ + μ − (½ − θ) τ/h = 0
 //! ```
 //!
-//! Letters: `C_i` stiffnesses, `τ_i` relaxation times (s), `ℓ` length or weight of a Gauss point, `𝔹_i x` strain
-//! gradients. Source: theory §6.11; J. Linn, H. Lang, A. Tuganov, Mech. Sci. 4 (2013) 79–96.
+//! Letters: `C_i` stiffnesses, `τ_i` relaxation times (s), `ℓ` length or weight of a Gauss point,
+//! `𝔹_i x` strain gradients. Source: theory §6.11; J. Linn, H. Lang, A. Tuganov, Mech. Sci. 4
+//! (2013) 79–96.
 #![allow(non_snake_case)] // C
 
 use crate::averaged::{MASS_SCALING, scaling};
@@ -59,7 +61,8 @@ impl StrainDamping {
         })
     }
 
-    /// With `θ = 4μ` of selective mass scaling, from `1/ω²` of each element, s²: two-node ones, others.
+    /// With `θ = 4μ` of selective mass scaling, from `1/ω²` of each element, s²: two-node ones,
+    /// others.
     #[must_use]
     pub(crate) fn with_slowness(self, slowness: [Vec<f64>; 2]) -> Self {
         Self { slowness: Some(slowness), ..self }
@@ -113,7 +116,8 @@ impl DiscreteForce for StrainDamping {
         self.add(at.t, at.q, v, 1.0, out);
     }
 
-    /// `−Σ ℓ C_i τ_i Δε_i²/h`: that of `(f_d^- + f_d^+)·Δq/h` with `θ = 0`, whose chords `Δq` strain nothing.
+    /// `−Σ ℓ C_i τ_i Δε_i²/h`: that of `(f_d^- + f_d^+)·Δq/h` with `θ = 0`, whose chords `Δq`
+    /// strain nothing.
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
         let mut work = 0.0;
         self.each(s.h, &mut |own, _| {

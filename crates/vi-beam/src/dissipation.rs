@@ -1,4 +1,5 @@
-//! Algorithmic dissipation of unresolved vibrations: a passive high-pass filter in each strain of a section.
+//! Algorithmic dissipation of unresolved vibrations: a passive high-pass filter in each strain of a
+//! section.
 //!
 //! ```text
 //! force of a step  f_d^- = −½ h Σ_e ℓ Σ_i C_i φ_i 𝔹_i x_n,      f_d^+ = −½ h Σ_e ℓ Σ_i C_i φ_i 𝔹_i x_{n+1}
@@ -9,26 +10,29 @@
 //! energy           W = ½ ℓ C_i (π_1²/m_1 + e_2²/c_2 + π_3²/m_3)
 //! of a step        ℓ C_i φ Δε = ΔW + ℓ C_i r (Δe_2 − π̄_3/m_3)²
 //! ```
-//! The filter is a ladder of an inertance `m_1`, a compliance `c_2` and an inertance `m_3`, terminated by a dashpot
-//! `r`, by the midpoint rule in units of the step. Its energy is a quadratic form, so the last line is an identity:
-//! no step creates energy, whatever the step and the motion, and the sum of `ℓ C_i φ Δε` is never negative. The
-//! transmission zeros of all three elements are at zero frequency, so a vibration `hω ≪ 1` loses in a step the part
+//! The filter is a ladder of an inertance `m_1`, a compliance `c_2` and an inertance `m_3`,
+//! terminated by a dashpot `r`, by the midpoint rule in units of the step. Its energy is a
+//! quadratic form, so the last line is an identity: no step creates energy, whatever the step and
+//! the motion, and the sum of `ℓ C_i φ Δε` is never negative. The transmission zeros of all three
+//! elements are at zero frequency, so a vibration `hω ≪ 1` loses in a step the part
 //! ```text
 //! (hω)² Re Z(ihω),      Re Z(ix) = (m_1 c_2 m_3)² x⁶/r + O(x⁸)
 //! ```
-//! of its energy, and for `hω → ∞` the vibration is that of the filter and of the constant mass `μ` alone ([`MASS`],
-//! [`crate::averaged`]): all multipliers from `hω = 3` to infinity are below 0.78. `m_1` and `μ` act on resolved
-//! vibrations as an added mass: their period is longer by the part `(1/12 + (μ + m_1)/2)(hω)²`.
+//! of its energy, and for `hω → ∞` the vibration is that of the filter and of the constant mass `μ`
+//! alone ([`MASS`], [`crate::averaged`]): all multipliers from `hω = 3` to infinity are below 0.78.
+//! `m_1` and `μ` act on resolved vibrations as an added mass: their period is longer by the part
+//! `(1/12 + (μ + m_1)/2)(hω)²`.
 //!
-//! `Δε` depends on `z_n` only through the known history, so `φ = a Δε + g·z_n` with constant `a` and `g`, and the
-//! Newton matrix has the pattern of material damping. Strains do not see rigid motions of `x_n` or of `x_{n+1}`:
-//! neither linear nor angular momentum changes. `φ = O(h²)` for a smooth motion, so the order is 2.
+//! `Δε` depends on `z_n` only through the known history, so `φ = a Δε + g·z_n` with constant `a`
+//! and `g`, and the Newton matrix has the pattern of material damping. Strains do not see rigid
+//! motions of `x_n` or of `x_{n+1}`: neither linear nor angular momentum changes. `φ = O(h²)` for a
+//! smooth motion, so the order is 2.
 //!
-//! Letters: `C_i` stiffnesses, `ℓ` length or weight of a Gauss point, `𝔹_i x` strain gradients, `z` internal
-//! variables in units of the strain.
+//! Letters: `C_i` stiffnesses, `ℓ` length or weight of a Gauss point, `𝔹_i x` strain gradients, `z`
+//! internal variables in units of the strain.
 //!
-//! Source: theory §6.12; S. Darlington, J. Math. Phys. 18 (1939) 257–353 (lossless ladders with one resistance);
-//! M. C. Smith, IEEE Trans. Autom. Control 47 (2002) 1648–1662 (inertance).
+//! Source: theory §6.12; S. Darlington, J. Math. Phys. 18 (1939) 257–353 (lossless ladders with one
+//! resistance); M. C. Smith, IEEE Trans. Autom. Control 47 (2002) 1648–1662 (inertance).
 #![allow(non_snake_case)] // C, A, B
 
 use crate::element::Elements;
@@ -295,7 +299,8 @@ mod tests {
         }
     }
 
-    /// The step map of `ẍ = −(hω)² x` in `(x, p, z)` for linear strains, `h = 1`, with `p` and forces over `(hω)²`.
+    /// The step map of `ẍ = −(hω)² x` in `(x, p, z)` for linear strains, `h = 1`, with `p` and
+    /// forces over `(hω)²`.
     fn vibration(w: f64) -> DMatrix<f64> {
         let Filter { of_strain: a, of_state: g, next, driven } = Filter::new();
         let mass = 1.0 / (w * w);

@@ -7,8 +7,8 @@
 //! M_e   = ℓ [1/3 1/6; 1/6 1/3] ⊗ diag(Aρ, I_1ρ, I_2ρ, I_3ρ) ⊗ I_3         (lumped: ½, ½)
 //! ```
 //! One quadrature point, so shear does not lock. `M_e` is constant and, with `I_3ρ = 0`, singular;
-//! `PᵀMP` is not. The limit of the element: nodes rotated relative to each other by `θ` carry the moment
-//! `EI sin θ cos θ/ℓ` at most, `EI/(2ℓ)` at 45°.
+//! `PᵀMP` is not. The limit of the element: nodes rotated relative to each other by `θ` carry the
+//! moment `EI sin θ cos θ/ℓ` at most, `EI/(2ℓ)` at 45°.
 //!
 //! Source: theory §6.
 #![allow(non_snake_case)] // M, V

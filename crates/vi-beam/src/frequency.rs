@@ -3,11 +3,12 @@
 //! ```text
 //! ω_max ≤ max_e ω_e,     K_e x = ω_e² M_e x,     K_e, M_e reduced by P_in of the element's own nodes
 //! ```
-//! Assembly, joints and further masses only lower it. Bounded energy, and the order of a composition, need
-//! `h ω_max` of about 1 or less; with more, momentum and symplectic form stay exact, but stiff vibrations
-//! are not resolved.
+//! Assembly, joints and further masses only lower it. Bounded energy, and the order of a
+//! composition, need `h ω_max` of about 1 or less; with more, momentum and symplectic form stay
+//! exact, but stiff vibrations are not resolved.
 //!
-//! Source: theory §6, "Solving"; B. Irons, G. Treharne, Proc. 3rd Conf. Matrix Methods Struct. Mech. (1971).
+//! Source: theory §6, "Solving"; B. Irons, G. Treharne, Proc. 3rd Conf. Matrix Methods Struct.
+//! Mech. (1971).
 #![allow(non_snake_case)] // K, M, P, L
 
 use crate::element::{Elements, MassKind};
@@ -43,8 +44,8 @@ pub fn highest_frequency(model: &BeamModel, beam: &Beam, q: &[f64]) -> Stiffest 
     stiffest
 }
 
-/// `1/ω_e²` of all elements in their initial configuration, s²: two-node ones, those of higher order; zero where a
-/// motion carries no mass.
+/// `1/ω_e²` of all elements in their initial configuration, s²: two-node ones, those of higher
+/// order; zero where a motion carries no mass.
 pub(crate) fn slowness(model: &BeamModel) -> [Vec<f64>; 2] {
     let q = model.configuration();
     let mut frequencies = Frequencies::new(model);

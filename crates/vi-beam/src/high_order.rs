@@ -6,10 +6,11 @@
 //! K_1 = ½ Σ_{j<k} (N_jN'_k − N_kN'_j)(d_3^j·d_2^k − d_2^j·d_3^k) − (·)_0,   cyclic
 //! M   = ∫ N_j N_k ds ⊗ diag(Aρ, I_1ρ, I_2ρ, I_3ρ) ⊗ I_3
 //! ```
-//! The strains are quadratic forms as those of the two-node element and invariant for the same reason;
-//! both discrete potentials exist. The nodes of an element are equally spaced in arc length. Displacements
-//! of the nodes converge with order 4, measured, for three nodes and for four: interpolated directors
-//! miss their unit length between the nodes, which limits the order; four nodes have the smaller error.
+//! The strains are quadratic forms as those of the two-node element and invariant for the same
+//! reason; both discrete potentials exist. The nodes of an element are equally spaced in arc
+//! length. Displacements of the nodes converge with order 4, measured, for three nodes and for
+//! four: interpolated directors miss their unit length between the nodes, which limits the order;
+//! four nodes have the smaller error.
 //!
 //! Letters: `N_j(s)` Lagrange polynomials, `w_g` weight (m) of a Gauss point.
 #![allow(non_snake_case)] // N, C, M, K

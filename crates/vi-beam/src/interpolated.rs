@@ -6,14 +6,16 @@
 //! f_j      = −Σ_e ℓ Σ_i C_i τ_i Σ_l N_jl ε_i(q_l) 𝔹_i q_j,      N = Eᵀ diag(b) D                   [6.34]
 //! work     = −(1/h) Σ_e ℓ Σ_i C_i τ_i Σ_jl K_jl ε_i(q_j) ε_i(q_l)
 //! ```
-//! `s = 1` is the averaged strain of [`crate::averaged`] and the damping of [`crate::damping`] with `θ = 0`. The order is
-//! `2s`, as with `V(Q_k)`: the node polynomial of the control points is orthogonal to all of degree `s − 2`, so that
-//! exchanging interpolation and strain costs `O(h^{2s+1})` of the action. Rigid motions of the control points are free of
-//! strain, so linear and angular momentum are exact. The linear vibration is the diagonal Padé approximation: stable for
-//! every step. With even `s` a mode far beyond the step, `hω ≫ 1`, does not alternate but turns slowly, and smooth
-//! loads can excite it: odd `s` for stiff beams.
+//! `s = 1` is the averaged strain of [`crate::averaged`] and the damping of [`crate::damping`] with
+//! `θ = 0`. The order is `2s`, as with `V(Q_k)`: the node polynomial of the control points is
+//! orthogonal to all of degree `s − 2`, so that exchanging interpolation and strain costs
+//! `O(h^{2s+1})` of the action. Rigid motions of the control points are free of strain, so linear
+//! and angular momentum are exact. The linear vibration is the diagonal Padé approximation: stable
+//! for every step. With even `s` a mode far beyond the step, `hω ≫ 1`, does not alternate but turns
+//! slowly, and smooth loads can excite it: odd `s` for stiff beams.
 //!
-//! Letters: `C_i` stiffnesses, `τ_i` relaxation times (s), `ℓ` length or weight of a Gauss point, `𝔹_i q` strain gradients.
+//! Letters: `C_i` stiffnesses, `τ_i` relaxation times (s), `ℓ` length or weight of a Gauss point,
+//! `𝔹_i q` strain gradients.
 #![allow(non_snake_case)] // C, S, N, K
 
 use crate::averaged::AveragedStrains;

@@ -1,8 +1,8 @@
 //! Geometrically exact beams in director coordinates.
 //!
-//! A beam is a chain of frames (its nodes) and two-node elements between them. Nodes carry joints as
-//! rigid bodies do, so beams and bodies mix freely; every strain is a quadratic form of the coordinates,
-//! so energies, momenta and constraints are conserved exactly as for rigid bodies.
+//! A beam is a chain of frames (its nodes) and two-node elements between them. Nodes carry joints
+//! as rigid bodies do, so beams and bodies mix freely; every strain is a quadratic form of the
+//! coordinates, so energies, momenta and constraints are conserved exactly as for rigid bodies.
 //!
 //! | file | concept |
 //! |---|---|
@@ -19,8 +19,8 @@
 //! | [`frequency`] | a bound of the highest frequency |
 //! | [`section_force`] | section forces, centre line |
 //!
-//! Source: theory §6; P. Betsch, P. Steinmann, IJNME 54 (2002) 1775–1788; S. Leyendecker, P. Betsch,
-//! P. Steinmann, Multibody Syst. Dyn. 19 (2008) 45–72.
+//! Source: theory §6; P. Betsch, P. Steinmann, IJNME 54 (2002) 1775–1788; S. Leyendecker, P.
+//! Betsch, P. Steinmann, Multibody Syst. Dyn. 19 (2008) 45–72.
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -130,7 +130,8 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// The curve `r(t)`, `t` = `from … to`, nodes at equal steps of `t`; its tangent by differences.
+    /// The curve `r(t)`, `t` = `from … to`, nodes at equal steps of `t`; its tangent by
+    /// differences.
     ///
     /// # Errors
     /// [`MeshError`].
@@ -149,7 +150,8 @@ impl Mesh {
         Self::along(curve, &tangent, from, to, elements, rule)
     }
 
-    /// The curve `r(t)` with its derivative `r'(t)`, `t` = `from … to`, nodes at equal steps of `t`.
+    /// The curve `r(t)` with its derivative `r'(t)`, `t` = `from … to`, nodes at equal steps of
+    /// `t`.
     ///
     /// # Errors
     /// [`MeshError`].

@@ -1,8 +1,8 @@
 //! Beams, rigid bodies and joints as one mechanism.
 //!
-//! A node is a frame without mass of its own: it carries joints as a body does, and the elements add
-//! their mass and energy on top. A clamp is a fixed joint to the ground; a rigid corner is a fixed
-//! joint between two coincident nodes. A loop closed only through elements is a tree for `P`.
+//! A node is a frame without mass of its own: it carries joints as a body does, and the elements
+//! add their mass and energy on top. A clamp is a fixed joint to the ground; a rigid corner is a
+//! fixed joint between two coincident nodes. A loop closed only through elements is a tree for `P`.
 
 use crate::element::{ElementError, Elements};
 use crate::high_order::HighOrderElements;
@@ -111,8 +111,8 @@ impl BeamModel {
         Ok(Beam { nodes: first..first + mesh.centers.len(), elements: start..end, order: 1 })
     }
 
-    /// Adds a beam of elements with `order + 1` nodes, `order` 2 or 3: that many intervals of the mesh
-    /// make one element, and they should be equally long.
+    /// Adds a beam of elements with `order + 1` nodes, `order` 2 or 3: that many intervals of the
+    /// mesh make one element, and they should be equally long.
     ///
     /// # Errors
     /// [`ElementError::Order`].
@@ -177,8 +177,9 @@ impl BeamModel {
         Ok(beams)
     }
 
-    /// Joins two frames (`None`: the ground) by a pair at a world point with a world axis, both in the
-    /// initial configuration; pairs without an axis do not read it. Returns the index of the joint.
+    /// Joins two frames (`None`: the ground) by a pair at a world point with a world axis, both in
+    /// the initial configuration; pairs without an axis do not read it. Returns the index of the
+    /// joint.
     pub fn join(
         &mut self,
         kind: PairKind,
@@ -203,8 +204,8 @@ impl BeamModel {
         self.join(PairKind::Fixed, None, node, &point, &Vector3::z())
     }
 
-    /// A load per length along a beam, force (N/m) and torque (N·m/m): `∫ N_j ds` of it at the nodes of each
-    /// element, `ℓ/2` at both ends of a two-node one.
+    /// A load per length along a beam, force (N/m) and torque (N·m/m): `∫ N_j ds` of it at the
+    /// nodes of each element, `ℓ/2` at both ends of a two-node one.
     ///
     /// # Errors
     /// [`LoadError`].

@@ -5,11 +5,11 @@
 //! m  = (Aρ, I_1ρ, I_2ρ, I_3ρ),   I_Iρ = ∫ ρ ξ_I² dA           kg/m, kg·m     Euler moments
 //! I_Iρ = ½ tr J − J_I          from the section inertias J_I about the directors
 //! ```
-//! Attention: `EI_1` is bending *about* `d_1`, which moves material along `d_2`; the homogeneous section
-//! therefore has `I_2ρ = ρ EI_1/E`. `I_3ρ = 0` as a rule: `d_3` carries no mass.
+//! Attention: `EI_1` is bending *about* `d_1`, which moves material along `d_2`; the homogeneous
+//! section therefore has `I_2ρ = ρ EI_1/E`. `I_3ρ = 0` as a rule: `d_3` carries no mass.
 //!
-//! Source: theory §6. Shear factors: Cowper, J. Appl. Mech. 33 (1966) 335–340; torsion constant of the
-//! rectangle: Timoshenko & Goodier, Theory of Elasticity, §109 (series).
+//! Source: theory §6. Shear factors: Cowper, J. Appl. Mech. 33 (1966) 335–340; torsion constant of
+//! the rectangle: Timoshenko & Goodier, Theory of Elasticity, §109 (series).
 #![allow(non_snake_case)] // E, G, A: the letters of the field
 
 use crate::strain::Strain;
@@ -88,7 +88,8 @@ impl Section {
     /// Euler moments).
     ///
     /// # Errors
-    /// [`SectionError::NotPositive`] for stiffnesses and `Aρ`, [`SectionError::Negative`] for `I_Iρ`.
+    /// [`SectionError::NotPositive`] for stiffnesses and `Aρ`, [`SectionError::Negative`] for
+    /// `I_Iρ`.
     pub fn new(stiffness: [f64; 6], inertia: [f64; 4]) -> Result<Self, SectionError> {
         for (what, value) in STIFFNESS_NAMES.into_iter().zip(stiffness) {
             positive(what, value)?;
@@ -102,8 +103,8 @@ impl Section {
         Ok(Self { stiffness, inertia, damping: [0.0; 6] })
     }
 
-    /// The same with Kelvin–Voigt damping: relaxation times `τ_i` (s) of shear along `d_1` and `d_2`, extension,
-    /// bending about `d_1` and `d_2`, twist. The viscosity is `C_i τ_i`.
+    /// The same with Kelvin–Voigt damping: relaxation times `τ_i` (s) of shear along `d_1` and
+    /// `d_2`, extension, bending about `d_1` and `d_2`, twist. The viscosity is `C_i τ_i`.
     ///
     /// # Errors
     /// [`SectionError::Negative`].

@@ -5,10 +5,10 @@
 //! (M_1, M_2, M_3) = (EI_1K_1, EI_2K_2, GJK_3)       bending moments, twisting moment
 //! n = N_I d̄_I,   m = M_I d̄_I                        spatial
 //! ```
-//! One value for each two-node element, at its middle, where it is of second order (the ends are first
-//! order); one for each Gauss point of an element of higher order. The centre line of an element is its
-//! chord; for pictures, [`center_line`] draws a cubic through the nodes with the mean slope of both
-//! neighbours.
+//! One value for each two-node element, at its middle, where it is of second order (the ends are
+//! first order); one for each Gauss point of an element of higher order. The centre line of an
+//! element is its chord; for pictures, [`center_line`] draws a cubic through the nodes with the
+//! mean slope of both neighbours.
 
 use crate::model::{Beam, BeamModel};
 pub use crate::section_state::SectionState;
@@ -63,7 +63,8 @@ pub struct SectionPlace {
 }
 
 impl SectionPlace {
-    /// The mean over an element, counted along the beam from 0: its middle, or its Gauss points by their lengths.
+    /// The mean over an element, counted along the beam from 0: its middle, or its Gauss points by
+    /// their lengths.
     ///
     /// # Panics
     /// When there is no such element.
@@ -76,9 +77,10 @@ impl SectionPlace {
         Self { part, weights }
     }
 
-    /// At the reference arc length `along` from the start of the beam, m. The polynomial through the Gauss points of an
-    /// element of higher order; between two-node elements linear through their middles. Of order 2 in the
-    /// length of the elements where section forces are smooth; a load on a node smears over its two elements.
+    /// At the reference arc length `along` from the start of the beam, m. The polynomial through
+    /// the Gauss points of an element of higher order; between two-node elements linear through
+    /// their middles. Of order 2 in the length of the elements where section forces are smooth; a
+    /// load on a node smears over its two elements.
     ///
     /// # Panics
     /// When the beam has no elements.
@@ -148,8 +150,8 @@ pub fn center_line(
     cubic_line(&nodes, &lengths, per_interval)
 }
 
-/// Points of a cubic through `nodes` that are `lengths` apart, `per_interval` in each interval and the
-/// last node.
+/// Points of a cubic through `nodes` that are `lengths` apart, `per_interval` in each interval and
+/// the last node.
 #[must_use]
 pub fn cubic_line(
     nodes: &[Vector3<f64>],

@@ -5,9 +5,10 @@
 //! K_1 = ½(d̄_3·d_2' − d̄_2·d_3') − (·)_0 = (d_3^a·d_2^b − d_2^a·d_3^b)/(2ℓ) − (·)_0,   cyclic
 //! ε_i = ½ xᵀ𝔹_i x − ε_i0,     𝔹_i = B_i ⊗ I_3 constant, symmetric;     ∇ε_i = 𝔹_i x
 //! ```
-//! `Γ_1, Γ_2` shear, `Γ_3` extension, `K_1, K_2` bending about `d_1, d_2`, `K_3` twist. Invariant under
-//! rigid motions for any `x`, orthonormal or not. In the closed form of `K` the products of directors
-//! of one node have cancelled: no digit is lost on fine meshes except in `φ' = (φ^b − φ^a)/ℓ`.
+//! `Γ_1, Γ_2` shear, `Γ_3` extension, `K_1, K_2` bending about `d_1, d_2`, `K_3` twist. Invariant
+//! under rigid motions for any `x`, orthonormal or not. In the closed form of `K` the products of
+//! directors of one node have cancelled: no digit is lost on fine meshes except in
+//! `φ' = (φ^b − φ^a)/ℓ`.
 //!
 //! Letters: `x = (φ^a, d_1^a, d_2^a, d_3^a, φ^b, d_1^b, d_2^b, d_3^b) ∈ R^24` element coordinates,
 //! `ε = (Γ_1, Γ_2, Γ_3, K_1, K_2, K_3)`, `ℓ` reference length (m).
@@ -29,7 +30,8 @@ pub type Strain = SVector<f64, STRAINS>;
 /// Columns `𝔹_i x`, the gradients of the strains.
 pub type Gradients = SMatrix<f64, SIZE, STRAINS>;
 
-/// Slots of `K_1, K_2, K_3`: `K = (x_p·x_q − x_r·x_s)/(2ℓ)` with vectors numbered `φ^a` 0 … `d_3^b` 7.
+/// Slots of `K_1, K_2, K_3`: `K = (x_p·x_q − x_r·x_s)/(2ℓ)` with vectors numbered `φ^a` 0 …
+/// `d_3^b` 7.
 const CURVATURE: [[usize; 4]; 3] = [[3, 6, 2, 7], [1, 7, 3, 5], [2, 5, 1, 6]];
 
 fn vector(x: &Coordinates, slot: usize) -> Vector3<f64> {

@@ -13,7 +13,8 @@ use vi_rigid::load::Load;
 use vi_rigid::time_history::TimeHistory;
 
 impl BeamModel {
-    /// The system: mass of bodies and elements, gravity (midpoint), elastic energy, material damping.
+    /// The system: mass of bodies and elements, gravity (midpoint), elastic energy, material
+    /// damping.
     #[must_use]
     pub fn system(&self, mechanism: &Mechanism, rule: StrainRule) -> SeparableSystem {
         self.system_by(mechanism, rule, Quadrature::Midpoint)
@@ -68,8 +69,8 @@ impl BeamModel {
         }
     }
 
-    /// The system at rest: elastic energy, and loads and weight that grow in proportion to the time of
-    /// statics, whatever the histories of the loads.
+    /// The system at rest: elastic energy, and loads and weight that grow in proportion to the time
+    /// of statics, whatever the histories of the loads.
     #[must_use]
     pub fn static_system(&self, mechanism: &Mechanism, loads: Vec<Load>) -> SeparableSystem {
         let mass = self.mass_matrix(mechanism);

@@ -1,5 +1,6 @@
-//! A step of a beam with loads and joints allocates nothing, by neither discrete potential; the memory of a run, factors
-//! of the Newton matrix included, is proportional to the number of elements.
+//! A step of a beam with loads and joints allocates nothing, by neither discrete potential; the
+//! memory of a run, factors of the Newton matrix included, is proportional to the number of
+//! elements.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::common;
@@ -57,8 +58,8 @@ fn a_thousand_steps_allocate_nothing() {
     }
 }
 
-/// Work and memory of a factorization are proportional to its fill-in; a dense matrix would hold four times as much for
-/// twice the elements.
+/// Work and memory of a factorization are proportional to its fill-in; a dense matrix would hold
+/// four times as much for twice the elements.
 #[test]
 fn memory_is_linear_in_the_number_of_elements() {
     let held = |elements: usize| {

@@ -1,5 +1,6 @@
-//! The elimination of a beam by its blocks solves the same equations as a dense LU of the same matrix, and is in use
-//! wherever beams are: free, clamped, branched, on bodies, as rings, damped, stiff against the step.
+//! The elimination of a beam by its blocks solves the same equations as a dense LU of the same
+//! matrix, and is in use wherever beams are: free, clamped, branched, on bodies, as rings, damped,
+//! stiff against the step.
 
 #![allow(clippy::unwrap_used)] // a test
 

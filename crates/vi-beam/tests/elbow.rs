@@ -1,5 +1,6 @@
-//! The right-angle cantilever of Simo & Vu-Quoc (1988): `benchmarks.md` §14, against independent runs of
-//! another two-node element (lumped masses, explicit RK4); both are compared in the limit of fine meshes.
+//! The right-angle cantilever of Simo & Vu-Quoc (1988): `benchmarks.md` §14, against independent
+//! runs of another two-node element (lumped masses, explicit RK4); both are compared in the limit
+//! of fine meshes.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -51,7 +52,8 @@ fn run(elements: usize, h: f64) -> [f64; 4] {
 
 #[test]
 fn elbow_and_tip_follow_the_independent_runs() {
-    let limit = [4.115, 0.069, 3.111, 5.479]; // their h² limits in space, three digits after the point
+    // their h² limits in space, three digits after the point
+    let limit = [4.115, 0.069, 3.111, 5.479];
     let runs: Vec<[f64; 4]> = [10, 20, 40].into_iter().map(|n| run(n, 0.01)).collect();
     let found: [f64; 4] = std::array::from_fn(|i| runs[2][i] + (runs[2][i] - runs[1][i]) / 3.0);
     println!("elbow and tip at 2 s, 5 s: {runs:.4?}\nlimit {found:.4?}, expected {limit:.4?}");

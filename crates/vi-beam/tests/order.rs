@@ -1,5 +1,6 @@
-//! Temporal order of the averaged-strain schemes, with and without selective mass scaling or dissipation, and of the midpoint scheme on a soft beam, alone (2) and composed (4),
-//! for `q` and the projected momentum; `h ω_max` is not much above 1.
+//! Temporal order of the averaged-strain schemes, with and without selective mass scaling or
+//! dissipation, and of the midpoint scheme on a soft beam, alone (2) and composed (4), for `q` and
+//! the projected momentum; `h ω_max` is not much above 1.
 
 #![allow(clippy::unwrap_used)] // a test
 

@@ -37,7 +37,8 @@ fn body(name: &str, center: Vector3<f64>, turn: Vector3<f64>) -> BodySpec {
     }
 }
 
-/// ground – pair – body – pair – body – pair – beam – pair – body, a free beam, springs, two particles.
+/// ground – pair – body – pair – body – pair – beam – pair – body, a free beam, springs, two
+/// particles.
 fn model(kinds: [PairKind; 4], turn: Vector3<f64>) -> BeamModel {
     let mut model = BeamModel::new(vector(0.3, -9.81, 0.1));
     let (a, b) = (vector(0.5, 0.1, 0.0), vector(0.9, 0.4, 0.3));

@@ -1,14 +1,15 @@
 //! Dependent constraints that contradict each other at the start.
 //!
-//! Constraints may depend on one another, `G_d = C G_s`, as long as they agree: some velocity and some
-//! acceleration must satisfy all of them,
+//! Constraints may depend on one another, `G_d = C G_s`, as long as they agree: some velocity and
+//! some acceleration must satisfy all of them,
 //! ```text
 //! G v' = −∂g/∂t                                  velocity level
 //! G a  = −γ,   γ = D²g[v, v] + ∂²g/∂t²           acceleration level
 //! ```
-//! The independent rows are solved for `x`, and what is left in the others, `G_d x + b_d = b_d − C b_s`,
-//! must vanish. Two prescribed motions of one joint, a prescribed motion of a joint that other
-//! constraints lock, and a velocity that a stretched chain cannot have are found here.
+//! The independent rows are solved for `x`, and what is left in the others,
+//! `G_d x + b_d = b_d − C b_s`, must vanish. Two prescribed motions of one joint, a prescribed
+//! motion of a joint that other constraints lock, and a velocity that a stretched chain cannot have
+//! are found here.
 //!
 //! Letters: `b` is `∂g/∂t` or `γ`; residuals are compared relative to the sizes of their rows.
 
@@ -49,7 +50,8 @@ impl std::fmt::Display for Level {
 pub struct Contradiction {
     /// The level.
     pub level: Level,
-    /// The constraints: one that is left with a residual, then those it depends on by falling weight.
+    /// The constraints: one that is left with a residual, then those it depends on by falling
+    /// weight.
     pub rows: Vec<usize>,
     /// What is left relative to the size of the row, 1/s or 1/s².
     pub residual: f64,
@@ -106,7 +108,8 @@ impl<'a, C: Constraints> Dependence<'a, C> {
         if x.iter().all(|x| x.is_finite()) { Ok(x) } else { Err(Singular) }
     }
 
-    /// The least `x`, measured by the sizes of the coordinates, with `G x = −g` in the independent rows.
+    /// The least `x`, measured by the sizes of the coordinates, with `G x = −g` in the independent
+    /// rows.
     ///
     /// # Errors
     /// [`Singular`] when these are not independent here.
@@ -118,8 +121,8 @@ impl<'a, C: Constraints> Dependence<'a, C> {
         Ok(x)
     }
 
-    /// What `G x = −b` leaves in every row, relative to its size; shape `m`, zero in the independent
-    /// rows.
+    /// What `G x = −b` leaves in every row, relative to its size; shape `m`, zero in the
+    /// independent rows.
     ///
     /// # Errors
     /// [`Singular`] when these are not independent here.

@@ -3,21 +3,21 @@
 //! ```text
 //! |g_i(q_n)| ≤ max(1e-9, 100 χ_0, 10 τ) Σ_j |G_ij| size_j           i = 1 … m, all constraints
 //! ```
-//! `size_j` is the size of coordinate `j` in the system, so each row is measured in its own unit; `χ_0`
-//! is the same ratio at the start and `τ` the relative tolerance of Newton's method.
+//! `size_j` is the size of coordinate `j` in the system, so each row is measured in its own unit;
+//! `χ_0` is the same ratio at the start and `τ` the relative tolerance of Newton's method.
 //!
-//! A scheme solves for independent constraints and relies on the others to follow. Where they do not
-//! (prescribed motions that contradict each other, a loop that cannot move, a rank that was misjudged),
-//! the residual of a constraint that was left out grows with the motion. Round-off stays below `1e-12`
-//! in this measure: the increments are found from `g(q_{n+1}) = 0`, so nothing accumulates, and the
-//! enlargement in a constraint that was left out is bounded by the choice of the others
-//! ([`crate::saddle_point`]). The bound is three orders above that.
+//! A scheme solves for independent constraints and relies on the others to follow. Where they do
+//! not (prescribed motions that contradict each other, a loop that cannot move, a rank that was
+//! misjudged), the residual of a constraint that was left out grows with the motion. Round-off
+//! stays below `1e-12` in this measure: the increments are found from `g(q_{n+1}) = 0`, so nothing
+//! accumulates, and the enlargement in a constraint that was left out is bounded by the choice of
+//! the others ([`crate::saddle_point`]). The bound is three orders above that.
 //!
 //! Constraints that nearly follow from others keep a residual, which may be as large as stated
 //! ([`Constraints::allowances`]); `χ_0` leaves them out.
 //!
-//! The constraints of rigidity hold for the mirror image of a body, too. Schemes whose unknown is `q_{n+1}` itself may find
-//! it in a long step; such a step is refused.
+//! The constraints of rigidity hold for the mirror image of a body, too. Schemes whose unknown is
+//! `q_{n+1}` itself may find it in a long step; such a step is refused.
 
 use crate::constraints::Constraints;
 use crate::scheme::StepError;
@@ -57,7 +57,8 @@ impl ClosureWatch {
         Self { g, start: sizes.clone(), sizes, factor }
     }
 
-    /// For configurations that are solved for, whatever the residual of the start: `χ_0 = 0`; `m` constraints.
+    /// For configurations that are solved for, whatever the residual of the start: `χ_0 = 0`; `m`
+    /// constraints.
     #[must_use]
     pub fn of_solved(m: usize, tolerance: f64) -> Self {
         let factor = ROUND_OFF.max(NEWTON * tolerance);
@@ -67,8 +68,8 @@ impl ClosureWatch {
     /// Checks the node `(t, q)`.
     ///
     /// # Errors
-    /// [`StepError::ConstraintViolated`] with the constraint whose residual is largest relative to its
-    /// bound; [`StepError::Reflected`].
+    /// [`StepError::ConstraintViolated`] with the constraint whose residual is largest relative to
+    /// its bound; [`StepError::Reflected`].
     pub fn check(
         &mut self,
         constraints: &impl Constraints,
@@ -154,7 +155,8 @@ mod tests {
         )
     }
 
-    /// A node far away has large rows. At a later one that is near, they must not excuse a violation.
+    /// A node far away has large rows. At a later one that is near, they must not excuse a
+    /// violation.
     #[test]
     fn a_judgement_does_not_depend_on_earlier_nodes() {
         let rods = rods();

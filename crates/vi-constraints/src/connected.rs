@@ -1,12 +1,14 @@
-//! Rows of a matrix that are connected by columns, with their rank; up to which size that is decided by dense matrices.
+//! Rows of a matrix that are connected by columns, with their rank; up to which size that is
+//! decided by dense matrices.
 
 use crate::null_space::NullSpaceQr;
 use crate::redundancy;
 use nalgebra::DMatrix;
 use vi_core::sparse::SparseMatrix;
 
-/// Coordinates of connected constraints up to which their rank, their null space and matrices over their degrees of
-/// freedom are dense; beyond, one matrix would take more than 46 MB, and a step many seconds.
+/// Coordinates of connected constraints up to which their rank, their null space and matrices over
+/// their degrees of freedom are dense; beyond, one matrix would take more than 46 MB, and a step
+/// many seconds.
 pub const DENSE_COORDINATES: usize = 2400;
 const NONE: usize = usize::MAX;
 
@@ -26,7 +28,8 @@ fn first(set: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-/// The number of the set of each column: the smallest column that rows connect it to. `entries` visits `(row, column)`.
+/// The number of the set of each column: the smallest column that rows connect it to. `entries`
+/// visits `(row, column)`.
 pub(crate) fn groups(
     (rows, columns): (usize, usize),
     entries: impl FnOnce(&mut dyn FnMut(usize, usize)),

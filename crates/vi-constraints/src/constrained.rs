@@ -8,8 +8,8 @@
 //! ```
 //! The scaling by powers of `h` makes the condition number independent of `h`; as written it grows
 //! like `h⁻³`. Sparse LU with pivoting, symbolic factorization once: `M` may be singular.
-//! Redundant constraints: the rows of an independent set are used, and others once these are no longer
-//! clearly independent.
+//! Redundant constraints: the rows of an independent set are used, and others once these are no
+//! longer clearly independent.
 
 use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};

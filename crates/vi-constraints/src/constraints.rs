@@ -1,8 +1,8 @@
 //! Holonomic constraints `g(q, t) = 0`.
 //!
 //! Letters: `g ∈ R^m`, `G = ∂g/∂q ∈ R^{m×n}`, `D²g[v, w]` the second derivative in directions `v`,
-//! `w`. Source: LMO08 §2; rheonomic constraints are held at the nodes `t_{n+1}`, and the velocity at
-//! the start satisfies `G v + ∂g/∂t = 0`.
+//! `w`. Source: LMO08 §2; rheonomic constraints are held at the nodes `t_{n+1}`, and the velocity
+//! at the start satisfies `G v + ∂g/∂t = 0`.
 
 use crate::null_space::RANK_TOLERANCE;
 use vi_core::Configuration;
@@ -73,40 +73,45 @@ pub trait Constraints: Send + Sync {
     fn is_rheonomic(&self) -> bool {
         false
     }
-    /// Raises the floors of increments of a reparametrization to what the rounding of `q` makes of them: far from the
-    /// origin forces know positions to `ε |q|`, and an increment is not resolved any further. The unknowns of several
-    /// control points may follow one another. The default raises none.
+    /// Raises the floors of increments of a reparametrization to what the rounding of `q` makes of
+    /// them: far from the origin forces know positions to `ε |q|`, and an increment is not resolved
+    /// any further. The unknowns of several control points may follow one another. The default
+    /// raises none.
     fn raise_floors(&self, _q: &[f64], _blocks: &mut [Block]) {}
-    /// `out_j ←` the size that coordinate `j` has in the system, shape `n`, positive: rounding moves it
-    /// by `ε` of that. The default takes the largest coordinate for all.
+    /// `out_j ←` the size that coordinate `j` has in the system, shape `n`, positive: rounding
+    /// moves it by `ε` of that. The default takes the largest coordinate for all.
     fn coordinate_sizes(&self, q: &[f64], out: &mut [f64]) {
         let largest = vi_core::linear::norm_inf(q);
         out.fill(if largest > 0.0 { largest } else { 1.0 });
     }
-    /// `out_j ←` what one is for coordinate `j` where rows of `G` are compared, shape `n`, positive: a lever arm for the
-    /// coordinates of a point, 1 for those of a director. The default takes 1 for all.
+    /// `out_j ←` what one is for coordinate `j` where rows of `G` are compared, shape `n`,
+    /// positive: a lever arm for the coordinates of a point, 1 for those of a director. The default
+    /// takes 1 for all.
     fn coordinate_units(&self, out: &mut [f64]) {
         out.fill(1.0);
     }
-    /// `out_i ← Σ_j |G_ij| size_j`, shape `m`, in the unit of `g_i`: rounding changes `g_i` by a small
-    /// multiple of `ε` of that. A row that depends on time adds the size of what it follows. Allocates.
+    /// `out_i ← Σ_j |G_ij| size_j`, shape `m`, in the unit of `g_i`: rounding changes `g_i` by a
+    /// small multiple of `ε` of that. A row that depends on time adds the size of what it follows.
+    /// Allocates.
     fn row_sizes(&self, at: Configuration<'_>, out: &mut [f64]) {
         let mut sizes = vec![0.0; self.dim()];
         self.coordinate_sizes(at.q, &mut sizes);
         out.fill(0.0);
         self.jacobian(at.t, at.q, &mut RowSums { sizes: &sizes, out });
     }
-    /// The residual that each constraint may keep where it nearly follows from others, shape `m`, in the unit of `g_i`; empty
-    /// where none may: constraints of closed loops that hold up to the digits of a file ([`crate::closure`]).
+    /// The residual that each constraint may keep where it nearly follows from others, shape `m`,
+    /// in the unit of `g_i`; empty where none may: constraints of closed loops that hold up to the
+    /// digits of a file ([`crate::closure`]).
     fn allowances(&self) -> &[f64] {
         &[]
     }
-    /// Relative size of a pivot below which a constraint counts as dependent on the others: larger where some nearly are.
+    /// Relative size of a pivot below which a constraint counts as dependent on the others: larger
+    /// where some nearly are.
     fn rank_tolerance(&self) -> f64 {
         RANK_TOLERANCE
     }
-    /// The first coordinate of a body whose directors are left-handed at `q`, a solution of the constraints that no motion
-    /// reaches.
+    /// The first coordinate of a body whose directors are left-handed at `q`, a solution of the
+    /// constraints that no motion reaches.
     fn reflected(&self, _q: &[f64]) -> Option<usize> {
         None
     }

@@ -6,9 +6,9 @@
 //! [ h P(q_n)ᵀ D_2(D_1 L_d + f_d^-) ]
 //! [ G(q_{n+1})                     ]
 //! ```
-//! `P` comes from a reparametrization where there is one, else from a pivoted QR of `G(q_n)ᵀ`. Dense,
-//! `O(n³)` a step: for small systems and comparisons. As written its condition number grows like
-//! `h⁻¹`.
+//! `P` comes from a reparametrization where there is one, else from a pivoted QR of `G(q_n)ᵀ`.
+//! Dense, `O(n³)` a step: for small systems and comparisons. As written its condition number grows
+//! like `h⁻¹`.
 
 use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
@@ -28,8 +28,8 @@ use vi_core::state::State;
 pub trait NullSpaceSource<C>: Send {
     /// `out ← P(q)`, shape `n × d`.
     fn null_space(&mut self, constraints: &C, t: f64, q: &[f64], out: &mut DMatrix<f64>);
-    /// Constraints that are independent at the configuration of the last `P`, where it was found from
-    /// them.
+    /// Constraints that are independent at the configuration of the last `P`, where it was found
+    /// from them.
     fn independent(&self) -> Option<&[usize]> {
         None
     }

@@ -1,8 +1,9 @@
 //! A family of schemes as the integrator sees it: systems, and how their nodes are read.
 //!
-//! The variational schemes are one family: every [`DiscreteLagrangian`] belongs to it. Another family, with
-//! another discretization of forces and other quantities at its nodes, implements [`Discretization`] for its own
-//! systems and [`crate::scheme::Scheme`] for its schemes; the integrator is the same.
+//! The variational schemes are one family: every [`DiscreteLagrangian`] belongs to it. Another
+//! family, with another discretization of forces and other quantities at its nodes, implements
+//! [`Discretization`] for its own systems and [`crate::scheme::Scheme`] for its schemes; the
+//! integrator is the same.
 
 use crate::constraints::Constraints;
 use crate::galerkin::GaussPoint;
@@ -26,7 +27,8 @@ pub struct Step<'a> {
     pub gauss: &'a [GaussPoint],
     /// Its polynomial, of Galerkin schemes.
     pub polynomial: Option<StepPolynomial<'a>>,
-    /// `h²λ` over all constraints, shape `m`, of schemes that find the multiplier of the step; else empty.
+    /// `h²λ` over all constraints, shape `m`, of schemes that find the multiplier of the step; else
+    /// empty.
     pub multipliers: &'a [f64],
 }
 
@@ -37,8 +39,8 @@ impl<'a> Step<'a> {
         Self { s, gauss: &[], polynomial: None, multipliers }
     }
 
-    /// `E_d = −∂L_d/∂h` (52), J: of Galerkin schemes `Σ_k b_k [½ V_kᵀ M V_k + V(Q_k)]` [2.32], and `U_d` of interpolated
-    /// strains.
+    /// `E_d = −∂L_d/∂h` (52), J: of Galerkin schemes `Σ_k b_k [½ V_kᵀ M V_k + V(Q_k)]` [2.32], and
+    /// `U_d` of interpolated strains.
     #[must_use]
     pub fn discrete_energy(&self, system: &impl DiscreteLagrangian) -> f64 {
         if self.gauss.is_empty() {
@@ -60,8 +62,8 @@ pub trait Discretization<C>: MechanicalSystem + Sized {
     type Observer: ObserveNode<Self, C>;
     /// For an independent set of the `m` constraints.
     fn observer(&self, m: usize, rows: &IndependentRows) -> Self::Observer;
-    /// Adds to the state of a start what the schemes of this family need beside `(t, q_0, p_0)`; `v`: the
-    /// consistent velocity, shape `n`.
+    /// Adds to the state of a start what the schemes of this family need beside `(t, q_0, p_0)`;
+    /// `v`: the consistent velocity, shape `n`.
     fn begin(&self, _state: &mut State, _v: &[f64]) {}
     /// The sub-steps of a macro step, in parts of `h`.
     fn sub_steps(&self, composition: Composition) -> Vec<f64> {
@@ -86,8 +88,8 @@ pub trait ObserveNode<S, C>: Send {
         state: &State,
         step: Step<'_>,
     ) -> Result<&Node, Singular>;
-    /// What a node says without a step from there; its multipliers are those of an earlier call. `h`: the step, 0
-    /// in compositions.
+    /// What a node says without a step from there; its multipliers are those of an earlier call.
+    /// `h`: the step, 0 in compositions.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -98,8 +100,8 @@ pub trait ObserveNode<S, C>: Send {
         state: &State,
         h: f64,
     ) -> Result<&Node, Singular>;
-    /// `force ← Gᵀλ` of the acceleration level with the velocity of the node, shape `n`, and `λ`, shape `m`, where it is
-    /// asked for.
+    /// `force ← Gᵀλ` of the acceleration level with the velocity of the node, shape `n`, and `λ`,
+    /// shape `m`, where it is asked for.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.

@@ -3,15 +3,16 @@
 //! ```text
 //! K = ∇²V + Σ λ_i D²g_i,     ω² x = P (PᵀMP)⁻¹ Pᵀ K x,     x in the range of P                 |ω²| largest
 //! ```
-//! `Σ λ_i D²g_i` is the geometric stiffness of the constraint forces `−Gᵀλ` of the acceleration level: taut links vibrate by
-//! it, and a body that spins at `ω` has `ω² = −ω²`. Constraint forces of a step act at its nodes, as in the Störmer–Verlet
-//! method: where `ω` is that of the geometric stiffness alone, a step is stable below `h ω = 2` only.
+//! `Σ λ_i D²g_i` is the geometric stiffness of the constraint forces `−Gᵀλ` of the acceleration
+//! level: taut links vibrate by it, and a body that spins at `ω` has `ω² = −ω²`. Constraint forces
+//! of a step act at its nodes, as in the Störmer–Verlet method: where `ω` is that of the geometric
+//! stiffness alone, a step is stable below `h ω = 2` only.
 //!
-//! Lanczos' method in the inner product of `M`. `P (PᵀMP)⁻¹ Pᵀ` is the velocity of a projected momentum, so the time is that of some
-//! tens of nodes: linear where reading a node is.
+//! Lanczos' method in the inner product of `M`. `P (PᵀMP)⁻¹ Pᵀ` is the velocity of a projected
+//! momentum, so the time is that of some tens of nodes: linear where reading a node is.
 //!
-//! Source: B. N. Parlett, The Symmetric Eigenvalue Problem (1998), §13; E. Hairer, Ch. Lubich, G. Wanner, Geometric Numerical Integration
-//! (2006), §I.5.
+//! Source: B. N. Parlett, The Symmetric Eigenvalue Problem (1998), §13; E. Hairer, Ch. Lubich, G.
+//! Wanner, Geometric Numerical Integration (2006), §I.5.
 #![allow(non_snake_case)] // K, M, P
 
 use nalgebra::DMatrix;
@@ -24,7 +25,8 @@ const ITERATIONS: usize = 40;
 const LOOK: usize = 4;
 /// Relative change of `ω²` that ends the iteration.
 const SETTLED: f64 = 1e-3;
-/// A new direction of this size, relative to what it is made from, may be that of round-off, which no constraint allows.
+/// A new direction of this size, relative to what it is made from, may be that of round-off, which
+/// no constraint allows.
 const ROUND_OFF: f64 = 1e-6;
 
 /// The fastest small motion about a node.
@@ -51,8 +53,8 @@ pub struct FastestMotions {
     pub all: FastestMotion,
     /// With that of some constraint forces alone.
     pub by_constraint_forces: FastestMotion,
-    /// Whether potentials have a larger stiffness along that motion. They act at the middle of a step, and such a motion
-    /// is stable at steps of any length.
+    /// Whether potentials have a larger stiffness along that motion. They act at the middle of a
+    /// step, and such a motion is stable at steps of any length.
     pub held: bool,
 }
 
@@ -140,7 +142,8 @@ fn ritz(basis: &[Vec<f64>], diagonal: &[f64], beside: &[f64]) -> FastestMotion {
     FastestMotion { squared: eigen.eigenvalues[k], velocity }
 }
 
-/// Numbers in `[−1, 1)` without order, the same in every run: a momentum in which every motion has a part.
+/// Numbers in `[−1, 1)` without order, the same in every run: a momentum in which every motion has
+/// a part.
 fn scattered(n: usize) -> Vec<f64> {
     let number = |i: u64| {
         let bits = (i + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);

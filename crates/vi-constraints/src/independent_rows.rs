@@ -1,7 +1,7 @@
 //! Independent constraints: a subset of the rows of `G` with its rank.
 //!
-//! The rank is decided for each set of rows that is connected by coordinates: other sets have no part in it, and time and
-//! memory are linear in their number.
+//! The rank is decided for each set of rows that is connected by coordinates: other sets have no
+//! part in it, and time and memory are linear in their number.
 
 use crate::connected::{Part, connected};
 use crate::constraints::Constraints;
@@ -44,7 +44,8 @@ impl IndependentRows {
         }
     }
 
-    /// Finds an independent set at `(t, q)` by pivoted QR of each set of rows that is connected by coordinates: `O(n m²)` there.
+    /// Finds an independent set at `(t, q)` by pivoted QR of each set of rows that is connected by
+    /// coordinates: `O(n m²)` there.
     #[must_use]
     pub fn find(constraints: &impl Constraints, t: f64, q: &[f64]) -> Self {
         let jacobian = jacobian(constraints, t, q);
@@ -55,11 +56,13 @@ impl IndependentRows {
         Self::choose(constraints.len(), &chosen)
     }
 
-    /// The same, unless more are independent in configurations nearby ([`crate::nearby`]): then `(t, q)` is singular,
-    /// and the rank nearby is the error. Rows that many coordinates connect must all be independent.
+    /// The same, unless more are independent in configurations nearby ([`crate::nearby`]): then
+    /// `(t, q)` is singular, and the rank nearby is the error. Rows that many coordinates connect
+    /// must all be independent.
     ///
     /// # Errors
-    /// The rank nearby; no rank when no closed configuration was found there, or the dense matrices are too large.
+    /// The rank nearby; no rank when no closed configuration was found there, or the dense matrices
+    /// are too large.
     pub fn find_generic(
         constraints: &impl Constraints,
         t: f64,
@@ -93,8 +96,8 @@ impl IndependentRows {
         }
     }
 
-    /// Chooses as many of each connected set anew, by pivoted QR at `(t, q)`; sets that are too large for a dense matrix
-    /// stay as they are. Returns whether they changed.
+    /// Chooses as many of each connected set anew, by pivoted QR at `(t, q)`; sets that are too
+    /// large for a dense matrix stay as they are. Returns whether they changed.
     pub(crate) fn renew(&mut self, constraints: &impl Constraints, t: f64, q: &[f64]) -> bool {
         let jacobian = jacobian(constraints, t, q);
         let mut chosen = Vec::with_capacity(self.len());

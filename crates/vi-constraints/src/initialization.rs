@@ -6,10 +6,11 @@
 //!                                                  [M Gᵀ; G 0](v_0, μ) = (M v*, −∂g/∂t)
 //! p_0 = M v_0
 //! ```
-//! `W` is the mass matrix where it is regular, otherwise the identity. Nothing is projected silently:
-//! the [`StartReport`] says how far the start was off and how far it was moved.
+//! `W` is the mass matrix where it is regular, otherwise the identity. Nothing is projected
+//! silently: the [`StartReport`] says how far the start was off and how far it was moved.
 //!
-//! Rows and coordinates are measured by their sizes in the system, so nothing depends on units: a row is satisfied when
+//! Rows and coordinates are measured by their sizes in the system, so nothing depends on units: a
+//! row is satisfied when
 //! ```text
 //! |g_i| ≤ 64 ε Σ_j |G_ij| s_j        or, where it nearly follows from the others, its allowance
 //! ```
@@ -84,7 +85,8 @@ pub enum StartError {
         /// Iterations made.
         iterations: usize,
     },
-    /// A constraint that follows from the others wherever the mechanism may be is left with a residual: no motion closes it.
+    /// A constraint that follows from the others wherever the mechanism may be is left with a
+    /// residual: no motion closes it.
     #[error(
         "the constraints of a closed loop contradict each other: one that depends on the others is left with \
          {residual:.1e}, wherever the mechanism is"
@@ -174,8 +176,8 @@ fn rate_of(v: &[f64], sizes: &[f64]) -> f64 {
 /// Rate of rounding in a row whose coordinates are of size one.
 const AT_REST: f64 = 1e-14;
 
-/// One more than the largest of the coordinates that a row depends on, and what they are connected to, for every
-/// row.
+/// One more than the largest of the coordinates that a row depends on, and what they are connected
+/// to, for every row.
 fn row_lengths(constraints: &impl Constraints, (t, q): (f64, &[f64])) -> Vec<f64> {
     struct Largest<'a>(&'a [f64], &'a mut [f64]);
     impl Entries for Largest<'_> {
@@ -214,7 +216,8 @@ impl Sizes {
         g.abs() / (PARTS * self.of_rows[i])
     }
 
-    /// Whether the residuals of all rows are those of rounding, or allowed where a row was `dropped`.
+    /// Whether the residuals of all rows are those of rounding, or allowed where a row was
+    /// `dropped`.
     fn are_closed(&self, g: &[f64], allowed: &[f64], dropped: impl Fn(usize) -> bool) -> bool {
         (0..g.len()).all(|i| self.excess(i, g[i]) <= 1.0 || dropped(i) && is_allowed(g, allowed, i))
     }
@@ -324,7 +327,8 @@ fn closest(
     Err(StartError::NoConfiguration { residual, iterations: MAX_ITERATIONS })
 }
 
-/// The configuration `q` on the independent rows, unless one of the others is left with more than it may be.
+/// The configuration `q` on the independent rows, unless one of the others is left with more than
+/// it may be.
 fn taken_up(
     constraints: &impl Constraints,
     rows: &IndependentRows,

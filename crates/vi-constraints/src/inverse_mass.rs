@@ -1,7 +1,7 @@
 //! `M⁻¹ p` with the constant mass matrix.
 //!
-//! Rigid bodies and point masses make `M` block diagonal: its inverse is found once and has the same blocks.
-//! A consistent mass of elements couples whole beams; it is factorized each time.
+//! Rigid bodies and point masses make `M` block diagonal: its inverse is found once and has the
+//! same blocks. A consistent mass of elements couples whole beams; it is factorized each time.
 
 use nalgebra::DMatrix;
 use vi_core::isotropic::IsotropicBlocks;

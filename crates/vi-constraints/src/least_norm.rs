@@ -4,14 +4,15 @@
 //! Gᵀλ = w,  |λ| least:     λ = G y,  GᵀG y = w                                                      [5.25]
 //! (GᵀG + αI) δ = w − Gᵀλ,   λ ← λ + G δ           α = 1e-12 max_j (GᵀG)_jj                          [5.26]
 //! ```
-//! `GᵀG` is as sparse as a mass matrix whose bodies are coupled by the joints, so that the cost is linear in the size of
-//! chains, trees and rows of loops, whatever the number of redundant rows. `α` makes it definite on `null G`, where
-//! `w` has no part and which `G` does not see; a part of `w` along a singular value `σ` is left over by
-//! `α/(σ² + α)` and corrected in the next round.
+//! `GᵀG` is as sparse as a mass matrix whose bodies are coupled by the joints, so that the cost is
+//! linear in the size of chains, trees and rows of loops, whatever the number of redundant rows.
+//! `α` makes it definite on `null G`, where `w` has no part and which `G` does not see; a part of
+//! `w` along a singular value `σ` is left over by `α/(σ² + α)` and corrected in the next round.
 //!
-//! With `w = 0` and a start `λ` the same rounds take away from `λ` all but its part in `null Gᵀ`. The same factors give
-//! a solution of `G a = b`, where `b` is in the range of `G`: `(GᵀG + αI) δ = Gᵀ(b − G a)`, `a ← a + δ`. It is the least
-//! one but for rounding, which the shift enlarges along `null G` to a part of 1e-4 or so.
+//! With `w = 0` and a start `λ` the same rounds take away from `λ` all but its part in `null Gᵀ`.
+//! The same factors give a solution of `G a = b`, where `b` is in the range of `G`:
+//! `(GᵀG + αI) δ = Gᵀ(b − G a)`, `a ← a + δ`. It is the least one but for rounding, which the shift
+//! enlarges along `null G` to a part of 1e-4 or so.
 
 use crate::normal_matrix::NormalMatrix;
 use vi_core::linear::{Singular, norm_inf};
@@ -21,7 +22,8 @@ use vi_core::sparse::SparseMatrix;
 const ROUNDS: usize = 12;
 /// Last correction with which multipliers are accepted, relative to the largest one.
 const SETTLED: f64 = 1e-11;
-/// What `w` may have outside the range of `Gᵀ`, relative to its size: the shift enlarges the rounding of that part 1e4 times.
+/// What `w` may have outside the range of `Gᵀ`, relative to its size: the shift enlarges the
+/// rounding of that part 1e4 times.
 const OUTSIDE: f64 = 1e-6;
 
 /// Finds multipliers of the least norm, its memory sized once for the pattern of `G`.
@@ -34,17 +36,18 @@ pub struct LeastNorm {
 }
 
 impl LeastNorm {
-    /// Leaves it to others where rows nearly depend on one another: along their singular values, small but no rounding, the
-    /// shift neither takes a force nor leaves it.
+    /// Leaves it to others where rows nearly depend on one another: along their singular values,
+    /// small but no rounding, the shift neither takes a force nor leaves it.
     pub fn decline(&mut self, nearly: bool) {
         self.declines = nearly;
     }
 
-    /// `λ ←` the solution of least norm of `Gᵀλ = w`, shape `m`; `w` is in the range of `Gᵀ` up to round-off.
+    /// `λ ←` the solution of least norm of `Gᵀλ = w`, shape `m`; `w` is in the range of `Gᵀ` up to
+    /// round-off.
     ///
     /// # Errors
-    /// [`Singular`] when it is not found to 1e-11: constraints that are about to lose rank, or a `w` that has a part
-    /// outside the range.
+    /// [`Singular`] when it is not found to 1e-11: constraints that are about to lose rank, or a
+    /// `w` that has a part outside the range.
     pub fn solve(
         &mut self,
         jacobian: &SparseMatrix,
@@ -67,8 +70,8 @@ impl LeastNorm {
         self.refine(jacobian, None, lambda)
     }
 
-    /// `a ←` a solution of `G a = b`, shape `n`, not much larger than the least one; `b` is in the range of `G` up to
-    /// round-off.
+    /// `a ←` a solution of `G a = b`, shape `n`, not much larger than the least one; `b` is in the
+    /// range of `G` up to round-off.
     ///
     /// # Errors
     /// As [`LeastNorm::solve`].
@@ -136,8 +139,8 @@ impl LeastNorm {
     }
 }
 
-/// Corrects until nothing is left above round-off; each round gives the norms of its correction and of the solution,
-/// `size` is that of the start.
+/// Corrects until nothing is left above round-off; each round gives the norms of its correction and
+/// of the solution, `size` is that of the start.
 fn rounds(
     mut size: f64,
     mut correct: impl FnMut() -> Result<(f64, f64), Singular>,

@@ -14,13 +14,14 @@
 //! ```
 //! No integrator is needed. [`vi_core::legendre`] has the part without constraints and (52).
 //!
-//! *Which equations hold for what.* `p_n^- = p_n^+`, (39) = (40) and (41) = (42) along a discrete solution
-//! only, where they are the step equations; each function can be evaluated at any configurations. With
-//! discrete forces `f_d^∓` these are the forced transforms (Marsden & West 2001, part 3).
+//! *Which equations hold for what.* `p_n^- = p_n^+`, (39) = (40) and (41) = (42) along a discrete
+//! solution only, where they are the step equations; each function can be evaluated at any
+//! configurations. With discrete forces `f_d^∓` these are the forced transforms (Marsden & West
+//! 2001, part 3).
 //!
-//! *Singular `M`.* `Q` is given by its second form. `p_n` is not in the range of `M`, so (53) with `p_n` does
-//! not exist. *Redundant constraints.* The force `Gᵀλ` is unique, `λ` is that of minimum norm. *Rheonomic
-//! constraints.* The projected momentum is `M v̂` with `G v̂ + ∂g/∂t = 0`.
+//! *Singular `M`.* `Q` is given by its second form. `p_n` is not in the range of `M`, so (53) with
+//! `p_n` does not exist. *Redundant constraints.* The force `Gᵀλ` is unique, `λ` is that of minimum
+//! norm. *Rheonomic constraints.* The projected momentum is `M v̂` with `G v̂ + ∂g/∂t = 0`.
 //!
 //! Source: LMO08 §2, §3.
 
@@ -42,8 +43,9 @@ use vi_core::legendre::{Energies, p_minus, p_plus};
 
 /// The discrete Legendre transforms of a system with constraints.
 ///
-/// Vectors have shape `n` and the unit of momentum (kg·m/s for lengths) unless said otherwise; `λ` and
-/// `R_dᵀ` have shape `m`. An interval `before` is `(q_{n-1}, q_n)`, `after` is `(q_n, q_{n+1})`.
+/// Vectors have shape `n` and the unit of momentum (kg·m/s for lengths) unless said otherwise; `λ`
+/// and `R_dᵀ` have shape `m`. An interval `before` is `(q_{n-1}, q_n)`, `after` is
+/// `(q_n, q_{n+1})`.
 ///
 /// The pendulum of LMO08 §3.1 without gravity, `q_n = (cos nΔ, sin nΔ)` with `sin Δ = h`:
 /// ```
@@ -80,8 +82,8 @@ pub struct LegendreTransforms<'a, S, C> {
 }
 
 impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
-    /// With the independent constraints found at `(t, q)` by pivoted QR. They serve every configuration
-    /// with the same rank.
+    /// With the independent constraints found at `(t, q)` by pivoted QR. They serve every
+    /// configuration with the same rank.
     ///
     /// # Errors
     /// [`LegendreError::Shape`], [`LegendreError::NotFinite`].
@@ -102,16 +104,16 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         Ok(Self { system, constraints, rank: rows.len(), step: 0.0, projections })
     }
 
-    /// Of steps `h`, for systems whose discrete potentials add a mass to `M` (selective mass scaling);
-    /// else and unless said otherwise `M` is meant.
+    /// Of steps `h`, for systems whose discrete potentials add a mass to `M` (selective mass
+    /// scaling); else and unless said otherwise `M` is meant.
     #[must_use]
     pub fn of_steps(mut self, h: f64) -> Self {
         self.step = h;
         self
     }
 
-    /// `λ_n` (36), N, shape `m`. With unequal steps `h` is their mean, the weight of `g(q_n)` in the
-    /// discrete action.
+    /// `λ_n` (36), N, shape `m`. With unequal steps `h` is their mean, the weight of `g(q_n)` in
+    /// the discrete action.
     ///
     /// # Errors
     /// [`LegendreError`].
@@ -215,7 +217,8 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         Ok(matrix)
     }
 
-    /// `v̂`, m/s: `G v̂ + ∂g/∂t = 0` and `M v̂ = p − Gᵀμ`, so `M v̂ = Q p` for scleronomic constraints.
+    /// `v̂`, m/s: `G v̂ + ∂g/∂t = 0` and `M v̂ = p − Gᵀμ`, so `M v̂ = Q p` for scleronomic
+    /// constraints.
     ///
     /// # Errors
     /// [`LegendreError`].
@@ -263,7 +266,8 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         Ok(null_space_at(self.constraints, at, self.rank))
     }
 
-    /// `ᴾp_n = −Pᵀ (D_1 L_d(q_n, q_{n+1}) + f_d^-)` (41), shape `d`, with `P = P(q_n)`, shape `n × d`.
+    /// `ᴾp_n = −Pᵀ (D_1 L_d(q_n, q_{n+1}) + f_d^-)` (41), shape `d`, with `P = P(q_n)`, shape
+    /// `n × d`.
     ///
     /// # Errors
     /// [`LegendreError`].
@@ -271,7 +275,8 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         self.reduced(&self.p_minus(after)?, p) // (41)
     }
 
-    /// `ᴾp_n = Pᵀ (D_2 L_d(q_{n-1}, q_n) + f_d^+)` (42), shape `d`, with `P = P(q_n)`, shape `n × d`.
+    /// `ᴾp_n = Pᵀ (D_2 L_d(q_{n-1}, q_n) + f_d^+)` (42), shape `d`, with `P = P(q_n)`, shape
+    /// `n × d`.
     ///
     /// # Errors
     /// [`LegendreError`].
@@ -312,8 +317,8 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         Ok(found)
     }
 
-    /// `H_d(q_n, ᵠp)` (53) with the projection of a momentum, J: `½ v̂ᵀ M v̂ + V(q_n)`; for scleronomic
-    /// constraints the same as `½ ᴾpᵀ (PᵀMP)⁻¹ ᴾp + V(q_n)`.
+    /// `H_d(q_n, ᵠp)` (53) with the projection of a momentum, J: `½ v̂ᵀ M v̂ + V(q_n)`; for
+    /// scleronomic constraints the same as `½ ᴾpᵀ (PᵀMP)⁻¹ ᴾp + V(q_n)`.
     ///
     /// # Errors
     /// [`LegendreError`].

@@ -1,8 +1,8 @@
 //! Holonomic constraints and the four equivalent variational schemes on any `q ∈ R^n`.
 //!
-//! This crate knows constraints but no geometry. A mass matrix, a potential and `g(q)` are enough for
-//! all four schemes; with `P` and `F_d` of one's own schemes 3 and 4 become cheaper. [`integrator`] has
-//! the ten-line example.
+//! This crate knows constraints but no geometry. A mass matrix, a potential and `g(q)` are enough
+//! for all four schemes; with `P` and `F_d` of one's own schemes 3 and 4 become cheaper.
+//! [`integrator`] has the ten-line example.
 //!
 //! | file | concept |
 //! |---|---|

@@ -1,16 +1,18 @@
 //! Whether constraints that depend on one another at a configuration do so next to it, too.
 //!
-//! Rank at one configuration does not tell permanent redundancy from a singular configuration. Scattered points are
-//! drawn to closed configurations by least-norm Newton corrections, and are compared in one of two ways:
+//! Rank at one configuration does not tell permanent redundancy from a singular configuration.
+//! Scattered points are drawn to closed configurations by least-norm Newton corrections, and are
+//! compared in one of two ways:
 //! ```text
 //! rank       all constraints closed:              rank G(q*) > rank G(q)             dense, up to 150 coordinates
 //! followers  the independent constraints closed:  |g_d(q*)| ≤ bound Σ_j |G_dj| size_j    sparse
 //! ```
-//! A dependent constraint `g_d` that follows from the others vanishes with them at `q*`, but for rounding. In a
-//! singular configuration it is left with the square of the distance, `~ 1e-6`.
+//! A dependent constraint `g_d` that follows from the others vanishes with them at `q*`, but for
+//! rounding. In a singular configuration it is left with the square of the distance, `~ 1e-6`.
 //!
-//! Every point is scattered by a part of the size of its coordinates ([`Constraints::coordinate_sizes`]), lengths by
-//! that of what they are connected to: what is far away has no part in it.
+//! Every point is scattered by a part of the size of its coordinates
+//! ([`Constraints::coordinate_sizes`]), lengths by that of what they are connected to: what is far
+//! away has no part in it.
 
 use crate::agreement::Dependence;
 use crate::closure::ClosureWatch;
@@ -44,8 +46,8 @@ fn scattered(q: &[f64], sizes: &[f64], trial: usize) -> Vec<f64> {
     q.iter().zip(sizes).enumerate().map(moved).collect()
 }
 
-/// How far the constraints in `rows`, independent at `at`, take the others with them; `O(n)` where few
-/// constraints meet.
+/// How far the constraints in `rows`, independent at `at`, take the others with them; `O(n)` where
+/// few constraints meet.
 #[must_use]
 pub fn followers<C: Constraints>(
     constraints: &C,

@@ -8,11 +8,11 @@
 //! the tangent space at `q_n` too, so the roots are the same. Its first step has no last one and
 //! takes `P(q_0)`.
 //!
-//! The rounding error of the momentum balance is carried to the next step, as is that of `q` (compensated
-//! stepping, [`vi_core::compensation`]).
+//! The rounding error of the momentum balance is carried to the next step, as is that of `q`
+//! (compensated stepping, [`vi_core::compensation`]).
 //!
-//! The constraints hold by construction; no derivative of `P` appears; the condition number does not
-//! depend on `h`. Written against [`NodalOperators`], so trees solve it in linear time.
+//! The constraints hold by construction; no derivative of `P` appears; the condition number does
+//! not depend on `h`. Written against [`NodalOperators`], so trees solve it in linear time.
 
 use crate::constraints::Constraints;
 use crate::reparametrization::{LastStep, NodalOperators};
@@ -55,8 +55,8 @@ impl<O: NodalOperators> Nodal<O> {
         }
     }
 
-    /// Newton's method of the first step starts from `h ν`: at a singular configuration `u = 0` is no
-    /// initial guess.
+    /// Newton's method of the first step starts from `h ν`: at a singular configuration `u = 0` is
+    /// no initial guess.
     #[must_use]
     pub fn starting_with(mut self, rates: Vec<f64>) -> Self {
         self.rates = Some(rates);
@@ -77,7 +77,8 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for 
         let last = last.filter(|_| self.reduced).map(|(s, u)| LastStep { u, s });
         self.increments.open(constraints, &state.q);
         self.operators.take_momentum(&state.p, step.h);
-        self.operators.begin(&self.s, &state.memory, last); // P(q_n), or ∂F_d/∂u of the last step (30)
+        // P(q_n), or ∂F_d/∂u of the last step (30)
+        self.operators.begin(&self.s, &state.memory, last);
         self.operators.take_balance(&mut self.compensation);
         step.depart(self.rates.as_deref(), state);
     }
@@ -150,8 +151,8 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for 
         &mut self.s
     }
 
-    /// From the inverse, column by column: the operators may have no matrix. On closed loops the rows of
-    /// their constraints count among those of the matrix.
+    /// From the inverse, column by column: the operators may have no matrix. On closed loops the
+    /// rows of their constraints count among those of the matrix.
     fn condition(&mut self, system: &S, _constraints: &C, u: &[f64]) -> Option<Condition> {
         let Self { operators, s, .. } = self;
         let mixed = |out: &mut dyn Entries| system.forced_d2_d1(s, out);

@@ -4,8 +4,8 @@
 //! λ_n, p_n, ᵠp_n, E_d, H_d    (34), (36)–(40), (47), (52), (53): the functions of [`crate::legendre`]
 //! f_d = G(q_{n+1/2}) Δq/h (rheonomic: Δg/h),   h_d = G(q_n) M⁻¹ p_n                        (45), (46)
 //! ```
-//! An integrator carries `p̄_n` from step to step, so a node needs no interval before it. Letters as in
-//! LMO08 §3.
+//! An integrator carries `p̄_n` from step to step, so a node needs no interval before it. Letters
+//! as in LMO08 §3.
 
 use crate::constraints::Constraints;
 use crate::fastest_motion::{ConstrainedMass, FastestMotions, fastest_motion, quotient};
@@ -25,8 +25,8 @@ use vi_core::state::State;
 /// Quantities of the node `n`, all buffers sized once.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Node {
-    /// `λ_n` by (36), at the start by (47); minimum norm when `G` is rank deficient. Shape `m`; empty where it is
-    /// not wanted.
+    /// `λ_n` by (36), at the start by (47); minimum norm when `G` is rank deficient. Shape `m`;
+    /// empty where it is not wanted.
     pub lambda: Vec<f64>,
     /// `G(q_n)ᵀ λ_n`, N; unique even where `λ_n` is not. Shape `n`.
     pub constraint_force: Vec<f64>,
@@ -40,7 +40,8 @@ pub struct Node {
     pub v: Vec<f64>,
     /// Projected Legendre transform `ᵠp_n = M v̂` (39), (40). Shape `n`.
     pub p_projected: Vec<f64>,
-    /// `q̈` of the acceleration level, where its constraint force was found; else what it was. Shape `n`.
+    /// `q̈` of the acceleration level, where its constraint force was found; else what it was.
+    /// Shape `n`.
     pub acceleration: Vec<f64>,
     /// `E_d(q_n, q_{n+1})` (52).
     pub discrete_energy: Energies,
@@ -95,8 +96,8 @@ impl NodeObserver {
         self.solvers = solvers;
     }
 
-    /// Whether `λ_n` is found; where it is not, it is empty, and the constraint force is that of the momentum
-    /// balance.
+    /// Whether `λ_n` is found; where it is not, it is empty, and the constraint force is that of
+    /// the momentum balance.
     pub fn record_multipliers(&mut self, wanted: bool) {
         self.multipliers = wanted;
     }
@@ -139,10 +140,10 @@ impl NodeObserver {
         Ok(&self.node)
     }
 
-    /// The part that needs no step from here: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`, `g(q_n)`; all there is at the
-    /// macro nodes of a composition. `discrete_energy` is set to `H_d(ᵠp_n)`, the velocity residual to
-    /// that of `v̂`. `h`: the step, for a mass that is added to `M`; 0 in compositions, where such masses cancel to
-    /// the order.
+    /// The part that needs no step from here: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`, `g(q_n)`; all there is at
+    /// the macro nodes of a composition. `discrete_energy` is set to `H_d(ᵠp_n)`, the velocity
+    /// residual to that of `v̂`. `h`: the step, for a mass that is added to `M`; 0 in compositions,
+    /// where such masses cancel to the order.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -183,8 +184,8 @@ impl NodeObserver {
         Ok(())
     }
 
-    /// `v ← v̂` of no momentum at the configuration of a state and the time `t`: the least motion that prescribed motions
-    /// need. Shape `n`.
+    /// `v ← v̂` of no momentum at the configuration of a state and the time `t`: the least motion
+    /// that prescribed motions need. Shape `n`.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -200,11 +201,13 @@ impl NodeObserver {
         velocity(solvers, system, constraints, (state, t), (0.0, &rest), v)
     }
 
-    /// The fastest motions about a node: with the stiffness of potentials and constraint forces, and with that of the forces of
-    /// those constraints alone that are `counted`; `stiffness` emits `∇²V`, shape `n × n`.
+    /// The fastest motions about a node: with the stiffness of potentials and constraint forces,
+    /// and with that of the forces of those constraints alone that are `counted`; `stiffness` emits
+    /// `∇²V`, shape `n × n`.
     ///
     /// # Errors
-    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
+    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no
+    /// mass.
     pub fn fastest_motions(
         &mut self,
         system: &impl DiscreteLagrangian,
@@ -247,7 +250,8 @@ impl NodeObserver {
         Ok(FastestMotions { all, by_constraint_forces, held })
     }
 
-    /// `p_n` (34), the constraint force and, where they are wanted, the multipliers. The step equation says
+    /// `p_n` (34), the constraint force and, where they are wanted, the multipliers. The step
+    /// equation says
     /// ```text
     /// w = p̄_n + D_1 L_d + f_d^- = h Gᵀλ_n,     ½ h Gᵀλ_0 at the start, where p̄_0 = p(0)       (36), (47)
     /// ```
@@ -285,8 +289,9 @@ impl NodeObserver {
         Ok(())
     }
 
-    /// `force ← Gᵀλ` of the acceleration level with the velocity of the node, shape `n`, and `λ`, shape `m`, where it is
-    /// asked for; they have the order of that velocity, also at the macro nodes of a composition.
+    /// `force ← Gᵀλ` of the acceleration level with the velocity of the node, shape `n`, and `λ`,
+    /// shape `m`, where it is asked for; they have the order of that velocity, also at the macro
+    /// nodes of a composition.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -313,7 +318,8 @@ impl NodeObserver {
     }
 }
 
-/// `v ← v̂` of a momentum `p` at the configuration of a state and the time `t`, with what is added to the mass in steps `h`.
+/// `v ← v̂` of a momentum `p` at the configuration of a state and the time `t`, with what is added
+/// to the mass in steps `h`.
 fn velocity(
     (projections, solvers): (&mut Projections, &mut NodeSolvers),
     system: &impl DiscreteLagrangian,

@@ -4,8 +4,8 @@
 //! v̂ = P ν,   (PᵀMP) ν = Pᵀp,   Q p = M v̂                                                (16)
 //! closed loops:   P of the spanning tree, J ν = −∂g/∂t,   balance along the null space of J
 //! ```
-//! The operators are those of the nodal scheme (28) at `u = 0`, where `∂F_d/∂u = P(q_n)`, with `M` in the place
-//! of `D_2(D_1 L_d + f_d^-)`: linear in the number of bodies where the step is.
+//! The operators are those of the nodal scheme (28) at `u = 0`, where `∂F_d/∂u = P(q_n)`, with `M`
+//! in the place of `D_2(D_1 L_d + f_d^-)`: linear in the number of bodies where the step is.
 
 use crate::reparametrization::{DenseNodal, Emission, NodalOperators, Reparametrization};
 use vi_core::Configuration;
@@ -20,7 +20,8 @@ pub trait MomentumVelocity: Send {
     /// `v ← v̂` at a node with the `memory` of its state, shape `n`; `mass` emits `M`.
     ///
     /// # Errors
-    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
+    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no
+    /// mass.
     fn velocity(
         &mut self,
         mass: &Emission<'_>,
@@ -82,8 +83,8 @@ pub trait RateOperators: NodalOperators {
         self.begin(s, memory, None);
         self.reparametrize(rest, s)
     }
-    /// Makes the balance of rates of a pulled back momentum: where loops are closed, `J ν = −∂g/∂t` takes the
-    /// place of as many balances. Premise: the step of the interval is 1 s.
+    /// Makes the balance of rates of a pulled back momentum: where loops are closed, `J ν = −∂g/∂t`
+    /// takes the place of as many balances. Premise: the step of the interval is 1 s.
     fn close_rates(&mut self, _t: f64, _r: &mut [f64]) {}
     /// `v ← P(q_n) ν`, shape `n`.
     fn push_forward(&mut self, nu: &[f64], v: &mut [f64]);

@@ -1,8 +1,8 @@
 //! `GᵀG + αI` of a Jacobian with its factors, the memory sized once for the pattern of `G`.
 //!
-//! The matrix is factorized in blocks of six columns, half a frame or two particles, one after the other in the order of
-//! least degree ([`BlockLu`]). Where that has too much fill, or a block is too small for its neighbours, sparse Cholesky
-//! factors take its place.
+//! The matrix is factorized in blocks of six columns, half a frame or two particles, one after the
+//! other in the order of least degree ([`BlockLu`]). Where that has too much fill, or a block is
+//! too small for its neighbours, sparse Cholesky factors take its place.
 
 use vi_core::block_lu::{BlockLu, SIZE};
 use vi_core::linear::{Singular, norm_inf};
@@ -70,7 +70,8 @@ impl Rows {
         Self { shape, starts, entries: rows.concat() }
     }
 
-    /// The columns `i > j` of each product of two entries of a row, and their places among the numbers of `G`.
+    /// The columns `i > j` of each product of two entries of a row, and their places among the
+    /// numbers of `G`.
     #[inline]
     fn for_each_product(&self, mut visit: impl FnMut([usize; 2], [usize; 2])) {
         for row in self.starts.windows(2).map(|ends| &self.entries[ends[0]..ends[1]]) {
@@ -200,7 +201,8 @@ impl NormalMatrix {
 mod tests {
     use super::*;
 
-    /// A ring of `count` bodies of eight coordinates, three rows between neighbours of which one repeats another.
+    /// A ring of `count` bodies of eight coordinates, three rows between neighbours of which one
+    /// repeats another.
     fn ring(count: usize, scale: f64) -> SparseMatrix {
         let number = |row: usize, k: usize| scale * libm::sin((13 * row * row + 7 * k + 1) as f64);
         SparseMatrix::assemble(3 * count, 8 * count, |out: &mut dyn Entries| {

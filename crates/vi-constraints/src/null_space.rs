@@ -3,9 +3,9 @@
 //! ```text
 //! Gᵀ Π = [Q₁ Q₂] [R; 0],   P = Q₂,   rank = #{k : |R_kk| > tol |R_11|}
 //! ```
-//! The rows of `G` are scaled first (to unit length, or by the caller), so the tolerance is a statement
-//! about geometry, not about units. The pivots name a set of independent constraints; the others are
-//! redundant.
+//! The rows of `G` are scaled first (to unit length, or by the caller), so the tolerance is a
+//! statement about geometry, not about units. The pivots name a set of independent constraints; the
+//! others are redundant.
 //!
 //! Letters: `G` constraint Jacobian `m × n`, `P` null space matrix `n × d`, `Π` the pivots.
 //! Source: LMO08 §2 (b); pivoting after Golub & Van Loan, §5.4.
@@ -61,8 +61,9 @@ impl NullSpaceQr {
         self.factorize_scaled(G, |i| if norm(i) > 0.0 { 1.0 / norm(i) } else { 1.0 })
     }
 
-    /// The same, taking rows last that nearly follow from others and may keep a residual ([`Constraints::allowances`]): as many
-    /// as the rank that is known are enforced, and what is left out is among those. The rank read off says nothing.
+    /// The same, taking rows last that nearly follow from others and may keep a residual
+    /// ([`Constraints::allowances`]): as many as the rank that is known are enforced, and what is
+    /// left out is among those. The rank read off says nothing.
     pub fn factorize_preferring(&mut self, G: &DMatrix<f64>, allowances: &[f64]) {
         const LAST: f64 = 1e-3;
         if allowances.is_empty() {
@@ -103,8 +104,8 @@ impl NullSpaceQr {
         self.rank
     }
 
-    /// The last diagonal entry of `R` that counts, relative to the first: near zero next to a configuration
-    /// that loses rank.
+    /// The last diagonal entry of `R` that counts, relative to the first: near zero next to a
+    /// configuration that loses rank.
     #[must_use]
     pub fn smallest(&self) -> f64 {
         match self.rank {
@@ -127,7 +128,8 @@ impl NullSpaceQr {
 
     /// `out ← P`: the last `n − rank` columns of the orthogonal factor, shape `n × (n − rank)`.
     ///
-    /// `rank` is the caller's: the generic rank of the system, which a momentary loss must not change.
+    /// `rank` is the caller's: the generic rank of the system, which a momentary loss must not
+    /// change.
     pub fn null_space(&mut self, rank: usize, out: &mut DMatrix<f64>) {
         self.orthogonal_columns(rank, out); // (5)
     }

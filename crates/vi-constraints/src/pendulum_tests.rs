@@ -139,7 +139,8 @@ fn the_four_schemes_agree_and_the_qr_null_space_with_them() {
     }
 }
 
-/// Errors of `(q, ᵠp, λ of the acceleration level)` against the closed form of the pendulum at t = 1.
+/// Errors of `(q, ᵠp, λ of the acceleration level)` against the closed form of the pendulum at
+/// t = 1.
 fn errors(composition: Composition, steps: u32) -> [f64; 3] {
     let options = Options::new(SchemeKind::Nodal, 1.0 / f64::from(steps)).composition(composition);
     let mut run = pendulum(9.81, options, 0.0);
@@ -241,8 +242,8 @@ fn a_failed_step_leaves_the_state_alone() {
     assert!(failed, "a step of 5 s cannot go well for ever");
 }
 
-/// Every scheme: a motion goes on, bit for bit, from a state that was stored, in an integrator that is new and
-/// on another thread.
+/// Every scheme: a motion goes on, bit for bit, from a state that was stored, in an integrator that
+/// is new and on another thread.
 #[test]
 fn a_stored_state_continues_bit_for_bit_on_another_thread() {
     for (scheme, composition) in SchemeKind::ALL

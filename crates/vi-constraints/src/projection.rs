@@ -6,9 +6,10 @@
 //! v̂             :  [M Gᵀ; G 0](v̂, μ) = (p, −∂g/∂t)
 //! λ(a)          :  [M Gᵀ; G 0](a, λ) = (f − ∇V, −d²g/dt² + G a)                acceleration level
 //! ```
-//! No `M⁻¹` is formed: where `M` is singular, `M v̂` is `M P (PᵀMP)⁻¹ Pᵀ w`, the same projection. Redundant
-//! constraints: the force `Gᵀλ` is unique, the multipliers are given in their minimum-norm form ([`crate::least_norm`]).
-//! Where `G` is about to lose rank, `[I Gᵀ; G 0](x, μ) = (w, 0)` over independent rows takes the place of `GᵀG`.
+//! No `M⁻¹` is formed: where `M` is singular, `M v̂` is `M P (PᵀMP)⁻¹ Pᵀ w`, the same projection.
+//! Redundant constraints: the force `Gᵀλ` is unique, the multipliers are given in their
+//! minimum-norm form ([`crate::least_norm`]). Where `G` is about to lose rank,
+//! `[I Gᵀ; G 0](x, μ) = (w, 0)` over independent rows takes the place of `GᵀG`.
 //!
 //! Letters: `M`, `G`, `P` as in LMO08 §2 and §3; `v̂` velocity of a projected momentum.
 
@@ -31,10 +32,11 @@ use vi_core::state::Memory;
 #[derive(Debug)]
 pub struct Projections {
     n: usize,
-    mass_system: SaddlePoint,             // [M Gᵀ; G 0]
-    identity_system: SaddlePoint,         // [I Gᵀ; G 0]
-    inverse: Option<Option<InverseMass>>, // found when first asked for; Some(None): M singular or not constant
-    jacobian: Option<SparseMatrix>,       // m × n
+    mass_system: SaddlePoint,     // [M Gᵀ; G 0]
+    identity_system: SaddlePoint, // [I Gᵀ; G 0]
+    // found when first asked for; Some(None): M singular or not constant
+    inverse: Option<Option<InverseMass>>,
+    jacobian: Option<SparseMatrix>, // m × n
     least_norm: LeastNorm,
     unit_rows: Option<UnitRows>, // made when first asked for
     x: Vec<f64>,                 // n + r
@@ -78,8 +80,8 @@ impl Projections {
         jacobian(&mut self.jacobian, constraints, at, self.n)
     }
 
-    /// `λ ← R_dᵀ w` with `G_d = weight G`, shape `m`, and `force ← Gᵀ λ`, N, shape `n`; (36)–(38) and
-    /// (47) differ by `w` and `weight` only.
+    /// `λ ← R_dᵀ w` with `G_d = weight G`, shape `m`, and `force ← Gᵀ λ`, N, shape `n`; (36)–(38)
+    /// and (47) differ by `w` and `weight` only.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -110,11 +112,12 @@ impl Projections {
         Ok(())
     }
 
-    /// `v̂` of a momentum: `M v̂ + Gᵀμ = p`, `G v̂ + ∂g/∂t = 0`; shape `n`. `M` with what is added to
-    /// it in steps `h`.
+    /// `v̂` of a momentum: `M v̂ + Gᵀμ = p`, `G v̂ + ∂g/∂t = 0`; shape `n`. `M` with what is added
+    /// to it in steps `h`.
     ///
     /// # Errors
-    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
+    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no
+    /// mass.
     pub fn velocity(
         &mut self,
         system: &impl MechanicalSystem,
@@ -194,8 +197,8 @@ impl Projections {
         system.add_force(at, v, &mut self.n_work);
     }
 
-    /// `force ← Gᵀλ` of the acceleration level by what a mechanism offers, at a node with the `memory` of its state, and
-    /// `λ` where it is asked for:
+    /// `force ← Gᵀλ` of the acceleration level by what a mechanism offers, at a node with the
+    /// `memory` of its state, and `λ` where it is asked for:
     /// ```text
     /// G a_0 = b,   w_0 = f − ∇V − M a_0,   Gᵀλ = w_0 − M P (PᵀMP)⁻¹ Pᵀ w_0                          [5.27]
     /// a = a_0 + P (PᵀMP)⁻¹ Pᵀ w_0
@@ -214,7 +217,8 @@ impl Projections {
         let NodeSolvers { velocity, multipliers } = solvers;
         let velocity = velocity.as_mut().ok_or(Singular)?;
         if constraints.rank_tolerance() > RANK_TOLERANCE {
-            return Err(Singular); // no acceleration satisfies rows that nearly follow from others, too
+            // no acceleration satisfies rows that nearly follow from others, too
+            return Err(Singular);
         }
         self.acceleration_sides(system, constraints, at, v);
         let Self {
@@ -258,8 +262,8 @@ impl Projections {
         }
     }
 
-    /// The multiplier of the acceleration level at `at` with the velocity `v` on independent constraints, zero on the others: in
-    /// the memory of a sparse factorization.
+    /// The multiplier of the acceleration level at `at` with the velocity `v` on independent
+    /// constraints, zero on the others: in the memory of a sparse factorization.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -300,7 +304,8 @@ impl Projections {
         Ok(())
     }
 
-    /// After the independent multipliers were found: the acceleration, `force ← Gᵀλ`, and `λ` of the least norm with this force.
+    /// After the independent multipliers were found: the acceleration, `force ← Gᵀλ`, and `λ` of
+    /// the least norm with this force.
     fn finish(
         &mut self,
         constraints: &impl Constraints,
@@ -316,8 +321,8 @@ impl Projections {
         minimum_norm(least_norm, jacobian, mass_system.rows(), force, lambda);
     }
 
-    /// The same with its force: `force ← Gᵀλ`, shape `n`, of independent multipliers: those of the least norm may leave a part of
-    /// it that is small beside moments.
+    /// The same with its force: `force ← Gᵀλ`, shape `n`, of independent multipliers: those of the
+    /// least norm may leave a part of it that is small beside moments.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.

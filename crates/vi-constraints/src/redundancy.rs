@@ -1,4 +1,5 @@
-//! Redundant constraints: independence of rows, multipliers of the least norm where rank is about to be lost.
+//! Redundant constraints: independence of rows, multipliers of the least norm where rank is about
+//! to be lost.
 //!
 //! ```text
 //! [ I   G_sᵀ ] [x]   [0]
@@ -17,7 +18,8 @@ use vi_core::sparse::{Entries, SparseMatrix};
 /// Largest estimate of the condition number of rows with which they are trusted.
 const LARGEST: f64 = 1e6;
 
-/// Number `i` of a fixed sequence in `[−1, 1]` without a pattern: a vector of them has a part in every direction.
+/// Number `i` of a fixed sequence in `[−1, 1]` without a pattern: a vector of them has a part in
+/// every direction.
 #[must_use]
 pub fn scattered(i: usize) -> f64 {
     libm::sin(13.7 * ((i + 1) * (i + 1)) as f64)
@@ -40,7 +42,8 @@ pub(crate) fn are_independent(jacobian: &SparseMatrix) -> bool {
     solved.is_ok() && norm_inf(&x[..n]) * size <= LARGEST
 }
 
-/// The multipliers of the least norm with the same `force`, `Gᵀλ`; `least` keeps its memory for the next call.
+/// The multipliers of the least norm with the same `force`, `Gᵀλ`; `least` keeps its memory for the
+/// next call.
 pub fn minimum_norm(
     least: &mut LeastNorm,
     jacobian: &SparseMatrix,
@@ -66,7 +69,8 @@ pub fn least_multipliers(
     }
 }
 
-/// `R G C` with rows and columns of length one, all but: of the same rank, whatever the units of rows and coordinates.
+/// `R G C` with rows and columns of length one, all but: of the same rank, whatever the units of
+/// rows and coordinates.
 fn equilibrated(G: &DMatrix<f64>) -> DMatrix<f64> {
     const SWEEPS: usize = 5;
     let mut scaled = G.clone();
@@ -87,8 +91,8 @@ fn equilibrated(G: &DMatrix<f64>) -> DMatrix<f64> {
     scaled
 }
 
-/// The same by singular values: as many as there are independent rows, here no more than `rank`. What `force` has outside the
-/// range of `Gᵀ` is left out, as where a configuration has lost rank.
+/// The same by singular values: as many as there are independent rows, here no more than `rank`.
+/// What `force` has outside the range of `Gᵀ` is left out, as where a configuration has lost rank.
 fn dense_minimum_norm(jacobian: &SparseMatrix, rank: usize, force: &[f64], lambda: &mut [f64]) {
     let G = jacobian.to_dense();
     let rank = NullSpaceQr::new(G.ncols(), G.nrows()).factorize(&equilibrated(&G)).min(rank);
@@ -144,7 +148,8 @@ mod tests {
         assert!(are_independent(&sparse(independent)) && !are_independent(&g));
     }
 
-    /// The rank of rows that differ by 1e8 along columns that differ by 1e8, as of lengths in other units.
+    /// The rank of rows that differ by 1e8 along columns that differ by 1e8, as of lengths in other
+    /// units.
     #[test]
     fn the_rank_of_rows_does_not_depend_on_units() {
         let (n, m, independent) = (9, 8, 6);

@@ -5,10 +5,10 @@
 //! g(F_d(u, q_n)) = 0 for every u,  F_d(0, q_n) = q_n      LMO08 (27)
 //! range ∂F_d/∂u (u, q_n) = range P(q_{n+1})
 //! ```
-//! Two levels of description. A [`Reparametrization`] writes `P` and `∂F_d/∂u` as dense matrices: ten
-//! lines for a small system, and the form in which all four schemes can use it. A [`NodalOperators`]
-//! only applies them, which is what large systems need; [`DenseNodal`] turns the first into the
-//! second.
+//! Two levels of description. A [`Reparametrization`] writes `P` and `∂F_d/∂u` as dense matrices:
+//! ten lines for a small system, and the form in which all four schemes can use it. A
+//! [`NodalOperators`] only applies them, which is what large systems need; [`DenseNodal`] turns the
+//! first into the second.
 
 use nalgebra::DMatrix;
 use vi_core::interval::Interval;
@@ -54,8 +54,8 @@ pub struct LastStep<'a> {
 
 /// What the nodal scheme asks of a system, without matrices.
 ///
-/// Call order within a step: `begin`, then for each iteration `reparametrize`, `pull_back`, `solve`; `remember`
-/// when the step is taken.
+/// Call order within a step: `begin`, then for each iteration `reparametrize`, `pull_back`,
+/// `solve`; `remember` when the step is taken.
 pub trait NodalOperators: Send {
     /// Degrees of freedom `d`.
     fn dof(&self) -> usize;
@@ -63,8 +63,9 @@ pub trait NodalOperators: Send {
     fn blocks(&self) -> &[Block];
     /// Takes `p̄_n` and `h` of a step, before [`NodalOperators::begin`].
     fn take_momentum(&mut self, _p: &[f64], _h: f64) {}
-    /// Computes all that depends on `P(q_n)` alone, `q_n = s.q0`. With a `last` step, its `∂F_d/∂u` takes
-    /// the place of `P(q_n)` (30). `memory`: of [`NodalOperators::remember`] after the last step.
+    /// Computes all that depends on `P(q_n)` alone, `q_n = s.q0`. With a `last` step, its `∂F_d/∂u`
+    /// takes the place of `P(q_n)` (30). `memory`: of [`NodalOperators::remember`] after the last
+    /// step.
     fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>);
     /// Adds what the next node needs of this step beside `q_{n+1}`.
     fn remember(&self, _memory: &mut Memory) {}
@@ -75,16 +76,17 @@ pub trait NodalOperators: Send {
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
     /// `out ← P(q_n)ᵀ w`, shape `d`.
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]);
-    /// Makes the residual of a pulled back balance: where `u` has to close loops, too, their constraints take
-    /// the place of as many balances.
+    /// Makes the residual of a pulled back balance: where `u` has to close loops, too, their
+    /// constraints take the place of as many balances.
     fn close(&mut self, _r: &mut [f64]) {}
-    /// Sets those entries of the residual of a step to zero that are no balance, or mean something else at
-    /// the next node: the others are carried to it.
+    /// Sets those entries of the residual of a step to zero that are no balance, or mean something
+    /// else at the next node: the others are carried to it.
     fn carry_balance(&self, _r: &mut [f64]) {}
-    /// Writes a residual that the last step carried over in the basis of this node; after [`NodalOperators::begin`].
+    /// Writes a residual that the last step carried over in the basis of this node; after
+    /// [`NodalOperators::begin`].
     fn take_balance(&mut self, _r: &mut [f64]) {}
-    /// `x ← (P(q_n)ᵀ K ∂F_d/∂u)⁻¹ x` at the last `reparametrize`d interval, with `K = D_2(D_1 L_d + f_d^-)`
-    /// as emitted.
+    /// `x ← (P(q_n)ᵀ K ∂F_d/∂u)⁻¹ x` at the last `reparametrize`d interval, with
+    /// `K = D_2(D_1 L_d + f_d^-)` as emitted.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`].
@@ -101,9 +103,9 @@ pub trait NodalOperators: Send {
     fn noise(&self) -> f64 {
         1e-9
     }
-    /// Whether motions are as smooth as those of rigid bodies, and the residual is a balance that the next step takes over in
-    /// full: then increments are extrapolated by polynomials of a fitting degree, and a correction whose square is below
-    /// rounding is the last one.
+    /// Whether motions are as smooth as those of rigid bodies, and the residual is a balance that
+    /// the next step takes over in full: then increments are extrapolated by polynomials of a
+    /// fitting degree, and a correction whose square is below rounding is the last one.
     fn closes(&self) -> bool {
         false
     }
@@ -234,7 +236,8 @@ pub fn pull_back(null_space: &DMatrix<f64>, w: &[f64], out: &mut [f64]) {
     }
 }
 
-/// [`NodalOperators`] from a [`Reparametrization`], by dense matrices and a dense LU: `O(n d² + d³)`.
+/// [`NodalOperators`] from a [`Reparametrization`], by dense matrices and a dense LU:
+/// `O(n d² + d³)`.
 #[derive(Debug)]
 pub struct DenseNodal<R> {
     map: R,

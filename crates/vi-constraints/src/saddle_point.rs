@@ -6,18 +6,19 @@
 //! ```
 //! `A` is `M`, the identity or a Newton matrix; `G`, `G'` are constraint Jacobians at one or two
 //! configurations. Only the rows of an independent set of constraints enter; the symbolic
-//! factorization is made once for each set. `M` may be singular as long as it is definite on the null
-//! space.
+//! factorization is made once for each set. `M` may be singular as long as it is definite on the
+//! null space.
 //!
-//! Rows that are independent at one configuration may be nearly dependent at another, although `G` keeps
-//! its rank: then `G_d = C G_s` of the dropped rows has large coefficients, and what is left of `g_s`
-//! shows in `g_d` that much enlarged. Where constraints are redundant, every solve therefore also finds
+//! Rows that are independent at one configuration may be nearly dependent at another, although `G`
+//! keeps its rank: then `G_d = C G_s` of the dropped rows has large coefficients, and what is left
+//! of `g_s` shows in `g_d` that much enlarged. Where constraints are redundant, every solve
+//! therefore also finds
 //! ```text
 //! [ Aᵀ  G'ᵀ ] [0]   [ G'_dᵀ s ]
 //! [ G   0   ] [c] = [    0    ]          c = C'ᵀ s   with fixed signs s
 //! ```
-//! from the same factorization, and once `c` is large ([`SaddlePoint::is_worn`]) it is time for other
-//! rows.
+//! from the same factorization, and once `c` is large ([`SaddlePoint::is_worn`]) it is time for
+//! other rows.
 
 use crate::constraints::Constraints;
 pub use crate::independent_rows::{IndependentRows, JacobianPlace, RankNearby};
@@ -27,8 +28,8 @@ use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 
-/// Largest coefficient of a dropped row in the chosen ones, relative to the smallest since they were
-/// chosen, from which on others are looked for.
+/// Largest coefficient of a dropped row in the chosen ones, relative to the smallest since they
+/// were chosen, from which on others are looked for.
 const WORN: f64 = 5.0;
 
 /// A saddle-point matrix with its factorization.
@@ -126,8 +127,8 @@ impl SaddlePoint {
         self.probe.now > WORN * self.probe.least.max(1.0)
     }
 
-    /// After a step that was `solved` or not: chooses other rows where the present ones are not clearly
-    /// independent. Returns whether they changed and the step is to be solved again.
+    /// After a step that was `solved` or not: chooses other rows where the present ones are not
+    /// clearly independent. Returns whether they changed and the step is to be solved again.
     pub fn renew(&mut self, constraints: &impl Constraints, s: &Interval, solved: bool) -> bool {
         let (t, q) = if solved { (s.t_end(), &s.q1) } else { (s.t, &s.q0) };
         (!solved || self.is_worn()) && self.choose(constraints, t, q)
@@ -153,8 +154,9 @@ impl SaddlePoint {
         &self.rows
     }
 
-    /// Solves `A x + Gᵀ y = a`, `G x = b` at one configuration; `a`: shape `n`, `b`: over all constraints,
-    /// `x`: shape `n + rank`. Chooses other rows where the present ones are not clearly independent.
+    /// Solves `A x + Gᵀ y = a`, `G x = b` at one configuration; `a`: shape `n`, `b`: over all
+    /// constraints, `x`: shape `n + rank`. Chooses other rows where the present ones are not
+    /// clearly independent.
     ///
     /// # Errors
     /// [`Singular`].
@@ -238,8 +240,8 @@ impl SaddlePoint {
         Ok(())
     }
 
-    /// `Σ_j |K_ij| size_j` over the matrix of the last solve, where the coordinates have the sizes that the system
-    /// gives them at `q` and the multipliers those of `x`; `None` before the first.
+    /// `Σ_j |K_ij| size_j` over the matrix of the last solve, where the coordinates have the sizes
+    /// that the system gives them at `q` and the multipliers those of `x`; `None` before the first.
     #[must_use]
     pub fn equation_sizes<C: Constraints>(
         &self,

@@ -26,7 +26,8 @@ pub enum SchemeKind {
     Constrained,
     /// d'Alembert: unknown `q_{n+1} ∈ R^n`, LMO08 (25).
     Dalembert,
-    /// d'Alembert with nodal reparametrization: unknown `u ∈ R^d`, LMO08 (28). The production scheme.
+    /// d'Alembert with nodal reparametrization: unknown `u ∈ R^d`, LMO08 (28). The production
+    /// scheme.
     #[default]
     Nodal,
     /// Reduced variational: as nodal, with `P = ∂F_d/∂u` of the last step, LMO08 (30).

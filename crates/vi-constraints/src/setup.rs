@@ -134,8 +134,8 @@ pub enum SetupError {
         /// Why that is in the way.
         reason: SingularStart,
     },
-    /// The start is a configuration in which fewer constraints are independent than next to it: some would
-    /// not be enforced.
+    /// The start is a configuration in which fewer constraints are independent than next to it:
+    /// some would not be enforced.
     #[error(
         "the start is a singular configuration: the constraints have rank {at_start} there and rank \
          {nearby} next to it"
@@ -146,8 +146,8 @@ pub enum SetupError {
         /// Rank in configurations nearby.
         nearby: usize,
     },
-    /// Constraints of a loop depend on others at the start, and no closed configuration was found next to it in
-    /// which it could be seen whether they do so everywhere.
+    /// Constraints of a loop depend on others at the start, and no closed configuration was found
+    /// next to it in which it could be seen whether they do so everywhere.
     #[error(
         "the constraints{} depend on one another at the start, and no closed configuration was found next to it \
          in which they do: whether the mechanism can move is unknown",

@@ -11,9 +11,10 @@
 //! ```text
 //! Ω(a, b) = δq_aᵀ δp_b − δp_aᵀ δq_b
 //! ```
-//! `p̄` counts modulo `range Gᵀ` only: `p̄ + G(q)ᵀμ(q, p̄)` gives the same `Ω` on such vectors, because
-//! `G δq = 0` and `D²g_i` is symmetric. `DΦᵀ Ω DΦ = Ω` says that `Ω` of any two vectors stays what it
-//! is. On the basis `(P e_i, 0)`, `(0, P e_i)` with `PᵀP = I` the matrix of `Ω` is the canonical one.
+//! `p̄` counts modulo `range Gᵀ` only: `p̄ + G(q)ᵀμ(q, p̄)` gives the same `Ω` on such vectors,
+//! because `G δq = 0` and `D²g_i` is symmetric. `DΦᵀ Ω DΦ = Ω` says that `Ω` of any two vectors
+//! stays what it is. On the basis `(P e_i, 0)`, `(0, P e_i)` with `PᵀP = I` the matrix of `Ω` is
+//! the canonical one.
 //!
 //! Discrete forces are left out of the tangent: with forces no form is preserved.
 #![allow(non_snake_case)] // P

@@ -1,5 +1,5 @@
-//! The discrete reparametrization of any constraints: a step in the tangent space, brought back along the
-//! normals.
+//! The discrete reparametrization of any constraints: a step in the tangent space, brought back
+//! along the normals.
 //!
 //! ```text
 //! F_d(u, q_n) = q_n + P u + N ν(u),     g(t_{n+1}, F_d(u, q_n)) = 0              (1)
@@ -7,25 +7,27 @@
 //! ν by Newton's method:                 (G N) δ = g,  ν ← ν − δ,                G = G(t_{n+1}, q)
 //! ∂F_d/∂u = P − N (G N)⁻¹ G P           from (1) by the implicit function theorem, at q_{n+1}
 //! ```
-//! For `u = 0` without time in `g` this is `q_n`, and `range ∂F_d/∂u = null G(q_{n+1})`: all that LMO08 (27)
-//! and (28) ask for. The rows of `g` are the independent ones of `q_n`; the columns of `P` are those of the
-//! last node turned into the new tangent space, so that increments of successive steps resemble one
-//! another. Within a step `ν` starts from its linear prediction and is corrected only above round-off: a
-//! correction by round-off alone would stand in the way of the balance, which is met more closely than `g`. A prediction whose
-//! error of second order is below `ε ν` is as good as its base, so that the last iterations see a smooth map.
+//! For `u = 0` without time in `g` this is `q_n`, and `range ∂F_d/∂u = null G(q_{n+1})`: all that
+//! LMO08 (27) and (28) ask for. The rows of `g` are the independent ones of `q_n`; the columns of
+//! `P` are those of the last node turned into the new tangent space, so that increments of
+//! successive steps resemble one another. Within a step `ν` starts from its linear prediction and
+//! is corrected only above round-off: a correction by round-off alone would stand in the way of the
+//! balance, which is met more closely than `g`. A prediction whose error of second order is below
+//! `ε ν` is as good as its base, so that the last iterations see a smooth map.
 //!
-//! **Domain.** The map is one-to-one up to the fold at which `G(q_{n+1}) N` loses rank (a quarter turn of a
-//! bar). Each correction must be at most half of the one before: then the point found is the one next to
-//! the tangent space and not another branch; else the step is refused with [`Fault::Unsolved`]. A node
-//! at which the constraints have another rank than at the start is refused with [`Fault::RankChanged`].
+//! **Domain.** The map is one-to-one up to the fold at which `G(q_{n+1}) N` loses rank (a quarter
+//! turn of a bar). Each correction must be at most half of the one before: then the point found is
+//! the one next to the tangent space and not another branch; else the step is refused with
+//! [`Fault::Unsolved`]. A node at which the constraints have another rank than at the start is
+//! refused with [`Fault::RankChanged`].
 //!
 //! **Cost.** `O(n³)` a step, dense: for small systems, and for those that have no map of their own.
 //!
-//! Letters: `P` null space matrix `n × d`, `N` normals `n × r`, `ν ∈ R^r`, `G` rows of the constraint
-//! Jacobian.
+//! Letters: `P` null space matrix `n × d`, `N` normals `n × r`, `ν ∈ R^r`, `G` rows of the
+//! constraint Jacobian.
 //!
-//! Source: tangent space parametrization of manifolds, F. A. Potra, J. Yen, Mech. Struct. Mach. 19 (1991);
-//! as a discrete null space method after LMO08 §3.
+//! Source: tangent space parametrization of manifolds, F. A. Potra, J. Yen, Mech. Struct. Mach. 19
+//! (1991); as a discrete null space method after LMO08 §3.
 #![allow(non_snake_case)] // P, N, G
 
 use crate::connected::groups;
@@ -64,7 +66,8 @@ pub struct TangentSpace<C> {
     tangent: DMatrix<f64>,  // n × d  ∂F_d/∂u
     newton: DenseNewton,
     projection: Projection,
-    group: Vec<usize>, // n  coordinates that constraints connect have one number; empty until the first step
+    // n  coordinates that constraints connect have one number; empty until the first step
+    group: Vec<usize>,
     largest: Vec<f64>, // n  of each group, by its number
 }
 
@@ -179,7 +182,8 @@ impl<C: Constraints> TangentSpace<C> {
         Ok(())
     }
 
-    /// Newton's method along the normals from the `ν` there is, `predicted` from a point next to this one; closes the interval.
+    /// Newton's method along the normals from the `ν` there is, `predicted` from a point next to
+    /// this one; closes the interval.
     fn project(&mut self, predicted: bool, s: &mut Interval) -> Result<(), Fault> {
         const MAX_ITERATIONS: usize = 50;
         let scale = norm_inf(&s.q0).max(norm_inf(&self.projection.along));
@@ -213,9 +217,10 @@ impl<C: Constraints> TangentSpace<C> {
         Err(no_point(last))
     }
 
-    /// Whether each `g_i` is no larger than the rounding of `q` makes it, `|g_i| ≤ ε Σ_j |G_ij| |q_j|`: beside
-    /// constraints that all but depend on one another, a correction would be far larger than that rounding, and a
-    /// momentum of the step would change by it over the step.
+    /// Whether each `g_i` is no larger than the rounding of `q` makes it,
+    /// `|g_i| ≤ ε Σ_j |G_ij| |q_j|`: beside constraints that all but depend on one another, a
+    /// correction would be far larger than that rounding, and a momentum of the step would change
+    /// by it over the step.
     fn is_round_off(&self, q: &[f64]) -> bool {
         let Projection { g, G, .. } = &self.projection;
         self.rows.iter().zip(G.row_iter()).all(|(&row, G)| {
@@ -224,8 +229,8 @@ impl<C: Constraints> TangentSpace<C> {
         })
     }
 
-    /// The share of each column of `N`: corrections are compared with the coordinates that they are connected to,
-    /// `scale` is the size of all.
+    /// The share of each column of `N`: corrections are compared with the coordinates that they are
+    /// connected to, `scale` is the size of all.
     fn take_shares(&mut self, q: &[f64], scale: f64) {
         let Self { group, largest, N, projection, .. } = self;
         let Projection { along, shares, .. } = projection;
@@ -358,8 +363,8 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
         pull_back(&self.left, w, out);
     }
 
-    /// `P(q_n)ᵀ P(q_{n−1}) r`: covectors on the old tangent space, extended by zero along its normals. Of the reduced scheme,
-    /// whose columns are not orthonormal, nothing is taken over.
+    /// `P(q_n)ᵀ P(q_{n−1}) r`: covectors on the old tangent space, extended by zero along its
+    /// normals. Of the reduced scheme, whose columns are not orthonormal, nothing is taken over.
     fn take_balance(&mut self, r: &mut [f64]) {
         self.carried.copy_from_slice(r);
         r.fill(0.0);
@@ -396,7 +401,8 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
         true
     }
 
-    /// A correction of the relative size `s` of increments `u` leaves `s² |u|/σ`, with the last pivot `σ` of `G(q_n)ᵀ`.
+    /// A correction of the relative size `s` of increments `u` leaves `s² |u|/σ`, with the last
+    /// pivot `σ` of `G(q_n)ᵀ`.
     fn closing_size(&self) -> f64 {
         let reach = norm_inf(&self.projection.base.0).max(1.0);
         if self.hands_on { CLOSING_SIZE * (self.qr.smallest() / reach).sqrt() } else { 0.0 }

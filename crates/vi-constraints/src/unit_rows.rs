@@ -5,8 +5,8 @@
 //! G̃ᵀλ̃ = C w,   |λ̃| least,   λ = R λ̃
 //! G̃ ã = R b,   a = C ã
 //! ```
-//! Lengths in `q` count in lever arms, so rank decisions and the choice among multipliers of redundant constraints are the same
-//! in all units of length, mass and time.
+//! Lengths in `q` count in lever arms, so rank decisions and the choice among multipliers of
+//! redundant constraints are the same in all units of length, mass and time.
 
 use crate::constraints::Constraints;
 use crate::least_norm::LeastNorm;
@@ -100,8 +100,8 @@ impl UnitRows {
         Ok(())
     }
 
-    /// Multipliers in `null Gᵀ` of size one in units of their rows, that contribute to all that is not unique; none where all
-    /// rows are independent.
+    /// Multipliers in `null Gᵀ` of size one in units of their rows, that contribute to all that is
+    /// not unique; none where all rows are independent.
     pub fn null_multipliers(
         &mut self,
         jacobian: &SparseMatrix,
@@ -125,7 +125,8 @@ impl UnitRows {
     }
 }
 
-/// Unit columns that span the null space of a transposed matrix of which `rank` rows are independent. At a configuration that has lost rank (a flat four-bar) there are more of them.
+/// Unit columns that span the null space of a transposed matrix of which `rank` rows are
+/// independent. At a configuration that has lost rank (a flat four-bar) there are more of them.
 #[must_use]
 pub fn null_vectors(matrix: &SparseMatrix, rank: usize) -> Vec<Vec<f64>> {
     let (m, n) = matrix.shape();
@@ -141,7 +142,8 @@ mod tests {
     use super::*;
     use vi_core::linear::norm_inf;
 
-    /// Two points on a line with rods between them, one of them twice: rows and columns in units that differ by 1e9.
+    /// Two points on a line with rods between them, one of them twice: rows and columns in units
+    /// that differ by 1e9.
     #[test]
     fn multipliers_are_those_of_other_units() {
         let rows = [[1.0, 0.3, 0.0], [0.2, -1.0, 0.5], [1.2, -0.7, 0.5], [0.0, 0.4, 1.0]];

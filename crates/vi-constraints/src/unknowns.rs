@@ -18,14 +18,15 @@ pub fn position_floor(q: &[f64]) -> f64 {
     1e-5 * norm_inf(q).max(1e-6)
 }
 
-/// The largest of increments of coordinates of which one is `units` ([`Constraints::coordinate_units`]): a rotation, where lengths
-/// count in lever arms.
+/// The largest of increments of coordinates of which one is `units`
+/// ([`Constraints::coordinate_units`]): a rotation, where lengths count in lever arms.
 #[must_use]
 pub fn rotation(units: &[f64], dq: &[f64]) -> f64 {
     dq.iter().zip(units).map(|(dq, unit)| (dq / unit).abs()).fold(0.0, f64::max)
 }
 
-/// Scales increments of coordinates with the configuration, and multipliers `h² λ` with the mass matrix too.
+/// Scales increments of coordinates with the configuration, and multipliers `h² λ` with the mass
+/// matrix too.
 pub fn scale(blocks: &mut [Block], q: &[f64], mass: &SparseMatrix) {
     for block in blocks {
         block.floor = match block.kind {

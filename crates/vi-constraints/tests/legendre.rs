@@ -1,5 +1,5 @@
-//! The discrete Legendre transforms as functions of given configurations: equal along solutions of all
-//! four schemes, identities at any configuration, closed forms, refusals.
+//! The discrete Legendre transforms as functions of given configurations: equal along solutions of
+//! all four schemes, identities at any configuration, closed forms, refusals.
 #![allow(clippy::unwrap_used, non_snake_case)] // a test; G, M, P, Q
 
 use crate::common;
@@ -349,8 +349,8 @@ proptest! {
         }
     }
 
-    /// The reduced momentum is `Pᵀ` of the projected one, and the energies of a momentum differ by that of
-    /// its normal part, at any two configurations.
+    /// The reduced momentum is `Pᵀ` of the projected one, and the energies of a momentum differ by
+    /// that of its normal part, at any two configurations.
     #[test]
     fn reduced_and_projected_momenta_belong_together(
         q0 in prop::collection::vec(-1.0_f64..1.0, 8),

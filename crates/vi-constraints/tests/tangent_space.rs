@@ -1,5 +1,5 @@
-//! All four schemes from `g` alone: frames of bars, redundant bars, a rod of prescribed length; what the
-//! reparametrization over the tangent space refuses.
+//! All four schemes from `g` alone: frames of bars, redundant bars, a rod of prescribed length;
+//! what the reparametrization over the tangent space refuses.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::common;

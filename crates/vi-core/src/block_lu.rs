@@ -5,16 +5,19 @@
 //! forward    y_g = D_g⁻¹ x_g,       x_i ← x_i − A_ig y_g
 //! backward   x_g = y_g − Σ_j U_gj x_j
 //! ```
-//! `D_g` is factorized with partial pivoting of its rows; between blocks the order is fixed, that of the least number of
-//! neighbours (minimum degree). A chain is eliminated from one end to the other, a tree from its leaves: without fill, in
-//! linear time. Rows and columns are scaled by powers of two near `|A_kk|^{−1/2}`. An entry of `U` beyond
-//! [`LARGEST`] shows a pivot block that is too small for its neighbours: the factorization is then refused, and a
-//! factorization with pivoting among all rows is needed.
+//! `D_g` is factorized with partial pivoting of its rows; between blocks the order is fixed, that
+//! of the least number of neighbours (minimum degree). A chain is eliminated from one end to the
+//! other, a tree from its leaves: without fill, in linear time. Rows and columns are scaled by
+//! powers of two near `|A_kk|^{−1/2}`. An entry of `U` beyond [`LARGEST`] shows a pivot block that
+//! is too small for its neighbours: the factorization is then refused, and a factorization with
+//! pivoting among all rows is needed.
 //!
-//! Blocks smaller than 6×6 are completed by those of the identity. Rows of a block are contiguous, and every row is
-//! treated as a whole: the sums have the same order whatever the width of the processor.
+//! Blocks smaller than 6×6 are completed by those of the identity. Rows of a block are contiguous,
+//! and every row is treated as a whole: the sums have the same order whatever the width of the
+//! processor.
 //!
-//! Source: I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, 2nd ed., Oxford (2017), §7, §12.
+//! Source: I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, 2nd ed.,
+//! Oxford (2017), §7, §12.
 #![allow(non_snake_case)] // A, B, C, D, U
 
 use crate::linear::Singular;
@@ -25,7 +28,8 @@ use std::ops::Range;
 
 /// Rows of a block.
 pub const SIZE: usize = 6;
-/// The largest entry of `D_g⁻¹ A_gj` after scaling: the backward error is below `SIZE · LARGEST · ε ≈ 1e-10`.
+/// The largest entry of `D_g⁻¹ A_gj` after scaling: the backward error is below
+/// `SIZE · LARGEST · ε ≈ 1e-10`.
 pub const LARGEST: f64 = 1e5;
 
 type Row = [f64; SIZE];
@@ -34,7 +38,8 @@ pub type Block = [Row; SIZE];
 
 const ZERO: Block = [[0.0; SIZE]; SIZE];
 
-/// The elimination of a group of unknowns: its blocks are `D`, then `A_ig` and `A_gi` (later `U_gi`) of each neighbour.
+/// The elimination of a group of unknowns: its blocks are `D`, then `A_ig` and `A_gi` (later
+/// `U_gi`) of each neighbour.
 #[derive(Clone, Debug)]
 struct Pivot {
     group: usize,
@@ -70,8 +75,8 @@ pub fn inverse_root(x: f64) -> f64 {
     f64::from_bits((1534 - exponent / 2) << 52)
 }
 
-/// The groups in the order of their elimination, each with its neighbours that are not eliminated yet: minimum degree.
-/// `None` where there is too much fill.
+/// The groups in the order of their elimination, each with its neighbours that are not eliminated
+/// yet: minimum degree. `None` where there is too much fill.
 fn elimination_order(mut adjacent: Vec<BTreeSet<usize>>) -> Option<Vec<(usize, Vec<usize>)>> {
     const MOST: usize = 64; // updates of a pivot, in the mean
     const FEW: usize = 4096; // updates that are never too many
@@ -102,8 +107,9 @@ fn elimination_order(mut adjacent: Vec<BTreeSet<usize>>) -> Option<Vec<(usize, V
 }
 
 impl BlockLu {
-    /// For groups of `sizes` unknowns (at most [`SIZE`] each) and the places `[row, column]` of blocks between them;
-    /// places that are not listed are zero. `None` where there is too much fill: a general factorization is then as fast.
+    /// For groups of `sizes` unknowns (at most [`SIZE`] each) and the places `[row, column]` of
+    /// blocks between them; places that are not listed are zero. `None` where there is too much
+    /// fill: a general factorization is then as fast.
     ///
     /// # Panics
     /// When a group is larger.
@@ -162,8 +168,8 @@ impl BlockLu {
         self.blocks.len()
     }
 
-    /// Factorizes the matrix with the `diagonal` and the given blocks, one for each place in their order, each by rows with
-    /// its own number of rows and columns.
+    /// Factorizes the matrix with the `diagonal` and the given blocks, one for each place in their
+    /// order, each by rows with its own number of rows and columns.
     ///
     /// # Errors
     /// [`Singular`] when the pivots are too small for this order of elimination.
@@ -256,8 +262,8 @@ fn take(block: &[f64], columns: usize, (left, right): (&Row, &Row), out: &mut Bl
     }
 }
 
-/// `U_gj = D_g⁻¹ A_gj` of a pivot with its blocks, and the blocks `A_ij` of its neighbours, which are `later` from the
-/// block `first` on.
+/// `U_gj = D_g⁻¹ A_gj` of a pivot with its blocks, and the blocks `A_ij` of its neighbours, which
+/// are `later` from the block `first` on.
 #[inline(always)]
 fn eliminate(
     own: &mut [Block],

@@ -1,8 +1,9 @@
 //! Compensated stepping: what rounding takes off a step is given to the next one.
 //!
-//! No increment in its format satisfies a step equation exactly, and in a steady rotation the remainders have
-//! the same sign at some step sizes. Handed to the next step they do not add up (compensated summation, Kahan,
-//! Comm. ACM 8 (1965) 40). What each of the three gains is measured in `docs/decisions.md`.
+//! No increment in its format satisfies a step equation exactly, and in a steady rotation the
+//! remainders have the same sign at some step sizes. Handed to the next step they do not add up
+//! (compensated summation, Kahan, Comm. ACM 8 (1965) 40). What each of the three gains is measured
+//! in `docs/decisions.md`.
 
 use serde::{Deserialize, Serialize};
 

@@ -4,14 +4,15 @@
 //! nodes and keeps every structure property of the map. Conditions: `Σγ = 1`, `Σγ³ = 0` (order 4),
 //! further sums for 6 and 8.
 //!
-//! More sub-steps than an order needs leave free coefficients. For equal work Sofroniou & Spaletta's have errors of a
-//! fourth to a nineteenth of Kahan & Li's at order 6, and their longest sub-step is half as long (`docs/decisions.md`).
+//! More sub-steps than an order needs leave free coefficients. For equal work Sofroniou &
+//! Spaletta's have errors of a fourth to a nineteenth of Kahan & Li's at order 6, and their longest
+//! sub-step is half as long (`docs/decisions.md`).
 //!
-//! Sources: Suzuki, Phys. Lett. A 146 (1990) 319 (order 4, s = 5); Yoshida, Phys. Lett. A 150 (1990)
-//! 262 (triple jump; order 6, s = 7); Kahan & Li, Math. Comp. 66 (1997) 1089 (order 6, s = 9; order
-//! 8, s = 17); Suzuki & Umeno 1993 (order 8, s = 15); Sofroniou & Spaletta, Optim. Methods Softw. 20 (2005) 597
-//! (order 6, s = 13; order 8, s = 21). Most are collected in Hairer, Lubich & Wanner, Geometric Numerical
-//! Integration, §V.3.2.
+//! Sources: Suzuki, Phys. Lett. A 146 (1990) 319 (order 4, s = 5); Yoshida, Phys. Lett. A 150
+//! (1990) 262 (triple jump; order 6, s = 7); Kahan & Li, Math. Comp. 66 (1997) 1089 (order 6, s =
+//! 9; order 8, s = 17); Suzuki & Umeno 1993 (order 8, s = 15); Sofroniou & Spaletta, Optim. Methods
+//! Softw. 20 (2005) 597 (order 6, s = 13; order 8, s = 21). Most are collected in Hairer, Lubich &
+//! Wanner, Geometric Numerical Integration, §V.3.2.
 
 use crate::linear::norm_inf;
 use serde::{Deserialize, Serialize};
@@ -181,7 +182,8 @@ mod tests {
         Composition::SofroniouSpaletta21,
     ];
 
-    /// Hairer, Lubich & Wanner, §V.3.1, for symmetric compositions; the last term of an inner sum counts half.
+    /// Hairer, Lubich & Wanner, §V.3.1, for symmetric compositions; the last term of an inner sum
+    /// counts half.
     #[test]
     fn all_order_conditions_are_met() {
         for composition in ALL {
@@ -211,7 +213,8 @@ mod tests {
         }
     }
 
-    /// Midpoint rule for `ẏ = f(t) y` with non-commuting 2×2 generators: all order conditions count.
+    /// Midpoint rule for `ẏ = f(t) y` with non-commuting 2×2 generators: all order conditions
+    /// count.
     fn error(composition: Composition, steps: u32) -> f64 {
         let run = |steps: u32, composition: Composition| {
             let h = 2.0 / f64::from(steps);

@@ -17,8 +17,9 @@ pub struct Configuration<'a> {
     pub t: f64,
     /// `q`, shape `n`.
     pub q: &'a [f64],
-    /// Unwrapped joint angles of a configuration nearby, rad: of all values of an angle at `q` the one next
-    /// to these is meant. An angle that is not listed has its principal value, in `[−π, π]`.
+    /// Unwrapped joint angles of a configuration nearby, rad: of all values of an angle at `q` the
+    /// one next to these is meant. An angle that is not listed has its principal value, in
+    /// `[−π, π]`.
     pub angles: &'a [f64],
 }
 
@@ -29,11 +30,11 @@ impl<'a> Configuration<'a> {
         Self { t, q, angles: &[] }
     }
 
-    /// The number `k` of whole revolutions with which `θ + 2πk` of angle `slot` is next to its value nearby;
-    /// `principal`: `θ ∈ [−π, π]`, rad.
+    /// The number `k` of whole revolutions with which `θ + 2πk` of angle `slot` is next to its
+    /// value nearby; `principal`: `θ ∈ [−π, π]`, rad.
     ///
-    /// After many revolutions the sum is only accurate to `ε|θ|`; what is compared with `θ` subtracts the
-    /// revolutions first.
+    /// After many revolutions the sum is only accurate to `ε|θ|`; what is compared with `θ`
+    /// subtracts the revolutions first.
     #[must_use]
     pub fn revolutions(&self, slot: usize, principal: f64) -> f64 {
         let nearby = self.angles.get(slot).copied().unwrap_or(0.0);

@@ -5,7 +5,8 @@
 //! D_1 L_d + f_d^- ∋ (h/2) τ ∇θ(q_n),   D_2 L_d + f_d^+ ∋ (h/2) τ ∇θ(q_{n+1})
 //! τ = τ(t_{n+1/2}, θ̄, Δθ/h),   θ̄ = θ(q_n) + σ u_j/2,   Δθ = σ u_j
 //! ```
-//! The balance of the nodal scheme, LMO08 (28), gets `σ (h/2) τ` in row `j`, its matrix one entry on the diagonal.
+//! The balance of the nodal scheme, LMO08 (28), gets `σ (h/2) τ` in row `j`, its matrix one entry
+//! on the diagonal.
 
 use crate::configuration::Configuration;
 
@@ -52,7 +53,8 @@ impl std::fmt::Debug for AlongUnknown<'_> {
 
 /// A potential or a force pair along one coordinate.
 pub trait CoordinateForce {
-    /// `θ(q_n)` at a node, where the angles are those at `q_n`; with its revolutions where it is an angle.
+    /// `θ(q_n)` at a node, where the angles are those at `q_n`; with its revolutions where it is an
+    /// angle.
     fn coordinate(&self, at: Configuration<'_>) -> f64;
     /// `τ(t, θ, θ̇)`, N or N·m.
     fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64;

@@ -4,9 +4,10 @@
 //! LU    Π A = L U          partial pivoting, column by column         Golub & Van Loan, Alg. 3.4.1
 //! QR    A Π = Q [R; 0]     Householder vectors, column pivoting       Golub & Van Loan, Alg. 5.4.1
 //! ```
-//! Each entry is computed by the same operations in the same order on every processor: products and sums are rounded
-//! one by one, and sums have a fixed order. The wide registers of the processor are chosen at run time ([`pulp`]); they
-//! change the speed, not a bit. Libraries that use fused multiply-add where they find it do not have this property.
+//! Each entry is computed by the same operations in the same order on every processor: products and
+//! sums are rounded one by one, and sums have a fixed order. The wide registers of the processor
+//! are chosen at run time ([`pulp`]); they change the speed, not a bit. Libraries that use fused
+//! multiply-add where they find it do not have this property.
 #![allow(non_snake_case)] // A, L, U, Q, R
 
 use crate::linear::dot;
@@ -68,10 +69,11 @@ const TIE: f64 = 1e-9;
 /// Householder QR with column pivoting, its memory sized once.
 #[derive(Clone, Debug)]
 pub struct PivotedQr {
-    factors: DMatrix<f64>, // n × m  R, and below its diagonal the Householder vectors, their first entry 1
-    squares: Vec<f64>,     // m  squared lengths of what is left of the columns
-    scales: Vec<f64>,      // min(n, m)  β of H = I − β v vᵀ
-    pivots: Vec<usize>,    // m  column of A that stands at each place
+    // n × m  R, and below its diagonal the Householder vectors, their first entry 1
+    factors: DMatrix<f64>,
+    squares: Vec<f64>,  // m  squared lengths of what is left of the columns
+    scales: Vec<f64>,   // min(n, m)  β of H = I − β v vᵀ
+    pivots: Vec<usize>, // m  column of A that stands at each place
 }
 
 impl PivotedQr {
@@ -91,8 +93,8 @@ impl PivotedQr {
         &mut self.factors
     }
 
-    /// Factorizes what [`PivotedQr::matrix_mut`] holds. Of columns that are equally long but for rounding the first is taken;
-    /// the others keep their order.
+    /// Factorizes what [`PivotedQr::matrix_mut`] holds. Of columns that are equally long but for
+    /// rounding the first is taken; the others keep their order.
     pub fn factorize(&mut self) {
         let Self { factors: A, squares, scales, pivots } = self;
         let n = A.nrows();
@@ -145,7 +147,8 @@ impl PivotedQr {
     }
 }
 
-/// `x ← (∓|x|, v₂, v₃, …)` with the Householder vector `v`, `v₁ = 1`; returns its `β`. `size = |x|`.
+/// `x ← (∓|x|, v₂, v₃, …)` with the Householder vector `v`, `v₁ = 1`; returns its `β`.
+/// `size = |x|`.
 #[inline(always)]
 fn reflect(x: &mut [f64], size: f64) -> f64 {
     let first = x[0];

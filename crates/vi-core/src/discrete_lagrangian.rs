@@ -8,7 +8,8 @@
 //! D_1 D_1 L_d       = +(1/h) M    − h D_1 D_1 U_d,    D_2 D_2 L_d likewise
 //! E_d               = ½ (Δq/h)ᵀ M (Δq/h) + U_d                            LMO08 (52)
 //! ```
-//! A discrete potential with an added mass contributes `h K_d − h U_d` to `L_d` and `K_d + U_d` to `E_d`.
+//! A discrete potential with an added mass contributes `h K_d − h U_d` to `L_d` and `K_d + U_d` to
+//! `E_d`.
 //!
 //! Forces enter in the sense of the discrete Lagrange–d'Alembert principle (Marsden & West 2001,
 //! part 3): `f_d^-(q_n, q_{n+1})` stands beside `D_1 L_d`, `f_d^+(q_n, q_{n+1})` beside `D_2 L_d`.

@@ -3,17 +3,18 @@
 //! ```text
 //! M = L Lᵀ,   Lᵀ (K + σM)⁻¹ L y = θ y,   ω² = 1/θ − σ,   x = (L⁻ᵀ y)/√(xᵀMx)
 //! ```
-//! The usual way, the eigenvalues of `L⁻¹ K L⁻ᵀ`, is wrong by `ε ω_max²`: for slender beams that is more than the
-//! lowest `ω²`. The inverse has the soft modes at its upper end and is wrong by `ε (ω² + σ)²/σ`. So the
-//! shift comes down, five decades at a time, and every round replaces the modes that are soft beside its shift:
-//! those up to `10³ σ`, counted from the lowest; each then is right to `10³ ε` of itself. The last shift is of the
-//! size of the seventh mode (a free body has six without stiffness; of small systems the middle one), or of what
-//! the rounding of `K` hides. Dense, `O(d³)` for each round; factorizations are faer's.
+//! The usual way, the eigenvalues of `L⁻¹ K L⁻ᵀ`, is wrong by `ε ω_max²`: for slender beams that is
+//! more than the lowest `ω²`. The inverse has the soft modes at its upper end and is wrong by
+//! `ε (ω² + σ)²/σ`. So the shift comes down, five decades at a time, and every round replaces the
+//! modes that are soft beside its shift: those up to `10³ σ`, counted from the lowest; each then is
+//! right to `10³ ε` of itself. The last shift is of the size of the seventh mode (a free body has
+//! six without stiffness; of small systems the middle one), or of what the rounding of `K` hides.
+//! Dense, `O(d³)` for each round; factorizations are faer's.
 //!
-//! `K + σM` is factorized by Cholesky, whose error does not depend on the scales of the unknowns, and `θ` is then an
-//! eigenvalue of `(C⁻¹L)ᵀ(C⁻¹L)`, which has no negative ones. Where it is indefinite a pivoted LU takes its place. Every
-//! `ω²` is at last the quotient `xᵀKx/xᵀMx` of its vector: one below zero by more than its noise proves that `K` is
-//! indefinite.
+//! `K + σM` is factorized by Cholesky, whose error does not depend on the scales of the unknowns,
+//! and `θ` is then an eigenvalue of `(C⁻¹L)ᵀ(C⁻¹L)`, which has no negative ones. Where it is
+//! indefinite a pivoted LU takes its place. Every `ω²` is at last the quotient `xᵀKx/xᵀMx` of its
+//! vector: one below zero by more than its noise proves that `K` is indefinite.
 //!
 //! Source: B. N. Parlett, The Symmetric Eigenvalue Problem, §15, shift and invert.
 #![allow(non_snake_case)] // K, M, L, A, T
@@ -53,18 +54,20 @@ impl From<Singular> for EigenError {
 pub struct Eigen {
     /// `ω²`.
     pub squared: Vec<f64>,
-    /// How much of each `ω²` may be round-off: in the entries of `K`, `4ε |x|ᵀ|K||x|`, and beside the shift.
+    /// How much of each `ω²` may be round-off: in the entries of `K`, `4ε |x|ᵀ|K||x|`, and beside
+    /// the shift.
     pub noise: Vec<f64>,
     /// Columns `x` with `xᵀMx = 1`.
     pub vectors: DMatrix<f64>,
-    /// `max |Kx − ω²Mx|` over `max |K||x| + |ω²| |M||x|` of the same mode: the largest of all modes.
+    /// `max |Kx − ω²Mx|` over `max |K||x| + |ω²| |M||x|` of the same mode: the largest of all
+    /// modes.
     pub residual: f64,
     /// `max |XᵀMX − I|`.
     pub orthogonality: f64,
 }
 
-/// All solutions of `K x = ω² M x`; `K` symmetric, `M` symmetric and positive definite. Only the lower
-/// triangles count.
+/// All solutions of `K x = ω² M x`; `K` symmetric, `M` symmetric and positive definite. Only the
+/// lower triangles count.
 ///
 /// # Errors
 /// [`EigenError`].
@@ -111,15 +114,16 @@ pub fn generalized_eigen(K: &DMatrix<f64>, M: &DMatrix<f64>) -> Result<Eigen, Ei
     Ok(finish((&K, &M), &L, &found))
 }
 
-/// How many eigenvalues of a symmetric matrix are negative, by the signs of the pivots of `A = L B Lᵀ` (Sylvester's law of
-/// inertia). Only the lower triangle counts.
+/// How many eigenvalues of a symmetric matrix are negative, by the signs of the pivots of
+/// `A = L B Lᵀ` (Sylvester's law of inertia). Only the lower triangle counts.
 #[must_use]
 pub fn negative_eigenvalues(A: &DMatrix<f64>) -> usize {
     let factors = symmetric(A).lblt(Side::Lower);
     let (diagonal, below) = (factors.B_diag().column_vector(), factors.B_subdiag().column_vector());
     let (mut count, mut i) = (0, 0);
     while i < A.nrows() {
-        let double = i + 1 < A.nrows() && below[i] != 0.0; // a pivot of order 2 has one of each sign
+        // a pivot of order 2 has one of each sign
+        let double = i + 1 < A.nrows() && below[i] != 0.0;
         count += usize::from(double || diagonal[i] < 0.0);
         i += 1 + usize::from(double);
     }
@@ -185,8 +189,9 @@ fn mode(squared: f64, sigma: f64, Y: &Mat<f64>, k: usize) -> Mode {
 
 /// Eigenvalues and vectors of a symmetric matrix with a residual of the size of round-off.
 ///
-/// The divide-and-conquer method of faer 0.24 is fast; on clustered spectra its residual was found to be `10¹² ε |T|`. It is
-/// therefore checked, and the implicit QR method of nalgebra takes over where it is too large.
+/// The divide-and-conquer method of faer 0.24 is fast; on clustered spectra its residual was found
+/// to be `10¹² ε |T|`. It is therefore checked, and the implicit QR method of nalgebra takes over
+/// where it is too large.
 fn symmetric_eigen(T: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), EigenError> {
     let n = T.nrows();
     let found = T.self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NotFound)?;
@@ -205,7 +210,8 @@ fn symmetric_eigen(T: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), EigenError> {
     Ok((values, Mat::from_fn(n, n, |i, k| eigen.eigenvectors[(i, k)])))
 }
 
-/// How many of the modes, in ascending order, are soft beside `σ`: up to the widest gap near the border.
+/// How many of the modes, in ascending order, are soft beside `σ`: up to the widest gap near the
+/// border.
 fn soft_modes(found: &[Mode], sigma: f64) -> usize {
     let border = SOFT * sigma;
     let gap = |k: usize| found[k].squared / found[k - 1].squared.abs().max(f64::MIN_POSITIVE);

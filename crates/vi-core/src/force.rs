@@ -5,8 +5,9 @@
 //! f_d^+(q_n, q_{n+1}) stands beside D_2 L_d(q_n, q_{n+1}),
 //! midpoint choice: f_d^± = (h/2) f(t_{n+1/2}, q_{n+1/2}, Δq/h)
 //! ```
-//! A force may depend on the strains of earlier steps through internal variables `z_n`. They are part of the
-//! [`crate::State`]: a step reads `z_n` from its [`Interval`], and `z_{n+1}` is a function of the step.
+//! A force may depend on the strains of earlier steps through internal variables `z_n`. They are
+//! part of the [`crate::State`]: a step reads `z_n` from its [`Interval`], and `z_{n+1}` is a
+//! function of the step.
 //!
 //! Source: Marsden & West 2001, part 3. The midpoint choice keeps order 2 in q, p and λ.
 
@@ -33,14 +34,15 @@ pub trait DiscreteForce: Send + Sync {
         self.add_plus(s, scratch);
         scratch.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum()
     }
-    /// Emits `scale ∂f/∂q`, the stiffness of the force in a steady motion with the velocity `v`: at rest, or in a rotation of
-    /// all that the force joins, which changes no length and no rate. Always the same places in the same order.
+    /// Emits `scale ∂f/∂q`, the stiffness of the force in a steady motion with the velocity `v`: at
+    /// rest, or in a rotation of all that the force joins, which changes no length and no rate.
+    /// Always the same places in the same order.
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
     /// Emits `scale ∂f/∂v (t, q, v)`; always the same places in the same order.
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
-    /// Whether it acts from the ground on what rotates, as a damper whose other end stands still: the rate that it sees in a
-    /// steady rotation changes with the configuration, by `W δq`. [`DiscreteForce::add_stiffness`] is then `∂f/∂q` at `v`,
-    /// and `∂f/∂v W` comes to it.
+    /// Whether it acts from the ground on what rotates, as a damper whose other end stands still:
+    /// the rate that it sees in a steady rotation changes with the configuration, by `W δq`.
+    /// [`DiscreteForce::add_stiffness`] is then `∂f/∂q` at `v`, and `∂f/∂v W` comes to it.
     fn acts_from_ground(&self) -> bool {
         false
     }
@@ -50,13 +52,15 @@ pub trait DiscreteForce: Send + Sync {
     fn internal_variables(&self) -> usize {
         0
     }
-    /// `out ← z_{n+1}`, the internal variables at the end of a step that started with [`Interval::internal`].
+    /// `out ← z_{n+1}`, the internal variables at the end of a step that started with
+    /// [`Interval::internal`].
     fn advance(&self, _s: &Interval, _out: &mut [f64]) {}
     /// Its effort where it acts along an unknown of a step.
     fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
         None
     }
-    /// The form in Galerkin steps of a force of strain rates; `None` where `f` is evaluated at Gauss nodes.
+    /// The form in Galerkin steps of a force of strain rates; `None` where `f` is evaluated at
+    /// Gauss nodes.
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
         None
     }

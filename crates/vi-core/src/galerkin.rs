@@ -1,17 +1,18 @@
 //! Constants of the Gauss–Lobatto Galerkin schemes of order `2s`, `s = 1 … 8`.
 //!
-//! On a step, `q_d(t_n + τh) = Σ_j ℓ_j(τ) q_j` goes through `s + 1` control points at the Lobatto nodes `c̃_j` of
-//! `[0, 1]`; the action is integrated at the `s` Gauss nodes `c_k`:
+//! On a step, `q_d(t_n + τh) = Σ_j ℓ_j(τ) q_j` goes through `s + 1` control points at the Lobatto
+//! nodes `c̃_j` of `[0, 1]`; the action is integrated at the `s` Gauss nodes `c_k`:
 //! ```text
 //! E_kj = ℓ_j(c_k),   D_kj = ℓ'_j(c_k),   K = Dᵀ diag(b) D,   b̃ = Eᵀ b                            [2.24]
 //! L_d(q_0 … q_s) = (1/2h) Σ_ij K_ij q_iᵀ M q_j − h Σ_k b_k V(Q_k),   Q_k = Σ_j E_kj q_j              [2.25]
 //! ```
-//! `K` is symmetric, centrosymmetric and positive semi-definite of rank `s`, and its rows sum to zero. In doubles the
-//! first two and the last hold exactly: off-diagonal entries are multiples of `2⁻⁴⁴`, the diagonal balances its row.
-//! Otherwise the rounding of `K` would act as a force in every step and the momentum maps would drift.
+//! `K` is symmetric, centrosymmetric and positive semi-definite of rank `s`, and its rows sum to
+//! zero. In doubles the first two and the last hold exactly: off-diagonal entries are multiples of
+//! `2⁻⁴⁴`, the diagonal balances its row. Otherwise the rounding of `K` would act as a force in
+//! every step and the momentum maps would drift.
 //!
-//! Sources: Jay, SIAM J. Numer. Anal. 45 (2007) 1814; Wenger, Ober-Blöbaum & Leyendecker, Adv. Comput. Math. 43
-//! (2017) 1163.
+//! Sources: Jay, SIAM J. Numer. Anal. 45 (2007) 1814; Wenger, Ober-Blöbaum & Leyendecker, Adv.
+//! Comput. Math. 43 (2017) 1163.
 #![allow(non_snake_case)] // K, E, D: the matrices of the theory
 
 use crate::linear::Singular;
@@ -95,11 +96,14 @@ pub struct GaussLobatto {
     pub K: DMatrix<f64>,
     /// `S = Eᵀ diag(b) E`, shape `(s + 1) × (s + 1)`: weights of products of strains.
     pub S: DMatrix<f64>,
-    /// `N = Eᵀ diag(b) D`, shape `(s + 1) × (s + 1)`: weights of products of strains and strain rates.
+    /// `N = Eᵀ diag(b) D`, shape `(s + 1) × (s + 1)`: weights of products of strains and strain
+    /// rates.
     pub N: DMatrix<f64>,
-    /// The inverse of `K̂ = K[0 … s−1; 1 … s]`, shape `s × s`; row: control point `1 … s`, column: `0 … s − 1`.
+    /// The inverse of `K̂ = K[0 … s−1; 1 … s]`, shape `s × s`; row: control point `1 … s`, column:
+    /// `0 … s − 1`.
     pub K_hat_inverse: DMatrix<f64>,
-    /// `ℓ_j(1 + c̃_i)`, shape `s × (s + 1)`; row: `i = 1 … s`. The polynomial of a step at the next control points.
+    /// `ℓ_j(1 + c̃_i)`, shape `s × (s + 1)`; row: `i = 1 … s`. The polynomial of a step at the next
+    /// control points.
     pub extrapolation: DMatrix<f64>,
 }
 
@@ -159,7 +163,8 @@ impl GaussLobatto {
     }
 }
 
-/// `K` with off-diagonal entries on the grid, symmetric, centrosymmetric, with row sums of exactly zero.
+/// `K` with off-diagonal entries on the grid, symmetric, centrosymmetric, with row sums of exactly
+/// zero.
 fn on_grid(exact: &DMatrix<f64>) -> DMatrix<f64> {
     let (size, last) = (exact.nrows(), exact.nrows() - 1);
     let mut K = DMatrix::zeros(size, size);
@@ -235,8 +240,8 @@ fn lobatto(s: usize) -> (Vec<f64>, Vec<f64>) {
     (all.iter().map(|x| 0.5 * (1.0 + x)).collect(), all.iter().map(weight).collect())
 }
 
-/// The `count` roots in `(−1, 1)`, ascending and exactly symmetric, of a function with Newton corrections `f/f'`, from
-/// the cosines of parts of `π`.
+/// The `count` roots in `(−1, 1)`, ascending and exactly symmetric, of a function with Newton
+/// corrections `f/f'`, from the cosines of parts of `π`.
 fn symmetric_roots(
     count: usize,
     part: impl Fn(f64) -> f64,

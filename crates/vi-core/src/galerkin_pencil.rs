@@ -1,15 +1,16 @@
 //! The matrix of a Galerkin step with stiff forces, made diagonal in the control points.
 //!
-//! With the mass matrix `A`, the damping matrix `B` and the stiffness matrix `C` in unknowns that see no rigid motion, the
-//! matrix of a step is `(1/h) (K̂ ⊗ A − h N̂ ⊗ B − h² Ŝ ⊗ C)`. Gauss quadrature makes one matrix of all three:
+//! With the mass matrix `A`, the damping matrix `B` and the stiffness matrix `C` in unknowns that
+//! see no rigid motion, the matrix of a step is `(1/h) (K̂ ⊗ A − h N̂ ⊗ B − h² Ŝ ⊗ C)`. Gauss
+//! quadrature makes one matrix of all three:
 //! ```text
 //! K̂⁻¹ N̂ = −X,  K̂⁻¹ Ŝ = −X²,     X = D̂⁻¹ Ê,   D̂ = D[·; 1 … s],  Ê = E[·; 1 … s]                    [2.33]
 //! X T = T Λ,     Λ of 1×1 blocks α and 2×2 blocks [a, b; −b, a],  α = a ± ib
 //! (K̂⁻¹ ⊗ I) (matrix) = (1/h) (T ⊗ I) (I ⊗ A + h Λ ⊗ B + h² Λ² ⊗ C) (T⁻¹ ⊗ I)                         [2.34]
 //! ```
-//! `X` is similar to the matrix of Gauss collocation. Its eigenvectors are the polynomials with `v(0) = 0` and `v = α v'` at
-//! the Gauss nodes: `v = Σ_m α^m P_s^{(m)}` with the Legendre polynomial `P_s` of the step, where `v(0) = 0` is the
-//! equation of `α`.
+//! `X` is similar to the matrix of Gauss collocation. Its eigenvectors are the polynomials with
+//! `v(0) = 0` and `v = α v'` at the Gauss nodes: `v = Σ_m α^m P_s^{(m)}` with the Legendre
+//! polynomial `P_s` of the step, where `v(0) = 0` is the equation of `α`.
 //!
 //! Rounding of these numbers changes the ratio of an iteration, never its limit.
 #![allow(non_snake_case)] // K, N, S, X, T, A, B, C
@@ -110,8 +111,8 @@ fn eigenvector(P: &[f64], alpha: Complex<f64>, x: f64) -> Complex<f64> {
     sum
 }
 
-/// The roots of `Σ_m α^m P^{(m)}(0)` by the iteration of Weierstrass (Durand–Kerner): the real one, and of pairs those
-/// with positive imaginary parts.
+/// The roots of `Σ_m α^m P^{(m)}(0)` by the iteration of Weierstrass (Durand–Kerner): the real one,
+/// and of pairs those with positive imaginary parts.
 fn eigenvalues(P: &[f64]) -> Vec<Complex<f64>> {
     const REAL: f64 = 1e-9; // all others are farther from the axis
     let (s, mut factorial) = (P.len() - 1, 1.0);

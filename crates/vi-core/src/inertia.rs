@@ -1,13 +1,15 @@
-//! How many eigenvalues of a symmetric matrix are negative on the null space of constraints, sparse.
+//! How many eigenvalues of a symmetric matrix are negative on the null space of constraints,
+//! sparse.
 //!
 //! ```text
 //! [ K + γ BᵀB   Bᵀ ]
 //! [ B           0  ] = L D Lᵀ        n₋(D) − m = n₋(ZᵀKZ),   B Z = 0,   B of full rank m, any γ
 //! ```
-//! Sylvester's law of inertia. `L D Lᵀ` has no pivoting: the unknowns are eliminated in an order of minimum degree, each
-//! multiplier after its last unknown, and `γ BᵀB` stiffens the directions in which the constraints act alone. The diagonal of
-//! `|L||D||Lᵀ|` beside that of the matrix shows how far rounding has grown; where it is beyond 10⁴ a dense
-//! factorization with pivots of Bunch and Kaufman takes its place.
+//! Sylvester's law of inertia. `L D Lᵀ` has no pivoting: the unknowns are eliminated in an order of
+//! minimum degree, each multiplier after its last unknown, and `γ BᵀB` stiffens the directions in
+//! which the constraints act alone. The diagonal of `|L||D||Lᵀ|` beside that of the matrix shows
+//! how far rounding has grown; where it is beyond 10⁴ a dense factorization with pivots of Bunch
+//! and Kaufman takes its place.
 //!
 //! Source: theory §6.9; N. J. Higham, Accuracy and Stability of Numerical Algorithms (2002), §11.
 #![allow(non_snake_case)] // K, B, A, L, D
@@ -32,8 +34,8 @@ const SOFTEST: f64 = 1e-8;
 /// Unknowns and rows up to which a dense factorization is affordable.
 const DENSE: usize = 2000;
 
-/// The number of negative eigenvalues of `ZᵀKZ`; of `K` its symmetric part counts. `B` has full rank, shape `m × d`. `None`
-/// where no factorization is accurate enough to tell.
+/// The number of negative eigenvalues of `ZᵀKZ`; of `K` its symmetric part counts. `B` has full
+/// rank, shape `m × d`. `None` where no factorization is accurate enough to tell.
 #[must_use]
 pub fn negative_on_null_space(K: &SparseMatrix, B: &SparseMatrix) -> Option<usize> {
     let (d, m) = (K.shape().0, B.shape().0);
@@ -51,7 +53,8 @@ pub fn negative_on_null_space(K: &SparseMatrix, B: &SparseMatrix) -> Option<usiz
     };
     let sparse = GAMMA.into_iter().find_map(|gamma| negative_pivots(&matrix(gamma)));
     let negative = sparse.or_else(|| {
-        (d + m <= DENSE).then(|| negative_eigenvalues(&matrix(1.0).to_dense().transpose())) // its lower triangle
+        // its lower triangle
+        (d + m <= DENSE).then(|| negative_eigenvalues(&matrix(1.0).to_dense().transpose()))
     })?;
     negative.checked_sub(m)
 }
@@ -152,7 +155,8 @@ fn symbolic(
     A: &SparseMatrix,
     ordering: SymmetricOrdering<'_, usize>,
 ) -> Option<SymbolicCholesky<usize>> {
-    // simplicial: the same bits on every processor; without a permutation the upper triangle is analysed
+    // simplicial: the same bits on every processor; without a permutation the upper triangle is
+    // analysed
     let settings = CholeskySymbolicParams {
         supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
         ..Default::default()
@@ -160,7 +164,8 @@ fn symbolic(
     factorize_symbolic_cholesky(view(A).symbolic(), Side::Upper, ordering, settings).ok()
 }
 
-/// Negative pivots of `A = L D Lᵀ` in the given order; `None` where rounding may have changed the sign of one.
+/// Negative pivots of `A = L D Lᵀ` in the given order; `None` where rounding may have changed the
+/// sign of one.
 fn negative_pivots(A: &SparseMatrix) -> Option<usize> {
     let symbolic = symbolic(A, SymmetricOrdering::Identity)?;
     let mut values = vec![0.0; symbolic.len_val()];
@@ -217,7 +222,8 @@ mod tests {
         })
     }
 
-    /// Chains with springs of mixed sign and stiffnesses over twelve decades, and rows between neighbours.
+    /// Chains with springs of mixed sign and stiffnesses over twelve decades, and rows between
+    /// neighbours.
     #[test]
     fn the_count_is_that_of_the_dense_reduced_matrix() {
         let mut sample = Sample::new(7);

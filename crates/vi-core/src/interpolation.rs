@@ -3,9 +3,9 @@
 //! ```text
 //! V = W(ε(q)):    U_d(q_0 … q_s) = Σ_k b_k W(Σ_j E_kj ε(q_j))                                   [6.33]
 //! ```
-//! The control points lie on the constraint manifold, the interpolated configurations `Q_k` do not: there the directors of
-//! a rotating frame are shrunk, and a stiff element would be stretched. Interpolated strains do not see rigid
-//! motions.
+//! The control points lie on the constraint manifold, the interpolated configurations `Q_k` do not:
+//! there the directors of a rotating frame are shrunk, and a stiff element would be stretched.
+//! Interpolated strains do not see rigid motions.
 
 use crate::galerkin::GaussLobatto;
 use crate::interval::Interval;
@@ -46,7 +46,8 @@ impl<'a> StepPolynomial<'a> {
     }
 }
 
-/// A potential of strains, a force of strain rates, or a system of such, on the polynomial of a step.
+/// A potential of strains, a force of strain rates, or a system of such, on the polynomial of a
+/// step.
 pub trait StrainInterpolation {
     /// `U_d`, J; zero for forces.
     fn energy(&self, _step: &StepPolynomial<'_>) -> f64 {
@@ -58,7 +59,8 @@ pub trait StrainInterpolation {
     }
     /// `out_i ← out_i − h ∂U_d/∂q_i + f_i`, N·s, `i = 0 … s`, each of shape `n`.
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]);
-    /// Emits `scale ∂(−h ∂U_d/∂q_i + f_i)/∂q_j`, `(i, j) = at`; always the same places in the same order.
+    /// Emits `scale ∂(−h ∂U_d/∂q_i + f_i)/∂q_j`, `(i, j) = at`; always the same places in the same
+    /// order.
     fn add_derivative(
         &self,
         step: &StepPolynomial<'_>,

@@ -6,16 +6,17 @@
 //! increment, a Newton unknown), while the difference of two stored coordinates is only good to
 //! `ε|q|`, which divided by `h` would spoil the momenta.
 //!
-//! The rounding error of `q_{n+1} = q_n + Δq` is added to the next increment (compensated summation, Kahan,
-//! Comm. ACM 8 (1965) 40); between two steps it is part of the [`crate::State`]. Where `Δq` is found from
-//! `g(q_{n+1}) = 0`, these errors point along the normals more often one way than the other, and without
-//! their sum the angular momentum drifts by a few hundredths of `ε` per step. Between bodies that only
-//! springs connect, each error is a change of their distance without a change of momentum: the energy of
-//! a system far from the origin then grows as a random walk of `ε|q| |∇V|` per step.
+//! The rounding error of `q_{n+1} = q_n + Δq` is added to the next increment (compensated
+//! summation, Kahan, Comm. ACM 8 (1965) 40); between two steps it is part of the [`crate::State`].
+//! Where `Δq` is found from `g(q_{n+1}) = 0`, these errors point along the normals more often one
+//! way than the other, and without their sum the angular momentum drifts by a few hundredths of `ε`
+//! per step. Between bodies that only springs connect, each error is a change of their distance
+//! without a change of momentum: the energy of a system far from the origin then grows as a random
+//! walk of `ε|q| |∇V|` per step.
 //!
-//! A joint angle is a function of `q` up to whole revolutions. The interval carries the unwrapped angles
-//! at `q_n`; of all values of an angle the one next to these is meant, which is unique while a step turns
-//! a joint by less than `π`.
+//! A joint angle is a function of `q` up to whole revolutions. The interval carries the unwrapped
+//! angles at `q_n`; of all values of an angle the one next to these is meant, which is unique while
+//! a step turns a joint by less than `π`.
 
 use crate::configuration::Configuration;
 use serde::{Deserialize, Serialize};
@@ -48,7 +49,8 @@ pub struct Interval {
     pub v_mid: Vec<f64>,
     /// Unwrapped joint angles at `q_n`, rad; see [`Configuration::angles`].
     pub angles: Vec<f64>,
-    /// Internal variables at `q_n` ([`crate::State::internal`]); those that are not listed are zero.
+    /// Internal variables at `q_n` ([`crate::State::internal`]); those that are not listed are
+    /// zero.
     pub internal: Vec<f64>,
     pub(crate) compensation: Vec<f64>, // n  rounding error of q0
     t_rounding: f64,                   // s  rounding error of t + h
@@ -104,8 +106,8 @@ impl Interval {
         s
     }
 
-    /// Opens a step of length `h` (s) at `(t, q_n)` without compensation, with principal angles and internal
-    /// variables of zero; the end is first put on the start.
+    /// Opens a step of length `h` (s) at `(t, q_n)` without compensation, with principal angles and
+    /// internal variables of zero; the end is first put on the start.
     pub fn open(&mut self, t: f64, h: f64, q_n: &[f64]) {
         (self.t, self.h, self.t_rounding) = (t, h, 0.0);
         self.q0.copy_from_slice(q_n);
@@ -118,8 +120,8 @@ impl Interval {
         self.compensation.fill(0.0);
     }
 
-    /// As [`Interval::open`], for who writes the end, the increment and the midpoint before they are read, with the
-    /// rounding error of `q_n`.
+    /// As [`Interval::open`], for who writes the end, the increment and the midpoint before they
+    /// are read, with the rounding error of `q_n`.
     pub fn open_start(&mut self, t: f64, h: f64, q_n: &[f64], rounding: &[f64]) {
         (self.t, self.h, self.t_rounding) = (t, h, 0.0);
         self.q0.copy_from_slice(q_n);
@@ -128,14 +130,15 @@ impl Interval {
         self.internal.clear();
     }
 
-    /// `q_n` and its compensation, to be read; `q_{n+1}`, `Δq`, `q_{n+1/2}` and `Δq/h`, to be written.
+    /// `q_n` and its compensation, to be read; `q_{n+1}`, `Δq`, `q_{n+1/2}` and `Δq/h`, to be
+    /// written.
     pub fn parts_mut(&mut self) -> IntervalParts<'_> {
         let Self { q0, compensation, q1, dq, q_mid, v_mid, .. } = self;
         IntervalParts { q0, compensation, q1, dq, q_mid, v_mid }
     }
 
-    /// `out ←` the rounding error of `q_{n+1}`, shape `n`: less than a last bit; zero for coordinates that are
-    /// not at `q_next` as the step computed it.
+    /// `out ←` the rounding error of `q_{n+1}`, shape `n`: less than a last bit; zero for
+    /// coordinates that are not at `q_next` as the step computed it.
     pub fn rounding_error(&self, q_next: &[f64], out: &mut [f64]) {
         let n = out.len();
         let (q_next, from, to) = (&q_next[..n], &self.q0[..n], &self.q1[..n]);
@@ -158,7 +161,8 @@ impl Interval {
         self.compensation.copy_from_slice(&other.compensation);
     }
 
-    /// Becomes what a step of more coordinates is for those from `first` on; allocates nothing but once.
+    /// Becomes what a step of more coordinates is for those from `first` on; allocates nothing but
+    /// once.
     pub fn take_part(&mut self, whole: &Self, first: usize) {
         (self.t, self.h, self.t_rounding) = (whole.t, whole.h, whole.t_rounding);
         let own = first..first + self.q0.len();
@@ -181,8 +185,8 @@ impl Interval {
         whole.v_mid[own].copy_from_slice(&self.v_mid);
     }
 
-    /// The step ends at `t_end` (s), which is `t + h` up to rounding: over many steps `t_0 + n h`, not
-    /// the sum of rounded steps. [`Interval::open`] sets `t + h`.
+    /// The step ends at `t_end` (s), which is `t + h` up to rounding: over many steps `t_0 + n h`,
+    /// not the sum of rounded steps. [`Interval::open`] sets `t + h`.
     pub fn end_at(&mut self, t_end: f64) {
         self.t_rounding = t_end - (self.t + self.h);
     }
@@ -212,7 +216,8 @@ impl Interval {
         self.q1[i] = self.q0[i] + (dq + self.compensation[i]);
     }
 
-    /// Completes the interval after only `dq` has been written (`q1 = q0 + Δq` with the compensation).
+    /// Completes the interval after only `dq` has been written (`q1 = q0 + Δq` with the
+    /// compensation).
     pub fn close_from_increment(&mut self) {
         (0..self.dq.len()).for_each(|i| self.increment(i, self.dq[i]));
         self.close();
@@ -264,8 +269,9 @@ impl Interval {
     }
 }
 
-/// The rounding error of a coordinate after a step `from → to` by `change`, the increment with the compensation; zero where it
-/// is more than the last bits, or the coordinate is not at `to` any more.
+/// The rounding error of a coordinate after a step `from → to` by `change`, the increment with the
+/// compensation; zero where it is more than the last bits, or the coordinate is not at `to` any
+/// more.
 #[must_use]
 #[inline(always)]
 #[allow(clippy::float_cmp)] // unchanged or not

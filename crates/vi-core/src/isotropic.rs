@@ -1,7 +1,8 @@
 //! A constant matrix as multiples of `I_3` and single entries.
 //!
-//! In space the masses of points and directors are scalars: `M = Σ m_ij ⊗ I_3` over the vectors `i, j` of `q`. A
-//! product with a vector, or its place in a Newton matrix, then costs one number where nine are stored.
+//! In space the masses of points and directors are scalars: `M = Σ m_ij ⊗ I_3` over the vectors
+//! `i, j` of `q`. A product with a vector, or its place in a Newton matrix, then costs one number
+//! where nine are stored.
 
 use crate::sparse::{Entries, SparseMatrix};
 use std::ops::Range;

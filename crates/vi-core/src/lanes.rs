@@ -1,11 +1,12 @@
 //! Four or eight numbers side by side, with the same bits on every processor.
 //!
-//! Sums and products act number by number and are rounded one by one (no fused multiplication and addition), so the bits
-//! do not depend on the registers in use. [`Plain`] leaves the choice of instructions to the compiler, [`Wide`] uses
-//! registers of 256 bits where [`Wide::detect`] finds them.
+//! Sums and products act number by number and are rounded one by one (no fused multiplication and
+//! addition), so the bits do not depend on the registers in use. [`Plain`] leaves the choice of
+//! instructions to the compiler, [`Wide`] uses registers of 256 bits where [`Wide::detect`] finds
+//! them.
 //!
-//! A [`Register`] is the proof that its instructions exist; [`Register::run`] is where they may be used, and what it calls
-//! must be inlined there.
+//! A [`Register`] is the proof that its instructions exist; [`Register::run`] is where they may be
+//! used, and what it calls must be inlined there.
 
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Sub};

@@ -6,9 +6,9 @@
 //! E_d       = ½ (Δq/h)ᵀ M (Δq/h) + U_d(q_n, q_{n+1})                                LMO08 (52)
 //! ```
 //! With added masses (selective mass scaling) their `K_d` belongs to the kinetic part of `E_d`.
-//! The discrete Euler–Lagrange equations say `p_n^+ = p_n^-`. Without forces `p^-`, `p^+` are the discrete
-//! Legendre transforms of LMO08 §3 without constraints; the forced ones are those of Marsden & West 2001,
-//! part 3. With constraints: `vi_constraints::legendre`.
+//! The discrete Euler–Lagrange equations say `p_n^+ = p_n^-`. Without forces `p^-`, `p^+` are the
+//! discrete Legendre transforms of LMO08 §3 without constraints; the forced ones are those of
+//! Marsden & West 2001, part 3. With constraints: `vi_constraints::legendre`.
 
 use crate::discrete_lagrangian::DiscreteLagrangian;
 use crate::interval::Interval;

@@ -1,7 +1,8 @@
 //! Discrete mechanics without constraints.
 //!
-//! Everything that knows a discrete Lagrangian but no constraint and no body: slot derivatives, discrete
-//! Legendre transforms, forces, Newton's method, symmetric compositions, the state of a motion.
+//! Everything that knows a discrete Lagrangian but no constraint and no body: slot derivatives,
+//! discrete Legendre transforms, forces, Newton's method, symmetric compositions, the state of a
+//! motion.
 //!
 //! | file | concept |
 //! |---|---|

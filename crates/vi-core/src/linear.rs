@@ -1,7 +1,7 @@
 //! Linear solvers: dense and sparse LU with their memory sized once, and condition numbers.
 //!
-//! The sparse factorization is faer's. Every answer is checked to be finite: a sparse LU of a singular matrix
-//! may come back without an error and with NaN in it.
+//! The sparse factorization is faer's. Every answer is checked to be finite: a sparse LU of a
+//! singular matrix may come back without an error and with NaN in it.
 
 use crate::dense;
 use crate::sparse::SparseMatrix;

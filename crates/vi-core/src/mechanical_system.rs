@@ -18,8 +18,8 @@ pub trait MechanicalSystem: Send + Sync {
     fn adds_mass(&self) -> bool {
         false
     }
-    /// Emits the mass that discrete potentials add to `M` in steps `h` from a configuration, shape `n × n`; none for
-    /// most systems. Always the same places in the same order.
+    /// Emits the mass that discrete potentials add to `M` in steps `h` from a configuration, shape
+    /// `n × n`; none for most systems. Always the same places in the same order.
     fn add_mass_of_step(&self, _at: Configuration<'_>, _h: f64, _out: &mut dyn Entries) {}
     /// `V(q)`, J.
     fn potential_energy(&self, at: Configuration<'_>) -> f64;
@@ -39,8 +39,8 @@ pub trait MechanicalSystem: Send + Sync {
     fn has_memory(&self) -> bool {
         false
     }
-    /// What of a Galerkin step depends on interpolated strains; `None` for most systems. The rest is evaluated at Gauss
-    /// nodes.
+    /// What of a Galerkin step depends on interpolated strains; `None` for most systems. The rest
+    /// is evaluated at Gauss nodes.
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
         None
     }
@@ -48,15 +48,17 @@ pub trait MechanicalSystem: Send + Sync {
     fn gauss_energy(&self, at: Configuration<'_>) -> f64 {
         self.potential_energy(at)
     }
-    /// `out ← out + f − ∇V` at a Gauss node without [`MechanicalSystem::interpolation`], shape `n`, N.
+    /// `out ← out + f − ∇V` at a Gauss node without [`MechanicalSystem::interpolation`], shape `n`,
+    /// N.
     fn add_gauss_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         self.add_potential_gradient(at, -1.0, out);
         self.add_force(at, v, out);
     }
-    /// Emits `∇²V(q)`, shape `n × n`; always the same places in the same order. For iterations: nothing is allowed.
+    /// Emits `∇²V(q)`, shape `n × n`; always the same places in the same order. For iterations:
+    /// nothing is allowed.
     fn potential_stiffness(&self, _at: Configuration<'_>, _out: &mut dyn Entries) {}
-    /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order. For iterations: nothing is
-    /// allowed.
+    /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order. For
+    /// iterations: nothing is allowed.
     fn force_damping(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut dyn Entries) {}
 
     /// Number `n` of coordinates.

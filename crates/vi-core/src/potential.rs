@@ -1,14 +1,16 @@
 //! Potentials `V(q)` and their discrete versions `U_d(q_n, q_{n+1})`.
 //!
 //! A discrete Lagrangian of this project is
-//! `L_d = (1/2h) Δqᵀ M Δq − h Σ U_d(q_n, q_{n+1})`; the choice of `U_d` is the choice of quadrature:
+//! `L_d = (1/2h) Δqᵀ M Δq − h Σ U_d(q_n, q_{n+1})`; the choice of `U_d` is the choice of
+//! quadrature:
 //! ```text
 //! midpoint       U_d = V(q_{n+1/2})                          LMO08 (18)
 //! trapezoidal    U_d = ½ V(q_n) + ½ V(q_{n+1})
 //! ```
 //! Other consistent, symmetric choices (averaged strains of beams) implement [`DiscretePotential`]
-//! directly. They may add a mass to stiff motions, `L_d = (1/2h) Δqᵀ M Δq + h K_d − h U_d` (selective mass
-//! scaling). All letters: `V` potential, `U_d` discrete potential, `K_d` kinetic energy of the added mass, in J.
+//! directly. They may add a mass to stiff motions, `L_d = (1/2h) Δqᵀ M Δq + h K_d − h U_d`
+//! (selective mass scaling). All letters: `V` potential, `U_d` discrete potential, `K_d` kinetic
+//! energy of the added mass, in J.
 
 use crate::configuration::Configuration;
 use crate::coordinate_force::AlongUnknown;
@@ -38,7 +40,8 @@ pub trait Potential: Send + Sync {
 pub trait DiscretePotential: Send + Sync {
     /// `U_d(q_n, q_{n+1})`, J.
     fn value(&self, s: &Interval) -> f64;
-    /// `K_d(q_n, q_{n+1})`, J: kinetic energy of an added mass that vanishes with `h²`; zero for most.
+    /// `K_d(q_n, q_{n+1})`, J: kinetic energy of an added mass that vanishes with `h²`; zero for
+    /// most.
     fn added_kinetic_energy(&self, _s: &Interval) -> f64 {
         0.0
     }
@@ -47,7 +50,8 @@ pub trait DiscretePotential: Send + Sync {
         false
     }
     /// Emits the added mass of a step `h` in a configuration, symmetric, shape `n × n`: `K_d` is
-    /// `½ (Δq/h)ᵀ` times it times `Δq/h` to the order of the step; always the same places in the same order.
+    /// `½ (Δq/h)ᵀ` times it times `Δq/h` to the order of the step; always the same places in the
+    /// same order.
     fn add_mass(&self, _at: Configuration<'_>, _h: f64, _out: &mut dyn Entries) {}
     /// `out ← out + scale D_1 U_d`, shape `n`.
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]);
@@ -56,8 +60,8 @@ pub trait DiscretePotential: Send + Sync {
     /// Emits `scale D_2 D_1 U_d` (row: component of `D_1 U_d`, column: component of `q_{n+1}`);
     /// always the same places in the same order.
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
-    /// Emits `scale D_1 D_1 U_d`, symmetric; always the same places in the same order. No step needs
-    /// it: it is part of the tangent of a step.
+    /// Emits `scale D_1 D_1 U_d`, symmetric; always the same places in the same order. No step
+    /// needs it: it is part of the tangent of a step.
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
     /// Emits `scale D_2 D_2 U_d`; by the symmetry of `U_d` that is `D_1 D_1 U_d(q_{n+1}, q_n)`.
     fn add_d2_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
@@ -77,7 +81,8 @@ pub trait DiscretePotential: Send + Sync {
     fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
         None
     }
-    /// The form in Galerkin steps of a potential of strains; `None` where `V` is evaluated at Gauss nodes.
+    /// The form in Galerkin steps of a potential of strains; `None` where `V` is evaluated at Gauss
+    /// nodes.
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
         None
     }

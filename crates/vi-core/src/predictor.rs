@@ -1,27 +1,28 @@
 //! Initial guesses for Newton's method, extrapolated from the increments of earlier steps.
 //!
-//! Through the last `k` increments of equal steps goes a polynomial of degree `k − 1`, with `k ≤ 4` or, where the
-//! degree is fitted to the motion, `k ≤ 7`. With the backward differences `∇u_n = u_n − u_{n-1}`,
-//! `∇^{j+1} u_n = ∇^j u_n − ∇^j u_{n-1}`:
+//! Through the last `k` increments of equal steps goes a polynomial of degree `k − 1`, with `k ≤ 4`
+//! or, where the degree is fitted to the motion, `k ≤ 7`. With the backward differences
+//! `∇u_n = u_n − u_{n-1}`, `∇^{j+1} u_n = ∇^j u_n − ∇^j u_{n-1}`:
 //! ```text
 //! u_{n+1} ≈ Σ_{j<k} ∇^j u_n,       |∇^k u_n|_∞: by how much it would have missed the last increment
 //! ```
-//! Fitted: of all `k` the one is taken that would have missed it least; if that is the largest one that can be judged,
-//! all increments. A motion that the step resolves well has many useful differences, a vibration that it does not
-//! resolve has none: each doubles its part.
+//! Fitted: of all `k` the one is taken that would have missed it least; if that is the largest one
+//! that can be judged, all increments. A motion that the step resolves well has many useful
+//! differences, a vibration that it does not resolve has none: each doubles its part.
 //!
-//! Unknowns that alternate from step to step around a smooth course, `w_n + (−1)^n a`, are extrapolated by
-//! formulas that are exact for constant `a` and for polynomials of one degree less:
+//! Unknowns that alternate from step to step around a smooth course, `w_n + (−1)^n a`, are
+//! extrapolated by formulas that are exact for constant `a` and for polynomials of one degree less:
 //! ```text
 //! u_{n+1} ≈ u_{n-1},   u_n + u_{n-1} − u_{n-2},   2u_n − 2u_{n-2} + u_{n-3}
 //! ```
-//! The formulas above would multiply `a` by 16 and more. A composition has one history for each sub-step,
-//! since sub-step `j` resembles sub-step `j` of the steps before, not its neighbour. Where the degree is fitted, the
-//! sub-steps before serve as well, by weights for their lengths ([`SubStepWeights`]): they are taken if their terms of
-//! the highest degree are smaller than the miss of the polynomial.
+//! The formulas above would multiply `a` by 16 and more. A composition has one history for each
+//! sub-step, since sub-step `j` resembles sub-step `j` of the steps before, not its neighbour.
+//! Where the degree is fitted, the sub-steps before serve as well, by weights for their lengths
+//! ([`SubStepWeights`]): they are taken if their terms of the highest degree are smaller than the
+//! miss of the polynomial.
 //!
-//! The history is part of the [`crate::State`]: it decides from where Newton's method starts, and so the
-//! last bits of the result.
+//! The history is part of the [`crate::State`]: it decides from where Newton's method starts, and
+//! so the last bits of the result.
 
 mod sub_steps;
 
@@ -48,7 +49,8 @@ pub enum Degree {
     Cubic,
     /// That which would have met the last increment best, up to 6.
     Fitting,
-    /// The same of numbers around zero, where a difference is smaller than a fourth of the last number; else zero.
+    /// The same of numbers around zero, where a difference is smaller than a fourth of the last
+    /// number; else zero.
     Correcting,
 }
 
@@ -93,7 +95,8 @@ impl History {
         self
     }
 
-    /// Becomes empty where it is of other unknowns or sub-steps, or of other `alternating` unknowns.
+    /// Becomes empty where it is of other unknowns or sub-steps, or of other `alternating`
+    /// unknowns.
     pub fn fit(&mut self, unknowns: usize, sub_steps: usize, alternating: Range<usize>) {
         let fits = self.unknowns == unknowns
             && self.sub_steps.len() == sub_steps
@@ -136,7 +139,8 @@ impl History {
         &self.increments[place * self.unknowns..(place + 1) * self.unknowns]
     }
 
-    /// The newest increment of the sub-step before sub-step `k`, shape of the unknowns, if there is one.
+    /// The newest increment of the sub-step before sub-step `k`, shape of the unknowns, if there is
+    /// one.
     #[must_use]
     pub fn before(&self, k: usize) -> Option<&[f64]> {
         let before = k.checked_sub(1).unwrap_or(self.sub_steps.len() - 1);
@@ -170,7 +174,8 @@ impl History {
         }
     }
 
-    /// By as many of the differences of the increments as fit, `least` or more, or by the sub-steps before.
+    /// By as many of the differences of the increments as fit, `least` or more, or by the sub-steps
+    /// before.
     fn fit_increments(&self, k: usize, least: usize, out: &mut [f64]) {
         let mut increments: [&[f64]; DEPTH] = [&[]; DEPTH]; // the newest first
         let count = self.sub_steps[k].count;
@@ -199,8 +204,8 @@ impl History {
         Some(Before { weights, increments })
     }
 
-    /// Remembers the increment of sub-step `k`; a change of `h` starts the history anew. After a failure
-    /// of the extrapolation (`anew`) only this increment is known of the sub-step.
+    /// Remembers the increment of sub-step `k`; a change of `h` starts the history anew. After a
+    /// failure of the extrapolation (`anew`) only this increment is known of the sub-step.
     pub fn remember(&mut self, k: usize, h: f64, anew: bool, u: &[f64]) {
         let Known { h: before, count, .. } = self.sub_steps[k];
         if count > 0 && before.to_bits() != h.to_bits() {
@@ -231,7 +236,8 @@ struct Before<'a> {
 }
 
 impl Before<'_> {
-    /// The guess of degree 2 (`part` 0), or what degree 3 adds (1), of the unknowns from `first` on.
+    /// The guess of degree 2 (`part` 0), or what degree 3 adds (1), of the unknowns from `first`
+    /// on.
     #[inline(always)]
     fn part<T: Register>(&self, lanes: T, part: usize, first: usize) -> T::Lanes {
         let mut sum = lanes.splat(0.0);
@@ -242,9 +248,10 @@ impl Before<'_> {
     }
 }
 
-/// By as many of the differences of some increments, the newest first, as fit: the first that is left out is the
-/// smallest one; all where they only fall. By the sub-steps before where what degree 3 adds is smaller than that.
-/// `counts`: the least number of differences, and of increments.
+/// By as many of the differences of some increments, the newest first, as fit: the first that is
+/// left out is the smallest one; all where they only fall. By the sub-steps before where what
+/// degree 3 adds is smaller than that. `counts`: the least number of differences, and of
+/// increments.
 #[inline(always)]
 fn fit<T: Register>(
     lanes: T,
@@ -285,8 +292,8 @@ fn fit<T: Register>(
     }
 }
 
-/// How many differences fit, from the largest entry of each: those before the smallest one, all where they only fall; and
-/// the smallest one.
+/// How many differences fit, from the largest entry of each: those before the smallest one, all
+/// where they only fall; and the smallest one.
 #[must_use]
 pub fn terms(sizes: &[f64]) -> (usize, f64) {
     let smallest = (1..sizes.len()).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
@@ -309,8 +316,8 @@ fn entries<T: Register>(lanes: T, increment: &[f64], first: usize) -> T::Lanes {
     }
 }
 
-/// `∇^j u_n` of the unknowns from `first` on, from the last increments, the newest first; those that are not known, and what
-/// is beyond the last unknown, are zero.
+/// `∇^j u_n` of the unknowns from `first` on, from the last increments, the newest first; those
+/// that are not known, and what is beyond the last unknown, are zero.
 #[inline(always)]
 fn differences<T: Register>(
     lanes: T,
@@ -369,7 +376,8 @@ mod tests {
         assert!(missed(&|_| 0.3) <= f64::EPSILON);
     }
 
-    /// Guesses of sub-steps by those before them, of a motion that is a polynomial of degree 4, after a change of the step.
+    /// Guesses of sub-steps by those before them, of a motion that is a polynomial of degree 4,
+    /// after a change of the step.
     #[test]
     fn sub_steps_before_a_change_of_the_step_are_forgotten() {
         let gammas = Composition::Suzuki5.gammas();

@@ -5,10 +5,12 @@
 //! d/dt [S y; ẏ] = A [S y; ẏ],   A = [ 0, S;  −(Λ + N) S⁻¹, −D ]        S = √|Λ|,  D = XᵀCX,  N = Xᵀ (K − K_s) X
 //! (A − σ)⁻¹ z = θ z,   λ = σ + 1/θ
 //! ```
-//! In these coordinates `λ` is wrong by `ε |λ|²/σ`, whereas the companion form is wrong by `ε ω_max²/ω`, and by the rate
-//! of the fastest decay. Every pair asked for is then refined by inverse iteration. Dense, `O(d³)`.
+//! In these coordinates `λ` is wrong by `ε |λ|²/σ`, whereas the companion form is wrong by
+//! `ε ω_max²/ω`, and by the rate of the fastest decay. Every pair asked for is then refined by
+//! inverse iteration. Dense, `O(d³)`.
 //!
-//! Source: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286; A. Ruhe, SIAM J. Numer. Anal. 10 (1973) 674–689.
+//! Source: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286; A. Ruhe, SIAM J. Numer. Anal. 10
+//! (1973) 674–689.
 #![allow(non_snake_case)] // K, C, M, X, D, N, S
 
 use crate::eigen::{Eigen, EigenError, generalized_eigen, largest};

@@ -22,8 +22,8 @@ pub trait Entries {
             (0..3).for_each(|j| self.add(row + i, column + j, block[(i, j)]));
         }
     }
-    /// Adds `value` on the diagonal at the unknown `j` of a step: what acts along it, see [`crate::coordinate_force`].
-    /// Returns whether it was taken; if not, entries follow.
+    /// Adds `value` on the diagonal at the unknown `j` of a step: what acts along it, see
+    /// [`crate::coordinate_force`]. Returns whether it was taken; if not, entries follow.
     fn add_along(&mut self, _j: usize, _value: f64) -> bool {
         false
     }
@@ -35,8 +35,8 @@ pub trait Entries {
     }
 }
 
-/// `A Bᵀ` between coordinates that stand in runs of equal length, as those of frames do: the rows `run · length + i` of `A`
-/// and of `B` belong to the coordinate `starts[run] + i`.
+/// `A Bᵀ` between coordinates that stand in runs of equal length, as those of frames do: the rows
+/// `run · length + i` of `A` and of `B` belong to the coordinate `starts[run] + i`.
 #[derive(Clone, Copy, Debug)]
 pub struct OuterProduct<'a> {
     /// First coordinate of each run.

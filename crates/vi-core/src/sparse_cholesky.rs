@@ -1,6 +1,7 @@
 //! Sparse Cholesky factors of symmetric positive definite matrices, their memory sized once.
 //!
-//! The factorization is faer's. Like those of [`crate::linear`], every answer is checked to be finite.
+//! The factorization is faer's. Like those of [`crate::linear`], every answer is checked to be
+//! finite.
 
 use crate::linear::{Singular, finite, view};
 use crate::sparse::SparseMatrix;
@@ -10,8 +11,8 @@ use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, factorize_symbolic_
 use faer::sparse::linalg::cholesky::{LltRef, SymbolicCholesky, SymmetricOrdering};
 use faer::{Conj, MatMut, Par, Side};
 
-/// `A = L Lᵀ` of a symmetric matrix of which the lower triangle is stored: the symbolic factorization is made once for
-/// the pattern, the numbers each time.
+/// `A = L Lᵀ` of a symmetric matrix of which the lower triangle is stored: the symbolic
+/// factorization is made once for the pattern, the numbers each time.
 pub struct SparseCholesky {
     symbolic: SymbolicCholesky<usize>,
     values: Vec<f64>, // of L

@@ -6,11 +6,11 @@ use crate::interval::Interval;
 use crate::predictor::History;
 use serde::{Deserialize, Serialize};
 
-/// Time, configuration and the momentum `p̄_n = D_2 L_d(q_{n-1}, q_n) + f_d^+` of the last step (at the
-/// start: `p(0) = M v(0)`), and what finite precision and iterative solution add to them.
+/// Time, configuration and the momentum `p̄_n = D_2 L_d(q_{n-1}, q_n) + f_d^+` of the last step (at
+/// the start: `p(0) = M v(0)`), and what finite precision and iterative solution add to them.
 ///
-/// The bits of every later step are a function of the model and of the state: a state that was written
-/// and read again continues the motion as if nothing had happened.
+/// The bits of every later step are a function of the model and of the state: a state that was
+/// written and read again continues the motion as if nothing had happened.
 ///
 /// ```
 /// use vi_core::State;
@@ -18,8 +18,8 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!((start.step, start.configuration().q), (0, &[1.0][..]));
 /// ```
 ///
-/// On a constrained system only `P(q_n)ᵀ p̄_n` determines the motion; the part of `p̄_n` in `range Gᵀ`
-/// is needed for `λ_n` and `p_n` at this node.
+/// On a constrained system only `P(q_n)ᵀ p̄_n` determines the motion; the part of `p̄_n` in
+/// `range Gᵀ` is needed for `λ_n` and `p_n` at this node.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Number of steps taken.
@@ -30,7 +30,8 @@ pub struct State {
     pub q: Vec<f64>,
     /// `p̄_n`, shape `n`; `M v_n` in energy–momentum schemes.
     pub p: Vec<f64>,
-    /// `v_n`, shape `n`, where it is a variable of the scheme (energy–momentum schemes); else empty.
+    /// `v_n`, shape `n`, where it is a variable of the scheme (energy–momentum schemes); else
+    /// empty.
     pub v: Vec<f64>,
     /// Unwrapped joint angles at `q_n`, rad; see [`crate::Configuration::angles`].
     pub angles: Vec<f64>,
@@ -47,8 +48,8 @@ pub struct State {
 
 /// What a scheme needs of the last step beside its increments; empty for most.
 ///
-/// The branch of a closed loop at a singular configuration, the independent constraints in use, the basis of
-/// a tangent space: quantities that `q_n` alone does not determine.
+/// The branch of a closed loop at a singular configuration, the independent constraints in use, the
+/// basis of a tangent space: quantities that `q_n` alone does not determine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// The last interval, for schemes that use derivatives at its end.
@@ -59,7 +60,8 @@ pub struct Memory {
     pub values: Vec<f64>,
     /// `h²λ` of the last interval, shape `m`, for schemes whose nodes need it.
     pub multipliers: Vec<f64>,
-    /// By how much the polynomials of the last steps missed the steps after them, for Galerkin schemes.
+    /// By how much the polynomials of the last steps missed the steps after them, for Galerkin
+    /// schemes.
     #[serde(default)]
     pub misses: History,
 }
@@ -133,8 +135,8 @@ impl State {
         system.advance_internal(s, &mut self.internal);
     }
 
-    /// Moves time and configuration to the end of an interval, with the rounding error of `q_{n+1}`; `clean(t, q)`
-    /// may remove round-off from it.
+    /// Moves time and configuration to the end of an interval, with the rounding error of
+    /// `q_{n+1}`; `clean(t, q)` may remove round-off from it.
     pub fn move_to_configuration(&mut self, s: &Interval, clean: impl FnOnce(f64, &mut [f64])) {
         self.t = s.t_end();
         self.step += 1;

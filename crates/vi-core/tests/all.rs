@@ -1,5 +1,6 @@
 //! Every test of `vi-core` against its public interface, in one binary.
-#![allow(clippy::unwrap_used, clippy::float_cmp)] // tests; they compare exactly representable numbers
+// tests; they compare exactly representable numbers
+#![allow(clippy::unwrap_used, clippy::float_cmp)]
 
 mod eigen;
 mod linear;

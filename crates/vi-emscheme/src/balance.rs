@@ -99,8 +99,8 @@ impl Balance {
         }
     }
 
-    /// After a step that was `solved` or not: other rows where these are no longer clearly independent;
-    /// returns whether they changed and the step is to be solved again.
+    /// After a step that was `solved` or not: other rows where these are no longer clearly
+    /// independent; returns whether they changed and the step is to be solved again.
     pub(crate) fn renew_rows(
         &mut self,
         constraints: &impl DiscreteConstraints,
@@ -139,7 +139,8 @@ impl Balance {
         (&self.bracket, &self.s)
     }
 
-    /// `h B + Ḡᵀμ` and `μ`, shape `n`: as `h B` in the null space, where rounding of `P̄` counts by the size of this.
+    /// `h B + Ḡᵀμ` and `μ`, shape `n`: as `h B` in the null space, where rounding of `P̄` counts by
+    /// the size of this.
     pub(crate) fn remainder(
         &mut self,
         system: &EmSystem,

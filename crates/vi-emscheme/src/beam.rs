@@ -85,7 +85,8 @@ mod tests {
     use vi_beam::section::Section;
     use vi_rigid::{directors, rotation};
 
-    /// Two elements through three frames that are nowhere near orthonormal, and another configuration.
+    /// Two elements through three frames that are nowhere near orthonormal, and another
+    /// configuration.
     fn placements() -> (Elements, Vec<f64>, Vec<f64>) {
         let number = |i: usize, k: f64| ((i as f64 + 0.3) * k).sin();
         let mut q0 = vec![0.0; 36];

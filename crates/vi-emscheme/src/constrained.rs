@@ -5,14 +5,14 @@
 //! [ h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}    Ḡᵀ ]
 //! [ G(q_{n+1})                       0  ]
 //! ```
-//! `Ḡ` ([`crate::constraint`]) moves with the unknown, which adds the Hessian term to the variational scheme's
-//! matrix. The powers of `h` make the condition number independent of `h`; as written it grows like
-//! `h⁻³`. Sparse LU with pivoting over an independent set of constraints.
+//! `Ḡ` ([`crate::constraint`]) moves with the unknown, which adds the Hessian term to the
+//! variational scheme's matrix. The powers of `h` make the condition number independent of `h`; as
+//! written it grows like `h⁻³`. Sparse LU with pivoting over an independent set of constraints.
 //!
-//! Redundant constraints: translations, rotations and `Δq` lie in `null Ḡ`, so a mechanism with at most
-//! one internal freedom keeps its redundancy at `q_{n+1/2}`. With more, the rows left out may become
-//! independent there by `O(h²)`; energy and constraints are kept all the same (`Ḡ Δq = 0` in every row),
-//! but the motion then depends, at the order of the error, on which rows are chosen.
+//! Redundant constraints: translations, rotations and `Δq` lie in `null Ḡ`, so a mechanism with at
+//! most one internal freedom keeps its redundancy at `q_{n+1/2}`. With more, the rows left out may
+//! become independent there by `O(h²)`; energy and constraints are kept all the same (`Ḡ Δq = 0` in
+//! every row), but the motion then depends, at the order of the error, on which rows are chosen.
 //!
 //! Letters: [`crate::em_system`]. Source: Betsch & Leyendecker 2006; scaling as in LMO08 (22).
 

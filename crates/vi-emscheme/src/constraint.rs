@@ -6,8 +6,8 @@
 //! couplings θ_a + ρ θ_b − c    Ḡ = D̄θ_a + ρ D̄θ_b          gears, racks, threads
 //! prescribed motion θ − θ(t)   Ḡ = D̄θ                      the work done is λ Δθ
 //! ```
-//! Rows are functions of products of vectors fixed in bodies, so `Ḡᵀλ` changes no momentum but that of
-//! the ground.
+//! Rows are functions of products of vectors fixed in bodies, so `Ḡᵀλ` changes no momentum but that
+//! of the ground.
 
 use crate::coordinate;
 use vi_constraints::Constraints;
@@ -21,8 +21,8 @@ use vi_rigid::single_body::SingleBody;
 
 /// Constraints with a discrete derivative.
 ///
-/// The defaults are those of constraints that are at most quadratic in `q`. Others get the same, and
-/// then energy is kept to the order of the scheme only.
+/// The defaults are those of constraints that are at most quadratic in `q`. Others get the same,
+/// and then energy is kept to the order of the scheme only.
 pub trait DiscreteConstraints: Constraints {
     /// Emits `Ḡ(q_n, q_{n+1})`, shape `m × n`; always the same places in the same order.
     fn discrete_jacobian(&self, s: &Interval, out: &mut dyn Entries) {
@@ -34,8 +34,8 @@ pub trait DiscreteConstraints: Constraints {
         self.weighted_hessian(s.t_mid(), &s.q_mid, weights, 0.5, out);
     }
 
-    /// The first body that makes about half a turn over the interval. Its averaged directors all but vanish, and directions
-    /// of the discrete null space with them.
+    /// The first body that makes about half a turn over the interval. Its averaged directors all
+    /// but vanish, and directions of the discrete null space with them.
     fn half_turn(&self, _s: &Interval) -> Option<HalfTurn> {
         None
     }
@@ -54,8 +54,8 @@ pub struct HalfTurn {
 const SHRUNK: f64 = 0.05;
 
 impl HalfTurn {
-    /// Of the first `bodies` frames. The averaged directors `D̄` have the singular values `1, c, c` with `c = cos(θ/2)`, so
-    /// `|D̄|² = 1 + 2 c²`.
+    /// Of the first `bodies` frames. The averaged directors `D̄` have the singular values `1, c, c`
+    /// with `c = cos(θ/2)`, so `|D̄|² = 1 + 2 c²`.
     fn find(bodies: usize, s: &Interval) -> Option<Self> {
         let cosines = s.q_mid[..12 * bodies].chunks_exact(12).map(|frame| {
             let size: f64 = frame[3..].iter().map(|x| x * x).sum();

@@ -5,20 +5,22 @@
 //! angle    θ = atan2(s, c):    ψ = Δθ = atan2(c_n Δs − s_n Δc, c_n c_{n+1} + s_n s_{n+1})
 //!          D̄θ = κ [c̄ Ds(q_{n+1/2}) − s̄ Dc(q_{n+1/2})],    κ = (ψ/sin ψ)/(r_n r_{n+1}),   r² = s² + c²
 //! ```
-//! Where both frames have the axis in common, an angle has two such derivatives, `D̄θ_1` by `m_1'` and `D̄θ_2` by `m_2'` ([`SharedAxis`]).
-//! Each has a moment across the axis, of order `h²`, that depends on the choice of `m_1`; their mean has none. What the mean lacks in
-//! the limit to be `Dθ` are forces within rigid bodies, which do no work:
+//! Where both frames have the axis in common, an angle has two such derivatives, `D̄θ_1` by `m_1'`
+//! and `D̄θ_2` by `m_2'` ([`SharedAxis`]). Each has a moment across the axis, of order `h²`, that
+//! depends on the choice of `m_1`; their mean has none. What the mean lacks in the limit to be `Dθ`
+//! are forces within rigid bodies, which do no work:
 //! ```text
 //! D̄θ = ½ (D̄θ_1 + D̄θ_2) + ½ D(m_1'·m_2') + ½ cos(θ_n + θ_{n+1}) D(m_1·m_2) + ¼ sin(θ_n + θ_{n+1}) D(m_2² − m_1²)   at q_{n+1/2}
 //! ```
 //!
-//! Bars: means of both ends. `Ds(q_{n+1/2})·Δq = Δs` exactly, and `c̄ Δs − s̄ Δc = r_n r_{n+1} sin ψ`, so
-//! `D̄θ·Δq = Δθ` where bodies are rigid, for steps of any length below half a turn. `s`, `c`, `u` are products of vectors fixed
-//! in bodies, so `D̄` has no resultant force or moment at the averaged vectors: what acts along a joint
-//! coordinate changes no momentum. Derivatives by `q_{n+1}` are exact off the constraint manifold too.
+//! Bars: means of both ends. `Ds(q_{n+1/2})·Δq = Δs` exactly, and
+//! `c̄ Δs − s̄ Δc = r_n r_{n+1} sin ψ`, so `D̄θ·Δq = Δθ` where bodies are rigid, for steps of any
+//! length below half a turn. `s`, `c`, `u` are products of vectors fixed in bodies, so `D̄` has no
+//! resultant force or moment at the averaged vectors: what acts along a joint coordinate changes no
+//! momentum. Derivatives by `q_{n+1}` are exact off the constraint manifold too.
 //!
-//! Letters: `s, c` sine and cosine rows, `ψ` the turn of the step. Source: the construction of G96 with
-//! the invariants `s`, `c`; the formula is ours.
+//! Letters: `s, c` sine and cosine rows, `ψ` the turn of the step. Source: the construction of G96
+//! with the invariants `s`, `c`; the formula is ours.
 
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
@@ -143,7 +145,8 @@ impl<'a> MeanTurn<'a> {
     }
 }
 
-/// The entries of `D̄θ(q_n, q_{n+1})`, always in the same order; a coordinate may come several times.
+/// The entries of `D̄θ(q_n, q_{n+1})`, always in the same order; a coordinate may come several
+/// times.
 pub(crate) fn for_each_slope(theta: &JointCoordinate, s: &Interval, visit: impl FnMut(usize, f64)) {
     match (theta.value(), theta.shared_axis()) {
         (Value::Length(row), _) => row.for_each_slope(&s.q_mid, visit),
@@ -234,7 +237,8 @@ mod tests {
         COORDINATES.map(of).into()
     }
 
-    /// The pair with all rotations and displacements times `by`, about a configuration that is not the first one.
+    /// The pair with all rotations and displacements times `by`, about a configuration that is not
+    /// the first one.
     fn moved(joint: &Joint, q: &[f64], by: f64) -> Vec<f64> {
         let at = joint.configuration(q);
         let angles = [0.7 + 0.9 * by, 0.4 - 0.6 * by];

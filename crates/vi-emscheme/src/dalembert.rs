@@ -6,7 +6,8 @@
 //! [ G(q_{n+1})                          ]
 //! ```
 //! Unknown `Δq ∈ R^n`. `μ` is not an unknown: it follows from the bracket, and drops
-//! out where `Ḡ P̄ = 0`, which averaged formulas fulfil only once `g(q_{n+1}) = 0`. Dense, `O(n³)` a step: for small systems and comparisons.
+//! out where `Ḡ P̄ = 0`, which averaged formulas fulfil only once `g(q_{n+1}) = 0`. Dense, `O(n³)`
+//! a step: for small systems and comparisons.
 //!
 //! Letters and the derivative of `P̄`: [`crate::null_space`]. Source: Betsch & Leyendecker 2006.
 
@@ -92,8 +93,8 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
         Ok(())
     }
 
-    /// Without multipliers among the unknowns a remainder of `ε/64` has the same sign in each step of a steady
-    /// rotation; the constrained form does not need it.
+    /// Without multipliers among the unknowns a remainder of `ε/64` has the same sign in each step
+    /// of a steady rotation; the constrained form does not need it.
     fn resolution(&self) -> f64 {
         1.0 / 65536.0
     }

@@ -1,4 +1,5 @@
-//! The operators of the nodal form by dense matrices, `O(n d²)`: for any source of `P̄` and any map `F_d`.
+//! The operators of the nodal form by dense matrices, `O(n d²)`: for any source of `P̄` and any map
+//! `F_d`.
 
 use crate::constraint::DiscreteConstraints;
 use crate::loop_nodal::LoopClosure;
@@ -58,7 +59,8 @@ impl<N, R: Reparametrization> DenseOperators<N, R> {
         }
     }
 
-    /// On closed loops: the map is that of the spanning tree; `blocks`: units and scales of its increments.
+    /// On closed loops: the map is that of the spanning tree; `blocks`: units and scales of its
+    /// increments.
     #[must_use]
     pub fn on_loops(mut self, loops: LoopClosure, blocks: Vec<Block>) -> Self {
         let n = self.null_space.nrows();

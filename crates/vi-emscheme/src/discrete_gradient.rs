@@ -8,9 +8,9 @@
 //! ```
 //! Directionality makes the scheme conserve energy, symmetry gives order 2, equivariance conserves
 //! the momentum map. Linear potentials are their own discrete derivative (here). Functions of
-//! quadratic invariants have an exact and equivariant one ([`crate::invariant`]). Everything else is
-//! served by the formula of [`crate::gonzalez`], which is equivariant under no more than happens to
-//! be so. Beam elements implement the trait where their strains are known:
+//! quadratic invariants have an exact and equivariant one ([`crate::invariant`]). Everything else
+//! is served by the formula of [`crate::gonzalez`], which is equivariant under no more than happens
+//! to be so. Beam elements implement the trait where their strains are known:
 //! `D̄V = Σ_e ℓ Σ_i C_i ε̄_i 𝔹_i x_{n+1/2}`, theory of Betsch & Leyendecker 2006.
 //!
 //! Letters: `V` potential (J), `D̄V` discrete derivative, shape `n` (N for positions, N·m for

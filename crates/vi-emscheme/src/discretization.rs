@@ -1,4 +1,5 @@
-//! What an integrator asks of an energy–momentum system beside its forces: the state at the start, sub-steps, nodes.
+//! What an integrator asks of an energy–momentum system beside its forces: the state at the start,
+//! sub-steps, nodes.
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;

@@ -6,9 +6,9 @@
 //! K     = ∂B/∂q_{n+1} = (2/h) M + h ∂D̄V/∂q_{n+1} − h ∂f̄/∂q_{n+1}
 //! H_n   = ½ v_nᵀ M v_n + V(q_n)
 //! ```
-//! `½ (v_{n+1} − v_n)ᵀ M (v_{n+1} + v_n) = (1/h) Δqᵀ M (v_{n+1} − v_n)`, so `H_{n+1} − H_n = f̄·Δq` by
-//! directionality of `D̄V` and `Ḡ Δq = g_{n+1} − g_n = 0`. Everything is evaluated times `h`, which
-//! leaves no negative power of `h`.
+//! `½ (v_{n+1} − v_n)ᵀ M (v_{n+1} + v_n) = (1/h) Δqᵀ M (v_{n+1} − v_n)`, so `H_{n+1} − H_n = f̄·Δq`
+//! by directionality of `D̄V` and `Ḡ Δq = g_{n+1} − g_n = 0`. Everything is evaluated times `h`,
+//! which leaves no negative power of `h`.
 //!
 //! Letters: `M` mass matrix (constant, may be singular), `v_n` velocity, `D̄V`, `f̄` as in
 //! [`crate::discrete_gradient`], [`crate::load`].
@@ -150,14 +150,16 @@ impl EmSystem {
         self.loads.len()
     }
 
-    /// Adds the work of each load in a step, `f̄·Δq`, J, in the order in which they were added; `scratch`: shape `n`.
+    /// Adds the work of each load in a step, `f̄·Δq`, J, in the order in which they were added;
+    /// `scratch`: shape `n`.
     pub fn add_work(&self, s: &Interval, scratch: &mut [f64], out: &mut [f64]) {
         for (load, work) in self.loads.iter().zip(out) {
             *work += load.work(s, scratch);
         }
     }
 
-    /// `out ← h B`, shape `n`, for a step from a node with velocity `v_n`; `work`: scratch of shape `n`.
+    /// `out ← h B`, shape `n`, for a step from a node with velocity `v_n`; `work`: scratch of shape
+    /// `n`.
     pub fn scaled_bracket(&self, s: &Interval, v: &Velocity, work: &mut [f64], out: &mut [f64]) {
         for (i, w) in work.iter_mut().enumerate() {
             *w = lag(s.dq[i], s.h, (v.v[i], v.rounding[i]));

@@ -5,12 +5,12 @@
 //! ∂D̄V/∂q_{n+1} = ½H + Δq/|Δq|² ⊗ [∇V(q_{n+1}) − ∇V(q_{n+1/2}) − ½ H Δq]
 //!                   + e [I/|Δq|² − 2 ΔqΔqᵀ/|Δq|⁴],      H = ∇²V(q_{n+1/2})
 //! ```
-//! `e = O(|Δq|³)` is lost in the round-off `ε|V|` of the difference when the step is short. Then it is
-//! integrated along the step instead (Gauss–Legendre, three points: the error is `O(|Δq|⁷)`), which
-//! keeps the correction at `ε|∇V|` for any `|Δq|`.
+//! `e = O(|Δq|³)` is lost in the round-off `ε|V|` of the difference when the step is short. Then it
+//! is integrated along the step instead (Gauss–Legendre, three points: the error is `O(|Δq|⁷)`),
+//! which keeps the correction at `ε|∇V|` for any `|Δq|`.
 //!
-//! Exact energy; linear momentum when `V` is invariant; *not* angular momentum: `q_{n+1/2} × Δq` does
-//! not vanish. Potentials of `D·D` have [`crate::invariant`].
+//! Exact energy; linear momentum when `V` is invariant; *not* angular momentum: `q_{n+1/2} × Δq`
+//! does not vanish. Potentials of `D·D` have [`crate::invariant`].
 //!
 //! Source: Gonzalez, J. Nonlinear Sci. 6 (1996) 449–467; the quadrature is ours.
 

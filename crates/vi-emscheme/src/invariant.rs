@@ -5,9 +5,9 @@
 //! D̄V         = σ 2 D̄·∂D,     σ = (V(s_{n+1}) − V(s_n)) / (s_{n+1} − s_n)
 //! ∂D̄V/∂q_{n+1} = ∂Dᵀ [σ I + 4 σ' D̄ D_{n+1}ᵀ] ∂D,     σ' = ∂σ/∂s_{n+1}
 //! ```
-//! `Ds(q_{n+1/2})·Δq = 2 D̄·ΔD = s_{n+1} − s_n` exactly, so the chain rule keeps directionality; the
-//! force pair passes along `D̄`, so linear and angular momentum are kept too. For springs the quotient
-//! has a closed form, with `l = √s`:
+//! `Ds(q_{n+1/2})·Δq = 2 D̄·ΔD = s_{n+1} − s_n` exactly, so the chain rule keeps directionality;
+//! the force pair passes along `D̄`, so linear and angular momentum are kept too. For springs the
+//! quotient has a closed form, with `l = √s`:
 //! ```text
 //! V = ½ k (l − l_0)²      σ = ½ k (1 − 2 l_0/(l_n + l_{n+1})),    σ' = ½ k l_0 / (l_{n+1} (l_n + l_{n+1})²)
 //! V = ½ k (l² − l_0²)²    σ = ½ k (s_n + s_{n+1} − 2 l_0²),       σ' = ½ k

@@ -5,10 +5,11 @@
 //! g(q_{n+1}) = 0,    v_{n+1} = (2/h)(q_{n+1} − q_n) − v_n
 //! ```
 //! Conserved along a step without load, up to what Newton's method leaves over: energy, linear and
-//! angular momentum (with an equivariant `D̄V`), the constraints. Not symplectic. Order 2 in `q` and
-//! `p`, and 4, 6, 8 by composition of pairs of steps ([`scheme::sub_steps`]); the multiplier belongs to the middle of the step and alternates by `O(h)` from step to step,
-//! the mean of two neighbours has order 2 ([`node`]). The same three forms as the variational
-//! schemes, so that both methods are compared on equal footing.
+//! angular momentum (with an equivariant `D̄V`), the constraints. Not symplectic. Order 2 in `q`
+//! and `p`, and 4, 6, 8 by composition of pairs of steps ([`scheme::sub_steps`]); the multiplier
+//! belongs to the middle of the step and alternates by `O(h)` from step to step, the mean of two
+//! neighbours has order 2 ([`node`]). The same three forms as the variational schemes, so that both
+//! methods are compared on equal footing.
 //!
 //! | file | concept |
 //! |---|---|
@@ -29,8 +30,8 @@
 //! | [`tangent_map`] | the tangent of a step: the symplectic form is not kept |
 //! | [`integrator`], [`run`] | the integrator of any constraints; of mechanisms |
 //!
-//! Sources: P. Betsch, S. Leyendecker, IJNME 67 (2006) 499–552 (BL06); O. Gonzalez, J. Nonlinear Sci.
-//! 6 (1996) 449–467 (G96).
+//! Sources: P. Betsch, S. Leyendecker, IJNME 67 (2006) 499–552 (BL06); O. Gonzalez, J. Nonlinear
+//! Sci. 6 (1996) 449–467 (G96).
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
 #![deny(missing_debug_implementations, missing_docs)]

@@ -8,8 +8,8 @@
 //! derivative          δw = A⁻¹ (δτ − δA w),
 //!                     δA w = Σ_J [2 w d̄_Jᵀ − (d̄_J·w) I − d̄_J wᵀ] δd̄_J,    δd̄_J = ½ δd_J
 //! ```
-//! `d̄_I` averaged directors, shorter than one: the director form that is exact at the ends of a step
-//! (`½ τ×d_I`) would lose a part of the torque there. Momentum changes by exactly `h (f, τ)`.
+//! `d̄_I` averaged directors, shorter than one: the director form that is exact at the ends of a
+//! step (`½ τ×d_I`) would lose a part of the torque there. Momentum changes by exactly `h (f, τ)`.
 //!
 //! Source: Betsch & Leyendecker 2006.
 #![allow(non_snake_case)] // A, D: the matrices above
@@ -37,7 +37,8 @@ pub trait MidpointLoad: Send + Sync {
         self.add(s, 1.0, scratch);
         scratch.iter().zip(&s.dq).map(|(f, dq)| f * dq).sum()
     }
-    /// Whether it depends on velocities in a way that dissipates energy: it must not be run backwards.
+    /// Whether it depends on velocities in a way that dissipates energy: it must not be run
+    /// backwards.
     fn is_dissipative(&self) -> bool {
         false
     }

@@ -6,17 +6,18 @@
 //! Dr   = [ P̄ᵀ K̃          ] ∂F_d/∂u          K̃ as in the nodal form
 //!        [ G_c(q_{n+1})  ]
 //! ```
-//! `P̄ = P̄_tree Z̄` with `Z̄ = null(Ḡ_c P̄_tree)` ([`crate::null_space::TreeComplement`]) or the null space
-//! of the whole `Ḡ`; both annihilate the loops' rows of the averaged configuration. The joints of the tree
-//! hold by construction, the loops to the tolerance of Newton's method.
+//! `P̄ = P̄_tree Z̄` with `Z̄ = null(Ḡ_c P̄_tree)` ([`crate::null_space::TreeComplement`]) or the
+//! null space of the whole `Ḡ`; both annihilate the loops' rows of the averaged configuration. The
+//! joints of the tree hold by construction, the loops to the tolerance of Newton's method.
 //!
-//! *Redundant loops.* The rows enforced are chosen anew in every step, at the first trial of `q_{n+1}`, by
-//! pivoted QR of `G_c ∂F_d/∂u` with the generic rank: a choice made once may come close to dependent
-//! later. Rows left out follow from the others at nodes; at `q_{n+1/2}` they do so where the
-//! mechanism has one internal freedom (see [`crate::constrained`]).
+//! *Redundant loops.* The rows enforced are chosen anew in every step, at the first trial of
+//! `q_{n+1}`, by pivoted QR of `G_c ∂F_d/∂u` with the generic rank: a choice made once may come
+//! close to dependent later. Rows left out follow from the others at nodes; at `q_{n+1/2}` they do
+//! so where the mechanism has one internal freedom (see [`crate::constrained`]).
 //!
 //! Increments are known to `ε |q|/σ`, `σ` the last kept pivot, as in
-//! [`vi_multibody::closed_loop`]. Source: Betsch & Leyendecker 2006; the treatment of loops is ours.
+//! [`vi_multibody::closed_loop`]. Source: Betsch & Leyendecker 2006; the treatment of loops is
+//! ours.
 
 use crate::constraint::DiscreteConstraints;
 use nalgebra::DMatrix;
@@ -56,9 +57,9 @@ pub struct LoopClosure {
 }
 
 impl LoopClosure {
-    /// For `n` coordinates, `m` constraints, the loops among them and `d` degrees of freedom of the tree. Newton's
-    /// method of the first step starts from `h ν` of the `rates`: at a singular configuration `u = 0` is no start
-    /// value.
+    /// For `n` coordinates, `m` constraints, the loops among them and `d` degrees of freedom of the
+    /// tree. Newton's method of the first step starts from `h ν` of the `rates`: at a singular
+    /// configuration `u = 0` is no start value.
     #[must_use]
     pub fn new(n: usize, m: usize, d: usize, loops: LoopRows, rates: Option<Vec<f64>>) -> Self {
         let cut = loops.rows.len();

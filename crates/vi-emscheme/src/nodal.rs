@@ -4,9 +4,9 @@
 //! r(u) = P̄(q_n, q_{n+1})ᵀ h B = 0,    q_{n+1} = F_d(u, q_n)
 //! Dr   = P̄ᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}) ∂F_d/∂u
 //! ```
-//! What rounding leaves of `B` in a step is added to the next one ([`vi_core::compensation`]): increments in their format
-//! balance no momentum exactly, and on a closed loop in steady motion the remainders do
-//! not average out.
+//! What rounding leaves of `B` in a step is added to the next one ([`vi_core::compensation`]):
+//! increments in their format balance no momentum exactly, and on a closed loop in steady motion
+//! the remainders do not average out.
 //!
 //! The constraints hold by construction, whatever Newton's method leaves over. The condition number
 //! does not depend on `h`. Written against [`EmOperators`]: dense matrices for any system
@@ -44,15 +44,17 @@ pub trait EmOperators<C>: Send {
     /// # Errors
     /// [`Fault`] when `u` is outside the domain of the map.
     fn reparametrize(&mut self, constraints: &C, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
-    /// The independent constraints of this step, where they are chosen in it. Then `P̄` comes from a factorization, and
-    /// what is pulled back is `h B + Ḡᵀμ`: of `h B` alone its rounding would leave a drift of the energy.
+    /// The independent constraints of this step, where they are chosen in it. Then `P̄` comes from
+    /// a factorization, and what is pulled back is `h B + Ḡᵀμ`: of `h B` alone its rounding would
+    /// leave a drift of the energy.
     fn rows(&self) -> Option<&IndependentRows> {
         None
     }
     /// `out ← P̄ᵀ w`, the first rows of the residual; all of them without closed loops.
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]);
-    /// Writes the covector that rounding has left of a step, shape `n` or `d`, from the residual `r` and the last `P̄`: the next
-    /// step adds it. By default the residual, for a `P̄` whose columns mean the same in each step.
+    /// Writes the covector that rounding has left of a step, shape `n` or `d`, from the residual
+    /// `r` and the last `P̄`: the next step adds it. By default the residual, for a `P̄` whose
+    /// columns mean the same in each step.
     fn carry_balance(&mut self, r: &[f64], carried: &mut Vec<f64>) {
         carried.clear();
         carried.extend_from_slice(r);
@@ -65,9 +67,9 @@ pub trait EmOperators<C>: Send {
     fn close(&mut self, _constraints: &C, _s: &Interval, _r: &mut [f64]) {}
     /// Which terms the Newton matrix takes for the derivative of `P̄`.
     fn linearization(&self) -> EmLinearization;
-    /// `x ← (P̄ᵀ K̃ ∂F_d/∂u)⁻¹ x` at `u`, the last interval and `w = h B`, with `K̃` as emitted: always the same places in the
-    /// same order. With [`EmLinearization::NullSpaceDerivative`] what is emitted is `h K`, and
-    /// `∂(P̄ᵀ w)/∂u` is added.
+    /// `x ← (P̄ᵀ K̃ ∂F_d/∂u)⁻¹ x` at `u`, the last interval and `w = h B`, with `K̃` as emitted:
+    /// always the same places in the same order. With [`EmLinearization::NullSpaceDerivative`] what
+    /// is emitted is `h K`, and `∂(P̄ᵀ w)/∂u` is added.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`].

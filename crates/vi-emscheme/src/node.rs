@@ -6,17 +6,18 @@
 //! λ_n         = ½ (λ_{n-1/2} + λ_{n+1/2}),    force G(q_n)ᵀ λ_n
 //! residuals   g(q_n),   Ḡ Δq/h  (zero; rheonomic: Δg/h),   G(q_n) v_n + ∂g/∂t  (O(h²))
 //! ```
-//! *Order of the multipliers.* `v_{n+1} = (2/h)Δq − v_n` turns the sign of the part of `v_n` that is not
-//! tangential; a start with `G(q_0) v(0) = 0` misses the smooth solution there by `O(h²)`, so this part
-//! alternates from node to node for ever, and `λ_{n+1/2} ~ M(v_{n+1} − v_n)/h` with it, by `O(h)`: order
-//! 1 by itself, unless the start is at rest. The mean of two neighbours does not see the alternation: it
-//! belongs to the node and has order 2, as `q_n` and `p_n` have.
+//! *Order of the multipliers.* `v_{n+1} = (2/h)Δq − v_n` turns the sign of the part of `v_n` that
+//! is not tangential; a start with `G(q_0) v(0) = 0` misses the smooth solution there by `O(h²)`,
+//! so this part alternates from node to node for ever, and `λ_{n+1/2} ~ M(v_{n+1} − v_n)/h` with
+//! it, by `O(h)`: order 1 by itself, unless the start is at rest. The mean of two neighbours does
+//! not see the alternation: it belongs to the node and has order 2, as `q_n` and `p_n` have.
 //!
-//! The mean of the two forces is no constraint force of the node: it has a part of order `h²` outside the range of `G(q_n)ᵀ`, and what
-//! joints transmit would depend on how that is shared out.
+//! The mean of the two forces is no constraint force of the node: it has a part of order `h²`
+//! outside the range of `G(q_n)ᵀ`, and what joints transmit would depend on how that is shared out.
 //!
-//! Redundant constraints: the force of a step is unique, the multipliers are given in minimum-norm form. The force of a node is that of
-//! multipliers in units of their rows ([`UnitRows`]), which are the same in all units of length.
+//! Redundant constraints: the force of a step is unique, the multipliers are given in minimum-norm
+//! form. The force of a node is that of multipliers in units of their rows ([`UnitRows`]), which
+//! are the same in all units of length.
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
@@ -34,8 +35,9 @@ use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 use vi_core::{Energies, MechanicalSystem};
 
-/// Computes the [`Node`]s of energy–momentum schemes: `p_n = M v_n` is `p` and `ᵠp`, `H_n` is every energy, `λ_n` is the mean
-/// of the steps beside the node (order 2), at the start the multiplier of the step after it.
+/// Computes the [`Node`]s of energy–momentum schemes: `p_n = M v_n` is `p` and `ᵠp`, `H_n` is every
+/// energy, `λ_n` is the mean of the steps beside the node (order 2), at the start the multiplier of
+/// the step after it.
 #[derive(Debug)]
 pub struct EmObserver {
     node: Node,
@@ -105,7 +107,8 @@ impl EmObserver {
 }
 
 impl EmObserver {
-    /// `λ_{n+1/2}` of the step `s` and `λ_n` with their forces; the state remembers the step before.
+    /// `λ_{n+1/2}` of the step `s` and `λ_n` with their forces; the state remembers the step
+    /// before.
     fn read_multipliers<C: DiscreteConstraints>(
         &mut self,
         constraints: &C,
@@ -134,8 +137,8 @@ impl EmObserver {
         at_node.tr_mul_add(1.0, own, force);
     }
 
-    /// `λ_{n+1/2}` of a step with its force, the multipliers in minimum-norm form; adds `weight` of those that the force of the
-    /// node is of.
+    /// `λ_{n+1/2}` of a step with its force, the multipliers in minimum-norm form; adds `weight` of
+    /// those that the force of the node is of.
     fn read_step<C: DiscreteConstraints>(
         &mut self,
         constraints: &C,

@@ -8,20 +8,20 @@
 //! P̄_tree null(Ḡ_c P̄_tree)          closed loops on such a tree      TreeComplement
 //! ```
 //! `P̄` depends on the unknown, but its derivative is not needed. With `P̄_k` and the multipliers
-//! `μ_k = −(Ḡ Ḡᵀ)⁻¹ Ḡ h B` (least squares; `h²λ` at the root) of the iterate `q_k` kept, Newton's method
-//! takes its step on
+//! `μ_k = −(Ḡ Ḡᵀ)⁻¹ Ḡ h B` (least squares; `h²λ` at the root) of the iterate `q_k` kept, Newton's
+//! method takes its step on
 //! ```text
 //! r_k(q_{n+1}) = P̄_kᵀ (h B + Ḡᵀ μ_k),    ∂r_k/∂q_{n+1} = P̄_kᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1})   exactly
 //! ```
 //! At `q_k` its value is `P̄ᵀ h B`, the residual of the scheme; at the root `q*` it is
-//! `(G* P̄_k)ᵀ (μ_k − μ*)`, of second order in `q_k − q*`, so convergence stays quadratic. (The same
-//! follows from `δḠ P̄ + Ḡ δP̄ = 0` and `h B = −Ḡᵀμ` at the root: `δP̄ᵀ h B = P̄ᵀ δḠᵀ μ`, `δḠ = ½ D²g[δq]` for
-//! quadratic `g`.)
-//! Any `μ_k` that tends to `μ*` will do; on trees they are found frame by frame ([`vi_multibody::tree_multipliers`]).
-//! This is the additional term of an energy–momentum scheme, and the multipliers are a by-product. The derivative
-//! itself is offered beside it ([`EmLinearization`]).
-//! Averaged formulas annihilate `Ḡ` when `g(q_{n+1}) = 0`; on the way there, in the d'Alembert form, the
-//! residual keeps the term `Ḡᵀμ_k`.
+//! `(G* P̄_k)ᵀ (μ_k − μ*)`, of second order in `q_k − q*`, so convergence stays quadratic. (The
+//! same follows from `δḠ P̄ + Ḡ δP̄ = 0` and `h B = −Ḡᵀμ` at the root: `δP̄ᵀ h B = P̄ᵀ δḠᵀ μ`,
+//! `δḠ = ½ D²g[δq]` for quadratic `g`.)
+//! Any `μ_k` that tends to `μ*` will do; on trees they are found frame by frame
+//! ([`vi_multibody::tree_multipliers`]). This is the additional term of an energy–momentum scheme,
+//! and the multipliers are a by-product. The derivative itself is offered beside it
+//! ([`EmLinearization`]). Averaged formulas annihilate `Ḡ` when `g(q_{n+1}) = 0`; on the way there,
+//! in the d'Alembert form, the residual keeps the term `Ḡᵀμ_k`.
 //!
 //! Letters: `G` constraint Jacobian, bars: at the averaged configuration; `B`, `K` as in
 //! [`crate::em_system`]. Source: Betsch & Leyendecker 2006 for `P̄`; the Newton matrix is ours.
@@ -43,14 +43,15 @@ use vi_multibody::pair::{Transfer, Twist, VelocityMap};
 use vi_multibody::particle::ParticleTree;
 use vi_multibody::tree::{Link, Tree};
 
-/// How the Newton matrix of the nodal form takes the derivative of `P̄` into account; the roots are the same.
+/// How the Newton matrix of the nodal form takes the derivative of `P̄` into account; the roots are
+/// the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EmLinearization {
     /// By the multipliers, `P̄ᵀ Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}`: for every system.
     #[default]
     Multipliers,
-    /// By the derivative itself, `δP̄ᵀ h B`, as published (Betsch & Leyendecker 2006): for trees of bodies
-    /// without screws, in dense matrices.
+    /// By the derivative itself, `δP̄ᵀ h B`, as published (Betsch & Leyendecker 2006): for trees of
+    /// bodies without screws, in dense matrices.
     NullSpaceDerivative,
 }
 
@@ -173,9 +174,9 @@ impl<C: DiscreteConstraints> DiscreteNullSpace<C> for TreeComplement {
 /// P                 slide m̄_1×m̄_2
 /// E                 slides m̄_2×n̄, n̄×m̄_1,     turn (ϱ̄²×n̄, n̄)
 /// ```
-/// The averaged `m̄_1, m̄_2, n̄` are no longer orthogonal: the vectors of a node would miss `Ḡ P̄ = 0` by
-/// `O(h²)` in C, P and E. The gap of a C pair that the tree walks from child to parent adds
-/// `r̄×n̄` to its turn.
+/// The averaged `m̄_1, m̄_2, n̄` are no longer orthogonal: the vectors of a node would miss
+/// `Ḡ P̄ = 0` by `O(h²)` in C, P and E. The gap of a C pair that the tree walks from child to
+/// parent adds `r̄×n̄` to its turn.
 #[derive(Debug)]
 pub struct AveragedTree {
     tree: Tree,
@@ -282,9 +283,9 @@ impl<C> DiscreteNullSpace<C> for AveragedTree {
         self.particles.dof() == 0
     }
 
-    /// `P̄` is a polynomial of degree two in `q_{n+1/2}`, for which a central difference of any width is
-    /// exact: `∂(P̄ᵀ w) δ = ½ [P̄(q + δ)ᵀ w − P̄(q − δ)ᵀ w]`, with `δq_{n+1/2} = ½ δq_{n+1}`. `O(N)` for each
-    /// column.
+    /// `P̄` is a polynomial of degree two in `q_{n+1/2}`, for which a central difference of any
+    /// width is exact: `∂(P̄ᵀ w) δ = ½ [P̄(q + δ)ᵀ w − P̄(q − δ)ᵀ w]`, with
+    /// `δq_{n+1/2} = ½ δq_{n+1}`. `O(N)` for each column.
     fn add_derivative(
         &mut self,
         s: &Interval,

@@ -35,7 +35,9 @@ use vi_multibody::tree_multipliers::TreeMultipliers;
 /// | screws in the tree | QR of `Ḡᵀ` | the same | sparse |
 ///
 /// # Errors
-/// [`EmSetupError`]: dense matrices over more than [`vi_constraints::connected::DENSE_COORDINATES`] coordinates are refused; `em-constrained` and `em-dalembert` refuse to start in a singular configuration.
+/// [`EmSetupError`]: dense matrices over more than [`vi_constraints::connected::DENSE_COORDINATES`]
+/// coordinates are refused; `em-constrained` and `em-dalembert` refuse to start in a singular
+/// configuration.
 pub fn integrator(
     system: EmSystem,
     mechanism: Mechanism,

@@ -6,7 +6,8 @@ use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
 use vi_multibody::run::Solver;
 
-/// What to integrate with. A composition is one of pairs of equal steps: [`crate::scheme::sub_steps`].
+/// What to integrate with. A composition is one of pairs of equal steps:
+/// [`crate::scheme::sub_steps`].
 pub type EmOptions = Options<EmForm>;
 
 /// The algebra of the nodal form on mechanisms.
@@ -14,7 +15,8 @@ pub type EmOptions = Options<EmForm>;
 pub struct EmAlgebra {
     /// The derivative of `P̄`.
     pub linearization: EmLinearization,
-    /// On trees: [`Solver::Dense`], or sparse with nodes of elements and with more than 60 degrees of freedom.
+    /// On trees: [`Solver::Dense`], or sparse with nodes of elements and with more than 60 degrees
+    /// of freedom.
     pub solver: Solver,
 }
 

@@ -1,9 +1,10 @@
 //! The operators of the nodal form by sparse matrices, for trees: beams and large mechanisms.
 //!
-//! `P̄` from averaged vectors has the pattern of `P`: each frame is moved by the unknowns of its ancestors.
-//! `P̄ᵀ K̃ ∂F_d/∂u` is therefore the reduced matrix of [`SparseNodal`] with `P̄` in the place of `P(q_n)` and
-//! `K̃` in the place of `D_2 D_1 L_d`: one symbolic factorization for ever, `O(elements)` for beams. The
-//! multipliers in `K̃` come from [`vi_multibody::tree_multipliers`], `O(N)` too.
+//! `P̄` from averaged vectors has the pattern of `P`: each frame is moved by the unknowns of its
+//! ancestors. `P̄ᵀ K̃ ∂F_d/∂u` is therefore the reduced matrix of [`SparseNodal`] with `P̄` in the
+//! place of `P(q_n)` and `K̃` in the place of `D_2 D_1 L_d`: one symbolic factorization for ever,
+//! `O(elements)` for beams. The multipliers in `K̃` come from [`vi_multibody::tree_multipliers`],
+//! `O(N)` too.
 
 use crate::nodal::EmOperators;
 use crate::null_space::{AveragedTree, EmLinearization};

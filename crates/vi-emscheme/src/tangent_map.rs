@@ -28,8 +28,8 @@ pub struct EmTangentMap {
 }
 
 impl EmTangentMap {
-    /// Begins at a node with its canonical vectors ([`Tangents::canonical`]): their `δp` are taken as `δv`, and `M δv` stands
-    /// in their place.
+    /// Begins at a node with its canonical vectors ([`Tangents::canonical`]): their `δp` are taken
+    /// as `δv`, and `M δv` stands in their place.
     #[must_use]
     pub fn begin(system: &EmSystem, rows: &IndependentRows, tangents: &mut Tangents) -> Self {
         let n = tangents.dq.nrows();
@@ -40,8 +40,8 @@ impl EmTangentMap {
         Self { step: SaddlePoint::new(n, rows.clone()), dv, x }
     }
 
-    /// Replaces vectors at `q_n` by their images at `q_{n+1}`; `mu`: `h²λ` of the step. Only the first
-    /// columns of `tangents` may have been kept.
+    /// Replaces vectors at `q_n` by their images at `q_{n+1}`; `mu`: `h²λ` of the step. Only the
+    /// first columns of `tangents` may have been kept.
     ///
     /// # Errors
     /// [`TangentError`].

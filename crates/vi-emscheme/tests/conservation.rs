@@ -155,8 +155,9 @@ fn the_forms_agree() {
     }
 }
 
-/// The published linearization has the same roots, and as many iterations, 2 % in all systems together; of one system a
-/// tenth, since near round-off one iteration more or less is chance. Where the derivative of `P̄` is not known it is refused.
+/// The published linearization has the same roots, and as many iterations, 2 % in all systems
+/// together; of one system a tenth, since near round-off one iteration more or less is chance.
+/// Where the derivative of `P̄` is not known it is refused.
 #[test]
 fn both_linearizations_give_the_same_motion() {
     use vi_emscheme::{EmAlgebra, EmLinearization, EmOptions};
@@ -247,8 +248,8 @@ fn one_body_alone_and_as_a_mechanism_move_alike() {
 }
 
 /// The scheme relies on it: rows that depend on one another at the nodes do so at `q_{n+1/2}` too,
-/// which is off the constraint manifold. With one internal freedom they must: translations, rotations
-/// and `Δq` itself are in `null Ḡ`.
+/// which is off the constraint manifold. With one internal freedom they must: translations,
+/// rotations and `Δq` itself are in `null Ḡ`.
 #[test]
 fn redundant_constraints_are_redundant_in_the_middle_too() {
     for (name, model) in [("linkage 6R", common::linkage()), ("four-bar", common::four_bar())] {

@@ -1,4 +1,5 @@
-//! Springs, dampers, controls and prescribed motion on joint coordinates: energy and momentum balances.
+//! Springs, dampers, controls and prescribed motion on joint coordinates: energy and momentum
+//! balances.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use crate::common;

@@ -1,4 +1,5 @@
-//! Order 2 of `q`, `p` and of the constraint force at the nodes; order 1 of the force of single steps.
+//! Order 2 of `q`, `p` and of the constraint force at the nodes; order 1 of the force of single
+//! steps.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use crate::common;
@@ -61,8 +62,8 @@ fn order_two_in_q_p_and_the_force_at_nodes() {
     }
 }
 
-/// A known failure: the multiplier of a single step alternates by `O(h)` around the smooth one, since
-/// the start with `G(q_0) v(0) = 0` is `O(h²)` off it. From rest it does not.
+/// A known failure: the multiplier of a single step alternates by `O(h)` around the smooth one,
+/// since the start with `G(q_0) v(0) = 0` is `O(h²)` off it. From rest it does not.
 #[test]
 fn the_force_of_a_single_step_is_of_order_one() {
     // steps are divided by three: the middle of a coarse step is the middle of a fine one
@@ -113,7 +114,8 @@ fn composed(
     [run.state().q.clone(), run.state().v.clone()]
 }
 
-/// The order between two step sizes that differ by two: at the finest halving with errors above `floor`.
+/// The order between two step sizes that differ by two: at the finest halving with errors above
+/// `floor`.
 fn finest_order(counts: &[usize], errors: &[f64], floor: f64) -> Option<f64> {
     let halvings = counts.iter().enumerate().filter_map(|(i, count)| {
         let fine = counts.iter().position(|other| *other == 2 * count)?;
@@ -122,8 +124,8 @@ fn finest_order(counts: &[usize], errors: &[f64], floor: f64) -> Option<f64> {
     halvings.max_by_key(|(fine, _)| *fine).map(|(_, order)| order)
 }
 
-/// The compositions have their orders in `q` and in all of `v`, which without composition leaves the
-/// tangent space by `O(h²)`: every order on every model, and by every form on some model.
+/// The compositions have their orders in `q` and in all of `v`, which without composition leaves
+/// the tangent space by `O(h²)`: every order on every model, and by every form on some model.
 #[test]
 fn compositions_have_orders_four_six_and_eight() {
     use Composition::{KahanLi9, KahanLi17, SofroniouSpaletta13, SofroniouSpaletta21, Suzuki5};
@@ -148,7 +150,8 @@ fn compositions_have_orders_four_six_and_eight() {
                         std::array::from_fn(|k| distance(&found[k], &exact[k]))
                     })
                     .into();
-                // of the others little is left of v between the first regular errors and round-off, ε|q|/h
+                // of the others little is left of v between the first regular errors and round-off,
+                // ε|q|/h
                 let clear = matches!(composition, Suzuki5 | KahanLi9);
                 let measured = [(0, 5e-14), (1, 1e-10)].into_iter().take(1 + usize::from(clear));
                 let orders: Vec<f64> = measured
@@ -170,8 +173,8 @@ fn compositions_have_orders_four_six_and_eight() {
     }
 }
 
-/// Why sub-steps come in pairs. Composed of single steps, an order of 6 is 4 in `q`, and 2 in `v`: each
-/// single step turns the sign of the part of `v` that is not tangential.
+/// Why sub-steps come in pairs. Composed of single steps, an order of 6 is 4 in `q`, and 2 in `v`:
+/// each single step turns the sign of the part of `v` that is not tangential.
 #[test]
 fn single_steps_compose_to_order_four_in_q_and_two_in_v() {
     use vi_constraints::Constraints;

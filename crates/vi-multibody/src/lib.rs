@@ -1,8 +1,8 @@
 //! Rigid multibody systems: kinematic pairs, trees, closed loops.
 //!
-//! A body is a frame of twelve director coordinates, a joint is a [`pair`] between two frames, and a
-//! [`Mechanism`] is everything that is joined: its constraints, its mass matrix, its spanning tree.
-//! Point masses joined by rigid bars belong to it too.
+//! A body is a frame of twelve director coordinates, a joint is a [`pair`] between two frames, and
+//! a [`Mechanism`] is everything that is joined: its constraints, its mass matrix, its spanning
+//! tree. Point masses joined by rigid bars belong to it too.
 //!
 //! ```text
 //! q = (φ, d_1, d_2, d_3) of every body, then 2 or 3 coordinates of every point mass
@@ -26,8 +26,9 @@
 //!
 //! Each folder uses only those above it.
 //!
-//! Conserved to round-off: the constraints at positions and velocities, and the momentum maps of every
-//! symmetry that gravity, springs and ground joints leave. This crate knows no beam and no file.
+//! Conserved to round-off: the constraints at positions and velocities, and the momentum maps of
+//! every symmetry that gravity, springs and ground joints leave. This crate knows no beam and no
+//! file.
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708, §5, cited as LMO08 with
 //! its equation numbers.

@@ -66,7 +66,8 @@ fn parallelograms(builder: &mut MechanismBuilder, count: usize) -> BodyId {
     couplers[0]
 }
 
-/// A mechanism of both, with springs between point masses; with `coupled` also between a body and a point mass.
+/// A mechanism of both, with springs between point masses; with `coupled` also between a body and a
+/// point mass.
 fn mechanism(bodies: Bodies, points: Points, coupled: bool) -> BuiltMechanism {
     let mut builder = MechanismBuilder::new().gravity([0.3, -9.0, -1.0]);
     let body = match bodies {

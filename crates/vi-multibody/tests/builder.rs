@@ -231,7 +231,8 @@ fn points_by_components_and_in_space_are_the_same() {
 
 #[test]
 fn force_elements_are_counted_with_their_revolutions() {
-    // a rotor on a torsion spring, a damper and a motor: J θ̈ = −k θ − c θ̇ + T, from the rate of its joint
+    // a rotor on a torsion spring, a damper and a motor: J θ̈ = −k θ − c θ̇ + T, from the rate of
+    // its joint
     let mut builder = MechanismBuilder::new();
     let rotor = builder.body("rotor", BODY).id();
     let hinge = builder.joint("hinge", PairKind::Revolute, Ground, rotor);

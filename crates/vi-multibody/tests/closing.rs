@@ -1,4 +1,5 @@
-//! Coupled systems: a correction whose square is below rounding is the last one, and what it leaves is handed on.
+//! Coupled systems: a correction whose square is below rounding is the last one, and what it leaves
+//! is handed on.
 
 use crate::dense::{relative_distance, run};
 use vi_constraints::{Options, SchemeKind};

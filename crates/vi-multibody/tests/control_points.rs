@@ -1,4 +1,5 @@
-//! The sweeps over all control points at once against those over one after the other, on random trees of all joint types.
+//! The sweeps over all control points at once against those over one after the other, on random
+//! trees of all joint types.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -18,7 +19,8 @@ use vi_multibody::spring::{Spring, SpringLaw};
 use vi_multibody::tree_control_points::TreeControlPoints;
 use vi_multibody::tree_sweeps::TreeSweeps;
 
-/// What sweeps and the end of a step give: `r`, `du`, `p̄_{n+1}`, `q_{n+1}`, the increments of all control points.
+/// What sweeps and the end of a step give: `r`, `du`, `p̄_{n+1}`, `q_{n+1}`, the increments of all
+/// control points.
 type Results = [Vec<f64>; 5];
 
 fn results(

@@ -27,7 +27,8 @@ pub(crate) fn relative_distance(found: &[f64], exact: &[f64]) -> f64 {
     norm_inf(&off) / norm_inf(exact)
 }
 
-/// By how much the states of twenty steps differ from those by dense matrices, relative to these; and the iterations of both.
+/// By how much the states of twenty steps differ from those by dense matrices, relative to these;
+/// and the iterations of both.
 pub(crate) fn off_dense(built: &BuiltMechanism, options: Options) -> (f64, [usize; 2]) {
     let run = |solver| {
         let (state, count) = run(built, options, solver, 20);

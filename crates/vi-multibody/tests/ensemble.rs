@@ -1,4 +1,5 @@
-//! Members of an ensemble against their own integrators: trees of all pairs, other initial values, other parameters.
+//! Members of an ensemble against their own integrators: trees of all pairs, other initial values,
+//! other parameters.
 
 use crate::loaded_trees::{tree, varied_tree};
 use vi_constraints::{InitialValues, Options, SchemeKind};
@@ -174,7 +175,8 @@ fn other_systems_move_one_after_the_other() {
     assert_eq!(Ensemble::new(different, options()).unwrap().in_lanes(), 0);
 }
 
-/// A chain on hinges that flies: many steps keep both momenta to rounding and the energy within bounds.
+/// A chain on hinges that flies: many steps keep both momenta to rounding and the energy within
+/// bounds.
 #[test]
 fn momenta_and_energy_of_members_over_many_steps() {
     let chain = |k: u32| {
@@ -240,7 +242,8 @@ fn momenta_and_energy_of_members_over_many_steps() {
     assert!(members.len() == 6 && members.iter().all(|run| run.state().step == 20_000));
 }
 
-/// A body on a screw, which turns many times, with another on a hinge; the pitch, and what acts, of members of these numbers.
+/// A body on a screw, which turns many times, with another on a hinge; the pitch, and what acts, of
+/// members of these numbers.
 fn screwed(pitch: u32, acting: u32) -> BuiltMechanism {
     let gravity = [0.3 + 0.1 * f64::from(acting), 0.2, -9.0];
     let mut builder = MechanismBuilder::new().gravity(gravity);
@@ -255,8 +258,9 @@ fn screwed(pitch: u32, acting: u32) -> BuiltMechanism {
     builder.build().unwrap()
 }
 
-/// Members that are built as `built` says after 500 steps against integrators of the seven systems that are meant: the largest
-/// difference of states and angles, with revolutions that `counted` changes, and the least largest angle.
+/// Members that are built as `built` says after 500 steps against integrators of the seven systems
+/// that are meant: the largest difference of states and angles, with revolutions that `counted`
+/// changes, and the least largest angle.
 fn off(built: impl Fn(u32) -> BuiltMechanism, counted: impl Fn(f64) -> f64) -> [f64; 2] {
     let models: Vec<BuiltMechanism> = (0..7).map(built).collect();
     let mut ensemble = Ensemble::new(models, options()).unwrap();

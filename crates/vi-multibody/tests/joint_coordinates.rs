@@ -1,4 +1,5 @@
-//! Springs, dampers, motors, couplings and prescribed motion of joint coordinates, with turns counted.
+//! Springs, dampers, motors, couplings and prescribed motion of joint coordinates, with turns
+//! counted.
 
 #![allow(clippy::unwrap_used)] // a test
 

@@ -1,5 +1,5 @@
-//! Springs, dampers, motors and controls on joint coordinates: each acts on one unknown of a step, on random trees of all pairs
-//! whose joints are described from either side.
+//! Springs, dampers, motors and controls on joint coordinates: each acts on one unknown of a step,
+//! on random trees of all pairs whose joints are described from either side.
 
 #![allow(non_snake_case)] // P
 
@@ -31,7 +31,8 @@ impl JointLaw for Nonlinear {
     }
 }
 
-/// Bodies on joints that may name the outer body first; on each coordinate some of all force elements.
+/// Bodies on joints that may name the outer body first; on each coordinate some of all force
+/// elements.
 fn tree(bodies: usize, seed: u64) -> MechanismBuilder {
     let mut random = Sample::new(seed);
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
@@ -139,7 +140,8 @@ fn steps_with_joint_efforts_are_those_of_dense_matrices() {
     assert!(swept > 40, "{swept}");
 }
 
-/// A four-bar linkage, hinges or universal joints in the tree, with a motor, a spring and a damper on joints of the tree.
+/// A four-bar linkage, hinges or universal joints in the tree, with a motor, a spring and a damper
+/// on joints of the tree.
 fn linkage(kind: PairKind) -> BuiltMechanism {
     let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
     let mut bar = |name: &str, at: [f64; 3]| {

@@ -5,8 +5,8 @@ use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::{BuiltMechanism, FrameId, PairKind};
 use vi_testkit::Sample;
 
-/// A random tree of all pairs, its root on a hinge, free or on any of them; with `loaded` bodies a following load,
-/// springs to the ground and a motor at a hinge of the root.
+/// A random tree of all pairs, its root on a hinge, free or on any of them; with `loaded` bodies a
+/// following load, springs to the ground and a motor at a hinge of the root.
 pub(crate) fn tree(bodies: usize, loaded: bool, seed: u64) -> BuiltMechanism {
     varied_tree(bodies, loaded, seed, 0.0)
 }

@@ -1,5 +1,5 @@
-//! The sweeps of closed loops against dense matrices: small, band, sparse and full complements; loops on bodies and free
-//! bodies; loops through all joints.
+//! The sweeps of closed loops against dense matrices: small, band, sparse and full complements;
+//! loops on bodies and free bodies; loops through all joints.
 
 use crate::dense::off_dense;
 use vi_constraints::{Options, SchemeKind};
@@ -17,8 +17,8 @@ fn hinge(builder: &mut MechanismBuilder, parent: FrameId, child: BodyId, [x, y]:
     hinge.at([x, y, 0.0]).axis([0.0, 0.0, 1.0]);
 }
 
-/// Four-bar windows side by side: all loops are one cluster on the ground. A bar over all of them lets the first loop
-/// meet the last.
+/// Four-bar windows side by side: all loops are one cluster on the ground. A bar over all of them
+/// lets the first loop meet the last.
 fn windows(count: usize, has_bar_over_all: bool) -> BuiltMechanism {
     let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
     let mut bar = |x: f64, y: f64, [v, w]: [f64; 2]| {
@@ -43,7 +43,8 @@ fn windows(count: usize, has_bar_over_all: bool) -> BuiltMechanism {
     builder.build().unwrap()
 }
 
-/// Pairs of crossing bars, joined at their middle and at their ends, on one foot: each loop moves all that follow.
+/// Pairs of crossing bars, joined at their middle and at their ends, on one foot: each loop moves
+/// all that follow.
 fn scissors(count: usize) -> BuiltMechanism {
     let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
     let mut bar = |x: f64| builder.body("bar", Inertia::principal(1.0, BAR)).at([x, 0.0, 0.0]).id();
@@ -60,8 +61,8 @@ fn scissors(count: usize) -> BuiltMechanism {
     builder.build().unwrap()
 }
 
-/// An arm that turns about the vertical; on it a slider-crank, on whose rod a parallelogram hangs, and one on the ground:
-/// clusters on two links and on the ground.
+/// An arm that turns about the vertical; on it a slider-crank, on whose rod a parallelogram hangs,
+/// and one on the ground: clusters on two links and on the ground.
 fn clusters_on_bodies() -> BuiltMechanism {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let y = [0.0, 1.0, 0.0];
@@ -98,8 +99,8 @@ fn clusters_on_bodies() -> BuiltMechanism {
     builder.build().unwrap()
 }
 
-/// A free body that carries a parallelogram, and one that hangs on it by a ball joint with a slider-crank: loops on links of six and
-/// three degrees of freedom.
+/// A free body that carries a parallelogram, and one that hangs on it by a ball joint with a
+/// slider-crank: loops on links of six and three degrees of freedom.
 fn floating_clusters() -> BuiltMechanism {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let mut body = |name: &str, at: [f64; 3]| {

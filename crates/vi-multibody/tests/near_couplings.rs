@@ -9,8 +9,8 @@ use vi_multibody::tree_nodal::TreeNodal;
 use vi_multibody::{BuiltMechanism, FrameId, MechanismBuilder, PairKind};
 use vi_testkit::Sample;
 
-/// A random tree of all pairs; a spring and a damper between each body and its parent, with `far` also between
-/// the first body and the last.
+/// A random tree of all pairs; a spring and a damper between each body and its parent, with `far`
+/// also between the first body and the last.
 fn tied_tree(bodies: usize, seed: u64, far: bool) -> BuiltMechanism {
     let mut random = Sample::new(seed);
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);

@@ -1,5 +1,6 @@
 //! Identities on random trees of all joint types: `G P = 0`, the pair maps stay on the constraints,
-//! tangents against differences, the articulated recursion and the descriptor form against dense matrices.
+//! tangents against differences, the articulated recursion and the descriptor form against dense
+//! matrices.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -20,8 +21,8 @@ use vi_multibody::tree_map::TreeMap;
 use vi_multibody::tree_nodal::TreeNodal;
 use vi_testkit::Sample;
 
-/// A random tree; every body hangs on an earlier one or on the ground, half of the joints are written
-/// from child to parent.
+/// A random tree; every body hangs on an earlier one or on the ground, half of the joints are
+/// written from child to parent.
 pub(crate) fn random_tree(bodies: usize, seed: u64) -> Mechanism {
     random_tree_with(bodies, 0, seed)
 }
@@ -160,7 +161,8 @@ proptest! {
     #[test]
     fn quadratic_constraints_satisfy_the_midpoint_identity(bodies in 1_usize..7, seed in any::<u64>()) {
         let mechanism = random_tree(bodies, seed);
-        let screw = |joint: &Joint| matches!(joint.kind, PairKind::Screw(_)); // a thread is not quadratic
+        // a thread is not quadratic
+        let screw = |joint: &Joint| matches!(joint.kind, PairKind::Screw(_));
         prop_assume!(!mechanism.description().joints.iter().any(screw));
         let n = mechanism.dim();
         let (q0, q1) = (increments(n, 1.5, seed ^ 11), increments(n, 1.5, seed ^ 12));

@@ -1,5 +1,5 @@
-//! The sweeps of trees against dense matrices: chains and branched trees of all pairs, with and without loads and springs,
-//! a body whose frame is not in its centre of mass; what they refuse.
+//! The sweeps of trees against dense matrices: chains and branched trees of all pairs, with and
+//! without loads and springs, a body whose frame is not in its centre of mass; what they refuse.
 
 use crate::dense::off_dense;
 use crate::loaded_trees::tree;
@@ -41,7 +41,8 @@ fn the_sweeps_take_the_steps_of_dense_matrices() {
     println!("states off by {worst:.1e}");
 }
 
-/// Masses between the vectors of a frame that is not in the centre of mass, along axes that are not principal.
+/// Masses between the vectors of a frame that is not in the centre of mass, along axes that are not
+/// principal.
 #[test]
 fn a_frame_may_be_anywhere_in_its_body() {
     let built = tree(4, false, 3);

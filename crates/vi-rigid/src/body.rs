@@ -5,8 +5,8 @@
 //! P_inᵀ M P_in = diag(M_φ I, J),    J = Σ_I E_I (|d_I|² I − d_I d_Iᵀ)
 //! T = ½ M_φ |φ̇|² + ½ ω·J ω
 //! ```
-//! Letters: `M_φ` mass (kg), `E_I` Euler moments (kg·m²), `J` spatial inertia tensor about the centre
-//! of mass. `M` is constant and, for laminae and rods, singular.
+//! Letters: `M_φ` mass (kg), `E_I` Euler moments (kg·m²), `J` spatial inertia tensor about the
+//! centre of mass. `M` is constant and, for laminae and rods, singular.
 #![allow(non_snake_case)] // M, E, J, P: the matrices of the formulas above
 
 use crate::directors::director;

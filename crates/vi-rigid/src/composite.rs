@@ -3,9 +3,9 @@
 //! ```text
 //! m = Σ m_k,    x = Σ m_k x_k / m,    J = Σ [ J_k + m_k (|c_k|² I − c_k c_kᵀ) ],   c_k = x_k − x
 //! ```
-//! Letters: `x_k` centre of mass of a part (m), `J_k` its inertia tensor about that centre (kg·m²), all
-//! in common axes. The last term is the parallel-axis shift. [`crate::PrincipalInertia::from_tensor`]
-//! makes a body of the result.
+//! Letters: `x_k` centre of mass of a part (m), `J_k` its inertia tensor about that centre (kg·m²),
+//! all in common axes. The last term is the parallel-axis shift.
+//! [`crate::PrincipalInertia::from_tensor`] makes a body of the result.
 #![allow(non_snake_case)] // E: Euler moments
 
 use crate::inertia::InertiaError;
@@ -42,7 +42,8 @@ impl Part {
 /// The rigid union of several parts.
 ///
 /// # Errors
-/// [`InertiaError::NoParts`]; [`InertiaError::NotPositive`] or [`InertiaError::NotFinite`] for a mass.
+/// [`InertiaError::NoParts`]; [`InertiaError::NotPositive`] or [`InertiaError::NotFinite`] for a
+/// mass.
 pub fn compose(parts: &[Part]) -> Result<Part, InertiaError> {
     if parts.is_empty() {
         return Err(InertiaError::NoParts);

@@ -132,7 +132,8 @@ pub fn spin_velocity(q: &[f64], velocity: &Vector3<f64>, omega: &Vector3<f64>) -
     out
 }
 
-/// `ω = ½ Σ_I d_I × ḋ_I`, spatial, rad/s; the inverse of [`spin_velocity`] on orthonormal directors.
+/// `ω = ½ Σ_I d_I × ḋ_I`, spatial, rad/s; the inverse of [`spin_velocity`] on orthonormal
+/// directors.
 #[must_use]
 pub fn angular_velocity(q: &[f64], v: &[f64]) -> Vector3<f64> {
     0.5 * (0..3).map(|i| director(q, i).cross(&director(v, i))).sum::<Vector3<f64>>()

@@ -5,8 +5,8 @@
 //! E   = ∫ x xᵀ dm = ½ tr(J) I − J      Euler tensor                             LMO08 (57)
 //! E_I = ½ (J_J + J_K − J_I) ≥ 0        the triangle inequality of principal inertias
 //! ```
-//! Letters: `J_I`, `E_I` principal values, kg·m², `I = 1, 2, 3`. A lamina has one `E_I = 0`, an ideal
-//! rod two. `J` about a shifted point and the sum over several parts: [`crate::composite`].
+//! Letters: `J_I`, `E_I` principal values, kg·m², `I = 1, 2, 3`. A lamina has one `E_I = 0`, an
+//! ideal rod two. `J` about a shifted point and the sum over several parts: [`crate::composite`].
 #![allow(non_snake_case)] // J, E, A: the tensors of the formulas above
 
 use crate::rotation::polar_step;
@@ -99,7 +99,8 @@ impl PrincipalInertia {
     /// The triangle inequality may be violated by [`INERTIA_TOLERANCE`] relative to `tr J`.
     ///
     /// # Errors
-    /// [`InertiaError::NotFinite`], [`InertiaError::Negative`], [`InertiaError::TriangleInequality`].
+    /// [`InertiaError::NotFinite`], [`InertiaError::Negative`],
+    /// [`InertiaError::TriangleInequality`].
     pub fn new(moments: [f64; 3]) -> Result<Self, InertiaError> {
         for (what, value) in MOMENT_NAMES.into_iter().zip(moments) {
             if !value.is_finite() {
@@ -125,8 +126,8 @@ impl PrincipalInertia {
         self.moments
     }
 
-    /// The Euler moments `E_I`, LMO08 (57); values at round-off of `tr J` (a few ulp, or a tolerated
-    /// violation) are zero.
+    /// The Euler moments `E_I`, LMO08 (57); values at round-off of `tr J` (a few ulp, or a
+    /// tolerated violation) are zero.
     #[must_use]
     pub fn euler_moments(&self) -> EulerMoments {
         let J = self.moments;
@@ -150,8 +151,8 @@ impl PrincipalInertia {
     /// sorting, no sign to choose, and a tensor that is diagonal retains its axes and their order.
     ///
     /// # Errors
-    /// [`InertiaError::NotFinite`], [`InertiaError::NotSymmetric`] beyond [`INERTIA_TOLERANCE`], and
-    /// those of [`PrincipalInertia::new`].
+    /// [`InertiaError::NotFinite`], [`InertiaError::NotSymmetric`] beyond [`INERTIA_TOLERANCE`],
+    /// and those of [`PrincipalInertia::new`].
     pub fn from_tensor(tensor: &Matrix3<f64>) -> Result<PrincipalAxes, InertiaError> {
         if let Some(&value) = tensor.iter().find(|value| !value.is_finite()) {
             return Err(InertiaError::NotFinite { what: "an entry of the inertia tensor", value });

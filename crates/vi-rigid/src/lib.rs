@@ -1,9 +1,9 @@
 //! One rigid body in director coordinates.
 //!
-//! The configuration of a body is a frame of twelve coordinates `q = (φ, d_1, d_2, d_3)`: its centre
-//! of mass `φ` and a body-fixed orthonormal triad along the principal axes of inertia. The mass
-//! matrix is then constant, at the price of six internal constraints per body, which the null space
-//! matrix `P_in` and the reparametrization by the exponential map take out again.
+//! The configuration of a body is a frame of twelve coordinates `q = (φ, d_1, d_2, d_3)`: its
+//! centre of mass `φ` and a body-fixed orthonormal triad along the principal axes of inertia. The
+//! mass matrix is then constant, at the price of six internal constraints per body, which the null
+//! space matrix `P_in` and the reparametrization by the exponential map take out again.
 //!
 //! | file | concept | LMO08 |
 //! |---|---|---|

@@ -8,12 +8,12 @@
 //! dead       (f, τ) = c(t_{n+1/2}) (f_0, τ_0)                   spatial components
 //! follower   (f, τ) = c(t_{n+1/2}) (f_I d̄_I, τ_I d̄_I)            body components
 //! ```
-//! Letters: `f` force (N), `τ` torque (N·m), both spatial, `ϱ = ϱ_I d_I` the point of the body where
-//! `f` acts, from the centre (m), `c` time history, `d̄_I` the (unnormalized) directors of `q_{n+1/2}`.
-//! Averaged directors in place of those of the ends would lose a part `sin²(ϑ/2)` of the torque. A
-//! dead load adds nothing to the Newton matrix `D_2 f_d^-`; a follower depends on `q_{n+1}` through
-//! `d̄_I`. A dead force has the potential `−c f·(φ + ϱ)`, whose midpoint rule is the pair above; a dead
-//! torque has none.
+//! Letters: `f` force (N), `τ` torque (N·m), both spatial, `ϱ = ϱ_I d_I` the point of the body
+//! where `f` acts, from the centre (m), `c` time history, `d̄_I` the (unnormalized) directors of
+//! `q_{n+1/2}`. Averaged directors in place of those of the ends would lose a part `sin²(ϑ/2)` of
+//! the torque. A dead load adds nothing to the Newton matrix `D_2 f_d^-`; a follower depends on
+//! `q_{n+1}` through `d̄_I`. A dead force has the potential `−c f·(φ + ϱ)`, whose midpoint rule is
+//! the pair above; a dead torque has none.
 //!
 //! Source: LMO08 §4 for the director form; Marsden & West 2001, part 3, for the discrete forces.
 
@@ -152,8 +152,8 @@ impl Load {
         &self.point
     }
 
-    /// The force `f` at its point and the torque `τ` at time `t`, for the frame's coordinates `frame`,
-    /// both in spatial components.
+    /// The force `f` at its point and the torque `τ` at time `t`, for the frame's coordinates
+    /// `frame`, both in spatial components.
     #[must_use]
     pub fn wrench(&self, t: f64, frame: &[f64]) -> Wrench {
         let c = self.history.value(t);
@@ -168,7 +168,8 @@ impl Load {
         }
     }
 
-    /// `f·(φ̇ + ϱ_I ḋ_I) + τ·ω` at time `t`, for the coordinates `q` and velocities `v` of all frames, W.
+    /// `f·(φ̇ + ϱ_I ḋ_I) + τ·ω` at time `t`, for the coordinates `q` and velocities `v` of all
+    /// frames, W.
     #[must_use]
     pub fn power(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
         let frame = self.frame(q);

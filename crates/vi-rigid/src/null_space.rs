@@ -8,9 +8,9 @@
 //! P_inᵀ w  =   (w_φ, Σ_I d_I × w_I)
 //! P_inᵀ M P_in = diag(M_φ I, J)       with the spatial inertia tensor J, on orthonormal directors
 //! ```
-//! Letters: twist `(φ̇, ω)`, in this order, `ω` in the spatial frame. Applied to a force the transpose
-//! gives the resultant force and torque about the centre; applied to a momentum, the linear momentum
-//! and the spin.
+//! Letters: twist `(φ̇, ω)`, in this order, `ω` in the spatial frame. Applied to a force the
+//! transpose gives the resultant force and torque about the centre; applied to a momentum, the
+//! linear momentum and the spin.
 
 #![allow(non_snake_case)] // P: the null space matrix
 

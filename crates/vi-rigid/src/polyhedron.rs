@@ -5,9 +5,10 @@
 //! V x = Σ det(a, b, c) (a + b + c)/24
 //! E   = Σ det(a, b, c) (a aᵀ + b bᵀ + c cᵀ + s sᵀ)/120,   s = a + b + c
 //! ```
-//! Sums over tetrahedra of the triangles and a common tip, which is the mean of the corners: far from the origin no digits are
-//! lost. Letters: `a, b, c` corners of a triangle from the tip, counterclockwise as seen from outside; `x` the centre of volume;
-//! `E = ∫ x xᵀ dV` the Euler tensor at density 1. The integrals of a polyhedron are exact up to round-off.
+//! Sums over tetrahedra of the triangles and a common tip, which is the mean of the corners: far
+//! from the origin no digits are lost. Letters: `a, b, c` corners of a triangle from the tip,
+//! counterclockwise as seen from outside; `x` the centre of volume; `E = ∫ x xᵀ dV` the Euler
+//! tensor at density 1. The integrals of a polyhedron are exact up to round-off.
 #![allow(non_snake_case)] // E: the letter above
 
 use nalgebra::{Matrix3, Vector3};

@@ -5,8 +5,8 @@
 //! Δφ   = u_φ,     Δd_I = (exp θ̂ − I) d_{I,n},     q_{n+1} = q_n + Δq                  LMO08 (61)
 //! ∂F_d/∂u (u, q_n) = P_in(q_{n+1}) diag(I, T(θ))
 //! ```
-//! Letters: `u_φ` displacement (m), `θ` rotation vector (rad), spatial. The increment is formed on its
-//! own and then added, so `Δq/h` is as good as `u/h`; the directors stay orthonormal up to the
+//! Letters: `u_φ` displacement (m), `θ` rotation vector (rad), spatial. The increment is formed on
+//! its own and then added, so `Δq/h` is as good as `u/h`; the directors stay orthonormal up to the
 //! rounding of that sum, which grows like `ε√N` over `N` steps: [`clean_directors`] takes it out.
 
 #![allow(non_snake_case)] // T: the tangent of the exponential map

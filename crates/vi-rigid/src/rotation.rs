@@ -6,12 +6,12 @@
 //! δ(exp θ̂)   = \widehat{T(θ) δθ} exp θ̂
 //! det T(θ)   = 2 (1 − cos|θ|)/|θ|²
 //! ```
-//! Letters: `θ` rotation vector (rad), `θ̂` its skew matrix, `θ̂ b = θ × b`. `T` turns the rate of the
-//! rotation vector into the spatial angular velocity. `det T = 0` first at `|θ| = 2π`; a step may
-//! turn a body by [`MAX_ROTATION`] at most.
+//! Letters: `θ` rotation vector (rad), `θ̂` its skew matrix, `θ̂ b = θ × b`. `T` turns the rate of
+//! the rotation vector into the spatial angular velocity. `det T = 0` first at `|θ| = 2π`; a step
+//! may turn a body by [`MAX_ROTATION`] at most.
 //!
-//! Round-off: a time step is divided by `h`, so `exp θ̂ − I` is formed from its own coefficients and
-//! never by subtracting the identity. The three coefficients are good to round-off relative to
+//! Round-off: a time step is divided by `h`, so `exp θ̂ − I` is formed from its own coefficients
+//! and never by subtracting the identity. The three coefficients are good to round-off relative to
 //! themselves on the whole range `[0, π]`; none of them is formed from `1 − cos`.
 //!
 //! Source: LMO08 §4, eq. (61).
@@ -39,8 +39,8 @@ pub fn cosine_gap(x: f64) -> f64 {
 /// `x²` up to which [`small_coefficients`] are used.
 const SMALL: f64 = 1.0 / 16.0;
 
-/// `sin x / x` and `(1 − cos x)/x²` from `x² ≤ 1/16` by their power series, without a root or a sine; the first terms
-/// left out are below `2e-18` of the sums.
+/// `sin x / x` and `(1 − cos x)/x²` from `x² ≤ 1/16` by their power series, without a root or a
+/// sine; the first terms left out are below `2e-18` of the sums.
 #[inline]
 fn small_coefficients(square: f64) -> [f64; 2] {
     const SINC: [f64; 7] = [
@@ -105,8 +105,8 @@ pub fn sine_gap(x: f64) -> f64 {
     }
 }
 
-/// `(1 − (x/2) cot(x/2))/x²` of `x² = square`, on `[0, π]`: `T(θ)⁻¹ = I − ½ θ̂ + κ θ̂²` with this `κ`. The product
-/// `κ x²` is good to round-off relative to 1.
+/// `(1 − (x/2) cot(x/2))/x²` of `x² = square`, on `[0, π]`: `T(θ)⁻¹ = I − ½ θ̂ + κ θ̂²` with this
+/// `κ`. The product `κ x²` is good to round-off relative to 1.
 #[must_use]
 #[inline]
 pub fn kappa(square: f64) -> f64 {
@@ -145,7 +145,8 @@ pub fn vector(R: &Matrix3<f64>) -> Vector3<f64> {
     of_quaternion(turn.scalar(), &turn.imag())
 }
 
-/// `θ` with `|θ| ≤ π` of a unit quaternion, which is `(cos(|θ|/2), sin(|θ|/2) θ/|θ|)` or its negative.
+/// `θ` with `|θ| ≤ π` of a unit quaternion, which is `(cos(|θ|/2), sin(|θ|/2) θ/|θ|)` or its
+/// negative.
 fn of_quaternion(scalar: f64, imaginary: &Vector3<f64>) -> Vector3<f64> {
     let half = imaginary * 1.0_f64.copysign(scalar);
     let sine = half.norm();

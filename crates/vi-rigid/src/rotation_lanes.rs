@@ -4,7 +4,8 @@
 //! |x| ≤ 1/4   sin x/x, (1 − cos x)/x²  by their power series
 //! |x| ≤ π     the same of x/4, doubled twice:  sin 2x/2x = cos x · sin x/x,   (1 − cos 2x)/(2x)² = ½ (sin x/x)²
 //! ```
-//! `T(θ)⁻¹ = I − ½ θ̂ + κ θ̂²` with `κ = Σ_k |B_{2k}| |θ|^{2k−2}/(2k)!`, `k = 1, 2 …`, Bernoulli numbers `B_{2k}`.
+//! `T(θ)⁻¹ = I − ½ θ̂ + κ θ̂²` with `κ = Σ_k |B_{2k}| |θ|^{2k−2}/(2k)!`, `k = 1, 2 …`, Bernoulli
+//! numbers `B_{2k}`.
 
 use vi_core::lanes::{Lanes, Register};
 

@@ -7,8 +7,8 @@
 //!               Δφ = −(exp θ̂ − I) ϱ_n,   φ_{n+1} = x_0 − ϱ_{n+1}
 //!               ∂F_d/∂u = P(q_{n+1}) T(θ)
 //! ```
-//! Letters: `ϱ_I` body components of the arm from the centre to the held point (m), `x_0` where it is
-//! held (m). The gap `r` is closed anew each step, so it stays at the round-off of one step; the
+//! Letters: `ϱ_I` body components of the arm from the centre to the held point (m), `x_0` where it
+//! is held (m). The gap `r` is closed anew each step, so it stays at the round-off of one step; the
 //! increment `Δφ` is formed on its own and keeps its own precision. Constraints: six internal ones,
 //! LMO08 (56), then the three components of `r`.
 //!

@@ -64,7 +64,8 @@ pub enum TimeHistory {
         #[serde(default = "one")]
         amplitude: f64,
     },
-    /// `slope · t` at all times, also before zero: a load factor that grows with the time of statics.
+    /// `slope · t` at all times, also before zero: a load factor that grows with the time of
+    /// statics.
     Linear {
         /// 1/s.
         slope: f64,

@@ -4,11 +4,12 @@
 //! r(u, μ, t) = 0,    a·u/s² + b (t − t_last)/T² = Δs    s: size (lengths) or 1 rad (angles), both times √d
 //! (a, b) unit tangent of the path:  K t' = −∂r/∂t,  (a, b) = ±(t', 1)/|(t', 1)|,  forwards
 //! ```
-//! A step at whose end the number of unstable directions ([`crate::stability`]) has changed although the load does not turn
-//! back has jumped to another branch or passed a bifurcation: it is halved, down to a thousandth of the largest.
+//! A step at whose end the number of unstable directions ([`crate::stability`]) has changed
+//! although the load does not turn back has jumped to another branch or passed a bifurcation: it is
+//! halved, down to a thousandth of the largest.
 //!
-//! Each step solves for one unknown more by bordering, two solves with `K` per iteration. Multipliers
-//! take no part in the arc length.
+//! Each step solves for one unknown more by bordering, two solves with `K` per iteration.
+//! Multipliers take no part in the arc length.
 //!
 //! Source: H. B. Keller, in: Applications of Bifurcation Theory (1977) 359–384.
 #![allow(non_snake_case)] // K
@@ -133,8 +134,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl StaticProblem {
-    /// Follows the path from the last equilibrium, first towards larger load parameters, until `done` says so or
-    /// the steps are used up.
+    /// Follows the path from the last equilibrium, first towards larger load parameters, until
+    /// `done` says so or the steps are used up.
     ///
     /// # Errors
     /// [`StaticError`]; the problem then stands at the last equilibrium of the path it holds.
@@ -199,7 +200,8 @@ impl StaticProblem {
         loop {
             let before = self.mark();
             match self.arc_step(path, &tangent) {
-                // perhaps on another branch: a shorter step stays on the path, or locates a bifurcation
+                // perhaps on another branch: a shorter step stays on the path, or locates a
+                // bifurcation
                 Ok(point)
                     if self.unstable != point.unstable
                         && 0.5 * path.length >= LOCATED * path.settings.largest_length
@@ -225,8 +227,8 @@ impl StaticProblem {
         }
     }
 
-    /// Whether the load turns back between the last two equilibria, at a limit point: there the number of unstable directions
-    /// changes along the path.
+    /// Whether the load turns back between the last two equilibria, at a limit point: there the
+    /// number of unstable directions changes along the path.
     fn turns(&mut self, path: &mut Continuation, last: &Tangent) -> bool {
         let forwards = path.x.clone();
         let next = self.path_tangent(&forwards, path.settings.full_load, &mut path.column);

@@ -1,4 +1,5 @@
-//! Jumps to another equilibrium: a step that changes more than its bounds, or against its prediction.
+//! Jumps to another equilibrium: a step that changes more than its bounds, or against its
+//! prediction.
 
 use crate::limit::{angle_between, rotation_angle};
 use crate::problem::StaticProblem;
@@ -6,7 +7,8 @@ use crate::step_bounds::{StepBounds, StepFailure};
 use vi_rigid::directors;
 
 impl StaticProblem {
-    /// Refuses increments much larger than the tangent at the last equilibrium predicts, or against it.
+    /// Refuses increments much larger than the tangent at the last equilibrium predicts, or against
+    /// it.
     pub(crate) fn compare(&self, prediction: &[f64]) -> Result<(), StepFailure> {
         let norm = |x: &[f64]| self.work.product(x, x).sqrt();
         let (found, predicted) = (norm(&self.x), norm(prediction));

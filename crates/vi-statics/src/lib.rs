@@ -1,4 +1,5 @@
-//! Statics and small vibrations of multibody systems: bodies, beams, point masses, joints, force elements.
+//! Statics and small vibrations of multibody systems: bodies, beams, point masses, joints, force
+//! elements.
 //!
 //! ```text
 //! ∇V(q) − f(t, q) + G(t, q)ᵀ μ = 0,    g(t, q) = 0        equilibrium, t the load parameter
@@ -21,8 +22,9 @@
 //! | [`limit`] | bending of an element between its nodes |
 //! | `equations` | residual, exact sparse tangent, independent rows, scaled solution |
 //!
-//! A system is any [`vi_core::SeparableSystem`] on a [`vi_multibody::Mechanism`]. This crate knows no beam:
-//! elastic elements are potentials, and the pairs of frames between which a step may not bend too far.
+//! A system is any [`vi_core::SeparableSystem`] on a [`vi_multibody::Mechanism`]. This crate knows
+//! no beam: elastic elements are potentials, and the pairs of frames between which a step may not
+//! bend too far.
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

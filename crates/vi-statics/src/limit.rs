@@ -1,9 +1,9 @@
 //! The limit of bending of a two-node element in director coordinates.
 //!
-//! Nodes rotated relative to each other by `θ` about `d_I` give `K_I = sin θ/ℓ` and carry the moment
-//! `EI_I sin θ cos θ/ℓ` at most: `EI/(2ℓ)` at 45°. Beyond 90° the energy falls again and the element
-//! folds at no cost. Beyond [`WARN`] results are inaccurate; beyond [`STOP`] they are meaningless: refine
-//! the mesh. Source: theory §6, "Limit of the element".
+//! Nodes rotated relative to each other by `θ` about `d_I` give `K_I = sin θ/ℓ` and carry the
+//! moment `EI_I sin θ cos θ/ℓ` at most: `EI/(2ℓ)` at 45°. Beyond 90° the energy falls again and the
+//! element folds at no cost. Beyond [`WARN`] results are inaccurate; beyond [`STOP`] they are
+//! meaningless: refine the mesh. Source: theory §6, "Limit of the element".
 
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,8 @@ pub fn angle_between(nodes: [usize; 2], q: &[f64]) -> f64 {
 
 /// The angle between the triads of two frames, rad.
 pub(crate) fn rotation_angle(a: &[f64], b: &[f64]) -> f64 {
-    let difference: Matrix3<f64> = directors::triad(a) - directors::triad(b); // |·|_F² = 8 sin²(θ/2)
+    // |·|_F² = 8 sin²(θ/2)
+    let difference: Matrix3<f64> = directors::triad(a) - directors::triad(b);
     2.0 * libm::asin((difference.norm() / 8.0_f64.sqrt()).min(1.0))
 }
 

@@ -5,14 +5,15 @@
 //! [   B     0  ] [·] = [ 0 ],     X ← Y Z with the modes Z of YᵀKY, YᵀMY                   B = G P_in
 //! (K + σM) y + Bᵀ· = −((λ² − σ) M + λ C) x,   B y = 0                  more columns where C ≠ 0: Re y, Im y
 //! ```
-//! Every frame moves on its own and joints are rows of `B`: the matrices are sparse and one case for trees and loops. The shift
-//! starts at the size of the stiffness and comes down to that of the seventh mode, or well below an unstable one,
-//! so that no unstable mode is beyond it. How many unstable ones there are the signs of `K + ςM` on the null space of `B` say
-//! ([`vi_core::inertia`]); the subspace grows until it has them all. All else happens in it: [`crate::modes`],
-//! [`mod@crate::vibrations`].
+//! Every frame moves on its own and joints are rows of `B`: the matrices are sparse and one case
+//! for trees and loops. The shift starts at the size of the stiffness and comes down to that of the
+//! seventh mode, or well below an unstable one, so that no unstable mode is beyond it. How many
+//! unstable ones there are the signs of `K + ςM` on the null space of `B` say
+//! ([`vi_core::inertia`]); the subspace grows until it has them all. All else happens in it:
+//! [`crate::modes`], [`mod@crate::vibrations`].
 //!
-//! Source: K.-J. Bathe, Finite Element Procedures (1996), §11.6, subspace iteration; Z. Bai, Y. Su, SIAM J. Matrix Anal. Appl. 26
-//! (2005) 640–659, subspaces of second order.
+//! Source: K.-J. Bathe, Finite Element Procedures (1996), §11.6, subspace iteration; Z. Bai, Y. Su,
+//! SIAM J. Matrix Anal. Appl. 26 (2005) 640–659, subspaces of second order.
 #![allow(non_snake_case)] // K, C, M, B, X, Y
 
 use crate::equations::{FrameMatrices, separate};
@@ -53,12 +54,13 @@ struct Pencil {
 }
 
 impl Linearization {
-    /// In the subspace of about `count` lowest modes beside those that are unstable or without stiffness: linear in the size
-    /// of the system. All degrees of freedom where most of them would be in it.
+    /// In the subspace of about `count` lowest modes beside those that are unstable or without
+    /// stiffness: linear in the size of the system. All degrees of freedom where most of them would
+    /// be in it.
     ///
     /// # Errors
-    /// [`ModeError`]; [`ModeError::Unconfirmed`] where the modes found are not as many as the signs of the stiffness say, or
-    /// change with the size of the subspace.
+    /// [`ModeError`]; [`ModeError::Unconfirmed`] where the modes found are not as many as the signs
+    /// of the stiffness say, or change with the size of the subspace.
     pub fn lowest(problem: &mut StaticProblem, count: usize) -> Result<Self, ModeError> {
         let balance = Balance::of(problem)?;
         let matrices = problem.work.frame_matrices();
@@ -243,8 +245,8 @@ impl Pencil {
         Ok((X, found))
     }
 
-    /// The largest `|x − (ω² + σ)(K + σM)⁻¹Mx|/|x|` of the vibrations that have settled, and how many modes have; those
-    /// without stiffness move by what is round-off in `K`.
+    /// The largest `|x − (ω² + σ)(K + σM)⁻¹Mx|/|x|` of the vibrations that have settled, and how
+    /// many modes have; those without stiffness move by what is round-off in `K`.
     fn settled(&mut self, X: &DMatrix<f64>, squared: &[f64]) -> Result<(f64, usize), ModeError> {
         const GOOD: f64 = 1e-7;
         let Y = self.solve(&product(&self.matrices.M, X))?;
@@ -264,7 +266,8 @@ impl Pencil {
         Ok((worst, squared.len()))
     }
 
-    /// Columns beside those of `X` in which the `count` lowest damped or gyroscopic modes are right; their largest residual.
+    /// Columns beside those of `X` in which the `count` lowest damped or gyroscopic modes are
+    /// right; their largest residual.
     fn second_order(
         &mut self,
         X: DMatrix<f64>,

@@ -4,9 +4,10 @@
 //! K_r x = ω² M_r x,     M_r = PᵀMP (definite although M is singular)
 //! K_r = Pᵀ (∇²V − ∂f/∂q + Σ μ_i D²g_i) P + Σ_I ŵ_I d̂_I        P of the tree, then the null space of the loops
 //! ```
-//! Directions without stiffness show as `ω² = 0` to round-off, unstable ones as `ω² < 0`. Torques with fixed spatial
-//! components, followers and control make `K_r` unsymmetric ([`Linearization::is_circulatory`]): here its symmetric part is
-//! taken. Circulatory, damping and gyroscopic terms: [`mod@crate::vibrations`]. Dense, `O(d³)`. The midpoint rule shows `ω` as
+//! Directions without stiffness show as `ω² = 0` to round-off, unstable ones as `ω² < 0`. Torques
+//! with fixed spatial components, followers and control make `K_r` unsymmetric
+//! ([`Linearization::is_circulatory`]): here its symmetric part is taken. Circulatory, damping and
+//! gyroscopic terms: [`mod@crate::vibrations`]. Dense, `O(d³)`. The midpoint rule shows `ω` as
 //! `(2/h) arctan(ωh/2)`.
 #![allow(non_snake_case)] // K, M, J, Z
 
@@ -112,9 +113,9 @@ pub struct Modes {
     pub residual: f64,
     /// `max |XᵀMX − I|`.
     pub orthogonality: f64,
-    /// How many modes are unstable by the inertia of `K + ςM`, `ς` half the least `|ω²|` that is no round-off: apart from
-    /// the eigenvalues, by the pivots of a factorization; of a large system those of its sparse matrices. `None` where
-    /// rounding hides them.
+    /// How many modes are unstable by the inertia of `K + ςM`, `ς` half the least `|ω²|` that is no
+    /// round-off: apart from the eigenvalues, by the pivots of a factorization; of a large system
+    /// those of its sparse matrices. `None` where rounding hides them.
     pub negative: Option<usize>,
 }
 
@@ -151,7 +152,8 @@ pub(crate) struct Subspace {
     pub(crate) negative: Option<usize>,
 }
 
-/// `M ẍ + C ẋ + K x = 0`: the motion near the last equilibrium of a static problem in independent velocities.
+/// `M ẍ + C ẋ + K x = 0`: the motion near the last equilibrium of a static problem in independent
+/// velocities.
 pub struct Linearization {
     pub(crate) K: DMatrix<f64>,
     pub(crate) C: DMatrix<f64>,
@@ -217,7 +219,8 @@ impl Linearization {
         self.C.iter().all(|c| *c == 0.0)
     }
 
-    /// Whether the stiffness is not symmetric: whether some `x_iᵀ (K − Kᵀ) x_j/2` of undamped modes is more than rounding.
+    /// Whether the stiffness is not symmetric: whether some `x_iᵀ (K − Kᵀ) x_j/2` of undamped modes
+    /// is more than rounding.
     ///
     /// # Errors
     /// [`ModeError`].
@@ -272,7 +275,8 @@ impl Linearization {
         }
     }
 
-    /// Negative eigenvalues of `K_r + ςM_r`, `ς` between those modes that are round-off and the others.
+    /// Negative eigenvalues of `K_r + ςM_r`, `ς` between those modes that are round-off and the
+    /// others.
     fn negative(&self, found: &Eigen, noise: &[f64]) -> usize {
         let sizes = found.squared.iter().map(|square| square.abs()).zip(noise);
         let least = sizes.filter(|(size, noise)| size > noise).map(|(size, _)| size);

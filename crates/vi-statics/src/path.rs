@@ -12,7 +12,8 @@ pub struct StaticSettings {
     pub first_step: f64,
     /// Smallest step, as a part of the difference; below it the path ends.
     pub smallest_step: f64,
-    /// Step down to which a place where the equilibrium loses its stability is located, as a part of the difference.
+    /// Step down to which a place where the equilibrium loses its stability is located, as a part
+    /// of the difference.
     pub located: f64,
     /// What one step may change.
     pub bounds: StepBounds,
@@ -31,7 +32,8 @@ impl Default for StaticSettings {
 /// An equilibrium.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Equilibrium {
-    /// Load parameter: the load factor, or the time at which loads and prescribed motions are taken.
+    /// Load parameter: the load factor, or the time at which loads and prescribed motions are
+    /// taken.
     pub factor: f64,
     /// Coordinates of all frames and point masses.
     pub q: Vec<f64>,
@@ -50,7 +52,8 @@ pub struct Equilibrium {
     pub angles: Vec<f64>,
     /// Bending of the elements.
     pub limit: LimitReport,
-    /// Motions that leave it by themselves: [`StaticProblem::unstable_directions`](crate::StaticProblem::unstable_directions).
+    /// Motions that leave it by themselves:
+    /// [`StaticProblem::unstable_directions`](crate::StaticProblem::unstable_directions).
     #[serde(default)]
     pub unstable: Option<usize>,
 }

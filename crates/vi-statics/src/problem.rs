@@ -3,14 +3,15 @@
 //! ```text
 //! ∇V(q) − f(t, q) + G(t, q)ᵀ μ = 0,    g(t, q) = 0                           t load parameter
 //! ```
-//! Loads and prescribed motions are taken at the time `t`: the path is the quasi-static motion of the
-//! system. A prescribed motion makes it a path of given displacements. A step that fails, that changes the
-//! configuration too much at once ([`StepBounds`]), or that bends an element beyond 90°, is halved; the
-//! last equilibrium is never lost. A step at whose end more directions are unstable than before ([`crate::stability`]) is halved
-//! as well, down to [`StaticSettings::located`]: it may have jumped to another branch; what remains is a place where the path
-//! itself turns unstable. Closed loops, redundant constraints, point masses, springs and gear
-//! constraints are allowed; the tangent is exact and sparse. See [`crate::relaxation`] for an initial
-//! configuration that is no equilibrium.
+//! Loads and prescribed motions are taken at the time `t`: the path is the quasi-static motion of
+//! the system. A prescribed motion makes it a path of given displacements. A step that fails, that
+//! changes the configuration too much at once ([`StepBounds`]), or that bends an element beyond
+//! 90°, is halved; the last equilibrium is never lost. A step at whose end more directions are
+//! unstable than before ([`crate::stability`]) is halved as well, down to
+//! [`StaticSettings::located`]: it may have jumped to another branch; what remains is a place where
+//! the path itself turns unstable. Closed loops, redundant constraints, point masses, springs and
+//! gear constraints are allowed; the tangent is exact and sparse. See [`crate::relaxation`] for an
+//! initial configuration that is no equilibrium.
 //!
 //! Source: theory §6.9.
 
@@ -98,8 +99,8 @@ impl StaticProblem {
         }
     }
 
-    /// With elements between these pairs of frames, the nodes of beams: a step that bends an element too
-    /// far is refused.
+    /// With elements between these pairs of frames, the nodes of beams: a step that bends an
+    /// element too far is refused.
     #[must_use]
     pub fn with_elements(mut self, neighbours: Vec<[usize; 2]>) -> Self {
         neighbours.iter().flatten().for_each(|&node| self.elastic[node] = true);
@@ -183,7 +184,8 @@ impl StaticProblem {
                 let factor = if next < 1.0 { start + next * change } else { target };
                 let before = self.mark();
                 match self.step_to(factor) {
-                    // perhaps on another branch: a shorter step stays on the path, or locates where it turns unstable
+                    // perhaps on another branch: a shorter step stays on the path, or locates where
+                    // it turns unstable
                     Ok(point) if self.loses_stability(&point) && 0.5 * step >= settings.located => {
                         self.return_to(before);
                         step *= 0.5;

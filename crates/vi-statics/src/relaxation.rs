@@ -5,9 +5,10 @@
 //! ```
 //! Steps of the implicit Euler method for a motion so slow that it is damped throughout,
 //! `S u̇ = −r`: the energy falls with every step, and a stable equilibrium is where it ends. The
-//! constraints are satisfied after every step. `σ` is at first large enough for small steps, falls after each good one as long as
-//! `K + σS` stays positive definite ([`crate::stability`]), and is the ratio of Levenberg and Marquardt. A direction without stiffness (the spin of a hanging body about the
-//! vertical) stays where it is.
+//! constraints are satisfied after every step. `σ` is at first large enough for small steps, falls
+//! after each good one as long as `K + σS` stays positive definite ([`crate::stability`]), and is
+//! the ratio of Levenberg and Marquardt. A direction without stiffness (the spin of a hanging body
+//! about the vertical) stays where it is.
 //!
 //! Source: C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508–523, pseudo-transient
 //! continuation.
@@ -33,8 +34,8 @@ const REST: f64 = 1e-12;
 const AT_REST: f64 = 1e-9;
 
 impl StaticProblem {
-    /// Relaxes the initial configuration to an equilibrium at the present load parameter; one that is an
-    /// equilibrium is not changed.
+    /// Relaxes the initial configuration to an equilibrium at the present load parameter; one that
+    /// is an equilibrium is not changed.
     ///
     /// # Errors
     /// [`StaticError::NoInitialEquilibrium`].
@@ -80,8 +81,9 @@ impl StaticProblem {
         self.work.is_neutral(&x)
     }
 
-    /// Whether forces that the round-off of stiff strains (extension, shear) hides still move something soft: whether
-    /// `K⁻¹ r` at the last equilibrium is more than rounding, in no neutral direction.
+    /// Whether forces that the round-off of stiff strains (extension, shear) hides still move
+    /// something soft: whether `K⁻¹ r` at the last equilibrium is more than rounding, in no neutral
+    /// direction.
     fn bends_further(&mut self) -> bool {
         if self.is_neutral_here() {
             return false;
@@ -95,7 +97,8 @@ impl StaticProblem {
         solved && self.work.product(&step, &step).sqrt() > BENT * self.work.size()
     }
 
-    /// Newton's method without damping from a place near an equilibrium; `None` where it does not converge.
+    /// Newton's method without damping from a place near an equilibrium; `None` where it does not
+    /// converge.
     fn polish(&mut self) -> Option<Equilibrium> {
         let mark = self.mark();
         let found = self.correct().and_then(|report| self.accept(&report));
@@ -166,8 +169,9 @@ impl StaticProblem {
         }))
     }
 
-    /// The damping that is to come, increased until the stiffness with it has no negative eigenvalue: from an
-    /// unstable equilibrium the motion then leaves along what disturbs it, and the energy falls with every step.
+    /// The damping that is to come, increased until the stiffness with it has no negative
+    /// eigenvalue: from an unstable equilibrium the motion then leaves along what disturbs it, and
+    /// the energy falls with every step.
     fn descending(&mut self, sigma: f64) -> f64 {
         const DOUBLINGS: usize = 60;
         let Some(stiffness) = self.stiffness().filter(Stiffness::is_symmetric) else {

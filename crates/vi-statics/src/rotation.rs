@@ -4,12 +4,13 @@
 //! v = W (q − q_o),   W x = Ω × x for every centre (from o) and director x
 //! M q̈ + 2 M W q̇ + M W² (q − q_o) + ∇V(q) − f(t, q, q̇ + v) + Gᵀ μ = 0,   g = 0      in the frame that rotates
 //! ```
-//! A damper to the ground, `f = −c ẋ` in space, is `−c (ẋ + Ω × x)` in the frame that rotates: beside `c` it adds the
-//! circulatory `c Ω̂`, without which every rotor would become unstable above its critical speed.
+//! A damper to the ground, `f = −c ẋ` in space, is `−c (ẋ + Ω × x)` in the frame that rotates:
+//! beside `c` it adds the circulatory `c Ω̂`, without which every rotor would become unstable above
+//! its critical speed.
 //!
-//! A relative equilibrium is a static equilibrium under the centrifugal force `−M W² (q − q_o)`; small vibrations about it
-//! have the stiffness `M W²` and the gyroscopic matrix `2 M W`, which is skew since `M = M̃ ⊗ I` and `W = I ⊗ Ω̂`
-//! commute.
+//! A relative equilibrium is a static equilibrium under the centrifugal force `−M W² (q − q_o)`;
+//! small vibrations about it have the stiffness `M W²` and the gyroscopic matrix `2 M W`, which is
+//! skew since `M = M̃ ⊗ I` and `W = I ⊗ Ω̂` commute.
 //!
 //! Source: theory §6.13; J. E. Marsden, Lectures on Mechanics (1992), ch. 4, relative equilibria.
 #![allow(non_snake_case)] // W
@@ -56,7 +57,8 @@ pub enum RotationError {
 
 /// Velocities that differ from a rotation by more than this part of the largest are none.
 const RIGID: f64 = 1e-8;
-/// Forces and constraints that differ by more than this part after a turn are not those of a rotating system.
+/// Forces and constraints that differ by more than this part after a turn are not those of a
+/// rotating system.
 const EQUAL: f64 = 1e-8;
 
 impl SteadyRotation {
@@ -82,7 +84,8 @@ impl SteadyRotation {
         Ok(Some(rotation))
     }
 
-    /// `Ω` and the axis of least squares: of all differences of blocks, then the point nearest to the middle.
+    /// `Ω` and the axis of least squares: of all differences of blocks, then the point nearest to
+    /// the middle.
     fn nearest(description: &Description, q: &[f64], v: &[f64]) -> Self {
         let size = description.dimension.max(2);
         let lift = |x: &[f64]| Vector3::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0));
@@ -122,8 +125,8 @@ impl SteadyRotation {
         Self { point: self.point, velocity: speed * axis }
     }
 
-    /// Whether constraints and forces are those of a system that rotates: after a turn they have turned with it,
-    /// constraints at the time when it is made, loads also as they are at `t = 0`.
+    /// Whether constraints and forces are those of a system that rotates: after a turn they have
+    /// turned with it, constraints at the time when it is made, loads also as they are at `t = 0`.
     ///
     /// # Errors
     /// [`RotationError`].
@@ -153,12 +156,14 @@ impl SteadyRotation {
             system.net_force(at, &v, &mut out);
             out
         };
-        // beside the configuration, where it may be free of forces: their gradients have to turn as well
+        // beside the configuration, where it may be free of forces: their gradients have to turn as
+        // well
         const ASIDE: f64 = 1e-3;
         let near: Vec<f64> = q.iter().enumerate().map(|(k, q)| q + ASIDE * scatter(k)).collect();
         let here = net(Configuration { q: &near, ..before });
         let (here, near) = (turn.of_vectors(&here), turn.of_configuration(&near));
-        // loads count as they are at t = 0; what follows a reference is judged at the time of the turn
+        // loads count as they are at t = 0; what follows a reference is judged at the time of the
+        // turn
         let turns = |t: f64| apart(&here, &net(Configuration { t, q: &near, ..after })) <= EQUAL;
         if !turns(0.0) && !turns(t) {
             return Err(RotationError::Force);
@@ -181,7 +186,8 @@ impl SteadyRotation {
         Field::new(self, mechanism.description()).velocity(after.q, &mut v);
         mechanism.time_derivative(after.t, after.q, &mut rates);
         mechanism.add_rates(after.t, after.q, &v, &mut rates);
-        // velocities that the joints of the tree let through: those of a joint mix its rows, no more
+        // velocities that the joints of the tree let through: those of a joint mix its rows, no
+        // more
         let mut layout = VelocityLayout::new(mechanism);
         let mut columns = layout.columns();
         layout.null_space(before.q, &mut columns);
@@ -318,8 +324,8 @@ impl Field {
         mass.emit(&mut TimesBlocks { into: out, block: self.W * self.W, size, scale: 1.0 });
     }
 
-    /// Emits `C W` with the matrix `C = −∂f/∂v` of dampers to the ground: what stands still in space sees the velocity
-    /// `W δq` of a point that stands still in the frame that rotates.
+    /// Emits `C W` with the matrix `C = −∂f/∂v` of dampers to the ground: what stands still in
+    /// space sees the velocity `W δq` of a point that stands still in the frame that rotates.
     pub(crate) fn emit_circulation(
         &self,
         dampers: &dyn Fn(&mut dyn Entries),

@@ -3,12 +3,13 @@
 //! ```text
 //! n₋(ZᵀKZ),    B Z = 0        K of all frames and point masses, B the independent rows of joints     (Lagrange, Dirichlet)
 //! ```
-//! They are counted by the signs of the pivots of the bordered matrix ([`vi_core::inertia`]), linear in the size of the
-//! system. What the rounding of the entries of `K` may hide counts as no stiffness: `K + E` with the diagonal
-//! `E_ii = c ε Σ_j |K_ij| a_j/a_i` is counted, `a` the size of an increment. Where `K` is not symmetric (followers, torques with
-//! fixed directions, control) a positive definite symmetric part still excludes divergence. An indefinite one decides
-//! nothing: the motions that grow are counted then ([`mod@crate::vibrations`]), dense. Flutter of an equilibrium whose
-//! symmetric part is definite shows in its vibrations alone.
+//! They are counted by the signs of the pivots of the bordered matrix ([`vi_core::inertia`]),
+//! linear in the size of the system. What the rounding of the entries of `K` may hide counts as no
+//! stiffness: `K + E` with the diagonal `E_ii = c ε Σ_j |K_ij| a_j/a_i` is counted, `a` the size of
+//! an increment. Where `K` is not symmetric (followers, torques with fixed directions, control) a
+//! positive definite symmetric part still excludes divergence. An indefinite one decides nothing:
+//! the motions that grow are counted then ([`mod@crate::vibrations`]), dense. Flutter of an
+//! equilibrium whose symmetric part is definite shows in its vibrations alone.
 //!
 //! Source: theory §6.9; W. T. Koiter, On the stability of elastic equilibrium (1945), ch. 1.
 #![allow(non_snake_case)] // K, B
@@ -75,9 +76,11 @@ impl Stiffness {
 }
 
 impl StaticProblem {
-    /// How many independent motions leave the last equilibrium by themselves: the negative eigenvalues of its stiffness; where
-    /// that is neither symmetric nor definite the motions that grow. `None` where that is not known: in a steady rotation, where gyroscopic
-    /// forces may hold what the stiffness does not ([`crate::vibrations()`] knows), and for a large system whose stiffness is not symmetric.
+    /// How many independent motions leave the last equilibrium by themselves: the negative
+    /// eigenvalues of its stiffness; where that is neither symmetric nor definite the motions that
+    /// grow. `None` where that is not known: in a steady rotation, where gyroscopic forces may hold
+    /// what the stiffness does not ([`crate::vibrations()`] knows), and for a large system whose
+    /// stiffness is not symmetric.
     pub fn unstable_directions(&mut self) -> Option<usize> {
         let stiffness = self.stiffness()?;
         let negative = stiffness.negative(0.0);

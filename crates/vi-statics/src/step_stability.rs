@@ -4,14 +4,16 @@
 //! S(q) = L_d(q, R q),   ∇S(q) = D_1 L_d(q, Rq) + D_2 L_d(R⁻¹q, q) = G(q)ᵀ λ,   g(q) = 0        [6.31]
 //! R⁻¹ DΦ x = z x,       growth = max |z| − 1                                                    [6.32]
 //! ```
-//! `R` turns the system by `hΩ` about the axis and leaves `L_d` as it is, so a critical point of `S` on the constraints
-//! is a motion that a step `Φ` only turns. Its tangent `DΦ` is exact ([`vi_constraints::tangent_map`]). A stable step has
-//! all eigenvalues on the unit circle.
+//! `R` turns the system by `hΩ` about the axis and leaves `L_d` as it is, so a critical point of
+//! `S` on the constraints is a motion that a step `Φ` only turns. Its tangent `DΦ` is exact
+//! ([`vi_constraints::tangent_map`]). A stable step has all eigenvalues on the unit circle.
 //!
-//! The eigenvalues are those in canonical coordinates of the vibrations at rest, `√(mω) x_iᵀMδq` and `x_iᵀδp/√(mω)`, in which
-//! a vibration turns by its angle of a step: in others round-off in the stiff modes moves them off the circle.
+//! The eigenvalues are those in canonical coordinates of the vibrations at rest, `√(mω) x_iᵀMδq`
+//! and `x_iᵀδp/√(mω)`, in which a vibration turns by its angle of a step: in others round-off in
+//! the stiff modes moves them off the circle.
 //!
-//! Source: theory §6.14; J. E. Marsden, M. West, Acta Numerica 10 (2001) 357–514, §1.3 (symmetry of `L_d`).
+//! Source: theory §6.14; J. E. Marsden, M. West, Acta Numerica 10 (2001) 357–514, §1.3 (symmetry of
+//! `L_d`).
 #![allow(non_snake_case)] // P, R, K, M, A, J
 
 use crate::rotation::{SteadyRotation, Turn};
@@ -33,7 +35,8 @@ use vi_multibody::mechanism::Mechanism;
 const ITERATIONS: usize = 30;
 /// A change of the coordinates, relative to the largest, at which round-off may end the iteration.
 const CLOSE: f64 = 1e-6;
-/// Eigenvalues of the Hessian of `S` below this part of the largest belong to turns and shifts of the system.
+/// Eigenvalues of the Hessian of `S` below this part of the largest belong to turns and shifts of
+/// the system.
 const FREE: f64 = 1e-14;
 
 /// Why the stability of a step is not known.
@@ -95,7 +98,8 @@ impl TurningStep<'_> {
         [Interval::between(-self.h, self.h, &before, q), Interval::between(0.0, self.h, q, &after)]
     }
 
-    /// The critical point of `S` near `q` [6.31] by Newton's method; directions in which `S` does not change are left out.
+    /// The critical point of `S` near `q` [6.31] by Newton's method; directions in which `S` does
+    /// not change are left out.
     fn steady(&self, q: &[f64]) -> Option<Vec<f64>> {
         let mut q = q.to_vec();
         let rows = IndependentRows::find(self.mechanism, 0.0, &q);
@@ -176,7 +180,8 @@ impl TurningStep<'_> {
         Ok(A.complex_eigenvalues().iter().map(size).fold(f64::NEG_INFINITY, f64::max))
     }
 
-    /// Canonical coordinates of the vibrations at rest, and the way back; `m` is 1 and what the discrete potential adds.
+    /// Canonical coordinates of the vibrations at rest, and the way back; `m` is 1 and what the
+    /// discrete potential adds.
     fn vibrations(&self, q: &[f64], P: &DMatrix<f64>) -> Option<[DMatrix<f64>; 2]> {
         let (n, d) = P.shape();
         let at = Configuration::new(0.0, q);

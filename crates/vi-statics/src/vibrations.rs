@@ -3,8 +3,8 @@
 //! ```text
 //! (λ² M_r + λ C_r + K_r) x = 0,   C_r = Pᵀ (2 M W − ∂f/∂v) P,     λ = −ζ ω_0 ± i ω
 //! ```
-//! `K_r`, `M_r`: [`mod@crate::modes`], with `M W²` in a steady rotation ([`crate::rotation`]). Frequencies are those of
-//! the frame that rotates.
+//! `K_r`, `M_r`: [`mod@crate::modes`], with `M W²` in a steady rotation ([`crate::rotation`]).
+//! Frequencies are those of the frame that rotates.
 //!
 //! Source: theory §6.13; F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286.
 
@@ -13,7 +13,8 @@ use crate::problem::StaticProblem;
 use nalgebra::{Complex, DMatrix};
 use vi_core::quadratic_eigen::QuadraticEigen;
 
-/// A part of `λ` below this share of `|λ|` is round-off: two eigenvalues that meet part by the root of `ε`.
+/// A part of `λ` below this share of `|λ|` is round-off: two eigenvalues that meet part by the root
+/// of `ε`.
 const ROUND_OFF: f64 = 1e-6;
 
 /// What a motion `x e^{λt}` is.
@@ -78,8 +79,8 @@ impl std::fmt::Debug for Vibrations {
     }
 }
 
-/// All motions near the last equilibrium of a problem: those that grow, those without stiffness, vibrations and decays,
-/// slowest first.
+/// All motions near the last equilibrium of a problem: those that grow, those without stiffness,
+/// vibrations and decays, slowest first.
 ///
 /// # Errors
 /// [`ModeError`].
@@ -99,7 +100,8 @@ impl Linearization {
         let resists = |k: &usize| undamped.squared[*k].abs() > noise[*k];
         let rigid: Vec<usize> = (0..undamped.squared.len()).filter(|k| !resists(k)).collect();
         let least = rigid.iter().map(|&k| noise[k]).fold(0.0, f64::max);
-        // what rounding makes of λ² is a matter of its own shape: (Σ |y_j| √noise_j)² beside the modes y
+        // what rounding makes of λ² is a matter of its own shape: (Σ |y_j| √noise_j)² beside the
+        // modes y
         let moves = |k: usize, value: Complex<f64>| {
             let square = value.norm_sqr();
             let own = || eigen.modal_shape(k).iter().zip(&noise).map(|(y, n)| y.norm() * n.sqrt());

@@ -1,4 +1,5 @@
-//! Circulatory forces: dampers to the ground of what rotates, followers, and modes beside them, against closed forms.
+//! Circulatory forces: dampers to the ground of what rotates, followers, and modes beside them,
+//! against closed forms.
 
 use crate::common;
 
@@ -27,7 +28,8 @@ fn counts(found: &Vibrations) -> [usize; 4] {
     [Motion::Growth, Motion::Rigid, Motion::Vibration, Motion::Decay].map(|m| found.count(m))
 }
 
-/// `m z̈ + c ż + k z = 0` in space, whatever the speed: `λ = −c/2m ± i(ω ± Ω)` in the frame that rotates.
+/// `m z̈ + c ż + k z = 0` in space, whatever the speed: `λ = −c/2m ± i(ω ± Ω)` in the frame that
+/// rotates.
 #[test]
 fn dampers_to_the_ground_do_not_know_the_speed() {
     let (m, k, c) = (1.5, 150.0, 1.2);
@@ -65,8 +67,9 @@ fn dampers_to_the_ground_do_not_know_the_speed() {
     }
 }
 
-/// The same joint with the ground as its child: its displacements lie along axes of the disk, and its dampers turn with the
-/// disk. `λ² + (c/m + 2iΩ) λ + k/m − Ω² = 0`: unstable above the critical speed.
+/// The same joint with the ground as its child: its displacements lie along axes of the disk, and
+/// its dampers turn with the disk. `λ² + (c/m + 2iΩ) λ + k/m − Ω² = 0`: unstable above the critical
+/// speed.
 #[test]
 fn dampers_along_axes_that_turn_are_internal() {
     let (m, k, c) = (1.5, 150.0, 1.2);
@@ -95,7 +98,8 @@ fn dampers_along_axes_that_turn_are_internal() {
     }
 }
 
-/// A damper within what rotates adds no circulatory term: `m λ² + c λ + m ω² = 0` of the bead on a turning rod.
+/// A damper within what rotates adds no circulatory term: `m λ² + c λ + m ω² = 0` of the bead on a
+/// turning rod.
 #[test]
 fn dampers_between_bodies_turn_with_them() {
     let (m, k, c, r0, hub, speed) = (0.7, 40.0, 0.9, 0.8, 0.3, 3.0);
@@ -142,7 +146,8 @@ fn beck(force: f64, elements: usize, order: usize) -> StaticProblem {
     problem
 }
 
-/// Beck's column: `2 + 2 cosh a cos b ω²/… = 0`, 5.1758 and 18.587 rad/s at `P = 10`; flutter at 20.05.
+/// Beck's column: `2 + 2 cosh a cos b ω²/… = 0`, 5.1758 and 18.587 rad/s at `P = 10`; flutter at
+/// 20.05.
 #[test]
 fn an_undamped_follower_is_circulatory() {
     let mut problem = beck(10.0, 16, 2);
@@ -188,7 +193,8 @@ fn an_undamped_follower_of_a_large_system() {
     }
 }
 
-/// Ziegler's double pendulum, masses 2 and 1 at the ends of its rods, springs `k`: flutter at `(7/2 − √2) k/l`.
+/// Ziegler's double pendulum, masses 2 and 1 at the ends of its rods, springs `k`: flutter at
+/// `(7/2 − √2) k/l`.
 #[test]
 fn a_follower_on_rigid_bodies_is_circulatory() {
     let found = |force: f64| {
@@ -218,8 +224,9 @@ fn a_follower_on_rigid_bodies_is_circulatory() {
     }
 }
 
-/// A shaft with `EI = 1`, 1.44 in two bearings: `λ⁴ + λ²(ω₁² + ω₂² + 2Ω²) + (ω₁² − Ω²)(ω₂² − Ω²) = 0`. Its free spin has a
-/// round-off of the size of `λ²`.
+/// A shaft with `EI = 1`, 1.44 in two bearings:
+/// `λ⁴ + λ²(ω₁² + ω₂² + 2Ω²) + (ω₁² − Ω²)(ω₂² − Ω²) = 0`. Its free spin has a round-off of the size
+/// of `λ²`.
 #[test]
 fn no_whirl_is_lost_beside_a_free_spin() {
     for speed in [5.0, 9.8, 11.7, 12.0, 15.0] {

@@ -107,7 +107,8 @@ fn a_chain_of_bodies_comes_to_hang() {
 
 #[test]
 fn a_parallelogram_with_a_spring_balances_its_torques() {
-    // cranks of 1 m from (0, 0, 0) and (2, 0, 0), a coupler of 2 m: a loop of four revolutes, overconstrained
+    // cranks of 1 m from (0, 0, 0) and (2, 0, 0), a coupler of 2 m: a loop of four revolutes,
+    // overconstrained
     let (angle, a) = (0.9_f64, vector(0.3, 0.0, 2.5));
     let tip = vector(angle.cos(), 0.0, angle.sin());
     let across = vector(2.0, 0.0, 0.0);

@@ -1,4 +1,5 @@
-//! The bound of the highest frequency of a beam, element by element, against the modes of the whole.
+//! The bound of the highest frequency of a beam, element by element, against the modes of the
+//! whole.
 
 use crate::common::problem;
 use nalgebra::Vector3;

@@ -1,4 +1,5 @@
-//! What the signs of the stiffness say along a path: bifurcations, limit points, branches, against closed forms.
+//! What the signs of the stiffness say along a path: bifurcations, limit points, branches, against
+//! closed forms.
 
 use crate::common;
 
@@ -56,7 +57,8 @@ fn a_rigid_column_passes_its_bifurcation() {
     }
 }
 
-/// A parallelogram of four hinges, overconstrained, upright: two cranks and a coupler, a spring at one foot.
+/// A parallelogram of four hinges, overconstrained, upright: two cranks and a coupler, a spring at
+/// one foot.
 #[test]
 fn a_closed_loop_passes_its_bifurcation() {
     let (k, l) = (3.0, 1.5);
@@ -120,7 +122,8 @@ fn a_shallow_truss_is_unstable_between_its_limit_points() {
     assert!(path.halvings < 20, "limit points are no reason to halve");
 }
 
-/// A column of steel, 10 × 20 mm, under 1.5 times its critical load of 863.55 N with `side` N across at its tip.
+/// A column of steel, 10 × 20 mm, under 1.5 times its critical load of 863.55 N with `side` N
+/// across at its tip.
 fn column(side: f64) -> (StaticProblem, usize) {
     let material = Material::from_poisson(2.1e11, 0.3, 7850.0).unwrap();
     let profile = Profile::Rectangle { width: 0.01, height: 0.02 };
@@ -238,7 +241,8 @@ fn slender_wires_bend_as_the_elastica() {
     }
 }
 
-/// `(2k − 1)² < 60` in two planes: eight, however many modes are asked for, dense and in a subspace.
+/// `(2k − 1)² < 60` in two planes: eight, however many modes are asked for, dense and in a
+/// subspace.
 #[test]
 fn all_unstable_modes_are_counted() {
     let section = Section::new([1e6, 1e6, 1e6, 1.0, 1.0, 1.0], [1.0, 1e-4, 1e-4, 0.0]).unwrap();

@@ -1,5 +1,5 @@
-//! Small vibrations: frequencies of a cantilever against the beam theories, six rigid modes of a free
-//! beam, the frequency a time step shows.
+//! Small vibrations: frequencies of a cantilever against the beam theories, six rigid modes of a
+//! free beam, the frequency a time step shows.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -90,7 +90,8 @@ fn section_forces_balance_the_load() {
     }
 }
 
-/// A slender beam whose spectrum spans twelve decades: rotary inertia of 1e-6 kg·m, 16 quadratic elements.
+/// A slender beam whose spectrum spans twelve decades: rotary inertia of 1e-6 kg·m, 16 quadratic
+/// elements.
 #[test]
 fn a_wide_spectrum_has_no_mode_that_is_not_there() {
     for (elements, order) in [(16, 2), (12, 3), (24, 1)] {

@@ -116,8 +116,8 @@ fn the_right_angle_frame_buckles_sideways() {
         .collect();
     let limit = found[2] + (found[2] - found[1]) / 3.0;
     println!("critical loads {found:.5?} N with 5, 10, 20 elements per leg; limit {limit:.5} N");
-    // Argyris et al. 1979: 1.088 N; the linear equations of a frame that is rigid in its plane, integrated
-    // on their own: 1.08676 N
+    // Argyris et al. 1979: 1.088 N; the linear equations of a frame that is rigid in its plane,
+    // integrated on their own: 1.08676 N
     assert!((limit / 1.088 - 1.0).abs() < 1e-3 && (limit / 1.08676 - 1.0).abs() < 1e-3, "{limit}");
 
     // a small force sideways: the deflection grows as δ P/(P_cr − P) (Southwell)

@@ -37,7 +37,8 @@ pub fn begin_peak() {
     PEAK.set(BYTES.get());
 }
 
-/// The largest memory in use by this thread since [`begin_peak`], beyond what was in use then, bytes.
+/// The largest memory in use by this thread since [`begin_peak`], beyond what was in use then,
+/// bytes.
 #[must_use]
 pub fn peak() -> isize {
     PEAK.get() - BEGIN.get()

@@ -38,10 +38,11 @@ pub struct Plan {
     pub long: u64,
     /// The same of all others.
     pub short: u64,
-    /// Steps that the subject is meant for. Where work is done and a run fails beyond, it is measured up to there: the motion has
-    /// become too fast for the step.
+    /// Steps that the subject is meant for. Where work is done and a run fails beyond, it is
+    /// measured up to there: the motion has become too fast for the step.
     pub meant: u64,
-    /// The method and order that the subject is meant for: they have to run at its step, resolved or not.
+    /// The method and order that the subject is meant for: they have to run at its step, resolved
+    /// or not.
     pub own: Option<(Method, u32)>,
     /// Steps of reversals and comparisons.
     pub few: u64,
@@ -237,8 +238,9 @@ impl Certifier<'_> {
         }
     }
 
-    /// An energy that fails, measured again over the same time at half the step. A drift stays the same part of the band; what a
-    /// short fast motion makes of the shadow energy of a variational scheme is exponentially small in the step, and vanishes.
+    /// An energy that fails, measured again over the same time at half the step. A drift stays the
+    /// same part of the band; what a short fast motion makes of the shadow energy of a variational
+    /// scheme is exponentially small in the step, and vanishes.
     fn at_half_the_step(&self, failed: Finding, of: (Method, u32), steps: u64) -> Finding {
         let (method, order) = of;
         let step = self.plan.step / 2.0;
@@ -253,7 +255,8 @@ impl Certifier<'_> {
         found
     }
 
-    /// Constraints at positions and momenta. Those at velocities (45) follow from `g(q_n) = g(q_{n+1}) = 0`.
+    /// Constraints at positions and momenta. Those at velocities (45) follow from
+    /// `g(q_n) = g(q_{n+1}) = 0`.
     fn residuals(&mut self, method: Method, order: u32, run: &LongRun) {
         self.push(judge_residual((method, order), run));
         if run.residuals().momentum.is_some() {

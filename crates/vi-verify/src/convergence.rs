@@ -224,7 +224,8 @@ impl Reference {
         Err(refused)
     }
 
-    /// This one, or that by Galerkin steps of order 12 where these are known better and agree with this one to its uncertainty.
+    /// This one, or that by Galerkin steps of order 12 where these are known better and agree with
+    /// this one to its uncertainty.
     fn or_better(self, subject: &dyn Subject, horizon: Horizon) -> Self {
         if norm_inf(&self.uncertainty) <= WELL_KNOWN {
             return self;
@@ -335,8 +336,9 @@ fn uncertainty(coarse: &[Values], fine: &[Values]) -> [f64; 3] {
 
 /// Errors of a method at shrinking steps, for every quantity that it has.
 ///
-/// Runs that fail (steps too coarse) are left out. Orders above 2 are refined by a factor of `√2` on
-/// average, those from 8 on by 5/4 or less from two steps on: little lies between their coarse end and round-off.
+/// Runs that fail (steps too coarse) are left out. Orders above 2 are refined by a factor of `√2`
+/// on average, those from 8 on by 5/4 or less from two steps on: little lies between their coarse
+/// end and round-off.
 ///
 /// # Errors
 /// Why the method does not apply, or why no run reached the end, in words.
@@ -385,7 +387,8 @@ pub fn study(
     Ok(Quantity::ALL.into_iter().zip(errors).filter_map(judged).collect())
 }
 
-/// Whether refining further shows nothing more: the configuration is at round-off, and where it is so at any step everything else, too.
+/// Whether refining further shows nothing more: the configuration is at round-off, and where it is
+/// so at any step everything else, too.
 fn is_settled(errors: &[Vec<ErrorAt>], reference: &Reference) -> bool {
     let floor = |k: usize| reference.floor(Quantity::ALL[k]);
     let settled = |k: usize| errors[k].is_empty() || at_round_off(&errors[k], floor(k));
@@ -394,7 +397,8 @@ fn is_settled(errors: &[Vec<ErrorAt>], reference: &Reference) -> bool {
     !errors[0].is_empty() && (0..watched).all(settled)
 }
 
-/// Whether refining further shows nothing more: two errors in a row are not clearly above the floor.
+/// Whether refining further shows nothing more: two errors in a row are not clearly above the
+/// floor.
 fn at_round_off(errors: &[ErrorAt], floor: f64) -> bool {
     matches!(errors, [.., a, b] if a.error <= CLEAR * floor && b.error <= CLEAR * floor)
 }

@@ -4,9 +4,9 @@
 //! M q̈ + ∇V(q) − f(t, q, q̇) + G(q)ᵀ λ = 0,    g(q) = 0                      LMO08 (3)
 //! P_inᵀ (M q̈ + ∇V − f + G_otherᵀ λ)_k = Σ_J ± (f_J, m_J + ϱ_J × f_J)         Newton and Euler, body k
 //! ```
-//! Nothing here comes from an integrator: `M`, `∇V`, `f`, `g` and `G` are those of the system. What an integrator
-//! reports (momenta, multipliers, reactions, energies) is compared with these equations along its configurations
-//! ([`super::output`]).
+//! Nothing here comes from an integrator: `M`, `∇V`, `f`, `g` and `G` are those of the system. What
+//! an integrator reports (momenta, multipliers, reactions, energies) is compared with these
+//! equations along its configurations ([`super::output`]).
 
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::IndependentRows;
@@ -37,9 +37,9 @@ pub trait Observed: Constraints {
         Vec::new()
     }
 
-    /// `out_k`: wrench (N, N·m about the centre of mass) that body `k` is short of when it feels the reactions and the
-    /// generalized force `force` (shape `n`); empty without joints. `force` is `M q̈ + ∇V − f`, and the part of
-    /// `−Gᵀλ` that joints do not exert is taken off with `λ`.
+    /// `out_k`: wrench (N, N·m about the centre of mass) that body `k` is short of when it feels
+    /// the reactions and the generalized force `force` (shape `n`); empty without joints. `force`
+    /// is `M q̈ + ∇V − f`, and the part of `−Gᵀλ` that joints do not exert is taken off with `λ`.
     fn unsupported(
         &self,
         _at: Configuration<'_>,
@@ -127,7 +127,8 @@ pub trait Equations {
     fn momentum_map(&self, q: &[f64], p: &[f64]) -> Momentum;
     /// `M a + ∇V(q) − f(t, q, v)`, N, shape `n`: what constraints have to supply.
     fn demand(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> Vec<f64>;
-    /// The largest entry of `M a`, `∇V(q)` and `f(t, q, v)`, N: what cancels in [`Equations::demand`].
+    /// The largest entry of `M a`, `∇V(q)` and `f(t, q, v)`, N: what cancels in
+    /// [`Equations::demand`].
     fn acting(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> f64;
     /// `G(q)ᵀ λ`, N; of a force `Gᵀλ` itself, which stands for `λ` where constraints are redundant.
     fn constraint_force(&self, at: Configuration<'_>, lambda: &[f64]) -> Vec<f64>;

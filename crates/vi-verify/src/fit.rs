@@ -1,5 +1,5 @@
-//! Power laws `y = c x^a` by least squares of `log₂ y` against `log₂ x`, alone or with the next term of
-//! an even expansion; lines; medians.
+//! Power laws `y = c x^a` by least squares of `log₂ y` against `log₂ x`, alone or with the next
+//! term of an even expansion; lines; medians.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -36,9 +36,9 @@ pub struct Expansion {
     pub spread: f64,
 }
 
-/// Fits `log₂ y = log₂ c + a log₂ x + b (x/x_max)²`, the logarithm of `c x^a (1 + c' x² + …)` while the
-/// second term is small. `None` with fewer than five points, or where a number is not positive and
-/// finite.
+/// Fits `log₂ y = log₂ c + a log₂ x + b (x/x_max)²`, the logarithm of `c x^a (1 + c' x² + …)` while
+/// the second term is small. `None` with fewer than five points, or where a number is not positive
+/// and finite.
 #[must_use]
 pub fn expansion(points: &[[f64; 2]]) -> Option<Expansion> {
     let usable = |v: f64| v.is_finite() && v > 0.0;

@@ -4,8 +4,9 @@
 //! K = Pᵀ (∇²V + Σ λ_i D²g_i) P,    M = Pᵀ M P,    ω_max² = max |eig(M⁻¹ K)|
 //! ∇²V = −(D_1D_1 + D_2D_2 + D_1D_2 + D_2D_1) L_d(q, q) / h
 //! ```
-//! The multipliers contain the centrifugal stiffness: a free body that spins at `ω` has `ω_max ≈ ω`. The boundedness of the energy error of variational
-//! schemes holds for `h ω_max ≲ 1` (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. XIII).
+//! The multipliers contain the centrifugal stiffness: a free body that spins at `ω` has
+//! `ω_max ≈ ω`. The boundedness of the energy error of variational schemes holds for `h ω_max ≲ 1`
+//! (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. XIII).
 #![allow(non_snake_case)] // G, K, M, P
 
 use vi_constraints::Constraints;
@@ -16,8 +17,8 @@ use vi_core::{Configuration, DiscreteLagrangian, Entries, Interval, SparseMatrix
 /// `h ω_max` above which the fastest motion is not resolved.
 pub const RESOLVED: f64 = 1.0;
 
-/// `ω_max` at `at` with the multipliers `λ` (shape `m`), rad/s; 0 without a degree of freedom, `None` where `Pᵀ M P` is not
-/// positive definite. Dense.
+/// `ω_max` at `at` with the multipliers `λ` (shape `m`), rad/s; 0 without a degree of freedom,
+/// `None` where `Pᵀ M P` is not positive definite. Dense.
 #[must_use]
 pub fn frequency(
     system: &impl DiscreteLagrangian,

@@ -9,8 +9,8 @@ use super::judge::order_tolerance;
 use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
 use super::subject::{Method, Subject};
 
-/// Halvings that an order is read over at least, and those that no longer horizon is tried for: little lies between
-/// the coarse end of high orders and round-off.
+/// Halvings that an order is read over at least, and those that no longer horizon is tried for:
+/// little lies between the coarse end of high orders and round-off.
 fn halvings(order: u32) -> (u32, u32) {
     match order {
         0..6 => (HALVINGS, HALVINGS),
@@ -49,8 +49,8 @@ impl<'a> Horizons<'a> {
         (horizon(extension), &self.references[extension])
     }
 
-    /// Studies of a method, over longer and longer times until every quantity could be read that can.
-    /// At least one, or why there is none.
+    /// Studies of a method, over longer and longer times until every quantity could be read that
+    /// can. At least one, or why there is none.
     pub(super) fn studies(&mut self, method: Method, order: u32) -> Result<Vec<Study>, String> {
         let mut found: Vec<Study> = Vec::new();
         for extension in 0..=extensions(order) {
@@ -75,8 +75,8 @@ impl<'a> Horizons<'a> {
     }
 }
 
-/// The study in which the order of a quantity is read best: over enough halvings and straight, then the
-/// straightest; else the first.
+/// The study in which the order of a quantity is read best: over enough halvings and straight, then
+/// the straightest; else the first.
 pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &Convergence)> {
     let with_curve = |s| -> Option<(&Study, &Convergence)> { Some((s, curve_of(s, quantity)?)) };
     let rank = |(study, curve): &(&Study, &Convergence)| {
@@ -89,8 +89,8 @@ pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &
     best.map(|(_, curve)| curve).or_else(|| found.first().and_then(with_curve))
 }
 
-/// The error of a quantity that is as large as the quantity at the finest step of a study in which `q` has its order, and
-/// for multipliers, which need smaller steps, `p`.
+/// The error of a quantity that is as large as the quantity at the finest step of a study in which
+/// `q` has its order, and for multipliers, which need smaller steps, `p`.
 pub(super) fn saturated(found: &[Study], quantity: Quantity) -> Option<f64> {
     let resolved: &[Quantity] = match quantity {
         Quantity::Multiplier | Quantity::OtherMultiplier => {

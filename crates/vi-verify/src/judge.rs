@@ -13,10 +13,11 @@ use vi_core::Composition;
 
 /// Observed orders may miss their nominal value by this.
 pub const ORDER_TOLERANCE: f64 = 0.2;
-/// The same of orders above 8, as a part of them: one halving is all that double precision has. Schemes that reverse
-/// have even orders, so that 14 and 18 are excluded.
+/// The same of orders above 8, as a part of them: one halving is all that double precision has.
+/// Schemes that reverse have even orders, so that 14 and 18 are excluded.
 pub const HIGH_ORDER_TOLERANCE: f64 = 0.05;
-/// Halvings below which a slope that misses the nominal order by less than [`ROUGH`] decides nothing.
+/// Halvings below which a slope that misses the nominal order by less than [`ROUGH`] decides
+/// nothing.
 const SHORT: f64 = 2.5;
 /// Part of the nominal order by which such a slope may miss it: between neighbouring even orders.
 const ROUGH: f64 = 0.125;
@@ -24,11 +25,13 @@ const ROUGH: f64 = 0.125;
 pub const FIRST_ORDER: f64 = 1.0 - 2.0 * ORDER_TOLERANCE;
 /// Momentum maps stay below this times `ε √N`, however they grow.
 pub const MOMENTUM_CAP: f64 = 1e3;
-/// The symplectic form may change by this, relative to its terms: what differences of real steps resolve.
+/// The symplectic form may change by this, relative to its terms: what differences of real steps
+/// resolve.
 pub const FORM_TOLERANCE: f64 = 1e-9;
 /// Exponents of condition numbers may be off by this.
 pub const EXPONENT_TOLERANCE: f64 = 0.2;
-/// Steps below which a secular drift of the energy or of a momentum map cannot be distinguished from the motion itself.
+/// Steps below which a secular drift of the energy or of a momentum map cannot be distinguished
+/// from the motion itself.
 pub const LEAST_TREND_STEPS: u64 = 8000;
 
 /// By how much an observed order may miss its nominal value.
@@ -182,7 +185,8 @@ pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> F
     found
 }
 
-/// The energy of a conservative system: a band for variational schemes, round-off for energy–momentum schemes.
+/// The energy of a conservative system: a band for variational schemes, round-off for
+/// energy–momentum schemes.
 pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
     let mut found = finding(Criterion::Energy, method, order, "H_d");
     if !run.nature.conservative {

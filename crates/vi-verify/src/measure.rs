@@ -1,4 +1,5 @@
-//! Measurements beside convergence: conserved quantities, reversal, symplecticity, conditioning, agreement.
+//! Measurements beside convergence: conserved quantities, reversal, symplecticity, conditioning,
+//! agreement.
 
 use super::fit::{of_tenths, power_law};
 use super::subject::{Invariants, Method, Nature, Setting, Subject};
@@ -94,8 +95,9 @@ impl LongRun {
         norm_inf(&self.samples.iter().map(|node| node.energy_size).collect::<Vec<f64>>())
     }
 
-    /// A component of the momentum maps (`P` first, then `L`) over the largest sum of terms of any component of the same vector:
-    /// round-off grows with what is summed, and in axes that are turned every component is summed of all.
+    /// A component of the momentum maps (`P` first, then `L`) over the largest sum of terms of any
+    /// component of the same vector: round-off grows with what is summed, and in axes that are
+    /// turned every component is summed of all.
     #[must_use]
     pub fn momentum(&self, component: usize) -> Vec<f64> {
         let read = |m: &vi_core::momentum_map::Momentum| match component {
@@ -133,8 +135,8 @@ impl LongRun {
         Some(self.step.abs() * longest * self.frequency?)
     }
 
-    /// The largest change of the shadow energy from one sample to the next, J, and their times, s; `None` with fewer than
-    /// two samples.
+    /// The largest change of the shadow energy from one sample to the next, J, and their times, s;
+    /// `None` with fewer than two samples.
     #[must_use]
     pub fn largest_jump(&self) -> Option<(f64, Range<f64>)> {
         let shadow = self.shadow_energies();
@@ -157,7 +159,8 @@ pub struct Residuals {
     pub position: f64,
     /// (46), where it is defined.
     pub momentum: Option<f64>,
-    /// What (46) stays below at nine of ten samples: a force that jumps is seen at the nodes beside the jump alone.
+    /// What (46) stays below at nine of ten samples: a force that jumps is seen at the nodes beside
+    /// the jump alone.
     pub momentum_of_most: Option<f64>,
 }
 
@@ -168,7 +171,8 @@ pub struct Reversal {
     pub steps: u64,
     /// `|q − q_0|_∞` in the end.
     pub error: f64,
-    /// Largest growth of a small error during the motion, by tangent vectors; `None` where they are not available.
+    /// Largest growth of a small error during the motion, by tangent vectors; `None` where they are
+    /// not available.
     pub amplification: Option<f64>,
 }
 

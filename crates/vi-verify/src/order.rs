@@ -6,10 +6,11 @@
 //! ```
 //! Only a part of a convergence study shows the order. At the coarse end higher terms still count
 //! (pre-asymptotic) or the error is as large as the motion; at the fine end it is round-off or the
-//! error of the reference (plateau). The estimator takes the finest straight stretch of at least four
-//! halvings between the two, and returns an error where there is none. Double precision does not offer four
-//! halvings to order 8, a fall by `4·10⁹` between an error that is asymptotic and round-off; there the
-//! longest straight stretch of at least two is taken, and of one from order 8 on ([`longest_observed_order`]).
+//! error of the reference (plateau). The estimator takes the finest straight stretch of at least
+//! four halvings between the two, and returns an error where there is none. Double precision does
+//! not offer four halvings to order 8, a fall by `4·10⁹` between an error that is asymptotic and
+//! round-off; there the longest straight stretch of at least two is taken, and of one from order 8
+//! on ([`longest_observed_order`]).
 
 use super::fit::{expansion, power_law};
 use serde::{Deserialize, Serialize};
@@ -53,7 +54,8 @@ const ASYMPTOTIC: f64 = 0.1;
 const CURVED: f64 = 0.05;
 /// Shorter stretches have few points: what is fitted to them has to be better.
 const SHORT: f64 = 3.0 - 1e-9;
-/// A next term larger than this, in binary digits, is no small one; over shorter stretches, half of it.
+/// A next term larger than this, in binary digits, is no small one; over shorter stretches, half of
+/// it.
 const SMALL_TERM: f64 = 1.5;
 /// Shorter stretches have few points, and must be this straight.
 const SHORT_ASYMPTOTIC: f64 = 0.06;
@@ -65,8 +67,8 @@ pub struct ObservedOrder {
     pub order: f64,
     /// Largest distance of a point from the fit, in binary digits.
     pub spread: f64,
-    /// What the next term of the expansion adds at the coarsest of these points, in binary digits; 0
-    /// where it was not needed.
+    /// What the next term of the expansion adds at the coarsest of these points, in binary digits;
+    /// 0 where it was not needed.
     pub correction: f64,
     /// The points it was read from, counted from the coarsest step.
     pub points: Range<usize>,
@@ -158,8 +160,8 @@ pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder,
     observed_order_over(errors, scale, HALVINGS)
 }
 
-/// The order over the longest asymptotic stretch of four, three … `least` halvings; where there is none, as
-/// [`observed_order`].
+/// The order over the longest asymptotic stretch of four, three … `least` halvings; where there is
+/// none, as [`observed_order`].
 ///
 /// # Errors
 /// [`NoOrder`] where nothing can be read.
@@ -284,8 +286,8 @@ fn fitted(errors: &[ErrorAt], points: Range<usize>) -> Option<ObservedOrder> {
     })
 }
 
-/// Where the plateau begins: at the first error that is not clearly above the floor, or where the errors stop falling at
-/// the fine end although they fell before.
+/// Where the plateau begins: at the first error that is not clearly above the floor, or where the
+/// errors stop falling at the fine end although they fell before.
 fn plateau(errors: &[ErrorAt], start: usize, floor: f64) -> usize {
     let mut end = errors.iter().position(|e| e.error <= CLEAR * floor).unwrap_or(errors.len());
     let slope = |k: usize| {
@@ -346,7 +348,8 @@ mod tests {
         }
     }
 
-    /// The momentum of an energy–momentum scheme of order 4: `v = (2/h)Δq − v_n` amplifies round-off.
+    /// The momentum of an energy–momentum scheme of order 4: `v = (2/h)Δq − v_n` amplifies
+    /// round-off.
     #[test]
     fn noise_that_grows_as_the_step_shrinks_is_left_out() {
         let measured = [

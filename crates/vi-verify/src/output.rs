@@ -1,4 +1,5 @@
-//! What an integrator reports at a node, against the equations of motion along its own configurations.
+//! What an integrator reports at a node, against the equations of motion along its own
+//! configurations.
 //!
 //! ```text
 //! v_n            first central difference of q_{n−w} … q_{n+w} over h              of order 2w in h
@@ -11,16 +12,18 @@
 //! J              against J(q_n, M v_n)
 //! |g|            against |g(q_n)|
 //! ```
-//! The differences have the order of the scheme, `p = 2w`, so that all but the last go to zero like `h^p` (`E_d` where work is
-//! done like `h²`). Something that is reported wrongly by a factor or a sign does not go to zero, and something of a lower order
-//! does so too slowly. The check needs no reference, so an integrator that is wrong in the reference as well is found, and so is one that solves other
-//! equations.
+//! The differences have the order of the scheme, `p = 2w`, so that all but the last go to zero like
+//! `h^p` (`E_d` where work is done like `h²`). Something that is reported wrongly by a factor or a
+//! sign does not go to zero, and something of a lower order does so too slowly. The check needs no
+//! reference, so an integrator that is wrong in the reference as well is found, and so is one that
+//! solves other equations.
 //!
-//! Forces are compared with the largest of those that act, inertia, potential and loads: reactions may be zero.
+//! Forces are compared with the largest of those that act, inertia, potential and loads: reactions
+//! may be zero.
 //!
-//! Coordinates are rounded, so the quotients are known to `|δv| ≤ ε|q| Σ|c_k|/kh` and `|δa| ≤ 4ε|q| Σ|c_k|/k²h²`
-//! ([`Stencil`]): differences that are not clearly above `M δv` and `M δa` say nothing, and an output that is not clearly above them is
-//! zero.
+//! Coordinates are rounded, so the quotients are known to `|δv| ≤ ε|q| Σ|c_k|/kh` and
+//! `|δa| ≤ 4ε|q| Σ|c_k|/k²h²` ([`Stencil`]): differences that are not clearly above `M δv` and
+//! `M δa` say nothing, and an output that is not clearly above them is zero.
 
 use super::fit::power_law;
 use super::order::{AMPLIFIED, CLEAR, ErrorAt, NoOrder};
@@ -100,7 +103,8 @@ impl Output {
         if self.may_converge() { ROUND_OFF } else { 1e-15 }
     }
 
-    /// Whether the difference is that of the quotients of `q`; else the same number is evaluated twice.
+    /// Whether the difference is that of the quotients of `q`; else the same number is evaluated
+    /// twice.
     pub(super) fn may_converge(self) -> bool {
         self != Self::Residual
     }
@@ -186,8 +190,8 @@ impl Compared {
     /// The order with which the differences vanish.
     ///
     /// # Errors
-    /// [`NoOrder::Exact`] where they are round-off throughout, [`NoOrder::RoundOff`] where round-off is too large for
-    /// that to say something, [`NoOrder::NotNumbers`].
+    /// [`NoOrder::Exact`] where they are round-off throughout, [`NoOrder::RoundOff`] where
+    /// round-off is too large for that to say something, [`NoOrder::NotNumbers`].
     pub fn order(&self) -> Result<f64, NoOrder> {
         let largest = norm_inf(&self.errors.iter().map(|e| e.error).collect::<Vec<f64>>());
         if !largest.is_finite() {
@@ -320,7 +324,8 @@ impl Difference {
     }
 }
 
-/// The difference of each output, in the order of [`Output::ALL`]; `of_node`: `E_d` against the energy of the node.
+/// The difference of each output, in the order of [`Output::ALL`]; `of_node`: `E_d` against the
+/// energy of the node.
 fn differences(
     motion: &dyn Motion,
     at: &Window,
@@ -394,7 +399,8 @@ fn maps(found: &Momentum, expected: &Momentum, size: &Momentum) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Differences `error(h)` at `h = 2^-k/1000`, with rounding of coordinates of 8 m in second differences.
+    /// Differences `error(h)` at `h = 2^-k/1000`, with rounding of coordinates of 8 m in second
+    /// differences.
     fn compared(error: impl Fn(f64) -> f64) -> Compared {
         let steps = (0..5).map(|k| 1e-3 * 0.5_f64.powi(k));
         let rounding = |h: f64| 16.0 * f64::EPSILON / (h * h) / 50.0;

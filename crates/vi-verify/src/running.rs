@@ -38,8 +38,8 @@ impl<S: DiscreteLagrangian, C: Observed> Running<Variational<S>, C> {
 }
 
 impl<C: Observed + DiscreteConstraints> Running<EnergyMomentum, C> {
-    /// An energy–momentum integrator, from its present node; `forces` is the variational description of the same
-    /// system.
+    /// An energy–momentum integrator, from its present node; `forces` is the variational
+    /// description of the same system.
     #[must_use]
     pub fn energy_momentum(run: EmIntegrator<C>, forces: SeparableSystem) -> Self {
         let family = EnergyMomentum::new(forces);
@@ -227,7 +227,8 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
     }
 }
 
-/// The largest residual beyond what constraints may keep that nearly follow from others; `all`: that of all constraints.
+/// The largest residual beyond what constraints may keep that nearly follow from others; `all`:
+/// that of all constraints.
 fn beyond_allowances(constraints: &impl Constraints, at: Configuration<'_>, all: f64) -> f64 {
     let allowances = constraints.allowances();
     if allowances.is_empty() {

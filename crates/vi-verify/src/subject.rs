@@ -116,8 +116,9 @@ pub struct Values {
     pub p: Vec<f64>,
     /// The constrained Legendre transform `p_n` (34), (35); order 2 and regular `M` only.
     pub p_constrained: Option<Vec<f64>>,
-    /// `λ_n` of (36), at the start of (47); order 2 only. Of energy–momentum schemes the mean of two
-    /// neighbouring steps. Where constraints are redundant the force `Gᵀλ` instead, which is unique.
+    /// `λ_n` of (36), at the start of (47); order 2 only. Of energy–momentum schemes the mean of
+    /// two neighbouring steps. Where constraints are redundant the force `Gᵀλ` instead, which is
+    /// unique.
     pub lambda: Option<Vec<f64>>,
     /// `λ` of the acceleration level; of energy–momentum schemes that of a single step.
     pub lambda_other: Option<Vec<f64>>,
@@ -128,7 +129,8 @@ pub struct Values {
 /// Reactions at a node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reactions {
-    /// The multipliers of all constraints, shape `m`; of least norm where constraints are redundant.
+    /// The multipliers of all constraints, shape `m`; of least norm where constraints are
+    /// redundant.
     pub lambda: Vec<f64>,
     /// Of each joint on its child, in space.
     pub joints: Vec<Reaction>,
@@ -139,8 +141,8 @@ pub struct Reactions {
 pub struct Invariants {
     /// `H_d(q_n, ᵠp_n)`, J.
     pub energy: f64,
-    /// `E_d = −∂L_d/∂h` of the step from here, `Σ γ_i E_{d,i}` of its sub-steps; of energy–momentum schemes
-    /// the energy itself, J.
+    /// `E_d = −∂L_d/∂h` of the step from here, `Σ γ_i E_{d,i}` of its sub-steps; of energy–momentum
+    /// schemes the energy itself, J.
     pub discrete_energy: f64,
     /// `½ v̂ᵀ M v̂` or `|V|`, the larger: what the energy is made of, J.
     pub energy_size: f64,
@@ -159,8 +161,8 @@ pub struct Invariants {
 /// What holds of a system at a node, beyond numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Nature {
-    /// Components of the linear and the angular momentum that are conserved by Noether's theorem: translations
-    /// and rotations under which `g`, `V` and the forces are invariant.
+    /// Components of the linear and the angular momentum that are conserved by Noether's theorem:
+    /// translations and rotations under which `g`, `V` and the forces are invariant.
     pub symmetries: [bool; 6],
     /// No force without a potential acts, and no constraint depends on time.
     pub conservative: bool,
@@ -224,7 +226,8 @@ pub trait Motion {
     /// # Errors
     /// Why there is none, in words.
     fn consistent(&self, q: &[f64], v: &[f64]) -> Result<(Vec<f64>, Vec<f64>), String>;
-    /// The fastest vibration or rotation about the present node, rad/s; `None` where `Pᵀ M P` is singular.
+    /// The fastest vibration or rotation about the present node, rad/s; `None` where `Pᵀ M P` is
+    /// singular.
     ///
     /// # Errors
     /// As [`Motion::values`].

@@ -5,9 +5,10 @@
 //! δ        d/ds at 0 by differences of the motions that start on the curve, of sixth order in s
 //! Ω(i, j)  = δq_iᵀ δp_j − δp_iᵀ δq_j          at the start, and after some steps
 //! ```
-//! Every motion is taken by the integrator itself, so an integrator that does not solve its equations, or solves others,
-//! changes `Ω`. (The tangent of the discrete Euler–Lagrange equations does not detect it: its form is an identity of `L_d` for any
-//! pair of configurations.) `p̄` counts modulo `range Gᵀ` only, see [`vi_constraints::tangent_map`]. With dampers no form is
+//! Every motion is taken by the integrator itself, so an integrator that does not solve its
+//! equations, or solves others, changes `Ω`. (The tangent of the discrete Euler–Lagrange equations
+//! does not detect it: its form is an identity of `L_d` for any pair of configurations.) `p̄`
+//! counts modulo `range Gᵀ` only, see [`vi_constraints::tangent_map`]. With dampers no form is
 //! conserved; a prescribed motion or a load that depends on time alone does conserve it.
 
 use super::subject::{Setting, Subject};
@@ -18,8 +19,9 @@ use vi_core::linear::norm_inf;
 const CURVES: usize = 6;
 /// Parameters of the motions on each side, and their weights in the difference.
 const WEIGHTS: [(f64, f64); 3] = [(1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0)];
-/// Steps in `s`, relative to the sizes of `q` and `v`: the second where the first leaves a difference, which on rough
-/// motions is the error of the differences and falls with its sixth power. A form that changes does so for both.
+/// Steps in `s`, relative to the sizes of `q` and `v`: the second where the first leaves a
+/// difference, which on rough motions is the error of the differences and falls with its sixth
+/// power. A form that changes does so for both.
 const PARAMETERS: [f64; 2] = [1e-3, 1e-4];
 /// Changes below this need no second look.
 const SMALL: f64 = 1e-10;
@@ -53,7 +55,8 @@ impl Derivatives {
     }
 }
 
-/// Largest change of `Ω` over `steps` steps, relative to the largest term that it is made of; `None` without a degree of freedom.
+/// Largest change of `Ω` over `steps` steps, relative to the largest term that it is made of;
+/// `None` without a degree of freedom.
 ///
 /// # Errors
 /// Why the method does not apply or a step failed, in words.

@@ -7,11 +7,12 @@
 //! widening  distance (root mean square, from the median of the first half) in the second half of the run
 //!          over that in the first, as far as the excitation |H − shadow| does not widen, too
 //! ```
-//! A symplectic scheme makes the energy oscillate in a band. The width of the band depends on the state, and where
-//! motion passes to faster vibrations it changes without secular drift. A secular drift is in the energy and in its
-//! shadow ([`vi_core::shadow_energy`]), which hardly depends on the state; one of the two without a drift is enough to exclude it.
-//! A median leaves out what a short fast motion makes of a few samples; a drift moves it as it moves a mean.
-//! Where a step is too coarse for a shadow energy, the energy itself may vary less.
+//! A symplectic scheme makes the energy oscillate in a band. The width of the band depends on the
+//! state, and where motion passes to faster vibrations it changes without secular drift. A secular
+//! drift is in the energy and in its shadow ([`vi_core::shadow_energy`]), which hardly depends on
+//! the state; one of the two without a drift is enough to exclude it. A median leaves out what a
+//! short fast motion makes of a few samples; a drift moves it as it moves a mean. Where a step is
+//! too coarse for a shadow energy, the energy itself may vary less.
 
 use super::fit::{line, median};
 use serde::{Deserialize, Serialize};
@@ -82,15 +83,16 @@ impl Trend {
         if self.width() > 0.0 { self.change.abs() / self.width() } else { 0.0 }
     }
 
-    /// Whether the quantity is bounded: block medians vary by a negligible part of the band, and the second
-    /// half is not farther away than the first by more than a half.
+    /// Whether the quantity is bounded: block medians vary by a negligible part of the band, and
+    /// the second half is not farther away than the first by more than a half.
     #[must_use]
     pub fn is_bounded(&self) -> bool {
         self.variation <= NEGLIGIBLE * self.width() && self.widening <= WIDENING
     }
 }
 
-/// Band and trend of samples at equal distances, with their shadow: the samples again where there is none.
+/// Band and trend of samples at equal distances, with their shadow: the samples again where there
+/// is none.
 ///
 /// # Errors
 /// [`NoTrend`].
@@ -222,8 +224,8 @@ mod tests {
         assert!(!found.is_bounded(), "a drift of 8 % of the band is in both: {found:?}");
     }
 
-    /// Two hundred stretches of an excitation that decorrelates in half of the run; the same plus a random walk
-    /// that is a fifth as wide.
+    /// Two hundred stretches of an excitation that decorrelates in half of the run; the same plus a
+    /// random walk that is a fifth as wide.
     #[test]
     fn random_walks_are_distinguished_from_excitations_that_come_and_go() {
         let mut noise = Noise(1);

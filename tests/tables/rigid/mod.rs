@@ -1,4 +1,5 @@
-//! Bodies and a point mass, with a spring, a damper and a motor on a joint, a drive, a spring between points, a load.
+//! Bodies and a point mass, with a spring, a damper and a motor on a joint, a drive, a spring
+//! between points, a load.
 
 mod momenta;
 mod sensors;

@@ -67,7 +67,8 @@ fn step_energy(t: &Tables) -> Vec<f64> {
     sum(&all)
 }
 
-/// Momenta of the rates of the spanning tree: along and about the axis of a joint, of a free body its own.
+/// Momenta of the rates of the spanning tree: along and about the axis of a joint, of a free body
+/// its own.
 fn reduced(t: &Tables, column: &str) -> Option<Known> {
     let (name, k) = column.split_once('.')?;
     let k: usize = k.parse::<usize>().ok()? - 1;

@@ -18,7 +18,8 @@ struct Claim {
     verdict: String,
 }
 
-/// Confirmed where no exception is known; with a condition where there are some, but not everywhere.
+/// Confirmed where no exception is known; with a condition where there are some, but not
+/// everywhere.
 fn verdict(exceptions: &[String], of: usize, condition: &str) -> String {
     match exceptions.len() {
         0 => "confirmed".into(),

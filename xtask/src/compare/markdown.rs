@@ -74,8 +74,8 @@ fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
     );
 }
 
-/// Error at the end against the time of the run, of the form of each family and order that is fastest at the
-/// largest step.
+/// Error at the end against the time of the run, of the form of each family and order that is
+/// fastest at the largest step.
 fn work(out: &mut String, one: &Compared) {
     let time = |r: &Record, order| {
         r.work.iter().find(|p| p.order == order && p.error.is_some()).and_then(|p| p.seconds)

@@ -1,4 +1,5 @@
-//! `cargo xtask compare`: variational and energy–momentum schemes on five models, into `COMPARISON.md`.
+//! `cargo xtask compare`: variational and energy–momentum schemes on five models, into
+//! `COMPARISON.md`.
 //!
 //! | file | concept |
 //! |---|---|
@@ -21,7 +22,8 @@ use holonom::{Model, RunOutcome, Simulation};
 use std::path::Path;
 use std::process::Command;
 
-/// Models with the number of steps of their table, and the step (s) where it is not that of the model.
+/// Models with the number of steps of their table, and the step (s) where it is not that of the
+/// model.
 const MODELS: [(&str, u64, Option<f64>); 5] = [
     ("heavy_top", 2000, None),
     ("six_hinge_cube", 1000, None),

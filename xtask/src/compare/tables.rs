@@ -61,8 +61,8 @@ pub(super) struct InForm {
     pub(super) time: Ratio,
 }
 
-/// The forms at the same error of order 2: errors fall with `h²`, so time for an error is that of a step times the root of the error
-/// at the same step.
+/// The forms at the same error of order 2: errors fall with `h²`, so time for an error is that of a
+/// step times the root of the error at the same step.
 pub(super) fn in_form(one: &Compared) -> Vec<InForm> {
     let error = |name: &str| record(one, name)?.measured.as_ref()?.distance;
     let names = |form: &str| match form {
@@ -81,7 +81,8 @@ pub(super) fn in_form(one: &Compared) -> Vec<InForm> {
     pairs(one).into_iter().filter_map(found).collect()
 }
 
-/// How many of the pairs in equal form are cheaper with VI, with EM, with neither beyond the spread.
+/// How many of the pairs in equal form are cheaper with VI, with EM, with neither beyond the
+/// spread.
 pub(super) fn in_equal_form(all: &[Compared]) -> [usize; 3] {
     let pairs: Vec<InForm> = all.iter().flat_map(in_form).filter(|pair| pair.is_equal).collect();
     [1, -1, 0].map(|sign| pairs.iter().filter(|pair| pair.time.sign() == sign).count())

@@ -1,5 +1,5 @@
-//! The charts of one model under a variational and an energy–momentum scheme: energy, momentum maps,
-//! constraint fulfilment.
+//! The charts of one model under a variational and an energy–momentum scheme: energy, momentum
+//! maps, constraint fulfilment.
 
 use holonom::report::{Axis, Chart, Strokes};
 use holonom::simulation::RunOutcome;

@@ -1,5 +1,5 @@
-//! A flexible multibody system in the situation of LMO08 §6.2: body, beam and body, joined and free in
-//! space; a pulse, then nothing acts.
+//! A flexible multibody system in the situation of LMO08 §6.2: body, beam and body, joined and free
+//! in space; a pulse, then nothing acts.
 
 use holonom::report::{Item, Paint, Picture, Side, axonometric};
 use holonom::{Model, Sample};
@@ -71,7 +71,8 @@ pub(super) fn section(model: &Model) -> Result<Section> {
     Ok(Section { heading: "Flexible multibody system (section 6.2)", words, figures })
 }
 
-/// By how much the means of `H_d` and of the shadow energy rise from the first to the last eighth of [`LONG`] seconds after the pulse, J.
+/// By how much the means of `H_d` and of the shadow energy rise from the first to the last eighth
+/// of [`LONG`] seconds after the pulse, J.
 fn creep(model: &Model, step: f64) -> Result<[f64; 2]> {
     let every = (SAMPLED / step).round();
     let settings = [

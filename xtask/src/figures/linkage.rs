@@ -1,4 +1,5 @@
-//! The six-body linkage of LMO08 §5.5: configurations, energy, momentum maps, constraint fulfilment.
+//! The six-body linkage of LMO08 §5.5: configurations, energy, momentum maps, constraint
+//! fulfilment.
 
 use holonom::report::{Item, Paint, Picture, Side, axonometric};
 use holonom::{Model, Sample};

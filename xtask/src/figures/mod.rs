@@ -1,7 +1,9 @@
-//! `cargo xtask figures`: the figures of Leyendecker, Marsden & Ortiz (ZAMM 88, 2008), computed anew.
+//! `cargo xtask figures`: the figures of Leyendecker, Marsden & Ortiz (ZAMM 88, 2008), computed
+//! anew.
 //!
-//! Every picture and every number of the page comes from a run made here; models are the shipped ones.
-//! Writes `examples/leyendecker_2008/*.svg` and its `README.md`; `ERRATA.md` there is written by hand.
+//! Every picture and every number of the page comes from a run made here; models are the shipped
+//! ones. Writes `examples/leyendecker_2008/*.svg` and its `README.md`; `ERRATA.md` there is written
+//! by hand.
 
 mod comparison;
 mod flexible;

@@ -1,4 +1,5 @@
-//! Every node of a run at order 2, with its multipliers, momenta and energies from its configurations.
+//! Every node of a run at order 2, with its multipliers, momenta and energies from its
+//! configurations.
 
 use holonom::vi_constraints::LegendreTransforms;
 use holonom::vi_constraints::legendre::LegendreError;

@@ -135,7 +135,8 @@ pub(super) fn gravity(model: &Model) -> Result<Section> {
     Ok(Section { heading: "Pendulum with gravity (Figs. 4–6)", words, figures })
 }
 
-/// The total and its parts, each in a panel of its own: without gravity curves of one energy coincide.
+/// The total and its parts, each in a panel of its own: without gravity curves of one energy
+/// coincide.
 fn free_energies(fine: &[Point], coarse: &[Point]) -> Vec<Chart> {
     let parts: [(&str, fn(Energies) -> f64); 3] = [
         ("total", |e| e.total()),
@@ -246,8 +247,8 @@ fn snapshots(title: &str, points: &[Point]) -> Picture {
     Picture { title: title.to_owned(), width: 640.0, items }
 }
 
-/// At the middle one of three nodes: both unconstrained transforms, the constraint's halves, `p_n` and
-/// its projection; `scale`: metres drawn for 1 kg·m/s.
+/// At the middle one of three nodes: both unconstrained transforms, the constraint's halves, `p_n`
+/// and its projection; `scale`: metres drawn for 1 kg·m/s.
 fn legendre(title: &str, points: &[Point], scale: f64) -> Picture {
     let [before, n, next] = points else {
         return Picture { title: title.into(), width: 640.0, items: vec![] };

@@ -1,4 +1,5 @@
-//! A sequence of executions. It has its own random numbers and its own inputs, so that lanes can run in any order.
+//! A sequence of executions. It has its own random numbers and its own inputs, so that lanes can
+//! run in any order.
 
 use super::defects::Defect;
 use super::tally::{Case, Tally};

@@ -151,7 +151,8 @@ fn files() -> Vec<Limit> {
 fn meshes() -> Vec<Limit> {
     let folder = std::env::temp_dir().join(format!("holonom-limits-{}", std::process::id()));
     let read = |name: &'static str, file: &str, bytes: Vec<u8>| -> Limit {
-        let _ = std::fs::create_dir_all(&folder); // where it cannot be made the answer is in words, too
+        // where it cannot be made the answer is in words, too
+        let _ = std::fs::create_dir_all(&folder);
         if !bytes.is_empty() {
             let _ = std::fs::write(folder.join(file), bytes); // likewise
         }

@@ -10,8 +10,8 @@
 //! | [`limits`] | inputs that are large, deep or no files, once each |
 //! | [`defects`] | the harness itself: defects that it must find |
 //!
-//! There is no feedback of coverage. An input whose error message has a new shape ([`crate::reliability::shape`]) is
-//! mutated further in its place.
+//! There is no feedback of coverage. An input whose error message has a new shape
+//! ([`crate::reliability::shape`]) is mutated further in its place.
 
 pub mod defects;
 pub mod lane;
@@ -72,8 +72,8 @@ impl Request {
     }
 }
 
-/// Executes a target in lanes, several at a time. The result depends on the seed and the number of executions alone, but
-/// for times.
+/// Executes a target in lanes, several at a time. The result depends on the seed and the number of
+/// executions alone, but for times.
 pub fn fuzz(target: &dyn Target, executions: u64, request: &Request) -> Tally {
     let mut lanes = Lane::all(request.part.seed, executions);
     lanes.retain(|lane| request.part.shard.has(lane.number as usize));

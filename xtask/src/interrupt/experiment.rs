@@ -1,5 +1,6 @@
-//! One experiment: a run that is disturbed again and again, until it ends or has been disturbed often enough, and is then
-//! continued to its end. Its results must be those of a run that nothing disturbed, to the byte.
+//! One experiment: a run that is disturbed again and again, until it ends or has been disturbed
+//! often enough, and is then continued to its end. Its results must be those of a run that nothing
+//! disturbed, to the byte.
 
 use super::defects::Defect;
 use super::kind::Kind;
@@ -21,7 +22,8 @@ const OUT: &str = "out";
 /// Checkpoints, the newest first.
 const CHECKPOINTS: [&str; 2] = ["checkpoint", "checkpoint.previous"];
 
-/// Models, with what is asked of their runs: all schemes' kinds of states, tables and plots, in some tenths of a second.
+/// Models, with what is asked of their runs: all schemes' kinds of states, tables and plots, in
+/// some tenths of a second.
 const MODELS: [(&str, &[&str]); 6] = [
     ("chain8", &["--end", "0.3", "--order", "4", "--every", "2", "--checkpoint-every", "25"]),
     ("gyroscope", &["--end", "0.4", "--every", "1", "--checkpoint-every", "20"]),
@@ -155,7 +157,8 @@ impl Experiment<'_> {
         self.compare(&[self.reference])
     }
 
-    /// Two runs of different models into one folder: one of them succeeds, the other says why it does not.
+    /// Two runs of different models into one folder: one of them succeeds, the other says why it
+    /// does not.
     fn two(&mut self, other: &Reference) -> Result<(), String> {
         let words = |of: &Reference| run_words(&of.model, of.options);
         let (first, second) = (words(self.reference), words(other));
@@ -233,7 +236,8 @@ impl Experiment<'_> {
         }
     }
 
-    /// What a disturbed run leaves: whole rows, unless it was killed, and a summary that knows of the signal.
+    /// What a disturbed run leaves: whole rows, unless it was killed, and a summary that knows of
+    /// the signal.
     fn judge_left(&self, ended: &Ended) -> Result<(), String> {
         if matches!(self.kind, Kind::Signal | Kind::FullDisk)
             && ended.code.is_some()

@@ -1,4 +1,5 @@
-//! `cargo xtask interrupt`: runs that are killed, interrupted, without space, damaged, two at once, and continued.
+//! `cargo xtask interrupt`: runs that are killed, interrupted, without space, damaged, two at once,
+//! and continued.
 //!
 //! | file | concept |
 //! |---|---|
@@ -96,7 +97,8 @@ pub fn interrupt(request: &Request) -> Result<Tally, String> {
     Ok(total.into_inner().unwrap_or_default())
 }
 
-/// How many experiments it takes to find a defect, at most `most`; `None` also where there is no program.
+/// How many experiments it takes to find a defect, at most `most`; `None` also where there is no
+/// program.
 #[must_use]
 pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
     let program = program::beside()?;

@@ -1,4 +1,5 @@
-//! What the three harnesses of reliability share, and `cargo xtask reliability`, which writes `RELIABILITY.md`.
+//! What the three harnesses of reliability share, and `cargo xtask reliability`, which writes
+//! `RELIABILITY.md`.
 //!
 //! | file | concept |
 //! |---|---|

@@ -1,4 +1,5 @@
-//! Which part of its experiments a harness carries out, and where its numbers go: options of all harnesses.
+//! Which part of its experiments a harness carries out, and where its numbers go: options of all
+//! harnesses.
 
 use super::stored::Stored;
 use holonom::sweep::Shard;

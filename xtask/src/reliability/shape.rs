@@ -1,6 +1,7 @@
 //! Messages without what is particular: numbers and quoted names.
 
-/// The text with every number as `#` and every quotation as `…`: messages of one kind have one shape.
+/// The text with every number as `#` and every quotation as `…`: messages of one kind have one
+/// shape.
 ///
 /// At most 160 characters.
 #[must_use]

@@ -1,4 +1,5 @@
-//! Random draws of a mechanism, the same on every machine: additions, products, quotients and square roots alone.
+//! Random draws of a mechanism, the same on every machine: additions, products, quotients and
+//! square roots alone.
 
 use vi_testkit::Sample;
 

@@ -4,9 +4,11 @@
 //! t(2n + 1) ≤ GROWTH t(n + 1)       n members and one more: work that is linear doubles, dense matrices take eight times as long
 //! t(n + 1)  ≤ FORM t(n)             one more that no potential couples
 //! ```
-//! `t`: CPU time of a step of this thread, the least of some rounds ([`holonom::bench`]); what is found is measured again, and the
-//! least of all counts. Potentials between members replace sweeps by sparse matrices, which take up to some tens of times as long at
-//! every size: of those the growth alone is judged. Times depend on the machine and on what else it does, so this is no test.
+//! `t`: CPU time of a step of this thread, the least of some rounds ([`holonom::bench`]); what is
+//! found is measured again, and the least of all counts. Potentials between members replace sweeps
+//! by sparse matrices, which take up to some tens of times as long at every size: of those the
+//! growth alone is judged. Times depend on the machine and on what else it does, so this is no
+//! test.
 
 use super::generate::large::{Base, Member, large};
 use holonom::Model;
@@ -16,10 +18,11 @@ use std::fmt::Write as _;
 
 /// Members of the smaller mechanism.
 const MEMBERS: usize = 64;
-/// What twice the members may cost: twice the time, and twice that for memory and for other iterations.
+/// What twice the members may cost: twice the time, and twice that for memory and for other
+/// iterations.
 const GROWTH: f64 = 4.0;
-/// What one more member may cost that no potential couples. Beside point masses trees are solved by operators, which take up to eight
-/// times as long as the sweeps of a tree alone, at every size.
+/// What one more member may cost that no potential couples. Beside point masses trees are solved by
+/// operators, which take up to eight times as long as the sweeps of a tree alone, at every size.
 const FORM: f64 = 12.0;
 /// Times that a time that is too long is measured anew.
 const AGAIN: usize = 3;
@@ -38,7 +41,8 @@ pub struct Times {
 }
 
 impl Times {
-    /// What is wrong with them, in words; `couples`: whether a potential couples the member with others.
+    /// What is wrong with them, in words; `couples`: whether a potential couples the member with
+    /// others.
     #[must_use]
     pub fn fault(&self, couples: bool) -> Option<String> {
         let Self { alone, with_one, twice } = *self;
@@ -102,7 +106,8 @@ pub fn measured(seed: u64, what: (Base, Member), dense: bool) -> Result<Times, S
     Ok(found)
 }
 
-/// Measures all bases with all members, and that dense matrices are found; whether nothing is wrong.
+/// Measures all bases with all members, and that dense matrices are found; whether nothing is
+/// wrong.
 ///
 /// # Errors
 /// A mechanism that is refused, in words.

@@ -26,8 +26,8 @@ pub mod bounds {
     pub const ENERGY: f64 = 1e-9;
     /// Difference of the motions of two equivalent schemes, relative to the coordinates.
     pub const AGREEMENT: f64 = 1e-7;
-    /// Difference of the motions, efforts and reactions of a mechanism that is stated otherwise, relative to the largest of
-    /// their kind.
+    /// Difference of the motions, efforts and reactions of a mechanism that is stated otherwise,
+    /// relative to the largest of their kind.
     pub const RESTATED: f64 = 1e-7;
 }
 
@@ -108,8 +108,8 @@ fn is_finite(sample: &Sample) -> bool {
     momenta && numbers.chain(&momentum.angular).chain(&sample.shadow).all(|x| x.is_finite())
 }
 
-/// The largest relative residual. Where no constraint depends on unwrapped angles it is computed anew from the
-/// configurations, and compared with what the nodes report.
+/// The largest relative residual. Where no constraint depends on unwrapped angles it is computed
+/// anew from the configurations, and compared with what the nodes report.
 fn constraints(model: &Model, simulation: &Simulation, found: &Trace) -> Result<f64, Fault> {
     let mechanism = simulation.mechanism();
     let (mut g, mut sizes) = (vec![0.0; mechanism.len()], vec![0.0; mechanism.len()]);
@@ -186,7 +186,8 @@ fn momentum(model: &Model, found: &Trace) -> f64 {
     worst
 }
 
-/// The sizes of the terms that cancel in the momentum maps: of momenta, and of impulses of inner forces.
+/// The sizes of the terms that cancel in the momentum maps: of momenta, and of impulses of inner
+/// forces.
 fn scales(model: &Model, found: &Trace, mass: f64) -> (f64, f64) {
     let largest = |of: &dyn Fn(&Sample) -> f64| found.samples.iter().map(of).fold(0.0, f64::max);
     let size = largest(&|sample| norm_inf(&sample.q)).max(1e-3);
@@ -206,9 +207,10 @@ fn scales(model: &Model, found: &Trace, mass: f64) -> (f64, f64) {
     (linear, (linear * size).max(turns))
 }
 
-/// The largest relative residual of the energy balance. A system at rest has the kinetic energy of rounding alone, and a motor on
-/// a joint that loops lock does work on it, near a dead position on more than that: what coordinates that change by 1e-11 of their
-/// size in a sub-step, the shortest, make is within the bound.
+/// The largest relative residual of the energy balance. A system at rest has the kinetic energy of
+/// rounding alone, and a motor on a joint that loops lock does work on it, near a dead position on
+/// more than that: what coordinates that change by 1e-11 of their size in a sub-step, the shortest,
+/// make is within the bound.
 fn energy(model: &Model, found: &Trace) -> f64 {
     const NOISE: f64 = 1e-11;
     let largest = |of: &dyn Fn(&Sample) -> f64| found.samples.iter().map(of).fold(0.0, f64::max);

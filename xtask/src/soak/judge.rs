@@ -28,8 +28,9 @@ pub struct Checks {
 }
 
 impl Checks {
-    /// Of the mechanism with this index: continued and compared is one of eight each, in every shard; stated otherwise, which takes
-    /// seven runs, one of 32, or each if all are to be `restated`; certified are those in which nothing is free to move.
+    /// Of the mechanism with this index: continued and compared is one of eight each, in every
+    /// shard; stated otherwise, which takes seven runs, one of 32, or each if all are to be
+    /// `restated`; certified are those in which nothing is free to move.
     #[must_use]
     pub fn of(index: u64, restated: bool) -> Self {
         let part = index.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 59; // of 32
@@ -160,7 +161,8 @@ pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Fault> {
     }
 }
 
-/// A run of `steps` steps continued from a state to its end: why it is refused or fails, if it does.
+/// A run of `steps` steps continued from a state to its end: why it is refused or fails, if it
+/// does.
 ///
 /// # Errors
 /// [`Fault`].

@@ -105,8 +105,8 @@ pub(super) fn refused_step(
     }
 }
 
-/// Whether the certificate of a mechanism has no failure, or is refused because nothing moves; in steps that divide no rounding by a
-/// tiny square, and where no force jumps, which lowers orders.
+/// Whether the certificate of a mechanism has no failure, or is refused because nothing moves; in
+/// steps that divide no rounding by a tiny square, and where no force jumps, which lowers orders.
 pub(super) fn certificate(model: &Model, defect: Option<Defect>) -> Result<(), Fault> {
     const ACCURACY: f64 = 1e-6;
     const SHORTEST: f64 = 1e-3; // s
@@ -144,8 +144,9 @@ fn equivalent(scheme: Scheme) -> Scheme {
     }
 }
 
-/// Whether an equivalent scheme gives the same motion, in steps that resolve it: of a long step the equations may have
-/// several solutions. A scheme that does not apply is not judged, nor what follows a warning of the program about the energy.
+/// Whether an equivalent scheme gives the same motion, in steps that resolve it: of a long step the
+/// equations may have several solutions. A scheme that does not apply is not judged, nor what
+/// follows a warning of the program about the energy.
 pub(super) fn agreement(
     model: &Model,
     measured: &mut Measured,
@@ -177,8 +178,8 @@ pub(super) fn agreement(
     within(FaultKind::Agreement, apart, bound, &format!("distance to the motion of `{scheme}`"))
 }
 
-/// How many nodes there are before the program warns that the energy left its band: an unstable motion of which steps have
-/// several solutions.
+/// How many nodes there are before the program warns that the energy left its band: an unstable
+/// motion of which steps have several solutions.
 fn believed(samples: &[Sample]) -> usize {
     samples.iter().position(|sample| sample.notice.is_some()).unwrap_or(samples.len())
 }
@@ -189,9 +190,9 @@ fn distance(a: &Sample, b: &Sample) -> f64 {
     apart / norm_inf(&a.q).max(1.0)
 }
 
-/// By how much a motion amplifies disturbances over its steps, from their growth in the second half, to the square: two
-/// equivalent schemes may differ by so many rounding errors. Little where neither the motion nor the step is unstable. `None` where
-/// it cannot be measured.
+/// By how much a motion amplifies disturbances over its steps, from their growth in the second
+/// half, to the square: two equivalent schemes may differ by so many rounding errors. Little where
+/// neither the motion nor the step is unstable. `None` where it cannot be measured.
 pub(super) fn amplification(model: &Model) -> Option<f64> {
     // ever smaller disturbances, until they are still small at the end
     let disturbed = [1e-6, 1e-9, 1e-12, 1e-15, 1e-18].map(|size| {
@@ -210,7 +211,8 @@ pub(super) fn amplification(model: &Model) -> Option<f64> {
     })
 }
 
-/// The nodes of a motion whose initial momenta and velocities are changed: a scheme begins with the ones or with the others.
+/// The nodes of a motion whose initial momenta and velocities are changed: a scheme begins with the
+/// ones or with the others.
 fn nodes_after(model: &Model, change: &dyn Fn(f64, usize) -> f64) -> Option<Vec<Sample>> {
     let mut simulation = Simulation::new(model).ok()?;
     let mut state = serde_json::to_value(simulation.state()).ok()?;

@@ -1,6 +1,7 @@
 //! One mechanism stated otherwise: turned, moved, its parts in another order, in other units.
 //!
-//! Premise: the parts of the model state no frame (`relative_to`), as those of a model that was read.
+//! Premise: the parts of the model state no frame (`relative_to`), as those of a model that was
+//! read.
 
 use holonom::Model;
 use holonom::model::{
@@ -390,8 +391,9 @@ pub fn displaced(model: &Model, by: &Displacement) -> Model {
     new
 }
 
-/// The model with its bodies, point masses, bars and springs in the opposite order, and its joints. Bodies stay where a joint states a rate:
-/// that moves the body beyond it, seen from the first one where none is held.
+/// The model with its bodies, point masses, bars and springs in the opposite order, and its joints.
+/// Bodies stay where a joint states a rate: that moves the body beyond it, seen from the first one
+/// where none is held.
 #[must_use]
 pub fn reordered(model: &Model) -> Model {
     let mut new = model.clone();

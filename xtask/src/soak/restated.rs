@@ -5,9 +5,10 @@
 //! reordered         the same
 //! in other units    lengths l, masses m, times t: forces m l/t², moments m l²/t², rates of lengths l/t, of angles 1/t
 //! ```
-//! Coordinates, rates, efforts and reactions of all joints are compared at every node, relative to the largest of their kind in the run.
-//! Reactions are read along axes that turn with the mechanism: in a redundant loop one component may be unique and another not. Those of joints without
-//! an axis are vectors in space, which count as not unique where any component is not.
+//! Coordinates, rates, efforts and reactions of all joints are compared at every node, relative to
+//! the largest of their kind in the run. Reactions are read along axes that turn with the
+//! mechanism: in a redundant loop one component may be unique and another not. Those of joints
+//! without an axis are vectors in space, which count as not unique where any component is not.
 
 use super::defects::Defect;
 use super::fault::{Fault, FaultKind};
@@ -76,7 +77,8 @@ impl Statement {
     }
 }
 
-/// The model with sensors of all that joints, bars and constraints do; axes that complete a joint frame in space are stated.
+/// The model with sensors of all that joints, bars and constraints do; axes that complete a joint
+/// frame in space are stated.
 #[must_use]
 pub fn observed(model: &Model) -> Model {
     let mut new = model.clone();
@@ -127,7 +129,8 @@ pub fn observed(model: &Model) -> Model {
     new
 }
 
-/// Whether the frame of a joint with an axis is completed in space; that of a planar pair is, by default, in a body.
+/// Whether the frame of a joint with an axis is completed in space; that of a planar pair is, by
+/// default, in a body.
 fn has_frame_in_space(joint: &Joint) -> bool {
     joint.kind.has_first_axis() && joint.kind != JointKind::Planar && joint.first_axis.is_none()
 }
@@ -135,7 +138,8 @@ fn has_frame_in_space(joint: &Joint) -> bool {
 /// Numbers of a node of one kind: places, or a unit.
 type Numbers = Vec<(&'static str, f64)>;
 
-/// What is compared at a node: places of all members and numbers of sensors, as the model states them.
+/// What is compared at a node: places of all members and numbers of sensors, as the model states
+/// them.
 struct Reader {
     members: Vec<(String, MemberKind)>,
     columns: Vec<(&'static str, bool)>, // unit; whether it begins a vector in space
@@ -162,7 +166,8 @@ impl Reader {
         Self { members, columns: columns.iter().map(column).collect(), statement }
     }
 
-    /// The numbers of a node, by name of the member and in the order of the sensors, restated as those of the first model.
+    /// The numbers of a node, by name of the member and in the order of the sensors, restated as
+    /// those of the first model.
     fn read(&self, sample: &Sample) -> Numbers {
         let back = |vector: [f64; 3], is_place: bool| -> [f64; 3] {
             if vector.iter().any(|x| x.is_nan()) {
@@ -212,7 +217,8 @@ impl Reader {
     }
 }
 
-/// A run of a model with its numbers at all nodes, as those of the first model; `None` where it does not reach its end.
+/// A run of a model with its numbers at all nodes, as those of the first model; `None` where it
+/// does not reach its end.
 fn numbers(
     model: &Model,
     statement: Option<Statement>,
@@ -230,8 +236,8 @@ fn numbers(
     Ok(whole.then(|| samples.iter().map(|sample| reader.read(sample)).collect()))
 }
 
-/// The largest difference of two runs, of each kind relative to the largest number of that kind and no less than `floor`, in
-/// words.
+/// The largest difference of two runs, of each kind relative to the largest number of that kind and
+/// no less than `floor`, in words.
 fn distance(one: &[Numbers], other: &[Numbers], floor: &dyn Fn(&str) -> f64) -> (f64, String) {
     let mut worst = (0.0_f64, String::new());
     let mut sizes = std::collections::BTreeMap::<&str, f64>::new();
@@ -294,7 +300,8 @@ pub(super) fn restated(
         if apart > bound {
             let by =
                 *amplified.get_or_insert_with(|| amplification(&model).unwrap_or(f64::INFINITY));
-            bound = bound.max(f64::EPSILON * by / model.settings.step); // of coordinates, rates over a step
+            // of coordinates, rates over a step
+            bound = bound.max(f64::EPSILON * by / model.settings.step);
         }
         if bound <= RESTATED {
             measured.restated = Some(measured.restated.unwrap_or(0.0).max(apart));
@@ -305,8 +312,8 @@ pub(super) fn restated(
     Ok(())
 }
 
-/// The largest difference that a model shows when it is stated otherwise, however unstable its motion; `None` where its run does not
-/// reach the end.
+/// The largest difference that a model shows when it is stated otherwise, however unstable its
+/// motion; `None` where its run does not reach the end.
 ///
 /// # Errors
 /// [`FaultKind::Restated`] where it is refused.
@@ -316,8 +323,9 @@ pub fn largest_difference(model: &Model) -> Result<Option<f64>, Fault> {
     Ok(all.into_iter().map(|difference| difference.apart).reduce(larger))
 }
 
-/// The least size of numbers of a unit, of which their rounding is the bound: of forces and moments that of inertia and of
-/// elements, with the mass and the size `l` of the mechanism; of rates those of coordinates and of elements; of the rest 1.
+/// The least size of numbers of a unit, of which their rounding is the bound: of forces and moments
+/// that of inertia and of elements, with the mass and the size `l` of the mechanism; of rates those
+/// of coordinates and of elements; of the rest 1.
 /// ```text
 /// nodal, trees   momenta are balanced to rounding and differenced once     c ε m l/(h · 0.25 s)
 /// others         coordinates are rounded, and differenced twice            c ε m l/h²

@@ -1,4 +1,5 @@
-//! What many mechanisms gave: counts, reasons, the largest numbers. Sums do not depend on the order of the parts.
+//! What many mechanisms gave: counts, reasons, the largest numbers. Sums do not depend on the order
+//! of the parts.
 
 use super::fault::Fault;
 use super::judge::{Ending, Judged};

@@ -91,7 +91,8 @@ impl Blade {
         Self { name, model, omega }
     }
 
-    /// The largest change of the energy of a step over a run, relative to the first; the step that fails.
+    /// The largest change of the energy of a step over a run, relative to the first; the step that
+    /// fails.
     pub(super) fn run(&self, rule: Rule, h: f64, steps: usize) -> Result<f64, usize> {
         let model = self.under_gravity();
         let mechanism = model.mechanism();
@@ -108,8 +109,8 @@ impl Blade {
         variational(mechanism, system, (h, steps), |_| {})
     }
 
-    /// The energy that a run with dissipative strains loses, and the change of the energy of a step over its last quarter,
-    /// relative to the first; the step that fails.
+    /// The energy that a run with dissipative strains loses, and the change of the energy of a step
+    /// over its last quarter, relative to the first; the step that fails.
     pub(super) fn run_dissipative(&self, h: f64, steps: usize) -> Result<[f64; 2], usize> {
         let model = self.under_gravity();
         let mechanism = model.mechanism();
@@ -146,8 +147,8 @@ impl Blade {
         model
     }
 
-    /// The largest `|z| − 1` over the eigenvalues `z` of a step about the steady rotation; `None` where there is no
-    /// steady rotation.
+    /// The largest `|z| − 1` over the eigenvalues `z` of a step about the steady rotation; `None`
+    /// where there is no steady rotation.
     pub(super) fn growth(&self, rule: Rule, h: f64) -> Option<f64> {
         let mechanism = self.model.mechanism();
         let system = self.model.system(&mechanism, rule.strain());

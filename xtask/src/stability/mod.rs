@@ -1,7 +1,9 @@
-//! `cargo xtask stability`: which steps of a rotating blade are stable, by discrete potential; into docs/stability.md.
+//! `cargo xtask stability`: which steps of a rotating blade are stable, by discrete potential; into
+//! docs/stability.md.
 //!
-//! Two measurements of each row. *Linear*: the eigenvalues of the exact tangent of a step about the steady rotation,
-//! in the rotating frame. *Run*: steps from the unstretched blade, whose vibration is finite.
+//! Two measurements of each row. *Linear*: the eigenvalues of the exact tangent of a step about the
+//! steady rotation, in the rotating frame. *Run*: steps from the unstretched blade, whose vibration
+//! is finite.
 
 mod blade;
 
@@ -121,7 +123,8 @@ fn scaling() -> String {
     table
 }
 
-/// Runs with dissipative strains at 20 rad/s: energy lost, and change of the energy over the last quarter.
+/// Runs with dissipative strains at 20 rad/s: energy lost, and change of the energy over the last
+/// quarter.
 fn dissipative() -> String {
     let mut table = head().replace("| potential ", "");
     table = table.replacen("---|", "", 1);

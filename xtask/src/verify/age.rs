@@ -17,7 +17,8 @@ const INTEGRATORS: [&str; 9] = [
     "xtask/src/verify",
 ];
 
-/// A sentence: the page is of the present integrators, or of which commit and what has changed since.
+/// A sentence: the page is of the present integrators, or of which commit and what has changed
+/// since.
 ///
 /// # Errors
 /// When there is no page, or it names no commit.

@@ -34,8 +34,9 @@ macro_rules! own {
     };
 }
 
-/// Numbers of a case: end of the convergence study (s), its coarsest and finest number of steps, the
-/// step of everything else (s), steps of the long runs in thousands (nodal; the other schemes), weight.
+/// Numbers of a case: end of the convergence study (s), its coarsest and finest number of steps,
+/// the step of everything else (s), steps of the long runs in thousands (nodal; the other schemes),
+/// weight.
 struct Numbers(f64, u32, u32, f64, [u64; 2], u32);
 
 /// A kinematic pair: its name and the lines that state its axes.
@@ -207,8 +208,9 @@ fn case(
     Case { name, about, subject, plan, weight, closed_forms: Vec::new }
 }
 
-/// The Galerkin scheme on the discrete null space, where a system can be integrated by it, with its orders. Of order 16 invariants are
-/// measured; errors are at round-off from coarse steps on, so that its order is rarely read.
+/// The Galerkin scheme on the discrete null space, where a system can be integrated by it, with its
+/// orders. Of order 16 invariants are measured; errors are at round-off from coarse steps on, so
+/// that its order is rarely read.
 fn galerkin(
     subject: &dyn Subject,
     step: f64,

@@ -68,8 +68,8 @@ fn jacobi(u_of: impl Fn(f64) -> f64, k: f64) -> (f64, f64) {
     phi.sin_cos()
 }
 
-/// Released at rest from `(1, 0)`: `sin(θ/2) = k sn(K − ω t)`, `θ̇ = −2 k ω cn(K − ω t)`, `k² = 1/2`,
-/// `ω² = 9.81`, `θ` from the lowest point.
+/// Released at rest from `(1, 0)`: `sin(θ/2) = k sn(K − ω t)`, `θ̇ = −2 k ω cn(K − ω t)`,
+/// `k² = 1/2`, `ω² = 9.81`, `θ` from the lowest point.
 pub(crate) fn pendulum(t: f64, _: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (k, omega) = (0.5_f64.sqrt(), 9.81_f64.sqrt());
     let (sn, cn) = jacobi(|quarter| quarter - omega * t, k);

@@ -1,4 +1,5 @@
-//! `VERIFICATION.md`, and what it is made of: a page for each system and one for all quantities, below `docs/verification`.
+//! `VERIFICATION.md`, and what it is made of: a page for each system and one for all quantities,
+//! below `docs/verification`.
 
 use super::mutants::table::table as table_of_mutants;
 use super::summary::{details, summary};

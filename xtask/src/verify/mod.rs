@@ -98,7 +98,8 @@ struct Certified {
 
 /// Runs the verification; `Ok(true)` when no property fails.
 ///
-/// A full run of all cases writes `VERIFICATION.md` at the root of the repository, and the pages below `docs/verification`.
+/// A full run of all cases writes `VERIFICATION.md` at the root of the repository, and the pages
+/// below `docs/verification`.
 ///
 /// # Errors
 /// What could not be measured or written, in words.

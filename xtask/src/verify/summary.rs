@@ -1,4 +1,5 @@
-//! The summary of all certificates: a line for each property and family of schemes, and the same by quantity and order.
+//! The summary of all certificates: a line for each property and family of schemes, and the same by
+//! quantity and order.
 
 use super::Certified;
 use holonom::verification::certificate::{Criterion, Finding, Verdict};
@@ -45,7 +46,8 @@ fn table(certified: &[Certified], key: fn(&Finding) -> Key) -> String {
         if worst.quantity != *quantity {
             measured = format!("{}: {measured}", worst.quantity);
         }
-        let [quantity, measured] = [quantity, &measured].map(|text| text.replace('|', "\\|")); // not the end of a cell
+        // not the end of a cell
+        let [quantity, measured] = [quantity, &measured].map(|text| text.replace('|', "\\|"));
         text += &format!(
             "| {}: {quantity} | {family}{order} | {} | {} | {measured} | {system} | {verdicts} |\n",
             criterion.name(),

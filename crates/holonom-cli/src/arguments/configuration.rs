@@ -37,8 +37,8 @@ pub(crate) struct Modes {
     /// Follow the modes over N speeds of rotation from A to B, rad/s: the Campbell diagram
     #[arg(long, value_name = "A:B:N", value_parser = speeds, conflicts_with = "at")]
     pub(crate) speeds: Option<Speeds>,
-    /// Write modes.json, modes.csv, modes.html with the moving shapes, and pictures of them into this folder; with --speeds
-    /// campbell.json, campbell.csv, campbell.svg and the page modes.html
+    /// Write modes.json, modes.csv, modes.html with the moving shapes, and pictures of them into
+    /// this folder; with --speeds campbell.json, campbell.csv, campbell.svg and the page modes.html
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Replace files of an earlier call

@@ -1,4 +1,5 @@
-//! The command line: its verbs and their arguments. What carries them out stands in the file of each verb.
+//! The command line: its verbs and their arguments. What carries them out stands in the file of
+//! each verb.
 
 mod configuration;
 mod model_files;

@@ -13,7 +13,8 @@ use holonom::import::{Close, ClosureKind, JointValue};
 pub(crate) struct Import {
     /// The description: URDF (<robot>) or MJCF (<mujoco>)
     pub(crate) robot: PathBuf,
-    /// The file to write; by default the name of the description with the extension toml, in the current directory
+    /// The file to write; by default the name of the description with the extension toml, in the
+    /// current directory
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// The root link of a URDF robot moves freely
@@ -22,15 +23,16 @@ pub(crate) struct Import {
     /// Initial value of a joint, m or rad; may be repeated
     #[arg(long, value_name = "NAME=VALUE", value_parser = joint_value)]
     pub(crate) joint: Vec<JointValue>,
-    /// Density of URDF links that have geometry and state no inertia, kg/m³: their visual geometry gives them a mass
+    /// Density of URDF links that have geometry and state no inertia, kg/m³: their visual geometry
+    /// gives them a mass
     #[arg(long, value_name = "RHO", value_parser = density)]
     pub(crate) density: Option<f64>,
-    /// Replace moments of inertia that no body has by their mean, as MuJoCo's `balanceinertia` does, and those that are zero by those
-    /// of the geometry or of a ball; each is listed
+    /// Replace moments of inertia that no body has by their mean, as MuJoCo's `balanceinertia`
+    /// does, and those that are zero by those of the geometry or of a ball; each is listed
     #[arg(long)]
     pub(crate) repair_inertia: bool,
-    /// Close a loop between two links, bodies or sites: `spherical` by default, or `A=B:revolute`, `:prismatic` (about and along the
-    /// third axis of A), `:fixed`; may be repeated
+    /// Close a loop between two links, bodies or sites: `spherical` by default, or `A=B:revolute`,
+    /// `:prismatic` (about and along the third axis of A), `:fixed`; may be repeated
     #[arg(long, value_name = "A=B", value_parser = close)]
     pub(crate) close: Vec<Close>,
     /// Leave out the armatures of MJCF, which become rotors geared to their joints
@@ -84,7 +86,8 @@ fn joint_value(text: &str) -> Result<JointValue, String> {
 
 #[derive(Args)]
 pub(crate) struct Schema {
-    /// A section, such as joint: its keys, units, defaults and an example; without it, the JSON schema of all
+    /// A section, such as joint: its keys, units, defaults and an example; without it, the JSON
+    /// schema of all
     pub(crate) section: Option<String>,
 }
 

@@ -17,7 +17,8 @@ pub(crate) struct Plot {
     /// Folders of runs; several are compared in one drawing
     #[arg(required = true, value_name = "DIR")]
     pub(crate) dirs: Vec<PathBuf>,
-    /// Draw these columns: names of columns, groups or components, patterns with *, Y:X for Y over X
+    /// Draw these columns: names of columns, groups or components, patterns with *, Y:X for Y over
+    /// X
     #[arg(long, value_name = "Y[:X],…", requires = "output", conflicts_with = "list")]
     pub(crate) what: Option<String>,
     /// List the columns and groups that --what accepts, with units
@@ -35,7 +36,8 @@ pub(crate) struct Plot {
     /// Width and height of the drawing, mm
     #[arg(long, value_name = "WxH", value_parser = millimetres, requires = "what")]
     pub(crate) size: Option<(f64, f64)>,
-    /// The file to write; its extension is the format: svg, pdf or png, or csv for a table of one run
+    /// The file to write; its extension is the format: svg, pdf or png, or csv for a table of one
+    /// run
     #[arg(short, long, value_name = "FILE", requires = "what")]
     pub(crate) output: Option<PathBuf>,
     /// Replace the file if it exists

@@ -21,14 +21,16 @@ pub(crate) struct View {
 pub(crate) struct Export {
     /// The folder of a run
     pub(crate) dir: PathBuf,
-    /// The format: npz (NumPy), parquet (pandas), vtk (ParaView), gltf (Blender), svg (an animated drawing);
-    /// --format alone lists them
+    /// The format: npz (NumPy), parquet (pandas), vtk (ParaView), gltf (Blender), svg (an animated
+    /// drawing); --format alone lists them
     #[arg(long, num_args = 0..=1, default_value = "npz", default_missing_value = "", value_parser = export_format)]
     pub(crate) format: ExportFormat,
-    /// The file to write, for parquet and vtk a folder; by default DIR.npz, DIR-parquet, DIR-vtk, DIR.glb or DIR.svg in the current folder
+    /// The file to write, for parquet and vtk a folder; by default DIR.npz, DIR-parquet, DIR-vtk,
+    /// DIR.glb or DIR.svg in the current folder
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Frames at most, evenly spread over the recorded nodes; by default 200 for vtk and svg, 600 for gltf
+    /// Frames at most, evenly spread over the recorded nodes; by default 200 for vtk and svg, 600
+    /// for gltf
     #[arg(long, value_name = "N", value_parser = frames)]
     pub(crate) frames: Option<usize>,
     /// Replace the file if it exists

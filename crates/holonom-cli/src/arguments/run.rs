@@ -40,7 +40,8 @@ pub(crate) struct Run {
     /// Record every K-th step
     #[arg(long, value_name = "K")]
     pub(crate) every: Option<u64>,
-    /// What is recorded: coordinates, or positions alone, in trajectory.csv; joints: their coordinates in sensors.csv
+    /// What is recorded: coordinates, or positions alone, in trajectory.csv; joints: their
+    /// coordinates in sensors.csv
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["coordinates", "positions", "joints", "none"])]
     pub(crate) columns: Option<Vec<String>>,
     /// Where a step is refused: end the run, or take that step in smaller parts
@@ -51,7 +52,8 @@ pub(crate) struct Run {
     pub(crate) format: Vec<Format>,
     /// Write a checkpoint every K steps, from which `holonom resume DIR` continues
     ///
-    /// SIGINT (Ctrl-C) and SIGTERM end a run after the step that they meet, with a checkpoint in any case.
+    /// SIGINT (Ctrl-C) and SIGTERM end a run after the step that they meet, with a checkpoint in
+    /// any case.
     #[arg(long, value_name = "K", value_parser = steps)]
     pub(crate) checkpoint_every: Option<u64>,
     /// Replace the results of an earlier run

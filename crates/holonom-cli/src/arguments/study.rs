@@ -17,10 +17,12 @@ pub(crate) struct Compare {
     /// Schemes to compare; all by default
     #[arg(long, value_name = "S,…", value_delimiter = ',', value_parser = scheme())]
     pub(crate) schemes: Vec<Scheme>,
-    /// Time steps, s: the first is that of the table; by default that of the model and three halvings
+    /// Time steps, s: the first is that of the table; by default that of the model and three
+    /// halvings
     #[arg(long, value_name = "H,…", value_delimiter = ',', allow_negative_numbers = true)]
     pub(crate) step: Vec<f64>,
-    /// End time, s; by default that of the model, but at most 2000 steps and fewer where these would take long
+    /// End time, s; by default that of the model, but at most 2000 steps and fewer where these
+    /// would take long
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) end: Option<f64>,
     /// Orders in error against time

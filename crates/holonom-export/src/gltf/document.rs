@@ -234,7 +234,8 @@ impl Writer {
         self.nodes.push(json!({ "name": name, "mesh": mesh, "skin": self.skins.len() - 1 }));
     }
 
-    /// A bar, a distance or a spring between its ends, which is as long as it is at the first frame and scaled along.
+    /// A bar, a distance or a spring between its ends, which is as long as it is at the first frame
+    /// and scaled along.
     fn line(&mut self, line: &NamedLine, poses: &[&[Pose]], symbol: f64) {
         let ends = |frame: &[Pose]| [&line.line.from, &line.line.to].map(|end| point(end, frame));
         // of two ends at one point nothing is seen, but the scale stays one that can be inverted

@@ -8,7 +8,8 @@
 //! └ nodes of beams  translation and rotation
 //! surfaces of beams are skins over their nodes
 //! ```
-//! Numbers are single precision, times those of the motion or a power of ten of them, so that it lasts from 1 s to 100 s.
+//! Numbers are single precision, times those of the motion or a power of ten of them, so that it
+//! lasts from 1 s to 100 s.
 
 mod buffer;
 mod document;

@@ -3,8 +3,8 @@
 //! ```text
 //! x(t) = (1 − w) T_a(t) T_a(0)⁻¹ x(0) + w T_b(t) T_b(0)⁻¹ x(0),    w = 3 s² − 2 s³
 //! ```
-//! `T`: position and directors of a node; `s`: the place between two nodes. Since `w′ = 0` at the nodes the centre line has
-//! the tangents of the directors there: it is smooth.
+//! `T`: position and directors of a node; `s`: the place between two nodes. Since `w′ = 0` at the
+//! nodes the centre line has the tangents of the directors there: it is smooth.
 
 use nalgebra::{Rotation3, Vector3};
 use std::ops::Range;
@@ -50,8 +50,8 @@ pub(super) fn influence(section: &Section) -> ([u8; 4], [f32; 4]) {
     }
 }
 
-/// The inverse of the place of a node in the world at the first frame, column after column; `world`: from the axes of the
-/// run to those of the file.
+/// The inverse of the place of a node in the world at the first frame, column after column;
+/// `world`: from the axes of the run to those of the file.
 pub(super) fn inverse_bind(pose: &Pose, world: &Rotation3<f64>) -> [f32; 16] {
     let turn = pose.directors.transpose() * world.matrix().transpose();
     let shift: Vector3<f64> = -(pose.directors.transpose() * pose.center);

@@ -3,7 +3,8 @@
 //! ```text
 //! PAR1   (page header, levels, values) for each column of each group of rows   metadata   its length   PAR1
 //! ```
-//! A column with missing values (`OPTIONAL`) has a bit for each row before its values, 1 where there is one.
+//! A column with missing values (`OPTIONAL`) has a bit for each row before its values, 1 where
+//! there is one.
 //!
 //! Source: Apache Parquet, parquet.thrift (numbers of fields and enums), Encodings.md (PLAIN, RLE).
 

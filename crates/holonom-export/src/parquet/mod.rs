@@ -24,7 +24,8 @@ fn names() -> impl Iterator<Item = &'static str> {
     ["trajectory", "beams"].into_iter().chain(GROUPS)
 }
 
-/// Writes all tables of a run into the folder `to`, which it makes; how many rows the trajectory has.
+/// Writes all tables of a run into the folder `to`, which it makes; how many rows the trajectory
+/// has.
 pub(crate) fn write(run: &RunFolder, to: &Path) -> Result<usize, ExportError> {
     let failed =
         |path: &Path, message: String| ExportError::Write { path: path.to_owned(), message };

@@ -1,4 +1,5 @@
-//! The convex hull of points in a plane (Andrew's monotone chain), and what it needs of many points in space.
+//! The convex hull of points in a plane (Andrew's monotone chain), and what it needs of many points
+//! in space.
 
 use nalgebra::Vector3;
 
@@ -18,8 +19,8 @@ pub(super) fn hull(mut points: Vec<Place>) -> Vec<Place> {
     around
 }
 
-/// Of more points than these, those that are extreme in so many directions suffice: the outline then misses at most half a
-/// percent of the size.
+/// Of more points than these, those that are extreme in so many directions suffice: the outline
+/// then misses at most half a percent of the size.
 const DIRECTIONS: usize = 512;
 
 /// The points that matter for hulls as seen from any side.

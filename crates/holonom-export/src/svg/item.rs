@@ -106,7 +106,8 @@ impl Item {
         self.frames.iter().flatten()
     }
 
-    /// Which of two items lies below: bodies, beams and lines by their mean depth, joints above them.
+    /// Which of two items lies below: bodies, beams and lines by their mean depth, joints above
+    /// them.
     pub(super) fn order(&self, other: &Self) -> Ordering {
         self.on_top.cmp(&other.on_top).then(self.depth.total_cmp(&other.depth))
     }

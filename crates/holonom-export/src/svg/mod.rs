@@ -1,11 +1,12 @@
-//! An animated drawing for pages and slides: one SVG file that browsers play, without scripts (SMIL).
+//! An animated drawing for pages and slides: one SVG file that browsers play, without scripts
+//! (SMIL).
 //!
 //! ```text
 //! frames ── poses ── items (points in space) ── view (points of the drawing, depth) ── polygons and lines
 //! ```
-//! A body is the convex hull of its shape, or of each shape of its picture, in the plane of the drawing, a beam the line of its
-//! nodes. Items lie on one another in the order of their mean depth, joints on top. The drawing is orthographic, against gravity
-//! upwards.
+//! A body is the convex hull of its shape, or of each shape of its picture, in the plane of the
+//! drawing, a beam the line of its nodes. Items lie on one another in the order of their mean
+//! depth, joints on top. The drawing is orthographic, against gravity upwards.
 
 mod hull;
 mod item;

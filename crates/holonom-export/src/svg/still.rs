@@ -14,8 +14,8 @@ const PX: f64 = 0.1;
 /// The thinnest line, px.
 const THINNEST: f64 = 3.0;
 
-/// A model in its initial configuration, drawn as the frames of [`Format::Svg`](crate::Format::Svg). `None` without
-/// bodies, beams and point masses.
+/// A model in its initial configuration, drawn as the frames of
+/// [`Format::Svg`](crate::Format::Svg). `None` without bodies, beams and point masses.
 ///
 /// # Errors
 /// [`ModelError`] when the model cannot be assembled.

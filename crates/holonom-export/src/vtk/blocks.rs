@@ -31,7 +31,8 @@ pub(super) struct Scene<'a> {
     pub(super) poses: [&'a [Pose]; 2],
     /// Of the bodies and point masses.
     pub(super) rates: &'a [Rate],
-    /// Of each beam twelve numbers for each interval between nodes: `Γ, K, N, M`; empty where they are not known.
+    /// Of each beam twelve numbers for each interval between nodes: `Γ, K, N, M`; empty where they
+    /// are not known.
     pub(super) sections: &'a [Vec<[f64; 12]>],
     pub(super) reactions: &'a [Reaction],
 }

@@ -16,8 +16,8 @@
 //! | `reactions` | a point for each sensor of a reaction along the axes of space, where it is unique | `name`, `force`, `moment` |
 //! | `lines` | a line for each bar, distance and spring | `name`, `spring`, `length` |
 //!
-//! Every block has `TimeValue` (s) and `step` as field data. Numbers are double precision, those of the files of the run
-//! bit for bit.
+//! Every block has `TimeValue` (s) and `step` as field data. Numbers are double precision, those of
+//! the files of the run bit for bit.
 
 mod blocks;
 mod poly_data;

@@ -103,7 +103,8 @@ impl Array {
     }
 }
 
-/// Points and cells, which are counted in this order: points, lines of two points, strips of triangles, triangles.
+/// Points and cells, which are counted in this order: points, lines of two points, strips of
+/// triangles, triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct PolyData {
     pub(super) points: Vec<[f64; 3]>,

@@ -26,8 +26,9 @@ impl Sections {
         Ok(Self { file, beams })
     }
 
-    /// Of each beam the rows at a step: `Γ, K, N, M`. There is one for each interval between nodes, since an element has as
-    /// many Gauss points as intervals; none where a row or a number is missing.
+    /// Of each beam the rows at a step: `Γ, K, N, M`. There is one for each interval between nodes,
+    /// since an element has as many Gauss points as intervals; none where a row or a number is
+    /// missing.
     pub(super) fn at(&mut self, step: u64) -> Result<Vec<Vec<[f64; 12]>>, ExportError> {
         let mut found = vec![Vec::new(); self.beams.len()];
         let Some((file, [name, first])) = &mut self.file else { return Ok(found) };

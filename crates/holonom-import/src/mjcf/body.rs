@@ -143,7 +143,8 @@ impl Bodies<'_, '_> {
         Ok(self.bounded(stated))
     }
 
-    /// With the least mass and the least moments of inertia of the compiler, and balanced if it says so.
+    /// With the least mass and the least moments of inertia of the compiler, and balanced if it
+    /// says so.
     fn bounded(&self, mut mass: Mass) -> Mass {
         let Settings { least_mass, least_inertia, balance, .. } = *self.settings;
         mass.mass = mass.mass.max(least_mass);

@@ -1,4 +1,5 @@
-//! `<equality>`: loops and joints that follow others. In MuJoCo they yield; in the model they are rigid.
+//! `<equality>`: loops and joints that follow others. In MuJoCo they yield; in the model they are
+//! rigid.
 
 use std::collections::{BTreeMap, BTreeSet};
 

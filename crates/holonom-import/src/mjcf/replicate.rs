@@ -3,8 +3,8 @@
 //! ```text
 //! P_k = (T(offset) R(euler))ᵏ          the frame of copy k = 0, 1, …
 //! ```
-//! Names in copy `k` end with `sep` and the number `k`, with as many digits as the count has. Equalities that name what is copied
-//! are copied with it.
+//! Names in copy `k` end with `sep` and the number `k`, with as many digits as the count has.
+//! Equalities that name what is copied are copied with it.
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,8 @@
 //! Loops of the dialects of URDF: `<loop_joint>`, `<loop>`, `<constraint>`.
 //!
-//! Each names two links and a place in either: `<link1 link xyz rpy>` and `<link2 …>`, `<predecessor link>` and `<successor link>` with
-//! `<origin>` in them or as `<predecessor_origin>` beside them, or the same with `parent` and `child`.
+//! Each names two links and a place in either: `<link1 link xyz rpy>` and `<link2 …>`,
+//! `<predecessor link>` and `<successor link>` with `<origin>` in them or as `<predecessor_origin>`
+//! beside them, or the same with `parent` and `child`.
 
 use std::collections::BTreeMap;
 

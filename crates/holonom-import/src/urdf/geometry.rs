@@ -40,7 +40,8 @@ impl Reader<'_> {
         Ok(Mass { mass, center: Vector3::zeros(), J: tensor }.moved(&origin(inertial)?))
     }
 
-    /// The pictures of a link, and with a density the mass of its visual geometry; of the geometry for contact where that has none.
+    /// The pictures of a link, and with a density the mass of its visual geometry; of the geometry
+    /// for contact where that has none.
     pub(super) fn geometries(&mut self, link: &Element) -> Result<(Vec<Placed>, Mass)> {
         let density = self.density.filter(|_| link.child("inertial").is_none());
         let (mut solids, mut mass) = (Vec::new(), Mass::default());
@@ -67,7 +68,8 @@ impl Reader<'_> {
         Ok((solids, mass.scaled(density.unwrap_or(0.0))))
     }
 
-    /// A geometry with its mass properties at 1 kg/m³ if it `weighs`. One that cannot be read is left out if it does not.
+    /// A geometry with its mass properties at 1 kg/m³ if it `weighs`. One that cannot be read is
+    /// left out if it does not.
     fn geometry(&mut self, element: &Element, weighs: bool) -> Result<Option<(Placed, Mass)>> {
         match self.solid(element, weighs) {
             Err(fault) if !weighs => {

@@ -1,9 +1,11 @@
-//! What URDF knows: remarks on attributes and elements that no specification of it has, so that nothing is dropped silently.
+//! What URDF knows: remarks on attributes and elements that no specification of it has, so that
+//! nothing is dropped silently.
 
 use crate::element::Element;
 use crate::remark::Remarks;
 
-/// Attributes and elements of an element of a link or a joint; `None` where its content plays no part in the translation.
+/// Attributes and elements of an element of a link or a joint; `None` where its content plays no
+/// part in the translation.
 fn known(name: &str) -> Option<(&'static [&'static str], &'static [&'static str])> {
     Some(match name {
         "link" => (&["name", "type"], &["inertial", "visual", "collision"]),

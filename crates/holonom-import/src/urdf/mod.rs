@@ -1,7 +1,7 @@
 //! URDF: links with inertials, joints with origins.
 //!
-//! The frame of a link is that of the joint before it; `rpy` are angles about the fixed axes x, y, z.
-//! Source: the specification of URDF, wiki.ros.org/urdf/XML.
+//! The frame of a link is that of the joint before it; `rpy` are angles about the fixed axes x, y,
+//! z. Source: the specification of URDF, wiki.ros.org/urdf/XML.
 
 mod closure;
 mod geometry;

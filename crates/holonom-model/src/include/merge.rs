@@ -110,7 +110,8 @@ impl<'a, 'i> Merge<'a, 'i> {
         }
     }
 
-    /// The sections of the model file itself that are no lists: `[model]`, `[simulation]`, and what does not exist.
+    /// The sections of the model file itself that are no lists: `[model]`, `[simulation]`, and what
+    /// does not exist.
     fn root_sections(&mut self) {
         let own = |key: &str| key != KEY && key != SECTION && !LISTS.contains(&key);
         let mut sections = Writer::default();

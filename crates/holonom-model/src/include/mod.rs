@@ -3,8 +3,9 @@
 //! ```text
 //! files ── Tree (one branch for each entry of `include`) ── merged text, with the places its values come from ── Model
 //! ```
-//! Names and parameters of an included file get the prefix that the entry states; names that the file does not define
-//! are those of the including file. A place of the entry becomes a `[[frame]]` in which the parts of the file are stated.
+//! Names and parameters of an included file get the prefix that the entry states; names that the
+//! file does not define are those of the including file. A place of the entry becomes a `[[frame]]`
+//! in which the parts of the file are stated.
 
 mod merge;
 mod scope;
@@ -99,7 +100,8 @@ pub struct ModelText {
 }
 
 impl ModelText {
-    /// Reads a model file and all files that it includes; what is wrong with them is kept for [`Self::text`].
+    /// Reads a model file and all files that it includes; what is wrong with them is kept for
+    /// [`Self::text`].
     #[must_use]
     pub fn read(path: &Path) -> Self {
         match read_text(path) {
@@ -141,7 +143,8 @@ impl ModelText {
         if self.pieces.is_empty() { &self.files[0].text } else { &self.merged }
     }
 
-    /// The model, with values replaced as by [`Model::from_toml_with`]; meshes are looked for beside the file that names them.
+    /// The model, with values replaced as by [`Model::from_toml_with`]; meshes are looked for
+    /// beside the file that names them.
     ///
     /// # Errors
     /// [`ModelError`].
@@ -164,7 +167,8 @@ impl ModelText {
         self.once(error.problems(self.plain()).into_iter().map(located).collect())
     }
 
-    /// One problem for each place: a file that is included several times has the same one each time.
+    /// One problem for each place: a file that is included several times has the same one each
+    /// time.
     fn once(&self, problems: Vec<(usize, Problem)>) -> Vec<LocatedProblem<'_>> {
         let mut places = BTreeSet::new();
         let mut first = |file: usize, problem: &Problem| {

@@ -53,7 +53,8 @@ fn own(table: &DeTable<'_>) -> Scope {
     scope
 }
 
-/// The name in the merged model of one that stands in the file of a branch: that of the nearest file which defines it.
+/// The name in the merged model of one that stands in the file of a branch: that of the nearest
+/// file which defines it.
 pub(super) fn meant(
     tree: &Tree,
     branch: usize,

@@ -190,7 +190,8 @@ fn text_stl(text: &str) -> Result<Surface, MeshError> {
     if corners.is_empty() { builder.finish() } else { Err(MeshError::Damaged) }
 }
 
-/// Lines `v x y z` and `f a b c …`: corners counted from 1, or backwards from the last one by negative numbers.
+/// Lines `v x y z` and `f a b c …`: corners counted from 1, or backwards from the last one by
+/// negative numbers.
 fn obj(bytes: &[u8]) -> Result<Surface, MeshError> {
     let text = String::from_utf8_lossy(bytes);
     let mut builder = Builder::default();

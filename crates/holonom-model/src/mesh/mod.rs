@@ -106,7 +106,8 @@ fn stored_name(hash: u64, extension: &str) -> String {
     format!("{hash:016x}.{extension}")
 }
 
-/// Whether a file name is that under which this content is stored in the folder of a run; `None` where it is no such name.
+/// Whether a file name is that under which this content is stored in the folder of a run; `None`
+/// where it is no such name.
 #[must_use]
 pub fn is_stored_name(name: &str, content: &[u8]) -> Option<bool> {
     let (stem, extension) = name.split_once('.')?;
@@ -115,7 +116,8 @@ pub fn is_stored_name(name: &str, content: &[u8]) -> Option<bool> {
     stored.then(|| name == stored_name(content_hash(content), extension))
 }
 
-/// The meshes that a model names; each file is read once. They are equal where files and contents are, wherever they were found.
+/// The meshes that a model names; each file is read once. They are equal where files and contents
+/// are, wherever they were found.
 #[derive(Clone, Debug, Default)]
 pub struct Meshes {
     /// Where relative paths start; `None` for a model that comes from a text.
@@ -201,7 +203,8 @@ impl Meshes {
 }
 
 impl Model {
-    /// The text of this model for a folder that holds its meshes in [`MESH_FOLDER`] under [`Mesh::stored_name`].
+    /// The text of this model for a folder that holds its meshes in [`MESH_FOLDER`] under
+    /// [`Mesh::stored_name`].
     #[must_use]
     pub fn to_stored_toml(&self) -> String {
         let mut model = self.clone();

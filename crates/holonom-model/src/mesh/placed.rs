@@ -107,7 +107,8 @@ impl Model {
         Some(BodySurface::new(mesh, shape))
     }
 
-    /// The size of the shape of a body, m: its largest dimension, or the largest edge of the box around its mesh or picture.
+    /// The size of the shape of a body, m: its largest dimension, or the largest edge of the box
+    /// around its mesh or picture.
     #[must_use]
     pub fn shape_size(&self, body: &Body) -> Option<f64> {
         if let Some(surface) = self.surface(body) {

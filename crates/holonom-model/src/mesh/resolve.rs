@@ -15,8 +15,8 @@ const MISSED: f64 = 1e-6;
 /// Products of inertia below this part of the largest moment are rounding errors.
 const DIAGONAL: f64 = 1e-14;
 
-/// Reads the meshes of the bodies and fills in what follows from them. The problems have the number of the body, and a key below
-/// that of the body.
+/// Reads the meshes of the bodies and fills in what follows from them. The problems have the number
+/// of the body, and a key below that of the body.
 pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
     let Model { bodies, meshes, .. } = model;
     let (mut problems, mut left) = (Vec::new(), MAX_MODEL_TRIANGLES);

@@ -1,5 +1,6 @@
-//! The sections of the model file for people: keys, types, defaults, words, one example. All of it is taken from the JSON
-//! schema, so from the types themselves; `holonom schema joint` prints it, the reference of the guide is written from it.
+//! The sections of the model file for people: keys, types, defaults, words, one example. All of it
+//! is taken from the JSON schema, so from the types themselves; `holonom schema joint` prints it,
+//! the reference of the guide is written from it.
 //!
 //! ```text
 //! schema ── Section { tables of rows } ──┬── text      the terminal

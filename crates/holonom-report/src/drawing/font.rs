@@ -1,7 +1,8 @@
 //! The two fonts of PDF and PNG: widths and outlines of their glyphs.
 //!
-//! Liberation Sans and Liberation Serif have the widths of Helvetica and Times. Licence: `fonts/LICENSE-OFL`. Their files are
-//! compressed as they are (zlib), and decompressed when a letter is first drawn.
+//! Liberation Sans and Liberation Serif have the widths of Helvetica and Times. Licence:
+//! `fonts/LICENSE-OFL`. Their files are compressed as they are (zlib), and decompressed when a
+//! letter is first drawn.
 
 use std::sync::LazyLock;
 

@@ -3,8 +3,8 @@
 //! ```text
 //! Chart, Picture → Drawing → svg.rs, pdf.rs, png.rs
 //! ```
-//! Lengths are px of 1/96 inch; `x` points right, `y` down. Words are set in a family whose widths are those of Helvetica
-//! or Times, so that the three formats agree.
+//! Lengths are px of 1/96 inch; `x` points right, `y` down. Words are set in a family whose widths
+//! are those of Helvetica or Times, so that the three formats agree.
 
 mod font;
 mod pdf;

@@ -1,4 +1,5 @@
-//! A drawing as a PDF of one page. Words stay words: the glyphs in use are embedded as a TrueType font.
+//! A drawing as a PDF of one page. Words stay words: the glyphs in use are embedded as a TrueType
+//! font.
 
 use std::collections::BTreeMap;
 

@@ -3,8 +3,8 @@
 //! ```text
 //! model.toml, trajectory.csv, beams.csv → Scene → JSON in the page → viewer/*.js (WebGL 2)
 //! ```
-//! What a reader goes through is the time of a motion, the load factor of equilibria, or the period of a mode. Several
-//! motions of one model are drawn over one another, each in a colour of its own.
+//! What a reader goes through is the time of a motion, the load factor of equilibria, or the period
+//! of a mode. Several motions of one model are drawn over one another, each in a colour of its own.
 //!
 //! Points and directions on a body are components along its directors, so that they move with the
 //! coordinates of the trajectory. Numbers that change in time are single precision, base64.
@@ -45,7 +45,8 @@ pub const PALETTE: [[u8; 3]; 8] = [
     [184, 161, 0],
 ];
 
-/// The viewer: WebGL 2, without it a plane canvas; no library. One function in parts, in the order of their use.
+/// The viewer: WebGL 2, without it a plane canvas; no library. One function in parts, in the order
+/// of their use.
 const VIEWER: [&str; 13] = [
     "\"use strict\";\n(() => {\n",
     include_str!("viewer/data.js"),
@@ -123,7 +124,8 @@ struct Motion {
     /// Whether it is drawn from the beginning.
     shown: bool,
     times: String,
-    /// Of each instant and member: centre, and for frames the quaternion `x, y, z, w` of the directors.
+    /// Of each instant and member: centre, and for frames the quaternion `x, y, z, w` of the
+    /// directors.
     poses: String,
 }
 
@@ -156,8 +158,8 @@ pub struct OverlaidMotion<'a> {
 }
 
 impl Scene {
-    /// From the model and the frames of its run; `moments`: bending moments of beams at the same instants; `sensors`: those
-    /// of the run, at all its nodes.
+    /// From the model and the frames of its run; `moments`: bending moments of beams at the same
+    /// instants; `sensors`: those of the run, at all its nodes.
     /// `None` without a motion to show.
     #[must_use]
     pub fn new(
@@ -217,7 +219,8 @@ impl Scene {
         Ok(Self::new(model, &Frames::initial(model)?, &BTreeMap::new(), None))
     }
 
-    /// Motions of one model over one another, all of the same members. `None` without a motion to show.
+    /// Motions of one model over one another, all of the same members. `None` without a motion to
+    /// show.
     #[must_use]
     pub fn overlaid(model: &Model, motions: &[OverlaidMotion<'_>]) -> Option<Self> {
         let first = motions.first()?.frames;

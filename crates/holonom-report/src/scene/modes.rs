@@ -30,7 +30,8 @@ pub(super) struct Shape {
 }
 
 impl Scene {
-    /// The modes of a report; as many as a page of usual size holds. `None` where nothing can be shown.
+    /// The modes of a report; as many as a page of usual size holds. `None` where nothing can be
+    /// shown.
     ///
     /// # Errors
     /// [`ModelError`] when the model cannot be assembled.

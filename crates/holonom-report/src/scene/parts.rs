@@ -11,7 +11,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// A point of a member, or of the ground (`member = −1`): components along the directors from the centre, m.
+/// A point of a member, or of the ground (`member = −1`): components along the directors from the
+/// centre, m.
 #[derive(Clone, Debug, Serialize)]
 pub struct End {
     /// Its index, −1 for the ground.
@@ -37,7 +38,8 @@ pub struct Body {
     pub member: usize,
     /// Whether it does not move.
     pub fixed: bool,
-    /// `None`, also of a mesh that cannot be read: the ellipsoid of its inertia, with the semi-axes as `dimensions`.
+    /// `None`, also of a mesh that cannot be read: the ellipsoid of its inertia, with the semi-axes
+    /// as `dimensions`.
     pub shape: Option<ShapeKind>,
     /// Of the shape, m.
     pub dimensions: Vec<f64>,
@@ -46,7 +48,8 @@ pub struct Body {
     pub mesh: Option<usize>,
     /// From the body's own axes to its directors: quaternion `x, y, z, w`.
     pub rotation: [f64; 4],
-    /// Where joints and springs hold a body without a shape: components along the directors from the centre, m.
+    /// Where joints and springs hold a body without a shape: components along the directors from
+    /// the centre, m.
     pub anchors: Vec<[f64; 3]>,
     /// Whether these are apart, so that lines between them show the body.
     pub link: bool,
@@ -131,7 +134,8 @@ pub struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// From a model and the frames of its run. `None` without frames, or where these are of another model.
+    /// From a model and the frames of its run. `None` without frames, or where these are of another
+    /// model.
     #[must_use]
     pub fn new(model: &'a Model, frames: &'a Frames) -> Option<Self> {
         let nodes: usize = model.beams.iter().map(holonom_model::Beam::node_count).sum();
@@ -415,7 +419,8 @@ fn limit(reach: f64) -> f64 {
     if reach > 0.0 { SYMBOL * reach } else { f64::MAX }
 }
 
-/// Semi-axes of the homogeneous ellipsoid with a mass and an inertia, `a_1² = 5/2 (I_2 + I_3 − I_1)/m`.
+/// Semi-axes of the homogeneous ellipsoid with a mass and an inertia,
+/// `a_1² = 5/2 (I_2 + I_3 − I_1)/m`.
 fn semi_axes(mass: f64, inertia: &Matrix3<f64>) -> Vec<f64> {
     let moments = inertia.diagonal();
     let square = |i: usize| 2.5 * (moments.sum() - 2.0 * moments[i]) / mass;
@@ -424,7 +429,8 @@ fn semi_axes(mass: f64, inertia: &Matrix3<f64>) -> Vec<f64> {
     axes.iter().map(|a| if a.is_finite() { a.max(0.02 * longest) } else { 0.0 }).collect()
 }
 
-/// Largest distance of a point of a shape from its centre of mass, m; without a shape that of an ellipsoid.
+/// Largest distance of a point of a shape from its centre of mass, m; without a shape that of an
+/// ellipsoid.
 fn extent(kind: Option<ShapeKind>, dimensions: &[f64]) -> f64 {
     let at = |i: usize| dimensions.get(i).copied().unwrap_or_default();
     match kind {

@@ -1,4 +1,5 @@
-//! Reactions of joints, as far as sensors measure them along the axes of space; tensions of bars, distances and springs.
+//! Reactions of joints, as far as sensors measure them along the axes of space; tensions of bars,
+//! distances and springs.
 
 use std::collections::HashMap;
 

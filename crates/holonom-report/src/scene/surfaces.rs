@@ -81,7 +81,8 @@ impl Surface {
     }
 }
 
-/// How many of `most` triangles each mesh may have: small ones all of theirs, the others equally many.
+/// How many of `most` triangles each mesh may have: small ones all of theirs, the others equally
+/// many.
 fn shares(counts: &[usize], most: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..counts.len()).collect();
     order.sort_by_key(|k| counts[*k]);
@@ -93,8 +94,8 @@ fn shares(counts: &[usize], most: usize) -> Vec<usize> {
     out
 }
 
-/// A surface of at most so many triangles: corners in a cell of a grid become one, their mean. The box around the surface where
-/// no grid is found.
+/// A surface of at most so many triangles: corners in a cell of a grid become one, their mean. The
+/// box around the surface where no grid is found.
 fn simplified(surface: &BodySurface, most: usize) -> BodySurface {
     if surface.triangles.len() <= most {
         return surface.clone();

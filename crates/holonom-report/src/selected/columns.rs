@@ -14,7 +14,8 @@ pub(super) const FILES: [&str; 6] =
 pub struct Column {
     /// Its file without extension; empty for the time.
     pub file: &'static str,
-    /// Its name there; of a beam `BEAM.k.N1` with the k-th row of the beam at a node, counted from 0.
+    /// Its name there; of a beam `BEAM.k.N1` with the k-th row of the beam at a node, counted
+    /// from 0.
     pub name: String,
     /// What it is.
     pub quantity: String,

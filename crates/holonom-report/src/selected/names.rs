@@ -5,8 +5,9 @@
 //! item     = names [ ":" name ]                 y, or y over x
 //! names    = group | column | file "/" column | owner | pattern with "*"
 //! ```
-//! A group comes before a column of the same name. An owner stands for the coordinates of a body or a point mass, or for
-//! all numbers of a sensor. A pattern stands for flags (`NAME.unique`) only where it says `unique`.
+//! A group comes before a column of the same name. An owner stands for the coordinates of a body or
+//! a point mass, or for all numbers of a sensor. A pattern stands for flags (`NAME.unique`) only
+//! where it says `unique`.
 
 use holonom_model::nearest;
 

@@ -22,7 +22,8 @@ pub(super) fn names_of(folder: &RunFolder, file: &str) -> Result<Vec<String>, Ou
     nodes.names().map_err(|source| failed(folder, file, source))
 }
 
-/// The numbers of a file, node after node: of one row, of `beams.csv` of as many as there are elements.
+/// The numbers of a file, node after node: of one row, of `beams.csv` of as many as there are
+/// elements.
 pub(super) struct Nodes {
     reader: RowReader,
     beams: bool,

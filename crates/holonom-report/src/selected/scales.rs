@@ -62,7 +62,8 @@ impl Scales {
         self.0.get(unit).copied().unwrap_or(0.0)
     }
 
-    /// The largest magnitude of a unit; of moments also that of a force at the largest distance, of angles at least one.
+    /// The largest magnitude of a unit; of moments also that of a force at the largest distance, of
+    /// angles at least one.
     pub(crate) fn of(&self, unit: &str) -> f64 {
         let lever = match unit {
             "N·m" => self.own("N") * self.own("m"),

@@ -9,8 +9,8 @@ use super::columns::columns;
 use super::values::Values;
 use super::{Request, SelectionError, names};
 
-/// The columns of a request, `X` before `Y` in `Y:X`, after the time; numbers are those of the files, a field is empty where there is
-/// none.
+/// The columns of a request, `X` before `Y` in `Y:X`, after the time; numbers are those of the
+/// files, a field is empty where there is none.
 ///
 /// # Errors
 /// [`SelectionError`].

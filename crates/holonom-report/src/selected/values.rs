@@ -16,7 +16,8 @@ pub(super) struct Values {
 }
 
 impl Values {
-    /// Reads the columns with these indices among `all`. The trajectory is read in any case: for times and lengths.
+    /// Reads the columns with these indices among `all`. The trajectory is read in any case: for
+    /// times and lengths.
     pub(super) fn read(
         folder: &RunFolder,
         all: &[Column],

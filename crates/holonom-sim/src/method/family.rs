@@ -10,7 +10,8 @@ use vi_multibody::run::MechanismIntegrator;
 
 /// A family of schemes.
 pub(crate) trait Family: Discretization<Mechanism> {
-    /// Whether there is a discrete Lagrangian, so that a node has a projected momentum and an `E_d` of its own.
+    /// Whether there is a discrete Lagrangian, so that a node has a projected momentum and an `E_d`
+    /// of its own.
     const VARIATIONAL: bool;
     /// The work before the first step.
     fn work(run: &Integrator<Self, Mechanism>) -> Work;

@@ -3,7 +3,8 @@
 //! ```text
 //! q̈_n = 2 (Δq_n/h_n − Δq_{n−1}/h_{n−1}) / (h_{n−1} + h_n)          of order 2 for equal steps
 //! ```
-//! The increments of the steps, not differences of coordinates: these are rounded by `ε|q|`, which `1/h²` would enlarge.
+//! The increments of the steps, not differences of coordinates: these are rounded by `ε|q|`, which
+//! `1/h²` would enlarge.
 
 use crate::run_state::same_length;
 use serde::{Deserialize, Serialize};
@@ -48,7 +49,8 @@ impl Increments {
         std::mem::swap(&mut self.before, &mut self.last);
     }
 
-    /// `out ←` the acceleration of the node that the last step started from; `false` where none ended there.
+    /// `out ←` the acceleration of the node that the last step started from; `false` where none
+    /// ended there.
     pub(super) fn acceleration(&self, out: &mut Vec<f64>) -> bool {
         let [a, b] = [self.before.h, self.last.h];
         if a == 0.0 || b == 0.0 {

@@ -34,10 +34,11 @@ pub(crate) trait Method {
     fn step(&mut self, parts: u32) -> Result<StepReport, StepError>;
     /// Step index, time and configuration of the present node.
     fn place(&self) -> (u64, f64, &[f64]);
-    /// Whether a node is read before the step from it is taken: with composed steps no quantity of a
-    /// node belongs to that step.
+    /// Whether a node is read before the step from it is taken: with composed steps no quantity of
+    /// a node belongs to that step.
     fn reads_first(&self) -> bool;
-    /// The present node by itself; constraint force and acceleration, where they are `wanted`, of the acceleration level.
+    /// The present node by itself; constraint force and acceleration, where they are `wanted`, of
+    /// the acceleration level.
     fn here(&mut self, wanted: Wanted, found: &mut Reading) -> Result<(), Singular>;
     /// The node that the last step has left, with the quantities of that step.
     fn left(&mut self, found: &mut Reading) -> Result<(), Singular>;

@@ -1,8 +1,9 @@
 //! An integrator of either family in motion, as a [`Method`].
 //!
-//! The multiplier of a node is that of (36), of energy–momentum schemes the mean of the steps beside it; where a
-//! node has no such step (at the end, where a step fails, and with a composition) it is taken from the acceleration
-//! level. So are accelerations, [`super::increments`].
+//! The multiplier of a node is that of (36), of energy–momentum schemes the mean of the steps
+//! beside it; where a node has no such step (at the end, where a step fails, and with a
+//! composition) it is taken from the acceleration level. So are accelerations,
+//! [`super::increments`].
 
 use super::family::Family;
 use super::increments::Increments;
@@ -74,8 +75,8 @@ impl<S: Family> Running<S> {
         }
     }
 
-    /// The node that was observed; `before`: that which the last step started from; `step`: with what belongs to the
-    /// step from it.
+    /// The node that was observed; `before`: that which the last step started from; `step`: with
+    /// what belongs to the step from it.
     fn read(&self, before: bool, step: bool, found: &mut Reading) {
         let at = if before { self.run.before() } else { self.run.state() };
         let (mechanism, node) = (self.run.constraints(), self.run.observed(at));
@@ -108,7 +109,8 @@ impl<S: Family> Running<S> {
 }
 
 impl<S: Family> Running<S> {
-    /// `Gᵀλ` of the acceleration level at the present node, and its acceleration where that is asked for.
+    /// `Gᵀλ` of the acceleration level at the present node, and its acceleration where that is
+    /// asked for.
     fn find_acceleration(&mut self, found: &mut Reading) -> Result<(), Singular> {
         let lambda = found.momenta.as_mut().map(|momenta| &mut momenta.lambda);
         self.run.find_acceleration_force(&mut found.force, lambda)?;

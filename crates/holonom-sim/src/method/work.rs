@@ -1,4 +1,5 @@
-//! The work that loads, motors, dampers and prescribed motions do along a run, summed over all steps.
+//! The work that loads, motors, dampers and prescribed motions do along a run, summed over all
+//! steps.
 //!
 //! ```text
 //! forces       Σ (f_d^- + f_d^+)·Δq/h                      over the (sub-)steps
@@ -7,10 +8,12 @@
 //!              −Σ_i w_i·V(c̃_i)                            over the control points of a Galerkin step [2.26]
 //!              −(p̄_N − ᵠp_N)·v̂_N                           the first half of the impulse of the last node
 //! ```
-//! `v_n` is interpolated between the velocities `Δq/h` of the steps beside the node. Between the sub-steps of a composition, whose
-//! lengths differ in size and sign, it is moved onto `G v_n = −∂g/∂t`: the work is then `h λ_n·∂g/∂t`, as it is of the exact motion, and keeps
-//! the order of the composition. Constraints that do not depend on time do no work, so the second line is summed for prescribed motions alone. The
-//! energy changes by the sum to the order of the scheme (theory: discrete Lagrange–d'Alembert principle).
+//! `v_n` is interpolated between the velocities `Δq/h` of the steps beside the node. Between the
+//! sub-steps of a composition, whose lengths differ in size and sign, it is moved onto
+//! `G v_n = −∂g/∂t`: the work is then `h λ_n·∂g/∂t`, as it is of the exact motion, and keeps the
+//! order of the composition. Constraints that do not depend on time do no work, so the second line
+//! is summed for prescribed motions alone. The energy changes by the sum to the order of the scheme
+//! (theory: discrete Lagrange–d'Alembert principle).
 
 use crate::run_state::{Impulse, same_length};
 use vi_constraints::Constraints;
@@ -28,12 +31,13 @@ use vi_multibody::mechanism::Mechanism;
 /// The work up to the present node and up to the one before.
 #[derive(Clone, Debug)]
 pub(crate) struct Work {
-    pub(super) force: Vec<f64>,            // n  scratch
-    pub(super) rates: Vec<f64>,            // m  ∂g/∂t, scratch
-    pub(super) parts: Vec<f64>,            // J  of each force, then of all prescribed motions
-    balances: Vec<Vec<f64>>,               // (s + 1) × n  w_i of a Galerkin step, scratch
-    before: Vec<f64>,                      // J  the same up to the node before
-    node: Option<[Impulse; 2]>, // of the present node and the one before; None without prescribed motions
+    pub(super) force: Vec<f64>, // n  scratch
+    pub(super) rates: Vec<f64>, // m  ∂g/∂t, scratch
+    pub(super) parts: Vec<f64>, // J  of each force, then of all prescribed motions
+    balances: Vec<Vec<f64>>,    // (s + 1) × n  w_i of a Galerkin step, scratch
+    before: Vec<f64>,           // J  the same up to the node before
+    // of the present node and the one before; None without prescribed motions
+    node: Option<[Impulse; 2]>,
     velocity: Option<Box<DrivenVelocity>>, // of composed steps with prescribed motions
 }
 
@@ -55,7 +59,8 @@ impl Clone for DrivenVelocity {
 }
 
 impl DrivenVelocity {
-    /// At the start of a step, from the velocity in `self.v`. What cannot be moved stays: constraints that are about to lose rank.
+    /// At the start of a step, from the velocity in `self.v`. What cannot be moved stays:
+    /// constraints that are about to lose rank.
     fn correct(&mut self, mechanism: &Mechanism, at: Configuration<'_>) {
         let Self { rates, v, change, jacobian, least } = self;
         rates.resize(mechanism.len(), 0.0);
@@ -72,8 +77,8 @@ impl DrivenVelocity {
 }
 
 impl Work {
-    /// From the start with momentum `p` and velocity `v`, of `forces` forces; `driven`: some motion is prescribed, and by whose steps it
-    /// is followed: `composed` ones.
+    /// From the start with momentum `p` and velocity `v`, of `forces` forces; `driven`: some motion
+    /// is prescribed, and by whose steps it is followed: `composed` ones.
     pub(crate) fn new(
         (p, v): (&[f64], &[f64]),
         forces: usize,
@@ -224,8 +229,9 @@ impl Work {
         self.parts.last_mut().into_iter().for_each(|motions| *motions += work);
     }
 
-    /// `work ←` that of each force, and of all prescribed motions, up to the present node, J, or up to the one `before`;
-    /// `p`: `p̄` of that node, `p_projected` and `v`: its projection and the velocity of that.
+    /// `work ←` that of each force, and of all prescribed motions, up to the present node, J, or up
+    /// to the one `before`; `p`: `p̄` of that node, `p_projected` and `v`: its projection and the
+    /// velocity of that.
     pub(crate) fn at(
         &self,
         before: bool,

@@ -1,9 +1,10 @@
 //! Modes over the speed of a steady rotation: the Campbell diagram.
 //!
-//! The relative equilibrium of each speed is found from that of the speed before. Modes are followed from one speed to
-//! the next by their shapes: of all pairs the one with the largest correlation `|x_aᴴ x_b|²/(|x_a|² |x_b|²)` first, reduced
-//! where the frequency changes much. Shapes of equal frequencies (those of equal blades) are arbitrary mixtures; among them the frequency
-//! decides.
+//! The relative equilibrium of each speed is found from that of the speed before. Modes are
+//! followed from one speed to the next by their shapes: of all pairs the one with the largest
+//! correlation `|x_aᴴ x_b|²/(|x_a|² |x_b|²)` first, reduced where the frequency changes much.
+//! Shapes of equal frequencies (those of equal blades) are arbitrary mixtures; among them the
+//! frequency decides.
 //!
 //! Source: R. J. Allemang, Sound & Vibration 37 (2003) 14–21, the modal assurance criterion.
 
@@ -47,8 +48,8 @@ pub struct Campbell {
 }
 
 impl Campbell {
-    /// The `count` softest vibrations at the first speed, followed over `speeds`, rad/s. The axis is that of the initial
-    /// velocities; of a model at rest, that of its hinge with the ground.
+    /// The `count` softest vibrations at the first speed, followed over `speeds`, rad/s. The axis
+    /// is that of the initial velocities; of a model at rest, that of its hinge with the ground.
     ///
     /// # Errors
     /// [`ModesError`].

@@ -1,12 +1,13 @@
-//! Natural frequencies and shapes of a model: small vibrations about its initial configuration, an equilibrium, or a steady
-//! rotation.
+//! Natural frequencies and shapes of a model: small vibrations about its initial configuration, an
+//! equilibrium, or a steady rotation.
 //!
 //! ```text
 //! K x = ω² M x                        K, M of the degrees of freedom of the system
 //! (λ² M + λ C + K) x = 0              with dampers, material damping, gyroscopic forces; λ = −δ ± iω
 //! ```
-//! See [`mod@vi_statics::modes`], [`mod@vi_statics::vibrations`], [`vi_statics::rotation`]. Modes without stiffness (rigid-body
-//! motions, spins, idle degrees of freedom) have `ω = 0`. Initial velocities count for [`About::Rotation`] alone.
+//! See [`mod@vi_statics::modes`], [`mod@vi_statics::vibrations`], [`vi_statics::rotation`]. Modes
+//! without stiffness (rigid-body motions, spins, idle degrees of freedom) have `ω = 0`. Initial
+//! velocities count for [`About::Rotation`] alone.
 
 mod campbell;
 mod report;
@@ -87,7 +88,8 @@ impl ModalAnalysis {
         Ok(Self { statics, about, name, rotation: None, ignored })
     }
 
-    /// At the relative equilibrium of a rotation that the system admits, found from the configuration `from`.
+    /// At the relative equilibrium of a rotation that the system admits, found from the
+    /// configuration `from`.
     fn in_rotation(
         model: &Model,
         rotation: SteadyRotation,
@@ -119,7 +121,8 @@ impl ModalAnalysis {
         self.statics.members()
     }
 
-    /// The modes: the unstable ones, those without stiffness, and the `count` softest vibrations and slowest decays.
+    /// The modes: the unstable ones, those without stiffness, and the `count` softest vibrations
+    /// and slowest decays.
     ///
     /// # Errors
     /// [`ModesError::Model`] when a degree of freedom has no mass.

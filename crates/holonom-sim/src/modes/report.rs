@@ -42,8 +42,8 @@ pub struct MemberShape {
     pub translation: [f64; 3],
     /// Rotation vector; zero for point masses.
     pub rotation: [f64; 3],
-    /// Displacement a quarter of a period before, of modes with damping or gyroscopic forces: the motion is
-    /// `(u cos ωt − u' sin ωt) e^{−δt}`.
+    /// Displacement a quarter of a period before, of modes with damping or gyroscopic forces: the
+    /// motion is `(u cos ωt − u' sin ωt) e^{−δt}`.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub translation_before: [f64; 3],
     /// The same of the rotation vector.
@@ -110,13 +110,14 @@ pub struct Report {
     pub zero: usize,
     /// Softest first: all unstable ones, all without stiffness, vibrations and decays as asked for.
     pub modes: Vec<Mode>,
-    /// `max |Kx − ω²Mx|`, with damping and gyroscopic terms `max |(λ²M + λC + K)x|`, relative to the size of its
-    /// terms: the largest of all modes, of the latter of those listed.
+    /// `max |Kx − ω²Mx|`, with damping and gyroscopic terms `max |(λ²M + λC + K)x|`, relative to
+    /// the size of its terms: the largest of all modes, of the latter of those listed.
     pub residual: f64,
     /// `max |XᵀMX − I|` of all undamped modes.
     pub orthogonality: f64,
-    /// Unstable modes by the inertia of the stiffness, [`Modes::negative`](vi_statics::Modes::negative); `None` with damping
-    /// or gyroscopic terms and where only the lowest modes are computed.
+    /// Unstable modes by the inertia of the stiffness,
+    /// [`Modes::negative`](vi_statics::Modes::negative); `None` with damping or gyroscopic terms
+    /// and where only the lowest modes are computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unstable_by_inertia: Option<usize>,
     /// Coordinates of the configuration, components one after the other.
@@ -185,8 +186,8 @@ impl Report {
     }
 }
 
-/// The velocity field `v` of a mode as displacements and rotations of components, scaled so that the largest displacement
-/// is 1 m, or the largest rotation 1 rad, and real.
+/// The velocity field `v` of a mode as displacements and rotations of components, scaled so that
+/// the largest displacement is 1 m, or the largest rotation 1 rad, and real.
 pub(super) fn shape(members: &[Member], q: &[f64], v: &[Complex<f64>]) -> Vec<MemberShape> {
     let largest = |part: fn(&MemberShape) -> [&[f64; 3]; 2], shape: &[MemberShape]| {
         let norm =
@@ -218,7 +219,8 @@ pub(super) fn shape(members: &[Member], q: &[f64], v: &[Complex<f64>]) -> Vec<Me
     });
     let by_size = |a: &Complex<f64>, b: &Complex<f64>| a.norm_sqr().total_cmp(&b.norm_sqr());
     let phase = match numbers.max_by(by_size) {
-        Some(x) if scale > 0.0 => x.conj().unscale(x.norm() * scale), // the largest number is real and positive
+        // the largest number is real and positive
+        Some(x) if scale > 0.0 => x.conj().unscale(x.norm() * scale),
         _ => return first,
     };
     fields(&v.iter().map(|v| v * phase).collect::<Vec<_>>())

@@ -3,8 +3,9 @@
 //! ```text
 //! step,t,beam,element,s,Gamma1,…,Gamma3,K1,…,K3,N1,…,N3,M1,…,M3
 //! ```
-//! One row for each element, at its middle; one for each Gauss point of an element of higher order. `s` is the
-//! arc length of the stress-free beam (m); forces in N, moments in N·m, curvatures in 1/m.
+//! One row for each element, at its middle; one for each Gauss point of an element of higher order.
+//! `s` is the arc length of the stress-free beam (m); forces in N, moments in N·m, curvatures in
+//! 1/m.
 
 use std::io::{self, Write};
 

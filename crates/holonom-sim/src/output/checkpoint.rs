@@ -8,8 +8,8 @@
 //!      28   8   FNV-1a hash of bytes 0 to 27 and the payload
 //!      36       payload: a checkpoint in the format postcard, compressed by DEFLATE (RFC 1951)
 //! ```
-//! FNV-1a (64 bits) maps the bytes before a place to one value and that value one-to-one on: a single changed byte
-//! always changes it.
+//! FNV-1a (64 bits) maps the bytes before a place to one value and that value one-to-one on: a
+//! single changed byte always changes it.
 
 use std::fs::{self, File};
 use std::hash::Hasher;
@@ -114,7 +114,8 @@ impl Checkpoint {
         Ok(bytes)
     }
 
-    /// Reads the bytes of a file, and compares it with the text of `model.toml` and with this program.
+    /// Reads the bytes of a file, and compares it with the text of `model.toml` and with this
+    /// program.
     ///
     /// # Errors
     /// [`CheckpointError`].
@@ -168,7 +169,8 @@ impl Checkpoint {
     }
 }
 
-/// The payload without its compression; a few bytes may stand for any number of them, so that there is a limit.
+/// The payload without its compression; a few bytes may stand for any number of them, so that there
+/// is a limit.
 fn unpacked(payload: &[u8], most: usize) -> Result<Vec<u8>, CheckpointError> {
     decompress_to_vec_with_limit(payload, most).map_err(|error| {
         CheckpointError::Damaged(match error.status {
@@ -222,7 +224,8 @@ fn is_ours(path: &Path) -> io::Result<bool> {
     if regular {
         File::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut begin)?;
     }
-    Ok(regular && MAGIC.starts_with(&begin)) // one that was killed while it was written may be shorter
+    // one that was killed while it was written may be shorter
+    Ok(regular && MAGIC.starts_with(&begin))
 }
 
 #[cfg(test)]

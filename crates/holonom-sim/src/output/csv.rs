@@ -11,7 +11,8 @@ use super::rows::{Field, Rows};
 use crate::sample::{Member, Sample};
 use holonom_model::Columns;
 
-/// Columns after those of the members: energies (J), angular (kg·m²/s) and linear momentum (kg·m/s).
+/// Columns after those of the members: energies (J), angular (kg·m²/s) and linear momentum
+/// (kg·m/s).
 const TAIL: [&str; 8] = ["E", "H", "Lx", "Ly", "Lz", "Px", "Py", "Pz"];
 /// Columns before those of the members.
 pub(super) const HEAD: [&str; 2] = ["step", "t"];
@@ -55,8 +56,8 @@ impl ResidualRow {
 
 /// Writes both files, whole rows only.
 ///
-/// Rows are handed to the file in blocks; [`TrajectoryWriter::finish`] and `Drop` hand over the rest.
-/// Numbers are the shortest decimals that read back as the same number.
+/// Rows are handed to the file in blocks; [`TrajectoryWriter::finish`] and `Drop` hand over the
+/// rest. Numbers are the shortest decimals that read back as the same number.
 #[derive(Debug)]
 pub struct TrajectoryWriter<W: Write> {
     trajectory: Rows<W>,

@@ -120,7 +120,8 @@ pub(crate) fn at(path: &Path, source: io::Error) -> OutputError {
     OutputError::Io { path: path.to_owned(), source }
 }
 
-/// A name in the same folder that no other process uses, for a file or folder of some `kind` beside `path`.
+/// A name in the same folder that no other process uses, for a file or folder of some `kind` beside
+/// `path`.
 #[must_use]
 pub fn beside(path: &Path, kind: &str) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
@@ -128,7 +129,8 @@ pub fn beside(path: &Path, kind: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Lets `write` fill a file beside `path` and renames it: a reader sees the old file or the new one, never a part.
+/// Lets `write` fill a file beside `path` and renames it: a reader sees the old file or the new
+/// one, never a part.
 ///
 /// # Errors
 /// Those of `write`, and of the operating system.

@@ -69,7 +69,8 @@ impl RunFolder {
     /// files of an earlier run are removed; pictures only where this program drew them.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`], [`OutputError::Foreign`], [`OutputError::InUse`], [`OutputError::Io`].
+    /// [`OutputError::Occupied`], [`OutputError::Foreign`], [`OutputError::InUse`],
+    /// [`OutputError::Io`].
     pub fn create(path: impl Into<PathBuf>, force: bool) -> Result<Self, OutputError> {
         let folder = Self::claim(path.into())?;
         pictures::check_before(&folder.path.join("plots"))?;
@@ -80,8 +81,9 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// A folder for the given files, created if it does not exist; with `force`, those that are there
-    /// are removed. No other program gets the folder as long as this object or a copy of it exists.
+    /// A folder for the given files, created if it does not exist; with `force`, those that are
+    /// there are removed. No other program gets the folder as long as this object or a copy of it
+    /// exists.
     ///
     /// # Errors
     /// [`OutputError::Occupied`], [`OutputError::InUse`], [`OutputError::Io`].
@@ -111,8 +113,8 @@ impl RunFolder {
         if files.contains(&MODEL) { meshes::remove(&self.path) } else { Ok(()) }
     }
 
-    /// Whether the given files may be written to a folder: none is there, or `force` is set. Changes
-    /// nothing.
+    /// Whether the given files may be written to a folder: none is there, or `force` is set.
+    /// Changes nothing.
     ///
     /// # Errors
     /// [`OutputError::Occupied`].
@@ -132,8 +134,8 @@ impl RunFolder {
         Self { path: path.into(), lengths, written, _lock: None }
     }
 
-    /// The folder of an earlier run that is to be continued. No other program gets it as long as this object or a copy of
-    /// it exists.
+    /// The folder of an earlier run that is to be continued. No other program gets it as long as
+    /// this object or a copy of it exists.
     ///
     /// # Errors
     /// [`OutputError::InUse`].
@@ -143,8 +145,8 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// The folder as far as it can be read: of a run that is in progress or was killed the nodes that all files of rows
-    /// have, of another whole rows.
+    /// The folder as far as it can be read: of a run that is in progress or was killed the nodes
+    /// that all files of rows have, of another whole rows.
     ///
     /// # Errors
     /// [`OutputError::Io`], [`OutputError::Summary`].
@@ -211,7 +213,8 @@ impl RunFolder {
         &self.path
     }
 
-    /// The default folder of a model file for a purpose: `pendulum-out` for `…/pendulum.toml` and `out`.
+    /// The default folder of a model file for a purpose: `pendulum-out` for `…/pendulum.toml` and
+    /// `out`.
     #[must_use]
     pub fn default_for(model: &Path, purpose: &str) -> PathBuf {
         let stem = model.file_stem().filter(|s| !s.is_empty());
@@ -221,7 +224,8 @@ impl RunFolder {
         PathBuf::from(name)
     }
 
-    /// Begins `trajectory.csv` and `residuals.csv`, the latter of equilibria with a column `unstable`.
+    /// Begins `trajectory.csv` and `residuals.csv`, the latter of equilibria with a column
+    /// `unstable`.
     ///
     /// # Errors
     /// [`OutputError::Io`].
@@ -334,7 +338,8 @@ impl RunFolder {
         pictures::write(self.path.join(name), svg)
     }
 
-    /// Removes pictures of an earlier drawing from `plots`: those of this program that are not in `drawn`.
+    /// Removes pictures of an earlier drawing from `plots`: those of this program that are not in
+    /// `drawn`.
     ///
     /// # Errors
     /// [`OutputError::Foreign`], [`OutputError::Io`].
@@ -363,7 +368,8 @@ impl RunFolder {
         serde_json::from_str(&text).map_err(|source| OutputError::Summary { path, source })
     }
 
-    /// Reads `trajectory.csv`, positions of the first `members` charted members only, and `residuals.csv`.
+    /// Reads `trajectory.csv`, positions of the first `members` charted members only, and
+    /// `residuals.csv`.
     ///
     /// # Errors
     /// [`OutputError::Io`].
@@ -426,8 +432,8 @@ mod tests {
         assert_eq!(RunFolder::default_for(Path::new("b.c.toml"), "out"), Path::new("b.c-out"));
     }
 
-    /// What a process that another thread starts at this moment does: it holds a copy of every handle until it has become
-    /// another program.
+    /// What a process that another thread starts at this moment does: it holds a copy of every
+    /// handle until it has become another program.
     #[test]
     fn a_copy_of_the_handle_does_not_keep_the_folder() {
         let path = std::env::temp_dir().join(format!("holonom-lock-{}", std::process::id()));

@@ -18,8 +18,8 @@ pub struct FoundCheckpoint {
 }
 
 impl RunFolder {
-    /// Writes a checkpoint beside the files of rows, which are on the disk before: the newest becomes the one before,
-    /// and that is dropped. `model`: the text of `model.toml`.
+    /// Writes a checkpoint beside the files of rows, which are on the disk before: the newest
+    /// becomes the one before, and that is dropped. `model`: the text of `model.toml`.
     ///
     /// # Errors
     /// [`OutputError::Io`]; the earlier ones are then what they were.
@@ -37,7 +37,8 @@ impl RunFolder {
             }
             if temporary.symlink_metadata().is_ok_and(|found| !found.is_file()) {
                 let message = format!("{TEMPORARY} is no regular file");
-                return Err(io::Error::new(io::ErrorKind::AlreadyExists, message)); // a pipe would block
+                // a pipe would block
+                return Err(io::Error::new(io::ErrorKind::AlreadyExists, message));
             }
             let mut file = File::create(&temporary)?;
             file.write_all(&bytes).and_then(|()| file.sync_all()).inspect_err(|_| {
@@ -51,8 +52,8 @@ impl RunFolder {
         write().map_err(|e| at(&newest, e))
     }
 
-    /// The newest checkpoint that is good; a refused one is set aside as `checkpoint.refused`, so that it does not
-    /// replace the good one. `model`: the text of `model.toml`.
+    /// The newest checkpoint that is good; a refused one is set aside as `checkpoint.refused`, so
+    /// that it does not replace the good one. `model`: the text of `model.toml`.
     ///
     /// # Errors
     /// [`OutputError::NoCheckpoint`], [`OutputError::Io`].

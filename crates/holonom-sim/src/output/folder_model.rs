@@ -15,7 +15,8 @@ impl RunFolder {
         read_regular_text(&self.path().join(MODEL), LARGEST).unwrap_or_default()
     }
 
-    /// The model in `model.toml`, with the meshes of the folder; one that cannot be read is left out.
+    /// The model in `model.toml`, with the meshes of the folder; one that cannot be read is left
+    /// out.
     ///
     /// # Errors
     /// [`ModelError`].

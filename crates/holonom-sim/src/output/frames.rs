@@ -73,7 +73,8 @@ pub struct FrameReader {
 }
 
 impl FrameReader {
-    /// Up to `numbers` coordinates in all of a file, which is opened twice; at least two rows, at most `most`.
+    /// Up to `numbers` coordinates in all of a file, which is opened twice; at least two rows, at
+    /// most `most`.
     ///
     /// # Errors
     /// When the file cannot be read.
@@ -197,8 +198,8 @@ impl Frames {
         self.coordinates(frame).map(move |(_, own)| [own[0], own[1], z(own)])
     }
 
-    /// Magnitude of the bending moment, N·m, in all rows of `beams.csv` for a beam at the steps of these frames: for each
-    /// beam by name one list for each frame.
+    /// Magnitude of the bending moment, N·m, in all rows of `beams.csv` for a beam at the steps of
+    /// these frames: for each beam by name one list for each frame.
     ///
     /// # Errors
     /// When the file cannot be read.

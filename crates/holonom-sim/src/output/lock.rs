@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::file::OutputError;
 
-/// A locked file. The operating system releases it with the last handle, however the program ends; without a lock where
-/// the file system has none.
+/// A locked file. The operating system releases it with the last handle, however the program ends;
+/// without a lock where the file system has none.
 #[derive(Debug)]
 pub struct Lock(File);
 
@@ -30,7 +30,8 @@ impl Lock {
 }
 
 impl Drop for Lock {
-    /// Closing alone does not do: a process that another thread is about to start holds a copy of the handle for a moment.
+    /// Closing alone does not do: a process that another thread is about to start holds a copy of
+    /// the handle for a moment.
     fn drop(&mut self) {
         let _ = self.0.unlock(); // nobody could mend it
     }

@@ -1,7 +1,8 @@
 //! Meshes of a run: copies of their files, so that the folder needs no other.
 //!
-//! A copy is named by the hash of its content. So nothing but such copies is removed, and a mesh that was changed is another
-//! file, and its model another model. A folder `meshes` that is a symbolic link leads out of the run and is not touched.
+//! A copy is named by the hash of its content. So nothing but such copies is removed, and a mesh
+//! that was changed is another file, and its model another model. A folder `meshes` that is a
+//! symbolic link leads out of the run and is not touched.
 
 use std::fs;
 use std::path::Path;
@@ -32,7 +33,8 @@ pub(super) fn remove(run: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Refuses a folder of copies that is a symbolic link, or anything else but a folder, where there are meshes.
+/// Refuses a folder of copies that is a symbolic link, or anything else but a folder, where there
+/// are meshes.
 pub(super) fn check_before(run: &Path, meshes: &Meshes) -> Result<(), OutputError> {
     let path = run.join(MESH_FOLDER);
     let foreign = is_there(&path) && (is_link(&path) || !path.is_dir());

@@ -1,5 +1,5 @@
-//! `momenta.csv`: multipliers, discrete Legendre transforms and the parts of the energies, on the same rows as
-//! `trajectory.csv`.
+//! `momenta.csv`: multipliers, discrete Legendre transforms and the parts of the energies, on the
+//! same rows as `trajectory.csv`.
 //!
 //! ```text
 //! step,t,lambda.OWNER.k…,p.MEMBER.x…,p_projected.MEMBER.x…,p_reduced.JOINT.k…,

@@ -1,8 +1,8 @@
 //! Pictures of a run: replaced and removed only where this program drew them.
 //!
-//! Every picture ends with a mark. A picture without it is somebody else's file: it is neither removed
-//! nor replaced, whatever its name. A folder of pictures that is a symbolic link leads out of the run and
-//! is refused.
+//! Every picture ends with a mark. A picture without it is somebody else's file: it is neither
+//! removed nor replaced, whatever its name. A folder of pictures that is a symbolic link leads out
+//! of the run and is refused.
 
 use std::fs;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -55,8 +55,8 @@ fn check(path: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Whether the pictures of a run can be drawn in `folder`: looks at the folder and at the picture that
-/// every run has, before anything is removed.
+/// Whether the pictures of a run can be drawn in `folder`: looks at the folder and at the picture
+/// that every run has, before anything is removed.
 pub(super) fn check_before(folder: &Path) -> Result<(), OutputError> {
     check_folder(folder)?;
     check(&folder.join("energy.svg"))

@@ -1,7 +1,8 @@
 //! What can be read of the files of rows of a run that is in progress or was killed.
 //!
-//! Each file is written in blocks of its own. A run that was killed leaves files that end at different nodes, the last of
-//! them perhaps within a row. The nodes that all files have are read, and the rest is left out.
+//! Each file is written in blocks of its own. A run that was killed leaves files that end at
+//! different nodes, the last of them perhaps within a row. The nodes that all files have are read,
+//! and the rest is left out.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -35,7 +36,8 @@ struct Extent {
     ends: [(Option<u64>, u64); 2], // step and end of the last two nodes
 }
 
-/// The bytes to read of each file, and what is left out of them; `ended`: whether the run has written all its rows.
+/// The bytes to read of each file, and what is left out of them; `ended`: whether the run has
+/// written all its rows.
 pub(super) fn readable(
     folder: &Path,
     files: &[&'static str],
@@ -87,7 +89,8 @@ fn ends_with_a_row(path: &Path) -> io::Result<bool> {
 }
 
 impl Extent {
-    /// Up to the last row, or to the last of the steps that all files have (`Some(None)`: the header alone).
+    /// Up to the last row, or to the last of the steps that all files have (`Some(None)`: the
+    /// header alone).
     fn read(path: &Path, upto: Option<Option<u64>>) -> io::Result<Self> {
         let mut reader = BufReader::new(bounded(path)?);
         let mut row = Vec::new();
@@ -126,7 +129,8 @@ pub(super) fn open(path: &Path, length: Option<u64>) -> io::Result<Take<File>> {
     Ok(file.into_inner().take(length.unwrap_or(all)))
 }
 
-/// A regular file up to its present length: one that grows while it is read has an end all the same.
+/// A regular file up to its present length: one that grows while it is read has an end all the
+/// same.
 fn bounded(path: &Path) -> io::Result<Take<File>> {
     let file = open_regular(path)?;
     let length = file.metadata()?.len();

@@ -32,7 +32,8 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins all files of a run, or continues them where the folder is [at a checkpoint](RunFolder::at).
+    /// Begins all files of a run, or continues them where the folder is [at a
+    /// checkpoint](RunFolder::at).
     ///
     /// # Errors
     /// [`OutputError::Io`].

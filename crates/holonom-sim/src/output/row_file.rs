@@ -1,4 +1,5 @@
-//! A file of rows: new, or continued at the length of a checkpoint; what cannot be written whole is taken back.
+//! A file of rows: new, or continued at the length of a checkpoint; what cannot be written whole is
+//! taken back.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -9,8 +10,9 @@ use super::written::check_length;
 
 /// A file of rows that is being written.
 ///
-/// Its writer hands over the header first, then blocks of whole rows, each with one call of `write_all`. A block that
-/// does not fit on the disk is cut off again, so that the file ends with a whole row.
+/// Its writer hands over the header first, then blocks of whole rows, each with one call of
+/// `write_all`. A block that does not fit on the disk is cut off again, so that the file ends with
+/// a whole row.
 #[derive(Debug)]
 pub struct RowFile {
     file: File,
@@ -28,11 +30,12 @@ impl RowFile {
         Ok(Self { file: File::create(&path)?, path, length: 0, compare: false })
     }
 
-    /// A file that is there, continued after `length` bytes; what follows them is cut off. The header that the writer
-    /// hands over must be that of the file.
+    /// A file that is there, continued after `length` bytes; what follows them is cut off. The
+    /// header that the writer hands over must be that of the file.
     ///
     /// # Errors
-    /// Those of the operating system; `InvalidData` for a file that is shorter or has no row that ends there.
+    /// Those of the operating system; `InvalidData` for a file that is shorter or has no row that
+    /// ends there.
     pub fn resume(path: PathBuf, length: u64) -> io::Result<Self> {
         check_length(&path, length)?;
         let file = OpenOptions::new().read(true).write(true).open(&path)?;

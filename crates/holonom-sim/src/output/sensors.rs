@@ -3,8 +3,8 @@
 //! ```text
 //! step,t,NAME.x,NAME.y,NAME.z,…           NAME alone for a single number
 //! ```
-//! A component of a reaction that is not unique is an empty field; `NAME.unique` is 1 when all components are
-//! unique, 0 otherwise.
+//! A component of a reaction that is not unique is an empty field; `NAME.unique` is 1 when all
+//! components are unique, 0 otherwise.
 
 use std::io::{self, Write};
 

@@ -7,7 +7,8 @@ use crate::experiment::Experiment;
 
 /// Bytes of a number in a row, with its comma, on average: 17 digits where it is not round.
 const NUMBER: f64 = 17.0;
-/// Numbers of a row of `trajectory.csv` beside the coordinates, of `residuals.csv`, of a row of `beams.csv`.
+/// Numbers of a row of `trajectory.csv` beside the coordinates, of `residuals.csv`, of a row of
+/// `beams.csv`.
 const FIXED: [usize; 3] = [10, 6, 17];
 /// Size from which on fewer rows are advised, bytes.
 const LARGE: f64 = 2e8;

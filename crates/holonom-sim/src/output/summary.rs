@@ -60,16 +60,16 @@ pub struct EnergySummary {
     /// `H_d` at the last recorded node, J.
     #[serde(rename = "final", default, deserialize_with = "number")]
     pub last: f64,
-    /// Least-squares slope per step, J, of the shadow energy `(p H_d + E_d)/(p + 1)` of a scheme of order `p`,
-    /// which a conservative system conserves up to `O(h^{p+2})` where `h ω_max ≲ 1`; of the energy itself for
-    /// energy–momentum schemes. `null` where loads, motors, dampers or prescribed motions do work, and in
-    /// statics.
+    /// Least-squares slope per step, J, of the shadow energy `(p H_d + E_d)/(p + 1)` of a scheme of
+    /// order `p`, which a conservative system conserves up to `O(h^{p+2})` where `h ω_max ≲ 1`; of
+    /// the energy itself for energy–momentum schemes. `null` where loads, motors, dampers or
+    /// prescribed motions do work, and in statics.
     pub drift_per_step: Option<f64>,
     /// Work of loads, motors, dampers and prescribed motions over all steps, J.
     #[serde(default, deserialize_with = "number")]
     pub work: f64,
-    /// `final − initial − work`, J; of second order in the time step at order 2 (with prescribed motions
-    /// at higher orders its order has not been established).
+    /// `final − initial − work`, J; of second order in the time step at order 2 (with prescribed
+    /// motions at higher orders its order has not been established).
     #[serde(default, deserialize_with = "number")]
     pub balance_error: f64,
 }
@@ -168,8 +168,8 @@ pub struct Summary {
     /// The same per step, s.
     #[serde(deserialize_with = "number")]
     pub seconds_per_step: f64,
-    /// Time of a step without reading and writing nodes, s, in the last part of a continued run; absent in statics and
-    /// where no step was taken.
+    /// Time of a step without reading and writing nodes, s, in the last part of a continued run;
+    /// absent in statics and where no step was taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_seconds: Option<f64>,
     /// Energy.
@@ -184,10 +184,12 @@ pub struct Summary {
     /// Steps that were refused as a whole and taken in smaller parts; absent where there were none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub divided_steps: Option<DividedSteps>,
-    /// Largest residuals of constraints of loops that nearly follow from others; absent where there are none.
+    /// Largest residuals of constraints of loops that nearly follow from others; absent where there
+    /// are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loop_residual: Option<LoopResiduals>,
-    /// The fastest rotation of what no prescribed motion turns, against the step; absent where nothing turns.
+    /// The fastest rotation of what no prescribed motion turns, against the step; absent where
+    /// nothing turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fastest_rotation: Option<FastestRotation>,
     /// What is worth knowing about the assembly and the run.

@@ -1,4 +1,5 @@
-//! What a file of rows had when a checkpoint was written: its length and a hash, so that rows that were changed since are found.
+//! What a file of rows had when a checkpoint was written: its length and a hash, so that rows that
+//! were changed since are found.
 
 use std::fs::File;
 use std::hash::Hasher;

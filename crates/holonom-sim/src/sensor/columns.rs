@@ -13,7 +13,8 @@ pub struct Column {
     pub sensor: String,
     /// Which of its numbers; empty when there is only one.
     pub part: String,
-    /// What it is: columns of one sensor with the same quantity belong in one chart; empty for flags.
+    /// What it is: columns of one sensor with the same quantity belong in one chart; empty for
+    /// flags.
     pub quantity: &'static str,
     /// Its unit; empty when it has none.
     pub unit: &'static str,
@@ -163,8 +164,8 @@ impl<'a> Members<'a> {
     }
 }
 
-/// `x, y, z` for rotation vectors; `u…` for lengths and `theta…` for angles, numbered when there are
-/// several; nothing when there is only one degree of freedom.
+/// `x, y, z` for rotation vectors; `u…` for lengths and `theta…` for angles, numbered when there
+/// are several; nothing when there is only one degree of freedom.
 fn joint_parts(
     pair: Option<PairKind>,
     angle: [&'static str; 2],

@@ -7,8 +7,8 @@
 //! gear                  −λ_n                    on θ_a, from g = θ_a + ρ θ_b − c; −ρ λ_n on θ_b
 //! distance              l λ_n                   from g = ½ (|D|² − l²); positive when it pulls
 //! ```
-//! Rates are those of `v̂`. Positive efforts on a joint coordinate act on the child along it, and oppositely on the
-//! parent. `λ_n` is that of the node, see [`crate::sensor`].
+//! Rates are those of `v̂`. Positive efforts on a joint coordinate act on the child along it, and
+//! oppositely on the parent. `λ_n` is that of the node, see [`crate::sensor`].
 
 use super::columns::PARTS;
 use super::view::View;
@@ -118,7 +118,8 @@ impl Effort {
         }
     }
 
-    /// What the elements of a joint, each part by itself, or a spring with its damper put into the system, W.
+    /// What the elements of a joint, each part by itself, or a spring with its damper put into the
+    /// system, W.
     pub(super) fn powers(&self, at: &View<'_>, out: &mut Vec<f64>) {
         match self {
             Self::Joint(elements, motion) => {

@@ -13,11 +13,11 @@
 //! power              of these and of loads                power
 //! section force      N_I, M_I                             strain   Γ_I, K_I         vi_beam::section_force
 //! ```
-//! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed steps,
-//! at a node from which no step could be taken, and at the start, where (47) is of first order only (it
-//! is a one-sided difference). Accelerations are second differences of the coordinates at order 2, those of the acceleration level
-//! at the other nodes. Unwrapped angles of joints and the sign of quaternions are followed at
-//! every step, whether it is recorded or not.
+//! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed
+//! steps, at a node from which no step could be taken, and at the start, where (47) is of first
+//! order only (it is a one-sided difference). Accelerations are second differences of the
+//! coordinates at order 2, those of the acceleration level at the other nodes. Unwrapped angles of
+//! joints and the sign of quaternions are followed at every step, whether it is recorded or not.
 //!
 //! | file | concept |
 //! |---|---|
@@ -84,7 +84,8 @@ enum Gauge {
     Section(SectionGauge),
 }
 
-/// `l̇ = D̂·Ḋ` of the vector between two points, m/s; `|Ḋ|` where they coincide, the rate from there on.
+/// `l̇ = D̂·Ḋ` of the vector between two points, m/s; `|Ḋ|` where they coincide, the rate from
+/// there on.
 fn length_rate(between: &Form, at: &View<'_>) -> f64 {
     let (d, rate) = (between.at(at.q), between.rate(at.v));
     let length = d.norm();
@@ -261,7 +262,8 @@ impl Sensors {
         }
     }
 
-    /// `values ←` the numbers of all columns at the node last followed to; NaN where a reaction is not unique.
+    /// `values ←` the numbers of all columns at the node last followed to; NaN where a reaction is
+    /// not unique.
     pub(crate) fn read(
         &mut self,
         mechanism: &Mechanism,

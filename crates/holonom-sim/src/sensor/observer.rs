@@ -18,7 +18,8 @@ pub(super) struct Observer {
 }
 
 impl Observer {
-    /// The frame of a body with its first coordinate; `principal`: from its own components to those along its directors.
+    /// The frame of a body with its first coordinate; `principal`: from its own components to those
+    /// along its directors.
     pub(super) fn new(first: usize, principal: &Matrix3<f64>) -> Self {
         Self { first, to_own: principal.transpose() }
     }

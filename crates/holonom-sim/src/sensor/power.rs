@@ -1,4 +1,5 @@
-//! Powers: what springs, dampers, motors, loads and prescribed motions put into the system in a second.
+//! Powers: what springs, dampers, motors, loads and prescribed motions put into the system in a
+//! second.
 //!
 //! ```text
 //! along a joint        τ θ̇                      τ: the effort on the child
@@ -6,8 +7,8 @@
 //! load                 f·ẋ + τ·ω                of all bodies and nodes that it acts on
 //! prescribed motion    −λ_n θ̇                   from g = θ − θ_ref(t)
 //! ```
-//! Rates are those of `v̂`, values those of the node, so the trapezoidal sum over all nodes is the work that the steps have done, to
-//! second order in the step.
+//! Rates are those of `v̂`, values those of the node, so the trapezoidal sum over all nodes is the
+//! work that the steps have done, to second order in the step.
 
 use super::Builder;
 use super::effort::Effort;
@@ -30,7 +31,8 @@ pub(super) enum Power {
 }
 
 impl Power {
-    /// That of a joint, spring, load or motion of the model; `None` when there is none of this name.
+    /// That of a joint, spring, load or motion of the model; `None` when there is none of this
+    /// name.
     pub(super) fn of(name: &str, from: &Builder<'_>) -> Option<Self> {
         let model = from.names.model;
         if model.loads.iter().any(|load| load.name == name) {

@@ -1,9 +1,9 @@
 //! The system of a model, and its run.
 //!
-//! At order 2 the quantities of a node belong to the step that starts there: the multipliers, `p_n`,
-//! `E_d`. A node is therefore handed out after that step has been taken; at the last node one more
-//! step is tried for them, and where it fails (or the run does) the node is described by `q_n` and
-//! the projected momentum alone, with `H_d` in the place of `E_d`.
+//! At order 2 the quantities of a node belong to the step that starts there: the multipliers,
+//! `p_n`, `E_d`. A node is therefore handed out after that step has been taken; at the last node
+//! one more step is tried for them, and where it fails (or the run does) the node is described by
+//! `q_n` and the projected momentum alone, with `H_d` in the place of `E_d`.
 //!
 //! | file | concept |
 //! |---|---|
@@ -84,8 +84,8 @@ impl Simulation {
     /// Assembles the system of a validated model.
     ///
     /// # Errors
-    /// [`ModelError`] when the initial values are inconsistent, the mass matrix is singular, or the scheme does
-    /// not fit the model.
+    /// [`ModelError`] when the initial values are inconsistent, the mass matrix is singular, or the
+    /// scheme does not fit the model.
     pub fn new(model: &Model) -> Result<Self, ModelError> {
         Self::with_solver(model, model.settings.solver.into())
     }
@@ -218,7 +218,8 @@ impl Simulation {
         known.chain(found).chain(divided).collect()
     }
 
-    /// The integrator of a variational scheme at its present node; from now on nodes have multipliers.
+    /// The integrator of a variational scheme at its present node; from now on nodes have
+    /// multipliers.
     ///
     /// # Panics
     /// When the scheme is one of the energy–momentum schemes: [`Simulation::energy_momentum`].
@@ -260,8 +261,8 @@ impl Simulation {
         self.method.condition()
     }
 
-    /// The state of the run at the present node: between two calls of [`Simulation::run_while`] all that the rest of the
-    /// run depends on.
+    /// The state of the run at the present node: between two calls of [`Simulation::run_while`] all
+    /// that the rest of the run depends on.
     #[must_use]
     pub fn state(&self) -> RunState {
         RunState {
@@ -276,7 +277,8 @@ impl Simulation {
         }
     }
 
-    /// Continues from a state of a run of the same model: what follows is, bit for bit, what would have followed there.
+    /// Continues from a state of a run of the same model: what follows is, bit for bit, what would
+    /// have followed there.
     ///
     /// # Errors
     /// [`ResumeError`]; the simulation is then what it was.

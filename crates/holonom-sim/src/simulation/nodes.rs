@@ -65,8 +65,9 @@ impl Simulation {
         Ok(outcome.unwrap_or(RunOutcome::Done)) // nothing pauses it
     }
 
-    /// Runs on from the present node to the end; `proceed(step, of)` is asked before every step, and `false` pauses the
-    /// run at that node: `None`. Another call continues as if nothing had happened.
+    /// Runs on from the present node to the end; `proceed(step, of)` is asked before every step,
+    /// and `false` pauses the run at that node: `None`. Another call continues as if nothing had
+    /// happened.
     ///
     /// # Errors
     /// Whatever `observe` returns.
@@ -96,8 +97,8 @@ impl Simulation {
         Ok((!paused).then_some(RunOutcome::Done))
     }
 
-    /// Goes on to the next recorded node; `proceed(step, of)` is asked before every step, and `false` ends the iteration
-    /// there. Another one continues.
+    /// Goes on to the next recorded node; `proceed(step, of)` is asked before every step, and
+    /// `false` ends the iteration there. Another one continues.
     fn next_node(
         &mut self,
         course: &mut Course,
@@ -136,7 +137,8 @@ impl Simulation {
                 Err(failure) => return (false, Err(failure)),
             }
         }
-        // at the start the multipliers of the step are of first order and no step ends: sensors take the acceleration level
+        // at the start the multipliers of the step are of first order and no step ends: sensors
+        // take the acceleration level
         let at_start = recorded && !first && wanted.any() && self.method.place().0 == 0;
         let mut start = Reading::default();
         let known = at_start && self.method.here(wanted, &mut start).is_ok();

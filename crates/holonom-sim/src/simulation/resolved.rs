@@ -65,8 +65,8 @@ impl Simulation {
         if known { None } else { fastest.warning(&self.settings) }
     }
 
-    /// What to do where a step is not found, if that is because of a rotation or a vibration that it does not resolve,
-    /// and the step (s) that does.
+    /// What to do where a step is not found, if that is because of a rotation or a vibration that
+    /// it does not resolve, and the step (s) that does.
     pub(super) fn remedy_of_step(&mut self) -> Option<(String, f64)> {
         let Self { method, rotation, settings, assembly, bodies, .. } = self;
         let mut here = Reading::default();

@@ -1,4 +1,5 @@
-//! The certificate of a user's model: the same properties, and a recommended step for a given accuracy.
+//! The certificate of a user's model: the same properties, and a recommended step for a given
+//! accuracy.
 
 mod date;
 mod moving;
@@ -54,8 +55,8 @@ pub struct ModelCertificate {
     /// The accuracy that steps are recommended for: largest error of a coordinate, relative to the
     /// largest coordinate.
     pub accuracy: f64,
-    /// The time of the node that measurements start from, s: 0, or where the model rests at first the time at which it begins
-    /// to move.
+    /// The time of the node that measurements start from, s: 0, or where the model rests at first
+    /// the time at which it begins to move.
     #[serde(default)]
     pub from: f64,
     /// Recommended steps.
@@ -159,7 +160,8 @@ fn motion(model: &Model) -> Option<Frames> {
     (frames.q.len() > 1).then_some(frames)
 }
 
-/// What is measured on a model: everything where it is small, the production scheme where it is not.
+/// What is measured on a model: everything where it is small, the production scheme where it is
+/// not.
 fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Plan, String> {
     let (h, steps) = (model.settings.step, model.settings.steps());
     let n = subject.start(vi_verify::subject::Setting::new(own, 2, h))?.q().len();

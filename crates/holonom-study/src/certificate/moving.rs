@@ -1,4 +1,5 @@
-//! From when on a model moves: of a system at rest every property holds, and nothing follows from that.
+//! From when on a model moves: of a system at rest every property holds, and nothing follows from
+//! that.
 
 use super::subject::ModelSubject;
 use holonom_model::Model;

@@ -101,7 +101,8 @@ impl Subject for ModelSubject {
                 let algebra = EmAlgebra { solver, ..EmAlgebra::default() };
                 let (system, at) =
                     (dynamics.energy_momentum(&mechanism), InitialValues::new(own.t, q, v));
-                let forces = dynamics.variational(&mechanism); // to evaluate the equations of motion
+                // to evaluate the equations of motion
+                let forces = dynamics.variational(&mechanism);
                 let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                     .map_err(|e| e.to_string())?;
                 Ok(Box::new(Running::energy_momentum(run, forces)))

@@ -9,7 +9,8 @@ pub(super) struct Figure {
     pub(super) caption: String,
 }
 
-/// The schemes that stand for their families: the last of each that was measured, the nodal ones first.
+/// The schemes that stand for their families: the last of each that was measured, the nodal ones
+/// first.
 pub(super) fn representatives(c: &Comparison) -> Vec<(&Record, &Measured)> {
     let of = |energy_momentum: bool| {
         let family = || {

@@ -1,7 +1,7 @@
 //! Both families at the same error: time against error is interpolated, `log t` over `log e`.
 //!
-//! A family is represented by the scheme that is fastest there. A time is a median with the shortest and the
-//! longest of its runs, and so is a ratio: `[min/max, max/min]`.
+//! A family is represented by the scheme that is fastest there. A time is a median with the
+//! shortest and the longest of its runs, and so is a ratio: `[min/max, max/min]`.
 
 use super::record::{Comparison, Record, WorkPoint};
 
@@ -66,7 +66,8 @@ fn curve(record: &Record, order: u32, floor: f64) -> Vec<(f64, Time)> {
     let of = record.work.iter().filter(|p| p.order == order);
     let mut points: Vec<_> = of.filter_map(time).collect();
     points.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.median.total_cmp(&b.1.median)));
-    points.dedup_by(|later, kept| later.0.to_bits() == kept.0.to_bits()); // the cheapest at the floor
+    // the cheapest at the floor
+    points.dedup_by(|later, kept| later.0.to_bits() == kept.0.to_bits());
     points
 }
 
@@ -113,8 +114,8 @@ fn floor(c: &Comparison) -> f64 {
     (10.0 * c.reference.known_to.unwrap_or(f64::INFINITY)).max(ROUND_OFF)
 }
 
-/// Both families by schemes of some orders: at the smallest error that both reach, where `finest`, else in
-/// the middle of the errors that both reach.
+/// Both families by schemes of some orders: at the smallest error that both reach, where `finest`,
+/// else in the middle of the errors that both reach.
 #[must_use]
 pub fn equal_error(c: &Comparison, orders: &[u32], finest: bool) -> Option<EqualError> {
     let [vi, em] = [false, true].map(|em| reach(c, em, orders, floor(c)));

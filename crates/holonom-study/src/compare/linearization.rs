@@ -1,4 +1,5 @@
-//! The two Newton matrices of `em-nodal`, both dense: the derivative of `P̄` by multipliers, and itself.
+//! The two Newton matrices of `em-nodal`, both dense: the derivative of `P̄` by multipliers, and
+//! itself.
 //!
 //! ```text
 //! Multipliers           P̄ᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}) ∂F_d/∂u

@@ -91,7 +91,8 @@ impl Run {
         self.samples.iter().map(|sample| sample.q.clone()).collect()
     }
 
-    /// Its scheme, and up to `most` of its nodes, evenly spread from the first to the last; `None` without a step.
+    /// Its scheme, and up to `most` of its nodes, evenly spread from the first to the last; `None`
+    /// without a step.
     pub(super) fn motion(&self, members: &[Member], most: usize) -> Option<Motion> {
         let (all, count) = (self.samples.len(), self.samples.len().min(most.max(2)));
         if all < 2 {
@@ -203,7 +204,8 @@ fn verdict(energies: &[f64], shadows: &[f64], error: f64) -> Verdict {
     }
 }
 
-/// Adds time per step, condition numbers and error against time to the record of a scheme that runs.
+/// Adds time per step, condition numbers and error against time to the record of a scheme that
+/// runs.
 pub(super) fn cost(
     model: &Model,
     plan: &Plan,

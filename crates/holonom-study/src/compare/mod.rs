@@ -1,4 +1,5 @@
-//! Variational and energy–momentum schemes side by side: same model, same initial values, same steps.
+//! Variational and energy–momentum schemes side by side: same model, same initial values, same
+//! steps.
 //!
 //! ```text
 //! distance        max_n |q_n − q^ref_n|_∞
@@ -50,8 +51,8 @@ const RECORDED: f64 = 1.5;
 pub struct Request {
     /// Schemes; all when empty.
     pub schemes: Vec<Scheme>,
-    /// Steps, s: the first is that of the table, all are those of condition numbers and work–precision.
-    /// Empty: that of the model and three halvings.
+    /// Steps, s: the first is that of the table, all are those of condition numbers and
+    /// work–precision. Empty: that of the model and three halvings.
     pub steps: Vec<f64>,
     /// End of all runs, s; otherwise that of the model, but at most 2000 steps.
     pub end: Option<f64>,
@@ -59,8 +60,8 @@ pub struct Request {
     pub orders: Vec<u32>,
     /// Seconds that a single measurement may take; longer ones are left out.
     pub effort: f64,
-    /// Seconds that everything may take, about: the end (where none is given) and the measurements are chosen for it, and `effort` does not
-    /// count.
+    /// Seconds that everything may take, about: the end (where none is given) and the measurements
+    /// are chosen for it, and `effort` does not count.
     pub budget: Option<f64>,
 }
 
@@ -150,8 +151,9 @@ impl Plan {
         Ok(Self { schemes, step, steps, counts, orders, effort, enough, free_from })
     }
 
-    /// Chooses what a budget allows, and gives the seconds that it takes, about. A fifth is for the runs of the table, three tenths for the
-    /// reference, four for errors against time, one for repetitions of these.
+    /// Chooses what a budget allows, and gives the seconds that it takes, about. A fifth is for the
+    /// runs of the table, three tenths for the reference, four for errors against time, one for
+    /// repetitions of these.
     fn fit(&mut self, model: &Model, shorten: bool, budget: f64) -> f64 {
         let rate = |scheme: &Scheme| measure::rate(&self.with(model, *scheme, 2, 1), self.steps);
         let rates: Vec<f64> = self.schemes.iter().map(|s| rate(s).unwrap_or(0.0)).collect();

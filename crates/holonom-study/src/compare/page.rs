@@ -61,7 +61,8 @@ pub fn page(c: &Comparison, model: &Model, command: &str) -> String {
 /// Schemes that are drawn from the beginning, where there are more.
 const DRAWN: usize = 3;
 
-/// The motions over one another: the schemes that stand for their families first, in the colours of the charts.
+/// The motions over one another: the schemes that stand for their families first, in the colours of
+/// the charts.
 fn scene(c: &Comparison, model: &Model) -> Option<Scene> {
     let first: Vec<&str> = representatives(c).iter().map(|(r, _)| r.scheme.as_str()).collect();
     let mut motions: Vec<&Motion> = c.motions.iter().collect();

@@ -25,8 +25,8 @@ pub struct Comparison {
     /// End of the model, s, where the runs end before it and no end was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortened_from: Option<f64>,
-    /// Energy and momentum maps are measured from here on, s: the end of the last load, 0 when one never
-    /// ends.
+    /// Energy and momentum maps are measured from here on, s: the end of the last load, 0 when one
+    /// never ends.
     pub free_from: f64,
     /// What trajectories are held against.
     pub reference: Reference,

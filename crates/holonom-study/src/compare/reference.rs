@@ -1,8 +1,8 @@
 //! The trajectory that all schemes are held against.
 //!
-//! The nodal variational scheme (the constrained one where that has no map) at the highest order and
-//! with the smallest step that the time allows; it is known to its distance from the same with twice
-//! the step.
+//! The nodal variational scheme (the constrained one where that has no map) at the highest order
+//! and with the smallest step that the time allows; it is known to its distance from the same with
+//! twice the step.
 
 use super::record::Reference;
 use super::{Plan, distance};

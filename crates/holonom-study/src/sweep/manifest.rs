@@ -1,4 +1,5 @@
-//! `sweep.json`, what a sweep is, and `manifest.jsonl`, the points that have ended: one line of JSON for each.
+//! `sweep.json`, what a sweep is, and `manifest.jsonl`, the points that have ended: one line of
+//! JSON for each.
 
 use super::FILES;
 use super::plan::{Plan, Sampling, Shard, Values, Variation};
@@ -164,7 +165,8 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
     Ok(files)
 }
 
-/// The points of all shards that have ended, in their order; of a point that ran twice the last entry.
+/// The points of all shards that have ended, in their order; of a point that ran twice the last
+/// entry.
 pub(super) fn entries(folder: &Path) -> Result<Vec<Entry>, OutputError> {
     let io = |path: &Path, source| OutputError::Io { path: path.to_owned(), source };
     let mut entries: Vec<Entry> = Vec::new();

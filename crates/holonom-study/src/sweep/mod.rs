@@ -1,4 +1,5 @@
-//! A model at many points: keys take listed or sampled values, each point is a run with a folder of its own.
+//! A model at many points: keys take listed or sampled values, each point is a run with a folder of
+//! its own.
 //!
 //! ```text
 //! DIR/sweep.json        what the sweep is
@@ -6,8 +7,9 @@
 //! DIR/00000/            the folder of point 0: a run without pictures
 //! DIR/sweep.csv         all points in a table, by [`table`]
 //! ```
-//! A point that fails does not stop the others. The same command continues a sweep that was stopped. Runs do not depend on one
-//! another, so that the table is the same for any number of threads and shards.
+//! A point that fails does not stop the others. The same command continues a sweep that was
+//! stopped. Runs do not depend on one another, so that the table is the same for any number of
+//! threads and shards.
 
 mod manifest;
 mod page;
@@ -98,8 +100,8 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Begins or continues a sweep in a folder, which is created if it does not exist. With `force` another sweep there is
-    /// replaced.
+    /// Begins or continues a sweep in a folder, which is created if it does not exist. With `force`
+    /// another sweep there is replaced.
     ///
     /// # Errors
     /// [`SweepError`].
@@ -135,7 +137,8 @@ impl Sweep {
         Ok(())
     }
 
-    /// Runs all points of the shard that have not ended. `work` runs one; `None`: it was interrupted, and no other begins.
+    /// Runs all points of the shard that have not ended. `work` runs one; `None`: it was
+    /// interrupted, and no other begins.
     ///
     /// # Errors
     /// [`SweepError`].

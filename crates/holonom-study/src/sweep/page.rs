@@ -71,8 +71,9 @@ fn push_points(html: &mut String, table: &Table) {
               <code>holonom plot FOLDER</code> makes where it is missing, else to its summary.</p>\n";
 }
 
-/// Each result that changes over each key that is a number: a curve for each combination of the other keys while these are
-/// few, points otherwise. The energy error comes last; where anything does work it is that of the balance.
+/// Each result that changes over each key that is a number: a curve for each combination of the
+/// other keys while these are few, points otherwise. The energy error comes last; where anything
+/// does work it is that of the balance.
 fn charts(table: &Table) -> Vec<Chart> {
     let done: Vec<&Row> =
         table.rows.iter().filter(|row| row.entry.status == PointStatus::Done).collect();

@@ -31,7 +31,8 @@ pub struct Row {
     pub entry: Entry,
     /// Its results; `None` where it has none.
     pub results: Vec<Option<f64>>,
-    /// What a page links to, a path in the folder of the sweep: the page of the run, or its summary; `None` without a run.
+    /// What a page links to, a path in the folder of the sweep: the page of the run, or its
+    /// summary; `None` without a run.
     pub link: Option<String>,
 }
 

@@ -30,7 +30,8 @@ impl AveragedHighOrder {
         Self { elements, most: 0.0, slowness: Vec::new() }
     }
 
-    /// Averaged strains with selective mass scaling, as [`crate::averaged::AveragedStrains::mass_scaled`].
+    /// Averaged strains with selective mass scaling, as
+    /// [`crate::averaged::AveragedStrains::mass_scaled`].
     ///
     /// # Panics
     /// When there is not one number for each element.

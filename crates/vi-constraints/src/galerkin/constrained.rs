@@ -6,11 +6,12 @@
 //! [ K_ij M    −G(q_i)ᵀ ]
 //! [ G(q_j)       0     ]
 //! ```
-//! The matrix leaves out `∇²V` and the variation of `Gᵀ`, so the corrections contract by a ratio of `O(h)`; the
-//! residual is exact. With interpolated strains, which may be stiff, it has both: it is then that of Newton's method but
-//! for what is evaluated at Gauss nodes. With large steps there are solutions on other branches of the motion: the polynomial through
-//! their points leaves the constraints between these, and they are refused. Sparse LU for any `g`; no null space is needed. It serves small systems and, as a form of its
-//! own, the verification of the nodal scheme.
+//! The matrix leaves out `∇²V` and the variation of `Gᵀ`, so the corrections contract by a ratio of
+//! `O(h)`; the residual is exact. With interpolated strains, which may be stiff, it has both: it is
+//! then that of Newton's method but for what is evaluated at Gauss nodes. With large steps there
+//! are solutions on other branches of the motion: the polynomial through their points leaves the
+//! constraints between these, and they are refused. Sparse LU for any `g`; no null space is needed.
+//! It serves small systems and, as a form of its own, the verification of the nodal scheme.
 #![allow(non_snake_case)] // K
 
 use crate::constraints::Constraints;
@@ -28,7 +29,8 @@ use vi_core::newton::{Block, Fault, Newton};
 use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
 use vi_core::state::State;
 
-/// How far the polynomial may leave the constraints at Gauss nodes, relative to the size of their terms.
+/// How far the polynomial may leave the constraints at Gauss nodes, relative to the size of their
+/// terms.
 const FAR: f64 = 0.1;
 
 /// The constrained scheme of order `2s`.

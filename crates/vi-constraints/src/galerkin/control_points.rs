@@ -1,6 +1,8 @@
-//! Control points of a step: their configurations, the forces at the Gauss nodes, the derivatives of the action.
+//! Control points of a step: their configurations, the forces at the Gauss nodes, the derivatives
+//! of the action.
 //!
-//! Letters: `K, E, D` of [`GaussLobatto`], `Q_k, V_k` position and velocity at a Gauss node, `Δ_j = q_j − q_n`.
+//! Letters: `K, E, D` of [`GaussLobatto`], `Q_k, V_k` position and velocity at a Gauss node,
+//! `Δ_j = q_j − q_n`.
 #![allow(non_snake_case)] // K, E, D
 
 use crate::scheme::SubStep;
@@ -71,8 +73,8 @@ impl ControlPoints {
         }
     }
 
-    /// Opens the interval of the step alone. Of the control points between its ends only increments are then used
-    /// ([`ControlPoints::increments_mut`]).
+    /// Opens the interval of the step alone. Of the control points between its ends only increments
+    /// are then used ([`ControlPoints::increments_mut`]).
     pub fn open_ends(&mut self, step: SubStep, state: &State) {
         let Self { constants, points, p, gauss, .. } = self;
         let last = points.len() - 1;

@@ -1,7 +1,8 @@
 //! Galerkin schemes of order `2s` on the discrete null space.
 //!
-//! On each step a polynomial of degree `s` goes through `s + 1` control points at the Lobatto nodes, all of which
-//! satisfy the constraints; the action is integrated at `s` Gauss nodes ([`vi_core::galerkin`]):
+//! On each step a polynomial of degree `s` goes through `s + 1` control points at the Lobatto
+//! nodes, all of which satisfy the constraints; the action is integrated at `s` Gauss nodes
+//! ([`vi_core::galerkin`]):
 //! ```text
 //! w_i := δ_i0 p̄_n + ∂_i L_d + f_i
 //!      = δ_i0 p̄_n + (1/h) M Σ_j K_ij Δ_j + h Σ_k b_k E_ki [f − ∇V](Q_k, V_k),    Δ_j = q_j − q_n       [2.26]
@@ -9,9 +10,10 @@
 //! nodal         P(q_i)ᵀ w_i = 0 (i = 0 … s−1),             q_j = F_d(u_j, q_n),  u_1 … u_s ∈ R^d       [2.28]
 //! p̄_{n+1}     = ∂_s L_d + f_s                                                                          [2.29]
 //! ```
-//! Both have the same roots. The order is `2s` in `q_n` and in the projected momentum `ᵠp_n`, with dissipative forces,
-//! too: there are no backward sub-steps. The map is symplectic and self-adjoint, momentum maps and constraints are
-//! exact. `s = 1` is the scheme of order 2. Only increments enter, since the rows of `K` sum to zero.
+//! Both have the same roots. The order is `2s` in `q_n` and in the projected momentum `ᵠp_n`, with
+//! dissipative forces, too: there are no backward sub-steps. The map is symplectic and
+//! self-adjoint, momentum maps and constraints are exact. `s = 1` is the scheme of order 2. Only
+//! increments enter, since the rows of `K` sum to zero.
 //!
 //! | file | concept |
 //! |---|---|
@@ -21,8 +23,8 @@
 //! | [`operators`] | the same from operators of single control points |
 //! | [`tangent`] | the exact tangent of a step |
 //!
-//! Sources: Jay, SIAM J. Numer. Anal. 45 (2007) 1814 and 33 (1996) 368; Wenger, Ober-Blöbaum & Leyendecker, Adv.
-//! Comput. Math. 43 (2017) 1163.
+//! Sources: Jay, SIAM J. Numer. Anal. 45 (2007) 1814 and 33 (1996) 368; Wenger, Ober-Blöbaum &
+//! Leyendecker, Adv. Comput. Math. 43 (2017) 1163.
 
 pub mod constrained;
 pub mod control_points;

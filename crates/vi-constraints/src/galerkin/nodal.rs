@@ -1,21 +1,23 @@
-//! Nodal Galerkin scheme: [2.28], solved by sweeps with one factorization for each control point and step.
+//! Nodal Galerkin scheme: [2.28], solved by sweeps with one factorization for each control point
+//! and step.
 //!
 //! ```text
 //! r_i = P(q_i)ᵀ w_i = 0,   i = 0 … s−1,        q_j = F_d(u_j, q_n),  j = 1 … s                      [2.28]
 //! u_j ← u_j − h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i,         A_j = P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)                    [2.30]
 //! ```
-//! `(1/h) K̂ ⊗ A` is the Jacobian but for the variation of `P` from one control point to the next and for `∇²V`, so the
-//! corrections contract by a ratio of `O(h)`; the residual is exact, and with it the root. The factors are computed
-//! at the initial guess, and again while the corrections are large.
+//! `(1/h) K̂ ⊗ A` is the Jacobian but for the variation of `P` from one control point to the next
+//! and for `∇²V`, so the corrections contract by a ratio of `O(h)`; the residual is exact, and with
+//! it the root. The factors are computed at the initial guess, and again while the corrections are
+//! large.
 //!
 //! # Initial guesses
-//! 1. the polynomial of the last step continued: `u_j ← Σ_i ℓ_i(1 + c̃_j) u_i` less `u_s`, and by how much such polynomials
-//!    missed, extrapolated from the last steps,
+//! 1. the polynomial of the last step continued: `u_j ← Σ_i ℓ_i(1 + c̃_j) u_i` less `u_s`, and by
+//!    how much such polynomials missed, extrapolated from the last steps,
 //! 2. `u = 0`, from where the first correction leads to `c̃_j h ν`,
 //! 3. the motion in four smaller steps.
 //!
-//! With large steps there are mirrored solutions, on other branches of the motion. A solution is refused that is
-//! farther than 0.5 rad from what the first correction led to.
+//! With large steps there are mirrored solutions, on other branches of the motion. A solution is
+//! refused that is farther than 0.5 rad from what the first correction led to.
 
 use crate::constraints::Constraints;
 use crate::galerkin::control_points::{ControlPoints, GaussPoint};
@@ -142,7 +144,8 @@ impl<O: Sweeps> GalerkinNodal<O> {
         x.chunks_exact_mut(d).for_each(|u| sweeps.compose(&last[end..], u));
     }
 
-    /// Increments of the control points from smaller steps; whether these could be taken. Allocates.
+    /// Increments of the control points from smaller steps; whether these could be taken.
+    /// Allocates.
     fn approach(
         &mut self,
         system: &impl MechanicalSystem,

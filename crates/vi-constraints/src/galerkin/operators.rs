@@ -16,10 +16,11 @@ pub trait ControlPointOperators: Send {
     /// # Errors
     /// [`Fault`] when `u` is outside the domain of the map.
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
-    /// `out ← P(q)ᵀ w`, shape `d`. Any basis of the null space will do that changes little along the step: `reached` is the
-    /// increment that leads from `q_n` to `q`, none at `q_n`.
+    /// `out ← P(q)ᵀ w`, shape `d`. Any basis of the null space will do that changes little along
+    /// the step: `reached` is the increment that leads from `q_n` to `q`, none at `q_n`.
     fn pull_back(&mut self, q: &[f64], reached: Option<LastStep<'_>>, w: &[f64], out: &mut [f64]);
-    /// Factorizes `P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)` of control point `j`, with the basis of `pull_back`, where `s = (q_n, q_j)`; `mass` emits `M`.
+    /// Factorizes `P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)` of control point `j`, with the basis of
+    /// `pull_back`, where `s = (q_n, q_j)`; `mass` emits `M`.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`].
@@ -35,7 +36,8 @@ pub trait ControlPointOperators: Send {
     /// # Errors
     /// [`Fault::SingularTangent`].
     fn solve(&mut self, j: usize, x: &mut [f64]) -> Result<(), Fault>;
-    /// `u ←` the increment of `first` and then `u`; of use for initial guesses, so that the sum will do.
+    /// `u ←` the increment of `first` and then `u`; of use for initial guesses, so that the sum
+    /// will do.
     fn compose(&self, first: &[f64], u: &mut [f64]) {
         u.iter_mut().zip(first).for_each(|(u, first)| *u += first);
     }
@@ -45,8 +47,8 @@ pub trait ControlPointOperators: Send {
 
 /// [`ControlPointOperators`] from a [`Reparametrization`], by dense matrices.
 ///
-/// `∂F_d/∂u` takes the place of `P(q_j)`, whose range it has: it is smooth along the step, and the basis of a map need not be
-/// (the axes of a bar are those farthest from it).
+/// `∂F_d/∂u` takes the place of `P(q_j)`, whose range it has: it is smooth along the step, and the
+/// basis of a map need not be (the axes of a bar are those farthest from it).
 #[derive(Debug)]
 pub struct DenseControlPoints<R> {
     map: R,

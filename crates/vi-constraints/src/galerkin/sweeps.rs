@@ -1,7 +1,8 @@
 //! One sweep of the nodal Galerkin scheme over all control points of a step.
 //!
-//! [`Sweeps`] is what the scheme asks for: residuals [2.28] and corrections [2.30] of all control points at once.
-//! [`Pointwise`] gives it from [`ControlPointOperators`], one control point after the other.
+//! [`Sweeps`] is what the scheme asks for: residuals [2.28] and corrections [2.30] of all control
+//! points at once. [`Pointwise`] gives it from [`ControlPointOperators`], one control point after
+//! the other.
 
 use crate::galerkin::control_points::ControlPoints;
 use crate::galerkin::operators::ControlPointOperators;
@@ -12,7 +13,8 @@ use vi_core::newton::{Block, Fault};
 use vi_core::sparse::Entries;
 use vi_core::state::{Memory, State};
 
-/// Residuals and corrections of a step. Unknowns `u` and residuals `r`: shape `s × d`, control point by control point.
+/// Residuals and corrections of a step. Unknowns `u` and residuals `r`: shape `s × d`, control
+/// point by control point.
 pub trait Sweeps: Send {
     /// Degrees of freedom `d`.
     fn dof(&self) -> usize;
@@ -30,7 +32,8 @@ pub trait Sweeps: Send {
         step: SubStep,
         state: &State,
     );
-    /// `r_i ← P(q_i)ᵀ w_i` with `q_j = F_d(u_j, q_n)` [2.28]; `anew`: factors for the next corrections, too.
+    /// `r_i ← P(q_i)ᵀ w_i` with `q_j = F_d(u_j, q_n)` [2.28]; `anew`: factors for the next
+    /// corrections, too.
     ///
     /// # Errors
     /// [`Fault`] when `u` is outside the domain of the map; [`Fault::SingularTangent`].
@@ -62,8 +65,8 @@ pub trait Sweeps: Send {
         u: &[f64],
         du: &mut [f64],
     ) -> Result<(), Fault>;
-    /// Writes `q_{n+1}` with its increment into the interval of the step and `p ← p̄_{n+1} = w_s` [2.29], at the
-    /// control points of the last residual, or where they were moved since.
+    /// Writes `q_{n+1}` with its increment into the interval of the step and `p ← p̄_{n+1} = w_s`
+    /// [2.29], at the control points of the last residual, or where they were moved since.
     fn close(&mut self, system: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]) {
         points.balance(system, points.stages(), p);
     }

@@ -6,8 +6,8 @@
 //! h δ_i0 δp̄ + δW_i − Σ_c μ_ic D²g_c(q_i) δq_i − G(q_i)ᵀ δμ_i = 0,   i = 0 … s−1
 //! G(q_j) δq_j = 0,   j = 1 … s,                                      δp̄' = δW_s/h
 //! ```
-//! Whichever form finds the step, the control points satisfy these equations; `μ_i` follows from `h w_i = G(q_i)ᵀ μ_i`.
-//! The symplectic form is that of [`crate::tangent_map`].
+//! Whichever form finds the step, the control points satisfy these equations; `μ_i` follows from
+//! `h w_i = G(q_i)ᵀ μ_i`. The symplectic form is that of [`crate::tangent_map`].
 #![allow(non_snake_case)] // K, E, W
 
 use crate::constraints::Constraints;

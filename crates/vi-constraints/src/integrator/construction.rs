@@ -151,8 +151,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         })
     }
 
-    /// Refuses a start at which dependent constraints contradict each other. Premise: the start is not
-    /// singular.
+    /// Refuses a start at which dependent constraints contradict each other. Premise: the start is
+    /// not singular.
     ///
     /// # Errors
     /// [`SetupError::Contradiction`].
@@ -164,8 +164,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         }
     }
 
-    /// The start is a singular configuration in which only `rows` are independent; `report` is of the
-    /// projection that was made with them.
+    /// The start is a singular configuration in which only `rows` are independent; `report` is of
+    /// the projection that was made with them.
     #[must_use]
     pub fn starting_singular(mut self, rows: &IndependentRows, report: StartReport) -> Self {
         self.start_observer = Some(self.system.observer(self.constraints.len(), rows));

@@ -7,7 +7,8 @@ use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::newton::Fault;
 use vi_core::sparse::Entries;
 
-/// The parts of the last step of an integrator, evaluated again at its solution; the state stays as it is.
+/// The parts of the last step of an integrator, evaluated again at its solution; the state stays as
+/// it is.
 pub struct Kernels<'a, S: Discretization<C>, C> {
     run: &'a mut Integrator<S, C>,
     u: Vec<f64>,        // unknowns of the last step
@@ -49,7 +50,8 @@ impl<S: Discretization<C>, C: Constraints> Kernels<'_, S, C> {
         scheme.residual(system, constraints, &self.u, &mut self.residual)
     }
 
-    /// A correction of Newton's method: matrix, factorization, solution. After [`Kernels::residual`].
+    /// A correction of Newton's method: matrix, factorization, solution. After
+    /// [`Kernels::residual`].
     ///
     /// # Errors
     /// [`Fault`] as in a step.
@@ -61,7 +63,8 @@ impl<S: Discretization<C>, C: Constraints> Kernels<'_, S, C> {
 }
 
 impl<S: Discretization<C> + DiscreteLagrangian, C: Constraints> Kernels<'_, S, C> {
-    /// The sum of the entries of `D_2(D_1 L_d + f_d^-)` in the last sub-step: what the system has of the Newton matrix.
+    /// The sum of the entries of `D_2(D_1 L_d + f_d^-)` in the last sub-step: what the system has
+    /// of the Newton matrix.
     #[must_use]
     pub fn entries(&self) -> f64 {
         let mut sum = Sum(0.0);

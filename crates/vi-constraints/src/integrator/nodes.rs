@@ -20,8 +20,8 @@ impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S
         self
     }
 
-    /// `v̂` of no momentum in the present configuration at the time `t`, s: the least motion that prescribed motions
-    /// need. Shape `n`.
+    /// `v̂` of no momentum in the present configuration at the time `t`, s: the least motion that
+    /// prescribed motions need. Shape `n`.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -36,12 +36,13 @@ impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S
         Ok(v)
     }
 
-    /// The fastest motions about the current node ([`crate::fastest_motion`]): with the stiffness of potentials and constraint
-    /// forces, and with that of the forces of those constraints alone that are `counted`; `stiffness` emits `∇²V`, shape
-    /// `n × n`.
+    /// The fastest motions about the current node ([`crate::fastest_motion`]): with the stiffness
+    /// of potentials and constraint forces, and with that of the forces of those constraints alone
+    /// that are `counted`; `stiffness` emits `∇²V`, shape `n × n`.
     ///
     /// # Errors
-    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
+    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no
+    /// mass.
     pub fn fastest_motions(
         &mut self,
         stiffness: &dyn Fn(&S, Configuration<'_>, &mut dyn Entries),
@@ -58,8 +59,8 @@ impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S
 }
 
 impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
-    /// Whether nodes have multipliers; they do unless said otherwise. Without them a node costs less than a step.
-    /// A singular start has them always.
+    /// Whether nodes have multipliers; they do unless said otherwise. Without them a node costs
+    /// less than a step. A singular start has them always.
     pub fn record_multipliers(&mut self, wanted: bool) {
         self.observer.record_multipliers(wanted);
     }
@@ -80,8 +81,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         observer.observe(system, constraints, before, step)
     }
 
-    /// The quantities of the current node. At order 2 most of them belong to the step that starts here: it is
-    /// taken on a copy of the state.
+    /// The quantities of the current node. At order 2 most of them belong to the step that starts
+    /// here: it is taken on a copy of the state.
     ///
     /// # Errors
     /// [`ObserveError`] when that step fails or the constraints have lost rank.
@@ -115,8 +116,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         observer.observe_state(system, constraints, state, h)
     }
 
-    /// What was last observed at the node of a state: [`Integrator::state`], or [`Integrator::before`] after
-    /// [`Integrator::node_before`].
+    /// What was last observed at the node of a state: [`Integrator::state`], or
+    /// [`Integrator::before`] after [`Integrator::node_before`].
     #[must_use]
     pub fn observed(&self, at: &State) -> &Node {
         match &self.start_observer {
@@ -136,8 +137,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         Ok(lambda)
     }
 
-    /// `Gᵀλ` of this multiplier, written to `force`, which gets the shape `n`; `λ`, which gets the shape `m`, where it is
-    /// asked for.
+    /// `Gᵀλ` of this multiplier, written to `force`, which gets the shape `n`; `λ`, which gets the
+    /// shape `m`, where it is asked for.
     ///
     /// # Errors
     /// As [`Integrator::acceleration_multiplier`].
@@ -156,8 +157,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         observer.acceleration_force(system, constraints, state, force, lambda)
     }
 
-    /// Whether nodes are read from their states alone: with a composition or a Galerkin scheme no quantity of a node
-    /// belongs to the step from there.
+    /// Whether nodes are read from their states alone: with a composition or a Galerkin scheme no
+    /// quantity of a node belongs to the step from there.
     #[must_use]
     pub fn reads_states(&self) -> bool {
         self.gammas.len() > 1 || self.method.stages().is_some()

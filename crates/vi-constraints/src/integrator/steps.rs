@@ -29,9 +29,9 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.step_in_parts(1, each)
     }
 
-    /// One macro step as `parts` steps of equal length, where a whole one is refused. A map of another step is another
-    /// map: the structure is that of each part. Quantities of the node where it starts are those of
-    /// [`Integrator::observe_state`], taken before.
+    /// One macro step as `parts` steps of equal length, where a whole one is refused. A map of
+    /// another step is another map: the structure is that of each part. Quantities of the node
+    /// where it starts are those of [`Integrator::observe_state`], taken before.
     ///
     /// # Errors
     /// [`StepError`]; the state is then what it was before the macro step.
@@ -94,8 +94,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         Ok(total)
     }
 
-    /// Continues from a state of this motion, for example one that was stored: the next steps are, bit for
-    /// bit, those that the integration which it comes from would have taken.
+    /// Continues from a state of this motion, for example one that was stored: the next steps are,
+    /// bit for bit, those that the integration which it comes from would have taken.
     ///
     /// # Errors
     /// [`ResumeError`]; the state is then what it was.
@@ -118,8 +118,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     }
 }
 
-/// The steps of a motion, without end: `run.by_ref().take(100)` are a hundred macro steps. After an error the next
-/// item is the attempt of the same step.
+/// The steps of a motion, without end: `run.by_ref().take(100)` are a hundred macro steps. After an
+/// error the next item is the attempt of the same step.
 impl<S: Discretization<C>, C: Constraints> Iterator for Integrator<S, C> {
     type Item = Result<StepReport, StepError>;
 

@@ -17,7 +17,8 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// Of the saddle-point matrix of a step: multiplier columns carry `h²`, momentum rows `1/h` as written.
+    /// Of the saddle-point matrix of a step: multiplier columns carry `h²`, momentum rows `1/h` as
+    /// written.
     #[must_use]
     pub fn of_saddle_point(saddle: &SaddlePoint, s: &Interval) -> Option<Self> {
         let scaled = saddle.matrix()?.to_dense();
@@ -36,8 +37,8 @@ impl Condition {
         Self { as_written: condition_number(&written), scaled: condition_number(scaled) }
     }
 
-    /// Of the inverse of a `d × d` matrix that is known by its solutions alone: `solve` turns a right-hand side into one. `None`
-    /// where it cannot.
+    /// Of the inverse of a `d × d` matrix that is known by its solutions alone: `solve` turns a
+    /// right-hand side into one. `None` where it cannot.
     pub fn of_inverse(
         d: usize,
         mut solve: impl FnMut(&mut [f64]) -> Result<(), Fault>,

@@ -22,8 +22,9 @@ pub enum Guess {
 
 /// One of the schemes: the equations of a step `r(x) = 0`, with their workspace.
 ///
-/// Nothing in it influences a later step but through the [`State`]. Call order within a step: `begin`, then
-/// for each iteration `residual`, `correction`; `end` when the step is taken. [`StepSolver`](super::StepSolver) does so.
+/// Nothing in it influences a later step but through the [`State`]. Call order within a step:
+/// `begin`, then for each iteration `residual`, `correction`; `end` when the step is taken.
+/// [`StepSolver`](super::StepSolver) does so.
 pub trait Scheme<S, C>: Send {
     /// Units and scales of the unknowns; together the blocks cover all of them.
     fn blocks(&self) -> &[Block];
@@ -68,9 +69,9 @@ pub trait Scheme<S, C>: Send {
     fn noise(&self) -> f64 {
         1e-9
     }
-    /// `Σ_j |K_ij| size_j` of each equation at `x`, with the matrix of the last correction: rounding changes the
-    /// residual by a few `ε` of that. `None`: not known. Allocates; asked only where the residual has stopped to
-    /// fall.
+    /// `Σ_j |K_ij| size_j` of each equation at `x`, with the matrix of the last correction:
+    /// rounding changes the residual by a few `ε` of that. `None`: not known. Allocates; asked only
+    /// where the residual has stopped to fall.
     fn equation_sizes(&mut self, _constraints: &C, _x: &[f64]) -> Option<Vec<f64>> {
         None
     }
@@ -94,8 +95,8 @@ pub trait Scheme<S, C>: Send {
     fn keeps_orientation(&self) -> bool {
         false
     }
-    /// Whether the last step has itself found all constraints met to round-off and all coordinates finite; where it has
-    /// not, [`crate::closure`] does.
+    /// Whether the last step has itself found all constraints met to round-off and all coordinates
+    /// finite; where it has not, [`crate::closure`] does.
     fn meets_constraints(&self) -> bool {
         false
     }
@@ -107,8 +108,9 @@ pub trait Scheme<S, C>: Send {
     fn is_simplified(&self) -> bool {
         false
     }
-    /// Writes an initial guess of the unknowns of the step that was begun, each `attempt` a more robust one; `None`:
-    /// no more. By default the extrapolated increment, the last one, and zero with a line search.
+    /// Writes an initial guess of the unknowns of the step that was begun, each `attempt` a more
+    /// robust one; `None`: no more. By default the extrapolated increment, the last one, and zero
+    /// with a line search.
     fn guess(
         &mut self,
         _system: &S,
@@ -143,8 +145,8 @@ pub trait Scheme<S, C>: Send {
     fn alternating(&self, _sub_steps: usize) -> Range<usize> {
         0..0
     }
-    /// After a step that was `solved` or not: whether other constraints are used from now on. The history is then
-    /// void, and the step is to be solved again.
+    /// After a step that was `solved` or not: whether other constraints are used from now on. The
+    /// history is then void, and the step is to be solved again.
     fn renew(&mut self, _constraints: &C, _solved: bool) -> bool {
         false
     }
@@ -161,7 +163,8 @@ pub trait Scheme<S, C>: Send {
     ) -> Result<(), StepError>;
     /// Computes the Gauss nodes of the step that was taken, where the scheme has them.
     fn interpolate(&mut self) {}
-    /// The Gauss nodes of the last [`Scheme::interpolate`], of Galerkin schemes; the others have none.
+    /// The Gauss nodes of the last [`Scheme::interpolate`], of Galerkin schemes; the others have
+    /// none.
     fn gauss(&self) -> &[GaussPoint] {
         &[]
     }
@@ -173,8 +176,8 @@ pub trait Scheme<S, C>: Send {
     fn interval(&self) -> &Interval;
     /// The same, to put back the one before a trial step.
     fn interval_mut(&mut self) -> &mut Interval;
-    /// Condition numbers of the Newton matrix of the last step, which had the solution `x` (dense: for studies,
-    /// not for runs).
+    /// Condition numbers of the Newton matrix of the last step, which had the solution `x` (dense:
+    /// for studies, not for runs).
     fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
         None
     }

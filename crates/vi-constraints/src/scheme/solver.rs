@@ -32,7 +32,8 @@ impl StepSolver {
     /// Takes a sub-step: replaces `(t, q_n, p̄_n)` by the next node.
     ///
     /// # Errors
-    /// [`StepError`]; of the state only history and memory may then have changed, which the caller restores.
+    /// [`StepError`]; of the state only history and memory may then have changed, which the caller
+    /// restores.
     pub fn advance<S, C>(
         &mut self,
         scheme: &mut dyn Scheme<S, C>,

@@ -23,7 +23,8 @@ impl SubStep {
         Self { index: 0, count: 1, h, t_end: t + h }
     }
 
-    /// Newton's method of the very first step starts from `h ν` where rates `ν` of the unknowns are given.
+    /// Newton's method of the very first step starts from `h ν` where rates `ν` of the unknowns are
+    /// given.
     pub fn depart(self, rates: Option<&[f64]>, state: &mut State) {
         if let Some(rates) = rates.filter(|_| state.step == 0 && self.index == 0) {
             let increment: Vec<f64> = rates.iter().map(|rate| self.h * rate).collect();

@@ -153,7 +153,8 @@ impl SeparableSystem {
         forces.for_each(|force| force.add_minus(s, out));
     }
 
-    /// Emits what [`DiscreteLagrangian::forced_d2_d1`] has beside inertia and [`SeparableSystem::along_unknowns`].
+    /// Emits what [`DiscreteLagrangian::forced_d2_d1`] has beside inertia and
+    /// [`SeparableSystem::along_unknowns`].
     pub fn other_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
         let (potentials, forces) = self.other();
         potentials.for_each(|potential| potential.add_d2_d1(s, -s.h, out));
@@ -166,16 +167,16 @@ impl SeparableSystem {
         self.forces.len()
     }
 
-    /// Adds the work of each discrete force in a step, J, in the order in which they were added; `scratch`: shape
-    /// `n`.
+    /// Adds the work of each discrete force in a step, J, in the order in which they were added;
+    /// `scratch`: shape `n`.
     pub fn add_work(&self, s: &Interval, scratch: &mut [f64], out: &mut [f64]) {
         for (force, work) in self.forces.iter().zip(out) {
             *work += force.work(s, scratch);
         }
     }
 
-    /// Adds `scale f·v` of each discrete force at a Gauss node to `out`, in the order in which they were added, but for
-    /// those of strain rates; `scratch`: shape `n`.
+    /// Adds `scale f·v` of each discrete force at a Gauss node to `out`, in the order in which they
+    /// were added, but for those of strain rates; `scratch`: shape `n`.
     pub fn add_power(
         &self,
         at: Configuration<'_>,
@@ -201,8 +202,8 @@ impl SeparableSystem {
     }
 
     /// Emits `∂/∂q` of [`SeparableSystem::net_force`] at rest or in a steady rotation `v`
-    /// ([`DiscreteForce::add_stiffness`]), shape `n × n`; always the same places in the same order. Not symmetric where
-    /// a force has no potential.
+    /// ([`DiscreteForce::add_stiffness`]), shape `n × n`; always the same places in the same order.
+    /// Not symmetric where a force has no potential.
     pub fn stiffness(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
         self.potential_hessian(at, 1.0, out);
         self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
@@ -219,7 +220,8 @@ impl SeparableSystem {
         from_ground.for_each(|force| force.add_damping(at, v, -1.0, out));
     }
 
-    /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order in which forces were added.
+    /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order in
+    /// which forces were added.
     pub fn add_interpolated_work(&self, step: &StepPolynomial<'_>, out: &mut [f64]) {
         for (force, work) in self.forces.iter().zip(out) {
             *work += force.interpolation().map_or(0.0, |own| own.work(step));

@@ -18,13 +18,13 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn d2(&self, s: &Interval, out: &mut [f64]);
     /// Emits `D_2 D_1 L_d`, shape `n × n`; always the same places in the same order.
     fn d2_d1(&self, s: &Interval, out: &mut dyn Entries);
-    /// Emits `D_1 D_1 L_d`, shape `n × n`; always the same places in the same order. No step needs it:
-    /// it is part of the tangent of a step.
+    /// Emits `D_1 D_1 L_d`, shape `n × n`; always the same places in the same order. No step needs
+    /// it: it is part of the tangent of a step.
     fn d1_d1(&self, s: &Interval, out: &mut dyn Entries);
     /// Emits `D_2 D_2 L_d`, as [`DiscreteLagrangian::d1_d1`].
     fn d2_d2(&self, s: &Interval, out: &mut dyn Entries);
-    /// Emits `scale ∇²V(q)` of the continuous potential, shape `n × n`; always the same places in the same order. No
-    /// step needs it: it is part of the tangent of a step.
+    /// Emits `scale ∇²V(q)` of the continuous potential, shape `n × n`; always the same places in
+    /// the same order. No step needs it: it is part of the tangent of a step.
     fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
     /// The same at a Gauss node, without [`MechanicalSystem::interpolation`].
     fn gauss_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
@@ -40,7 +40,8 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn internal_variables(&self) -> usize {
         0
     }
-    /// `out ← z_{n+1}`, the internal variables at the end of a step; shape [`Self::internal_variables`].
+    /// `out ← z_{n+1}`, the internal variables at the end of a step; shape
+    /// [`Self::internal_variables`].
     fn advance_internal(&self, _s: &Interval, _out: &mut [f64]) {}
     /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, LMO08 (52).
     fn discrete_potential_energy(&self, s: &Interval) -> f64;

@@ -1,4 +1,5 @@
-//! When the corrections of Newton's method are small enough; the criteria are those of [`crate::newton`].
+//! When the corrections of Newton's method are small enough; the criteria are those of
+//! [`crate::newton`].
 
 /// `√ε/2`, the usual [`crate::newton::NewtonProblem::closing_size`].
 pub const CLOSING_SIZE: f64 = 1.0 / (1 << 27) as f64;

@@ -13,13 +13,14 @@
 //!            size_k ≤ 1e-9 (three times in a row with size_k ≤ noise where the problem is ill-conditioned)
 //! ```
 //! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
-//! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
-//! the last correction is evaluated anyway (it closes the interval), so the test costs no extra
-//! factorization; where no body turns too much, it is not needed ([`NewtonProblem::settle`]). The
-//! rounding error of the last correction is at hand for compensated stepping
+//! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual
+//! after the last correction is evaluated anyway (it closes the interval), so the test costs no
+//! extra factorization; where no body turns too much, it is not needed ([`NewtonProblem::settle`]).
+//! The rounding error of the last correction is at hand for compensated stepping
 //! ([`Newton::rounding_error`]). An optional line search halves steps that increase the residual.
 //!
-//! Problems with an approximate tangent are solved by simplified iterations ([`NewtonProblem::is_simplified`]).
+//! Problems with an approximate tangent are solved by simplified iterations
+//! ([`NewtonProblem::is_simplified`]).
 
 mod convergence;
 mod report;
@@ -93,9 +94,9 @@ pub trait NewtonProblem {
     /// # Errors
     /// [`Fault::SingularTangent`].
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault>;
-    /// Takes `x` as the solution: evaluates there what later calls need. By default the residual; `r` may be left as it
-    /// was before the last correction. Only for approximate tangents, and where [`NewtonProblem::turn`] shows that the
-    /// last correction leaves less than rounding.
+    /// Takes `x` as the solution: evaluates there what later calls need. By default the residual;
+    /// `r` may be left as it was before the last correction. Only for approximate tangents, and
+    /// where [`NewtonProblem::turn`] shows that the last correction leaves less than rounding.
     ///
     /// # Errors
     /// [`Fault`] when `x` is outside the domain of the equations.
@@ -107,36 +108,39 @@ pub trait NewtonProblem {
     fn noise(&self) -> f64 {
         1e-9
     }
-    /// Whether the residual `r` at `x` is no larger than rounding makes it: `|r_i| ≤ c ε Σ_j |K_ij| size_j` with a
-    /// small `c`. Then `x` solves equations whose coefficients differ from these by their rounding, whatever the
-    /// correction of multipliers. Asked only where residual or corrections have stopped to fall and no other unknown is
+    /// Whether the residual `r` at `x` is no larger than rounding makes it:
+    /// `|r_i| ≤ c ε Σ_j |K_ij| size_j` with a small `c`. Then `x` solves equations whose
+    /// coefficients differ from these by their rounding, whatever the correction of multipliers.
+    /// Asked only where residual or corrections have stopped to fall and no other unknown is
     /// corrected by more than [`NewtonProblem::noise`]; may allocate.
     fn is_round_off(&mut self, _x: &[f64], _r: &[f64]) -> bool {
         false
     }
-    /// Whether [`NewtonProblem::correction`] only approximates `K⁻¹`: the corrections contract by a constant ratio.
+    /// Whether [`NewtonProblem::correction`] only approximates `K⁻¹`: the corrections contract by a
+    /// constant ratio.
     fn is_simplified(&self) -> bool {
         false
     }
-    /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`; less takes half an iteration more, for
-    /// who uses [`Newton::rounding_error`].
+    /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`; less takes half an
+    /// iteration more, for who uses [`Newton::rounding_error`].
     fn resolution(&self) -> f64 {
         0.25
     }
-    /// Relative size of a correction whose square, the error of Newton's method after it, is below rounding. Only for
-    /// problems whose residual is handed on, so that what rounding leaves in it is not lost: elsewhere zero.
+    /// Relative size of a correction whose square, the error of Newton's method after it, is below
+    /// rounding. Only for problems whose residual is handed on, so that what rounding leaves in it
+    /// is not lost: elsewhere zero.
     fn closing_size(&self) -> f64 {
         0.0
     }
-    /// The largest rotation in increments `x`, rad, where residuals of unlike kinds stand side by side, as gaps and momenta: the
-    /// largest are then those of one kind, which one depends on the units, and if they are linear their contraction says nothing
-    /// of the others. Elsewhere zero.
+    /// The largest rotation in increments `x`, rad, where residuals of unlike kinds stand side by
+    /// side, as gaps and momenta: the largest are then those of one kind, which one depends on the
+    /// units, and if they are linear their contraction says nothing of the others. Elsewhere zero.
     fn rotation(&self, _x: &[f64]) -> f64 {
         0.0
     }
-    /// Part of the last correction that Newton's method leaves after it, at most, where it is known: the largest
-    /// rotation of a body in rad, where rotations are all that is nonlinear. Only for problems whose residual is handed
-    /// on; elsewhere infinite.
+    /// Part of the last correction that Newton's method leaves after it, at most, where it is
+    /// known: the largest rotation of a body in rad, where rotations are all that is nonlinear.
+    /// Only for problems whose residual is handed on; elsewhere infinite.
     fn turn(&self) -> f64 {
         f64::INFINITY
     }
@@ -201,7 +205,8 @@ struct Size {
     block: usize,
 }
 
-/// Size of the largest correction `dx` of a block of unknowns `x`, relative to them; NaN where one is.
+/// Size of the largest correction `dx` of a block of unknowns `x`, relative to them; NaN where one
+/// is.
 #[must_use]
 pub fn relative_size(blocks: &[Block], x: &[f64], dx: &[f64]) -> f64 {
     size(blocks, x, dx).relative
@@ -305,7 +310,8 @@ impl Newton {
         Ok(report)
     }
 
-    /// Whether the residual at `x` is round-off, where no other unknowns than multipliers are still corrected.
+    /// Whether the residual at `x` is round-off, where no other unknowns than multipliers are still
+    /// corrected.
     fn is_round_off(&self, problem: &mut impl NewtonProblem, x: &[f64]) -> bool {
         let blocks = problem.blocks().iter().enumerate();
         let blocks = blocks.filter(|(_, block)| block.kind != BlockKind::Multiplier);
@@ -355,13 +361,15 @@ impl Newton {
         turn.is_finite() && of_kind(BlockKind::Rotation) && of_kind(BlockKind::Position)
     }
 
-    /// The least contraction of what rotates: momenta bend by `x δx/8` and more of a correction `δx` of a rotation by `x` in a step.
+    /// The least contraction of what rotates: momenta bend by `x δx/8` and more of a correction
+    /// `δx` of a rotation by `x` in a step.
     fn least_ratio(&self, problem: &impl NewtonProblem, x: &[f64]) -> f64 {
         const PART: f64 = 0.01;
         PART * problem.rotation(x) * problem.rotation(&self.dx)
     }
 
-    /// Rounding error of the last correction, shape of `x`: the root is closer to `x` plus this than to `x`.
+    /// Rounding error of the last correction, shape of `x`: the root is closer to `x` plus this
+    /// than to `x`.
     #[must_use]
     pub fn rounding_error(&self) -> &[f64] {
         &self.rounding

@@ -36,7 +36,8 @@ pub enum Fault {
         /// How far, rad.
         distance: f64,
     },
-    /// A solution whose polynomial leaves the constraints between its points, perhaps on another branch of the motion.
+    /// A solution whose polynomial leaves the constraints between its points, perhaps on another
+    /// branch of the motion.
     #[error("a solution whose polynomial leaves the constraints by {by:.2} of their size")]
     FarFromConstraints {
         /// How far, relative to the size of the terms of a constraint.

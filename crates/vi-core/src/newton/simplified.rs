@@ -1,12 +1,14 @@
 //! Simplified Newton iterations: corrections by an approximate tangent.
 //!
-//! They contract by a constant ratio, and are made until they no longer fall: a bound of `1e-15` would leave a part of each
-//! correction that has the same sign in every step, and the momentum maps would drift.
+//! They contract by a constant ratio, and are made until they no longer fall: a bound of `1e-15`
+//! would leave a part of each correction that has the same sign in every step, and the momentum
+//! maps would drift.
 //! ```text
 //! stagnation size_k ≥ size_{k-1}/2 and size_k ≤ 64ε, or size_k ≥ size_{k-1}, size_{k-2}/2 and size_k ≤ 1e-9
 //! level      size has not fallen by half in three iterations, and the residual is round-off ([`NewtonProblem::is_round_off`])
 //! ```
-//! The residual after the last correction has no part in it and is not evaluated ([`NewtonProblem::settle`]).
+//! The residual after the last correction has no part in it and is not evaluated
+//! ([`NewtonProblem::settle`]).
 
 use super::{Fault, LEVEL, Newton, NewtonError, NewtonProblem, NewtonReport, Size};
 use crate::linear::norm_inf;
@@ -55,9 +57,9 @@ impl Newton {
     }
 }
 
-/// Whether a correction by an approximate tangent has reached round-off, from the sizes of the one `before` and of that
-/// `earlier` still; `noise`: what round-off alone may cause. Corrections may fall in pairs, so one that does not fall
-/// says nothing.
+/// Whether a correction by an approximate tangent has reached round-off, from the sizes of the one
+/// `before` and of that `earlier` still; `noise`: what round-off alone may cause. Corrections may
+/// fall in pairs, so one that does not fall says nothing.
 fn stagnates(size: f64, before: f64, earlier: f64, noise: f64) -> bool {
     const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
     (size >= 0.5 * before && size <= ROUND_OFF)
@@ -69,7 +71,8 @@ mod tests {
     use super::*;
     use crate::newton::{Block, BlockKind, NewtonSettings};
 
-    /// `x = (1, 1)` with corrections that leave the error `(e_2, e_1/1000)`: their sizes fall in pairs.
+    /// `x = (1, 1)` with corrections that leave the error `(e_2, e_1/1000)`: their sizes fall in
+    /// pairs.
     struct Pairs([Block; 1]);
     impl NewtonProblem for Pairs {
         fn blocks(&self) -> &[Block] {

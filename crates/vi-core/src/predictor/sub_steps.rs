@@ -4,17 +4,20 @@
 //! ```text
 //! u_j = γ_j (a + b τ + c_1 τ² + c_2 γ_j² + d_1 τ³ + d_2 γ_j² τ + d_3 σ_j + …),   σ_j = Σ_{i<j} γ_i³ + ½ γ_j³
 //! ```
-//! `γ_j²`: the mean of a rate over the sub-step, and its error; `σ_j`: the error in the middle of the sub-step, which the
-//! macro step has not made good yet. The weights `w_j` of the last sub-steps are the least ones, in the Euclidean norm, for which `Σ w_j u_j` is exact
-//! for all terms up to degree 2 or 3. They need one to three macro steps of history, where a polynomial of a high degree
-//! through the same sub-step of each needs seven, and follow motions that a macro step hardly resolves.
+//! `γ_j²`: the mean of a rate over the sub-step, and its error; `σ_j`: the error in the middle of
+//! the sub-step, which the macro step has not made good yet. The weights `w_j` of the last
+//! sub-steps are the least ones, in the Euclidean norm, for which `Σ w_j u_j` is exact for all
+//! terms up to degree 2 or 3. They need one to three macro steps of history, where a polynomial of
+//! a high degree through the same sub-step of each needs seven, and follow motions that a macro
+//! step hardly resolves.
 
 use nalgebra::{DMatrix, DVector};
 
 /// Sub-steps that a guess is made of.
 pub const NODES: usize = 11;
 
-/// Weights of the sub-steps before, the last one first: of the guess of degree 2, and what degree 3 adds to it.
+/// Weights of the sub-steps before, the last one first: of the guess of degree 2, and what degree 3
+/// adds to it.
 pub type Weights = [[f64; NODES]; 2];
 
 /// The weights of each sub-step of a composition, once their lengths are known.
@@ -53,7 +56,8 @@ impl Place {
 }
 
 impl SubStepWeights {
-    /// Of sub-steps of these lengths, s, where they were not found yet; none where they are not determined.
+    /// Of sub-steps of these lengths, s, where they were not found yet; none where they are not
+    /// determined.
     pub fn find(&mut self, lengths: impl Iterator<Item = f64> + Clone) {
         if self.found {
             return;
@@ -129,7 +133,8 @@ mod tests {
         assert_eq!(of(4, 10), (3, 2, 2));
     }
 
-    /// The motion `q(t)` of a polynomial of degree 4, divided into the sub-steps of all compositions.
+    /// The motion `q(t)` of a polynomial of degree 4, divided into the sub-steps of all
+    /// compositions.
     #[test]
     fn polynomials_are_exact() {
         let q = |t: f64| t * (1.0 + t * (0.7 - t * (0.4 + 0.3 * t)));
@@ -165,8 +170,8 @@ mod tests {
         }
     }
 
-    /// The sub-steps of a pendulum leave the smooth motion and come back to it in each macro step: misses are of order 5
-    /// with `σ`, of order 4 and a hundred times as large without it.
+    /// The sub-steps of a pendulum leave the smooth motion and come back to it in each macro step:
+    /// misses are of order 5 with `σ`, of order 4 and a hundred times as large without it.
     #[test]
     fn errors_of_sub_steps_are_foretold() {
         let missed = |count: usize| {

@@ -177,7 +177,8 @@ pub fn pair(kind: PairKind, reversed: bool) -> Model {
         )
 }
 
-/// Four particles, two bars, two springs (Gonzalez 1999), with `½ K (l² − l_0²)²` or `½ K (l − l_0)²`.
+/// Four particles, two bars, two springs (Gonzalez 1999), with `½ K (l² − l_0²)²` or
+/// `½ K (l − l_0)²`.
 pub fn four_particles(law: SpringLaw) -> Model {
     let particle = |k: usize, mass: f64, x: f64, y: f64| ParticleSpec {
         name: format!("particle {k}"),
@@ -266,8 +267,8 @@ fn reference_case(name: &str, h: f64) -> Model {
 }
 
 /// A system with one of everything: gravity-free pair with both springs, a spring by Gonzalez's
-/// formula, a damper, a dead and a follower load; a spring, a damper and a control on every coordinate
-/// of the joint.
+/// formula, a damper, a dead and a follower load; a spring, a damper and a control on every
+/// coordinate of the joint.
 pub fn loaded(model: &Model) -> EmSystem {
     let [first, second] = [0, 1].map(|k| model.springs[k].clone());
     let n = model.mechanism.dim();
@@ -308,7 +309,8 @@ pub fn screw() -> Model {
     pair(PairKind::Screw(0.15.into()), false)
 }
 
-/// Two bodies under gravity: a hinge to the ground whose angle is prescribed, and a free hinge between them.
+/// Two bodies under gravity: a hinge to the ground whose angle is prescribed, and a free hinge
+/// between them.
 pub fn driven() -> Model {
     let mut bodies = vec![body("first", 0), body("second", 1)];
     let (base, axes) =

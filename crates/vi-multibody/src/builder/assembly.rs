@@ -20,8 +20,8 @@ use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint, complete_axis};
 use nalgebra::{Matrix3, Vector3};
 
-/// The length of a bar, by default the initial distance of its ends; `sizes`: how far they are from the
-/// origin.
+/// The length of a bar, by default the initial distance of its ends; `sizes`: how far they are from
+/// the origin.
 fn length_of(
     element: impl Fn() -> String,
     stated: Option<f64>,
@@ -106,8 +106,8 @@ impl MechanismBuilder {
         Ok(description)
     }
 
-    /// The force elements, for a mechanism of this description; the joint coordinates that they need are
-    /// listed in it.
+    /// The force elements, for a mechanism of this description; the joint coordinates that they
+    /// need are listed in it.
     ///
     /// # Errors
     /// [`BuildError`] for the first part that makes no sense.
@@ -189,8 +189,8 @@ impl MechanismBuilder {
         Ok(forces)
     }
 
-    /// The principal axes (columns) of a body in the components that it was described in: where inertia
-    /// was given as a tensor, they differ from its own axes.
+    /// The principal axes (columns) of a body in the components that it was described in: where
+    /// inertia was given as a tensor, they differ from its own axes.
     ///
     /// # Errors
     /// [`BuildError`] when the body makes no sense.

@@ -22,8 +22,8 @@ pub enum Inertia {
         /// `J_1, J_2, J_3`.
         moments: [f64; 3],
     },
-    /// Mass (kg) and inertia tensor along the axes of the body (kg·m²); the directors of the frame are then
-    /// its principal axes.
+    /// Mass (kg) and inertia tensor along the axes of the body (kg·m²); the directors of the frame
+    /// are then its principal axes.
     Tensor {
         /// kg.
         mass: f64,

@@ -84,8 +84,8 @@ impl BuiltMechanism {
         self.mechanism.coordinate(coordinate.joint.index(), coordinate.freedom)
     }
 
-    /// The motion from the initial configuration at `t = 0`, with the midpoint rule and the fastest solver
-    /// that applies; [`integrator`] takes other choices.
+    /// The motion from the initial configuration at `t = 0`, with the midpoint rule and the fastest
+    /// solver that applies; [`integrator`] takes other choices.
     ///
     /// # Errors
     /// [`SetupError`].
@@ -247,8 +247,8 @@ impl<'a> LoadEntry<'a> {
         self
     }
 
-    /// The point of the body where the force acts: components along its axes from its centre of mass, m;
-    /// the centre by default.
+    /// The point of the body where the force acts: components along its axes from its centre of
+    /// mass, m; the centre by default.
     pub fn point(self, components: impl Into<Vector3<f64>>) -> Self {
         self.load.place = Place::Components(components.into());
         self

@@ -16,8 +16,8 @@ pub struct ParticleId(pub(super) usize);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JointId(pub(super) usize);
 
-/// A joint coordinate: degree of degree of freedom `freedom` of a joint, translations first, then rotations; 0 in the initial
-/// configuration.
+/// A joint coordinate: degree of degree of freedom `freedom` of a joint, translations first, then
+/// rotations; 0 in the initial configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct CoordinateId {
     /// The joint.

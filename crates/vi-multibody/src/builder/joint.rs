@@ -145,31 +145,31 @@ impl<'a> JointEntry<'a> {
         self.anchors(position, position)
     }
 
-    /// Its positions on the parent and on the child, in space, m: for pairs that slide, and for loops whose
-    /// initial configuration is not closed yet.
+    /// Its positions on the parent and on the child, in space, m: for pairs that slide, and for
+    /// loops whose initial configuration is not closed yet.
     pub fn anchors(self, parent: impl Into<Vector3<f64>>, child: impl Into<Vector3<f64>>) -> Self {
         let anchors = [parent.into(), child.into()];
         self.describe(|joint| joint.anchors = Some(anchors))
     }
 
-    /// Its axis `n` in space: of rotation, of translation, or the normal of a planar joint. Any length but
-    /// zero.
+    /// Its axis `n` in space: of rotation, of translation, or the normal of a planar joint. Any
+    /// length but zero.
     pub fn axis(self, axis: impl Into<Vector3<f64>>) -> Self {
         let axis = axis.into();
         self.describe(|joint| joint.axis = Some(axis))
     }
 
-    /// The axis `m_1` of a universal joint that is fixed in the child, in space; the part along the first
-    /// axis is removed. For other pairs: the direction `m_1` of the parent from which angles are measured, along which a
-    /// planar pair has its first displacement. Of a planar pair it is by default fixed in the frame of the parent, of the child
-    /// where the parent is the ground.
+    /// The axis `m_1` of a universal joint that is fixed in the child, in space; the part along the
+    /// first axis is removed. For other pairs: the direction `m_1` of the parent from which angles
+    /// are measured, along which a planar pair has its first displacement. Of a planar pair it is
+    /// by default fixed in the frame of the parent, of the child where the parent is the ground.
     pub fn second_axis(self, axis: impl Into<Vector3<f64>>) -> Self {
         let axis = axis.into();
         self.describe(|joint| joint.second_axis = Some(axis))
     }
 
-    /// The initial rates of its degrees of freedom, translations first (m/s), then rotations (rad/s). The velocities of bodies
-    /// without one of their own then follow along the tree.
+    /// The initial rates of its degrees of freedom, translations first (m/s), then rotations
+    /// (rad/s). The velocities of bodies without one of their own then follow along the tree.
     pub fn rates(self, rates: &[f64]) -> Self {
         self.joint.rates = Some(rates.to_vec());
         self

@@ -1,8 +1,9 @@
 //! A mechanism described in Rust: bodies, joints, constraints, force elements.
 //!
-//! Everything is stated in the initial configuration: positions, axes and velocities in space; points of
-//! a body also in its own components from its centre of mass. SI units, angles in rad. The parts return
-//! typed ids by which later parts refer to them; what is wrong is said by [`MechanismBuilder::build`].
+//! Everything is stated in the initial configuration: positions, axes and velocities in space;
+//! points of a body also in its own components from its centre of mass. SI units, angles in rad.
+//! The parts return typed ids by which later parts refer to them; what is wrong is said by
+//! [`MechanismBuilder::build`].
 
 mod assembly;
 mod body;
@@ -138,7 +139,8 @@ impl MechanismBuilder {
         self
     }
 
-    /// Adds a rigid body, at rest in the origin along the axes of space until the entry says otherwise.
+    /// Adds a rigid body, at rest in the origin along the axes of space until the entry says
+    /// otherwise.
     pub fn body(&mut self, name: &str, inertia: impl Into<Inertia>) -> BodyEntry<'_> {
         let id = BodyId(self.bodies.len());
         self.bodies.push(BodyPart::new(name, inertia.into()));
@@ -151,8 +153,8 @@ impl MechanismBuilder {
         BodyId(self.bodies.len() - 1)
     }
 
-    /// These frames start as one rigid body: without velocities of their own they take the motion of the first of
-    /// them that a joint moves (the nodes of a beam).
+    /// These frames start as one rigid body: without velocities of their own they take the motion
+    /// of the first of them that a joint moves (the nodes of a beam).
     pub fn start_together(&mut self, frames: Range<usize>) {
         self.beams.push(frames);
     }
@@ -190,8 +192,8 @@ impl MechanismBuilder {
         JointEntry::new(id, &mut self.joints[id.0])
     }
 
-    /// Adds a massless rigid bar between a point mass or a point of the ground and a point mass, as long
-    /// as their initial distance.
+    /// Adds a massless rigid bar between a point mass or a point of the ground and a point mass, as
+    /// long as their initial distance.
     pub fn bar(&mut self, name: &str, from: impl Into<BarEnd>, to: ParticleId) {
         self.bars.push(BarPart { name: name.to_owned(), from: from.into(), to, length: None });
     }
@@ -230,8 +232,8 @@ impl MechanismBuilder {
         self.constraint(name, ConstraintKind::Distance { from, to, length });
     }
 
-    /// The point of the child at `point` stays on the line of the parent through it along `direction`,
-    /// both in space in the initial configuration.
+    /// The point of the child at `point` stays on the line of the parent through it along
+    /// `direction`, both in space in the initial configuration.
     pub fn point_on_line(
         &mut self,
         name: &str,
@@ -260,14 +262,14 @@ impl MechanismBuilder {
         self.constraint(name, ConstraintKind::PointOnPlane(guide));
     }
 
-    /// `θ_a + ratio θ_b` keeps its initial value: gears (ratio: teeth of b over teeth of a for gears that
-    /// rotate in opposite directions), racks.
+    /// `θ_a + ratio θ_b` keeps its initial value: gears (ratio: teeth of b over teeth of a for
+    /// gears that rotate in opposite directions), racks.
     pub fn gear(&mut self, name: &str, a: CoordinateId, b: CoordinateId, ratio: f64) {
         self.constraint(name, ConstraintKind::Gear { a, b, ratio });
     }
 
-    /// The coordinate follows `θ_ref(t)`; `reference` gives `θ_ref`, `θ̇_ref` and `θ̈_ref`. The initial
-    /// velocities should agree with `θ̇_ref(0)`.
+    /// The coordinate follows `θ_ref(t)`; `reference` gives `θ_ref`, `θ̇_ref` and `θ̈_ref`. The
+    /// initial velocities should agree with `θ̇_ref(0)`.
     pub fn motion(
         &mut self,
         name: &str,
@@ -300,14 +302,14 @@ impl MechanismBuilder {
         self.joint_elements.push(JointElement { coordinate, kind });
     }
 
-    /// Adds `½ k (θ − θ_0)²` on a joint coordinate: `stiffness` in N/m or N·m/rad, `rest` in m or rad,
-    /// revolutions counted.
+    /// Adds `½ k (θ − θ_0)²` on a joint coordinate: `stiffness` in N/m or N·m/rad, `rest` in m or
+    /// rad, revolutions counted.
     pub fn joint_spring(&mut self, coordinate: CoordinateId, stiffness: f64, rest: f64) {
         self.joint_element(coordinate, JointElementKind::Spring { stiffness, rest });
     }
 
-    /// Adds a force or torque on a joint coordinate: [`crate::force::joint_force::Viscous`] friction, a
-    /// [`crate::force::joint_force::PdControl`], or a law of your own.
+    /// Adds a force or torque on a joint coordinate: [`crate::force::joint_force::Viscous`]
+    /// friction, a [`crate::force::joint_force::PdControl`], or a law of your own.
     pub fn joint_force(&mut self, coordinate: CoordinateId, law: impl JointLaw + 'static) {
         self.joint_element(coordinate, JointElementKind::Force(Arc::new(law)));
     }

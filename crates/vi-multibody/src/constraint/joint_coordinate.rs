@@ -5,12 +5,14 @@
 //! angle    θ = atan2(s, c),  s = m_1'·m_2,  c = m_1'·m_1        about n, from m_1 to m_1'
 //! ∇θ = (c ∇s − s ∇c)/(s² + c²)
 //! ```
-//! Where the axes `n` and `n'` coincide, `s = −m_2'·m_1` and `c = m_2'·m_2` as well ([`SharedAxis`]). The gradients of both angles
-//! differ by `∇(m_1'·m_2') + cos 2θ ∇(m_1·m_2) + ½ sin 2θ ∇(m_2² − m_1²)`, forces within rigid bodies.
+//! Where the axes `n` and `n'` coincide, `s = −m_2'·m_1` and `c = m_2'·m_2` as well
+//! ([`SharedAxis`]). The gradients of both angles differ by
+//! `∇(m_1'·m_2') + cos 2θ ∇(m_1·m_2) + ½ sin 2θ ∇(m_2² − m_1²)`, forces within rigid bodies.
 //!
-//! `s`, `c`, `u` are products of linear forms, so every derivative is exact. `atan2` gives an angle up to
-//! whole revolutions; these follow from the angles of the last node, [`Configuration::angles`], where the
-//! mechanism lists the coordinate ([`crate::Mechanism::coordinate`]).
+//! `s`, `c`, `u` are products of linear forms, so every derivative is exact. `atan2` gives an angle
+//! up to whole revolutions; these follow from the angles of the last node,
+//! [`Configuration::angles`], where the mechanism lists the coordinate
+//! ([`crate::Mechanism::coordinate`]).
 
 use crate::geometry::form::{Form, Row};
 use crate::pair::joint::{FrameId, Joint};
@@ -100,8 +102,9 @@ impl SharedAxis {
 }
 
 impl JointCoordinate {
-    /// Coordinate `freedom` of a joint, an angle by its principal value, in `[−π, π]`; `None` for pairs whose
-    /// degrees of freedom are no such coordinates (spherical, free) and for degrees of freedom that do not exist.
+    /// Coordinate `freedom` of a joint, an angle by its principal value, in `[−π, π]`; `None` for
+    /// pairs whose degrees of freedom are no such coordinates (spherical, free) and for degrees of
+    /// freedom that do not exist.
     #[must_use]
     pub fn principal(joint: &Joint, freedom: usize) -> Option<Self> {
         Self::of(joint, *joint.kind.properties().dof.get(freedom)?)
@@ -132,8 +135,8 @@ impl JointCoordinate {
         self.unknown = unknown;
     }
 
-    /// The unknown of a step that it is, up to its sign: of coordinates of a [`crate::Mechanism`] on joints of its spanning
-    /// tree.
+    /// The unknown of a step that it is, up to its sign: of coordinates of a [`crate::Mechanism`]
+    /// on joints of its spanning tree.
     #[must_use]
     pub fn unknown(&self) -> Option<SignedUnknown> {
         self.unknown
@@ -147,7 +150,8 @@ impl JointCoordinate {
         }
     }
 
-    /// Whether it is a length that is measured from the ground: in a steady rotation its rate changes with the configuration.
+    /// Whether it is a length that is measured from the ground: in a steady rotation its rate
+    /// changes with the configuration.
     #[must_use]
     pub fn is_length_from_ground(&self) -> bool {
         self.on_ground && !self.is_angle()
@@ -186,8 +190,8 @@ impl JointCoordinate {
 
     /// `θ − 2πk` in `[−π, π]` and the number `k` of whole revolutions; a length and zero.
     ///
-    /// After many revolutions the sum is only accurate to `ε|θ|`; what is compared with `θ` subtracts the
-    /// revolutions first.
+    /// After many revolutions the sum is only accurate to `ε|θ|`; what is compared with `θ`
+    /// subtracts the revolutions first.
     #[must_use]
     pub fn unwrapped(&self, at: Configuration<'_>) -> Unwrapped {
         let principal = self.principal_value(at.q);
@@ -325,7 +329,8 @@ impl JointCoordinate {
         }
     }
 
-    /// Emits `scale ∇u (D²u v)ᵀ` of a length: the change of its rate with the configuration; nothing of an angle.
+    /// Emits `scale ∇u (D²u v)ᵀ` of a length: the change of its rate with the configuration;
+    /// nothing of an angle.
     pub fn emit_rate_slope(&self, q: &[f64], v: &[f64], scale: f64, out: &mut dyn Entries) {
         if let Value::Length(row) = &self.value {
             row.for_each_slope(q, |i, left| {

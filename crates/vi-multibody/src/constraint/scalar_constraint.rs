@@ -57,8 +57,8 @@ impl std::fmt::Debug for ScalarRow {
 }
 
 impl ScalarRow {
-    /// The thread of a screw: `n·r − p θ = 0` with the advance `p` per radian. Premise: the anchors fit, see
-    /// [`crate::pair::screw::fit_thread`].
+    /// The thread of a screw: `n·r − p θ = 0` with the advance `p` per radian. Premise: the anchors
+    /// fit, see [`crate::pair::screw::fit_thread`].
     pub(crate) fn thread(joint: &Joint, pitch: f64) -> Option<Self> {
         let of = |freedom| Some(Box::new(JointCoordinate::of(joint, freedom)?));
         let (a, b) = (of(DegreeOfFreedom::Length(2))?, of(DegreeOfFreedom::ABOUT_AXIS)?);
@@ -116,8 +116,8 @@ impl ScalarRow {
         }
     }
 
-    /// The largest force and the largest moment of the gradient on a frame: what a residual is to be divided by for a length or
-    /// an angle.
+    /// The largest force and the largest moment of the gradient on a frame: what a residual is to
+    /// be divided by for a length or an angle.
     #[must_use]
     pub fn largest_wrench(&self, q: &[f64]) -> (f64, f64) {
         let mut sums: Vec<(usize, Twist)> = Vec::new(); // a form may visit a frame more than once
@@ -166,8 +166,8 @@ impl ScalarRow {
         }
     }
 
-    /// The size of what the coordinates are compared with beside their own: whole revolutions, which are
-    /// known to `ε` of their number, and the reference at `t`.
+    /// The size of what the coordinates are compared with beside their own: whole revolutions,
+    /// which are known to `ε` of their number, and the reference at `t`.
     #[must_use]
     pub fn target_size(&self, at: Configuration<'_>) -> f64 {
         let rotated = |c: &JointCoordinate| TAU * c.unwrapped(at).revolutions.abs();
@@ -235,8 +235,9 @@ impl ScalarConstraint {
         Self::new(&joint.name, vec![ScalarRow::Product(row)])
     }
 
-    /// `θ_a + ρ θ_b` has the value that it has at `q`, with principal angles: gears (`ρ` = teeth of b over teeth of a), racks,
-    /// and with the two coordinates of a cylindrical joint (`ρ = −pitch/2π`) screws.
+    /// `θ_a + ρ θ_b` has the value that it has at `q`, with principal angles: gears (`ρ` = teeth of
+    /// b over teeth of a), racks, and with the two coordinates of a cylindrical joint
+    /// (`ρ = −pitch/2π`) screws.
     #[must_use]
     pub fn gear(name: &str, a: JointCoordinate, b: JointCoordinate, ratio: f64, q: &[f64]) -> Self {
         let at = Configuration::new(0.0, q);

@@ -6,8 +6,8 @@
 //! quadratic stretch  V = ½ k (l² − l_0²)²          ∇V = 2 k (l² − l_0²) D · ∂D/∂q
 //! damper             f = −c (D̂·Ḋ) D̂  on X_b, opposite on X_a
 //! ```
-//! `V` depends on `D·D` alone, so it is invariant and the discrete force pair passes along the line of
-//! the midpoint `D`: momentum maps stay exact.
+//! `V` depends on `D·D` alone, so it is invariant and the discrete force pair passes along the line
+//! of the midpoint `D`: momentum maps stay exact.
 
 use crate::geometry::form::Form;
 use nalgebra::{Matrix3, Vector3};

@@ -8,7 +8,8 @@
 //! G δq   = s (B·A(δq) + A·B(δq))            A(δq): the homogeneous part
 //! D²g[v, w] = s (A(v)·B(w) + A(w)·B(v))      constant in q
 //! ```
-//! so `g(q_{n+1}) − g(q_n) = G(q_{n+1/2}) Δq` holds exactly, and the second derivative costs nothing.
+//! so `g(q_{n+1}) − g(q_n) = G(q_{n+1/2}) Δq` holds exactly, and the second derivative costs
+//! nothing.
 
 use crate::geometry::twist::Twist;
 use nalgebra::Vector3;
@@ -95,7 +96,8 @@ impl Form {
         Self { constant: self.constant + by * other.constant, terms, points }
     }
 
-    /// Whether a translation of all bodies and point masses changes it: a point, or the distance of one from the ground.
+    /// Whether a translation of all bodies and point masses changes it: a point, or the distance of
+    /// one from the ground.
     #[must_use]
     pub fn is_seen_from_ground(&self) -> bool {
         self.points != 0.0
@@ -227,8 +229,8 @@ impl Row {
         }
     }
 
-    /// The row of `G` as wrenches on the frames it touches (coordinates in twelves): force at `φ` and
-    /// torque, `P_inᵀ` of the gradient, term by term.
+    /// The row of `G` as wrenches on the frames it touches (coordinates in twelves): force at `φ`
+    /// and torque, `P_inᵀ` of the gradient, term by term.
     pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
         for (form, other) in [(&self.a, &self.b), (&self.b, &self.a)] {
             if form.terms().is_empty() {

@@ -1,5 +1,6 @@
-//! Matrices of [`crate::geometry::lane_vectors`]: the algebra of sweeps over many trees at once. Names and formulas are those of
-//! [`crate::geometry::lane_matrices`], which holds one tree in all lanes.
+//! Matrices of [`crate::geometry::lane_vectors`]: the algebra of sweeps over many trees at once.
+//! Names and formulas are those of [`crate::geometry::lane_matrices`], which holds one tree in all
+//! lanes.
 
 use crate::geometry::lane_vectors::{Screw, Vector, three};
 use vi_core::lanes::{Lanes, Register};

@@ -1,4 +1,5 @@
-//! Vectors of space, many at once: at all control points of a step, or of all members of an ensemble. A lane holds one of them.
+//! Vectors of space, many at once: at all control points of a step, or of all members of an
+//! ensemble. A lane holds one of them.
 
 use std::ops::{Add, Mul, Sub};
 use vi_core::lanes::{Lanes, Register};

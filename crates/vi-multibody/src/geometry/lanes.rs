@@ -1,8 +1,9 @@
 //! Vectors of three numbers in four lanes: what sweeps over bodies compute with.
 //!
-//! A [`Width`] says how four lanes are computed with: in a wide register of the processor, or one by one. Every operation
-//! acts on the lanes in the same order and without fused multiply-add, so that the width changes the speed and not a bit.
-//! The fourth lane is zero. [`Held`] is what stands in memory.
+//! A [`Width`] says how four lanes are computed with: in a wide register of the processor, or one
+//! by one. Every operation acts on the lanes in the same order and without fused multiply-add, so
+//! that the width changes the speed and not a bit. The fourth lane is zero. [`Held`] is what stands
+//! in memory.
 
 /// `[e(0), e(1), e(2)]`. Not by a closure: that would not be compiled for the width of its caller.
 macro_rules! three {
@@ -330,7 +331,8 @@ impl<W: Width> Lanes<W> {
     #[inline(always)]
     pub(crate) fn write_vectors([a, b, c, d]: [Self; 4], frame: &mut [f64; 12]) {
         let w = a.w;
-        frame[..4].copy_from_slice(&w.split(a.v)); // what is too much is overwritten by the next one
+        // what is too much is overwritten by the next one
+        frame[..4].copy_from_slice(&w.split(a.v));
         frame[3..7].copy_from_slice(&w.split(b.v));
         frame[6..10].copy_from_slice(&w.split(c.v));
         d.write(&mut frame[9..]);
@@ -358,7 +360,8 @@ impl<W: Width> Lanes<W> {
         out[..3].copy_from_slice(&self.xyz());
     }
 
-    /// Each component where it is at most `factor` times the larger one of two others, zero elsewhere.
+    /// Each component where it is at most `factor` times the larger one of two others, zero
+    /// elsewhere.
     #[inline(always)]
     pub(crate) fn if_small(self, factor: f64, sizes: [Self; 2]) -> Self {
         let v = self.w.if_small(self.v, factor, [sizes[0].v, sizes[1].v]);

@@ -1,8 +1,8 @@
 //! Parts of a mechanism that no constraint connects: what one does is no round-off of another.
 //!
-//! Components are those of the graph of bodies and point masses with the constraints as edges; the ground
-//! connects nothing. Frames without mass of their own are nodes of elements: they form one component with all
-//! that they are connected to.
+//! Components are those of the graph of bodies and point masses with the constraints as edges; the
+//! ground connects nothing. Frames without mass of their own are nodes of elements: they form one
+//! component with all that they are connected to.
 
 use super::Mechanism;
 use crate::constraint::scalar_constraint::ScalarRow;
@@ -49,7 +49,8 @@ fn first(set: &mut [usize], mut i: usize) -> usize {
 impl Components {
     /// Whether no component has one of the first members and one of the others.
     pub(super) fn separate(&self, first: usize) -> bool {
-        self.of[first..].iter().all(|&component| component >= first) // each has the number of its first member
+        // each has the number of its first member
+        self.of[first..].iter().all(|&component| component >= first)
     }
 
     /// From the rows of the constraints; `q`: the initial configuration.
@@ -90,8 +91,8 @@ fn arm(joint: &Joint, q: &[f64]) -> f64 {
 }
 
 impl Mechanism {
-    /// How far the points of each component are from the origin at `q`, m: entry `k` for the component of
-    /// that number.
+    /// How far the points of each component are from the origin at `q`, m: entry `k` for the
+    /// component of that number.
     fn extents(&self, q: &[f64]) -> Vec<f64> {
         let bodies = self.description.bodies.len();
         let mut extents = vec![0.0_f64; self.components.of.len()];
@@ -108,8 +109,9 @@ impl Mechanism {
         extents
     }
 
-    /// The size of the coordinates of points at `q`, m, for each body and then each point mass: that of the
-    /// farthest point of its component, no less than its longest lever arm; 1 m where there is neither.
+    /// The size of the coordinates of points at `q`, m, for each body and then each point mass:
+    /// that of the farthest point of its component, no less than its longest lever arm; 1 m where
+    /// there is neither.
     pub(crate) fn point_sizes(&self, q: &[f64]) -> Vec<f64> {
         let (extents, Components { of, arms, joints }) = (self.extents(q), &self.components);
         let size = |&c: &usize| match (arms[c], extents[c]) {
@@ -120,8 +122,8 @@ impl Mechanism {
         of.iter().map(size).collect()
     }
 
-    /// The longest lever arm of a joint in the component of a body in the initial configuration; that of the
-    /// whole mechanism where the component has none.
+    /// The longest lever arm of a joint in the component of a body in the initial configuration;
+    /// that of the whole mechanism where the component has none.
     pub(crate) fn arm_of(&self, body: usize) -> f64 {
         match self.components.arms[self.components.of[body]] {
             arm if arm > 0.0 => arm,

@@ -1,4 +1,5 @@
-//! The constraints of a mechanism: internal ones of the bodies, then joints, bars, scalar constraints.
+//! The constraints of a mechanism: internal ones of the bodies, then joints, bars, scalar
+//! constraints.
 
 use super::Mechanism;
 use crate::constraint::scalar_constraint::ScalarRow;
@@ -107,8 +108,8 @@ impl Constraints for Mechanism {
         self.rows.iter().any(ScalarRow::is_rheonomic)
     }
 
-    /// Directors have size 1; points have that of the farthest one that constraints connect them to, no less
-    /// than the longest lever arm there.
+    /// Directors have size 1; points have that of the farthest one that constraints connect them
+    /// to, no less than the longest lever arm there.
     fn coordinate_sizes(&self, q: &[f64], out: &mut [f64]) {
         let (bodies, d) = (self.description.bodies.len(), self.description.dimension);
         let sizes = self.point_sizes(q);

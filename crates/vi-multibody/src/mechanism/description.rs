@@ -8,7 +8,8 @@ use nalgebra::{Matrix3, Vector3};
 use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
 
-/// A frame with its initial values: a rigid body, or a frame whose mass comes from elsewhere (beam nodes).
+/// A frame with its initial values: a rigid body, or a frame whose mass comes from elsewhere (beam
+/// nodes).
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodySpec {
     /// Its name.
@@ -41,8 +42,8 @@ impl BodySpec {
     }
 }
 
-/// A joint between two frames, the parent at the first point and the child at the second, with the axes
-/// `m_1, m_2, n` (columns): all in space, in the initial configuration of `bodies`.
+/// A joint between two frames, the parent at the first point and the child at the second, with the
+/// axes `m_1, m_2, n` (columns): all in space, in the initial configuration of `bodies`.
 #[must_use]
 pub fn joint_at(
     name: &str,

@@ -1,8 +1,9 @@
 //! Initial velocities from joint rates: `t² = X t¹ + S τ`, root first (LMO08 (71)–(75)).
 //!
-//! A body without velocities of its own moves with its joint at the stated rates; where some joint states
-//! rates, and always where a fixed joint holds it, at rest relative to its parent. Frames that start as one rigid body
-//! (the nodes of a beam) without velocities take the motion of the first of them that a joint moves.
+//! A body without velocities of its own moves with its joint at the stated rates; where some joint
+//! states rates, and always where a fixed joint holds it, at rest relative to its parent. Frames
+//! that start as one rigid body (the nodes of a beam) without velocities take the motion of the
+//! first of them that a joint moves.
 
 use crate::mechanism::BodySpec;
 use crate::mechanism::Mechanism;
@@ -67,8 +68,9 @@ pub struct RefusedRate {
     pub error: RateError,
 }
 
-/// Fills in the velocities of the bodies that joint rates determine; `rates`: those of the first joints of
-/// the description, translations first (m/s), then rotations (rad/s); `beams`: frames that start as one rigid body.
+/// Fills in the velocities of the bodies that joint rates determine; `rates`: those of the first
+/// joints of the description, translations first (m/s), then rotations (rad/s); `beams`: frames
+/// that start as one rigid body.
 ///
 /// # Errors
 /// [`RefusedRate`].
@@ -143,7 +145,8 @@ struct Group {
 }
 
 impl Group {
-    /// The first of its frames that the spanning tree moves, else the first moving frame that it is fixed to.
+    /// The first of its frames that the spanning tree moves, else the first moving frame that it is
+    /// fixed to.
     fn moving_frame(&self, twists: &[Twist]) -> Option<usize> {
         let moves = |frame: &usize| {
             twists[*frame].linear != Vector3::zeros() || twists[*frame].angular != Vector3::zeros()

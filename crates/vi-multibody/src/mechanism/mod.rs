@@ -1,8 +1,9 @@
 //! Bodies, point masses, joints and bars: one system on `q ∈ R^n`.
 //!
-//! Coordinates: 12 for each body in the order given (`φ, d_1, d_2, d_3`), then 2 or 3 for each point
-//! mass. Constraints: six internal ones for each body, LMO08 (56), then the rows of the joints, then
-//! those of the bars. A spanning tree defines the velocity map; joints and bars outside it close loops.
+//! Coordinates: 12 for each body in the order given (`φ, d_1, d_2, d_3`), then 2 or 3 for each
+//! point mass. Constraints: six internal ones for each body, LMO08 (56), then the rows of the
+//! joints, then those of the bars. A spanning tree defines the velocity map; joints and bars
+//! outside it close loops.
 
 mod components;
 mod constraints;
@@ -127,7 +128,8 @@ impl Mechanism {
         }
     }
 
-    /// What closed loops may miss, see [`NearlyRedundant`]: rad, or parts of the size of the loop; 0: nothing.
+    /// What closed loops may miss, see [`NearlyRedundant`]: rad, or parts of the size of the loop;
+    /// 0: nothing.
     #[must_use]
     pub fn with_loop_tolerance(mut self, tolerance: f64) -> Self {
         self.loop_tolerance = tolerance;
@@ -159,8 +161,9 @@ impl Mechanism {
         &self.description
     }
 
-    /// Coordinate `freedom` of joint `joint` for springs, dampers and motors, an angle with its revolutions;
-    /// `None` as [`JointCoordinate::principal`]. Before the integrator takes the mechanism.
+    /// Coordinate `freedom` of joint `joint` for springs, dampers and motors, an angle with its
+    /// revolutions; `None` as [`JointCoordinate::principal`]. Before the integrator takes the
+    /// mechanism.
     pub fn coordinate(&mut self, joint: usize, freedom: usize) -> Option<JointCoordinate> {
         let place = (joint, freedom);
         if let Some(known) = self.coordinates.get(&place) {
@@ -323,8 +326,8 @@ impl Mechanism {
         self.description.particles.get(k).map_or("", |p| &p.name)
     }
 
-    /// The joint of the spanning tree that a rate `ν_k` belongs to: its name, for free members their own,
-    /// for point masses that of the mass.
+    /// The joint of the spanning tree that a rate `ν_k` belongs to: its name, for free members
+    /// their own, for point masses that of the mass.
     #[must_use]
     pub fn rate_name(&self, rate: usize) -> &str {
         match self.tree.owner(rate) {
@@ -358,8 +361,9 @@ impl Mechanism {
         })
     }
 
-    /// The bodies with their joints and scalar constraints, and the point masses with their bars, each as a mechanism of its
-    /// own; `None` without bodies or without point masses, or where a constraint has coordinates of both.
+    /// The bodies with their joints and scalar constraints, and the point masses with their bars,
+    /// each as a mechanism of its own; `None` without bodies or without point masses, or where a
+    /// constraint has coordinates of both.
     #[must_use]
     pub(crate) fn bodies_and_points(&self) -> Option<[Self; 2]> {
         let Description { dimension, gravity, bodies, particles, .. } = &self.description;
@@ -452,7 +456,8 @@ impl Mechanism {
         momentum
     }
 
-    /// The point of a member as a form: body components from `φ`; `point` is not read for particles.
+    /// The point of a member as a form: body components from `φ`; `point` is not read for
+    /// particles.
     #[must_use]
     pub fn point_of(&self, member: Attachment, point: &Vector3<f64>) -> Form {
         match member {

@@ -4,10 +4,10 @@
 //! locked      ∇θ = Σ c_k G_k over constraints that do not depend on time:   θ_ref must be constant
 //! dependent   Σ_r w_r ∇θ_r = 0 over joint coordinates alone:                 Σ_r w_r θ_ref,r must be constant
 //! ```
-//! In both cases the coefficients do not change with the configuration, so that what holds initially
-//! holds along the motion; the paths are compared at many times. Motions that depend on one another
-//! through the geometry of a loop are compared initially ([`vi_constraints::agreement`]) and by the
-//! residual of every step ([`vi_constraints::closure`]).
+//! In both cases the coefficients do not change with the configuration, so that what holds
+//! initially holds along the motion; the paths are compared at many times. Motions that depend on
+//! one another through the geometry of a loop are compared initially
+//! ([`vi_constraints::agreement`]) and by the residual of every step ([`vi_constraints::closure`]).
 
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
@@ -123,7 +123,8 @@ fn relations(mechanism: &Mechanism, rows: &[usize], q: &[f64]) -> Vec<DVector<f6
     .collect()
 }
 
-/// The motions whose gradient depends on constraints that do not depend on time, each with one of these.
+/// The motions whose gradient depends on constraints that do not depend on time, each with one of
+/// these.
 fn locked(
     mechanism: &Mechanism,
     rows: &IndependentRows,

@@ -1,8 +1,8 @@
 //! How precisely increments of the spanning trees are determined far from the origin.
 //!
-//! Forces see positions, which are rounded to `ε |φ|`. An increment that is a length is not resolved any further, an angle
-//! to `ε |φ|/a` with the lever arm `a`: the radius of gyration of a body, half the distance to the next node of a beam,
-//! the length of a bar.
+//! Forces see positions, which are rounded to `ε |φ|`. An increment that is a length is not
+//! resolved any further, an angle to `ε |φ|/a` with the lever arm `a`: the radius of gyration of a
+//! body, half the distance to the next node of a beam, the length of a bar.
 
 use super::description::{BodySpec, Description};
 use crate::tree::particle::{Carrier, ParticleTree};
@@ -10,7 +10,8 @@ use crate::tree::{FLOOR, Tree};
 use std::ops::Range;
 use vi_core::newton::Block;
 
-/// Increments below this part of the coordinates are small: Newton's method calls `1e-9` of it round-off, some 50 ε.
+/// Increments below this part of the coordinates are small: Newton's method calls `1e-9` of it
+/// round-off, some 50 ε.
 const RELATIVE: f64 = 1e-5;
 
 /// What rounding of a point does to an increment.
@@ -55,11 +56,12 @@ impl RoundOff {
     /// Raises the floors of the blocks at `q`.
     pub(super) fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
         let size = |x: &[f64]| x.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-        self.raise(blocks, |effect| size(&q[effect.point.clone()])); // NaN is for the residual to find
+        // NaN is for the residual to find
+        self.raise(blocks, |effect| size(&q[effect.point.clone()]));
     }
 
-    /// Raises the floors of the blocks for a step over a distance, m: momenta are rounded to `ε` of themselves, and do not
-    /// know increments any better than to `ε` of that.
+    /// Raises the floors of the blocks for a step over a distance, m: momenta are rounded to `ε` of
+    /// themselves, and do not know increments any better than to `ε` of that.
     pub(super) fn raise_floors_by(&self, distance: f64, blocks: &mut [Block]) {
         if self.matters(distance) {
             self.raise(blocks, |_| distance);
@@ -72,7 +74,8 @@ impl RoundOff {
         floor > FLOOR || floor.is_nan()
     }
 
-    /// Raises the floors of the blocks, of whatever control point, where lengths are rounded as those of a size (m) are.
+    /// Raises the floors of the blocks, of whatever control point, where lengths are rounded as
+    /// those of a size (m) are.
     fn raise(&self, blocks: &mut [Block], size: impl Fn(&Effect) -> f64) {
         let count = self.increments.len();
         for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {

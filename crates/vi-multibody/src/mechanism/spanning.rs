@@ -1,8 +1,9 @@
 //! Spanning forests: which joints and bars belong to the tree, and which close loops.
 //!
 //! Breadth first, from the ground on; a component without a joint to the ground hangs on its first
-//! body. Joints that the user cuts never belong to the tree. Breadth first the loops of a ladder, or of scissors, all reach back to
-//! its first rung: where loops overlap so, bodies come in the order in which they close loops.
+//! body. Joints that the user cuts never belong to the tree. Breadth first the loops of a ladder,
+//! or of scissors, all reach back to its first rung: where loops overlap so, bodies come in the
+//! order in which they close loops.
 
 use crate::mechanism::description::{BarEnd, Description};
 use crate::pair::PairKind;
@@ -13,8 +14,8 @@ use nalgebra::{Matrix3, Vector3};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
-/// Spanning forest of the bodies; returns the joints outside it. Breadth first, unless loops become less than half as long where
-/// bodies with most joints to the forest come first.
+/// Spanning forest of the bodies; returns the joints outside it. Breadth first, unless loops become
+/// less than half as long where bodies with most joints to the forest come first.
 pub(crate) fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
     let graph = BodyGraph::new(description);
     let mut forest = graph.breadth_first();
@@ -121,8 +122,8 @@ impl BodyGraph {
         Forest(branches)
     }
 
-    /// Next is the body with most joints to the forest, of those the one met first; it hangs on the latest of its neighbours.
-    /// Chains of loops are closed loop by loop so.
+    /// Next is the body with most joints to the forest, of those the one met first; it hangs on the
+    /// latest of its neighbours. Chains of loops are closed loop by loop so.
     fn most_joints_first(&self) -> Forest {
         let mut number = vec![None; self.bodies];
         let mut met: Vec<Option<Met>> = vec![None; self.bodies];
@@ -157,7 +158,8 @@ impl BodyGraph {
         Forest(branches)
     }
 
-    /// Bodies on the paths between the sides of all joints that the forest leaves out; more than `limit` are not counted.
+    /// Bodies on the paths between the sides of all joints that the forest leaves out; more than
+    /// `limit` are not counted.
     fn length_of_loops(&self, forest: &Forest, limit: usize) -> usize {
         let mut number = vec![None; self.bodies + 1];
         forest.0.iter().enumerate().for_each(|(k, branch)| number[branch.body] = Some(k));

@@ -3,8 +3,9 @@
 //! ```text
 //! Σ_k u_k N_k = w,   u_k: unit vector along bar k at its ends,   w: the constraint force on the point masses       [5.33]
 //! ```
-//! Rows of bars are `D` on their ends, of length `l`. Scaled by the power of two next to `1/l`, which rounds nothing, short and
-//! long bars count alike, in all units of length. No other constraint acts on point masses.
+//! Rows of bars are `D` on their ends, of length `l`. Scaled by the power of two next to `1/l`,
+//! which rounds nothing, short and long bars count alike, in all units of length. No other
+//! constraint acts on point masses.
 
 use super::reaction::Tension;
 use crate::mechanism::{Bar, Mechanism};

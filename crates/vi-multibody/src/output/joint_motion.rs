@@ -5,17 +5,19 @@
 //! ω² − ω¹,  ṙ' = (φ̇² + ω²×ϱ²) − (φ̇¹ + ω¹×(c + ϱ²)),     (ṙ', ω² − ω¹) = S' τ
 //! τ̇ = d/ds τ(q + s v, v + s a) at s = 0
 //! ```
-//! `θ_n` is the angle next to the last one, so revolutions are counted and round-off does not accumulate; a step must
-//! not rotate the joint by `π` or more. `S'` are the columns of the pair's velocity map moved to the
-//! child's anchor, where a rotation has no linear part and a translation no angular one. The rate of a screw is that of its
-//! rotation: velocities of energy–momentum schemes may miss the thread by `O(h²)`, and no unit of length plays a part then.
+//! `θ_n` is the angle next to the last one, so revolutions are counted and round-off does not
+//! accumulate; a step must not rotate the joint by `π` or more. `S'` are the columns of the pair's
+//! velocity map moved to the child's anchor, where a rotation has no linear part and a translation
+//! no angular one. The rate of a screw is that of its rotation: velocities of energy–momentum
+//! schemes may miss the thread by `O(h²)`, and no unit of length plays a part then.
 //!
-//! This is output: it reads coordinates of any pair from configurations. Joint springs, motors and couplings
-//! need a single coordinate with its derivatives: [`crate::constraint::joint_coordinate`].
+//! This is output: it reads coordinates of any pair from configurations. Joint springs, motors and
+//! couplings need a single coordinate with its derivatives:
+//! [`crate::constraint::joint_coordinate`].
 //!
-//! S (and free) pairs have no angles: their coordinates are the rotation vector of `(m_1', m_2', n')`
-//! against `(m_1, m_2, n)`, of length at most `π`, and their rates `ω² − ω¹`, both as components along
-//! `m_1, m_2, n`.
+//! S (and free) pairs have no angles: their coordinates are the rotation vector of
+//! `(m_1', m_2', n')` against `(m_1, m_2, n)`, of length at most `π`, and their rates `ω² − ω¹`,
+//! both as components along `m_1, m_2, n`.
 
 use crate::pair::joint::{FrameId, Joint, JointConfiguration, Side};
 use crate::pair::{MAX_DOF, Twist};
@@ -83,18 +85,19 @@ fn principal(joint: &Joint, q: &[f64]) -> [f64; MAX_DOF] {
     values
 }
 
-/// The rates `τ` of a joint at `q` for the velocities `v` of all frames; the first `degrees of freedom` entries
-/// count (m/s, rad/s).
+/// The rates `τ` of a joint at `q` for the velocities `v` of all frames; the first
+/// `degrees of freedom` entries count (m/s, rad/s).
 #[must_use]
 pub fn joint_rates(joint: &Joint, q: &[f64], v: &[f64]) -> [f64; MAX_DOF] {
     rates(joint, [&joint.parent, &joint.child].map(|side| (side.coordinates(q), rate(side, v))))
 }
 
-/// The rates `τ̇` of [`joint_rates`] at `q` for the velocities `v` and accelerations `a` of all frames, m/s² and rad/s².
+/// The rates `τ̇` of [`joint_rates`] at `q` for the velocities `v` and accelerations `a` of all
+/// frames, m/s² and rad/s².
 ///
-/// The derivative of `τ` along the motion is a difference of fourth order: `τ` of 5.1 of the theory is a rational function of the
-/// directors for each pair. Its step is a thousandth of the time in which a director turns by a radian, so the error is that of
-/// rounding, some `1e-12` of the terms.
+/// The derivative of `τ` along the motion is a difference of fourth order: `τ` of 5.1 of the theory
+/// is a rational function of the directors for each pair. Its step is a thousandth of the time in
+/// which a director turns by a radian, so the error is that of rounding, some `1e-12` of the terms.
 #[must_use]
 pub fn joint_accelerations(joint: &Joint, q: &[f64], v: &[f64], a: &[f64]) -> [f64; MAX_DOF] {
     let sides = [&joint.parent, &joint.child];
@@ -140,7 +143,8 @@ fn rates(joint: &Joint, [parent, child]: [(&[f64], &[f64]); 2]) -> [f64; MAX_DOF
     solve(joint, &at, &Twist::new(linear, angular))
 }
 
-/// `τ` from `S' τ = t` by the normal equations, padded with the identity; rotations from the angular part alone.
+/// `τ` from `S' τ = t` by the normal equations, padded with the identity; rotations from the
+/// angular part alone.
 fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_DOF] {
     let map = joint.kind.velocity_map(at);
     let mut gram = SMatrix::<f64, MAX_DOF, MAX_DOF>::identity();
@@ -264,7 +268,8 @@ mod tests {
             let at = screw.configuration(&q);
             (at.axis(2), at.rho_child())
         };
-        let mut v = vec![0.0; 24]; // the child rotates about the axis at 2 rad/s and does not advance
+        // the child rotates about the axis at 2 rad/s and does not advance
+        let mut v = vec![0.0; 24];
         v[12..15].copy_from_slice((2.0 * arm.cross(&axis)).as_slice());
         for k in (15..24).step_by(3) {
             let director = Vector3::from_column_slice(&q[k..k + 3]);
@@ -317,7 +322,8 @@ mod tests {
             let v = sum([1.0, -8.0, 0.0, 8.0, -1.0], 12.0 * e);
             let a = sum([-1.0, 16.0, -30.0, 16.0, -1.0], 12.0 * e * e);
             let found = joint_accelerations(&joint, &start, &v, &a);
-            let rates = joint_rates(&joint, &start, &v); // u, of a rotation vector along the joint frame
+            // u, of a rotation vector along the joint frame
+            let rates = joint_rates(&joint, &start, &v);
             for k in 0..kind.dof() {
                 let error = (found[k] - 2.0 * rates[k]).abs();
                 println!("{kind:?}, freedom {k}: off by {error:.1e}");

@@ -4,8 +4,9 @@
 //! R_α = −P_in(q_α)ᵀ c_α + Σ_i λ_i P_in(q_α)ᵀ (G_i^α)ᵀ + Σ_β R_β                                      [5.30]
 //! c = Gᵀλ;  i: constraints that close loops;  β: links that α carries
 //! ```
-//! `R_α` (N, N·m about `φ_α`) is what the joint that carries `α` does to it: the constraint force on all that it carries, less that of
-//! the closures [5.29]. Wrenches pass to the carrier as `(f, τ + (φ_β − φ_α) × f)`. `O(N)` where there are no loops.
+//! `R_α` (N, N·m about `φ_α`) is what the joint that carries `α` does to it: the constraint force
+//! on all that it carries, less that of the closures [5.29]. Wrenches pass to the carrier as
+//! `(f, τ + (φ_β − φ_α) × f)`. `O(N)` where there are no loops.
 
 use crate::geometry::twist::Twist;
 use crate::mechanism::Mechanism;
@@ -20,7 +21,8 @@ use vi_rigid::null_space::pull_back;
 /// The wrenches at one node after the other, their memory sized once.
 #[derive(Debug)]
 pub(super) struct JointWrenches {
-    carried: Vec<Option<usize>>, // joint of the description → the link that it carries; None: it closes a loop
+    // joint of the description → the link that it carries; None: it closes a loop
+    carried: Vec<Option<usize>>,
     closures: Option<ClosureForces>,
     found: Transmitted,
     null: Transmitted, // of multipliers that do nothing
@@ -60,7 +62,8 @@ impl JointWrenches {
     /// Finds the wrenches at `q` with the constraint force `c`, shape `n`.
     ///
     /// # Errors
-    /// [`Singular`] when no multipliers of the closures have this force, as where the configuration has lost rank.
+    /// [`Singular`] when no multipliers of the closures have this force, as where the configuration
+    /// has lost rank.
     pub(super) fn find(
         &mut self,
         mechanism: &Mechanism,

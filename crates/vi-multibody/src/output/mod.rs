@@ -1,4 +1,5 @@
-//! What is read from a motion: joint coordinates and rates, wrenches and reactions of joints, multipliers of trees.
+//! What is read from a motion: joint coordinates and rates, wrenches and reactions of joints,
+//! multipliers of trees.
 
 mod bar_tensions;
 pub mod joint_motion;

@@ -7,22 +7,24 @@
 //! bar:  g = ½ (|D|² − l²),  force on its end −λ D,  tension λ l
 //! row of a scalar constraint:  generalized force −λ along ∇g;  a motion θ = θ_ref(t) drives θ with −λ
 //! ```
-//! `f` (N) and `m` (N·m) are what the joint does to the *child*, from the parent or the ground; they are
-//! given as components along the joint frame `(m_1, m_2, n)` of the parent. The internal constraints of
-//! the directors have no part in this: `P_in` takes them out. A hanging body feels `+m g` upwards. The
-//! thread of a screw belongs to the joint; springs,
+//! `f` (N) and `m` (N·m) are what the joint does to the *child*, from the parent or the ground;
+//! they are given as components along the joint frame `(m_1, m_2, n)` of the parent. The internal
+//! constraints of the directors have no part in this: `P_in` takes them out. A hanging body feels
+//! `+m g` upwards. The thread of a screw belongs to the joint; springs,
 //! dampers and motors on a joint, and prescribed motions of it, do not.
 //!
-//! [`Reactions`] takes the multipliers of all constraints; [`ReactionObserver`] the constraint force of a node, from which
-//! `joint_wrenches` finds what joints transmit, and `bar_tensions` the tensions of bars: no constraint connects bodies and point
-//! masses.
+//! [`Reactions`] takes the multipliers of all constraints; [`ReactionObserver`] the constraint
+//! force of a node, from which `joint_wrenches` finds what joints transmit, and `bar_tensions` the
+//! tensions of bars: no constraint connects bodies and point masses.
 //!
-//! **Uniqueness.** Where constraints are redundant, `λ` is one solution among `λ + Z c`, `range Z = null
-//! Gᵀ`: a component of a reaction is unique when no column of `Z` contributes to it. Then, and only
-//! then, it does not depend on the choice that was made. On trees everything is unique and nothing is computed. Otherwise
-//! scattered multipliers in `null Gᵀ` contribute to every component to which some column of `Z` does: combinations of the closures
-//! that do nothing [5.29], or the part of multipliers of size one there ([`UnitRows`]). Multipliers have size one in units of
-//! their rows [5.32]: then a force is compared with one over the lever arm, a moment with one, and no unit plays a part.
+//! **Uniqueness.** Where constraints are redundant, `λ` is one solution among `λ + Z c`,
+//! `range Z = null Gᵀ`: a component of a reaction is unique when no column of `Z` contributes to
+//! it. Then, and only then, it does not depend on the choice that was made. On trees everything is
+//! unique and nothing is computed. Otherwise scattered multipliers in `null Gᵀ` contribute to every
+//! component to which some column of `Z` does: combinations of the closures that do nothing [5.29],
+//! or the part of multipliers of size one there ([`UnitRows`]). Multipliers have size one in units
+//! of their rows [5.32]: then a force is compared with one over the lever arm, a moment with one,
+//! and no unit plays a part.
 
 use super::bar_tensions::BarTensions;
 use super::joint_wrenches::{JointWrenches, Transmitted};
@@ -38,8 +40,8 @@ use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_rigid::directors::{self, FRAME};
 
-/// Contributions below this of multipliers in `null Gᵀ` of size one in units of their rows count as none: moments, and forces
-/// times the lever arm, N·m.
+/// Contributions below this of multipliers in `null Gᵀ` of size one in units of their rows count as
+/// none: moments, and forces times the lever arm, N·m.
 const NO_PART: f64 = 1e-8;
 
 /// What a joint does to its child.
@@ -102,14 +104,14 @@ pub struct Reactions {
     pub joints: Vec<Reaction>,
     /// One for each bar of the description.
     pub bars: Vec<Tension>,
-    /// `−λ` of each row of the scalar constraints of the description, in the order of their rows: the
-    /// generalized force along the gradient of the row.
+    /// `−λ` of each row of the scalar constraints of the description, in the order of their rows:
+    /// the generalized force along the gradient of the row.
     pub scalars: Vec<Tension>,
 }
 
 impl Reactions {
-    /// At the configuration `at` with the multipliers `lambda` (shape `m`) of the same node: those of
-    /// [`vi_constraints::node::Node`] at order 2, of the acceleration level at higher orders.
+    /// At the configuration `at` with the multipliers `lambda` (shape `m`) of the same node: those
+    /// of [`vi_constraints::node::Node`] at order 2, of the acceleration level at higher orders.
     #[must_use]
     pub fn at(
         mechanism: &Mechanism,
@@ -322,8 +324,8 @@ impl ReactionObserver {
     }
 
     /// At a node of the same mechanism with the constraint force `force`, `Gᵀλ`, shape `n`: that of
-    /// [`vi_constraints::node::Node`] at order 2, of the acceleration level at higher orders. Where rank is about to be
-    /// lost, from multipliers of all constraints.
+    /// [`vi_constraints::node::Node`] at order 2, of the acceleration level at higher orders. Where
+    /// rank is about to be lost, from multipliers of all constraints.
     pub fn observe<'a>(
         &'a mut self,
         mechanism: &'a Mechanism,
@@ -370,8 +372,8 @@ fn update<'a>(
     SparseMatrix::update(known, (mechanism.len(), mechanism.dim()), emit)
 }
 
-/// The body that feels the joint: the child, or the parent (with the opposite sign) when the child is
-/// the ground.
+/// The body that feels the joint: the child, or the parent (with the opposite sign) when the child
+/// is the ground.
 fn felt_by(joint: &Joint) -> Option<(usize, f64)> {
     match (joint.child.frame, joint.parent.frame) {
         (FrameId::Frame(k), _) => Some((k, 1.0)),

@@ -3,20 +3,21 @@
 //! ```text
 //! w_α + Ḡ_ααᵀ μ_α = 0   in least squares,     w_α = (h B)_α + Σ_{children β} Ḡ_βαᵀ μ_β
 //! ```
-//! `μ_α`: the internal constraints of a frame, `Ḡ_I`, and those of the joint that carries it, `Ḡ_J`; both touch no other
-//! frame but the parent. The internal constraints do no work in the six motions `P_in` of the frame, which take them out of
-//! the equations of the joint:
+//! `μ_α`: the internal constraints of a frame, `Ḡ_I`, and those of the joint that carries it,
+//! `Ḡ_J`; both touch no other frame but the parent. The internal constraints do no work in the six
+//! motions `P_in` of the frame, which take them out of the equations of the joint:
 //! ```text
 //! A = P_inᵀ Ḡ_Jᵀ,   K = P_inᵀ P_in,   (Aᵀ K⁻¹ A) μ_J = −Aᵀ K⁻¹ P_inᵀ w_α        at most 6 × 6
 //! (Ḡ_I Ḡ_Iᵀ) μ_I = −Ḡ_I (w_α + Ḡ_Jᵀ μ_J)                                          6 × 6
 //! ```
 //! `O(N)`. At the root of the scheme the equations of a tree have exactly one
-//! solution `μ = h²λ`, which the sweep finds; on the way there it differs from that of the least squares
-//! over the whole system, and any `μ_k → μ*` serves Newton's method of the energy–momentum schemes. The multipliers
-//! of a node of the variational schemes (36) are found by the same sweep, with `G` in the place of `Ḡ` and
-//! `p̄_n + D_1 L_d + f_d^-` in that of `−h B`.
+//! solution `μ = h²λ`, which the sweep finds; on the way there it differs from that of the least
+//! squares over the whole system, and any `μ_k → μ*` serves Newton's method of the energy–momentum
+//! schemes. The multipliers of a node of the variational schemes (36) are found by the same sweep,
+//! with `G` in the place of `Ḡ` and `p̄_n + D_1 L_d + f_d^-` in that of `−h B`.
 //!
-//! From the roots to the leaves the same blocks give a solution of `G a = b`, least for each frame in turn:
+//! From the roots to the leaves the same blocks give a solution of `G a = b`, least for each frame
+//! in turn:
 //! ```text
 //! a_α = G_Iᵀ (G_I G_Iᵀ)⁻¹ b_I + P_in K⁻¹ A (Aᵀ K⁻¹ A)⁻¹ r        β the frame that carries α
 //! r = b_J − G_αβ a_β − G_J G_Iᵀ (G_I G_Iᵀ)⁻¹ b_I
@@ -184,7 +185,8 @@ fn internal_normal(directors: &Matrix3<f64>) -> Square {
     normal
 }
 
-/// Visits the entries in the columns of a frame: coordinate, own row or [`OTHER`], constraint, value.
+/// Visits the entries in the columns of a frame: coordinate, own row or [`OTHER`], constraint,
+/// value.
 #[inline]
 fn for_each_entry(
     jacobian: &SparseMatrix,
@@ -258,8 +260,8 @@ mod tests {
     use vi_constraints::Constraints;
     use vi_core::sparse::Entries;
 
-    /// One body on each kind of joint, off the constraints: directors that are neither of unit length nor orthogonal, as
-    /// averaged ones are, and forces that no constraint force balances.
+    /// One body on each kind of joint, off the constraints: directors that are neither of unit
+    /// length nor orthogonal, as averaged ones are, and forces that no constraint force balances.
     #[test]
     fn a_frame_has_the_multipliers_and_the_acceleration_of_least_squares() {
         let kinds = [PairKind::Free, PairKind::Spherical, PairKind::Revolute, PairKind::Fixed];

@@ -144,11 +144,12 @@ pub fn complete_axis(n: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::from_columns(&[m1, n.cross(&m1), *n])
 }
 
-/// The same with an `m_1` that is fixed in the frame whose axes are the columns of `frame`: it turns with that frame, and with
-/// whatever turns frame and axis together, to rounding.
+/// The same with an `m_1` that is fixed in the frame whose axes are the columns of `frame`: it
+/// turns with that frame, and with whatever turns frame and axis together, to rounding.
 #[must_use]
 pub fn complete_axis_in(frame: &Matrix3<f64>, n: &Vector3<f64>) -> Matrix3<f64> {
-    const EQUAL: f64 = 1e-6; // components of an axis along a diagonal or an axis of the frame are equal but for rounding
+    // components of an axis along a diagonal or an axis of the frame are equal but for rounding
+    const EQUAL: f64 = 1e-6;
     let own = frame.tr_mul(n).abs();
     let smallest = own.iter().position(|component| *component <= own.min() + EQUAL).unwrap_or(0);
     let m1 = n.cross(&frame.column(smallest)).normalize();

@@ -23,12 +23,14 @@
 //!
 //! `r` counts three rows, every product one; each row but the thread
 //! of a screw is of degree ≤ 2 in `q`. *Rigid by `a`* is
-//! `X = [I −â; 0 I]` ([`Transfer::Rigid`]), *point of `a`* is `X = [I −â; 0 0]` ([`Transfer::Point`]),
-//! a column of `S` is a twist `(φ̇, ω)`. Velocity analysis: (71)–(75); the pair maps: (76)–(86). The
-//! equations of R, C, P and E that the paper gives in its §5 are cited without a number.
+//! `X = [I −â; 0 I]` ([`Transfer::Rigid`]), *point of `a`* is `X = [I −â; 0 0]`
+//! ([`Transfer::Point`]), a column of `S` is a twist `(φ̇, ω)`. Velocity analysis: (71)–(75); the
+//! pair maps: (76)–(86). The equations of R, C, P and E that the paper gives in its §5 are cited
+//! without a number.
 //!
-//! `F_d` takes the increments `u` of the joint and the motion `(Δφ¹, A¹)` of the parent; `ϱ¹, ϱ², r, c`
-//! and all axes on the right are those of `q_n`, and `d²_{I,n+1} = A² d²_{I,n}` throughout:
+//! `F_d` takes the increments `u` of the joint and the motion `(Δφ¹, A¹)` of the parent;
+//! `ϱ¹, ϱ², r, c` and all axes on the right are those of `q_n`, and `d²_{I,n+1} = A² d²_{I,n}`
+//! throughout:
 //!
 //! ```text
 //!        .-.
@@ -67,9 +69,9 @@
 //!                                   φ²_{n+1} = φ²_n + u_φ                        (61)
 //! ```
 //!
-//! The tangent `∂F_d/∂u` is the velocity map at `q_{n+1}`. Only where `u` is a rotation vector does a
-//! factor enter: `δω² = T(ϑ) δϑ` for S, `δω² = T(θ) δθ` for a free root. The others need none, since
-//! `A¹ n_n = n_{n+1}`.
+//! The tangent `∂F_d/∂u` is the velocity map at `q_{n+1}`. Only where `u` is a rotation vector does
+//! a factor enter: `δω² = T(ϑ) δϑ` for S, `δω² = T(θ) δθ` for a free root. The others need none,
+//! since `A¹ n_n = n_{n+1}`.
 
 pub mod cylindrical;
 pub mod fixed;
@@ -146,7 +148,8 @@ pub struct Properties {
 pub enum DegreeOfFreedom {
     /// The gap along `m_1`, `m_2` or `n` of the parent (0, 1, 2), m.
     Length(usize),
-    /// `atan2(s, c)`, rad; each the product of an axis of the child and an axis of the parent, by number.
+    /// `atan2(s, c)`, rad; each the product of an axis of the child and an axis of the parent, by
+    /// number.
     Angle {
         /// Child and parent axis of `s`.
         sine: [usize; 2],
@@ -281,8 +284,8 @@ impl PairKind {
         self.properties().dof.len()
     }
 
-    /// Number of its degrees of freedom that are joint coordinates, on which springs and motors act: the
-    /// rotations of spherical and free joints are none.
+    /// Number of its degrees of freedom that are joint coordinates, on which springs and motors
+    /// act: the rotations of spherical and free joints are none.
     #[must_use]
     pub fn coordinate_count(self) -> usize {
         let coordinate = |f: &&DegreeOfFreedom| {
@@ -318,8 +321,8 @@ impl PairKind {
         )
     }
 
-    /// Whether the pair transmits the force (0, 1, 2) or the moment (3, 4, 5) along `m_1`, `m_2`, `n`, about the child's
-    /// anchor.
+    /// Whether the pair transmits the force (0, 1, 2) or the moment (3, 4, 5) along `m_1`, `m_2`,
+    /// `n`, about the child's anchor.
     #[must_use]
     pub fn transmits(self, component: usize) -> bool {
         let is_free = |freedom: &DegreeOfFreedom| match *freedom {
@@ -396,8 +399,9 @@ impl PairKind {
         each_pair!(self, pair => pair::gap_correction(at))
     }
 
-    /// Joint coordinates at a configuration, lengths in m and angles in `(−π, π]`; the first `degrees of freedom`
-    /// entries count. S and free pairs give the rotation vector of the relative attitude.
+    /// Joint coordinates at a configuration, lengths in m and angles in `(−π, π]`; the first
+    /// `degrees of freedom` entries count. S and free pairs give the rotation vector of the
+    /// relative attitude.
     #[must_use]
     pub fn coordinates(self, at: &JointConfiguration) -> [f64; MAX_DOF] {
         each_pair!(self, pair => pair::coordinates(at))
@@ -417,8 +421,9 @@ mod tests {
     use vi_rigid::directors;
     use vi_testkit::Sample;
 
-    /// In a configuration of the pair no constraint has a force or a moment along what it leaves free, and some constraint has one
-    /// along all else; the thread of a screw is none of these rows, and one axis of a universal pair is the child's.
+    /// In a configuration of the pair no constraint has a force or a moment along what it leaves
+    /// free, and some constraint has one along all else; the thread of a screw is none of these
+    /// rows, and one axis of a universal pair is the child's.
     #[test]
     fn pairs_transmit_what_their_constraints_exert() {
         let mut sample = Sample::new(3);

@@ -65,8 +65,8 @@ impl Motion {
         x + self.rotation_minus_identity * x
     }
 
-    /// The child of a joint with the rotation `A² = A¹ B` (`B − 1` given) and the translation `slide` (world
-    /// vector at `q_n`, fixed in the parent):
+    /// The child of a joint with the rotation `A² = A¹ B` (`B − 1` given) and the translation
+    /// `slide` (world vector at `q_n`, fixed in the parent):
     /// `Δφ² = Δφ¹ + (A¹−1)(ϱ¹ + r) + A¹ slide − (A²−1) ϱ²`.
     #[must_use]
     #[inline(always)]
@@ -78,7 +78,8 @@ impl Motion {
         gap: &Vector3<f64>,
     ) -> Self {
         let turn =
-            self.rotation_minus_identity + relative + self.rotation_minus_identity * relative; // A¹B − 1
+            // A¹B − 1
+            self.rotation_minus_identity + relative + self.rotation_minus_identity * relative;
         let translation = self.translation // [5.5]
             + self.rotation_minus_identity * (at.rho_parent() + gap)
             + self.transmit(slide)

@@ -1,7 +1,8 @@
-//! The values and rates of the constraints of frames and joints from the vectors of each joint, in the order of its rows.
+//! The values and rates of the constraints of frames and joints from the vectors of each joint, in
+//! the order of its rows.
 //!
-//! The rows themselves ([`PairKind::rows`](super::PairKind::rows)) are forms over the coordinates, each evaluated on its
-//! own; here the rows of a joint share its gap and its axes.
+//! The rows themselves ([`PairKind::rows`](super::PairKind::rows)) are forms over the coordinates,
+//! each evaluated on its own; here the rows of a joint share its gap and its axes.
 
 use super::PairKind;
 use crate::geometry::lane_matrices::Columns;
@@ -11,8 +12,8 @@ use std::ops::Range;
 use vi_rigid::directors::FRAME;
 
 sweep! {
-    /// `out ←` six internal constraints (56) for each of `frames` frames, then the products of the joints at their `rows`;
-    /// the thread of a screw is none.
+    /// `out ←` six internal constraints (56) for each of `frames` frames, then the products of the
+    /// joints at their `rows`; the thread of a screw is none.
     residuals = sweep_residuals(
         joints: &'a [Joint], rows: &'a [Range<usize>], frames: &'a [f64], out: &'a mut [f64]
     ) -> ()

@@ -6,8 +6,8 @@
 //! F_d: A² = A¹ exp(ϑ n̂_n),  φ²_{n+1} = φ¹_{n+1} + A¹(ϱ¹_n + r_n + p ϑ n_n) − A²ϱ²_n
 //! T:   as P at q_{n+1}
 //! ```
-//! The thread `n·r − p θ` is the one row of all pairs that is not quadratic: the velocity-level hidden
-//! constraint holds to second order there, not to round-off.
+//! The thread `n·r − p θ` is the one row of all pairs that is not quadratic: the velocity-level
+//! hidden constraint holds to second order there, not to round-off.
 
 use super::{
     DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, cylindrical,
@@ -57,7 +57,8 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
     cylindrical::rows(joint)
 }
 
-/// Moves the child's anchor along the axis to where the thread holds in the configuration `q` of all frames.
+/// Moves the child's anchor along the axis to where the thread holds in the configuration `q` of
+/// all frames.
 pub fn fit_thread(joint: &mut Joint, q: &[f64]) {
     let at = joint.configuration(q);
     let excess = at.gap().dot(&at.axis(2)) - at.pitch() * super::angle_about_axis(&at);

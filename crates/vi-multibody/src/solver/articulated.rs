@@ -1,25 +1,28 @@
 //! The Newton step of the nodal scheme on trees in linear time.
 //!
-//! When the potential couples no two bodies, but along joint coordinates of the tree, `D_2(D_1 L_d + f_d^-)` is block diagonal and the Newton
-//! matrix is `Dr = P_ex(q_n)ᵀ blockdiag(A_α) P'_ex`, with the 6×6 blocks
+//! When the potential couples no two bodies, but along joint coordinates of the tree,
+//! `D_2(D_1 L_d + f_d^-)` is block diagonal and the Newton matrix is
+//! `Dr = P_ex(q_n)ᵀ blockdiag(A_α) P'_ex`, with the 6×6 blocks
 //! ```text
 //! A_α  = P_in(q_n)ᵀ [D_2(D_1 L_d + f_d^-)]_αα P_in(q_{n+1})
 //! Â_α  = A_α + Σ_c X_cᵀ [Â_c − Â_c S'_c D_c⁻¹ S_cᵀ Â_c] X'_c,   D_c = S_cᵀ Â_c S'_c      leaf → root
 //! u_c  = r_c − S_cᵀ p_c,   p_parent += X_cᵀ (p_c + Â_c S'_c D_c⁻¹ u_c)                   leaf → root
 //! δτ_c = D_c⁻¹ (u_c − S_cᵀ Â_c X'_c δt'_parent),   δt'_c = X'_c δt'_parent + S'_c δτ_c    root → leaf
 //! ```
-//! `X, S` belong to `q_n`, `X', S'` to `q_{n+1}` with the tangent maps of the increments; the matrix is
-//! not symmetric. Work and memory are linear in the number of bodies, nothing is allocated.
+//! `X, S` belong to `q_n`, `X', S'` to `q_{n+1}` with the tangent maps of the increments; the
+//! matrix is not symmetric. Work and memory are linear in the number of bodies, nothing is
+//! allocated.
 //!
-//! Springs and dampers between points may couple a body with its parent by the blocks `B_c = A_{c,parent}` and `C_c = A_{parent,c}`. Then
+//! Springs and dampers between points may couple a body with its parent by the blocks
+//! `B_c = A_{c,parent}` and `C_c = A_{parent,c}`. Then
 //! ```text
 //! y_c = X_cᵀ Â_c S'_c + C_c S'_c,   z_cᵀ = S_cᵀ Â_c X'_c + S_cᵀ B_c
 //! Â_parent += X_cᵀ Â_c X'_c + X_cᵀ B_c + C_c X'_c − y_c D_c⁻¹ z_cᵀ                        leaf → root
 //! p_parent += X_cᵀ p_c + y_c D_c⁻¹ u_c,   δτ_c = D_c⁻¹ (u_c − z_cᵀ δt'_parent)           [5.31]
 //! ```
 //!
-//! Source: LMO08 §5 for the matrix; the elimination is the articulated-body recursion of Featherstone,
-//! Rigid Body Dynamics Algorithms, §7, without symmetry.
+//! Source: LMO08 §5 for the matrix; the elimination is the articulated-body recursion of
+//! Featherstone, Rigid Body Dynamics Algorithms, §7, without symmetry.
 #![allow(non_snake_case)] // A, B, C, D, X, S
 
 use crate::geometry::spatial::SpatialMatrix;
@@ -98,7 +101,8 @@ impl Articulated {
         !self.assemble(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), s)
     }
 
-    /// Whether it applies with blocks between bodies and their parents, which it has from now on, where it does.
+    /// Whether it applies with blocks between bodies and their parents, which it has from now on,
+    /// where it does.
     #[must_use]
     pub fn applies_near(&mut self, mixed: &Emission<'_>, s: &Interval) -> bool {
         let zeros = || vec![SpatialMatrix::zero(); self.links.len()];
@@ -187,7 +191,8 @@ impl Articulated {
         for (k, link) in self.tree.links().iter().enumerate() {
             let map = &self.links[k].at;
             let mut twist =
-                link.parent.map_or(Twist::zero(), |p| map.transfer.apply(&self.wrenches[p])); // (71)
+                // (71)
+                link.parent.map_or(Twist::zero(), |p| map.transfer.apply(&self.wrenches[p]));
             for (column, rate) in map.columns().iter().zip(&nu[link.offset..]) {
                 twist.add_scaled(*rate, column);
             }
@@ -308,7 +313,8 @@ impl Articulated {
         self.A[k].sub_outer(x, y);
     }
 
-    /// `p` of link `k`: the wrench transmitted by its children; after [`Articulated::backward`] its `δt'`.
+    /// `p` of link `k`: the wrench transmitted by its children; after [`Articulated::backward`] its
+    /// `δt'`.
     pub(crate) fn wrench(&mut self, k: usize) -> &mut Twist {
         &mut self.wrenches[k]
     }
@@ -318,8 +324,8 @@ impl Articulated {
         self.wrenches.fill(Twist::zero());
     }
 
-    /// Leaf → root at link `k` with the wrench `p` of its children: `own ← u_k = own − S_kᵀ p`; returns
-    /// what is transmitted to the parent.
+    /// Leaf → root at link `k` with the wrench `p` of its children: `own ← u_k = own − S_kᵀ p`;
+    /// returns what is transmitted to the parent.
     pub(crate) fn transmit(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
         let work = &self.links[k];
         let f = work.at.dof;
@@ -341,8 +347,9 @@ impl Articulated {
         work.at.transfer.apply_transposed(&transmitted)
     }
 
-    /// The transpose of [`Articulated::backward`] at link `k`: of a linear function `c·δτ_k + p·δt'_k`,
-    /// `own = c ← D_k⁻ᵀ (c + S'_kᵀ p)`, its factors of `u_k`; returns its factors of `δt'_parent`.
+    /// The transpose of [`Articulated::backward`] at link `k`: of a linear function
+    /// `c·δτ_k + p·δt'_k`, `own = c ← D_k⁻ᵀ (c + S'_kᵀ p)`, its factors of `u_k`; returns its
+    /// factors of `δt'_parent`.
     pub(crate) fn transmit_transposed(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
         let work = &self.links[k];
         let f = work.at.dof;

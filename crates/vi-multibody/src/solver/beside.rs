@@ -4,9 +4,10 @@
 //! q = (q_b, q_p),   F_d = (F_d^b(u_b, q_b), F_d^p(u_p, q_p)),   P = diag(P_b, P_p)
 //! Pᵀ K ∂F_d/∂u = diag(A_b, A_p)         where K couples no body with a point mass
 //! ```
-//! Bars join point masses to one another and to the ground, joints and scalar constraints act on bodies, so no constraint
-//! couples the two. Where no potential does either, each takes a correction of its own, by the operators that it would have
-//! alone: a point mass beside a mechanism costs what it costs by itself.
+//! Bars join point masses to one another and to the ground, joints and scalar constraints act on
+//! bodies, so no constraint couples the two. Where no potential does either, each takes a
+//! correction of its own, by the operators that it would have alone: a point mass beside a
+//! mechanism costs what it costs by itself.
 #![allow(non_snake_case)] // K
 
 use crate::mechanism::Mechanism;
@@ -144,7 +145,8 @@ impl<O: NodalOperators + ?Sized> Beside<O> {
         let mut of_all = shares.into_iter().zip(operators);
         let parts = std::array::from_fn(|_| {
             let (mut share, operators) = of_all.next().expect("two of each");
-            share.u = first..first + operators.dof(); // those of loops of bars are fewer than those of their tree
+            // those of loops of bars are fewer than those of their tree
+            share.u = first..first + operators.dof();
             first = share.u.end;
             blocks.extend(operators.blocks().iter().cloned().map(|mut block| {
                 let (start, end) = (block.range.start, block.range.end);

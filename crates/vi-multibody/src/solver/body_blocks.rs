@@ -1,6 +1,7 @@
 //! The blocks `A_α = P_in(q_n)ᵀ K_αα P_in(q_{n+1})` of a matrix `K` over the coordinates of frames.
 //!
-//! Masses are multiples of `I_3` between the vectors of a frame, `φ, d_1, d_2, d_3`; stiffnesses come entry by entry.
+//! Masses are multiples of `I_3` between the vectors of a frame, `φ, d_1, d_2, d_3`; stiffnesses
+//! come entry by entry.
 #![allow(non_snake_case)] // A, P, K
 
 use crate::geometry::spatial::SpatialMatrix;
@@ -125,7 +126,8 @@ mod tests {
     use vi_rigid::null_space;
     use vi_testkit::Sample;
 
-    /// `P_in(q_n)ᵀ K P_in(q_{n+1})` of the second of two frames against dense matrices, for every multiple.
+    /// `P_in(q_n)ᵀ K P_in(q_{n+1})` of the second of two frames against dense matrices, for every
+    /// multiple.
     #[test]
     fn blocks_are_those_of_the_null_space_matrix() {
         let mut sample = Sample::new(91);

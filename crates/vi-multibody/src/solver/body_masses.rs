@@ -3,8 +3,9 @@
 use nalgebra::Matrix4;
 use vi_core::isotropic::IsotropicBlocks;
 
-/// The masses of each frame between its vectors `φ, d_1, d_2, d_3`, from a mass matrix over `dim` coordinates; `None` where it
-/// has other entries than multiples of `I_3`, couples two frames, or has coordinates of anything else.
+/// The masses of each frame between its vectors `φ, d_1, d_2, d_3`, from a mass matrix over `dim`
+/// coordinates; `None` where it has other entries than multiples of `I_3`, couples two frames, or
+/// has coordinates of anything else.
 pub(crate) fn body_masses(
     frames: usize,
     mass: &IsotropicBlocks,

@@ -3,11 +3,13 @@
 //! ```text
 //! δ_k = A_0⁻¹ r(u_k),   s_k = |δ_k| relative to |u_k|:     s_{k+1} ≈ ρ s_k,   ρ = min_j s_{j+1}/s_j
 //! ```
-//! A correction is kept where the one after it leaves less than rounding, `ρ² s_k ≤ ε/4`, and after the first correction
-//! also where that was below 1e-6: the error is then `O(s_0³)`, as small as the `O(s_0⁴)` of Newton's method against rounding.
-//! Otherwise the matrix is formed at the iterate. The ratio is measured, never assumed, so that stiff elements, which are more
-//! curved, get as many matrices as they need. It may be too small where the first error has a direction without curvature, as
-//! that of a rotation about its own axis: it decides on matrices, never on the end of the iterations.
+//! A correction is kept where the one after it leaves less than rounding, `ρ² s_k ≤ ε/4`, and after
+//! the first correction also where that was below 1e-6: the error is then `O(s_0³)`, as small as
+//! the `O(s_0⁴)` of Newton's method against rounding. Otherwise the matrix is formed at the
+//! iterate. The ratio is measured, never assumed, so that stiff elements, which are more curved,
+//! get as many matrices as they need. It may be too small where the first error has a direction
+//! without curvature, as that of a rotation about its own axis: it decides on matrices, never on
+//! the end of the iterations.
 //!
 //! Source: C. T. Kelley, Iterative Methods for Linear and Nonlinear Equations, SIAM (1995), §5.4.1.
 
@@ -55,7 +57,8 @@ impl Chord {
         Self { blocks: blocks.to_vec(), next: vec![0.0; d], side: vec![0.0; d], last: None }
     }
 
-    /// Whether the last correction was one by the factors of an earlier iterate: what it leaves is not its square.
+    /// Whether the last correction was one by the factors of an earlier iterate: what it leaves is
+    /// not its square.
     pub(crate) fn keeps_factors(&self) -> bool {
         self.last.is_some_and(|last| last.ratio.is_some())
     }
@@ -65,8 +68,8 @@ impl Chord {
         self.last = None;
     }
 
-    /// `x ←` the correction at `u` as `solve` finds it with the factors of an earlier iterate; `false` where they are of
-    /// no use, with `x` as it was.
+    /// `x ←` the correction at `u` as `solve` finds it with the factors of an earlier iterate;
+    /// `false` where they are of no use, with `x` as it was.
     pub(crate) fn correct<E>(
         &mut self,
         u: &[f64],

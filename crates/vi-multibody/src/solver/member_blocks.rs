@@ -1,13 +1,14 @@
-//! A matrix `K` over the coordinates of frames and point masses as blocks `P_inᵀ K P_in'`, one for each pair of coupled
-//! members.
+//! A matrix `K` over the coordinates of frames and point masses as blocks `P_inᵀ K P_in'`, one for
+//! each pair of coupled members.
 //!
 //! ```text
 //! m I_3 between d_I and d_J':    d̂_I (−d̂_J') = (d_I·d_J') I − d_J' d_Iᵀ
 //! A Bᵀ:                          (P_inᵀ A) (P_in'ᵀ B)ᵀ
 //! ```
-//! Masses are multiples of `I_3`, stiffnesses of elements outer products of strain gradients; both are reduced before they
-//! are added. What comes entry by entry is first collected in a dense block. The first emission finds the blocks; every
-//! later one is replayed into them, without a search.
+//! Masses are multiples of `I_3`, stiffnesses of elements outer products of strain gradients; both
+//! are reduced before they are added. What comes entry by entry is first collected in a dense
+//! block. The first emission finds the blocks; every later one is replayed into them, without a
+//! search.
 #![allow(non_snake_case)] // A, B, K, P
 
 use nalgebra::{Matrix6, Vector3, Vector6};
@@ -323,7 +324,8 @@ impl MemberBlocks {
         *values = vec![0.0; length];
     }
 
-    /// Takes `K` as emitted, always the same places in the same order, between `P_in(q)` and `P_in(q')`.
+    /// Takes `K` as emitted, always the same places in the same order, between `P_in(q)` and
+    /// `P_in(q')`.
     pub(crate) fn fill(&mut self, emit: &dyn Fn(&mut dyn Entries), q: (&[f64], &[f64])) {
         let Self { values, reduced, outer, factors, slots, .. } = self;
         values.fill(0.0);
@@ -343,7 +345,8 @@ impl MemberBlocks {
         &self.couplings
     }
 
-    /// The blocks `P_in(q)ᵀ K_ab P_in(q')` last filled, 6×6 (fewer rows and columns count for point masses).
+    /// The blocks `P_in(q)ᵀ K_ab P_in(q')` last filled, 6×6 (fewer rows and columns count for point
+    /// masses).
     pub(crate) fn reduced(&self) -> impl Iterator<Item = (&Coupling, &Matrix6<f64>)> {
         self.couplings.iter().zip(&self.reduced)
     }

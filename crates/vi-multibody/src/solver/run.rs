@@ -10,10 +10,11 @@
 //! | closed loops of bodies coupled with point masses | sparse matrices of their tree + dense complement | dense, QR | sparse |
 //! | loops of bars | dense, tangent space | dense, QR | sparse |
 //!
-//! Springs, dampers and motors on joint coordinates of the tree are no couplings ([`vi_core::coordinate_force`]), but in Galerkin schemes.
+//! Springs, dampers and motors on joint coordinates of the tree are no couplings
+//! ([`vi_core::coordinate_force`]), but in Galerkin schemes.
 //!
-//! By blocks: sparse LU with the blocks of joints as pivots where they have three unknowns in the mean, see
-//! [`crate::solver::sparse_nodal::reduced_matrix`].
+//! By blocks: sparse LU with the blocks of joints as pivots where they have three unknowns in the
+//! mean, see [`crate::solver::sparse_nodal::reduced_matrix`].
 //!
 //! Galerkin schemes:
 //!

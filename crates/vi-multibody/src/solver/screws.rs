@@ -4,8 +4,8 @@
 //! θ = D y_θ,  u_φ = T(θ) D y_φ + h v̄        with the directors D of q_n
 //! J ← J ∂(u_φ, θ)/∂(y_φ, y_θ),        ∂(u_φ, θ)/∂(y_φ, y_θ) = [T D, B D; 0, D],  B = ∂(T(θ)w)/∂θ,  w = D y_φ
 //! ```
-//! `v̄` is the velocity of the centre of mass of a mechanism that nothing holds, else zero: relative to it the screws of a
-//! uniform flight are those of the rotation alone.
+//! `v̄` is the velocity of the centre of mass of a mechanism that nothing holds, else zero:
+//! relative to it the screws of a uniform flight are those of the rotation alone.
 #![allow(non_snake_case)] // J, T, B, D, M, R
 
 use crate::mechanism::Mechanism;
@@ -188,8 +188,8 @@ pub(super) fn to_increments(tree: &Tree, flight: &Flight, q: &[f64], y: &mut [f6
     }
 }
 
-/// `J ← J ∂(u_φ, θ)/∂(y_φ, y_θ)` in the six columns of a free root, at the screws `y` of all and the triads of `q`;
-/// without `y`: at zero, without `B`.
+/// `J ← J ∂(u_φ, θ)/∂(y_φ, y_θ)` in the six columns of a free root, at the screws `y` of all and
+/// the triads of `q`; without `y`: at zero, without `B`.
 pub(super) fn chain(root: &Link, (q, y): (&[f64], Option<&[f64]>), columns: &mut [Vector6<f64>]) {
     let frame = &q[12 * root.frame..];
     let screw = match y {
@@ -223,8 +223,8 @@ const fn slopes(first: usize) -> [f64; 9] {
     out
 }
 
-/// `B = ∂(T(θ)w)/∂θ` with `T = I + a θ̂ + b θ̂²`, `a = (1 − cos x)/x²`, `b = (x − sin x)/x³`, `x = |θ|`:
-/// `B dθ = (a'/x θ×w + b'/x θ×(θ×w)) (θ·dθ) + a dθ×w + b (dθ×(θ×w) + θ×(dθ×w))`.
+/// `B = ∂(T(θ)w)/∂θ` with `T = I + a θ̂ + b θ̂²`, `a = (1 − cos x)/x²`, `b = (x − sin x)/x³`,
+/// `x = |θ|`: `B dθ = (a'/x θ×w + b'/x θ×(θ×w)) (θ·dθ) + a dθ×w + b (dθ×(θ×w) + θ×(dθ×w))`.
 fn tangent_derivative(theta: &Vector3<f64>, w: &Vector3<f64>) -> Matrix3<f64> {
     let square = theta.norm_squared();
     let x = square.sqrt();

@@ -1,7 +1,8 @@
-//! [`ControlPointOperators`] of a tree of bodies by the articulated recursion, `O(N)` for each control point.
+//! [`ControlPointOperators`] of a tree of bodies by the articulated recursion, `O(N)` for each
+//! control point.
 //!
-//! `P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)` is the matrix of [`Articulated`] with `X, S` at `q_j`, `X', S'` the tangents there
-//! and `M` in the place of `D_2(D_1 L_d + f_d^-)`.
+//! `P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)` is the matrix of [`Articulated`] with `X, S` at `q_j`, `X', S'`
+//! the tangents there and `M` in the place of `D_2(D_1 L_d + f_d^-)`.
 
 use crate::pair::{Transfer, Twist, VelocityMap};
 use crate::solver::articulated::Articulated;

@@ -1,21 +1,26 @@
-//! The nodal scheme on deep trees whose members are coupled by potentials, and on trees of point masses: descriptor form.
+//! The nodal scheme on deep trees whose members are coupled by potentials, and on trees of point
+//! masses: descriptor form.
 //!
-//! The matrix `A = P_exᵀ B P'_ex`, `B = P_inᵀ K P_in'`, is dense where members have many ancestors. With the twists `t` and
-//! the wrenches `f` of all members as unknowns beside `x`, `A x = r` is sparse:
+//! The matrix `A = P_exᵀ B P'_ex`, `B = P_inᵀ K P_in'`, is dense where members have many ancestors.
+//! With the twists `t` and the wrenches `f` of all members as unknowns beside `x`, `A x = r` is
+//! sparse:
 //! ```text
 //! t_α − X'_α t_parent − S'_α x_α           = 0
 //! f_α − Σ_β B_αβ t_β − Σ_children X_βᵀ f_β = 0
 //! S_αᵀ f_α                                 = r_α
 //! ```
-//! The wrenches of many children are added one after the other, `g_k = g_{k−1} + X_kᵀ f_k`, and the twist of their parent is
-//! passed on, `t'_k = t'_{k−1}`, so that no row and no column grows with the number of bodies on a hub. Rows and columns are scaled by powers of two near `|B_αα,ii|^{−1/2}` and by those of the columns of
-//! `S'`. One symbolic LU for ever; time and memory are linear in the number of members where each is coupled to few.
-//! Pivoting may enlarge the fill, and then allocates.
+//! The wrenches of many children are added one after the other, `g_k = g_{k−1} + X_kᵀ f_k`, and the
+//! twist of their parent is passed on, `t'_k = t'_{k−1}`, so that no row and no column grows with
+//! the number of bodies on a hub. Rows and columns are scaled by powers of two near
+//! `|B_αα,ii|^{−1/2}` and by those of the columns of `S'`. One symbolic LU for ever; time and
+//! memory are linear in the number of members where each is coupled to few. Pivoting may enlarge
+//! the fill, and then allocates.
 //!
-//! Letters: `X`, `S` velocity map of a joint at `q_n`; `X'`, `S'` tangent at `q_{n+1}`; `K` the mixed derivative.
+//! Letters: `X`, `S` velocity map of a joint at `q_n`; `X'`, `S'` tangent at `q_{n+1}`; `K` the
+//! mixed derivative.
 //!
-//! Source: theory §5; sparse systems over the coordinates of all bodies after D. Negrut, R. Serban, F. A. Potra,
-//! Mech. Struct. Mach. 25 (1997).
+//! Source: theory §5; sparse systems over the coordinates of all bodies after D. Negrut, R. Serban,
+//! F. A. Potra, Mech. Struct. Mach. 25 (1997).
 #![allow(non_snake_case)] // B, K, S, X
 
 use crate::mechanism::Mechanism;
@@ -104,7 +109,8 @@ struct Descriptor {
     x: Vec<f64>,
 }
 
-/// Members of a spanning tree, and the number of unknowns in descriptor form without those of joints.
+/// Members of a spanning tree, and the number of unknowns in descriptor form without those of
+/// joints.
 fn members(tree: &Tree, particles: &ParticleTree) -> (Vec<Member>, usize) {
     let links = tree.links().iter().map(|link| (link.parent, 6, link.offset));
     let first = tree.links().len();
@@ -164,7 +170,8 @@ impl TreeDescriptor {
         }
     }
 
-    /// For stiff couplings between frames at `q`, elements above all: see [`for_elements`](crate::sparse_nodal::SparseNodal::for_elements).
+    /// For stiff couplings between frames at `q`, elements above all: see
+    /// [`for_elements`](crate::sparse_nodal::SparseNodal::for_elements).
     #[must_use]
     pub fn for_elements(mut self, q: &[f64]) -> Self {
         let length = 1e-5 * extent(&q[..12 * self.tree.links().len()]).max(1e-5);
@@ -294,7 +301,8 @@ fn chain_screws(tree: &Tree, at: (&[f64], Option<&[f64]>), maps: &mut [VelocityM
     }
 }
 
-/// The entries `X_ij` of a transfer between twists of the given size, zeros of its pattern included.
+/// The entries `X_ij` of a transfer between twists of the given size, zeros of its pattern
+/// included.
 fn for_each_entry(transfer: &Transfer, width: usize, mut visit: impl FnMut(usize, usize, f64)) {
     let (a, angular) = match transfer {
         Transfer::Rigid(a) => (a, 6),

@@ -38,7 +38,8 @@ impl TreeNodal {
         self.articulated.applies(system, s)
     }
 
-    /// Whether it applies where bodies may be coupled with their parents; it is prepared for that from now on, where it does.
+    /// Whether it applies where bodies may be coupled with their parents; it is prepared for that
+    /// from now on, where it does.
     #[must_use]
     pub fn applies_near(&mut self, matrix: &Emission<'_>, s: &Interval) -> bool {
         self.articulated.applies_near(matrix, s)

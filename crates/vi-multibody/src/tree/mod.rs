@@ -32,7 +32,8 @@ pub struct Link {
     pub frame: usize,
     /// Index of the parent link; `None`: the ground, or a free root.
     pub parent: Option<usize>,
-    /// The joint, oriented from the parent to this frame; free roots have a free joint to the ground.
+    /// The joint, oriented from the parent to this frame; free roots have a free joint to the
+    /// ground.
     pub joint: Joint,
     /// First unknown of its joint among `u`.
     pub offset: usize,
@@ -59,7 +60,8 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// From links in an order in which parents precede their children, one for each frame; offsets are assigned here.
+    /// From links in an order in which parents precede their children, one for each frame; offsets
+    /// are assigned here.
     ///
     /// # Panics
     /// When a parent does not precede its child, or frames are not numbered from 0 on.
@@ -87,8 +89,8 @@ impl Tree {
         &self.link_of
     }
 
-    /// The unknown that coordinate `freedom` of a joint is, up to its sign; `None` where the joint is not in the tree, or
-    /// axes that turn with the child measure the coordinate.
+    /// The unknown that coordinate `freedom` of a joint is, up to its sign; `None` where the joint
+    /// is not in the tree, or axes that turn with the child measure the coordinate.
     #[must_use]
     pub fn unknown_of(&self, joint: &Joint, freedom: usize) -> Option<SignedUnknown> {
         let link = |frame| match frame {
@@ -167,7 +169,8 @@ impl Tree {
     /// Twists of all links from joint rates: `P_ex ν`.
     pub fn push_forward(&self, maps: &[VelocityMap], nu: &[f64], twists: &mut [Twist]) {
         for (k, (link, map)) in self.links.iter().zip(maps).enumerate() {
-            let mut twist = link.parent.map_or(Twist::zero(), |p| map.transfer.apply(&twists[p])); // (71), (75)
+            // (71), (75)
+            let mut twist = link.parent.map_or(Twist::zero(), |p| map.transfer.apply(&twists[p]));
             for (column, rate) in map.columns().iter().zip(&nu[link.offset..]) {
                 twist.linear += *rate * column.linear;
                 twist.angular += *rate * column.angular;
@@ -176,7 +179,8 @@ impl Tree {
         }
     }
 
-    /// `out ← P_in(q) P_ex` with the velocity map of each link, a sweep for each column; `nu` and `twists` are scratch.
+    /// `out ← P_in(q) P_ex` with the velocity map of each link, a sweep for each column; `nu` and
+    /// `twists` are scratch.
     pub fn write_null_space(
         &self,
         maps: &[VelocityMap],
@@ -196,7 +200,8 @@ impl Tree {
         }
     }
 
-    /// `out ← P_exᵀ P_in(q)ᵀ w` with the velocity map of each link; `wrenches` holds `b` of the links.
+    /// `out ← P_exᵀ P_in(q)ᵀ w` with the velocity map of each link; `wrenches` holds `b` of the
+    /// links.
     pub fn pull_back<'m>(
         &self,
         map_of: impl Fn(usize) -> &'m VelocityMap,
@@ -275,7 +280,8 @@ impl Tree {
         }
     }
 
-    /// `u ←` the increment of `first` and then `u`: rotation vectors are composed, the rest is added.
+    /// `u ←` the increment of `first` and then `u`: rotation vectors are composed, the rest is
+    /// added.
     pub(crate) fn compose(&self, first: &[f64], u: &mut [f64]) {
         let vector = |u: &[f64], at: usize| Vector3::new(u[at], u[at + 1], u[at + 2]);
         for link in &self.links {

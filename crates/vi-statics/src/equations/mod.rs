@@ -1,19 +1,19 @@
 //! The equations of static equilibrium: residual and tangent.
 //!
 //! Frames and point masses have all their degrees of freedom as unknowns; joints, bars and scalar
-//! constraints are enforced by multipliers. So trees, loops, redundant constraints and prescribed motion
-//! are one case, and the tangent is exact and sparse.
+//! constraints are enforced by multipliers. So trees, loops, redundant constraints and prescribed
+//! motion are one case, and the tangent is exact and sparse.
 //! ```text
 //! w(q, μ, t) = ∇V(q) − f(t, q) + G(t, q)ᵀ μ                    n   residual force at rest
 //! r_u = P_in(q)ᵀ w + σ S u = 0,    r_μ = g(t, q) = 0           unknowns u, μ;  q = F_d(u, q_last)
 //! K   = [ P_inᵀ (∇²V − ∂f/∂q + Σ μ_i D²g_i) ∂F_d/∂u + Σ_I ŵ_I d̂_I + σ S    P_inᵀ Gᵀ ]
 //!       [ G ∂F_d/∂u                                                        0       ]
 //! ```
-//! In a steady rotation the force of inertia `M W² (q − q_o)` is part of `w`, `M W²` and `−∂f/∂v W` of dampers to the ground of `K`
-//! ([`crate::rotation`]).
-//! `t` is the load parameter: loads and prescribed motions are taken at the time `t`. The rows of `g`
-//! are an independent set, without the internal constraints of the frames, which `F_d` satisfies. `σ S` is
-//! zero but for relaxation ([`crate::relaxation`]).
+//! In a steady rotation the force of inertia `M W² (q − q_o)` is part of `w`, `M W²` and `−∂f/∂v W`
+//! of dampers to the ground of `K` ([`crate::rotation`]).
+//! `t` is the load parameter: loads and prescribed motions are taken at the time `t`. The rows of
+//! `g` are an independent set, without the internal constraints of the frames, which `F_d`
+//! satisfies. `σ S` is zero but for relaxation ([`crate::relaxation`]).
 //!
 //! Source: theory §6, "Statics".
 #![allow(non_snake_case)] // K, G
@@ -286,10 +286,11 @@ impl Equations {
         Ok(norm_inf(&r[..d]))
     }
 
-    /// Whether the tangent at the last equilibrium is singular to working precision: whether a force `b`
-    /// spread over all directions moves something about `1/ε` times as far as the stiffness would let it, by `z = K⁻¹ b`.
-    /// A slender beam bends as far. Its stiffness along `z` shows in the residual, `z·(r(ηz) − r(0))/η = z·b`, whereas
-    /// that of a neutral direction is round-off in both.
+    /// Whether the tangent at the last equilibrium is singular to working precision: whether a
+    /// force `b` spread over all directions moves something about `1/ε` times as far as the
+    /// stiffness would let it, by `z = K⁻¹ b`. A slender beam bends as far. Its stiffness along `z`
+    /// shows in the residual, `z·(r(ηz) − r(0))/η = z·b`, whereas that of a neutral direction is
+    /// round-off in both.
     pub(crate) fn is_neutral(&mut self, x: &[f64]) -> bool {
         const FAR: f64 = 1e13;
         const ALIKE: f64 = 0.25; // of round-off they are millions apart
@@ -302,7 +303,8 @@ impl Equations {
         let stiffest = self.stiffest();
         z.fill(0.0);
         for (k, (b, s)) in z[..d].iter_mut().zip(&self.metric).enumerate() {
-            *b = s.sqrt() * (0.5 + (1.0 + k as f64).sqrt().fract()); // of the size of 1, in no symmetry
+            // of the size of 1, in no symmetry
+            *b = s.sqrt() * (0.5 + (1.0 + k as f64).sqrt().fract());
         }
         let b = z.clone();
         if self.solve(&mut z).is_err() {
@@ -356,8 +358,8 @@ impl Equations {
         }
     }
 
-    /// Stiffness, damping and gyroscopic terms, and mass of the spanning tree at the point last evaluated, reduced by
-    /// its null space.
+    /// Stiffness, damping and gyroscopic terms, and mass of the spanning tree at the point last
+    /// evaluated, reduced by its null space.
     pub(crate) fn tree_matrices(&mut self) -> TreeMatrices {
         self.fill_symmetric_spin();
         let mut layout = VelocityLayout::new(&self.mechanism);
@@ -374,7 +376,8 @@ impl Equations {
         TreeMatrices { K, C, M, layout, columns }
     }
 
-    /// The same without joints: every frame and point mass on its own, sparse, with the rows of joints.
+    /// The same without joints: every frame and point mass on its own, sparse, with the rows of
+    /// joints.
     pub(crate) fn frame_matrices(&mut self) -> FrameMatrices {
         let (K, B) = self.frame_stiffness();
         let C = self.frame_matrix(&|out| self.emit_velocity_matrix(out), &[]);
@@ -382,8 +385,8 @@ impl Equations {
         FrameMatrices { K, C, M, B, columns: self.left.clone() }
     }
 
-    /// Stiffness and independent rows of joints, bars and scalar constraints in the velocities of all frames and point masses,
-    /// sparse, at the point last evaluated.
+    /// Stiffness and independent rows of joints, bars and scalar constraints in the velocities of
+    /// all frames and point masses, sparse, at the point last evaluated.
     pub(crate) fn frame_stiffness(&mut self) -> (SparseMatrix, SparseMatrix) {
         self.fill_symmetric_spin();
         let K = self.frame_matrix(&|out| self.emit_stiffness(out), &self.spin);
@@ -402,7 +405,8 @@ impl Equations {
         SparseMatrix::assemble(d, d, |out| matrix.emit(out))
     }
 
-    /// The symmetric part of `Σ_I ŵ_I d̂_I`: all of it in equilibrium, and without the torque that is not in balance elsewhere.
+    /// The symmetric part of `Σ_I ŵ_I d̂_I`: all of it in equilibrium, and without the torque that
+    /// is not in balance elsewhere.
     fn fill_symmetric_spin(&mut self) {
         self.fill_spin();
         for spin in &mut self.spin {

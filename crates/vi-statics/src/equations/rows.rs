@@ -1,4 +1,5 @@
-//! Which rows of `g` are enforced: an independent set of those of joints, bars and scalar constraints.
+//! Which rows of `g` are enforced: an independent set of those of joints, bars and scalar
+//! constraints.
 #![allow(non_snake_case)] // J
 
 use super::Equations;
@@ -28,8 +29,8 @@ impl Equations {
         self.ranked_rows()
     }
 
-    /// An independent set of the rows of joints, bars and scalar constraints at the last equilibrium, by
-    /// pivoted QR; forgets the matrices of the old set.
+    /// An independent set of the rows of joints, bars and scalar constraints at the last
+    /// equilibrium, by pivoted QR; forgets the matrices of the old set.
     fn ranked_rows(&mut self) -> IndependentRows {
         let m = self.mechanism.len();
         let outer: Vec<usize> = (6 * self.mechanism.description().bodies.len()..m).collect();
@@ -55,8 +56,9 @@ impl Equations {
         IndependentRows::choose(m, &chosen)
     }
 
-    /// Chooses the independent rows anew where some follow from others: which ones is a matter of the
-    /// configuration. Returns whether the choice has changed; a lower rank in passing changes nothing.
+    /// Chooses the independent rows anew where some follow from others: which ones is a matter of
+    /// the configuration. Returns whether the choice has changed; a lower rank in passing changes
+    /// nothing.
     pub(crate) fn renew_rows(&mut self) -> bool {
         let outer = self.mechanism.len() - 6 * self.mechanism.description().bodies.len();
         if self.rows.len() == outer {

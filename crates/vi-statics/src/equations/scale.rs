@@ -17,7 +17,8 @@ impl Equations {
         self.points().map(norm_inf).fold(0.0, f64::max)
     }
 
-    /// Diagonal of the box that holds all points and joints at the last equilibrium, m; 1 for a point.
+    /// Diagonal of the box that holds all points and joints at the last equilibrium, m; 1 for a
+    /// point.
     pub(crate) fn size(&self) -> f64 {
         let joints = &self.mechanism.description().joints;
         let anchors = joints.iter().map(|joint| joint.parent.point().at(&self.s.q0));
@@ -40,8 +41,8 @@ impl Equations {
         diagonal.map(|(k, s)| (k / s).abs()).fold(0.0, f64::max)
     }
 
-    /// Forces that round-off in the configuration causes, N: what moves the stiffest direction by a few
-    /// bits of the size. Premise: the tangent has been filled.
+    /// Forces that round-off in the configuration causes, N: what moves the stiffest direction by a
+    /// few bits of the size. Premise: the tangent has been filled.
     pub(crate) fn round_off(&self) -> f64 {
         50.0 * f64::EPSILON * self.stiffest() * self.size()
     }

@@ -45,8 +45,9 @@ impl Equations {
         Ok(())
     }
 
-    /// Powers of two that bring the diagonal of the stiffness and the constraint rows near 1; what is
-    /// softer than [`SOFTEST`] may be round-off of a rigid body that has no stiffness of its own.
+    /// Powers of two that bring the diagonal of the stiffness and the constraint rows near 1; what
+    /// is softer than [`SOFTEST`] may be round-off of a rigid body that has no stiffness of its
+    /// own.
     fn set_scales(&mut self, part: f64) {
         let d = self.unknowns();
         let near = |size: f64, exponent: f64| {

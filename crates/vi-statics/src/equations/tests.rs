@@ -14,7 +14,8 @@ use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 use vi_testkit::Sample;
 
-/// ground – pair – beam – pair – beam – pair (a node on the ground), weight, loads, springs, a guide.
+/// ground – pair – beam – pair – beam – pair (a node on the ground), weight, loads, springs, a
+/// guide.
 fn work(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
     let section = Section::new([90.0, 80.0, 120.0, 5.0, 4.0, 3.0], [1.0, 0.1, 0.1, 0.0]).unwrap();
     let mut model = BeamModel::new(Vector3::new(0.2, 0.3, -1.0));
@@ -57,8 +58,8 @@ fn work(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
     Equations::new(system, mechanism, (0.7, &q))
 }
 
-/// In a steady rotation, with dampers from the ground and between bodies, on points off the axis, and control of a length
-/// from the ground.
+/// In a steady rotation, with dampers from the ground and between bodies, on points off the axis,
+/// and control of a length from the ground.
 fn rotating(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
     let mut work = work(kinds, sample);
     let ground = Form::constant(sample.vector() + 3.0 * Vector3::x());

@@ -1,4 +1,5 @@
-//! Whether the step of a plan resolves the fastest motion: what holds for small steps only is not applicable otherwise.
+//! Whether the step of a plan resolves the fastest motion: what holds for small steps only is not
+//! applicable otherwise.
 
 use super::{Certifier, conditioned_as_expected};
 use crate::certificate::{Finding, Verdict};
@@ -9,15 +10,16 @@ use crate::subject::Setting;
 use vi_core::Composition;
 
 impl Certifier<'_> {
-    /// `h ω_max` at the beginning with the longest sub-step of a composition, where it does not resolve the fastest motion; `None`
-    /// of order 2, which need not do that.
+    /// `h ω_max` at the beginning with the longest sub-step of a composition, where it does not
+    /// resolve the fastest motion; `None` of order 2, which need not do that.
     pub(super) fn unresolved(&self, setting: Setting) -> Option<f64> {
         let longest = Composition::of_order(setting.order).filter(|_| setting.order > 2)?.longest();
         let resolution = self.frequency(setting)? * setting.step.abs() * longest;
         (resolution > RESOLVED).then_some(resolution)
     }
 
-    /// A finding for small steps: it is not applicable where the step of the plan does not resolve the motion.
+    /// A finding for small steps: it is not applicable where the step of the plan does not resolve
+    /// the motion.
     pub(super) fn push_of_small_steps(&mut self, mut finding: Finding) {
         if finding.verdict == Verdict::Fail
             && let Some(why) = self.not_resolved()
@@ -29,8 +31,8 @@ impl Certifier<'_> {
         self.push(finding);
     }
 
-    /// Why the step of the plan does not resolve the fastest motion: a stiff beam by `h ω_max`, a stiff spring or damper by condition
-    /// numbers that no longer change from a smaller step on.
+    /// Why the step of the plan does not resolve the fastest motion: a stiff beam by `h ω_max`, a
+    /// stiff spring or damper by condition numbers that no longer change from a smaller step on.
     pub(super) fn not_resolved(&mut self) -> Option<String> {
         if let Some(known) = &self.not_resolved {
             return known.clone();

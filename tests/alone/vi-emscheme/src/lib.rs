@@ -1,2 +1,3 @@
-//! The example of the README of `vi-emscheme`, compiled and run by a crate that depends on nothing else.
+//! The example of the README of `vi-emscheme`, compiled and run by a crate that depends on nothing
+//! else.
 #![doc = include_str!("../../../../crates/vi-emscheme/README.md")]

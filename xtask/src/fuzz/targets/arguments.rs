@@ -1,5 +1,5 @@
-//! The command line of the program in a folder of its own: most within this process, some as a process. Arguments of an
-//! input are divided by `|`.
+//! The command line of the program in a folder of its own: most within this process, some as a
+//! process. Arguments of an input are divided by `|`.
 
 use super::sample_run::{run_into, small_model};
 use super::{Answer, Target, Worker, lines};

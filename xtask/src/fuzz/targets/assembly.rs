@@ -44,7 +44,8 @@ fn is_small(model: &Model) -> bool {
     elements <= 12 && parts <= 24 && more <= 24
 }
 
-/// Steps that are taken: one where there are many coordinates, since each costs the cube of their number.
+/// Steps that are taken: one where there are many coordinates, since each costs the cube of their
+/// number.
 fn steps(model: &Model) -> f64 {
     let nodes = |beam: &holonom::model::Beam| beam.order * beam.element_count() + 1;
     let frames = model.bodies.len() + model.beams.iter().map(nodes).sum::<usize>();

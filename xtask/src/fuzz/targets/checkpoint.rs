@@ -1,5 +1,5 @@
-//! Checkpoints: bytes that were changed are refused. Half of the inputs are sealed again, so that what stands in them
-//! is read.
+//! Checkpoints: bytes that were changed are refused. Half of the inputs are sealed again, so that
+//! what stands in them is read.
 
 use super::sample_run::{checkpoint, model, state};
 use super::{Answer, Target, Worker};

@@ -47,7 +47,8 @@ pub trait Worker {
     /// Executes an input and judges the answer.
     fn execute(&mut self, input: &[u8]) -> Answer;
 
-    /// The same with a check left out, where a wrong answer can be made so: a defect that the judge must find.
+    /// The same with a check left out, where a wrong answer can be made so: a defect that the judge
+    /// must find.
     fn execute_unchecked(&mut self, input: &[u8]) -> Answer {
         self.execute(input)
     }

@@ -1,7 +1,7 @@
 //! Model files with overrides: parsing, checks, the text of the result.
 //!
-//! Lines `#--set KEY=VALUE` of an input are overrides. Lines `#--file` divide it into the model and files that it may include:
-//! `1.toml`, `2.toml`.
+//! Lines `#--set KEY=VALUE` of an input are overrides. Lines `#--file` divide it into the model and
+//! files that it may include: `1.toml`, `2.toml`.
 
 use super::{Answer, Target, Worker, files};
 use crate::fuzz::{mutate, structure};

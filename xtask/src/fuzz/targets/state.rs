@@ -1,5 +1,6 @@
-//! The state in a checkpoint: lists of other lengths are refused, other numbers give a run that ends in words or with
-//! finite numbers. One simulation continues from all of them: what it did before must have no influence.
+//! The state in a checkpoint: lists of other lengths are refused, other numbers give a run that
+//! ends in words or with finite numbers. One simulation continues from all of them: what it did
+//! before must have no influence.
 
 use super::sample_run::{small_model, state};
 use super::{Answer, Target, Worker};

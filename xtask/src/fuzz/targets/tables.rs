@@ -1,5 +1,5 @@
-//! The files of a run, one of them changed, as the verbs read them. The first line of an input is the name of the file. What
-//! reads other files alone is called for some inputs only.
+//! The files of a run, one of them changed, as the verbs read them. The first line of an input is
+//! the name of the file. What reads other files alone is called for some inputs only.
 
 use super::sample_run::{model, run_into};
 use super::{Answer, Target, Worker};

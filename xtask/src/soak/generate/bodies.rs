@@ -160,7 +160,8 @@ fn rates(model: &mut Model, draw: &mut Draw) {
     }
 }
 
-/// Initial velocities of all bodies: of one rigid motion, or random and projected onto the constraints.
+/// Initial velocities of all bodies: of one rigid motion, or random and projected onto the
+/// constraints.
 pub(super) fn velocities(model: &mut Model, draw: &mut Draw) {
     let rigid = draw.chance(0.2);
     let (velocity, spin) = (draw.vector(1.0), draw.vector(2.0));

@@ -1,4 +1,5 @@
-//! Mechanisms of many members, and the same with one more: what a step of them costs is judged ([`crate::soak::growth`]).
+//! Mechanisms of many members, and the same with one more: what a step of them costs is judged
+//! ([`crate::soak::growth`]).
 
 use super::bodies::{body, joint};
 use super::empty;
@@ -55,7 +56,8 @@ impl Member {
         Self::GroundSpring,
     ];
 
-    /// Whether a potential couples it with the others, or these with each other: the matrix of a step has other entries then.
+    /// Whether a potential couples it with the others, or these with each other: the matrix of a
+    /// step has other entries then.
     #[must_use]
     pub fn couples(self) -> bool {
         matches!(self, Self::PointOnSpring | Self::BodyOnSpring | Self::Spring)

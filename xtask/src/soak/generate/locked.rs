@@ -1,5 +1,5 @@
-//! Mechanisms without a degree of freedom: welded trees and loops, triangles of hinges, frames on rods, trusses that are statically
-//! determinate, joints that all follow prescribed motions.
+//! Mechanisms without a degree of freedom: welded trees and loops, triangles of hinges, frames on
+//! rods, trusses that are statically determinate, joints that all follow prescribed motions.
 
 use super::bodies::{body, freedoms, joint};
 use super::forces::path;
@@ -75,7 +75,8 @@ fn on_rods(model: &mut Model, draw: &mut Draw) {
     }
 }
 
-/// Point masses, each held by as many bars as there are dimensions, to the ground or to earlier ones.
+/// Point masses, each held by as many bars as there are dimensions, to the ground or to earlier
+/// ones.
 fn truss(model: &mut Model, draw: &mut Draw) {
     let dimension = draw.pick(&[2, 3]);
     model.header.dimension = dimension;

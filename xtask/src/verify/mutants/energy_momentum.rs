@@ -93,7 +93,8 @@ impl DiscreteNullSpace<Mechanism> for AtTheStart {
     }
 }
 
-/// Sets a model that is a tree in motion, with a quartic spring on its first body; `None`: the sound one.
+/// Sets a model that is a tree in motion, with a quartic spring on its first body; `None`: the
+/// sound one.
 pub(super) fn start(
     model: &Model,
     defect: Option<EmDefect>,

@@ -25,7 +25,8 @@ pub enum IntegratorDefect {
     FirstOrderForce,
     /// Newton's method stops at `1e-6`.
     LooseTolerance,
-    /// A damper of this rate (1/s) that is not declared, at the start of the step only: of first order.
+    /// A damper of this rate (1/s) that is not declared, at the start of the step only: of first
+    /// order.
     HiddenDamper(f64),
     /// A constant force and torque that is not declared, relative to the masses.
     HiddenForce(f64),
@@ -100,7 +101,8 @@ impl DiscreteLagrangian for WrongSign {
     }
 }
 
-/// An impulse at the start of the step: `h w`, and `−c M Δq`. Undeclared, it has no continuous force.
+/// An impulse at the start of the step: `h w`, and `−c M Δq`. Undeclared, it has no continuous
+/// force.
 struct AtTheStart {
     w: Vec<f64>,
     damping: Option<(f64, SparseMatrix)>, // c (1/s), M

@@ -10,7 +10,8 @@ const ORDER_2: (Method, u32) = (Method::NODAL, 2);
 const SCREW: usize = PAIRS.len() - 1;
 const REVOLUTE: usize = 1;
 
-/// Five systems on which outputs are falsified: exact motion or not, redundant constraints, one without joints.
+/// Five systems on which outputs are falsified: exact motion or not, redundant constraints, one
+/// without joints.
 const REPORTING: [Base; 5] =
     [Base::Top, Base::Pendulum, Base::FreeBody, Base::FourBar, Base::Pair(REVOLUTE)];
 
@@ -61,7 +62,8 @@ fn outputs() -> Vec<Mutant> {
             // the mass matrix of the free body is singular: it has no p of (34)
             let of_step = matches!(defect, D::ConstrainedMomentum(_));
             let base = if of_step && base == Base::FreeBody { Base::Pair(SCREW) } else { base };
-            // without an exact motion the reference has the same defect: the equations of motion do not
+            // without an exact motion the reference has the same defect: the equations of motion do
+            // not
             let exact = matches!(base, Base::Top | Base::Pendulum);
             let found = match (in_the_reference && !exact, defect) {
                 (false, _) => (Criterion::Order, quantity),

@@ -64,7 +64,8 @@ pub enum Defect {
     EnergyMomentum(EmDefect),
     /// The chord in the place of the arc length of an element.
     Chord,
-    /// The kernel of the method reads this in the place of that, as if it were wired to a neighbour; the other methods do not.
+    /// The kernel of the method reads this in the place of that, as if it were wired to a
+    /// neighbour; the other methods do not.
     Wiring(&'static str, &'static str),
 }
 
@@ -121,8 +122,8 @@ impl Base {
         }
     }
 
-    /// End of the convergence study (s), its coarsest and finest number of steps, the step of everything else (s), steps
-    /// of the long run.
+    /// End of the convergence study (s), its coarsest and finest number of steps, the step of
+    /// everything else (s), steps of the long run.
     fn numbers(self) -> (f64, u32, u32, f64, u64) {
         match self {
             Self::Top => (0.02, 16, 1024, 1e-4, 10_000),

@@ -49,7 +49,8 @@ fn one(mutant: &Mutant) -> Result<Found, String> {
     Ok(Found { mutant: mutant.clone(), by, named: mutant.names_it(&certificate) })
 }
 
-/// A row for each defect: on how many systems each criterion fails; in bold the one that names the defect.
+/// A row for each defect: on how many systems each criterion fails; in bold the one that names the
+/// defect.
 #[must_use]
 pub fn table(found: &[Found]) -> String {
     let heads: Vec<&str> = Criterion::ALL.iter().map(|c| c.name()).collect();

@@ -5,9 +5,10 @@
 //! T J_c = U                                      row echelon form of the rows of each cluster; T J_c = 0 in its other rows
 //! y_k = (Pᵀ c − Σ_{j<k} y_j U_j) at pivot k,     λ_c = Tᵀ y
 //! ```
-//! `T` is found beside `U` by elimination of `[J_c I]`. Rows without a pivot follow from the others: their multipliers are
-//! what `T` gives them with the pivots, and their own rows of `T` span `null J_cᵀ`. What is left of `Pᵀ c` is round-off, unless `c`
-//! has a part in a direction in which the configuration has lost rank.
+//! `T` is found beside `U` by elimination of `[J_c I]`. Rows without a pivot follow from the
+//! others: their multipliers are what `T` gives them with the pivots, and their own rows of `T`
+//! span `null J_cᵀ`. What is left of `Pᵀ c` is round-off, unless `c` has a part in a direction in
+//! which the configuration has lost rank.
 #![allow(non_snake_case)] // J, T, U
 
 use super::echelon::Echelon;
@@ -62,10 +63,12 @@ impl ClosureForces {
         &self.constraints
     }
 
-    /// `λ ← λ_c` in the places of these constraints, at the configuration `q` with the constraint force `c`.
+    /// `λ ← λ_c` in the places of these constraints, at the configuration `q` with the constraint
+    /// force `c`.
     ///
     /// # Errors
-    /// [`Singular`] when `c` has a part that no closure can have, as where the configuration has lost rank.
+    /// [`Singular`] when `c` has a part that no closure can have, as where the configuration has
+    /// lost rank.
     pub(crate) fn solve(
         &mut self,
         (q, c): (&[f64], &[f64]),
@@ -100,8 +103,9 @@ impl ClosureForces {
         Ok(())
     }
 
-    /// Whether multipliers of closures are not unique at the node of the last [`ClosureForces::solve`]; `λ ←` some that do
-    /// nothing, the largest of each cluster of size one in units of its row: all that is not unique has a part in them.
+    /// Whether multipliers of closures are not unique at the node of the last
+    /// [`ClosureForces::solve`]; `λ ←` some that do nothing, the largest of each cluster of size
+    /// one in units of its row: all that is not unique has a part in them.
     pub(crate) fn null_part(&mut self, lambda: &mut [f64]) -> bool {
         let Self { loops, forms, constraints, part, .. } = self;
         let mut any = false;

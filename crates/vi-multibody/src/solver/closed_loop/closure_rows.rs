@@ -1,4 +1,5 @@
-//! Rows of loops that are products of two forms on two links at most; rows that follow one another share their forms.
+//! Rows of loops that are products of two forms on two links at most; rows that follow one another
+//! share their forms.
 //!
 //! ```text
 //! g = s (A·B − c),   A = a_0 + Σ_k (α_k φ_k + D_k a_k),   B = b_0 + Σ_k (β_k φ_k + D_k b_k)         D_k: directors of link k
@@ -99,8 +100,9 @@ impl Part {
 }
 
 impl ClosureRows {
-    /// Adds a row of constraints; `site` tells where a body is, by the first coordinate of its frame. It is left to the row
-    /// itself where it is no product, or acts on more than two links, or on points.
+    /// Adds a row of constraints; `site` tells where a body is, by the first coordinate of its
+    /// frame. It is left to the row itself where it is no product, or acts on more than two links,
+    /// or on points.
     pub(super) fn push(&mut self, row: &ScalarRow, site: impl Fn(usize) -> Option<Site>) {
         let product = self.product(row, site);
         self.products.push(product);
@@ -130,7 +132,8 @@ impl ClosureRows {
         let constant = form.constant_part();
         let mut own: Vec<Part> = sites.iter().filter_map(|site| Part::new(form, site)).collect();
         if constant != Vector3::zeros() || own.is_empty() {
-            own.insert(0, Part::constant(constant)); // no form is without a part, so each has a place of its own
+            // no form is without a part, so each has a place of its own
+            own.insert(0, Part::constant(constant));
         }
         let recent = self.products.iter().rev().take(RECENT).flatten();
         let known = recent.flat_map(|row| row.forms).find(|&parts| self.parts(parts) == own);
@@ -180,8 +183,8 @@ impl ClosureRows {
         Some(product.scale * (a.dot(&b) - product.target))
     }
 
-    /// The gradient of row `i` as forces, where there are any, and moments about the reference points of links of the cluster;
-    /// `false` where it is no product.
+    /// The gradient of row `i` as forces, where there are any, and moments about the reference
+    /// points of links of the cluster; `false` where it is no product.
     #[inline]
     pub(super) fn for_each_wrench(
         &self,

@@ -1,8 +1,8 @@
 //! Loops that share links of the tree, and their part of a Newton step.
 //!
 //! A row of `g_c` is felt by the links between its two sides and their lowest common carrier, the
-//! *apex*. Rows whose paths share a link form a cluster; the cluster's apex carries all of them, and what
-//! happens below it is eliminated there, before the recursion goes on towards the root:
+//! *apex*. Rows whose paths share a link form a cluster; the cluster's apex carries all of them,
+//! and what happens below it is eliminated there, before the recursion goes on towards the root:
 //! ```text
 //! û_k = L⁻¹ U_kᵀ,  p_k wrench on the apex          leaf → apex, along the path of U_k
 //! v̂_i = L'⁻¹ J'_iᵀ,  p'_i                           the same, transposed
@@ -11,7 +11,8 @@
 //! ```
 //! `C` is sparse where few loops meet; a cluster on few links is solved with dense matrices.
 //!
-//! Letters: `U_k` basis of `range J_nᵀ`, `J'_i` the rows enforced, `û` unknowns of the forward sweep.
+//! Letters: `U_k` basis of `range J_nᵀ`, `J'_i` the rows enforced, `û` unknowns of the forward
+//! sweep.
 #![allow(non_snake_case)] // U, J, C
 
 use super::echelon::{Echelon, Entry};
@@ -29,13 +30,16 @@ use vi_core::state::Memory;
 /// Smallest pivot of rows that are clearly independent, relative to their largest entry.
 const CLEAR: f64 = 1.0 / 16.0;
 
-/// Smallest pivot of rows that are kept where others nearly follow from them, relative to that of the clearest rows.
+/// Smallest pivot of rows that are kept where others nearly follow from them, relative to that of
+/// the clearest rows.
 const KEPT: f64 = 0.25;
 
-/// Number of rows from which on rows that are long are not tried alone: they are rarely found to be clearly independent.
+/// Number of rows from which on rows that are long are not tried alone: they are rarely found to be
+/// clearly independent.
 const MANY: usize = 256;
 
-/// By how much a pivot may change with the increments of a step, relative to these and to the largest entry.
+/// By how much a pivot may change with the increments of a step, relative to these and to the
+/// largest entry.
 const CHANGE: f64 = 4.0;
 
 /// Reads what [`Cluster::remember`] wrote, cluster by cluster.
@@ -125,7 +129,8 @@ impl Cluster {
         self.elimination = Elimination::new(&self.paths, self.rank);
     }
 
-    /// Rows that are not among as many nearly follow from them: those enforced are kept as long as none are much clearer.
+    /// Rows that are not among as many nearly follow from them: those enforced are kept as long as
+    /// none are much clearer.
     pub(crate) fn keep_rows(&mut self) {
         self.nearly = true;
     }
@@ -207,8 +212,8 @@ impl Cluster {
         own.map(|(column, value)| (columns[column], value))
     }
 
-    /// Adds to `out` the shortest `x`, measured by the `weights` of the unknowns, with `J x` equal to the
-    /// right-hand side in the independent rows of the last [`Cluster::rank_here`].
+    /// Adds to `out` the shortest `x`, measured by the `weights` of the unknowns, with `J x` equal
+    /// to the right-hand side in the independent rows of the last [`Cluster::rank_here`].
     pub(crate) fn add_shortest(&self, weights: &[f64], out: &mut [f64]) {
         let (rank, width) = (self.next.pivots().len(), self.paths.columns.len());
         let mut by_column: Vec<Vec<Entry>> = vec![Vec::new(); width + 1];
@@ -260,9 +265,9 @@ impl Cluster {
         }
     }
 
-    /// `U` at `q_n`: from the rows that were enforced last as long as they are clearly independent, else from all. At a
-    /// configuration that loses rank the rows that are missing are those of the last `U` that do not depend on the new
-    /// ones.
+    /// `U` at `q_n`: from the rows that were enforced last as long as they are clearly independent,
+    /// else from all. At a configuration that loses rank the rows that are missing are those of the
+    /// last `U` that do not depend on the new ones.
     pub(crate) fn begin(&mut self, at: Placed<'_>, memory: &mut Recall<'_>) {
         let (rows, width) = (self.paths.rows.len(), self.paths.columns.len());
         let last = memory.next(self.rank, rows, width);
@@ -303,9 +308,9 @@ impl Cluster {
         self.basis.eliminate(self.rank, RANK_TOLERANCE);
     }
 
-    /// Chooses the rows to enforce: those of `U` where no increment, at most of the size `reach`, can make them
-    /// dependent; else from the first trial of `q_{n+1}`. Where they lose rank there, the last ones stay. Returns the
-    /// smallest pivot, or a bound of it.
+    /// Chooses the rows to enforce: those of `U` where no increment, at most of the size `reach`,
+    /// can make them dependent; else from the first trial of `q_{n+1}`. Where they lose rank there,
+    /// the last ones stay. Returns the smallest pivot, or a bound of it.
     pub(crate) fn choose_rows(&mut self, at: Placed<'_>, reach: f64) -> f64 {
         let smallest = self.basis.smallest();
         let change = CHANGE * reach * self.basis.largest();
@@ -351,8 +356,8 @@ impl Cluster {
         self.basis.reweigh(own.map(|&at| if dependent[at] { weights[at] } else { 0.0 }));
     }
 
-    /// `U` from the rows that another cluster of the same loops enforces, which are enforced here, too. Returns the
-    /// smallest pivot.
+    /// `U` from the rows that another cluster of the same loops enforces, which are enforced here,
+    /// too. Returns the smallest pivot.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`] where they are dependent.
@@ -375,8 +380,8 @@ impl Cluster {
         }
     }
 
-    /// Takes the part along `range J_nᵀ` out of `b`, and puts `g/h` into the places of the pivots: rows
-    /// of both kinds then grow like `1/h`, and the condition number does not depend on `h`.
+    /// Takes the part along `range J_nᵀ` out of `b`, and puts `g/h` into the places of the pivots:
+    /// rows of both kinds then grow like `1/h`, and the condition number does not depend on `h`.
     pub(crate) fn project(&self, h: f64, b: &mut [f64]) {
         self.project_balance(b);
         self.put_gaps(h, b);
@@ -421,8 +426,8 @@ impl Cluster {
         Ok(())
     }
 
-    /// Eliminates the cluster at its apex: all of its links are eliminated, `x` has been swept up to
-    /// there.
+    /// Eliminates the cluster at its apex: all of its links are eliminated, `x` has been swept up
+    /// to there.
     pub(crate) fn eliminate(
         &mut self,
         tree: &mut Articulated,
@@ -443,8 +448,8 @@ impl Cluster {
         elimination.solve(paths.apex, tree)
     }
 
-    /// What the elimination of a step needs: the rows that `U` was found from where they are enforced, else `U`; neighbours
-    /// among the rows are neighbours among the columns of `C`.
+    /// What the elimination of a step needs: the rows that `U` was found from where they are
+    /// enforced, else `U`; neighbours among the rows are neighbours among the columns of `C`.
     pub(super) fn rows(&mut self) -> Rows<'_> {
         let Self { paths, basis, chosen, order, g, .. } = self;
         order.clear();

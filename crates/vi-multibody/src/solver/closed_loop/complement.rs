@@ -1,12 +1,14 @@
-//! The complement of a cluster of loops: its Newton matrix after the tree below the apex is eliminated.
+//! The complement of a cluster of loops: its Newton matrix after the tree below the apex is
+//! eliminated.
 //!
 //! ```text
 //! û_k, p_k  from U_k      forward sweep along its path:  u − S p,  wrench on the apex
 //! v̂_i, p'_i from J'_i     the transposed backward sweep:   J'_i δ = v̂_i·û + p'_i·δt_apex
 //! C_ik = v̂_i·û_k
 //! ```
-//! Both are stored for the links of the path up to the apex alone, so `C` is sparse where few loops meet. How it is
-//! solved depends on its size and on where it has entries ([`super::large_matrix`]).
+//! Both are stored for the links of the path up to the apex alone, so `C` is sparse where few loops
+//! meet. How it is solved depends on its size and on where it has entries
+//! ([`super::large_matrix`]).
 #![allow(non_snake_case)] // C
 
 use super::complement_matrix::ComplementMatrix;
@@ -53,7 +55,8 @@ impl Sweep {
         self.touched.sort_unstable();
     }
 
-    /// Sweeps to the apex; `each` sees the values of a link, and turns its wrench into that of its parent.
+    /// Sweeps to the apex; `each` sees the values of a link, and turns its wrench into that of its
+    /// parent.
     fn run(
         &mut self,
         paths: &Paths,
@@ -124,7 +127,8 @@ impl Complement {
             sweep.run(paths, transmit, |column, value| left[column].push((k, value)));
     }
 
-    /// `v̂_i`, `p'_i` from the row of `J'` last written, and its row of `C` with the right-hand sides.
+    /// `v̂_i`, `p'_i` from the row of `J'` last written, and its row of `C` with the right-hand
+    /// sides.
     pub(crate) fn add_row(&mut self, g: f64, paths: &Paths, tree: &Articulated, x: &[f64]) {
         let Self { sweep, left, right, rows, matrix, line, met, .. } = self;
         let own = &mut right[*rows];

@@ -6,7 +6,8 @@ use super::relief::{Relief, SIDES};
 use super::square_system::{SMALL, SquareSystem};
 use vi_core::newton::Fault;
 
-/// `C` and what it is solved for: the unit twists of the apex, where there is one, then the closure.
+/// `C` and what it is solved for: the unit twists of the apex, where there is one, then the
+/// closure.
 pub(super) struct ComplementMatrix {
     sides: usize,
     form: Form,

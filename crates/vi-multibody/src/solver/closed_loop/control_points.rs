@@ -4,9 +4,10 @@
 //! Z_i = null Ĝ_i,   Ĝ_i = G_c(q_i) P_tree(q_i),     Z_iᵀ P_treeᵀ w_i = 0,   g_c(q_j) = 0                 [2.35]
 //! ρ_j = h Σ_i (K̂⁻¹)_ji Z_iᵀ P_treeᵀ w_i,            [A_j  −Ĝ_jᵀ; Ĝ_j  0] [δ_j; μ] = [ρ_j; g_c(q_j)]
 //! ```
-//! `Z_i` stands in the same independent unknowns at all control points of a step, so that it changes little between them:
-//! the balance is `P_treeᵀ w_i` less the combination of the rows of `Ĝ_i` that vanishes in the dependent ones, whose places
-//! are taken by `g_c`. One set of loops for each control point; letters and elimination are those of [`super`].
+//! `Z_i` stands in the same independent unknowns at all control points of a step, so that it
+//! changes little between them: the balance is `P_treeᵀ w_i` less the combination of the rows of
+//! `Ĝ_i` that vanishes in the dependent ones, whose places are taken by `g_c`. One set of loops for
+//! each control point; letters and elimination are those of [`super`].
 
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
@@ -65,7 +66,8 @@ impl LoopSweeps {
         }
     }
 
-    /// `Ĝ_j` with the rows that are enforced in this step, `g_c(q_j)`, and `A_j` of the emitted mass.
+    /// `Ĝ_j` with the rows that are enforced in this step, `g_c(q_j)`, and `A_j` of the emitted
+    /// mass.
     fn close_loops(
         &mut self,
         points: &ControlPoints,

@@ -1,4 +1,5 @@
-//! The complement of a few loops on a few links, by dense matrices: what [`super::complement`] does for many.
+//! The complement of a few loops on a few links, by dense matrices: what [`super::complement`] does
+//! for many.
 //!
 //! ```text
 //! C_ik = v̂_i·û_k,   C μ = (p'_i, g_i − v̂_i·x)       right-hand sides: the unit twists of the apex, then the closure
@@ -105,7 +106,8 @@ impl DenseComplement {
     }
 }
 
-/// Sweeps to the apex; `transmit` turns the values of a link, and its wrench into that of its parent.
+/// Sweeps to the apex; `transmit` turns the values of a link, and its wrench into that of its
+/// parent.
 fn sweep(
     paths: &Paths,
     carried: &mut [Twist],

@@ -4,10 +4,11 @@
 //! row_i ← row_i − Σ_k row_i[p_k] U_k          pivots k taken so far, p_k their columns
 //! U_k   = row / row[p_k]                       largest entry of the row, or one near it
 //! ```
-//! A row becomes a pivot when it still has an entry above a level, and the level falls by a factor of
-//! four from the largest entry on: small pivots wait for all large ones, so no multiplier exceeds a few
-//! units and round-off is not amplified. Among entries of similar size the pivot stands in the column
-//! that the fewest later rows use, which keeps the rows short. Only nonzero entries are stored.
+//! A row becomes a pivot when it still has an entry above a level, and the level falls by a factor
+//! of four from the largest entry on: small pivots wait for all large ones, so no multiplier
+//! exceeds a few units and round-off is not amplified. Among entries of similar size the pivot
+//! stands in the column that the fewest later rows use, which keeps the rows short. Only nonzero
+//! entries are stored.
 //!
 //! Source: Gaussian elimination with threshold pivoting, Duff, Erisman & Reid, Direct Methods for
 //! Sparse Matrices, §5, §7.
@@ -21,10 +22,12 @@ const LEVEL: f64 = 0.25;
 const NEAR: f64 = 0.3;
 /// Entries of a row for which there is space from the beginning; for more it grows.
 pub(crate) const CAPACITY: usize = 32;
-/// A row that is left with less than this part of the tolerance is rounding, and is not looked at again.
+/// A row that is left with less than this part of the tolerance is rounding, and is not looked at
+/// again.
 const SPENT: f64 = 1e-3;
-/// Rows up to which a row counts as visited once it was looked at. Among more it does when it becomes a pivot: rows that
-/// wait for a lower level count as later rows, and the others stay short.
+/// Rows up to which a row counts as visited once it was looked at. Among more it does when it
+/// becomes a pivot: rows that wait for a lower level count as later rows, and the others stay
+/// short.
 const SMALL: usize = 100;
 const NONE: usize = usize::MAX;
 
@@ -59,8 +62,8 @@ pub(crate) struct Echelon {
 }
 
 impl Echelon {
-    /// For `rows` rows over columns of these weights (what one is for each unknown), followed by `sides`
-    /// right-hand sides.
+    /// For `rows` rows over columns of these weights (what one is for each unknown), followed by
+    /// `sides` right-hand sides.
     pub(crate) fn new(rows: usize, weights: Vec<f64>, sides: usize) -> Self {
         let (width, all) = (weights.len(), weights.len() + sides);
         Self {
@@ -81,8 +84,8 @@ impl Echelon {
         }
     }
 
-    /// For rows of size one where nothing cancels in them: tolerances are then relative to one or more. Rows that
-    /// all vanish leave rounding, of which the largest entry is no measure.
+    /// For rows of size one where nothing cancels in them: tolerances are then relative to one or
+    /// more. Rows that all vanish leave rounding, of which the largest entry is no measure.
     pub(crate) fn of_unit_rows(mut self) -> Self {
         (self.unit, self.top) = (1.0, 1.0);
         self
@@ -119,8 +122,8 @@ impl Echelon {
         self.rows.push(Row { entries, size, seen: 0, pivot: NONE, visited: false });
     }
 
-    /// Takes pivots down to `tolerance` times the largest entry, `rank` in all at most; returns their
-    /// number.
+    /// Takes pivots down to `tolerance` times the largest entry, `rank` in all at most; returns
+    /// their number.
     pub(crate) fn eliminate(&mut self, rank: usize, tolerance: f64) -> usize {
         let (mut level, floor) = (self.top, tolerance * self.top);
         while self.pivots.len() < rank && level > floor {
@@ -307,8 +310,8 @@ mod tests {
     }
 
     impl Echelon {
-        /// Solves for the unknowns in the pivot columns with the right-hand side `side`; the others are as
-        /// `x` has them.
+        /// Solves for the unknowns in the pivot columns with the right-hand side `side`; the others
+        /// are as `x` has them.
         fn back_substitute(&self, side: usize, x: &mut [f64]) {
             let width = self.weights.len();
             for k in (0..self.pivots.len()).rev() {

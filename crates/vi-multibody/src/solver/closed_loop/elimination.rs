@@ -1,4 +1,5 @@
-//! How a cluster is eliminated at its apex: by dense matrices where it has few links, else row by row.
+//! How a cluster is eliminated at its apex: by dense matrices where it has few links, else row by
+//! row.
 
 use super::complement::Complement;
 use super::dense_complement::DenseComplement;

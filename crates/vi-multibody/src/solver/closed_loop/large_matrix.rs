@@ -1,5 +1,5 @@
-//! A large complement of loops with its right-hand sides: as a band where loops meet few others, by a sparse LU where they
-//! branch, by a dense one where chains of loops fill it.
+//! A large complement of loops with its right-hand sides: as a band where loops meet few others, by
+//! a sparse LU where they branch, by a dense one where chains of loops fill it.
 
 use super::echelon::{CAPACITY, Entry};
 use super::square_system::SquareSystem;

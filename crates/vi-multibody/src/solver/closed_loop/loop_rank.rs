@@ -1,21 +1,22 @@
 //! Generic rank of closed loops, and singular initial configurations.
 //!
-//! The rank of the loop constraints' Jacobian `J` is that of almost all configurations of a branch. An initial configuration
-//! may sit where it is lower (a flat four-bar), so it is compared with closed configurations nearby:
+//! The rank of the loop constraints' Jacobian `J` is that of almost all configurations of a branch.
+//! An initial configuration may sit where it is lower (a flat four-bar), so it is compared with
+//! closed configurations nearby:
 //! ```text
 //! q* :  F_d(u, q_0) with a small random u, then    u ← −J⁺ g_c     until g = 0 (least-norm Newton)
 //! rank = max over q_0 and a few q*
 //! ```
-//! Some of them a short time later, after prescribed motions; those next to the initial configuration along its
-//! velocity belong to the times `t ± ε`.
-//! In a singular configuration the null space of `J` has extra columns, and which of them belong to the
-//! motion is not a matter of position. With a velocity along a branch it is the limit of the generic
-//! null space on that branch, taken from both sides:
+//! Some of them a short time later, after prescribed motions; those next to the initial
+//! configuration along its velocity belong to the times `t ± ε`.
+//! In a singular configuration the null space of `J` has extra columns, and which of them belong to
+//! the motion is not a matter of position. With a velocity along a branch it is the limit of the
+//! generic null space on that branch, taken from both sides:
 //! ```text
 //! q_± = closed configurations next to F_d(±ε ν, q_0),     Z_0 = wide wideᵀ (Z_+ + Z_- Z_-ᵀ Z_+), orthonormalized
 //! ```
-//! Where no closed configuration is found nearby the rank of the motion is unknown, and the start is refused:
-//! constraints that depend on others might not follow from them.
+//! Where no closed configuration is found nearby the rank of the motion is unknown, and the start
+//! is refused: constraints that depend on others might not follow from them.
 //! At rest, or with a velocity that no branch has, the motion is not determined: refused.
 
 use super::nearly::{self, Nearly};
@@ -34,8 +35,8 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_rigid::directors;
 
-/// Size of each random motion, rad and longest lever arms, and the time in which prescribed motions move on, s.
-/// The last two are for loops that no other trial could close.
+/// Size of each random motion, rad and longest lever arms, and the time in which prescribed motions
+/// move on, s. The last two are for loops that no other trial could close.
 const TRIALS: [(f64, f64); 5] = [(1e-3, 1e-3), (1e-3, 0.0), (1e-3, 1e-3), (1e-5, 0.0), (1e-7, 0.0)];
 /// Size of the motion along the velocity.
 const ALONG: f64 = 1e-6;
@@ -49,7 +50,8 @@ pub struct LoopRank {
     pub at_start: usize,
     /// The largest rank met: that of the motion.
     pub generic: usize,
-    /// Independent rows where the largest rank was met, for each cluster of loops, as numbered there.
+    /// Independent rows where the largest rank was met, for each cluster of loops, as numbered
+    /// there.
     pivots: Vec<Vec<usize>>,
     /// The same among the rows of `g_c`.
     rows: Vec<usize>,
@@ -57,7 +59,8 @@ pub struct LoopRank {
     rows_at_start: Vec<usize>,
     /// A cut joint whose own rank is lower initially.
     joint: String,
-    /// Whether a closed configuration was found next to the initial one, where its rank could be larger.
+    /// Whether a closed configuration was found next to the initial one, where its rank could be
+    /// larger.
     compared: bool,
     /// Constraints that nearly follow from the others.
     nearly: Option<NearlyRedundant>,
@@ -149,8 +152,9 @@ impl LoopRank {
         self.nearly.as_ref()
     }
 
-    /// Refuses loops with constraints that depend on others at `at` if no closed configuration was found nearby
-    /// and they do not follow from the others there: nothing says then that they are satisfied along the motion.
+    /// Refuses loops with constraints that depend on others at `at` if no closed configuration was
+    /// found nearby and they do not follow from the others there: nothing says then that they are
+    /// satisfied along the motion.
     ///
     /// # Errors
     /// [`SetupError::RankUnknown`].
@@ -186,7 +190,8 @@ impl LoopRank {
         self.at_start < self.generic
     }
 
-    /// Independent constraints of the motion: all but those of the cut joints, and `generic` of these.
+    /// Independent constraints of the motion: all but those of the cut joints, and `generic` of
+    /// these.
     #[must_use]
     pub fn rows(&self, mechanism: &Mechanism) -> IndependentRows {
         choose(mechanism, &self.rows)
@@ -270,7 +275,8 @@ fn choose(mechanism: &Mechanism, pivots: &[usize]) -> IndependentRows {
     IndependentRows::choose(m, &rows)
 }
 
-/// The first cut joint or scalar constraint whose own rows have a lower rank at `q0` than at `near`.
+/// The first cut joint or scalar constraint whose own rows have a lower rank at `q0` than at
+/// `near`.
 fn degenerate_joint(mechanism: &Mechanism, loops: &mut Loops, q0: &[f64], near: &[f64]) -> String {
     let groups = groups(mechanism);
     let mut ranks = |q: &[f64]| -> Vec<usize> {

@@ -49,8 +49,8 @@ impl LoopSweeps {
         self.loops.begin(Maps::Sweeps(links), q, memory);
     }
 
-    /// Solves at the increments `u`, with what is `added` to the blocks of the links, and rows at `q`: `x` is `−h` times the
-    /// right-hand side, then `δ`.
+    /// Solves at the increments `u`, with what is `added` to the blocks of the links, and rows at
+    /// `q`: `x` is `−h` times the right-hand side, then `δ`.
     pub(super) fn solve(
         &mut self,
         (at, added, q): (&mut Workspace, &[Spatial<Held>], &[f64]),

@@ -27,8 +27,9 @@ pub(crate) struct Loops {
     pub(crate) home: Vec<(usize, usize)>, // link → cluster and place
     pub(crate) column_of: Vec<usize>,     // unknown → column of its cluster
     pub(crate) blocks: Vec<Block>,
-    count: usize,                 // rows of g_c
-    pub(super) weights: Vec<f64>, // what one is for each unknown: 1 rad, or the longest lever arm of its component
+    count: usize, // rows of g_c
+    // what one is for each unknown: 1 rad, or the longest lever arm of its component
+    pub(super) weights: Vec<f64>,
 }
 
 impl Loops {
@@ -140,8 +141,8 @@ impl Loops {
         out
     }
 
-    /// A closed configuration next to `F_d(u, q)` by least-norm Newton corrections; `None` when there is
-    /// none nearby.
+    /// A closed configuration next to `F_d(u, q)` by least-norm Newton corrections; `None` when
+    /// there is none nearby.
     pub(crate) fn close(
         &mut self,
         mechanism: &Mechanism,
@@ -185,8 +186,8 @@ impl Loops {
         u.iter().zip(&self.weights).map(|(u, weight)| (u / weight).abs()).fold(0.0, f64::max)
     }
 
-    /// The rounding of each row of `g_c`: `64 ε` of what it sums, with every point as far away as the farthest of
-    /// its component, since positions are summed along the path around the loop.
+    /// The rounding of each row of `g_c`: `64 ε` of what it sums, with every point as far away as
+    /// the farthest of its component, since positions are summed along the path around the loop.
     pub(super) fn floors(&self, mechanism: &Mechanism, (t, q): (f64, &[f64])) -> Vec<f64> {
         const PARTS: f64 = 64.0 * f64::EPSILON;
         let mut sizes = vec![0.0; mechanism.len()];
@@ -207,9 +208,9 @@ struct Path {
     apex: Option<usize>,
 }
 
-/// The path of each row. Its apex is the lowest link that carries all of its sides, where they turn with
-/// it: the child of a spherical pair does not, so its loop is felt by the rotation of what carries it. A
-/// row with a side on the ground is felt down to the root.
+/// The path of each row. Its apex is the lowest link that carries all of its sides, where they turn
+/// with it: the child of a spherical pair does not, so its loop is felt by the rotation of what
+/// carries it. A row with a side on the ground is felt down to the root.
 fn paths(mechanism: &Mechanism, tree: &Articulated, rows: &[ScalarRow]) -> Vec<Path> {
     let links = tree.tree().links();
     let q = mechanism.initial_configuration();
@@ -315,8 +316,8 @@ fn cluster_links(tree: &Tree, home: &[(usize, usize)], count: usize) -> Vec<Vec<
     out
 }
 
-/// The blocks of a spanning tree's unknowns with floors at which round-off of the loop constraints is no
-/// correction.
+/// The blocks of a spanning tree's unknowns with floors at which round-off of the loop constraints
+/// is no correction.
 #[must_use]
 pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> {
     const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
@@ -343,7 +344,8 @@ pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> 
     blocks
 }
 
-/// One over the size of each row's wrench initially, forces weighed by the longest lever arm of its component.
+/// One over the size of each row's wrench initially, forces weighed by the longest lever arm of its
+/// component.
 fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow]) -> Vec<f64> {
     let q = mechanism.initial_configuration();
     let scale = |row: &ScalarRow| {

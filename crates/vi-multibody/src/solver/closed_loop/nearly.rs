@@ -1,16 +1,18 @@
 //! Loops that move but for the digits of a file.
 //!
-//! The constraints of such a loop are independent, with singular values as small as the last digits are wrong. It is not
-//! told from a loop that is locked, or from one in a singular configuration, by its singular values: it is moved.
+//! The constraints of such a loop are independent, with singular values as small as the last digits
+//! are wrong. It is not told from a loop that is locked, or from one in a singular configuration,
+//! by its singular values: it is moved.
 //! ```text
 //! J = G_c P_tree, rows and unknowns in rad and parts of ℓ      ℓ the largest distance of joints within the loop
 //! r = rank J with pivots above τ                               τ the tolerance of loops
 //! z ← z − J_r⁺ J z,  |z| = δ,  q ← F_d(z, q),  u ← −J_r⁺ g  until g_r = 0           a few times over
 //! |g_d(q)| ≤ τ  everywhere on the way:  the loop moves within τ
 //! ```
-//! On the way a singular configuration leaves residuals of `δ²` in the rows that are not enforced, and its small pivots grow; a
-//! loop that is locked by its shape leaves `δ` times its singular values. Where the walk succeeds, the largest rank met, with pivots
-//! above `τ`, is that of the motion. Prescribed motions stand still on the way.
+//! On the way a singular configuration leaves residuals of `δ²` in the rows that are not enforced,
+//! and its small pivots grow; a loop that is locked by its shape leaves `δ` times its singular
+//! values. Where the walk succeeds, the largest rank met, with pivots above `τ`, is that of the
+//! motion. Prescribed motions stand still on the way.
 use super::cluster::Cluster;
 use super::loop_rank::Random;
 use super::loops::Loops;
@@ -21,13 +23,16 @@ use std::collections::BTreeMap;
 use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_core::interval::Interval;
 
-/// Length of a stride, rad or parts of the size of the loop: a chain that is stretched must become clearly shorter.
+/// Length of a stride, rad or parts of the size of the loop: a chain that is stretched must become
+/// clearly shorter.
 const STRIDE: f64 = 0.05;
 /// Strides of a walk.
 const COUNT: usize = 8;
-/// Corrections up to which a stride counts, as a part of it: what is led back further does not move.
+/// Corrections up to which a stride counts, as a part of it: what is led back further does not
+/// move.
 const LED_BACK: f64 = 0.5;
-/// Corrections up to which an initial configuration is closed, rad or parts of the size of the loop.
+/// Corrections up to which an initial configuration is closed, rad or parts of the size of the
+/// loop.
 const FAR: f64 = 2.0;
 /// Walks in different directions, all of which must succeed.
 const WALKS: usize = 2;
@@ -62,8 +67,8 @@ pub(super) struct Walk<'a> {
     t: f64,
 }
 
-/// Constraints of the loops that nearly follow from others at `(t, q)`; `compared`: whether the rank of the loops was compared
-/// with that of configurations nearby.
+/// Constraints of the loops that nearly follow from others at `(t, q)`; `compared`: whether the
+/// rank of the loops was compared with that of configurations nearby.
 pub(super) fn find(mechanism: &Mechanism, (t, q): (f64, &[f64]), compared: bool) -> Option<Found> {
     let tolerance = mechanism.loop_tolerance();
     if tolerance.is_nan() || tolerance <= RANK_TOLERANCE {
@@ -108,7 +113,8 @@ pub(super) fn find(mechanism: &Mechanism, (t, q): (f64, &[f64]), compared: bool)
     Some(Found { clusters: clusters.collect(), constraints })
 }
 
-/// Which joint of the description a link of the tree has, and which joint a row of `g_c` belongs to.
+/// Which joint of the description a link of the tree has, and which joint a row of `g_c` belongs
+/// to.
 pub(super) struct Places {
     of_links: Vec<Option<usize>>,
     of_rows: Vec<Option<usize>>,
@@ -129,7 +135,8 @@ impl Places {
         }
     }
 
-    /// The joints of a cluster, as numbered in the description: those of the tree, then those that are cut.
+    /// The joints of a cluster, as numbered in the description: those of the tree, then those that
+    /// are cut.
     pub(super) fn joints(&self, cluster: &Cluster) -> Vec<usize> {
         let links = cluster.paths.links.iter().filter_map(|link| self.of_links[link.link]);
         let rows = cluster.paths.rows.iter().filter_map(|row| self.of_rows[row.number]);
@@ -139,7 +146,8 @@ impl Places {
     }
 }
 
-/// The largest distance between the points of the joints of a cluster, m: its longest lever arm where all are in one place.
+/// The largest distance between the points of the joints of a cluster, m: its longest lever arm
+/// where all are in one place.
 fn size_of(mechanism: &Mechanism, joints: &[usize], q: &[f64]) -> f64 {
     const ONE_PLACE: f64 = 1e-6;
     let (mut points, mut arm) = (Vec::new(), 0.0_f64);
@@ -155,7 +163,8 @@ fn size_of(mechanism: &Mechanism, joints: &[usize], q: &[f64]) -> f64 {
         }
     }
     let first = points.first().copied().unwrap_or_default();
-    let mut distance = 0.0_f64; // between the farthest from the first and all others: half of it at least is reached
+    // between the farthest from the first and all others: half of it at least is reached
+    let mut distance = 0.0_f64;
     let far =
         points.iter().copied().max_by(|a, b| (a - first).norm().total_cmp(&(b - first).norm()));
     for point in &points {
@@ -266,8 +275,8 @@ impl<'a> Walk<'a> {
         u
     }
 
-    /// `F_d(u, q)` with the enforced rows closed, by corrections of the size `most` in all; `None` where that fails or another
-    /// row is left with more than it may be.
+    /// `F_d(u, q)` with the enforced rows closed, by corrections of the size `most` in all; `None`
+    /// where that fails or another row is left with more than it may be.
     fn close(&mut self, q: &[f64], u: &[f64], most: f64) -> Option<Vec<f64>> {
         const MAX_ITERATIONS: usize = 30;
         let mut s = Interval::new(q.len());
@@ -295,7 +304,8 @@ impl<'a> Walk<'a> {
         None
     }
 
-    /// Whether the rows of the last elimination that are pivots are closed, and the others within the tolerance.
+    /// Whether the rows of the last elimination that are pivots are closed, and the others within
+    /// the tolerance.
     fn is_closed(&self, values: &[f64], floors: &[f64], factor: f64) -> bool {
         self.loops.clusters.iter().zip(&self.moving).all(|(cluster, moving)| {
             let mut enforced = vec![false; moving.len()];
@@ -323,7 +333,8 @@ impl<'a> Walk<'a> {
         own.map(open).collect()
     }
 
-    /// Goes off from `q` in a random direction; how far each cluster has moved in its last stride, or `None` where it cannot.
+    /// Goes off from `q` in a random direction; how far each cluster has moved in its last stride,
+    /// or `None` where it cannot.
     fn walk(
         &mut self,
         q: &[f64],
@@ -361,7 +372,8 @@ impl<'a> Walk<'a> {
         rates
     }
 
-    /// Gives the part of each cluster in `z` the size of a stride, and takes what belongs to none out; the sizes.
+    /// Gives the part of each cluster in `z` the size of a stride, and takes what belongs to none
+    /// out; the sizes.
     fn stretch(&self, z: &mut [f64]) -> Vec<f64> {
         const LOCKED: f64 = 1e-9;
         let mut out = vec![0.0; z.len()];

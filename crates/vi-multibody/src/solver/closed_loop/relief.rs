@@ -1,4 +1,5 @@
-//! What the solved complement of a cluster does: to its apex, and to the unknowns when the motion of the apex is known.
+//! What the solved complement of a cluster does: to its apex, and to the unknowns when the motion
+//! of the apex is known.
 //!
 //! ```text
 //! Â_apex ← Â_apex − p C⁻¹ p'ᵀ,   p_apex ← p_apex + p C⁻¹ (g − v̂ᵀ û(x)),   μ = C⁻¹ (g − v̂ᵀ û(x) − p'ᵀ δt_apex)
@@ -39,7 +40,8 @@ impl Relief {
         }
     }
 
-    /// What acts on the apex: `p_k`, and the multiplier as it falls with the twist of the apex and as it is without.
+    /// What acts on the apex: `p_k`, and the multiplier as it falls with the twist of the apex and
+    /// as it is without.
     pub(super) fn parts(&self) -> impl Iterator<Item = (&Twist, Twist, f64)> {
         let closure = (SIDES - 1) * self.wrenches.len();
         let wrenches = self.wrenches.iter().enumerate();

@@ -1,10 +1,12 @@
-//! What a joint takes from four rows of loops side by side, and what it passes on, for [`super::row_sweeps`].
+//! What a joint takes from four rows of loops side by side, and what it passes on, for
+//! [`super::row_sweeps`].
 //!
 //! ```text
 //! column            c = S·W         û = u − S·p,            p ← p + Ã S' D⁻¹ û           v̂ = D⁻¹ (c + S'·p),  p ← p − Sᵀ Ã v̂
 //! rotation vector   c = W_a         û = Ã_aa⁻¹ (u − p_a),   p ← (p_l + Ã_la û, 0)        v̂ = c + p_a,         p ← (p_l − Gᵀ v̂, 0)
 //! ```
-//! `G = Ã_aa⁻¹ Ã_al`. Entries of a rotation vector belong to `δω`, of which `δθ = T⁻¹ δω` is made when all is solved.
+//! `G = Ã_aa⁻¹ Ã_al`. Entries of a rotation vector belong to `δω`, of which `δθ = T⁻¹ δω` is made
+//! when all is solved.
 #![allow(non_snake_case)] // A, G, S
 
 use super::row_sweeps::{Four, held, load, screw};

@@ -1,4 +1,5 @@
-//! Sweeps of the rows of a cluster along its links, four rows side by side, on the tree of [`super::step`].
+//! Sweeps of the rows of a cluster along its links, four rows side by side, on the tree of
+//! [`super::step`].
 //!
 //! ```text
 //! J_i = Σ_sides wrenchᵀ P             c = S·W,   W_parent += Xᵀ W                       along the path of the row
@@ -73,9 +74,10 @@ impl Kept {
 pub(crate) struct RowSweeps {
     pub(super) values: Vec<Four>,   // of each column
     pub(super) touched: Vec<usize>, // links up to the apex of the cluster, deepest first
-    wrenches: Vec<[Four; 6]>, // of the links of a path, or of the touched, as the sweeps come to them
-    place: Vec<u32>,          // of each link among these
-    marked: Vec<bool>,        // links
+    // of the links of a path, or of the touched, as the sweeps come to them
+    wrenches: Vec<[Four; 6]>,
+    place: Vec<u32>,   // of each link among these
+    marked: Vec<bool>, // links
 }
 
 impl RowSweeps {
@@ -135,8 +137,8 @@ impl RowSweeps {
         self.touched.clear();
     }
 
-    /// Adds the entries of the rows whose wrenches stand on the links of `path`, which have their places; beyond `apex` they
-    /// balance.
+    /// Adds the entries of the rows whose wrenches stand on the links of `path`, which have their
+    /// places; beyond `apex` they balance.
     pub(super) fn carry(
         &mut self,
         links: &[ClusterLink],
@@ -276,8 +278,9 @@ impl RowSweeps {
         )
     }
 
-    /// Sweeps the touched links to the apex; `each` sees a link of the tree, the values of its columns and its wrenches, and
-    /// tells what it hands on, and along which lever. Returns what the apex gets.
+    /// Sweeps the touched links to the apex; `each` sees a link of the tree, the values of its
+    /// columns and its wrenches, and tells what it hands on, and along which lever. Returns what
+    /// the apex gets.
     #[inline(always)]
     fn sweep<T: Register>(
         &mut self,

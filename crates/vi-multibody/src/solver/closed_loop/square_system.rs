@@ -1,9 +1,11 @@
 //! A small system of equations with several right-hand sides, by Gaussian elimination.
 //!
-//! Rows are brought to one scale, and the pivot of a column is its largest entry. The rows of loops that few others meet are
-//! short: they are stored as a band, nothing is done outside of their envelope, and entries that vanish are passed over.
+//! Rows are brought to one scale, and the pivot of a column is its largest entry. The rows of loops
+//! that few others meet are short: they are stored as a band, nothing is done outside of their
+//! envelope, and entries that vanish are passed over.
 //!
-//! Source: A. George, J. Liu, Computer Solution of Large Sparse Positive Definite Systems (1981), §4, for the envelope.
+//! Source: A. George, J. Liu, Computer Solution of Large Sparse Positive Definite Systems (1981),
+//! §4, for the envelope.
 
 use super::echelon::Entry;
 use vi_core::newton::Fault;
@@ -40,7 +42,8 @@ impl SquareSystem {
         Self { rank, sides, before: 0, width: 0, entries, ends, lows }
     }
 
-    /// Makes room for rows that have entries in some columns before the diagonal, and in some after it.
+    /// Makes room for rows that have entries in some columns before the diagonal, and in some after
+    /// it.
     pub(super) fn fit(&mut self, [before, after]: [usize; 2]) {
         self.width = self.rank.min(2 * before + after + 1); // rows that change places included
         self.before = if self.width < self.rank { before } else { self.rank };
@@ -52,7 +55,8 @@ impl SquareSystem {
         i.saturating_sub(self.before)
     }
 
-    /// Row `i` of `C` from the first column for which it has room, and of the right-hand sides, to be written in full.
+    /// Row `i` of `C` from the first column for which it has room, and of the right-hand sides, to
+    /// be written in full.
     pub(super) fn row_mut(&mut self, i: usize) -> (&mut [f64], &mut [f64]) {
         let size = self.width + self.sides;
         self.entries[i * size..(i + 1) * size].split_at_mut(self.width)

@@ -4,11 +4,12 @@
 //! b = P_treeᵀ [p̄_n + D_1 L_d + f_d^-],   −h A_α                 by the sweeps of the tree
 //! r = (b − Uᵀλ, g/h),   [A  −Uᵀ; J'  0] [δ; μ] = (b − Uᵀλ, g)   as on all closed loops
 //! ```
-//! The sweeps are those of [`crate::solver::tree_step`], and twists and wrenches refer to their reference points; letters
-//! and loops are those of [`super`]. The balance is handed on with the momenta of these sweeps, along the null space of
-//! `J_n`.
+//! The sweeps are those of [`crate::solver::tree_step`], and twists and wrenches refer to their
+//! reference points; letters and loops are those of [`super`]. The balance is handed on with the
+//! momenta of these sweeps, along the null space of `J_n`.
 //!
-//! [`super::LoopNodal`] solves loops that start in a singular configuration, and potentials that couple bodies.
+//! [`super::LoopNodal`] solves loops that start in a singular configuration, and potentials that
+//! couple bodies.
 
 use super::loop_rank::LoopRank;
 use super::loop_sweeps::LoopSweeps;
@@ -36,8 +37,8 @@ pub struct LoopStep {
 }
 
 impl LoopStep {
-    /// For a mechanism whose potentials couple no two bodies and that does not start in a singular configuration; `None`
-    /// where it does not apply.
+    /// For a mechanism whose potentials couple no two bodies and that does not start in a singular
+    /// configuration; `None` where it does not apply.
     #[must_use]
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem, rank: &LoopRank) -> Option<Self> {
         let mut tree = TreeStep::new(mechanism, system)?;
@@ -47,8 +48,8 @@ impl LoopStep {
         Some(Self { tree, sweeps, increments, resolution, fresh })
     }
 
-    /// Clusters of loops that are solved together: the number of their independent rows, and the link where they are
-    /// eliminated (`None`: the ground).
+    /// Clusters of loops that are solved together: the number of their independent rows, and the
+    /// link where they are eliminated (`None`: the ground).
     pub fn clusters(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
         self.sweeps.loops.clusters.iter().map(|cluster| (cluster.rank(), cluster.apex()))
     }
@@ -157,7 +158,8 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         self.tree.interval_mut()
     }
 
-    /// From the inverse, column by column; the rows of the loop constraints count among those of the matrix.
+    /// From the inverse, column by column; the rows of the loop constraints count among those of
+    /// the matrix.
     fn condition(
         &mut self,
         system: &SeparableSystem,

@@ -1,4 +1,5 @@
-//! The complement of a cluster on the tree of [`super::step`]: what [`super::complement`] does, four rows side by side.
+//! The complement of a cluster on the tree of [`super::step`]: what [`super::complement`] does,
+//! four rows side by side.
 //!
 //! ```text
 //! C_ik = v̂_i·û_k,   C μ = (p'_i, g_i − v̂_i·x)       right-hand sides: the unit twists of the apex, then the closure
@@ -86,8 +87,8 @@ impl StepComplement {
         }
     }
 
-    /// Solves for the multipliers, and relieves the apex of the cluster; its links are eliminated, `x` has been swept up to
-    /// there.
+    /// Solves for the multipliers, and relieves the apex of the cluster; its links are eliminated,
+    /// `x` has been swept up to there.
     pub(super) fn eliminate(
         &mut self,
         Rows { paths, basis, order, chosen, g }: Rows<'_>,

@@ -1,5 +1,6 @@
-//! Loops as they are found at a configuration: their size, what they leave free, the smallest singular value of their constraints, in the
-//! measure of the search for those that nearly are redundant (`nearly.rs`).
+//! Loops as they are found at a configuration: their size, what they leave free, the smallest
+//! singular value of their constraints, in the measure of the search for those that nearly are
+//! redundant (`nearly.rs`).
 #![allow(non_snake_case)] // J
 
 use super::loops::Loops;
@@ -12,7 +13,8 @@ use vi_constraints::null_space::RANK_TOLERANCE;
 /// Loops that share links, as they are found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopSurvey {
-    /// Their joints, as numbered in the description: those of the spanning tree, then those that are cut.
+    /// Their joints, as numbered in the description: those of the spanning tree, then those that
+    /// are cut.
     pub joints: Vec<usize>,
     /// A joint or constraint that closes them, by its name.
     pub closed_by: String,
@@ -20,14 +22,15 @@ pub struct LoopSurvey {
     pub size: f64,
     /// Degrees of freedom that they leave to their links, prescribed motions left out.
     pub freedom: usize,
-    /// The smallest singular value of their constraints that is not rounding, rad or parts of their size; `None` where
-    /// the matrix is large.
+    /// The smallest singular value of their constraints that is not rounding, rad or parts of their
+    /// size; `None` where the matrix is large.
     pub smallest: Option<f64>,
     /// Whether constraints that nearly follow from the others are taken as redundant.
     pub nearly: bool,
 }
 
-/// Looks at the loops of a mechanism without point masses at `(t, q)`; `nearly`: what is taken as redundant.
+/// Looks at the loops of a mechanism without point masses at `(t, q)`; `nearly`: what is taken as
+/// redundant.
 #[must_use]
 pub fn survey(
     mechanism: &Mechanism,
@@ -58,7 +61,8 @@ pub fn survey(
 }
 
 impl Walk<'_> {
-    /// The smallest singular value of some rows of a cluster at `q`, at which the tree stands; what is rounding is left out.
+    /// The smallest singular value of some rows of a cluster at `q`, at which the tree stands; what
+    /// is rounding is left out.
     fn smallest(&mut self, k: usize, rows: &[usize], q: &[f64]) -> Option<f64> {
         const LARGEST: usize = 60;
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;

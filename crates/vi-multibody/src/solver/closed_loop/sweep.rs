@@ -1,4 +1,5 @@
-//! What a step does to all clusters: their rows at its two ends, the sweeps that pass through their apexes.
+//! What a step does to all clusters: their rows at its two ends, the sweeps that pass through their
+//! apexes.
 
 use super::cluster::Recall;
 use super::loops::Loops;
@@ -36,8 +37,8 @@ impl Resolution {
         1e-9 / self.sigma.clamp(1e-8, 1.0)
     }
 
-    /// The balance is handed on. A correction of the relative size `s` of increments `u` leaves `s² |u|/σ` in them, and
-    /// the rounding of `g_c` is a correction of some `ε/σ`.
+    /// The balance is handed on. A correction of the relative size `s` of increments `u` leaves
+    /// `s² |u|/σ` in them, and the rounding of `g_c` is a correction of some `ε/σ`.
     pub(super) fn closing_size(&self) -> f64 {
         let Self { sigma, reach } = self;
         let resolved = CLOSING_SIZE * (sigma / reach).min(1.0).sqrt();

@@ -1,4 +1,5 @@
-//! The end of a step: coordinates, momenta, round-off; formulas are those of [`crate::solver::tree_step`].
+//! The end of a step: coordinates, momenta, round-off; formulas are those of
+//! [`crate::solver::tree_step`].
 
 use super::kernel::Kernel;
 use super::link::Link;
@@ -36,8 +37,8 @@ impl<T: Register> Kernel<T> {
         }
     }
 
-    /// `p̄_{n+1} = M Δq/h` and the impulse of constant forces in half a step, and the balance of each link with these very
-    /// momenta.
+    /// `p̄_{n+1} = M Δq/h` and the impulse of constant forces in half a step, and the balance of
+    /// each link with these very momenta.
     #[inline(always)]
     pub(super) fn write_momenta(&mut self, h: f64) {
         let Self { lanes, links, works, q, dq, p, weight, .. } = self;
@@ -61,7 +62,8 @@ impl<T: Register> Kernel<T> {
         }
     }
 
-    /// Marks the lanes in which a link is off its place at `q_{n+1}`: its directors, its axes, its gap.
+    /// Marks the lanes in which a link is off its place at `q_{n+1}`: its directors, its axes, its
+    /// gap.
     #[inline(always)]
     pub(super) fn glance(&mut self) {
         let Self { lanes, links, q1, marked, .. } = self;
@@ -74,8 +76,8 @@ impl<T: Register> Kernel<T> {
         }
     }
 
-    /// Removes round-off from `q_{n+1}` where a glance shows some, as [`Tree::clean`] does; marked are then the lanes whose
-    /// link has moved.
+    /// Removes round-off from `q_{n+1}` where a glance shows some, as [`Tree::clean`] does; marked
+    /// are then the lanes whose link has moved.
     pub(super) fn clean(&mut self, trees: &[Tree]) {
         let Self { lanes, links, q1, marked, scratch, .. } = self;
         for (k, link) in links.iter().enumerate() {
@@ -100,7 +102,8 @@ impl<T: Register> Kernel<T> {
         }
     }
 
-    /// Moves to `q_{n+1}`, with its rounding error; `end` is `q_{n+1}` before round-off was removed.
+    /// Moves to `q_{n+1}`, with its rounding error; `end` is `q_{n+1}` before round-off was
+    /// removed.
     pub(super) fn move_to_end(&mut self) {
         let Self { lanes, q, q1, dq, end, compensation, .. } = self;
         for i in 0..q.len() {
@@ -134,8 +137,8 @@ fn largest<T: Register>(lanes: T, v: Vector<T::Lanes>) -> T::Lanes {
     x.larger(zero - x).larger(y).larger(zero - y).larger(z).larger(zero - z)
 }
 
-/// By how much the directors of a link, its axes and its gap are off; the gap of a pair that closes it was removed with the
-/// parent where that is. The thread of a screw is not seen at a glance.
+/// By how much the directors of a link, its axes and its gap are off; the gap of a pair that closes
+/// it was removed with the parent where that is. The thread of a screw is not seen at a glance.
 #[inline(always)]
 fn off_place<T: Register>(lanes: T, link: &Link<T::Lanes>, q: &[T::Lanes]) -> T::Lanes {
     let (d, (parent, center)) = (directors(q, link.frame), carrier(lanes, link, q));

@@ -53,7 +53,8 @@ pub(super) struct Kernel<T: Register> {
 }
 
 impl<T: Register> Kernel<T> {
-    /// For members of these constants and constant forces, as many as there are lanes, and a composition of `sub_steps`.
+    /// For members of these constants and constant forces, as many as there are lanes, and a
+    /// composition of `sub_steps`.
     pub(super) fn new(
         lanes: T,
         (members, weights): (&[&[Constants]], &[Vec<f64>]),
@@ -227,7 +228,8 @@ impl<T: Register> Kernel<T> {
         largest
     }
 
-    /// A correction of the lanes that run: its relative size, and what is left of it above rounding.
+    /// A correction of the lanes that run: its relative size, and what is left of it above
+    /// rounding.
     #[inline(always)]
     fn correct(&mut self, h: f64) -> (T::Lanes, T::Lanes) {
         for (x, r) in self.x.iter_mut().zip(&self.r) {

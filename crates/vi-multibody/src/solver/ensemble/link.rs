@@ -49,7 +49,8 @@ fn are_alike(a: &Constants, b: &Constants) -> bool {
         && a.is_diagonal == b.is_diagonal
 }
 
-/// The links of the members, as many as there are lanes; `None` where they do not have one topology.
+/// The links of the members, as many as there are lanes; `None` where they do not have one
+/// topology.
 pub(super) fn links<T: Register>(
     lanes: T,
     members: &[&[Constants]],

@@ -1,12 +1,14 @@
-//! Ensembles: the same mechanism with many initial values or parameters, four or eight members at once.
+//! Ensembles: the same mechanism with many initial values or parameters, four or eight members at
+//! once.
 //!
-//! A lane of a wide register holds a member, and a sweep over the links moves all of them. The formulas are those of
-//! [`crate::tree_step`]; lanes take no part in each other, so a member moves as it does with any others beside it.
-//! Newton's method stops lane by lane. A member whose step it does not solve from the extrapolated increments (the first
-//! step, an event) takes this step by its own integrator, which tries more.
+//! A lane of a wide register holds a member, and a sweep over the links moves all of them. The
+//! formulas are those of [`crate::tree_step`]; lanes take no part in each other, so a member moves
+//! as it does with any others beside it. Newton's method stops lane by lane. A member whose step it
+//! does not solve from the extrapolated increments (the first step, an event) takes this step by
+//! its own integrator, which tries more.
 //!
-//! Lanes are for trees of bodies, constant forces and the scheme `nodal` of order 2 or composed of it. All other members move
-//! one after the other.
+//! Lanes are for trees of bodies, constant forces and the scheme `nodal` of order 2 or composed of
+//! it. All other members move one after the other.
 //!
 //! ```
 //! use vi_multibody::ensemble::Ensemble;
@@ -140,7 +142,8 @@ impl Ensemble {
         self.grouped
     }
 
-    /// Steps that members in lanes have taken by their own integrators: the first one, and those of events.
+    /// Steps that members in lanes have taken by their own integrators: the first one, and those of
+    /// events.
     #[must_use]
     pub fn steps_alone(&self) -> u64 {
         self.groups.iter().map(|group| group.alone()).sum()
@@ -173,7 +176,8 @@ impl Ensemble {
         &self.members[k]
     }
 
-    /// What can be said of the node of a member without a step from there, see [`vi_constraints::Integrator::observe_state`].
+    /// What can be said of the node of a member without a step from there, see
+    /// [`vi_constraints::Integrator::observe_state`].
     ///
     /// # Errors
     /// [`Singular`] when its constraints have lost rank.

@@ -1,5 +1,5 @@
-//! The solution of the linear systems: elimination leaf → root, substitution root → leaf; formulas are those of
-//! [`crate::solver::tree_step`].
+//! The solution of the linear systems: elimination leaf → root, substitution root → leaf; formulas
+//! are those of [`crate::solver::tree_step`].
 #![allow(non_snake_case)] // A, D, G, K
 
 use super::kernel::Kernel;
@@ -68,7 +68,8 @@ impl<T: Register> Kernel<T> {
         }
     }
 
-    /// Root → leaf: `x ← δτ` from `u_k`, at the increments `u`; returns the square of the largest rotation of a link.
+    /// Root → leaf: `x ← δτ` from `u_k`, at the increments `u`; returns the square of the largest
+    /// rotation of a link.
     #[inline(always)]
     pub(super) fn substitute(&mut self) -> T::Lanes {
         let Self { lanes, links, works, columns, gains, u, x, .. } = self;
@@ -148,8 +149,8 @@ fn sliding<L: Lanes>(A: &Spatial<L>, n: Vector<L>, next: Vector<L>) -> (Screw<L>
     (AS, Screw { linear: A.ll.tr_mul(n), angular: A.la.tr_mul(n) })
 }
 
-/// Of `S = (0, I)`, `S' = (0, T)`: `Ã_ll − Ã_la G` with the gain `G = Ã_aa⁻¹ Ã_al`, and `p + Ã_la x` with
-/// `x ← Ã_aa⁻¹ (x − p)`; `T` has no part in them.
+/// Of `S = (0, I)`, `S' = (0, T)`: `Ã_ll − Ã_la G` with the gain `G = Ã_aa⁻¹ Ã_al`, and
+/// `p + Ã_la x` with `x ← Ã_aa⁻¹ (x − p)`; `T` has no part in them.
 #[inline(always)]
 fn eliminate_rotation<T: Register>(
     lanes: T,
@@ -167,7 +168,8 @@ fn eliminate_rotation<T: Register>(
     (Spatial { ll, la: zero, al: zero, aa: zero }, wrench)
 }
 
-/// The inverse of a 3×3 matrix that is nearly symmetric and positive definite, by Gauss–Jordan elimination on its diagonal.
+/// The inverse of a 3×3 matrix that is nearly symmetric and positive definite, by Gauss–Jordan
+/// elimination on its diagonal.
 #[inline(always)]
 fn inverse<T: Register>(lanes: T, m: &Columns<T::Lanes>) -> Columns<T::Lanes> {
     let mut m = m.0.map(|column| column.0); // m[j][i]

@@ -23,7 +23,8 @@ pub(super) fn directors<L: Lanes>(q: &[L], frame: usize) -> Columns<L> {
     ))
 }
 
-/// The directors and the centre of the parent of a link; of the ground: the inertial base and its origin.
+/// The directors and the centre of the parent of a link; of the ground: the inertial base and its
+/// origin.
 #[inline(always)]
 pub(super) fn carrier<T: Register>(
     lanes: T,
@@ -94,8 +95,8 @@ impl<T: Register> Kernel<T> {
         }
     }
 
-    /// Root → leaf: the motion of every link for the increments `u` of a step `h`, and the balance of momenta of each
-    /// link alone.
+    /// Root → leaf: the motion of every link for the increments `u` of a step `h`, and the balance
+    /// of momenta of each link alone.
     #[inline(always)]
     pub(super) fn advance(&mut self, h: f64) {
         let Self { lanes, links, works, columns, u, .. } = self;
@@ -128,7 +129,8 @@ impl<T: Register> Kernel<T> {
             shift = shift + moved;
             work.lever_next = work.lever + moved;
             (work.turn, work.shift) = (turn, shift);
-            let momentum = shift.scaled(link.mass[0][0]) + turn.mul(work.moment); // m Δx + (A − 1) s
+            // m Δx + (A − 1) s
+            let momentum = shift.scaled(link.mass[0][0]) + turn.mul(work.moment);
             let spin = turn.times(&work.euler).moment() + work.moment.cross(shift);
             work.wrench = Screw {
                 linear: work.start.linear - momentum * rate,
@@ -171,8 +173,8 @@ impl<T: Register> Kernel<T> {
     }
 }
 
-/// Moves by the increment `u` of one column: `turn` is `A − 1`, `moved` the shift of the reference point against the
-/// parent's.
+/// Moves by the increment `u` of one column: `turn` is `A − 1`, `moved` the shift of the reference
+/// point against the parent's.
 #[inline(always)]
 fn move_along<T: Register>(
     lanes: T,

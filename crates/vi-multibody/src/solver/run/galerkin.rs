@@ -19,7 +19,8 @@ use vi_core::lanes::{Lanes, Plain, Register, Twice};
 use vi_core::sparse::Entries;
 use vi_core::{MechanicalSystem, SeparableSystem};
 
-/// The Galerkin schemes: trees of bodies and point masses in nodal form, any mechanism of these in constrained form.
+/// The Galerkin schemes: trees of bodies and point masses in nodal form, any mechanism of these in
+/// constrained form.
 pub(super) fn galerkin(
     mechanism: &Mechanism,
     system: &SeparableSystem,
@@ -88,8 +89,8 @@ pub(super) fn galerkin(
     }
 }
 
-/// The sweeps of a tree of bodies: all control points at once, in the widest registers there are; one after the other
-/// when the recursion is asked for.
+/// The sweeps of a tree of bodies: all control points at once, in the widest registers there are;
+/// one after the other when the recursion is asked for.
 fn tree_sweeps(
     mechanism: &Mechanism,
     system: &SeparableSystem,

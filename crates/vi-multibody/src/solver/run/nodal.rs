@@ -88,8 +88,8 @@ struct Subject<'a> {
     q: &'a [f64], // initially
 }
 
-/// The operators of bodies and of point masses that no potential couples with them, side by side; `None` where this does
-/// not apply or one solver is asked for.
+/// The operators of bodies and of point masses that no potential couples with them, side by side;
+/// `None` where this does not apply or one solver is asked for.
 fn beside(whole: &Subject<'_>, solver: Solver) -> Option<Result<BoxedOperators, SetupError>> {
     let separate =
         !matches!(solver, Solver::Dense | Solver::Sparse) && !couples(whole.mechanism, whole.mixed);

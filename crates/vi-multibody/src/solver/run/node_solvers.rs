@@ -21,8 +21,8 @@ use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_core::{MechanicalSystem, SeparableSystem};
 
-/// How the nodes of a mechanism are read. The potential has no part in it; loops need the `memory` of the nodal
-/// and the reduced scheme.
+/// How the nodes of a mechanism are read. The potential has no part in it; loops need the `memory`
+/// of the nodal and the reduced scheme.
 ///
 /// | mechanism | `v̂` | `λ` |
 /// |---|---|---|
@@ -99,7 +99,8 @@ fn beside(whole: &Subject<'_>, shares: [Share; 2]) -> Option<BoxedOperators> {
     Some(Box::new(Beside::new(shares, both)))
 }
 
-/// The operators that `v̂` of a mechanism is found with; `None` where they are not of the nodal scheme.
+/// The operators that `v̂` of a mechanism is found with; `None` where they are not of the nodal
+/// scheme.
 fn operators(of: &Subject<'_>) -> Option<BoxedOperators> {
     let Subject { mechanism, mass, s, solver, rank, memory, q } = *of;
     let n = mechanism.dim();

@@ -10,7 +10,8 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, InitialValues, Integrator};
 use vi_core::{Configuration, MechanicalSystem};
 
-/// The independent constraints of the motion, and of its initial configuration where fewer are independent there.
+/// The independent constraints of the motion, and of its initial configuration where fewer are
+/// independent there.
 #[derive(Clone, Debug)]
 pub struct Loops {
     /// Of the motion.
@@ -53,8 +54,8 @@ impl Loops {
         self.rank.as_ref().and_then(|rank| rank.nearly_redundant().cloned())
     }
 
-    /// Consistent initial values at a singular configuration `at`; `leaves`: whether the scheme can leave a singular
-    /// configuration.
+    /// Consistent initial values at a singular configuration `at`; `leaves`: whether the scheme can
+    /// leave a singular configuration.
     ///
     /// # Errors
     /// [`SetupError`].
@@ -109,7 +110,8 @@ fn dependent_bars(
     Ok(Some(rows.redundant().map(|bar| mechanism.bar_rows(bar).start).collect()))
 }
 
-/// Initial values in a singular configuration, consistent with the constraints that are independent there.
+/// Initial values in a singular configuration, consistent with the constraints that are independent
+/// there.
 #[derive(Clone, Debug)]
 pub struct ConsistentStart {
     /// `q(0)`, shape `n`.

@@ -15,7 +15,8 @@ pub enum Solver {
     Auto,
     /// Dense matrices, for comparison.
     Dense,
-    /// The articulated recursion, in Galerkin schemes one control point after the other; where it does not apply, as `Auto`.
+    /// The articulated recursion, in Galerkin schemes one control point after the other; where it
+    /// does not apply, as `Auto`.
     Articulated,
     /// Sparse factorizations; closed loops of bodies without couplings use the recursion.
     Sparse,
@@ -25,8 +26,8 @@ pub enum Solver {
 const DENSE_UP_TO: usize = 12;
 
 impl Solver {
-    /// Whether a tree that the recursion does not solve gets sparse matrices: when asked for; but for few point masses when
-    /// nothing is asked for.
+    /// Whether a tree that the recursion does not solve gets sparse matrices: when asked for; but
+    /// for few point masses when nothing is asked for.
     #[must_use]
     pub fn is_sparse(self, mechanism: &Mechanism) -> bool {
         let with_points = mechanism.particle_tree().dof() > 0;
@@ -45,8 +46,8 @@ impl Solver {
     }
 }
 
-/// Whether a sparse tree is solved in descriptor form: with point masses, and with so many ancestors that it is faster there
-/// (a chain of 70 links with springs across).
+/// Whether a sparse tree is solved in descriptor form: with point masses, and with so many
+/// ancestors that it is faster there (a chain of 70 links with springs across).
 pub(super) fn takes_descriptor(mechanism: &Mechanism) -> bool {
     mechanism.particle_tree().dof() > 0 || has_ancestors(mechanism, 40)
 }

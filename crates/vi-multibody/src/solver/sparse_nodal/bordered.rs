@@ -4,9 +4,9 @@
 //! [ A   −Uᵀ ] [δ]   [b]          A = P_exᵀ [P_inᵀ K P_in'] P'_ex,    U rows at q_n,   J' rows at q_{n+1}
 //! [ J'   0  ] [μ] = [g]
 //! ```
-//! The complement `J' A⁻¹ Uᵀ` is dense where potentials couple loops, and its time grows with the cube of their number; the
-//! bordered matrix is as sparse as the mechanism. Its pattern changes with the rows that are enforced, so it is analysed anew
-//! each time.
+//! The complement `J' A⁻¹ Uᵀ` is dense where potentials couple loops, and its time grows with the
+//! cube of their number; the bordered matrix is as sparse as the mechanism. Its pattern changes
+//! with the rows that are enforced, so it is analysed anew each time.
 #![allow(non_snake_case)] // A, U, J
 
 use super::{SparseNodal, solve_with};
@@ -38,7 +38,8 @@ impl SparseNodal {
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let Self { layout, left, right, matrix, .. } = self;
-        // between the twists of free roots: rows of U as right-hand sides, those of J' by the inverse of the right map
+        // between the twists of free roots: rows of U as right-hand sides, those of J' by the
+        // inverse of the right map
         for (rows, columns) in [(&mut U, &*left), (&mut J, &*right)] {
             for (root, map) in layout.free_roots().zip(&columns.roots) {
                 let own = root.offset..root.offset + 6;

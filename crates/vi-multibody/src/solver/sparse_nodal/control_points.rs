@@ -4,8 +4,9 @@
 //! r_i = P(q_i)ᵀ w_i,   y = (T⁻¹ K̂⁻¹ ⊗ I) r,   (A + h α B + h² α² C) z = y for each mode,   ν = h (T ⊗ I) z       [2.34]
 //! A = Pᵀ M P,  B = −Pᵀ ∂f/∂v P,  C = Pᵀ ∇²V P  at q_n
 //! ```
-//! `P(q_i)` has the directors of `q_i` as the axes of free nodes (material rates): `A` does not change then with a rotation of
-//! the whole, and `C` hardly. One factorization a step serves all control points and all sweeps.
+//! `P(q_i)` has the directors of `q_i` as the axes of free nodes (material rates): `A` does not
+//! change then with a rotation of the whole, and `C` hardly. One factorization a step serves all
+//! control points and all sweeps.
 
 use super::layout::{Columns, VelocityLayout};
 use super::mode_factors::ModeFactors;

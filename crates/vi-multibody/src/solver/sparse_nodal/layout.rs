@@ -3,10 +3,12 @@
 //! ```text
 //! t_α = Σ_k J_αk ν_k,     J_child = (X J_parent, S)
 //! ```
-//! Where the twists of free roots are separated, they stand in the place of the unknowns of the roots, `t = R ν`: the columns
-//! of a root are then those of the identity, and those of its descendants do not depend on the unknowns chosen.
+//! Where the twists of free roots are separated, they stand in the place of the unknowns of the
+//! roots, `t = R ν`: the columns of a root are then those of the identity, and those of its
+//! descendants do not depend on the unknowns chosen.
 //!
-//! Letters: `J_αk` twist of member `α` by the unit rate of the unknown `k`; `R` map of a free root. Source: theory §5.
+//! Letters: `J_αk` twist of member `α` by the unit rate of the unknown `k`; `R` map of a free root.
+//! Source: theory §5.
 #![allow(non_snake_case)] // J, R
 
 use crate::mechanism::Mechanism;
@@ -170,8 +172,8 @@ impl VelocityLayout {
         self.write_with_roots(q, out);
     }
 
-    /// `out ← P_in(q) P_ex` with `P_ex` of the given velocity maps, one for each link: discrete null spaces
-    /// from averaged vectors.
+    /// `out ← P_in(q) P_ex` with `P_ex` of the given velocity maps, one for each link: discrete
+    /// null spaces from averaged vectors.
     pub fn with_maps(&mut self, q: &[f64], maps: &[VelocityMap], out: &mut Columns) {
         let (of_links, of_points) = self.maps.split_at_mut(self.motions.len());
         of_links.copy_from_slice(maps);
@@ -275,8 +277,8 @@ impl VelocityLayout {
         Some((*map, self.tree.links()[self.free[root]].offset))
     }
 
-    /// The unknowns that move a link, and the twists they give it; without those that move the link `apex`,
-    /// which must be its ancestor (or itself).
+    /// The unknowns that move a link, and the twists they give it; without those that move the link
+    /// `apex`, which must be its ancestor (or itself).
     pub(super) fn for_each_column(
         &self,
         at: &Columns,
@@ -315,8 +317,8 @@ impl VelocityLayout {
         }
     }
 
-    /// `x ←` the change of the increments `u` that lead to `q`, from rates at `q`, those of free roots along their
-    /// directors: `T(θ)⁻¹` of rotation vectors.
+    /// `x ←` the change of the increments `u` that lead to `q`, from rates at `q`, those of free
+    /// roots along their directors: `T(θ)⁻¹` of rotation vectors.
     pub(super) fn material_rates_to_increments(&self, q: &[f64], u: &[f64], x: &mut [f64]) {
         for (k, link) in self.tree.links().iter().enumerate() {
             let Some(turning) = link.joint.kind.rotation_vector() else { continue };

@@ -1,17 +1,20 @@
-//! The nodal scheme on trees whose members are coupled by potentials: beams, springs between bodies.
+//! The nodal scheme on trees whose members are coupled by potentials: beams, springs between
+//! bodies.
 //!
 //! ```text
 //! Dr = P_exᵀ [ P_in(q_n)ᵀ K P_in(q_{n+1}) ] P'_ex,     K = D_2(D_1 L_d + f_d^-) ∈ R^{n×n} sparse
 //! t_α = Σ_k J_αk ν_k,  k ∈ unknowns of α and its ancestors;     J_c = (X_c J_parent, S_c)
 //! ```
-//! `K` is emitted into 6×6 blocks, one for each pair of coupled members (replayed, no search), reduced by two pull-backs; a
-//! block spreads over the unknowns of both chains of ancestors. The sum is a sparse `d × d` matrix with a fixed pattern of
-//! blocks between joints: one symbolic LU for ever, by these blocks or by entries ([`reduced_matrix`]), rows and columns
-//! scaled by powers of two near `|Dr_kk|^{−1/2}` (lengths against angles). Beams whose nodes are free roots cost
-//! `O(elements)` per iteration. Nothing is allocated after the first solve, except when pivot blocks become too small for
-//! the first time.
+//! `K` is emitted into 6×6 blocks, one for each pair of coupled members (replayed, no search),
+//! reduced by two pull-backs; a block spreads over the unknowns of both chains of ancestors. The
+//! sum is a sparse `d × d` matrix with a fixed pattern of blocks between joints: one symbolic LU
+//! for ever, by these blocks or by entries ([`reduced_matrix`]), rows and columns scaled by powers
+//! of two near `|Dr_kk|^{−1/2}` (lengths against angles). Beams whose nodes are free roots cost
+//! `O(elements)` per iteration. Nothing is allocated after the first solve, except when pivot
+//! blocks become too small for the first time.
 //!
-//! Later corrections of a step use the same factors where these are good enough (`solver/chord.rs`).
+//! Later corrections of a step use the same factors where these are good enough
+//! (`solver/chord.rs`).
 //!
 //! Cut joints are not seen here: [`crate::solver::closed_loop`] puts them on top.
 //! Where members have many ancestors the matrix is dense: [`crate::solver::tree_descriptor`].
@@ -47,8 +50,8 @@ use vi_core::state::Memory;
 
 crate::opaque_debug!(SparseNodal);
 
-/// Extent of a configuration, m: the largest coordinate of a centre, at least the largest distance of one
-/// from the first; the scale of round-off in the strains of elements.
+/// Extent of a configuration, m: the largest coordinate of a centre, at least the largest distance
+/// of one from the first; the scale of round-off in the strains of elements.
 #[must_use]
 pub fn extent(q: &[f64]) -> f64 {
     let size = |frame: &[f64]| {
@@ -105,18 +108,20 @@ impl SparseNodal {
         }
     }
 
-    /// Takes screws as the unknowns of free roots: `θ = D y_θ`, `u_φ = T(θ) D y_φ` with the directors
-    /// `D` of `q_n`. In a steady screw motion `y = h (Dᵀφ̇, Dᵀω)` is constant, and every member stays on
-    /// its circle: initial guesses that are extrapolated, and the first iterate `hν` from `y = 0`, are
-    /// then free of strain. Stiff beams in fast rotation need it; the root `q_{n+1}` is the same.
+    /// Takes screws as the unknowns of free roots: `θ = D y_θ`, `u_φ = T(θ) D y_φ` with the
+    /// directors `D` of `q_n`. In a steady screw motion `y = h (Dᵀφ̇, Dᵀω)` is constant, and every
+    /// member stays on its circle: initial guesses that are extrapolated, and the first iterate
+    /// `hν` from `y = 0`, are then free of strain. Stiff beams in fast rotation need it; the root
+    /// `q_{n+1}` is the same.
     #[must_use]
     pub fn by_screws(mut self) -> Self {
         self.by_screws = true;
         self
     }
 
-    /// Takes screws relative to the velocity of the centre of mass, where nothing holds the mechanism: of a body that flies
-    /// `h v̄` in a step and turns by `θ`, a correction `δθ` would move the end by `h v̄ δθ`. `mass`: the matrix `M`.
+    /// Takes screws relative to the velocity of the centre of mass, where nothing holds the
+    /// mechanism: of a body that flies `h v̄` in a step and turns by `θ`, a correction `δθ` would
+    /// move the end by `h v̄ δθ`. `mass`: the matrix `M`.
     #[must_use]
     pub fn in_flight(mut self, mechanism: &Mechanism, mass: &SparseMatrix) -> Self {
         self.flight = Flight::new(mechanism, mass);
@@ -132,16 +137,16 @@ impl SparseNodal {
         }
     }
 
-    /// For stiff couplings between frames at `q`, elements above all: increments are resolved to the
-    /// round-off of the strains, `1e-14` of the [`extent`], and free roots move by screws.
+    /// For stiff couplings between frames at `q`, elements above all: increments are resolved to
+    /// the round-off of the strains, `1e-14` of the [`extent`], and free roots move by screws.
     #[must_use]
     pub fn for_elements(self, q: &[f64]) -> Self {
         self.with_floors(1e-5 * extent(q).max(1e-5), 1e-5).by_screws()
     }
 
     /// Sets the sizes below which increments do not matter to Newton's method: `length` (m) and
-    /// `angle` (rad). With stiff couplings the internal forces are noisy, and the increments cannot be
-    /// resolved below `ε` times the extent of the system, however small they are.
+    /// `angle` (rad). With stiff couplings the internal forces are noisy, and the increments cannot
+    /// be resolved below `ε` times the extent of the system, however small they are.
     #[must_use]
     pub fn with_floors(mut self, length: f64, angle: f64) -> Self {
         with_floors(&mut self.blocks, length, angle);
@@ -149,8 +154,9 @@ impl SparseNodal {
         self
     }
 
-    /// Adds a wrench on the frame of a link, `J_αᵀ (f, τ)`, to a row over the unknowns: at `q_n`, or at the
-    /// `q_{n+1}` of the tangent last taken. What moves the link `apex`, which carries it, is left out.
+    /// Adds a wrench on the frame of a link, `J_αᵀ (f, τ)`, to a row over the unknowns: at `q_n`,
+    /// or at the `q_{n+1}` of the tangent last taken. What moves the link `apex`, which carries it,
+    /// is left out.
     pub(crate) fn add_wrench(
         &self,
         next: bool,
@@ -170,8 +176,8 @@ impl SparseNodal {
         self.matrix.fill(&self.layout, emit, &self.left, &self.right, &[]);
     }
 
-    /// Takes `P_in(q) P_ex` with the given velocity maps of the links in the place of `P(q_n)`: a discrete
-    /// null space.
+    /// Takes `P_in(q) P_ex` with the given velocity maps of the links in the place of `P(q_n)`: a
+    /// discrete null space.
     pub fn take_maps(&mut self, q: &[f64], maps: &[VelocityMap]) {
         self.chord.forget();
         self.layout.with_maps(q, maps, &mut self.left);
@@ -282,8 +288,8 @@ impl NodalOperators for SparseNodal {
         self.layout.pull_back(&self.left, w, out);
     }
 
-    /// Screws are components along the directors of `q_n`, which rotate: their residual means something else at
-    /// the next node.
+    /// Screws are components along the directors of `q_n`, which rotate: their residual means
+    /// something else at the next node.
     fn carry_balance(&self, r: &mut [f64]) {
         if self.by_screws {
             r.fill(0.0);

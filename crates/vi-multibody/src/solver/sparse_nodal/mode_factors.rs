@@ -1,6 +1,7 @@
 //! Factors of `A + h α B + h² α² C` for the modes of a Galerkin step [2.34].
 //!
-//! A pair of modes `α = a ± ib` is one real matrix of twice the size, the unknowns of a joint beside each other:
+//! A pair of modes `α = a ± ib` is one real matrix of twice the size, the unknowns of a joint
+//! beside each other:
 //! ```text
 //! [  X  Y ]      X = A + h a B + h² (a² − b²) C
 //! [ −Y  X ]      Y =     h b B + h² 2ab C
@@ -69,8 +70,8 @@ impl ModeFactors {
         }
     }
 
-    /// Factorizes all modes for steps `h` with `A`, `B`, `C` between the `columns`, as `emit` writes the `n × n` matrices:
-    /// always the same places in the same order.
+    /// Factorizes all modes for steps `h` with `A`, `B`, `C` between the `columns`, as `emit`
+    /// writes the `n × n` matrices: always the same places in the same order.
     pub fn factorize(
         &mut self,
         layout: &VelocityLayout,

@@ -1,7 +1,8 @@
 //! `P_exᵀ [P_inᵀ K P_in'] P'_ex` in blocks between the unknowns of joints, with a fixed pattern.
 //!
-//! Where joints have three unknowns and more in the mean, as the free nodes of beams have, the blocks are eliminated as they
-//! are ([`BlockLu`]). Elsewhere, and where a pivot block is too small, the entries go to a general sparse LU.
+//! Where joints have three unknowns and more in the mean, as the free nodes of beams have, the
+//! blocks are eliminated as they are ([`BlockLu`]). Elsewhere, and where a pivot block is too
+//! small, the entries go to a general sparse LU.
 #![allow(non_snake_case)] // K, B, J
 
 use super::layout::{Columns, VelocityLayout};
@@ -50,9 +51,9 @@ pub struct ReducedMatrix {
 }
 
 impl ReducedMatrix {
-    /// Fills the matrix from `K` as `emit` writes it (always the same places in the same order), with
-    /// `P` and `P'` as `left` and `right`. `spin`: a 6×6 matrix for each frame that is added between
-    /// its twists, or nothing.
+    /// Fills the matrix from `K` as `emit` writes it (always the same places in the same order),
+    /// with `P` and `P'` as `left` and `right`. `spin`: a 6×6 matrix for each frame that is added
+    /// between its twists, or nothing.
     pub fn fill(
         &mut self,
         layout: &VelocityLayout,
@@ -74,7 +75,8 @@ impl ReducedMatrix {
                 B += spin[span.first / 12];
             }
             for b in &self.runs[self.members[coupling.column].clone()] {
-                let mut images: [Vector6<f64>; 6] = std::array::from_fn(|k| B.column(k).into()); // B J'
+                // B J'
+                let mut images: [Vector6<f64>; 6] = std::array::from_fn(|k| B.column(k).into());
                 if !(separated && b.is_root) {
                     for (image, J) in images.iter_mut().zip(&right.twists[b.columns.clone()]) {
                         *image = B * J;
@@ -155,7 +157,8 @@ impl ReducedMatrix {
         &self.values[self.tiles[k].values.clone()]
     }
 
-    /// `x ← A⁻¹ x` for the matrix last filled; several right-hand sides may follow one another in `x`.
+    /// `x ← A⁻¹ x` for the matrix last filled; several right-hand sides may follow one another in
+    /// `x`.
     ///
     /// # Errors
     /// [`Singular`].
@@ -176,7 +179,8 @@ impl ReducedMatrix {
         self.is_eliminated
     }
 
-    /// `x ← A⁻¹ x` with the factors of the last [`ReducedMatrix::solve`], where its blocks were eliminated.
+    /// `x ← A⁻¹ x` with the factors of the last [`ReducedMatrix::solve`], where its blocks were
+    /// eliminated.
     ///
     /// # Errors
     /// [`Singular`].

@@ -41,8 +41,8 @@ impl Entries for Sink<'_> {
 }
 
 impl ReducedRows {
-    /// Fills the rows from `G` as `emit` writes it (always the same places in the same order), with `P`
-    /// as `columns`.
+    /// Fills the rows from `G` as `emit` writes it (always the same places in the same order), with
+    /// `P` as `columns`.
     pub fn fill(
         &mut self,
         layout: &VelocityLayout,
@@ -92,7 +92,8 @@ impl ReducedRows {
         (self.values, self.products) = (vec![0.0; length], vec![0.0; self.places.len()]);
     }
 
-    /// Emits the rows last filled as `(row, unknown, value)`; always the same places in the same order.
+    /// Emits the rows last filled as `(row, unknown, value)`; always the same places in the same
+    /// order.
     pub fn emit(&self, out: &mut dyn Entries) {
         for (&(row, unknown), product) in self.places.iter().zip(&self.products) {
             out.add(row, unknown, *product);

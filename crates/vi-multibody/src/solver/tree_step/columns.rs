@@ -1,12 +1,13 @@
-//! What a joint leaves free, about the reference point of its link: translations along axes, rotations about them, or
-//! the rotation vector of the link.
+//! What a joint leaves free, about the reference point of its link: translations along axes,
+//! rotations about them, or the rotation vector of the link.
 //!
 //! ```text
 //! slide  S_j = (n_j, 0),   turn  S_j = (0, n_j),   screw  S_j = (p n, n)        S'_j with n'_j = A n_j
 //! ```
-//! `A` is the rotation of the parent and of the columns before. A joint of several columns is eliminated column by column, the
-//! last one first, as if bodies without mass were between them. The columns of a rotation vector are `S = (0, I)`,
-//! `S' = (0, T(θ))`, eliminated as a block with row pivoting; the translation of a free body, `S = S' = (I, 0)`, is another.
+//! `A` is the rotation of the parent and of the columns before. A joint of several columns is
+//! eliminated column by column, the last one first, as if bodies without mass were between them.
+//! The columns of a rotation vector are `S = (0, I)`, `S' = (0, T(θ))`, eliminated as a block with
+//! row pivoting; the translation of a free body, `S = S' = (I, 0)`, is another.
 
 use crate::geometry::lane_matrices::Pair;
 use crate::geometry::lanes::Held;

@@ -4,7 +4,8 @@
 //! r_j += σ (h/2) τ,   −h A_jj += −h ∂/∂u_j [σ (h/2) τ]
 //! p̄_{n+1} += (h/2) τ ∇θ(q_{n+1})
 //! ```
-//! with `τ` of [`vi_core::coordinate_force`]: each acts on its own unknown, whatever bodies the joint connects.
+//! with `τ` of [`vi_core::coordinate_force`]: each acts on its own unknown, whatever bodies the
+//! joint connects.
 
 use super::columns::{ColumnWork, Motion};
 use super::link::{Constants, Work};

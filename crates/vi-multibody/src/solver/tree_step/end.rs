@@ -35,7 +35,8 @@ fn place_next<W: Width>(
 }
 
 sweep! {
-    /// `q_{n+1}`, `Δq`, `q_{n+1/2}`, `Δq/h` of the last [`advance`](super::sweeps::advance), into the interval.
+    /// `q_{n+1}`, `Δq`, `q_{n+1/2}`, `Δq/h` of the last [`advance`](super::sweeps::advance), into
+    /// the interval.
     close = sweep_close(links: &'a [Constants], works: &'a [Work], s: &'a mut Interval) -> ()
 }
 
@@ -56,7 +57,8 @@ fn sweep_close<W: Width>(w: W, links: &[Constants], works: &[Work], s: &mut Inte
     }
 }
 
-/// The coordinates of a frame in the interval, from those at the start, at the end and their change.
+/// The coordinates of a frame in the interval, from those at the start, at the end and their
+/// change.
 #[inline(always)]
 fn write<W: Width>(
     [from, to, change]: [[Lanes<W>; 4]; 3],
@@ -74,10 +76,11 @@ fn write<W: Width>(
 }
 
 sweep! {
-    /// Moves a state to the end of the step: the interval as by [`close`], `q_{n+1}` without what round-off has added up
-    /// ([`Tree::clean`]) and its rounding error. Where momenta depend on `Δq` and the `impulse` of constant forces in half a
-    /// step alone, `p̄_{n+1} = M Δq/h` and that, and the balance of each link with these very momenta. Returns whether a
-    /// glance at each link has shown that it is as it should be.
+    /// Moves a state to the end of the step: the interval as by [`close`], `q_{n+1}` without what
+    /// round-off has added up ([`Tree::clean`]) and its rounding error. Where momenta depend on
+    /// `Δq` and the `impulse` of constant forces in half a step alone, `p̄_{n+1} = M Δq/h` and
+    /// that, and the balance of each link with these very momenta. Returns whether a glance at each
+    /// link has shown that it is as it should be.
     finish = sweep_finish(
         links: &'a [Constants], works: &'a mut [Work], tree: &'a Tree, impulse: Option<&'a [f64]>,
         s: &'a mut Interval, state: &'a mut State
@@ -131,7 +134,8 @@ fn sweep_finish<W: Width>(
     is_clean & far.within(0.0)
 }
 
-/// `p̄_{n+1}` of a link; returns its part of the balance, a difference of nearly equal numbers: it is exact.
+/// `p̄_{n+1}` of a link; returns its part of the balance, a difference of nearly equal numbers: it
+/// is exact.
 #[inline(always)]
 fn move_momenta<W: Width>(
     link: &Constants,
@@ -170,8 +174,9 @@ fn rounding_error<W: Width>([start, end, change, error]: [[Lanes<W>; 4]; 4]) -> 
     rounding
 }
 
-/// Whether the directors of a link, its axes and its gap show no more round-off than is left anyway; the gap of a
-/// pair that closes it was removed with the parent where that is. The thread of a screw is not seen at a glance.
+/// Whether the directors of a link, its axes and its gap show no more round-off than is left
+/// anyway; the gap of a pair that closes it was removed with the parent where that is. The thread
+/// of a screw is not seen at a glance.
 #[inline(always)]
 fn looks_clean<W: Width>(link: &Constants, own: &Place<W>, parent: &Place<W>) -> bool {
     let [d1, d2, d3] = own.d.0;

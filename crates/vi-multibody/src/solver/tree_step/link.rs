@@ -1,4 +1,5 @@
-//! What a link of a tree is during a step: constants in body components, vectors at `q_n`, unknowns of the sweeps.
+//! What a link of a tree is during a step: constants in body components, vectors at `q_n`, unknowns
+//! of the sweeps.
 
 use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
 use crate::geometry::lanes::Held;
@@ -84,7 +85,8 @@ pub(in crate::solver) fn fastest(links: &[Constants], p: &[f64]) -> f64 {
     links.iter().filter(|link| link.mass[0][0] > 0.0).map(speed).fold(0.0, f64::max)
 }
 
-/// The constants of all links and the number of slots; `None` where a pair, or the mass of a body, is of another kind.
+/// The constants of all links and the number of slots; `None` where a pair, or the mass of a body,
+/// is of another kind.
 pub(in crate::solver) fn constants(
     mechanism: &Mechanism,
     system: &SeparableSystem,

@@ -1,8 +1,9 @@
 //! The nodal scheme (28) on trees of bodies, a few sweeps for each iteration.
 //!
-//! Twists and wrenches of a link refer to its reference point, the child's anchor of its joint (the centre of a free body), in spatial
-//! components. With the balance of a link `b = (f, τ)`, its mass `m`, first moment `s` and Euler tensor `E` about that point
-//! at `q_n`, the motion `(Δx, A)` of the step and the impulses `b_0` of `p̄_n` and of constant forces:
+//! Twists and wrenches of a link refer to its reference point, the child's anchor of its joint (the
+//! centre of a free body), in spatial components. With the balance of a link `b = (f, τ)`, its mass
+//! `m`, first moment `s` and Euler tensor `E` about that point at `q_n`, the motion `(Δx, A)` of
+//! the step and the impulses `b_0` of `p̄_n` and of constant forces:
 //! ```text
 //! A² = A¹ exp(ϑ n̂),  Δx² = Δx¹ + (A¹ − 1) ℓ + A¹ u n                                   root → leaf    F_d
 //! f  = f_0 − (m Δx + (A − 1) s)/h,   τ = τ_0 − (Σ x × (A − 1) x + s × Δx)/h
@@ -10,20 +11,23 @@
 //! −h A_α = [m I, −ŝ'; ŝ, tr(K) I − K],   K = A E,   s' = A s
 //! ```
 //! where `Σ x × (A − 1) x` is read off `(A − 1) E = Σ ((A − 1) x) xᵀ`. The elimination is that of
-//! [`crate::articulated`]; here the columns of `S` are `(0, n)`, `(n, 0)` or `(p n, n)`, those of `S'` the same with `n' = A n`,
-//! and `X, X'` the levers `ℓ` and `ℓ' = ℓ + Δx² − Δx¹` from one reference point to the next. With a rotation vector `θ`,
+//! [`crate::articulated`]; here the columns of `S` are `(0, n)`, `(n, 0)` or `(p n, n)`, those of
+//! `S'` the same with `n' = A n`, and `X, X'` the levers `ℓ` and `ℓ' = ℓ + Δx² − Δx¹` from one
+//! reference point to the next. With a rotation vector `θ`,
 //! ```text
 //! spherical  A² = exp(θ̂),  Δx² = Δx¹ + (A¹ − 1) ℓ     S = (0, I),  S' = (0, T(θ)),   X = [I −ℓ̂; 0 0]
 //! free       A² = exp(θ̂),  Δx² = u                    S = I,  S' = diag(I, T(θ)),    X = 0
 //! ```
-//! `Â − Â S' D⁻¹ Sᵀ Â = diag(Â_ll − Â_la Â_aa⁻¹ Â_al, 0)` of a spherical joint is without `T`: that enters last,
-//! `δθ = T⁻¹ δω`.
+//! `Â − Â S' D⁻¹ Sᵀ Â = diag(Â_ll − Â_la Â_aa⁻¹ Â_al, 0)` of a spherical joint is without `T`: that
+//! enters last, `δθ = T⁻¹ δω`.
 //!
-//! Springs, dampers and motors on joint coordinates act on their unknown alone (`efforts.rs`); what depends on coordinates
-//! otherwise (springs between points, loads) is added to balances and blocks as it is emitted.
+//! Springs, dampers and motors on joint coordinates act on their unknown alone (`efforts.rs`); what
+//! depends on coordinates otherwise (springs between points, loads) is added to balances and blocks
+//! as it is emitted.
 //!
-//! Trees whose other potentials couple no two bodies, each of which has a mass matrix of multiples of `I_3`; all others, and the
-//! reduced scheme, are solved by [`crate::tree_nodal`] and the operators of [`crate::run`].
+//! Trees whose other potentials couple no two bodies, each of which has a mass matrix of multiples
+//! of `I_3`; all others, and the reduced scheme, are solved by [`crate::tree_nodal`] and the
+//! operators of [`crate::run`].
 #![allow(non_snake_case)] // A, D, E, K, S
 
 pub(in crate::solver) mod columns;
@@ -76,7 +80,8 @@ pub struct TreeStep {
     is_clean: bool,         // no link was off its place after the last step
 }
 
-/// Whether a mechanism has no other constraints than those of its bodies and of the joints of its tree.
+/// Whether a mechanism has no other constraints than those of its bodies and of the joints of its
+/// tree.
 fn is_all(mechanism: &Mechanism) -> bool {
     let of_link = |link: &Link| 6 + (6 - link.dof());
     mechanism.len() == mechanism.tree().links().iter().map(of_link).sum::<usize>()
@@ -104,8 +109,8 @@ struct Variable {
 }
 
 impl TreeStep {
-    /// For a mechanism whose potentials couple no two bodies, but for those along joint coordinates of the tree; `None`
-    /// where it does not apply.
+    /// For a mechanism whose potentials couple no two bodies, but for those along joint coordinates
+    /// of the tree; `None` where it does not apply.
     #[must_use]
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
         let at = Workspace::new(mechanism, system)?;
@@ -153,7 +158,8 @@ impl TreeStep {
         }
     }
 
-    /// Before the sweeps of a linear system: blocks of what depends on coordinates, and nothing on any link.
+    /// Before the sweeps of a linear system: blocks of what depends on coordinates, and nothing on
+    /// any link.
     pub(in crate::solver) fn assemble(&mut self, system: &SeparableSystem) {
         let Self { at, tree, efforts, variable, s, .. } = self;
         if let Some(variable) = variable {
@@ -361,7 +367,8 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
             variable.write_balance((system, &state.p), s, &mut at.works, &at.links);
             state.move_momentum(system, s);
         }
-        // Sweeps and momenta round constants of a body differently: their own balance is what the next step takes over.
+        // Sweeps and momenta round constants of a body differently: their own balance is what the
+        // next step takes over.
         at.pull_back(&mut state.compensation.balance);
         if variable.is_none() {
             efforts.add_balance(&mut state.compensation.balance);

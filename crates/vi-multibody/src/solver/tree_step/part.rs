@@ -1,4 +1,5 @@
-//! The linear systems of [`super::TreeStep`], some links at a time: closed loops are solved in between.
+//! The linear systems of [`super::TreeStep`], some links at a time: closed loops are solved in
+//! between.
 
 use super::columns::ColumnWork;
 use super::link::{Constants, Sums, Work};
@@ -38,7 +39,8 @@ fn lanes(t: &Twist) -> Pair<Lanes<Narrow>> {
 }
 
 impl Workspace {
-    /// Prepares for closed loops that hang on the links `apexes`; `turns`: whether they pass through a rotation vector.
+    /// Prepares for closed loops that hang on the links `apexes`; `turns`: whether they pass
+    /// through a rotation vector.
     pub(in crate::solver) fn carry_loops(
         &mut self,
         apexes: impl Iterator<Item = usize>,

@@ -61,8 +61,8 @@ impl<W: Width> Place<W> {
     }
 }
 
-/// The wrench about the reference point of a link, from the vectors that belong to its centre and its directors `d`;
-/// `anchor`: from the centre to that point.
+/// The wrench about the reference point of a link, from the vectors that belong to its centre and
+/// its directors `d`; `anchor`: from the centre to that point.
 #[inline(always)]
 pub(super) fn balance<W: Width>(
     d: &Columns<Lanes<W>>,

@@ -1,4 +1,5 @@
-//! The solution of the linear systems of [`super::TreeStep`]: elimination leaf → root, substitution root → leaf.
+//! The solution of the linear systems of [`super::TreeStep`]: elimination leaf → root, substitution
+//! root → leaf.
 #![allow(non_snake_case)] // A, D, G, K, S
 
 use super::columns::{Act, ColumnWork, Motion};
@@ -13,14 +14,16 @@ use vi_rigid::rotation;
 /// `G` of a rotation vector: what a translation of the reference point takes from `δω`.
 pub(in crate::solver) type Gain = Columns<Held>;
 
-/// What closed loops between the sweeps of a tree need: the links up to the next apex at a time, and what is eliminated.
+/// What closed loops between the sweeps of a tree need: the links up to the next apex at a time,
+/// and what is eliminated.
 #[derive(Debug, Default)]
 pub(in crate::solver) struct Part {
     pub(in crate::solver) links: Range<usize>,
     pub(in crate::solver) forces: Vec<Pair<Held>>, // d  Ã S' of joints of columns, none on trees
-    pub(in crate::solver) rotations: Vec<Rotation>, // of the links, none where no loop passes through a rotation vector
-    pub(in crate::solver) unwritten: Vec<usize>,    // slots of sums that no child writes
-    carried: Sums,                                  // by the link before, of its one child
+    // of the links, none where no loop passes through a rotation vector
+    pub(in crate::solver) rotations: Vec<Rotation>,
+    pub(in crate::solver) unwritten: Vec<usize>, // slots of sums that no child writes
+    carried: Sums,                               // by the link before, of its one child
 }
 
 /// What the elimination of a rotation vector leaves, and of the translation of a free body.
@@ -47,8 +50,8 @@ pub(super) fn block<W: Width>(w: W, link: &Constants, work: &Work) -> Spatial<La
 }
 
 sweep! {
-    /// Leaf → root: factorizes, and `x ← u_k`; on entry `x` is `−h` times the right-hand side. `more`: for the sums over
-    /// children, what is added to the blocks, and the links in question.
+    /// Leaf → root: factorizes, and `x ← u_k`; on entry `x` is `−h` times the right-hand side.
+    /// `more`: for the sums over children, what is added to the blocks, and the links in question.
     eliminate = sweep_eliminate(
         links: &'a [Constants], works: &'a mut [Work], joints: (&'a mut [ColumnWork], &'a mut [Gain]),
         more: (&'a mut [Sums], &'a [Spatial<Held>], &'a mut Part), x: &'a mut [f64]
@@ -186,8 +189,8 @@ fn sliding<W: Width>(
     (AS, Pair { linear: A.ll.tr_mul(n), angular: A.la.tr_mul(n) })
 }
 
-/// Of `S = (0, I)`, `S' = (0, T)`: `Ã_ll − Ã_la G` with the gain `G = Ã_aa⁻¹ Ã_al`, and `p + Ã_la x` with
-/// `x ← Ã_aa⁻¹ (x − p)`; `T` has no part in them.
+/// Of `S = (0, I)`, `S' = (0, T)`: `Ã_ll − Ã_la G` with the gain `G = Ã_aa⁻¹ Ã_al`, and
+/// `p + Ã_la x` with `x ← Ã_aa⁻¹ (x − p)`; `T` has no part in them.
 #[inline(always)]
 fn eliminate_rotation<W: Width>(
     (A, p): (Spatial<Lanes<W>>, Pair<Lanes<W>>),
@@ -284,7 +287,8 @@ fn solve_block<const R: usize>(
 }
 
 sweep! {
-    /// Root → leaf: `x ← δτ` from `u_k`, at the increments `u`, of some links; returns their largest rotation, rad.
+    /// Root → leaf: `x ← δτ` from `u_k`, at the increments `u`, of some links; returns their
+    /// largest rotation, rad.
     substitute = sweep_substitute(
         links: (&'a [Constants], Range<usize>), works: &'a mut [Work],
         joints: (&'a [ColumnWork], &'a [Gain]), u: &'a [f64], x: &'a mut [f64]

@@ -83,8 +83,8 @@ impl Turn {
 }
 
 sweep! {
-    /// Root → leaf: the motion of every link for the increments `u`, and, where the step `h` is given, the balance of
-    /// momenta of each link alone.
+    /// Root → leaf: the motion of every link for the increments `u`, and, where the step `h` is
+    /// given, the balance of momenta of each link alone.
     advance = sweep_advance(
         links: &'a [Constants], works: &'a mut [Work],
         joints: (&'a mut [ColumnWork], &'a mut [Turn]), u: &'a [f64], h: Option<f64>
@@ -100,7 +100,8 @@ fn sweep_advance<W: Width>(
     u: &[f64],
     h: Option<f64>,
 ) -> Result<(), Fault> {
-    turns.iter_mut().zip(u).for_each(|(turn, u)| *turn = Turn::by(*u)); // apart: none waits for another
+    // apart: none waits for another
+    turns.iter_mut().zip(u).for_each(|(turn, u)| *turn = Turn::by(*u));
     let rate = h.map(f64::recip);
     let (mut turn, mut shift) = (Columns::zero(w), Lanes::zero(w)); // of the link before
     for (k, link) in links.iter().enumerate() {
@@ -146,8 +147,8 @@ fn sweep_advance<W: Width>(
     Ok(())
 }
 
-/// Moves by the increment `u` of one column: `turn` is `A − 1`, `moved` the shift of the reference point against the
-/// parent's.
+/// Moves by the increment `u` of one column: `turn` is `A − 1`, `moved` the shift of the reference
+/// point against the parent's.
 #[inline(always)]
 fn move_along<W: Width>(
     (link, act): (&Constants, Act),

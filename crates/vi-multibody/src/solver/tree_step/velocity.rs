@@ -3,7 +3,8 @@
 //! ```text
 //! v̂ = P ν,   (PᵀMP) ν = Pᵀp                                                              (16)
 //! ```
-//! `PᵀMP` is `−h` times the Newton matrix of the step `u = 0` without variable forces, `Pᵀp` its residual.
+//! `PᵀMP` is `−h` times the Newton matrix of the step `u = 0` without variable forces, `Pᵀp` its
+//! residual.
 
 use super::link::{Constants, Work};
 use super::place::{Place, frame_mut};
@@ -27,8 +28,8 @@ pub(in crate::solver) struct TreeVelocity {
 }
 
 impl TreeVelocity {
-    /// `None` where the sweeps do not apply. Premise: no constraints but those of bodies and joints of the tree, or closed loops
-    /// that are solved for on top.
+    /// `None` where the sweeps do not apply. Premise: no constraints but those of bodies and joints
+    /// of the tree, or closed loops that are solved for on top.
     pub(in crate::solver) fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
         let at = Workspace::new(mechanism, system)?;
         let zeros = || vec![0.0; mechanism.tree().dof()];

@@ -161,7 +161,8 @@ impl<L: Lanes> Inertia<L> {
     }
 }
 
-/// Eliminates the joint of a link: its `Â` is complete, that of its parent grows. `columns` and `inverse` are its own.
+/// Eliminates the joint of a link: its `Â` is complete, that of its parent grows. `columns` and
+/// `inverse` are its own.
 #[inline(always)]
 pub(super) fn eliminate<R: Register>(
     lanes: R,
@@ -221,8 +222,8 @@ fn invert<R: Register>(lanes: R, m: &mut [R::Lanes], f: usize) -> Result<(), Fau
     Ok(())
 }
 
-/// Leaf → root at a link with the wrench `p` of its children and its right-hand side in `x`, which becomes `D⁻¹ e`;
-/// returns what is transmitted, at the link.
+/// Leaf → root at a link with the wrench `p` of its children and its right-hand side in `x`, which
+/// becomes `D⁻¹ e`; returns what is transmitted, at the link.
 #[inline(always)]
 pub(super) fn transmit<R: Register>(
     columns: &[Column<R::Lanes>],

@@ -1,4 +1,5 @@
-//! Links as the sweeps see them: constants of the pairs, and what of them depends on the node a step starts from.
+//! Links as the sweeps see them: constants of the pairs, and what of them depends on the node a
+//! step starts from.
 
 use crate::geometry::lane_vectors::Transfer;
 use crate::pair::PairKind;
@@ -48,7 +49,8 @@ pub(super) struct Start {
     pub d: Triad,
     /// `d_I,n` in the directors of the parent.
     pub relative: Triad,
-    /// What moves with the parent of the joint point, in its directors: `ϱ¹`, with the gap where the pair has one.
+    /// What moves with the parent of the joint point, in its directors: `ϱ¹`, with the gap where
+    /// the pair has one.
     pub lever: [f64; 3],
     /// `φ_n − φ_n` of the parent.
     pub arm: [f64; 3],
@@ -99,7 +101,8 @@ fn combination(x: &Triad, c: &[f64; 3]) -> [f64; 3] {
     [at(0), at(1), at(2)]
 }
 
-/// The links of a tree, root first. `None` where the mass matrix has other entries than scalars of centres and directors.
+/// The links of a tree, root first. `None` where the mass matrix has other entries than scalars of
+/// centres and directors.
 pub(super) fn links(tree: &Tree, mass: &SparseMatrix) -> Option<Vec<Link>> {
     let masses = masses(tree.links().len(), mass)?;
     let mut inverse = 0;

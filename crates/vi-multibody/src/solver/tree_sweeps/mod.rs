@@ -1,8 +1,8 @@
 //! The sweeps of the Galerkin scheme on a tree, at all control points at once.
 //!
-//! Numbers of control points stand side by side ([`vi_core::lanes`]): place 0 holds control point `s`, places `1 … s−1`
-//! the points between. The rows `i = 0 … s−1` of [2.28] have the same places; only at place 0 they belong to another
-//! configuration, `q_n`.
+//! Numbers of control points stand side by side ([`vi_core::lanes`]): place 0 holds control point
+//! `s`, places `1 … s−1` the points between. The rows `i = 0 … s−1` of [2.28] have the same places;
+//! only at place 0 they belong to another configuration, `q_n`.
 //! ```text
 //! root → leaf   q_j = F_d(u_j, q_n)                                                     [`motion`]
 //! leaf → root   w_i [2.26] of each body, b = P_inᵀ w_i + Σ Xᵀ b,  r_i = Sᵀ b,  ρ_j = h Σ_i (K̂⁻¹)_ji r_i,
@@ -69,7 +69,8 @@ pub struct TreeSweeps<T: Register> {
 }
 
 impl<T: Register> TreeSweeps<T> {
-    /// For a tree of frames; `None` where its mass matrix is not one of bodies, or `lanes` are too few.
+    /// For a tree of frames; `None` where its mass matrix is not one of bodies, or `lanes` are too
+    /// few.
     #[must_use]
     pub fn new(lanes: T, tree: &Tree, mass: &SparseMatrix, stages: Stages) -> Option<Self> {
         let (s, d, count) = (stages.count(), tree.dof(), tree.links().len());
@@ -230,7 +231,8 @@ impl<T: Register> TreeSweeps<T> {
             let mut b = wrenches[k];
             b.linear = b.linear + base[0] + weights.mix(&pose.x) * m[0];
             b.angular =
-                b.angular + row.d[0].cross(w[0]) + row.d[1].cross(w[1]) + row.d[2].cross(w[2]); // P_inᵀ w_i
+                // P_inᵀ w_i
+                b.angular + row.d[0].cross(w[0]) + row.d[1].cross(w[1]) + row.d[2].cross(w[2]);
             let own = link.offset..link.offset + link.dof;
             for i in own.clone() {
                 r[i] = columns[i].dot(b);
@@ -266,7 +268,8 @@ impl<T: Register> TreeSweeps<T> {
         }
     }
 
-    /// `w_i` without momenta of increments: `δ_i0 p̄_n` and the impulses of forces, for each vector of each frame.
+    /// `w_i` without momenta of increments: `δ_i0 p̄_n` and the impulses of forces, for each vector
+    /// of each frame.
     #[inline(always)]
     fn add_impulses(&mut self, points: &ControlPoints) {
         let Self { lanes, links, weights, base, force, constant, .. } = self;

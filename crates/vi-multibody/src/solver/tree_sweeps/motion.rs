@@ -183,7 +183,8 @@ fn axis_turn<R: Register>(lanes: R, n: &[f64; 3], u: R::Lanes) -> [Vector<R::Lan
     turn(lanes, n, u * sinc, square * gap)
 }
 
-/// By `u_1` about the first of two axes, then by `u_2` about the second; both in components of the directors at `q_n`.
+/// By `u_1` about the first of two axes, then by `u_2` about the second; both in components of the
+/// directors at `q_n`.
 #[inline(always)]
 fn universal<R: Register>(
     lanes: R,
