@@ -19,6 +19,7 @@
 //! a step turns a joint by less than `π`.
 
 use crate::configuration::Configuration;
+use crate::lanes::Lanes;
 use serde::{Deserialize, Serialize};
 
 /// One time step `t_n → t_n + h` with its two end configurations.
@@ -274,17 +275,12 @@ impl Interval {
 /// more.
 #[must_use]
 #[inline(always)]
-#[allow(clippy::float_cmp)] // unchanged or not
-pub fn rounding_error([from, to]: [f64; 2], change: f64, next: f64) -> f64 {
+pub fn rounding_error<L: Lanes>([from, to]: [L; 2], change: L, next: L) -> L {
+    let zero = from.like(0.0);
     let error = (from - to) + change;
-    let last_bits = 2.0 * f64::EPSILON * larger(from.abs(), to.abs());
-    let is_rounding = (to == next) & (error.abs() <= last_bits);
-    if is_rounding { error } else { 0.0 }
-}
-
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
+    let last_bits = from.abs().larger(to.abs()) * (2.0 * f64::EPSILON);
+    let error = error.abs().if_at_most(last_bits, error, zero);
+    (to - next).abs().if_at_most(zero, error, zero) // unchanged or not
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Four or eight numbers side by side, with the same bits on every processor.
+//! One, four or eight numbers side by side, with the same bits on every processor.
 //!
 //! Sums and products act number by number and are rounded one by one (no fused multiplication and
 //! addition), so the bits do not depend on the registers in use. [`Plain`] leaves the choice of
@@ -27,6 +27,9 @@ pub trait Lanes:
     const COUNT: usize;
     /// Number `k`.
     fn at(self, k: usize) -> f64;
+    /// `x`, as many times.
+    #[must_use]
+    fn like(self, x: f64) -> Self;
     /// The same but for the first number.
     #[must_use]
     fn with_first(self, x: f64) -> Self;
@@ -36,6 +39,15 @@ pub trait Lanes:
     /// The larger one of each; that of `other` where one is not a number.
     #[must_use]
     fn larger(self, other: Self) -> Self;
+    /// The absolute values; not a number stays so.
+    #[must_use]
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.larger(self.like(0.0) - self)
+    }
+    /// Each by a function.
+    #[must_use]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self;
     /// `then` where the number is at most `bound`, `other` elsewhere.
     #[must_use]
     fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self;
@@ -51,6 +63,39 @@ pub trait Register: Copy + Debug + Send + Sync + 'static {
     fn gather(self, number: impl Fn(usize) -> f64) -> Self::Lanes;
     /// Calls `f`, compiled for these registers.
     fn run<R>(self, f: impl FnOnce() -> R) -> R;
+}
+
+/// A number alone.
+impl Lanes for f64 {
+    const COUNT: usize = 1;
+    #[inline(always)]
+    fn at(self, _: usize) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn like(self, x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn with_first(self, x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn over(self, divisor: Self) -> Self {
+        self / divisor
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        f(self)
+    }
+    #[inline(always)]
+    fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {
+        if self <= bound { then } else { other }
+    }
 }
 
 /// Four numbers in an array.
@@ -103,6 +148,10 @@ impl Lanes for Four {
         self.0[k]
     }
     #[inline(always)]
+    fn like(self, x: f64) -> Self {
+        Self([x; 4])
+    }
+    #[inline(always)]
     fn with_first(self, x: f64) -> Self {
         Self([x, self.0[1], self.0[2], self.0[3]])
     }
@@ -114,6 +163,10 @@ impl Lanes for Four {
     fn larger(self, other: Self) -> Self {
         let larger = |k: usize| if self.0[k] > other.0[k] { self.0[k] } else { other.0[k] };
         Four([larger(0), larger(1), larger(2), larger(3)])
+    }
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Four(self.0.map(f))
     }
     #[inline(always)]
     fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {
@@ -211,6 +264,10 @@ mod wide {
             cast::<__m256d, [f64; 4]>(self.x)[k]
         }
         #[inline(always)]
+        fn like(self, x: f64) -> Self {
+            Self { x: self.simd.avx._mm256_set1_pd(x), ..self }
+        }
+        #[inline(always)]
         fn with_first(self, x: f64) -> Self {
             let avx = self.simd.avx;
             Self { x: avx._mm256_blend_pd::<0b0001>(self.x, avx._mm256_set1_pd(x)), ..self }
@@ -224,6 +281,10 @@ mod wide {
             let avx = self.simd.avx;
             let is_larger = avx._mm256_cmp_pd::<_CMP_GT_OQ>(self.x, other.x);
             Self { x: avx._mm256_blendv_pd(other.x, self.x, is_larger), ..self }
+        }
+        #[inline(always)]
+        fn map(self, f: impl Fn(f64) -> f64) -> Self {
+            Self { x: cast(cast::<__m256d, [f64; 4]>(self.x).map(f)), ..self }
         }
         #[inline(always)]
         fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {
@@ -294,6 +355,10 @@ impl<L: Lanes> Lanes for Pair<L> {
         if k < L::COUNT { self.0.at(k) } else { self.1.at(k - L::COUNT) }
     }
     #[inline(always)]
+    fn like(self, x: f64) -> Self {
+        Self(self.0.like(x), self.1.like(x))
+    }
+    #[inline(always)]
     fn with_first(self, x: f64) -> Self {
         Self(self.0.with_first(x), self.1)
     }
@@ -304,6 +369,10 @@ impl<L: Lanes> Lanes for Pair<L> {
     #[inline(always)]
     fn larger(self, other: Self) -> Self {
         Self(self.0.larger(other.0), self.1.larger(other.1))
+    }
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self(self.0.map(&f), self.1.map(&f))
     }
     #[inline(always)]
     fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {

@@ -19,6 +19,7 @@
 //! | `constraint` | [`joint_coordinate`] with derivatives; [`scalar_constraint`]: distances, guides, gears, prescribed motion |
 //! | [`tree`] | sweeps over bodies; point masses on bars ([`particle`]) |
 //! | [`mechanism`] | bodies, joints and bars as data ([`description`]) and as one system; spanning tree; [`initial_rates`]; [`prescribed`] motions that contradict each other |
+//! | `sweep` | the sweeps over the links of a tree, each once for one tree and for many at once |
 //! | `force` | [`spring`]: between two points; [`joint_force`]: springs, dampers, motors along joint coordinates |
 //! | `solver` | [`articulated`]: trees in linear time, [`tree_step`]: a step of them in sweeps of its own, [`ensemble`]: many at once; [`closed_loop`]; [`sparse_nodal`]: bodies coupled by potentials; [`tree_map`]: dense; [`run`]: the choice |
 //! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars, from the wrenches that joints transmit; [`tree_multipliers`]: frame by frame |
@@ -58,6 +59,7 @@ pub mod mechanism;
 mod output;
 pub mod pair;
 mod solver;
+mod sweep;
 pub mod tree;
 
 // What the interface of this crate speaks of, for those who depend on it alone.

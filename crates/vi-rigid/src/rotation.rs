@@ -19,6 +19,7 @@
 #![allow(non_snake_case)] // R, T, X: the matrices of the formulas above
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use vi_core::lanes::Lanes;
 
 /// Largest rotation in one step, rad.
 pub const MAX_ROTATION: f64 = std::f64::consts::PI;
@@ -36,13 +37,16 @@ pub fn cosine_gap(x: f64) -> f64 {
     0.5 * half * half
 }
 
+/// `x²` up to which [`kappa`] is a polynomial.
+const KAPPA_SMALL: f64 = 1e-4;
+
 /// `x²` up to which [`small_coefficients`] are used.
 const SMALL: f64 = 1.0 / 16.0;
 
 /// `sin x / x` and `(1 − cos x)/x²` from `x² ≤ 1/16` by their power series, without a root or a
 /// sine; the first terms left out are below `2e-18` of the sums.
-#[inline]
-fn small_coefficients(square: f64) -> [f64; 2] {
+#[inline(always)]
+fn small_coefficients<L: Lanes>(square: L) -> [L; 2] {
     const SINC: [f64; 7] = [
         1.0,
         -1.0 / 6.0,
@@ -61,8 +65,12 @@ fn small_coefficients(square: f64) -> [f64; 2] {
         -1.0 / 479_001_600.0,
         1.0 / 87_178_291_200.0,
     ];
-    let sum = |c: &[f64; 7]| c.iter().rev().fold(0.0, |sum, c| sum * square + c);
-    [sum(&SINC), sum(&GAP)]
+    let (mut sinc, mut gap) = (square.like(0.0), square.like(0.0));
+    for k in (0..7).rev() {
+        sinc = sinc * square + square.like(SINC[k]);
+        gap = gap * square + square.like(GAP[k]);
+    }
+    [sinc, gap]
 }
 
 /// `sin x / x` and `(1 − cos x)/x²` of `x² = square`.
@@ -74,6 +82,25 @@ pub fn coefficients(square: f64) -> [f64; 2] {
     }
     let angle = square.sqrt();
     [sinc(angle), cosine_gap(angle)]
+}
+
+/// [`coefficients`] of each of several numbers, with the same bits.
+#[must_use]
+#[inline(always)]
+pub fn coefficients_of_each<L: Lanes>(square: L) -> [L; 2] {
+    if are_at_most(square, SMALL) {
+        return small_coefficients(square);
+    }
+    [square.map(|square| coefficients(square)[0]), square.map(|square| coefficients(square)[1])]
+}
+
+#[inline(always)]
+fn are_at_most<L: Lanes>(x: L, bound: f64) -> bool {
+    let mut are = true;
+    for k in 0..L::COUNT {
+        are &= x.at(k) <= bound;
+    }
+    are
 }
 
 /// `(x − sin x)/x³`.
@@ -110,11 +137,21 @@ pub fn sine_gap(x: f64) -> f64 {
 #[must_use]
 #[inline]
 pub fn kappa(square: f64) -> f64 {
-    if square <= 1e-4 {
+    if square <= KAPPA_SMALL {
         return 1.0 / 12.0 + square / 720.0; // next term: x⁴/30240
     }
     let [sinc, gap] = coefficients(square);
     (1.0 - 0.5 * sinc / gap) / square
+}
+
+/// [`kappa`] of each of several numbers, with the same bits.
+#[must_use]
+#[inline(always)]
+pub fn kappa_of_each<L: Lanes>(square: L) -> L {
+    if are_at_most(square, KAPPA_SMALL) {
+        return square.like(1.0 / 12.0) + square.over(square.like(720.0));
+    }
+    square.map(kappa)
 }
 
 /// The skew matrix `v̂` with `v̂ b = v × b`.

@@ -87,23 +87,6 @@ fn doubled<R: Register>(lanes: R, square: R::Lanes) -> [R::Lanes; 2] {
     [sinc, gap]
 }
 
-/// [`coefficients`], each lane by the series of its own angle, whatever stands beside it.
-#[inline(always)]
-pub fn coefficients_of_each<R: Register>(lanes: R, square: R::Lanes) -> [R::Lanes; 2] {
-    const SMALL: f64 = 1.0 / 16.0;
-    let [sine, gap] = &SERIES;
-    let small = [series::<R, 7>(lanes, sine, square), series::<R, 7>(lanes, gap, square)];
-    let mut largest = square.at(0);
-    for k in 1..R::Lanes::COUNT {
-        largest = if square.at(k) > largest { square.at(k) } else { largest };
-    }
-    if largest <= SMALL {
-        return small;
-    }
-    let (large, bound) = (doubled(lanes, square), lanes.splat(SMALL));
-    [square.if_at_most(bound, small[0], large[0]), square.if_at_most(bound, small[1], large[1])]
-}
-
 /// `κ` of `|θ|² = square`, to 1e-4 at `|θ| = π` and to round-off below 0.1 rad.
 #[inline(always)]
 pub fn kappa<R: Register>(lanes: R, square: R::Lanes) -> R::Lanes {
@@ -141,25 +124,6 @@ mod tests {
         println!("errors {worst:?}, sin² + cos² = 1 to {bound:?}");
         assert!(worst[0] < 5e-16 && worst[1] < 1e-15, "{worst:?}");
         assert!(bound[0] < 1e-15 && bound[1] < 3e-15, "{bound:?}");
-    }
-
-    #[test]
-    fn a_lane_does_not_depend_on_its_neighbours() {
-        for angle in [0.0, 1e-3, 0.24, 0.26, 1.0, 3.0] {
-            let alone = coefficients_of_each(Plain, Plain.splat(angle * angle));
-            for other in [0.1, 2.5] {
-                let square = |k: usize| if k == 2 { angle * angle } else { other * other };
-                let beside = coefficients_of_each(Plain, Plain.gather(square));
-                for (beside, alone) in beside.iter().zip(&alone) {
-                    let [beside, alone] = [beside, alone].map(|lanes| lanes.at(2).to_bits());
-                    assert_eq!(beside, alone, "{angle} beside {other}");
-                }
-            }
-            let single = rotation::coefficients(angle * angle);
-            let off = |k: usize| (alone[k].at(2) - single[k]).abs();
-            let off = off(0).max(off(1));
-            assert!(off < 1e-15, "{angle}: {off:e}");
-        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Vectors of space, many at once: at all control points of a step, or of all members of an
 //! ensemble. A lane holds one of them.
 
+use crate::geometry::space::Vector as _;
 use std::ops::{Add, Mul, Sub};
 use vi_core::lanes::{Lanes, Register};
 
@@ -39,23 +40,6 @@ impl<L: Lanes> Vector<L> {
         Self([lanes.splat(x[0]), lanes.splat(x[1]), lanes.splat(x[2])])
     }
 
-    /// With a factor for each lane.
-    #[inline(always)]
-    pub(crate) fn scaled(self, factor: L) -> Self {
-        Self([self.0[0] * factor, self.0[1] * factor, self.0[2] * factor])
-    }
-
-    #[inline(always)]
-    pub(crate) fn dot(self, o: Self) -> L {
-        self.0[0] * o.0[0] + self.0[1] * o.0[1] + self.0[2] * o.0[2]
-    }
-
-    #[inline(always)]
-    pub(crate) fn cross(self, o: Self) -> Self {
-        let ([a, b, c], [x, y, z]) = (self.0, o.0);
-        Self([b * z - c * y, c * x - a * z, a * y - b * x])
-    }
-
     /// Another vector in the first lane.
     #[inline(always)]
     pub(crate) fn with_first(self, x: &[f64; 3]) -> Self {
@@ -83,35 +67,7 @@ pub(crate) fn combine_each<L: Lanes>(x: &[Vector<L>; 3], c: &Vector<L>) -> Vecto
 }
 
 /// A twist `(φ̇, ω)` or a wrench `(f, τ)`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Screw<L> {
-    pub linear: Vector<L>,
-    pub angular: Vector<L>,
-}
-
-impl<L: Lanes> Screw<L> {
-    /// Zero.
-    #[inline(always)]
-    pub(crate) fn zero(lanes: impl Register<Lanes = L>) -> Self {
-        let zero = Vector::splat(lanes, &[0.0; 3]);
-        Self { linear: zero, angular: zero }
-    }
-
-    #[inline(always)]
-    pub(crate) fn plus(self, o: Self) -> Self {
-        Self { linear: self.linear + o.linear, angular: self.angular + o.angular }
-    }
-
-    #[inline(always)]
-    pub(crate) fn times(self, factor: L) -> Self {
-        Self { linear: self.linear.scaled(factor), angular: self.angular.scaled(factor) }
-    }
-
-    #[inline(always)]
-    pub(crate) fn dot(self, o: Self) -> L {
-        self.linear.dot(o.linear) + self.angular.dot(o.angular)
-    }
-}
+pub(crate) type Screw<L> = super::matrix::Screw<Vector<L>>;
 
 /// How the twist of the parent enters that of a link ([`crate::pair::Transfer`]), without its arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

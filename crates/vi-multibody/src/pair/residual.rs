@@ -5,8 +5,9 @@
 //! each evaluated on its own; here the rows of a joint share its gap and its axes.
 
 use super::PairKind;
-use crate::geometry::lane_matrices::Columns;
-use crate::geometry::lanes::{Lanes, Width, sweep, three};
+use crate::geometry::matrix::Columns;
+use crate::geometry::one_tree::{OneTree, Width, Xyz, sweep, three};
+use crate::geometry::space::{Space, Vector};
 use crate::pair::joint::{FrameId, GROUND, Joint, Side};
 use std::ops::Range;
 use vi_rigid::directors::FRAME;
@@ -21,17 +22,17 @@ sweep! {
 
 #[inline(always)]
 fn sweep_residuals<W: Width>(
-    w: W,
+    w: OneTree<W>,
     joints: &[Joint],
     rows: &[Range<usize>],
     frames: &[f64],
     out: &mut [f64],
 ) {
     for (frame, g) in frames.chunks_exact(FRAME).zip(out.chunks_exact_mut(6)) {
-        let [a, b, c] = three!(i => Lanes::of(w, &frame[3 + 3 * i..]));
-        let lengths = Lanes::dots([(a, a), (b, b), (c, c)]) - Lanes::new(w, [1.0; 3]);
-        (lengths * 0.5).write(g);
-        Lanes::dots([(a, b), (a, c), (b, c)]).write(&mut g[3..]);
+        let [a, b, c] = three!(i => w.read(frame, 3 + 3 * i));
+        let lengths = Xyz::dots([(a, a), (b, b), (c, c)]) - w.vector([1.0; 3]);
+        w.write(lengths * 0.5, g, 0);
+        w.write(Xyz::dots([(a, b), (a, c), (b, c)]), g, 3);
     }
     for (joint, rows) in joints.iter().zip(rows) {
         let at = Sides::new(w, joint, [frames, &GROUND]);
@@ -49,7 +50,7 @@ sweep! {
 
 #[inline(always)]
 fn sweep_rates<W: Width>(
-    w: W,
+    w: OneTree<W>,
     joints: &[Joint],
     rows: &[Range<usize>],
     frames: &[f64],
@@ -58,17 +59,23 @@ fn sweep_rates<W: Width>(
 ) {
     let both = frames.chunks_exact(FRAME).zip(v.chunks_exact(FRAME));
     for ((frame, v), g) in both.zip(out.chunks_exact_mut(6)) {
-        let [a, b, c] = three!(i => Lanes::of(w, &frame[3 + 3 * i..]));
-        let [u, v, x] = three!(i => Lanes::of(w, &v[3 + 3 * i..]));
-        Lanes::dots([(a, u), (b, v), (c, x)]).add_to(g);
-        let angles = Lanes::dots([(a, v), (a, x), (b, x)]) + Lanes::dots([(u, b), (u, c), (v, c)]);
-        angles.add_to(&mut g[3..]);
+        let [a, b, c] = three!(i => w.read(frame, 3 + 3 * i));
+        let [u, v, x] = three!(i => w.read(v, 3 + 3 * i));
+        add(w, Xyz::dots([(a, u), (b, v), (c, x)]), g);
+        let angles = Xyz::dots([(a, v), (a, x), (b, x)]) + Xyz::dots([(u, b), (u, c), (v, c)]);
+        add(w, angles, &mut g[3..]);
     }
     for (joint, rows) in joints.iter().zip(rows) {
         let at = Sides::new(w, joint, [frames, &GROUND]);
         let along = Sides::new(w, joint, [v, &[0.0; FRAME]]);
         at.add_rates(&along, joint.kind, &mut out[rows.clone()]);
     }
+}
+
+/// Adds to the first three of a slice.
+#[inline(always)]
+fn add<W: Width>(w: OneTree<W>, v: Xyz<W>, out: &mut [f64]) {
+    w.write(w.read(out, 0) + v, out, 0);
 }
 
 /// What belongs to a side of a joint, of all `frames` or of the `ground`.
@@ -83,53 +90,53 @@ fn own<'a>(side: &Side, frames: &'a [f64], ground: &'a [f64]) -> &'a [f64] {
 /// Both sides of a joint in one configuration.
 struct Sides<'a, W: Width> {
     joint: &'a Joint,
-    parent: Columns<Lanes<W>>, // directors
-    child: Columns<Lanes<W>>,
-    distance: Lanes<W>, // c
-    w: W,
+    parent: Columns<Xyz<W>>, // directors
+    child: Columns<Xyz<W>>,
+    distance: Xyz<W>, // c
+    w: OneTree<W>,
 }
 
 impl<'a, W: Width> Sides<'a, W> {
     /// At the coordinates of all frames and those of the ground, or at velocities of them.
     #[inline(always)]
-    fn new(w: W, joint: &'a Joint, [frames, ground]: [&[f64]; 2]) -> Self {
+    fn new(w: OneTree<W>, joint: &'a Joint, [frames, ground]: [&[f64]; 2]) -> Self {
         let (near, far) = (&joint.parent, &joint.child);
         let (near, far) = (own(near, frames, ground), own(far, frames, ground));
         Self {
             joint,
-            parent: Columns(three!(i => Lanes::of(w, &near[3 + 3 * i..]))),
-            child: Columns(three!(i => Lanes::of(w, &far[3 + 3 * i..]))),
-            distance: Lanes::of(w, far) - Lanes::of(w, near),
+            parent: Columns(three!(i => w.read(near, 3 + 3 * i))),
+            child: Columns(three!(i => w.read(far, 3 + 3 * i))),
+            distance: w.read(far, 0) - w.read(near, 0),
             w,
         }
     }
 
     /// `r = φ² + ϱ² − φ¹ − ϱ¹`.
     #[inline(always)]
-    fn gap(&self) -> Lanes<W> {
-        let near = self.parent.mul(Lanes::of(self.w, self.joint.parent.anchor.as_slice()));
-        let far = self.child.mul(Lanes::of(self.w, self.joint.child.anchor.as_slice()));
+    fn gap(&self) -> Xyz<W> {
+        let near = self.parent.mul(self.w.vector(self.joint.parent.anchor.into()));
+        let far = self.child.mul(self.w.vector(self.joint.child.anchor.into()));
         (self.distance + far) - near
     }
 
     /// `m_1`, `m_2` or `n`.
     #[inline(always)]
-    fn axis(&self, i: usize) -> Lanes<W> {
-        self.parent.mul(Lanes::of(self.w, &self.joint.parent.axes.as_slice()[3 * i..]))
+    fn axis(&self, i: usize) -> Xyz<W> {
+        self.parent.mul(self.w.read(self.joint.parent.axes.as_slice(), 3 * i))
     }
 
     /// `m_1'`, `m_2'` or `n'`.
     #[inline(always)]
-    fn axis_child(&self, i: usize) -> Lanes<W> {
-        self.child.mul(Lanes::of(self.w, &self.joint.child.axes.as_slice()[3 * i..]))
+    fn axis_child(&self, i: usize) -> Xyz<W> {
+        self.child.mul(self.w.read(self.joint.child.axes.as_slice(), 3 * i))
     }
 
     #[inline(always)]
     fn write(&self, kind: PairKind, out: &mut [f64]) {
         match kind {
-            PairKind::Spherical => self.gap().write(out),
+            PairKind::Spherical => self.w.write(self.gap(), out, 0),
             PairKind::Revolute => {
-                self.gap().write(out);
+                self.w.write(self.gap(), out, 0);
                 self.parallel_axes(&mut out[3..]);
             }
             PairKind::Cylindrical | PairKind::Screw(_) => {
@@ -145,11 +152,11 @@ impl<'a, W: Width> Sides<'a, W> {
                 self.parallel_axes(&mut out[1..]);
             }
             PairKind::Fixed => {
-                self.gap().write(out);
+                self.w.write(self.gap(), out, 0);
                 self.equal_attitude(&mut out[3..]);
             }
             PairKind::Universal => {
-                self.gap().write(out);
+                self.w.write(self.gap(), out, 0);
                 out[3] = self.axis(2).dot(self.axis_child(0));
             }
             PairKind::Free => {}
@@ -174,16 +181,16 @@ impl<'a, W: Width> Sides<'a, W> {
     #[inline(always)]
     fn equal_attitude(&self, out: &mut [f64]) {
         let pairs = three!(i => (self.axis(i), self.axis_child([1, 2, 0][i])));
-        Lanes::dots(pairs).write(out);
+        self.w.write(Xyz::dots(pairs), out, 0);
     }
 
     /// The rates of the products of [`Sides::write`], `self` where they are and `along` a velocity.
     #[inline(always)]
     fn add_rates(&self, along: &Self, kind: PairKind, out: &mut [f64]) {
         match kind {
-            PairKind::Spherical => along.gap().add_to(out),
+            PairKind::Spherical => add(self.w, along.gap(), out),
             PairKind::Revolute => {
-                along.gap().add_to(out);
+                add(self.w, along.gap(), out);
                 self.add_rate_of_axes(along, &mut out[3..]);
             }
             PairKind::Cylindrical | PairKind::Screw(_) => {
@@ -199,11 +206,11 @@ impl<'a, W: Width> Sides<'a, W> {
                 self.add_rate_of_axes(along, &mut out[1..]);
             }
             PairKind::Fixed => {
-                along.gap().add_to(out);
+                add(self.w, along.gap(), out);
                 self.add_rate_of_attitude(along, &mut out[3..]);
             }
             PairKind::Universal => {
-                along.gap().add_to(out);
+                add(self.w, along.gap(), out);
                 let (here, there) = (self.axis_child(0), along.axis_child(0));
                 out[3] += self.axis(2).dot(there) + along.axis(2).dot(here);
             }
@@ -229,6 +236,6 @@ impl<'a, W: Width> Sides<'a, W> {
     fn add_rate_of_attitude(&self, along: &Self, out: &mut [f64]) {
         let there = three!(i => (self.axis(i), along.axis_child([1, 2, 0][i])));
         let here = three!(i => (along.axis(i), self.axis_child([1, 2, 0][i])));
-        (Lanes::dots(there) + Lanes::dots(here)).add_to(out);
+        add(self.w, Xyz::dots(there) + Xyz::dots(here), out);
     }
 }

@@ -3,7 +3,6 @@
 pub mod articulated;
 mod beside;
 mod body_blocks;
-mod body_masses;
 mod chord;
 pub mod closed_loop;
 pub mod ensemble;

@@ -10,18 +10,20 @@
 #![allow(non_snake_case)] // A, G, S
 
 use super::row_sweeps::{Four, held, load, screw};
-use crate::geometry::lane_matrices::{Columns, Pair};
 use crate::geometry::lane_vectors::{Screw, Vector};
-use crate::geometry::lanes::Held;
-use crate::solver::tree_step::columns::{Act, ColumnWork};
-use crate::solver::tree_step::link::Constants;
-use crate::solver::tree_step::solve::{Gain, Rotation};
+use crate::geometry::matrix::{self, Columns};
+use crate::geometry::one_tree::Held;
+use crate::geometry::one_tree::One;
+use crate::geometry::space::Vector as _;
+use crate::sweep::columns::Act;
+use crate::sweep::eliminate::Rotation;
+use crate::sweep::link::{ColumnWork, Gain, Link};
 use vi_core::lanes::{Lanes, Register};
 
 /// `S·w` of a column along `axis`.
 #[inline(always)]
 fn along<T: Register>(
-    (link, act): (&Constants, Act),
+    (link, act): (&Link<One>, Act),
     lanes: T,
     axis: &[f64; 3],
     w: Screw<T::Lanes>,
@@ -37,8 +39,8 @@ fn along<T: Register>(
 /// `c ← c + S·W` of a column, `S'·W` where the `next` node is meant.
 #[inline(always)]
 pub(super) fn enter<T: Register>(
-    of: (&Constants, Act),
-    (lanes, column, next): (T, &ColumnWork, bool),
+    of: (&Link<One>, Act),
+    (lanes, column, next): (T, &ColumnWork<One>, bool),
     value: &mut Four,
     wrench: Screw<T::Lanes>,
 ) {
@@ -49,8 +51,8 @@ pub(super) fn enter<T: Register>(
 /// Of a column: `û = u − S·p`, `p ← p + Ã S' D⁻¹ û`.
 #[inline(always)]
 pub(super) fn pass<T: Register>(
-    of: (&Constants, Act),
-    (lanes, column, AS): (T, &ColumnWork, &Pair<Held>),
+    of: (&Link<One>, Act),
+    (lanes, column, AS): (T, &ColumnWork<One>, &matrix::Screw<Held>),
     value: &mut Four,
     p: &mut Screw<T::Lanes>,
 ) {
@@ -63,8 +65,8 @@ pub(super) fn pass<T: Register>(
 /// The same transposed: `v̂ = D⁻¹ (c + S'·p)`, `p ← p − Sᵀ Ã v̂`.
 #[inline(always)]
 pub(super) fn pass_transposed<T: Register>(
-    of: (&Constants, Act),
-    (lanes, column): (T, &ColumnWork),
+    of: (&Link<One>, Act),
+    (lanes, column): (T, &ColumnWork<One>),
     value: &mut Four,
     p: &mut Screw<T::Lanes>,
 ) {
@@ -78,7 +80,7 @@ pub(super) fn pass_transposed<T: Register>(
 #[inline(always)]
 pub(super) fn rotate<T: Register>(
     lanes: T,
-    at: &Rotation,
+    at: &Rotation<One>,
     own: &mut [Four],
     p: Screw<T::Lanes>,
 ) -> Screw<T::Lanes> {
@@ -91,7 +93,7 @@ pub(super) fn rotate<T: Register>(
 #[inline(always)]
 pub(super) fn rotate_transposed<T: Register>(
     lanes: T,
-    gain: &Gain,
+    gain: &Gain<One>,
     own: &mut [Four],
     p: Screw<T::Lanes>,
 ) -> Screw<T::Lanes> {

@@ -14,8 +14,8 @@ use super::row_columns::{
     add, enter, get, multiply, pass, pass_transposed, put, rotate, rotate_transposed, zero,
 };
 use crate::geometry::lane_vectors::{Screw, Transfer, Vector};
-use crate::solver::tree_step::columns::{Column, Motion};
 use crate::solver::tree_step::part::Links;
+use crate::sweep::columns::{Column, Motion};
 use nalgebra::Vector3;
 use vi_core::lanes::{Lanes, Register};
 

@@ -2,8 +2,9 @@
 
 use super::kernel::{Kernel, Lane};
 use super::link::MOST;
+use crate::geometry::one_tree::One;
 use crate::solver::run::MechanismIntegrator;
-use crate::solver::tree_step::link::Constants;
+use crate::sweep::link::Link;
 use crate::tree::Tree;
 use std::fmt::Debug;
 use vi_constraints::integrator::ResumeError;
@@ -18,7 +19,7 @@ use vi_core::state::State;
 
 /// What lanes need of a member.
 pub(super) struct Model {
-    pub(super) links: Vec<Constants>,
+    pub(super) links: Vec<Link<One>>,
     pub(super) weight: Vec<f64>,
     pub(super) sub_steps: Vec<f64>,
 }
@@ -87,7 +88,7 @@ impl<T: Register> Lanewise<T> {
     ) -> Option<Self> {
         let count = models.len().min(T::Lanes::COUNT);
         let of = |lane: usize| &models[lane.min(count - 1)]; // lanes to spare are idle
-        let links: Vec<&[Constants]> = (0..T::Lanes::COUNT).map(|k| &of(k).links[..]).collect();
+        let links: Vec<&[Link<One>]> = (0..T::Lanes::COUNT).map(|k| &of(k).links[..]).collect();
         let weights: Vec<Vec<f64>> = (0..T::Lanes::COUNT).map(|k| of(k).weight.clone()).collect();
         let sub_steps = of(0).sub_steps.clone();
         let trees: Vec<Tree> =

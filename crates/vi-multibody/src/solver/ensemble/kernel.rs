@@ -1,10 +1,17 @@
 //! A step of as many members as there are lanes.
 
 use super::history::LaneHistory;
-use super::link::{self, ColumnWork, Link, MOST, Work};
-use crate::geometry::lane_spatial::{Columns, Spatial};
-use crate::geometry::lane_vectors::Screw;
-use crate::solver::tree_step::link::Constants;
+use super::link::{self, MOST};
+use crate::geometry::matrix::Columns;
+use crate::geometry::members::Each;
+use crate::geometry::one_tree::One;
+use crate::sweep::advance::{Seen, Turn, advance};
+use crate::sweep::eliminate::{Part, eliminate};
+use crate::sweep::finish::{Ends, Next, finish};
+use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work};
+use crate::sweep::open::open;
+use crate::sweep::pull_back::pull_back;
+use crate::sweep::substitute::substitute;
 use crate::tree::Tree;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Convergence, Limits, NewtonSettings};
@@ -27,28 +34,31 @@ pub(super) enum Lane {
 #[derive(Debug)]
 pub(super) struct Kernel<T: Register> {
     pub(super) lanes: T,
-    pub(super) links: Vec<Link<T::Lanes>>,
-    pub(super) works: Vec<Work<T::Lanes>>,
-    pub(super) columns: Vec<ColumnWork<T::Lanes>>, // d
-    pub(super) gains: Vec<Columns<T::Lanes>>,
-    pub(super) sums: Vec<(Spatial<T::Lanes>, Screw<T::Lanes>)>, // of the children of each link
-    pub(super) weight: Vec<T::Lanes>,                           // n  constant forces
-    pub(super) q: Vec<T::Lanes>,                                // n
-    pub(super) p: Vec<T::Lanes>,                                // n
-    pub(super) compensation: Vec<T::Lanes>,                     // n
-    pub(super) balance: Vec<T::Lanes>,                          // d  residual of the last balance
+    links: Vec<Link<Each<T::Lanes>>>,
+    works: Vec<Work<Each<T::Lanes>>>,
+    columns: Vec<ColumnWork<Each<T::Lanes>>>, // d
+    turns: Vec<Turn<T::Lanes>>,               // d
+    gains: Vec<Gain<Each<T::Lanes>>>,
+    sums: Vec<Sums<Each<T::Lanes>>>,
+    part: Part<Each<T::Lanes>>,
+    weight: Vec<T::Lanes>,                  // n  constant forces
+    impulse: Vec<T::Lanes>,                 // n  of them in half a step
+    pub(super) q: Vec<T::Lanes>,            // n
+    pub(super) p: Vec<T::Lanes>,            // n
+    pub(super) compensation: Vec<T::Lanes>, // n
+    pub(super) balance: Vec<T::Lanes>,      // d  residual of the last balance
     pub(super) history: LaneHistory<T>,
-    pub(super) q1: Vec<T::Lanes>,     // n
-    pub(super) end: Vec<T::Lanes>,    // n  q_{n+1} as the step computed it
-    pub(super) dq: Vec<T::Lanes>,     // n
-    pub(super) u: Vec<T::Lanes>,      // d
-    pub(super) r: Vec<T::Lanes>,      // d
-    pub(super) x: Vec<T::Lanes>,      // d
+    end: Vec<T::Lanes>,               // n  q_{n+1} as the step computed it
+    next: Vec<T::Lanes>,              // n  q_{n+1} without round-off
+    rounding: Vec<T::Lanes>,          // n  its rounding error
+    dq: Vec<T::Lanes>,                // n
+    u: Vec<T::Lanes>,                 // d
+    r: Vec<T::Lanes>,                 // d
+    x: Vec<T::Lanes>,                 // d
     pub(super) floors: Vec<T::Lanes>, // of the blocks
-    pub(super) blocks: Vec<Block>,
-    pub(super) marked: Vec<u8>, // lanes whose link has lost round-off, a bit each
-    pub(super) scratch: Vec<f64>, // n
-    start: [Vec<T::Lanes>; 4],  // of a composition: q, p, compensation, balance
+    blocks: Vec<Block>,
+    scratch: Vec<f64>,         // n
+    start: [Vec<T::Lanes>; 4], // of a composition: q, p, compensation, balance
     pub(super) what: [Lane; MOST],
 }
 
@@ -57,35 +67,38 @@ impl<T: Register> Kernel<T> {
     /// composition of `sub_steps`.
     pub(super) fn new(
         lanes: T,
-        (members, weights): (&[&[Constants]], &[Vec<f64>]),
+        (members, weights): (&[&[Link<One>]], &[Vec<f64>]),
         tree: &Tree,
         sub_steps: usize,
     ) -> Option<Self> {
         let links = link::links(lanes, members)?;
         let (n, d, count) = (weights[0].len(), tree.dof(), links.len());
         let (zero, blocks) = (lanes.splat(0.0), tree.blocks());
-        let sum = (Spatial::zero(lanes), Screw::zero(lanes));
+        let slots = links.iter().filter(|link| link.slot.is_some()).count();
         Some(Self {
             lanes,
             works: vec![Work::zero(lanes); count],
             columns: vec![ColumnWork::zero(lanes); d],
-            gains: vec![Columns::zero(lanes); count],
-            sums: vec![sum; count],
+            turns: vec![Turn::by(lanes, zero); d],
+            gains: vec![Columns::zero(lanes).held(); count],
+            sums: vec![Sums::zero(lanes); slots],
+            part: Part::new(lanes),
             weight: (0..n).map(|i| lanes.gather(|k| weights[k][i])).collect(),
+            impulse: vec![zero; n],
             q: vec![zero; n],
             p: vec![zero; n],
             compensation: vec![zero; n],
             balance: vec![zero; d],
             history: LaneHistory::new(lanes, d, sub_steps),
-            q1: vec![zero; n],
             end: vec![zero; n],
+            next: vec![zero; n],
+            rounding: vec![zero; n],
             dq: vec![zero; n],
             u: vec![zero; d],
             r: vec![zero; d],
             x: vec![zero; d],
             floors: vec![zero; blocks.len()],
             blocks,
-            marked: vec![0; count],
             scratch: vec![0.0; n],
             start: [n, n, n, d].map(|size| vec![zero; if sub_steps > 1 { size } else { 0 }]),
             what: [Lane::Idle; MOST],
@@ -142,8 +155,11 @@ impl<T: Register> Kernel<T> {
         lanes.run(
             #[inline(always)]
             || {
-                self.history.predict(index, &mut self.u);
-                self.open(h);
+                let Self { history, links, works, columns, q, p, weight, impulse, u, .. } = self;
+                history.predict(index, u);
+                let half = 0.5 * h;
+                impulse.iter_mut().zip(&*weight).for_each(|(impulse, w)| *impulse = *w * half);
+                open(lanes, links, works, columns, [q, p, impulse]);
             },
         );
         for lane in 0..count {
@@ -189,54 +205,47 @@ impl<T: Register> Kernel<T> {
 
     /// Residuals at `u`, and the largest entry of each lane; lanes that turn too far are refused.
     fn evaluate(&mut self, h: f64) -> T::Lanes {
-        let lanes = self.lanes;
-        let (residual, turned) = lanes.run(
+        let Self { lanes, links, works, columns, turns, u, r, balance, .. } = self;
+        let (residual, seen) = lanes.run(
             #[inline(always)]
             || {
-                self.advance(h);
-                self.pull_back();
-                let (zero, mut residual) = (self.lanes.splat(0.0), self.lanes.splat(0.0));
+                let seen = advance(*lanes, links, works, (columns, turns), u, Some(h));
+                pull_back(*lanes, links, works, columns, r);
+                let (zero, mut residual) = (lanes.splat(0.0), lanes.splat(0.0));
                 let mut sum = zero; // not finite where an entry is not
-                for (r, error) in self.r.iter_mut().zip(&self.balance) {
+                for (r, error) in r.iter_mut().zip(balance) {
                     *r = *r + *error;
                     residual = residual.larger(*r).larger(zero - *r);
                     sum = sum + *r * 0.0;
                 }
-                (residual + sum, self.largest_turn())
+                (residual + sum, seen)
             },
         );
+        self.refuse_large_rotations(seen);
+        residual
+    }
+
+    fn refuse_large_rotations(&mut self, seen: Seen<T::Lanes>) {
         for lane in 0..T::Lanes::COUNT {
-            let is_in_chart = turned.at(lane) <= MAX_ROTATION * MAX_ROTATION;
+            let is_in_chart = seen.rotation.at(lane) <= MAX_ROTATION * MAX_ROTATION;
             if self.what[lane] == Lane::Running && !is_in_chart {
                 self.what[lane] = Lane::Refused;
             }
         }
-        residual
-    }
-
-    /// Square of the largest rotation among the increments.
-    #[inline(always)]
-    fn largest_turn(&self) -> T::Lanes {
-        let mut largest = self.lanes.splat(0.0);
-        for block in self.blocks.iter().filter(|block| block.kind == BlockKind::Rotation) {
-            let mut square = self.lanes.splat(0.0);
-            for u in &self.u[block.range.clone()] {
-                square = square + *u * *u;
-            }
-            largest = largest.larger(square);
-        }
-        largest
     }
 
     /// A correction of the lanes that run: its relative size, and what is left of it above
     /// rounding.
     #[inline(always)]
     fn correct(&mut self, h: f64) -> (T::Lanes, T::Lanes) {
-        for (x, r) in self.x.iter_mut().zip(&self.r) {
+        let Self { lanes, links, works, columns, gains, sums, part, x, u, r, .. } = self;
+        for (x, r) in x.iter_mut().zip(&*r) {
             *x = *r * -h;
         }
-        self.eliminate();
-        let turn = self.substitute();
+        let all = 0..links.len();
+        part.links = all.clone();
+        eliminate(*lanes, links, works, (columns, gains), (sums, &[], part), x);
+        let turn = substitute(*lanes, (links, all), works, (columns, gains), u, x);
         let Self { lanes, x, u, blocks, floors, what, .. } = self;
         if what[..T::Lanes::COUNT].iter().any(|what| *what != Lane::Running) {
             let (runs, zero) =
@@ -272,27 +281,60 @@ impl<T: Register> Kernel<T> {
 
     /// Moves all lanes to the end of the sub-step that was solved.
     pub(super) fn end(&mut self, index: usize, h: f64, trees: &[Tree]) {
-        let lanes = self.lanes;
         self.history.remember(index, h, &self.u);
+        let Self { lanes, links, works, columns, q, p, compensation, balance, impulse, .. } = self;
+        let Self { end, next, rounding, dq, r, scratch, .. } = self;
         lanes.run(
             #[inline(always)]
             || {
-                self.close();
-                self.end.copy_from_slice(&self.q1);
-                self.glance();
-            },
-        );
-        self.clean(trees);
-        lanes.run(
-            #[inline(always)]
-            || {
-                self.write_momenta(h);
-                self.pull_back();
-                for (balance, r) in self.balance.iter_mut().zip(&self.r) {
+                let clean = |k: usize, off: u8, q: &mut [T::Lanes]| {
+                    let link = &links[k];
+                    clean_lanes(
+                        *lanes,
+                        (k, link.frame, link.parent_frame),
+                        (trees, off),
+                        q,
+                        scratch,
+                    )
+                };
+                let ends = Ends { h, q0: q, compensation, q1: end, dq, middle: None };
+                let next = Next { q: next, rounding, p };
+                finish(*lanes, links, works, clean, Some(impulse), ends, next);
+                pull_back(*lanes, links, works, columns, r);
+                for (balance, r) in balance.iter_mut().zip(&*r) {
                     *balance = *balance + *r;
                 }
-                self.move_to_end();
             },
         );
+        std::mem::swap(q, next);
+        std::mem::swap(compensation, rounding);
     }
+}
+
+/// Removes round-off from link `k`, as [`Tree::clean`] does, in the lanes that are `off`; returns
+/// those in which it has moved.
+#[cold]
+#[inline(never)]
+fn clean_lanes<T: Register>(
+    lanes: T,
+    (k, frame, parent_frame): (usize, usize, usize),
+    (trees, off): (&[Tree], u8),
+    q: &mut [T::Lanes],
+    scratch: &mut [f64],
+) -> u8 {
+    let mut moved = 0;
+    for (lane, tree) in trees.iter().enumerate().filter(|(lane, _)| off & (1 << lane) != 0) {
+        for i in [frame, parent_frame].into_iter().flat_map(|first| first..first + 12) {
+            scratch[i] = q[i].at(lane);
+        }
+        if !tree.clean_link(&tree.links()[k], scratch) {
+            continue;
+        }
+        moved |= 1 << lane;
+        for i in frame..frame + 12 {
+            let x = q[i];
+            q[i] = lanes.gather(|other| if other == lane { scratch[i] } else { x.at(other) });
+        }
+    }
+    moved
 }

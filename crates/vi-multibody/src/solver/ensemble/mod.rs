@@ -2,8 +2,8 @@
 //! once.
 //!
 //! A lane of a wide register holds a member, and a sweep over the links moves all of them. The
-//! formulas are those of [`crate::tree_step`]; lanes take no part in each other, so a member moves
-//! as it does with any others beside it. Newton's method stops lane by lane. A member whose step it
+//! sweeps are those of a tree alone; lanes take no part in each other, so a member moves as it does
+//! alone, to the last bit. Newton's method stops lane by lane. A member whose step it
 //! does not solve from the extrapolated increments (the first step, an event) takes this step by
 //! its own integrator, which tries more.
 //!
@@ -31,18 +31,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod end;
 mod group;
 mod history;
 mod kernel;
 mod link;
-mod solve;
-mod sweeps;
 
 use crate::builder::BuiltMechanism;
 use crate::mechanism::Mechanism;
 use crate::solver::run::{MechanismIntegrator, Solver, integrator};
-use crate::solver::tree_step::link::constants;
+use crate::sweep::link::constants;
 use group::{Group, Model};
 use vi_constraints::discretization::Discretization;
 use vi_constraints::integrator::SetupError;

@@ -7,8 +7,9 @@
 //! with `τ` of [`vi_core::coordinate_force`]: each acts on its own unknown, whatever bodies the
 //! joint connects.
 
-use super::columns::{ColumnWork, Motion};
-use super::link::{Constants, Work};
+use crate::geometry::one_tree::One;
+use crate::sweep::columns::Motion;
+use crate::sweep::link::{ColumnWork, Link, Work};
 use vi_core::SeparableSystem;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::Interval;
@@ -34,7 +35,7 @@ pub(super) struct Efforts {
 }
 
 impl Efforts {
-    pub(super) fn new(links: &[Constants], system: &SeparableSystem) -> Self {
+    pub(super) fn new(links: &[Link<One>], system: &SeparableSystem) -> Self {
         let (mut all, mut of): (Vec<Along>, _) = (Vec::new(), Vec::new());
         let mut known = vec![None; links.last().map_or(0, |last| last.unknown + 6)];
         for own in system.along_unknowns() {
@@ -90,7 +91,7 @@ impl Efforts {
         &self,
         system: &SeparableSystem,
         s: &Interval,
-        (links, works, columns): (&[Constants], &mut [Work], &mut [ColumnWork]),
+        (links, works, columns): (&[Link<One>], &mut [Work<One>], &mut [ColumnWork<One>]),
     ) {
         let mut add = |along: &Along, slope: Option<f64>| {
             let column = match links[along.link].motion {

@@ -1,25 +1,6 @@
 //! The nodal scheme (28) on trees of bodies, a few sweeps for each iteration.
 //!
-//! Twists and wrenches of a link refer to its reference point, the child's anchor of its joint (the
-//! centre of a free body), in spatial components. With the balance of a link `b = (f, τ)`, its mass
-//! `m`, first moment `s` and Euler tensor `E` about that point at `q_n`, the motion `(Δx, A)` of
-//! the step and the impulses `b_0` of `p̄_n` and of constant forces:
-//! ```text
-//! A² = A¹ exp(ϑ n̂),  Δx² = Δx¹ + (A¹ − 1) ℓ + A¹ u n                                   root → leaf    F_d
-//! f  = f_0 − (m Δx + (A − 1) s)/h,   τ = τ_0 − (Σ x × (A − 1) x + s × Δx)/h
-//! r  = Sᵀ b,   b_parent += Xᵀ b                                                          leaf → root    Pᵀ[…]
-//! −h A_α = [m I, −ŝ'; ŝ, tr(K) I − K],   K = A E,   s' = A s
-//! ```
-//! where `Σ x × (A − 1) x` is read off `(A − 1) E = Σ ((A − 1) x) xᵀ`. The elimination is that of
-//! [`crate::articulated`]; here the columns of `S` are `(0, n)`, `(n, 0)` or `(p n, n)`, those of
-//! `S'` the same with `n' = A n`, and `X, X'` the levers `ℓ` and `ℓ' = ℓ + Δx² − Δx¹` from one
-//! reference point to the next. With a rotation vector `θ`,
-//! ```text
-//! spherical  A² = exp(θ̂),  Δx² = Δx¹ + (A¹ − 1) ℓ     S = (0, I),  S' = (0, T(θ)),   X = [I −ℓ̂; 0 0]
-//! free       A² = exp(θ̂),  Δx² = u                    S = I,  S' = diag(I, T(θ)),    X = 0
-//! ```
-//! `Â − Â S' D⁻¹ Sᵀ Â = diag(Â_ll − Â_la Â_aa⁻¹ Â_al, 0)` of a spherical joint is without `T`: that
-//! enters last, `δθ = T⁻¹ δω`.
+//! Its formulas stand in [`crate::sweep`], as those of all trees of bodies.
 //!
 //! Springs, dampers and motors on joint coordinates act on their unknown alone (`efforts.rs`); what
 //! depends on coordinates otherwise (springs between points, loads) is added to balances and blocks
@@ -30,26 +11,21 @@
 //! operators of [`crate::run`].
 #![allow(non_snake_case)] // A, D, E, K, S
 
-pub(in crate::solver) mod columns;
 mod efforts;
-pub(in crate::solver) mod end;
-pub(in crate::solver) mod link;
 pub(in crate::solver) mod part;
-mod place;
-pub(in crate::solver) mod solve;
-mod sweeps;
 pub(in crate::solver) mod velocity;
 pub(in crate::solver) mod workspace;
 
-use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
-use crate::geometry::lanes::{Held, Lanes, Narrow};
+use crate::geometry::matrix::{Columns, Screw, Spatial};
+use crate::geometry::one_tree::{Held, Narrow, One, OneTree, Xyz};
+use crate::geometry::space::{Space, Vector};
 use crate::geometry::spatial::SpatialMatrix;
 use crate::mechanism::Mechanism;
 use crate::pair::Transfer;
 use crate::solver::body_blocks::BodyBlocks;
-use crate::tree::{Link, Tree};
+use crate::sweep::link::{self, Link, Work};
+use crate::tree::{self, Tree};
 use efforts::Efforts;
-use link::{Constants, Work};
 use nalgebra::{Matrix3, Vector3};
 use part::Links;
 use vi_constraints::Constraints;
@@ -62,6 +38,9 @@ use vi_core::state::State;
 use vi_core::{DiscreteLagrangian, SeparableSystem};
 use vi_rigid::{directors, null_space};
 use workspace::Workspace;
+
+/// What is added to the sweeps is computed lane by lane.
+const SPACE: OneTree<Narrow> = OneTree(Narrow);
 
 /// The nodal scheme on a tree of bodies.
 #[derive(Debug)]
@@ -83,7 +62,7 @@ pub struct TreeStep {
 /// Whether a mechanism has no other constraints than those of its bodies and of the joints of its
 /// tree.
 fn is_all(mechanism: &Mechanism) -> bool {
-    let of_link = |link: &Link| 6 + (6 - link.dof());
+    let of_link = |link: &tree::Link| 6 + (6 - link.dof());
     mechanism.len() == mechanism.tree().links().iter().map(of_link).sum::<usize>()
 }
 
@@ -172,7 +151,7 @@ impl TreeStep {
     /// Writes `q_{n+1}` and `Δq` of the motion at hand, and closes the interval.
     fn close(&mut self) {
         let Self { at, s, .. } = self;
-        end::close(&at.links, &at.works, s);
+        at.close(s);
     }
 }
 
@@ -182,13 +161,13 @@ impl Variable {
         &mut self,
         system: &SeparableSystem,
         s: &Interval,
-        works: &mut [Work],
-        links: &[Constants],
+        works: &mut [Work<One>],
+        links: &[Link<One>],
     ) {
         system.other_d1(s, &mut self.balance);
         for (link, work) in links.iter().zip(works) {
             let own = wrench(link, &s.q0, &self.balance);
-            work.wrench = work.wrench.take(Narrow).plus(own).held();
+            work.wrench = work.wrench.take(SPACE).plus(own).held();
         }
     }
 
@@ -197,8 +176,8 @@ impl Variable {
         &mut self,
         (system, p): (&SeparableSystem, &[f64]),
         s: &Interval,
-        works: &mut [Work],
-        links: &[Constants],
+        works: &mut [Work<One>],
+        links: &[Link<One>],
     ) {
         system.forced_d1(s, &mut self.balance);
         self.balance.iter_mut().zip(p).for_each(|(balance, p)| *balance += p);
@@ -212,7 +191,7 @@ impl Variable {
         &mut self,
         (system, tree): (&SeparableSystem, &Tree),
         s: &Interval,
-        links: &[Constants],
+        links: &[Link<One>],
     ) {
         self.matrices.fill(SpatialMatrix::zero());
         let (A, link_of, along) = (&mut self.matrices[..], tree.link_of(), &mut []);
@@ -230,7 +209,7 @@ impl Variable {
             };
             let moved = A.congruence(&lever(&s.q0), &lever(&s.q1));
             let columns = |m: &Matrix3<f64>| {
-                Columns([0, 1, 2].map(|j| Lanes::of(Narrow, m.column(j).as_slice()) * -s.h))
+                Columns([0, 1, 2].map(|j| SPACE.vector(m.column(j).into()) * -s.h))
             };
             let [ll, la, al, aa] = moved.blocks().map(columns);
             *block = Spatial { ll, la, al, aa }.held();
@@ -239,13 +218,13 @@ impl Variable {
 }
 
 /// `P_inᵀ w` of a link about its reference point.
-fn wrench(link: &Constants, q: &[f64], w: &[f64]) -> Pair<Lanes<Narrow>> {
-    let (own, of) = (link.frame..link.frame + 12, |x: &[f64]| Lanes::of(Narrow, x));
+fn wrench(link: &Link<One>, q: &[f64], w: &[f64]) -> Screw<Xyz<Narrow>> {
+    let (own, of) = (link.frame..link.frame + 12, |x: &[f64]| SPACE.read(x, 0));
     let d = &q[own.clone()];
     let b = null_space::pull_back(d, &w[own]);
     let (linear, spin) = (of(&b.as_slice()[..3]), of(&b.as_slice()[3..]));
     let anchor = directors::triad(d) * Vector3::from(link.anchor);
-    Pair { linear, angular: spin - of(anchor.as_slice()).cross(linear) }
+    Screw { linear, angular: spin - of(anchor.as_slice()).cross(linear) }
 }
 
 impl Scheme<SeparableSystem, Mechanism> for TreeStep {
@@ -362,7 +341,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         let Self { tree, at, impulse, efforts, variable, s, compensation, .. } = self;
         (state.t, state.step) = (s.t_end(), state.step + 1);
         let constant = variable.is_none().then_some(&impulse[..]);
-        self.is_clean = end::finish(&at.links, &mut at.works, tree, constant, s, state);
+        self.is_clean = at.finish(tree, constant, s, state);
         if let Some(variable) = variable {
             variable.write_balance((system, &state.p), s, &mut at.works, &at.links);
             state.move_momentum(system, s);

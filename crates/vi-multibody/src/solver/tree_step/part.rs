@@ -1,25 +1,26 @@
 //! The linear systems of [`super::TreeStep`], some links at a time: closed loops are solved in
 //! between.
 
-use super::columns::ColumnWork;
-use super::link::{Constants, Sums, Work};
-use super::solve::{Gain, Rotation};
+use super::SPACE;
 use super::workspace::Workspace;
-use crate::geometry::lane_matrices::Pair;
-use crate::geometry::lanes::{Held, Lanes, Narrow};
+use crate::geometry::matrix::Screw;
+use crate::geometry::one_tree::{Held, Narrow, One, Xyz};
+use crate::geometry::space::Space;
 use crate::pair::Twist;
+use crate::sweep::eliminate::Rotation;
+use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work};
 use nalgebra::Vector3;
 use vi_rigid::directors;
 
 /// The links during a step.
 #[derive(Clone, Copy)]
 pub(in crate::solver) struct Links<'a> {
-    pub(in crate::solver) constants: &'a [Constants],
-    pub(in crate::solver) works: &'a [Work],
-    pub(in crate::solver) columns: &'a [ColumnWork], // d  of joints of several columns
-    pub(in crate::solver) forces: &'a [Pair<Held>],  // d  Ã S'
-    pub(in crate::solver) gains: &'a [Gain],         // of the links  G of rotation vectors
-    pub(in crate::solver) rotations: &'a [Rotation], // of the links, where there are any
+    pub(in crate::solver) constants: &'a [Link<One>],
+    pub(in crate::solver) works: &'a [Work<One>],
+    pub(in crate::solver) columns: &'a [ColumnWork<One>], // d  of joints of several columns
+    pub(in crate::solver) forces: &'a [Screw<Held>],      // d  Ã S'
+    pub(in crate::solver) gains: &'a [Gain<One>],         // of the links  G of rotation vectors
+    pub(in crate::solver) rotations: &'a [Rotation<One>], // of the links, where there are any
 }
 
 impl Links<'_> {
@@ -33,9 +34,9 @@ impl Links<'_> {
     }
 }
 
-fn lanes(t: &Twist) -> Pair<Lanes<Narrow>> {
-    let vector = |v: &Vector3<f64>| Lanes::new(Narrow, (*v).into());
-    Pair { linear: vector(&t.linear), angular: vector(&t.angular) }
+fn screw(t: &Twist) -> Screw<Xyz<Narrow>> {
+    let vector = |v: &Vector3<f64>| SPACE.vector((*v).into());
+    Screw { linear: vector(&t.linear), angular: vector(&t.angular) }
 }
 
 impl Workspace {
@@ -47,13 +48,13 @@ impl Workspace {
         turns: bool,
     ) {
         let Self { links, sums, part, turns: unknowns, .. } = self;
-        part.forces = vec![Pair::default(); unknowns.len()];
-        part.rotations = vec![Rotation::default(); if turns { links.len() } else { 0 }];
+        part.forces = vec![Screw::default(); unknowns.len()];
+        part.rotations = vec![Rotation::zero(SPACE); if turns { links.len() } else { 0 }];
         for apex in apexes {
             if links[apex].slot.is_none() {
                 links[apex].slot = Some(sums.len());
                 part.unwritten.push(sums.len());
-                sums.push(Sums::default());
+                sums.push(Sums::zero(SPACE));
             }
         }
     }
@@ -68,15 +69,15 @@ impl Workspace {
     /// Before the sweeps of a linear system: nothing hangs on any link.
     pub(in crate::solver) fn release_links(&mut self) {
         let Self { sums, part, .. } = self;
-        part.unwritten.iter().for_each(|&slot| sums[slot] = Sums::default());
+        part.unwritten.iter().for_each(|&slot| sums[slot] = Sums::zero(SPACE));
     }
 
     /// `Â_k ← Â_k − x yᵀ`, `p_k ← p_k + z x`: what hangs on link `k` beside its children.
     pub(in crate::solver) fn relieve(&mut self, k: usize, (x, y, z): (&Twist, Twist, f64)) {
         let Some(slot) = self.links[k].slot else { return };
-        let (sums, x, y) = (&mut self.sums[slot], lanes(x), lanes(&y));
-        sums.matrix = sums.matrix.take(Narrow).minus_outer(x, 1.0, y).held();
-        sums.wrench = sums.wrench.take(Narrow).plus_scaled(z, x).held();
+        let (sums, x, y) = (&mut self.sums[slot], screw(x), screw(&y));
+        sums.matrix = sums.matrix.take(SPACE).minus_outer(x, 1.0, y).held();
+        sums.wrench = sums.wrench.take(SPACE).plus(x.times(z)).held();
     }
 
     /// `δt'` of link `k` after the substitution.

@@ -6,10 +6,7 @@
 //! `PᵀMP` is `−h` times the Newton matrix of the step `u = 0` without variable forces, `Pᵀp` its
 //! residual.
 
-use super::link::{Constants, Work};
-use super::place::{Place, frame_mut};
 use super::workspace::Workspace;
-use crate::geometry::lanes::{Lanes, Width, sweep};
 use crate::mechanism::Mechanism;
 use vi_constraints::node_solvers::MomentumVelocity;
 use vi_constraints::reparametrization::Emission;
@@ -55,7 +52,7 @@ impl TreeVelocity {
 
     /// `v ← P ν` of the last substitution at `q`.
     pub(in crate::solver) fn push_forward(&self, q: &[f64], v: &mut [f64]) -> Result<(), Singular> {
-        push_forward(&self.at.links, &self.at.works, q, v);
+        self.at.push_forward(q, v);
         if v.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Singular) }
     }
 }
@@ -70,29 +67,5 @@ impl MomentumVelocity for TreeVelocity {
     ) -> Result<(), Singular> {
         self.solve(at.q, p).map_err(|_| Singular)?;
         self.push_forward(at.q, v) // v̂ = P ν
-    }
-}
-
-sweep! {
-    /// `v`: velocities of centres and directors from the twists of the links at `q`.
-    push_forward = sweep_push_forward(
-        links: &'a [Constants], works: &'a [Work], q: &'a [f64], v: &'a mut [f64]
-    ) -> ()
-}
-
-#[inline(always)]
-fn sweep_push_forward<W: Width>(
-    w: W,
-    links: &[Constants],
-    works: &[Work],
-    q: &[f64],
-    v: &mut [f64],
-) {
-    for (link, work) in links.iter().zip(works) {
-        let (d, twist) = (Place::of(w, q, link.frame).d, work.twist.take(w));
-        let arm = d.mul(Lanes::new(w, link.anchor)); // from the centre to the reference point
-        let center = twist.linear - twist.angular.cross(arm);
-        let [a, b, c] = d.0.map(|d| twist.angular.cross(d));
-        Lanes::write_vectors([center, a, b, c], frame_mut(v, link.frame));
     }
 }

@@ -1,62 +1,70 @@
-//! All links of a tree, and the sweeps over them.
+//! All links of a tree, and the sweeps over them in the registers of this processor.
 
-use super::columns::{ColumnWork, Motion};
-use super::link::{self, Constants, Sums, Work};
-use super::solve::{self, Gain, Part};
-use super::sweeps::{self, Turn};
-use crate::geometry::lane_matrices::Spatial;
-use crate::geometry::lanes::Held;
+use crate::geometry::matrix::Spatial;
+use crate::geometry::one_tree::{Held, Narrow, One, OneTree, Width, sweep};
 use crate::mechanism::Mechanism;
+use crate::sweep::advance::{self, Seen, Turn};
+use crate::sweep::columns::{Column, Motion};
+use crate::sweep::eliminate::{self, Part};
+use crate::sweep::finish::{self, Ends, Next};
+use crate::sweep::link::{self, ColumnWork, Gain, Link, Sums, Work};
+use crate::sweep::{open, pull_back, substitute, velocity};
+use crate::tree::Tree;
 use std::ops::Range;
 use vi_core::SeparableSystem;
-use vi_core::newton::Fault;
+use vi_core::interval::{Interval, IntervalParts};
+use vi_core::newton::{BlockKind, Fault};
+use vi_core::state::State;
+use vi_rigid::rotation::MAX_ROTATION;
 
 /// What the sweeps of [`super::TreeStep`] read and write.
 #[derive(Debug)]
 pub(in crate::solver) struct Workspace {
-    pub(super) links: Vec<Constants>,
-    pub(super) works: Vec<Work>,
-    pub(super) columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
-    pub(super) turns: Vec<Turn>,         // d
-    pub(super) gains: Vec<Gain>,
-    pub(super) sums: Vec<Sums>,
-    pub(super) part: Part,
+    pub(super) links: Vec<Link<One>>,
+    pub(super) works: Vec<Work<One>>,
+    pub(super) columns: Vec<ColumnWork<One>>, // d  of joints of several columns, else empty
+    pub(super) turns: Vec<Turn<f64>>,         // d
+    pub(super) gains: Vec<Gain<One>>,
+    pub(super) sums: Vec<Sums<One>>,
+    pub(super) part: Part<One>,
 }
 
 impl Workspace {
     /// `None` where a pair, or the mass of a body, is of another kind.
     pub(in crate::solver) fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
         let (links, slots) = link::constants(mechanism, system)?;
-        let (count, d) = (links.len(), mechanism.tree().dof());
+        let (count, d, s) = (links.len(), mechanism.tree().dof(), OneTree(Narrow));
         let several = links.iter().any(|link| matches!(link.motion, Motion::Several(_)));
         Some(Self {
             links,
-            works: vec![Work::default(); count],
-            columns: vec![ColumnWork::default(); if several { d } else { 0 }],
-            turns: vec![Turn::default(); d],
-            gains: vec![Gain::default(); count],
-            sums: vec![Sums::default(); slots],
-            part: Part::default(),
+            works: vec![Work::zero(s); count],
+            columns: vec![ColumnWork::zero(s); if several { d } else { 0 }],
+            turns: vec![Turn::by(s, 0.0); d],
+            gains: vec![Gain::<One>::default(); count],
+            sums: vec![Sums::zero(s); slots],
+            part: Part::new(s),
         })
     }
 
-    /// [`sweeps::open`].
+    /// [`open::open`].
     pub(in crate::solver) fn open(&mut self, at: [&[f64]; 3]) {
-        sweeps::open(&self.links, &mut self.works, &mut self.columns, at);
+        open_links(&self.links, &mut self.works, &mut self.columns, at);
     }
 
-    /// [`sweeps::advance`].
+    /// [`advance::advance`].
     pub(in crate::solver) fn advance(&mut self, u: &[f64], h: Option<f64>) -> Result<(), Fault> {
         let Self { links, works, columns, turns, .. } = self;
-        sweeps::advance(links, works, (columns, turns), u, h)
+        let seen = advance_links(links, works, (columns, turns), u, h);
+        let is_small = seen.rotation <= MAX_ROTATION * MAX_ROTATION;
+        if is_small && seen.finite.is_finite() { Ok(()) } else { refuse(&self.links, u) }
     }
 
-    /// [`sweeps::pull_back`].
+    /// [`pull_back::pull_back`].
     pub(in crate::solver) fn pull_back(&mut self, r: &mut [f64]) {
-        sweeps::pull_back(&self.links, &mut self.works, &self.columns, r);
+        pull_back_links(&self.links, &mut self.works, &self.columns, r);
     }
 
-    /// [`solve::eliminate`] of a range of links, with what is `added` to their blocks.
+    /// [`eliminate::eliminate`] of a range of links, with what is `added` to their blocks.
     pub(in crate::solver) fn eliminate(
         &mut self,
         range: Range<usize>,
@@ -65,10 +73,11 @@ impl Workspace {
     ) -> Result<(), Fault> {
         let Self { links, works, columns, gains, sums, part, .. } = self;
         part.links = range;
-        solve::eliminate(links, works, (columns, gains), (sums, added, part), x)
+        let pivots = eliminate_links(links, works, (columns, gains), (sums, added, part), x);
+        if pivots.is_finite() { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
-    /// [`solve::substitute`] of a range of links.
+    /// [`substitute::substitute`] of a range of links; their largest rotation, rad.
     pub(in crate::solver) fn substitute(
         &mut self,
         range: Range<usize>,
@@ -76,6 +85,152 @@ impl Workspace {
         x: &mut [f64],
     ) -> f64 {
         let Self { links, works, columns, gains, .. } = self;
-        solve::substitute((links, range), works, (columns, gains), u, x)
+        substitute_links((links, range), works, (columns, gains), u, x).sqrt()
     }
+
+    /// [`finish::close`] of an interval.
+    pub(super) fn close(&self, s: &mut Interval) {
+        close_links(&self.links, &self.works, s);
+    }
+
+    /// [`finish::finish`]; whether each link was as it should be.
+    pub(super) fn finish(
+        &mut self,
+        tree: &Tree,
+        impulse: Option<&[f64]>,
+        s: &mut Interval,
+        state: &mut State,
+    ) -> bool {
+        finish_links(&self.links, &mut self.works, tree, impulse, s, state)
+    }
+
+    /// [`velocity::push_forward`].
+    pub(super) fn push_forward(&self, q: &[f64], v: &mut [f64]) {
+        push_forward_links(&self.links, &self.works, q, v);
+    }
+}
+
+/// The increment that is no number, or a rotation of more than half a revolution.
+#[cold]
+fn refuse(links: &[Link<One>], u: &[f64]) -> Result<(), Fault> {
+    if u.iter().any(|u| !u.is_finite()) {
+        return Err(Fault::NotFinite);
+    }
+    let check = |unknown: usize, size: f64| match size.abs() > MAX_ROTATION {
+        true => Err(Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size }),
+        false => Ok(()),
+    };
+    for link in links {
+        let first = link.unknown;
+        let vector = |first: usize| {
+            check(first, u[first..first + 3].iter().map(|u| u * u).sum::<f64>().sqrt())
+        };
+        match link.motion {
+            Motion::Fixed => {}
+            Motion::Along(act) if act.turns() => check(first, u[first])?,
+            Motion::Along(_) => {}
+            Motion::Several(several) => {
+                let turns = |(_, own): &(usize, &Column)| own.act.turns();
+                for (unknown, _) in (first..).zip(several).filter(turns) {
+                    check(unknown, u[unknown])?;
+                }
+            }
+            Motion::Spherical => vector(first)?,
+            Motion::Free => vector(first + 3)?,
+        }
+    }
+    Ok(())
+}
+
+sweep! {
+    open_links = sweep_open(
+        links: &'a [Link<One>], works: &'a mut [Work<One>], columns: &'a mut [ColumnWork<One>],
+        at: [&'a [f64]; 3]
+    ) -> ()
+}
+use open::open as sweep_open;
+
+sweep! {
+    advance_links = sweep_advance(
+        links: &'a [Link<One>], works: &'a mut [Work<One>],
+        joints: (&'a mut [ColumnWork<One>], &'a mut [Turn<f64>]), u: &'a [f64], h: Option<f64>
+    ) -> Seen<f64>
+}
+use advance::advance as sweep_advance;
+
+sweep! {
+    pull_back_links = sweep_pull_back(
+        links: &'a [Link<One>], works: &'a mut [Work<One>], columns: &'a [ColumnWork<One>],
+        r: &'a mut [f64]
+    ) -> ()
+}
+use pull_back::pull_back as sweep_pull_back;
+
+sweep! {
+    eliminate_links = sweep_eliminate(
+        links: &'a [Link<One>], works: &'a mut [Work<One>],
+        joints: (&'a mut [ColumnWork<One>], &'a mut [Gain<One>]),
+        more: (&'a mut [Sums<One>], &'a [Spatial<Held>], &'a mut Part<One>), x: &'a mut [f64]
+    ) -> f64
+}
+use eliminate::eliminate as sweep_eliminate;
+
+sweep! {
+    substitute_links = sweep_substitute(
+        links: (&'a [Link<One>], Range<usize>), works: &'a mut [Work<One>],
+        joints: (&'a [ColumnWork<One>], &'a [Gain<One>]), u: &'a [f64], x: &'a mut [f64]
+    ) -> f64
+}
+use substitute::substitute as sweep_substitute;
+
+sweep! {
+    push_forward_links = sweep_push_forward(
+        links: &'a [Link<One>], works: &'a [Work<One>], q: &'a [f64], v: &'a mut [f64]
+    ) -> ()
+}
+use velocity::push_forward as sweep_push_forward;
+
+sweep! {
+    close_links = sweep_close(links: &'a [Link<One>], works: &'a [Work<One>], s: &'a mut Interval) -> ()
+}
+
+#[inline(always)]
+fn sweep_close<W: Width>(
+    s: OneTree<W>,
+    links: &[Link<One>],
+    works: &[Work<One>],
+    at: &mut Interval,
+) {
+    finish::close(s, links, works, ends(at));
+}
+
+sweep! {
+    finish_links = sweep_finish(
+        links: &'a [Link<One>], works: &'a mut [Work<One>], tree: &'a Tree,
+        impulse: Option<&'a [f64]>, s: &'a mut Interval, state: &'a mut State
+    ) -> bool
+}
+
+#[inline(always)]
+fn sweep_finish<W: Width>(
+    s: OneTree<W>,
+    links: &[Link<One>],
+    works: &mut [Work<One>],
+    tree: &Tree,
+    impulse: Option<&[f64]>,
+    at: &mut Interval,
+    state: &mut State,
+) -> bool {
+    let clean = |k: usize, _, q: &mut [f64]| u8::from(tree.clean_link(&tree.links()[k], q));
+    let State { q, p, compensation, .. } = state;
+    let next = Next { q, rounding: &mut compensation.q, p };
+    finish::finish(s, links, works, clean, impulse, ends(at), next) == 0
+}
+
+/// The coordinates of an interval.
+#[inline(always)]
+fn ends(s: &mut Interval) -> Ends<'_, f64> {
+    let h = s.h;
+    let IntervalParts { q0, compensation, q1, dq, q_mid, v_mid } = s.parts_mut();
+    Ends { h, q0, compensation, q1, dq, middle: Some([q_mid, v_mid]) }
 }

@@ -13,6 +13,7 @@
 
 use super::link::Link;
 use crate::geometry::lane_vectors::{Screw, Transfer, Vector, three};
+use crate::geometry::space::Vector as _;
 use crate::pair::MAX_DOF;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::newton::Fault;

@@ -3,7 +3,7 @@
 
 use crate::geometry::lane_vectors::Transfer;
 use crate::pair::PairKind;
-use crate::solver::body_masses::body_masses;
+use crate::sweep::body_masses::body_masses;
 use crate::tree::Tree;
 use nalgebra::Matrix4;
 use vi_core::isotropic::IsotropicBlocks;

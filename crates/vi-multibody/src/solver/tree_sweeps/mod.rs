@@ -19,6 +19,7 @@ mod step;
 mod weights;
 
 use crate::geometry::lane_vectors::{Screw, Vector, three};
+use crate::geometry::space::Vector as _;
 use crate::pair::MAX_DOF;
 use crate::tree::Tree;
 use factor::{Column, Inertia};

@@ -10,6 +10,7 @@
 
 use super::link::{Link, Start};
 use crate::geometry::lane_vectors::{Screw, Vector, combine, combine_each, three};
+use crate::geometry::space::Vector as _;
 use crate::pair::PairKind;
 use vi_core::lanes::{Lanes, Register};
 use vi_rigid::rotation_lanes;

@@ -9,13 +9,11 @@
 //! The columns of a rotation vector are `S = (0, I)`, `S' = (0, T(θ))`, eliminated as a block with
 //! row pivoting; the translation of a free body, `S = S' = (I, 0)`, is another.
 
-use crate::geometry::lane_matrices::Pair;
-use crate::geometry::lanes::Held;
 use crate::pair::PairKind;
 
 /// How a link moves relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::solver) enum Motion {
+pub(crate) enum Motion {
     /// With the parent.
     Fixed,
     /// With the parent, and by one column of the axis `n`.
@@ -30,14 +28,14 @@ pub(in crate::solver) enum Motion {
 
 /// A column of `S`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::solver) struct Column {
-    pub(in crate::solver) act: Act,
-    pub(in crate::solver) axis: Axis,
+pub(crate) struct Column {
+    pub(crate) act: Act,
+    pub(crate) axis: Axis,
 }
 
 /// What a unit of an increment does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::solver) enum Act {
+pub(crate) enum Act {
     /// A translation.
     Slide,
     /// A rotation.
@@ -46,9 +44,16 @@ pub(in crate::solver) enum Act {
     Screw,
 }
 
+impl Act {
+    /// Whether it rotates.
+    pub(crate) fn turns(self) -> bool {
+        self != Self::Slide
+    }
+}
+
 /// The axis of a column: `m_1, m_2, n` by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::solver) enum Axis {
+pub(crate) enum Axis {
     /// Fixed in the parent.
     Parent(usize),
     /// Fixed in the link.
@@ -62,7 +67,7 @@ const ALONG_M1: Column = Column { act: Act::Slide, axis: Axis::Parent(0) };
 const ALONG_M2: Column = Column { act: Act::Slide, axis: Axis::Parent(1) };
 
 impl Motion {
-    pub(in crate::solver) fn of(kind: PairKind) -> Self {
+    pub(crate) fn of(kind: PairKind) -> Self {
         match kind {
             PairKind::Fixed => Self::Fixed,
             PairKind::Revolute => Self::Along(Act::Turn),
@@ -75,14 +80,4 @@ impl Motion {
             PairKind::Free => Self::Free,
         }
     }
-}
-
-/// A column during a step.
-#[derive(Clone, Copy, Debug, Default)]
-pub(in crate::solver) struct ColumnWork {
-    pub(in crate::solver) axis: Held,      // n
-    pub(in crate::solver) axis_next: Held, // n'
-    pub(in crate::solver) SA: Pair<Held>,  // Sᵀ Ã
-    pub(in crate::solver) inverse: f64,    // D⁻¹
-    pub(in crate::solver) slope: f64,      // what acts along the column adds to D
 }

@@ -1,14 +1,16 @@
 //! What a link of a tree is during a step: constants in body components, vectors at `q_n`, unknowns
 //! of the sweeps.
+#![allow(non_snake_case)] // SA
 
-use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
-use crate::geometry::lanes::Held;
+use crate::geometry::matrix::{Columns, Screw, Spatial};
+use crate::geometry::one_tree::One;
+use crate::geometry::space::{Space, Store, Vector};
 use crate::mechanism::Mechanism;
 use crate::pair::PairKind;
 use crate::pair::joint::FrameId;
-use crate::solver::body_masses::body_masses;
-use crate::solver::tree_step::columns::{ColumnWork, Motion};
-use crate::tree::{Link, Tree};
+use crate::sweep::body_masses::body_masses;
+use crate::sweep::columns::Motion;
+use crate::tree::{self, Tree};
 use nalgebra::{Matrix4, Vector3};
 use vi_core::MechanicalSystem;
 use vi_core::SeparableSystem;
@@ -16,81 +18,128 @@ use vi_core::linear::norm_inf;
 
 /// Constants of a link; vectors in the directors of its parent or in its own.
 #[derive(Clone, Debug)]
-pub(in crate::solver) struct Constants {
-    pub(in crate::solver) kind: PairKind,
-    pub(in crate::solver) motion: Motion,
+pub(crate) struct Link<M: Store> {
+    pub(crate) kind: PairKind,
+    pub(crate) motion: Motion,
     /// Advance of a screw, m per radian.
-    pub(in crate::solver) pitch: f64,
+    pub(crate) pitch: M::Constant,
     /// Whether the pair leaves no gap.
-    pub(in crate::solver) closes_gap: bool,
-    pub(in crate::solver) parent: Option<usize>,
+    pub(crate) closes_gap: bool,
+    pub(crate) parent: Option<usize>,
     /// Whether the parent stands just before it in the order of the links.
-    pub(in crate::solver) follows_parent: bool,
+    pub(crate) follows_parent: bool,
     /// Where the sums of those children stand that do not follow it, if there are any.
-    pub(in crate::solver) slot: Option<usize>,
+    pub(crate) slot: Option<usize>,
     /// Whether it is the first to write to the slot of its parent, leaf to root.
-    pub(in crate::solver) writes_first: bool,
+    pub(crate) writes_first: bool,
     /// Its first coordinate, `12 frame`.
-    pub(in crate::solver) frame: usize,
+    pub(crate) frame: usize,
     /// Its parent's first coordinate.
-    pub(in crate::solver) parent_frame: usize,
+    pub(crate) parent_frame: usize,
     /// Its first unknown.
-    pub(in crate::solver) unknown: usize,
+    pub(crate) unknown: usize,
     /// From the parent's reference point to its own, directors of the parent.
-    pub(in crate::solver) lever: [f64; 3],
+    pub(crate) lever: [M::Constant; 3],
     /// `m_1, m_2, n`, directors of the parent.
-    pub(in crate::solver) axes: [[f64; 3]; 3],
+    pub(crate) axes: [[M::Constant; 3]; 3],
     /// `m_1', m_2', n'`, its own directors.
-    pub(in crate::solver) axes_child: [[f64; 3]; 3],
+    pub(crate) axes_child: [[M::Constant; 3]; 3],
     /// `ϱ¹`, directors of the parent.
-    pub(in crate::solver) anchor_parent: [f64; 3],
+    pub(crate) anchor_parent: [M::Constant; 3],
     /// From the centre to its reference point, its own directors: `ϱ²`, of a free body 0.
-    pub(in crate::solver) anchor: [f64; 3],
+    pub(crate) anchor: [M::Constant; 3],
     /// `M` between the vectors `φ, d_1, d_2, d_3`: multiples of `I_3`.
-    pub(in crate::solver) mass: [[f64; 4]; 4],
+    pub(crate) mass: [[M::Constant; 4]; 4],
     /// Whether that matrix is diagonal: centre of mass and principal axes.
-    pub(in crate::solver) is_diagonal: bool,
+    pub(crate) is_diagonal: bool,
     /// First moment of mass about the reference point, its own directors, kg·m.
-    pub(in crate::solver) moment: [f64; 3],
+    pub(crate) moment: [M::Constant; 3],
     /// Euler tensor about the reference point, its own directors, kg·m².
-    pub(in crate::solver) euler: [[f64; 3]; 3],
+    pub(crate) euler: [[M::Constant; 3]; 3],
+}
+
+/// A column of a joint during a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ColumnWork<M: Store> {
+    pub(crate) axis: M::Held,      // n
+    pub(crate) axis_next: M::Held, // n'
+    pub(crate) SA: Screw<M::Held>, // Sᵀ Ã
+    pub(crate) inverse: M::Number, // D⁻¹
+    pub(crate) slope: M::Number,   // what acts along the column adds to D
 }
 
 /// Vectors of a link at `q_n`, and what the sweeps leave.
-#[derive(Clone, Copy, Debug, Default)]
-pub(in crate::solver) struct Work {
-    pub(in crate::solver) column: ColumnWork, // of a joint of one column
-    pub(in crate::solver) lever: Held,        // ℓ
-    pub(in crate::solver) moment: Held,       // s
-    pub(in crate::solver) euler: Columns<Held>, // E
-    pub(in crate::solver) start: Pair<Held>,  // what balances inertia at u = 0
-    pub(in crate::solver) turn: Columns<Held>, // A − 1
-    pub(in crate::solver) shift: Held,        // Δx of the reference point
-    pub(in crate::solver) lever_next: Held,   // ℓ'
-    pub(in crate::solver) wrench: Pair<Held>, // balance of the link and all that it carries
-    pub(in crate::solver) twist: Pair<Held>,  // δt'
-    pub(in crate::solver) cleaned: bool,      // whether round-off was taken out of q_{n+1}
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Work<M: Store> {
+    pub(crate) column: ColumnWork<M>,   // of a joint of one column
+    pub(crate) lever: M::Held,          // ℓ
+    pub(crate) moment: M::Held,         // s
+    pub(crate) euler: Columns<M::Held>, // E
+    pub(crate) start: Screw<M::Held>,   // what balances inertia at u = 0
+    pub(crate) turn: Columns<M::Held>,  // A − 1
+    pub(crate) shift: M::Held,          // Δx of the reference point
+    pub(crate) lever_next: M::Held,     // ℓ'
+    pub(crate) wrench: Screw<M::Held>,  // balance of the link and all that it carries
+    pub(crate) twist: Screw<M::Held>,   // δt'
+    pub(crate) cleaned: u8,             // trees whose link lost round-off at q_{n+1}, a bit each
 }
 
 /// Sums over the children of a branched link.
-#[derive(Clone, Copy, Debug, Default)]
-pub(in crate::solver) struct Sums {
-    pub(in crate::solver) matrix: Spatial<Held>,
-    pub(in crate::solver) wrench: Pair<Held>,
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sums<M: Store> {
+    pub(crate) matrix: Spatial<M::Held>,
+    pub(crate) wrench: Screw<M::Held>,
+}
+
+/// `G` of a rotation vector: what a translation of the reference point takes from `δω`.
+pub(crate) type Gain<M> = Columns<<M as Store>::Held>;
+
+impl<M: Store> ColumnWork<M> {
+    pub(crate) fn zero<S: Space<Store = M>>(s: S) -> Self {
+        let (zero, none) = (s.zero().held(), s.number(0.0));
+        let SA = Screw::zero(s).held();
+        Self { axis: zero, axis_next: zero, SA, inverse: none, slope: none }
+    }
+}
+
+impl<M: Store> Work<M> {
+    pub(crate) fn zero<S: Space<Store = M>>(s: S) -> Self {
+        let (vector, screw) = (s.zero().held(), Screw::zero(s).held());
+        let matrix = Columns::zero(s).held();
+        Self {
+            column: ColumnWork::zero(s),
+            lever: vector,
+            moment: vector,
+            euler: matrix,
+            start: screw,
+            turn: matrix,
+            shift: vector,
+            lever_next: vector,
+            wrench: screw,
+            twist: screw,
+            cleaned: 0,
+        }
+    }
+}
+
+impl<M: Store> Sums<M> {
+    pub(crate) fn zero<S: Space<Store = M>>(s: S) -> Self {
+        Self { matrix: Spatial::zero(s).held(), wrench: Screw::zero(s).held() }
+    }
 }
 
 /// The largest velocity of a centre of mass along an axis, m/s, from the momenta.
-pub(in crate::solver) fn fastest(links: &[Constants], p: &[f64]) -> f64 {
-    let speed = |link: &Constants| norm_inf(&p[link.frame..link.frame + 3]) / link.mass[0][0];
+pub(crate) fn fastest(links: &[Link<One>], p: &[f64]) -> f64 {
+    let speed = |link: &Link<One>| norm_inf(&p[link.frame..link.frame + 3]) / link.mass[0][0];
     links.iter().filter(|link| link.mass[0][0] > 0.0).map(speed).fold(0.0, f64::max)
 }
 
 /// The constants of all links and the number of slots; `None` where a pair, or the mass of a body,
 /// is of another kind.
-pub(in crate::solver) fn constants(
+pub(crate) fn constants(
     mechanism: &Mechanism,
     system: &SeparableSystem,
-) -> Option<(Vec<Constants>, usize)> {
+) -> Option<(Vec<Link<One>>, usize)> {
     let tree = mechanism.tree();
     if system.adds_mass() {
         return None;
@@ -111,7 +160,11 @@ pub(in crate::solver) fn constants(
     Some((links, slots))
 }
 
-fn constants_of(tree: &Tree, (k, link): (usize, &Link), mass: &Matrix4<f64>) -> Option<Constants> {
+fn constants_of(
+    tree: &Tree,
+    (k, link): (usize, &tree::Link),
+    mass: &Matrix4<f64>,
+) -> Option<Link<One>> {
     let kind = link.joint.kind;
     let (near, far) = (&link.joint.parent, &link.joint.child);
     let carrier = link.parent.map(|p| &tree.links()[p]);
@@ -125,7 +178,7 @@ fn constants_of(tree: &Tree, (k, link): (usize, &Link), mass: &Matrix4<f64>) -> 
     let first = Vector3::new(mass[(0, 1)], mass[(0, 2)], mass[(0, 3)]);
     let euler = mass.fixed_view::<3, 3>(1, 1) - first * a.transpose() - a * first.transpose()
         + m * a * a.transpose();
-    Some(Constants {
+    Some(Link {
         kind,
         motion: Motion::of(kind),
         pitch: kind.pitch().unwrap_or(0.0),
@@ -150,6 +203,6 @@ fn constants_of(tree: &Tree, (k, link): (usize, &Link), mass: &Matrix4<f64>) -> 
 }
 
 /// From the centre of a link to its reference point, its own directors.
-fn reference(link: &Link) -> Vector3<f64> {
+fn reference(link: &tree::Link) -> Vector3<f64> {
     if link.joint.kind == PairKind::Free { Vector3::zeros() } else { link.joint.child.anchor }
 }

@@ -1,4 +1,4 @@
-//! Vectors of three numbers in four lanes: what sweeps over bodies compute with.
+//! The space of one tree: `x, y, z` of a vector in one register of four lanes.
 //!
 //! A [`Width`] says how four lanes are computed with: in a wide register of the processor, or one
 //! by one. Every operation acts on the lanes in the same order and without fused multiply-add, so
@@ -26,31 +26,37 @@ macro_rules! three {
 }
 pub(crate) use three;
 
-/// A sweep that is compiled for each width, and chosen at run time.
+/// A sweep over one tree, compiled for each width, and chosen at run time.
 macro_rules! sweep {
     ($(#[$doc:meta])* $name:ident = $sweep:ident($($argument:ident: $type:ty),*) -> $output:ty) => {
         $(#[$doc])*
         pub(crate) fn $name<'a>($($argument: $type),*) -> $output {
-            struct Call<'a, W> { width: W, $($argument: $type),* }
-            impl<'a, W: $crate::geometry::lanes::Width> pulp::NullaryFnOnce for Call<'a, W> {
+            struct Call<'a, W: $crate::geometry::one_tree::Width> {
+                space: $crate::geometry::one_tree::OneTree<W>, $($argument: $type),*
+            }
+            impl<'a, W: $crate::geometry::one_tree::Width> pulp::NullaryFnOnce for Call<'a, W> {
                 type Output = $output;
 
                 #[inline(always)]
                 fn call(self) -> $output {
-                    $sweep(self.width, $(self.$argument),*)
+                    $sweep(self.space, $(self.$argument),*)
                 }
             }
             #[cfg(target_arch = "x86_64")]
             if let Some(width) = pulp::x86::V3::try_new() {
-                return width.vectorize(Call { width, $($argument),* });
+                let space = $crate::geometry::one_tree::OneTree(width);
+                return width.vectorize(Call { space, $($argument),* });
             }
-            pulp::NullaryFnOnce::call(Call { width: $crate::geometry::lanes::Narrow, $($argument),* })
+            let space = $crate::geometry::one_tree::OneTree($crate::geometry::one_tree::Narrow);
+            pulp::NullaryFnOnce::call(Call { space, $($argument),* })
         }
     };
 }
 pub(crate) use sweep;
 
-use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
+use super::space::{Space, Store, Vector};
+use std::ops::{Add, Div, Mul, Sub};
+use vi_rigid::rotation;
 
 /// How four lanes are computed with.
 pub(crate) trait Width: Copy {
@@ -289,141 +295,219 @@ impl Held {
     }
 }
 
+/// One tree: what stands in memory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct One;
+
+impl Store for One {
+    type Number = f64;
+    type Held = Held;
+    type Constant = f64;
+}
+
+/// One tree.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OneTree<W>(pub(crate) W);
+
 /// Three numbers in four lanes.
 #[derive(Clone, Copy)]
-pub(crate) struct Lanes<W: Width> {
+pub(crate) struct Xyz<W: Width> {
     v: W::Lanes,
     w: W,
 }
 
-impl<W: Width> Lanes<W> {
+impl<W: Width> Xyz<W> {
     #[inline(always)]
-    pub(crate) fn new(w: W, [x, y, z]: [f64; 3]) -> Self {
+    fn new(w: W, [x, y, z]: [f64; 3]) -> Self {
         Self { v: w.join([x, y, z, 0.0]), w }
-    }
-
-    #[inline(always)]
-    pub(crate) fn zero(w: W) -> Self {
-        Self { v: w.splat(0.0), w }
-    }
-
-    #[inline(always)]
-    pub(crate) fn width(self) -> W {
-        self.w
-    }
-
-    /// The first three of a slice.
-    #[inline(always)]
-    pub(crate) fn of(w: W, x: &[f64]) -> Self {
-        Self::new(w, [x[0], x[1], x[2]])
-    }
-
-    /// The four vectors of a frame: its centre and its directors.
-    #[inline(always)]
-    pub(crate) fn vectors(w: W, frame: &[f64; 12]) -> [Self; 4] {
-        let [x1, y1, z1, x2, y2, z2, x3, y3, z3, x4, y4, z4] = *frame;
-        let parts = [[x1, y1, z1, x2], [x2, y2, z2, x3], [x3, y3, z3, x4]];
-        let [a, b, c] = three!(i => Self { v: w.first_three(w.join(parts[i])), w });
-        [a, b, c, Self { v: w.last_three(w.join([z3, x4, y4, z4])), w }]
-    }
-
-    /// Writes four vectors to a frame.
-    #[inline(always)]
-    pub(crate) fn write_vectors([a, b, c, d]: [Self; 4], frame: &mut [f64; 12]) {
-        let w = a.w;
-        // what is too much is overwritten by the next one
-        frame[..4].copy_from_slice(&w.split(a.v));
-        frame[3..7].copy_from_slice(&w.split(b.v));
-        frame[6..10].copy_from_slice(&w.split(c.v));
-        d.write(&mut frame[9..]);
-    }
-
-    #[inline(always)]
-    pub(crate) fn take(w: W, held: &Held) -> Self {
-        Self { v: w.join(held.0), w }
-    }
-
-    #[inline(always)]
-    pub(crate) fn held(self) -> Held {
-        Held(self.w.split(self.v))
-    }
-
-    #[inline(always)]
-    pub(crate) fn xyz(self) -> [f64; 3] {
-        let [x, y, z, _] = self.w.split(self.v);
-        [x, y, z]
-    }
-
-    /// Writes the first three of a slice.
-    #[inline(always)]
-    pub(crate) fn write(self, out: &mut [f64]) {
-        out[..3].copy_from_slice(&self.xyz());
-    }
-
-    /// Each component where it is at most `factor` times the larger one of two others, zero
-    /// elsewhere.
-    #[inline(always)]
-    pub(crate) fn if_small(self, factor: f64, sizes: [Self; 2]) -> Self {
-        let v = self.w.if_small(self.v, factor, [sizes[0].v, sizes[1].v]);
-        Self { v, w: self.w }
-    }
-
-    /// Adds to the first three of a slice.
-    #[inline(always)]
-    pub(crate) fn add_to(self, out: &mut [f64]) {
-        (Self::of(self.w, out) + self).write(out);
-    }
-
-    /// Whether no component is larger than `bound`; not so of what is not a number.
-    #[inline(always)]
-    pub(crate) fn within(self, bound: f64) -> bool {
-        self.w.within(self.v, bound)
     }
 
     /// Component by component.
     #[inline(always)]
-    pub(crate) fn times(self, other: Self) -> Self {
+    fn times(self, other: Self) -> Self {
         Self { v: self.w.mul(self.v, other.v), w: self.w }
-    }
-
-    /// `a·b` of three pairs.
-    #[inline(always)]
-    pub(crate) fn dots(pairs: [(Self, Self); 3]) -> Self {
-        let w = pairs[0].0.w;
-        Self { v: w.sums(three!(j => pairs[j].0.times(pairs[j].1).v)), w }
-    }
-
-    #[inline(always)]
-    pub(crate) fn dot(self, other: Self) -> f64 {
-        let [x, y, z, w] = self.w.split(self.times(other).v);
-        (x + y) + (z + w)
     }
 
     /// `(y, z, x)`.
     #[inline(always)]
-    pub(crate) fn turn(self) -> Self {
+    fn turn(self) -> Self {
         Self { v: self.w.turn(self.v), w: self.w }
     }
 
     /// `(z, x, y)`.
     #[inline(always)]
-    pub(crate) fn turn_back(self) -> Self {
+    fn turn_back(self) -> Self {
         Self { v: self.w.turn_back(self.v), w: self.w }
     }
 
     /// Component `I` of `other`, the others as they are.
     #[inline(always)]
-    pub(crate) fn with_component<const I: usize>(self, other: Self) -> Self {
+    fn with_component<const I: usize>(self, other: Self) -> Self {
         Self { v: self.w.with_lane::<I>(self.v, other.v), w: self.w }
-    }
-
-    #[inline(always)]
-    pub(crate) fn cross(self, other: Self) -> Self {
-        (self.times(other.turn()) - self.turn().times(other)).turn()
     }
 }
 
-impl<W: Width> Add for Lanes<W> {
+impl<W: Width> Vector for Xyz<W> {
+    type Number = f64;
+    type Held = Held;
+
+    #[inline(always)]
+    fn of(self, components: [f64; 3]) -> Self {
+        Self::new(self.w, components)
+    }
+
+    #[inline(always)]
+    fn components(self) -> [f64; 3] {
+        let [x, y, z, _] = self.w.split(self.v);
+        [x, y, z]
+    }
+
+    #[inline(always)]
+    fn held(self) -> Held {
+        Held(self.w.split(self.v))
+    }
+
+    #[inline(always)]
+    fn scaled(self, factor: f64) -> Self {
+        self * factor
+    }
+
+    #[inline(always)]
+    fn dot(self, other: Self) -> f64 {
+        let [x, y, z, w] = self.w.split(self.times(other).v);
+        (x + y) + (z + w)
+    }
+
+    #[inline(always)]
+    fn cross(self, other: Self) -> Self {
+        (self.times(other.turn()) - self.turn().times(other)).turn()
+    }
+
+    #[inline(always)]
+    fn dots(pairs: [(Self, Self); 3]) -> Self {
+        let w = pairs[0].0.w;
+        Self { v: w.sums(three!(j => pairs[j].0.times(pairs[j].1).v)), w }
+    }
+
+    #[inline(always)]
+    fn skew(self) -> [Self; 3] {
+        let (after, before) = (self.turn(), self.turn_back());
+        let signs = [[0.0, 1.0, -1.0], [-1.0, 0.0, 1.0], [1.0, -1.0, 0.0]];
+        let [a, b, c] = three!(j => Self::new(self.w, signs[j]));
+        [
+            after.with_component::<2>(before).times(a), // (0, z, −y)
+            before.with_component::<2>(after).times(b), // (−z, 0, x)
+            after.with_component::<1>(before).times(c), // (y, −x, 0)
+        ]
+    }
+
+    #[inline(always)]
+    fn turn_about(self, s: f64, g: f64) -> [Self; 3] {
+        let squares = self.times(self);
+        let diagonal = (squares.turn() + squares.turn_back()) * -1.0; // −(y² + z²), …
+        let (skew, [x, y, z]) = (self.skew(), self.components());
+        [
+            skew[0] * s + (self * x).with_component::<0>(diagonal) * g,
+            skew[1] * s + (self * y).with_component::<1>(diagonal) * g,
+            skew[2] * s + (self * z).with_component::<2>(diagonal) * g,
+        ]
+    }
+
+    #[inline(always)]
+    fn moment([x, y, z]: [Self; 3]) -> Self {
+        let below = z.with_component::<1>(x).with_component::<2>(y); // M_xz, M_yx, M_zy
+        let above = y.with_component::<1>(z).with_component::<2>(x); // M_xy, M_yz, M_zx
+        below.turn_back() - above.turn()
+    }
+
+    #[inline(always)]
+    fn if_small(self, factor: f64, sizes: [Self; 2]) -> Self {
+        let v = self.w.if_small(self.v, factor, [sizes[0].v, sizes[1].v]);
+        Self { v, w: self.w }
+    }
+}
+
+impl<W: Width> Space for OneTree<W> {
+    type Store = One;
+    type Vector = Xyz<W>;
+    type Check = bool;
+
+    #[inline(always)]
+    fn number(self, x: f64) -> f64 {
+        x
+    }
+
+    #[inline(always)]
+    fn vector(self, x: [f64; 3]) -> Xyz<W> {
+        Xyz::new(self.0, x)
+    }
+
+    #[inline(always)]
+    fn factor(self, x: f64) -> f64 {
+        x
+    }
+
+    #[inline(always)]
+    fn constant(self, x: &[f64; 3]) -> Xyz<W> {
+        Xyz::new(self.0, *x)
+    }
+
+    #[inline(always)]
+    fn take(self, held: &Held) -> Xyz<W> {
+        Xyz { v: self.0.join(held.0), w: self.0 }
+    }
+
+    #[inline(always)]
+    fn read(self, x: &[f64], first: usize) -> Xyz<W> {
+        Xyz::new(self.0, x[first..first + 3].try_into().expect("three numbers"))
+    }
+
+    #[inline(always)]
+    fn read_frame(self, q: &[f64], first: usize) -> [Xyz<W>; 4] {
+        let (w, frame) = (self.0, &q[first..first + 12]);
+        let frame: &[f64; 12] = frame.try_into().expect("twelve coordinates");
+        let [x1, y1, z1, x2, y2, z2, x3, y3, z3, x4, y4, z4] = *frame;
+        let parts = [[x1, y1, z1, x2], [x2, y2, z2, x3], [x3, y3, z3, x4]];
+        let [a, b, c] = three!(i => Xyz { v: w.first_three(w.join(parts[i])), w });
+        [a, b, c, Xyz { v: w.last_three(w.join([z3, x4, y4, z4])), w }]
+    }
+
+    #[inline(always)]
+    fn write_frame(self, [a, b, c, d]: [Xyz<W>; 4], q: &mut [f64], first: usize) {
+        let (w, frame) = (self.0, &mut q[first..first + 12]);
+        let frame: &mut [f64; 12] = frame.try_into().expect("twelve coordinates");
+        frame[..4].copy_from_slice(&w.split(a.v)); // what is too much is overwritten by the next one
+        frame[3..7].copy_from_slice(&w.split(b.v));
+        frame[6..10].copy_from_slice(&w.split(c.v));
+        frame[9..].copy_from_slice(&d.components());
+    }
+
+    #[inline(always)]
+    fn rotation(self, square: f64) -> [f64; 2] {
+        rotation::coefficients(square)
+    }
+
+    #[inline(always)]
+    fn kappa(self, square: f64) -> f64 {
+        rotation::kappa(square)
+    }
+
+    #[inline(always)]
+    fn within(self, v: Xyz<W>, bound: f64) -> bool {
+        self.0.within(v.v, bound)
+    }
+
+    #[inline(always)]
+    fn both(self, a: bool, b: bool) -> bool {
+        a & b
+    }
+
+    #[inline(always)]
+    fn failing(self, check: bool) -> u8 {
+        u8::from(!check)
+    }
+}
+impl<W: Width> Add for Xyz<W> {
     type Output = Self;
 
     #[inline(always)]
@@ -432,7 +516,7 @@ impl<W: Width> Add for Lanes<W> {
     }
 }
 
-impl<W: Width> Sub for Lanes<W> {
+impl<W: Width> Sub for Xyz<W> {
     type Output = Self;
 
     #[inline(always)]
@@ -441,7 +525,7 @@ impl<W: Width> Sub for Lanes<W> {
     }
 }
 
-impl<W: Width> Mul<f64> for Lanes<W> {
+impl<W: Width> Mul<f64> for Xyz<W> {
     type Output = Self;
 
     #[inline(always)]
@@ -450,25 +534,11 @@ impl<W: Width> Mul<f64> for Lanes<W> {
     }
 }
 
-impl<W: Width> Div<f64> for Lanes<W> {
+impl<W: Width> Div<f64> for Xyz<W> {
     type Output = Self;
 
     #[inline(always)]
     fn div(self, divisor: f64) -> Self {
         Self { v: self.w.div(self.v, self.w.splat(divisor)), w: self.w }
-    }
-}
-
-impl<W: Width> AddAssign for Lanes<W> {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl<W: Width> SubAssign for Lanes<W> {
-    #[inline(always)]
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
     }
 }

@@ -1,0 +1,65 @@
+//! Leaf → root: the balances of all links along their joints, `Pᵀ w`.
+
+use super::columns::{Act, Motion};
+use super::link::{ColumnWork, Link, Work};
+use crate::geometry::matrix::Screw;
+use crate::geometry::space::{Number, Space, Vector};
+
+/// `r ← P(q_n)ᵀ` of the balances of all links.
+#[inline(always)]
+pub(crate) fn pull_back<S: Space>(
+    s: S,
+    links: &[Link<S::Store>],
+    works: &mut [Work<S::Store>],
+    columns: &[ColumnWork<S::Store>],
+    r: &mut [Number<S>],
+) {
+    let mut carried = Screw::zero(s); // by the link before
+    for (k, link) in links.iter().enumerate().rev() {
+        let work = &works[k];
+        let mut wrench = work.wrench.take(s).plus(carried);
+        carried = Screw::zero(s);
+        match link.motion {
+            Motion::Fixed => {}
+            Motion::Along(act) => {
+                r[link.unknown] = component(s, (link, act), &work.column, wrench);
+            }
+            Motion::Several(several) => {
+                for (unknown, column) in (link.unknown..).zip(several) {
+                    r[unknown] = component(s, (link, column.act), &columns[unknown], wrench);
+                }
+            }
+            Motion::Spherical => {
+                s.write(wrench.angular, r, link.unknown);
+                wrench.angular = s.zero(); // no torque passes
+            }
+            Motion::Free => {
+                s.write(wrench.linear, r, link.unknown);
+                s.write(wrench.angular, r, link.unknown + 3);
+            }
+        }
+        let Some(parent) = link.parent else { continue };
+        let transmitted = wrench.at_start_of(s.take(&work.lever));
+        if link.follows_parent {
+            carried = transmitted;
+        } else {
+            works[parent].wrench = works[parent].wrench.take(s).plus(transmitted).held();
+        }
+    }
+}
+
+/// `S_jᵀ b`.
+#[inline(always)]
+pub(super) fn component<S: Space>(
+    s: S,
+    (link, act): (&Link<S::Store>, Act),
+    work: &ColumnWork<S::Store>,
+    b: Screw<S::Vector>,
+) -> Number<S> {
+    let axis = s.take(&work.axis);
+    match act {
+        Act::Turn => axis.dot(b.angular),
+        Act::Slide => axis.dot(b.linear),
+        Act::Screw => axis.dot(b.angular) + s.factor(link.pitch) * axis.dot(b.linear),
+    }
+}
