@@ -2,6 +2,9 @@
 //! what is wrong on purpose.
 #![allow(clippy::unwrap_used)] // tests
 
-mod broken_integrators;
 mod reliability;
-mod restated_models;
+
+mod robust {
+    mod broken_integrators;
+    mod restated_models;
+}

@@ -1,4 +1,4 @@
-"""Reference numbers of MuJoCo for tests/imports.rs: mass matrix and joint accelerations of robots at random configurations.
+"""Reference numbers of MuJoCo for tests/model/imports.rs: mass matrix and joint accelerations of robots at random configurations.
 
     pip install mujoco numpy
     python reference.py                                          # the files of this folder again

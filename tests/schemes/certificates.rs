@@ -1,0 +1,172 @@
+//! Snapshots of certificates: the verdict on each property. Numbers are left out.
+#![allow(clippy::unwrap_used)] // a test
+
+use holonom::certificate::page::{sentence, verdict};
+use holonom::certificate::{ModelCertificate, certify_model};
+use holonom::verification::certificate::{Criterion, Verdict};
+use holonom::{Model, Override};
+
+/// Text with every number replaced by `#`.
+fn without_numbers(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars().map(|c| if c.is_ascii_digit() { '#' } else { c }) {
+        let inside = matches!(c, '#' | '.' | 'e' | '-') && out.ends_with('#');
+        if !inside {
+            out.push(c);
+        }
+    }
+    out
+}
+
+/// A line for each finding: criterion, quantity, method, order, verdict, and the reason of all but
+/// a pass.
+fn judged(model: &Model) -> String {
+    let certificate = certify_model(model, 1e-6, &mut |_| {}).unwrap();
+    let mut text = format!("{}\n", without_numbers(&verdict(&certificate)));
+    for step in &certificate.steps {
+        text += &format!("{}\n", without_numbers(&sentence(step, certificate.accuracy)));
+    }
+    for f in &certificate.certificate.findings {
+        let of = f.method.map_or(String::new(), |m| format!("{} {}: ", m.name(), f.order));
+        let verdict = f.verdict.name();
+        let (criterion, quantity) = (f.criterion.name(), &f.quantity);
+        let reason = if verdict == "pass" { String::new() } else { without_numbers(&f.reason) };
+        text += format!("{of}{criterion} of {quantity}: {verdict} {reason}").trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+macro_rules! shipped {
+    ($name:literal) => {
+        include_str!(concat!("../../examples/models/", $name, ".toml"))
+    };
+}
+
+#[test]
+fn certificates_of_shipped_models() {
+    let own = |text: &str, key: &str, value: &str| {
+        Model::from_toml_with(text, &[Override::new(key, value)]).unwrap()
+    };
+    let pendulum = Model::from_toml(shipped!("pendulum")).unwrap();
+    insta::assert_snapshot!("certificate_pendulum", judged(&pendulum));
+    let governor = Model::from_toml(shipped!("flyball_governor")).unwrap();
+    insta::assert_snapshot!("certificate_flyball_governor", judged(&governor));
+    let coarse = own(shipped!("four_particles"), "simulation.step", "0.2");
+    insta::assert_snapshot!("certificate_four_particles_coarse", judged(&coarse));
+}
+
+const BOX: &str = r#"
+model = { name = "box" }
+simulation = { step = 0.01, end = 1 }
+[[body]]
+name = "box"
+mass = 1
+inertia = [1, 1, 1]
+position = [0, 0, 0]
+velocity = [0, 0, 0]
+"#;
+
+#[test]
+fn a_system_at_rest_has_no_certificate() {
+    let model = Model::from_toml(BOX).unwrap();
+    let refused = certify_model(&model, 1e-6, &mut |_| {}).unwrap_err();
+    println!("{refused}");
+    assert!(refused.starts_with("nothing moves: no order"));
+}
+
+/// A translation is exact at any step: the step that is recommended is one that was measured.
+#[test]
+fn no_step_is_recommended_beyond_what_was_measured() {
+    let model = Model::from_toml(&BOX.replace("velocity = [0, 0, 0]", "velocity = [1, 0, 0]"));
+    let certificate = certify_model(&model.unwrap(), 1e-6, &mut |_| {}).unwrap();
+    for found in &certificate.steps {
+        println!("{found:?}");
+        assert!(found.step.is_none_or(|step| step <= 0.01), "{found:?}");
+        assert!(found.reason.contains("larger steps were not measured"), "{found:?}");
+    }
+}
+
+/// A model of the folder `tests/models`, its certificate by the scheme `scheme`.
+fn certified(name: &str, scheme: &str) -> ModelCertificate {
+    let file = format!("{}/../../tests/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(file).unwrap();
+    let model = Model::from_toml_with(&text, &[Override::new("simulation.scheme", scheme)]);
+    certify_model(&model.unwrap(), 1e-6, &mut |_| {}).unwrap()
+}
+
+/// Sound models of all kinds pass: nothing free, reactions of zero, forces that begin at zero or
+/// late, motions that no step follows after their end, beams held at both ends.
+#[test]
+fn sound_models_do_not_fail() {
+    for (name, scheme) in [
+        ("driven_four_bar", "nodal"),
+        ("driven_wiper", "em-nodal"),
+        ("mass_on_spring", "nodal"),
+        ("mass_on_two_springs", "nodal"),
+        ("ramped_slide", "nodal"),
+        ("ramped_slide", "em-dalembert"),
+        ("translating_body", "nodal"),
+        ("clamped_beam", "nodal"),
+        ("planar_particles", "nodal"),
+        ("resting_crane", "nodal"),
+        ("late_motor", "nodal"),
+        ("rotor_that_speeds_up", "nodal"),
+        ("planar_satellite", "nodal"),
+        ("pulsed_arm", "nodal"),
+    ] {
+        let found = certified(name, scheme);
+        println!("{name}, {scheme}: {}", verdict(&found));
+        let failed = found.certificate.findings.iter().find(|f| f.verdict == Verdict::Fail);
+        assert!(failed.is_none(), "{name}, {scheme}: {}", failed.unwrap());
+        let passed = found.certificate.count(Verdict::Pass);
+        assert!(passed >= 50, "{name}, {scheme}: {passed} pass");
+    }
+}
+
+/// What rests at first is measured from where it begins to move; what falls from rest is measured
+/// from there.
+#[test]
+fn rest_is_not_measured() {
+    for (name, begins) in [("resting_crane", 1.0), ("late_motor", 3.5), ("driven_four_bar", 0.0)] {
+        let from = certified(name, "nodal").from;
+        println!("{name}: from t = {from} s on, at rest until {begins} s");
+        assert!(from >= begins && from - begins < 0.1, "{name}");
+    }
+}
+
+/// A rotor at 1.2 rad in a step: the first step fails, and the certificate says so.
+#[test]
+fn a_run_whose_first_step_fails_is_not_at_rest() {
+    let text = include_str!("../models/rotor_that_speeds_up.toml");
+    let model = Model::from_toml_with(text, &[Override::new("joint.shaft.rate", "120.0")]);
+    let found = certify_model(&model.unwrap(), 1e-6, &mut |_| {}).unwrap();
+    let failed = found.certificate.findings.iter().find(|f| f.verdict == Verdict::Fail).unwrap();
+    println!("{failed}");
+    assert_eq!((failed.quantity.as_str(), &*failed.measured), ("run", "the run failed"));
+}
+
+/// Six driven joints: the motion is prescribed, momenta and multipliers converge, what needs a
+/// degree of freedom is not applicable.
+#[test]
+fn a_mechanism_without_a_degree_of_freedom_has_a_certificate() {
+    let found = certified("driven_arm", "nodal").certificate;
+    let of = |criterion, quantity: &str| {
+        let all = found.findings.iter().filter(move |f| f.criterion == criterion);
+        all.filter(|f| f.quantity == quantity).collect::<Vec<_>>()
+    };
+    assert!(found.holds() && found.count(Verdict::Inconclusive) == 0);
+    for quantity in ["p (constrained, 34)", "λ (36)"] {
+        for f in of(Criterion::Order, quantity) {
+            println!("{f}");
+            let order = f.value.unwrap();
+            assert!(f.verdict == Verdict::Pass && (order - 2.0).abs() < 0.1, "{f}");
+        }
+    }
+    let form = of(Criterion::Symplecticity, "change of Ω");
+    let matrix = of(Criterion::Conditioning, "κ ~ h^a, as written; as factorized");
+    assert!(!form.is_empty() && !matrix.is_empty());
+    for f in form.into_iter().chain(matrix) {
+        assert_eq!(f.verdict, Verdict::NotApplicable, "{f}");
+    }
+}
