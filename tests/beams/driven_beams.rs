@@ -11,43 +11,7 @@ use holonom::model::Scheme;
 
 const FOUR_BAR: &str = include_str!("../../examples/models/flexible_four_bar.toml");
 
-/// A soft arm on a hub that rotates smoothly to and fro, with a body on a ball joint at its end.
-const ARM: &str = r#"
-[model]
-name = "arm"
-gravity = [0, 0, -9.81]
-[[body]]
-name = "load"
-shape = { type = "sphere", dimensions = [0.05] }
-mass = 0.2
-position = [1, 0, -0.1]
-[[beam]]
-name = "arm"
-points = [[0, 0, 0], [1, 0, 0]]
-elements = 6
-section = { EA = 1e3, GA1 = 1e3, GA2 = 1e3, EI1 = 5, EI2 = 5, GJ = 5, rhoA = 0.2, rhoI1 = 1e-3, rhoI2 = 1e-3 }
-[[joint]]
-name = "hub"
-type = "revolute"
-parent = "ground"
-child = "arm.start"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-[[joint]]
-name = "ball"
-type = "spherical"
-parent = "arm.end"
-child = "load"
-position = [1, 0, 0]
-[[constraint]]
-name = "drive"
-type = "motion"
-joint = "hub"
-path = { amplitude = 1.0, frequency = 0.5, phase = -1.5707963267948966 }
-[simulation]
-step = 1e-3
-end = 1.0
-"#;
+const ARM: &str = include_str!("../models/driven_soft_arm.toml");
 
 /// The path of the drive: value and rate.
 fn path(t: f64) -> [f64; 2] {

@@ -7,22 +7,7 @@ use crate::benchmark;
 use benchmark::{Run, apart, assert_order, changes_at_halved_steps, model, orders, samples};
 use holonom::{Model, Sample, Simulation};
 
-/// A cantilever in the plane, resolved at 0.5 ms; its first vibration has about 5.6 Hz.
-const CANTILEVER: &str = r#"
-model = { name = "cantilever", gravity = [0, 0, -1] }
-simulation = { step = 5e-4, end = 1 }
-[[beam]]
-name = "beam"
-points = [[0, 0, 0], [1, 0, 0]]
-elements = 6
-normal = [0, 0, 1]
-start = "clamped"
-section = { EA = 500, GA1 = 500, GA2 = 500, EI1 = 1, EI2 = 1, GJ = 1, rhoA = 0.1, rhoI1 = 1e-3, rhoI2 = 1e-3, damping = 2e-3 }
-[[sensor]]
-name = "tip"
-type = "position"
-of = "beam.6"
-"#;
+const CANTILEVER: &str = include_str!("../models/cantilever.toml");
 
 const BLADE: &str = include_str!("../hostile/rotor_blade.toml");
 
@@ -179,28 +164,7 @@ fn damping_is_read_in_all_its_forms() {
     }
 }
 
-/// Two legs at an angle, each strain with a stiffness and a relaxation time of its own.
-const TWO_LEGS: &str = r#"
-model = { name = "legs", gravity = [6, 9, -12] }
-simulation = { step = 1e-4, end = 0.05 }
-[[beam]]
-name = "beam"
-points = [[0, 0, 0], [0.6, 0, 0], [0.6, 0.4, 0.3]]
-elements = 4
-normal = [0, 0, 1]
-start = "clamped"
-[beam.section]
-EA = 60
-GA1 = 25
-GA2 = 40
-EI1 = 0.4
-EI2 = 0.7
-GJ = 0.3
-rhoA = 0.1
-rhoI1 = 1e-3
-rhoI2 = 2e-3
-damping = { EA = 3e-3, GA1 = 1e-3, GA2 = 2e-3, EI1 = 5e-3, EI2 = 4e-3, GJ = 6e-3 }
-"#;
+const TWO_LEGS: &str = include_str!("../models/legs.toml");
 
 /// Of both legs, four of each.
 const ELEMENTS: usize = 8;

@@ -134,22 +134,7 @@ fn a_run_whose_energy_leaves_its_band_says_so() {
     assert!(warned("averaged") && !warned("mass_scaled"));
 }
 
-const HANGING: &str = r#"
-model = { name = "hanging rod", gravity = [0.0, 0.0, -9.81] }
-simulation = { step = 0.005, end = 0.1, start = "relaxed" }
-[[beam]]
-name = "rod"
-points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
-elements = 8
-section = { shape = { type = "circle", dimensions = [0.003] }, material = { E = 2.1e11, nu = 0.3, density = 7850.0 } }
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "ground"
-child = "rod.start"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-"#;
+const HANGING: &str = include_str!("../models/hanging_rod.toml");
 
 /// At rest nothing exchanges energy but rounding errors, which are no reason for a warning.
 #[test]

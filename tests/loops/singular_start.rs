@@ -171,23 +171,7 @@ fn the_other_branch_is_left_along_its_own_velocity() {
     assert_order(&orders, 2.0, 0.3);
 }
 
-/// The flat linkage as a model file, crank rates `left` and `right`.
-const FLAT: &str = r#"
-model = { name = "flat", gravity = [0, -9.81, 0] }
-simulation = { step = 0.01, end = 1.0 }
-parameters = { left = 7, right = 7 }
-body = [
-  { name = "crank0", mass = 1, inertia = [1e-3, "= 1/48", "= 1/48"], position = [0.25, 0, 0], velocity = [0, "= left/4", 0], angular_velocity = [0, 0, "= left"] },
-  { name = "crank1", mass = 3, inertia = [1e-3, "= 3/48", "= 3/48"], position = [1.25, 0, 0], velocity = [0, "= right/4", 0], angular_velocity = [0, 0, "= right"] },
-  { name = "coupler", mass = 1, inertia = [1e-3, 0.08, 0.08], position = [1, 0, 0], velocity = [0, "= (left + right)/4", 0], angular_velocity = [0, 0, "= (right - left)/2"] },
-]
-joint = [
-  { name = "foot0", type = "revolute", parent = "ground", child = "crank0", position = [0, 0, 0], axis = [0, 0, 1] },
-  { name = "foot1", type = "revolute", parent = "ground", child = "crank1", position = [1, 0, 0], axis = [0, 0, 1] },
-  { name = "left", type = "revolute", parent = "crank0", child = "coupler", position = [0.5, 0, 0], axis = [0, 0, 1] },
-  { name = "right", type = "revolute", parent = "crank1", child = "coupler", position = [1.5, 0, 0], axis = [0, 0, 1] },
-]
-"#;
+const FLAT: &str = include_str!("../models/flat_linkage.toml");
 
 #[test]
 fn a_flat_start_is_recorded_like_any_other() {

@@ -3,19 +3,7 @@
 use holonom::model::Problem;
 use holonom::{Model, ModelError};
 
-const ARM: &str = r#"
-model = { name = "arm" }
-simulation = { step = 0.001, end = 0.1 }
-body = [{ name = "arm", mass = 1.0, inertia = [0.1, 0.1, 0.1], position = [0.5, 0.0, 0.0] }]
-
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "ground"
-child = "arm"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-"#;
+const ARM: &str = include_str!("../models/arm.toml");
 
 fn problems(text: &str) -> Vec<Problem> {
     match Model::from_toml(text) {

@@ -8,74 +8,9 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A leg: a thigh and a shank with a knee, placed in the frame of the file.
-const LEG: &str = r#"
-[parameters]
-length = 0.3
-knee = "= length/2"
+const LEG: &str = include_str!("../models/leg.toml");
 
-[[body]]
-name = "thigh"
-position = [0.0, 0.0, "= -length/2"]
-shape = { type = "rod", dimensions = ["= length", 0.02], density = 1000.0 }
-
-[[body]]
-name = "shank"
-relative_to = "knee"
-position = [0.0, 0.0, "= -length/2"]
-shape = { type = "rod", dimensions = ["= length", 0.02], density = 1000.0 }
-
-[[joint]]
-name = "knee"
-type = "revolute"
-parent = "thigh"
-child = "shank"
-relative_to = "thigh"
-position = [0.0, 0.0, "= -knee"]
-axis = [0.0, 1.0, 0.0]
-
-[[joint]]
-name = "hip"
-type = "revolute"
-parent = "trunk"
-child = "thigh"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-
-[[sensor]]
-name = "bend"
-type = "joint_coordinate"
-of = "knee"
-"#;
-
-/// Four legs under a trunk.
-const WALKER: &str = r#"
-include = [
-  { file = "parts/leg.toml", prefix = "fl_", relative_to = "trunk", position = [0.5, "= half", 0.0] },
-  { file = "parts/leg.toml", prefix = "fr_", relative_to = "trunk", position = [0.5, "= -half", 0.0] },
-  { file = "parts/leg.toml", prefix = "bl_", relative_to = "trunk", position = [-0.5, "= half", 0.0], euler = { sequence = "zxz", degrees = [180.0, 0.0, 0.0] } },
-  { file = "parts/leg.toml", prefix = "br_", relative_to = "trunk", position = [-0.5, "= -half", 0.0], parameters = { length = "= 0.25 + half/2" } },
-]
-
-[model]
-name = "walker"
-gravity = [0.0, 0.0, -9.81]
-
-[simulation]
-step = 0.005
-end = 0.05
-
-[parameters]
-half = 0.2
-
-[[body]]
-name = "trunk"
-position = [0.0, 0.0, 1.0]
-euler = { sequence = "xyz", degrees = [0.0, 10.0, 90.0] }
-velocity = [0.2, 0.0, 0.0]
-angular_velocity = [0.0, 0.3, 0.1]
-shape = { type = "box", dimensions = [1.0, 0.4, 0.1], density = 500.0 }
-"#;
+const WALKER: &str = include_str!("../models/walker.toml");
 
 fn folder(case: &str) -> PathBuf {
     let folder = command::folder("includes", case);

@@ -6,50 +6,7 @@
 use crate::harness::models::overrides;
 use holonom::{Model, ModelError, Simulation};
 
-/// Two links whose lengths, masses and places follow from one parameter.
-const ARM: &str = r#"
-[model]
-name = "arm"
-description = "= no expression"
-gravity = [0.0, 0.0, "= -g"]
-
-[parameters]
-reach = "= 2*length"
-length = 0.8
-g = 9.81
-elements = 4
-
-[simulation]
-step = "= 1/128"
-end = 1.0
-
-[[body]]
-name = "upper"
-position = ["= length/2", 0.0, 0.0]
-rotation_vector = ["= 90*deg", 0.0, 0.0]
-shape = { type = "rod", dimensions = ["= length", 0.02], density = "= 3*length" }
-
-[[body]]
-name = "lower"
-position = ["= length + length/2", 0.0, 0.0]
-shape = { type = "rod", dimensions = ["= length", 0.02], density = 1.0 }
-
-[[joint]]
-name = "shoulder"
-type = "revolute"
-parent = "ground"
-child = "upper"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-
-[[joint]]
-name = "elbow"
-type = "revolute"
-parent = "upper"
-child = "lower"
-position = ["= reach/2", 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-"#;
+const ARM: &str = include_str!("../models/parameters.toml");
 
 fn with(text: &str, set: &[(&str, &str)]) -> Result<Model, ModelError> {
     Model::from_toml_with(text, &overrides(set))

@@ -10,76 +10,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 type Vector = Vector3<f64>;
 
-/// A robot that is stated part by part, each relative to the one before, in the order of the worst
-/// case.
-const CHAIN: &str = r#"
-model = { name = "chain", gravity = [0.0, 0.0, -9.81] }
-simulation = { step = 0.01, end = 1.0 }
-
-[parameters]
-length = 0.3
-
-[[body]]
-name = "hand"
-relative_to = "grip.end"
-position = [0.01, 0.0, 0.02]
-rotation_vector = [0.3, 0.0, 0.1]
-body_angular_velocity = [0.0, 2.0, 0.5]
-velocity = [0.1, 0.0, 0.0]
-shape = { type = "box", dimensions = [0.1, 0.1, 0.05], density = 1000.0 }
-
-[[beam]]
-name = "grip"
-relative_to = "fingers"
-points = [[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]
-elements = 2
-section = { shape = { type = "circle", dimensions = [0.01] }, material = { E = 2e9, nu = 0.3, density = 1000.0 } }
-
-[[frame]]
-name = "fingers"
-relative_to = "wrist"
-position = [0.0, 0.0, 0.05]
-euler = { sequence = "zxy", degrees = [90.0, 30.0, 0.0] }
-
-[[joint]]
-name = "wrist"
-type = "revolute"
-parent = "arm"
-child = "shank"
-anchor_parent = ["= length/2", 0.0, 0.0]
-anchor_child = ["= -length/2", 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-relative_to = "arm"
-
-[[body]]
-name = "shank"
-relative_to = "arm"
-position = ["= length", 0.0, 0.0]
-shape = { type = "rod", dimensions = ["= length", 0.02], density = 1000.0 }
-
-[[body]]
-name = "arm"
-relative_to = "base"
-position = [0.2, 0.1, "= length"]
-quaternion = [0.6, 0.0, 0.8, 0.0]
-shape = { type = "rod", dimensions = ["= length", 0.02], density = 1000.0 }
-
-[[particle]]
-name = "bob"
-mass = 0.2
-relative_to = "arm"
-position = [0.0, 0.1, 0.0]
-velocity = [0.0, 0.3, 0.0]
-
-[[body]]
-name = "base"
-mass = 1.0
-inertia = [0.1, 0.1, 0.1]
-position = [1.0, 2.0, 3.0]
-rotation_vector = [0.2, -0.4, 0.9]
-velocity = [0.5, -0.2, 0.1]
-angular_velocity = [0.3, 0.7, -1.1]
-"#;
+const CHAIN: &str = include_str!("../models/relative_robot.toml");
 
 /// The same model with the base at another time of its rigid motion.
 fn at(t: f64) -> Model {

@@ -3,35 +3,7 @@
 use crate::harness::models::all_shipped;
 use holonom::{Model, Simulation};
 
-const ARM: &str = r#"
-model = { name = "arm", gravity = [0.0, 0.0, -9.81] }
-simulation = { step = 0.01, end = 1.0 }
-
-[[body]]
-name = "arm"
-shape = { type = "box", dimensions = [1.0, 0.1, 0.1], density = 1000.0 }
-position = [0.5, 0.0, 0.0]
-
-[[body]]
-name = "hand"
-shape = { type = "box", dimensions = [0.1, 0.1, 0.1], density = 1000.0 }
-position = [1.05, 0.0, 0.0]
-
-[[joint]]
-name = "shoulder"
-type = "revolute"
-parent = "ground"
-child = "arm"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-
-[[joint]]
-name = "wrist"
-type = "fixed"
-parent = "arm"
-child = "hand"
-position = [1.0, 0.0, 0.0]
-"#;
+const ARM: &str = include_str!("../models/arm_of_boxes.toml");
 
 fn warnings(text: &str) -> Vec<String> {
     let model = Model::from_toml(text).unwrap();
@@ -100,49 +72,7 @@ fn slips_of_units_are_warned_of() {
     }
 }
 
-const LINKS: &str = r#"
-model = { name = "links", gravity = [0.0, 0.0, -9.81] }
-simulation = { step = 0.001, end = 1.0 }
-
-[[body]]
-name = "crank"
-shape = { type = "box", dimensions = [0.2, 0.02, 0.02], density = 2700.0 }
-position = [0.1, 0.0, 0.0]
-
-[[body]]
-name = "coupler"
-shape = { type = "box", dimensions = [0.4, 0.02, 0.02], density = 2700.0 }
-position = [0.4, 0.0, 0.0]
-
-[[body]]
-name = "rocker"
-shape = { type = "box", dimensions = [0.02, 0.02, 0.3], density = 2700.0 }
-position = [0.6, 0.0, -0.15]
-
-[[joint]]
-name = "shaft"
-type = "revolute"
-parent = "ground"
-child = "crank"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-
-[[joint]]
-name = "crank_pin"
-type = "revolute"
-parent = "crank"
-child = "coupler"
-position = [0.2, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-
-[[joint]]
-name = "rocker_pin"
-type = "revolute"
-parent = "coupler"
-child = "rocker"
-position = [0.6, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-"#;
+const LINKS: &str = include_str!("../models/links_of_boxes.toml");
 
 /// Sizes that no mechanism has: each gives one warning, which names the part, the number and the
 /// remedy.

@@ -6,81 +6,7 @@ use crate::benchmark;
 use benchmark::{assert_order, model, orders, samples};
 use holonom::{Model, Sample, Simulation};
 
-/// A driven slider on an arm: gravity, springs, a damper, a motor, loads, a damped beam, a
-/// prescribed motion.
-const MODEL: &str = r#"
-model = { name = "mixed", gravity = [0, 0, -9.81] }
-simulation = { step = 1e-3, end = 0.2 }
-[[body]]
-name = "arm"
-mass = 2
-inertia = [0.01, 0.2, 0.2]
-position = [0.5, 0, 0]
-[[body]]
-name = "bob"
-mass = 1
-inertia = [0.01, 0.02, 0.02]
-position = [1.3, 0, 0]
-[[body]]
-name = "wheel"
-mass = 1.5
-inertia = [0.02, 0.03, 0.02]
-position = [0, 3, 0]
-[[joint]]
-name = "shoulder"
-type = "revolute"
-parent = "ground"
-child = "arm"
-position = [0, 0, 0]
-axis = [0, 1, 0]
-spring = { stiffness = 5, rest = 0.3 }
-motor = { effort = -4, history = { type = "harmonic", frequency = 1.5, phase = 0.4 } }
-[[joint]]
-name = "elbow"
-type = "revolute"
-parent = "arm"
-child = "bob"
-position = [1, 0, 0]
-axis = [0, 1, 0]
-damper = { damping = 0.3 }
-motor = { proportional = 3, derivative = 0.1 }
-[[joint]]
-name = "axle"
-type = "revolute"
-parent = "ground"
-child = "wheel"
-position = [0, 3, 0]
-axis = [0, 1, 0]
-[[constraint]]
-type = "motion"
-name = "drive"
-joint = "axle"
-path = { amplitude = 0.5, frequency = 1.2, phase = -1.5707963267948966 }
-[[spring]]
-name = "coil"
-from = "ground"
-to = "bob"
-point_from = [0.5, 0, 1]
-stiffness = 30
-damping = 0.7
-[[load]]
-name = "push"
-body = "bob"
-force = [0, 0, 2]
-frame = "body"
-history = { type = "harmonic", frequency = 0.8 }
-[[beam]]
-name = "strip"
-points = [[0, 6, 0], [1, 6, 0]]
-elements = 4
-normal = [0, 0, 1]
-start = "clamped"
-section = { EA = 500, GA1 = 500, GA2 = 500, EI1 = 1, EI2 = 1, GJ = 1, rhoA = 0.1, rhoI1 = 1e-3, rhoI2 = 1e-3, damping = 5e-3 }
-[[load]]
-name = "wind"
-beam = "strip"
-force = [0, 0, 0.3]
-"#;
+const MODEL: &str = include_str!("../models/every_force.toml");
 
 fn run(model: &Model) -> (Vec<String>, Vec<Sample>) {
     let mut simulation = Simulation::new(model).unwrap();
@@ -141,40 +67,7 @@ fn parts_add_up_and_the_balance_closes() {
     }
 }
 
-/// A pendulum on a driven arm.
-const DRIVEN: &str = r#"
-model = { name = "driven", gravity = [0, 0, -9.81] }
-simulation = { step = 1e-2, end = 0.8 }
-[[body]]
-name = "arm"
-mass = 1.5
-inertia = [0.02, 0.03, 0.02]
-position = [0.3, 0, 0]
-[[body]]
-name = "bob"
-mass = 1
-inertia = [0.01, 0.02, 0.02]
-position = [0.9, 0, 0]
-[[joint]]
-name = "axle"
-type = "revolute"
-parent = "ground"
-child = "arm"
-position = [0, 0, 0]
-axis = [0, 1, 0]
-[[joint]]
-name = "elbow"
-type = "revolute"
-parent = "arm"
-child = "bob"
-position = [0.6, 0, 0]
-axis = [0, 1, 0]
-[[constraint]]
-type = "motion"
-name = "drive"
-joint = "axle"
-path = { amplitude = 0.5, frequency = 1.2, phase = -1.5707963267948966 }
-"#;
+const DRIVEN: &str = include_str!("../models/driven_pendulum.toml");
 
 /// The sub-steps of a composition have weights of opposite sign; the work of motions keeps its
 /// order all the same.
@@ -216,27 +109,7 @@ fn energy_momentum_schemes_close_the_balance_exactly() {
 /// The work of a constant torque on a wheel is the torque times the angle.
 #[test]
 fn the_work_of_a_motor_is_its_effort_times_the_angle() {
-    let text = r#"
-model = { name = "wheel" }
-simulation = { step = 0.001, end = 3 }
-[[body]]
-name = "wheel"
-mass = 1
-inertia = [0.3, 0.3, 0.5]
-position = [0, 0, 0]
-[[joint]]
-name = "axle"
-type = "revolute"
-parent = "ground"
-child = "wheel"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-motor = { effort = 2 }
-[[sensor]]
-name = "angle"
-type = "joint_coordinate"
-of = "axle"
-"#;
+    let text = include_str!("../models/wheel.toml");
     let (columns, samples) = run(&Model::from_toml(text).unwrap());
     assert_eq!(columns, ["kinetic", "total", "work.axle.motor", "balance"]);
     let last = samples.last().unwrap();

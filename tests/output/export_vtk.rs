@@ -6,59 +6,7 @@ use crate::program::command::{folder, holonom, words};
 use std::fs;
 use std::path::Path;
 
-/// Two bodies with sensors at one and forces that no other joint bears.
-const SENSORS: &str = r#"
-[model]
-name = "two bodies"
-gravity = [0, 0, -9.81]
-[simulation]
-step = 0.01
-end = 0.3
-momenta = true
-[[body]]
-name = "arm"
-position = [0.5, 0, 0]
-shape = { type = "box", dimensions = [1.0, 0.2, 0.1], density = 10 }
-[[body]]
-name = "free"
-position = [0, 1, 0]
-mass = 2.0
-inertia = [1.0, 2.0, 2.5]
-velocity = [0.1, 0.2, 0.3]
-angular_velocity = [1, -2, 3]
-rotation_vector = [0.3, 0.2, 0.1]
-[[particle]]
-name = "bob"
-mass = 0.5
-position = [2, 2, 2]
-velocity = [1, 0, 0]
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "ground"
-child = "arm"
-axis = [0, 1, 0]
-position = [0, 0, 0]
-[[spring]]
-name = "coil"
-from = "arm"
-to = "bob"
-stiffness = 1.0
-natural_length = 1.0
-[[sensor]]
-name = "pin"
-type = "reaction"
-of = "hinge"
-frame = "space"
-[[sensor]]
-name = "v"
-type = "velocity"
-of = "free"
-[[sensor]]
-name = "w"
-type = "angular_velocity"
-of = "free"
-"#;
+const SENSORS: &str = include_str!("../models/two_bodies.toml");
 
 /// Reads every file of `run-vtk` and compares all numbers that stand in the files of the run.
 const COMPARE: &str = r#"

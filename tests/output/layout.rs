@@ -83,21 +83,7 @@ fn overlaps(svg: &str) -> Vec<String> {
     bad
 }
 
-const NAMES: &str = r#"
-model = { name = "names" }
-simulation = { step = 0.01, end = 0.3 }
-body = [{ name = "a_very_long_name_of_a_body_with_many_words_and_the_number_0_at_its_end_as_machines_write_them", mass = 1, inertia = [0.1, 0.2, 0.3], position = [1, 0, 0], angular_velocity = [1, 2, 3] },
-        { name = "B", mass = 1, inertia = [0.1, 0.2, 0.3], position = [0, 1, 0] }]
-joint = [{ name = "joint_with_a_long_name_1", type = "revolute", parent = "ground", child = "B", position = [0, 0, 0], axis = [0, 0, 1], rate = 1, damper = { damping = 0.1 }, motor = { effort = 1 } },
-         { name = "joint_with_a_long_name_2", type = "revolute", parent = "B", child = "C", position = [0, 2, 0], axis = [0, 0, 1], rate = 1, damper = { damping = 0.1 }, motor = { effort = 2 } }]
-sensor = [{ name = "all_that_drives_the_second_joint_of_the_machine_and_resists_its_motion", type = "effort", of = "joint_with_a_long_name_2" },
-          { name = "振り子の角度", type = "joint_coordinate", of = "joint_with_a_long_name_1" }]
-[[body]]
-name = "C"
-mass = 1
-inertia = [0.1, 0.2, 0.3]
-position = [0, 3, 0]
-"#;
+const NAMES: &str = include_str!("../models/long_names.toml");
 
 #[test]
 fn legends_touch_neither_titles_nor_each_other() {

@@ -8,21 +8,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// A tile and a cover on a slide, a stone on a tie rod, a point mass on a bar: all held by the
-/// ground.
-const LOOKS: &str = r##"
-model = { name = "looks", gravity = [0, 0, -9.81] }
-simulation = { step = 0.01, end = 0.5 }
-body = [
-  { name = "tile", shape = { type = "box", dimensions = [0.6, 0.6, 0.6], density = 100 }, position = [0, 0, 0], color = "#ff0000" },
-  { name = "cover", shape = { type = "box", dimensions = [0.8, 0.1, 0.8], density = 100 }, position = [0, -0.6, 0], color = "blue", opacity = 0.25, fixed = true },
-  { name = "ghost", shape = { type = "box", dimensions = [0.7, 0.1, 0.7], density = 100 }, position = [0, -0.9, 0], visible = false, fixed = true },
-  { name = "stone", shape = { type = "sphere", dimensions = [0.2], density = 500 }, position = [2, 0, 0] },
-]
-joint = [{ name = "slide", type = "prismatic", parent = "ground", child = "tile", position = [0, 0, 0], axis = [1, 0, 0] }]
-constraint = [{ name = "tie", type = "distance", from = "ground", to = "stone", point_from = [2, 0, 1] }]
-sensor = [{ name = "pull", type = "effort", of = "tie" }]
-"##;
+const LOOKS: &str = include_str!("../models/looks.toml");
 
 fn write(folder: &Path) {
     fs::write(folder.join("looks.toml"), LOOKS).unwrap();

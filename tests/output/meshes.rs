@@ -20,25 +20,7 @@ pub(crate) fn angle_bar() -> String {
     corners.concat() + caps + &(0..6).map(side).collect::<String>()
 }
 
-const MODEL: &str = r#"
-[model]
-name = "angle bar"
-gravity = [0, 0, -9.81]
-[simulation]
-step = 0.01
-end = 0.2
-[[body]]
-name = "bar"
-position = [0.0, 0.0, 1.0]
-shape = { type = "mesh", file = "parts/bar.obj", scale = 0.1, density = 1000.0 }
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "ground"
-child = "bar"
-position = [0.2, 0.0, 1.5]
-axis = [0, 1, 0]
-"#;
+const MODEL: &str = include_str!("../models/mesh_on_hinge.toml");
 
 /// A folder with the model and its mesh.
 fn folder(case: &str) -> PathBuf {

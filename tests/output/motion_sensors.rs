@@ -148,52 +148,7 @@ fn accelerations_have_the_order_of_the_scheme_at_every_node() {
     }
 }
 
-/// A car on a rail whose arm swings about an oblique axis and carries a ball joint, a slide and a
-/// disc on a spring; all rotate.
-const MACHINE: &str = r#"
-model = { name = "machine", gravity = [0.3, 0, -9.81] }
-simulation = { step = 1e-3, end = 0.4 }
-body = [
-  { name = "car", mass = 4, inertia = [0.2, 0.3, 0.25], position = [0, 0, 0] },
-  { name = "arm", mass = 1, inertia = [[0.02, 0.004, 0], [0.004, 0.05, 0], [0, 0, 0.04]], position = [0.4, 0, 0], euler = { sequence = "z", angles = [0.3] } },
-  { name = "tool", mass = 0.5, inertia = [0.01, 0.012, 0.009], position = [0.9, 0.1, 0] },
-  { name = "slider", mass = 0.4, inertia = [0.003, 0.002, 0.004], position = [0.5, 0, -0.3] },
-  { name = "free", mass = 0.7, inertia = [0.01, 0.02, 0.03], position = [1, 1, 1], velocity = [0.2, -0.5, 0.4], angular_velocity = [3, -2, 4] },
-]
-joint = [
-  { name = "rail", type = "prismatic", parent = "ground", child = "car", position = [0, 0, 0], axis = [1, 0, 0], rate = 0.6 },
-  { name = "swing", type = "revolute", parent = "car", child = "arm", position = [0.1, 0, 0], axis = [0.3, 1, 0.2], rate = 2.0 },
-  { name = "ball", type = "spherical", parent = "arm", child = "tool", position = [0.7, 0.1, 0] },
-  { name = "guide", type = "cylindrical", parent = "arm", child = "slider", position = [0.5, 0, -0.1], axis = [0.1, 0, 1], rate = [0.3, 1.0] },
-]
-spring = [{ name = "coil", from = "free", to = "tool", point_from = [0.1, 0, 0], point_to = [0, 0.1, 0], stiffness = 40, natural_length = 1.0, damping = 0.5 }]
-sensor = [
-  { name = "seen", type = "position", of = "slider", point = [0.1, 0.2, -0.1], seen_from = "tool" },
-  { name = "seen_rate", type = "velocity", of = "slider", point = [0.1, 0.2, -0.1], seen_from = "tool" },
-  { name = "attitude", type = "orientation", of = "arm", seen_from = "free" },
-  { name = "omega", type = "angular_velocity", of = "arm", seen_from = "free" },
-  { name = "gap", type = "distance", of = "slider", point = [0.1, 0, 0], to = "free", point_to = [0, 0.1, 0.2] },
-  { name = "gap_rate", type = "distance_rate", of = "slider", point = [0.1, 0, 0], to = "free", point_to = [0, 0.1, 0.2] },
-  { name = "height", type = "distance", of = "tool", to = "ground", point_to = [0, 0, -2] },
-  { name = "length", type = "length", of = "coil" },
-  { name = "length_rate", type = "length_rate", of = "coil" },
-  { name = "rail_rate", type = "joint_rate", of = "rail" },
-  { name = "rail_a", type = "joint_acceleration", of = "rail" },
-  { name = "swing_rate", type = "joint_rate", of = "swing" },
-  { name = "swing_a", type = "joint_acceleration", of = "swing" },
-  { name = "ball_rate", type = "joint_rate", of = "ball" },
-  { name = "ball_a", type = "joint_acceleration", of = "ball" },
-  { name = "guide_rate", type = "joint_rate", of = "guide" },
-  { name = "guide_a", type = "joint_acceleration", of = "guide" },
-  { name = "tip_rate", type = "velocity", of = "tool", point = [0.2, 0.1, 0] },
-  { name = "tip_a", type = "acceleration", of = "tool", point = [0.2, 0.1, 0] },
-  { name = "turn_rate", type = "angular_velocity", of = "tool" },
-  { name = "turn_a", type = "angular_acceleration", of = "tool" },
-  { name = "place", type = "position", of = "slider", point = [0.1, 0.2, -0.1] },
-  { name = "tool_place", type = "position", of = "tool" },
-  { name = "tool_attitude", type = "orientation", of = "tool" },
-]
-"#;
+const MACHINE: &str = include_str!("../models/machine.toml");
 
 /// Pairs of columns, the second one the rate of the first.
 const RATES: [(&str, &str); 18] = [
@@ -272,36 +227,7 @@ fn rates_of_sensors_are_the_differences_of_those_that_they_are_rates_of() {
     }
 }
 
-/// Everything that does work, on two links and a carriage.
-const DRIVEN: &str = r#"
-model = { name = "driven", gravity = [0, 0, -9.81] }
-simulation = { step = 1e-3, end = 0.5 }
-body = [
-  { name = "upper", mass = 2, inertia = [0.01, 0.2, 0.2], position = [0.5, 0, 0] },
-  { name = "lower", mass = 1, inertia = [0.01, 0.1, 0.1], position = [1.4, 0, 0] },
-  { name = "carriage", mass = 3, inertia = [0.1, 0.1, 0.1], position = [0, 1, 0] },
-]
-joint = [
-  { name = "shoulder", type = "revolute", parent = "ground", child = "upper", position = [0, 0, 0], axis = [0, 1, 0], spring = { stiffness = 20, rest = 0.4 }, damper = { damping = 0.7 }, motor = { effort = 3, history = { type = "harmonic", frequency = 2 }, proportional = 30, derivative = 2, path = { moves = [{ start = 0, end = 0.4, by = 0.5 }] } } },
-  { name = "elbow", type = "spherical", parent = "upper", child = "lower", position = [1, 0, 0] },
-  { name = "slide", type = "prismatic", parent = "ground", child = "carriage", position = [0, 1, 0], axis = [1, 0, 0], rate = 0 },
-]
-spring = [{ name = "strut", from = "carriage", to = "lower", point_from = [0, 0.1, 0], point_to = [0.1, 0, 0], stiffness = 60, natural_length = 1.2, damping = 4 }]
-load = [
-  { name = "wind", body = "lower", force = [0, 4, 1], point = [0.2, 0, 0.1], torque = [0.3, 0, 0.2], history = { type = "ramp", start = 0, end = 0.5 } },
-  { name = "jet", body = "lower", force = [1, 0, 2], frame = "body", point = [0.3, 0, 0] },
-]
-constraint = [{ name = "drive", type = "motion", joint = "slide", path = { amplitude = 0.2, frequency = 1.5, phase = -1.5707963267948966 } }]
-sensor = [
-  { name = "arm", type = "power", of = "shoulder" },
-  { name = "strut_power", type = "power", of = "strut" },
-  { name = "wind_power", type = "power", of = "wind" },
-  { name = "jet_power", type = "power", of = "jet" },
-  { name = "drive_power", type = "power", of = "drive" },
-  { name = "strut_length", type = "distance", of = "strut" },
-  { name = "strut_rate", type = "distance_rate", of = "strut" },
-]
-"#;
+const DRIVEN: &str = include_str!("../models/powers.toml");
 
 #[test]
 fn the_integral_of_a_power_is_the_work_of_the_steps() {

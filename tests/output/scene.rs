@@ -60,33 +60,7 @@ fn bodies_are_drawn_in_their_colours() {
     }
 }
 
-/// A body of 2 kg that hangs from a revolute joint at rest: the reaction of 19.62 N points upwards
-/// to the pin, in the colour of no body; `r` hides it.
-const HANGING: &str = r#"
-[model]
-name = "hanging"
-gravity = [0, 0, -9.81]
-[simulation]
-step = 0.01
-end = 0.1
-[[body]]
-name = "weight"
-mass = 2.0
-shape = { type = "sphere", dimensions = [0.1] }
-position = [0, 0, -1]
-[[joint]]
-name = "pin"
-type = "revolute"
-parent = "ground"
-child = "weight"
-position = [0, 0, 0]
-axis = [0, 1, 0]
-[[sensor]]
-name = "support"
-type = "reaction"
-of = "pin"
-frame = "space"
-"#;
+const HANGING: &str = include_str!("../models/hanging_weight.toml");
 
 /// Two marks, eight metres apart.
 const MARKS: &str = r#"
@@ -100,15 +74,7 @@ position = [4, 0, 0]
 shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
 "#;
 
-/// An angle bar, turned by a quarter about `-y`, between the marks.
-const ANGLE_BAR: &str = r#"
-model = { name = "angle bar" }
-simulation = { step = 0.01, end = 0.1 }
-[[body]]
-name = "bar"
-shape = { type = "mesh", file = "bar.obj", density = 1.0 }
-rotation_vector = [0, "= -pi/2", 0]
-"#;
+const ANGLE_BAR: &str = include_str!("../models/angle_bar.toml");
 
 /// A model between the marks, seen from the front, and the scale of the picture, px/m.
 fn between_marks(browser: &str, folder: &Path, model: &str) -> (Shown, f64) {
@@ -144,20 +110,7 @@ fn a_mesh_is_drawn_where_its_triangles_are() {
     }
 }
 
-/// A ball with a box on a long arm beside it, between the marks.
-const PICTURE: &str = r#"
-model = { name = "picture" }
-simulation = { step = 0.01, end = 0.1 }
-[[body]]
-name = "arm"
-mass = 1
-inertia = [1, 1, 1]
-rotation_vector = [0, "= -pi/2", 0]
-picture = [
-    { type = "sphere", dimensions = [0.5] },
-    { type = "box", dimensions = [2.0, 0.4, 0.4], position = [0, 0, 2] },
-]
-"#;
+const PICTURE: &str = include_str!("../models/picture.toml");
 
 #[test]
 fn all_shapes_of_a_picture_are_drawn_at_their_places() {
@@ -207,15 +160,7 @@ fn reactions_are_arrows_that_a_key_hides() {
     assert!(hidden.1 && !shown.1, "the button tells");
 }
 
-/// A point mass of 2 kg at rest, 1 m below a bar, 1 m below a spring that is stretched by 0.5 m.
-const SUSPENDED: &str = r#"
-model = { name = "suspended", gravity = [0, 0, -9.81] }
-simulation = { step = 0.01, end = 0.1 }
-particle = [{ name = "left", mass = 2.0, position = [0, 0, -1] }, { name = "right", mass = 2.0, position = [1, 0, -1] }]
-bar = [{ name = "rod", from = "ground", point = [0, 0, 0], to = "left" }]
-spring = [{ name = "coil", from = "ground", point_from = [1, 0, 0], to = "right", stiffness = 39.24, natural_length = 0.5 }]
-sensor = [{ name = "pull", type = "reaction", of = "rod" }, { name = "stretch", type = "effort", of = "coil" }]
-"#;
+const SUSPENDED: &str = include_str!("../models/suspended_points.toml");
 
 #[test]
 fn tensions_of_bars_and_springs_are_arrows_at_their_ends() {

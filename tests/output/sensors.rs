@@ -147,17 +147,7 @@ fn a_point_is_given_in_the_body_not_in_its_principal_axes() {
     assert!(error < 1e-15, "{error:e}");
 }
 
-/// A free asymmetric body that a force pushes at one of its corners.
-const PUSHED: &str = r#"
-model = { name = "pushed" }
-body = [{ name = "box", mass = 2.0, inertia = [[0.2, 0.05, 0.0], [0.05, 0.3, 0.02], [0.0, 0.02, 0.4]],
-          position = [1.0, -2.0, 0.5], euler = { sequence = "zxz", angles = [0.3, 0.7, -0.2] },
-          angular_velocity = [0.5, 2.0, -1.0] }]
-load = [{ name = "push", body = "box", force = [1.0, -2.0, 0.5], point = [0.3, 0.2, -0.1],
-          history = { type = "ramp", start = 0, end = 1 } }]
-sensor = [{ name = "corner", type = "position", of = "box", point = [0.3, 0.2, -0.1] }]
-simulation = { step = 0.01, end = 1.0 }
-"#;
+const PUSHED: &str = include_str!("../models/pushed_box.toml");
 
 #[test]
 fn a_force_at_a_point_gives_its_impulse_and_its_moment() {
@@ -240,17 +230,7 @@ fn after_a_failed_run_the_file_is_valid() {
     }
 }
 
-/// A door on two hinges with one axis: what acts along the axis is shared in any way.
-const DOOR: &str = r#"
-model = { name = "door", gravity = [0, 0, -9.81] }
-body = [{ name = "door", mass = 10, inertia = [3, 3, 1], position = [0.5, 0, 1] }]
-joint = [
-  { name = "low", type = "revolute", parent = "ground", child = "door", position = [0, 0, 0], axis = [0, 0, 1] },
-  { name = "high", type = "revolute", parent = "ground", child = "door", position = [0, 0, 2], axis = [0, 0, 1] },
-]
-sensor = [{ name = "low_hinge", type = "reaction", of = "low" }]
-simulation = { step = 0.01, end = 0.02 }
-"#;
+const DOOR: &str = include_str!("../models/door.toml");
 
 #[test]
 fn components_that_are_not_unique_are_marked() {

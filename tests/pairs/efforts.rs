@@ -14,23 +14,7 @@ fn run(model: &Model) -> (Vec<String>, Vec<Sample>) {
     (names.collect(), samples)
 }
 
-/// A bar of 1 m and 2 kg on a hinge about y.
-const PENDULUM: &str = r#"
-model = { name = "pendulum", gravity = [0, 0, -9.81] }
-simulation = { step = 1e-3, end = 1 }
-[[body]]
-name = "bar"
-mass = 2
-inertia = [1e-3, 0.2, 0.2]
-position = [0.5, 0, 0]
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "ground"
-child = "bar"
-position = [0, 0, 0]
-axis = [0, 1, 0]
-"#;
+const PENDULUM: &str = include_str!("../models/bar.toml");
 
 const DRIVE: &str = r#"
 [[constraint]]
@@ -270,53 +254,7 @@ fn reactions_come_along_the_axes_that_are_asked_for() {
 /// A torque on a wheel that a rack moves: `θ + ϱ x` constant, `τ + λ = I θ̈`, `ϱ λ = m ẍ`.
 #[test]
 fn the_effort_of_a_gear_is_that_on_its_first_joint() {
-    const TEXT: &str = r#"
-model = { name = "rack", gravity = [0, 0, 0] }
-simulation = { step = 1e-3, end = 0.2 }
-[[body]]
-name = "wheel"
-mass = 1
-inertia = [0.2, 0.2, 0.3]
-position = [0, 0, 0]
-[[body]]
-name = "rack"
-mass = 2
-inertia = [0.1, 0.1, 0.1]
-position = [0, 1, 0]
-[[joint]]
-name = "shaft"
-type = "cylindrical"
-parent = "ground"
-child = "wheel"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-motor = { freedom = 1, effort = 5 }
-[[joint]]
-name = "slide"
-type = "prismatic"
-parent = "ground"
-child = "rack"
-position = [0, 1, 0]
-axis = [1, 0, 0]
-[[constraint]]
-type = "gear"
-name = "teeth"
-joints = ["shaft", "slide"]
-freedoms = [1, 0]
-ratio = 4
-[[sensor]]
-name = "torque"
-type = "effort"
-of = "teeth"
-[[sensor]]
-name = "angle"
-type = "joint_coordinate"
-of = "shaft"
-[[sensor]]
-name = "way"
-type = "joint_coordinate"
-of = "slide"
-"#;
+    const TEXT: &str = include_str!("../models/rack.toml");
     let (names, samples) = run(&model(TEXT, &[]));
     println!("{names:?}");
     let acceleration = 5.0 / (0.3 + 2.0 / 16.0);

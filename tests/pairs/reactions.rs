@@ -145,44 +145,9 @@ fn the_tip_of_the_steady_top_carries_mass_times_acceleration_less_gravity() {
     }
 }
 
-/// A chain of all types of joints, and a free body at its end.
-const CHAIN: &str = r#"
-model = { name = "chain", gravity = [0.5, 1.0, -9.81] }
-body = [
-  { name = "a", mass = 2.0, inertia = [0.3, 0.4, 0.5], position = [0.5, 0.0, 0.1] },
-  { name = "b", mass = 1.5, inertia = [[0.4, 0.1, 0.0], [0.1, 0.3, 0.05], [0.0, 0.05, 0.5]], position = [1.2, 0.3, 0.0], rotation_vector = [0.3, -0.2, 0.5] },
-  { name = "c", mass = 1.0, inertia = [0.2, 0.3, 0.4], position = [1.6, 0.9, -0.4] },
-  { name = "d", mass = 0.7, inertia = [0.2, 0.2, 0.3], position = [2.0, 1.1, -0.9] },
-  { name = "e", mass = 0.6, inertia = [0.1, 0.2, 0.2], position = [2.1, 1.9, -1.2] },
-  { name = "f", mass = 0.9, inertia = [0.2, 0.1, 0.2], position = [2.9, 2.0, -1.0] },
-]
-joint = [
-  { name = "r", type = "revolute", parent = "ground", child = "a", position = [0, 0, 0], axis = [0.2, 1, 0.1] },
-  { name = "c1", type = "cylindrical", parent = "b", child = "a", position = [0.9, 0.1, 0], axis = [1, 0.3, 0] },
-  { name = "s", type = "spherical", parent = "b", child = "c", position = [1.4, 0.6, -0.2] },
-  { name = "p", type = "prismatic", parent = "c", child = "d", position = [1.8, 1.0, -0.6], axis = [0.1, 0.5, 1] },
-  { name = "e1", type = "planar", parent = "d", child = "e", position = [2.0, 1.5, -1.0], axis = [0, 0.4, 1] },
-  { name = "w", type = "fixed", parent = "e", child = "f", position = [2.5, 2.0, -1.1] },
-]
-simulation = { step = 0.002, end = 0.2 }
-"#;
+const CHAIN: &str = include_str!("../models/every_pair.toml");
 
-/// A planar four-bar: three redundant constraints.
-const FOUR_BAR: &str = r#"
-model = { name = "four-bar", gravity = [0, -9.81, 0] }
-body = [
-  { name = "crank", mass = 1.0, inertia = [0.01, 0.1, 0.1], position = [0.0, 0.5, 0], rotation_vector = [0, 0, 1.2] },
-  { name = "coupler", mass = 2.0, inertia = [0.02, 0.6, 0.6], position = [1.25, 1.5, 0] },
-  { name = "rocker", mass = 1.5, inertia = [0.02, 0.5, 0.5], position = [2.75, 1.0, 0] },
-]
-joint = [
-  { name = "j1", type = "revolute", parent = "ground", child = "crank", position = [0, 0, 0], axis = [0, 0, 1] },
-  { name = "j2", type = "revolute", parent = "crank", child = "coupler", position = [0, 1, 0], axis = [0, 0, 1] },
-  { name = "j3", type = "revolute", parent = "coupler", child = "rocker", position = [2.5, 2, 0], axis = [0, 0, 1] },
-  { name = "j4", type = "revolute", parent = "ground", child = "rocker", position = [3, 0, 0], axis = [0, 0, 1] },
-]
-simulation = { step = 0.002, end = 0.2 }
-"#;
+const FOUR_BAR: &str = include_str!("../models/four_bar.toml");
 
 /// Force and moment about the centre that the reactions make on a body.
 fn sum_on(
@@ -411,21 +376,7 @@ fn reactions_in_flat_positions_are_those_of_the_multipliers() {
     assert!(flat < 1e-2 && largest < 1e-9, "{flat:e}, {largest:e}");
 }
 
-const SQUARE: &str = r#"
-model = { name = "square", gravity = [0, -9.81, 0] }
-body = [
-  { name = "left", mass = 1.0, inertia = [0.1, 0.01, 0.1], position = [0, 0.5, 0] },
-  { name = "upper", mass = 1.0, inertia = [0.01, 0.1, 0.1], position = [0.5, 1, 0] },
-  { name = "right", mass = 1.0, inertia = [0.1, 0.01, 0.1], position = [1, 0.5, 0] },
-]
-joint = [
-  { name = "j1", type = "revolute", parent = "ground", child = "left", position = [0, 0, 0], axis = [0, 0, 1] },
-  { name = "j2", type = "revolute", parent = "left", child = "upper", position = [0, 1, 0], axis = [0, 0, 1] },
-  { name = "j3", type = "revolute", parent = "upper", child = "right", position = [1, 1, 0], axis = [0, 0, 1] },
-  { name = "j4", type = "revolute", parent = "ground", child = "right", position = [1, 0, 0], axis = [0, 0, 1] },
-]
-simulation = { step = 0.002, end = 0.2 }
-"#;
+const SQUARE: &str = include_str!("../models/square.toml");
 
 /// In a flat position a parallelogram loses one more row, and a force may have a part along the
 /// motion that is free there alone: no constraint exerts it.
@@ -526,17 +477,7 @@ fn a_tree_is_unique_throughout() {
 #[test]
 fn the_thread_of_a_screw_carries_its_nut() {
     // u = κ θ: (m κ² + I) θ̈ = −m g κ
-    let text = r#"
-        model = { name = "screw", gravity = [0, 0, -9.81] }
-        body = [{ name = "nut", mass = 2, inertia = [0.03, 0.03, 0.05] }]
-        joint = [{ name = "thread", type = "screw", parent = "ground", child = "nut",
-                   position = [0, 0, 0], axis = [0, 0, 1], pitch = 0.5 }]
-        sensor = [
-          { name = "hold", type = "reaction", of = "thread" },
-          { name = "turn", type = "joint_coordinate", of = "thread" },
-        ]
-        simulation = { step = 0.001, end = 1.5 }
-    "#;
+    let text = include_str!("../models/nut.toml");
     let (mass, inertia, kappa) = (2.0, 0.05, 0.5 / std::f64::consts::TAU);
     let spin = -mass * 9.81 * kappa / (mass * kappa * kappa + inertia);
     let expected = [0.0, 0.0, mass * (9.81 + kappa * spin), 0.0, 0.0, inertia * spin];

@@ -5,53 +5,7 @@
 use holonom::{Model, Override, Simulation};
 use nalgebra::Vector3;
 
-const ARM: &str = r#"
-model = { name = "arm", gravity = [0, 0, -9.81] }
-simulation = { step = 0.01, end = 1.0 }
-
-[[body]]
-name = "base"
-mass = 2.0
-inertia = [0.1, 0.1, 0.1]
-position = [0, 0, 0.5]
-
-[[body]]
-name = "slide"
-mass = 1.0
-inertia = [0.1, 0.2, 0.2]
-position = [1, 0, 1]
-
-[[body]]
-name = "hand"
-mass = 0.5
-inertia = [0.01, 0.02, 0.02]
-position = [2, 0.3, 1]
-
-[[joint]]
-name = "column"
-type = "revolute"
-parent = "ground"
-child = "base"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-rate = 2.0
-
-[[joint]]
-name = "guide"
-type = "cylindrical"
-parent = "base"
-child = "slide"
-position = [0.5, 0, 1]
-axis = [1, 0, 0]
-rate = [0.3, -1.5]
-
-[[joint]]
-name = "wrist"
-type = "fixed"
-parent = "slide"
-child = "hand"
-position = [1.5, 0, 1]
-"#;
+const ARM: &str = include_str!("../models/rated_arm.toml");
 
 #[test]
 fn velocities_follow_from_rates() {
@@ -133,24 +87,7 @@ fn a_beam_moves_with_what_it_is_fixed_to() {
 
 #[test]
 fn a_joint_rate_moves_a_beam() {
-    let text = r#"
-model = { name = "arm" }
-simulation = { step = 0.01, end = 1.0 }
-[[beam]]
-name = "arm"
-points = [[0, 0, 0], [2, 0, 0]]
-elements = 4
-normal = [0, 0, 1]
-section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 500, EI2 = 500, GJ = 500, rhoA = 1, rhoI1 = 0.1, rhoI2 = 0.1 }
-[[joint]]
-name = "shoulder"
-type = "revolute"
-parent = "ground"
-child = "arm.start"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-rate = 3.0
-"#;
+    let text = include_str!("../models/rated_beam.toml");
     let v = initial_velocities(text);
     for (k, node) in v.chunks_exact(12).enumerate() {
         let expected = 3.0 * 0.5 * k as f64;

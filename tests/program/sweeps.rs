@@ -6,26 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-/// A pendulum of a sphere with a sensor of its angle.
-const PENDULUM: &str = r#"
-model = { name = "pendulum", gravity = [0.0, 0.0, -9.81] }
-simulation = { step = 0.01, end = 1.0 }
-[[body]]
-name = "bob"
-position = [1.0, 0.0, 0.0]
-shape = { type = "sphere", dimensions = [0.05], density = 1000.0 }
-[[joint]]
-name = "pivot"
-type = "revolute"
-parent = "ground"
-child = "bob"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-[[sensor]]
-name = "angle"
-type = "joint_coordinate"
-of = "pivot"
-"#;
+const PENDULUM: &str = include_str!("../models/sphere_pendulum.toml");
 
 fn sweep(folder: &Path, out: &str, more: &[&str]) -> Output {
     fs::write(folder.join("pendulum.toml"), PENDULUM).unwrap();

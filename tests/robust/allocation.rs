@@ -21,37 +21,9 @@ use vi_testkit::allocator::allocations;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Bars that close a loop.
-const TRIANGLE: &str = r#"
-model = { name = "triangle", dimension = 2, gravity = [0, -9.81] }
-simulation = { step = 0.01, end = 1.0 }
-particle = [
-  { name = "a", mass = 1.0, position = [0.0, -1.0] },
-  { name = "b", mass = 2.0, position = [1.0, -1.0] },
-  { name = "c", mass = 1.0, position = [0.4, -1.8] },
-]
-bar = [
-  { name = "hold", from = "ground", point = [0.3, 0.0], to = "a" },
-  { name = "ab", from = "a", to = "b" },
-  { name = "bc", from = "b", to = "c" },
-  { name = "ca", from = "c", to = "a" },
-]
-"#;
+const TRIANGLE: &str = include_str!("../models/triangle_of_bars.toml");
 
-/// A spring between bodies of a chain.
-const SPRUNG: &str = r#"
-model = { name = "sprung", gravity = [0, 0, -9.81] }
-simulation = { step = 0.01, end = 1.0 }
-body = [
-  { name = "a", mass = 1.0, inertia = [0.1, 0.2, 0.2], position = [0.5, 0, 0] },
-  { name = "b", mass = 1.0, inertia = [0.1, 0.2, 0.2], position = [1.5, 0, 0] },
-]
-joint = [
-  { name = "first", type = "revolute", parent = "ground", child = "a", position = [0, 0, 0], axis = [0, 1, 0] },
-  { name = "second", type = "spherical", parent = "a", child = "b", position = [1, 0, 0] },
-]
-spring = [{ name = "tie", from = "a", point_from = [0, 0, 0.2], to = "b", point_to = [0, 0.1, 0.2], stiffness = 40.0 }]
-"#;
+const SPRUNG: &str = include_str!("../models/sprung_chain.toml");
 
 #[test]
 fn no_step_allocates() {

@@ -56,16 +56,7 @@ fn certificates_of_shipped_models() {
     insta::assert_snapshot!("certificate_four_particles_coarse", judged(&coarse));
 }
 
-const BOX: &str = r#"
-model = { name = "box" }
-simulation = { step = 0.01, end = 1 }
-[[body]]
-name = "box"
-mass = 1
-inertia = [1, 1, 1]
-position = [0, 0, 0]
-velocity = [0, 0, 0]
-"#;
+const BOX: &str = include_str!("../models/resting_box.toml");
 
 #[test]
 fn a_system_at_rest_has_no_certificate() {

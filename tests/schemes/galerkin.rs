@@ -19,43 +19,7 @@ use vi_testkit::allocator::allocations;
 
 const GALERKIN: [(&str, &str); 1] = [("simulation.method", "galerkin")];
 
-/// Two links with dampers, a torsion spring and a motor whose torque varies in time.
-const DAMPED: &str = r#"
-[model]
-name = "damped"
-gravity = [0, 0, -9.81]
-[[body]]
-name = "upper"
-mass = 1.0
-inertia = [0.03, 0.04, 0.05]
-position = [0.5, 0, 0]
-[[body]]
-name = "lower"
-mass = 0.6
-inertia = [0.02, 0.03, 0.01]
-position = [1.4, 0, 0]
-[[joint]]
-name = "shoulder"
-type = "revolute"
-parent = "ground"
-child = "upper"
-position = [0, 0, 0]
-axis = [0, 1, 0.3]
-damper = { damping = 0.4 }
-[[joint]]
-name = "elbow"
-type = "revolute"
-parent = "upper"
-child = "lower"
-position = [1, 0, 0]
-axis = [0, 1, 0]
-damper = { damping = 0.2 }
-spring = { stiffness = 2.0, rest = 0.3 }
-motor = { effort = 1.5, history = { type = "harmonic", frequency = 0.5 } }
-[simulation]
-step = 0.01
-end = 1.0
-"#;
+const DAMPED: &str = include_str!("../models/damped_links.toml");
 
 fn run(text: &str, h: f64, order: u32) -> Run {
     Run::with(text, h, order, &GALERKIN)

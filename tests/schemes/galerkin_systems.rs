@@ -38,45 +38,7 @@ strain = "averaged"
     )
 }
 
-/// A pendulum on a hinge that is turned.
-const DRIVEN: &str = r#"
-[model]
-name = "driven"
-gravity = [0, 0, -9.81]
-[[body]]
-name = "upper"
-mass = 1.0
-inertia = [0.03, 0.04, 0.05]
-position = [0.5, 0, 0]
-[[body]]
-name = "lower"
-mass = 0.6
-inertia = [0.02, 0.03, 0.01]
-position = [1.4, 0, 0]
-[[joint]]
-name = "shoulder"
-type = "revolute"
-parent = "ground"
-child = "upper"
-position = [0, 0, 0]
-axis = [0, 1, 0]
-rate = 3.7699111843077517
-[[joint]]
-name = "elbow"
-type = "revolute"
-parent = "upper"
-child = "lower"
-position = [1, 0, 0]
-axis = [0, 1, 0]
-[[constraint]]
-name = "drive"
-type = "motion"
-joint = "shoulder"
-path = { amplitude = 0.6, frequency = 1.0 }
-[simulation]
-step = 0.01
-end = 0.2
-"#;
+const DRIVEN: &str = include_str!("../models/driven_links.toml");
 
 fn run(text: &str, scheme: &str, h: f64, order: u32) -> Run {
     let scheme = format!("\"{scheme}\"");

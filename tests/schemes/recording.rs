@@ -15,23 +15,7 @@ use holonom::vi_core::linear::norm_inf;
 use holonom::vi_multibody::run::MechanismIntegrator;
 use holonom::{Model, Override, Sample, Simulation};
 
-/// A spherical, a revolute and a prismatic joint on one body.
-const BRANCHES: &str = r#"
-model = { name = "branches", gravity = [0, 0, -9.81] }
-simulation = { step = 1e-3, end = 1.0 }
-body = [
-  { name = "hub", mass = 2.0, inertia = [0.1, 0.2, 0.3], position = [0.5, 0, 0] },
-  { name = "arm", mass = 1.0, inertia = [0.01, 0.05, 0.06], position = [1.5, 0.2, 0] },
-  { name = "bob", mass = 0.5, inertia = [0.02, 0.01, 0.03], position = [0.5, 1, -0.5] },
-  { name = "slide", mass = 0.7, inertia = [0.02, 0.03, 0.01], position = [0.5, -0.6, 0.1] },
-]
-joint = [
-  { name = "pivot", type = "universal", parent = "ground", child = "hub", position = [0, 0, 0], axis = [0, 1, 0], axis2 = [0, 0, 1] },
-  { name = "elbow", type = "revolute", parent = "hub", child = "arm", position = [1, 0, 0], axis = [0, 1, 0] },
-  { name = "ball", type = "spherical", parent = "hub", child = "bob", position = [0.5, 0.5, 0] },
-  { name = "guide", type = "prismatic", parent = "hub", child = "slide", position = [0.5, -0.3, 0], axis = [0, 1, 0] },
-]
-"#;
+const BRANCHES: &str = include_str!("../models/branches.toml");
 
 /// A prescribed rotation of its elbow.
 const DRIVE: &str = r#"
@@ -42,19 +26,7 @@ joint = "elbow"
 path = { amplitude = 0.3, frequency = 0.5, phase = -1.5707963267948966 }
 "#;
 
-/// Lumped masses couple no two nodes; the mass that is added to the strain rates does.
-const LUMPED: &str = r#"
-model = { name = "lumped", gravity = [0, 0, -9.81] }
-simulation = { step = 0.01, end = 1.0 }
-[[beam]]
-name = "beam"
-points = [[0, 0, 0], [2, 0, 0]]
-elements = 6
-mass = "lumped"
-normal = [0, 0, 1]
-start = "clamped"
-section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 50, EI2 = 50, GJ = 50, rhoA = 1, rhoI1 = 0.1, rhoI2 = 0.1 }
-"#;
+const LUMPED: &str = include_str!("../models/lumped_cantilever.toml");
 
 /// Largest differences, relative to the size of each quantity.
 #[derive(Clone, Copy, Debug, Default)]

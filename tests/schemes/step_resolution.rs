@@ -87,53 +87,14 @@ fn the_bound_of_a_step_is_a_radian_and_its_remedy_works() {
     assert!((last.sensors[0] - exact).abs() < 1e-9 && end[0].contains("less than that"), "{end:?}");
 }
 
-const GYROSTAT: &str = r#"
-model = { name = "gyrostat", gravity = [0, 0, 0] }
-simulation = { step = 0.01, end = 0.5 }
-body = [
-  { name = "hull", mass = 5.0, inertia = [2.0, 2.0, 3.0], position = [0, 0, 0] },
-  { name = "wheel", mass = 1.0, inertia = [0.01, 0.01, 0.02], position = [0, 0, 0.5] },
-]
-joint = [
-  { name = "axle", type = "revolute", parent = "hull", child = "wheel", position = [0, 0, 0.5], axis = [0, 0, 1], rate = 40.0 },
-]
-"#;
+const GYROSTAT: &str = include_str!("../models/gyrostat.toml");
 const CONICAL: &str = r#"
 model = { name = "circling", dimension = 2, gravity = [0.0, 0.0] }
 simulation = { step = 0.01, end = 0.5 }
 particle = [{ name = "bob", mass = 1.0, position = [0.5, 0.0], velocity = [0.0, 10.0] }]
 bar = [{ name = "rod", from = "ground", to = "bob" }]
 "#;
-const SHAFT: &str = r#"
-model = { name = "shaft", gravity = [0, 0, 0] }
-simulation = { step = 0.005, end = 0.1 }
-[[beam]]
-name = "shaft"
-points = [[0, 0, 0], [0.5, 0, 0]]
-elements = 4
-normal = [0, 0, 1]
-angular_velocity = [50.0, 0, 0]
-section = { shape = { type = "circle", dimensions = [0.01] }, material = { E = 2e11, nu = 0.3, density = 7800.0 } }
-[[body]]
-name = "flywheel"
-mass = 2.0
-inertia = [0.01, 0.006, 0.006]
-position = [0.5, 0, 0]
-angular_velocity = [50.0, 0, 0]
-[[joint]]
-name = "bearing"
-type = "revolute"
-parent = "ground"
-child = "shaft.start"
-position = [0, 0, 0]
-axis = [1, 0, 0]
-[[joint]]
-name = "hub"
-type = "fixed"
-parent = "shaft.end"
-child = "flywheel"
-position = [0.5, 0, 0]
-"#;
+const SHAFT: &str = include_str!("../models/shaft_with_flywheel.toml");
 
 /// A wheel on a free hull, a point mass on a bar, a flywheel on an elastic shaft; a Galerkin scheme
 /// and a composition, whose phases are right.
@@ -169,20 +130,7 @@ fn whatever_turns_fast_is_named() {
 /// it is not.
 #[test]
 fn what_a_path_turns_has_no_phase_error() {
-    let crank = r#"
-model = { name = "crank", gravity = [0, 0, -9.81] }
-simulation = { step = 0.01, end = 0.5 }
-body = [
-  { name = "crank", mass = 1.0, inertia = [0.1, 0.1, 0.1], position = [0, 0, 0] },
-  { name = "tool", mass = 1.0, inertia = [0.1, 0.1, 0.1], position = [0.5, 0, 0] },
-]
-joint = [
-  { name = "motor", type = "revolute", parent = "ground", child = "crank", position = [0, 0, 0], axis = [0, 0, 1], rate = 60.0 },
-  { name = "grip", type = "fixed", parent = "crank", child = "tool", position = [0.5, 0, 0] },
-]
-constraint = [{ name = "drive", type = "motion", joint = "motor", path = { rate = 60.0 } }]
-sensor = [{ name = "angle", type = "joint_coordinate", of = "motor" }, { name = "rate", type = "joint_rate", of = "motor" }]
-"#;
+    let crank = include_str!("../models/driven_crank.toml");
     for scheme in ["\"nodal\"", "\"em-nodal\""] {
         let (outcome, last, [start, end]) = run(&with(crank, &[("simulation.scheme", scheme)]));
         assert_eq!(outcome, RunOutcome::Done);

@@ -95,44 +95,7 @@ fn energy(text: &str, settings: &[(&str, String)]) -> EnergySummary {
     summary.finish(&model, simulation.assembly(), &outcome, 0.0).energy
 }
 
-/// A pendulum whose hinge on a cart is driven, with a second link that swings freely.
-const DRIVEN: &str = r#"
-model = { name = "driven", gravity = [0, 0, -9.81] }
-simulation = { step = 0.01, end = 1.0 }
-[[body]]
-name = "arm"
-mass = 2.0
-inertia = [0.02, 0.2, 0.2]
-position = [0.5, 0, 0]
-angular_velocity = [0.0, 1.2566370614359172, 0.0]
-velocity = [0.0, 0.0, -0.6283185307179586]
-[[body]]
-name = "tip"
-mass = 1.0
-inertia = [0.01, 0.1, 0.1]
-position = [1.4, 0, 0]
-angular_velocity = [0.0, 1.2566370614359172, 0.0]
-velocity = [0.0, 0.0, -1.7592918860102842]
-[[joint]]
-name = "shoulder"
-type = "revolute"
-parent = "ground"
-child = "arm"
-position = [0, 0, 0]
-axis = [0, 1, 0]
-[[joint]]
-name = "elbow"
-type = "revolute"
-parent = "arm"
-child = "tip"
-position = [1, 0, 0]
-axis = [0, 1, 0]
-[[constraint]]
-name = "drive"
-type = "motion"
-joint = "shoulder"
-path = { amplitude = 0.2, frequency = 1.0 }
-"#;
+const DRIVEN: &str = include_str!("../models/driven_hinge.toml");
 
 #[test]
 fn the_balance_of_the_summary_is_of_second_order_in_every_scheme() {

@@ -11,28 +11,7 @@ fn folder(case: &str) -> PathBuf {
     pendulum_folder("equilibria_and_modes", case)
 }
 
-const ROD: &str = r#"
-[model]
-name = "rod"
-
-[[beam]]
-name = "rod"
-points = [[0, 0, 0], [1, 0, 0]]
-elements = 8
-normal = [0, 0, 1]
-section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 1, EI2 = 2, GJ = 1, rhoA = 1, rhoI1 = 1e-4, rhoI2 = 2e-4 }
-start = "clamped"
-
-[[load]]
-name = "pull"
-body = "rod.end"
-force = [0, 2, 0]
-
-[simulation]
-scheme = "static"
-step = 0.25
-end = 1
-"#;
+const ROD: &str = include_str!("../models/soft_rod.toml");
 
 #[test]
 fn statics_writes_a_row_for_each_equilibrium() {

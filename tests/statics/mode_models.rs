@@ -14,23 +14,7 @@ fn vibrations(report: &Report) -> Vec<f64> {
     of(Kind::Vibration).map(|mode| mode.omega).collect()
 }
 
-/// L = 1 m, ρA = 1 kg/m, EI = 1 N·m²; slender: `h/L = 1e-3` in shear, extension and rotary inertia.
-const BEAM: &str = r#"
-[model]
-name = "slender beam"
-
-[[beam]]
-name = "beam"
-points = [[0, 0, 0], [1, 0, 0]]
-elements = 16
-normal = [0, 0, 1]
-section = { EA = 1e6, GA1 = 1e6, GA2 = 1e6, EI1 = 1, EI2 = 1, GJ = 1, rhoA = 1, rhoI1 = 1e-6, rhoI2 = 1e-6 }
-start = "clamped"
-
-[simulation]
-step = 0.01
-end = 1.0
-"#;
+const BEAM: &str = include_str!("../models/slender_cantilever.toml");
 
 #[test]
 fn slender_beams_have_the_frequencies_of_euler_and_bernoulli() {
@@ -109,23 +93,7 @@ fn a_pendulum_and_a_chain_swing_as_they_must() {
     assert_eq!((start.zero, start.unstable), (1, 0), "level with its pivot nothing resists");
 
     // two masses on three springs between walls: ω² = k/m, 3 k/m along the line
-    let chain = r#"
-        model = { name = "two masses" }
-        body = [
-            { name = "a", mass = 2.0, inertia = [1.0, 1.0, 1.0], position = [1.0, 0.0, 0.0] },
-            { name = "b", mass = 2.0, inertia = [1.0, 1.0, 1.0], position = [2.0, 0.0, 0.0] },
-        ]
-        joint = [
-            { name = "ja", type = "prismatic", parent = "ground", child = "a", position = [1.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0] },
-            { name = "jb", type = "prismatic", parent = "ground", child = "b", position = [2.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0] },
-        ]
-        spring = [
-            { name = "s1", from = "ground", to = "a", stiffness = 30.0, natural_length = 1.0 },
-            { name = "s2", from = "a", to = "b", stiffness = 30.0, natural_length = 1.0 },
-            { name = "s3", from = "b", to = "ground", point_to = [3.0, 0.0, 0.0], stiffness = 30.0, natural_length = 1.0 },
-        ]
-        simulation = { step = 0.01, end = 1.0 }
-    "#;
+    let chain = include_str!("../models/two_masses.toml");
     let report = modes(chain, &[], About::Start, 5);
     println!("two masses: {:?}", vibrations(&report));
     for (mode, exact) in report.modes.iter().zip([15.0, 45.0]) {

@@ -90,63 +90,7 @@ fn the_right_angle_frame_stands_aside_beyond_its_critical_load() {
     assert!(aside(1.04) < 1e-4 && aside(1.2) > 0.03);
 }
 
-pub(crate) const ARCH: &str = r#"
-[model]
-name = "two bars"
-
-[[beam]]
-name = "left"
-points = [[-1, 0, 0], [0, 0.25, 0]]
-elements = 2
-normal = [0, 0, 1]
-section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 50, EI2 = 50, GJ = 50, rhoA = 1, rhoI1 = 0.1, rhoI2 = 0.1 }
-
-[[beam]]
-name = "right"
-points = [[0, 0.25, 0], [1, 0, 0]]
-elements = 2
-normal = [0, 0, 1]
-section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 50, EI2 = 50, GJ = 50, rhoA = 1, rhoI1 = 0.1, rhoI2 = 0.1 }
-
-[[joint]]
-name = "foot"
-type = "revolute"
-parent = "ground"
-child = "left.start"
-position = [-1, 0, 0]
-axis = [0, 0, 1]
-
-[[joint]]
-name = "apex"
-type = "revolute"
-parent = "left.end"
-child = "right.start"
-position = [0, 0.25, 0]
-axis = [0, 0, 1]
-
-[[joint]]
-name = "other_foot"
-type = "revolute"
-parent = "ground"
-child = "right.end"
-position = [1, 0, 0]
-axis = [0, 0, 1]
-
-[[load]]
-name = "push"
-body = "left.end"
-force = [0, -100, 0]
-
-[[sensor]]
-name = "height"
-type = "position"
-of = "left.end"
-
-[simulation]
-scheme = "static"
-step = 0.02
-end = 1.0
-"#;
+pub(crate) const ARCH: &str = include_str!("../models/two_bars.toml");
 
 #[test]
 fn an_arch_snaps_through_by_arc_length_and_stops_without() {
@@ -224,56 +168,7 @@ fn an_overconstrained_loop_comes_to_rest() {
     assert!(energy < -29.43 - 1.0 && missed < 1e-10, "{energy}, {missed:e}");
 }
 
-const DRIVEN: &str = r#"
-[model]
-name = "driven end"
-
-[[beam]]
-name = "beam"
-points = [[0, 0, 0], [1, 0, 0]]
-elements = 16
-normal = [0, 0, 1]
-section = { EA = 1e6, GA1 = 1e6, GA2 = 1e6, EI1 = 10, EI2 = 10, GJ = 10, rhoA = 1, rhoI1 = 1e-4, rhoI2 = 1e-4 }
-start = "clamped"
-
-[[body]]
-name = "slider"
-mass = 1
-inertia = [1, 1, 1]
-position = [1, 0, 0]
-
-[[joint]]
-name = "guide"
-type = "prismatic"
-parent = "ground"
-child = "slider"
-position = [1, 0, 0]
-axis = [0, 1, 0]
-
-[[joint]]
-name = "slot"
-type = "planar"
-parent = "slider"
-child = "beam.end"
-position = [1, 0, 0]
-axis = [0, 1, 0]
-
-[[constraint]]
-name = "drive"
-type = "motion"
-joint = "guide"
-path = { rate = 0.01 }
-
-[[sensor]]
-name = "force"
-type = "reaction"
-of = "slot"
-
-[simulation]
-scheme = "static"
-step = 0.1
-end = 1.0
-"#;
+const DRIVEN: &str = include_str!("../models/driven_end.toml");
 
 #[test]
 fn a_driven_end_bends_a_beam_as_the_beam_theory_says() {

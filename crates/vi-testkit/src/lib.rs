@@ -3,10 +3,12 @@
 //! | file | concept |
 //! |---|---|
 //! | [`allocator`] | counts allocations and the memory in use |
+//! | [`model`] | texts of model files, part by part; bodies with their motion |
 //! | [`sample`] | random numbers, vectors, frames, reproducible by their seed |
 #![deny(missing_docs)]
 
 pub mod allocator;
+pub mod model;
 pub mod sample;
 
 pub use allocator::CountingAllocator;

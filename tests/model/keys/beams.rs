@@ -2,13 +2,12 @@
 
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Rotation3, Vector3};
+use vi_testkit::model::{beam, frame, head, heavy, part, soft_section};
 
 type Vector = Vector3<f64>;
 
-const SECTION: &str = "section = { EA = 90.0, GA1 = 25.0, GA2 = 40.0, EI1 = 0.4, EI2 = 0.7, GJ = 0.3, rhoA = 0.1, rhoI1 = 1e-3, rhoI2 = 2e-3 }";
-
 /// The directors of a section whose tangent and `normal` are given.
-fn frame(tangent: Vector, normal: Vector) -> Matrix3<f64> {
+fn directors(tangent: Vector, normal: Vector) -> Matrix3<f64> {
     let d3 = tangent.normalize();
     let d1 = (normal - normal.dot(&d3) * d3).normalize();
     Matrix3::from_columns(&[d1, d3.cross(&d1), d3])
@@ -31,7 +30,7 @@ fn leg(
         checks.matrix(
             "directors",
             run.directors(&name, 0),
-            frame(ends[1] - ends[0], normal),
+            directors(ends[1] - ends[0], normal),
             1e-12,
         );
     }
@@ -40,27 +39,18 @@ fn leg(
 /// Two legs of different elements with a normal for each, of order 2, in a frame, and a straight
 /// one.
 fn legs() -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "legs" }}
-simulation = {{ step = 1e-5, end = 1e-5 }}
-frame = [{{ name = "tilted", rotation_vector = [0.3, 0.5, -0.8], position = [0.1, 0.3, 0.2] }}, {{ name = "other", position = [0.0, 1.0, 3.0] }}]
-[[beam]]
-name = "bent"
-relative_to = "tilted"
-points = [[0.0, 0.1, 0.2], [0.6, 0.0, 0.1], [0.6, 0.4, 0.3]]
-elements = [2, 3]
-order = 2
-normal = [[0.1, 0.0, 1.0], [1.0, 0.2, 0.0]]
-{SECTION}
-[[beam]]
-name = "straight"
-points = [[2.0, 0.0, 0.0], [2.0, 0.5, 0.7]]
-elements = 4
-normal = [0.0, -0.3, 1.0]
-{SECTION}
-"#
-    );
+    let text = [
+        head("legs", "step = 1e-5, end = 1e-5"),
+        frame("tilted", [0.3, 0.5, -0.8], [0.1, 0.3, 0.2]),
+        part("frame", "other") + "position = [0.0, 1.0, 3.0]\n",
+        part("beam", "bent") + "relative_to = \"tilted\"\n",
+        "points = [[0.0, 0.1, 0.2], [0.6, 0.0, 0.1], [0.6, 0.4, 0.3]]\n".into(),
+        "elements = [2, 3]\norder = 2\nnormal = [[0.1, 0.0, 1.0], [1.0, 0.2, 0.0]]\n".into(),
+        soft_section(),
+        beam("straight", &[[2.0, 0.0, 0.0], [2.0, 0.5, 0.7]], 4) + "normal = [0.0, -0.3, 1.0]\n",
+        soft_section(),
+    ]
+    .concat();
     Case::new("legs of beams", text, |run| {
         let mut checks = Checks::default();
         let tilt = Rotation3::new(Vector::new(0.3, 0.5, -0.8));
@@ -96,27 +86,17 @@ normal = [0.0, -0.3, 1.0]
 
 /// Consistent and lumped masses in a rigid motion.
 fn masses() -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "masses" }}
-simulation = {{ step = 1e-5, end = 1e-5 }}
-[[beam]]
-name = "lumped"
-points = [[0.2, 0.0, 0.0], [1.7, 0.0, 0.0]]
-elements = 3
-normal = [0.0, 0.0, 1.0]
-mass = "lumped"
-velocity = [0.4, -0.2, 0.9]
-angular_velocity = [0.7, 1.3, -0.5]
-{SECTION}
-[[beam]]
-name = "consistent"
-points = [[0.0, 3.0, 0.0], [0.0, 3.0, 0.8]]
-elements = 2
-normal = [1.0, 0.0, 0.0]
-{SECTION}
-"#
-    );
+    let text = [
+        head("masses", "step = 1e-5, end = 1e-5"),
+        beam("lumped", &[[0.2, 0.0, 0.0], [1.7, 0.0, 0.0]], 3),
+        "normal = [0.0, 0.0, 1.0]\nmass = \"lumped\"\n".into(),
+        "velocity = [0.4, -0.2, 0.9]\nangular_velocity = [0.7, 1.3, -0.5]\n".into(),
+        soft_section(),
+        beam("consistent", &[[0.0, 3.0, 0.0], [0.0, 3.0, 0.8]], 2),
+        "normal = [1.0, 0.0, 0.0]\n".into(),
+        soft_section(),
+    ]
+    .concat();
     Case::new("masses of beams", text, |run| {
         let mut checks = Checks::default();
         let (v, w, length) = (Vector::new(0.4, -0.2, 0.9), Vector::new(0.7, 1.3, -0.5), 1.5);
@@ -143,28 +123,16 @@ normal = [1.0, 0.0, 0.0]
 
 /// Ends that are clamped or pinned, under gravity.
 fn ends() -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "ends", gravity = [3.0, -5.0, -8.0] }}
-simulation = {{ step = 2e-3, end = 0.1 }}
-[[beam]]
-name = "both"
-points = [[0.2, 0.0, 0.0], [1.7, 0.0, 0.0]]
-elements = 3
-normal = [0.0, 0.0, 1.0]
-start = "clamped"
-end = "pinned"
-{SECTION}
-[[beam]]
-name = "other"
-points = [[0.0, 3.0, 0.0], [0.0, 3.0, 0.8]]
-elements = 2
-normal = [1.0, 0.0, 0.0]
-start = "pinned"
-end = "clamped"
-{SECTION}
-"#
-    );
+    let text = [
+        heavy("ends", [3.0, -5.0, -8.0], "step = 2e-3, end = 0.1"),
+        beam("both", &[[0.2, 0.0, 0.0], [1.7, 0.0, 0.0]], 3),
+        "normal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\nend = \"pinned\"\n".into(),
+        soft_section(),
+        beam("other", &[[0.0, 3.0, 0.0], [0.0, 3.0, 0.8]], 2),
+        "normal = [1.0, 0.0, 0.0]\nstart = \"pinned\"\nend = \"clamped\"\n".into(),
+        soft_section(),
+    ]
+    .concat();
     Case::new("held ends of beams", text, |run| {
         let mut checks = Checks::default();
         let last = run.last();

@@ -3,6 +3,7 @@
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
+use vi_testkit::model::{body, head, part, sensor};
 
 const GRAVITY: [f64; 3] = [1.0, -2.0, -5.0];
 const MASS: f64 = 1.7;
@@ -33,28 +34,17 @@ fn about(axis: char, angle: f64) -> Rotation3<f64> {
 fn free(name: &str, stated: &str, (inertia, rotation): Stated, in_body: bool) -> Case {
     let keys = ["angular_velocity", "body_angular_velocity"];
     let [key, other] = if in_body { [keys[1], keys[0]] } else { keys };
-    let text = format!(
-        r#"
-model = {{ name = "free", description = "two free bodies", gravity = {GRAVITY:?} }}
-simulation = {{ step = 1e-3, end = 0.004 }}
-[[body]]
-name = "first"
-mass = {MASS}
-{stated}
-position = {CENTER:?}
-velocity = {VELOCITY:?}
-{key} = {SPIN:?}
-[[body]]
-name = "second"
-mass = 2.5
-inertia = [1.0, 1.1, 1.2]
-{other} = [0.2, 0.5, -0.3]
-[[sensor]]
-name = "orientation"
-type = "orientation"
-of = "first"
-"#
-    );
+    let text = [
+        format!(
+            "model = {{ name = \"free\", description = \"two free bodies\", gravity = {GRAVITY:?} }}\n"
+        ),
+        "simulation = { step = 1e-3, end = 0.004 }\n".into(),
+        part("body", "first") + &format!("mass = {MASS}\n{stated}\nposition = {CENTER:?}\n"),
+        format!("velocity = {VELOCITY:?}\n{key} = {SPIN:?}\n"),
+        body("second", 2.5, [1.0, 1.1, 1.2]) + &format!("{other} = [0.2, 0.5, -0.3]\n"),
+        sensor("orientation", "orientation", "first"),
+    ]
+    .concat();
     Case::new(name, text, move |run| {
         let mut checks = Checks::default();
         let rotation = rotation.into_inner();
@@ -133,18 +123,16 @@ fn orientations() -> Vec<Case> {
 /// A solid of 2 m/s with its mass and its moments.
 fn solid(kind: &str, dimensions: &[f64], volume: f64, moments: [f64; 3]) -> Case {
     const DENSITY: f64 = 700.0;
-    let text = format!(
-        r#"
-model = {{ name = "solid" }}
-simulation = {{ step = 1e-3, end = 1e-3 }}
-[[body]]
-name = "solid"
-shape = {{ type = "{kind}", dimensions = {dimensions:?}, density = {DENSITY:?} }}
-position = [1.0, 2.0, 3.0]
-velocity = {VELOCITY:?}
-angular_velocity = {SPIN:?}
-"#
-    );
+    let text = [
+        head("solid", "step = 1e-3, end = 1e-3"),
+        part("body", "solid"),
+        format!(
+            "shape = {{ type = \"{kind}\", dimensions = {dimensions:?}, density = {DENSITY:?} }}\n"
+        ),
+        "position = [1.0, 2.0, 3.0]\n".into(),
+        format!("velocity = {VELOCITY:?}\nangular_velocity = {SPIN:?}\n"),
+    ]
+    .concat();
     Case::new(kind, text, move |run| {
         let mut checks = Checks::default();
         let (mass, v) = (DENSITY * volume, Vector3::from(VELOCITY));
@@ -172,14 +160,7 @@ fn solids() -> Vec<Case> {
 
 /// A body that does not move beside one that falls.
 fn fixed() -> Case {
-    let text = r#"
-model = { name = "fixed", gravity = [0.0, 0.0, -10.0] }
-simulation = { step = 0.01, end = 0.1 }
-body = [
-  { name = "frame", fixed = true, position = [1.0, 2.0, 3.0], mass = 1.0, inertia = [1.0, 1.0, 1.0] },
-  { name = "stone", position = [4.0, 5.0, 6.0], mass = 1.0, inertia = [1.0, 1.0, 1.0] },
-]
-"#;
+    let text = include_str!("../../models/fixed_body.toml");
     Case::new("fixed body", text, |run| {
         let mut checks = Checks::default();
         for node in 0..run.steps() {
@@ -198,14 +179,7 @@ body = [
 
 /// Two point masses in the plane, one thrown.
 fn particles() -> Case {
-    let text = r#"
-model = { name = "throw", dimension = 2, gravity = [0.5, -10.0] }
-simulation = { step = 0.01, end = 0.1 }
-particle = [
-  { name = "ball", mass = 0.7, position = [1.0, 2.0], velocity = [3.0, 4.0] },
-  { name = "stone", mass = 1.3, position = [-2.0, 0.5] },
-]
-"#;
+    let text = include_str!("../../models/thrown_points.toml");
     Case::new("thrown particles", text, |run: &Run| {
         let mut checks = Checks::default();
         for node in 0..run.steps() {

@@ -1,10 +1,13 @@
 //! Bars and scalar constraints: what they keep constant at every node, by the geometry of the
 //! coordinates, gears and motions by their joint coordinates.
 
-use super::forces::{FIRST, Rigid, SECOND, sensor};
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Rotation3, Vector3};
 use std::f64::consts::TAU;
+use vi_testkit::model::{
+    AXES, FIRST, Rigid, SECOND, along, between, body_at, frame, gear, guide, head, heavy, motion,
+    part, particle, sensor, slider,
+};
 
 type Vector = Vector3<f64>;
 
@@ -12,9 +15,7 @@ const TILTED: [f64; 3] = [0.3, 0.5, -0.8];
 const ORIGIN: [f64; 3] = [0.1, 0.3, 0.2];
 
 fn frames() -> String {
-    format!(
-        "frame = [{{ name = \"tilted\", rotation_vector = {TILTED:?}, position = {ORIGIN:?} }}, {{ name = \"other\", position = [0.0, 1.0, 3.0] }}]\n"
-    )
+    frame("tilted", TILTED, ORIGIN) + &part("frame", "other") + "position = [0.0, 1.0, 3.0]\n"
 }
 
 /// A place stated in the tilted frame.
@@ -26,26 +27,22 @@ fn tilted(x: [f64; 3]) -> Vector {
 fn bars() -> Case {
     let point = [0.4, -0.2, 0.5];
     let place = |below: f64| -> [f64; 3] { (tilted(point) - below * Vector::z()).into() };
-    let text = format!(
-        r#"
-model = {{ name = "bars", gravity = [0.0, 0.0, -10.0] }}
-simulation = {{ step = 1e-3, end = 0.02, project_start = true, start_tolerance = 1e-2 }}
-{}
-particle = [
-  {{ name = "upper", mass = 0.7, position = {:?} }},
-  {{ name = "lower", mass = 1.9, position = {:?} }},
-]
-bar = [
-  {{ name = "first", from = "ground", to = "upper", point = {point:?}, relative_to = "tilted", length = 1.2 }},
-  {{ name = "second", from = "upper", to = "lower" }},
-]
-{}{}"#,
+    let text = [
+        heavy(
+            "bars",
+            [0.0, 0.0, -10.0],
+            "step = 1e-3, end = 0.02, project_start = true, start_tolerance = 1e-2",
+        ),
         frames(),
-        place(1.0),
-        place(1.8),
+        particle("upper", 0.7, place(1.0)),
+        particle("lower", 1.9, place(1.8)),
+        between("bar", "first", ["ground", "upper"]),
+        format!("point = {point:?}\nrelative_to = \"tilted\"\nlength = 1.2\n"),
+        between("bar", "second", ["upper", "lower"]),
         sensor("t1", "reaction", "first"),
         sensor("t2", "reaction", "second"),
-    );
+    ]
+    .concat();
     Case::new("bars", text, move |run| {
         let mut checks = Checks::default();
         for node in 0..run.steps() {
@@ -66,36 +63,22 @@ fn distances() -> Case {
         ([0.4, -0.2, 0.5], [0.1, -0.3, 0.2], [-0.2, 0.2, 0.1], [0.3, 0.1, -0.2]);
     let drawn = (FIRST.place(on) - tilted(held)).norm();
     let length = 1.04 * drawn;
-    let text = format!(
-        r#"
-model = {{ name = "distances" }}
-simulation = {{ step = 2e-3, end = 0.1, project_start = true }}
-{}{}{}
-[[constraint]]
-name = "rod"
-type = "distance"
-from = "ground"
-to = "first"
-point_from = {held:?}
-point_to = {on:?}
-relative_to = "tilted"
-length = {length:?}
-[[constraint]]
-name = "link"
-type = "distance"
-from = "first"
-to = "second"
-point_from = {from:?}
-point_to = {to:?}
-{}{}{}{}"#,
+    let text = [
+        head("distances", "step = 2e-3, end = 0.1, project_start = true"),
         frames(),
         FIRST.text("first"),
         SECOND.text("second"),
+        between("constraint", "rod", ["ground", "first"]),
+        format!("type = \"distance\"\npoint_from = {held:?}\npoint_to = {on:?}\n"),
+        format!("relative_to = \"tilted\"\nlength = {length:?}\n"),
+        between("constraint", "link", ["first", "second"]),
+        format!("type = \"distance\"\npoint_from = {from:?}\npoint_to = {to:?}\n"),
         sensor("d1", "distance", "rod"),
         sensor("d2", "distance", "link"),
         sensor("q1", "orientation", "first"),
         sensor("q2", "orientation", "second"),
-    );
+    ]
+    .concat();
     Case::new("distances", text, move |run| {
         let mut checks = Checks::default();
         for node in 0..run.steps() {
@@ -122,35 +105,24 @@ point_to = {to:?}
 fn guides() -> Case {
     let (place, axis) = ([0.2, 0.1, -0.3], [0.6, 0.0, 0.8]);
     let (flat, normal) = ([-0.3, 0.4, 0.2], [0.0, 0.6, 0.8]);
-    let text = format!(
-        r#"
-model = {{ name = "guides", gravity = [1.0, -3.0, 2.0] }}
-simulation = {{ step = 2e-3, end = 0.1, momenta = true, project_start = true }}
-{}{}{}{}
-[[constraint]]
-name = "line"
-type = "point_on_line"
-parent = "first"
-child = "second"
-position = {place:?}
-axis = {axis:?}
-relative_to = "tilted"
-[[constraint]]
-name = "plane"
-type = "point_on_plane"
-parent = "first"
-child = "second"
-position = {flat:?}
-axis = {normal:?}
-relative_to = "tilted"
-{}{}"#,
+    let text = [
+        heavy(
+            "guides",
+            [1.0, -3.0, 2.0],
+            "step = 2e-3, end = 0.1, momenta = true, project_start = true",
+        ),
         frames(),
         FIRST.text("first"),
         SECOND.text("second"),
         Rigid { center: [2.0, 2.0, 2.0], ..SECOND }.text("third"),
+        guide("point_on_line", "line", ["first", "second"], place, axis),
+        "relative_to = \"tilted\"\n".into(),
+        guide("point_on_plane", "plane", ["first", "second"], flat, normal),
+        "relative_to = \"tilted\"\n".into(),
         sensor("q1", "orientation", "first"),
         sensor("q2", "orientation", "second"),
-    );
+    ]
+    .concat();
     Case::new("guides", text, move |run| {
         let mut checks = Checks::default();
         let tilt = Rotation3::new(Vector::from(TILTED)).into_inner();
@@ -187,12 +159,11 @@ relative_to = "tilted"
 /// Bodies on cylindrical joints along x: displacement and angle of each.
 fn cylinders(count: usize, more: &str) -> String {
     let one = |k: usize| {
-        format!(
-            "[[body]]\nname = \"b{k}\"\nmass = {:?}\ninertia = [{:?}, 1.0, 1.0]\nposition = [0.0, {k:?}.0, 0.0]\n[[joint]]\nname = \"j{k}\"\ntype = \"cylindrical\"\nparent = \"ground\"\nchild = \"b{k}\"\nposition = [0.0, {k:?}.0, 0.0]\naxis = [1.0, 0.0, 0.0]\n{}",
-            1.5 + k as f64,
-            0.6 + 0.1 * k as f64,
-            if k == 0 { more } else { "" },
-        )
+        let (name, joint, at) = (format!("b{k}"), format!("j{k}"), [0.0, k as f64, 0.0]);
+        let moments = [0.6 + 0.1 * k as f64, 1.0, 1.0];
+        body_at(at, &name, 1.5 + k as f64, moments)
+            + &along(AXES[0], "cylindrical", &joint, ["ground", &name], at)
+            + if k == 0 { more } else { "" }
     };
     let sensors = |k: usize| sensor(&format!("c{k}"), "joint_coordinate", &format!("j{k}"));
     (0..count).map(|k| format!("{}{}", one(k), sensors(k))).collect()
@@ -200,28 +171,15 @@ fn cylinders(count: usize, more: &str) -> String {
 
 /// An angle geared to a displacement, driven by a motor; another gear of other joints at rest.
 fn gears() -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "gears" }}
-simulation = {{ step = 1e-3, end = 0.05 }}
-{}
-[[constraint]]
-name = "rack"
-type = "gear"
-joints = ["j0", "j1"]
-freedoms = [1, 0]
-ratio = -2.5
-[[constraint]]
-name = "pair"
-type = "gear"
-joints = ["j2", "j3"]
-freedoms = [1, 1]
-ratio = 0.7
-{}{}"#,
+    let text = [
+        head("gears", "step = 1e-3, end = 0.05"),
         cylinders(4, "motor = { effort = 3.0, freedom = 1 }\n"),
+        gear("rack", ["j0", "j1"], [1, 0], -2.5),
+        gear("pair", ["j2", "j3"], [1, 1], 0.7),
         sensor("e1", "effort", "rack"),
         sensor("e2", "effort", "pair"),
-    );
+    ]
+    .concat();
     Case::new("gears", text, |run| {
         let mut checks = Checks::default();
         // I_a α = τ + λ, m_b a = r λ, α + r a = 0
@@ -302,27 +260,15 @@ const PATHS: [Path; 3] = [
 ];
 
 /// Prescribed motions of the angle of one joint and the displacement of another.
-fn motion((name, path, value): Path) -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "motion", gravity = [2.0, 0.0, 0.0] }}
-simulation = {{ step = 1e-3, end = 0.07, project_start = true }}
-{}
-[[constraint]]
-name = "drive"
-type = "motion"
-joint = "j0"
-freedom = 1
-path = {path}
-[[constraint]]
-name = "hold"
-type = "motion"
-joint = "j1"
-path = {{ offset = 0.0 }}
-{}"#,
+fn motions((name, path, value): Path) -> Case {
+    let text = [
+        heavy("motion", [2.0, 0.0, 0.0], "step = 1e-3, end = 0.07, project_start = true"),
         cylinders(2, ""),
+        motion("drive", "j0", path) + "freedom = 1\n",
+        motion("hold", "j1", "{ offset = 0.0 }"),
         sensor("e", "power", "drive"),
-    );
+    ]
+    .concat();
     Case::new(format!("motion, {name}"), text, move |run| {
         let mut checks = Checks::default();
         for node in 0..run.steps() {
@@ -355,24 +301,17 @@ path = {{ offset = 0.0 }}
 
 /// A motor that controls a slide to a path.
 fn control((name, path, value): Path) -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "control" }}
-simulation = {{ step = 1e-3, end = 0.07 }}
-body = [{{ name = "slider", mass = 2.0, inertia = [1.0, 1.0, 1.0] }}]
-[[joint]]
-name = "rail"
-type = "prismatic"
-parent = "ground"
-child = "slider"
-position = [0.0, 0.0, 0.0]
-axis = [1.0, 0.0, 0.0]
-motor = {{ effort = 1.5, proportional = 300.0, derivative = 7.0, path = {path} }}
-{}{}{}"#,
+    let text = [
+        head("control", "step = 1e-3, end = 0.07"),
+        slider("slider", "rail", 2.0),
+        format!(
+            "motor = {{ effort = 1.5, proportional = 300.0, derivative = 7.0, path = {path} }}\n"
+        ),
         sensor("e", "effort", "rail"),
         sensor("u", "joint_coordinate", "rail"),
         sensor("v", "joint_rate", "rail"),
-    );
+    ]
+    .concat();
     Case::new(format!("control, {name}"), text, move |run: &Run| {
         let mut checks = Checks::default();
         for node in 0..run.steps() {
@@ -388,7 +327,7 @@ motor = {{ effort = 1.5, proportional = 300.0, derivative = 7.0, path = {path} }
 
 pub(crate) fn cases() -> Vec<Case> {
     let mut cases = vec![bars(), distances(), guides(), gears()];
-    cases.extend(PATHS.map(motion));
+    cases.extend(PATHS.map(motions));
     cases.extend(PATHS.map(control));
     cases
 }

@@ -3,28 +3,22 @@
 
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Rotation3, Unit, Vector3};
+use vi_testkit::model::{head, part, soft_section};
 
 type Vector = Vector3<f64>;
 
-const SECTION: &str = "section = { EA = 90.0, GA1 = 25.0, GA2 = 40.0, EI1 = 0.4, EI2 = 0.7, GJ = 0.3, rhoA = 0.1, rhoI1 = 1e-3, rhoI2 = 2e-3 }";
 const FROM: [f64; 3] = [1.0, 0.2, 0.3];
 const CENTER: [f64; 3] = [0.1, -0.3, 0.2];
 const AXIS: [f64; 3] = [0.0, 0.6, 0.8];
 
 fn text(curve: &str, elements: usize, more: &str) -> String {
-    format!(
-        r#"
-model = {{ name = "curve" }}
-simulation = {{ step = 1e-5, end = 1e-5 }}
-[[beam]]
-name = "bow"
-curve = {{ {curve} }}
-elements = {elements}
-normal = [0.3, 0.7, 1.0]
-{more}
-{SECTION}
-"#
-    )
+    [
+        head("curve", "step = 1e-5, end = 1e-5"),
+        part("beam", "bow"),
+        format!("curve = {{ {curve} }}\nelements = {elements}\nnormal = [0.3, 0.7, 1.0]\n{more}\n"),
+        soft_section(),
+    ]
+    .concat()
 }
 
 /// Nodes on a screw line, and `d_1` in the plane of the tangent and `normal`.

@@ -3,82 +3,11 @@
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Rotation3, Vector3};
 use std::f64::consts::TAU;
+use vi_testkit::model::{
+    FIRST, SECOND, beam, between, frame, head, load, part, particle, section, sensor, slider,
+};
 
 type Vector = Vector3<f64>;
-
-/// A rigid body with its stated motion.
-#[derive(Clone, Copy)]
-pub(crate) struct Rigid {
-    pub(crate) mass: f64,
-    pub(crate) moments: [f64; 3],
-    pub(crate) center: [f64; 3],
-    pub(crate) turned: [f64; 3],
-    pub(crate) velocity: [f64; 3],
-    pub(crate) spin: [f64; 3],
-}
-
-pub(crate) const FIRST: Rigid = Rigid {
-    mass: 1.7,
-    moments: [0.3, 0.5, 0.6],
-    center: [0.5, 0.2, -0.3],
-    turned: [0.4, -0.3, 0.7],
-    velocity: [0.3, -0.4, 0.8],
-    spin: [0.5, 0.9, -0.6],
-};
-
-pub(crate) const SECOND: Rigid = Rigid {
-    mass: 0.8,
-    moments: [0.2, 0.15, 0.25],
-    center: [-0.6, 1.1, 0.4],
-    turned: [-0.2, 0.6, 0.3],
-    velocity: [-0.5, 0.2, 0.1],
-    spin: [-0.7, 0.3, 0.4],
-};
-
-impl Rigid {
-    pub(crate) fn text(&self, name: &str) -> String {
-        let Self { mass, moments, center, turned, velocity, spin } = self;
-        format!(
-            "[[body]]\nname = \"{name}\"\nmass = {mass:?}\ninertia = {moments:?}\nposition = {center:?}\nrotation_vector = {turned:?}\nvelocity = {velocity:?}\nangular_velocity = {spin:?}\n"
-        )
-    }
-
-    pub(crate) fn rotation(&self) -> Matrix3<f64> {
-        Rotation3::new(self.turned.into()).into_inner()
-    }
-
-    /// From the centre to a point of the body, in space.
-    pub(crate) fn arm(&self, point: [f64; 3]) -> Vector {
-        self.rotation() * Vector::from(point)
-    }
-
-    pub(crate) fn place(&self, point: [f64; 3]) -> Vector {
-        Vector::from(self.center) + self.arm(point)
-    }
-
-    pub(crate) fn rate(&self, point: [f64; 3]) -> Vector {
-        Vector::from(self.velocity) + Vector::from(self.spin).cross(&self.arm(point))
-    }
-
-    /// Accelerations of the centre and of the rotation under a force at a point and a torque.
-    pub(crate) fn accelerations(
-        &self,
-        point: [f64; 3],
-        force: Vector,
-        torque: Vector,
-    ) -> [Vector; 2] {
-        let inertia = self.rotation()
-            * Matrix3::from_diagonal(&self.moments.into())
-            * self.rotation().transpose();
-        let spin = Vector::from(self.spin);
-        let moment = torque + self.arm(point).cross(&force) - spin.cross(&(inertia * spin));
-        [force / self.mass, inertia.lu().solve(&moment).unwrap()]
-    }
-}
-
-pub(crate) fn sensor(name: &str, kind: &str, of: &str) -> String {
-    format!("[[sensor]]\nname = \"{name}\"\ntype = \"{kind}\"\nof = \"{of}\"\n")
-}
 
 const TILTED: [f64; 3] = [0.3, 0.5, -0.8];
 
@@ -100,34 +29,23 @@ fn accelerations() -> String {
 fn loads() -> Case {
     let (force, torque, point) = ([2.0, -3.0, 4.0], [0.6, 0.4, -0.5], [0.1, -0.3, 0.2]);
     let (pull, turn, at) = ([-1.0, 2.5, 3.0], [0.2, -0.7, 0.3], [-0.2, 0.1, 0.4]);
-    let text = format!(
-        r#"
-model = {{ name = "loads" }}
-simulation = {{ step = 1e-3, end = 2e-3 }}
-frame = [{{ name = "tilted", rotation_vector = {TILTED:?} }}, {{ name = "other", rotation_vector = [0.0, 1.0, 0.0] }}]
-{}{}
-[[load]]
-name = "follower"
-body = "first"
-force = {force:?}
-torque = {torque:?}
-point = {point:?}
-frame = "body"
-history = {{ type = "harmonic", frequency = 3.0, phase = 0.5 }}
-[[load]]
-name = "pull"
-body = "second"
-force = {pull:?}
-torque = {turn:?}
-point = {at:?}
-relative_to = "tilted"
-{}{}{}"#,
+    let text = [
+        head("loads", "step = 1e-3, end = 2e-3"),
+        format!(
+            "frame = [{{ name = \"tilted\", rotation_vector = {TILTED:?} }}, {{ name = \"other\", rotation_vector = [0.0, 1.0, 0.0] }}]\n"
+        ),
         FIRST.text("first"),
         SECOND.text("second"),
+        load("follower", "first", [force, torque]),
+        format!("point = {point:?}\nframe = \"body\"\n"),
+        "history = { type = \"harmonic\", frequency = 3.0, phase = 0.5 }\n".into(),
+        load("pull", "second", [pull, turn]),
+        format!("point = {at:?}\nrelative_to = \"tilted\"\n"),
         accelerations(),
         sensor("w1", "power", "follower"),
         sensor("w2", "power", "pull"),
-    );
+    ]
+    .concat();
     Case::new("loads", text, move |run| {
         let mut checks = Checks::default();
         let factor = 0.5_f64.sin();
@@ -157,28 +75,15 @@ relative_to = "tilted"
 /// Two free beams, one under a force and a torque along it.
 fn distributed() -> Case {
     let (force, torque) = ([2.0, -3.0, 4.0], [0.6, 0.4, -0.5]);
-    let section = "section = { EA = 1e3, GA1 = 1e3, GA2 = 1e3, EI1 = 1.0, EI2 = 1.0, GJ = 1.0, rhoA = 0.5, rhoI1 = 1e-2, rhoI2 = 1e-2 }";
-    let text = format!(
-        r#"
-model = {{ name = "distributed" }}
-simulation = {{ step = 1e-5, end = 1e-5 }}
-[[beam]]
-name = "first"
-points = [[0.0, 0.0, 0.0], [1.5, 0.0, 0.0]]
-elements = 3
-{section}
-[[beam]]
-name = "second"
-points = [[0.0, 2.0, 0.0], [0.0, 2.0, 0.9]]
-elements = 2
-{section}
-[[load]]
-name = "wind"
-beam = "first"
-force = {force:?}
-torque = {torque:?}
-"#
-    );
+    let section = section([1e3, 1e3, 1e3, 1.0, 1.0, 1.0], [0.5, 1e-2, 1e-2]);
+    let text = [
+        head("distributed", "step = 1e-5, end = 1e-5"),
+        beam("first", &[[0.0, 0.0, 0.0], [1.5, 0.0, 0.0]], 3) + &section,
+        beam("second", &[[0.0, 2.0, 0.0], [0.0, 2.0, 0.9]], 2) + &section,
+        part("load", "wind"),
+        format!("beam = \"first\"\nforce = {force:?}\ntorque = {torque:?}\n"),
+    ]
+    .concat();
     Case::new("load along a beam", text, move |run| {
         let mut checks = Checks::default();
         let (h, force, torque) = (run.t(1), 1.5 * Vector::from(force), 1.5 * Vector::from(torque));
@@ -225,40 +130,29 @@ fn impulses(run: &Run, force: f64, value: fn(f64) -> f64) -> Checks {
 
 fn histories() -> Vec<Case> {
     const FORCE: f64 = 40.0;
-    let settings = "simulation = { step = 1e-3, end = 0.05 }";
+    let head = || head("history", "step = 1e-3, end = 0.05");
     let load = |(kind, keys, value): History| {
-        let text = format!(
-            r#"
-model = {{ name = "history" }}
-{settings}
-particle = [{{ name = "ball", mass = 2.0, position = [0.0, 0.0, 0.0] }}]
-[[load]]
-name = "push"
-body = "ball"
-force = [{FORCE:?}, 0.0, 0.0]
-history = {{ type = "{kind}", {keys} }}
-"#
-        );
+        let text = [
+            head(),
+            particle("ball", 2.0, [0.0; 3]),
+            part("load", "push"),
+            format!("body = \"ball\"\nforce = [{FORCE:?}, 0.0, 0.0]\n"),
+            format!("history = {{ type = \"{kind}\", {keys} }}\n"),
+        ]
+        .concat();
         Case::new(format!("load, {kind}"), text, move |run| impulses(run, FORCE, value))
             .blind("particle", "the momentum does not depend on the mass")
             .blind("load.force", "across: only the first component is judged")
     };
     let motor = |(kind, keys, value): History| {
-        let text = format!(
-            r#"
-model = {{ name = "history" }}
-{settings}
-body = [{{ name = "slider", mass = 2.0, inertia = [1.0, 1.0, 1.0] }}]
-[[joint]]
-name = "rail"
-type = "prismatic"
-parent = "ground"
-child = "slider"
-position = [0.0, 0.0, 0.0]
-axis = [1.0, 0.0, 0.0]
-motor = {{ effort = {FORCE:?}, history = {{ type = "{kind}", {keys} }} }}
-"#
-        );
+        let text = [
+            head(),
+            slider("slider", "rail", 2.0),
+            format!(
+                "motor = {{ effort = {FORCE:?}, history = {{ type = \"{kind}\", {keys} }} }}\n"
+            ),
+        ]
+        .concat();
         Case::new(format!("motor, {kind}"), text, move |run| impulses(run, FORCE, value))
             .blind("body", "the momentum does not depend on it")
             .blind("joint.position", "a slide")
@@ -273,44 +167,26 @@ motor = {{ effort = {FORCE:?}, history = {{ type = "{kind}", {keys} }} }}
 fn springs() -> Case {
     let (from, to) = ([0.1, -0.3, 0.2], [-0.2, 0.1, 0.4]);
     let held = [0.3, 0.2, -0.1];
-    let text = format!(
-        r#"
-model = {{ name = "springs" }}
-simulation = {{ step = 1e-4, end = 2e-4 }}
-frame = [{{ name = "tilted", rotation_vector = {TILTED:?}, position = [0.0, 0.0, 3.0] }}, {{ name = "other", position = [0.0, 1.0, 3.0] }}]
-{}{}
-[[particle]]
-name = "ball"
-mass = 0.6
-position = [1.0, 2.0, 2.0]
-velocity = [0.4, -0.2, 0.9]
-[[spring]]
-name = "cord"
-from = "first"
-to = "second"
-point_from = {from:?}
-point_to = {to:?}
-stiffness = 30.0
-natural_length = 0.7
-damping = 1.3
-[[spring]]
-name = "band"
-from = "ground"
-to = "ball"
-point_from = {held:?}
-relative_to = "tilted"
-law = "quadratic_stretch"
-stiffness = 5.0
-natural_length = 1.1
-{}{}{}{}{}"#,
+    let text = [
+        head("springs", "step = 1e-4, end = 2e-4"),
+        frame("tilted", TILTED, [0.0, 0.0, 3.0]),
+        part("frame", "other") + "position = [0.0, 1.0, 3.0]\n",
         FIRST.text("first"),
         SECOND.text("second"),
+        particle("ball", 0.6, [1.0, 2.0, 2.0]) + "velocity = [0.4, -0.2, 0.9]\n",
+        between("spring", "cord", ["first", "second"]),
+        format!("point_from = {from:?}\npoint_to = {to:?}\n"),
+        "stiffness = 30.0\nnatural_length = 0.7\ndamping = 1.3\n".into(),
+        between("spring", "band", ["ground", "ball"]),
+        format!("point_from = {held:?}\nrelative_to = \"tilted\"\n"),
+        "law = \"quadratic_stretch\"\nstiffness = 5.0\nnatural_length = 1.1\n".into(),
         accelerations(),
         sensor("a3", "acceleration", "ball"),
         sensor("cord_force", "effort", "cord"),
         sensor("band_force", "effort", "band"),
         sensor("cord_length", "length", "cord"),
-    );
+    ]
+    .concat();
     Case::new("springs", text, move |run| {
         let mut checks = Checks::default();
         let line = SECOND.place(to) - FIRST.place(from);

@@ -1,10 +1,10 @@
 //! Reference frames, included files and parameters: what is stated in a frame is where the composed
 //! rotations put it.
 
-use super::forces::sensor;
 use super::{Case, Checks};
 use holonom::nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
+use vi_testkit::model::{Rigid, body, body_at, frame, head, part, particle, sensor};
 
 type Vector = Vector3<f64>;
 
@@ -45,53 +45,31 @@ fn orientations() -> Vec<(&'static str, String, Matrix3<f64>)> {
 
 /// A body and a beam in a frame within a frame.
 fn nested((name, keys, rotation): (&'static str, String, Matrix3<f64>)) -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "nested" }}
-simulation = {{ step = 1e-3, end = 1e-3 }}
-[[frame]]
-name = "outer"
-position = [1.0, 2.0, 3.0]
-{keys}
-[[frame]]
-name = "inner"
-relative_to = "outer"
-position = [0.3, -0.2, 0.5]
-[[frame]]
-name = "aside"
-position = [0.0, 1.0, 0.0]
-[[body]]
-name = "stone"
-mass = 2.0
-inertia = [1.0, 1.1, 1.2]
-relative_to = "inner"
-position = [0.1, 0.2, 0.4]
-rotation_vector = [0.2, -0.6, 0.3]
-velocity = [0.6, -0.2, 0.3]
-angular_velocity = [0.7, -0.4, 1.1]
-[[body]]
-name = "rider"
-mass = 2.0
-inertia = [1.0, 1.1, 1.2]
-relative_to = "stone"
-position = [0.5, 0.1, -0.2]
-[[particle]]
-name = "ball"
-mass = 1.0
-relative_to = "outer"
-position = [-0.4, 0.3, 0.8]
-velocity = [0.2, 0.5, -0.1]
-[[particle]]
-name = "other"
-mass = 1.0
-position = [-3.0, 0.3, 0.8]
-{}{}{}{}{}"#,
+    let stone = Rigid {
+        mass: 2.0,
+        moments: [1.0, 1.1, 1.2],
+        center: [0.1, 0.2, 0.4],
+        turned: [0.2, -0.6, 0.3],
+        velocity: [0.6, -0.2, 0.3],
+        spin: [0.7, -0.4, 1.1],
+    };
+    let text = [
+        head("nested", "step = 1e-3, end = 1e-3"),
+        part("frame", "outer") + "position = [1.0, 2.0, 3.0]\n" + &keys + "\n",
+        part("frame", "inner") + "relative_to = \"outer\"\nposition = [0.3, -0.2, 0.5]\n",
+        part("frame", "aside") + "position = [0.0, 1.0, 0.0]\n",
+        stone.text("stone") + "relative_to = \"inner\"\n",
+        body_at([0.5, 0.1, -0.2], "rider", 2.0, [1.0, 1.1, 1.2]) + "relative_to = \"stone\"\n",
+        particle("ball", 1.0, [-0.4, 0.3, 0.8]),
+        "relative_to = \"outer\"\nvelocity = [0.2, 0.5, -0.1]\n".into(),
+        particle("other", 1.0, [-3.0, 0.3, 0.8]),
         sensor("q", "orientation", "stone"),
         sensor("v", "velocity", "stone"),
         sensor("w", "angular_velocity", "stone"),
         sensor("carried", "velocity", "rider"),
         sensor("thrown", "velocity", "ball"),
-    );
+    ]
+    .concat();
     Case::new(format!("frame, {name}"), text, move |run| {
         let mut checks = Checks::default();
         let origin = Vector::new(1.0, 2.0, 3.0);
@@ -127,42 +105,18 @@ position = [-3.0, 0.3, 0.8]
 
 /// A file with a parameter, placed in a frame.
 fn included((name, keys, rotation): (&'static str, String, Matrix3<f64>)) -> Case {
-    let part = r#"
-[parameters]
-length = 1.0
-[[body]]
-name = "stone"
-mass = 2.0
-inertia = [1.0, 1.1, 1.2]
-position = ["= length", "= 2*length", 0.4]
-[[particle]]
-name = "ball"
-mass = 1.0
-position = [0.0, 0.0, 3.0]
-"#;
-    let text = format!(
-        r#"
-include = [{{ file = "part.toml", prefix = "left_", relative_to = "outer", position = [0.3, -0.2, 0.5], parameters = {{ length = "= 2*size" }}, {keys} }}]
-[model]
-name = "included"
-[simulation]
-step = 1e-3
-end = 1e-3
-[parameters]
-size = 0.35
-[[frame]]
-name = "outer"
-position = [1.0, 2.0, 3.0]
-rotation_vector = [0.1, 0.2, 0.3]
-[[frame]]
-name = "aside"
-position = [0.0, 1.0, 0.0]
-[[body]]
-name = "base"
-mass = 2.0
-inertia = [1.0, 1.1, 1.2]
-"#
-    );
+    let file = include_str!("../../models/part_in_a_frame.toml");
+    let text = [
+        format!(
+            "include = [{{ file = \"part.toml\", prefix = \"left_\", relative_to = \"outer\", position = [0.3, -0.2, 0.5], parameters = {{ length = \"= 2*size\" }}, {keys} }}]\n"
+        ),
+        head("included", "step = 1e-3, end = 1e-3"),
+        "parameters = { size = 0.35 }\n".into(),
+        frame("outer", [0.1, 0.2, 0.3], [1.0, 2.0, 3.0]),
+        part("frame", "aside") + "position = [0.0, 1.0, 0.0]\n",
+        body("base", 2.0, [1.0, 1.1, 1.2]),
+    ]
+    .concat();
     Case::new(format!("include, {name}"), text, move |run| {
         let mut checks = Checks::default();
         let outer = Rotation3::new(Vector::new(0.1, 0.2, 0.3)).into_inner();
@@ -172,8 +126,8 @@ inertia = [1.0, 1.1, 1.2]
         checks.near("members", run.members() as f64, 3.0, 0.1);
         checks
     })
-    .file("part.toml", part)
-    .file("other.toml", part.replace("0.4", "0.6"))
+    .file("part.toml", file)
+    .file("other.toml", file.replace("0.4", "0.6"))
     .blind("body", "of the file itself")
     .blind("frame.position", "of the one aside")
 }

@@ -1,10 +1,10 @@
 //! Joints: what acts on each freedom against an integration of its own, initial velocities of
 //! chains, anchors, cut loops.
 
-use super::forces::{FIRST, Rigid, SECOND, sensor};
 use super::{Case, Checks, Run};
 use crate::pairs::every_freedom::{Acting, Columns, Errors, Kind, errors, rates, text};
 use holonom::nalgebra::{Rotation3, Vector3};
+use vi_testkit::model::{FIRST, Rigid, SECOND, body_at, frame, head, hinge, joint, part, sensor};
 
 type Vector = Vector3<f64>;
 
@@ -61,57 +61,24 @@ const TILTED: [f64; 3] = [0.3, 0.5, -0.8];
 fn chain() -> Case {
     let (at, axis) = ([0.2, -0.1, 0.3], [0.0, 0.6, 0.8]);
     let (then, along) = ([0.4, 0.7, -0.2], [0.8, 0.0, 0.6]);
-    let still = |body: &Rigid, name: &str| {
-        let text = body.text(name);
-        text.lines()
-            .filter(|line| !line.contains("velocity"))
-            .map(|line| format!("{line}\n"))
-            .collect::<String>()
-    };
-    let text = format!(
-        r#"
-model = {{ name = "chain" }}
-simulation = {{ step = 1e-4, end = 2e-4 }}
-frame = [{{ name = "tilted", rotation_vector = {TILTED:?}, position = [0.0, 0.3, 0.1] }}, {{ name = "other", position = [0.0, 1.0, 3.0] }}]
-{}{}
-[[joint]]
-name = "shoulder"
-type = "revolute"
-parent = "ground"
-child = "first"
-position = {at:?}
-axis = {axis:?}
-rate = 1.3
-spring = {{ stiffness = 4.0, rest = 0.3 }}
-[[joint]]
-name = "elbow"
-type = "revolute"
-parent = "first"
-child = "second"
-relative_to = "tilted"
-position = {then:?}
-axis = {along:?}
-rate = [-0.7]
-damper = {{ damping = 0.4 }}
-[[joint]]
-name = "pin"
-type = "spherical"
-parent = "second"
-child = "third"
-position = [-1.0, 1.0, 0.0]
-[[body]]
-name = "third"
-mass = 1.0
-inertia = [1.0, 1.0, 1.0]
-position = [-1.0, 2.0, 0.5]
-{}{}{}{}"#,
-        still(&FIRST, "first"),
-        still(&SECOND, "second"),
+    let text = [
+        head("chain", "step = 1e-4, end = 2e-4"),
+        frame("tilted", TILTED, [0.0, 0.3, 0.1]),
+        part("frame", "other") + "position = [0.0, 1.0, 3.0]\n",
+        FIRST.still("first"),
+        SECOND.still("second"),
+        hinge("shoulder", ["ground", "first"], at, axis),
+        "rate = 1.3\nspring = { stiffness = 4.0, rest = 0.3 }\n".into(),
+        hinge("elbow", ["first", "second"], then, along),
+        "relative_to = \"tilted\"\nrate = [-0.7]\ndamper = { damping = 0.4 }\n".into(),
+        joint("spherical", "pin", ["second", "third"], [-1.0, 1.0, 0.0]),
+        body_at([-1.0, 2.0, 0.5], "third", 1.0, [1.0; 3]),
         sensor("shoulder_effort", "effort", "shoulder"),
         sensor("elbow_effort", "effort", "elbow"),
         sensor("v", "velocity", "third"),
         sensor("w", "angular_velocity", "third"),
-    );
+    ]
+    .concat();
     Case::new("chain of hinges", text, move |run| {
         let mut checks = Checks::default();
         let tilt = Rotation3::new(Vector::from(TILTED));
@@ -144,34 +111,7 @@ position = [-1.0, 2.0, 0.5]
 
 /// Slides whose places on both bodies are apart along the axis.
 fn anchors() -> Case {
-    let text = r#"
-model = { name = "anchors" }
-simulation = { step = 1e-3, end = 2e-3 }
-body = [
-  { name = "rail", mass = 1.0, inertia = [1.0, 1.1, 1.2], position = [0.3, 0.2, 0.1], rotation_vector = [0.5, 0.0, 0.0] },
-  { name = "car", mass = 1.0, inertia = [1.0, 1.1, 1.2], position = [1.3, 0.2, 0.1] },
-]
-sensor = [
-  { name = "first", type = "joint_coordinate", of = "first" },
-  { name = "second", type = "joint_coordinate", of = "second" },
-]
-[[joint]]
-name = "first"
-type = "prismatic"
-parent = "ground"
-child = "rail"
-anchor_parent = [-0.4, 0.2, 0.1]
-anchor_child = [0.2, 0.0, 0.0]
-axis = [1.0, 0.0, 0.0]
-[[joint]]
-name = "second"
-type = "prismatic"
-parent = "rail"
-child = "car"
-anchor_parent = [0.15, 0.0, 0.0]
-anchor_child = [-0.35, 0.0, 0.0]
-axis = [-1.0, 0.0, 0.0]
-"#;
+    let text = include_str!("../../models/anchors.toml");
     Case::new(
         "anchors",
         text.replace("\"first\", type", "\"s1\", type").replace("\"second\", type", "\"s2\", type"),
@@ -192,13 +132,15 @@ fn welded() -> Case {
     let arm = Vector::from(SECOND.center) - Vector::from(FIRST.center);
     let velocity = Vector::from(FIRST.velocity) + Vector::from(FIRST.spin).cross(&arm);
     let second = Rigid { velocity: velocity.into(), spin: FIRST.spin, ..SECOND };
-    let text = format!(
-        "model = {{ name = \"welded\" }}\nsimulation = {{ step = 0.01, end = 0.5, project_start = true }}\n{}{}[[joint]]\nname = \"weld\"\ntype = \"fixed\"\nparent = \"first\"\nchild = \"second\"\nposition = [0.1, 0.2, 0.3]\n{}{}",
+    let text = [
+        head("welded", "step = 0.01, end = 0.5, project_start = true"),
         FIRST.text("first"),
         second.text("second"),
+        joint("fixed", "weld", ["first", "second"], [0.1, 0.2, 0.3]),
         sensor("q1", "orientation", "first"),
         sensor("q2", "orientation", "second"),
-    );
+    ]
+    .concat();
     Case::new("welded bodies", text, move |run| {
         let mut checks = Checks::default();
         for node in 0..run.steps() {

@@ -1,12 +1,14 @@
 //! Schemes, orders, quadratures and strains: linear vibrations in closed form, energies that are
 //! exact, condition numbers.
 
-use super::forces::sensor;
 use super::{Case, Checks, Run};
 use crate::statics::static_models::ARCH;
 use holonom::Simulation;
 use holonom::nalgebra::Vector3;
 use holonom::vi_multibody::run::Solver;
+use vi_testkit::model::{
+    beam, between, body_at, head, heavy, joint, section, sensor, soft_section,
+};
 
 type Vector = Vector3<f64>;
 
@@ -82,22 +84,12 @@ fn orders() -> Vec<Case> {
     ]
 }
 
-const PENDULUM: &str = r#"
-body = [{ name = "bar", mass = 2.0, inertia = [0.1, 0.2, 0.25], position = [0.5, 0.0, 0.0] }]
-[[joint]]
-name = "hinge"
-type = "spherical"
-parent = "ground"
-child = "bar"
-position = [0.0, 0.0, 0.0]
-[[spring]]
-name = "cord"
-from = "ground"
-to = "bar"
-point_from = [0.0, 0.0, 1.0]
-stiffness = 50.0
-natural_length = 0.0
-"#;
+fn pendulum() -> String {
+    body_at([0.5, 0.0, 0.0], "bar", 2.0, [0.1, 0.2, 0.25])
+        + &joint("spherical", "hinge", ["ground", "bar"], [0.0; 3])
+        + &between("spring", "cord", ["ground", "bar"])
+        + "point_from = [0.0, 0.0, 1.0]\nstiffness = 50.0\nnatural_length = 0.0\n"
+}
 
 /// `log₂` of what half the step makes of the condition number of the Newton matrix as written.
 fn exponent(run: &Run) -> Option<f64> {
@@ -114,9 +106,11 @@ fn exponent(run: &Run) -> Option<f64> {
 /// A scheme by the growth of its condition number with the step, (22), (25), (28), (30), and by
 /// what it does with the energy.
 fn scheme(name: &str, growth: f64) -> Case {
-    let text = format!(
-        "model = {{ name = \"pendulum\", gravity = [0.0, -3.0, -9.81] }}\nsimulation = {{ step = 0.02, end = 0.4, scheme = \"{name}\", solver = \"dense\" }}\n{PENDULUM}"
-    );
+    let text = heavy(
+        "pendulum",
+        [0.0, -3.0, -9.81],
+        &format!("step = 0.02, end = 0.4, scheme = \"{name}\", solver = \"dense\""),
+    ) + &pendulum();
     let exact = name.starts_with("em-");
     let case = Case::new(format!("scheme {name}"), text, move |run: &Run| {
         let mut checks = Checks::default();
@@ -148,17 +142,23 @@ fn scheme(name: &str, growth: f64) -> Case {
 /// Solvers give one motion to round-off: the one that is named is known by its bits.
 fn solver(name: &str, named: Solver) -> Case {
     let link = |k: usize, parent: &str| {
-        format!(
-            "[[body]]\nname = \"b{k}\"\nmass = 1.3\ninertia = [0.1, 0.2, 0.25]\nposition = [{:?}, 0.3, 0.0]\n[[joint]]\nname = \"j{k}\"\ntype = \"spherical\"\nparent = \"{parent}\"\nchild = \"b{k}\"\nposition = [{k:?}.0, 0.0, 0.0]\n",
-            k as f64 + 0.5
-        )
+        let (name, pivot, x) = (format!("b{k}"), format!("j{k}"), k as f64);
+        body_at([x + 0.5, 0.3, 0.0], &name, 1.3, [0.1, 0.2, 0.25])
+            + &joint("spherical", &pivot, [parent, &name], [x, 0.0, 0.0])
     };
-    let text = format!(
-        "model = {{ name = \"chain\", gravity = [0.0, -3.0, -9.81] }}\nsimulation = {{ step = 0.02, end = 0.6, method = \"galerkin\", order = 4, solver = \"{name}\" }}\n{}{}{}",
+    let text = [
+        heavy(
+            "chain",
+            [0.0, -3.0, -9.81],
+            &format!(
+                "step = 0.02, end = 0.6, method = \"galerkin\", order = 4, solver = \"{name}\""
+            ),
+        ),
         link(0, "ground"),
         link(1, "b0"),
         link(2, "b1"),
-    );
+    ]
+    .concat();
     Case::new(format!("solver {name}"), text, move |run: &Run| {
         let mut checks = Checks::default();
         let mut simulation = Simulation::with_solver(&run.model, named).unwrap();
@@ -173,30 +173,7 @@ fn solver(name: &str, named: Solver) -> Case {
 
 /// Equilibria of a hanging weight along the load.
 fn statics() -> Case {
-    let text = r#"
-model = { name = "hanging", gravity = [0.0, 0.0, -10.0] }
-simulation = { step = 0.25, end = 1.0, scheme = "static" }
-particle = [{ name = "ball", mass = 2.0, position = [0.0, 0.0, -0.4] }]
-spring = [{ name = "cord", from = "ground", to = "ball", stiffness = 50.0, natural_length = 0.0 }]
-load = [
-  { name = "pull", body = "ball", force = [0.0, 0.0, -15.0] },
-  { name = "hold", body = "ball", force = [5.0, 0.0, 0.0], history = { type = "constant" } },
-]
-[[body]]
-name = "car"
-mass = 1.0
-inertia = [1.0, 1.0, 1.0]
-position = [0.0, 3.0, 0.0]
-[[joint]]
-name = "rail"
-type = "prismatic"
-parent = "ground"
-child = "car"
-position = [0.0, 3.0, 0.0]
-axis = [1.0, 0.0, 0.0]
-spring = { stiffness = 20.0 }
-motor = { effort = 6.0, history = { type = "constant" } }
-"#;
+    let text = include_str!("../../models/static_weight.toml");
     Case::new("statics", text, |run: &Run| {
         let mut checks = Checks::default();
         for node in 0..run.steps() {
@@ -232,17 +209,12 @@ fn arc_length() -> Case {
     .only("simulation.arc_length")
 }
 
-const SECTION: &str = "section = { EA = 90.0, GA1 = 25.0, GA2 = 40.0, EI1 = 0.4, EI2 = 0.7, GJ = 0.3, rhoA = 0.1, rhoI1 = 1e-3, rhoI2 = 2e-3 }";
-
 /// One element that vibrates along its axis, in steps that hardly resolve it.
 fn averaged() -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "rod", gravity = [10.0, 0.0, 0.0] }}
-simulation = {{ step = 0.02, end = 0.4, strain = "averaged" }}
-beam = [{{ name = "rod", points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], elements = 1, normal = [0.0, 0.0, 1.0], start = "clamped", {SECTION} }}]
-"#
-    );
+    let text = heavy("rod", [10.0, 0.0, 0.0], "step = 0.02, end = 0.4, strain = \"averaged\"")
+        + &beam("rod", &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], 1)
+        + "normal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\n"
+        + &soft_section();
     Case::new("averaged strains", text, |run: &Run| {
         let mut checks = Checks::default();
         let (still, omega) = (0.05 * 10.0 / 90.0, (90.0 / (0.1 / 3.0_f64)).sqrt());
@@ -263,20 +235,14 @@ beam = [{{ name = "rod", points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], elements =
 
 /// A rigid rotation in large steps: the strain of the mean of two configurations is not zero there.
 fn rotating(strain: &str) -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "rod" }}
-simulation = {{ step = 0.02, end = 0.2, strain = "{strain}" }}
-[[beam]]
-name = "rod"
-points = [[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]]
-elements = 1
-normal = [0.0, 0.0, 1.0]
-velocity = [0.0, -1.5, 0.0]
-angular_velocity = [0.0, 0.0, 3.0]
-section = {{ EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 1e2, EI2 = 1e2, GJ = 1e2, rhoA = 0.1, rhoI1 = 1e-3, rhoI2 = 1e-3 }}
-"#
-    );
+    let text = [
+        head("rod", &format!("step = 0.02, end = 0.2, strain = \"{strain}\"")),
+        beam("rod", &[[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]], 1),
+        "normal = [0.0, 0.0, 1.0]\nvelocity = [0.0, -1.5, 0.0]\n".into(),
+        "angular_velocity = [0.0, 0.0, 3.0]\n".into(),
+        section([1e4, 1e4, 1e4, 1e2, 1e2, 1e2], [0.1, 1e-3, 1e-3]),
+    ]
+    .concat();
     let midpoint = strain == "midpoint";
     let dissipative = strain == "dissipative";
     Case::new(format!("strains of a rotation, {strain}"), text, move |run: &Run| {

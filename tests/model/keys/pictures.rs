@@ -5,6 +5,7 @@ use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use holonom::report::scene::Scene;
 use serde_json::Value;
+use vi_testkit::model::{body, body_at, head, part};
 
 /// A box with two corners at the origin and `(0.2, 0.3, 0.5)` as the file of a mesh.
 fn brick() -> String {
@@ -37,17 +38,15 @@ fn turn() -> Matrix3<f64> {
 
 /// Mass and inertia of a mesh with three scales, turned against its body.
 fn heavy_mesh() -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "mesh" }}
-simulation = {{ step = 1e-3, end = 1e-3 }}
-[[body]]
-name = "brick"
-shape = {{ type = "mesh", file = "brick.obj", scale = [0.5, 2.0, 1.5], quaternion = {TURN:?}, density = 900.0 }}
-velocity = [1.0, 2.0, 3.0]
-angular_velocity = [0.7, -0.4, 1.1]
-"#
-    );
+    let text = [
+        head("mesh", "step = 1e-3, end = 1e-3"),
+        part("body", "brick"),
+        format!(
+            "shape = {{ type = \"mesh\", file = \"brick.obj\", scale = [0.5, 2.0, 1.5], quaternion = {TURN:?}, density = 900.0 }}\n"
+        ),
+        "velocity = [1.0, 2.0, 3.0]\nangular_velocity = [0.7, -0.4, 1.1]\n".into(),
+    ]
+    .concat();
     Case::new("mass of a mesh", text, |run| {
         let mut checks = Checks::default();
         let size = Vector3::new(0.1_f64, 0.6, 0.75);
@@ -87,26 +86,17 @@ fn surface(run: &Run, body: &str, part: usize) -> [Vector3<f64>; 2] {
 /// A mesh as the picture of a body whose mass is stated, with its colours.
 fn drawn_mesh() -> Case {
     let position = [0.1, -0.2, 0.3];
-    let text = format!(
-        r##"
-model = {{ name = "mesh" }}
-simulation = {{ step = 1e-3, end = 1e-3 }}
-[[body]]
-name = "brick"
-mass = 2.0
-inertia = [1.0, 1.1, 1.2]
-shape = {{ type = "mesh", file = "brick.obj", scale = 0.5, quaternion = {TURN:?}, position = {position:?} }}
-color = "#0a141e"
-opacity = 0.25
-[[body]]
-name = "hidden"
-mass = 2.0
-inertia = [1.0, 1.1, 1.2]
-position = [2.0, 0.0, 0.0]
-shape = {{ type = "box", dimensions = [0.1, 0.2, 0.3] }}
-visible = false
-"##
-    );
+    let text = [
+        head("mesh", "step = 1e-3, end = 1e-3"),
+        body("brick", 2.0, [1.0, 1.1, 1.2]),
+        format!(
+            "shape = {{ type = \"mesh\", file = \"brick.obj\", scale = 0.5, quaternion = {TURN:?}, position = {position:?} }}\n"
+        ),
+        "color = \"#0a141e\"\nopacity = 0.25\n".into(),
+        body_at([2.0, 0.0, 0.0], "hidden", 2.0, [1.0, 1.1, 1.2]),
+        "shape = { type = \"box\", dimensions = [0.1, 0.2, 0.3] }\nvisible = false\n".into(),
+    ]
+    .concat();
     Case::new("picture of a mesh", text, move |run| {
         let mut checks = Checks::default();
         let [low, high] = surface(run, "brick", 0);
@@ -138,24 +128,26 @@ visible = false
 
 /// Shapes in the place of a shape.
 fn picture() -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "picture" }}
-simulation = {{ step = 1e-3, end = 1e-3 }}
-[[body]]
-name = "hammer"
-mass = 2.0
-inertia = [1.0, 1.1, 1.2]
-picture = [
-  {{ type = "box", dimensions = [0.2, 0.3, 0.5], position = [1.0, 2.0, 3.0], quaternion = {TURN:?} }},
-  {{ type = "mesh", file = "brick.obj", scale = [2.0, 2.0, 2.0], position = [0.1, 0.2, 0.3], quaternion = {TURN:?} }},
-  {{ type = "sphere", dimensions = [0.2], position = [1.0, 0.0, 0.0] }},
-  {{ type = "cylinder", dimensions = [0.2, 0.5], position = [2.0, 0.0, 0.0] }},
-  {{ type = "rod", dimensions = [0.6, 0.1], position = [3.0, 0.0, 0.0] }},
-  {{ type = "cone", dimensions = [0.2, 0.8], position = [4.0, 0.0, 0.0] }},
-]
-"#
-    );
+    let round = |kind: &str, dimensions: &str, x: f64| {
+        format!(
+            "{{ type = \"{kind}\", dimensions = {dimensions}, position = [{x:?}, 0.0, 0.0] }},\n"
+        )
+    };
+    let text = [
+        head("picture", "step = 1e-3, end = 1e-3"),
+        body("hammer", 2.0, [1.0, 1.1, 1.2]) + "picture = [\n",
+        format!(
+            "{{ type = \"box\", dimensions = [0.2, 0.3, 0.5], position = [1.0, 2.0, 3.0], quaternion = {TURN:?} }},\n"
+        ),
+        format!(
+            "{{ type = \"mesh\", file = \"brick.obj\", scale = [2.0, 2.0, 2.0], position = [0.1, 0.2, 0.3], quaternion = {TURN:?} }},\n"
+        ),
+        round("sphere", "[0.2]", 1.0),
+        round("cylinder", "[0.2, 0.5]", 2.0),
+        round("rod", "[0.6, 0.1]", 3.0),
+        round("cone", "[0.2, 0.8]", 4.0) + "]\n",
+    ]
+    .concat();
     Case::new("picture", text, |run| {
         let mut checks = Checks::default();
         let half = turn() * Vector3::new(0.1, 0.15, 0.25);

@@ -4,6 +4,7 @@
 use super::{Case, Checks, Run};
 use holonom::nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
+use vi_testkit::model::{beam, head, load, sensor};
 
 type Vector = Vector3<f64>;
 
@@ -27,19 +28,13 @@ fn case(name: &str, section: &str, expected: Expected) -> [Case; 2] {
 
 /// A free beam in rigid motion: what its mass is.
 fn free(name: &str, section: &str, expected: Expected) -> Case {
-    let text = format!(
-        r#"
-model = {{ name = "section" }}
-simulation = {{ step = 1e-6, end = 1e-6 }}
-[[beam]]
-name = "free"
-points = [[0.0, 2.0, 0.0], [0.0, 2.0, 0.8]]
-elements = 3
-normal = [1.0, 0.0, 0.0]
-velocity = [0.4, -0.2, 0.9]
-angular_velocity = [0.7, 1.3, -0.5]
-{section}"#
-    );
+    let text = [
+        head("section", "step = 1e-6, end = 1e-6"),
+        beam("free", &[[0.0, 2.0, 0.0], [0.0, 2.0, 0.8]], 3),
+        "normal = [1.0, 0.0, 0.0]\nvelocity = [0.4, -0.2, 0.9]\n".into(),
+        format!("angular_velocity = [0.7, 1.3, -0.5]\n{section}"),
+    ]
+    .concat();
     let stiffnesses = [
         "beam.section.E*",
         "beam.section.G*",
@@ -63,7 +58,7 @@ angular_velocity = [0.7, 1.3, -0.5]
 fn held(name: &str, section: &str, expected: Expected) -> Case {
     let sensors = (0..ELEMENTS).map(|k| {
         let one = |kind: &str, name: &str| {
-            format!("[[sensor]]\nname = \"{name}{k}\"\ntype = \"{kind}\"\nof = \"held\"\nelement = {k}\n")
+            sensor(&format!("{name}{k}"), kind, "held") + &format!("element = {k}\n")
         };
         one("strain", "e") + &one("section_force", "s")
     });
@@ -73,26 +68,15 @@ fn held(name: &str, section: &str, expected: Expected) -> Case {
     // s, a tenth of the time of the bending of 1 m
     let time = 0.1 * (expected.inertia[0] / bending).sqrt();
     let (step, end) = (time / 400.0, time / 13.0);
-    let text = format!(
-        r#"
-model = {{ name = "section" }}
-simulation = {{ step = {step:e}, end = {end:e} }}
-[[beam]]
-name = "held"
-points = [[0.0, 0.0, 0.0], [0.6, 0.0, 0.0]]
-elements = {ELEMENTS}
-normal = [0.0, 0.0, 1.0]
-start = "clamped"
-{section}
-[[load]]
-name = "pull"
-body = "held.end"
-force = {force:?}
-torque = {torque:?}
-history = {{ type = "ramp", start = 0.0, end = {end:e} }}
-{}"#,
-        sensors.collect::<String>()
-    );
+    let text = [
+        head("section", &format!("step = {step:e}, end = {end:e}")),
+        beam("held", &[[0.0, 0.0, 0.0], [0.6, 0.0, 0.0]], ELEMENTS),
+        format!("normal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\n{section}\n"),
+        load("pull", "held.end", [force, torque]),
+        format!("history = {{ type = \"ramp\", start = 0.0, end = {end:e} }}\n"),
+        sensors.collect(),
+    ]
+    .concat();
     Case::new(format!("section, {name}"), text, move |run| {
         let mut checks = Checks::default();
         let length = 0.6 / ELEMENTS as f64;

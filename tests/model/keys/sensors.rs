@@ -1,9 +1,9 @@
 //! Sensors: points, observers, distances, axes of reactions, places on beams; against the motion
 //! that the other files state.
 
-use super::forces::{FIRST, Rigid, SECOND, sensor};
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use vi_testkit::model::{FIRST, Rigid, SECOND, heavy, hinge, sensor};
 
 type Vector = Vector3<f64>;
 
@@ -81,37 +81,22 @@ fn observed() -> Case {
 fn reactions() -> Case {
     let (at, axis, across) = ([0.1, 0.5, 0.2], [0.0, 0.6, 0.8], [1.0, 0.0, 0.0]);
     let base = Rigid { spin: [0.5, 0.9, -2.6], ..FIRST };
-    let arm = Rigid { velocity: [0.0; 3], spin: [0.0; 3], ..SECOND };
-    let still: String = arm
-        .text("arm")
-        .lines()
-        .filter(|line| !line.contains("velocity"))
-        .map(|line| format!("{line}\n"))
-        .collect();
     let axes = |frame: &str| sensor(frame, "reaction", "hinge") + &format!("frame = \"{frame}\"\n");
-    let text = format!(
-        r#"
-model = {{ name = "reactions", gravity = [1.0, -2.0, -5.0] }}
-simulation = {{ step = 1e-3, end = 0.15 }}
-{}{still}
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "base"
-child = "arm"
-position = {at:?}
-axis = {axis:?}
-first_axis = {across:?}
-rate = 4.0
-{}{}{}{}"#,
+    let text = [
+        heavy("reactions", [1.0, -2.0, -5.0], "step = 1e-3, end = 0.15"),
         base.text("base"),
+        SECOND.still("arm"),
+        hinge("hinge", ["base", "arm"], at, axis),
+        format!("first_axis = {across:?}\nrate = 4.0\n"),
         ["parent", "child", "space"].map(axes).concat(),
-        sensor("q1", "orientation", "base") + &sensor("q2", "orientation", "arm"),
+        sensor("q1", "orientation", "base"),
+        sensor("q2", "orientation", "arm"),
         sensor("a", "acceleration", "arm"),
-        sensor("angle", "joint_coordinate", "hinge")
-            + &sensor("rate", "joint_rate", "hinge")
-            + &sensor("acceleration", "joint_acceleration", "hinge"),
-    );
+        sensor("angle", "joint_coordinate", "hinge"),
+        sensor("rate", "joint_rate", "hinge"),
+        sensor("acceleration", "joint_acceleration", "hinge"),
+    ]
+    .concat();
     Case::new("axes of reactions", text, move |run| {
         let mut checks = Checks::default();
         let (n, m) = (Vector::from(axis), Vector::from(across));

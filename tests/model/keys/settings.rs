@@ -7,21 +7,7 @@ type Vector = Vector3<f64>;
 
 /// Which nodes are recorded.
 fn recorded() -> Case {
-    let text = r#"
-model = { name = "falling", gravity = [0.0, 0.0, -10.0] }
-simulation = { step = 0.01, end = 0.095, every = 3, momenta = true, columns = ["joints", "positions"] }
-[[body]]
-name = "car"
-mass = 2.0
-inertia = [1.0, 1.1, 1.2]
-[[joint]]
-name = "rail"
-type = "prismatic"
-parent = "ground"
-child = "car"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 0.0, 1.0]
-"#;
+    let text = include_str!("../../models/falling_car.toml");
     Case::new("recorded nodes", text, |run: &Run| {
         let mut checks = Checks::default();
         let steps: Vec<f64> = run.nodes.iter().map(|node| node.step as f64).collect();

@@ -2,8 +2,8 @@
 //! energies.
 
 use super::{Known, Tables, Vector, axis, check};
-use crate::model::keys::forces::sensor;
 use holonom::nalgebra::{Matrix3, Rotation3};
+use vi_testkit::model::{beam, damped_section, heavy, load, sensor};
 
 const LENGTHS: [f64; 2] = [0.6, 0.5]; // of the legs, one element each
 const STIFFNESS: [f64; 6] = [25.0, 40.0, 60.0, 0.4, 0.7, 0.3];
@@ -23,39 +23,18 @@ fn text(settings: &str) -> String {
             + &sensor(&format!("w_{name}"), "angular_velocity", node)
     });
     let element = |kind: &str| sensor(kind, kind, "beam") + "element = 1\n";
-    format!(
-        r#"
-model = {{ name = "beam", gravity = [0.3, -0.4, -0.9] }}
-simulation = {{ step = 2.5e-4, end = 0.15, {settings} }}
-[[beam]]
-name = "beam"
-points = {CORNERS:?}
-elements = 1
-normal = [0.3, 0.2, 1.0]
-velocity = {VELOCITY:?}
-angular_velocity = {SPIN:?}
-[beam.section]
-EA = 60.0
-GA1 = 25.0
-GA2 = 40.0
-EI1 = 0.4
-EI2 = 0.7
-GJ = 0.3
-rhoA = 0.1
-rhoI1 = 1e-3
-rhoI2 = 2e-3
-damping = {{ EA = 3e-3, GA1 = 1e-3, GA2 = 2e-3, EI1 = 5e-3, EI2 = 4e-3, GJ = 6e-3 }}
-[[load]]
-name = "pull"
-body = "beam.end"
-force = {FORCE:?}
-torque = {TORQUE:?}
-{}{}{}{}"#,
+    [
+        heavy("beam", [0.3, -0.4, -0.9], &format!("step = 2.5e-4, end = 0.15, {settings}")),
+        beam("beam", &CORNERS, 1) + "normal = [0.3, 0.2, 1.0]\n",
+        format!("velocity = {VELOCITY:?}\nangular_velocity = {SPIN:?}\n"),
+        damped_section(),
+        load("pull", "beam.end", [FORCE, TORQUE]),
         nodes.concat(),
         element("strain"),
         element("section_force"),
         sensor("power", "power", "pull"),
-    )
+    ]
+    .concat()
 }
 
 /// `Γ` and `K` of an element between two nodes.

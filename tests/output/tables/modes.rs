@@ -5,6 +5,7 @@ use super::{Known, Tables, Vector, axis, check};
 use holonom::Model;
 use holonom::modes::{About, Campbell, ModalAnalysis};
 use std::f64::consts::TAU;
+use vi_testkit::model::{body_at, head, hinge};
 
 /// Place, axis, stiffness, damping; the bodies are turned by nothing, 2 kg, with these moments.
 const HINGES: [([f64; 3], [f64; 3], f64, f64); 2] = [
@@ -15,28 +16,14 @@ const CENTERS: [[f64; 3]; 2] = [[0.9, 0.5, 0.4], [2.0, 0.1, -0.6]];
 const MOMENTS: [f64; 3] = [0.3, 0.5, 0.6];
 
 fn text() -> String {
-    let mut text =
-        "model = { name = \"modes\" }\nsimulation = { step = 1e-3, end = 1.0 }\n".to_owned();
+    let mut text = head("modes", "step = 1e-3, end = 1.0");
     for (k, (at, along, stiffness, damping)) in HINGES.into_iter().enumerate() {
-        let center = CENTERS[k];
-        text += &format!(
-            r#"
-[[body]]
-name = "b{k}"
-mass = 2.0
-inertia = {MOMENTS:?}
-position = {center:?}
-[[joint]]
-name = "j{k}"
-type = "revolute"
-parent = "ground"
-child = "b{k}"
-position = {at:?}
-axis = {along:?}
-spring = {{ stiffness = {stiffness:?} }}
-damper = {{ damping = {damping:?} }}
-"#
-        );
+        let (name, center) = (format!("b{k}"), CENTERS[k]);
+        text += &(body_at(center, &name, 2.0, MOMENTS)
+            + &hinge(&format!("j{k}"), ["ground", &name], at, along)
+            + &format!(
+                "spring = {{ stiffness = {stiffness:?} }}\ndamper = {{ damping = {damping:?} }}\n"
+            ));
     }
     text
 }
@@ -111,22 +98,7 @@ fn columns_of_modes() {
     check(&Tables::alone("modes", &report.csv()), &expected, &unseen);
 }
 
-/// A disk on an isotropic spring with dampers to the ground: `m z̈ + c ż + k z = 0` in space,
-/// whatever the speed. In the frame that rotates both whirls decay with `c/2m`, with the
-/// frequencies `|Ω ± √(k/m − c²/4m²)|`.
-const DISK: &str = r#"
-model = { name = "disk" }
-simulation = { step = 1e-3, end = 1.0 }
-body = [{ name = "disk", mass = 2.0, inertia = [0.01, 0.01, 0.02], angular_velocity = [0.0, 0.0, 2.0], position = [0.0, 0.0, 0.0] }]
-joint = [{ name = "plane", type = "planar", parent = "ground", child = "disk", position = [0.0, 0.0, 0.0], axis = [0.0, 0.0, 1.0] }]
-spring = [
-    { name = "k", from = "ground", to = "disk", stiffness = 200.0, natural_length = 0.0 },
-    { name = "x", from = "ground", to = "disk", point_from = [10.0, 0.0, 0.0], stiffness = 0.0, damping = 1.5 },
-    { name = "y", from = "ground", to = "disk", point_from = [0.0, 10.0, 0.0], stiffness = 0.0, damping = 1.5 },
-    { name = "minus x", from = "ground", to = "disk", point_from = [-10.0, 0.0, 0.0], stiffness = 0.0, damping = 1.5 },
-    { name = "minus y", from = "ground", to = "disk", point_from = [0.0, -10.0, 0.0], stiffness = 0.0, damping = 1.5 },
-]
-"#;
+const DISK: &str = include_str!("../../models/damped_disk.toml");
 const SPEEDS: [f64; 3] = [2.0, 4.0, 6.0];
 
 fn whirls(_: &Tables, name: &str) -> Option<Known> {

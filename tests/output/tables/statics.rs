@@ -2,6 +2,7 @@
 //! `k/l`.
 
 use super::{Known, Tables, check};
+use vi_testkit::model::{AXES, body_at, head, hinge, part};
 
 /// `k/l` of each, N.
 const CRITICAL: [f64; 2] = [10.0, 24.0];
@@ -9,32 +10,16 @@ const CRITICAL: [f64; 2] = [10.0, 24.0];
 const LOAD: f64 = 40.0;
 
 fn text() -> String {
-    let mut text =
-        "model = { name = \"rods\" }\nsimulation = { step = 0.0625, end = 1.0, scheme = \"static\" }\n".to_owned();
+    let mut text = head("rods", "step = 0.0625, end = 1.0, scheme = \"static\"");
     for (k, critical) in CRITICAL.into_iter().enumerate() {
-        let (x, stiffness) = (k as f64, 2.0 * critical);
-        text += &format!(
-            r#"
-[[body]]
-name = "rod{k}"
-mass = 1.0
-inertia = [0.4, 0.4, 0.01]
-position = [{x:?}, 0.0, 1.0]
-[[joint]]
-name = "hinge{k}"
-type = "revolute"
-parent = "ground"
-child = "rod{k}"
-position = [{x:?}, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-spring = {{ stiffness = {stiffness:?} }}
-[[load]]
-name = "load{k}"
-body = "rod{k}"
-point = [0.0, 0.0, 1.0]
-force = [0.0, 0.0, -{LOAD:?}]
-"#
-        );
+        let (name, x, stiffness) = (format!("rod{k}"), k as f64, 2.0 * critical);
+        text += &(body_at([x, 0.0, 1.0], &name, 1.0, [0.4, 0.4, 0.01])
+            + &hinge(&format!("hinge{k}"), ["ground", &name], [x, 0.0, 0.0], AXES[1])
+            + &format!("spring = {{ stiffness = {stiffness:?} }}\n")
+            + &part("load", &format!("load{k}"))
+            + &format!(
+                "body = \"{name}\"\npoint = [0.0, 0.0, 1.0]\nforce = [0.0, 0.0, -{LOAD:?}]\n"
+            ));
     }
     text
 }

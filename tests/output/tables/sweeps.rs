@@ -4,6 +4,7 @@
 use super::{Known, Tables, check};
 use holonom::model::Meshes;
 use holonom::sweep::{Description, Plan, Shard, Sweep, collect, run_point};
+use vi_testkit::model::{between, head, part, particle, sensor};
 
 const STIFFNESS: f64 = 50.0;
 const FORCE: f64 = 12.0;
@@ -13,17 +14,15 @@ const MASSES: [f64; 3] = [1.0, 2.5, 4.0];
 const ENDS: [f64; 2] = [0.9, 1.3];
 
 fn text() -> String {
-    format!(
-        r#"
-model = {{ name = "sweep" }}
-simulation = {{ step = {STEP:?}, end = 1.0 }}
-particle = [{{ name = "ball", mass = 1.0, position = [{:?}, {:?}, 0.0] }}]
-spring = [{{ name = "cord", from = "ground", to = "ball", stiffness = {STIFFNESS:?}, natural_length = 0.0 }}]
-load = [{{ name = "pull", body = "ball", force = [{FORCE:?}, 0.0, 0.0] }}]
-sensor = [{{ name = "place", type = "position", of = "ball" }}]
-"#,
-        START[0], START[1]
-    )
+    [
+        head("sweep", &format!("step = {STEP:?}, end = 1.0")),
+        particle("ball", 1.0, [START[0], START[1], 0.0]),
+        between("spring", "cord", ["ground", "ball"]),
+        format!("stiffness = {STIFFNESS:?}\nnatural_length = 0.0\n"),
+        part("load", "pull") + &format!("body = \"ball\"\nforce = [{FORCE:?}, 0.0, 0.0]\n"),
+        sensor("place", "position", "ball"),
+    ]
+    .concat()
 }
 
 /// Place, linear and angular momentum at all nodes of a point: rotations by `2 atan(h ω/2)` about

@@ -5,9 +5,11 @@ mod momenta;
 mod sensors;
 
 use super::{Known, Tables, Vector, axis, check};
-use crate::model::keys::forces::{FIRST, Rigid, SECOND, sensor};
 use holonom::nalgebra::Matrix3;
 use std::f64::consts::TAU;
+use vi_testkit::model::{
+    FIRST, Rigid, SECOND, along, between, heavy, load, motion, particle, sensor,
+};
 
 const GRAVITY: [f64; 3] = [1.0, -2.0, -5.0];
 const FREE: Rigid = Rigid { spin: [2.0, 3.1, -1.7], ..FIRST };
@@ -34,13 +36,10 @@ const FORCE: [f64; 3] = [2.0, -3.0, 4.0];
 const TORQUE: [f64; 3] = [0.6, 0.4, -0.5];
 
 fn text() -> String {
-    let still = |body: &Rigid, name: &str| -> String {
-        let text = body.text(name);
-        text.lines()
-            .filter(|line| !line.contains("velocity"))
-            .map(|line| format!("{line}\n"))
-            .collect()
-    };
+    let [rate, acceleration, amplitude, frequency] = PATH;
+    let drive = format!(
+        "{{ rate = {rate:?}, acceleration = {acceleration:?}, amplitude = {amplitude:?}, frequency = {frequency:?} }}"
+    );
     let members = ["free", "arm", "cart"].map(|name| {
         sensor(&format!("v_{name}"), "velocity", name)
             + &sensor(&format!("a_{name}"), "acceleration", name)
@@ -68,72 +67,30 @@ fn text() -> String {
         sensor("reaction", "reaction", "rail") + "frame = \"space\"\n",
         sensor("held", "reaction", "hinge"),
     ];
-    format!(
-        r#"
-model = {{ name = "columns", gravity = {GRAVITY:?} }}
-simulation = {{ step = 1e-3, end = 0.3, momenta = true }}
-{}{}{}
-[[joint]]
-name = "hinge"
-type = "cylindrical"
-parent = "ground"
-child = "arm"
-position = {HINGE:?}
-axis = {ALONG:?}
-first_axis = {FIRST_ACROSS:?}
-rate = {RATES:?}
-spring = {{ freedom = 1, stiffness = 4.0, rest = 0.3 }}
-damper = {{ freedom = 0, damping = 2.5 }}
-motor = {{ freedom = 1, effort = 2.0, history = {{ type = "harmonic", frequency = 1.3, phase = 0.4 }} }}
-[[joint]]
-name = "rail"
-type = "screw"
-parent = "ground"
-child = "cart"
-position = {RAIL:?}
-axis = {SCREW:?}
-pitch = {PITCH}
-first_axis = {ACROSS:?}
-rate = {:?}
-[[constraint]]
-name = "drive"
-type = "motion"
-joint = "rail"
-path = {{ rate = {:?}, acceleration = {:?}, amplitude = {:?}, frequency = {:?} }}
-[[particle]]
-name = "ball"
-mass = 0.6
-position = {:?}
-velocity = {:?}
-[[spring]]
-name = "cord"
-from = "free"
-to = "ball"
-stiffness = 8.0
-natural_length = 2.4
-damping = 1.3
-[[load]]
-name = "push"
-body = "arm"
-force = {FORCE:?}
-torque = {TORQUE:?}
-point = {POINT:?}
-frame = "body"
-{}{ball}{}{}"#,
+    [
+        heavy("columns", GRAVITY, "step = 1e-3, end = 0.3, momenta = true"),
         FREE.text("free"),
-        still(&SECOND, "arm"),
-        still(&CART, "cart"),
-        path(0.0)[1],
-        PATH[0],
-        PATH[1],
-        PATH[2],
-        PATH[3],
-        BALL[0],
-        BALL[1],
+        SECOND.still("arm"),
+        CART.still("cart"),
+        along(ALONG, "cylindrical", "hinge", ["ground", "arm"], HINGE),
+        format!("first_axis = {FIRST_ACROSS:?}\nrate = {RATES:?}\n"),
+        "spring = { freedom = 1, stiffness = 4.0, rest = 0.3 }\n".into(),
+        "damper = { freedom = 0, damping = 2.5 }\n".into(),
+        "motor = { freedom = 1, effort = 2.0, history = { type = \"harmonic\", frequency = 1.3, phase = 0.4 } }\n".into(),
+        along(SCREW, "screw", "rail", ["ground", "cart"], RAIL),
+        format!("pitch = {PITCH}\nfirst_axis = {ACROSS:?}\nrate = {:?}\n", path(0.0)[1]),
+        motion("drive", "rail", &drive),
+        particle("ball", 0.6, BALL[0]) + &format!("velocity = {:?}\n", BALL[1]),
+        between("spring", "cord", ["free", "ball"]),
+        "stiffness = 8.0\nnatural_length = 2.4\ndamping = 1.3\n".into(),
+        load("push", "arm", [FORCE, TORQUE]),
+        format!("point = {POINT:?}\nframe = \"body\"\n"),
         members.concat(),
+        ball,
         joints.concat(),
         others.concat(),
-    )
+    ]
+    .concat()
 }
 
 /// The path of the drive, its rate and acceleration.
