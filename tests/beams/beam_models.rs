@@ -4,6 +4,7 @@
 
 use holonom::model::{Model, Scheme};
 use holonom::{MemberKind, Override, RunFolder, Simulation};
+use vi_testkit::model::{beam, body_at, heavy, joint, section};
 
 const EVERYTHING: &str = include_str!("../models/beams_of_every_kind.toml");
 
@@ -100,38 +101,16 @@ fn joined(kind: &str, parent: &str, child: &str) -> String {
         "screw" => "axis = [0, 0.6, 0.8]\npitch = 0.2",
         _ => "axis = [0, 0.6, 0.8]",
     };
-    let section = "section = { EA = 1e3, GA1 = 1e3, GA2 = 1e3, EI1 = 10, EI2 = 10, GJ = 10, rhoA = 1, rhoI1 = 0.1, \
-                   rhoI2 = 0.1 }";
-    format!(
-        r#"
-model = {{ name = "pair", gravity = [0.5, -1, -9.81] }}
-simulation = {{ step = 2e-3, end = 1.0 }}
-[[body]]
-name = "block"
-mass = 1.5
-inertia = [0.1, 0.2, 0.15]
-position = [1.3, 0.1, 0.2]
-angular_velocity = [0, 0, 0]
-[[beam]]
-name = "rod"
-points = [[0, 0, 0], [1, 0, 0]]
-elements = 3
-{section}
-[[beam]]
-name = "strip"
-points = [[1.1, 0, 0], [1.1, 0.8, 0.3]]
-elements = 2
-order = 2
-{section}
-[[joint]]
-name = "pair"
-type = "{kind}"
-parent = "{parent}"
-child = "{child}"
-position = [1, 0.1, 0]
-{axes}
-"#
-    )
+    let section = section([1e3, 1e3, 1e3, 10.0, 10.0, 10.0], [1.0, 0.1, 0.1]);
+    [
+        heavy("pair", [0.5, -1.0, -9.81], "step = 2e-3, end = 1.0"),
+        body_at([1.3, 0.1, 0.2], "block", 1.5, [0.1, 0.2, 0.15]),
+        "angular_velocity = [0, 0, 0]\n".into(),
+        beam("rod", &[[0.0; 3], [1.0, 0.0, 0.0]], 3) + &section,
+        beam("strip", &[[1.1, 0.0, 0.0], [1.1, 0.8, 0.3]], 2) + "order = 2\n" + &section,
+        joint(kind, "pair", [parent, child], [1.0, 0.1, 0.0]) + axes + "\n",
+    ]
+    .concat()
 }
 
 #[test]

@@ -12,19 +12,13 @@ use holonom::vi_constraints::SchemeKind;
 use holonom::vi_core::State;
 use holonom::vi_rigid::{directors, rotation};
 use holonom::{Model, Override, RunOutcome, RunState, Sample, Simulation};
+use vi_testkit::model::{cantilever, head, section};
 
 /// A soft cantilever without weight.
-const CANTILEVER: &str = r#"
-model = { name = "cantilever" }
-simulation = { step = 2e-3, end = 1, strain = "dissipative" }
-[[beam]]
-name = "beam"
-points = [[0, 0, 0], [1, 0, 0]]
-elements = 6
-normal = [0, 0, 1]
-start = "clamped"
-section = { EA = 500, GA1 = 500, GA2 = 500, EI1 = 1, EI2 = 1, GJ = 1, rhoA = 0.1, rhoI1 = 1e-3, rhoI2 = 1e-3 }
-"#;
+fn soft_cantilever() -> String {
+    head("cantilever", "step = 2e-3, end = 1, strain = \"dissipative\"")
+        + &cantilever(6, &section([500.0, 500.0, 500.0, 1.0, 1.0, 1.0], [0.1, 1e-3, 1e-3]))
+}
 
 /// A push at its end, which excites the first vibration.
 const PUSH: &str = r#"
@@ -64,7 +58,7 @@ fn smooth_mean(x: &[f64]) -> f64 {
 
 #[test]
 fn a_resolved_vibration_keeps_its_energy() {
-    let text = format!("{CANTILEVER}{PUSH}");
+    let text = soft_cantilever() + PUSH;
     let omega = lowest(&model(&text, &[]));
     let h = 0.3 / omega;
     let period = std::f64::consts::TAU / 2.0 / 0.15_f64.atan(); // in steps, at least
@@ -112,12 +106,12 @@ fn disturbed(text: &str, overrides: &[(&str, &str)]) -> Simulation {
 
 #[test]
 fn unresolved_vibrations_die_out_within_tens_of_steps() {
-    let omega = lowest(&model(CANTILEVER, &[]));
+    let omega = lowest(&model(&soft_cantilever(), &[]));
     for order in ["1", "2", "3"] {
         for times in [3.0, 10.0, 30.0, 1e3, 1e5] {
             let step = format!("{:e}", times / omega);
             let own = [("simulation.step", step.as_str()), ("beam.beam.order", order)];
-            let mut simulation = disturbed(CANTILEVER, &own);
+            let mut simulation = disturbed(&soft_cantilever(), &own);
             let mut energies = Vec::new();
             for _ in 0..=40 {
                 let node = simulation.integrator().observe_state().unwrap();
@@ -133,9 +127,9 @@ fn unresolved_vibrations_die_out_within_tens_of_steps() {
 
 #[test]
 fn conservative_strains_do_not_let_them_die_out() {
-    let step = format!("{:e}", 30.0 / lowest(&model(CANTILEVER, &[])));
+    let step = format!("{:e}", 30.0 / lowest(&model(&soft_cantilever(), &[])));
     let own = [("simulation.step", step.as_str()), ("simulation.strain", "mass_scaled")];
-    let mut simulation = disturbed(CANTILEVER, &own);
+    let mut simulation = disturbed(&soft_cantilever(), &own);
     let mut energy = || {
         simulation.step().unwrap();
         simulation.integrator().observe_state().unwrap().hamiltonian_projected.total()
@@ -183,7 +177,7 @@ fn stiff_beams_run_at_any_step() {
 
 #[test]
 fn the_energy_balance_and_the_coordinates_have_order_two() {
-    let soft = CANTILEVER.replace("500", "20").replace("1e-3", "2e-2");
+    let soft = soft_cantilever().replace("500", "20").replace("0.001", "2e-2");
     let text = format!("{}{SMOOTH}", soft.replace("elements = 6", "elements = 2"));
     let steps = [4e-3, 2e-3, 1e-3];
     let imbalance = steps.map(|h| {
@@ -207,13 +201,13 @@ fn the_energy_balance_and_the_coordinates_have_order_two() {
 fn a_stored_state_continues_bit_for_bit() {
     for kind in SchemeKind::ALL {
         let own = [("simulation.step", "2e-2"), ("simulation.scheme", kind.name())];
-        let mut run = disturbed(CANTILEVER, &own);
+        let mut run = disturbed(&soft_cantilever(), &own);
         (0..7).for_each(|_| _ = run.step().unwrap());
         let state = |run: &mut Simulation| run.integrator().state().clone();
         let stored = serde_json::to_string(&state(&mut run)).unwrap();
         let read: State = serde_json::from_str(&stored).unwrap();
         assert!(read == state(&mut run) && read.internal.iter().any(|z| *z != 0.0));
-        let mut again = Simulation::new(&model(CANTILEVER, &own)).unwrap();
+        let mut again = Simulation::new(&model(&soft_cantilever(), &own)).unwrap();
         let mut short = read.clone();
         short.internal.pop();
         assert!(again.integrator().resume(short).is_err());
@@ -227,7 +221,7 @@ fn a_stored_state_continues_bit_for_bit() {
     }
     // the same with the sums of a run
     let own = [("simulation.step", "2e-2"), ("simulation.end", "0.4")];
-    let model = model(&format!("{CANTILEVER}{PUSH}"), &own);
+    let model = model(&(soft_cantilever() + PUSH), &own);
     let whole = samples(&mut Simulation::new(&model).unwrap());
     let mut first = Simulation::new(&model).unwrap();
     let mut read = Vec::new();
@@ -249,12 +243,13 @@ fn compositions_and_energy_momentum_schemes_refuse_them() {
         ("simulation.order", "4", "steps backwards in time"),
         ("simulation.scheme", "em-nodal", "has no dissipative strains"),
     ] {
-        let error = Model::from_toml_with(CANTILEVER, &[Override::new(key, value)]).unwrap_err();
+        let error =
+            Model::from_toml_with(&soft_cantilever(), &[Override::new(key, value)]).unwrap_err();
         let text = format!("{error:?}");
         assert!(text.contains(why) && text.contains("simulation.strain"), "{text}");
     }
     // `compare` changes the settings of a valid model
-    let mut model = model(CANTILEVER, &[]);
+    let mut model = model(&soft_cantilever(), &[]);
     model.settings.scheme = Scheme::EmNodal;
     let refused = Simulation::new(&model).unwrap_err();
     assert!(matches!(&refused, ModelError::Unsupported { key, .. } if key == "simulation.strain"));

@@ -6,8 +6,16 @@ use crate::benchmark;
 
 use benchmark::{Run, apart, assert_order, changes_at_halved_steps, model, orders, samples};
 use holonom::{Model, Sample, Simulation};
+use std::fmt::Display;
+use vi_testkit::model::{beam, cantilever, damped_section, heavy, section, sensor};
 
-const CANTILEVER: &str = include_str!("../models/cantilever.toml");
+/// A cantilever in the plane, resolved at 0.5 ms; its first vibration has about 5.6 Hz.
+fn damped_cantilever(damping: impl Display) -> String {
+    let soft = section([500.0, 500.0, 500.0, 1.0, 1.0, 1.0], [0.1, 1e-3, 1e-3]);
+    heavy("cantilever", [0.0, 0.0, -1.0], "step = 5e-4, end = 1")
+        + &cantilever(6, &soft.replace(" }", &format!(", damping = {damping} }}")))
+        + &sensor("tip", "position", "beam.6")
+}
 
 const BLADE: &str = include_str!("../hostile/rotor_blade.toml");
 
@@ -30,7 +38,7 @@ fn extremes(t: &[f64], x: &[f64]) -> Vec<(f64, f64)> {
 #[test]
 fn only_an_elastic_beam_is_conservative() {
     for (damping, conservative) in [("2e-3", false), ("0", true)] {
-        let text = CANTILEVER.replace("damping = 2e-3", &format!("damping = {damping}"));
+        let text = damped_cantilever(damping);
         assert_eq!(model(&text, &[]).is_conservative(), conservative, "damping {damping}");
     }
 }
@@ -41,7 +49,7 @@ fn a_vibration_decays_with_the_ratio_of_its_relaxation_time() {
     for scheme in ["nodal", "dalembert", "em-nodal"] {
         let own =
             [("simulation.scheme", scheme), ("simulation.end", "2"), ("simulation.step", "2e-3")];
-        let samples = run(&model(CANTILEVER, &own));
+        let samples = run(&model(&damped_cantilever(2e-3), &own));
         let t: Vec<f64> = samples.iter().map(|s| s.t).collect();
         let z: Vec<f64> = samples.iter().map(|s| s.sensors[2]).collect();
         let found = extremes(&t, &z);
@@ -73,7 +81,7 @@ fn the_work_of_the_damping_closes_the_energy_balance() {
                 ("simulation.end", "0.04"),
                 ("beam.beam.order", order.as_str()),
             ];
-            let samples = run(&model(CANTILEVER, &own));
+            let samples = run(&model(&damped_cantilever(2e-3), &own));
             let (first, last) = (&samples[0], samples.last().unwrap());
             assert!(last.work < -1e-9, "the damping takes {} J", last.work);
             (last.hamiltonian - first.hamiltonian - last.work).abs()
@@ -91,8 +99,9 @@ fn the_work_of_the_damping_closes_the_energy_balance() {
 #[test]
 fn damped_beams_converge_with_second_order() {
     let steps = [8e-4, 4e-4, 2e-4];
-    let differences =
-        changes_at_halved_steps(&steps, |h| Run::with(CANTILEVER, h, 2, &[]).configuration_at(0.1));
+    let differences = changes_at_halved_steps(&steps, |h| {
+        Run::with(&damped_cantilever(2e-3), h, 2, &[]).configuration_at(0.1)
+    });
     assert_order(&orders("damped cantilever", &steps, &differences), 2.0, 0.3);
 }
 
@@ -135,7 +144,7 @@ fn unresolved_vibrations_of_a_damped_blade_die_out() {
 #[test]
 fn damping_is_read_in_all_its_forms() {
     let end = |damping: &str| {
-        let text = CANTILEVER.replace("damping = 2e-3", &format!("damping = {damping}"));
+        let text = damped_cantilever(damping);
         let model = Model::from_toml(&text).unwrap_or_else(|error| panic!("{error:?}"));
         let written = Model::from_toml(&model.to_toml()).unwrap();
         assert_eq!(written, model);
@@ -157,14 +166,20 @@ fn damping_is_read_in_all_its_forms() {
         ("{ EI1 = -1 }", "damping.EI1 = -1 is negative"),
         ("nan", "not a number"),
     ] {
-        let text = CANTILEVER.replace("damping = 2e-3", &format!("damping = {damping}"));
+        let text = damped_cantilever(damping);
         let error = Model::from_toml(&text).unwrap_err().to_string();
         println!("{damping}: {error}");
         assert!(error.contains(expected), "{damping}: {error}");
     }
 }
 
-const TWO_LEGS: &str = include_str!("../models/legs.toml");
+/// Two legs at an angle, each strain with a stiffness and a relaxation time of its own.
+fn two_legs() -> String {
+    heavy("legs", [6.0, 9.0, -12.0], "step = 1e-4, end = 0.05")
+        + &beam("beam", &[[0.0; 3], [0.6, 0.0, 0.0], [0.6, 0.4, 0.3]], 4)
+        + "normal = [0, 0, 1]\nstart = \"clamped\"\n"
+        + &damped_section()
+}
 
 /// Of both legs, four of each.
 const ELEMENTS: usize = 8;
@@ -175,12 +190,10 @@ const STRAINS: [(f64, f64); 6] =
 
 /// Strains of all elements, and those at two places by their arc length.
 fn strain_sensors() -> String {
-    let sensor = |name: &str, place: &str| {
-        format!("[[sensor]]\nname = \"{name}\"\ntype = \"strain\"\nof = \"beam\"\n{place}\n")
-    };
-    let each = (0..ELEMENTS).map(|k| sensor(&format!("s{k}"), &format!("element = {k}")));
+    let strain = |name: &str, place: &str| sensor(name, "strain", "beam") + place + "\n";
+    let each = (0..ELEMENTS).map(|k| strain(&format!("s{k}"), &format!("element = {k}")));
     let places = [("early", 0.1), ("late", 0.6 + 0.4)].into_iter();
-    each.chain(places.map(|(name, at)| sensor(name, &format!("at = {at}")))).collect()
+    each.chain(places.map(|(name, at)| strain(name, &format!("at = {at}")))).collect()
 }
 
 /// `W = −Σ_e l_e Σ_i τ_i C_i ∫ ε̇_i² dt`, and strains at an arc length lie between those of the
@@ -188,7 +201,7 @@ fn strain_sensors() -> String {
 #[test]
 fn each_relaxation_time_damps_the_strain_it_names() {
     for scheme in ["nodal", "em-nodal"] {
-        let text = format!("{TWO_LEGS}{}", strain_sensors());
+        let text = two_legs() + &strain_sensors();
         let mut simulation =
             Simulation::new(&model(&text, &[("simulation.scheme", scheme)])).unwrap();
         let samples = samples(&mut simulation);

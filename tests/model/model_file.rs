@@ -79,8 +79,8 @@ fn keys_have_places() {
         let span = locate(EVERYTHING, key).unwrap();
         (line_column(EVERYTHING, span.start), &EVERYTHING[span])
     };
-    assert_eq!(place("joint.hinge.axis"), (LineColumn { line: 35, column: 8 }, "[0, 0, 2]"));
-    assert_eq!(place("body.b.shape.density"), (LineColumn { line: 15, column: 61 }, "7800"));
+    assert_eq!(place("joint.hinge.axis"), (LineColumn { line: 34, column: 8 }, "[0, 0, 2]"));
+    assert_eq!(place("body.b.shape.density"), (LineColumn { line: 14, column: 61 }, "7800"));
     assert_eq!(place("load.swing.history.frequency").1, "2");
     assert_eq!(locate(EVERYTHING, "nothing"), None);
 }

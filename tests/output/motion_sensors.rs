@@ -7,6 +7,7 @@ use crate::benchmark;
 use benchmark::{assert_order, model, orders, samples};
 use holonom::{Sample, Simulation};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use vi_testkit::model::sensor;
 
 /// Names of the columns, and all nodes.
 struct Run {
@@ -55,17 +56,16 @@ impl Run {
 }
 
 /// A bar of 1 m and 2 kg on a hinge about y.
-const PENDULUM: &str = r#"
-model = { name = "pendulum", gravity = [0, 0, -9.81] }
-simulation = { step = 1e-2, end = 1 }
-body = [{ name = "bar", mass = 2, inertia = [1e-3, 0.2, 0.2], position = [0.5, 0, 0] }]
-joint = [{ name = "hinge", type = "revolute", parent = "ground", child = "bar", position = [0, 0, 0], axis = [0, 1, 0] }]
-sensor = [
-  { name = "tip", type = "acceleration", of = "bar", point = [0.5, 0, 0] },
-  { name = "turn", type = "angular_acceleration", of = "bar" },
-  { name = "hinge_acceleration", type = "joint_acceleration", of = "hinge" },
-]
-"#;
+fn bar() -> String {
+    [
+        include_str!("../models/bar.toml"),
+        &sensor("tip", "acceleration", "bar"),
+        "point = [0.5, 0, 0]\n",
+        &sensor("turn", "angular_acceleration", "bar"),
+        &sensor("hinge_acceleration", "joint_acceleration", "hinge"),
+    ]
+    .concat()
+}
 
 /// Angle, rate and its rate of the pendulum at the nodes: `0.7 θ̈ = 9.81 cos θ`, by the classical
 /// method of fourth order.
@@ -94,7 +94,7 @@ fn pendulum(h: f64, steps: usize) -> Vec<[f64; 3]> {
 /// Largest errors of the tip, the body and the joint at the first, the inner and the last nodes.
 fn pendulum_errors(h: f64, replaced: &[(&str, &str)]) -> [f64; 9] {
     let step = format!("{h:e}");
-    let run = Run::of(PENDULUM, &[&[("simulation.step", step.as_str())], replaced].concat());
+    let run = Run::of(&bar(), &[&[("simulation.step", step.as_str())], replaced].concat());
     let exact = pendulum(h, run.nodes.len() - 1);
     let (tip, turn, joint) =
         (run.vectors("tip"), run.vectors("turn"), run.column("hinge_acceleration"));

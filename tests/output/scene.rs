@@ -62,17 +62,7 @@ fn bodies_are_drawn_in_their_colours() {
 
 const HANGING: &str = include_str!("../models/hanging_weight.toml");
 
-/// Two marks, eight metres apart.
-const MARKS: &str = r#"
-[[body]]
-name = "left"
-position = [-4, 0, 0]
-shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
-[[body]]
-name = "right"
-position = [4, 0, 0]
-shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
-"#;
+const MARKS: &str = include_str!("../models/marks.toml");
 
 const ANGLE_BAR: &str = include_str!("../models/angle_bar.toml");
 

@@ -5,20 +5,9 @@ use crate::output::browser::{browser, shipped, show, with_keys};
 use crate::program::command::{command, folder};
 
 /// A cantilever of 1 m, softer in bending along `z`: mode 1.
-const CANTILEVER: &str = r#"
-[model]
-name = "cantilever"
-[[beam]]
-name = "beam"
-points = [[0, 0, 0], [1, 0, 0]]
-elements = 16
-normal = [0, 0, 1]
-section = { EA = 1e6, GA1 = 1e6, GA2 = 1e6, EI1 = 4, EI2 = 1, GJ = 1, rhoA = 1, rhoI1 = 1e-6, rhoI2 = 1e-6 }
-start = "clamped"
-[simulation]
-step = 0.01
-end = 1.0
-"#;
+fn cantilever() -> String {
+    include_str!("../models/slender_cantilever.toml").replace("EI1 = 1,", "EI1 = 4,")
+}
 
 /// Mode 1 of Euler and Bernoulli's cantilever, 1 at the end.
 fn first_mode(x: f64) -> f64 {
@@ -32,7 +21,7 @@ fn first_mode(x: f64) -> f64 {
 fn a_mode_is_shown_as_the_shape_of_the_beam() {
     let Some(browser) = browser() else { return };
     let folder = folder("scene", "modes");
-    std::fs::write(folder.join("cantilever.toml"), CANTILEVER).unwrap();
+    std::fs::write(folder.join("cantilever.toml"), cantilever()).unwrap();
     let output = command(&folder, &["modes", "cantilever.toml", "-n", "4", "-o", "."]).output();
     assert!(output.unwrap().status.success());
     let page = folder.join("modes.html");

@@ -10,6 +10,7 @@ use harness::models::model;
 use holonom::output::Status;
 use holonom::{Model, Override, RunFolder, Sample, Simulation};
 use nalgebra::{Quaternion, Vector3};
+use vi_testkit::model::{AXES, head, hinge, part, sensor};
 
 fn run(model: &Model) -> Vec<Sample> {
     let mut samples = Vec::new();
@@ -34,51 +35,19 @@ fn write(case: &str, model: &Model) -> (PathBuf, holonom::run::Finished) {
 
 /// A rotor on the ground, spinning freely; its own axes are not its principal ones.
 fn rotor(every: u32, order: u32) -> Model {
-    let text = format!(
-        r#"
-        model = {{ name = "rotor" }}
-        [[body]]
-        name = "disk"
-        mass = 1.0
-        inertia = [[0.02, 0.005, 0.0], [0.005, 0.03, 0.0], [0.0, 0.0, 0.05]]
-        position = [0.0, 0.0, 1.0]
-        rotation_vector = [0.0, 0.0, 0.4]
-        angular_velocity = [0.0, 0.0, 90.0]
-        [[joint]]
-        name = "bearing"
-        type = "revolute"
-        parent = "ground"
-        child = "disk"
-        position = [0.0, 0.0, 0.0]
-        axis = [0.0, 0.0, 1.0]
-        [[sensor]]
-        name = "angle"
-        type = "joint_coordinate"
-        of = "bearing"
-        [[sensor]]
-        name = "rate"
-        type = "joint_rate"
-        of = "bearing"
-        [[sensor]]
-        name = "attitude"
-        type = "orientation"
-        of = "disk"
-        [[sensor]]
-        name = "omega"
-        type = "angular_velocity"
-        of = "disk"
-        [[sensor]]
-        name = "rim"
-        type = "velocity"
-        of = "disk"
-        point = [0.2, 0.0, 0.0]
-        [simulation]
-        step = 0.01
-        end = 2.1
-        every = {every}
-        order = {order}
-        "#
-    );
+    let text = [
+        head("rotor", &format!("step = 0.01, end = 2.1, every = {every}, order = {order}")),
+        part("body", "disk") + "mass = 1.0\nposition = [0.0, 0.0, 1.0]\n",
+        "inertia = [[0.02, 0.005, 0.0], [0.005, 0.03, 0.0], [0.0, 0.0, 0.05]]\n".into(),
+        "rotation_vector = [0.0, 0.0, 0.4]\nangular_velocity = [0.0, 0.0, 90.0]\n".into(),
+        hinge("bearing", ["ground", "disk"], [0.0; 3], AXES[2]),
+        sensor("angle", "joint_coordinate", "bearing"),
+        sensor("rate", "joint_rate", "bearing"),
+        sensor("attitude", "orientation", "disk"),
+        sensor("omega", "angular_velocity", "disk"),
+        sensor("rim", "velocity", "disk") + "point = [0.2, 0.0, 0.0]\n",
+    ]
+    .concat();
     Model::from_toml(&text).unwrap()
 }
 

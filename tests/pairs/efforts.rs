@@ -6,6 +6,7 @@ use crate::benchmark;
 use benchmark::{assert_order, model, orders, samples};
 use holonom::{Model, Sample, Simulation};
 use std::f64::consts::TAU;
+use vi_testkit::model::{AXES, between, body_at, heavy, hinge, motion, sensor, to_and_fro};
 
 fn run(model: &Model) -> (Vec<String>, Vec<Sample>) {
     let mut simulation = Simulation::new(model).unwrap();
@@ -16,17 +17,14 @@ fn run(model: &Model) -> (Vec<String>, Vec<Sample>) {
 
 const PENDULUM: &str = include_str!("../models/bar.toml");
 
-const DRIVE: &str = r#"
-[[constraint]]
-type = "motion"
-name = "drive"
-joint = "hinge"
-path = { amplitude = 0.8, frequency = 1, phase = -1.5707963267948966 }
-[[sensor]]
-name = "torque"
-type = "effort"
-of = "drive"
-"#;
+fn drive(path: &str) -> String {
+    motion("drive", "hinge", path) + &sensor("torque", "effort", "drive")
+}
+
+/// By 0.8 rad to each side of it, in 1 s.
+fn sine() -> String {
+    drive(&to_and_fro(0.8, 1.0))
+}
 
 /// `τ = I θ̈ − m g l cos θ` about y, on which gravity acts with `+m g l cos θ`.
 #[test]
@@ -36,7 +34,7 @@ fn the_effort_of_a_prescribed_motion_is_that_of_inverse_dynamics() {
         let errors = steps.map(|h| {
             let step = format!("{h:e}");
             let own = [("simulation.scheme", scheme), ("simulation.step", step.as_str())];
-            let (names, samples) = run(&model(&format!("{PENDULUM}{DRIVE}"), &own));
+            let (names, samples) = run(&model(&(PENDULUM.to_owned() + &sine()), &own));
             assert_eq!(names, ["torque.effort", "torque.unique"]);
             let inner = &samples[1..samples.len() - 1];
             let error = |s: &Sample| {
@@ -57,44 +55,17 @@ fn the_effort_of_a_prescribed_motion_is_that_of_inverse_dynamics() {
 
 /// Six hinges in a row about z, y, y, x, y, x, each driven along its own sinusoid.
 fn arm(h: f64) -> String {
-    let mut text = format!(
-        "model = {{ name = \"arm\", gravity = [0, 0, -9.81] }}\nsimulation = {{ step = {h:e}, end = 1 }}\n"
-    );
-    let axes = ["[0, 0, 1]", "[0, 1, 0]", "[0, 1, 0]", "[1, 0, 0]", "[0, 1, 0]", "[1, 0, 0]"];
-    for (k, axis) in axes.iter().enumerate() {
-        let (x, at) = (0.3 * k as f64 + 0.15, 0.3 * k as f64);
+    let mut text = heavy("arm", [0.0, 0.0, -9.81], &format!("step = {h:e}, end = 1"));
+    let axes = [2, 1, 1, 0, 1, 0].map(|k: usize| AXES[k]);
+    for (k, axis) in axes.into_iter().enumerate() {
+        let x = 0.3 * k as f64;
+        let [link, joint, drive] = ["link", "joint", "drive"].map(|name| format!("{name}{k}"));
         let parent = if k == 0 { "ground".to_owned() } else { format!("link{}", k - 1) };
-        text += &format!(
-            r#"
-[[body]]
-name = "link{k}"
-mass = {mass}
-inertia = [0.01, 0.03, 0.025]
-position = [{x}, 0, 0]
-[[joint]]
-name = "joint{k}"
-type = "revolute"
-parent = "{parent}"
-child = "link{k}"
-position = [{at}, 0, 0]
-axis = {axis}
-[[constraint]]
-type = "motion"
-name = "drive{k}"
-joint = "joint{k}"
-path = {{ amplitude = 0.4, frequency = {frequency}, phase = -1.5707963267948966 }}
-[[sensor]]
-name = "torque{k}"
-type = "effort"
-of = "drive{k}"
-[[sensor]]
-name = "rate{k}"
-type = "joint_rate"
-of = "joint{k}"
-"#,
-            mass = 3.0 / (1.0 + k as f64),
-            frequency = 0.5 + 0.13 * k as f64,
-        );
+        text += &body_at([x + 0.15, 0.0, 0.0], &link, 3.0 / (1.0 + k as f64), [0.01, 0.03, 0.025]);
+        text += &hinge(&joint, [&parent, &link], [x, 0.0, 0.0], axis);
+        text += &motion(&drive, &joint, &to_and_fro(0.4, 0.5 + 0.13 * k as f64));
+        text += &sensor(&format!("torque{k}"), "effort", &drive);
+        text += &sensor(&format!("rate{k}"), "joint_rate", &joint);
     }
     text
 }
@@ -124,50 +95,23 @@ fn drives_of_an_arm_close_the_power_balance() {
 /// A hinge with spring, damper and motor, a spring to the ground, a weight on a rod.
 #[test]
 fn force_elements_show_their_efforts() {
-    let elements = r#"spring = { stiffness = 3, rest = 0.1 }
-damper = { damping = 0.5 }
-motor = { effort = -2, history = { type = "harmonic", frequency = 0.5, phase = 1 }, derivative = 0.3 }
-[[spring]]
-name = "coil"
-from = "ground"
-to = "bar"
-point_from = [0, 0, 2]
-stiffness = 40
-natural_length = 1.9
-damping = 0.2
-[[body]]
-name = "weight"
-mass = 3
-inertia = [0.01, 0.01, 0.01]
-position = [5, 0, -1]
-[[constraint]]
-type = "distance"
-name = "rod"
-from = "ground"
-to = "weight"
-point_from = [5, 0, 0]
-[[sensor]]
-name = "hinge_effort"
-type = "effort"
-of = "hinge"
-[[sensor]]
-name = "coil_force"
-type = "effort"
-of = "coil"
-[[sensor]]
-name = "rod_force"
-type = "effort"
-of = "rod"
-[[sensor]]
-name = "angle"
-type = "joint_coordinate"
-of = "hinge"
-[[sensor]]
-name = "rate"
-type = "joint_rate"
-of = "hinge"
-"#;
-    let (names, samples) = run(&model(&format!("{PENDULUM}{elements}"), &[]));
+    let elements = [
+        PENDULUM,
+        "spring = { stiffness = 3, rest = 0.1 }\ndamper = { damping = 0.5 }\n",
+        "motor = { effort = -2, history = { type = \"harmonic\", frequency = 0.5, phase = 1 }, derivative = 0.3 }\n",
+        &between("spring", "coil", ["ground", "bar"]),
+        "point_from = [0, 0, 2]\nstiffness = 40\nnatural_length = 1.9\ndamping = 0.2\n",
+        &body_at([5.0, 0.0, -1.0], "weight", 3.0, [0.01; 3]),
+        &between("constraint", "rod", ["ground", "weight"]),
+        "type = \"distance\"\npoint_from = [5, 0, 0]\n",
+        &sensor("hinge_effort", "effort", "hinge"),
+        &sensor("coil_force", "effort", "coil"),
+        &sensor("rod_force", "effort", "rod"),
+        &sensor("angle", "joint_coordinate", "hinge"),
+        &sensor("rate", "joint_rate", "hinge"),
+    ]
+    .concat();
+    let (names, samples) = run(&model(&elements, &[]));
     let expected = [
         "hinge_effort.spring",
         "hinge_effort.damper",
@@ -205,8 +149,8 @@ of = "hinge"
 /// The motion of a body that two constraints hold: their efforts are not unique, and it is said.
 #[test]
 fn an_effort_that_is_not_unique_is_an_empty_field() {
-    let twice = DRIVE.replace("drive", "second").replace("torque", "other");
-    let (_, samples) = run(&model(&format!("{PENDULUM}{DRIVE}{twice}"), &[]));
+    let twice = sine().replace("drive", "second").replace("torque", "other");
+    let (_, samples) = run(&model(&[PENDULUM, &sine(), &twice].concat(), &[]));
     for s in &samples {
         assert!(s.sensors[0].is_nan() && s.sensors[1] == 0.0, "{:?}", s.sensors);
     }
@@ -214,17 +158,15 @@ fn an_effort_that_is_not_unique_is_an_empty_field() {
 
 #[test]
 fn reactions_come_along_the_axes_that_are_asked_for() {
-    let sensor = |name: &str, frame: &str| {
-        format!("[[sensor]]\nname = \"{name}\"\ntype = \"reaction\"\nof = \"hinge\"\n{frame}\n")
-    };
+    let reaction = |name: &str, frame: &str| sensor(name, "reaction", "hinge") + frame + "\n";
     let text = [
-        format!("{PENDULUM}{DRIVE}"),
-        sensor("plain", ""),
-        sensor("parent", "frame = \"parent\""),
-        sensor("child", "frame = \"child\""),
-        sensor("space", "frame = \"space\""),
-        "[[sensor]]\nname = \"angle\"\ntype = \"joint_coordinate\"\nof = \"hinge\"\n".into(),
-        "[[sensor]]\nname = \"rate\"\ntype = \"joint_rate\"\nof = \"hinge\"\n".into(),
+        PENDULUM.to_owned() + &sine(),
+        reaction("plain", ""),
+        reaction("parent", "frame = \"parent\""),
+        reaction("child", "frame = \"child\""),
+        reaction("space", "frame = \"space\""),
+        sensor("angle", "joint_coordinate", "hinge"),
+        sensor("rate", "joint_rate", "hinge"),
     ];
     let (names, samples) = run(&model(&text.concat(), &[]));
     assert_eq!(names[2..5], ["plain.fx", "plain.fy", "plain.fz"]);
@@ -296,11 +238,10 @@ fn sensors_of_efforts_are_checked() {
 /// inverse dynamics.
 #[test]
 fn a_motion_follows_moves_and_tables() {
-    let path = "path = { moves = [{ start = 0.1, end = 0.6, by = 1.2 }, { start = 0.5, end = 0.9, by = -0.3 }], \
+    let path = "{ moves = [{ start = 0.1, end = 0.6, by = 1.2 }, { start = 0.5, end = 0.9, by = -0.3 }], \
                 table = { times = [0, 0.4, 1], values = [0, 0.5, 0.2] } }";
-    let drive = DRIVE
-        .replace("path = { amplitude = 0.8, frequency = 1, phase = -1.5707963267948966 }", path);
-    let angle = "[[sensor]]\nname = \"angle\"\ntype = \"joint_coordinate\"\nof = \"hinge\"\n";
+    let drive = drive(path);
+    let angle = sensor("angle", "joint_coordinate", "hinge");
     let text = format!("{PENDULUM}{drive}{angle}");
     let model = Model::from_toml(&text).unwrap();
     assert_eq!(Model::from_toml(&model.to_toml()).unwrap(), model);

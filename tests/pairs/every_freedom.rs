@@ -11,6 +11,7 @@ use benchmark::{model, samples};
 use holonom::{Sample, Simulation};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 use std::f64::consts::TAU;
+use vi_testkit::model::{along, body_at, heavy, sensor};
 
 const MASS: f64 = 1.7;
 const MOMENTS: [f64; 3] = [0.3, 0.5, 0.6];
@@ -185,52 +186,27 @@ impl Acting {
 pub(crate) fn text(kind: Kind, acting: Acting, rates: &[f64], step: f64) -> String {
     let Acting { freedom, rest } = acting;
     let name = format!("{kind:?}").to_lowercase();
+    let [p, d] = GAINS;
     let own = match kind {
         Universal => format!("axis2 = {ACROSS:?}"),
         Planar => format!("first_axis = {ACROSS:?}"),
         Screw => format!("pitch = {PITCH}"),
         _ => String::new(),
     };
-    format!(
-        r#"
-model = {{ name = "freedom", gravity = {GRAVITY:?} }}
-simulation = {{ step = {step:e}, end = {END} }}
-[[body]]
-name = "body"
-mass = {MASS}
-inertia = {MOMENTS:?}
-rotation_vector = {TURNED:?}
-position = {CENTER:?}
-[[joint]]
-name = "joint"
-type = "{name}"
-parent = "ground"
-child = "body"
-position = {PLACE:?}
-axis = {AXIS:?}
-{own}
-rate = {rates:?}
-spring = {{ freedom = {freedom}, stiffness = {STIFFNESS}, rest = {rest} }}
-damper = {{ freedom = {freedom}, damping = {DAMPING} }}
-[joint.motor]
-freedom = {freedom}
-effort = {EFFORT}
-history = {{ type = "harmonic", frequency = 1.3, phase = 0.4 }}
-proportional = {p}
-derivative = {d}
-path = {{ offset = 0.3, rate = 1.1, acceleration = 0.7, amplitude = 0.25, frequency = 0.8, phase = 0.2 }}
-[[sensor]]
-name = "coordinate"
-type = "joint_coordinate"
-of = "joint"
-[[sensor]]
-name = "effort"
-type = "effort"
-of = "joint"
-"#,
-        p = GAINS[0],
-        d = GAINS[1]
-    )
+    [
+        heavy("freedom", GRAVITY, &format!("step = {step:e}, end = {END}")),
+        body_at(CENTER, "body", MASS, MOMENTS) + &format!("rotation_vector = {TURNED:?}\n"),
+        along(AXIS, &name, "joint", ["ground", "body"], PLACE) + &format!("{own}\nrate = {rates:?}\n"),
+        format!("spring = {{ freedom = {freedom}, stiffness = {STIFFNESS}, rest = {rest} }}\n"),
+        format!("damper = {{ freedom = {freedom}, damping = {DAMPING} }}\n"),
+        format!("[joint.motor]\nfreedom = {freedom}\neffort = {EFFORT}\n"),
+        "history = { type = \"harmonic\", frequency = 1.3, phase = 0.4 }\n".into(),
+        format!("proportional = {p}\nderivative = {d}\n"),
+        "path = { offset = 0.3, rate = 1.1, acceleration = 0.7, amplitude = 0.25, frequency = 0.8, phase = 0.2 }\n".into(),
+        sensor("coordinate", "joint_coordinate", "joint"),
+        sensor("effort", "effort", "joint"),
+    ]
+    .concat()
 }
 
 /// The largest error of each kind of quantity, relative to its largest value.

@@ -54,25 +54,15 @@ fn reactions_beside_a_point_mass_agree_between_schemes() {
 /// What a bar pulls with beside bodies a thousand times as large, redundant bars told apart.
 #[test]
 fn bars_beside_large_bodies_have_the_tension_that_they_have_alone() {
-    let truss = r#"
-        particle = [{ name = "a", mass = 0.2, position = [1.0, 0.0, 0.0] },
-                    { name = "b", mass = 0.3, position = [1.0, 1.0, 0.0], velocity = [0.0, 0.0, 0.5] },
-                    { name = "c", mass = 0.1, position = [2.5, 0.0, 0.4] }]
-        bar = [{ name = "ga", from = "ground", to = "a" }, { name = "ab", from = "a", to = "b" },
-               { name = "gb", from = "ground", to = "b", point = [0.0, 1.0, 0.0] },
-               { name = "gc", from = "ground", to = "c" }, { name = "ac", from = "a", to = "c" },
-               { name = "ga2", from = "ground", to = "a" }]
-        sensor = [{ name = "n1", type = "reaction", of = "ga" }, { name = "n2", type = "reaction", of = "ab" },
-                  { name = "n3", type = "reaction", of = "gc" }]"#;
+    let truss = include_str!("../models/truss.toml");
     let beside = r#"
         body = [{ name = "k", mass = 1e3, inertia = [2e9, 1e9, 2e9], position = [0.0, 3000.0, 0.0] },
                 { name = "l", mass = 1e3, inertia = [2e9, 1e9, 2e9], position = [0.0, 9000.0, 0.0] }]
         joint = [{ name = "k0", type = "revolute", parent = "ground", child = "k", position = [0.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0] },
                  { name = "k1", type = "revolute", parent = "k", child = "l", position = [0.0, 6000.0, 0.0], axis = [1.0, 0.0, 0.0] }]"#;
-    let head = "model = { name = \"truss\", gravity = [0.0, 0.0, -9.81] }\nsimulation = { step = 0.01, end = 0.2, project_start = true }\n";
     for scheme in ["nodal", "constrained"] {
         let own = |more: &str| {
-            let text = format!("{head}{truss}{more}")
+            let text = format!("{truss}{more}")
                 .replace("project", &format!("scheme = \"{scheme}\", project"));
             models::nodes(&Model::from_toml(&text).unwrap())
         };

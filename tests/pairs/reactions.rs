@@ -20,6 +20,7 @@ use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::{Reaction, ReactionObserver, Reactions, Tension};
 use vi_multibody::run::MechanismIntegrator;
 use vi_rigid::{directors, null_space};
+use vi_testkit::model::{body_at, heavy, joint, sensor};
 
 /// The samples of a whole run.
 fn run(model: &Model) -> Vec<Sample> {
@@ -83,16 +84,10 @@ fn the_rod_of_a_pendulum_pulls_by_weight_and_turning_with_the_order_of_the_schem
 #[test]
 fn a_hanging_body_is_held_by_its_weight() {
     let text = |parent: &str, child: &str| {
-        format!(
-            r#"
-            model = {{ name = "hanging", gravity = [0, 0, -9.81] }}
-            body = [{{ name = "box", mass = 2, inertia = [0.1, 0.2, 0.3], position = [0.3, 0, -1] }}]
-            joint = [{{ name = "hook", type = "fixed", parent = "{parent}", child = "{child}",
-                        position = [0, 0, 0] }}]
-            sensor = [{{ name = "s", type = "reaction", of = "hook" }}]
-            simulation = {{ step = 0.01, end = 0.05 }}
-            "#
-        )
+        heavy("hanging", [0.0, 0.0, -9.81], "step = 0.01, end = 0.05")
+            + &body_at([0.3, 0.0, -1.0], "box", 2.0, [0.1, 0.2, 0.3])
+            + &joint("fixed", "hook", [parent, child], [0.0; 3])
+            + &sensor("s", "reaction", "hook")
     };
     // on the body: + m g upwards, and the moment that keeps it from tilting about the hook; on the
     // ground the opposite

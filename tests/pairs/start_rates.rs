@@ -4,6 +4,7 @@
 
 use holonom::{Model, Override, Simulation};
 use nalgebra::Vector3;
+use vi_testkit::model::{AXES, along, body_at, heavy, hinge, joint, sensor};
 
 const ARM: &str = include_str!("../models/rated_arm.toml");
 
@@ -98,67 +99,21 @@ fn a_joint_rate_moves_a_beam() {
 /// A slider-crank in the plane x–z: crank 0.3 m, rod 0.5 m, slider along x; only the crank states
 /// its rate.
 fn slider_crank(rod_rate: &str, more: &str) -> String {
-    format!(
-        r#"
-model = {{ name = "slider crank", gravity = [0, 0, -9.81] }}
-simulation = {{ step = 1e-3, end = 0.2 }}
-[[body]]
-name = "crank"
-mass = 1.0
-inertia = [1e-3, 1e-2, 1e-2]
-position = [0, 0, 0.15]
-rotation_vector = [0, -1.5707963267948966, 0]
-[[body]]
-name = "rod"
-mass = 2.0
-inertia = [1e-3, 4e-2, 4e-2]
-position = [0.2, 0, 0.15]
-rotation_vector = [0, 0.6435011087932844, 0]
-[[body]]
-name = "slider"
-mass = 1.5
-inertia = [1e-3, 1e-3, 1e-3]
-position = [0.4, 0, 0]
-[[joint]]
-name = "shaft"
-type = "revolute"
-parent = "ground"
-child = "crank"
-position = [0, 0, 0]
-axis = [0, 1, 0]
-rate = 6.25
-[[joint]]
-name = "pin"
-type = "revolute"
-parent = "crank"
-child = "rod"
-position = [0, 0, 0.3]
-axis = [0, 1, 0]
-{rod_rate}
-[[joint]]
-name = "wrist"
-type = "spherical"
-parent = "rod"
-child = "slider"
-position = [0.4, 0, 0]
-[[joint]]
-name = "guide"
-type = "prismatic"
-parent = "ground"
-child = "slider"
-position = [0.4, 0, 0]
-axis = [1, 0, 0]
-[[sensor]]
-name = "speed"
-type = "joint_rate"
-of = "shaft"
-[[sensor]]
-name = "slip"
-type = "joint_rate"
-of = "guide"
-{more}
-"#
-    )
+    [
+        heavy("slider crank", [0.0, 0.0, -9.81], "step = 1e-3, end = 0.2"),
+        body_at([0.0, 0.0, 0.15], "crank", 1.0, [1e-3, 1e-2, 1e-2]),
+        "rotation_vector = [0, -1.5707963267948966, 0]\n".into(),
+        body_at([0.2, 0.0, 0.15], "rod", 2.0, [1e-3, 4e-2, 4e-2]),
+        "rotation_vector = [0, 0.6435011087932844, 0]\n".into(),
+        body_at([0.4, 0.0, 0.0], "slider", 1.5, [1e-3; 3]),
+        hinge("shaft", ["ground", "crank"], [0.0; 3], AXES[1]) + "rate = 6.25\n",
+        hinge("pin", ["crank", "rod"], [0.0, 0.0, 0.3], AXES[1]) + rod_rate + "\n",
+        joint("spherical", "wrist", ["rod", "slider"], [0.4, 0.0, 0.0]),
+        along(AXES[0], "prismatic", "guide", ["ground", "slider"], [0.4, 0.0, 0.0]),
+        sensor("speed", "joint_rate", "shaft"),
+        sensor("slip", "joint_rate", "guide") + more + "\n",
+    ]
+    .concat()
 }
 
 #[test]

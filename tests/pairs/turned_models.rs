@@ -6,6 +6,7 @@
 use crate::harness::models::nodes;
 use holonom::{Model, Simulation};
 use nalgebra::{Rotation3, Vector3};
+use vi_testkit::model::{along, arm_and_hand, body, head, joint, part, sensor};
 
 /// Pairs with their keys and their lengths (`l`) and angles (`a`).
 const PAIRS: [(&str, &str, &str); 8] = [
@@ -22,42 +23,22 @@ const PAIRS: [(&str, &str, &str); 8] = [
 /// Two bodies, one on the ground and one on the other, both by the same pair; all of them stated in
 /// a frame.
 fn model((pair, keys, _): (&str, &str, &str), frame: &str, acts: &str, constraint: &str) -> Model {
-    let joint = |name: &str, parent: &str, child: &str, at: &str, acts: &str| {
-        format!(
-            "[[joint]]\nname = \"{name}\"\ntype = \"{pair}\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
-             position = {at}\nrelative_to = \"part\"\n{keys}\n{acts}\n\
-             [[sensor]]\nname = \"q_{name}\"\ntype = \"joint_coordinate\"\nof = \"{name}\"\n\
-             [[sensor]]\nname = \"v_{name}\"\ntype = \"joint_rate\"\nof = \"{name}\"\n\
-             [[sensor]]\nname = \"r_{name}\"\ntype = \"reaction\"\nof = \"{name}\"\n"
-        )
+    let paired = |name: &str, bodies: [&str; 2], at: [f64; 3], acts: &str| {
+        joint(pair, name, bodies, at)
+            + &format!("relative_to = \"part\"\n{keys}\n{acts}\n")
+            + &sensor(&format!("q_{name}"), "joint_coordinate", name)
+            + &sensor(&format!("v_{name}"), "joint_rate", name)
+            + &sensor(&format!("r_{name}"), "reaction", name)
     };
-    let text = format!(
-        r#"
-        model = {{ name = "turned" }}
-        simulation = {{ step = 0.005, end = 0.2, project_start = true }}
-        [[frame]]
-        name = "part"
-        {frame}
-        [[body]]
-        name = "arm"
-        mass = 1.0
-        inertia = [0.03, 0.02, 0.04]
-        relative_to = "part"
-        position = [0.1, 0.2, 0.0]
-        rotation_vector = [0.2, 0.1, -0.4]
-        velocity = [0.3, -0.2, 0.1]
-        angular_velocity = [0.5, 1.0, -1.5]
-        [[body]]
-        name = "hand"
-        mass = 0.5
-        inertia = [0.01, 0.02, 0.015]
-        relative_to = "part"
-        position = [0.4, 0.1, 0.1]
-        rotation_vector = [-0.3, 0.8, 0.2]
-        {}{}{constraint}"#,
-        joint("shoulder", "ground", "arm", "[0.0, 0.0, 0.0]", ""),
-        joint("wrist", "arm", "hand", "[0.3, 0.2, 0.0]", acts),
-    );
+    let text = [
+        head("turned", "step = 0.005, end = 0.2, project_start = true"),
+        part("frame", "part") + frame + "\n",
+        arm_and_hand("relative_to = \"part\"\n"),
+        paired("shoulder", ["ground", "arm"], [0.0; 3], ""),
+        paired("wrist", ["arm", "hand"], [0.3, 0.2, 0.0], acts),
+        constraint.into(),
+    ]
+    .concat();
     Model::from_toml(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
@@ -127,16 +108,14 @@ fn what_acts_along_joint_coordinates_turns_with_the_frame() {
 #[test]
 fn the_first_displacement_of_a_planar_pair_is_along_its_first_axis() {
     let text = |first: &str| {
-        format!(
-            r#"
-            model = {{ name = "slider" }}
-            simulation = {{ step = 0.001, end = 0.3 }}
-            body = [{{ name = "slider", mass = 1.0, inertia = [0.1, 0.1, 0.1], velocity = [1.0, 0.0, 0.0],
-                       rotation_vector = [0.0, 0.0, 0.3] }}]
-            joint = [{{ name = "table", type = "planar", parent = "ground", child = "slider",
-                        position = [0.0, 0.0, 0.0], axis = [0.0, 0.0, 2.0], {first}
-                        spring = {{ freedom = 0, stiffness = 100.0 }} }}]"#
-        )
+        [
+            head("slider", "step = 0.001, end = 0.3"),
+            body("slider", 1.0, [0.1; 3]),
+            "velocity = [1.0, 0.0, 0.0]\nrotation_vector = [0.0, 0.0, 0.3]\n".into(),
+            along([0.0, 0.0, 2.0], "planar", "table", ["ground", "slider"], [0.0; 3]),
+            format!("{first}\nspring = {{ freedom = 0, stiffness = 100.0 }}\n"),
+        ]
+        .concat()
     };
     let place = |first: &str| {
         let model = Model::from_toml(&text(first)).unwrap();
@@ -144,10 +123,10 @@ fn the_first_displacement_of_a_planar_pair_is_along_its_first_axis() {
         [last.q[0], last.q[1]]
     };
     // held along x: x = sin(10 t)/10 to the order of the scheme; free along x: x = t
-    let [held, across] = place("first_axis = [1.0, 0.0, 0.7],");
+    let [held, across] = place("first_axis = [1.0, 0.0, 0.7]");
     println!("{held} {across}");
     assert!((held - 3.0_f64.sin() / 10.0).abs() < 1e-5 && across.abs() < 1e-12, "{held} {across}");
-    let [free, across] = place("first_axis = [0.0, -3.0, 0.0],");
+    let [free, across] = place("first_axis = [0.0, -3.0, 0.0]");
     println!("{free} {across}");
     assert!((free - 0.3).abs() < 1e-12 && across.abs() < 1e-12, "{free} {across}");
 }

@@ -2,6 +2,7 @@
 //! a mechanism that is turned, moved, stated in another order or in other units.
 
 use holonom::Model;
+use vi_testkit::model::{arm_and_hand, body_at};
 use xtask::soak::restated::largest_difference;
 
 /// Pairs with their keys and their lengths (`l`) and angles (`a`).
@@ -15,23 +16,6 @@ const PAIRS: [(&str, &str, &str); 7] = [
     ("spherical", "", ""),
 ];
 const SCHEMES: [&str; 4] = ["nodal", "constrained", "em-nodal", "em-constrained"];
-
-const BODIES: &str = r#"
-[[body]]
-name = "arm"
-mass = 1.0
-inertia = [[0.03, 0.002, 0.0], [0.002, 0.02, 0.001], [0.0, 0.001, 0.04]]
-position = [0.1, 0.2, 0.0]
-rotation_vector = [0.2, 0.1, -0.4]
-velocity = [0.3, -0.2, 0.1]
-angular_velocity = [0.5, 1.0, -1.5]
-[[body]]
-name = "hand"
-mass = 0.5
-inertia = [0.01, 0.02, 0.015]
-position = [0.4, 0.1, 0.1]
-rotation_vector = [-0.3, 0.8, 0.2]
-"#;
 
 fn head(scheme: &str) -> String {
     format!(
@@ -101,7 +85,7 @@ fn every_pair_does_the_same_however_it_is_stated() {
             let shoulder = "axis = [0.0, 0.0, 1.0]\naxis2 = [1.0, 0.0, 0.0]";
             texts.push(
                 head(SCHEMES[(n + k) % SCHEMES.len()])
-                    + BODIES
+                    + &arm_and_hand("")
                     + &joint(
                         "shoulder",
                         ["ground", "arm"],
@@ -150,7 +134,7 @@ bar = [{ name = "gp", from = "ground", to = "p" }, { name = "pq", from = "p", to
 "#;
     let rod = "[[constraint]]\nname = \"rod\"\ntype = \"distance\"\nfrom = \"ground\"\nto = \"hand\"\n\
                point_from = [0.9, 0.2, 0.4]\npoint_to = [0.05, 0.0, 0.02]\n";
-    let arm = BODIES.to_owned()
+    let arm = arm_and_hand("")
         + &joint("shoulder", ["ground", "arm"], "spherical", "[0.0, 0.1, 0.0]", "")
         + &joint(
             "wrist",
@@ -205,9 +189,16 @@ particle = [{ name = "free", mass = 3.0, position = [4.0, 0.1, 0.0], velocity = 
         let pushed = wrist("cylindrical", axis) + &drive(0, 0.1);
         let both = wrist("planar", axis) + &drive(2, -0.3);
         let hinged = shoulder("revolute", "axis = [0.0, 1.0, 0.0]");
-        texts.push(head.clone() + points + BODIES + &hinged + &turned);
-        texts.push(head.clone() + points + BODIES + &shoulder("spherical", "") + &pushed + &spring);
-        texts.push(head.clone() + points + hung + BODIES + &hinged + &both + &damped);
+        texts.push(head.clone() + points + &arm_and_hand("") + &hinged + &turned);
+        texts.push(
+            head.clone()
+                + points
+                + &arm_and_hand("")
+                + &shoulder("spherical", "")
+                + &pushed
+                + &spring,
+        );
+        texts.push(head.clone() + points + hung + &arm_and_hand("") + &hinged + &both + &damped);
     }
     hold_however_stated(texts);
 }
@@ -216,19 +207,9 @@ particle = [{ name = "free", mass = 3.0, position = [4.0, 0.1, 0.0], velocity = 
 /// acceleration level, at the start and, with order 4, at every node.
 #[test]
 fn a_door_with_two_hinges_does_the_same_however_it_is_stated() {
-    let bodies = r#"
-[[body]]
-name = "door"
-mass = 4.05
-inertia = [0.396, 0.378, 0.329]
-position = [0.274, -0.208, 0.722]
-rotation_vector = [-1.73, -1.18, 0.006]
-[[body]]
-name = "latch"
-mass = 0.69
-inertia = [0.0644, 0.0589, 0.0619]
-position = [-0.48, -0.782, -0.262]
-"#;
+    let bodies = body_at([0.274, -0.208, 0.722], "door", 4.05, [0.396, 0.378, 0.329])
+        + "rotation_vector = [-1.73, -1.18, 0.006]\n"
+        + &body_at([-0.48, -0.782, -0.262], "latch", 0.69, [0.0644, 0.0589, 0.0619]);
     let hinge = |name: &str, along: f64| {
         let axis = [-0.528, -0.792, -0.305].map(|x| along * x);
         let at =
@@ -246,7 +227,7 @@ position = [-0.48, -0.782, -0.262]
     for scheme in ["nodal", "reduced", "constrained", "dalembert", "em-nodal", "em-dalembert"] {
         for order in [2, 4] {
             let head = head(scheme).replace("project", &format!("order = {order}, project"));
-            texts.push(head + bodies + &hinge("first", 0.0) + &latch + &hinge("second", 0.15));
+            texts.push(head + &bodies + &hinge("first", 0.0) + &latch + &hinge("second", 0.15));
         }
     }
     hold_however_stated(texts);

@@ -2,43 +2,36 @@
 //! restart, refusals.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::schemes::galerkin::{check_allocations, check_form, check_restart, check_reversal};
+use crate::schemes::galerkin::{
+    check_allocations, check_form, check_restart, check_reversal, links,
+};
 use crate::{benchmark, harness};
 
 use benchmark::{Run, apart, assert_order, model, study};
 use harness::models::{overrides, shipped};
 use holonom::Simulation;
+use vi_testkit::model::{beam, heavy, hinge, motion, section};
 
 /// A soft beam with material damping that swings on a hinge, of elements with two or three nodes.
 fn swinging(order: usize, damping: f64) -> String {
-    format!(
-        r#"
-[model]
-name = "swinging"
-gravity = [0, 0, -9.81]
-[[beam]]
-name = "beam"
-points = [[0, 0, 0], [1, 0, 0]]
-elements = 4
-normal = [0, 0, 1]
-order = {order}
-section = {{ damping = {damping}, EA = 4e3, GA1 = 2e3, GA2 = 2e3, EI1 = 8.0, EI2 = 6.0, GJ = 5.0, rhoA = 1.0, rhoI1 = 1e-2, rhoI2 = 2e-2 }}
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "ground"
-child = "beam.start"
-position = [0, 0, 0]
-axis = [0.2, 1, 0.1]
-[simulation]
-step = 0.01
-end = 1.0
-strain = "averaged"
-"#
-    )
+    let soft = section([4e3, 2e3, 2e3, 8.0, 6.0, 5.0], [1.0, 1e-2, 2e-2]);
+    [
+        heavy("swinging", [0.0, 0.0, -9.81], "step = 0.01, end = 1.0, strain = \"averaged\""),
+        beam("beam", &[[0.0; 3], [1.0, 0.0, 0.0]], 4),
+        format!("normal = [0, 0, 1]\norder = {order}\n"),
+        soft.replace(" }", &format!(", damping = {damping:?} }}")),
+        hinge("hinge", ["ground", "beam.start"], [0.0; 3], [0.2, 1.0, 0.1]),
+    ]
+    .concat()
 }
 
-const DRIVEN: &str = include_str!("../models/driven_links.toml");
+/// Two links, the first of which is turned at the rate `rate` initially, along `path`.
+fn driven(rate: f64, path: &str) -> String {
+    links([&format!("rate = {rate:?}\n"), ""]) + &motion("drive", "shoulder", path)
+}
+
+/// `0.6 sin 2π t`, and its rate initially.
+const SINE: (f64, &str) = (3.7699111843077517, "{ amplitude = 0.6, frequency = 1.0 }");
 
 fn run(text: &str, scheme: &str, h: f64, order: u32) -> Run {
     let scheme = format!("\"{scheme}\"");
@@ -140,8 +133,13 @@ fn stiff_beams_in_rotation() {
 /// for any.
 #[test]
 fn stiff_springs_take_the_modes() {
-    let stiff = DRIVEN.split("[[constraint]]").next().unwrap().to_owned()
-        + "spring = { stiffness = 4e4 }\ndamper = { damping = 0.5 }\n[simulation]\nstep = 0.01\nend = 0.2\n";
+    let stiff = links([
+        "rate = 3.7699111843077517
+",
+        "spring = { stiffness = 4e4 }
+damper = { damping = 0.5 }
+",
+    ]);
     let sparse = [("simulation.method", "galerkin"), ("simulation.solver", "\"sparse\"")];
     let mut refused = run(&stiff, "nodal", 0.02, 6);
     let failed = (0..20).any(|_| refused.simulation.integrator().step().is_err());
@@ -213,7 +211,7 @@ fn energy_balance_of_prescribed_motions() {
         ("driven", 1e-2, 8),
     ] {
         let (text, scheme) = match name {
-            "driven" => (DRIVEN.to_owned(), "nodal"),
+            "driven" => (driven(SINE.0, SINE.1), "nodal"),
             name => (shipped(name), "constrained"),
         };
         let overrides = [("simulation.end", "0.2"), ("simulation.every", "1")];
@@ -234,9 +232,7 @@ fn energy_balance_of_prescribed_motions() {
 /// The prescribed angle grows beyond half a revolution.
 #[test]
 fn prescribed_angles_have_revolutions() {
-    let text =
-        DRIVEN.replace("path = { amplitude = 0.6, frequency = 1.0 }", "path = { rate = 3.0 }");
-    let text = text.replace("rate = 3.7699111843077517", "rate = 3.0");
+    let text = driven(3.0, "{ rate = 3.0 }");
     for scheme in ["nodal", "constrained"] {
         let mut run = run(&text, scheme, 0.02, 6);
         let upper = run.point("upper", [1.0, 0.0, 0.0]);

@@ -9,6 +9,7 @@ use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Report};
 use holonom::vi_statics::{Linearization, Motion, Vibrations, vibrations as all_vibrations};
 use holonom::{Simulation, Statics};
 use std::f64::consts::PI;
+use vi_testkit::model::{AXES, beam, body, guide, head, hinge, joint, motion, section};
 
 fn modes(model: &Model, about: About, count: usize) -> Report {
     ModalAnalysis::new(model, about).unwrap().modes(count).unwrap()
@@ -22,42 +23,16 @@ fn vibrations(report: &Report) -> Vec<f64> {
 /// A slender cantilever, L = 1 m, ρA = 1 kg/m, EI = 1 N·m² for flapping, on a driven hub without
 /// radius. Rotary inertia and shear are small.
 fn blade(speed: f64, elements: usize) -> String {
-    format!(
-        r#"
-        model = {{ name = "blade" }}
-        simulation = {{ step = 0.01, end = 1.0 }}
-        [[body]]
-        name = "hub"
-        mass = 1.0
-        inertia = [1.0, 1.0, 1.0]
-        [[joint]]
-        name = "mast"
-        type = "revolute"
-        parent = "ground"
-        child = "hub"
-        position = [0, 0, 0]
-        axis = [0, 0, 1]
-        rate = {speed}
-        [[beam]]
-        name = "blade"
-        points = [[0, 0, 0], [1, 0, 0]]
-        elements = {elements}
-        order = 2
-        normal = [0, 0, 1]
-        section = {{ EA = 1e7, GA1 = 1e7, GA2 = 1e7, EI1 = 1e4, EI2 = 1, GJ = 1e3, rhoA = 1, rhoI1 = 1e-7, rhoI2 = 1e-7 }}
-        [[joint]]
-        name = "root"
-        type = "fixed"
-        parent = "hub"
-        child = "blade.start"
-        position = [0, 0, 0]
-        [[constraint]]
-        type = "motion"
-        name = "drive"
-        joint = "mast"
-        path = {{ rate = {speed} }}
-        "#
-    )
+    [
+        head("blade", "step = 0.01, end = 1.0"),
+        body("hub", 1.0, [1.0; 3]),
+        hinge("mast", ["ground", "hub"], [0.0; 3], AXES[2]) + &format!("rate = {speed:?}\n"),
+        beam("blade", &[[0.0; 3], [1.0, 0.0, 0.0]], elements) + "order = 2\nnormal = [0, 0, 1]\n",
+        section([1e7, 1e7, 1e7, 1e4, 1.0, 1e3], [1.0, 1e-7, 1e-7]),
+        joint("fixed", "root", ["hub", "blade.start"], [0.0; 3]),
+        motion("drive", "mast", &format!("{{ rate = {speed:?} }}")),
+    ]
+    .concat()
 }
 
 #[test]
@@ -100,33 +75,15 @@ fn flapping_and_lagging_differ_by_the_square_of_the_speed() {
 
 /// A round shaft along z between two bearings, spinning at `speed`.
 fn shaft(speed: f64) -> String {
-    format!(
-        r#"
-        model = {{ name = "shaft" }}
-        simulation = {{ step = 0.01, end = 1.0 }}
-        [[beam]]
-        name = "shaft"
-        points = [[0, 0, 0], [0, 0, 1]]
-        elements = 8
-        order = 3
-        normal = [1, 0, 0]
-        angular_velocity = [0, 0, {speed}]
-        section = {{ EA = 1e7, GA1 = 1e7, GA2 = 1e7, EI1 = 1, EI2 = 1, GJ = 1, rhoA = 1, rhoI1 = 5e-3, rhoI2 = 5e-3 }}
-        [[joint]]
-        name = "lower"
-        type = "spherical"
-        parent = "ground"
-        child = "shaft.start"
-        position = [0, 0, 0]
-        [[constraint]]
-        type = "point_on_line"
-        name = "upper"
-        parent = "ground"
-        child = "shaft.end"
-        position = [0, 0, 1]
-        axis = [0, 0, 1]
-        "#
-    )
+    [
+        head("shaft", "step = 0.01, end = 1.0"),
+        beam("shaft", &[[0.0; 3], [0.0, 0.0, 1.0]], 8) + "order = 3\nnormal = [1, 0, 0]\n",
+        format!("angular_velocity = [0, 0, {speed:?}]\n"),
+        section([1e7, 1e7, 1e7, 1.0, 1.0, 1.0], [1.0, 5e-3, 5e-3]),
+        joint("spherical", "lower", ["ground", "shaft.start"], [0.0; 3]),
+        guide("point_on_line", "upper", ["ground", "shaft.end"], AXES[2], AXES[2]),
+    ]
+    .concat()
 }
 
 #[test]

@@ -136,6 +136,12 @@ pub fn beam(name: &str, points: &[[f64; 3]], elements: usize) -> String {
     format!("{}points = {points:?}\nelements = {elements}\n", part("beam", name))
 }
 
+/// A beam `beam` of 1 m along x that is clamped at the origin.
+pub fn cantilever(elements: usize, section: &str) -> String {
+    let line = beam("beam", &[[0.0; 3], AXES[0]], elements);
+    format!("{line}normal = {:?}\nstart = \"clamped\"\n{section}", AXES[2])
+}
+
 /// A section: `EA, GA1, GA2, EI1, EI2, GJ` and `rhoA, rhoI1, rhoI2`.
 pub fn section(stiffness: [f64; 6], mass: [f64; 3]) -> String {
     let [ea, ga1, ga2, ei1, ei2, gj] = stiffness;
@@ -247,14 +253,11 @@ impl Rigid {
 
 /// An arm and a hand beside it, each with the keys `own`; the arm moves.
 pub fn arm_and_hand(own: &str) -> String {
-    let arm = Rigid {
-        mass: 1.0,
-        moments: [0.03, 0.02, 0.04],
-        center: [0.1, 0.2, 0.0],
-        turned: [0.2, 0.1, -0.4],
-        velocity: [0.3, -0.2, 0.1],
-        spin: [0.5, 1.0, -1.5],
-    };
+    let arm = body_at([0.1, 0.2, 0.0], "arm", 1.0, [0.03, 0.02, 0.04]);
+    let tensor = "[[0.03, 0.002, 0.0], [0.002, 0.02, 0.001], [0.0, 0.001, 0.04]]";
+    let arm = arm.replace("[0.03, 0.02, 0.04]", tensor);
+    let motion = "rotation_vector = [0.2, 0.1, -0.4]\nvelocity = [0.3, -0.2, 0.1]\n\
+                  angular_velocity = [0.5, 1.0, -1.5]\n";
     let hand = body_at([0.4, 0.1, 0.1], "hand", 0.5, [0.01, 0.02, 0.015]);
-    format!("{}{own}{hand}rotation_vector = [-0.3, 0.8, 0.2]\n{own}", arm.text("arm"))
+    format!("{arm}{motion}{own}{hand}rotation_vector = [-0.3, 0.8, 0.2]\n{own}")
 }
