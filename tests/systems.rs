@@ -35,6 +35,7 @@ mod pairs {
     pub(crate) mod every_freedom;
     mod reaction_agreement;
     mod reactions;
+    mod redundant_reactions;
     mod scalar_constraints;
     mod start_rates;
     mod turned_models;
@@ -77,6 +78,7 @@ mod statics {
 mod model {
     mod foreign_words;
     mod import_dialects;
+    mod import_inertia;
     mod imports;
     pub(crate) mod keys;
     mod model_file;

@@ -4,5 +4,6 @@
 mod common;
 
 mod legendre;
+mod legendre_identities;
 mod tangent_space;
 mod unconstrained;
