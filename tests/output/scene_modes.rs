@@ -6,7 +6,9 @@ use crate::program::command::{command, folder};
 
 /// A cantilever of 1 m, softer in bending along `z`: mode 1.
 fn cantilever() -> String {
-    include_str!("../models/slender_cantilever.toml").replace("EI1 = 1,", "EI1 = 4,")
+    let text = include_str!("../models/slender_cantilever.toml");
+    assert!(text.contains("EI1 = 1,"));
+    text.replace("EI1 = 1,", "EI1 = 4,")
 }
 
 /// Mode 1 of Euler and Bernoulli's cantilever, 1 at the end.

@@ -11,7 +11,7 @@ use harness::models::{orders, overrides};
 use holonom::output::{EnergySummary, SummaryBuilder};
 use holonom::{Model, ModelError, Simulation};
 use vi_multibody::run::MechanismIntegrator;
-use vi_testkit::model::{heavy, motion, two_links};
+use vi_testkit::model::{changed, heavy, motion, two_links};
 
 /// Two links on hinges, each with `own` keys.
 fn links(settings: &str, own: [&str; 2]) -> String {
@@ -156,7 +156,7 @@ fn dampers_refuse_backward_sub_steps_and_motors_do_not() {
 
     // without the damper the order is that of the composition, motor and spring included
     let end = |steps: u32| {
-        let text = arm(1.0 / f64::from(steps), 4, 0.0).replace("damper", "# damper");
+        let text = changed(&arm(1.0 / f64::from(steps), 4, 0.0), "damper", "# damper");
         let mut simulation = Simulation::new(&Model::from_toml(&text).unwrap()).unwrap();
         for _ in 0..steps {
             simulation.integrator().step().unwrap();

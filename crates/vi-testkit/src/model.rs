@@ -18,6 +18,16 @@ pub fn heavy(name: &str, gravity: [f64; 3], settings: &str) -> String {
     )
 }
 
+/// The text with `old` replaced everywhere.
+///
+/// # Panics
+///
+/// Where the text does not contain it.
+pub fn changed(text: &str, old: &str, new: &str) -> String {
+    assert!(text.contains(old), "`{old}` is not in\n{text}");
+    text.replace(old, new)
+}
+
 /// A part with its name; its keys follow.
 pub fn part(section: &str, name: &str) -> String {
     format!("[[{section}]]\nname = \"{name}\"\n")
