@@ -131,3 +131,29 @@ fn every_file_of_the_folder_is_a_module() {
         }
     }
 }
+
+/// The text of all tests, one after the other.
+fn sources(folder: &Path) -> String {
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let one = |path: std::path::PathBuf| match path.is_dir() {
+        true => sources(&path),
+        false if path.extension().is_some_and(|e| e == "rs") => {
+            std::fs::read_to_string(&path).unwrap()
+        }
+        false => String::new(),
+    };
+    paths.map(one).collect()
+}
+
+/// A model that no test names would be kept for nothing.
+#[test]
+fn every_model_of_the_folder_is_used() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests");
+    let all = sources(&folder);
+    let models = std::fs::read_dir(folder.join("models")).unwrap();
+    let names = models.map(|entry| entry.unwrap().path().file_stem().unwrap().to_owned());
+    for name in names.map(|name| name.into_string().unwrap()) {
+        let used = [format!("models/{name}.toml"), format!("\"{name}\"")];
+        assert!(used.iter().any(|used| all.contains(used)), "tests/models/{name}.toml");
+    }
+}

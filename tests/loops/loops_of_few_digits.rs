@@ -10,6 +10,7 @@ use holonom::modes::{About, ModalAnalysis};
 use holonom::nalgebra::{Rotation3, Vector3};
 use holonom::simulation::RunOutcome;
 use holonom::{Model, ModelError, RunFolder, Simulation};
+use vi_testkit::model::{AXES, body, body_at, changed, head, heavy, hinge, motion};
 
 /// A four-bar linkage in a plane that contains the direction of gravity.
 #[derive(Clone, Copy)]
@@ -90,9 +91,7 @@ impl FourBar {
             );
         }
         if let Some(rate) = self.drive {
-            text += &format!(
-                "[[constraint]]\nname = \"drive\"\ntype = \"motion\"\njoint = \"A\"\npath = {{ rate = {rate:?} }}\n"
-            );
+            text += &motion("drive", "A", &format!("{{ rate = {rate:?} }}"));
         }
         text
     }
@@ -218,14 +217,14 @@ fn high_orders_statics_and_modes_know_them_too() {
 #[test]
 fn a_door_opens_on_hinges_that_are_a_nanometre_out_of_line() {
     let door = |offset: f64| {
-        format!(
-            "[model]\nname = \"door\"\ngravity = [0.0, 0.0, -9.81]\n[simulation]\nstep = 0.002\nend = 1.0\n\
-             [[body]]\nname = \"door\"\nmass = 20.0\ninertia = [1.0, 2.0, 1.2]\nposition = [0.4, 0.0, 1.0]\n\
-             [[joint]]\nname = \"lower\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"door\"\nposition = [0.0, 0.0, 0.2]\n\
-             axis = [0.0, 0.0, 1.0]\nmotor = {{ effort = 5.0 }}\n\
-             [[joint]]\nname = \"upper\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"door\"\nposition = [{offset:?}, 0.0, 1.8]\n\
-             axis = [0.0, 0.0, 1.0]\n"
-        )
+        [
+            heavy("door", [0.0, 0.0, -9.81], "step = 0.002, end = 1.0"),
+            body_at([0.4, 0.0, 1.0], "door", 20.0, [1.0, 2.0, 1.2]),
+            hinge("lower", ["ground", "door"], [0.0, 0.0, 0.2], AXES[2]),
+            "motor = { effort = 5.0 }\n".into(),
+            hinge("upper", ["ground", "door"], [offset, 0.0, 1.8], AXES[2]),
+        ]
+        .concat()
     };
     for offset in [1e-12, 1e-9, 1e-6] {
         let (q, outcome, simulation) = end_of(&door(offset), &[]);
@@ -269,10 +268,10 @@ fn what_is_built_wrongly_stays_locked_and_is_named() {
         "{warning}"
     );
     // a brace from the ground to the rocker makes a truss of it
-    let brace = "[[body]]\nname = \"brace\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [0.4, 0.0, 0.2]\n\
-         [[joint]]\nname = \"E\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"brace\"\nposition = [0.0, 0.0, 0.0]\naxis = [0.0, 1.0, 0.0]\n\
-         [[joint]]\nname = \"F\"\ntype = \"revolute\"\nparent = \"brace\"\nchild = \"rocker\"\nposition = [0.82, 0.0, 0.24]\naxis = [0.0, 1.0, 0.0]\n";
-    warned(&(EXACT.text("nodal") + brace), &[]);
+    let brace = body_at([0.4, 0.0, 0.2], "brace", 1.0, [0.1; 3])
+        + &hinge("E", ["ground", "brace"], [0.0; 3], AXES[1])
+        + &hinge("F", ["brace", "rocker"], [0.82, 0.0, 0.24], AXES[1]);
+    warned(&(EXACT.text("nodal") + &brace), &[]);
     // a drive of a loop that is locked, and of one that moves within the tolerance
     let project = ("simulation.project_start", "true");
     let driven = FourBar { drive: Some(6.0), ..degree }.text("nodal");
@@ -291,16 +290,15 @@ fn what_is_built_wrongly_stays_locked_and_is_named() {
 fn nearly_singular_configurations_stay_what_they_are() {
     let flat = |angle: f64, off: f64| {
         let (c, s) = (angle.cos(), angle.sin());
-        let mut text = "[model]\nname = \"flat\"\n[simulation]\nstep = 0.002\nend = 2.0\nproject_start = true\n".to_owned();
+        let mut text = head("flat", "step = 0.002, end = 2.0, project_start = true");
         let bodies = [
             ("crank", [c / 2.0, s / 2.0], angle),
             ("coupler", [c + 1.0, s], 0.0),
             ("rocker", [2.0 + c / 2.0, s / 2.0], angle),
         ];
         for (name, [x, y], angle) in bodies {
-            text += &format!(
-                "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [0.01, 0.1, 0.1]\nposition = [{x:?}, {y:?}, 0.0]\nrotation_vector = [0.0, 0.0, {angle:?}]\n"
-            );
+            text += &(body_at([x, y, 0.0], name, 1.0, [0.01, 0.1, 0.1])
+                + &format!("rotation_vector = [0.0, 0.0, {angle:?}]\n"));
         }
         let joints = [
             ("A", "ground", "crank", [0.0, 0.0]),
@@ -314,11 +312,8 @@ fn nearly_singular_configurations_stay_what_they_are() {
             } else {
                 (0.0, if name == "A" { "rate = 1.0\n" } else { "" })
             };
-            text += &format!(
-                "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\nposition = [{x:?}, {y:?}, 0.0]\naxis = [{:?}, 0.0, {:?}]\n{rate}",
-                off.sin(),
-                off.cos()
-            );
+            text +=
+                &(hinge(name, [parent, child], [x, y, 0.0], [off.sin(), 0.0, off.cos()]) + rate);
         }
         text
     };
@@ -406,11 +401,11 @@ fn a_spatial_loop_of_few_digits_moves() {
 /// The line that states the initial rate of a drive.
 #[test]
 fn a_drive_comes_with_the_line_that_states_its_rate() {
-    let text = "[model]\nname = \"motor\"\n[simulation]\nstep = 0.01\nend = 0.1\n\
-         [[body]]\nname = \"shaft\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\nposition = [0.0, 0.0, 0.0]\n\
-         [[joint]]\nname = \"motor_shaft\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"shaft\"\nposition = [0.0, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\n\
-         [[constraint]]\nname = \"drive\"\ntype = \"motion\"\njoint = \"motor_shaft\"\npath = { rate = 6.283185 }\n";
-    let model = Model::from_toml(text).unwrap();
+    let text = head("motor", "step = 0.01, end = 0.1")
+        + &body("shaft", 1.0, [1.0; 3])
+        + &hinge("motor_shaft", ["ground", "shaft"], [0.0; 3], AXES[2])
+        + &motion("drive", "motor_shaft", "{ rate = 6.283185 }");
+    let model = Model::from_toml(&text).unwrap();
     let Err(ModelError::InconsistentStart(missed)) = Simulation::new(&model) else { panic!() };
     let problem = missed[0].problem();
     println!("{problem}; {:?}", problem.help);
@@ -418,7 +413,7 @@ fn a_drive_comes_with_the_line_that_states_its_rate() {
     let help = problem.help.unwrap();
     assert!(help.contains("write `rate = 6.283185` in the [[joint]] `motor_shaft`"), "{help}");
     let stated =
-        text.replace("axis = [0.0, 0.0, 1.0]\n", "axis = [0.0, 0.0, 1.0]\nrate = 6.283185\n");
+        changed(&text, "axis = [0.0, 0.0, 1.0]\n", "axis = [0.0, 0.0, 1.0]\nrate = 6.283185\n");
     Simulation::new(&Model::from_toml(&stated).unwrap()).unwrap();
 }
 

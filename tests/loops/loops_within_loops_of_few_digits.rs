@@ -7,6 +7,7 @@ use crate::harness::models::overrides;
 use holonom::simulation::RunOutcome;
 use holonom::{Model, Simulation};
 use std::fmt::Write as _;
+use vi_testkit::model::{along, body_at, hinge};
 
 /// A model in text.
 struct Text(String);
@@ -19,18 +20,12 @@ impl Text {
     }
 
     fn body(mut self, name: &str, mass: f64, position: [f64; 3], rest: &str) -> Self {
-        let _ = write!(
-            self.0,
-            "[[body]]\nname = \"{name}\"\nmass = {mass:?}\ninertia = [0.05, 0.05, 0.02]\nposition = {position:?}\n{rest}\n"
-        );
+        self.0 += &(body_at(position, name, mass, [0.05, 0.05, 0.02]) + rest + "\n");
         self
     }
 
-    fn hinge(mut self, name: &str, [a, b]: [&str; 2], at: [f64; 3], axis: [f64; 3]) -> Self {
-        let _ = write!(
-            self.0,
-            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{a}\"\nchild = \"{b}\"\nposition = {at:?}\naxis = {axis:?}\n"
-        );
+    fn hinge(mut self, name: &str, bodies: [&str; 2], at: [f64; 3], axis: [f64; 3]) -> Self {
+        self.0 += &hinge(name, bodies, at, axis);
         self
     }
 
@@ -132,10 +127,7 @@ fn plate(off: f64) -> String {
     let height = -0.91_f64.sqrt();
     let mut text =
         Text::new(WEIGHT, "project_start = true").body("plate", 3.0, [0.3, 0.0, height], "");
-    let _ = write!(
-        text.0,
-        "[[joint]]\nname = \"plane\"\ntype = \"planar\"\nparent = \"ground\"\nchild = \"plate\"\nposition = [0.3, 0.0, {height:?}]\naxis = {Y:?}\n"
-    );
+    text.0 += &along(Y, "planar", "plane", ["ground", "plate"], [0.3, 0.0, height]);
     for (k, x) in [-0.5, 0.1, 0.5].into_iter().enumerate() {
         let length = 1.0 + if k == 1 { off } else { 0.0 };
         let _ = write!(

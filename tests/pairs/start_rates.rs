@@ -69,10 +69,13 @@ fn a_beam_moves_with_what_it_is_fixed_to() {
     println!("a blade on a hub of 20 rad/s: velocities off by {off:.1e}");
     assert!(off < 1e-12, "{off:e}");
     // a mass at its tip moves along
-    let tip = format!(
-        "{silent}\n[[body]]\nname = \"mass\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [5.0, 0.0, 0.0]\n\
-         [[joint]]\nname = \"weld\"\ntype = \"fixed\"\nparent = \"blade1.end\"\nchild = \"mass\"\nposition = [5.0, 0.0, 0.0]\n"
-    );
+    let tip = [
+        silent.as_str(),
+        "\n",
+        &body_at([5.0, 0.0, 0.0], "mass", 1.0, [0.1; 3]),
+        &joint("fixed", "weld", ["blade1.end", "mass"], [5.0, 0.0, 0.0]),
+    ]
+    .concat();
     let v = initial_velocities(&tip);
     assert!((v[13] - 100.0).abs() < 1e-10, "{}", v[13]); // 5 m at 20 rad/s along y
     // a hub that flies freely and states its own velocities, no rates

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use holonom::vi_constraints::Constraints;
 use holonom::vi_core::Configuration;
 use holonom::{Model, Simulation};
+use vi_testkit::model::{AXES, between, body_at, hinge, joint};
 
 /// Numbers in [−1, 1), the same in every run.
 struct Random(u64);
@@ -164,16 +165,12 @@ fn chain(random: &mut Random, links: usize, sag: f64, scheme: &str) -> (String, 
         let d = sum(&b.0, -1.0, &a.0);
         let spin = cross(&d, &sum(&b.1, -1.0, &a.1)).map(|s| s / dot(&d, &d));
         let moment = 0.1 * scale * scale;
-        text += &format!(
-            "[[body]]\nname = \"b{k}\"\nmass = 1.0\ninertia = [{moment:?}, {moment:?}, {moment:?}]\n\
-             position = {:?}\nvelocity = {:?}\nangular_velocity = {spin:?}\n",
-            x.map(|x| 0.5 * x),
-            v.map(|v| 0.5 * v)
-        );
+        text += &(body_at(x.map(|x| 0.5 * x), &format!("b{k}"), 1.0, [moment; 3])
+            + &format!("velocity = {:?}\nangular_velocity = {spin:?}\n", v.map(|v| 0.5 * v)));
     }
     for k in 0..=links {
-        let parent = if k == 0 { "ground".into() } else { format!("b{}", k - 1) };
-        let child = if k == links { "ground".into() } else { format!("b{k}") };
+        let parent: String = if k == 0 { "ground".into() } else { format!("b{}", k - 1) };
+        let child: String = if k == links { "ground".into() } else { format!("b{k}") };
         let (x, n) = (&points[k].0, &normal);
         let one = match kind {
             "mixed" => ["revolute", "spherical", "universal"][random.below(3)],
@@ -188,10 +185,8 @@ fn chain(random: &mut Random, links: usize, sag: f64, scheme: &str) -> (String, 
                 };
                 let from = if k == 0 { *x } else { end(k - 1, 1.0) };
                 let to = if k == links { *x } else { end(k, -1.0) };
-                format!(
-                    "[[constraint]]\nname = \"j{k}\"\ntype = \"distance\"\nfrom = \"{parent}\"\nto = \"{child}\"\n\
-                     point_from = {from:?}\npoint_to = {to:?}\n"
-                )
+                between("constraint", &format!("j{k}"), [&parent, &child])
+                    + &format!("type = \"distance\"\npoint_from = {from:?}\npoint_to = {to:?}\n")
             }
             other => {
                 let axes = match other {
@@ -199,10 +194,7 @@ fn chain(random: &mut Random, links: usize, sag: f64, scheme: &str) -> (String, 
                     "universal" => format!("axis = {n:?}\naxis2 = {across:?}\n"),
                     _ => format!("axis = {n:?}\n"),
                 };
-                format!(
-                    "[[joint]]\nname = \"j{k}\"\ntype = \"{other}\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
-                     position = {x:?}\n{axes}"
-                )
+                joint(other, &format!("j{k}"), [&parent, &child], *x) + &axes
             }
         };
     }
@@ -277,20 +269,15 @@ fn driven(random: &mut Random, scheme: &str) -> (String, String) {
     for k in 0..links {
         let (a, b) = (points[k], points[k + 1]);
         let (x, y) = (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]));
-        text += &format!(
-            "[[body]]\nname = \"b{k}\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [{x:?}, {y:?}, 0.0]\n"
-        );
+        text += &body_at([x, y, 0.0], &format!("b{k}"), 1.0, [0.1; 3]);
     }
     let loose = usize::from(random.below(4) == 0); // an open chain
     let joints = links + 1 - loose;
     for k in 0..joints {
-        let parent = if k == 0 { "ground".into() } else { format!("b{}", k - 1) };
-        let child = if k == links { "ground".into() } else { format!("b{k}") };
+        let parent: String = if k == 0 { "ground".into() } else { format!("b{}", k - 1) };
+        let child: String = if k == links { "ground".into() } else { format!("b{k}") };
         let [x, y] = points[k];
-        text += &format!(
-            "[[joint]]\nname = \"j{k}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
-             position = [{x:?}, {y:?}, 0.0]\naxis = [0.0, 0.0, 1.0]\n"
-        );
+        text += &hinge(&format!("j{k}"), [&parent, &child], [x, y, 0.0], AXES[2]);
     }
     let drives = 1 + random.below(3);
     let mut kinds = Vec::new();

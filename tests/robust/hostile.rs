@@ -6,6 +6,7 @@
 use crate::harness::hostile::{hinge, hostile, refusal, run};
 use holonom::simulation::RunOutcome;
 use holonom::{Model, ModelError, Simulation};
+use vi_testkit::model::{AXES, along, body_at, motion};
 
 #[test]
 fn constraints_that_contradict_each_other_are_refused_by_name() {
@@ -55,9 +56,7 @@ fn four_bar(crank: &str, rocker: &str, extra: &str) -> String {
     let mut text =
         format!("[model]\nname = \"driven\"\n[simulation]\nstep = 0.01\nend = 2.0\n{extra}\n");
     for (name, x, y) in [("crank", 0.0, 0.5), ("coupler", 1.0, 1.25), ("rocker", 2.0, 0.75)] {
-        text += &format!(
-            "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [{x:?}, {y:?}, 0.0]\n"
-        );
+        text += &body_at([x, y, 0.0], name, 1.0, [0.1; 3]);
     }
     for (name, parent, child, x, y) in [
         ("A", "ground", "crank", 0.0, 0.0),
@@ -65,15 +64,10 @@ fn four_bar(crank: &str, rocker: &str, extra: &str) -> String {
         ("C", "coupler", "rocker", 2.0, 1.5),
         ("D", "ground", "rocker", 2.0, 0.0),
     ] {
-        text += &format!(
-            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
-             position = [{x:?}, {y:?}, 0.0]\naxis = [0.0, 0.0, 1.0]\n"
-        );
+        text += &along(AXES[2], "revolute", name, [parent, child], [x, y, 0.0]);
     }
     for (name, joint, path) in [("drive_a", "A", crank), ("drive_d", "D", rocker)] {
-        text += &format!(
-            "[[constraint]]\nname = \"{name}\"\ntype = \"motion\"\njoint = \"{joint}\"\npath = {path}\n"
-        );
+        text += &motion(name, joint, path);
     }
     text
 }
@@ -133,22 +127,19 @@ fn taut(across: &[f64], scheme: &str, gravity: f64) -> String {
     );
     for k in 0..n {
         let (a, b) = (across[k], across[k + 1]);
-        text += &format!(
-            "[[body]]\nname = \"b{k}\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [{:?}, 0.0, 0.0]\n\
-             velocity = [0.0, {:?}, 0.0]\nangular_velocity = [0.0, 0.0, {:?}]\n",
-            k as f64 + 0.5,
-            0.5 * (a + b),
-            b - a
-        );
+        text += &(body_at([k as f64 + 0.5, 0.0, 0.0], &format!("b{k}"), 1.0, [0.1; 3])
+            + &format!(
+                "velocity = [0.0, {:?}, 0.0]\nangular_velocity = [0.0, 0.0, {:?}]\n",
+                0.5 * (a + b),
+                b - a
+            ));
     }
     for k in 0..=n {
         let name = |k: usize| if k < n { format!("b{k}") } else { "ground".into() };
-        let parent = if k == 0 { "ground".into() } else { name(k - 1) };
+        let parent: String = if k == 0 { "ground".into() } else { name(k - 1) };
         let (parent, child) = if k == n { (name(n), parent) } else { (parent, name(k)) };
-        text += &format!(
-            "[[joint]]\nname = \"j{k}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
-             position = [{k:?}.0, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\n"
-        );
+        text +=
+            &along(AXES[2], "revolute", &format!("j{k}"), [&parent, &child], [k as f64, 0.0, 0.0]);
     }
     text
 }

@@ -9,6 +9,7 @@ use holonom::simulation::RunOutcome;
 use holonom::vi_constraints::Constraints;
 use holonom::vi_core::Configuration;
 use holonom::{Model, Override, Simulation};
+use vi_testkit::model::{AXES, body_at, hinge, joint};
 
 /// The flat parallelogram in motion, `split`: the link made of two welded halves; `tool`: the link
 /// with a body welded to it, 3 for the ground.
@@ -22,10 +23,8 @@ fn parallelogram(split: Option<usize>, tool: Option<usize>, scheme: &str) -> Str
     );
     let mut body = |name: &str, link: usize, x: f64| {
         let (v, w) = if link < 3 { (velocity(link, x), spin[link]) } else { (0.0, 0.0) };
-        text += &format!(
-            "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [{x:?}, 0.0, 0.0]\n\
-             velocity = [0.0, {v:?}, 0.0]\nangular_velocity = [0.0, 0.0, {w:?}]\n"
-        );
+        text += &(body_at([x, 0.0, 0.0], name, 1.0, [0.1; 3])
+            + &format!("velocity = [0.0, {v:?}, 0.0]\nangular_velocity = [0.0, 0.0, {w:?}]\n"));
     };
     let mut welds = Vec::new();
     for (k, (name, from, to)) in links.into_iter().enumerate() {
@@ -50,16 +49,10 @@ fn parallelogram(split: Option<usize>, tool: Option<usize>, scheme: &str) -> Str
         ("C", end(1), end(2), 3.0),
         ("D", "ground".to_owned(), "rocker".to_owned(), 2.0),
     ] {
-        text += &format!(
-            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
-             position = [{x:?}, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\n"
-        );
+        text += &hinge(name, [&parent, &child], [x, 0.0, 0.0], AXES[2]);
     }
     for (k, (parent, child, x)) in welds.into_iter().enumerate() {
-        text += &format!(
-            "[[joint]]\nname = \"weld{k}\"\ntype = \"fixed\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
-             position = [{x:?}, 0.0, 0.0]\n"
-        );
+        text += &joint("fixed", &format!("weld{k}"), [&parent, &child], [x, 0.0, 0.0]);
     }
     text
 }
@@ -181,14 +174,11 @@ fn welded_models_that_panicked_assemble_or_are_refused() {
 #[test]
 fn a_body_that_is_free_to_turn_about_an_axis_without_inertia_is_refused() {
     let free = hostile("inertia_thin");
-    let joint = |kind: &str, axes: &str| {
-        format!(
-            "{free}[[joint]]\nname = \"s\"\ntype = \"{kind}\"\nparent = \"ground\"\nchild = \"rod\"\n\
-             position = [0.0, 0.0, 0.5]\n{axes}"
-        )
+    let held = |kind: &str, axes: &str| {
+        free.clone() + &joint(kind, "s", ["ground", "rod"], [0.0, 0.0, 0.5]) + axes
     };
-    let along = joint("revolute", "axis = [0.0, 0.0, 1.0]\n");
-    let across = joint("universal", "axis = [1.0, 0.0, 0.0]\naxis2 = [0.0, 1.0, 0.0]\n");
+    let along = held("revolute", "axis = [0.0, 0.0, 1.0]\n");
+    let across = held("universal", "axis = [1.0, 0.0, 0.0]\naxis2 = [0.0, 1.0, 0.0]\n");
     for scheme in [
         "nodal",
         "reduced",
@@ -201,7 +191,7 @@ fn a_body_that_is_free_to_turn_about_an_axis_without_inertia_is_refused() {
         let with = |text: &str| {
             text.replace("[simulation]", &format!("[simulation]\nscheme = \"{scheme}\""))
         };
-        for text in [&free, &joint("spherical", ""), &along] {
+        for text in [&free, &held("spherical", ""), &along] {
             let words =
                 refusal(&with(text)).unwrap_or_else(|| panic!("{scheme}: accepted\n{text}"));
             assert!(words.contains("singular"), "{scheme}: {words}");

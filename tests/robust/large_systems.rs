@@ -11,6 +11,7 @@ use holonom::model::{
 };
 use holonom::{Model, ModelError, Simulation};
 use vi_testkit::allocator::{begin_peak, peak};
+use vi_testkit::model::{self, AXES, between};
 
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
@@ -296,19 +297,11 @@ fn dense_matrices_that_are_too_large_are_refused() {
 #[test]
 fn many_loops_with_springs_move_as_with_multipliers() {
     let hinge = |name: &str, parent: &str, child: &str, at: [f64; 3]| {
-        format!(
-            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\nposition = {at:?}\naxis = [0.0, 1.0, 0.0]\n"
-        )
+        model::hinge(name, [parent, child], at, AXES[1])
     };
-    let body = |name: &str, at: [f64; 3]| {
-        format!(
-            "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [0.02, 0.03, 0.02]\nposition = {at:?}\n"
-        )
-    };
+    let body = |name: &str, at: [f64; 3]| model::body_at(at, name, 1.0, [0.02, 0.03, 0.02]);
     let spring = |name: &str, from: &str, to: &str| {
-        format!(
-            "[[spring]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nstiffness = 40.0\nnatural_length = 1.0\n"
-        )
+        between("spring", name, [from, to]) + "stiffness = 40.0\nnatural_length = 1.0\n"
     };
     const COUNT: usize = 56;
     for (base, gravity) in [("ground", -9.81), ("base", 0.0)] {

@@ -105,11 +105,7 @@ fn every_pair_does_the_same_however_it_is_stated() {
 #[test]
 fn loops_and_points_do_the_same_however_they_are_stated() {
     let hinge = "axis = [0.0, 1.0, 0.0]";
-    let bar = |name: &str, x: f64, z: f64| {
-        format!(
-            "[[body]]\nname = \"{name}\"\nmass = 0.7\ninertia = [0.02, 0.03, 0.01]\nposition = [{x:?}, 0.3, {z:?}]\n"
-        )
-    };
+    let bar = |name: &str, x: f64, z: f64| body_at([x, 0.3, z], name, 0.7, [0.02, 0.03, 0.01]);
     let four_bar = bar("crank", 0.0, 0.1)
         + &bar("coupler", 0.3, 0.35)
         + &bar("rocker", 0.6, 0.2)

@@ -6,6 +6,7 @@ use crate::harness::hostile::hostile;
 use holonom::model::History;
 use holonom::simulation::RunOutcome;
 use holonom::{Model, Simulation};
+use vi_testkit::model::{AXES, along, body_at, heavy, hinge, motion};
 
 /// Every kind of history, from the start and after a rest, over about a second.
 const HISTORIES: [&str; 11] = [
@@ -42,13 +43,13 @@ const METHODS: [&str; 5] = [
 
 /// A body on a joint of a kind, with what the joint has, and what else there is.
 fn body((step, method): (f64, &str), kind: &str, own: &str, beside: &str) -> String {
-    format!(
-        "model = {{ name = \"m\", gravity = [0.0, 0.0, 0.0] }}\n\
-         simulation = {{ step = {step:?}, end = 0.8 {method} }}\n\
-         [[body]]\nname = \"b\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [0.0, 0.0, 0.0]\n\
-         [[joint]]\nname = \"j\"\ntype = \"{kind}\"\nparent = \"ground\"\nchild = \"b\"\nposition = [0.0, 0.0, 0.0]\n\
-         axis = [1.0, 0.0, 0.0]\n{own}\n{beside}"
-    )
+    [
+        heavy("m", [0.0; 3], &format!("step = {step:?}, end = 0.8 {method}")),
+        body_at([0.0; 3], "b", 1.0, [0.1; 3]),
+        along(AXES[0], kind, "j", ["ground", "b"], [0.0; 3]),
+        format!("{own}\n{beside}"),
+    ]
+    .concat()
 }
 
 /// A cantilever with a load at its end, at rest in the equilibrium of the constant part of it.
@@ -135,13 +136,10 @@ fn whatever_drives_a_body_from_rest_its_energy_stays_in_its_band() {
                 }
             }
             for path in PATHS {
-                let drive = format!(
-                    "[[constraint]]\nname = \"drive\"\ntype = \"motion\"\njoint = \"j\"\npath = {path}\n"
-                );
+                let drive = motion("drive", "j", path);
                 judge(format!("{own:?}, {path}"), &body(own, "prismatic", "", &drive));
-                let arm = "[[body]]\nname = \"c\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [0.0, 1.0, 0.0]\n\
-                           [[joint]]\nname = \"j2\"\ntype = \"revolute\"\nparent = \"b\"\nchild = \"c\"\n\
-                           position = [0.0, 0.5, 0.0]\naxis = [1.0, 0.0, 0.0]\n";
+                let arm = body_at([0.0, 1.0, 0.0], "c", 1.0, [0.1; 3])
+                    + &hinge("j2", ["b", "c"], [0.0, 0.5, 0.0], AXES[0]);
                 judge(
                     format!("arm, {own:?}, {path}"),
                     &body(own, "revolute", "", &format!("{arm}{drive}")),
@@ -180,11 +178,7 @@ fn a_coarse_spin_up_keeps_its_band() {
                [[joint]]\nname = \"root\"\ntype = \"fixed\"\nparent = \"b\"\nchild = \"arm.start\"\nposition = [0.0, 0.0, 0.0]\n";
     let motors = ["{ effort = 0.4, history = { type = \"ramp\", start = 0.0, end = 0.5 } }"];
     let paths = ["{ moves = [{ start = 0.0, end = 0.8, by = 1.0 }] }", PATHS[2]];
-    let drives = paths.map(|path| {
-        format!(
-            "[[constraint]]\nname = \"drive\"\ntype = \"motion\"\njoint = \"j\"\npath = {path}\n"
-        )
-    });
+    let drives = paths.map(|path| motion("drive", "j", path));
     for step in [0.05, 0.02, 0.005] {
         for drive in &drives {
             let text = body((step, ""), "revolute", "", &format!("{arm}{drive}"));

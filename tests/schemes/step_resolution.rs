@@ -9,6 +9,7 @@ use holonom::model::Scheme;
 use holonom::modes::{About, ModalAnalysis};
 use holonom::simulation::{RunFailure, RunOutcome};
 use holonom::{Model, Override, Sample, Simulation};
+use vi_testkit::model::{AXES, along, body_at, heavy, hinge, joint};
 
 fn with(text: &str, own: &[(&str, &str)]) -> Model {
     let own: Vec<Override> = own.iter().map(|(key, value)| Override::new(*key, *value)).collect();
@@ -167,30 +168,26 @@ fn a_rotation_that_comes_with_the_motion_is_told_at_the_end() {
 
 /// Links hanging from the ground, as long as heavy; `more`: what else there is.
 fn hanging(links: usize, more: &str) -> String {
-    let mut text = "model = { name = \"chain\", gravity = [0.0, 0.0, -9.81] }\nsimulation = { step = 0.003, end = 0.03 }\n".to_owned();
+    let mut text = heavy("chain", [0.0, 0.0, -9.81], "step = 0.003, end = 0.03");
     for k in 0..links {
         let parent = if k == 0 { "ground".to_owned() } else { format!("l{}", k - 1) };
+        let link = format!("l{k}");
+        let (kind, axis) = [("revolute", "axis = [0.0, 1.0, 0.0]\n"), ("spherical", "")][k % 2];
         let (top, mass) = (-0.1 * k as f64, if k + 1 == links { 50.0 } else { 0.1 });
-        text += &format!(
-            "[[body]]\nname = \"l{k}\"\nmass = {mass:?}\ninertia = [1e-4, 1e-4, 2e-5]\nposition = [0.0, 0.0, {:?}]\n\
-             [[joint]]\nname = \"j{k}\"\ntype = \"{}\"\nparent = \"{parent}\"\nchild = \"l{k}\"\nposition = [0.0, 0.0, {top:?}]\n{}",
-            top - 0.05,
-            if k % 2 == 0 { "revolute" } else { "spherical" },
-            if k % 2 == 0 { "axis = [0.0, 1.0, 0.0]\n" } else { "" },
-        );
+        text += &(body_at([0.0, 0.0, top - 0.05], &link, mass, [1e-4, 1e-4, 2e-5])
+            + &joint(kind, &format!("j{k}"), [&parent, &link], [0.0, 0.0, top])
+            + axis);
     }
     text + more
 }
 
 /// A symmetric linkage of four bars in its equilibrium.
 fn hanging_linkage() -> String {
-    let mut text = "model = { name = \"linkage\", gravity = [0.0, 0.0, -9.81] }\nsimulation = { step = 0.003, end = 0.03 }\n".to_owned();
+    let mut text = heavy("linkage", [0.0, 0.0, -9.81], "step = 0.003, end = 0.03");
     for (name, mass, x, z) in
         [("left", 0.1, 0.05, -0.15), ("coupler", 50.0, 0.3, -0.3), ("right", 0.1, 0.55, -0.15)]
     {
-        text += &format!(
-            "[[body]]\nname = \"{name}\"\nmass = {mass:?}\ninertia = [1e-3, 1e-3, 1e-3]\nposition = [{x:?}, 0.0, {z:?}]\n"
-        );
+        text += &body_at([x, 0.0, z], name, mass, [1e-3; 3]);
     }
     for (parent, child, x, z) in [
         ("ground", "left", 0.0, 0.0),
@@ -198,10 +195,7 @@ fn hanging_linkage() -> String {
         ("coupler", "right", 0.5, -0.3),
         ("ground", "right", 0.6, 0.0),
     ] {
-        text += &format!(
-            "[[joint]]\nname = \"{parent}_{child}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
-             position = [{x:?}, 0.0, {z:?}]\naxis = [0.0, 1.0, 0.0]\n"
-        );
+        text += &hinge(&format!("{parent}_{child}"), [parent, child], [x, 0.0, z], AXES[1]);
     }
     text
 }
@@ -368,15 +362,9 @@ fn a_hub_of_many_bars_says_that_its_fastest_motion_is_not_known() {
 /// the rotation of a planar pair, a gear.
 #[test]
 fn fast_rotations_of_screws_planar_pairs_and_gears_are_named() {
-    let body = |name: &str, x: f64| {
-        format!(
-            "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\nposition = [{x:?}, 0.0, 0.0]\n"
-        )
-    };
+    let body = |name: &str, x: f64| body_at([x, 0.0, 0.0], name, 1.0, [1.0; 3]);
     let joint = |name: &str, kind: &str, child: &str, x: f64, rest: &str| {
-        format!(
-            "[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nparent = \"ground\"\nchild = \"{child}\"\nposition = [{x:?}, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\n{rest}\n"
-        )
+        along(AXES[2], kind, name, ["ground", child], [x, 0.0, 0.0]) + rest + "\n"
     };
     let slow = body("slow", 2.0) + &joint("b", "revolute", "slow", 2.0, "rate = 20.0");
     let gear = "[[constraint]]\nname = \"gear\"\ntype = \"gear\"\njoints = [\"b\", \"a\"]\nratio = 0.3333333333333333\n";

@@ -165,9 +165,7 @@ fn cut() -> Case {
         )
     };
     let joint = |name: &str, parent: &str, child: &str, x: f64, y: f64, more: &str| {
-        format!(
-            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\nposition = [{x:?}, {y:?}, 0.0]\naxis = [0.0, 0.0, 1.0]\n{more}"
-        )
+        hinge(name, [parent, child], [x, y, 0.0], [0.0, 0.0, 1.0]) + more
     };
     let text = format!(
         "model = {{ name = \"loop\" }}\nsimulation = {{ step = 1e-3, end = 2e-3, momenta = true }}\nbody = [{}, {}, {}]\n{}{}{}{}",
