@@ -126,7 +126,7 @@ pub fn motion(name: &str, joint: &str, path: &str) -> String {
 
 /// A path that begins at rest: `amplitude · (1 − cos 2π frequency t)`.
 pub fn to_and_fro(amplitude: f64, frequency: f64) -> String {
-    let phase = -1.5707963267948966;
+    let phase = -std::f64::consts::FRAC_PI_2;
     format!("{{ amplitude = {amplitude:?}, frequency = {frequency:?}, phase = {phase:?} }}")
 }
 
