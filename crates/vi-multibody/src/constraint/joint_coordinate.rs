@@ -82,7 +82,8 @@ pub struct SharedAxis {
 impl SharedAxis {
     /// Of an angle about the axis of a pair that keeps it in common.
     fn of(joint: &Joint, freedom: DegreeOfFreedom) -> Option<Self> {
-        let kept = freedom == DegreeOfFreedom::ABOUT_AXIS && !joint.kind.properties().swaps_axes;
+        let kept =
+            freedom == DegreeOfFreedom::ABOUT_AXIS && !joint.kind.properties().motion.swaps_axes();
         let [first, second] = [0, 1].map(|i| joint.parent.axis(i));
         let [own_first, own_second] = [0, 1].map(|i| joint.child.axis(i));
         let product = |scale: f64, a: &Form, b: &Form| Row {

@@ -7,6 +7,7 @@
 //! T:   as P at q_{n+1}
 //! ```
 
+use super::columns::{Column, MotionSubspace};
 use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
@@ -16,9 +17,7 @@ use nalgebra::Vector3;
 pub const PROPERTIES: Properties = Properties {
     name: "cylindrical",
     dof: &[DegreeOfFreedom::Length(2), DegreeOfFreedom::ABOUT_AXIS],
-    has_axis: true,
-    closes_gap: false,
-    swaps_axes: false,
+    motion: MotionSubspace::Several(&[Column::ALONG_N, Column::ABOUT_N]),
 };
 
 /// `m_1·r = m_2·r = 0`; `n·m_1' = n·m_2' = 0`.

@@ -6,6 +6,7 @@
 //! F_d: A² = A¹,  φ²_{n+1} = φ¹_{n+1} + A¹ϱ¹_n − A²ϱ²_n
 //! ```
 
+use super::columns::MotionSubspace;
 use super::{Motion, Properties, TooLarge, Transfer, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
@@ -13,7 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties =
-    Properties { name: "fixed", dof: &[], has_axis: false, closes_gap: true, swaps_axes: false };
+    Properties { name: "fixed", dof: &[], motion: MotionSubspace::Fixed };
 
 /// `r = 0`; `m_1·m_2' = m_2·n' = n·m_1' = 0`.
 #[must_use]

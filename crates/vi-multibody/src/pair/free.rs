@@ -6,6 +6,7 @@
 //! T:   diag(I, T(θ))
 //! ```
 
+use super::columns::MotionSubspace;
 use super::{
     DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, check,
     relative_rotation_vector,
@@ -26,9 +27,7 @@ pub const PROPERTIES: Properties = Properties {
         DegreeOfFreedom::Rotation,
         DegreeOfFreedom::Rotation,
     ],
-    has_axis: false,
-    closes_gap: false,
-    swaps_axes: false,
+    motion: MotionSubspace::Free,
 };
 
 /// None.

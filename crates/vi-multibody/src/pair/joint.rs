@@ -113,7 +113,7 @@ impl Joint {
     pub fn reversed(&self) -> Self {
         let kind = self.kind;
         let (mut parent, mut child) = (self.child, self.parent);
-        if kind.properties().swaps_axes {
+        if kind.properties().motion.swaps_axes() {
             // the axis of the parent comes first: swap the roles of m_1 and n
             for side in [&mut parent, &mut child] {
                 side.axes.swap_columns(0, 2);

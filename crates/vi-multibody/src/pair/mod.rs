@@ -73,6 +73,7 @@
 //! a factor enter: `δω² = T(ϑ) δϑ` for S, `δω² = T(θ) δθ` for a free root. The others need none,
 //! since `A¹ n_n = n_{n+1}`.
 
+pub mod columns;
 pub mod cylindrical;
 pub mod fixed;
 pub mod free;
@@ -90,6 +91,7 @@ pub use crate::geometry::twist::{Transfer, Twist};
 pub use motion::{Motion, VelocityMap};
 
 use crate::geometry::form::{Form, Row};
+use crate::pair::columns::MotionSubspace;
 use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -135,12 +137,8 @@ pub struct Properties {
     pub name: &'static str,
     /// Its degrees of freedom, in the order of `τ` and `u`.
     pub dof: &'static [DegreeOfFreedom],
-    /// Whether it needs an axis `n`.
-    pub has_axis: bool,
-    /// Whether it leaves no gap, `r = 0`.
-    pub closes_gap: bool,
-    /// Whether `m_1` and `n` change their roles when the sides of a joint do.
-    pub swaps_axes: bool,
+    /// The columns of `S`.
+    pub motion: MotionSubspace,
 }
 
 /// What a degree of freedom of a pair is.
@@ -303,13 +301,13 @@ impl PairKind {
     /// Whether the pair needs an axis.
     #[must_use]
     pub fn has_axis(self) -> bool {
-        self.properties().has_axis
+        self.properties().motion.has_axis()
     }
 
     /// Whether the pair leaves no gap at all.
     #[must_use]
     pub fn closes_gap(self) -> bool {
-        self.properties().closes_gap
+        self.properties().motion.closes_gap()
     }
 
     /// Which degrees of freedom are angles (the others are lengths).

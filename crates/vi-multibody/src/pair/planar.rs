@@ -8,6 +8,7 @@
 //! T:   as P at q_{n+1}
 //! ```
 
+use super::columns::{Column, MotionSubspace};
 use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
@@ -17,9 +18,7 @@ use nalgebra::Vector3;
 pub const PROPERTIES: Properties = Properties {
     name: "planar",
     dof: &[DegreeOfFreedom::Length(0), DegreeOfFreedom::Length(1), DegreeOfFreedom::ABOUT_AXIS],
-    has_axis: true,
-    closes_gap: false,
-    swaps_axes: false,
+    motion: MotionSubspace::Several(&[Column::ALONG_M1, Column::ALONG_M2, Column::ABOUT_N]),
 };
 
 /// `n·r = 0`; `n·m_1' = n·m_2' = 0`.

@@ -7,6 +7,7 @@
 //! T:   as P at q_{n+1}
 //! ```
 
+use super::columns::{Act, MotionSubspace};
 use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
@@ -16,9 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 pub const PROPERTIES: Properties = Properties {
     name: "prismatic",
     dof: &[DegreeOfFreedom::Length(2)],
-    has_axis: true,
-    closes_gap: false,
-    swaps_axes: false,
+    motion: MotionSubspace::Along(Act::Slide),
 };
 
 /// `m_1·r = m_2·r = 0`; `m_1·m_2' = m_2·n' = n·m_1' = 0`.

@@ -7,6 +7,7 @@
 //! T:   as P at q_{n+1}, since A¹ n_n = n_{n+1}
 //! ```
 
+use super::columns::{Act, MotionSubspace};
 use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
@@ -16,9 +17,7 @@ use nalgebra::Vector3;
 pub const PROPERTIES: Properties = Properties {
     name: "revolute",
     dof: &[DegreeOfFreedom::ABOUT_AXIS],
-    has_axis: true,
-    closes_gap: true,
-    swaps_axes: false,
+    motion: MotionSubspace::Along(Act::Turn),
 };
 
 /// `r = 0`; `n·m_1' = n·m_2' = 0`.

@@ -9,6 +9,7 @@
 //! The thread `n·r − p θ` is the one row of all pairs that is not quadratic: the velocity-level
 //! hidden constraint holds to second order there, not to round-off.
 
+use super::columns::{Act, MotionSubspace};
 use super::{
     DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, cylindrical,
 };
@@ -21,9 +22,7 @@ use serde::{Deserialize, Serialize};
 pub const PROPERTIES: Properties = Properties {
     name: "screw",
     dof: &[DegreeOfFreedom::ABOUT_AXIS],
-    has_axis: true,
-    closes_gap: false,
-    swaps_axes: false,
+    motion: MotionSubspace::Along(Act::Screw),
 };
 
 /// Advance of a screw, m per radian; compared bit by bit.

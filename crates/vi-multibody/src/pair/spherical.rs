@@ -7,6 +7,7 @@
 //! T:   δω² = T(ϑ) δϑ
 //! ```
 
+use super::columns::MotionSubspace;
 use super::{
     DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, check,
     relative_rotation_vector,
@@ -20,9 +21,7 @@ use vi_rigid::rotation;
 pub const PROPERTIES: Properties = Properties {
     name: "spherical",
     dof: &[DegreeOfFreedom::Rotation, DegreeOfFreedom::Rotation, DegreeOfFreedom::Rotation],
-    has_axis: false,
-    closes_gap: true,
-    swaps_axes: false,
+    motion: MotionSubspace::Spherical,
 };
 
 /// `r = 0`.

@@ -8,6 +8,7 @@
 //! ```
 //! In the reference configuration `m_1' = m_1`.
 
+use super::columns::{Column, MotionSubspace};
 use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
@@ -20,9 +21,7 @@ const SECOND: DegreeOfFreedom = DegreeOfFreedom::Angle { sine: [1, 2], cosine: [
 pub const PROPERTIES: Properties = Properties {
     name: "universal",
     dof: &[DegreeOfFreedom::ABOUT_AXIS, SECOND],
-    has_axis: true,
-    closes_gap: true,
-    swaps_axes: true,
+    motion: MotionSubspace::Several(&[Column::ABOUT_N, Column::ABOUT_M1_OF_CHILD]),
 };
 
 /// `r = 0`; `n·m_1' = 0`.

@@ -1,0 +1,117 @@
+//! What a pair leaves free: the definition of its motion.
+//!
+//! ```text
+//! slide  S_j = (n_j, 0),   turn  S_j = (0, n_j),   screw  S_j = (p n, n)        S'_j with n'_j = A n_j
+//! ```
+//! Twists `(φ̇, ω)` about the anchor of the child. `A` is the rotation of the parent and of the
+//! columns before. The columns of a rotation vector are `S = (0, I)`, `S' = (0, T(θ))`; a free
+//! body adds the translations `S = S' = (I, 0)` before them.
+
+use super::PairKind;
+
+/// A column of `S`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// What a unit of its increment does.
+    pub act: Act,
+    /// Along or about which axis.
+    pub axis: Axis,
+}
+
+/// What a unit of an increment does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    /// A translation.
+    Slide,
+    /// A rotation.
+    Turn,
+    /// A rotation with an advance.
+    Screw,
+}
+
+/// The axis of a column: `m_1, m_2, n` by number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// Fixed in the parent.
+    Parent(usize),
+    /// Fixed in the child.
+    Child(usize),
+}
+
+/// The span of the columns `S` of a pair: how a body moves relative to its parent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionSubspace {
+    /// With the parent.
+    Fixed,
+    /// With the parent, and by one column of the axis `n`.
+    Along(Act),
+    /// With the parent, and by several columns, one after another.
+    Several(&'static [Column]),
+    /// With a point of the parent, by a rotation vector.
+    Spherical,
+    /// With nothing: a displacement and a rotation vector.
+    Free,
+}
+
+impl Act {
+    /// Whether it rotates.
+    #[must_use]
+    pub fn turns(self) -> bool {
+        self != Self::Slide
+    }
+}
+
+impl Column {
+    /// A translation along `m_1`.
+    pub const ALONG_M1: Self = Self { act: Act::Slide, axis: Axis::Parent(0) };
+    /// A translation along `m_2`.
+    pub const ALONG_M2: Self = Self { act: Act::Slide, axis: Axis::Parent(1) };
+    /// A translation along `n`.
+    pub const ALONG_N: Self = Self { act: Act::Slide, axis: Axis::Parent(2) };
+    /// A rotation about `n`.
+    pub const ABOUT_N: Self = Self { act: Act::Turn, axis: Axis::Parent(2) };
+    /// A rotation about `n` with an advance along it.
+    pub const SCREW: Self = Self { act: Act::Screw, axis: Axis::Parent(2) };
+    /// A rotation about `m_1'`.
+    pub const ABOUT_M1_OF_CHILD: Self = Self { act: Act::Turn, axis: Axis::Child(0) };
+}
+
+impl MotionSubspace {
+    /// That of a pair.
+    #[must_use]
+    pub fn of(kind: PairKind) -> Self {
+        kind.properties().motion
+    }
+
+    /// Its columns, the first one nearest to the parent; none for rotation vectors.
+    #[must_use]
+    pub const fn columns(self) -> &'static [Column] {
+        match self {
+            Self::Along(Act::Slide) => &[Column::ALONG_N],
+            Self::Along(Act::Turn) => &[Column::ABOUT_N],
+            Self::Along(Act::Screw) => &[Column::SCREW],
+            Self::Several(columns) => columns,
+            Self::Fixed | Self::Spherical | Self::Free => &[],
+        }
+    }
+
+    /// Whether the pair needs an axis `n`.
+    #[must_use]
+    pub const fn has_axis(self) -> bool {
+        !self.columns().is_empty()
+    }
+
+    /// Whether the pair leaves no gap, `r = 0`: nothing translates the anchor of the child.
+    #[must_use]
+    pub fn closes_gap(self) -> bool {
+        let stays = self.columns().iter().all(|column| column.act == Act::Turn);
+        self != Self::Free && stays
+    }
+
+    /// Whether `m_1` and `n` change their roles when the sides of a joint do: an axis is fixed in
+    /// the child.
+    #[must_use]
+    pub fn swaps_axes(self) -> bool {
+        self.columns().iter().any(|column| matches!(column.axis, Axis::Child(_)))
+    }
+}
