@@ -108,7 +108,7 @@ impl JointCoordinate {
     /// freedom that do not exist.
     #[must_use]
     pub fn principal(joint: &Joint, freedom: usize) -> Option<Self> {
-        Self::of(joint, *joint.kind.properties().dof.get(freedom)?)
+        Self::of(joint, joint.kind.degree_of_freedom(freedom)?)
     }
 
     /// The coordinate of a degree of freedom that the joint, or a pair with the same axes, has.

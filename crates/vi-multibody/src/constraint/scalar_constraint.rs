@@ -11,6 +11,7 @@
 
 use crate::constraint::joint_coordinate::{JointCoordinate, Unwrapped};
 use crate::geometry::form::{Form, Row};
+use crate::pair::constraints::PairConstraint;
 use crate::pair::joint::Joint;
 use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
@@ -224,15 +225,15 @@ impl ScalarConstraint {
     /// The child's anchor stays on the line through the parent's anchor along its axis `n`.
     #[must_use]
     pub fn point_on_line(joint: &Joint) -> Self {
-        let rows = crate::pair::gap_on_axis(joint, &joint.gap());
+        let rows = PairConstraint::GapAlongAxis.rows(joint);
         Self::new(&joint.name, rows.into_iter().map(ScalarRow::Product).collect())
     }
 
     /// The child's anchor stays on the plane through the parent's anchor with normal `n`.
     #[must_use]
     pub fn point_on_plane(joint: &Joint) -> Self {
-        let row = Row::product(joint.parent.axis(2), joint.gap(), 0.0);
-        Self::new(&joint.name, vec![ScalarRow::Product(row)])
+        let rows = PairConstraint::GapAcrossAxis.rows(joint);
+        Self::new(&joint.name, rows.into_iter().map(ScalarRow::Product).collect())
     }
 
     /// `θ_a + ρ θ_b` has the value that it has at `q`, with principal angles: gears (`ρ` = teeth of

@@ -10,7 +10,7 @@
 use super::PairKind;
 
 /// A column of `S`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Column {
     /// What a unit of its increment does.
     pub act: Act,
@@ -19,7 +19,7 @@ pub struct Column {
 }
 
 /// What a unit of an increment does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Act {
     /// A translation.
     Slide,
@@ -30,7 +30,7 @@ pub enum Act {
 }
 
 /// The axis of a column: `m_1, m_2, n` by number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// Fixed in the parent.
     Parent(usize),
@@ -39,7 +39,7 @@ pub enum Axis {
 }
 
 /// The span of the columns `S` of a pair: how a body moves relative to its parent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MotionSubspace {
     /// With the parent.
     Fixed,
@@ -92,6 +92,51 @@ impl MotionSubspace {
             Self::Along(Act::Screw) => &[Column::SCREW],
             Self::Several(columns) => columns,
             Self::Fixed | Self::Spherical | Self::Free => &[],
+        }
+    }
+
+    /// Number of degrees of freedom.
+    #[must_use]
+    pub const fn dof(self) -> usize {
+        match self {
+            Self::Spherical => 3,
+            Self::Free => 6,
+            _ => self.columns().len(),
+        }
+    }
+
+    /// Where a rotation vector begins among the degrees of freedom, if there is one.
+    #[must_use]
+    pub const fn rotation_vector(self) -> Option<usize> {
+        match self {
+            Self::Spherical => Some(0),
+            Self::Free => Some(3),
+            _ => None,
+        }
+    }
+
+    /// Whether a degree of freedom is an angle; the others are lengths.
+    #[must_use]
+    pub fn is_angle(self, freedom: usize) -> bool {
+        match self.columns().get(freedom) {
+            Some(column) => column.act != Act::Slide,
+            None => self.rotation_vector().is_some_and(|first| freedom >= first),
+        }
+    }
+
+    /// Whether the pair leaves a translation along `m_1`, `m_2`, `n` (0, 1, 2) free, or a rotation
+    /// about them (3, 4, 5); one that comes with an advance, or about an axis of the child, is not.
+    #[must_use]
+    pub fn frees(self, component: usize) -> bool {
+        let is_it = |column: &Column| match (column.act, column.axis) {
+            (Act::Slide, Axis::Parent(axis)) => component == axis,
+            (Act::Turn, Axis::Parent(axis)) => component == 3 + axis,
+            _ => false,
+        };
+        match self {
+            Self::Spherical => component >= 3,
+            Self::Free => true,
+            _ => self.columns().iter().any(is_it),
         }
     }
 

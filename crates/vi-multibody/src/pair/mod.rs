@@ -1,11 +1,10 @@
-//! The kinematic pairs: LMO08 §5, one file each with the same sections in the same order.
+//! The kinematic pairs: LMO08 §5, one file each.
 //!
-//! 1. constraints `g_ex` as rows,
-//! 2. velocity map: `t² = X t¹ + S τ` at a configuration,
-//! 3. nodal reparametrization `F_d`: the motion of the child from that of the parent,
-//! 4. tangent: `S'` at the new configuration, with the tangent map of the increments,
-//! 5. removal of the round-off that the map transports: gap and relative attitude,
-//! 6. joint coordinates.
+//! A pair is data: the columns of `S` ([`columns`]) and the groups of rows of `g_ex`
+//! ([`constraints`]). From the columns follow the velocity map `t² = X t¹ + S τ`, the nodal
+//! reparametrization `F_d`, its tangent `S'`, the joint coordinates and what a joint transmits; from
+//! the constraints the rows and what removes the round-off of gap and attitude that `F_d`
+//! transports.
 //!
 //! # The joint table
 //!
@@ -74,10 +73,12 @@
 //! since `A¹ n_n = n_{n+1}`.
 
 pub mod columns;
+pub mod constraints;
 pub mod cylindrical;
 pub mod fixed;
 pub mod free;
 pub mod joint;
+mod maps;
 pub mod motion;
 pub mod planar;
 pub mod prismatic;
@@ -90,55 +91,79 @@ pub mod universal;
 pub use crate::geometry::twist::{Transfer, Twist};
 pub use motion::{Motion, VelocityMap};
 
-use crate::geometry::form::{Form, Row};
-use crate::pair::columns::MotionSubspace;
+use crate::geometry::form::Row;
+use crate::pair::columns::{Act, Axis, Column, MotionSubspace};
+use crate::pair::constraints::PairConstraint;
 use crate::pair::joint::{Joint, JointConfiguration};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use vi_rigid::rotation;
 
-/// Which kinematic pair.
-///
-/// ```
-/// use vi_multibody::PairKind;
-///
-/// for kind in PairKind::ALL {
-///     println!("{}: {} degrees of freedom", kind.name(), kind.dof());
-///     assert_eq!(kind.dof() + kind.constraints(), 6);
-/// }
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PairKind {
-    /// S.
-    Spherical,
-    /// R.
-    Revolute,
-    /// C.
-    Cylindrical,
-    /// P.
-    Prismatic,
-    /// E.
-    Planar,
-    /// No relative motion.
-    Fixed,
-    /// Two crossing axes: `n` of the parent, `m_1'` of the child.
-    Universal,
-    /// H: rotation with a proportional advance.
-    Screw(screw::Pitch),
-    /// No constraint: a root of the tree.
-    Free,
+/// The table of the pairs: a variant, its data if it has any with those of [`PairKind::ALL`], and
+/// its file.
+macro_rules! pairs {
+    ($($(#[$doc:meta])* $variant:ident $(($data:ty = $example:expr))? in $file:ident,)*) => {
+        /// Which kinematic pair.
+        ///
+        /// ```
+        /// use vi_multibody::PairKind;
+        ///
+        /// for kind in PairKind::ALL {
+        ///     println!("{}: {} degrees of freedom", kind.name(), kind.dof());
+        ///     assert_eq!(kind.dof() + kind.constraints(), 6);
+        /// }
+        /// ```
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum PairKind {
+            $($(#[$doc])* $variant $(($data))?,)*
+        }
+
+        impl PairKind {
+            /// Every pair; the screw with an advance of 0.1 m per radian.
+            pub const ALL: [Self; [$(stringify!($variant)),*].len()] =
+                [$(Self::$variant $(($example))?),*];
+
+            /// The row of the joint table.
+            #[must_use]
+            pub fn properties(self) -> &'static Properties {
+                match self {
+                    $(Self::$variant { .. } => &$file::PROPERTIES,)*
+                }
+            }
+        }
+    };
 }
 
-/// What is constant for a pair.
-#[derive(Clone, Copy, Debug, PartialEq)]
+pairs! {
+    /// S.
+    Spherical in spherical,
+    /// R.
+    Revolute in revolute,
+    /// C.
+    Cylindrical in cylindrical,
+    /// P.
+    Prismatic in prismatic,
+    /// E.
+    Planar in planar,
+    /// No relative motion.
+    Fixed in fixed,
+    /// H: rotation with a proportional advance.
+    Screw(screw::Pitch = screw::Pitch::new(0.1)) in screw,
+    /// Two crossing axes: `n` of the parent, `m_1'` of the child.
+    Universal in universal,
+    /// No constraint: a root of the tree.
+    Free in free,
+}
+
+/// What defines a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Properties {
     /// Name in model files.
     pub name: &'static str,
-    /// Its degrees of freedom, in the order of `τ` and `u`.
-    pub dof: &'static [DegreeOfFreedom],
-    /// The columns of `S`.
+    /// The columns of `S`, in the order of `τ` and `u`.
     pub motion: MotionSubspace,
+    /// The rows of `g_ex`, those of the gap before those of the axes.
+    pub constraints: &'static [PairConstraint],
 }
 
 /// What a degree of freedom of a pair is.
@@ -162,7 +187,23 @@ pub enum DegreeOfFreedom {
 
 impl DegreeOfFreedom {
     /// The angle about `n` from `m_1` to `m_1'`.
-    pub const ABOUT_AXIS: Self = Self::Angle { sine: [0, 1], cosine: [0, 0] };
+    pub const ABOUT_AXIS: Self = Self::about(2);
+
+    /// The angle about an axis of the parent.
+    const fn about(i: usize) -> Self {
+        let (first, second) = ((i + 1) % 3, (i + 2) % 3);
+        Self::Angle { sine: [first, second], cosine: [first, first] }
+    }
+
+    /// Of a column; that of an axis of the child is about `m_1'`, after a rotation about `n`:
+    /// `n = cos θ n' + sin θ m_2'`.
+    const fn of(column: Column) -> Self {
+        match (column.act, column.axis) {
+            (Act::Slide, Axis::Parent(i) | Axis::Child(i)) => Self::Length(i),
+            (_, Axis::Parent(i)) => Self::about(i),
+            (_, Axis::Child(_)) => Self::Angle { sine: [1, 2], cosine: [2, 2] },
+        }
+    }
 }
 
 /// The largest number of degrees of freedom of a pair.
@@ -177,99 +218,7 @@ pub struct TooLarge {
     pub angle: f64,
 }
 
-#[inline]
-pub(crate) fn check(angle: f64, index: usize) -> Result<(), TooLarge> {
-    if angle.abs() <= rotation::MAX_ROTATION { Ok(()) } else { Err(TooLarge { index, angle }) }
-}
-
-/// Rotation about the joint axis `n_n` by `angle`, less the identity.
-#[inline]
-pub(crate) fn about(axis: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
-    rotation::exp_minus_identity(&(angle * axis))
-}
-
-/// The rows `n·m_1'`, `n·m_2'`: parallel axes.
-pub(crate) fn parallel_axes(joint: &Joint) -> Vec<Row> {
-    let n = joint.parent.axis(2);
-    vec![
-        Row::product(n.clone(), joint.child.axis(0), 0.0),
-        Row::product(n, joint.child.axis(1), 0.0),
-    ]
-}
-
-/// The rows `m_1·m_2'`, `m_2·n'`, `n·m_1'`: equal attitude.
-pub(crate) fn equal_attitude(joint: &Joint) -> Vec<Row> {
-    let row = |i: usize, j: usize| Row::product(joint.parent.axis(i), joint.child.axis(j), 0.0);
-    vec![row(0, 1), row(1, 2), row(2, 0)]
-}
-
-/// The rows `m_1·r`, `m_2·r`: the gap stays on the axis.
-pub(crate) fn gap_on_axis(joint: &Joint, gap: &Form) -> Vec<Row> {
-    (0..2).map(|i| Row::product(joint.parent.axis(i), gap.clone(), 0.0)).collect()
-}
-
-/// Small rotation that brings `n'` onto `n`.
-pub(crate) fn align_axis(at: &JointConfiguration) -> Vector3<f64> {
-    at.axis_child(2).cross(&at.axis(2))
-}
-
-/// Small rotation that brings `(m_1', m_2', n')` onto `(m_1, m_2, n)`.
-pub(crate) fn align_attitude(at: &JointConfiguration) -> Vector3<f64> {
-    (0..3).map(|i| at.axis_child(i).cross(&at.axis(i))).sum::<Vector3<f64>>() * 0.5
-}
-
-/// Angle from `m_1` to `m_1'` about `n`, in `(−π, π]`.
-pub(crate) fn angle_about_axis(at: &JointConfiguration) -> f64 {
-    libm::atan2(at.axis_child(0).dot(&at.axis(1)), at.axis_child(0).dot(&at.axis(0)))
-}
-
-/// Translation of the child's centre that removes the part of the gap in directions that the pair
-/// does not allow.
-pub(crate) fn close_gap(at: &JointConfiguration, allowed: &[usize]) -> Vector3<f64> {
-    let mut gap = at.gap();
-    for &i in allowed {
-        gap -= at.axis(i) * at.axis(i).dot(&at.gap());
-    }
-    -gap
-}
-
-/// `$body` with the module of the pair as `$pair`.
-macro_rules! each_pair {
-    ($kind:expr, $pair:ident => $body:expr) => {
-        each_pair!($kind, $pair, $body;
-            Spherical spherical, Revolute revolute, Cylindrical cylindrical, Prismatic prismatic,
-            Planar planar, Fixed fixed, Screw screw, Universal universal, Free free)
-    };
-    ($kind:expr, $pair:ident, $body:expr; $($variant:ident $file:ident),*) => {
-        match $kind {
-            $(PairKind::$variant { .. } => {
-                use $file as $pair;
-                $body
-            })*
-        }
-    };
-}
-
 impl PairKind {
-    /// Every pair; the screw with an advance of 0.1 m per radian.
-    pub const ALL: [Self; 9] = [
-        Self::Spherical,
-        Self::Revolute,
-        Self::Cylindrical,
-        Self::Prismatic,
-        Self::Planar,
-        Self::Fixed,
-        Self::Screw(screw::Pitch::new(0.1)),
-        Self::Universal,
-        Self::Free,
-    ];
-
-    /// The row of the joint table.
-    #[must_use]
-    pub fn properties(self) -> &'static Properties {
-        each_pair!(self, pair => &pair::PROPERTIES)
-    }
-
     /// Its name in model files.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -279,17 +228,26 @@ impl PairKind {
     /// Number of degrees of freedom.
     #[must_use]
     pub fn dof(self) -> usize {
-        self.properties().dof.len()
+        self.properties().motion.dof()
+    }
+
+    /// What a degree of freedom is; `None` where there are fewer.
+    #[must_use]
+    pub fn degree_of_freedom(self, freedom: usize) -> Option<DegreeOfFreedom> {
+        let motion = self.properties().motion;
+        match motion.columns().get(freedom) {
+            Some(column) => Some(DegreeOfFreedom::of(*column)),
+            None if freedom >= motion.dof() => None,
+            None if motion.is_angle(freedom) => Some(DegreeOfFreedom::Rotation),
+            None => Some(DegreeOfFreedom::Position),
+        }
     }
 
     /// Number of its degrees of freedom that are joint coordinates, on which springs and motors
     /// act: the rotations of spherical and free joints are none.
     #[must_use]
     pub fn coordinate_count(self) -> usize {
-        let coordinate = |f: &&DegreeOfFreedom| {
-            matches!(f, DegreeOfFreedom::Length(_) | DegreeOfFreedom::Angle { .. })
-        };
-        self.properties().dof.iter().filter(coordinate).count()
+        self.properties().motion.columns().len()
     }
 
     /// Number of constraints `m_ex`.
@@ -310,32 +268,35 @@ impl PairKind {
         self.properties().motion.closes_gap()
     }
 
+    /// Whether the pair leaves everything free.
+    #[must_use]
+    pub fn is_free(self) -> bool {
+        self.properties().motion == MotionSubspace::Free
+    }
+
+    /// Whether the pair leaves nothing free.
+    #[must_use]
+    pub fn is_fixed(self) -> bool {
+        self.properties().motion == MotionSubspace::Fixed
+    }
+
     /// Which degrees of freedom are angles (the others are lengths).
     #[must_use]
     pub fn is_angle(self, freedom: usize) -> bool {
-        matches!(
-            self.properties().dof[freedom],
-            DegreeOfFreedom::Angle { .. } | DegreeOfFreedom::Rotation
-        )
+        self.properties().motion.is_angle(freedom)
     }
 
     /// Whether the pair transmits the force (0, 1, 2) or the moment (3, 4, 5) along `m_1`, `m_2`,
     /// `n`, about the child's anchor.
     #[must_use]
     pub fn transmits(self, component: usize) -> bool {
-        let is_free = |freedom: &DegreeOfFreedom| match *freedom {
-            DegreeOfFreedom::Length(axis) => component == axis,
-            DegreeOfFreedom::Position => component < 3,
-            DegreeOfFreedom::Rotation => component >= 3,
-            about => component == 5 && about == DegreeOfFreedom::ABOUT_AXIS,
-        };
-        self.pitch().is_some() || !self.properties().dof.iter().any(is_free)
+        !self.properties().motion.frees(component)
     }
 
     /// Where the rotation vector of a pair begins among its degrees of freedom, if it has one.
     #[must_use]
     pub fn rotation_vector(self) -> Option<usize> {
-        self.properties().dof.iter().position(|f| *f == DegreeOfFreedom::Rotation)
+        self.properties().motion.rotation_vector()
     }
 
     /// Advance of a screw, m per radian; `None` for other pairs.
@@ -344,16 +305,18 @@ impl PairKind {
         if let Self::Screw(pitch) = self { Some(pitch.into()) } else { None }
     }
 
-    /// The constraints `g_ex`.
+    /// The constraints `g_ex` but the thread of a screw.
     #[must_use]
     pub fn rows(self, joint: &Joint) -> Vec<Row> {
-        each_pair!(self, pair => pair::rows(joint))
+        self.properties().constraints.iter().flat_map(|group| group.rows(joint)).collect()
     }
 
     /// `X` and `S` at a configuration.
     #[must_use]
     pub fn velocity_map(self, at: &JointConfiguration) -> VelocityMap {
-        each_pair!(self, pair => pair::velocity_map(at))
+        let mut map = VelocityMap::new(Transfer::None, &[]);
+        self.write_velocity_map(at, &mut map);
+        map
     }
 
     /// `F_d`: the motion of the child from that of the parent and the increments `u`.
@@ -366,35 +329,37 @@ impl PairKind {
         parent: &Motion,
         at: &JointConfiguration,
     ) -> Result<Motion, TooLarge> {
-        each_pair!(self, pair => pair::reparametrize(u, parent, at))
+        maps::reparametrize(self.properties().motion, u, parent, at)
     }
 
     /// `X'` and `S'` at the new configuration.
     #[must_use]
     pub fn tangent(self, u: &[f64], at: &JointConfiguration) -> VelocityMap {
-        each_pair!(self, pair => pair::tangent(u, at))
+        let mut map = VelocityMap::new(Transfer::None, &[]);
+        self.write_tangent(u, at, &mut map);
+        map
     }
 
     /// `map ← X, S` at a configuration.
     pub fn write_velocity_map(self, at: &JointConfiguration, map: &mut VelocityMap) {
-        each_pair!(self, pair => map.copy_from(&pair::velocity_map(at)));
+        maps::write_velocity_map(self.properties().motion, at, map);
     }
 
     /// `map ← X', S'` at the new configuration.
     pub fn write_tangent(self, u: &[f64], at: &JointConfiguration, map: &mut VelocityMap) {
-        each_pair!(self, pair => map.copy_from(&pair::tangent(u, at)));
+        maps::write_tangent(self.properties().motion, u, at, map);
     }
 
     /// Small rotation of the child that removes round-off from the relative attitude.
     #[must_use]
     pub fn attitude_correction(self, at: &JointConfiguration) -> Vector3<f64> {
-        each_pair!(self, pair => pair::attitude_correction(at))
+        constraints::attitude_correction(self.properties().constraints, at)
     }
 
     /// Translation of the child that removes round-off from the gap.
     #[must_use]
     pub fn gap_correction(self, at: &JointConfiguration) -> Vector3<f64> {
-        each_pair!(self, pair => pair::gap_correction(at))
+        constraints::gap_correction(self.properties().constraints, at)
     }
 
     /// Joint coordinates at a configuration, lengths in m and angles in `(−π, π]`; the first
@@ -402,13 +367,8 @@ impl PairKind {
     /// relative attitude.
     #[must_use]
     pub fn coordinates(self, at: &JointConfiguration) -> [f64; MAX_DOF] {
-        each_pair!(self, pair => pair::coordinates(at))
+        maps::coordinates(self.properties().motion, at)
     }
-}
-
-/// Rotation vector of the relative attitude `(m', n')` against `(m, n)`, in inertial components.
-pub(crate) fn relative_rotation_vector(at: &JointConfiguration) -> Vector3<f64> {
-    rotation::vector(&(at.axes_child() * at.axes().transpose()))
 }
 
 #[cfg(test)]

@@ -26,11 +26,17 @@ impl VelocityMap {
         Self { transfer, s, dof: columns.len() }
     }
 
-    /// Becomes another map; of the columns only those that count are written.
+    /// Becomes `X` without columns.
     #[inline]
-    pub fn copy_from(&mut self, other: &Self) {
-        (self.transfer, self.dof) = (other.transfer, other.dof);
-        self.s[..other.dof].copy_from_slice(other.columns());
+    pub(super) fn begin(&mut self, transfer: Transfer) {
+        (self.transfer, self.dof) = (transfer, 0);
+    }
+
+    /// Adds a column of `S`.
+    #[inline]
+    pub(super) fn push(&mut self, column: Twist) {
+        self.s[self.dof] = column;
+        self.dof += 1;
     }
 
     /// The columns of `S`.

@@ -4,7 +4,7 @@
 //! The rows themselves ([`PairKind::rows`](super::PairKind::rows)) are forms over the coordinates,
 //! each evaluated on its own; here the rows of a joint share its gap and its axes.
 
-use super::PairKind;
+use super::constraints::PairConstraint;
 use crate::geometry::matrix::Columns;
 use crate::geometry::one_tree::{OneTree, Width, Xyz, sweep, three};
 use crate::geometry::space::{Space, Vector};
@@ -36,7 +36,7 @@ fn sweep_residuals<W: Width>(
     }
     for (joint, rows) in joints.iter().zip(rows) {
         let at = Sides::new(w, joint, [frames, &GROUND]);
-        at.write(joint.kind, &mut out[rows.clone()]);
+        at.write(&mut out[rows.clone()]);
     }
 }
 
@@ -68,7 +68,7 @@ fn sweep_rates<W: Width>(
     for (joint, rows) in joints.iter().zip(rows) {
         let at = Sides::new(w, joint, [frames, &GROUND]);
         let along = Sides::new(w, joint, [v, &[0.0; FRAME]]);
-        at.add_rates(&along, joint.kind, &mut out[rows.clone()]);
+        at.add_rates(&along, &mut out[rows.clone()]);
     }
 }
 
@@ -131,35 +131,24 @@ impl<'a, W: Width> Sides<'a, W> {
         self.child.mul(self.w.read(self.joint.child.axes.as_slice(), 3 * i))
     }
 
+    /// The products of the constraints.
     #[inline(always)]
-    fn write(&self, kind: PairKind, out: &mut [f64]) {
-        match kind {
-            PairKind::Spherical => self.w.write(self.gap(), out, 0),
-            PairKind::Revolute => {
-                self.w.write(self.gap(), out, 0);
-                self.parallel_axes(&mut out[3..]);
+    fn write(&self, out: &mut [f64]) {
+        let mut first = 0;
+        for constraint in self.joint.kind.properties().constraints {
+            let out = &mut out[first..];
+            match constraint {
+                PairConstraint::NoGap => self.w.write(self.gap(), out, 0),
+                PairConstraint::GapAlongAxis => self.gap_off_axis(out),
+                PairConstraint::GapAcrossAxis => out[0] = self.axis(2).dot(self.gap()),
+                PairConstraint::ParallelAxes => self.parallel_axes(out),
+                PairConstraint::EqualAttitude => self.equal_attitude(out),
+                PairConstraint::OrthogonalAxes => {
+                    out[0] = self.axis(2).dot(self.axis_child(0));
+                }
+                PairConstraint::Thread => {}
             }
-            PairKind::Cylindrical | PairKind::Screw(_) => {
-                self.gap_off_axis(out);
-                self.parallel_axes(&mut out[2..]);
-            }
-            PairKind::Prismatic => {
-                self.gap_off_axis(out);
-                self.equal_attitude(&mut out[2..]);
-            }
-            PairKind::Planar => {
-                out[0] = self.axis(2).dot(self.gap());
-                self.parallel_axes(&mut out[1..]);
-            }
-            PairKind::Fixed => {
-                self.w.write(self.gap(), out, 0);
-                self.equal_attitude(&mut out[3..]);
-            }
-            PairKind::Universal => {
-                self.w.write(self.gap(), out, 0);
-                out[3] = self.axis(2).dot(self.axis_child(0));
-            }
-            PairKind::Free => {}
+            first += constraint.count();
         }
     }
 
@@ -186,35 +175,25 @@ impl<'a, W: Width> Sides<'a, W> {
 
     /// The rates of the products of [`Sides::write`], `self` where they are and `along` a velocity.
     #[inline(always)]
-    fn add_rates(&self, along: &Self, kind: PairKind, out: &mut [f64]) {
-        match kind {
-            PairKind::Spherical => add(self.w, along.gap(), out),
-            PairKind::Revolute => {
-                add(self.w, along.gap(), out);
-                self.add_rate_of_axes(along, &mut out[3..]);
+    fn add_rates(&self, along: &Self, out: &mut [f64]) {
+        let mut first = 0;
+        for constraint in self.joint.kind.properties().constraints {
+            let out = &mut out[first..];
+            match constraint {
+                PairConstraint::NoGap => add(self.w, along.gap(), out),
+                PairConstraint::GapAlongAxis => self.add_rate_of_gap_off_axis(along, out),
+                PairConstraint::GapAcrossAxis => {
+                    out[0] += self.axis(2).dot(along.gap()) + along.axis(2).dot(self.gap());
+                }
+                PairConstraint::ParallelAxes => self.add_rate_of_axes(along, out),
+                PairConstraint::EqualAttitude => self.add_rate_of_attitude(along, out),
+                PairConstraint::OrthogonalAxes => {
+                    let (here, there) = (self.axis_child(0), along.axis_child(0));
+                    out[0] += self.axis(2).dot(there) + along.axis(2).dot(here);
+                }
+                PairConstraint::Thread => {}
             }
-            PairKind::Cylindrical | PairKind::Screw(_) => {
-                self.add_rate_of_gap_off_axis(along, out);
-                self.add_rate_of_axes(along, &mut out[2..]);
-            }
-            PairKind::Prismatic => {
-                self.add_rate_of_gap_off_axis(along, out);
-                self.add_rate_of_attitude(along, &mut out[2..]);
-            }
-            PairKind::Planar => {
-                out[0] += self.axis(2).dot(along.gap()) + along.axis(2).dot(self.gap());
-                self.add_rate_of_axes(along, &mut out[1..]);
-            }
-            PairKind::Fixed => {
-                add(self.w, along.gap(), out);
-                self.add_rate_of_attitude(along, &mut out[3..]);
-            }
-            PairKind::Universal => {
-                add(self.w, along.gap(), out);
-                let (here, there) = (self.axis_child(0), along.axis_child(0));
-                out[3] += self.axis(2).dot(there) + along.axis(2).dot(here);
-            }
-            PairKind::Free => {}
+            first += constraint.count();
         }
     }
 

@@ -9,20 +9,22 @@
 //! The thread `n·r − p θ` is the one row of all pairs that is not quadratic: the velocity-level
 //! hidden constraint holds to second order there, not to round-off.
 
+use super::Properties;
 use super::columns::{Act, MotionSubspace};
-use super::{
-    DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, cylindrical,
-};
-use crate::geometry::form::Row;
-use crate::pair::joint::{Joint, JointConfiguration};
-use nalgebra::Vector3;
+use super::constraints::PairConstraint;
+use super::joint::{Joint, JointConfiguration};
+use super::maps::angle_about;
 use serde::{Deserialize, Serialize};
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "screw",
-    dof: &[DegreeOfFreedom::ABOUT_AXIS],
     motion: MotionSubspace::Along(Act::Screw),
+    constraints: &[
+        PairConstraint::GapAlongAxis,
+        PairConstraint::ParallelAxes,
+        PairConstraint::Thread,
+    ],
 };
 
 /// Advance of a screw, m per radian; compared bit by bit.
@@ -50,72 +52,20 @@ impl From<Pitch> for f64 {
     }
 }
 
-/// The rows of a cylindrical pair; the fifth is the thread, `ScalarRow::thread`.
-#[must_use]
-pub fn rows(joint: &Joint) -> Vec<Row> {
-    cylindrical::rows(joint)
-}
-
 /// Moves the child's anchor along the axis to where the thread holds in the configuration `q` of
 /// all frames.
 pub fn fit_thread(joint: &mut Joint, q: &[f64]) {
-    let at = joint.configuration(q);
-    let excess = at.gap().dot(&at.axis(2)) - at.pitch() * super::angle_about_axis(&at);
+    let excess = excess(&joint.configuration(q));
     joint.child.anchor -= excess * joint.child.axes.column(2);
 }
 
-/// `X = [I −ĉ; 0 I]`, `S = (p n + ϱ²×n, n)`.
-#[must_use]
-#[inline]
-pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
-    let n = at.axis(2);
-    let slide = at.pitch() * n + at.rho_child().cross(&n);
-    VelocityMap::new(Transfer::Rigid(at.c()), &[Twist::new(slide, n)])
+/// `n·r − p θ` with `θ` in `(−π, π]`.
+fn excess(at: &JointConfiguration) -> f64 {
+    at.gap().dot(&at.axis(2)) - at.pitch() * angle_about(at, 2)
 }
 
-/// `A² = A¹ exp(ϑ n̂_n)`, slide `p ϑ n_n`.
-///
-/// # Errors
-/// [`TooLarge`].
-#[inline]
-pub fn reparametrize(
-    u: &[f64],
-    parent: &Motion,
-    at: &JointConfiguration,
-) -> Result<Motion, TooLarge> {
-    super::check(u[0], 0)?;
-    let n = at.axis(2);
-    Ok(parent.child(at, &super::about(&n, u[0]), &(at.pitch() * u[0] * n), &at.gap())) // [5.5]
-}
-
-/// As the velocity map.
-#[must_use]
-#[inline]
-pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
-    velocity_map(at)
-}
-
-/// `n'` onto `n`.
-#[must_use]
-#[inline]
-pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
-    super::align_axis(at)
-}
-
-/// The gap across the axis, and along it the residual of the thread (to the nearest revolution).
-#[must_use]
-#[inline]
-pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
-    let (n, lead) = (at.axis(2), std::f64::consts::TAU * at.pitch());
-    let mut excess = at.gap().dot(&n) - at.pitch() * super::angle_about_axis(at);
-    if lead != 0.0 {
-        excess -= lead * (excess / lead).round();
-    }
-    super::close_gap(at, &[2]) - excess * n
-}
-
-/// `θ`.
-#[must_use]
-pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
-    [super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0, 0.0]
+/// The same to the nearest revolution.
+pub(super) fn excess_to_revolution(at: &JointConfiguration) -> f64 {
+    let (excess, lead) = (excess(at), std::f64::consts::TAU * at.pitch());
+    if lead == 0.0 { excess } else { excess - lead * (excess / lead).round() }
 }
