@@ -77,19 +77,24 @@ impl JointKind {
     /// Whether it needs an `axis`.
     #[must_use]
     pub fn has_axis(self) -> bool {
-        !matches!(self, Self::Spherical | Self::Fixed)
+        self.pair(None).has_axis()
     }
 
     /// Whether it needs an `axis2`.
     #[must_use]
     pub fn has_second_axis(self) -> bool {
-        self == Self::Universal
+        self.pair(None).properties().motion.swaps_axes()
     }
 
     /// Whether it may state a `first_axis`.
     #[must_use]
     pub fn has_first_axis(self) -> bool {
         self.has_axis() && !self.has_second_axis()
+    }
+
+    /// Whether its first axis is one of a body, not of the joint alone, where none is stated.
+    pub(crate) fn turns_first_axis(self) -> bool {
+        self.pair(None).properties().motion.translates_across_axis()
     }
 }
 

@@ -7,9 +7,7 @@ use vi_multibody::joint::complete_axis;
 use super::load::Frame;
 use super::reference_frame::MovingFrame;
 use super::start::is_ground;
-use super::{
-    Bar, Beam, Body, Constraint, Curve, Joint, JointKind, Load, Normal, Particle, Spring, Twist,
-};
+use super::{Bar, Beam, Body, Constraint, Curve, Joint, Load, Normal, Particle, Spring, Twist};
 
 /// A body; with `by_joints`, its velocities follow from its joints unless it states some.
 pub(super) fn body(body: &mut Body, frame: &MovingFrame, by_joints: bool) {
@@ -123,7 +121,7 @@ pub(super) fn bar(bar: &mut Bar, frame: &MovingFrame) {
 pub(super) fn joint(joint: &mut Joint, frame: &MovingFrame) {
     joint.relative_to = None;
     if frame.rotation != Matrix3::identity() && joint.first_axis.is_none() {
-        let by_bodies = [JointKind::Planar, JointKind::Universal].contains(&joint.kind);
+        let by_bodies = joint.kind.turns_first_axis() || joint.kind.has_second_axis();
         let stated = joint.axis.map(Vector3::from).filter(|axis| axis.amax() >= 1e-100);
         match stated {
             Some(axis) if !by_bodies => {

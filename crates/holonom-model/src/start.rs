@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 use vi_multibody::joint::complete_axis_in;
+use vi_multibody::pair::constraints::PairConstraint;
 
 use super::problem::{Inconsistency, Level};
-use super::{Bar, Beam, Body, GROUND, Joint, JointKind, Model, Particle, Spring, spatial};
+use super::{Bar, Beam, Body, GROUND, Joint, Model, Particle, Spring, spatial};
 
 /// `φ` and the triad of a node.
 type Node = (Vector3<f64>, Matrix3<f64>);
@@ -95,7 +96,7 @@ impl<'a> StartPoints<'a> {
     /// parent is the ground.
     #[must_use]
     pub fn first_axis(&self, joint: &Joint) -> Option<[f64; 3]> {
-        if joint.first_axis.is_some() || joint.kind != JointKind::Planar {
+        if joint.first_axis.is_some() || !joint.kind.turns_first_axis() {
             return joint.first_axis;
         }
         let axis = joint.axis.map(Vector3::from).filter(|axis| axis.amax() >= 1e-100)?;
@@ -167,15 +168,13 @@ fn missed(key: String, distance: f64, tolerance: f64, detail: String) -> Option<
 fn gap(joint: &Joint, gap: Vector3<f64>) -> f64 {
     let axis = joint.axis.map(|a| Vector3::from(a).normalize()).unwrap_or_default();
     let along = gap.dot(&axis);
-    match joint.kind {
-        JointKind::Spherical | JointKind::Revolute | JointKind::Fixed | JointKind::Universal => {
-            gap.norm()
-        }
-        JointKind::Cylindrical | JointKind::Prismatic | JointKind::Screw => {
-            (gap - axis * along).norm()
-        }
-        JointKind::Planar => along.abs(),
-    }
+    let open = |constraint: &PairConstraint| match constraint {
+        PairConstraint::NoGap => gap.norm(),
+        PairConstraint::GapAlongAxis => (gap - axis * along).norm(),
+        PairConstraint::GapAcrossAxis => along.abs(),
+        _ => 0.0,
+    };
+    joint.kind.pair(None).properties().constraints.iter().map(open).fold(0.0, f64::max)
 }
 
 fn triple(v: Vector3<f64>) -> String {

@@ -10,7 +10,6 @@ use vi_core::Configuration;
 use vi_multibody::joint::Joint;
 use vi_multibody::loop_survey::{LoopSurvey, survey};
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::pair::PairKind;
 
 /// Angles up to which axes are taken to be meant parallel or perpendicular, rad.
 const MEANT: f64 = 0.2;
@@ -180,10 +179,7 @@ fn locked(mechanism: &Mechanism, found: &LoopSurvey, q: &[f64], tolerance: f64) 
 
 /// The direction of the axis of a joint about which it turns; `None` where it has none.
 fn turns_about(joint: &Joint, q: &[f64]) -> Option<Vector3<f64>> {
-    let turns = matches!(
-        joint.kind,
-        PairKind::Revolute | PairKind::Cylindrical | PairKind::Screw(_) | PairKind::Planar
-    );
+    let turns = joint.kind.properties().motion.rotates_about_axis();
     turns.then(|| joint.configuration(q).axis(2))
 }
 
@@ -208,7 +204,7 @@ fn flaw<'a>(mechanism: &'a Mechanism, found: &LoopSurvey, q: &[f64]) -> Option<F
     if off > ROUNDING {
         return Some(Flaw::Turned(&joint.name, off));
     }
-    let slides = own().filter(|joint| joint.kind == PairKind::Prismatic);
+    let slides = own().filter(|joint| joint.kind.properties().motion.only_translates());
     let across = |joint: &'a Joint| {
         let n = joint.configuration(q).axis(2);
         (joint, n.dot(main).abs().min(1.0).asin())

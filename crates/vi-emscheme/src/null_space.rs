@@ -39,7 +39,9 @@ use vi_core::sparse::Entries;
 use vi_multibody::PairKind;
 use vi_multibody::joint::JointConfiguration;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::pair::{Transfer, Twist, VelocityMap};
+use vi_multibody::pair::columns::{Act, Axis};
+use vi_multibody::pair::constraints::PairConstraint;
+use vi_multibody::pair::{MAX_DOF, Transfer, Twist, VelocityMap};
 use vi_multibody::particle::ParticleTree;
 use vi_multibody::tree::{Link, Tree};
 
@@ -240,33 +242,28 @@ impl AveragedTree {
 }
 
 fn is_averaged(kind: PairKind) -> bool {
-    use PairKind::{Cylindrical, Fixed, Free, Planar, Prismatic, Revolute, Spherical, Universal};
-    matches!(
-        kind,
-        Spherical | Revolute | Cylindrical | Prismatic | Planar | Fixed | Universal | Free
-    )
+    kind.properties().motion.columns().iter().all(|column| column.act != Act::Screw)
 }
 
 /// `X̄`, `S̄` at the averaged configuration.
 fn averaged_map(link: &Link, reversed: bool, at: &JointConfiguration) -> VelocityMap {
-    let axis = |i: usize| if reversed { at.axis_child(i) } else { at.axis(i) };
-    let slide = |along: Vector3<f64>| Twist::new(along, Vector3::zeros());
-    let n = axis(2);
-    let rigid = Transfer::Rigid(at.c());
-    match link.joint.kind {
-        PairKind::Cylindrical => {
-            let arm = if reversed { at.rho_child() - at.gap() } else { at.rho_child() };
-            let turn = Twist::new(arm.cross(&n), n);
-            VelocityMap::new(rigid, &[slide(axis(0).cross(&axis(1))), turn])
-        }
-        PairKind::Prismatic => VelocityMap::new(rigid, &[slide(axis(0).cross(&axis(1)))]),
-        PairKind::Planar => {
-            let slides = [slide(axis(1).cross(&n)), slide(n.cross(&axis(0)))];
-            let turn = Twist::new(at.rho_child().cross(&n), n);
-            VelocityMap::new(rigid, &[slides[0], slides[1], turn])
-        }
-        kind => kind.velocity_map(at),
+    let properties = link.joint.kind.properties();
+    let columns = properties.motion.columns();
+    if columns.iter().all(|column| column.act != Act::Slide) {
+        return link.joint.kind.velocity_map(at);
     }
+    let axis = |i: usize| if reversed { at.axis_child(i) } else { at.axis(i) };
+    let carries_gap = reversed && properties.constraints.contains(&PairConstraint::GapAlongAxis);
+    let arm = if carries_gap { at.rho_child() - at.gap() } else { at.rho_child() };
+    let mut twists = [Twist::zero(); MAX_DOF];
+    for (twist, column) in twists.iter_mut().zip(columns) {
+        let (Axis::Parent(i) | Axis::Child(i)) = column.axis;
+        *twist = match column.act {
+            Act::Slide => Twist::new(axis((i + 1) % 3).cross(&axis((i + 2) % 3)), Vector3::zeros()),
+            _ => Twist::new(arm.cross(&axis(i)), axis(i)),
+        };
+    }
+    VelocityMap::new(Transfer::Rigid(at.c()), &twists[..columns.len()])
 }
 
 impl<C> DiscreteNullSpace<C> for AveragedTree {

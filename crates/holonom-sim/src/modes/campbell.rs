@@ -15,7 +15,7 @@ use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::{FrameId, PairKind};
+use vi_multibody::{FrameId, Joint};
 use vi_statics::SteadyRotation;
 
 /// Modes beyond those asked for, so that one that leaves the lowest is still followed.
@@ -107,9 +107,9 @@ fn axis(model: &Model) -> Result<SteadyRotation, ModesError> {
 
 /// One radian per second about the first hinge with the ground.
 fn hinge(mechanism: &Mechanism) -> Option<SteadyRotation> {
-    let turns = |kind: PairKind| matches!(kind, PairKind::Revolute | PairKind::Cylindrical);
+    let turns = |joint: &Joint| joint.kind.properties().motion.rotates_about_line();
     let mut joints = mechanism.description().joints.iter();
-    let joint = joints.find(|joint| turns(joint.kind) && joint.parent.frame == FrameId::Ground)?;
+    let joint = joints.find(|joint| turns(joint) && joint.parent.frame == FrameId::Ground)?;
     let q = mechanism.initial_configuration();
     let (point, axis) = (joint.parent.point().at(&q), joint.parent.axis(2).at(&q));
     Some(SteadyRotation { point, velocity: axis.normalize() })

@@ -58,7 +58,7 @@ impl JointPart {
             Geometry::Sides(joint) => return Ok(Joint::clone(joint)),
         };
         let (kind, frames) = (described.kind, described.frames);
-        let points = described.anchors.or((kind == PairKind::Free).then(Default::default));
+        let points = described.anchors.or(kind.is_free().then(Default::default));
         let points = points.ok_or_else(|| BuildError::MissingAnchor { joint: name.clone() })?;
         if kind.has_axis() && described.axis.is_none() {
             let pair = kind.name();
@@ -74,9 +74,9 @@ impl JointPart {
         let axes = match (&described.axis, &described.second_axis) {
             (Some(axis), None) => {
                 let n = direction(element, "axis", axis)?;
-                match kind {
-                    PairKind::Planar => complete_axis_in(&carrier(frames, bodies), &n),
-                    _ => complete_axis(&n),
+                match kind.properties().motion.translates_across_axis() {
+                    true => complete_axis_in(&carrier(frames, bodies), &n),
+                    false => complete_axis(&n),
                 }
             }
             (Some(axis), Some(second)) => {

@@ -8,8 +8,8 @@
 use crate::mechanism::BodySpec;
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::Description;
+use crate::pair::Twist;
 use crate::pair::joint::{FrameId, Joint};
-use crate::pair::{PairKind, Twist};
 use crate::tree::Link;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -106,9 +106,8 @@ pub fn apply(
         for (link, number) in links.iter().zip(&numbers) {
             let body = &description.bodies[link.frame];
             let rates = number.and_then(stated);
-            let moved = any || link.joint.kind == PairKind::Fixed;
-            twists[link.frame] = if still[link.frame] && link.joint.kind != PairKind::Free && moved
-            {
+            let moved = any || link.joint.kind.is_fixed();
+            twists[link.frame] = if still[link.frame] && !link.joint.kind.is_free() && moved {
                 transmitted(&mechanism, link, &q, &twists, rates.unwrap_or_default())
             } else {
                 Twist::new(body.velocity, body.omega)
@@ -163,7 +162,7 @@ fn rigid_groups(beams: &[Range<usize>], description: &Description) -> Vec<Group>
     for (k, beam) in beams.iter().enumerate() {
         group_of[beam.clone()].fill(Some(k));
     }
-    for joint in description.joints.iter().filter(|joint| joint.kind == PairKind::Fixed) {
+    for joint in description.joints.iter().filter(|joint| joint.kind.is_fixed()) {
         if let [FrameId::Frame(a), FrameId::Frame(b)] = [joint.parent.frame, joint.child.frame] {
             for (own, other) in [(a, b), (b, a)] {
                 let k = *group_of[own].get_or_insert_with(|| {

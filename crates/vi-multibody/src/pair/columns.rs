@@ -140,6 +140,45 @@ impl MotionSubspace {
         }
     }
 
+    /// Which column of the reversed joint is, with the other sign, a column of this one; `None`
+    /// for a translation along an axis of one body that turns relative to the other.
+    #[must_use]
+    pub fn reversed(self, freedom: usize) -> Option<usize> {
+        let columns = self.columns();
+        let Some(column) = columns.get(freedom) else { return Some(freedom) };
+        if self.swaps_axes() {
+            return Some(columns.len() - 1 - freedom);
+        }
+        let keeps = |other: &Column| other.act == Act::Slide || other.axis == column.axis;
+        (column.act != Act::Slide || columns.iter().all(keeps)).then_some(freedom)
+    }
+
+    /// Whether all its rotations are about `n`, with an advance or without, and there is one.
+    #[must_use]
+    pub fn rotates_about_axis(self) -> bool {
+        let mut turns = self.columns().iter().filter(|column| column.act != Act::Slide).peekable();
+        turns.peek().is_some() && turns.all(|turn| turn.axis == Axis::Parent(2))
+    }
+
+    /// Whether it can rotate, without an advance, about a line that is fixed in the parent.
+    #[must_use]
+    pub fn rotates_about_line(self) -> bool {
+        let about_n = self.columns().contains(&Column::ABOUT_N);
+        about_n && self.columns().iter().all(|column| column.axis == Axis::Parent(2))
+    }
+
+    /// Whether it translates along axes and does not rotate.
+    #[must_use]
+    pub fn only_translates(self) -> bool {
+        self.has_axis() && self.columns().iter().all(|column| column.act == Act::Slide)
+    }
+
+    /// Whether something translates along `m_1` or `m_2`: their directions count, too.
+    #[must_use]
+    pub fn translates_across_axis(self) -> bool {
+        self.columns().iter().any(|c| c.act == Act::Slide && c.axis != Axis::Parent(2))
+    }
+
     /// Whether the pair needs an axis `n`.
     #[must_use]
     pub const fn has_axis(self) -> bool {
@@ -158,5 +197,52 @@ impl MotionSubspace {
     #[must_use]
     pub fn swaps_axes(self) -> bool {
         self.columns().iter().any(|column| matches!(column.axis, Axis::Child(_)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is said of each pair in words, from its columns.
+    #[test]
+    fn what_follows_from_the_columns() {
+        let line = |kind: PairKind| {
+            let motion = kind.properties().motion;
+            let said = [
+                (motion.has_axis(), "axis"),
+                (motion.closes_gap(), "no gap"),
+                (motion.swaps_axes(), "swaps axes"),
+                (motion.rotates_about_axis(), "about n"),
+                (motion.rotates_about_line(), "about a line"),
+                (motion.only_translates(), "translates"),
+                (motion.translates_across_axis(), "across n"),
+                (kind.is_free(), "free"),
+                (kind.is_fixed(), "fixed"),
+            ];
+            let said: Vec<&str> =
+                said.iter().filter(|(is, _)| *is).map(|(_, text)| *text).collect();
+            let reversed: Vec<_> =
+                (0..motion.columns().len()).map(|k| motion.reversed(k)).collect();
+            let rows: usize = kind.properties().constraints.iter().map(|c| c.count()).sum();
+            assert_eq!(motion.dof() + rows, 6, "{kind:?}");
+            format!("{} {}: {} {reversed:?}", kind.name(), motion.dof(), said.join(", "))
+        };
+        let found = PairKind::ALL.map(line);
+        println!("{}", found.join("\n"));
+        assert_eq!(
+            found,
+            [
+                "spherical 3: no gap []",
+                "revolute 1: axis, no gap, about n, about a line [Some(0)]",
+                "cylindrical 2: axis, about n, about a line [Some(0), Some(1)]",
+                "prismatic 1: axis, translates [Some(0)]",
+                "planar 3: axis, about n, across n [None, None, Some(2)]",
+                "fixed 0: no gap, fixed []",
+                "screw 1: axis, about n [Some(0)]",
+                "universal 2: axis, no gap, swaps axes [Some(1), Some(0)]",
+                "free 6: free []",
+            ]
+        );
     }
 }

@@ -9,7 +9,7 @@
 #![allow(non_snake_case)] // J, T, B, D, M, R
 
 use crate::mechanism::Mechanism;
-use crate::pair::{PairKind, Twist};
+use crate::pair::Twist;
 use crate::tree::{Link, Tree};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use vi_core::linear::Singular;
@@ -182,7 +182,7 @@ fn write(a: &Vector3<f64>, b: &Vector3<f64>, x: &mut [f64]) {
 
 /// Free roots: `(u_φ, θ) ← (T(D y_θ) D y_φ + h v̄, D y_θ)` with the triad `D` of the root at `q`.
 pub(super) fn to_increments(tree: &Tree, flight: &Flight, q: &[f64], y: &mut [f64]) {
-    for link in tree.links().iter().filter(|link| link.joint.kind == PairKind::Free) {
+    for link in tree.links().iter().filter(|link| link.joint.kind.is_free()) {
         let own = &mut y[link.offset..link.offset + 6];
         Screw::new(&q[12 * link.frame..], own).write_increment(flight, own);
     }

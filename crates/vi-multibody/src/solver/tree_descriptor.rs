@@ -24,7 +24,7 @@
 #![allow(non_snake_case)] // B, K, S, X
 
 use crate::mechanism::Mechanism;
-use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
+use crate::pair::{Motion, Transfer, Twist, VelocityMap};
 use crate::solver::member_blocks::{MemberBlocks, Span};
 use crate::solver::screws::{self, Flight};
 use crate::solver::sparse_nodal::{extent, with_floors};
@@ -293,7 +293,7 @@ impl TreeDescriptor {
 /// Takes screws as the unknowns of free roots in their velocity maps.
 fn chain_screws(tree: &Tree, at: (&[f64], Option<&[f64]>), maps: &mut [VelocityMap]) {
     for (link, map) in tree.links().iter().zip(maps) {
-        if link.joint.kind == PairKind::Free {
+        if link.joint.kind.is_free() {
             let mut columns = map.s.map(|twist| twist.to_vector());
             screws::chain(link, at, &mut columns);
             map.s = columns.map(|column| Twist::from_vector(&column));

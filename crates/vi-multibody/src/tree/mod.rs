@@ -12,7 +12,7 @@
 pub mod particle;
 
 use crate::pair::joint::{FrameId, GROUND, Joint, JointConfiguration};
-use crate::pair::{Motion, PairKind, Twist, VelocityMap};
+use crate::pair::{Motion, Twist, VelocityMap};
 use nalgebra::{DMatrix, Vector3};
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::Interval;
@@ -102,11 +102,7 @@ impl Tree {
         }
         let reversed = joint.reversed();
         let link = link(joint.parent.frame).filter(|link| link.joint == reversed)?;
-        let column = match joint.kind {
-            PairKind::Universal => 1 - freedom,
-            PairKind::Planar if freedom < 2 => return None,
-            _ => freedom,
-        };
+        let column = joint.kind.properties().motion.reversed(freedom)?;
         Some(SignedUnknown { index: link.offset + column, sign: -1.0 })
     }
 

@@ -12,7 +12,7 @@
 #![allow(non_snake_case)] // J, R
 
 use crate::mechanism::Mechanism;
-use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
+use crate::pair::{Motion, Transfer, Twist, VelocityMap};
 use crate::solver::member_blocks::Span;
 use crate::solver::screws::{Flight, RootMap, Screw};
 use crate::tree::particle::{Carrier, ParticleTree};
@@ -56,7 +56,7 @@ pub struct VelocityLayout {
 }
 
 fn is_free_root(link: &Link) -> bool {
-    link.parent.is_none() && link.joint.kind == PairKind::Free
+    link.parent.is_none() && link.joint.kind.is_free()
 }
 
 impl VelocityLayout {
