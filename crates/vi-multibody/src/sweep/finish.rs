@@ -5,7 +5,7 @@ use super::place::{Place, balance};
 use crate::geometry::matrix::Columns;
 use crate::geometry::one_tree::three;
 use crate::geometry::space::{Number, Space, Vector};
-use crate::pair::PairKind;
+use crate::pair::constraints::PairConstraint;
 use crate::tree::SLACK;
 use vi_core::interval::rounding_error;
 
@@ -204,28 +204,21 @@ fn is_in_place<S: Space>(
     let one = s.vector([1.0; 3]);
     let lengths = S::Vector::dots([(d1, d1), (d2, d2), (d3, d3)]) - one;
     let angles = S::Vector::dots([(d1, d2), (d1, d3), (d2, d3)]);
-    let rigid = s.both(s.within(lengths, SLACK), s.within(angles, SLACK));
+    let mut in_place = s.both(s.within(lengths, SLACK), s.within(angles, SLACK));
     let (d, at) = (&own.d, &parent.d);
-    let joint = match link.kind {
-        PairKind::Spherical | PairKind::Free => return rigid,
-        PairKind::Revolute => s.within(off_axis(s, link, d, at, 2), SLACK),
-        PairKind::Universal => s.within(cosine(s, link, d, at), SLACK),
-        PairKind::Fixed => s.within(attitude(s, link, d, at), SLACK),
-        PairKind::Prismatic => s.both(
-            s.within(attitude(s, link, d, at), SLACK),
-            s.within(across_axis(s, link, own, parent), SLACK),
-        ),
-        PairKind::Cylindrical => s.both(
-            s.within(off_axis(s, link, d, at, 2), SLACK),
-            s.within(across_axis(s, link, own, parent), SLACK),
-        ),
-        PairKind::Planar => s.both(
-            s.within(off_axis(s, link, d, at, 2), SLACK),
-            s.within(along_axis(s, link, at, own.gap(s, link, parent)), SLACK),
-        ),
-        PairKind::Screw(_) => s.within(one, 0.0),
-    };
-    s.both(rigid, joint)
+    for constraint in link.pair.constraints {
+        let off = match constraint {
+            PairConstraint::NoGap => continue,
+            PairConstraint::GapAlongAxis => across_axis(s, link, own, parent),
+            PairConstraint::GapAcrossAxis => along_axis(s, link, at, own.gap(s, link, parent)),
+            PairConstraint::ParallelAxes => off_axis(s, link, d, at, 2),
+            PairConstraint::EqualAttitude => attitude(s, link, d, at),
+            PairConstraint::OrthogonalAxes => cosine(s, link, d, at),
+            PairConstraint::Thread => one,
+        };
+        in_place = s.both(in_place, s.within(off, SLACK));
+    }
+    in_place
 }
 
 /// Small rotation that brings axis `i` of a link onto that of its parent.

@@ -6,7 +6,7 @@ use crate::geometry::matrix::{Columns, Screw, Spatial};
 use crate::geometry::one_tree::One;
 use crate::geometry::space::{Space, Store, Vector};
 use crate::mechanism::Mechanism;
-use crate::pair::PairKind;
+use crate::pair::Properties;
 use crate::pair::joint::FrameId;
 use crate::sweep::body_masses::body_masses;
 use crate::sweep::columns::Motion;
@@ -19,7 +19,8 @@ use vi_core::linear::norm_inf;
 /// Constants of a link; vectors in the directors of its parent or in its own.
 #[derive(Clone, Debug)]
 pub(crate) struct Link<M: Store> {
-    pub(crate) kind: PairKind,
+    /// What defines its pair.
+    pub(crate) pair: &'static Properties,
     pub(crate) motion: Motion,
     /// Advance of a screw, m per radian.
     pub(crate) pitch: M::Constant,
@@ -179,7 +180,7 @@ fn constants_of(
     let euler = mass.fixed_view::<3, 3>(1, 1) - first * a.transpose() - a * first.transpose()
         + m * a * a.transpose();
     Some(Link {
-        kind,
+        pair: kind.properties(),
         motion: Motion::of(kind),
         pitch: kind.pitch().unwrap_or(0.0),
         closes_gap: kind.closes_gap(),
@@ -204,5 +205,5 @@ fn constants_of(
 
 /// From the centre of a link to its reference point, its own directors.
 fn reference(link: &tree::Link) -> Vector3<f64> {
-    if link.joint.kind == PairKind::Free { Vector3::zeros() } else { link.joint.child.anchor }
+    if link.joint.kind.is_free() { Vector3::zeros() } else { link.joint.child.anchor }
 }
