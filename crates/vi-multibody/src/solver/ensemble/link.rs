@@ -11,8 +11,7 @@ pub(super) const MOST: usize = 8;
 
 /// Whether two links differ in numbers only.
 fn are_alike(a: &Link<One>, b: &Link<One>) -> bool {
-    let kinds = std::mem::discriminant(&a.kind) == std::mem::discriminant(&b.kind);
-    kinds
+    a.pair == b.pair
         && (a.parent, a.frame, a.unknown) == (b.parent, b.frame, b.unknown)
         && a.is_diagonal == b.is_diagonal
 }
@@ -34,7 +33,7 @@ pub(super) fn links<T: Register>(
         let (own, of) = (&first[i], |k: usize| &members[k][i]);
         let vector = |of: &dyn Fn(usize) -> [f64; 3]| three(|i| lanes.gather(|k| of(k)[i]));
         Link {
-            kind: own.kind,
+            pair: own.pair,
             motion: own.motion,
             closes_gap: own.closes_gap,
             parent: own.parent,
