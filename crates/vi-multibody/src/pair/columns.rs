@@ -9,7 +9,7 @@
 
 use super::PairKind;
 
-/// A column of `S`.
+/// A column of `S`; translations are along axes of the parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Column {
     /// What a unit of its increment does.

@@ -2,7 +2,7 @@
 //! step starts from.
 
 use crate::geometry::lane_vectors::Transfer;
-use crate::pair::PairKind;
+use crate::pair::columns::MotionSubspace;
 use crate::sweep::body_masses::body_masses;
 use crate::tree::Tree;
 use nalgebra::Matrix4;
@@ -18,7 +18,10 @@ pub(super) struct Link {
     pub frame: usize,
     /// The parent; the number of links for the ground.
     pub parent: usize,
-    pub kind: PairKind,
+    /// What its joint leaves free.
+    pub motion: MotionSubspace,
+    /// About what it turns relative to its parent.
+    pub turns: Turns,
     pub transfer: Transfer,
     /// First unknown and number of unknowns.
     pub offset: usize,
@@ -39,6 +42,32 @@ pub(super) struct Link {
     pub pitch: f64,
     /// Masses of the centre and of the directors.
     pub mass: [f64; 4],
+}
+
+/// The unknowns of a joint, by number, that turn the child.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Turns {
+    None,
+    /// About `n'`.
+    About(usize),
+    /// About `n`, then about `m_1'`.
+    Twice([usize; 2]),
+    /// By a rotation vector, whatever the parent does.
+    Vector(usize),
+}
+
+impl Turns {
+    fn of(motion: MotionSubspace) -> Self {
+        if let Some(first) = motion.rotation_vector() {
+            return Self::Vector(first);
+        }
+        let mut turns = (0..motion.columns().len()).filter(|&k| motion.is_angle(k));
+        match (turns.next(), turns.next()) {
+            (None, _) => Self::None,
+            (Some(k), None) => Self::About(k),
+            (Some(first), Some(second)) => Self::Twice([first, second]),
+        }
+    }
 }
 
 /// What of a link depends on `q_n` alone.
@@ -74,7 +103,7 @@ impl Start {
         let within = |frame: &Triad, x: &[f64; 3]| frame.map(|d| dot(&d, x));
         let relative = d.map(|d| within(&parent.d, &d));
         let arm = minus(&center, &parent.center);
-        let lever = if link.kind.closes_gap() {
+        let lever = if link.motion.closes_gap() {
             link.anchor_parent
         } else {
             within(&parent.d, &plus(&arm, &combination(&d, &link.anchor_child)))
@@ -108,22 +137,24 @@ pub(super) fn links(tree: &Tree, mass: &SparseMatrix) -> Option<Vec<Link>> {
     let mut inverse = 0;
     let link = |link: &crate::tree::Link| {
         let (joint, dof) = (&link.joint, link.dof());
+        let motion = joint.kind.properties().motion;
         let columns = |m: &nalgebra::Matrix3<f64>| [0, 1, 2].map(|k| m.column(k).into());
         let axes_child: Triad = columns(&joint.child.axes);
         inverse += dof * dof;
         Link {
             frame: link.frame,
             parent: link.parent.unwrap_or(tree.links().len()),
-            kind: joint.kind,
-            transfer: match joint.kind {
-                PairKind::Spherical => Transfer::Point,
-                PairKind::Free => Transfer::None,
+            motion,
+            turns: Turns::of(motion),
+            transfer: match motion {
+                MotionSubspace::Spherical => Transfer::Point,
+                MotionSubspace::Free => Transfer::None,
                 _ => Transfer::Rigid,
             },
             offset: link.offset,
             dof,
             inverse: inverse - dof * dof,
-            rotation_vector: joint.kind.rotation_vector(),
+            rotation_vector: motion.rotation_vector(),
             anchor_parent: joint.parent.anchor.into(),
             anchor_child: joint.child.anchor.into(),
             axes_parent: columns(&joint.parent.axes),

@@ -150,7 +150,7 @@ impl<T: Register> TreeSweeps<T> {
                     }
                     continue;
                 }
-                for k in (0..link.dof).filter(|&k| link.kind.is_angle(k)) {
+                for k in (0..link.dof).filter(|&k| link.motion.is_angle(k)) {
                     if angle(k).abs() > MAX_ROTATION {
                         return refused(k, angle(k));
                     }

@@ -8,10 +8,10 @@
 //! The increments are those of the pairs ([`crate::pair`]), never differences of configurations.
 #![allow(non_snake_case)] // B
 
-use super::link::{Link, Start};
-use crate::geometry::lane_vectors::{Screw, Vector, combine, combine_each, three};
+use super::link::{Link, Start, Turns};
+use crate::geometry::lane_vectors::{Screw, Transfer, Vector, combine, combine_each, three};
 use crate::geometry::space::Vector as _;
-use crate::pair::PairKind;
+use crate::pair::columns::{Act, Axis, MotionSubspace};
 use vi_core::lanes::{Lanes, Register};
 use vi_rigid::rotation_lanes;
 
@@ -54,40 +54,39 @@ pub(super) fn move_link<R: Register>(
     parent: &Pose<R::Lanes>,
     u: &[R::Lanes],
 ) -> Pose<R::Lanes> {
-    let d = match link.kind {
-        PairKind::Spherical => absolute(lanes, start, [u[0], u[1], u[2]]),
-        PairKind::Free => absolute(lanes, start, [u[3], u[4], u[5]]),
-        PairKind::Prismatic | PairKind::Fixed => transported(parent, start),
-        PairKind::Universal => {
-            let first = [start.axis, link.axes_child[0]];
-            universal(lanes, start, &transported(parent, start), &first, [u[0], u[1]])
+    let d = match link.turns {
+        Turns::None => transported(parent, start),
+        Turns::About(k) => turned(lanes, link, start, &transported(parent, start), u[k]),
+        Turns::Twice([j, k]) => {
+            let axes = [start.axis, link.axes_child[0]];
+            twice(lanes, start, &transported(parent, start), &axes, [u[j], u[k]])
         }
-        PairKind::Revolute | PairKind::Screw(_) => {
-            turned(lanes, link, start, &transported(parent, start), u[0])
-        }
-        PairKind::Cylindrical => turned(lanes, link, start, &transported(parent, start), u[1]),
-        PairKind::Planar => turned(lanes, link, start, &transported(parent, start), u[2]),
+        Turns::Vector(k) => absolute(lanes, start, [u[k], u[k + 1], u[k + 2]]),
     };
+    if link.motion == MotionSubspace::Free {
+        return Pose { x: Vector([u[0], u[1], u[2]]), d };
+    }
     let mut x = parent.x + combine(&parent.d, &start.lever) - combine(&d, &link.anchor_child);
-    let at = (link, parent_start, parent);
-    match link.kind {
-        PairKind::Free => x = Vector([u[0], u[1], u[2]]),
-        PairKind::Cylindrical | PairKind::Prismatic => x = x + slide(lanes, at, 2, u[0]),
-        PairKind::Planar => x = x + slide(lanes, at, 0, u[0]) + slide(lanes, at, 1, u[1]),
-        PairKind::Screw(_) => x = x + slide(lanes, at, 2, u[0] * link.pitch),
-        _ => {}
+    for (column, &u) in link.motion.columns().iter().zip(u) {
+        let by = match column.act {
+            Act::Turn => continue,
+            Act::Slide => u,
+            Act::Screw => u * link.pitch,
+        };
+        x = x + slide(lanes, (link, parent_start, parent), column.axis, by);
     }
     Pose { x, d }
 }
 
-/// By `by` along axis `k` of the parent.
+/// By `by` along an axis of the parent.
 #[inline(always)]
 fn slide<R: Register>(
     lanes: R,
     (link, start, parent): (&Link, &Start, &Pose<R::Lanes>),
-    k: usize,
+    axis: Axis,
     by: R::Lanes,
 ) -> Vector<R::Lanes> {
+    let (Axis::Parent(k) | Axis::Child(k)) = axis;
     combine(&parent.directors(lanes, start), &link.axes_parent[k]).scaled(by)
 }
 
@@ -187,7 +186,7 @@ fn axis_turn<R: Register>(lanes: R, n: &[f64; 3], u: R::Lanes) -> [Vector<R::Lan
 /// By `u_1` about the first of two axes, then by `u_2` about the second; both in components of the
 /// directors at `q_n`.
 #[inline(always)]
-fn universal<R: Register>(
+fn twice<R: Register>(
     lanes: R,
     start: &Start,
     with: &[Vector<R::Lanes>; 3],
@@ -227,37 +226,31 @@ pub(super) fn write_columns<R: Register>(
 ) {
     let rho = combine(d, &link.anchor_child);
     let along = &link.axes_parent;
-    match link.kind {
-        PairKind::Fixed => {}
-        PairKind::Revolute => out[0] = turning(&rho, main_axis(link, d)),
-        PairKind::Prismatic => out[0] = sliding(lanes, combine(parent, &along[2])),
-        PairKind::Cylindrical => {
-            out[0] = sliding(lanes, combine(parent, &along[2]));
-            out[1] = turning(&rho, main_axis(link, d));
-        }
-        PairKind::Planar => {
-            out[0] = sliding(lanes, combine(parent, &along[0]));
-            out[1] = sliding(lanes, combine(parent, &along[1]));
-            out[2] = turning(&rho, main_axis(link, d));
-        }
-        PairKind::Screw(_) => {
-            let n = main_axis(link, d);
-            out[0] = turning(&rho, n).plus(sliding(lanes, n * link.pitch));
-        }
-        PairKind::Universal => {
-            out[0] = turning(&rho, combine(parent, &along[2]));
-            out[1] = turning(&rho, combine(d, &link.axes_child[0]));
-        }
-        PairKind::Spherical => {
+    match link.motion {
+        MotionSubspace::Spherical => {
             for k in 0..3 {
                 out[k] = turning(&rho, unit(lanes, k));
             }
         }
-        PairKind::Free => {
+        MotionSubspace::Free => {
             let centre = Vector::splat(lanes, &[0.0; 3]);
             for k in 0..3 {
                 out[k] = sliding(lanes, unit(lanes, k));
                 out[3 + k] = Screw { linear: centre, angular: unit(lanes, k) };
+            }
+        }
+        motion => {
+            for (column, out) in motion.columns().iter().zip(out) {
+                let axis = match (column.act, column.axis, link.turns) {
+                    (Act::Turn | Act::Screw, _, Turns::About(_)) => main_axis(link, d),
+                    (_, Axis::Parent(k), _) => combine(parent, &along[k]),
+                    (_, Axis::Child(k), _) => combine(d, &link.axes_child[k]),
+                };
+                *out = match column.act {
+                    Act::Slide => sliding(lanes, axis),
+                    Act::Turn => turning(&rho, axis),
+                    Act::Screw => turning(&rho, axis).plus(sliding(lanes, axis * link.pitch)),
+                };
             }
         }
     }
@@ -301,8 +294,8 @@ pub(super) fn arm<R: Register>(
     (own, parent): (&Pose<R::Lanes>, &Pose<R::Lanes>),
     parent_directors: &[Vector<R::Lanes>; 3],
 ) -> Vector<R::Lanes> {
-    match link.kind {
-        PairKind::Spherical => combine(parent_directors, &link.anchor_parent),
+    match link.transfer {
+        Transfer::Point => combine(parent_directors, &link.anchor_parent),
         _ => Vector::splat(lanes, &start.arm) + (own.x - parent.x),
     }
 }
