@@ -13,6 +13,10 @@ use vi_constraints::InitialValues;
 use vi_core::MechanicalSystem;
 use vi_core::linear::norm_inf;
 use vi_emscheme::EmForm;
+use vi_multibody::PairKind;
+use vi_multibody::pair::columns::{Column, MotionSubspace};
+use vi_multibody::pair::constraints::PairConstraint;
+use vi_multibody::pair::{Properties, cylindrical};
 
 struct Drift {
     energy: f64,
@@ -264,5 +268,35 @@ fn redundant_constraints_are_redundant_in_the_middle_too() {
         let (kept, dropped) = (values[rank - 1], values[rank]);
         println!("{name}: {} redundant, singular values {kept:.2} | {dropped:.1e}", m - rank);
         assert!(dropped < 1e-14 && kept > 0.05, "{name}: {dropped:e} {kept}");
+    }
+}
+
+static SLEEVE: Properties = Properties { name: "sleeve", ..cylindrical::PROPERTIES };
+
+/// Translation along `m_1` and `m_2`.
+static TABLE: Properties = Properties {
+    name: "table",
+    motion: MotionSubspace::Several(&[Column::ALONG_M1, Column::ALONG_M2]),
+    constraints: &[PairConstraint::GapAcrossAxis, PairConstraint::EqualAttitude],
+};
+
+/// A pair without a variant of `PairKind`: the bits of the pair with its data, and the invariants
+/// where there is none.
+#[test]
+fn a_pair_is_its_data() {
+    for (form, reversed) in EmForm::ALL.into_iter().flat_map(|form| [(form, false), (form, true)]) {
+        let end = |kind: PairKind| {
+            let model = common::pair(kind, reversed);
+            let mut run = model.run(form, model.h);
+            let energy = run.system().energy(run.state());
+            (0..60).for_each(|_| _ = run.step().unwrap());
+            let drift = (run.system().energy(run.state()) - energy).abs();
+            (format!("{:?}", run.state()), drift)
+        };
+        let sleeve = PairKind::Unlisted(&SLEEVE);
+        assert_eq!(end(sleeve).0, end(PairKind::Cylindrical).0, "{}", form.name());
+        let (_, drift) = end(PairKind::Unlisted(&TABLE));
+        println!("{}, reversed {reversed}: energy of a table off by {drift:.1e} J", form.name());
+        assert!(drift < 5e-12, "{drift:e}");
     }
 }

@@ -12,5 +12,6 @@ mod joint_efforts;
 mod loaded_trees;
 mod loop_step;
 mod near_couplings;
+mod pair_data;
 mod random_trees;
 mod tree_step;

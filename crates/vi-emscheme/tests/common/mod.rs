@@ -13,6 +13,7 @@ use vi_multibody::joint_force::{JointForce, JointSpring, PdControl, Setpoint, Vi
 use vi_multibody::mechanism::{
     Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,
 };
+use vi_multibody::pair::columns::{Act, Axis};
 use vi_multibody::scalar_constraint::ScalarConstraint;
 use vi_multibody::spring::{Damper, Spring, SpringLaw};
 use vi_multibody::{PairKind, mechanism};
@@ -151,12 +152,14 @@ pub fn pair(kind: PairKind, reversed: bool) -> Model {
     let bodies = vec![body("first", 0), body("second", 1)];
     let axes = complete_axis(&Vector3::new(1.0, 2.0, -2.0).normalize());
     let at = Vector3::new(0.3, 0.35, 0.1);
-    // C and E start with a gap along their degrees of freedom
-    let gap: Vector3<f64> = match kind {
-        PairKind::Cylindrical | PairKind::Prismatic => 0.3 * axes.column(2),
-        PairKind::Planar => 0.2 * axes.column(0) - 0.1 * axes.column(1),
-        _ => Vector3::zeros(),
-    };
+    // a start with a gap along the degrees of freedom
+    let slides = kind.properties().motion.columns().iter();
+    let gap: Vector3<f64> = slides
+        .filter_map(|column| match (column.act, column.axis) {
+            (Act::Slide, Axis::Parent(i)) => Some([0.2, -0.1, 0.3][i] * axes.column(i)),
+            _ => None,
+        })
+        .sum();
     let side = |k: usize, point| Side::at(FrameId::Frame(k), &frame(&bodies[k]), point, &axes);
     let (p, c) = if reversed { (1, 0) } else { (0, 1) };
     let (parent, child) = (side(p, &at), side(c, &(at + gap)));

@@ -116,6 +116,10 @@ macro_rules! pairs {
         #[serde(rename_all = "snake_case")]
         pub enum PairKind {
             $($(#[$doc])* $variant $(($data))?,)*
+            /// A pair without a variant, by what defines it: shows that nothing else does.
+            #[doc(hidden)]
+            #[serde(skip)]
+            Unlisted(&'static Properties),
         }
 
         impl PairKind {
@@ -128,6 +132,7 @@ macro_rules! pairs {
             pub fn properties(self) -> &'static Properties {
                 match self {
                     $(Self::$variant { .. } => &$file::PROPERTIES,)*
+                    Self::Unlisted(properties) => properties,
                 }
             }
         }
