@@ -14,6 +14,6 @@ use super::constraints::PairConstraint;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "cylindrical",
-    motion: MotionSubspace::Several(&[Column::ALONG_N, Column::ABOUT_N]),
+    motion: MotionSubspace::Several(&[Column::ALONG_N, Column::ABOUT_N]), // [5.5]
     constraints: &[PairConstraint::GapAlongAxis, PairConstraint::ParallelAxes],
 };

@@ -13,6 +13,6 @@ use super::constraints::PairConstraint;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "fixed",
-    motion: MotionSubspace::Fixed,
+    motion: MotionSubspace::Fixed, // [5.5]
     constraints: &[PairConstraint::NoGap, PairConstraint::EqualAttitude],
 };

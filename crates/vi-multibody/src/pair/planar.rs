@@ -15,6 +15,6 @@ use super::constraints::PairConstraint;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "planar",
-    motion: MotionSubspace::Several(&[Column::ALONG_M1, Column::ALONG_M2, Column::ABOUT_N]),
+    motion: MotionSubspace::Several(&[Column::ALONG_M1, Column::ALONG_M2, Column::ABOUT_N]), // [5.5]
     constraints: &[PairConstraint::GapAcrossAxis, PairConstraint::ParallelAxes],
 };

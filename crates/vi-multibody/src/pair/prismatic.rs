@@ -14,6 +14,6 @@ use super::constraints::PairConstraint;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "prismatic",
-    motion: MotionSubspace::Along(Act::Slide),
+    motion: MotionSubspace::Along(Act::Slide), // [5.5]
     constraints: &[PairConstraint::GapAlongAxis, PairConstraint::EqualAttitude],
 };

@@ -14,6 +14,6 @@ use super::constraints::PairConstraint;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "revolute",
-    motion: MotionSubspace::Along(Act::Turn),
+    motion: MotionSubspace::Along(Act::Turn), // [5.5]
     constraints: &[PairConstraint::NoGap, PairConstraint::ParallelAxes],
 };

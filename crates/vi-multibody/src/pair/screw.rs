@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "screw",
-    motion: MotionSubspace::Along(Act::Screw),
+    motion: MotionSubspace::Along(Act::Screw), // [5.5]
     constraints: &[
         PairConstraint::GapAlongAxis,
         PairConstraint::ParallelAxes,

@@ -15,6 +15,6 @@ use super::constraints::PairConstraint;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "universal",
-    motion: MotionSubspace::Several(&[Column::ABOUT_N, Column::ABOUT_M1_OF_CHILD]),
+    motion: MotionSubspace::Several(&[Column::ABOUT_N, Column::ABOUT_M1_OF_CHILD]), // [5.5]
     constraints: &[PairConstraint::NoGap, PairConstraint::OrthogonalAxes],
 };
