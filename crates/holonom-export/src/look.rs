@@ -5,6 +5,7 @@ use holonom_report::scene::parts::{Beam, Body, End, Joint, Line, Parts};
 use holonom_report::scene::{PALETTE, up};
 use holonom_sim::output::Frames;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use vi_multibody::pair::symbol::SymbolSolid;
 
 use crate::mesh::{Mesh, along, stick};
 use crate::tube::Pose;
@@ -249,23 +250,17 @@ pub(crate) fn symbol(kind: JointKind, [axis, axis2]: [Vector3<f64>; 2], s: f64) 
         let axes = axes * Matrix3::from_diagonal(&(Vector3::from(size) * s));
         mesh.placed(&axes, &Vector3::zeros()).unwrap_or_default()
     };
-    let pin = |length: f64, thick: f64| part(Mesh::cylinder(), &axis, [thick, thick, length]);
-    let both = |mut one: Mesh, other: Mesh| {
-        one.append(other);
-        one
-    };
-    match kind {
-        JointKind::Revolute => pin(4.0, 1.0),
-        JointKind::Screw => both(pin(5.0, 1.0), pin(1.2, 1.5)),
-        JointKind::Cylindrical => both(pin(6.0, 0.8), pin(2.5, 1.3)),
-        JointKind::Prismatic => part(Mesh::cuboid(), &axis, [2.2, 2.2, 4.0]),
-        JointKind::Planar => pin(0.4, 3.0),
-        JointKind::Fixed => part(Mesh::cuboid(), &axis, [2.0, 2.0, 2.0]),
-        JointKind::Universal => {
-            both(pin(4.0, 0.6), part(Mesh::cylinder(), &axis2, [0.6, 0.6, 4.0]))
-        }
-        JointKind::Spherical => part(Mesh::sphere(), &axis, [1.3; 3]),
+    let mut whole = Mesh::default();
+    for of in kind.pair(None).symbol() {
+        let mesh = match of.solid {
+            SymbolSolid::Cylinder => Mesh::cylinder(),
+            SymbolSolid::Box => Mesh::cuboid(),
+            SymbolSolid::Sphere => Mesh::sphere(),
+        };
+        let axis = if of.second { &axis2 } else { &axis };
+        whole.append(part(mesh, axis, [of.width, of.width, of.length]));
     }
+    whole
 }
 
 /// Half the diagonal of the box of the motion, m; of an instant where the system is free and

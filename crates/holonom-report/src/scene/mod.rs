@@ -27,6 +27,7 @@ use reactions::{Measured, Reaction, Tension};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use surfaces::{Surface, Surfaces};
+use vi_multibody::pair::symbol::SymbolPart;
 
 /// Coordinates that are shown at most; a usual page then stays under 3 MB.
 pub const NUMBERS: usize = 400_000;
@@ -103,6 +104,8 @@ pub struct Scene {
     /// Members that are point masses.
     points: Vec<usize>,
     joints: Vec<Joint>,
+    /// What joints are drawn as, by type.
+    symbols: BTreeMap<&'static str, &'static [SymbolPart]>,
     /// Bars and distances.
     bars: Vec<Line>,
     springs: Vec<Line>,
@@ -114,6 +117,12 @@ pub struct Scene {
     /// What is said below the picture.
     #[serde(skip)]
     note: Option<String>,
+}
+
+/// The name of its type, and what it is drawn as.
+fn symbol(joint: &holonom_model::Joint) -> (&'static str, &'static [SymbolPart]) {
+    let pair = joint.kind.pair(None);
+    (pair.name(), pair.symbol())
 }
 
 /// Where the members are at some instants.
@@ -200,6 +209,7 @@ impl Scene {
             meshes,
             beams: parts.beams(moments),
             points: parts.points(),
+            symbols: model.joints.iter().map(symbol).collect(),
             joints,
             bars,
             springs,

@@ -226,6 +226,7 @@ mod tests {
                 (0..motion.columns().len()).map(|k| motion.reversed(k)).collect();
             let rows: usize = kind.properties().constraints.iter().map(|c| c.count()).sum();
             assert_eq!(motion.dof() + rows, 6, "{kind:?}");
+            assert_eq!(kind.symbol().is_empty(), kind.is_free(), "{kind:?}");
             format!("{} {}: {} {reversed:?}", kind.name(), motion.dof(), said.join(", "))
         };
         let found = PairKind::ALL.map(line);

@@ -10,6 +10,7 @@
 use super::Properties;
 use super::columns::{Column, MotionSubspace};
 use super::constraints::PairConstraint;
+use super::symbol::SymbolPart;
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
@@ -17,3 +18,7 @@ pub const PROPERTIES: Properties = Properties {
     motion: MotionSubspace::Several(&[Column::ALONG_N, Column::ABOUT_N]), // [5.5]
     constraints: &[PairConstraint::GapAlongAxis, PairConstraint::ParallelAxes],
 };
+
+/// Its symbol.
+pub const SYMBOL: &[SymbolPart] =
+    &[SymbolPart::pin(0.8, 6.0).on_parent(), SymbolPart::pin(1.3, 2.5)];

@@ -9,6 +9,7 @@
 use super::Properties;
 use super::columns::MotionSubspace;
 use super::constraints::PairConstraint;
+use super::symbol::{SymbolPart, SymbolSolid};
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
@@ -16,3 +17,6 @@ pub const PROPERTIES: Properties = Properties {
     motion: MotionSubspace::Fixed, // [5.5]
     constraints: &[PairConstraint::NoGap, PairConstraint::EqualAttitude],
 };
+
+/// Its symbol.
+pub const SYMBOL: &[SymbolPart] = &[SymbolPart::new(SymbolSolid::Box, 2.0, 2.0)];

@@ -8,7 +8,11 @@
 
 use super::Properties;
 use super::columns::MotionSubspace;
+use super::symbol::SymbolPart;
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties =
     Properties { name: "free", motion: MotionSubspace::Free, constraints: &[] };
+
+/// Its symbol.
+pub const SYMBOL: &[SymbolPart] = &[];

@@ -86,6 +86,7 @@ pub(crate) mod residual;
 pub mod revolute;
 pub mod screw;
 pub mod spherical;
+pub mod symbol;
 pub mod universal;
 
 pub use crate::geometry::twist::{Transfer, Twist};
@@ -95,6 +96,7 @@ use crate::geometry::form::Row;
 use crate::pair::columns::{Act, Axis, Column, MotionSubspace};
 use crate::pair::constraints::PairConstraint;
 use crate::pair::joint::{Joint, JointConfiguration};
+use crate::pair::symbol::SymbolPart;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -133,6 +135,15 @@ macro_rules! pairs {
                 match self {
                     $(Self::$variant { .. } => &$file::PROPERTIES,)*
                     Self::Unlisted(properties) => properties,
+                }
+            }
+
+            /// What it is drawn as.
+            #[must_use]
+            pub fn symbol(self) -> &'static [SymbolPart] {
+                match self {
+                    $(Self::$variant { .. } => $file::SYMBOL,)*
+                    Self::Unlisted(_) => &[],
                 }
             }
         }

@@ -11,6 +11,7 @@
 use super::Properties;
 use super::columns::{Column, MotionSubspace};
 use super::constraints::PairConstraint;
+use super::symbol::SymbolPart;
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
@@ -18,3 +19,6 @@ pub const PROPERTIES: Properties = Properties {
     motion: MotionSubspace::Several(&[Column::ALONG_M1, Column::ALONG_M2, Column::ABOUT_N]), // [5.5]
     constraints: &[PairConstraint::GapAcrossAxis, PairConstraint::ParallelAxes],
 };
+
+/// Its symbol.
+pub const SYMBOL: &[SymbolPart] = &[SymbolPart::pin(3.0, 0.4)];

@@ -10,6 +10,7 @@
 use super::Properties;
 use super::columns::{Act, MotionSubspace};
 use super::constraints::PairConstraint;
+use super::symbol::{SymbolPart, SymbolSolid};
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
@@ -17,3 +18,6 @@ pub const PROPERTIES: Properties = Properties {
     motion: MotionSubspace::Along(Act::Slide), // [5.5]
     constraints: &[PairConstraint::GapAlongAxis, PairConstraint::EqualAttitude],
 };
+
+/// Its symbol.
+pub const SYMBOL: &[SymbolPart] = &[SymbolPart::new(SymbolSolid::Box, 2.2, 4.0)];

@@ -10,6 +10,7 @@
 use super::Properties;
 use super::columns::{Act, MotionSubspace};
 use super::constraints::PairConstraint;
+use super::symbol::SymbolPart;
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
@@ -17,3 +18,6 @@ pub const PROPERTIES: Properties = Properties {
     motion: MotionSubspace::Along(Act::Turn), // [5.5]
     constraints: &[PairConstraint::NoGap, PairConstraint::ParallelAxes],
 };
+
+/// Its symbol.
+pub const SYMBOL: &[SymbolPart] = &[SymbolPart::pin(1.0, 4.0)];

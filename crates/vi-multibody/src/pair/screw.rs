@@ -14,6 +14,7 @@ use super::columns::{Act, MotionSubspace};
 use super::constraints::PairConstraint;
 use super::joint::{Joint, JointConfiguration};
 use super::maps::angle_about;
+use super::symbol::SymbolPart;
 use serde::{Deserialize, Serialize};
 
 /// The row of the joint table.
@@ -26,6 +27,9 @@ pub const PROPERTIES: Properties = Properties {
         PairConstraint::Thread,
     ],
 };
+
+/// Its symbol.
+pub const SYMBOL: &[SymbolPart] = &[SymbolPart::pin(1.0, 5.0), SymbolPart::pin(1.5, 1.2)];
 
 /// Advance of a screw, m per radian; compared bit by bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -10,6 +10,7 @@
 use super::Properties;
 use super::columns::MotionSubspace;
 use super::constraints::PairConstraint;
+use super::symbol::{SymbolPart, SymbolSolid};
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
@@ -17,3 +18,6 @@ pub const PROPERTIES: Properties = Properties {
     motion: MotionSubspace::Spherical,
     constraints: &[PairConstraint::NoGap],
 };
+
+/// Its symbol.
+pub const SYMBOL: &[SymbolPart] = &[SymbolPart::new(SymbolSolid::Sphere, 1.3, 1.3)];

@@ -11,6 +11,7 @@
 use super::Properties;
 use super::columns::{Column, MotionSubspace};
 use super::constraints::PairConstraint;
+use super::symbol::SymbolPart;
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
@@ -18,3 +19,7 @@ pub const PROPERTIES: Properties = Properties {
     motion: MotionSubspace::Several(&[Column::ABOUT_N, Column::ABOUT_M1_OF_CHILD]), // [5.5]
     constraints: &[PairConstraint::NoGap, PairConstraint::OrthogonalAxes],
 };
+
+/// Its symbol.
+pub const SYMBOL: &[SymbolPart] =
+    &[SymbolPart::pin(0.6, 4.0), SymbolPart::pin(0.6, 4.0).along_second()];

@@ -61,21 +61,10 @@
     const [a, b] = [point(joint.parent), point(joint.child)];
     const axis = joint.axis ? direction(joint.parent, joint.axis) : up;
     const color = tone ?? theme().ink, s = fitted(joint);
-    const pin = (x, length, thick = s) => draw(meshes.cylinder, along(axis, x, [thick, thick, length]), color);
     if (norm(sub(b, a)) > 0.5 * s) stick(a, b, 0.3 * s, color);
-    switch (joint.type) {
-      case "revolute": pin(b, 4 * s); break;
-      case "screw": pin(b, 5 * s); pin(b, 1.2 * s, 1.5 * s); break;
-      case "cylindrical": pin(a, 6 * s, 0.8 * s); pin(b, 2.5 * s, 1.3 * s); break;
-      case "prismatic": draw(meshes.box, along(axis, b, [2.2 * s, 2.2 * s, 4 * s]), color); break;
-      case "planar": pin(b, 0.4 * s, 3 * s); break;
-      case "fixed": draw(meshes.box, along(axis, b, [2 * s, 2 * s, 2 * s]), color); break;
-      case "universal": {
-        pin(b, 4 * s, 0.6 * s);
-        draw(meshes.cylinder, along(direction(joint.child, joint.axis2 || [1, 0, 0]), b, [0.6 * s, 0.6 * s, 4 * s]), color);
-        break;
-      }
-      default: draw(meshes.sphere, along([0, 0, 1], b, [1.3 * s, 1.3 * s, 1.3 * s]), color);
+    for (const { solid, width, length, second, on_parent } of data.symbols[joint.type]) {
+      const d = second ? direction(joint.child, joint.axis2 || [1, 0, 0]) : axis;
+      draw(meshes[solid], along(d, on_parent ? a : b, [width * s, width * s, length * s]), color);
     }
   };
   // where a line ends on the ground
