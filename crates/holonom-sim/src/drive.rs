@@ -107,7 +107,9 @@ pub(crate) fn add_joint_forces(
         let at = coordinate(joint, id, freedom, key)?;
         match law {
             ElementLaw::Spring { stiffness, rest } => builder.joint_spring(at, stiffness, rest),
-            ElementLaw::Force(law) => builder.joint_force(at, law),
+            ElementLaw::Force(law) => {
+                builder.joint_force(at, law).named(&format!("{}.{part}", joint.name));
+            }
             ElementLaw::Idle => {}
         }
     }

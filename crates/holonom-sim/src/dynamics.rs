@@ -15,7 +15,7 @@
 //! Only the family that is asked for is assembled.
 
 use std::sync::Arc;
-use vi_beam::damping::StrainDamping;
+use vi_beam::damping::{self, StrainDamping};
 use vi_beam::high_order::AveragedHighOrder;
 use vi_beam::{BeamModel, StrainRule};
 use vi_core::{Quadrature, SeparableSystem};
@@ -36,8 +36,6 @@ pub struct Dynamics {
     pub quadrature: Quadrature,
     /// Springs, dampers, motors, loads.
     pub forces: ForceElements,
-    /// The name in the model of each of its loads, those on point masses last.
-    pub loads_of: Vec<String>,
 }
 
 impl Dynamics {
@@ -51,9 +49,7 @@ impl Dynamics {
     #[must_use]
     pub fn energy_momentum(&self, mechanism: &Mechanism) -> EmSystem {
         let Self { parts, forces, .. } = self;
-        let mass = parts.mass_matrix(mechanism);
-        let mut system =
-            EmSystem::of_linear(&mechanism.system_with_mass(mass, Quadrature::Midpoint));
+        let mut system = EmSystem::with_mass(mechanism, parts.mass_matrix(mechanism));
         if !parts.elements.list().is_empty() {
             system = system.gradient(BeamGradient(parts.elements.clone()));
         }
@@ -62,26 +58,8 @@ impl Dynamics {
                 .gradient(HighOrderGradient(AveragedHighOrder::new(parts.high_order.clone())));
         }
         if let Some(damping) = StrainDamping::new(&parts.elements, &parts.high_order) {
-            system = system.load(AtMidpoint(damping));
+            system = system.load_of(damping::SOURCE, AtMidpoint(damping));
         }
-        for spring in &forces.springs {
-            system = system.spring(spring.clone());
-        }
-        for spring in &forces.joint_springs {
-            system = system.gradient(spring.clone());
-        }
-        for damper in &forces.dampers {
-            system = system.load(AtMidpoint(damper.clone()));
-        }
-        for force in &forces.joint_forces {
-            system = system.load(force.clone());
-        }
-        for load in &forces.loads {
-            system = system.load(load.clone());
-        }
-        for load in &forces.particle_loads {
-            system = system.load(AtMidpoint(load.clone()));
-        }
-        system
+        system.force_elements(forces)
     }
 }

@@ -7,15 +7,14 @@
 //! `T` and `H` are those of the projected momentum. Works are sums over all steps, of each load,
 //! motor and damper, and of all prescribed motions together (see [`crate::method`]).
 
-use crate::drive::{ElementLaw, joint_elements};
 use crate::dynamics::Dynamics;
 use crate::method::reading::Reading;
 use holonom_model::Model;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use vi_beam::damping::is_damped;
-use vi_beam::{BeamModel, StrainRule};
+use vi_beam::BeamModel;
 use vi_constraints::Constraints;
+use vi_core::force::Source;
 use vi_core::linear::dot;
 use vi_core::potential::{DiscretePotential, LinearPotential, Potential};
 use vi_core::{Configuration, SparseMatrix};
@@ -40,31 +39,30 @@ pub(crate) struct Energies {
 }
 
 impl Energies {
-    /// With the mass matrix, and what was read at the start.
+    /// With the mass matrix, what exerts the forces of the system, and what was read at the start.
     pub(crate) fn new(
         model: &Model,
         mechanism: &Mechanism,
         (dynamics, mass): (&Dynamics, &SparseMatrix),
+        sources: &[Source],
         start: &Reading,
     ) -> Self {
         let Dynamics { parts, forces, .. } = dynamics;
-        let weighs = model.gravity().iter().any(|g| *g != 0.0);
-        let weight = || LinearPotential { force: mechanism.weight(mass) };
-        let beams = !model.beams.is_empty();
-        let springs = !(forces.springs.is_empty() && forces.joint_springs.is_empty());
+        let gravity = mechanism.gravity(mass);
+        let (beams, springs) = (!model.beams.is_empty(), forces.has_springs());
         let mut works: Vec<usize> = Vec::new();
         let mut names: Vec<String> = Vec::new();
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
-        for source in sources(model, dynamics) {
-            let place = *known.entry(source.clone()).or_insert(names.len());
+        for name in sources.iter().map(column) {
+            let place = *known.entry(name.clone()).or_insert(names.len());
             works.push(place);
             if place == names.len() {
-                names.push(source);
+                names.push(name);
             }
         }
         let motions = mechanism.is_rheonomic();
         let parts_of_potential =
-            [(weighs, "gravity"), (beams, "elastic"), (springs, "springs")].into_iter();
+            [(gravity.is_some(), "gravity"), (beams, "elastic"), (springs, "springs")].into_iter();
         let mut columns = vec!["kinetic".to_owned()];
         columns.extend(parts_of_potential.filter(|p| p.0).map(|p| p.1.to_owned()));
         columns.push("total".into());
@@ -74,14 +72,14 @@ impl Energies {
         columns.push("balance".into());
         Self {
             columns,
-            gravity: weighs.then(weight),
+            rounding: Rounding::new(model, mechanism, (dynamics, mass, gravity.as_ref()), start),
+            gravity,
             beams: beams.then(|| parts.clone()),
             springs: springs.then(|| forces.clone()),
             works,
             sources,
             motions,
             initial: start.hamiltonian,
-            rounding: Rounding::new(model, mechanism, (dynamics, mass), start),
         }
     }
 
@@ -150,7 +148,7 @@ impl Rounding {
     fn new(
         model: &Model,
         mechanism: &Mechanism,
-        (dynamics, mass): (&Dynamics, &SparseMatrix),
+        (dynamics, mass, gravity): (&Dynamics, &SparseMatrix, Option<&LinearPotential>),
         start: &Reading,
     ) -> Self {
         let n = start.q.len();
@@ -160,12 +158,9 @@ impl Rounding {
         mass.mul_add(0.5, &sizes, &mut momentum);
         let step = ROUNDING / (model.settings.step * model.settings.composition().shortest());
         let kinetic = step * step * dot(&sizes, &momentum);
-        let weight = mechanism.weight(mass);
-        let weight: f64 = weight.iter().zip(&sizes).map(|(force, size)| force.abs() * size).sum();
-        let stiffness = match model.beams.is_empty()
-            && dynamics.forces.springs.is_empty()
-            && dynamics.forces.joint_springs.is_empty()
-        {
+        let weight = gravity.iter().flat_map(|weight| &weight.force);
+        let weight: f64 = weight.zip(&sizes).map(|(force, size)| force.abs() * size).sum();
+        let stiffness = match model.beams.is_empty() && !dynamics.forces.has_springs() {
             true => 0.0,
             false => {
                 let at = Configuration { t: start.t, q: &start.q, angles: &start.angles };
@@ -195,21 +190,10 @@ fn applied(model: &Model, size: f64) -> f64 {
     loads.chain(motors).sum()
 }
 
-/// What each discrete force of a system belongs to, in the order in which [`Dynamics`] adds them.
-fn sources(model: &Model, dynamics: &Dynamics) -> Vec<String> {
-    let Dynamics { parts, .. } = dynamics;
-    let damped = is_damped(&parts.elements, &parts.high_order);
-    let mut sources: Vec<String> =
-        damped.then(|| "work_of_material_damping".to_owned()).into_iter().collect();
-    let dissipative = dynamics.rule == StrainRule::Dissipative && !model.beams.is_empty();
-    sources.extend(dissipative.then(|| "work_of_algorithmic_dissipation".to_owned()));
-    let dampers = model.springs.iter().filter(|spring| spring.damping != 0.0);
-    sources.extend(dampers.map(|spring| format!("work.{}", spring.name)));
-    for joint in &model.joints {
-        let elements = joint_elements(joint).into_iter();
-        let forces = elements.filter(|element| matches!(element.law, ElementLaw::Force(_)));
-        sources.extend(forces.map(|element| format!("work.{}.{}", joint.name, element.part)));
+/// The column of the work of a force.
+fn column(source: &Source) -> String {
+    match source {
+        Source::Element(name) => format!("work.{name}"),
+        Source::System(words) => format!("work_of_{}", words.replace(' ', "_")),
     }
-    sources.extend(dynamics.loads_of.iter().map(|name| format!("work.{name}")));
-    sources
 }

@@ -41,20 +41,20 @@ pub(crate) fn turned(settings: &Settings, angle: f64) -> Option<f64> {
         .at([0.0; 3])
         .axis([0.0, 0.0, 1.0]);
     let mechanism = builder.build().ok()?.mechanism;
-    let system = mechanism.system(Quadrature::Midpoint);
     let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let at = InitialValues::new(0.0, &q, &v);
     let end = match settings.scheme.family() {
         Family::Variational(_) => {
             let mut options = Options::new(SchemeKind::Nodal, 1.0);
             options.method = settings.method();
+            let system = mechanism.system(Quadrature::Midpoint);
             let mut run = integrator(mechanism, system, options, Solver::Auto, at).ok()?;
             run.step().ok()?;
             run.state().q.clone()
         }
         Family::EnergyMomentum(form) => {
             let options = EmOptions::new(form, 1.0).composition(settings.composition());
-            let (system, algebra) = (EmSystem::of_linear(&system), EmAlgebra::default());
+            let (system, algebra) = (EmSystem::of_mechanism(&mechanism), EmAlgebra::default());
             let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at);
             let mut run = run.ok()?;
             run.step().ok()?;

@@ -85,18 +85,16 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     for joint in &model.joints {
         drive::add_joint_forces(&mut builder, joint, names.joints[joint.name.as_str()].1)?;
     }
-    let mut loads_of = Vec::new();
     let on_particle = |load: &&holonom_model::Load| {
         load.body.as_deref().is_some_and(|name| names.particles.contains_key(name))
     };
     for load in model.loads.iter().filter(|load| !on_particle(load)) {
-        let count = add_load(&mut builder, load, &names, (&parts, &list))?;
-        loads_of.extend(std::iter::repeat_n(load.name.clone(), count));
+        add_load(&mut builder, load, &names, (&parts, &list))?;
     }
     for load in model.loads.iter().filter(on_particle) {
         let particle = names.particles[load.body.as_deref().unwrap_or_default()];
-        builder.particle_load(particle, load.force, load.history.time_history());
-        loads_of.push(load.name.clone());
+        let entry = builder.particle_load(particle, load.force, load.history.time_history());
+        entry.named(&load.name);
     }
     parts.description = builder.description().map_err(refusal)?;
     let mut mechanism = parts.mechanism().with_loop_tolerance(model.settings.loop_tolerance);
@@ -105,7 +103,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let members = members(model, &parts);
     let parts = Arc::new(parts);
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
-    let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces, loads_of };
+    let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
     let beams = Beams { parts, list };
     let sensors = Sensors::new(&names, (&mechanism, &dynamics), &beams);
     Ok(System { beams, mechanism, dynamics, members, sensors })
@@ -212,29 +210,28 @@ fn add_spring(builder: &mut MechanismBuilder, spring: &holonom_model::Spring, na
         holonom_model::SpringLaw::Linear => SpringLaw::Linear,
         holonom_model::SpringLaw::QuadraticStretch => SpringLaw::QuadraticStretch,
     };
-    let entry = builder.spring(from, to, spring.stiffness).law(law).damping(spring.damping);
-    entry.natural_length(spring.natural_length.unwrap_or_default());
+    let entry = builder.spring(from, to, spring.stiffness).named(&spring.name).law(law);
+    entry.damping(spring.damping).natural_length(spring.natural_length.unwrap_or_default());
 }
 
-/// Adds a `[[load]]`: one, or one for each node of a beam; returns how many.
+/// Adds a `[[load]]`: one, or one for each node of a beam.
 fn add_load(
     builder: &mut MechanismBuilder,
     load: &holonom_model::Load,
     names: &Names<'_>,
     (parts, beams): (&BeamModel, &[BeamParts]),
-) -> Result<usize, ModelError> {
+) -> Result<(), ModelError> {
     let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
     let history = load.history.time_history();
     let follower = load.frame == Frame::Body;
     if let Some(k) = load.body.as_deref().and_then(|body| names.index(body)) {
         let entry = builder.load(names.frames[k]).force(force).torque(torque).history(history);
-        let entry = entry.point(load.point.unwrap_or_default());
+        let entry = entry.named(&load.name).point(load.point.unwrap_or_default());
         if follower {
             entry.follower();
         }
-        return Ok(1);
+        return Ok(());
     }
-    let mut count = 0;
     let kind = if follower { LoadKind::Follower } else { LoadKind::Dead };
     let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());
     for leg in beam.flat_map(|b| &b.legs) {
@@ -242,8 +239,7 @@ fn add_load(
             let key = format!("load.{}", load.name);
             ModelError::Assembly(vec![Problem::new(key, error.to_string()).help(CORRECT)])
         })?;
-        count += along.len();
-        along.into_iter().for_each(|load| builder.load_of_frame(load));
+        along.into_iter().for_each(|part| builder.load_of_frame(&load.name, part));
     }
-    Ok(count)
+    Ok(())
 }

@@ -31,14 +31,16 @@ use crate::element::Elements;
 use crate::high_order::HighOrderElements;
 use crate::strained::{Strained, TwoNode};
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force};
+use vi_core::force::{DiscreteForce, Force, Source};
 use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
+/// Under which its work is listed.
+pub const SOURCE: Source = Source::System("material damping");
+
 /// Whether any section has damping.
-#[must_use]
-pub fn is_damped(elements: &Elements, high_order: &HighOrderElements) -> bool {
+fn is_damped(elements: &Elements, high_order: &HighOrderElements) -> bool {
     elements.list().iter().any(|element| elements.section(element).is_damped())
         || (0..high_order.count()).any(|element| high_order.section(element).is_damped())
 }

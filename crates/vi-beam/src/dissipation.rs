@@ -42,9 +42,12 @@ use crate::strain::{STRAINS, Strain};
 use crate::strained::{Strained, TwoNode};
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use vi_core::Configuration;
-use vi_core::force::DiscreteForce;
+use vi_core::force::{DiscreteForce, Source};
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
+
+/// Under which its work is listed.
+pub const SOURCE: Source = Source::System("algorithmic dissipation");
 
 /// The constant `μ` of [6.22] beside this force.
 pub const MASS: f64 = 1.0 / 32.0;

@@ -1,8 +1,8 @@
 //! The system of a beam model: mass, elastic energy by its rule, material damping, dissipation.
 
 use crate::averaged::{AveragedStrains, MASS_SCALING};
-use crate::damping::StrainDamping;
-use crate::dissipation::{MASS, StrainDissipation};
+use crate::damping::{self, StrainDamping};
+use crate::dissipation::{self, MASS, StrainDissipation};
 use crate::frequency::slowness;
 use crate::high_order::AveragedHighOrder;
 use crate::model::{BeamModel, StrainRule};
@@ -35,15 +35,17 @@ impl BeamModel {
             StrainRule::Averaged | StrainRule::Midpoint => None,
         };
         if let Some(damping) = StrainDamping::new(&self.elements, &self.high_order) {
-            system = system.force(Box::new(match slowness.clone() {
+            let damping = match slowness.clone() {
                 Some(slowness) => damping.with_slowness(slowness),
                 None => damping,
-            }));
+            };
+            system = system.force_of(damping::SOURCE, Box::new(damping));
         }
         let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
         let beams = !(elements.list().is_empty() && high_order.is_empty());
         if rule == StrainRule::Dissipative && beams {
-            system = system.force(Box::new(StrainDissipation::new(self)));
+            let dissipation = StrainDissipation::new(self);
+            system = system.force_of(dissipation::SOURCE, Box::new(dissipation));
         }
         let constant = || [vec![0.0; elements.list().len()], vec![0.0; high_order.count()]];
         let (mu, [two, high]) = match (rule, slowness) {

@@ -16,6 +16,23 @@ use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
 use crate::interval::Interval;
 use crate::sparse::{Block, Entries};
+use std::sync::Arc;
+
+/// What exerts a force: its work is listed under this name.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Source {
+    /// A force element, by its name; empty where it was given none.
+    Element(String),
+    /// A property of the whole system, in words, for example `material damping`.
+    System(&'static str),
+}
+
+/// A force element without a name.
+impl Default for Source {
+    fn default() -> Self {
+        Self::Element(String::new())
+    }
+}
 
 /// A discrete force pair `(f_d^-, f_d^+)`, N·s.
 pub trait DiscreteForce: Send + Sync {
@@ -100,6 +117,41 @@ pub trait Force: Send + Sync {
     }
     /// Whether the force takes energy out whichever way time runs.
     fn is_dissipative(&self) -> bool;
+}
+
+impl<F: Force + ?Sized> Force for Arc<F> {
+    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        (**self).add(t, q, v, scale, out);
+    }
+    fn power(&self, t: f64, q: &[f64], v: &[f64], scratch: &mut [f64]) -> f64 {
+        (**self).power(t, q, v, scratch)
+    }
+    fn add_position_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        (**self).add_position_derivative(t, q, v, scale, out);
+    }
+    fn add_velocity_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        (**self).add_velocity_derivative(t, q, v, scale, out);
+    }
+    fn acts_from_ground(&self) -> bool {
+        (**self).acts_from_ground()
+    }
+    fn is_dissipative(&self) -> bool {
+        (**self).is_dissipative()
+    }
 }
 
 /// `f_d^± = (h/2) f(t_{n+1/2}, q_{n+1/2}, Δq/h)`.

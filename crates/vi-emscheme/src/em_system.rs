@@ -16,12 +16,14 @@
 use crate::discrete_gradient::DiscreteGradient;
 use crate::gonzalez::Gonzalez;
 use crate::invariant::InvariantPotential;
-use crate::load::MidpointLoad;
+use crate::load::{AtMidpoint, MidpointLoad};
 use vi_core::MechanicalSystem;
+use vi_core::force::Source;
 use vi_core::interval::Interval;
 use vi_core::potential::{LinearPotential, Potential};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
-use vi_core::{Configuration, Quadrature, SeparableSystem, State};
+use vi_core::{Configuration, SeparableSystem, State};
+use vi_multibody::builder::{ElementForce, ForceElements};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::Spring;
 
@@ -60,15 +62,17 @@ impl Velocity {
 /// ```
 pub struct EmSystem {
     mass: SparseMatrix,
+    gravity: Option<LinearPotential>,
     gradients: Vec<Box<dyn DiscreteGradient>>,
     loads: Vec<Box<dyn MidpointLoad>>,
+    sources: Vec<Source>, // of each load
 }
 
 impl std::fmt::Debug for EmSystem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("EmSystem")
             .field("mass", &self.mass)
-            .field("gradients", &self.gradients.len())
+            .field("gradients", &self.gradients().count())
             .field("loads", &self.loads.len())
             .finish()
     }
@@ -82,27 +86,56 @@ impl EmSystem {
     #[must_use]
     pub fn new(mass: SparseMatrix) -> Self {
         assert_eq!(mass.shape().0, mass.shape().1, "the mass matrix must be square");
-        Self { mass, gradients: Vec::new(), loads: Vec::new() }
+        let (gradients, loads, sources) = (Vec::new(), Vec::new(), Vec::new());
+        Self { mass, gravity: None, gradients, loads, sources }
     }
 
     /// A mechanism with its masses and gravity; springs, dampers and loads are added by the caller.
     #[must_use]
     pub fn of_mechanism(mechanism: &Mechanism) -> Self {
-        Self::of_linear(&mechanism.system(Quadrature::Midpoint))
+        Self::with_mass(mechanism, mechanism.mass(|_| {}))
     }
 
-    /// The mass matrix of a variational system and the linear part of its potential (gravity): for
-    /// systems that have no other potential yet.
+    /// The same with a given mass matrix.
+    #[must_use]
+    pub fn with_mass(mechanism: &Mechanism, mass: SparseMatrix) -> Self {
+        let gravity = mechanism.gravity(&mass);
+        Self { gravity, ..Self::new(mass) }
+    }
+
+    /// The mass matrix of a variational system and its constant forces (gravity): for systems that
+    /// nothing else acts on yet.
     #[must_use]
     pub fn of_linear(system: &SeparableSystem) -> Self {
-        let n = system.dim();
-        let (origin, mut force) = (vec![0.0; n], vec![0.0; n]);
-        system.add_potential_gradient(Configuration::new(0.0, &origin), -1.0, &mut force);
-        let found = Self::new(system.mass().clone());
-        if force.iter().all(|w| *w == 0.0) {
-            return found;
+        let force = system.constant_force();
+        let acts = force.iter().any(|w| *w != 0.0);
+        let gravity = acts.then_some(LinearPotential { force });
+        Self { gravity, ..Self::new(system.mass().clone()) }
+    }
+
+    /// Adds the force elements of a mechanism.
+    #[must_use]
+    pub fn force_elements(mut self, elements: &ForceElements) -> Self {
+        for spring in &elements.springs {
+            self = self.spring(spring.clone());
         }
-        found.gradient(LinearPotential { force })
+        for spring in &elements.joint_springs {
+            self = self.gradient(spring.clone());
+        }
+        for own in &elements.forces {
+            self = match own.force.clone() {
+                ElementForce::Coordinates(force) => self.load_of(own.source(), AtMidpoint(force)),
+                ElementForce::Joint(force) => self.load_of(own.source(), force),
+                ElementForce::Body(load) => self.load_of(own.source(), load),
+            };
+        }
+        self
+    }
+
+    /// Gravity and the other potentials, in the order in which they were added.
+    fn gradients(&self) -> impl Iterator<Item = &dyn DiscreteGradient> {
+        let gravity = self.gravity.iter().map(|own| own as &dyn DiscreteGradient);
+        gravity.chain(self.gradients.iter().map(|own| &**own))
     }
 
     /// Adds a potential with its own discrete derivative.
@@ -125,10 +158,17 @@ impl EmSystem {
         self.gradient(InvariantPotential::from(spring))
     }
 
-    /// Adds a load or a damper.
+    /// Adds a load or a damper without a name.
     #[must_use]
-    pub fn load(mut self, load: impl MidpointLoad + 'static) -> Self {
+    pub fn load(self, load: impl MidpointLoad + 'static) -> Self {
+        self.load_of(Source::default(), load)
+    }
+
+    /// Adds a load or a damper with what exerts it.
+    #[must_use]
+    pub fn load_of(mut self, source: Source, load: impl MidpointLoad + 'static) -> Self {
         self.loads.push(Box::new(load));
+        self.sources.push(source);
         self
     }
 
@@ -144,13 +184,13 @@ impl EmSystem {
         self.kinetic_energy(&state.v) + self.potential_energy(state.configuration())
     }
 
-    /// How many loads and dampers act.
+    /// What exerts each load.
     #[must_use]
-    pub fn load_count(&self) -> usize {
-        self.loads.len()
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
     }
 
-    /// Adds the work of each load in a step, `f̄·Δq`, J, in the order in which they were added;
+    /// Adds the work of each load in a step, `f̄·Δq`, J, in the order of [`EmSystem::sources`];
     /// `scratch`: shape `n`.
     pub fn add_work(&self, s: &Interval, scratch: &mut [f64], out: &mut [f64]) {
         for (load, work) in self.loads.iter().zip(out) {
@@ -167,7 +207,7 @@ impl EmSystem {
         out.fill(0.0);
         self.mass.mul_add(2.0, work, out);
         let square = s.h * s.h;
-        for gradient in &self.gradients {
+        for gradient in self.gradients() {
             gradient.add(s, square, out);
         }
         for load in &self.loads {
@@ -181,7 +221,7 @@ impl EmSystem {
         let mut twice = Block { into: out, row, column, scale: 2.0, transposed };
         self.mass.emit(&mut twice);
         let square = s.h * s.h;
-        for gradient in &self.gradients {
+        for gradient in self.gradients() {
             gradient.add_derivative(s, square, out);
         }
         for load in &self.loads {
@@ -196,11 +236,11 @@ impl MechanicalSystem for EmSystem {
     }
 
     fn potential_energy(&self, at: Configuration<'_>) -> f64 {
-        self.gradients.iter().map(|v| v.potential(at)).sum()
+        self.gradients().map(|v| v.potential(at)).sum()
     }
 
     fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        self.gradients.iter().for_each(|v| v.add_gradient(at, scale, out));
+        self.gradients().for_each(|v| v.add_gradient(at, scale, out));
     }
 
     fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {

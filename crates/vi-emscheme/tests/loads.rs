@@ -5,10 +5,14 @@ use crate::common;
 
 use common::distance;
 use nalgebra::Vector3;
-use vi_core::MechanicalSystem;
+use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_core::force::{LinearDamping, Source};
+use vi_core::{MechanicalSystem, Quadrature};
 use vi_emscheme::load::AtMidpoint;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::PairKind;
+use vi_multibody::builder::{Inertia, MechanismBuilder};
+use vi_multibody::run::Solver;
 use vi_multibody::spring::Damper;
 use vi_rigid::TimeHistory;
 use vi_rigid::load::{Load, LoadKind};
@@ -95,6 +99,42 @@ fn a_damper_takes_out_the_work_it_does_and_no_momentum() {
     let off = distance(&start, &momentum(&run));
     println!("energy {first:.4} → {last:.4}, momenta off by {off:.1e}");
     assert!(last < 0.9 * first && off < 3e-13, "{first} {last} {off:e}");
+}
+
+#[test]
+fn a_force_of_ones_own_does_the_same_work_in_both_families() {
+    const DRAG: f64 = 0.4; // N·s/m
+    let mut builder = MechanismBuilder::new();
+    let body = builder.body("body", Inertia::principal(2.0, [0.3, 0.2, 0.1]));
+    body.velocity([1.0, 2.0, -0.5]);
+    let entries = (0..3).map(|i| (i, i, DRAG)).collect();
+    builder.force(LinearDamping { entries }).named("drag");
+    let built = builder.build().unwrap();
+    let variational = built.system(Quadrature::Midpoint);
+    let system = EmSystem::of_mechanism(&built.mechanism).force_elements(&built.forces);
+    let drag = [Source::Element("drag".to_owned())];
+    assert_eq!((variational.sources(), system.sources()), (&drag[..], &drag[..]));
+    let (h, steps) = (0.01, 100);
+    let at = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
+    let at = InitialValues::new(0.0, &at.0, &at.1);
+    let (mut scratch, mut work) = ([0.0; 12], [[0.0; 1]; 2]);
+    let mechanism = built.mechanism.clone();
+    let options = Options::new(SchemeKind::Nodal, h);
+    let mut run =
+        vi_multibody::run::integrator(mechanism, variational, options, Solver::Auto, at).unwrap();
+    for _ in 0..steps {
+        run.step_with(&mut |of, _, step| of.add_work(step.s, &mut scratch, &mut work[0])).unwrap();
+    }
+    let options = EmOptions::new(EmForm::Nodal, h);
+    let mut run = vi_emscheme::run::integrator(system, built.mechanism, options).unwrap();
+    for _ in 0..steps {
+        run.step_with(&mut |of, _, step| of.add_work(step.s, &mut scratch, &mut work[1])).unwrap();
+    }
+    // m v̇ = −c v:  ½ m v² (e^{−2ct/m} − 1)
+    let exact = 0.5 * 2.0 * 5.25 * ((-2.0 * DRAG / 2.0 * h * f64::from(steps)).exp() - 1.0);
+    let off = work.map(|work| work[0] - exact);
+    println!("work {work:?} J, exactly {exact} J: off by {off:?}");
+    assert!(off.iter().all(|off| off.abs() < 1e-5), "{off:?}");
 }
 
 #[test]

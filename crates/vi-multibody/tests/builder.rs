@@ -3,9 +3,10 @@
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use vi_constraints::{Constraints, Options, SchemeKind};
+use vi_core::force::Source;
 use vi_core::linear::norm_inf;
 use vi_core::{Configuration, MechanicalSystem, Quadrature, SparseMatrix};
-use vi_multibody::builder::{BodyId, BuildError, Inertia, MechanismBuilder};
+use vi_multibody::builder::{BodyId, BuildError, ElementForce, Inertia, MechanismBuilder};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::joint_force::{PdControl, Setpoint, Viscous};
@@ -409,7 +410,9 @@ fn what_makes_no_sense_is_refused_by_name() {
         ),
         (
             "damper 0 between points: its ends coincide, its force has no direction; move one",
-            message(|b, second| b.damper(Z, second.point_at(Z), 2.0)),
+            message(|b, second| {
+                b.damper(Z, second.point_at(Z), 2.0);
+            }),
         ),
         (
             "constraint `rod`: a distance to a point mass is a bar; use `bar`",
@@ -494,16 +497,24 @@ fn the_force_elements_are_data() {
     let (mut builder, second) = pair(PairKind::Prismatic);
     let slide = builder.joint("slide", PairKind::Prismatic, Ground, second).at(Z).axis(Z);
     let slide = slide.cut().id().coordinate(0);
-    builder.spring([0.0; 3], second.point(Z), 2.0).damping(0.1);
-    builder.damper([0.0; 3], second.point(Z), 0.2);
+    builder.spring([0.0; 3], second.point(Z), 2.0).damping(0.1).named("strut");
+    builder.damper([0.0; 3], second.point(Z), 0.2).named("pot");
     let reference = Arc::new(|_| Setpoint { value: 0.0, rate: 0.0 });
-    builder.joint_force(slide, PdControl { proportional: 1.0, derivative: 0.1, reference });
+    let control = PdControl { proportional: 1.0, derivative: 0.1, reference };
+    builder.joint_force(slide, control).named("control");
     builder.joint_spring(slide, 3.0, 0.1);
-    builder.load(second).torque(Z);
+    builder.load(second).torque(Z).named("push");
     let built = builder.build().unwrap();
     let forces = &built.forces;
-    let counts = (forces.springs.len(), forces.dampers.len(), forces.joint_springs.len());
-    assert_eq!((counts, forces.joint_forces.len(), forces.loads.len()), ((1, 2, 1), 1, 1));
+    let kinds = forces.forces.iter().map(|own| match own.force {
+        ElementForce::Coordinates(_) => "damper",
+        ElementForce::Joint(_) => "joint",
+        ElementForce::Body(_) => "load",
+    });
+    assert!(kinds.eq(["damper", "damper", "joint", "load"]));
+    assert_eq!((forces.springs.len(), forces.joint_springs.len()), (1, 1));
+    let names = ["strut", "pot", "control", "push"].map(|name| Source::Element(name.to_owned()));
+    assert_eq!(built.system(Quadrature::Midpoint).sources(), names);
     assert!(built.system(Quadrature::Midpoint).is_dissipative());
     assert!(format!("{builder:?}").contains("slide"), "{builder:?}");
 }

@@ -4,6 +4,7 @@ use super::work::Work;
 use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::{Constraints, Integrator};
 use vi_core::SeparableSystem;
+use vi_core::force::Source;
 use vi_emscheme::{EmIntegrator, EmSystem};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
@@ -15,6 +16,8 @@ pub(crate) trait Family: Discretization<Mechanism> {
     const VARIATIONAL: bool;
     /// The work before the first step.
     fn work(run: &Integrator<Self, Mechanism>) -> Work;
+    /// What exerts each force, in the order of [`Work`].
+    fn sources(&self) -> &[Source];
     /// Adds the work of a (sub-)step.
     fn add_work(&self, mechanism: &Mechanism, step: Step<'_>, work: &mut Work);
     /// `h E_d` of a (sub-)step; 0 without a discrete Lagrangian.
@@ -33,7 +36,11 @@ impl Family for SeparableSystem {
     fn work(run: &MechanismIntegrator) -> Work {
         let driven = run.constraints().is_rheonomic();
         let start = (&run.state().p[..], run.initial_velocity());
-        Work::new(start, run.system().force_count(), (driven, run.reads_states()))
+        Work::new(start, run.system().sources().len(), (driven, run.reads_states()))
+    }
+
+    fn sources(&self) -> &[Source] {
+        self.sources()
     }
 
     fn add_work(&self, mechanism: &Mechanism, step: Step<'_>, work: &mut Work) {
@@ -59,7 +66,11 @@ impl Family for EmSystem {
     fn work(run: &EmIntegrator<Mechanism>) -> Work {
         // the multipliers of the step are at hand
         let start = (&run.state().q[..], &run.state().v[..]);
-        Work::new(start, run.system().load_count(), (false, false))
+        Work::new(start, run.system().sources().len(), (false, false))
+    }
+
+    fn sources(&self) -> &[Source] {
+        self.sources()
     }
 
     fn add_work(

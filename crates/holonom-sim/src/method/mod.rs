@@ -23,6 +23,7 @@ use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::{ResumeError, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
+use vi_core::force::Source;
 use vi_core::linear::Singular;
 use vi_emscheme::EmIntegrator;
 use vi_multibody::mechanism::Mechanism;
@@ -48,6 +49,8 @@ pub(crate) trait Method {
     fn state(&self) -> MotionState;
     /// Continues from the state of a motion of the same model.
     fn resume(&mut self, state: MotionState) -> Result<(), ResumeError>;
+    /// What exerts each force of the system.
+    fn sources(&self) -> &[Source];
     /// Constraints.
     fn mechanism(&self) -> &Mechanism;
     /// Independent constraints.

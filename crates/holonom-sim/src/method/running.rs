@@ -18,6 +18,7 @@ use vi_constraints::node::Node;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Integrator, Reparametrization};
+use vi_core::force::Source;
 use vi_core::linear::Singular;
 use vi_core::{State, shadow_energy};
 use vi_emscheme::EmIntegrator;
@@ -207,6 +208,10 @@ impl<S: Family + 'static> Method for Running<S> {
         self.run.resume(from.state)?;
         (self.work, self.ended) = (work, from.ended);
         Ok(())
+    }
+
+    fn sources(&self) -> &[Source] {
+        self.run.system().sources()
     }
 
     fn mechanism(&self) -> &Mechanism {

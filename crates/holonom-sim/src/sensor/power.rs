@@ -36,9 +36,7 @@ impl Power {
     pub(super) fn of(name: &str, from: &Builder<'_>) -> Option<Self> {
         let model = from.names.model;
         if model.loads.iter().any(|load| load.name == name) {
-            let loads = from.dynamics.loads_of.iter().zip(&from.dynamics.forces.loads);
-            let own = loads.filter(|(of, _)| *of == name).map(|(_, load)| load.clone());
-            return Some(Self::Loads(own.collect()));
+            return Some(Self::Loads(from.dynamics.forces.loads(name).cloned().collect()));
         }
         let effort = Effort::of(name, from)?;
         let motion = model.constraints.iter().find(|c| c.name() == name);

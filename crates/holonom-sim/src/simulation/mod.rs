@@ -142,7 +142,8 @@ impl Simulation {
         }
         assembly.warnings.extend(limits.warnings());
         limits.begin();
-        let energies = Energies::new(model, method.mechanism(), (&dynamics, &mass), &first);
+        let (system, sources) = ((&dynamics, &mass), method.sources());
+        let energies = Energies::new(model, method.mechanism(), system, sources, &first);
         let watch = EnergyWatch::default();
         let mut rotation = RotationWatch::new(model, method.mechanism(), &beams);
         resolved::judge(model, (&mut *method, at), &first, &mut rotation, &mut assembly);

@@ -6,26 +6,29 @@ mod discrete;
 use super::slot_derivatives::DiscreteLagrangian;
 use crate::configuration::Configuration;
 use crate::coordinate_force::AlongUnknown;
-use crate::force::DiscreteForce;
+use crate::force::{DiscreteForce, Source};
 use crate::interpolation::{StepPolynomial, StrainInterpolation};
 use crate::interval::Interval;
 use crate::isotropic::IsotropicBlocks;
 use crate::mechanical_system::MechanicalSystem;
-use crate::potential::{DiscretePotential, Potential, Quadrature};
+use crate::potential::{DiscretePotential, LinearPotential, Potential, Quadrature};
 use crate::sparse::{Entries, SparseMatrix};
 
-/// A system with constant mass matrix, any number of discrete potentials and discrete forces.
+/// A system with constant mass matrix, gravity, any number of discrete potentials and discrete
+/// forces.
 pub struct SeparableSystem {
     mass: SparseMatrix,
     inertia: IsotropicBlocks, // the same matrix
     quadrature: Quadrature,
-    potentials: Vec<Box<dyn DiscretePotential>>,
+    gravity: Option<Box<dyn DiscretePotential>>,
+    potentials: Vec<Box<dyn DiscretePotential>>, // the others
     forces: Vec<Box<dyn DiscreteForce>>,
+    sources: Vec<Source>, // of each force
 }
 
 impl std::fmt::Debug for SeparableSystem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (potentials, forces) = (self.potentials.len(), self.forces.len());
+        let (potentials, forces) = (self.potentials().count(), self.forces.len());
         f.debug_struct("SeparableSystem")
             .field("mass", &self.mass)
             .field("quadrature", &self.quadrature)
@@ -44,7 +47,8 @@ impl SeparableSystem {
     pub fn new(mass: SparseMatrix) -> Self {
         assert_eq!(mass.shape().0, mass.shape().1, "the mass matrix must be square");
         let (inertia, quadrature) = (IsotropicBlocks::of(&mass), Quadrature::Midpoint);
-        Self { mass, inertia, quadrature, potentials: Vec::new(), forces: Vec::new() }
+        let (potentials, forces, sources) = (Vec::new(), Vec::new(), Vec::new());
+        Self { mass, inertia, quadrature, gravity: None, potentials, forces, sources }
     }
 
     /// A free system with a diagonal mass matrix.
@@ -65,6 +69,13 @@ impl SeparableSystem {
         self
     }
 
+    /// With gravity, `V = −w·q` with the weight `w`, by the system's quadrature.
+    #[must_use]
+    pub fn gravity(mut self, weight: LinearPotential) -> Self {
+        self.gravity = Some(self.quadrature.discretize(weight));
+        self
+    }
+
     /// Adds a potential, discretized by the system's quadrature.
     #[must_use]
     pub fn potential(self, potential: impl Potential + 'static) -> Self {
@@ -79,15 +90,25 @@ impl SeparableSystem {
         self
     }
 
-    /// Adds a discrete force.
+    /// Adds a discrete force without a name.
     ///
     /// # Panics
     /// When it is the second force with internal variables.
     #[must_use]
-    pub fn force(mut self, force: Box<dyn DiscreteForce>) -> Self {
+    pub fn force(self, force: Box<dyn DiscreteForce>) -> Self {
+        self.force_of(Source::default(), force)
+    }
+
+    /// Adds a discrete force with what exerts it.
+    ///
+    /// # Panics
+    /// When it is the second force with internal variables.
+    #[must_use]
+    pub fn force_of(mut self, source: Source, force: Box<dyn DiscreteForce>) -> Self {
         let known = self.internal_variables();
         assert!(known == 0 || force.internal_variables() == 0, "one force has internal variables");
         self.forces.push(force);
+        self.sources.push(source);
         self
     }
 
@@ -101,7 +122,7 @@ impl SeparableSystem {
     #[must_use]
     pub fn constant_force(&self) -> Vec<f64> {
         let mut sum = vec![0.0; self.dim()];
-        for force in self.potentials.iter().filter_map(|potential| potential.constant_force()) {
+        for force in self.potentials().filter_map(|potential| potential.constant_force()) {
             sum.iter_mut().zip(force).for_each(|(sum, w)| *sum += w);
         }
         sum
@@ -113,15 +134,19 @@ impl SeparableSystem {
         !self.forces.is_empty() || self.variable().next().is_some()
     }
 
+    /// Gravity and the other potentials, in the order in which they were added.
+    fn potentials(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
+        self.gravity.iter().chain(&self.potentials).map(|potential| &**potential)
+    }
+
     /// The potentials that are not linear.
     fn variable(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
-        let all = self.potentials.iter().map(|potential| &**potential);
-        all.filter(|potential| potential.constant_force().is_none())
+        self.potentials().filter(|potential| potential.constant_force().is_none())
     }
 
     /// What acts along unknowns of a step, always in the same order.
     pub fn along_unknowns(&self) -> impl Iterator<Item = AlongUnknown<'_>> {
-        let potentials = self.potentials.iter().filter_map(|own| own.along_unknown());
+        let potentials = self.potentials().filter_map(|own| own.along_unknown());
         potentials.chain(self.forces.iter().filter_map(|own| own.along_unknown()))
     }
 
@@ -161,22 +186,22 @@ impl SeparableSystem {
         forces.for_each(|force| force.add_minus_d2(s, out));
     }
 
-    /// How many discrete forces there are.
+    /// What exerts each discrete force.
     #[must_use]
-    pub fn force_count(&self) -> usize {
-        self.forces.len()
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
     }
 
-    /// Adds the work of each discrete force in a step, J, in the order in which they were added;
-    /// `scratch`: shape `n`.
+    /// Adds the work of each discrete force in a step, J, in the order of
+    /// [`SeparableSystem::sources`]; `scratch`: shape `n`.
     pub fn add_work(&self, s: &Interval, scratch: &mut [f64], out: &mut [f64]) {
         for (force, work) in self.forces.iter().zip(out) {
             *work += force.work(s, scratch);
         }
     }
 
-    /// Adds `scale f·v` of each discrete force at a Gauss node to `out`, in the order in which they
-    /// were added, but for those of strain rates; `scratch`: shape `n`.
+    /// Adds `scale f·v` of each discrete force at a Gauss node to `out`, in the order of
+    /// [`SeparableSystem::sources`], but for those of strain rates; `scratch`: shape `n`.
     pub fn add_power(
         &self,
         at: Configuration<'_>,
@@ -220,8 +245,8 @@ impl SeparableSystem {
         from_ground.for_each(|force| force.add_damping(at, v, -1.0, out));
     }
 
-    /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order in
-    /// which forces were added.
+    /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order of
+    /// [`SeparableSystem::sources`].
     pub fn add_interpolated_work(&self, step: &StepPolynomial<'_>, out: &mut [f64]) {
         for (force, work) in self.forces.iter().zip(out) {
             *work += force.interpolation().map_or(0.0, |own| own.work(step));
@@ -230,13 +255,12 @@ impl SeparableSystem {
 
     /// The potentials that a Galerkin step evaluates at Gauss nodes.
     fn gauss_potentials(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
-        let all = self.potentials.iter().map(|potential| &**potential);
-        all.filter(|potential| potential.interpolation().is_none())
+        self.potentials().filter(|potential| potential.interpolation().is_none())
     }
 
     /// What of a Galerkin step depends on interpolated strains.
     fn interpolations(&self) -> impl Iterator<Item = &dyn StrainInterpolation> {
-        let potentials = self.potentials.iter().filter_map(|potential| potential.interpolation());
+        let potentials = self.potentials().filter_map(|potential| potential.interpolation());
         potentials.chain(self.forces.iter().filter_map(|force| force.interpolation()))
     }
 }

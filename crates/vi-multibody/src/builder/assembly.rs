@@ -1,7 +1,7 @@
 //! From the parts of a builder to a description, a mechanism, and its force elements.
 
 use super::error::{finite, positive};
-use super::force::{JointElementKind, LoadPart, ParticleLoadPart};
+use super::force::{ElementForce, JointElementKind, LoadPart, ParticleLoadPart};
 use super::joint::direction;
 use super::{
     BuildError, BuiltMechanism, ConstraintKind, ConstraintPart, CoordinateId, ForceElements, Guide,
@@ -19,6 +19,7 @@ use crate::mechanism::initial_rates;
 use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint, complete_axis};
 use nalgebra::{Matrix3, Vector3};
+use std::sync::Arc;
 
 /// The length of a bar, by default the initial distance of its ends; `sizes`: how far they are from
 /// the origin.
@@ -136,7 +137,7 @@ impl MechanismBuilder {
                 forces.springs.push(Spring { between, stiffness, natural_length, law });
             }
             if damping != 0.0 {
-                forces.dampers.push(damper);
+                forces.add(&element.name, ElementForce::Coordinates(Arc::new(damper)));
             }
         }
         for element in &self.joint_elements {
@@ -150,16 +151,17 @@ impl MechanismBuilder {
                     forces.joint_springs.push(JointSpring { coordinate, stiffness, rest });
                 }
                 JointElementKind::Force(law) => {
-                    forces.joint_forces.push(JointForce { coordinate, law: law.clone() });
+                    let force = JointForce { coordinate, law: law.clone() };
+                    forces.add(&element.name, ElementForce::Joint(force));
                 }
             }
         }
         for (k, load) in self.loads.iter().enumerate() {
-            let load = match load {
-                LoadPart::Given(load) => {
+            let (name, load) = match load {
+                LoadPart::Given(name, load) => {
                     let (body, count) = (load.offset() / 12, self.bodies.len());
                     known(|| format!("load {k}"), "body", body, count)?;
-                    load.clone()
+                    (name, load.clone())
                 }
                 LoadPart::Described(load) => {
                     let body = load.body.index();
@@ -168,23 +170,27 @@ impl MechanismBuilder {
                     let along = |components: &Vector3<f64>| axes.transpose() * components;
                     let place = load.place;
                     let point = self.components(&PointOn { member: load.body.into(), place })?;
-                    load.resolve(self.bodies[body].name(), point, along)?
+                    (&load.name, load.resolve(self.bodies[body].name(), point, along)?)
                 }
             };
-            forces.loads.push(load);
+            forces.add(name, ElementForce::Body(load));
         }
         for (k, load) in self.particle_loads.iter().enumerate() {
-            let name = || format!("load {k} on point masses");
-            let ParticleLoadPart { particle, force, history } = load.clone();
-            known(name, "particle", particle.index(), self.particles.len())?;
-            finite(name, "force", force.as_slice())?;
+            let element = || format!("load {k} on point masses");
+            let ParticleLoadPart { name, particle, force, history } = load.clone();
+            known(element, "particle", particle.index(), self.particles.len())?;
+            finite(element, "force", force.as_slice())?;
             history.validate().map_err(|source| {
                 let body = self.particles[particle.index()].name.clone();
                 BuildError::Load { body, source: source.into() }
             })?;
             let offset = mechanism.particle_offset(particle.index());
             let dimension = mechanism.description().dimension;
-            forces.particle_loads.push(ParticleLoad { offset, dimension, force, history });
+            let load = ParticleLoad { offset, dimension, force, history };
+            forces.add(&name, ElementForce::Coordinates(Arc::new(load)));
+        }
+        for own in &self.own_forces {
+            forces.add(&own.name, ElementForce::Coordinates(own.force.clone()));
         }
         Ok(forces)
     }

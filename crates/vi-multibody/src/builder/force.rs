@@ -4,8 +4,7 @@ use super::error::finite;
 use super::{BodyId, BuildError, CoordinateId, ParticleId, Place, PointOn};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
-use crate::force::particle_load::ParticleLoad;
-use crate::force::spring::{Damper, Spring, SpringLaw};
+use crate::force::spring::{Spring, SpringLaw};
 use crate::mechanism::Mechanism;
 use crate::solver::run::{MechanismIntegrator, Solver, integrator};
 use nalgebra::Vector3;
@@ -13,7 +12,7 @@ use std::sync::Arc;
 use vi_constraints::InitialValues;
 use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
-use vi_core::force::MidpointForce;
+use vi_core::force::{DiscreteForce, Force, MidpointForce, Source};
 use vi_core::{Quadrature, SeparableSystem};
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
@@ -23,19 +22,69 @@ use vi_rigid::time_history::TimeHistory;
 pub struct ForceElements {
     /// Springs between points.
     pub springs: Vec<Spring>,
-    /// Dampers between points.
-    pub dampers: Vec<Damper>,
     /// Springs on joint coordinates.
     pub joint_springs: Vec<JointSpring>,
-    /// Dampers, motors and controls on joint coordinates.
-    pub joint_forces: Vec<JointForce<Arc<dyn JointLaw>>>,
-    /// Forces and torques on bodies.
-    pub loads: Vec<Load>,
-    /// Forces on point masses.
-    pub particle_loads: Vec<ParticleLoad>,
+    /// Everything else, in the order in which systems list it.
+    pub forces: Vec<NamedForce>,
+}
+
+/// A force with the name of its element.
+#[derive(Clone, Debug)]
+pub struct NamedForce {
+    /// The name; empty where it was given none.
+    pub name: String,
+    /// The force.
+    pub force: ElementForce,
+}
+
+/// A force as the families of schemes discretize it.
+#[derive(Clone)]
+pub enum ElementForce {
+    /// `f(t, q, v)`, at midpoints: dampers between points, forces on point masses, any other.
+    Coordinates(Arc<dyn Force>),
+    /// Along a joint coordinate: dampers, motors, controls.
+    Joint(JointForce<Arc<dyn JointLaw>>),
+    /// On a body.
+    Body(Load),
+}
+
+impl std::fmt::Debug for ElementForce {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Coordinates(_) => f.debug_struct("Coordinates").finish_non_exhaustive(),
+            Self::Joint(force) => f.debug_tuple("Joint").field(force).finish(),
+            Self::Body(load) => f.debug_tuple("Body").field(load).finish(),
+        }
+    }
+}
+
+impl NamedForce {
+    /// What exerts it.
+    #[must_use]
+    pub fn source(&self) -> Source {
+        Source::Element(self.name.clone())
+    }
 }
 
 impl ForceElements {
+    /// Whether any of them stores energy.
+    #[must_use]
+    pub fn has_springs(&self) -> bool {
+        !(self.springs.is_empty() && self.joint_springs.is_empty())
+    }
+
+    /// The loads on bodies of this name, one for each place where they act.
+    pub fn loads<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Load> {
+        self.forces.iter().filter(move |own| own.name == name).filter_map(|own| match &own.force {
+            ElementForce::Body(load) => Some(load),
+            _ => None,
+        })
+    }
+
+    pub(super) fn add(&mut self, name: &str, force: ElementForce) {
+        self.forces.push(NamedForce { name: name.to_owned(), force });
+    }
+
     /// Adds all of them to a variational system.
     #[must_use]
     pub fn add_to(&self, mut system: SeparableSystem) -> SeparableSystem {
@@ -45,17 +94,13 @@ impl ForceElements {
         for spring in &self.joint_springs {
             system = system.discrete_potential(Box::new(spring.clone()));
         }
-        for damper in &self.dampers {
-            system = system.force(Box::new(MidpointForce(damper.clone())));
-        }
-        for force in &self.joint_forces {
-            system = system.force(Box::new(force.clone()));
-        }
-        for load in &self.loads {
-            system = system.force(Box::new(load.clone()));
-        }
-        for load in &self.particle_loads {
-            system = system.force(Box::new(MidpointForce(load.clone())));
+        for own in &self.forces {
+            let discrete: Box<dyn DiscreteForce> = match own.force.clone() {
+                ElementForce::Coordinates(force) => Box::new(MidpointForce(force)),
+                ElementForce::Joint(force) => Box::new(force),
+                ElementForce::Body(load) => Box::new(load),
+            };
+            system = system.force_of(own.source(), discrete);
         }
         system
     }
@@ -99,6 +144,7 @@ impl BuiltMechanism {
 /// A spring with a damper beside it, or a damper.
 #[derive(Clone, Debug)]
 pub(super) struct PointElement {
+    pub(super) name: String,
     pub(super) from: PointOn,
     pub(super) to: PointOn,
     pub(super) stiffness: Option<f64>,
@@ -109,8 +155,8 @@ pub(super) struct PointElement {
 
 impl PointElement {
     pub(super) fn new(from: PointOn, to: PointOn, stiffness: Option<f64>, damping: f64) -> Self {
-        let law = SpringLaw::Linear;
-        Self { from, to, stiffness, natural_length: 0.0, law, damping }
+        let (name, law) = (String::new(), SpringLaw::Linear);
+        Self { name, from, to, stiffness, natural_length: 0.0, law, damping }
     }
 }
 
@@ -123,6 +169,12 @@ pub struct SpringEntry<'a> {
 impl<'a> SpringEntry<'a> {
     pub(super) fn new(spring: &'a mut PointElement) -> Self {
         Self { spring }
+    }
+
+    /// Its name, under which the work of its damper is listed.
+    pub fn named(self, name: &str) -> Self {
+        name.clone_into(&mut self.spring.name);
+        self
     }
 
     /// The length at which it is relaxed, m; 0 by default.
@@ -146,6 +198,7 @@ impl<'a> SpringEntry<'a> {
 
 #[derive(Clone, Debug)]
 pub(super) struct JointElement {
+    pub(super) name: String,
     pub(super) coordinate: CoordinateId,
     pub(super) kind: JointElementKind,
 }
@@ -160,12 +213,20 @@ pub(super) enum JointElementKind {
 #[derive(Clone, Debug)]
 pub(super) enum LoadPart {
     Described(Box<DescribedLoad>),
-    Given(Load),
+    Given(String, Load),
+}
+
+/// A force on any coordinates.
+#[derive(Clone)]
+pub(super) struct OwnForce {
+    pub(super) name: String,
+    pub(super) force: Arc<dyn Force>,
 }
 
 /// A force on a point mass as it was described.
 #[derive(Clone, Debug)]
 pub(super) struct ParticleLoadPart {
+    pub(super) name: String,
     pub(super) particle: ParticleId,
     pub(super) force: Vector3<f64>,
     pub(super) history: TimeHistory,
@@ -173,6 +234,7 @@ pub(super) struct ParticleLoadPart {
 
 #[derive(Clone, Debug)]
 pub(super) struct DescribedLoad {
+    pub(super) name: String,
     pub(super) body: BodyId,
     kind: LoadKind,
     force: Vector3<f64>,
@@ -184,6 +246,7 @@ pub(super) struct DescribedLoad {
 impl LoadPart {
     pub(super) fn new(body: BodyId) -> Self {
         Self::Described(Box::new(DescribedLoad {
+            name: String::new(),
             body,
             kind: LoadKind::Dead,
             force: Vector3::zeros(),
@@ -215,6 +278,19 @@ impl DescribedLoad {
     }
 }
 
+/// A force element that was added, without a name until the entry says otherwise.
+#[derive(Debug)]
+pub struct ForceEntry<'a> {
+    pub(super) name: &'a mut String,
+}
+
+impl ForceEntry<'_> {
+    /// Its name, under which its work is listed.
+    pub fn named(self, name: &str) {
+        name.clone_into(self.name);
+    }
+}
+
 /// A load that was added: no force and no torque, constant in time, until said otherwise.
 #[derive(Debug)]
 pub struct LoadEntry<'a> {
@@ -225,8 +301,14 @@ impl<'a> LoadEntry<'a> {
     pub(super) fn new(part: &'a mut LoadPart) -> Self {
         match part {
             LoadPart::Described(load) => Self { load },
-            LoadPart::Given(_) => unreachable!("an entry is of a described load"),
+            LoadPart::Given(..) => unreachable!("an entry is of a described load"),
         }
+    }
+
+    /// Its name, under which its work is listed.
+    pub fn named(self, name: &str) -> Self {
+        name.clone_into(&mut self.load.name);
+        self
     }
 
     /// The force, N: components in space, or along the axes of the body for a follower.

@@ -14,7 +14,9 @@ mod joint;
 
 pub use body::{BodyEntry, Inertia};
 pub use error::BuildError;
-pub use force::{BuiltMechanism, ForceElements, LoadEntry, SpringEntry};
+pub use force::{
+    BuiltMechanism, ElementForce, ForceElements, ForceEntry, LoadEntry, NamedForce, SpringEntry,
+};
 pub use id::{BodyId, CoordinateId, JointId, ParticleId, PointOn};
 pub use joint::JointEntry;
 
@@ -24,12 +26,13 @@ use crate::mechanism::description::{BarEnd, BodySpec, ParticleSpec};
 use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint};
 use body::BodyPart;
-use force::{JointElement, JointElementKind, LoadPart, ParticleLoadPart, PointElement};
+use force::{JointElement, JointElementKind, LoadPart, OwnForce, ParticleLoadPart, PointElement};
 pub(crate) use id::Place;
 use joint::JointPart;
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::sync::Arc;
+use vi_core::force::Force;
 use vi_rigid::load::Load;
 use vi_rigid::time_history::TimeHistory;
 
@@ -71,6 +74,7 @@ pub struct MechanismBuilder {
     joint_elements: Vec<JointElement>,
     loads: Vec<LoadPart>,
     particle_loads: Vec<ParticleLoadPart>,
+    own_forces: Vec<OwnForce>,
     beams: Vec<Range<usize>>,
 }
 
@@ -289,17 +293,27 @@ impl MechanismBuilder {
         stiffness: f64,
     ) -> SpringEntry<'_> {
         let element = PointElement::new(from.into(), to.into(), Some(stiffness), 0.0);
-        self.point_elements.push(element);
-        SpringEntry::new(self.point_elements.last_mut().expect("it was just added"))
+        SpringEntry::new(added(&mut self.point_elements, element))
     }
 
     /// Adds a damper between two points, along their line: N·s/m.
-    pub fn damper(&mut self, from: impl Into<PointOn>, to: impl Into<PointOn>, damping: f64) {
-        self.point_elements.push(PointElement::new(from.into(), to.into(), None, damping));
+    pub fn damper(
+        &mut self,
+        from: impl Into<PointOn>,
+        to: impl Into<PointOn>,
+        damping: f64,
+    ) -> ForceEntry<'_> {
+        let element = PointElement::new(from.into(), to.into(), None, damping);
+        ForceEntry { name: &mut added(&mut self.point_elements, element).name }
     }
 
-    fn joint_element(&mut self, coordinate: CoordinateId, kind: JointElementKind) {
-        self.joint_elements.push(JointElement { coordinate, kind });
+    fn joint_element(
+        &mut self,
+        coordinate: CoordinateId,
+        kind: JointElementKind,
+    ) -> ForceEntry<'_> {
+        let element = JointElement { name: String::new(), coordinate, kind };
+        ForceEntry { name: &mut added(&mut self.joint_elements, element).name }
     }
 
     /// Adds `½ k (θ − θ_0)²` on a joint coordinate: `stiffness` in N/m or N·m/rad, `rest` in m or
@@ -310,8 +324,12 @@ impl MechanismBuilder {
 
     /// Adds a force or torque on a joint coordinate: [`crate::force::joint_force::Viscous`]
     /// friction, a [`crate::force::joint_force::PdControl`], or a law of your own.
-    pub fn joint_force(&mut self, coordinate: CoordinateId, law: impl JointLaw + 'static) {
-        self.joint_element(coordinate, JointElementKind::Force(Arc::new(law)));
+    pub fn joint_force(
+        &mut self,
+        coordinate: CoordinateId,
+        law: impl JointLaw + 'static,
+    ) -> ForceEntry<'_> {
+        self.joint_element(coordinate, JointElementKind::Force(Arc::new(law)))
     }
 
     /// Adds a motor on a joint coordinate: its effort as a function of time, N or N·m.
@@ -319,14 +337,20 @@ impl MechanismBuilder {
         &mut self,
         coordinate: CoordinateId,
         effort: impl Fn(f64) -> f64 + Send + Sync + 'static,
-    ) {
-        self.joint_force(coordinate, Motor(Arc::new(effort)));
+    ) -> ForceEntry<'_> {
+        self.joint_force(coordinate, Motor(Arc::new(effort)))
+    }
+
+    /// Adds a force of your own on the coordinates of the mechanism, at midpoints in every family of
+    /// schemes.
+    pub fn force(&mut self, force: impl Force + 'static) -> ForceEntry<'_> {
+        let own = OwnForce { name: String::new(), force: Arc::new(force) };
+        ForceEntry { name: &mut added(&mut self.own_forces, own).name }
     }
 
     /// Adds a load on a body; the entry takes force, torque, point and time history.
     pub fn load(&mut self, body: BodyId) -> LoadEntry<'_> {
-        self.loads.push(LoadPart::new(body));
-        LoadEntry::new(self.loads.last_mut().expect("it was just added"))
+        LoadEntry::new(added(&mut self.loads, LoadPart::new(body)))
     }
 
     /// Adds a force on a point mass, N: components in space, times a history.
@@ -335,13 +359,20 @@ impl MechanismBuilder {
         particle: ParticleId,
         force: impl Into<Vector3<f64>>,
         history: TimeHistory,
-    ) {
-        let force = force.into();
-        self.particle_loads.push(ParticleLoadPart { particle, force, history });
+    ) -> ForceEntry<'_> {
+        let (name, force) = (String::new(), force.into());
+        let load = ParticleLoadPart { name, particle, force, history };
+        ForceEntry { name: &mut added(&mut self.particle_loads, load).name }
     }
 
-    /// Adds a load as it is: components along principal axes, frame by its offset.
-    pub fn load_of_frame(&mut self, load: Load) {
-        self.loads.push(LoadPart::Given(load));
+    /// Adds a load of this name as it is: components along principal axes, frame by its offset.
+    pub fn load_of_frame(&mut self, name: &str, load: Load) {
+        self.loads.push(LoadPart::Given(name.to_owned(), load));
     }
+}
+
+/// Adds a part to a list.
+fn added<T>(parts: &mut Vec<T>, part: T) -> &mut T {
+    parts.push(part);
+    parts.last_mut().expect("it was just added")
 }

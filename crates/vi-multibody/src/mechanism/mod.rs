@@ -391,13 +391,19 @@ impl Mechanism {
     /// The system with a given mass matrix and gravity, `V = −(M γ)·q`.
     #[must_use]
     pub fn system_with_mass(&self, mass: SparseMatrix, quadrature: Quadrature) -> SeparableSystem {
-        let weighs = self.description.gravity != Vector3::zeros();
-        let weight = weighs.then(|| self.weight(&mass));
+        let gravity = self.gravity(&mass);
         let system = SeparableSystem::new(mass).quadrature(quadrature);
-        match weight {
-            Some(force) => system.potential(LinearPotential { force }),
+        match gravity {
+            Some(weight) => system.gravity(weight),
             None => system,
         }
+    }
+
+    /// Gravity, `V = −(M γ)·q`, with a given mass matrix; `None` without it.
+    #[must_use]
+    pub fn gravity(&self, mass: &SparseMatrix) -> Option<LinearPotential> {
+        let weighs = self.description.gravity != Vector3::zeros();
+        weighs.then(|| LinearPotential { force: self.weight(mass) })
     }
 
     /// The weight `M γ`, N, with the acceleration `γ` of gravity at every point, shape `n`.

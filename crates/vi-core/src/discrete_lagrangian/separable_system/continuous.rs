@@ -27,19 +27,19 @@ impl MechanicalSystem for SeparableSystem {
     }
 
     fn adds_mass(&self) -> bool {
-        self.potentials.iter().any(|potential| potential.adds_mass())
+        self.potentials().any(|potential| potential.adds_mass())
     }
 
     fn add_mass_of_step(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
-        self.potentials.iter().for_each(|potential| potential.add_mass(at, h, out));
+        self.potentials().for_each(|potential| potential.add_mass(at, h, out));
     }
 
     fn potential_energy(&self, at: Configuration<'_>) -> f64 {
-        self.potentials.iter().map(|u| u.potential(at)).sum()
+        self.potentials().map(|u| u.potential(at)).sum()
     }
 
     fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        for potential in &self.potentials {
+        for potential in self.potentials() {
             potential.add_gradient(at, scale, out);
         }
     }

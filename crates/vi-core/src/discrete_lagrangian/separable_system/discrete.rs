@@ -15,7 +15,7 @@ impl DiscreteLagrangian for SeparableSystem {
 
     fn d1(&self, s: &Interval, out: &mut [f64]) {
         out.fill(0.0);
-        for potential in &self.potentials {
+        for potential in self.potentials() {
             potential.add_d1(s, -s.h, out);
         }
         self.inertia.mul_add(-1.0 / s.h, &s.dq, out);
@@ -23,35 +23,35 @@ impl DiscreteLagrangian for SeparableSystem {
 
     fn d2(&self, s: &Interval, out: &mut [f64]) {
         out.fill(0.0);
-        for potential in &self.potentials {
+        for potential in self.potentials() {
             potential.add_d2(s, -s.h, out);
         }
         self.inertia.mul_add(1.0 / s.h, &s.dq, out);
     }
 
     fn d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
-        for potential in &self.potentials {
+        for potential in self.potentials() {
             potential.add_d2_d1(s, -s.h, out);
         }
         self.inertia.emit(-1.0 / s.h, out);
     }
 
     fn d1_d1(&self, s: &Interval, out: &mut dyn Entries) {
-        for potential in &self.potentials {
+        for potential in self.potentials() {
             potential.add_d1_d1(s, -s.h, out);
         }
         self.inertia.emit(1.0 / s.h, out);
     }
 
     fn d2_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        for potential in &self.potentials {
+        for potential in self.potentials() {
             potential.add_d2_d2(s, -s.h, out);
         }
         self.inertia.emit(1.0 / s.h, out);
     }
 
     fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
-        self.potentials.iter().for_each(|potential| potential.add_hessian(at, scale, out));
+        self.potentials().for_each(|potential| potential.add_hessian(at, scale, out));
     }
 
     fn gauss_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
@@ -87,11 +87,11 @@ impl DiscreteLagrangian for SeparableSystem {
     }
 
     fn discrete_potential_energy(&self, s: &Interval) -> f64 {
-        self.potentials.iter().map(|u| u.value(s)).sum()
+        self.potentials().map(|u| u.value(s)).sum()
     }
 
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
-        self.potentials.iter().map(|u| u.added_kinetic_energy(s)).sum()
+        self.potentials().map(|u| u.added_kinetic_energy(s)).sum()
     }
 }
 
