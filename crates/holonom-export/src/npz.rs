@@ -14,20 +14,21 @@
 
 use crate::npy::Archive;
 use crate::table::{Results, Table};
+use holonom_sim::output::columns::{
+    ANGULAR_MOMENTUM, ARC_LENGTH, Column, DISCRETE_ENERGY, HAMILTONIAN, HEAD, LINEAR_MOMENTUM,
+    STEP, STRAINS, STRESSES, TAIL, TIME,
+};
 use holonom_sim::output::{MemberColumns, members};
 use holonom_sim::sample::MemberKind;
 use std::io;
 use std::path::Path;
-
-/// Columns of `trajectory.csv` after those of the members.
-const TAIL: usize = 8;
 
 /// Writes all results.
 pub(crate) fn write(results: &Results, to: &Path) -> io::Result<()> {
     let mut archive = Archive::create(to)?;
     motion(&mut archive, &results.trajectory)?;
     for (group, table) in &results.groups {
-        for (name, column) in table.names.iter().zip(&table.columns).skip(2) {
+        for (name, column) in table.names.iter().zip(&table.columns).skip(HEAD.len()) {
             list(&mut archive, &format!("{group}/{name}"), column)?;
         }
     }
@@ -43,20 +44,20 @@ fn list(archive: &mut Archive, name: &str, values: &[f64]) -> io::Result<()> {
 
 fn motion(archive: &mut Archive, table: &Table) -> io::Result<()> {
     let rows = table.rows();
-    let n = table.columns.len().saturating_sub(2 + TAIL);
+    let n = table.columns.len().saturating_sub(HEAD.len() + TAIL.len());
     let steps: Vec<i64> = table.columns[0].iter().map(|step| *step as i64).collect();
-    archive.wholes("step", &steps)?;
-    list(archive, "t", table.column("t").unwrap_or_default())?;
+    archive.wholes(STEP.name, &steps)?;
+    list(archive, TIME.name, table.column(TIME.name).unwrap_or_default())?;
     let columns = |first: usize, count: usize| {
         let row = move |row: usize| (first..first + count).map(move |k| table.columns[k][row]);
         (0..rows).flat_map(row)
     };
-    archive.reals("q", &[rows, n], columns(2, n))?;
-    for name in ["E", "H"] {
+    archive.reals("q", &[rows, n], columns(HEAD.len(), n))?;
+    for Column { name, .. } in [DISCRETE_ENERGY, HAMILTONIAN] {
         list(archive, name, table.column(name).unwrap_or_default())?;
     }
-    let after = 2 + n + 2; // E, H before the momentum maps
-    for (name, first) in [("L", after), ("P", after + 3)] {
+    for (name, [first, ..]) in [("L", ANGULAR_MOMENTUM), ("P", LINEAR_MOMENTUM)] {
+        let first = HEAD.len() + n + TAIL.iter().take_while(|column| **column != first).count();
         archive.reals(name, &[rows, 3], columns(first, 3))?;
     }
     for MemberColumns { member, first } in members(&table.names) {
@@ -77,21 +78,25 @@ fn beams(archive: &mut Archive, table: &Table) -> io::Result<()> {
     let mut names: Vec<&String> = table.words.iter().collect();
     names.sort();
     names.dedup();
-    let step = table.column("step").unwrap_or_default();
+    let step = table.column(STEP.name).unwrap_or_default();
     for name in names {
         let own: Vec<usize> =
             (0..table.words.len()).filter(|&row| table.words[row] == **name).collect();
         let elements = own.iter().take_while(|&&row| step[row] <= step[own[0]]).count();
         let rows = own.len() / elements.max(1);
-        let arc = table.column("s").unwrap_or_default();
+        let arc = table.column(ARC_LENGTH.name).unwrap_or_default();
         let arc = own[..elements].iter().map(|&row| arc[row]);
         archive.reals(&format!("beams/{name}/s"), &[elements], arc)?;
-        for (group, first) in [("strain", "Gamma1"), ("force", "N1")] {
-            let Some(first) = table.names.iter().position(|n| n == first) else { continue };
+        for (group, parts) in [("strain", STRAINS), ("force", STRESSES)] {
+            let Some(first) = table.names.iter().position(|n| n == parts[0]) else { continue };
             let at_elements = own[..rows * elements].iter();
-            let values =
-                at_elements.flat_map(|&row| (first..first + 6).map(move |k| table.columns[k][row]));
-            archive.reals(&format!("beams/{name}/{group}"), &[rows, elements, 6], values)?;
+            let values = at_elements
+                .flat_map(|&row| (first..first + parts.len()).map(move |k| table.columns[k][row]));
+            archive.reals(
+                &format!("beams/{name}/{group}"),
+                &[rows, elements, parts.len()],
+                values,
+            )?;
         }
     }
     Ok(())

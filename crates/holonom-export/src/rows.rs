@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use holonom_sim::output::{RowReader, RunFolder};
+use holonom_sim::output::{RowReader, RowTable, RunFolder};
 
 use crate::ExportError;
 
@@ -17,13 +17,13 @@ pub(crate) struct StepRows {
 
 impl StepRows {
     /// Opens a file of a folder; `None` where there is none.
-    pub(crate) fn open(folder: &RunFolder, name: &str) -> Result<Option<Self>, ExportError> {
-        let path = folder.path().join(name);
+    pub(crate) fn open(folder: &RunFolder, of: RowTable) -> Result<Option<Self>, ExportError> {
+        let path = folder.path().join(of.file());
         if !path.is_file() {
             return Ok(None);
         }
         let failed = move |message: String| ExportError::Read { path: path.clone(), message };
-        let mut reader = folder.reader(name).map_err(|e| failed(e.to_string()))?;
+        let mut reader = folder.reader(&of.file()).map_err(|e| failed(e.to_string()))?;
         let columns = reader.headers().map_err(|e| failed(e.to_string()))?;
         let columns = columns.iter().map(str::to_owned).zip(0..).collect();
         let next = csv::StringRecord::new();

@@ -1,10 +1,12 @@
 //! The CSV files of a run as columns.
 
 use crate::ExportError;
-use holonom_sim::output::RunFolder;
+use holonom_sim::output::columns::Kind;
+use holonom_sim::output::{RowTable, RunFolder};
 
-/// Files with one column for each quantity after `step, t`, by their names without extension.
-pub(crate) const GROUPS: [&str; 4] = ["residuals", "sensors", "momenta", "energy"];
+/// Files with one column for each quantity after `step, t`, beside the trajectory.
+pub(crate) const GROUPS: [RowTable; 4] =
+    [RowTable::Residuals, RowTable::Sensors, RowTable::Momenta, RowTable::Energy];
 
 /// The files of a run.
 pub(crate) struct Results {
@@ -17,19 +19,20 @@ pub(crate) struct Results {
 impl Results {
     /// Reads all that stand in a folder; a trajectory is required.
     pub(crate) fn read(folder: &RunFolder) -> Result<Self, ExportError> {
-        let read = |name: &str| Table::read(folder, &format!("{name}.csv"));
-        let trajectory = read("trajectory")?.ok_or_else(|| Table::missing(folder))?;
+        let read = |of: RowTable| Table::read(folder, of);
+        let trajectory = read(RowTable::Trajectory)?.ok_or_else(|| Table::missing(folder))?;
         let mut groups = Vec::new();
-        for name in GROUPS {
-            groups.extend(read(name)?.map(|table| (name, table)));
+        for of in GROUPS {
+            groups.extend(read(of)?.map(|table| (of.name(), table)));
         }
-        Ok(Self { trajectory, groups, beams: read("beams")? })
+        Ok(Self { trajectory, groups, beams: read(RowTable::Beams)? })
     }
 }
 
 /// Columns of numbers, and the one of words that `beams.csv` has.
 pub(crate) struct Table {
     pub(crate) names: Vec<String>,
+    pub(crate) kinds: Vec<Kind>,
     pub(crate) columns: Vec<Vec<f64>>,
     /// Of the column `beam`; empty without one.
     pub(crate) words: Vec<String>,
@@ -37,17 +40,19 @@ pub(crate) struct Table {
 
 impl Table {
     /// Reads a file; `None` where there is none. Empty fields are NaN.
-    pub(crate) fn read(folder: &RunFolder, name: &str) -> Result<Option<Self>, ExportError> {
-        let path = folder.path().join(name);
+    pub(crate) fn read(folder: &RunFolder, of: RowTable) -> Result<Option<Self>, ExportError> {
+        let path = folder.path().join(of.file());
         let failed = |message: String| ExportError::Read { path: path.clone(), message };
         if !path.is_file() {
             return Ok(None);
         }
-        let mut reader = folder.reader(name).map_err(|e| failed(e.to_string()))?;
+        let mut reader = folder.reader(&of.file()).map_err(|e| failed(e.to_string()))?;
         let header = reader.headers().map_err(|e| failed(e.to_string()))?;
         let names: Vec<String> = header.iter().map(str::to_owned).collect();
-        let mut table = Self { columns: vec![Vec::new(); names.len()], names, words: Vec::new() };
-        let words = table.names.iter().position(|name| name == "beam");
+        let kinds = names.iter().map(|name| of.column(name).kind).collect();
+        let columns = vec![Vec::new(); names.len()];
+        let mut table = Self { names, kinds, columns, words: Vec::new() };
+        let words = table.kinds.iter().position(|kind| *kind == Kind::Text);
         let mut row = csv::StringRecord::new();
         while reader.read_record(&mut row).map_err(|e| failed(e.to_string()))? {
             for (k, (field, column)) in row.iter().zip(&mut table.columns).enumerate() {
@@ -66,7 +71,7 @@ impl Table {
 
     /// What is wrong with a folder without a trajectory.
     pub(crate) fn missing(folder: &RunFolder) -> ExportError {
-        let path = folder.path().join("trajectory.csv");
+        let path = folder.path().join(RowTable::Trajectory.file());
         ExportError::Read { path, message: "there is no such file".into() }
     }
 

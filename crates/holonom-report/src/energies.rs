@@ -4,11 +4,10 @@ use super::chart::{Axis, Chart, Curve, Strokes};
 use super::plots::Plot;
 use super::series::subsample;
 use holonom_sim::output::TimeSeries;
+use holonom_sim::output::columns::{self, BALANCE, TOTAL};
 
 /// Most curves of a chart.
 const CURVES: usize = 6;
-/// Parts of the energy in the order of the file.
-const PARTS: [&str; 4] = ["kinetic", "gravity", "elastic", "springs"];
 
 /// The charts of a run: parts of the energy where there are two, work and balance where anything
 /// does work.
@@ -35,21 +34,22 @@ pub fn energy_plots(table: &TimeSeries) -> Vec<Plot> {
         },
     };
     let mut plots = Vec::new();
-    let parts: Vec<Curve> = PARTS.iter().filter_map(|part| curve(part, part)).collect();
+    let parts: Vec<Curve> =
+        columns::PARTS.iter().filter_map(|part| curve(part.name, part.name)).collect();
     if parts.len() > 1 {
-        let all = parts.into_iter().chain(curve("total", "total")).collect();
+        let all = parts.into_iter().chain(curve(TOTAL.name, TOTAL.name)).collect();
         plots.push(chart("energies", "Parts of the energy", "Values at the nodes.", all));
     }
-    let works: Vec<&String> =
-        table.columns.iter().filter(|c| c.starts_with("work") && column(c).is_some()).collect();
+    let work = |name: &String| {
+        let source = columns::source_of_work(name)?;
+        column(name).map(|_| (name.clone(), source))
+    };
+    let works: Vec<(String, String)> = table.columns.iter().filter_map(work).collect();
     if works.is_empty() {
         return plots;
     }
-    let label = |name: &str| match name.strip_prefix("work_of_") {
-        Some(source) => source.replace('_', " "),
-        None => name.trim_start_matches("work.").to_owned(),
-    };
-    let shown = works.iter().take(CURVES).filter_map(|name| curve(name, &label(name))).collect();
+    let shown = works.iter().take(CURVES).filter_map(|(name, source)| curve(name, source));
+    let shown = shown.collect();
     let caption = match works.len() > CURVES {
         true => format!("The first {CURVES} of {}; all are in energy.csv.", works.len()),
         false => {
@@ -59,7 +59,7 @@ pub fn energy_plots(table: &TimeSeries) -> Vec<Plot> {
     };
     plots.push(chart("work", "Work", &caption, shown));
     let caption = "The total energy less its initial value and all work: the error of the balance.";
-    let balance = curve("balance", "balance").into_iter().collect();
-    plots.push(chart("balance", "Energy balance", caption, balance));
+    let balance = curve(BALANCE.name, BALANCE.name).into_iter().collect();
+    plots.push(chart(BALANCE.name, "Energy balance", caption, balance));
     plots
 }

@@ -2,6 +2,10 @@
 
 use super::chart::{Axis, Chart, Curve, Strokes};
 use super::series::{Points, subsample};
+use holonom_sim::output::columns::{
+    self, ANGULAR_MOMENTUM, Column, DISCRETE_ENERGY, HAMILTONIAN, LEVELS, LINEAR_MOMENTUM,
+    POSITION_NAMES, TIME,
+};
 use holonom_sim::output::{ResidualRow, Trajectory};
 
 /// Components whose positions are drawn.
@@ -40,10 +44,10 @@ impl Plot {
 /// All charts of a run.
 #[must_use]
 pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
-    let curves = Curves { trajectory, t: trajectory.column("t").unwrap_or_default() };
+    let curves = Curves { trajectory, t: trajectory.column(TIME.name).unwrap_or_default() };
     let mut plots = vec![curves.energy(), curves.energy_error()];
-    plots.push(curves.drift("angular", ["Lx", "Ly", "Lz"], "kg·m²/s"));
-    plots.push(curves.drift("linear", ["Px", "Py", "Pz"], "kg·m/s"));
+    plots.push(curves.drift("angular", ANGULAR_MOMENTUM));
+    plots.push(curves.drift("linear", LINEAR_MOMENTUM));
     if !trajectory.residuals.is_empty() {
         plots.push(residuals(&trajectory.residuals));
     }
@@ -58,7 +62,7 @@ pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
 /// most.
 #[must_use]
 pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
-    let curves = Curves { trajectory, t: trajectory.column("t").unwrap_or_default() };
+    let curves = Curves { trajectory, t: trajectory.column(TIME.name).unwrap_or_default() };
     let ways = curves.ways();
     let mut plots = vec![curves.load_path(&ways), curves.potential()];
     let shown = ways.iter().enumerate();
@@ -91,7 +95,8 @@ impl Curves<'_> {
     }
 
     fn energy(&self) -> Plot {
-        let curves = [self.of("E", "E_d", false), self.of("H", "H_d", false)];
+        let curves =
+            [self.of(DISCRETE_ENERGY.name, "E_d", false), self.of(HAMILTONIAN.name, "H_d", false)];
         Plot {
             name: "energy".into(),
             caption: "Discrete energy E_d of a step and H_d at a node.".into(),
@@ -100,7 +105,10 @@ impl Curves<'_> {
     }
 
     fn energy_error(&self) -> Plot {
-        let curves = [self.of("E", "E_d − E_d(0)", true), self.of("H", "H_d − H_d(0)", true)];
+        let curves = [
+            self.of(DISCRETE_ENERGY.name, "E_d − E_d(0)", true),
+            self.of(HAMILTONIAN.name, "H_d − H_d(0)", true),
+        ];
         Plot {
             name: "energy_error".into(),
             caption: "With a variational integrator the energy error of a conservative system is bounded, \
@@ -113,8 +121,7 @@ impl Curves<'_> {
     /// Displacements of the components that move most.
     fn ways(&self) -> Vec<(&str, Vec<f64>)> {
         let way = |name: &str| -> Vec<f64> {
-            let axes =
-                ["x", "y", "z"].map(|axis| self.trajectory.column(&format!("{name}.{axis}")));
+            let axes = POSITION_NAMES.map(|axis| self.trajectory.column(&format!("{name}.{axis}")));
             let axes: Vec<&[f64]> = axes.into_iter().flatten().filter(|x| !x.is_empty()).collect();
             let from = |k: usize, x: &&[f64]| (x[k] - x[0]).powi(2);
             (0..self.t.len()).map(|k| axes.iter().map(|x| from(k, x)).sum::<f64>().sqrt()).collect()
@@ -156,12 +163,19 @@ impl Curves<'_> {
         Plot {
             name: "energy".into(),
             caption: "Potential energy of elements, springs and weight.".into(),
-            chart: linear("Potential energy", "energy", "J", [self.of("H", "V", false)]),
+            chart: linear(
+                "Potential energy",
+                "energy",
+                "J",
+                [self.of(HAMILTONIAN.name, "V", false)],
+            ),
         }
     }
 
-    fn drift(&self, kind: &str, columns: [&str; 3], unit: &str) -> Plot {
-        let curves = columns.map(|c| self.of(c, &format!("{c} − {c}(0)"), true));
+    fn drift(&self, kind: &str, columns: [Column; 3]) -> Plot {
+        let [Column { unit, .. }, ..] = columns;
+        let curve = |name: &str| self.of(name, &format!("{name} − {name}(0)"), true);
+        let curves = columns.map(|column| curve(column.name));
         let title = match kind {
             "angular" => "Angular momentum: change since t = 0",
             _ => "Linear momentum: change since t = 0",
@@ -186,7 +200,7 @@ impl Curves<'_> {
                 &format!("Position of {member}"),
                 "position",
                 "m",
-                ["x", "y", "z"].map(column),
+                POSITION_NAMES.map(column),
             ),
         }
     }
@@ -216,6 +230,7 @@ fn linear<const N: usize>(
 
 fn residuals(rows: &[ResidualRow]) -> Plot {
     let t: Vec<f64> = rows.iter().map(|r| r.t).collect();
+    let [position, velocity, momentum] = columns::names(&LEVELS);
     let curve = |name: &str, value: fn(&ResidualRow) -> f64| {
         let values: Vec<f64> = rows.iter().map(value).collect();
         let points: Points = subsample(&t, &values);
@@ -233,9 +248,9 @@ fn residuals(rows: &[ResidualRow]) -> Plot {
             strokes: Strokes::Line,
             resolution: 0.0,
             curves: vec![
-                curve("position", |r| r.position),
-                curve("velocity", |r| r.velocity),
-                curve("momentum", |r| r.momentum),
+                curve(position, |r| r.position),
+                curve(velocity, |r| r.velocity),
+                curve(momentum, |r| r.momentum),
             ],
         },
     }

@@ -9,6 +9,7 @@
 
 use crate::dynamics::Dynamics;
 use crate::method::reading::Reading;
+use crate::output::columns::{BALANCE, ELASTIC, GRAVITY, KINETIC, MOTIONS, SPRINGS, TOTAL, work};
 use holonom_model::Model;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -53,7 +54,7 @@ impl Energies {
         let mut works: Vec<usize> = Vec::new();
         let mut names: Vec<String> = Vec::new();
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
-        for name in sources.iter().map(column) {
+        for name in sources.iter().map(work) {
             let place = *known.entry(name.clone()).or_insert(names.len());
             works.push(place);
             if place == names.len() {
@@ -62,14 +63,14 @@ impl Energies {
         }
         let motions = mechanism.is_rheonomic();
         let parts_of_potential =
-            [(gravity.is_some(), "gravity"), (beams, "elastic"), (springs, "springs")].into_iter();
-        let mut columns = vec!["kinetic".to_owned()];
-        columns.extend(parts_of_potential.filter(|p| p.0).map(|p| p.1.to_owned()));
-        columns.push("total".into());
+            [(gravity.is_some(), GRAVITY), (beams, ELASTIC), (springs, SPRINGS)].into_iter();
+        let mut columns = vec![KINETIC.name.to_owned()];
+        columns.extend(parts_of_potential.filter(|p| p.0).map(|p| p.1.name.to_owned()));
+        columns.push(TOTAL.name.into());
         let sources = names.len();
         columns.extend(names);
-        columns.extend(motions.then(|| "work_of_motions".to_owned()));
-        columns.push("balance".into());
+        columns.extend(motions.then(|| work(&MOTIONS)));
+        columns.push(BALANCE.name.into());
         Self {
             columns,
             rounding: Rounding::new(model, mechanism, (dynamics, mass, gravity.as_ref()), start),
@@ -188,12 +189,4 @@ fn applied(model: &Model, size: f64) -> f64 {
     let motors = model.joints.iter().filter_map(|joint| joint.motor.as_ref());
     let motors = motors.map(|motor| motor.history.peak(end) * motor.effort.abs() * size.max(1.0));
     loads.chain(motors).sum()
-}
-
-/// The column of the work of a force.
-fn column(source: &Source) -> String {
-    match source {
-        Source::Element(name) => format!("work.{name}"),
-        Source::System(words) => format!("work_of_{}", words.replace(' ', "_")),
-    }
 }

@@ -1,5 +1,6 @@
 //! What a run delivers at a node: the types between the simulation and everything that writes.
 
+use crate::output::columns::COORDINATE_NAMES;
 use serde::{Deserialize, Serialize};
 use vi_core::Energies;
 use vi_core::momentum_map::Momentum;
@@ -20,12 +21,10 @@ impl MemberKind {
     /// Suffixes of its trajectory columns, in the order of its coordinates.
     #[must_use]
     pub fn columns(self) -> &'static [&'static str] {
-        const FRAME: [&str; 12] =
-            ["x", "y", "z", "d1x", "d1y", "d1z", "d2x", "d2y", "d2z", "d3x", "d3y", "d3z"];
         match self {
-            Self::Frame => &FRAME,
-            Self::Particle2 => &FRAME[..2],
-            Self::Particle3 => &FRAME[..3],
+            Self::Frame => &COORDINATE_NAMES,
+            Self::Particle2 => &COORDINATE_NAMES[..2],
+            Self::Particle3 => &COORDINATE_NAMES[..3],
         }
     }
 }

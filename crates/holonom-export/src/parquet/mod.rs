@@ -12,16 +12,17 @@ mod file;
 use crate::ExportError;
 use crate::table::{GROUPS, Table};
 use file::Values;
-use holonom_sim::output::RunFolder;
+use holonom_sim::output::columns::Kind;
+use holonom_sim::output::{RowTable, RunFolder};
 use std::path::Path;
 
 /// Whether an entry of a folder is one that [`write`] makes.
 pub(crate) fn known(entry: &str) -> bool {
-    entry.strip_suffix(".parquet").is_some_and(|name| names().any(|known| known == name))
+    entry.strip_suffix(".parquet").is_some_and(|name| tables().any(|known| known.name() == name))
 }
 
-fn names() -> impl Iterator<Item = &'static str> {
-    ["trajectory", "beams"].into_iter().chain(GROUPS)
+fn tables() -> impl Iterator<Item = RowTable> {
+    [RowTable::Trajectory, RowTable::Beams].into_iter().chain(GROUPS)
 }
 
 /// Writes all tables of a run into the folder `to`, which it makes; how many rows the trajectory
@@ -30,16 +31,16 @@ pub(crate) fn write(run: &RunFolder, to: &Path) -> Result<usize, ExportError> {
     let failed =
         |path: &Path, message: String| ExportError::Write { path: path.to_owned(), message };
     std::fs::create_dir_all(to).map_err(|e| failed(to, e.to_string()))?;
-    let trajectory = Table::read(run, "trajectory.csv")?.ok_or_else(|| Table::missing(run))?;
+    let trajectory = Table::read(run, RowTable::Trajectory)?.ok_or_else(|| Table::missing(run))?;
     let rows = trajectory.rows();
     let mut trajectory = Some(trajectory);
-    for name in names() {
+    for of in tables() {
         let table = match trajectory.take() {
-            None => Table::read(run, &format!("{name}.csv"))?,
+            None => Table::read(run, of)?,
             first => first,
         };
         if let Some(table) = table {
-            let path = to.join(format!("{name}.parquet"));
+            let path = to.join(format!("{}.parquet", of.name()));
             file::write(&path, &columns(&table), table.rows())
                 .map_err(|e| failed(&path, e.to_string()))?;
         }
@@ -49,10 +50,11 @@ pub(crate) fn write(run: &RunFolder, to: &Path) -> Result<usize, ExportError> {
 
 /// The columns of a table by their names, with their types.
 fn columns(table: &Table) -> Vec<(&str, Values<'_>)> {
-    let columns = table.names.iter().zip(&table.columns).map(|(name, values)| {
-        let column = match name.as_str() {
-            "step" | "element" => Values::Integers(values),
-            "beam" => Values::Words(&table.words),
+    let names = table.names.iter().zip(&table.kinds);
+    let columns = names.zip(&table.columns).map(|((name, kind), values)| {
+        let column = match kind {
+            Kind::Index => Values::Integers(values),
+            Kind::Text => Values::Words(&table.words),
             _ if values.iter().any(|x| x.is_nan()) => Values::Optional(values),
             _ => Values::Numbers(values),
         };

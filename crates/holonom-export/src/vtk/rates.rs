@@ -6,7 +6,8 @@
 //! ```
 
 use holonom_model::{Model, Sensor, SensorKind};
-use holonom_sim::output::RunFolder;
+use holonom_sim::output::columns::{Column, MOMENTUM, POSITION_NAMES, PROJECTED};
+use holonom_sim::output::{RowTable, RunFolder};
 use holonom_sim::sample::{Member, MemberKind};
 use nalgebra::{Matrix3, Vector3};
 
@@ -57,21 +58,25 @@ impl Rates {
         model: &Model,
         members: &[(&Member, Pose)],
     ) -> Result<Self, ExportError> {
-        let sensors = StepRows::open(folder, "sensors.csv")?;
-        let momenta = StepRows::open(folder, "momenta.csv")?;
+        let sensors = StepRows::open(folder, RowTable::Sensors)?;
+        let momenta = StepRows::open(folder, RowTable::Momenta)?;
+        let [x, ..] = POSITION_NAMES;
         let mover = |(member, pose): &(&Member, Pose)| {
             let name = &member.name;
             let of = |kind: SensorKind| {
                 let central = |s: &&Sensor| s.point.is_none_or(|at| at.iter().all(|x| *x == 0.0));
                 let mut own = model.sensors.iter().filter(|s| s.kind == kind && s.of == *name);
                 let sensor = own.find(central)?;
-                sensors.as_ref()?.column(&format!("{}.x", sensor.name))
+                sensors.as_ref()?.column(&format!("{}.{x}", sensor.name))
             };
-            let momentum = |group: &str| momenta.as_ref()?.column(&format!("{group}.{name}.x"));
+            let momentum = |group: Column| {
+                let first = format!("{}.{name}.{x}", group.name);
+                momenta.as_ref()?.column(&first)
+            };
             let columns = Columns {
                 velocity: of(SensorKind::Velocity),
                 angular_velocity: of(SensorKind::AngularVelocity),
-                momenta: ["p_projected", "p"].map(momentum),
+                momenta: [PROJECTED, MOMENTUM].map(momentum),
             };
             let body = model.body(name);
             let inertia = body.map(|body| {

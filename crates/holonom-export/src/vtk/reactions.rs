@@ -2,6 +2,8 @@
 
 use holonom_model::{ReactionFrame, SensorKind};
 use holonom_report::scene::parts::End;
+use holonom_sim::output::RowTable;
+use holonom_sim::sensor::REACTION;
 use nalgebra::Vector3;
 
 use crate::ExportError;
@@ -39,7 +41,7 @@ pub(super) struct Reactions {
 impl Reactions {
     /// Those of a run.
     pub(super) fn open(run: &Run<'_>) -> Result<Self, ExportError> {
-        let file = StepRows::open(run.folder, "sensors.csv")?;
+        let file = StepRows::open(run.folder, RowTable::Sensors)?;
         let kind = |s: &&holonom_model::Sensor| {
             s.kind == SensorKind::Reaction && s.frame == Some(ReactionFrame::Space)
         };
@@ -49,7 +51,7 @@ impl Reactions {
             let held = || Some(End { member: member? as i64, point: [0.0; 3] });
             let end = joint.map(|joint| joint.joint.child.clone()).or_else(held)?;
             let mut columns = [0; 6];
-            for (part, column) in ["fx", "fy", "fz", "mx", "my", "mz"].iter().zip(&mut columns) {
+            for (part, column) in REACTION.iter().zip(&mut columns) {
                 *column = file.as_ref()?.column(&format!("{}.{part}", sensor.name))?;
             }
             Some(Gauge { joint: sensor.of.clone(), end, columns })

@@ -1,11 +1,11 @@
 //! Strains and section forces of `beams.csv`, for the intervals between the nodes of beams.
 
+use holonom_sim::output::RowTable;
+use holonom_sim::output::columns::{BEAM, SECTION};
+
 use crate::ExportError;
 use crate::rows::{StepRows, number};
 use crate::run::Run;
-
-/// Column of the first strain; eleven more follow.
-const FIRST: &str = "Gamma1";
 
 /// The rows of `beams.csv`.
 pub(super) struct Sections {
@@ -16,8 +16,8 @@ pub(super) struct Sections {
 impl Sections {
     /// Those of a run.
     pub(super) fn open(run: &Run<'_>) -> Result<Self, ExportError> {
-        let file = StepRows::open(run.folder, "beams.csv")?.and_then(|rows| {
-            let columns = [rows.column("beam")?, rows.column(FIRST)?];
+        let file = StepRows::open(run.folder, RowTable::Beams)?.and_then(|rows| {
+            let columns = [rows.column(BEAM.name)?, rows.column(SECTION[0].name)?];
             Some((rows, columns))
         });
         let intervals = |legs: &[usize]| legs.iter().map(|nodes| nodes - 1).sum();
@@ -29,13 +29,13 @@ impl Sections {
     /// Of each beam the rows at a step: `Γ, K, N, M`. There is one for each interval between nodes,
     /// since an element has as many Gauss points as intervals; none where a row or a number is
     /// missing.
-    pub(super) fn at(&mut self, step: u64) -> Result<Vec<Vec<[f64; 12]>>, ExportError> {
+    pub(super) fn at(&mut self, step: u64) -> Result<Vec<Vec<[f64; SECTION.len()]>>, ExportError> {
         let mut found = vec![Vec::new(); self.beams.len()];
         let Some((file, [name, first])) = &mut self.file else { return Ok(found) };
         for row in file.at(step)? {
             let beam = self.beams.iter().position(|(own, _)| row.get(*name) == Some(own));
             let Some(beam) = beam else { continue };
-            let mut numbers = [0.0; 12];
+            let mut numbers = [0.0; SECTION.len()];
             let all = numbers.iter_mut().enumerate().all(|(k, value)| {
                 let read = number(&row, *first + k);
                 *value = read.unwrap_or_default();

@@ -10,6 +10,11 @@
 //! where it says `unique`.
 
 use holonom_model::nearest;
+use holonom_sim::output::RowTable;
+use holonom_sim::output::columns::{
+    self, ANGULAR_MOMENTUM, DISCRETE_ENERGY, HAMILTONIAN, LINEAR_MOMENTUM,
+};
+use holonom_sim::sensor;
 
 use super::Request;
 use super::columns::Column;
@@ -36,35 +41,51 @@ impl Group {
     }
 }
 
+/// Whether it is a coordinate of a position.
+fn coordinate(c: &Column) -> bool {
+    c.file == RowTable::Trajectory.name() && c.unit == columns::COORDINATES[0].unit
+}
+
+/// Whether it is a number of a sensor.
+fn reading(c: &Column) -> bool {
+    c.file == RowTable::Sensors.name() && c.part() != sensor::UNIQUE
+}
+
 /// The groups.
 #[must_use]
 pub fn groups() -> &'static [Group] {
     const fn group(name: &'static str, about: &'static str, holds: fn(&Column) -> bool) -> Group {
         Group { name, about, holds, change: false }
     }
-    fn motion(c: &Column, names: &[&str]) -> bool {
-        c.file == "trajectory" && names.contains(&c.name.as_str())
+    fn within(c: &Column, columns: &[columns::Column]) -> bool {
+        columns.iter().any(|column| column.name == c.name)
+    }
+    fn motion(c: &Column, columns: &[columns::Column]) -> bool {
+        c.file == RowTable::Trajectory.name() && within(c, columns)
     }
     fn energy(c: &Column) -> bool {
-        motion(c, &["E", "H"])
+        motion(c, &[DISCRETE_ENERGY, HAMILTONIAN])
+    }
+    fn of_energy(c: &Column, quantity: &str) -> bool {
+        c.file == RowTable::Energy.name() && c.quantity == quantity
     }
     const GROUPS: &[Group] = &[
         group("energy", "E and H", energy),
         Group { change: true, ..group("energy_error", "changes of E and H", energy) },
         group("energies", "parts of the energy", |c| {
-            c.file == "energy" && c.quantity == "energy" && c.name != "balance"
+            of_energy(c, columns::TOTAL.quantity) && !within(c, &[columns::BALANCE])
         }),
-        group("work", "work of each source", |c| c.file == "energy" && c.quantity == "work"),
+        group("work", "work of each source", |c| of_energy(c, columns::WORK.quantity)),
         group("momentum", "linear and angular momentum", |c| {
-            motion(c, &["Px", "Py", "Pz", "Lx", "Ly", "Lz"])
+            motion(c, &LINEAR_MOMENTUM) || motion(c, &ANGULAR_MOMENTUM)
         }),
-        group("linear_momentum", "Px, Py, Pz", |c| motion(c, &["Px", "Py", "Pz"])),
-        group("angular_momentum", "Lx, Ly, Lz", |c| motion(c, &["Lx", "Ly", "Lz"])),
-        group("residuals", "constraint residuals", |c| c.file == "residuals" && c.logarithmic),
-        group("positions", "of all bodies, nodes and point masses", |c| {
-            c.file == "trajectory" && c.unit == "m"
+        group("linear_momentum", "Px, Py, Pz", |c| motion(c, &LINEAR_MOMENTUM)),
+        group("angular_momentum", "Lx, Ly, Lz", |c| motion(c, &ANGULAR_MOMENTUM)),
+        group("residuals", "constraint residuals", |c| {
+            c.file == RowTable::Residuals.name() && c.logarithmic
         }),
-        group("sensors", "all sensors", |c| c.file == "sensors" && c.part() != "unique"),
+        group("positions", "of all bodies, nodes and point masses", coordinate),
+        group("sensors", "all sensors", reading),
     ];
     GROUPS
 }
@@ -120,7 +141,7 @@ pub(super) struct Pair {
 pub(super) fn resolve(request: &Request, all: &[Column]) -> Result<Vec<Pair>, NameError> {
     let against = match request.against.as_deref() {
         None => None,
-        Some("t") => None,
+        Some(name) if name == columns::TIME.name => None,
         Some(name) => Some(single(name, all)?),
     };
     let mut pairs: Vec<Pair> = Vec::new();
@@ -197,15 +218,15 @@ fn several(name: &str, all: &[Column]) -> Result<Found, NameError> {
         return Err(NameError::Ambiguous { name: name.to_owned(), columns });
     }
     let owner = |c: &Column| c.name.rsplit_once('.').is_some_and(|(owner, _)| owner == name);
-    let coordinate = |c: &Column| c.file == "trajectory" && c.unit == "m";
-    let reading = |c: &Column| c.file == "sensors" && c.part() != "unique";
     let candidates = [
         exact,
         pick(&|c| c.qualified() == name),
         pick(&|c| owner(c) && (coordinate(c) || reading(c))),
         pick(&|c| {
             let fits = matches(name, &c.name) || matches(name, &c.qualified());
-            name.contains('*') && fits && (c.part() != "unique" || name.contains("unique"))
+            name.contains('*')
+                && fits
+                && (c.part() != sensor::UNIQUE || name.contains(sensor::UNIQUE))
         }),
     ];
     match candidates.into_iter().find(|found| !found.is_empty()) {

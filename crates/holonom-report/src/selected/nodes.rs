@@ -2,31 +2,27 @@
 
 use std::io;
 
-use holonom_sim::output::{OutputError, RowReader, RunFolder};
+use holonom_sim::output::columns::HEAD;
+use holonom_sim::output::{OutputError, RowReader, RowTable, RunFolder};
 
-/// Fields before the numbers of a row.
-const HEAD: usize = 2;
-/// Fields before the strains and forces of a row of `beams.csv`: step, t, beam, element, s.
-const BEAM_HEAD: usize = 5;
-
-pub(super) fn failed(folder: &RunFolder, file: &str, source: io::Error) -> OutputError {
-    OutputError::Io { path: folder.path().join(format!("{file}.csv")), source }
+pub(super) fn failed(folder: &RunFolder, table: RowTable, source: io::Error) -> OutputError {
+    OutputError::Io { path: folder.path().join(table.file()), source }
 }
 
 /// Names of the numbers that a file has at a node; none where there is no such file.
-pub(super) fn names_of(folder: &RunFolder, file: &str) -> Result<Vec<String>, OutputError> {
-    if !folder.path().join(format!("{file}.csv")).is_file() {
+pub(super) fn names_of(folder: &RunFolder, table: RowTable) -> Result<Vec<String>, OutputError> {
+    if !folder.path().join(table.file()).is_file() {
         return Ok(Vec::new());
     }
-    let mut nodes = Nodes::open(folder, file)?;
-    nodes.names().map_err(|source| failed(folder, file, source))
+    let mut nodes = Nodes::open(folder, table)?;
+    nodes.names().map_err(|source| failed(folder, table, source))
 }
 
 /// The numbers of a file, node after node: of one row, of `beams.csv` of as many as there are
 /// elements.
 pub(super) struct Nodes {
     reader: RowReader,
-    beams: bool,
+    table: RowTable,
     row: csv::StringRecord,
     /// Whether `row` holds the first row of the next node.
     ahead: bool,
@@ -35,18 +31,23 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
-    pub(super) fn open(folder: &RunFolder, file: &str) -> Result<Self, OutputError> {
-        let reader = folder.reader(&format!("{file}.csv"));
-        let reader = reader.map_err(|source| failed(folder, file, source))?;
+    pub(super) fn open(folder: &RunFolder, table: RowTable) -> Result<Self, OutputError> {
+        let reader = folder.reader(&table.file());
+        let reader = reader.map_err(|source| failed(folder, table, source))?;
         let (row, numbers) = (csv::StringRecord::new(), Vec::new());
-        Ok(Self { reader, beams: file == "beams", row, ahead: false, t: 0.0, numbers })
+        Ok(Self { reader, table, row, ahead: false, t: 0.0, numbers })
+    }
+
+    /// Whether a node has several rows.
+    fn has_elements(&self) -> bool {
+        self.table == RowTable::Beams
     }
 
     fn names(&mut self) -> io::Result<Vec<String>> {
-        let head = if self.beams { BEAM_HEAD } else { HEAD };
+        let head = self.table.head();
         let header: Vec<String> =
             self.reader.headers()?.iter().skip(head).map(str::to_owned).collect();
-        if !self.beams {
+        if !self.has_elements() {
             return Ok(header);
         }
         let mut places: Vec<(String, usize)> = Vec::new();
@@ -56,7 +57,7 @@ impl Nodes {
             if step.get_or_insert_with(|| field(0)) != &field(0) {
                 break;
             }
-            let beam = field(HEAD);
+            let beam = field(HEAD.len());
             let k = places.iter().filter(|place| place.0 == beam).count();
             places.push((beam, k));
         }
@@ -76,11 +77,10 @@ impl Nodes {
         self.t = number(self.row.get(1))?;
         let step = self.row.get(0).unwrap_or_default().to_owned();
         loop {
-            let head = if self.beams { BEAM_HEAD } else { HEAD };
-            for field in self.row.iter().skip(head) {
+            for field in self.row.iter().skip(self.table.head()) {
                 self.numbers.push(number(Some(field))?);
             }
-            if !self.beams || !self.reader.read_record(&mut self.row)? {
+            if !self.has_elements() || !self.reader.read_record(&mut self.row)? {
                 return Ok(true);
             }
             if self.row.get(0) != Some(&step) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use holonom_sim::output::{TimeSeries, Trajectory};
+use holonom_sim::output::{RowTable, TimeSeries, Trajectory, columns};
 use holonom_sim::sensor;
 
 /// Changes below this part of a quantity are round-off of a long run.
@@ -21,17 +21,13 @@ impl Scales {
     ) -> Self {
         let mut scales = Self::default();
         for (name, values) in trajectory.columns_read() {
-            let unit = match name {
-                "step" | "t" => continue,
-                "E" | "H" => "J",
-                "Lx" | "Ly" | "Lz" => "kg·m²/s",
-                "Px" | "Py" | "Pz" => "kg·m/s",
-                _ => "m",
-            };
-            scales.add_all(unit, values);
+            let column = RowTable::Trajectory.column(name);
+            if !columns::HEAD.contains(&column) {
+                scales.add_all(column.unit, values);
+            }
         }
-        for values in energies.iter().flat_map(|table| &table.values) {
-            scales.add_all("J", values);
+        for (name, values) in energies.iter().flat_map(|of| of.columns.iter().zip(&of.values)) {
+            scales.add_all(RowTable::Energy.column(name).unit, values);
         }
         if let Some((table, columns)) = sensors {
             for (values, column) in table.values.iter().zip(columns) {

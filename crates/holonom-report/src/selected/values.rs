@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use holonom_sim::output::{OutputError, RunFolder};
+use holonom_sim::output::{OutputError, RowTable, RunFolder};
 
-use super::columns::{Column, FILES};
+use super::columns::Column;
 use super::nodes::{Nodes, failed};
 use super::scales::Scales;
 
@@ -28,18 +28,20 @@ impl Values {
             columns: wanted.iter().map(|k| (*k, Vec::new())).collect(),
             scales: Scales::default(),
         };
-        for file in FILES {
-            let first = all.iter().position(|column| column.file == file);
-            let count = all.iter().filter(|column| column.file == file).count();
+        for table in RowTable::ALL {
+            let belongs = |column: &&Column| column.file == table.name();
+            let first = all.iter().position(|column| belongs(&column));
+            let count = all.iter().filter(belongs).count();
             let Some(own) = first.map(|first| first..first + count) else { continue };
-            let scale = ["trajectory", "energy", "sensors"].contains(&file);
+            let scale =
+                [RowTable::Trajectory, RowTable::Energy, RowTable::Sensors].contains(&table);
             if !scale && wanted.range(own.clone()).next().is_none() {
                 continue;
             }
-            let mut nodes = Nodes::open(folder, file)?;
+            let mut nodes = Nodes::open(folder, table)?;
             let mut largest = vec![0.0_f64; count];
-            while nodes.next().map_err(|source| failed(folder, file, source))? {
-                if file == "trajectory" {
+            while nodes.next().map_err(|source| failed(folder, table, source))? {
+                if table == RowTable::Trajectory {
                     values.t.push(nodes.t);
                 }
                 nodes.numbers.resize(count, f64::NAN); // a beam may lack rows at a node

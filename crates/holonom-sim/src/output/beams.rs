@@ -9,17 +9,12 @@
 
 use std::io::{self, Write};
 
+use super::columns;
 use super::csv::HEAD;
 use super::rows::{Field, Rows, quoted};
 use crate::beams::Beams;
 use crate::sample::Sample;
 use vi_beam::section_force::SectionState;
-
-/// Columns after step and time.
-const COLUMNS: [&str; 15] = [
-    "beam", "element", "s", "Gamma1", "Gamma2", "Gamma3", "K1", "K2", "K3", "N1", "N2", "N3", "M1",
-    "M2", "M3",
-];
 
 /// Writes `beams.csv`, whole rows only.
 #[derive(Debug)]
@@ -37,7 +32,8 @@ impl<W: Write> BeamWriter<W> {
     pub fn new(sink: W, beams: &Beams) -> io::Result<Self> {
         let names = beams.list.iter().map(|beam| quoted(&beam.name)).collect::<io::Result<_>>()?;
         let mut writer = Self { rows: Rows::new(sink), beams: beams.clone(), names };
-        writer.rows.push(|row| row.write_record(HEAD.iter().chain(&COLUMNS)))?;
+        let own = columns::PLACE.iter().chain(&columns::SECTION).map(|column| column.name);
+        writer.rows.push(|row| row.write_record(HEAD.into_iter().chain(own)))?;
         writer.rows.flush()?; // a run that fails at once leaves a file with a header
         Ok(writer)
     }

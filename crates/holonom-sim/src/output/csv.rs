@@ -6,22 +6,19 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::columns::{self, POSITION_NAMES};
 use super::readable::{Lines, end, number};
 use super::rows::{Field, Rows};
 use crate::sample::{Member, Sample};
 use holonom_model::Columns;
 
-/// Columns after those of the members: energies (J), angular (kg·m²/s) and linear momentum
-/// (kg·m/s).
-const TAIL: [&str; 8] = ["E", "H", "Lx", "Ly", "Lz", "Px", "Py", "Pz"];
-/// Columns before those of the members.
-pub(super) const HEAD: [&str; 2] = ["step", "t"];
+/// Names of the columns before and after those of the members.
+pub(super) const HEAD: [&str; 2] = columns::names(&columns::HEAD);
+const TAIL: [&str; 8] = columns::names(&columns::TAIL);
 
-/// Columns of `residuals.csv`.
-const RESIDUALS: [&str; 6] = ["step", "t", "position", "velocity", "momentum", "newton_iterations"];
-
-/// Its last column in statics: directions in which the equilibrium is unstable.
-const UNSTABLE: &str = "unstable";
+/// Names of the columns of `residuals.csv` after [`HEAD`].
+const RESIDUALS: [&str; 4] = columns::names(&columns::RESIDUALS);
+const UNSTABLE: &str = columns::UNSTABLE.name;
 
 /// A row of `residuals.csv`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,7 +79,7 @@ impl<W: Write> TrajectoryWriter<W> {
         let positions = columns.contains(&Columns::Positions);
         let own = |member: &Member| match member.kind {
             kind if all => kind.columns(),
-            kind if positions => &kind.columns()[..kind.columns().len().min(3)],
+            kind if positions => &kind.columns()[..kind.columns().len().min(POSITION_NAMES.len())],
             _ => &[],
         };
         let of = |m: &Member| own(m).iter().map(|c| format!("{}.{c}", m.name)).collect();
@@ -99,7 +96,7 @@ impl<W: Write> TrajectoryWriter<W> {
         let [trajectory, residuals] = [trajectory, residuals].map(Rows::new);
         let mut writer = Self { trajectory, residuals, recorded, is_static };
         writer.trajectory.push(|row| row.write_record(&header))?;
-        let header = RESIDUALS.into_iter().chain(is_static.then_some(UNSTABLE));
+        let header = HEAD.into_iter().chain(RESIDUALS).chain(is_static.then_some(UNSTABLE));
         writer.residuals.push(|row| row.write_record(header))?;
         writer.flush()?; // a run that fails at once leaves two files with headers
         Ok(writer)
@@ -184,7 +181,8 @@ impl Trajectory {
         if let Some(mut lines) = residuals {
             let names = lines.columns();
             let is_static = names.last().is_some_and(|name| name == UNSTABLE);
-            if names[..names.len() - usize::from(is_static)] != RESIDUALS {
+            let own = &names[..names.len() - usize::from(is_static)];
+            if !own.iter().eq(HEAD.iter().chain(&RESIDUALS)) {
                 return Err(invalid("not the residuals of a run"));
             }
             while lines.advance()? {
@@ -207,9 +205,10 @@ impl Trajectory {
 
     /// Columns to read: time, energies and momenta, positions of the first members.
     fn wanted(&self, members: usize) -> Vec<usize> {
-        let mut shown = BTreeSet::from_iter(HEAD.into_iter().chain(TAIL).map(str::to_owned));
+        let unowned = HEAD.into_iter().chain(TAIL);
+        let mut shown: BTreeSet<String> = unowned.map(str::to_owned).collect();
         for name in self.charted().into_iter().take(members) {
-            shown.extend(["x", "y", "z"].map(|axis| format!("{name}.{axis}")));
+            shown.extend(POSITION_NAMES.map(|axis| format!("{name}.{axis}")));
         }
         (0..self.columns.len()).filter(|&i| shown.contains(&self.columns[i])).collect()
     }
@@ -230,7 +229,7 @@ impl Trajectory {
     pub fn members(&self) -> Vec<&str> {
         let own = HEAD.len()..self.columns.len().saturating_sub(TAIL.len());
         let own = self.columns.get(own).unwrap_or_default();
-        own.iter().filter_map(|c| c.strip_suffix(".x")).collect()
+        own.iter().filter_map(|c| columns::member(c)).collect()
     }
 }
 

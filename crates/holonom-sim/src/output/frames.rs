@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 
+use super::columns::{self, COORDINATE_NAMES, HEAD};
 use super::csv::invalid;
 use super::readable::{self, Lines};
 use crate::sample::{Member, MemberKind};
@@ -33,20 +34,21 @@ pub struct MemberColumns {
 
 /// The members that columns of `trajectory.csv` belong to.
 #[must_use]
-pub fn members(columns: &[String]) -> Vec<MemberColumns> {
+pub fn members(header: &[String]) -> Vec<MemberColumns> {
     let member = |(first, column): (usize, &String)| {
-        let name = column.strip_suffix(".x")?;
-        let has = |offset: usize, axis: &str| {
-            columns.get(first + offset).is_some_and(|c| *c == format!("{name}.{axis}"))
+        let name = columns::member(column)?;
+        let has = |axis: usize| {
+            let own = format!("{name}.{}", COORDINATE_NAMES[axis]);
+            header.get(first + axis) == Some(&own)
         };
-        let kind = match (has(2, "z"), has(3, "d1x")) {
+        let kind = match (has(2), has(3)) {
             (_, true) => MemberKind::Frame,
             (true, _) => MemberKind::Particle3,
             _ => MemberKind::Particle2,
         };
         Some(MemberColumns { member: Member { name: name.to_owned(), kind }, first })
     };
-    columns.iter().enumerate().filter_map(member).collect()
+    header.iter().enumerate().filter_map(member).collect()
 }
 
 /// A recorded node: its configuration.
@@ -131,7 +133,11 @@ impl FrameReader {
             finite.ok_or_else(|| invalid(&format!("no finite number in column {}", k + 1)))
         };
         let (step, t) = (number(0)? as u64, number(1)?);
-        Ok(Frame { step, t, q: (2..2 + self.width).map(number).collect::<io::Result<_>>()? })
+        Ok(Frame {
+            step,
+            t,
+            q: (HEAD.len()..HEAD.len() + self.width).map(number).collect::<io::Result<_>>()?,
+        })
     }
 }
 
@@ -207,7 +213,8 @@ impl Frames {
         let mut found: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
         let mut frame = 0;
         let column = |name: &str| lines.columns().iter().position(|c| c == name);
-        let all = (column("beam"), column("M1"), column("M2"));
+        let [m1, m2, ..] = columns::MOMENTS;
+        let all = (column(columns::BEAM.name), column(m1), column(m2));
         let (Some(beam), Some(m1), Some(m2)) = all else {
             return Err(invalid("not the beams of a run"));
         };

@@ -13,9 +13,12 @@
 //! | `meshes/*` | copies of the meshes of its bodies, named by the hash of their content |
 //! | `checkpoint`, `checkpoint.previous` | [`Checkpoint`]: the newest and the one before; only when asked for, or interrupted |
 //! | `report.html`, `plots/*.svg` | drawn by `holonom-report` |
+//!
+//! The columns of all files of rows stand in [`columns`].
 
 mod beams;
 mod checkpoint;
+pub mod columns;
 mod csv;
 mod energy;
 mod file;
@@ -39,6 +42,7 @@ mod written;
 
 pub use beams::BeamWriter;
 pub use checkpoint::{CHECKPOINTS, Checkpoint, CheckpointError};
+pub use columns::RowTable;
 pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
 pub use energy::EnergyWriter;
 pub use file::{OutputError, atomically, beside};

@@ -9,13 +9,11 @@
 
 use std::io::{self, Write};
 
+use super::columns::{MOMENTUM, MULTIPLIERS, NODE_ENERGIES, NODE_PARTS, PROJECTED, REDUCED};
 use super::csv::HEAD;
 use super::rows::{Field, Rows};
 use crate::sample::{Momenta, MomentaNames, Sample};
 use vi_core::Energies;
-
-/// Energies, each in its kinetic and its potential part.
-const ENERGIES: [&str; 3] = ["E_d", "H_d", "H_d_projected"];
 
 /// Writes `momenta.csv`, whole rows only.
 #[derive(Debug)]
@@ -32,17 +30,17 @@ impl<W: Write> MomentaWriter<W> {
     pub fn new(sink: W, names: &MomentaNames) -> io::Result<Self> {
         let MomentaNames { constraints, coordinates, rates } = names;
         let groups = [
-            ("lambda", constraints),
-            ("p", coordinates),
-            ("p_projected", coordinates),
-            ("p_reduced", rates),
+            (MULTIPLIERS, constraints),
+            (MOMENTUM, coordinates),
+            (PROJECTED, coordinates),
+            (REDUCED, rates),
         ];
         let mut header: Vec<String> = HEAD.map(str::to_owned).into();
         for (group, names) in groups {
-            header.extend(names.iter().map(|name| format!("{group}.{name}")));
+            header.extend(names.iter().map(|name| format!("{}.{name}", group.name)));
         }
-        for energy in ENERGIES {
-            header.extend(["kinetic", "potential"].map(|part| format!("{energy}.{part}")));
+        for energy in NODE_ENERGIES {
+            header.extend(NODE_PARTS.map(|part| format!("{energy}.{}", part.name)));
         }
         let mut writer =
             Self { rows: Rows::new(sink), sizes: groups.map(|(_, names)| names.len()) };

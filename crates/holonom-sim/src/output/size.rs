@@ -3,13 +3,20 @@
 use holonom_model::{Columns, Settings};
 use serde::{Deserialize, Serialize};
 
+use super::columns::{
+    HEAD, NODE_ENERGIES, NODE_PARTS, PLACE, POSITION_NAMES, RESIDUALS, SECTION, TAIL,
+};
 use crate::experiment::Experiment;
 
 /// Bytes of a number in a row, with its comma, on average: 17 digits where it is not round.
 const NUMBER: f64 = 17.0;
-/// Numbers of a row of `trajectory.csv` beside the coordinates, of `residuals.csv`, of a row of
+/// Fields of a row of `trajectory.csv` beside the coordinates, of `residuals.csv`, of a row of
 /// `beams.csv`.
-const FIXED: [usize; 3] = [10, 6, 17];
+const FIXED: [usize; 3] = [
+    HEAD.len() + TAIL.len(),
+    HEAD.len() + RESIDUALS.len(),
+    HEAD.len() + PLACE.len() + SECTION.len(),
+];
 /// Size from which on fewer rows are advised, bytes.
 const LARGE: f64 = 2e8;
 
@@ -31,18 +38,20 @@ impl OutputSize {
         let columns = experiment.columns();
         let recorded = |of: usize| match () {
             () if columns.contains(&Columns::Coordinates) => of,
-            () if columns.contains(&Columns::Positions) => of.min(3),
+            () if columns.contains(&Columns::Positions) => of.min(POSITION_NAMES.len()),
             () => 0,
         };
         let members = experiment.members().iter().map(|m| recorded(m.kind.columns().len()));
         let sensors = experiment.sensors().columns().len();
         let energies = experiment.energy_columns().len();
         let momenta = experiment.momenta_names().map_or(0, |names| {
-            2 + names.constraints.len() + 2 * names.coordinates.len() + names.rates.len() + 6
+            let energies = NODE_ENERGIES.len() * NODE_PARTS.len();
+            let vectors = names.constraints.len() + 2 * names.coordinates.len() + names.rates.len();
+            HEAD.len() + vectors + energies
         });
         let beams = experiment.beams();
         let elements = beams.list.iter().map(|beam| beams.pairs(beam).count()).sum::<usize>();
-        let head = |count: usize| if count > 0 { count + 2 } else { 0 };
+        let head = |count: usize| if count > 0 { count + HEAD.len() } else { 0 };
         let numbers = members.sum::<usize>()
             + FIXED[0]
             + FIXED[1]

@@ -3,8 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::drive::joint_elements;
+use crate::output::columns::{self as output, POSITION_NAMES, SECTION, STRAINS};
 use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind};
 use vi_multibody::pair::PairKind;
+
+/// The part of a sensor that is 1 where its numbers are unique, else 0.
+pub const UNIQUE: &str = "unique";
+/// The parts of a reaction: force and moment.
+pub const REACTION: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
 /// A column of `sensors.csv`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,7 +86,10 @@ impl<'a> Members<'a> {
         };
         let planar = self.particles.contains(of) && sensor.seen_from.is_none();
         let axes = if planar { self.dimension } else { 3 };
-        let axes = &["x", "y", "z"][..axes];
+        let axes = &POSITION_NAMES[..axes];
+        let section = |columns: &[output::Column]| -> Vec<Part> {
+            columns.iter().map(|own| (own.name.to_owned(), own.quantity, own.unit)).collect()
+        };
         let pair = self.joints.get(of).map(|joint| joint.pair());
         match sensor.kind {
             SensorKind::Position => named(axes, "position", "m"),
@@ -102,11 +111,11 @@ impl<'a> Members<'a> {
                 let mut parts = if self.bars.contains(of) {
                     named(&["tension"], "tension", "N")
                 } else {
-                    let mut parts = named(&["fx", "fy", "fz"], "force", "N");
-                    parts.extend(named(&["mx", "my", "mz"], "moment", "N·m"));
+                    let mut parts = named(&REACTION[..3], "force", "N");
+                    parts.extend(named(&REACTION[3..], "moment", "N·m"));
                     parts
                 };
-                parts.extend(named(&["unique"], "", ""));
+                parts.extend(named(&[UNIQUE], "", ""));
                 parts
             }
             SensorKind::Effort => self.effort_parts(of),
@@ -119,16 +128,8 @@ impl<'a> Members<'a> {
                 }
                 None => named(&[""], "power", "W"),
             },
-            SensorKind::SectionForce => {
-                let mut parts = named(&["N1", "N2", "N3"], "section force", "N");
-                parts.extend(named(&["M1", "M2", "M3"], "section moment", "N·m"));
-                parts
-            }
-            SensorKind::Strain => {
-                let mut parts = named(&["Gamma1", "Gamma2", "Gamma3"], "strain", "");
-                parts.extend(named(&["K1", "K2", "K3"], "curvature", "1/m"));
-                parts
-            }
+            SensorKind::SectionForce => section(&SECTION[STRAINS.len()..]),
+            SensorKind::Strain => section(&SECTION[..STRAINS.len()]),
         }
     }
 
@@ -139,8 +140,7 @@ impl<'a> Members<'a> {
             let parts = joint_parts(Some(pair), ["", "N·m"], ["", "N"]);
             parts.get(freedom).map_or("N·m", |part| part.2)
         };
-        let row =
-            |unit| vec![("effort".to_owned(), quantity(unit), unit), ("unique".into(), "", "")];
+        let row = |unit| vec![("effort".to_owned(), quantity(unit), unit), (UNIQUE.into(), "", "")];
         let joint = |name: &str| self.joints.get(name).copied();
         if let Some(joint) = joint(of) {
             let elements = joint_elements(joint);

@@ -33,7 +33,7 @@ mod observer;
 mod power;
 mod view;
 
-pub use columns::{Column, columns};
+pub use columns::{Column, REACTION, UNIQUE, columns};
 pub(crate) use view::View;
 
 use effort::Effort;

@@ -267,7 +267,7 @@ pub fn compare(
         }
         records.push(record);
     }
-    let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
+    let names = record::MOMENTUM_MAPS;
     Ok(Comparison {
         model: model.header.name.clone(),
         dof: assembly.counts.dof,

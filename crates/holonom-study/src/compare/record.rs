@@ -1,9 +1,16 @@
 //! What a comparison finds, as data: `compare.json`.
 
 use crate::clock::Clock;
+use holonom_sim::output::columns::{ANGULAR_MOMENTUM, LINEAR_MOMENTUM, names};
 use holonom_sim::output::{ConstraintSummary, Frames};
 use serde::{Deserialize, Serialize};
 use vi_constraints::scheme::Condition;
+
+/// Names of the momentum maps: linear, then angular.
+pub(super) const MOMENTUM_MAPS: [&str; 6] = {
+    let ([p1, p2, p3], [l1, l2, l3]) = (names(&LINEAR_MOMENTUM), names(&ANGULAR_MOMENTUM));
+    [p1, p2, p3, l1, l2, l3]
+};
 
 /// All schemes on one model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

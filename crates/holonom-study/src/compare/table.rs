@@ -1,6 +1,6 @@
 //! The findings as text.
 
-use super::record::{Comparison, Measured, Outcome, Record, Verdict};
+use super::record::{Comparison, MOMENTUM_MAPS, Measured, Outcome, Record, Verdict};
 use super::{Clock, larger};
 use holonom_report::{counted, time};
 use std::fmt::Write;
@@ -95,9 +95,8 @@ pub(super) fn verdict(m: &Measured) -> &'static str {
 
 /// Largest drift of the momentum maps that the system conserves.
 fn kept_drift(c: &Comparison, m: &Measured) -> Option<f64> {
-    let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
     let conserved =
-        names.iter().zip(m.momentum_drift).filter(|d| c.conserved.iter().any(|k| k == d.0));
+        MOMENTUM_MAPS.iter().zip(m.momentum_drift).filter(|d| c.conserved.iter().any(|k| k == d.0));
     conserved.map(|d| d.1).reduce(larger)
 }
 
