@@ -5,20 +5,20 @@
 //! balance  H(t) − H(0) − Σ work      of second order in the time step; round-off for energy–momentum schemes
 //! ```
 //! `T` and `H` are those of the projected momentum. Works are sums over all steps, of each load,
-//! motor and damper, and of all prescribed motions together (see [`crate::method`]).
+//! motor and damper, and of all prescribed motions together (see [`crate::stepper`]).
 
 use crate::dynamics::Dynamics;
-use crate::method::reading::Reading;
 use crate::output::columns::{BALANCE, ELASTIC, GRAVITY, KINETIC, MOTIONS, SPRINGS, TOTAL, work};
+use crate::stepper::NodeView;
 use holonom_model::Model;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_beam::BeamModel;
 use vi_constraints::Constraints;
+use vi_core::SparseMatrix;
 use vi_core::force::Source;
 use vi_core::linear::dot;
 use vi_core::potential::{DiscretePotential, LinearPotential, Potential};
-use vi_core::{Configuration, SparseMatrix};
 use vi_multibody::builder::ForceElements;
 use vi_multibody::mechanism::Mechanism;
 
@@ -46,7 +46,7 @@ impl Energies {
         mechanism: &Mechanism,
         (dynamics, mass): (&Dynamics, &SparseMatrix),
         sources: &[Source],
-        start: &Reading,
+        start: &NodeView<'_>,
     ) -> Self {
         let Dynamics { parts, forces, .. } = dynamics;
         let gravity = mechanism.gravity(mass);
@@ -80,7 +80,7 @@ impl Energies {
             works,
             sources,
             motions,
-            initial: start.hamiltonian,
+            initial: start.hamiltonian(),
         }
     }
 
@@ -108,10 +108,10 @@ impl Energies {
     }
 
     /// `out ←` the numbers of all columns at a node.
-    pub(crate) fn read(&self, node: &Reading, out: &mut Vec<f64>) {
-        let at = Configuration { t: node.t, q: &node.q, angles: &node.angles };
+    pub(crate) fn read(&self, node: &NodeView<'_>, out: &mut Vec<f64>) {
+        let at = node.configuration();
         out.clear();
-        out.push(node.kinetic);
+        out.push(node.kinetic());
         out.extend(self.gravity.as_ref().map(|weight| weight.value(at.q)));
         let elastic =
             |beams: &Arc<BeamModel>| beams.elements.value(at.q) + beams.high_order.value(at.q);
@@ -120,7 +120,7 @@ impl Energies {
             let springs: f64 = forces.springs.iter().map(|spring| spring.value(at.q)).sum();
             springs + forces.joint_springs.iter().map(|spring| spring.potential(at)).sum::<f64>()
         }));
-        out.push(node.hamiltonian);
+        out.push(node.hamiltonian());
         let first = out.len();
         out.resize(first + self.sources, 0.0);
         debug_assert_eq!(node.work.len(), self.works.len() + 1, "a source for each force");
@@ -129,7 +129,7 @@ impl Energies {
             out[first + column] += work;
         }
         out.extend(motions.iter().filter(|_| self.motions));
-        out.push(self.balance(node.hamiltonian, &node.work));
+        out.push(self.balance(node.hamiltonian(), node.work));
     }
 }
 
@@ -150,11 +150,12 @@ impl Rounding {
         model: &Model,
         mechanism: &Mechanism,
         (dynamics, mass, gravity): (&Dynamics, &SparseMatrix, Option<&LinearPotential>),
-        start: &Reading,
+        start: &NodeView<'_>,
     ) -> Self {
-        let n = start.q.len();
+        let at = start.configuration();
+        let n = at.q.len();
         let (mut sizes, mut momentum) = (vec![0.0; n], vec![0.0; n]);
-        mechanism.coordinate_sizes(&start.q, &mut sizes);
+        mechanism.coordinate_sizes(at.q, &mut sizes);
         let largest = sizes.iter().copied().fold(0.0, f64::max);
         mass.mul_add(0.5, &sizes, &mut momentum);
         let step = ROUNDING / (model.settings.step * model.settings.composition().shortest());
@@ -164,7 +165,6 @@ impl Rounding {
         let stiffness = match model.beams.is_empty() && !dynamics.forces.has_springs() {
             true => 0.0,
             false => {
-                let at = Configuration { t: start.t, q: &start.q, angles: &start.angles };
                 let system = dynamics.variational(mechanism);
                 let hessian =
                     SparseMatrix::assemble(n, n, |out| system.stiffness(at, &vec![0.0; n], out));

@@ -15,8 +15,8 @@
 //! beyond the band without a return between, or at the end.
 
 use crate::energies::{Energies, ROUNDING};
-use crate::method::reading::Reading;
 use crate::outcome::twelve_digits;
+use crate::stepper::NodeView;
 use serde::{Deserialize, Serialize};
 
 /// Part of the energy that is exchanged, beyond which the energy has left its band.
@@ -49,7 +49,7 @@ impl EnergyWatch {
     /// that the energy has left its band.
     pub(crate) fn follow(
         &mut self,
-        at: &Reading,
+        at: &NodeView<'_>,
         energies: &Energies,
         columns: &[f64],
     ) -> Option<String> {
@@ -57,8 +57,8 @@ impl EnergyWatch {
         let [least, largest] = self.potential?;
         let size = self.kinetic.max(least.abs()).max(largest.abs());
         let rounding = (ROUNDING * size).max(energies.rounding(self.elastic));
-        let own = energies.balance(at.hamiltonian, &at.work);
-        let shadow = energies.balance(at.shadow?, &at.work);
+        let own = energies.balance(at.hamiltonian(), at.work);
+        let shadow = energies.balance(at.shadow?, at.work);
         let change = if own.abs() < shadow.abs() { own } else { shadow };
         if self.left.is_some_and(|left| left.certain) {
             return None;
@@ -69,7 +69,7 @@ impl EnergyWatch {
             Some(_) if returned => self.left = None,
             Some(left) => left.certain = beyond,
             None if beyond => {
-                let (step, t) = (at.step, at.t);
+                let (step, t) = (at.state.step, at.state.t);
                 self.left = Some(LeftBand { step, t, change, exchanged, certain: false });
             }
             None => {}
@@ -79,15 +79,15 @@ impl EnergyWatch {
     }
 
     /// What has been exchanged up to a node, J.
-    fn exchange(&mut self, at: &Reading, elastic: f64) -> f64 {
-        let potential = at.hamiltonian - at.kinetic;
-        self.kinetic = self.kinetic.max(at.kinetic);
+    fn exchange(&mut self, at: &NodeView<'_>, elastic: f64) -> f64 {
+        let potential = at.hamiltonian() - at.kinetic();
+        self.kinetic = self.kinetic.max(at.kinetic());
         self.elastic = self.elastic.max(elastic);
         let [least, largest] = self.potential.unwrap_or([potential; 2]);
         let [least, largest] = [least.min(potential), largest.max(potential)];
         self.potential = Some([least, largest]);
         self.works.resize(at.work.len(), [0.0; 2]);
-        for ([least, largest], work) in self.works.iter_mut().zip(&at.work) {
+        for ([least, largest], work) in self.works.iter_mut().zip(at.work) {
             (*least, *largest) = (least.min(*work), largest.max(*work));
         }
         let works: f64 = self.works.iter().map(|[least, largest]| largest - least).sum();

@@ -35,7 +35,6 @@ pub mod experiment;
 mod limits;
 mod loops;
 mod measures;
-mod method;
 pub mod modes;
 mod names;
 mod outcome;
@@ -52,6 +51,7 @@ pub mod sensor;
 pub mod simulation;
 mod start;
 pub mod statics;
+mod stepper;
 pub mod system;
 mod unstable_steps;
 

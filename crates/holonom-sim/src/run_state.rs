@@ -7,8 +7,8 @@
 use crate::divided_steps::DividedSteps;
 use crate::energy_watch::EnergyWatch;
 use crate::loops::LoopResiduals;
-use crate::method::Increment;
 use crate::rotation::Fastest;
+use crate::stepper::Increment;
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::ResumeError;
 use vi_core::State;

@@ -56,6 +56,28 @@ impl<'a> Step<'a> {
     }
 }
 
+/// A macro step of a motion: the node where it starts, its last (sub-)step, the node where it ends.
+///
+/// At order 2 the step leads from one to the other, and most quantities of the node `before` follow
+/// from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Transition<'a> {
+    /// The state where it starts.
+    pub before: &'a State,
+    /// The step.
+    pub step: Step<'a>,
+    /// The state where it ends.
+    pub after: &'a State,
+}
+
+impl<'a> Transition<'a> {
+    /// Of a step without control points.
+    #[must_use]
+    pub fn single(before: &'a State, s: &'a Interval, after: &'a State) -> Self {
+        Self { before, step: Step::single(s, &after.memory.multipliers), after }
+    }
+}
+
 /// A system that an integrator can step.
 pub trait Discretization<C>: MechanicalSystem + Sized {
     /// Reads nodes.
@@ -65,6 +87,10 @@ pub trait Discretization<C>: MechanicalSystem + Sized {
     /// Adds to the state of a start what the schemes of this family need beside `(t, q_0, p_0)`;
     /// `v`: the consistent velocity, shape `n`.
     fn begin(&self, _state: &mut State, _v: &[f64]) {}
+    /// `E_d` of a (sub-)step, J; `None` where a family has no discrete Lagrangian.
+    fn discrete_energy(&self, _step: Step<'_>) -> Option<f64> {
+        None
+    }
     /// The sub-steps of a macro step, in parts of `h`.
     fn sub_steps(&self, composition: Composition) -> Vec<f64> {
         composition.gammas()
@@ -77,7 +103,7 @@ pub trait ObserveNode<S, C>: Send {
     fn record_multipliers(&mut self, wanted: bool);
     /// The node observed last.
     fn node(&self) -> &Node;
-    /// Everything at a node with the step that starts there.
+    /// Everything at the node where a step starts.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -85,8 +111,7 @@ pub trait ObserveNode<S, C>: Send {
         &mut self,
         system: &S,
         constraints: &C,
-        state: &State,
-        step: Step<'_>,
+        taken: Transition<'_>,
     ) -> Result<&Node, Singular>;
     /// What a node says without a step from there; its multipliers are those of an earlier call.
     /// `h`: the step, 0 in compositions.
@@ -125,6 +150,10 @@ impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
     fn begin(&self, state: &mut State, _v: &[f64]) {
         state.internal = vec![0.0; self.internal_variables()];
     }
+
+    fn discrete_energy(&self, step: Step<'_>) -> Option<f64> {
+        Some(step.discrete_energy(self))
+    }
 }
 
 impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
@@ -140,10 +169,9 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         &mut self,
         system: &S,
         constraints: &C,
-        state: &State,
-        step: Step<'_>,
+        Transition { before, step, .. }: Transition<'_>,
     ) -> Result<&Node, Singular> {
-        Self::observe(self, system, constraints, state, step.s)
+        Self::observe(self, system, constraints, before, step.s)
     }
 
     fn observe_state(

@@ -34,6 +34,7 @@ mod steps;
 pub use crate::setup::{Method, Options, SetupError, SingularStart, check_dense};
 pub use checks::check_shapes;
 pub use error::{ObserveError, ResumeError};
+pub use nodes::When;
 pub use report::StepReport;
 
 use crate::closure::ClosureWatch;

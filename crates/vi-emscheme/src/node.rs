@@ -21,7 +21,7 @@
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
-use vi_constraints::discretization::{ObserveNode, Step};
+use vi_constraints::discretization::{ObserveNode, Transition};
 use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::node::Node;
 use vi_constraints::null_space::RANK_TOLERANCE;
@@ -192,9 +192,9 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        state: &State,
-        Step { s, multipliers: mu, .. }: Step<'_>,
+        taken: Transition<'_>,
     ) -> Result<&Node, Singular> {
+        let (state, s, mu) = (taken.before, taken.step.s, taken.step.multipliers);
         self.read_state(system, constraints, state);
         let (m, n) = (constraints.len(), constraints.dim());
         let Self { node, wanted, work, .. } = self;

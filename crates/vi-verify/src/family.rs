@@ -12,16 +12,14 @@ use vi_emscheme::constraint::DiscreteConstraints;
 use vi_emscheme::tangent_map::EmTangentMap;
 use vi_emscheme::{EmIntegrator, EmSystem};
 
-/// A family of schemes.
-pub trait Family<C: Constraints> {
+/// What a family of schemes provides to be verified.
+pub trait VerifiedFamily<C: Constraints> {
     /// What its integrators step.
     type System: Discretization<C>;
     /// The same system, to ask for its potential and forces.
     type Exact: DiscreteLagrangian;
     /// The system that equations of motion are evaluated with.
     fn exact<'a>(&'a self, run: &'a Integrator<Self::System, C>) -> &'a Self::Exact;
-    /// `E_d` of a (sub-)step, J; `None` where it is the energy of the node itself.
-    fn discrete_energy(system: &Self::System, step: Step<'_>) -> Option<f64>;
     /// See [`super::subject::Motion::values`].
     ///
     /// # Errors
@@ -63,16 +61,12 @@ impl<S> Default for Variational<S> {
     }
 }
 
-impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
+impl<S: DiscreteLagrangian, C: Observed> VerifiedFamily<C> for Variational<S> {
     type System = S;
     type Exact = S;
 
     fn exact<'a>(&'a self, run: &'a Integrator<S, C>) -> &'a S {
         run.system()
-    }
-
-    fn discrete_energy(system: &S, step: Step<'_>) -> Option<f64> {
-        Some(step.discrete_energy(system))
     }
 
     fn values(run: &mut Integrator<S, C>) -> Result<Values, String> {
@@ -142,16 +136,12 @@ impl EnergyMomentum {
     }
 }
 
-impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
+impl<C: Observed + DiscreteConstraints> VerifiedFamily<C> for EnergyMomentum {
     type System = EmSystem;
     type Exact = SeparableSystem;
 
     fn exact<'a>(&'a self, _: &'a EmIntegrator<C>) -> &'a SeparableSystem {
         &self.forces
-    }
-
-    fn discrete_energy(_: &EmSystem, _: Step<'_>) -> Option<f64> {
-        None
     }
 
     fn values(run: &mut EmIntegrator<C>) -> Result<Values, String> {

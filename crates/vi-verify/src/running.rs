@@ -1,9 +1,10 @@
 //! An integrator as a [`Motion`].
 
 use super::equations::{Equations, Observed, OfSystem};
-use super::family::{EnergyMomentum, Family, Variational};
+use super::family::{EnergyMomentum, Variational, VerifiedFamily};
 use super::frequency::frequency;
 use super::subject::{Invariants, Motion, Nature, Values};
+use vi_constraints::discretization::Discretization;
 use vi_constraints::initialization::{InitialValues, start};
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::Tangents;
@@ -17,13 +18,13 @@ use vi_emscheme::EmIntegrator;
 use vi_emscheme::constraint::DiscreteConstraints;
 
 /// An integrator in motion.
-pub struct Running<F: Family<C>, C: Constraints> {
+pub struct Running<F: VerifiedFamily<C>, C: Constraints> {
     run: Integrator<F::System, C>,
     family: F,
     discrete_energy: Option<f64>, // J  Σ γ_i E_{d,i} of the last step
 }
 
-impl<F: Family<C>, C: Constraints> std::fmt::Debug for Running<F, C> {
+impl<F: VerifiedFamily<C>, C: Constraints> std::fmt::Debug for Running<F, C> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Running").finish_non_exhaustive()
     }
@@ -119,12 +120,12 @@ fn nature(
     }
 }
 
-impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
+impl<F: VerifiedFamily<C>, C: Observed> Motion for Running<F, C> {
     fn step(&mut self) -> Result<(), String> {
         let mut action_rate = Some(0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
         let mut length = 0.0;
         let stepped = self.run.step_with(&mut |system, _, step| {
-            let added = F::discrete_energy(system, step).zip(action_rate);
+            let added = system.discrete_energy(step).zip(action_rate);
             action_rate = added.map(|(energy, rate)| rate + step.s.h * energy);
             length += step.s.h;
         });

@@ -42,9 +42,9 @@ use power::Power;
 
 use crate::beams::Beams;
 use crate::dynamics::Dynamics;
-use crate::method::Wanted;
 use crate::names::Names;
 use crate::run_state::same_length;
+use crate::stepper::Wanted;
 use holonom_model::{Constraint, GROUND, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;

@@ -2,11 +2,12 @@
 
 use super::{RunFailure, Simulation};
 use crate::agreement;
+use crate::stepper::NodeOf;
 use holonom_model::Scheme;
 use vi_constraints::Constraints;
 use vi_constraints::agreement::Dependence;
 use vi_constraints::scheme::StepError;
-use vi_core::Configuration;
+use vi_core::{Configuration, State};
 
 /// The error for an element that is bent too far, with its remedy.
 pub(super) fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (String, String) {
@@ -20,8 +21,8 @@ pub(super) fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (Strin
 
 impl Simulation {
     /// A node that could not be read.
-    pub(super) fn lost(&self, message: &str) -> RunFailure {
-        let (step, t, _) = self.method.place();
+    pub(super) fn lost(&self, which: NodeOf, message: &str) -> RunFailure {
+        let State { step, t, .. } = *self.stepper.at(which.when());
         let remedy =
             "look for a singular configuration near the last rows of the trajectory".into();
         RunFailure { step, t, message: message.into(), remedy }
@@ -30,7 +31,7 @@ impl Simulation {
     /// A step that was not found.
     pub(super) fn failure(&mut self, error: &StepError) -> RunFailure {
         self.rotation.failed = true;
-        let (step, t, _) = self.method.place();
+        let (step, t, _) = self.stepper.place();
         let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
         let resolved = match error {
             StepError::Newton(_) | StepError::RankLost => self.remedy_of_step(),
@@ -43,7 +44,7 @@ impl Simulation {
 
     /// What prescribed motions may have to do with a step that was not found.
     fn dead_end(&self, error: &StepError) -> String {
-        let mechanism = self.method.mechanism();
+        let mechanism = self.stepper.mechanism();
         let first = mechanism.len() - mechanism.rows().len();
         let rows = mechanism.rows().iter().enumerate().filter(|(_, row)| row.is_rheonomic());
         let mut names: Vec<String> =
@@ -64,9 +65,9 @@ impl Simulation {
     /// The violated constraint and those that it depends on.
     fn disagreeing(&self, row: usize) -> String {
         const LOOKED_AT: usize = 50;
-        let (mechanism, (_, t, q)) = (self.method.mechanism(), self.method.place());
+        let (mechanism, (_, t, q)) = (self.stepper.mechanism(), self.stepper.place());
         let angles = mechanism.principal_angles(q); // gradients do not depend on revolutions
-        let rows = self.method.rows();
+        let rows = self.stepper.rows();
         let mut dependence =
             Dependence::new(mechanism, rows, Configuration { t, q, angles: &angles });
         let mut with = |row: usize| [vec![row], dependence.partners(row)].concat();
@@ -86,7 +87,7 @@ impl Simulation {
 
     /// The constraint, joint, body or particle that a failed step is about.
     fn culprit(&self, error: &StepError) -> Option<String> {
-        let mechanism = self.method.mechanism();
+        let mechanism = self.stepper.mechanism();
         if let Some(row) = error.constraint() {
             return Some(self.disagreeing(row));
         }

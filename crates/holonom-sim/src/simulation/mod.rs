@@ -29,13 +29,13 @@ use crate::energy_watch::EnergyWatch;
 use crate::experiment::Experiment;
 use crate::limits::{LimitWatch, Stiffness};
 use crate::loops::{self, LoopResiduals};
-use crate::method::{Method, Reading, Running, Wanted};
 use crate::rotation::{FastestRotation, RotationWatch};
 use crate::rotation_stability::unstable_steps;
 use crate::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
 use crate::start::{self, How, Start};
+use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::{self, System};
 use holonom_model::{Columns, Family, Model, ModelError, Problem, Settings};
 use std::io;
@@ -63,18 +63,17 @@ pub struct Simulation {
     watch: EnergyWatch,
     rotation: RotationWatch,
     bodies: usize, // of the model, fixed ones included: the first frames
-    method: Box<dyn Method>,
+    stepper: AnyStepper,
     divided: DividedSteps,
     loops: LoopResiduals,
-    iterations: f64, // of the step that led to the present node
-    reading: Reading,
+    iterations: f64,     // of the step that led to the present node
     sample: Sample,      // recorded last
     recording: Duration, // of all nodes read and handed out
 }
 
 impl std::fmt::Debug for Simulation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (step, t, q) = self.method.place();
+        let (step, t, q) = self.stepper.place();
         let mut shown = f.debug_struct("Simulation");
         shown.field("step", &step).field("t", &t).field("q", &q).finish_non_exhaustive()
     }
@@ -103,38 +102,44 @@ impl Simulation {
         let keeps_rates = start.how == How::WithRates;
         let at = InitialValues::new(0.0, &start.q, &start.v);
         let wanted = sensors.wanted();
-        let mut method = method(mechanism, &dynamics, model, at, (solver, wanted))?;
-        let mut first = Reading::default();
-        if method.here(Wanted::default(), &mut first).is_err() {
+        let mut stepper = stepper(mechanism, &dynamics, model, at, (solver, wanted))?;
+        if stepper.observe(NodeOf::State).is_err() {
             return Err(assembly::without_mass(model));
         }
-        agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
-        let enforced = (method.mechanism(), method.rows());
+        agreement::paths((stepper.mechanism(), stepper.rows()), stepper.place().2, settings.end)?;
+        let enforced = (stepper.mechanism(), stepper.rows());
         let mut assembly = assembly::counts(model, enforced, &beams, closure);
         let mut stiffness = Stiffness::new(&beams, &settings);
         if let Some(stiffness) = &mut stiffness {
             stiffness.unstable = unstable_steps(model, stiffness, assembly.counts.dof);
         }
         assembly.step_judged(stiffness, &settings);
-        let mass = dynamics.parts.mass_matrix(method.mechanism());
-        assembly.measure(model, method.mechanism(), &mass);
+        let mass = dynamics.parts.mass_matrix(stepper.mechanism());
+        assembly.measure(model, stepper.mechanism(), &mass);
         if let How::Relaxed { speed, unstable } = start.how {
             let moved = q.iter().zip(&start.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assembly.configuration_relaxed(moved, speed, unstable);
-        } else if keeps_rates || method.start_report().position_moved > 0.0 {
-            let (moved, changed) = start::change_of_configuration(method.mechanism(), &q, &first.q);
+        } else if keeps_rates || stepper.start_report().position_moved > 0.0 {
+            let (moved, changed) =
+                start::change_of_configuration(stepper.mechanism(), &q, stepper.place().2);
             assembly.configuration_projected(moved, &changed);
         }
         let relaxed = matches!(start.how, How::Relaxed { .. });
-        if !relaxed && (keeps_rates || method.start_report().velocity_moved > 0.0) {
-            let (given, found) = ((&q[..], &v[..]), (&first.q[..], &first.v[..]));
-            let changed = start::change_of_velocities(method.mechanism(), given, found);
+        if !relaxed && (keeps_rates || stepper.start_report().velocity_moved > 0.0) {
+            let (given, found) =
+                ((&q[..], &v[..]), (stepper.place().2, &stepper.node().node.v[..]));
+            let changed = start::change_of_velocities(stepper.mechanism(), given, found);
             assembly.velocity_projected(&changed, keeps_rates);
         }
         let dof = assembly.counts.dof;
-        assembly.warnings.extend(loops::remarks(model, method.mechanism(), &first.q, dof));
+        assembly.warnings.extend(loops::remarks(
+            model,
+            stepper.mechanism(),
+            stepper.place().2,
+            dof,
+        ));
         let mut limits = LimitWatch::new(&beams);
-        let start = method.place().2;
+        let start = stepper.place().2;
         if let Err(fault) = limits.follow(0.0, start) {
             let key = format!("beam.{}.elements", fault.0);
             let (message, help) = failure::bent_too_far(fault);
@@ -142,12 +147,12 @@ impl Simulation {
         }
         assembly.warnings.extend(limits.warnings());
         limits.begin();
-        let (system, sources) = ((&dynamics, &mass), method.sources());
-        let energies = Energies::new(model, method.mechanism(), system, sources, &first);
+        let (system, sources) = ((&dynamics, &mass), stepper.sources());
+        let energies = Energies::new(model, stepper.mechanism(), system, sources, &stepper.node());
         let watch = EnergyWatch::default();
-        let mut rotation = RotationWatch::new(model, method.mechanism(), &beams);
-        resolved::judge(model, (&mut *method, at), &first, &mut rotation, &mut assembly);
-        let start = method.place().2;
+        let mut rotation = RotationWatch::new(model, stepper.mechanism(), &beams);
+        resolved::judge(model, (&mut stepper, at), &mut rotation, &mut assembly);
+        let start = stepper.place().2;
         sensors.begin(start);
         let iterations = 0.0;
         Ok(Self {
@@ -161,11 +166,10 @@ impl Simulation {
             rotation,
             bodies: model.bodies.len(),
             energies,
-            method,
+            stepper,
             divided: DividedSteps::default(),
             loops: LoopResiduals::default(),
             iterations,
-            reading: first,
             sample: Sample::default(),
             recording: Duration::ZERO,
         })
@@ -225,14 +229,14 @@ impl Simulation {
     /// # Panics
     /// When the scheme is one of the energy–momentum schemes: [`Simulation::energy_momentum`].
     pub fn integrator(&mut self) -> &mut MechanismIntegrator {
-        let run = self.method.variational().expect("a variational scheme was asked for");
+        let run = self.stepper.as_variational().expect("a variational scheme was asked for");
         run.record_multipliers(true);
         run
     }
 
     /// The integrator of an energy–momentum scheme, likewise; `None` for the others.
     pub fn energy_momentum(&mut self) -> Option<&mut EmIntegrator<Mechanism>> {
-        let run = self.method.energy_momentum()?;
+        let run = self.stepper.as_energy_momentum()?;
         run.record_multipliers(true);
         Some(run)
     }
@@ -242,24 +246,24 @@ impl Simulation {
     /// # Errors
     /// [`StepError`]; the state is then what it was.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
-        self.method.step(1)
+        self.stepper.step(1)
     }
 
     /// The present configuration, members one after the other.
     #[must_use]
     pub fn configuration(&self) -> &[f64] {
-        self.method.place().2
+        self.stepper.place().2
     }
 
     /// The constraints.
     #[must_use]
     pub fn mechanism(&self) -> &Mechanism {
-        self.method.mechanism()
+        self.stepper.mechanism()
     }
 
     /// Condition numbers of the Newton matrix of the last step; `None` where there is no matrix.
     pub fn condition(&mut self) -> Option<Condition> {
-        self.method.condition()
+        self.stepper.condition()
     }
 
     /// The state of the run at the present node: between two calls of [`Simulation::run_while`] all
@@ -267,7 +271,7 @@ impl Simulation {
     #[must_use]
     pub fn state(&self) -> RunState {
         RunState {
-            motion: self.method.state(),
+            motion: self.stepper.state(),
             sensors: self.sensors.state(),
             limits: self.limits.state(),
             energy: self.watch.clone(),
@@ -296,7 +300,7 @@ impl Simulation {
         } = state;
         self.sensors.check(&followed)?;
         same_length("the list of beams", limits.len(), self.limits.state().len())?;
-        self.method.resume(motion)?;
+        self.stepper.resume(motion)?;
         self.limits.resume(&limits);
         (self.watch, self.divided, self.loops) = (energy, divided, loops);
         self.rotation.fastest = rotation;
@@ -342,7 +346,7 @@ impl Experiment for Simulation {
         self.rotation.so_far(&self.settings)
     }
     fn place(&self) -> (u64, f64) {
-        let (step, t, _) = self.method.place();
+        let (step, t, _) = self.stepper.place();
         (step, t)
     }
     fn recording_seconds(&self) -> Option<f64> {
@@ -384,13 +388,13 @@ fn counted<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
 }
 
 /// The scheme of the settings, ready to step.
-fn method(
+fn stepper(
     mechanism: Mechanism,
     dynamics: &Dynamics,
     model: &Model,
     at: InitialValues<'_>,
     (solver, wanted): (Solver, Wanted),
-) -> Result<Box<dyn Method>, ModelError> {
+) -> Result<AnyStepper, ModelError> {
     let settings = &model.settings;
     match settings.scheme.family() {
         Family::Variational(kind) => {
@@ -400,7 +404,7 @@ fn method(
             let system = dynamics.variational(&mechanism);
             let run = integrator(mechanism, system, options, solver, at)
                 .map_err(|error| assembly::refusal(&error, model))?;
-            Ok(Box::new(Running::new(run, settings, wanted)))
+            Ok(AnyStepper::variational(run, settings, wanted))
         }
         Family::EnergyMomentum(_) if model.dissipates_algorithmically() => {
             Err(ModelError::Unsupported {
@@ -417,7 +421,7 @@ fn method(
             let system = dynamics.energy_momentum(&mechanism);
             let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                 .map_err(|error| assembly::em_refusal(&error, model))?;
-            Ok(Box::new(Running::new(run, settings, wanted)))
+            Ok(AnyStepper::energy_momentum(run, settings, wanted))
         }
         Family::Static => Err(ModelError::Unsupported {
             key: "simulation.scheme".into(),

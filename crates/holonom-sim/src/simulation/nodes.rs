@@ -2,14 +2,14 @@
 
 use super::failure::bent_too_far;
 use super::{DIVISIONS, RunFailure, RunOutcome, Simulation};
-use crate::method::{Method, Reading};
 use crate::sample::Sample;
 use crate::sensor::View;
+use crate::stepper::NodeOf;
 use holonom_model::OnFailure;
 use std::time::Instant;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::StepError;
-use vi_core::linear::Singular;
+use vi_core::Configuration;
 
 /// How far an iteration over the nodes is.
 #[derive(Debug, Default)]
@@ -38,7 +38,7 @@ impl Simulation {
     /// ```
     pub fn samples(&mut self) -> impl Iterator<Item = Result<Sample, RunFailure>> + '_ {
         let mut course = Course::default();
-        self.sensors.follow(self.method.place().2);
+        self.sensors.follow(self.stepper.place().2);
         std::iter::from_fn(move || {
             let found = self.next_node(&mut course, &mut |_, _| true)?;
             Some(found.map(|()| self.sample.clone()))
@@ -83,7 +83,7 @@ impl Simulation {
             !paused
         };
         let mut course = Course::default();
-        self.sensors.follow(self.method.place().2);
+        self.sensors.follow(self.stepper.place().2);
         while let Some(found) = self.next_node(&mut course, &mut proceed) {
             match found {
                 Ok(()) => {
@@ -106,12 +106,11 @@ impl Simulation {
     ) -> Option<Result<(), RunFailure>> {
         let steps = self.settings.steps();
         while !course.done && course.failure.is_none() {
-            let n = self.method.place().0;
+            let n = self.stepper.place().0;
             let paused = !proceed(n, steps);
             if n >= steps {
                 course.done = true;
-                let wanted = self.sensors.wanted();
-                return Some(self.read(|method, found| method.last(wanted, found)));
+                return Some(self.read(NodeOf::Last));
             }
             if paused {
                 break;
@@ -128,50 +127,23 @@ impl Simulation {
 
     /// Takes one step; whether the node it started from was found, where it is to be recorded.
     fn advance(&mut self, recorded: bool) -> (bool, Result<(), RunFailure>) {
-        let (first, wanted) = (self.method.reads_first(), self.sensors.wanted());
-        let here = |method: &mut dyn Method, found: &mut Reading| method.here(wanted, found);
-        let mut found = false;
-        if recorded && first {
-            match self.read(here) {
-                Ok(()) => found = true,
-                Err(failure) => return (false, Err(failure)),
-            }
+        let whole = self.stepper.step(1);
+        // of a step that is refused as a whole nothing belongs to the node where it starts
+        let start = NodeOf::Start { whole: whole.is_ok() };
+        let read = if recorded { self.read(start) } else { Ok(()) };
+        let report = match (whole.or_else(|refused| self.step_in_parts(refused)), read) {
+            (Err(error), read) => return (recorded && read.is_ok(), Err(self.failure(&error))),
+            (Ok(_), Err(failure)) => return (false, Err(failure)),
+            (Ok(report), Ok(())) => report,
+        };
+        let (step, t, q) = self.stepper.place();
+        self.sensors.follow(q);
+        if let Err(fault) = self.limits.follow(t, q) {
+            let (message, remedy) = bent_too_far(fault);
+            return (recorded, Err(RunFailure { step, t, message, remedy }));
         }
-        // at the start the multipliers of the step are of first order and no step ends: sensors
-        // take the acceleration level
-        let at_start = recorded && !first && wanted.any() && self.method.place().0 == 0;
-        let mut start = Reading::default();
-        let known = at_start && self.method.here(wanted, &mut start).is_ok();
-        let whole = self.method.step(1);
-        // no whole step starts at this node: it is read by itself
-        let alone = (whole.is_err() && recorded && !first).then(|| self.read(here));
-        match whole.or_else(|refused| self.step_in_parts(refused)) {
-            Err(error) => (found || matches!(alone, Some(Ok(()))), Err(self.failure(&error))),
-            Ok(report) => {
-                if recorded && !first {
-                    let left = |method: &mut dyn Method, found: &mut Reading| {
-                        method.left(found)?;
-                        if known {
-                            found.force.clone_from(&start.force);
-                            found.acceleration.clone_from(&start.acceleration);
-                        }
-                        Ok(())
-                    };
-                    match alone.unwrap_or_else(|| self.read(left)) {
-                        Ok(()) => found = true,
-                        Err(failure) => return (false, Err(failure)),
-                    }
-                }
-                let (step, t, q) = self.method.place();
-                self.sensors.follow(q);
-                if let Err(fault) = self.limits.follow(t, q) {
-                    let (message, remedy) = bent_too_far(fault);
-                    return (found, Err(RunFailure { step, t, message, remedy }));
-                }
-                self.iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
-                (found, Ok(()))
-            }
-        }
+        self.iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
+        (recorded, Ok(()))
     }
 
     /// A step that was refused as a whole, in ever smaller parts, where the model asks for that.
@@ -179,12 +151,12 @@ impl Simulation {
         if self.settings.on_failure == OnFailure::Stop {
             return Err(refused);
         }
-        let (_, start, _) = self.method.place();
+        let (_, start, _) = self.stepper.place();
         let asked = self.divided.count == 0;
         let resolving = asked.then(|| self.remedy_of_step()).flatten().map(|(_, step)| step);
         let halvings = (1..=DIVISIONS).map(|k| 1 << k);
         for parts in halvings {
-            if let Ok(report) = self.method.step(parts) {
+            if let Ok(report) = self.stepper.step(parts) {
                 self.divided.add(start, parts, resolving);
                 return Ok(report);
             }
@@ -193,49 +165,41 @@ impl Simulation {
     }
 
     /// Reads a node into the sample.
-    fn read(
-        &mut self,
-        read: impl FnOnce(&mut dyn Method, &mut Reading) -> Result<(), Singular>,
-    ) -> Result<(), RunFailure> {
+    fn read(&mut self, which: NodeOf) -> Result<(), RunFailure> {
         let begin = Instant::now();
-        let found = self.fill(read);
+        let found = self.fill(which);
         self.recording += begin.elapsed();
         found
     }
 
-    /// The vectors of the sample change places with those of the reading.
-    fn fill(
-        &mut self,
-        read: impl FnOnce(&mut dyn Method, &mut Reading) -> Result<(), Singular>,
-    ) -> Result<(), RunFailure> {
-        if let Err(error) = read(&mut *self.method, &mut self.reading) {
-            return Err(self.lost(&error.to_string()));
+    fn fill(&mut self, which: NodeOf) -> Result<(), RunFailure> {
+        if let Err(error) = self.stepper.observe(which) {
+            return Err(self.lost(which, &error.to_string()));
         }
-        let Self {
-            method,
-            reading: at,
-            sample,
-            sensors,
-            energies,
-            watch,
-            rotation,
-            loops,
-            iterations,
-            ..
-        } = self;
-        let view = View { t: at.t, q: &at.q, v: &at.v, a: &at.acceleration, force: &at.force };
-        loops.follow(method.mechanism(), &at.q);
-        sensors.read(method.mechanism(), method.rows(), view, &mut sample.sensors);
-        energies.read(at, &mut sample.energies);
-        rotation.follow(at.t, &at.v);
-        sample.notice = watch.follow(at, energies, &sample.energies);
-        (sample.step, sample.t) = (at.step, at.t);
-        std::mem::swap(&mut sample.q, &mut at.q);
-        (sample.energy, sample.hamiltonian, sample.shadow) = (at.energy, at.hamiltonian, at.shadow);
+        let Self { stepper, sample, sensors, energies, watch, rotation, loops, iterations, .. } =
+            self;
+        let (at, mechanism) = (stepper.node(), stepper.mechanism());
+        let (state, node) = (at.state, at.node);
+        let Configuration { t, q, .. } = at.configuration();
+        let view = View { t, q, v: &node.v, a: at.acceleration, force: at.force };
+        loops.follow(mechanism, q);
+        sensors.read(mechanism, stepper.rows(), view, &mut sample.sensors);
+        energies.read(&at, &mut sample.energies);
+        rotation.follow(t, &node.v);
+        sample.notice = watch.follow(&at, energies, &sample.energies);
+        (sample.step, sample.t) = (state.step, t);
+        sample.q.clone_from(&state.q);
+        sample.energy = node.discrete_energy.total();
+        (sample.hamiltonian, sample.shadow) = (at.hamiltonian(), at.shadow);
         sample.work = at.work.iter().sum();
-        (sample.momentum, sample.residuals) = (at.momentum, at.residuals);
+        sample.momentum = mechanism.momentum(q, &node.p_projected);
+        sample.residuals = at.residuals();
         sample.newton_iterations = *iterations;
-        std::mem::swap(&mut sample.momenta, &mut at.momenta);
-        if sample.is_finite() { Ok(()) } else { Err(self.lost("a value that is not finite")) }
+        stepper.read_momenta(&mut sample.momenta);
+        if sample.is_finite() {
+            Ok(())
+        } else {
+            Err(self.lost(which, "a value that is not finite"))
+        }
     }
 }

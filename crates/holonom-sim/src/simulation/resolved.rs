@@ -2,9 +2,9 @@
 
 use super::Simulation;
 use crate::assembly::AssemblyReport;
-use crate::method::{Method, Reading, Wanted};
 use crate::resolution::{RESOLVED, Resolution, probe};
 use crate::rotation::RotationWatch;
+use crate::stepper::{AnyStepper, NodeOf};
 use holonom_model::Model;
 use vi_constraints::{Constraints, InitialValues};
 
@@ -16,16 +16,15 @@ const FASTER: f64 = 1.1;
 /// Of the start, with the warnings.
 pub(super) fn judge(
     model: &Model,
-    (method, at): (&mut dyn Method, InitialValues<'_>),
-    first: &Reading,
+    (stepper, at): (&mut AnyStepper, InitialValues<'_>),
     watch: &mut RotationWatch,
     assembly: &mut AssemblyReport,
 ) {
     let settings = &model.settings;
-    let driven = method.mechanism().is_rheonomic();
-    let mut free = first.v.clone();
+    let driven = stepper.mechanism().is_rheonomic();
+    let mut free = stepper.node().node.v.clone();
     let mut own;
-    let run = match method.variational() {
+    let run = match stepper.as_variational() {
         Some(run) => Some(run),
         None => {
             own = probe(model, at);
@@ -68,17 +67,17 @@ impl Simulation {
     /// What to do where a step is not found, if that is because of a rotation or a vibration that
     /// it does not resolve, and the step (s) that does.
     pub(super) fn remedy_of_step(&mut self) -> Option<(String, f64)> {
-        let Self { method, rotation, settings, assembly, bodies, .. } = self;
-        let mut here = Reading::default();
-        method.here(Wanted::default(), &mut here).ok()?;
-        let fastest = rotation.of(here.t, (&here.v, false), settings);
+        let Self { stepper, rotation, settings, assembly, bodies, .. } = self;
+        stepper.observe(NodeOf::State).ok()?;
+        let here = stepper.node();
+        let fastest = rotation.of(here.state.t, (&here.node.v, false), settings);
         fastest.and_then(|fastest| fastest.remedy(settings)).or_else(|| {
             // where the start is too coarse, the node is not that of the motion
             let start = assembly.fastest_motion.as_ref();
             match start.filter(|start| start.is_beyond(RESOLVED, settings)) {
                 Some(start) => start.remedy(settings),
                 None => {
-                    let here = Resolution::at(method.variational()?, *bodies, settings).ok()?;
+                    let here = Resolution::at(stepper.as_variational()?, *bodies, settings).ok()?;
                     here.remedy(settings)
                 }
             }

@@ -3,7 +3,7 @@
 use super::Integrator;
 use super::error::ObserveError;
 use crate::constraints::Constraints;
-use crate::discretization::{Discretization, ObserveNode, Step};
+use crate::discretization::{Discretization, ObserveNode, Transition};
 use crate::fastest_motion::FastestMotions;
 use crate::node::{Node, NodeObserver};
 use crate::node_solvers::NodeSolvers;
@@ -11,6 +11,25 @@ use crate::scheme::SubStep;
 use vi_core::linear::Singular;
 use vi_core::state::State;
 use vi_core::{Configuration, DiscreteLagrangian, Entries};
+
+/// A node, seen from the last macro step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum When {
+    /// Where it started.
+    Before,
+    /// Where it ended: the present node.
+    #[default]
+    After,
+}
+
+impl When {
+    fn of<'a>(self, before: &'a State, after: &'a State) -> &'a State {
+        match self {
+            Self::Before => before,
+            Self::After => after,
+        }
+    }
+}
 
 impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S, C> {
     /// Reads nodes with what the mechanism offers in the place of the saddle-point matrix.
@@ -65,20 +84,32 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.observer.record_multipliers(wanted);
     }
 
-    /// The quantities of the node that the last macro step has left (the node before the state's).
+    /// The last macro step: the node before it, the step, the node after it.
+    #[must_use]
+    pub fn transition(&self) -> Transition<'_> {
+        Transition::single(&self.before, self.scheme.interval(), &self.state)
+    }
+
+    /// The state of a node next to the last macro step.
+    #[must_use]
+    pub fn at(&self, when: When) -> &State {
+        when.of(&self.before, &self.state)
+    }
+
+    /// The quantities of the node that the last macro step started from, by
+    /// [`Integrator::transition`].
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn node_before(&mut self) -> Result<&Node, Singular> {
-        let of_state = self.reads_states();
+        if self.reads_states() {
+            return self.observe_state_at(When::Before);
+        }
         let Self { observer, start_observer, system, constraints, before, state, scheme, .. } =
             self;
         let observer = observer_at(before, observer, start_observer);
-        if of_state {
-            return observer.observe_state(system, constraints, before, 0.0);
-        }
-        let step = Step::single(scheme.interval(), &state.memory.multipliers);
-        observer.observe(system, constraints, before, step)
+        let taken = Transition::single(before, scheme.interval(), state);
+        observer.observe(system, constraints, taken)
     }
 
     /// The quantities of the current node. At order 2 most of them belong to the step that starts
@@ -101,8 +132,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let s = std::mem::replace(scheme.interval_mut(), last);
         trial?;
         let observer = observer_at(state, observer, start_observer);
-        let step = Step::single(&s, &next.memory.multipliers);
-        Ok(observer.observe(system, constraints, state, step)?)
+        Ok(observer.observe(system, constraints, Transition::single(state, &s, &next))?)
     }
 
     /// What can be said of the current node without a step from there: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
@@ -110,10 +140,19 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn observe_state(&mut self) -> Result<&Node, Singular> {
+        self.observe_state_at(When::After)
+    }
+
+    /// The same of either node next to the last macro step.
+    ///
+    /// # Errors
+    /// As [`Integrator::observe_state`].
+    pub fn observe_state_at(&mut self, when: When) -> Result<&Node, Singular> {
         let h = if self.reads_states() { 0.0 } else { self.step };
-        let Self { observer, start_observer, system, constraints, state, .. } = self;
-        let observer = observer_at(state, observer, start_observer);
-        observer.observe_state(system, constraints, state, h)
+        let Self { observer, start_observer, system, constraints, before, state, .. } = self;
+        let at = when.of(before, state);
+        let observer = observer_at(at, observer, start_observer);
+        observer.observe_state(system, constraints, at, h)
     }
 
     /// What was last observed at the node of a state: [`Integrator::state`], or
@@ -133,28 +172,32 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// [`Singular`] when the constraints have lost rank.
     pub fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
         let (mut force, mut lambda) = (Vec::new(), Vec::new());
-        self.find_acceleration_force(&mut force, Some(&mut lambda))?;
+        self.find_acceleration(When::After, &mut force, Some(&mut lambda))?;
         Ok(lambda)
     }
 
-    /// `Gᵀλ` of this multiplier, written to `force`, which gets the shape `n`; `λ`, which gets the
-    /// shape `m`, where it is asked for.
+    /// `Gᵀλ` of this multiplier at a node next to the last macro step, written to `force`, which
+    /// gets the shape `n`; `λ`, which gets the shape `m`, where it is asked for. Of the node that is
+    /// returned [`Node::acceleration`] is that of the acceleration level.
     ///
     /// # Errors
     /// As [`Integrator::acceleration_multiplier`].
-    pub fn find_acceleration_force(
+    pub fn find_acceleration(
         &mut self,
+        when: When,
         force: &mut Vec<f64>,
         lambda: Option<&mut Vec<f64>>,
-    ) -> Result<(), Singular> {
-        let Self { observer, start_observer, system, constraints, state, .. } = self;
-        let observer = observer_at(state, observer, start_observer);
+    ) -> Result<&Node, Singular> {
+        let Self { observer, start_observer, system, constraints, before, state, .. } = self;
+        let at = when.of(before, state);
+        let observer = observer_at(at, observer, start_observer);
         force.resize(constraints.dim(), 0.0);
         let lambda = lambda.map(|lambda| {
             lambda.resize(constraints.len(), 0.0);
             &mut lambda[..]
         });
-        observer.acceleration_force(system, constraints, state, force, lambda)
+        observer.acceleration_force(system, constraints, at, force, lambda)?;
+        Ok(observer.node())
     }
 
     /// Whether nodes are read from their states alone: with a composition or a Galerkin scheme no

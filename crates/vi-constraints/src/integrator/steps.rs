@@ -5,7 +5,7 @@ use super::error::ResumeError;
 use super::origin::Origin;
 use super::report::StepReport;
 use crate::constraints::Constraints;
-use crate::discretization::{Discretization, Step};
+use crate::discretization::{Discretization, Step, Transition};
 use crate::scheme::{StepError, SubStep};
 use vi_core::state::State;
 
@@ -16,6 +16,28 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// [`StepError`]; the state is then what it was before the macro step.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         self.take(1, None)
+    }
+
+    /// One macro step, as the node before it, the step and the node after it:
+    ///
+    /// ```
+    /// # use vi_constraints::{InitialValues, Integrator, Unconstrained, Options, SchemeKind};
+    /// # use vi_core::SeparableSystem;
+    /// # let system = SeparableSystem::with_diagonal_mass(&[1.0]);
+    /// # let options = Options::new(SchemeKind::Nodal, 0.1);
+    /// # let at = InitialValues::new(0.0, &[1.0], &[0.5]);
+    /// # let mut run = Integrator::new(system, Unconstrained(1), options, at)?;
+    /// let taken = run.advance()?;
+    /// assert_eq!((taken.before.step, taken.after.step), (0, 1));
+    /// assert_eq!(taken.step.s.q1, taken.after.q);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before the macro step.
+    pub fn advance(&mut self) -> Result<Transition<'_>, StepError> {
+        self.step()?;
+        Ok(self.transition())
     }
 
     /// One macro step; `each` sees every sub-step.
@@ -119,7 +141,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 }
 
 /// The steps of a motion, without end: `run.by_ref().take(100)` are a hundred macro steps. After an
-/// error the next item is the attempt of the same step.
+/// error the next item is the attempt of the same step. [`Integrator::advance`] also lends the nodes
+/// beside each.
 impl<S: Discretization<C>, C: Constraints> Iterator for Integrator<S, C> {
     type Item = Result<StepReport, StepError>;
 

@@ -26,13 +26,14 @@ use vi_core::linear::dot;
 use vi_core::{
     Configuration, DiscreteLagrangian, Entries, MechanicalSystem, SeparableSystem, SparseMatrix,
 };
+use vi_emscheme::EmSystem;
 use vi_multibody::mechanism::Mechanism;
 
 /// The work up to the present node and up to the one before.
 #[derive(Clone, Debug)]
 pub(crate) struct Work {
-    pub(super) force: Vec<f64>, // n  scratch
-    pub(super) rates: Vec<f64>, // m  ∂g/∂t, scratch
+    force: Vec<f64>,            // n  scratch
+    rates: Vec<f64>,            // m  ∂g/∂t, scratch
     pub(super) parts: Vec<f64>, // J  of each force, then of all prescribed motions
     balances: Vec<Vec<f64>>,    // (s + 1) × n  w_i of a Galerkin step, scratch
     before: Vec<f64>,           // J  the same up to the node before
@@ -133,6 +134,19 @@ impl Work {
         Ok(())
     }
 
+    /// Adds a (sub-)step of an energy–momentum scheme.
+    pub(super) fn add_em(&mut self, system: &EmSystem, mechanism: &Mechanism, step: Step<'_>) {
+        let Step { s, multipliers, .. } = step;
+        system.add_work(s, &mut self.force, &mut self.parts);
+        if mechanism.is_rheonomic() {
+            // prescribed motions do h λ·∂g/∂t, with μ = h²λ
+            self.rates.resize(multipliers.len(), 0.0);
+            mechanism.time_derivative(s.t_mid(), &s.q_mid, &mut self.rates);
+            let power: f64 = multipliers.iter().zip(&self.rates).map(|(mu, rate)| mu * rate).sum();
+            self.add_motions(power / s.h);
+        }
+    }
+
     /// Adds a (sub-)step of a variational scheme.
     pub(crate) fn add(&mut self, system: &SeparableSystem, mechanism: &Mechanism, step: Step<'_>) {
         let Step { s, gauss, polynomial, .. } = step;
@@ -225,7 +239,7 @@ impl Work {
     }
 
     /// Adds the work of prescribed motions.
-    pub(crate) fn add_motions(&mut self, work: f64) {
+    fn add_motions(&mut self, work: f64) {
         self.parts.last_mut().into_iter().for_each(|motions| *motions += work);
     }
 

@@ -1,0 +1,353 @@
+//! An integrator in a run: its steps with the sums along them, and its nodes.
+//!
+//! ```text
+//! before ──step──► after        a node is read from the step that starts there: [`Node::Start`]
+//! ```
+//! At order 2 the multipliers, `p_n` and `E_d` belong to that step; the last node takes it on a copy
+//! of the state. The multiplier of a node is that of (36), of energy–momentum schemes the mean of
+//! the steps beside it; where a node has no such step (at the end, where a step fails, and with a
+//! composition) it is taken from the acceleration level. So are accelerations, [`increments`].
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`node`] | a node as it is read, and from what |
+//! | [`increments`] | accelerations from the steps beside a node |
+//! | [`work`] | the work of loads, motors, dampers and prescribed motions |
+
+mod increments;
+mod node;
+mod work;
+
+pub(crate) use increments::Increment;
+pub(crate) use node::{NodeOf, NodeView, Wanted};
+
+use crate::run_state::{MotionState, same_length};
+use crate::sample::Momenta;
+use holonom_model::Settings;
+use increments::Increments;
+use node::Seen;
+use vi_constraints::discretization::{Discretization, Step};
+use vi_constraints::initialization::StartReport;
+use vi_constraints::integrator::{ResumeError, StepReport, When};
+use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::scheme::{Condition, StepError};
+use vi_constraints::{Constraints, Integrator, Reparametrization};
+use vi_core::force::Source;
+use vi_core::linear::Singular;
+use vi_core::{SeparableSystem, State, shadow_energy};
+use vi_emscheme::{EmIntegrator, EmSystem};
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::MechanismIntegrator;
+use vi_multibody::tree_map::TreeMap;
+use work::Work;
+
+/// Adds the work of a (sub-)step.
+type AddWork<S> = fn(&mut Work, &S, &Mechanism, Step<'_>);
+
+/// An integrator of one of the families.
+pub(crate) struct Stepper<S: Discretization<Mechanism>> {
+    run: Integrator<S, Mechanism>,
+    add_work: AddWork<S>,
+    order: u32,
+    ended: [Option<f64>; 2], // J  E_d of the composed steps that ended before and after the last one
+    wanted: Wanted,          // what sensors ask for
+    momenta: bool,           // whether they are asked for
+    map: Option<TreeMap>,    // for the reduced ones
+    work: Work,
+    increments: Option<Increments>, // at order 2, where accelerations are asked for
+    seen: Seen,
+}
+
+impl<S: Discretization<Mechanism>> Stepper<S> {
+    /// Of the variational schemes, or of those that have no discrete Lagrangian; `forces`: how many
+    /// do work, `wanted`: what sensors ask for.
+    fn new(
+        mut run: Integrator<S, Mechanism>,
+        (variational, forces, add_work): (bool, usize, AddWork<S>),
+        settings: &Settings,
+        wanted: Wanted,
+    ) -> Self {
+        // the force of a variational scheme is that of its step equation, without multipliers
+        run.record_multipliers(settings.momenta || wanted.forces && !variational);
+        let Settings { order, momenta, .. } = *settings;
+        let map = (momenta && variational).then(|| TreeMap::new(run.constraints()));
+        let composed = run.reads_states();
+        // the multipliers of an energy–momentum step are at hand
+        let driven = variational && run.constraints().is_rheonomic();
+        let start = (&run.state().p[..], run.initial_velocity());
+        let work = Work::new(start, forces, (driven, composed));
+        let differences = wanted.accelerations && !composed;
+        let increments = differences.then(|| Increments::new(run.state().q.len()));
+        let (ended, seen) = ([None; 2], Seen::default());
+        Self { run, add_work, order, ended, wanted, momenta, map, work, increments, seen }
+    }
+
+    /// Takes a step as so many equal parts; where it is refused, the state stays what it was.
+    fn step(&mut self, parts: u32) -> Result<StepReport, StepError> {
+        let Self { run, add_work, work, ended, increments, .. } = self;
+        let composed = run.reads_states();
+        work.begin();
+        increments.iter_mut().for_each(Increments::begin);
+        ended[0] = ended[1];
+        let (mut action_rate, mut length) = (Some(0.0), 0.0); // E_d = −∂/∂h of the action
+        let taken = run.step_in_parts(parts, &mut |system, mechanism, step| {
+            add_work(work, system, mechanism, step);
+            increments.iter_mut().for_each(|increments| increments.add(step.s));
+            if composed {
+                let added = action_rate.zip(system.discrete_energy(step));
+                action_rate = added.map(|(rate, energy)| rate + step.s.h * energy);
+                length += step.s.h;
+            }
+        });
+        match taken {
+            Ok(_) if composed => ended[1] = action_rate.map(|rate| rate / length),
+            Ok(_) => {}
+            Err(_) => {
+                work.take_back();
+                increments.iter_mut().for_each(Increments::take_back);
+            }
+        }
+        taken
+    }
+
+    /// Reads a node; accelerations and constraint forces, where they are wanted.
+    fn observe(&mut self, which: NodeOf) -> Result<(), Singular> {
+        let of_steps = !self.run.reads_states();
+        self.seen.when = which.when();
+        self.seen.acceleration.clear();
+        // one node is observed at a time: the acceleration level is the first to be
+        let mut of_level = false; // whether the constraint force is that
+        self.seen.with_step = match which {
+            NodeOf::Start { whole } if whole && of_steps => {
+                // at the start the multipliers of the step are of first order and no step ends
+                let at_start = self.run.before().step == 0 && self.wanted.any();
+                of_level = at_start && self.find_acceleration().is_ok();
+                self.run.node_before()?;
+                if let Some(increments) = &self.increments {
+                    increments.acceleration(&mut self.seen.acceleration);
+                }
+                true
+            }
+            NodeOf::Last if of_steps => {
+                if self.wanted.accelerations {
+                    self.find_acceleration()?;
+                }
+                self.run.observe().is_ok()
+            }
+            _ => false,
+        };
+        if !self.seen.with_step {
+            let level = which != NodeOf::State && self.wanted.any() || self.momenta;
+            if level {
+                self.find_acceleration()?;
+                of_level = true;
+            }
+            self.run.observe_state_at(self.seen.when)?;
+        }
+        self.finish(of_level);
+        Ok(())
+    }
+
+    /// `Gᵀλ` of the acceleration level at the node, and its acceleration where that is asked for.
+    fn find_acceleration(&mut self) -> Result<(), Singular> {
+        let Seen { when, force, lambda, acceleration, .. } = &mut self.seen;
+        let lambda = self.momenta.then_some(lambda);
+        let found = self.run.find_acceleration(*when, force, lambda)?;
+        if self.wanted.accelerations {
+            acceleration.clone_from(&found.acceleration);
+        }
+        Ok(())
+    }
+
+    /// The constraint force, if not `of_level` of the acceleration level, and the work at the node.
+    fn finish(&mut self, of_level: bool) {
+        let Self { run, wanted, seen, work, .. } = self;
+        let at = run.at(seen.when);
+        let node = run.observed(at);
+        if !of_level {
+            seen.force.clear();
+            if wanted.forces {
+                seen.force.extend_from_slice(&node.constraint_force);
+            }
+        }
+        let projected = (&node.p_projected[..], &node.v[..]);
+        work.at(seen.when == When::Before, &at.p, projected, &mut seen.work);
+    }
+
+    /// The node that was read last.
+    fn node(&self) -> NodeView<'_> {
+        let Seen { when, force, acceleration, work, .. } = &self.seen;
+        let state = self.run.at(*when);
+        let node = self.run.observed(state);
+        let hamiltonian = node.hamiltonian_projected.total();
+        let of_step = match (self.run.reads_states(), when) {
+            (true, When::Before) => self.ended[0],
+            (true, When::After) => self.ended[1],
+            (false, _) => Some(node.discrete_energy.total()),
+        };
+        let shadow = of_step.map(|step| shadow_energy(self.order, hamiltonian, step));
+        NodeView { state, node, force, acceleration, work, shadow }
+    }
+
+    /// Momenta of the node that was read last; without a step from there only those of its state.
+    fn read_momenta(&self, found: &mut Momenta) {
+        let NodeView { state, node, .. } = self.node();
+        let (step, variational) = (self.seen.with_step, self.map.is_some());
+        if let Some(map) = &self.map {
+            found.p_projected.clone_from(&node.p_projected);
+            found.p_reduced.resize(map.dof(), 0.0);
+            map.pull_back(&state.q, &node.p_projected, &mut found.p_reduced);
+            found.hamiltonian_projected = Some(node.hamiltonian_projected);
+            found.discrete_energy = step.then_some(node.discrete_energy);
+        }
+        found.lambda.clone_from(if step { &node.lambda } else { &self.seen.lambda });
+        found.p.clear();
+        found.hamiltonian = None;
+        if step || !variational {
+            found.p.clone_from(&node.p);
+            found.hamiltonian = node.hamiltonian;
+        }
+    }
+
+    /// The state of the motion, with the sums along its steps.
+    fn state(&self) -> MotionState {
+        MotionState {
+            state: self.run.state().clone(),
+            ended: self.ended[1],
+            work: self.work.parts.clone(),
+            impulse: self.work.impulse().cloned(),
+            increment: self.increments.as_ref().map(Increments::state),
+        }
+    }
+
+    /// Continues from the state of a motion of the same model.
+    fn resume(&mut self, from: MotionState) -> Result<(), ResumeError> {
+        let mut work = self.work.clone();
+        work.resume(from.work, from.impulse)?;
+        let given = usize::from(from.increment.is_some());
+        same_length("the list of increments", given, usize::from(self.increments.is_some()))?;
+        if let (Some(own), Some(last)) = (&mut self.increments, from.increment) {
+            own.resume(last)?;
+        }
+        self.run.resume(from.state)?;
+        (self.work, self.ended) = (work, [from.ended; 2]);
+        Ok(())
+    }
+}
+
+/// An integrator of either family.
+pub(crate) enum AnyStepper {
+    Variational(Box<Stepper<SeparableSystem>>),
+    EnergyMomentum(Box<Stepper<EmSystem>>),
+}
+
+macro_rules! either {
+    ($any:expr, $own:ident => $of:expr) => {
+        match $any {
+            Self::Variational($own) => $of,
+            Self::EnergyMomentum($own) => $of,
+        }
+    };
+}
+
+impl AnyStepper {
+    pub(crate) fn variational(
+        run: MechanismIntegrator,
+        settings: &Settings,
+        wanted: Wanted,
+    ) -> Self {
+        let own = (true, run.system().sources().len(), Work::add as AddWork<SeparableSystem>);
+        Self::Variational(Box::new(Stepper::new(run, own, settings, wanted)))
+    }
+
+    pub(crate) fn energy_momentum(
+        run: EmIntegrator<Mechanism>,
+        settings: &Settings,
+        wanted: Wanted,
+    ) -> Self {
+        let own = (false, run.system().sources().len(), Work::add_em as AddWork<EmSystem>);
+        Self::EnergyMomentum(Box::new(Stepper::new(run, own, settings, wanted)))
+    }
+
+    /// Takes a step as so many equal parts; where it is refused, the state stays what it was.
+    pub(crate) fn step(&mut self, parts: u32) -> Result<StepReport, StepError> {
+        either!(self, own => own.step(parts))
+    }
+
+    /// Reads a node.
+    pub(crate) fn observe(&mut self, which: NodeOf) -> Result<(), Singular> {
+        either!(self, own => own.observe(which))
+    }
+
+    /// The node that was read last.
+    pub(crate) fn node(&self) -> NodeView<'_> {
+        either!(self, own => own.node())
+    }
+
+    /// Its multipliers and momenta, where the settings ask for them.
+    pub(crate) fn read_momenta(&self, found: &mut Option<Box<Momenta>>) {
+        either!(self, own => if own.momenta { own.read_momenta(found.get_or_insert_default()) });
+    }
+
+    /// The state of a node next to the last step.
+    pub(crate) fn at(&self, when: When) -> &State {
+        either!(self, own => own.run.at(when))
+    }
+
+    /// Step index, time and configuration of the present node.
+    pub(crate) fn place(&self) -> (u64, f64, &[f64]) {
+        let state = self.at(When::After);
+        (state.step, state.t, &state.q)
+    }
+
+    /// The state of the motion, with the sums along its steps.
+    pub(crate) fn state(&self) -> MotionState {
+        either!(self, own => own.state())
+    }
+
+    /// Continues from the state of a motion of the same model.
+    pub(crate) fn resume(&mut self, from: MotionState) -> Result<(), ResumeError> {
+        either!(self, own => own.resume(from))
+    }
+
+    /// What exerts each force of the system.
+    pub(crate) fn sources(&self) -> &[Source] {
+        either!(self, own => own.run.system().sources())
+    }
+
+    /// Constraints.
+    pub(crate) fn mechanism(&self) -> &Mechanism {
+        either!(self, own => own.run.constraints())
+    }
+
+    /// Independent constraints.
+    pub(crate) fn rows(&self) -> &IndependentRows {
+        either!(self, own => own.run.rows())
+    }
+
+    /// Consistency of the initial values.
+    pub(crate) fn start_report(&self) -> &StartReport {
+        either!(self, own => own.run.start_report())
+    }
+
+    /// Condition numbers of the last Newton matrix.
+    pub(crate) fn condition(&mut self) -> Option<Condition> {
+        either!(self, own => own.run.condition())
+    }
+
+    /// The integrator, of a variational scheme.
+    pub(crate) fn as_variational(&mut self) -> Option<&mut MechanismIntegrator> {
+        match self {
+            Self::Variational(own) => Some(&mut own.run),
+            Self::EnergyMomentum(_) => None,
+        }
+    }
+
+    /// The integrator, of an energy–momentum scheme.
+    pub(crate) fn as_energy_momentum(&mut self) -> Option<&mut EmIntegrator<Mechanism>> {
+        match self {
+            Self::Variational(_) => None,
+            Self::EnergyMomentum(own) => Some(&mut own.run),
+        }
+    }
+}
