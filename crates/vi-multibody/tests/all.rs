@@ -3,6 +3,7 @@
 
 mod beside;
 mod builder;
+mod builder_refusals;
 mod closing;
 mod control_points;
 mod dense;
