@@ -14,7 +14,7 @@
 //! | [`unit_rows`] | the same of rows of length one: free of units |
 //! | [`reparametrization`] | `P`, `F_d`, `∂F_d/∂u`, dense or as operators |
 //! | [`tangent_space`] | `F_d` of any constraints: a step in the tangent space, projected |
-//! | [`constrained`], [`dalembert`], [`nodal`] | schemes 1, 2, and 3 with 4 |
+//! | [`constrained`], [`dalembert`], [`nodal`], [`reduced`] | schemes 1 to 4; [`nodal_operators`]: the last two by operators |
 //! | [`scheme`], [`discretization`] | their common interface; what a family of schemes provides |
 //! | [`initialization`] | consistent starts |
 //! | [`agreement`] | dependent constraints that contradict each other at the start |
@@ -51,11 +51,13 @@ pub mod least_norm;
 pub mod legendre;
 pub mod nearby;
 pub mod nodal;
+pub mod nodal_operators;
 pub mod node;
 pub mod node_solvers;
 mod normal_matrix;
 pub mod null_space;
 pub mod projection;
+pub mod reduced;
 pub mod redundancy;
 pub mod reparametrization;
 pub mod saddle_point;

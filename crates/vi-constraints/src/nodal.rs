@@ -1,86 +1,100 @@
-//! Schemes 3 and 4: d'Alembert with nodal reparametrization, LMO08 (28), and reduced, LMO08 (30).
+//! Scheme 3: d'Alembert with nodal reparametrization, LMO08 (28).
 //!
 //! ```text
 //! r(u) = P(q_n)ᵀ [p̄_n + D_1 L_d(q_n, F_d(u, q_n)) + f_d^-] = 0,    q_{n+1} = F_d(u, q_n)     (28)
 //! Dr   = P(q_n)ᵀ D_2(D_1 L_d + f_d^-) ∂F_d/∂u
 //! ```
-//! The reduced scheme (30) puts `∂F_d/∂u (u_{n-1}, q_{n-1})` in the place of `P(q_n)`: its range is
-//! the tangent space at `q_n` too, so the roots are the same. Its first step has no last one and
-//! takes `P(q_0)`.
-//!
 //! The rounding error of the momentum balance is carried to the next step, as is that of `q`
 //! (compensated stepping, [`vi_core::compensation`]).
 //!
 //! The constraints hold by construction; no derivative of `P` appears; the condition number does
-//! not depend on `h`. Written against [`NodalOperators`], so trees solve it in linear time.
+//! not depend on `h`. How `F_d`, `Pᵀ` and the solution are computed is known to the
+//! [`NodalEquations`] of a mechanism: trees in sweeps over their links, others by operators
+//! ([`crate::nodal_operators`]).
 
-use crate::constraints::Constraints;
-use crate::reparametrization::{LastStep, NodalOperators};
 use crate::scheme::{Condition, Scheme, StepError, SubStep};
-use crate::unknowns::Increments;
-use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton};
-use vi_core::predictor::Degree;
-use vi_core::sparse::Entries;
+use vi_core::newton::{Block, Fault, Newton, Precision};
 use vi_core::state::State;
 
-/// The nodal scheme, or with `reduced` the reduced variational scheme.
+/// The equations (28) of a mechanism in its unknowns `u`.
+///
+/// Call order within a step: `open`, then for each iteration `advance`, `balance`, `close`,
+/// `solve`; `finish` when the step is taken.
+pub trait NodalEquations<S, C>: Send {
+    /// Units and scales of the unknowns; together the blocks cover all of them.
+    fn blocks(&self) -> &[Block];
+    /// Opens a step at a state: all that depends on `P(q_n)` alone. `carried`: what the last step
+    /// has left of its balance, which is written in the basis of this one.
+    fn open(&mut self, system: &S, constraints: &C, step: SubStep, at: (&mut State, &mut [f64]));
+    /// `q_{n+1} = F_d(u, q_n)`.
+    ///
+    /// # Errors
+    /// [`Fault`] when `u` is outside the domain of the map.
+    fn advance(&mut self, system: &S, constraints: &C, u: &[f64]) -> Result<(), Fault>;
+    /// `r ← P(q_n)ᵀ [p̄_n + D_1 L_d + f_d^-]` at the increments of [`NodalEquations::advance`].
+    fn balance(&mut self, system: &S, u: &[f64], r: &mut [f64]);
+    /// Where `u` has to close loops, too, their constraints take the place of as many balances.
+    fn close(&mut self, _constraints: &C, _u: &[f64], _r: &mut [f64]) {}
+    /// `x ← (∂r/∂u)⁻¹ x` at the increments of the last balance.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    fn solve(&mut self, system: &S, u: &[f64], x: &mut [f64]) -> Result<(), Fault>;
+    /// Takes `u` as the solution without its balance; `false` where that is needed.
+    ///
+    /// # Errors
+    /// [`Fault`] when `u` is outside the domain of the map.
+    fn settle(&mut self, _system: &S, _u: &[f64]) -> Result<bool, Fault> {
+        Ok(false)
+    }
+    /// Moves the state to the end of the step, with what is left of the balance; `carried`: what
+    /// was left by the step before.
+    fn finish(&mut self, system: &S, newton: &Newton, at: (&mut State, &[f64]));
+    /// How exactly they can be solved.
+    fn precision(&self) -> Precision;
+    /// See [`vi_core::newton::NewtonProblem::rotation`].
+    fn rotation(&self, _u: &[f64]) -> f64 {
+        0.0
+    }
+    /// The next correction is one by the matrix of its own iterate.
+    fn forget_factors(&mut self) {}
+    /// The interval of the last step.
+    fn interval(&self) -> &Interval;
+    /// The same, to put back the one before a trial step.
+    fn interval_mut(&mut self) -> &mut Interval;
+}
+
+/// The nodal scheme.
 #[derive(Debug)]
-pub struct Nodal<O> {
-    operators: O,
-    increments: Increments,
-    reduced: bool,
-    rates: Option<Vec<f64>>, // d  ν(0), where the first step cannot start from u = 0
-    s: Interval,
-    p: Vec<f64>,            // n  p̄_n
-    residual: Vec<f64>,     // n  p̄_n + D_1 L_d + f_d^-
-    compensation: Vec<f64>, // d  rounding error of the last momentum balance
+pub struct Nodal<E> {
+    equations: E,
+    carried: Vec<f64>, // d  rounding error of the last momentum balance
 }
 
-impl<O: NodalOperators> Nodal<O> {
-    /// For `n` coordinates.
+impl<E> Nodal<E> {
+    /// Of the equations of a mechanism.
     #[must_use]
-    pub fn new(n: usize, operators: O, reduced: bool) -> Self {
-        let (s, zeros) = (Interval::new(n), |k: usize| vec![0.0; k]);
-        Self {
-            increments: Increments::new(operators.blocks().to_vec()),
-            reduced,
-            rates: None,
-            s,
-            p: zeros(n),
-            residual: zeros(n),
-            compensation: zeros(operators.dof()),
-            operators,
-        }
+    pub fn new(equations: E) -> Self {
+        Self { equations, carried: Vec::new() }
     }
 
-    /// Newton's method of the first step starts from `h ν`: at a singular configuration `u = 0` is
-    /// no initial guess.
-    #[must_use]
-    pub fn starting_with(mut self, rates: Vec<f64>) -> Self {
-        self.rates = Some(rates);
-        self
+    /// The equations.
+    pub fn equations(&self) -> &E {
+        &self.equations
     }
 }
 
-impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for Nodal<O> {
+impl<S, C, E: NodalEquations<S, C>> Scheme<S, C> for Nodal<E> {
     fn blocks(&self) -> &[Block] {
-        self.increments.blocks()
+        self.equations.blocks()
     }
 
-    fn begin(&mut self, _system: &S, constraints: &C, step: SubStep, state: &mut State) {
-        step.open(&mut self.s, state);
-        self.p.copy_from_slice(&state.p);
-        state.compensation.open_balance(&mut self.compensation);
-        let last = state.memory.last.as_ref().zip(state.history.before(step.index));
-        let last = last.filter(|_| self.reduced).map(|(s, u)| LastStep { u, s });
-        self.increments.open(constraints, &state.q);
-        self.operators.take_momentum(&state.p, step.h);
-        // P(q_n), or ∂F_d/∂u of the last step (30)
-        self.operators.begin(&self.s, &state.memory, last);
-        self.operators.take_balance(&mut self.compensation);
-        step.depart(self.rates.as_deref(), state);
+    fn begin(&mut self, system: &S, constraints: &C, step: SubStep, state: &mut State) {
+        let blocks = self.equations.blocks().iter();
+        self.carried.resize(blocks.map(|block| block.range.end).max().unwrap_or(0), 0.0);
+        state.compensation.open_balance(&mut self.carried);
+        self.equations.open(system, constraints, step, (state, &mut self.carried));
     }
 
     fn residual(
@@ -90,75 +104,65 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for 
         u: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { operators, increments, s, p, residual, compensation, .. } = self;
-        operators.reparametrize(u, s)?; // q_{n+1} = F_d(u, q_n)
-        increments.reach(constraints, &s.q1);
-        system.forced_d1(s, residual);
-        residual.iter_mut().zip(p).for_each(|(r, p)| *r += *p);
-        operators.pull_back(residual, r); // P(q_n)ᵀ [p̄_n + D_1 L_d + f_d^-]  (28)
-        r.iter_mut().zip(compensation).for_each(|(r, error)| *r += *error);
-        operators.close(r);
+        let Self { equations, carried } = self;
+        equations.advance(system, constraints, u)?; // q_{n+1} = F_d(u, q_n)  (27)
+        equations.balance(system, u, r); // P(q_n)ᵀ [p̄_n + D_1 L_d + f_d^-]  (28)
+        r.iter_mut().zip(carried).for_each(|(r, error)| *r += *error);
+        equations.close(constraints, u, r);
         Ok(())
     }
 
+    fn settle(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        u: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        match self.equations.settle(system, u)? {
+            true => Ok(()),
+            false => self.residual(system, constraints, u, r),
+        }
+    }
+
     fn correction(&mut self, system: &S, _: &C, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
-        let s = &self.s;
-        self.operators.solve(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), u, s, du)
+        self.equations.solve(system, u, du)
     }
 
-    fn noise(&self) -> f64 {
-        self.operators.noise()
-    }
-
-    fn degree(&self) -> Degree {
-        self.operators.degree()
-    }
-
-    fn closing_size(&self) -> f64 {
-        self.operators.closing_size()
+    fn precision(&self) -> Precision {
+        self.equations.precision()
     }
 
     fn rotation(&self, u: &[f64]) -> f64 {
-        self.operators.rotation(u)
+        self.equations.rotation(u)
     }
 
     fn end(
         &mut self,
         system: &S,
-        _constraints: &C,
+        _: &C,
         newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        let Self { operators, reduced, s, .. } = self;
-        state.compensation.balance.copy_from_slice(newton.residual());
-        operators.carry_balance(&mut state.compensation.balance);
-        state.memory.indices.clear();
-        state.memory.values.clear();
-        operators.remember(&mut state.memory);
-        if *reduced {
-            state.memory.keep(s);
-        }
-        state.move_to_configuration(s, |t, q| operators.clean(t, q));
-        state.move_momentum(system, s);
+        self.equations.finish(system, newton, (state, &self.carried));
         Ok(())
     }
 
     fn interval(&self) -> &Interval {
-        &self.s
+        self.equations.interval()
     }
 
     fn interval_mut(&mut self) -> &mut Interval {
-        &mut self.s
+        self.equations.interval_mut()
     }
 
-    /// From the inverse, column by column: the operators may have no matrix. On closed loops the
+    /// From the inverse, column by column: the equations may have no matrix. On closed loops the
     /// rows of their constraints count among those of the matrix.
-    fn condition(&mut self, system: &S, _constraints: &C, u: &[f64]) -> Option<Condition> {
-        let Self { operators, s, .. } = self;
-        let mixed = |out: &mut dyn Entries| system.forced_d2_d1(s, out);
+    fn condition(&mut self, system: &S, constraints: &C, u: &[f64]) -> Option<Condition> {
+        self.residual(system, constraints, u, &mut vec![0.0; u.len()]).ok()?;
         Condition::of_inverse(u.len(), |column| {
-            operators.forget_factors();
-            operators.solve(&mixed, u, s, column)
+            self.equations.forget_factors();
+            self.equations.solve(system, u, column)
         })
     }
 }

@@ -13,8 +13,7 @@
 use nalgebra::DMatrix;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, CLOSING_SIZE, Fault};
-use vi_core::predictor::Degree;
+use vi_core::newton::{Block, Fault, Precision};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 
@@ -99,26 +98,12 @@ pub trait NodalOperators: Send {
     ) -> Result<(), Fault>;
     /// See [`Reparametrization::clean`].
     fn clean(&mut self, t: f64, q: &mut [f64]);
-    /// See [`vi_core::newton::NewtonProblem::noise`].
-    fn noise(&self) -> f64 {
-        1e-9
-    }
-    /// Whether motions are as smooth as those of rigid bodies, and the residual is a balance that
-    /// the next step takes over in full: then increments are extrapolated by polynomials of a
-    /// fitting degree, and a correction whose square is below rounding is the last one.
-    fn closes(&self) -> bool {
-        false
-    }
-    /// Of which degree the increments of a step are extrapolated from the last ones.
-    fn degree(&self) -> Degree {
-        if self.closes() { Degree::Fitting } else { Degree::Cubic }
+    /// How exactly the equations can be solved.
+    fn precision(&self) -> Precision {
+        Precision::default()
     }
     /// The next correction is one by the matrix of its own iterate.
     fn forget_factors(&mut self) {}
-    /// See [`vi_core::newton::NewtonProblem::closing_size`].
-    fn closing_size(&self) -> f64 {
-        if self.closes() { CLOSING_SIZE } else { 0.0 }
-    }
     /// See [`vi_core::newton::NewtonProblem::rotation`].
     fn rotation(&self, _u: &[f64]) -> f64 {
         0.0
@@ -168,20 +153,11 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Box<O> {
     fn clean(&mut self, t: f64, q: &mut [f64]) {
         (**self).clean(t, q);
     }
-    fn noise(&self) -> f64 {
-        (**self).noise()
-    }
-    fn closes(&self) -> bool {
-        (**self).closes()
-    }
-    fn degree(&self) -> Degree {
-        (**self).degree()
+    fn precision(&self) -> Precision {
+        (**self).precision()
     }
     fn forget_factors(&mut self) {
         (**self).forget_factors();
-    }
-    fn closing_size(&self) -> f64 {
-        (**self).closing_size()
     }
     fn rotation(&self, u: &[f64]) -> f64 {
         (**self).rotation(u)
@@ -257,7 +233,7 @@ impl<R: Reparametrization> DenseNodal<R> {
         Self { map, blocks, null_space: nd(), tangent: nd(), newton, closes: false }
     }
 
-    /// For maps of bodies and points: see [`NodalOperators::closes`].
+    /// For maps of bodies and points: see [`Precision::of_balances`].
     #[must_use]
     pub fn closing(mut self) -> Self {
         self.closes = true;
@@ -326,8 +302,8 @@ impl<R: Reparametrization> NodalOperators for DenseNodal<R> {
         self.solve_factorized(x)
     }
 
-    fn closes(&self) -> bool {
-        self.closes
+    fn precision(&self) -> Precision {
+        Precision::of_balances_if(self.closes)
     }
 
     fn clean(&mut self, t: f64, q: &mut [f64]) {

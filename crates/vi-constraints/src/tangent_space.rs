@@ -41,7 +41,7 @@ use std::sync::Arc;
 use vi_core::dense::{add_product, set_product};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
-use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Fault};
+use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Fault, Precision};
 use vi_core::sparse::Entries;
 use vi_core::state::Memory;
 
@@ -393,18 +393,13 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
 
     fn clean(&mut self, _t: f64, _q: &mut [f64]) {}
 
-    fn noise(&self) -> f64 {
-        1e-9 / self.qr.smallest().clamp(1e-8, 1.0)
-    }
-
-    fn closes(&self) -> bool {
-        true
-    }
-
     /// A correction of the relative size `s` of increments `u` leaves `s² |u|/σ`, with the last
     /// pivot `σ` of `G(q_n)ᵀ`.
-    fn closing_size(&self) -> f64 {
+    fn precision(&self) -> Precision {
+        let sigma = self.qr.smallest();
         let reach = norm_inf(&self.projection.base.0).max(1.0);
-        if self.hands_on { CLOSING_SIZE * (self.qr.smallest() / reach).sqrt() } else { 0.0 }
+        let closing_size = if self.hands_on { CLOSING_SIZE * (sigma / reach).sqrt() } else { 0.0 };
+        let noise = 1e-9 / sigma.clamp(1e-8, 1.0);
+        Precision { noise, closing_size, ..Precision::of_balances() }
     }
 }

@@ -22,7 +22,7 @@ use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::{position_floor, rotation};
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonError};
+use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonError, Precision};
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
 
@@ -95,8 +95,8 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
 
     /// Without multipliers among the unknowns a remainder of `ε/64` has the same sign in each step
     /// of a steady rotation; the constrained form does not need it.
-    fn resolution(&self) -> f64 {
-        1.0 / 65536.0
+    fn precision(&self) -> Precision {
+        Precision { resolution: 1.0 / 65536.0, ..Precision::default() }
     }
 
     /// Gaps beside momenta.

@@ -147,7 +147,7 @@ impl LoopClosure {
         set_product(matrix.rows_mut(first, rank).as_view_mut(), rows.as_view(), push.as_view());
     }
 
-    /// See [`vi_core::newton::NewtonProblem::noise`].
+    /// See [`vi_core::newton::Precision::noise`].
     pub(crate) fn noise(&self) -> f64 {
         1e-9 / self.sigma.clamp(1e-8, 1.0)
     }

@@ -26,7 +26,7 @@ use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
-use vi_core::newton::{Block, Fault, Newton, largest_rotation};
+use vi_core::newton::{Block, Fault, Newton, Precision, largest_rotation};
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
@@ -80,7 +80,7 @@ pub trait EmOperators<C>: Send {
         at: (&[f64], &Interval, &[f64]),
         x: &mut [f64],
     ) -> Result<(), Fault>;
-    /// See [`vi_core::newton::NewtonProblem::noise`].
+    /// See [`Precision::noise`].
     fn noise(&self) -> f64 {
         1e-9
     }
@@ -173,8 +173,8 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         self.operators.solve(constraints, &emit, (u, s, bracket), du)
     }
 
-    fn noise(&self) -> f64 {
-        self.operators.noise()
+    fn precision(&self) -> Precision {
+        Precision { noise: self.operators.noise(), ..Precision::default() }
     }
 
     /// Gaps of loops, and prescribed motions, beside momenta.

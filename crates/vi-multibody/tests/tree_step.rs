@@ -4,6 +4,7 @@
 use crate::dense::off_dense;
 use crate::loaded_trees::tree;
 use vi_constraints::nodal::Nodal;
+use vi_constraints::nodal_operators::by_operators;
 use vi_constraints::scheme::{Scheme, SubStep};
 use vi_constraints::{InitialValues, LegendreTransforms, Options, SchemeKind};
 use vi_core::linear::norm_inf;
@@ -130,11 +131,11 @@ fn both(built: &BuiltMechanism, u: &[f64]) -> [Result<[Vec<f64>; 2], Fault>; 2] 
     let started = built.system(Quadrature::Midpoint);
     let run = integrator(built.mechanism.clone(), started, options, Solver::Auto, at).unwrap();
     let state = run.state();
-    let mut sweeps = TreeStep::new(&built.mechanism, &system).unwrap();
+    let mut sweeps = Nodal::new(TreeStep::new(&built.mechanism, &system).unwrap());
     let recursion = TreeNodal::new(built.mechanism.tree().clone());
-    let mut general = Nodal::new(state.q.len(), recursion, false);
+    let mut general = by_operators(SchemeKind::Nodal, state.q.len(), recursion, None);
     let at = ((built, &system), (state, u));
-    [evaluate(&mut sweeps, at.0, at.1), evaluate(&mut general, at.0, at.1)]
+    [evaluate(&mut sweeps, at.0, at.1), evaluate(&mut *general, at.0, at.1)]
 }
 
 #[test]

@@ -25,7 +25,7 @@ use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
 use vi_core::mechanical_system::MechanicalSystem;
-use vi_core::newton::{Block, Fault, Newton};
+use vi_core::newton::{Block, Fault, Newton, Precision};
 use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -169,8 +169,8 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
         Ok(lu.solve(matrix, dx)?)
     }
 
-    fn is_simplified(&self) -> bool {
-        true
+    fn precision(&self) -> Precision {
+        Precision { is_simplified: true, ..Precision::default() }
     }
 
     fn accept(&self, _x: &[f64]) -> Result<(), Fault> {

@@ -28,7 +28,7 @@ use vi_core::galerkin::Stages;
 use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::mechanical_system::MechanicalSystem;
-use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
+use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings, Precision};
 use vi_core::predictor::Degree;
 use vi_core::state::State;
 
@@ -88,6 +88,10 @@ impl<O: Sweeps> GalerkinNodal<O> {
             return Ok(());
         }
         self.sweeps.residual(system, &mut self.points, u, r, self.outdated)
+    }
+
+    fn precision_of_sweeps(&self) -> Precision {
+        Precision { noise: self.sweeps.noise(), is_simplified: true, ..Precision::default() }
     }
 
     /// Moves the control points to `u`.
@@ -212,12 +216,8 @@ impl<O: Sweeps, S: MechanicalSystem> NewtonProblem for SmallerStep<'_, O, S> {
         self.scheme.settle_at(self.system, x)
     }
 
-    fn is_simplified(&self) -> bool {
-        true
-    }
-
-    fn noise(&self) -> f64 {
-        self.scheme.sweeps.noise()
+    fn precision(&self) -> Precision {
+        self.scheme.precision_of_sweeps()
     }
 }
 
@@ -269,12 +269,8 @@ impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNo
         self.settle_at(system, u)
     }
 
-    fn is_simplified(&self) -> bool {
-        true
-    }
-
-    fn noise(&self) -> f64 {
-        self.sweeps.noise()
+    fn precision(&self) -> Precision {
+        self.precision_of_sweeps()
     }
 
     fn accept(&self, u: &[f64]) -> Result<(), Fault> {

@@ -20,7 +20,7 @@ pub trait Sweeps: Send {
     fn dof(&self) -> usize;
     /// Units and scales of the increments of one control point.
     fn blocks(&self) -> &[Block];
-    /// See [`vi_core::newton::NewtonProblem::noise`].
+    /// See [`vi_core::newton::Precision::noise`].
     fn noise(&self) -> f64 {
         1e-9
     }

@@ -11,7 +11,7 @@ use crate::dalembert::{Dalembert, MapSource, QrSource};
 use crate::discretization::Discretization;
 use crate::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal, Pointwise};
 use crate::initialization::{ConsistentStart, InitialValues, StartReport, start};
-use crate::nodal::Nodal;
+use crate::nodal_operators::by_operators;
 use crate::reparametrization::{DenseNodal, Reparametrization};
 use crate::saddle_point::IndependentRows;
 use crate::scheme::{Scheme, SchemeKind, StepSolver};
@@ -49,10 +49,10 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
                 let source = QrSource::new(n, m, rows.len());
                 Box::new(Dalembert::new(n, m, rows.clone(), source))
             }
-            (SchemeKind::Nodal | SchemeKind::Reduced, None) => {
+            (kind @ (SchemeKind::Nodal | SchemeKind::Reduced), None) => {
                 check_dense(n, "this scheme", "write the scheme `constrained`")?;
                 let operators = TangentSpace::new(constraints.clone(), &rows);
-                Box::new(Nodal::new(n, operators, options.scheme == SchemeKind::Reduced))
+                by_operators(kind, n, operators, None)
             }
         };
         Self::with_scheme(system, constraints, scheme, rows, options, at)?.consistent()
@@ -92,9 +92,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
             (SchemeKind::Dalembert, None) => {
                 Box::new(Dalembert::new(n, m, rows.clone(), MapSource(map)))
             }
-            (SchemeKind::Nodal | SchemeKind::Reduced, None) => {
-                let reduced = options.scheme == SchemeKind::Reduced;
-                Box::new(Nodal::new(n, DenseNodal::new(n, map), reduced))
+            (kind @ (SchemeKind::Nodal | SchemeKind::Reduced), None) => {
+                by_operators(kind, n, DenseNodal::new(n, map), None)
             }
         };
         Self::with_scheme(system, constraints, scheme, rows, options, at)?.consistent()

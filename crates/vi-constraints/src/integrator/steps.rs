@@ -7,6 +7,7 @@ use super::report::StepReport;
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, Step, Transition};
 use crate::scheme::{StepError, SubStep};
+use vi_core::newton::Precision;
 use vi_core::state::State;
 
 impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
@@ -107,7 +108,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             total.residual = total.residual.max(report.residual);
         }
         let at = state.configuration();
-        match (scheme.meets_constraints(), scheme.keeps_orientation()) {
+        let Precision { meets_constraints, keeps_orientation, .. } = scheme.precision();
+        match (meets_constraints, keeps_orientation) {
             (true, _) => {}
             (false, true) => self.watch.check_residuals(&**constraints, at)?,
             (false, false) => self.watch.check(&**constraints, at)?,

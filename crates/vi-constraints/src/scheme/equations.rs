@@ -7,7 +7,7 @@ use crate::galerkin::GaussPoint;
 use std::ops::Range;
 use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton};
+use vi_core::newton::{Block, Fault, Newton, Precision};
 use vi_core::predictor::Degree;
 use vi_core::state::State;
 
@@ -65,9 +65,9 @@ pub trait Scheme<S, C>: Send {
     ) -> Result<(), Fault> {
         self.residual(system, constraints, x, r)
     }
-    /// See [`NewtonProblem::noise`](vi_core::newton::NewtonProblem::noise).
-    fn noise(&self) -> f64 {
-        1e-9
+    /// How exactly the equations can be solved, and what is known of the solution.
+    fn precision(&self) -> Precision {
+        Precision::default()
     }
     /// `Σ_j |K_ij| size_j` of each equation at `x`, with the matrix of the last correction:
     /// rounding changes the residual by a few `ε` of that. `None`: not known. Allocates; asked only
@@ -75,38 +75,9 @@ pub trait Scheme<S, C>: Send {
     fn equation_sizes(&mut self, _constraints: &C, _x: &[f64]) -> Option<Vec<f64>> {
         None
     }
-    /// See [`NewtonProblem::resolution`](vi_core::newton::NewtonProblem::resolution).
-    fn resolution(&self) -> f64 {
-        0.25
-    }
-    /// See [`NewtonProblem::closing_size`](vi_core::newton::NewtonProblem::closing_size).
-    fn closing_size(&self) -> f64 {
-        0.0
-    }
     /// See [`NewtonProblem::rotation`](vi_core::newton::NewtonProblem::rotation).
     fn rotation(&self, _x: &[f64]) -> f64 {
         0.0
-    }
-    /// See [`NewtonProblem::turn`](vi_core::newton::NewtonProblem::turn).
-    fn turn(&self) -> f64 {
-        f64::INFINITY
-    }
-    /// Whether a step never finds the mirror image of a body ([`crate::closure`]).
-    fn keeps_orientation(&self) -> bool {
-        false
-    }
-    /// Whether the last step has itself found all constraints met to round-off and all coordinates
-    /// finite; where it has not, [`crate::closure`] does.
-    fn meets_constraints(&self) -> bool {
-        false
-    }
-    /// Of which degree initial guesses are extrapolated.
-    fn degree(&self) -> Degree {
-        Degree::Cubic
-    }
-    /// See [`NewtonProblem::is_simplified`](vi_core::newton::NewtonProblem::is_simplified).
-    fn is_simplified(&self) -> bool {
-        false
     }
     /// Writes an initial guess of the unknowns of the step that was begun, each `attempt` a more
     /// robust one; `None`: no more. By default the extrapolated increment, the last one, and zero
@@ -118,7 +89,7 @@ pub trait Scheme<S, C>: Send {
         (step, state): (SubStep, &State),
         x: &mut [f64],
     ) -> Option<Guess> {
-        let degree = if attempt == 0 { self.degree() } else { Degree::Zero };
+        let degree = if attempt == 0 { self.precision().degree } else { Degree::Zero };
         let known = state.history.predict(step.index, step.h, degree, x);
         match attempt + usize::from(attempt > 0 && !known) {
             0 if known => Some(Guess::Plain),

@@ -4,7 +4,7 @@ use super::equations::{Guess, Scheme};
 use super::error::StepError;
 use super::sub_step::SubStep;
 use vi_core::newton::{
-    Block, Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings,
+    Block, Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings, Precision,
 };
 use vi_core::state::State;
 
@@ -81,12 +81,8 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
         self.scheme.settle(self.system, self.constraints, x, r)
     }
 
-    fn noise(&self) -> f64 {
-        self.scheme.noise()
-    }
-
-    fn is_simplified(&self) -> bool {
-        self.scheme.is_simplified()
+    fn precision(&self) -> Precision {
+        self.scheme.precision()
     }
 
     fn is_round_off(&mut self, x: &[f64], r: &[f64]) -> bool {
@@ -95,20 +91,8 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
         sizes.is_some_and(|sizes| r.iter().zip(&sizes).all(|(r, size)| r.abs() <= PARTS * size))
     }
 
-    fn resolution(&self) -> f64 {
-        self.scheme.resolution()
-    }
-
-    fn closing_size(&self) -> f64 {
-        self.scheme.closing_size()
-    }
-
     fn rotation(&self, x: &[f64]) -> f64 {
         self.scheme.rotation(x)
-    }
-
-    fn turn(&self) -> f64 {
-        self.scheme.turn()
     }
 }
 

@@ -20,13 +20,15 @@
 //! ([`Newton::rounding_error`]). An optional line search halves steps that increase the residual.
 //!
 //! Problems with an approximate tangent are solved by simplified iterations
-//! ([`NewtonProblem::is_simplified`]).
+//! ([`Precision::is_simplified`]).
 
 mod convergence;
+mod precision;
 mod report;
 mod simplified;
 
 pub use convergence::{CLOSING_SIZE, Convergence, Judgement, Limits};
+pub use precision::Precision;
 pub use report::{Fault, NewtonError, NewtonReport};
 
 use crate::linear::norm_inf;
@@ -96,53 +98,30 @@ pub trait NewtonProblem {
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault>;
     /// Takes `x` as the solution: evaluates there what later calls need. By default the residual;
     /// `r` may be left as it was before the last correction. Only for approximate tangents, and
-    /// where [`NewtonProblem::turn`] shows that the last correction leaves less than rounding.
+    /// where [`Precision::turn`] shows that the last correction leaves less than rounding.
     ///
     /// # Errors
     /// [`Fault`] when `x` is outside the domain of the equations.
     fn settle(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
         self.residual(x, r)
     }
-    /// Relative size of the corrections that round-off alone may cause: more than 1e-9 where the
-    /// problem is ill-conditioned.
-    fn noise(&self) -> f64 {
-        1e-9
+    /// How exactly the equations can be solved.
+    fn precision(&self) -> Precision {
+        Precision::default()
     }
     /// Whether the residual `r` at `x` is no larger than rounding makes it:
     /// `|r_i| ≤ c ε Σ_j |K_ij| size_j` with a small `c`. Then `x` solves equations whose
     /// coefficients differ from these by their rounding, whatever the correction of multipliers.
     /// Asked only where residual or corrections have stopped to fall and no other unknown is
-    /// corrected by more than [`NewtonProblem::noise`]; may allocate.
+    /// corrected by more than [`Precision::noise`]; may allocate.
     fn is_round_off(&mut self, _x: &[f64], _r: &[f64]) -> bool {
         false
-    }
-    /// Whether [`NewtonProblem::correction`] only approximates `K⁻¹`: the corrections contract by a
-    /// constant ratio.
-    fn is_simplified(&self) -> bool {
-        false
-    }
-    /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`; less takes half an
-    /// iteration more, for who uses [`Newton::rounding_error`].
-    fn resolution(&self) -> f64 {
-        0.25
-    }
-    /// Relative size of a correction whose square, the error of Newton's method after it, is below
-    /// rounding. Only for problems whose residual is handed on, so that what rounding leaves in it
-    /// is not lost: elsewhere zero.
-    fn closing_size(&self) -> f64 {
-        0.0
     }
     /// The largest rotation in increments `x`, rad, where residuals of unlike kinds stand side by
     /// side, as gaps and momenta: the largest are then those of one kind, which one depends on the
     /// units, and if they are linear their contraction says nothing of the others. Elsewhere zero.
     fn rotation(&self, _x: &[f64]) -> f64 {
         0.0
-    }
-    /// Part of the last correction that Newton's method leaves after it, at most, where it is
-    /// known: the largest rotation of a body in rad, where rotations are all that is nonlinear.
-    /// Only for problems whose residual is handed on; elsewhere infinite.
-    fn turn(&self) -> f64 {
-        f64::INFINITY
     }
 }
 
@@ -272,7 +251,7 @@ impl Newton {
         problem: &mut impl NewtonProblem,
         x: &mut [f64],
     ) -> Result<NewtonReport, NewtonError> {
-        if problem.is_simplified() {
+        if problem.precision().is_simplified {
             return self.solve_simplified(problem, x);
         }
         let refused = |iteration| move |fault| NewtonError::Refused { fault, iteration };
@@ -291,10 +270,11 @@ impl Newton {
             let next = self.evaluate_with_search(problem, x, seen.residual, &mut report);
             let next = next.map_err(refused(iteration))?;
             report.residual = next;
+            let precision = problem.precision();
             let limits = Limits {
-                tolerance: self.settings.tolerance.max(problem.resolution() * f64::EPSILON),
-                noise: problem.noise(),
-                closing_size: problem.closing_size(),
+                tolerance: self.settings.tolerance.max(precision.resolution * f64::EPSILON),
+                noise: precision.noise,
+                closing_size: precision.closing_size,
                 least_ratio: self.least_ratio(problem, x),
             };
             let Judgement { ratio, is_reached } = seen.judge(size.relative, next, limits);
@@ -315,7 +295,8 @@ impl Newton {
     fn is_round_off(&self, problem: &mut impl NewtonProblem, x: &[f64]) -> bool {
         let blocks = problem.blocks().iter().enumerate();
         let blocks = blocks.filter(|(_, block)| block.kind != BlockKind::Multiplier);
-        largest(blocks, x, &self.dx).relative <= problem.noise() && problem.is_round_off(x, &self.r)
+        let noise = problem.precision().noise;
+        largest(blocks, x, &self.dx).relative <= noise && problem.is_round_off(x, &self.r)
     }
 
     /// `dx ← K⁻¹ r`, `x ← x − dx`.
@@ -348,7 +329,8 @@ impl Newton {
 
     /// Whether rotation by the last correction leaves less than rounding of the largest unknowns.
     fn is_resolved(&self, problem: &impl NewtonProblem, x: &[f64]) -> bool {
-        let (turn, rounding) = (problem.turn(), problem.resolution() * f64::EPSILON);
+        let Precision { turn, resolution, .. } = problem.precision();
+        let rounding = resolution * f64::EPSILON;
         let of_kind = |kind: BlockKind| {
             let (mut scale, mut correction) = (0.0_f64, 0.0_f64);
             for block in problem.blocks().iter().filter(|block| block.kind == kind) {

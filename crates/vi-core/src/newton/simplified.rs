@@ -24,7 +24,7 @@ impl Newton {
         x: &mut [f64],
     ) -> Result<NewtonReport, NewtonError> {
         let refused = |iteration| move |fault| NewtonError::Refused { fault, iteration };
-        let (limit, noise) = (self.settings.max_iterations * SWEEPS, problem.noise());
+        let (limit, noise) = (self.settings.max_iterations * SWEEPS, problem.precision().noise);
         let (mut before, mut earlier) = (f64::INFINITY, f64::INFINITY);
         let (mut level, mut growing) = (0, 0);
         let mut size = Size { relative: f64::INFINITY, block: 0 };
@@ -69,7 +69,7 @@ fn stagnates(size: f64, before: f64, earlier: f64, noise: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::newton::{Block, BlockKind, NewtonSettings};
+    use crate::newton::{Block, BlockKind, NewtonSettings, Precision};
 
     /// `x = (1, 1)` with corrections that leave the error `(e_2, e_1/1000)`: their sizes fall in
     /// pairs.
@@ -86,8 +86,8 @@ mod tests {
             (dx[0], dx[1]) = (dx[0] - dx[1], dx[1] - 1e-3 * dx[0]);
             Ok(())
         }
-        fn is_simplified(&self) -> bool {
-            true
+        fn precision(&self) -> Precision {
+            Precision { is_simplified: true, ..Precision::default() }
         }
     }
 

@@ -17,7 +17,8 @@ use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, NodalOperators};
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, largest_rotation};
+use vi_core::newton::{Block, Fault, Precision, largest_rotation};
+use vi_core::predictor::Degree;
 use vi_core::sparse::{Entries, OuterProduct};
 use vi_core::state::Memory;
 
@@ -158,11 +159,6 @@ impl<O: NodalOperators + ?Sized> Beside<O> {
         });
         Self { parts, blocks }
     }
-
-    /// The larger of a number of each.
-    fn largest(&self, number: impl Fn(&O) -> f64) -> f64 {
-        self.parts.iter().map(|part| number(&part.operators)).fold(f64::NEG_INFINITY, f64::max)
-    }
 }
 
 impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
@@ -246,20 +242,23 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
             .for_each(|part| part.operators.clean(t, &mut q[part.share.q.clone()]));
     }
 
-    fn noise(&self) -> f64 {
-        self.largest(NodalOperators::noise)
-    }
-
-    fn closes(&self) -> bool {
-        self.parts.iter().all(|part| part.operators.closes())
+    /// That of the least exact part.
+    fn precision(&self) -> Precision {
+        let mut all = Precision::of_balances();
+        all.closing_size = f64::INFINITY;
+        for part in &self.parts {
+            let own = part.operators.precision();
+            all.noise = all.noise.max(own.noise);
+            all.closing_size = all.closing_size.min(own.closing_size);
+            if own.degree != Degree::Fitting {
+                all.degree = own.degree;
+            }
+        }
+        all
     }
 
     fn forget_factors(&mut self) {
         self.parts.iter_mut().for_each(|part| part.operators.forget_factors());
-    }
-
-    fn closing_size(&self) -> f64 {
-        -self.largest(|operators| -operators.closing_size())
     }
 
     fn rotation(&self, u: &[f64]) -> f64 {

@@ -37,7 +37,7 @@ use vi_constraints::{Constraints, NodalOperators};
 use vi_core::block_lu::inverse_root;
 use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Block, Fault, Precision};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 use vi_rigid::null_space;
@@ -413,8 +413,8 @@ impl NodalOperators for TreeDescriptor {
         }
     }
 
-    fn closes(&self) -> bool {
-        !self.screws
+    fn precision(&self) -> Precision {
+        Precision::of_balances_if(!self.screws)
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {

@@ -7,7 +7,7 @@ use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Block, Fault, Precision};
 use vi_core::state::Memory;
 
 /// [`NodalOperators`] of a tree of bodies, `O(N)`.
@@ -88,8 +88,8 @@ impl NodalOperators for TreeNodal {
         self.articulated.tree().clean(q);
     }
 
-    fn closes(&self) -> bool {
-        true
+    fn precision(&self) -> Precision {
+        Precision::of_balances()
     }
 }
 

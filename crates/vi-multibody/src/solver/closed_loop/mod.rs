@@ -88,7 +88,7 @@ use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, Fault, largest_rotation};
+use vi_core::newton::{Block, Fault, Precision, largest_rotation};
 use vi_core::state::Memory;
 
 crate::opaque_debug!(TreeSolver, LoopNodal, ClosureForces);
@@ -422,19 +422,13 @@ impl NodalOperators for LoopNodal {
         self.coupled.chord.forget();
     }
 
-    fn noise(&self) -> f64 {
-        self.resolution.noise()
-    }
-
-    fn closes(&self) -> bool {
-        !self.elements
-    }
-
-    fn closing_size(&self) -> f64 {
-        match self.closes() && !self.coupled.chord.keeps_factors() {
+    fn precision(&self) -> Precision {
+        let (noise, balances) = (self.resolution.noise(), !self.elements);
+        let closing_size = match balances && !self.coupled.chord.keeps_factors() {
             true => self.resolution.closing_size(),
             false => 0.0,
-        }
+        };
+        Precision { noise, closing_size, ..Precision::of_balances_if(balances) }
     }
 
     /// Gaps of loops, and prescribed motions, beside momenta.

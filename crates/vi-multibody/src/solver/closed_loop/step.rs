@@ -17,12 +17,12 @@ use super::path::Maps;
 use super::sweep::Resolution;
 use crate::mechanism::Mechanism;
 use crate::solver::tree_step::TreeStep;
-use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::nodal::NodalEquations;
+use vi_constraints::scheme::SubStep;
 use vi_constraints::unknowns::Increments;
 use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton, largest_rotation};
-use vi_core::predictor::Degree;
+use vi_core::newton::{Block, Fault, Newton, Precision, largest_rotation};
 use vi_core::state::State;
 
 crate::opaque_debug!(LoopStep);
@@ -55,32 +55,38 @@ impl LoopStep {
     }
 }
 
-impl Scheme<SeparableSystem, Mechanism> for LoopStep {
+impl NodalEquations<SeparableSystem, Mechanism> for LoopStep {
     fn blocks(&self) -> &[Block] {
         self.increments.blocks()
     }
 
-    fn begin(
+    fn open(
         &mut self,
         system: &SeparableSystem,
         mechanism: &Mechanism,
         step: SubStep,
-        state: &mut State,
+        (state, carried): (&mut State, &mut [f64]),
     ) {
         self.increments.open(mechanism, &state.q);
-        self.tree.begin(system, mechanism, step, state);
+        self.tree.open(system, mechanism, step, (state, carried));
         self.sweeps.begin(self.tree.at_links(), &state.q, &state.memory);
         self.fresh = true;
     }
 
-    fn residual(
+    fn advance(
         &mut self,
         system: &SeparableSystem,
         mechanism: &Mechanism,
         u: &[f64],
-        r: &mut [f64],
     ) -> Result<(), Fault> {
-        self.tree.residual(system, mechanism, u, r)?;
+        self.tree.advance(system, mechanism, u)
+    }
+
+    fn balance(&mut self, system: &SeparableSystem, u: &[f64], r: &mut [f64]) {
+        self.tree.balance(system, u, r);
+    }
+
+    fn close(&mut self, mechanism: &Mechanism, u: &[f64], r: &mut [f64]) {
         self.tree.close_interval();
         if self.fresh {
             let Self { tree, sweeps, .. } = self;
@@ -94,60 +100,41 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
             cluster.close(s.end());
             cluster.project(s.h, r);
         }
-        Ok(())
     }
 
-    fn correction(
-        &mut self,
-        system: &SeparableSystem,
-        _: &Mechanism,
-        u: &[f64],
-        du: &mut [f64],
-    ) -> Result<(), Fault> {
+    fn solve(&mut self, system: &SeparableSystem, u: &[f64], x: &mut [f64]) -> Result<(), Fault> {
         let h = self.tree.interval().h;
         let clusters = &mut self.sweeps.loops.clusters;
-        clusters.iter_mut().try_for_each(|cluster| cluster.split(h, du))?;
+        clusters.iter_mut().try_for_each(|cluster| cluster.split(h, x))?;
         self.tree.assemble(system);
-        du.iter_mut().for_each(|x| *x *= -h); // −h A δ − Uᵀμ = −h (b − Uᵀλ)
-        self.sweeps.solve(self.tree.system(), u, du)?;
-        if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
+        x.iter_mut().for_each(|x| *x *= -h); // −h A δ − Uᵀμ = −h (b − Uᵀλ)
+        self.sweeps.solve(self.tree.system(), u, x)?;
+        if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
-    fn noise(&self) -> f64 {
-        self.resolution.noise()
+    fn finish(
+        &mut self,
+        system: &SeparableSystem,
+        newton: &Newton,
+        (state, carried): (&mut State, &[f64]),
+    ) {
+        self.sweeps.loops.remember(&mut state.memory);
+        self.tree.finish(system, newton, (state, carried));
+        let balance = &mut state.compensation.balance;
+        let clusters = &self.sweeps.loops.clusters;
+        clusters.iter().for_each(|cluster| cluster.project_balance(balance));
     }
 
     /// Bodies are rotated, not solved for.
-    fn keeps_orientation(&self) -> bool {
-        true
-    }
-
-    fn degree(&self) -> Degree {
-        Degree::Fitting
-    }
-
-    fn closing_size(&self) -> f64 {
-        self.resolution.closing_size()
+    fn precision(&self) -> Precision {
+        let (noise, closing_size) = (self.resolution.noise(), self.resolution.closing_size());
+        let of_balances = Precision::of_balances();
+        Precision { noise, closing_size, keeps_orientation: true, ..of_balances }
     }
 
     /// Gaps of loops, and prescribed motions, beside momenta.
     fn rotation(&self, u: &[f64]) -> f64 {
         largest_rotation(self.increments.blocks(), u)
-    }
-
-    fn end(
-        &mut self,
-        system: &SeparableSystem,
-        mechanism: &Mechanism,
-        newton: &Newton,
-        state: &mut State,
-    ) -> Result<(), StepError> {
-        self.sweeps.loops.remember(&mut state.memory);
-        self.tree.end(system, mechanism, newton, state)?;
-        let balance = &mut state.compensation.balance;
-        let clusters = &self.sweeps.loops.clusters;
-        clusters.iter().for_each(|cluster| cluster.project_balance(balance));
-        Ok(())
     }
 
     fn interval(&self) -> &Interval {
@@ -156,17 +143,5 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
 
     fn interval_mut(&mut self) -> &mut Interval {
         self.tree.interval_mut()
-    }
-
-    /// From the inverse, column by column; the rows of the loop constraints count among those of
-    /// the matrix.
-    fn condition(
-        &mut self,
-        system: &SeparableSystem,
-        mechanism: &Mechanism,
-        u: &[f64],
-    ) -> Option<Condition> {
-        let solve = |column: &mut [f64]| self.correction(system, mechanism, u, column);
-        Condition::of_inverse(u.len(), solve)
     }
 }

@@ -15,6 +15,7 @@ use crate::solver::tree_step::TreeStep;
 use std::sync::Arc;
 use vi_constraints::integrator::{SetupError, SingularStart, check_dense};
 use vi_constraints::nodal::Nodal;
+use vi_constraints::nodal_operators::by_operators;
 use vi_constraints::reparametrization::Emission;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{
@@ -41,8 +42,10 @@ pub(super) fn nodal(
     let by_sweeps = !particles && !reduced && !matches!(solver, Solver::Dense | Solver::Sparse);
     if by_sweeps {
         let step: Option<BoxedScheme> = match &loops.rank {
-            Some(rank) => LoopStep::new(mechanism, system, rank).map(|step| Box::new(step) as _),
-            None => TreeStep::new(mechanism, system).map(|step| Box::new(step) as _),
+            Some(rank) => {
+                LoopStep::new(mechanism, system, rank).map(|step| Box::new(Nodal::new(step)) as _)
+            }
+            None => TreeStep::new(mechanism, system).map(|step| Box::new(Nodal::new(step)) as _),
         };
         if let Some(step) = step {
             return Ok(step);
@@ -69,11 +72,7 @@ pub(super) fn nodal(
     if let Some(rates) = &mut rates {
         rates.resize(operators.dof(), 0.0); // point masses start from u = 0
     }
-    let nodal = Nodal::new(n, operators, reduced);
-    Ok(match rates {
-        Some(rates) => Box::new(nodal.starting_with(rates)),
-        None => Box::new(nodal),
-    })
+    Ok(by_operators(options.scheme, n, operators, rates))
 }
 
 /// What nodal operators are chosen by: a mechanism, or the bodies or the point masses of one.

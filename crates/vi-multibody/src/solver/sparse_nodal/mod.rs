@@ -44,7 +44,7 @@ use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, norm_inf};
-use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Fault};
+use vi_core::newton::{Block, BlockKind, Fault, Precision};
 use vi_core::sparse::SparseMatrix;
 use vi_core::state::Memory;
 
@@ -321,12 +321,12 @@ impl NodalOperators for SparseNodal {
         self.chord.forget();
     }
 
-    fn closes(&self) -> bool {
-        !self.by_screws
-    }
-
-    fn closing_size(&self) -> f64 {
-        if self.closes() && !self.chord.keeps_factors() { CLOSING_SIZE } else { 0.0 }
+    fn precision(&self) -> Precision {
+        let precision = Precision::of_balances_if(!self.by_screws);
+        match self.chord.keeps_factors() {
+            true => Precision { closing_size: 0.0, ..precision },
+            false => precision,
+        }
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {

@@ -29,11 +29,11 @@ use efforts::Efforts;
 use nalgebra::{Matrix3, Vector3};
 use part::Links;
 use vi_constraints::Constraints;
-use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::nodal::NodalEquations;
+use vi_constraints::scheme::SubStep;
 use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, CLOSING_SIZE, Fault, Newton};
-use vi_core::predictor::Degree;
+use vi_core::newton::{Block, Fault, Newton, Precision};
 use vi_core::state::State;
 use vi_core::{DiscreteLagrangian, SeparableSystem};
 use vi_rigid::{directors, null_space};
@@ -53,10 +53,9 @@ pub struct TreeStep {
     efforts: Efforts,
     variable: Option<Variable>,
     s: Interval,
-    compensation: Vec<f64>, // d  rounding error of the last momentum balance
-    turn: f64,              // rad  largest rotation of a body by the last correction
-    is_all: bool,           // the joints of the tree are all constraints
-    is_clean: bool,         // no link was off its place after the last step
+    turn: f64,      // rad  largest rotation of a body by the last correction
+    is_all: bool,   // the joints of the tree are all constraints
+    is_clean: bool, // no link was off its place after the last step
 }
 
 /// Whether a mechanism has no other constraints than those of its bodies and of the joints of its
@@ -109,7 +108,6 @@ impl TreeStep {
             at,
             impulse: vec![0.0; n],
             s: Interval::new(n),
-            compensation: vec![0.0; tree.dof()],
             turn: f64::INFINITY,
             is_all: is_all(mechanism),
             is_clean: false,
@@ -227,17 +225,17 @@ fn wrench(link: &Link<One>, q: &[f64], w: &[f64]) -> Screw<Xyz<Narrow>> {
     Screw { linear, angular: spin - of(anchor.as_slice()).cross(linear) }
 }
 
-impl Scheme<SeparableSystem, Mechanism> for TreeStep {
+impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
     fn blocks(&self) -> &[Block] {
         self.increments.blocks()
     }
 
-    fn begin(
+    fn open(
         &mut self,
         system: &SeparableSystem,
         mechanism: &Mechanism,
         step: SubStep,
-        state: &mut State,
+        (state, _): (&mut State, &mut [f64]),
     ) {
         self.increments.reset();
         if self.variable.is_some() {
@@ -245,100 +243,62 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         }
         let distance = step.h.abs() * link::fastest(&self.at.links, &state.p);
         mechanism.raise_floors_by(distance, self.increments.blocks_mut());
-        let Self { at, weight, impulse, efforts, s, compensation, .. } = self;
+        let Self { at, weight, impulse, efforts, s, .. } = self;
         state.open_start(s, step.h);
         s.end_at(step.t_end);
-        state.compensation.open_balance(compensation);
         efforts.begin(system, state);
         let half = 0.5 * step.h;
         impulse.iter_mut().zip(weight).for_each(|(impulse, w)| *impulse = half * *w);
         at.open([&state.q, &state.p, impulse]);
     }
 
-    fn residual(
+    fn advance(
         &mut self,
-        system: &SeparableSystem,
+        _: &SeparableSystem,
         mechanism: &Mechanism,
         u: &[f64],
-        r: &mut [f64],
     ) -> Result<(), Fault> {
-        let h = self.s.h;
-        self.at.advance(u, Some(h))?; // q_{n+1} = F_d(u, q_n)
+        self.at.advance(u, Some(self.s.h))?;
         if self.variable.is_some() {
-            self.close();
+            self.at.close(&mut self.s);
             self.increments.reach(mechanism, &self.s.q1);
         }
-        let Self { at, efforts, variable, s, compensation, .. } = self;
-        if let Some(variable) = variable {
-            variable.add_balance(system, s, &mut at.works, &at.links);
-        }
-        at.pull_back(r); // (28)
-        efforts.evaluate(system, s, u);
-        efforts.add_balance(r);
-        r.iter_mut().zip(compensation).for_each(|(r, error)| *r += *error);
         Ok(())
     }
 
-    /// Only the motion: the balance is evaluated with the momenta at the end of the step.
-    fn settle(
-        &mut self,
-        system: &SeparableSystem,
-        _: &Mechanism,
-        u: &[f64],
-        _: &mut [f64],
-    ) -> Result<(), Fault> {
-        self.efforts.evaluate(system, &self.s, u);
-        self.at.advance(u, None)
+    fn balance(&mut self, system: &SeparableSystem, u: &[f64], r: &mut [f64]) {
+        let Self { at, efforts, variable, s, .. } = self;
+        if let Some(variable) = variable {
+            variable.add_balance(system, s, &mut at.works, &at.links);
+        }
+        at.pull_back(r); // P(q_n)ᵀ
+        efforts.evaluate(system, s, u);
+        efforts.add_balance(r);
     }
 
-    fn correction(
-        &mut self,
-        system: &SeparableSystem,
-        _: &Mechanism,
-        u: &[f64],
-        du: &mut [f64],
-    ) -> Result<(), Fault> {
+    fn solve(&mut self, system: &SeparableSystem, u: &[f64], x: &mut [f64]) -> Result<(), Fault> {
         self.assemble(system);
-        du.iter_mut().for_each(|x| *x *= -self.s.h);
+        x.iter_mut().for_each(|x| *x *= -self.s.h);
         let (at, added, _) = self.system();
         let links = 0..at.links.len();
-        at.eliminate(links.clone(), added, du)?;
-        self.turn = at.substitute(links, u, du);
-        if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
+        at.eliminate(links.clone(), added, x)?;
+        self.turn = at.substitute(links, u, x);
+        if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
-    /// Bodies are rotated, not solved for.
-    fn keeps_orientation(&self) -> bool {
-        true
+    /// Only the motion: the balance is evaluated with the momenta at the end of the step.
+    fn settle(&mut self, system: &SeparableSystem, u: &[f64]) -> Result<bool, Fault> {
+        self.efforts.evaluate(system, &self.s, u);
+        self.at.advance(u, None).map(|()| true)
     }
 
-    fn meets_constraints(&self) -> bool {
-        self.is_clean && self.is_all
-    }
-
-    fn degree(&self) -> Degree {
-        Degree::Fitting
-    }
-
-    /// The residual is a balance that the next step takes over, in full.
-    fn closing_size(&self) -> f64 {
-        CLOSING_SIZE
-    }
-
-    /// Springs between points and loads may be nonlinear in any way.
-    fn turn(&self) -> f64 {
-        let is_affine = self.variable.is_none() && self.efforts.are_affine();
-        if is_affine { self.turn } else { f64::INFINITY }
-    }
-
-    fn end(
+    fn finish(
         &mut self,
         system: &SeparableSystem,
-        _constraints: &Mechanism,
-        _newton: &Newton,
-        state: &mut State,
-    ) -> Result<(), StepError> {
-        let Self { tree, at, impulse, efforts, variable, s, compensation, .. } = self;
+        _: &Newton,
+        (state, carried): (&mut State, &[f64]),
+    ) {
+        let Self { tree, at, impulse, efforts, variable, s, .. } = self;
         (state.t, state.step) = (s.t_end(), state.step + 1);
         let constant = variable.is_none().then_some(&impulse[..]);
         self.is_clean = at.finish(tree, constant, s, state);
@@ -353,9 +313,20 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
             efforts.add_balance(&mut state.compensation.balance);
             efforts.add_momentum(system, &s.q1, &mut state.p);
         }
-        let rest = state.compensation.balance.iter_mut().zip(compensation);
+        let rest = state.compensation.balance.iter_mut().zip(carried);
         rest.for_each(|(rest, error)| *rest += *error);
-        Ok(())
+    }
+
+    /// Bodies are rotated, not solved for. Springs between points and loads may be nonlinear in any
+    /// way.
+    fn precision(&self) -> Precision {
+        let is_affine = self.variable.is_none() && self.efforts.are_affine();
+        Precision {
+            keeps_orientation: true,
+            meets_constraints: self.is_clean && self.is_all,
+            turn: if is_affine { self.turn } else { f64::INFINITY },
+            ..Precision::of_balances()
+        }
     }
 
     fn interval(&self) -> &Interval {
@@ -364,17 +335,5 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
 
     fn interval_mut(&mut self) -> &mut Interval {
         &mut self.s
-    }
-
-    /// From the inverse, column by column.
-    fn condition(
-        &mut self,
-        system: &SeparableSystem,
-        constraints: &Mechanism,
-        u: &[f64],
-    ) -> Option<Condition> {
-        self.residual(system, constraints, u, &mut vec![0.0; u.len()]).ok()?;
-        let solve = |column: &mut [f64]| self.correction(system, constraints, u, column);
-        Condition::of_inverse(u.len(), solve)
     }
 }
