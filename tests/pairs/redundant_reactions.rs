@@ -1,5 +1,5 @@
-//! Reactions where constraints are redundant: which parts are unique, multipliers of the least norm,
-//! flat positions.
+//! Reactions where constraints are redundant: which parts are unique, multipliers of the least
+//! norm, flat positions.
 
 #![allow(clippy::unwrap_used)] // a test
 

@@ -145,8 +145,11 @@ struct Spline {
 }
 
 impl Spline {
-    /// Rates with a continuous second derivative:
-    /// `r_{k−1}/h_{k−1} + 2 (1/h_{k−1} + 1/h_k) r_k + r_{k+1}/h_k = 3 (Δ_{k−1}/h_{k−1}² + Δ_k/h_k²)`, by elimination.
+    /// Rates with a continuous second derivative, by elimination:
+    ///
+    /// ```text
+    /// r_{k−1}/h_{k−1} + 2 (1/h_{k−1} + 1/h_k) r_k + r_{k+1}/h_k = 3 (Δ_{k−1}/h_{k−1}² + Δ_k/h_k²)
+    /// ```
     fn new(PathTable { times, values, rates }: &PathTable) -> Self {
         let n = times.len();
         let mut knots: Vec<[f64; 3]> =

@@ -3,10 +3,10 @@
 //! ```text
 //! before ──step──► after        a node is read from the step that starts there: [`Node::Start`]
 //! ```
-//! At order 2 the multipliers, `p_n` and `E_d` belong to that step; the last node takes it on a copy
-//! of the state. The multiplier of a node is that of (36), of energy–momentum schemes the mean of
-//! the steps beside it; where a node has no such step (at the end, where a step fails, and with a
-//! composition) it is taken from the acceleration level. So are accelerations, [`increments`].
+//! At order 2 the multipliers, `p_n` and `E_d` belong to that step; the last node takes it on a
+//! copy of the state. The multiplier of a node is that of (36), of energy–momentum schemes the mean
+//! of the steps beside it; where a node has no such step (at the end, where a step fails, and with
+//! a composition) it is taken from the acceleration level. So are accelerations, [`increments`].
 //!
 //! | file | concept |
 //! |---|---|
@@ -49,7 +49,7 @@ pub(crate) struct Stepper<S: Discretization<Mechanism>> {
     run: Integrator<S, Mechanism>,
     add_work: AddWork<S>,
     order: u32,
-    ended: [Option<f64>; 2], // J  E_d of the composed steps that ended before and after the last one
+    ended: [Option<f64>; 2], // J  E_d of the composed steps before and after the last node
     wanted: Wanted,          // what sensors ask for
     momenta: bool,           // whether they are asked for
     map: Option<TreeMap>,    // for the reduced ones

@@ -177,8 +177,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     }
 
     /// `Gᵀλ` of this multiplier at a node next to the last macro step, written to `force`, which
-    /// gets the shape `n`; `λ`, which gets the shape `m`, where it is asked for. Of the node that is
-    /// returned [`Node::acceleration`] is that of the acceleration level.
+    /// gets the shape `n`; `λ`, which gets the shape `m`, where it is asked for. Of the node that
+    /// is returned [`Node::acceleration`] is that of the acceleration level.
     ///
     /// # Errors
     /// As [`Integrator::acceleration_multiplier`].

@@ -143,8 +143,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 }
 
 /// The steps of a motion, without end: `run.by_ref().take(100)` are a hundred macro steps. After an
-/// error the next item is the attempt of the same step. [`Integrator::advance`] also lends the nodes
-/// beside each.
+/// error the next item is the attempt of the same step. [`Integrator::advance`] also lends the
+/// nodes beside each.
 impl<S: Discretization<C>, C: Constraints> Iterator for Integrator<S, C> {
     type Item = Result<StepReport, StepError>;
 

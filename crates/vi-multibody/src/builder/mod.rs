@@ -341,8 +341,8 @@ impl MechanismBuilder {
         self.joint_force(coordinate, Motor(Arc::new(effort)))
     }
 
-    /// Adds a force of your own on the coordinates of the mechanism, at midpoints in every family of
-    /// schemes.
+    /// Adds a force of your own on the coordinates of the mechanism, at midpoints in every family
+    /// of schemes.
     pub fn force(&mut self, force: impl Force + 'static) -> ForceEntry<'_> {
         let own = OwnForce { name: String::new(), force: Arc::new(force) };
         ForceEntry { name: &mut added(&mut self.own_forces, own).name }

@@ -476,7 +476,7 @@ impl<W: Width> Space for OneTree<W> {
     fn write_frame(self, [a, b, c, d]: [Xyz<W>; 4], q: &mut [f64], first: usize) {
         let (w, frame) = (self.0, &mut q[first..first + 12]);
         let frame: &mut [f64; 12] = frame.try_into().expect("twelve coordinates");
-        frame[..4].copy_from_slice(&w.split(a.v)); // what is too much is overwritten by the next one
+        frame[..4].copy_from_slice(&w.split(a.v)); // the excess is overwritten by the next one
         frame[3..7].copy_from_slice(&w.split(b.v));
         frame[6..10].copy_from_slice(&w.split(c.v));
         frame[9..].copy_from_slice(&d.components());

@@ -2,8 +2,8 @@
 //!
 //! A pair is data: the columns of `S` ([`columns`]) and the groups of rows of `g_ex`
 //! ([`constraints`]). From the columns follow the velocity map `t² = X t¹ + S τ`, the nodal
-//! reparametrization `F_d`, its tangent `S'`, the joint coordinates and what a joint transmits; from
-//! the constraints the rows and what removes the round-off of gap and attitude that `F_d`
+//! reparametrization `F_d`, its tangent `S'`, the joint coordinates and what a joint transmits;
+//! from the constraints the rows and what removes the round-off of gap and attitude that `F_d`
 //! transports.
 //!
 //! # The joint table

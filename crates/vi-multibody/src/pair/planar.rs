@@ -16,7 +16,8 @@ use super::symbol::SymbolPart;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "planar",
-    motion: MotionSubspace::Several(&[Column::ALONG_M1, Column::ALONG_M2, Column::ABOUT_N]), // [5.5]
+    // [5.5]
+    motion: MotionSubspace::Several(&[Column::ALONG_M1, Column::ALONG_M2, Column::ABOUT_N]),
     constraints: &[PairConstraint::GapAcrossAxis, PairConstraint::ParallelAxes],
 };
 

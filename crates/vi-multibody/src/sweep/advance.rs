@@ -98,8 +98,8 @@ pub(crate) fn advance<S: Space>(
     seen
 }
 
-/// Moves by the increment of one column: `turn` is `A − 1`, `moved` the shift of the reference point
-/// against the parent's.
+/// Moves by the increment of one column: `turn` is `A − 1`, `moved` the shift of the reference
+/// point against the parent's.
 #[inline(always)]
 fn move_along<S: Space>(
     s: S,

@@ -17,7 +17,7 @@ use vi_core::lanes::Lanes;
 pub(crate) struct Part<M: Store> {
     pub(crate) links: Range<usize>,
     pub(crate) forces: Vec<Screw<M::Held>>, // d  Ã S' of joints of columns, none on trees
-    pub(crate) rotations: Vec<Rotation<M>>, // of the links, none where no loop passes through a rotation vector
+    pub(crate) rotations: Vec<Rotation<M>>, // of the links, none where loops pass through none
     pub(crate) unwritten: Vec<usize>,       // slots of sums that no child writes
     carried: Sums<M>,                       // by the link before, of its one child
 }

@@ -100,8 +100,8 @@ fn write<S: Space>(
 
 /// Moves to the end of the step: the interval as by [`close`], `q_{n+1}` without what round-off has
 /// added up and its rounding error. Where momenta depend on `Δq` and the `impulse` of constant
-/// forces in half a step alone, `p̄_{n+1} = M Δq/h` and that, and the balance of each link with these
-/// very momenta.
+/// forces in half a step alone, `p̄_{n+1} = M Δq/h` and that, and the balance of each link with
+/// these very momenta.
 ///
 /// `clean` removes round-off from a link where it is called, of the trees whose bits are set, and
 /// says of which it has. Returns the trees in which a link was not as it should be, a bit each.

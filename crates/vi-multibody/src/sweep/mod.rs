@@ -1,10 +1,10 @@
-//! The sweeps over the links of a tree, each once for every [`Space`](crate::geometry::space::Space):
-//! one tree, many at once.
+//! The sweeps over the links of a tree, each once for every
+//! [`Space`](crate::geometry::space::Space): one tree, many at once.
 //!
 //! Twists and wrenches of a link refer to its reference point, the child's anchor of its joint (the
 //! centre of a free body), in spatial components. With the balance of a link `b = (f, τ)`, its mass
-//! `m`, first moment `s` and Euler tensor `E` about that point at `q_n`, the motion `(Δx, A)` of the
-//! step and the impulses `b_0` of `p̄_n` and of constant forces:
+//! `m`, first moment `s` and Euler tensor `E` about that point at `q_n`, the motion `(Δx, A)` of
+//! the step and the impulses `b_0` of `p̄_n` and of constant forces:
 //! ```text
 //! A² = A¹ exp(ϑ n̂),  Δx² = Δx¹ + (A¹ − 1) ℓ + A¹ u n             root → leaf   [advance]     F_d
 //! f  = f_0 − (m Δx + (A − 1) s)/h,   τ = τ_0 − (Σ x × (A − 1) x + s × Δx)/h

@@ -7,7 +7,8 @@ use crate::geometry::matrix::Columns;
 use crate::geometry::one_tree::three;
 use crate::geometry::space::{Number, Space, Vector};
 
-/// Axes, levers and inertia at `q_n`; `at`: `q_n`, `p̄_n`, impulse of constant forces in half a step.
+/// Axes, levers and inertia at `q_n`; `at`: `q_n`, `p̄_n`, the impulse of constant forces in half a
+/// step.
 #[inline(always)]
 pub(crate) fn open<S: Space>(
     s: S,
