@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 use std::ops::Range;
 use std::sync::Arc;
 use vi_beam::section_force::{SectionState, for_each_state};
-use vi_beam::{BeamModel, MassKind};
+use vi_beam::{BeamBuilder, BeamElements, MassKind};
+use vi_multibody::builder::MechanismBuilder;
+use vi_multibody::joint::FrameId;
 use vi_multibody::pair::PairKind;
 
 /// What one `[[beam]]` became.
@@ -19,11 +21,11 @@ pub struct BeamParts {
     pub legs: Vec<vi_beam::Beam>,
 }
 
-/// The beams of a system, with all of its parts.
+/// The beams of a system, with all of its elements.
 #[derive(Clone, Debug, Default)]
 pub struct Beams {
-    /// Bodies, nodes, joints, elements: what the mechanism was made from.
-    pub parts: Arc<BeamModel>,
+    /// The elements of all beams.
+    pub parts: Arc<BeamElements>,
     /// The beams among them.
     pub list: Vec<BeamParts>,
 }
@@ -59,67 +61,107 @@ impl Beams {
     }
 }
 
-/// Adds the nodes and elements of all beams after the bodies of `parts`, and the joints that hold
-/// their ends and corners.
+/// A joint at a node that holds an end or a corner of a beam.
+#[derive(Clone, Debug)]
+pub(crate) struct Support {
+    name: String,
+    kind: PairKind,
+    parent: FrameId,
+    child: FrameId,
+    point: Vector3<f64>,
+}
+
+impl Support {
+    /// Adds it to a mechanism.
+    pub(crate) fn add(&self, builder: &mut MechanismBuilder) {
+        let Self { name, kind, parent, child, point } = self;
+        builder.joint(name, *kind, *parent, *child).at(*point);
+    }
+}
+
+/// The beams of a model, their elements, and what holds their ends and corners.
+#[derive(Default)]
+pub(crate) struct Added {
+    pub(crate) list: Vec<BeamParts>,
+    pub(crate) elements: BeamElements,
+    pub(crate) supports: Vec<Support>,
+}
+
+/// Adds the nodes of all beams after the bodies of a mechanism.
 ///
 /// # Errors
 /// [`ModelError`]; none for a valid model.
-pub(crate) fn add(model: &Model, parts: &mut BeamModel) -> Result<Vec<BeamParts>, ModelError> {
-    model.beams.iter().map(|beam| add_beam(beam, parts)).collect()
+pub(crate) fn add(model: &Model, builder: &mut MechanismBuilder) -> Result<Added, ModelError> {
+    let mut added = Added::default();
+    for beam in &model.beams {
+        let parts = add_beam(beam, builder, &mut added)?;
+        builder.start_together(parts.nodes.clone());
+        added.list.push(parts);
+    }
+    Ok(added)
 }
 
-fn add_beam(beam: &holonom_model::Beam, parts: &mut BeamModel) -> Result<BeamParts, ModelError> {
-    let key = |field: &str| format!("beam.{}.{field}", beam.name);
-    let refuse = |key: String, message: String, help: String| {
-        ModelError::Assembly(vec![Problem::new(key, message).help(help)])
-    };
-    let member = format!("beam.{}", beam.name);
+fn add_beam(
+    beam: &holonom_model::Beam,
+    builder: &mut MechanismBuilder,
+    Added { elements, supports, .. }: &mut Added,
+) -> Result<BeamParts, ModelError> {
+    let name = &beam.name;
+    let member = format!("beam.{name}");
     let below = |key: &str| {
         let prefix = format!("{member}{key}");
         move |problem: Problem| ModelError::Assembly(vec![problem.below(&prefix)])
     };
     let meshes = beam.meshes().map_err(below(""))?;
     let section = beam.section.numbers().map_err(below(".section"))?;
-    let first = parts.description.bodies.len();
+    let first = builder.frame_count();
+    let (origin, omega) = (meshes[0].centers[0], Vector3::from(beam.angular_velocity));
     let mut legs: Vec<vi_beam::Beam> = Vec::new();
     for mesh in &meshes {
-        let added = match beam.order {
-            1 => parts.add_beam(&beam.name, mesh, section),
-            order => parts.add_high_order_beam(&beam.name, mesh, section, order),
-        };
-        let leg = added.map_err(|e| refuse(key("elements"), e.to_string(), String::new()))?;
+        let mut nodes = mesh.nodes(name);
+        for (k, node) in (builder.frame_count() - first..).zip(&mut nodes) {
+            node.name = format!("{name}.{k}"); // numbered along the whole beam
+            node.velocity = Vector3::from(beam.velocity) + omega.cross(&(node.center - origin));
+            node.omega = omega;
+        }
+        let leg = builder.beam_of_nodes(elements, nodes, mesh, section, beam.order);
+        let leg = leg.map_err(|error| {
+            let problem = Problem::new(format!("{member}.elements"), error.to_string());
+            ModelError::Assembly(vec![problem.help(String::new())])
+        })?;
         if beam.mass == BeamMass::Lumped {
-            parts.elements.set_mass(leg.elements.clone(), MassKind::Lumped);
+            elements.elements.set_mass(leg.elements.clone(), MassKind::Lumped);
         }
         if let Some(last) = legs.last() {
-            let name = format!("{}.corner{}", beam.name, legs.len());
-            hold(parts, &name, PairKind::Fixed, Some(last.nodes.end - 1), leg.nodes.start);
+            supports.push(Support {
+                name: format!("{name}.corner{}", legs.len()),
+                kind: PairKind::Fixed,
+                parent: FrameId::Frame(last.nodes.end - 1),
+                child: FrameId::Frame(leg.nodes.start),
+                point: mesh.centers[0],
+            });
         }
         legs.push(leg);
     }
-    let nodes = first..parts.description.bodies.len();
-    let own = &mut parts.description.bodies[nodes.clone()];
-    let (origin, omega) = (own[0].center, Vector3::from(beam.angular_velocity));
-    for (k, node) in own.iter_mut().enumerate() {
-        node.name = format!("{}.{k}", beam.name); // numbered along the whole beam
-        node.velocity = Vector3::from(beam.velocity) + omega.cross(&(node.center - origin));
-        node.omega = omega;
-    }
-    for (place, end, node) in [("start", beam.start, nodes.start), ("end", beam.end, nodes.end - 1)]
-    {
+    let nodes = first..builder.frame_count();
+    let [start, end] = [meshes.first(), meshes.last()].map(|mesh| mesh.map(|mesh| &mesh.centers));
+    let ends = [
+        ("start", beam.start, nodes.start, start.and_then(|centers| centers.first())),
+        ("end", beam.end, nodes.end - 1, end.and_then(|centers| centers.last())),
+    ];
+    for (place, end, node, point) in ends {
         let kind = match end {
             End::Free => continue,
             End::Clamped => PairKind::Fixed,
             End::Pinned => PairKind::Spherical,
         };
-        hold(parts, &format!("{}.{place}", beam.name), kind, None, node);
+        supports.push(Support {
+            name: format!("{name}.{place}"),
+            kind,
+            parent: FrameId::Ground,
+            child: FrameId::Frame(node),
+            point: point.copied().unwrap_or_default(),
+        });
     }
-    Ok(BeamParts { name: beam.name.clone(), nodes, legs })
-}
-
-/// A joint at the place of the frame `child`.
-fn hold(parts: &mut BeamModel, name: &str, kind: PairKind, parent: Option<usize>, child: usize) {
-    let point = parts.description.bodies[child].center;
-    let joint = parts.join(kind, parent, child, &point, &Vector3::z());
-    parts.description.joints[joint].name = name.to_owned();
+    Ok(BeamParts { name: name.clone(), nodes, legs })
 }

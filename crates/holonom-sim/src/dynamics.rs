@@ -17,7 +17,7 @@
 use std::sync::Arc;
 use vi_beam::damping::{self, StrainDamping};
 use vi_beam::high_order::AveragedHighOrder;
-use vi_beam::{BeamModel, StrainRule};
+use vi_beam::{BeamElements, StrainRule};
 use vi_core::{Quadrature, SeparableSystem};
 use vi_emscheme::EmSystem;
 use vi_emscheme::beam::{BeamGradient, HighOrderGradient};
@@ -28,8 +28,8 @@ use vi_multibody::mechanism::Mechanism;
 /// Elements, gravity and force elements of a model, from which the system of either family is made.
 #[derive(Debug)]
 pub struct Dynamics {
-    /// Bodies and beams with their masses.
-    pub parts: Arc<BeamModel>,
+    /// The elements of beams.
+    pub parts: Arc<BeamElements>,
     /// How strains are averaged over a step.
     pub rule: StrainRule,
     /// The quadrature of the other potentials.

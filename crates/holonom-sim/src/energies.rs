@@ -13,7 +13,7 @@ use crate::stepper::NodeView;
 use holonom_model::Model;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use vi_beam::BeamModel;
+use vi_beam::BeamElements;
 use vi_constraints::Constraints;
 use vi_core::SparseMatrix;
 use vi_core::force::Source;
@@ -30,7 +30,7 @@ pub(crate) const ROUNDING: f64 = 1e-12;
 pub(crate) struct Energies {
     columns: Vec<String>,
     gravity: Option<LinearPotential>, // of the weight
-    beams: Option<Arc<BeamModel>>,
+    beams: Option<Arc<BeamElements>>,
     springs: Option<ForceElements>,
     works: Vec<usize>, // column of each force, among those of works
     sources: usize,    // columns of works
@@ -114,7 +114,7 @@ impl Energies {
         out.push(node.kinetic());
         out.extend(self.gravity.as_ref().map(|weight| weight.value(at.q)));
         let elastic =
-            |beams: &Arc<BeamModel>| beams.elements.value(at.q) + beams.high_order.value(at.q);
+            |beams: &Arc<BeamElements>| beams.elements.value(at.q) + beams.high_order.value(at.q);
         out.extend(self.beams.as_ref().map(elastic));
         out.extend(self.springs.as_ref().map(|forces| {
             let springs: f64 = forces.springs.iter().map(|spring| spring.value(at.q)).sum();

@@ -28,15 +28,14 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// Of the beams in their stress-free configuration; `None` without beams.
-    pub(crate) fn new(beams: &Beams, settings: &Settings) -> Option<Self> {
-        let q = beams.parts.configuration();
+    /// Of the beams in their stress-free configuration `q`; `None` without beams.
+    pub(crate) fn new(beams: &Beams, q: &[f64], settings: &Settings) -> Option<Self> {
         let longest = longest_part(settings);
         let mut worst: Option<Self> = None;
         for beam in &beams.list {
             let mut first = 0;
             for leg in &beam.legs {
-                let found = highest_frequency(&beams.parts, leg, &q);
+                let found = highest_frequency(&beams.parts, leg, q);
                 if worst.as_ref().is_none_or(|worst| found.omega > worst.omega_max) {
                     worst = Some(Self {
                         beam: beam.name.clone(),

@@ -1,16 +1,16 @@
 //! From a validated model to numbers: mechanism, system, members.
 
-use crate::beams::{self, BeamParts, Beams};
+use crate::beams::{self, Added, BeamParts, Beams};
 use crate::drive;
 use crate::dynamics::Dynamics;
 use crate::names::Names;
 use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
 use holonom_model::{Frame, Model, ModelError, Problem, Settings, StartPoints, Strain};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use vi_beam::{BeamModel, StrainRule};
+use vi_beam::{BeamElements, StrainRule};
 use vi_multibody::builder::{BodyId, BuildError, Inertia, JointId, MechanismBuilder};
 use vi_multibody::joint::FrameId;
 use vi_multibody::mechanism::{BarEnd, Mechanism};
@@ -21,7 +21,7 @@ use vi_rigid::load::LoadKind;
 /// The numbers of a model.
 #[derive(Debug)]
 pub struct System {
-    /// The beams, with all parts of the mechanism.
+    /// The beams.
     pub beams: Beams,
     /// Constraints, masses, spanning tree.
     pub mechanism: Mechanism,
@@ -49,17 +49,12 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         principal: Vec::new(),
         joints: BTreeMap::new(),
     };
-    let mut parts = BeamModel::new(Vector3::from(model.gravity()));
-    parts.description = builder.description().map_err(refusal)?; // nodes of beams follow the bodies
-    let list = beams::add(model, &mut parts)?;
-    for body in &names.frames {
-        names.principal.push(builder.principal_axes(*body).map_err(refusal)?);
+    builder.description().map_err(refusal)?; // what is wrong with a body is said first
+    let Added { list, elements, supports } = beams::add(model, &mut builder)?;
+    names.frames = builder.frames().collect();
+    for frame in &names.frames {
+        names.principal.push(builder.principal_axes(*frame).map_err(refusal)?);
     }
-    for node in &parts.description.bodies[model.bodies.len()..] {
-        names.frames.push(builder.frame(node.clone()));
-        names.principal.push(Matrix3::identity());
-    }
-    list.iter().for_each(|beam| builder.start_together(beam.nodes.clone()));
     for p in &model.particles {
         let (position, velocity) =
             (holonom_model::spatial(&p.position), holonom_model::spatial(&p.velocity));
@@ -74,9 +69,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     for (body, id) in model.bodies.iter().zip(&names.frames).filter(|(body, _)| body.fixed) {
         builder.joint(&body.name, PairKind::Fixed, FrameId::Ground, *id).at(body.position);
     }
-    for support in &parts.description.joints {
-        builder.joint_of_sides(support.clone());
-    }
+    supports.iter().for_each(|support| support.add(&mut builder));
     model.bars.iter().for_each(|bar| add_bar(&mut builder, bar, &start, &names));
     for constraint in &model.constraints {
         drive::add_constraint(&mut builder, constraint, &names)?;
@@ -89,19 +82,20 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         load.body.as_deref().is_some_and(|name| names.particles.contains_key(name))
     };
     for load in model.loads.iter().filter(|load| !on_particle(load)) {
-        add_load(&mut builder, load, &names, (&parts, &list))?;
+        add_load(&mut builder, load, &names, (&elements, &list))?;
     }
     for load in model.loads.iter().filter(on_particle) {
         let particle = names.particles[load.body.as_deref().unwrap_or_default()];
         let entry = builder.particle_load(particle, load.force, load.history.time_history());
         entry.named(&load.name);
     }
-    parts.description = builder.description().map_err(refusal)?;
-    let mut mechanism = parts.mechanism().with_loop_tolerance(model.settings.loop_tolerance);
+    let description = builder.description().map_err(refusal)?;
+    let mechanism = Mechanism::new(description);
+    let mut mechanism = mechanism.with_loop_tolerance(model.settings.loop_tolerance);
     let forces = builder.forces(&mut mechanism).map_err(refusal)?;
     let settings = &model.settings;
-    let members = members(model, &parts);
-    let parts = Arc::new(parts);
+    let members = members(model, &mechanism);
+    let parts = Arc::new(elements);
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
     let beams = Beams { parts, list };
@@ -136,10 +130,10 @@ fn refusal(error: BuildError) -> ModelError {
     ModelError::Assembly(vec![Problem::new(key, message).help(help)])
 }
 
-fn members(model: &Model, parts: &BeamModel) -> Vec<Member> {
+fn members(model: &Model, mechanism: &Mechanism) -> Vec<Member> {
     let particle =
         if model.header.dimension == 2 { MemberKind::Particle2 } else { MemberKind::Particle3 };
-    let bodies = parts.description.bodies.iter().map(|b| (&b.name, MemberKind::Frame));
+    let bodies = mechanism.description().bodies.iter().map(|b| (&b.name, MemberKind::Frame));
     let particles = model.particles.iter().map(|p| (&p.name, particle));
     bodies.chain(particles).map(|(name, kind)| Member { name: name.clone(), kind }).collect()
 }
@@ -219,7 +213,7 @@ fn add_load(
     builder: &mut MechanismBuilder,
     load: &holonom_model::Load,
     names: &Names<'_>,
-    (parts, beams): (&BeamModel, &[BeamParts]),
+    (parts, beams): (&BeamElements, &[BeamParts]),
 ) -> Result<(), ModelError> {
     let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
     let history = load.history.time_history();

@@ -37,7 +37,7 @@
 
 use crate::element::Elements;
 use crate::high_order::HighOrderElements;
-use crate::model::BeamModel;
+use crate::model::BeamElements;
 use crate::strain::{STRAINS, Strain};
 use crate::strained::{Strained, TwoNode};
 use nalgebra::{Matrix3, RowVector3, Vector3};
@@ -111,7 +111,7 @@ pub struct StrainDissipation {
 impl StrainDissipation {
     /// For all elements of a model.
     #[must_use]
-    pub fn new(model: &BeamModel) -> Self {
+    pub fn new(model: &BeamElements) -> Self {
         let (elements, high_order) = (model.elements.clone(), model.high_order.clone());
         Self { elements, high_order, filter: Filter::new() }
     }

@@ -13,7 +13,7 @@
 
 use crate::element::{Elements, MassKind};
 use crate::high_order::HighOrderElements;
-use crate::model::{Beam, BeamModel};
+use crate::model::{Beam, BeamElements};
 use crate::section::Section;
 use nalgebra::DMatrix;
 use vi_core::potential::Potential;
@@ -30,7 +30,7 @@ pub struct Stiffest {
 
 /// The bound for a beam in its stress-free configuration `q`.
 #[must_use]
-pub fn highest_frequency(model: &BeamModel, beam: &Beam, q: &[f64]) -> Stiffest {
+pub fn highest_frequency(model: &BeamElements, beam: &Beam, q: &[f64]) -> Stiffest {
     let mut frequencies = Frequencies::new(model);
     let mut stiffest = Stiffest::default();
     for (element, index) in beam.elements.clone().enumerate() {
@@ -44,10 +44,9 @@ pub fn highest_frequency(model: &BeamModel, beam: &Beam, q: &[f64]) -> Stiffest 
     stiffest
 }
 
-/// `1/ω_e²` of all elements in their initial configuration, s²: two-node ones, those of higher
+/// `1/ω_e²` of all elements in their initial configuration `q`, s²: two-node ones, those of higher
 /// order; zero where a motion carries no mass.
-pub(crate) fn slowness(model: &BeamModel) -> [Vec<f64>; 2] {
-    let q = model.configuration();
+pub(crate) fn slowness(model: &BeamElements, q: &[f64]) -> [Vec<f64>; 2] {
     let mut frequencies = Frequencies::new(model);
     let mut of = |order: usize, index: usize, nodes: &[usize]| {
         let own = || nodes.iter().flat_map(|node| &q[12 * node..12 * node + 12]).copied().collect();
@@ -74,12 +73,12 @@ struct Kind {
 
 /// Frequencies of elements, computed once for neighbours of the same kind.
 struct Frequencies<'a> {
-    model: &'a BeamModel,
+    model: &'a BeamElements,
     last: Option<(Kind, f64)>, // 1/s
 }
 
 impl<'a> Frequencies<'a> {
-    fn new(model: &'a BeamModel) -> Self {
+    fn new(model: &'a BeamElements) -> Self {
         Self { model, last: None }
     }
 
@@ -110,7 +109,7 @@ impl<'a> Frequencies<'a> {
 }
 
 /// `ω_e` of one element with the coordinates `q` of its nodes.
-fn element_frequency(model: &BeamModel, (order, index): (usize, usize), q: &[f64]) -> f64 {
+fn element_frequency(model: &BeamElements, (order, index): (usize, usize), q: &[f64]) -> f64 {
     let n = q.len();
     let (mut K, mut M) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     let length = model.intervals_of(order, index).sum();

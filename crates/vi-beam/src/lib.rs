@@ -52,5 +52,5 @@ pub use vi_rigid;
 
 pub use element::{Element, Elements, MassKind};
 pub use mesh::{FrameRule, Mesh};
-pub use model::{Beam, BeamModel, StrainRule};
+pub use model::{Beam, BeamBuilder, BeamElements, BeamModel, StrainRule};
 pub use section::{Material, Profile, Section, Stated};

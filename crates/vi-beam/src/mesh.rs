@@ -12,6 +12,7 @@
 //! Source: double reflection after Wang, Jüttler, Zheng & Liu, ACM Trans. Graph. 27 (2008) no. 2.
 
 use nalgebra::{Matrix3, Vector3};
+use vi_multibody::mechanism::BodySpec;
 
 /// How the triads rotate about the centre line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +62,20 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Its nodes `NAME.0`, `NAME.1`, …, at rest and without mass of their own.
+    #[must_use]
+    pub fn nodes(&self, name: &str) -> Vec<BodySpec> {
+        let node = |(k, (center, triad)): (usize, (&Vector3<f64>, &Matrix3<f64>))| BodySpec {
+            name: format!("{name}.{k}"),
+            body: None,
+            center: *center,
+            triad: *triad,
+            velocity: Vector3::zeros(),
+            omega: Vector3::zeros(),
+        };
+        self.centers.iter().zip(&self.triads).enumerate().map(node).collect()
+    }
+
     /// A straight beam.
     ///
     /// # Errors

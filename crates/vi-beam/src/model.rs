@@ -10,8 +10,9 @@ use crate::mesh::Mesh;
 use crate::section::Section;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
+use std::ops::{Deref, DerefMut, Range};
 use vi_core::SparseMatrix;
+use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::description::joint_at;
 use vi_multibody::joint::{FrameId, complete_axis};
 use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
@@ -46,7 +47,186 @@ pub struct Beam {
     pub order: usize,
 }
 
-/// Beams and bodies under construction.
+/// The elements of all beams of a mechanism.
+#[derive(Clone, Debug, Default)]
+pub struct BeamElements {
+    /// Elements with two nodes.
+    pub elements: Elements,
+    /// Elements with three or four nodes.
+    pub high_order: HighOrderElements,
+}
+
+/// Beams in the description of a mechanism.
+///
+/// ```
+/// use nalgebra::Vector3;
+/// use vi_beam::{BeamBuilder, BeamElements, FrameRule, Mesh, Section, StrainRule};
+/// use vi_constraints::Constraints;
+/// use vi_multibody::builder::MechanismBuilder;
+/// use vi_multibody::{FrameId, PairKind};
+///
+/// // a cantilever of eight elements
+/// let rule = FrameRule::Normal(Vector3::z());
+/// let mesh = Mesh::straight(Vector3::zeros(), Vector3::x(), 8, rule)?;
+/// let section = Section::new([1e4, 1e4, 1e4, 500.0, 500.0, 500.0], [1.0, 10.0, 10.0, 0.0])?;
+/// let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+/// let mut beams = BeamElements::default();
+/// let beam = builder.beam(&mut beams, "beam", &mesh, section)?;
+/// let root = FrameId::Frame(beam.nodes.start);
+/// builder.joint("clamp", PairKind::Fixed, FrameId::Ground, root).at([0.0; 3]);
+/// let mechanism = builder.build()?.mechanism;
+/// let system = beams.system(&mechanism, StrainRule::Averaged);
+/// assert_eq!(mechanism.dim(), 12 * 9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait BeamBuilder {
+    /// Adds the nodes of a beam of two-node elements, stress-free and at rest along its mesh.
+    ///
+    /// # Errors
+    /// [`ElementError`].
+    fn beam(
+        &mut self,
+        beams: &mut BeamElements,
+        name: &str,
+        mesh: &Mesh,
+        section: Section,
+    ) -> Result<Beam, ElementError> {
+        self.beam_of_nodes(beams, mesh.nodes(name), mesh, section, 1)
+    }
+
+    /// Adds these nodes of a mesh with elements of `order + 1` nodes, `order` 1, 2 or 3: that many
+    /// intervals of the mesh make one element, and they should be equally long.
+    ///
+    /// # Errors
+    /// [`ElementError`].
+    fn beam_of_nodes(
+        &mut self,
+        beams: &mut BeamElements,
+        nodes: Vec<BodySpec>,
+        mesh: &Mesh,
+        section: Section,
+        order: usize,
+    ) -> Result<Beam, ElementError>;
+}
+
+impl BeamBuilder for MechanismBuilder {
+    fn beam_of_nodes(
+        &mut self,
+        beams: &mut BeamElements,
+        nodes: Vec<BodySpec>,
+        mesh: &Mesh,
+        section: Section,
+        order: usize,
+    ) -> Result<Beam, ElementError> {
+        let first = self.frame_count();
+        let mut q = vec![0.0; 12 * first]; // only nodes of the beam are read
+        q.extend(nodes.iter().flat_map(BodySpec::frame));
+        let beam = beams.add(first, mesh, section, (order, &q))?;
+        nodes.into_iter().for_each(|node| {
+            self.frame(node);
+        });
+        Ok(beam)
+    }
+}
+
+impl BeamElements {
+    /// Adds the elements of a beam of some order whose nodes are the frames from `first` on, in the
+    /// configuration `q`.
+    fn add(
+        &mut self,
+        first: usize,
+        mesh: &Mesh,
+        section: Section,
+        (order, q): (usize, &[f64]),
+    ) -> Result<Beam, ElementError> {
+        let nodes = first..first + mesh.centers.len();
+        if order == 1 {
+            let start = self.elements.list().len();
+            let section = self.elements.add_section(section);
+            for (k, length) in mesh.lengths.iter().enumerate() {
+                let nodes = [first + k, first + k + 1];
+                self.elements.add_stress_free(nodes, *length, section, q)?;
+            }
+            return Ok(Beam { nodes, elements: start..self.elements.list().len(), order });
+        }
+        let intervals = mesh.lengths.len();
+        if !(2..=3).contains(&order) || !intervals.is_multiple_of(order) {
+            return Err(ElementError::Order { order, intervals });
+        }
+        let start = self.high_order.count();
+        for (k, lengths) in mesh.lengths.chunks_exact(order).enumerate() {
+            let nodes: Vec<usize> = (0..=order).map(|j| first + order * k + j).collect();
+            self.high_order.add_stress_free(&nodes, lengths.iter().sum(), &section, q);
+        }
+        Ok(Beam { nodes, elements: start..self.high_order.count(), order })
+    }
+
+    /// A load per length along a beam, force (N/m) and torque (N·m/m): `∫ N_j ds` of it at the
+    /// nodes of each element, `ℓ/2` at both ends of a two-node one.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn line_load(
+        &self,
+        beam: &Beam,
+        kind: LoadKind,
+        force: Vector3<f64>,
+        torque: Vector3<f64>,
+        history: &TimeHistory,
+    ) -> Result<Vec<Load>, LoadError> {
+        let mut shares = vec![0.0; beam.nodes.end];
+        let weights: &[f64] = match beam.order {
+            1 => &[0.5, 0.5],
+            2 => &[1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0],
+            _ => &[0.125, 0.375, 0.375, 0.125],
+        };
+        for (k, index) in beam.elements.clone().enumerate() {
+            let length: f64 = self.intervals(beam, index).sum();
+            let first = beam.nodes.start + k * beam.order;
+            weights.iter().enumerate().for_each(|(j, w)| shares[first + j] += w * length);
+        }
+        let loaded = shares.iter().enumerate().filter(|(_, share)| **share > 0.0);
+        let load = |(node, share): (usize, &f64)| {
+            Load::new(12 * node, kind, *share * force, *share * torque, history.clone())
+        };
+        loaded.map(load).collect()
+    }
+
+    /// Reference arc lengths between the nodes of an element, m.
+    pub fn intervals(&self, beam: &Beam, element: usize) -> impl Iterator<Item = f64> + use<> {
+        self.intervals_of(beam.order, element)
+    }
+
+    pub(crate) fn intervals_of(
+        &self,
+        order: usize,
+        element: usize,
+    ) -> impl Iterator<Item = f64> + use<> {
+        let length = match order {
+            1 => self.elements.list()[element].length,
+            order => self.high_order.length(element) / order as f64,
+        };
+        std::iter::repeat_n(length, order)
+    }
+
+    /// Neighbouring nodes of all elements, those of higher order last.
+    #[must_use]
+    pub fn neighbours(&self) -> Vec<[usize; 2]> {
+        let elements = self.elements.list().iter().map(|element| element.nodes);
+        elements.chain(self.high_order.pairs().iter().copied()).collect()
+    }
+
+    /// `M` of bodies and elements.
+    #[must_use]
+    pub fn mass_matrix(&self, mechanism: &Mechanism) -> SparseMatrix {
+        mechanism.mass(|out| {
+            self.elements.emit_mass(out);
+            self.high_order.emit_mass(out);
+        })
+    }
+}
+
+/// Beams and bodies as a [`Description`] that is edited by hand; [`BeamBuilder`] takes less care.
 ///
 /// ```
 /// use nalgebra::Vector3;
@@ -69,10 +249,22 @@ pub struct Beam {
 pub struct BeamModel {
     /// Bodies, nodes, joints, gravity.
     pub description: Description,
-    /// Elements and sections.
-    pub elements: Elements,
-    /// Elements with three or four nodes.
-    pub high_order: HighOrderElements,
+    /// The elements of its beams.
+    pub beams: BeamElements,
+}
+
+impl Deref for BeamModel {
+    type Target = BeamElements;
+
+    fn deref(&self) -> &BeamElements {
+        &self.beams
+    }
+}
+
+impl DerefMut for BeamModel {
+    fn deref_mut(&mut self) -> &mut BeamElements {
+        &mut self.beams
+    }
 }
 
 impl BeamModel {
@@ -99,16 +291,7 @@ impl BeamModel {
         mesh: &Mesh,
         section: Section,
     ) -> Result<Beam, ElementError> {
-        let first = self.add_nodes(name, mesh);
-        let start = self.elements.list().len();
-        let section = self.elements.add_section(section);
-        let q = self.configuration();
-        for (k, length) in mesh.lengths.iter().enumerate() {
-            let nodes = [first + k, first + k + 1];
-            self.elements.add_stress_free(nodes, *length, section, &q)?;
-        }
-        let end = self.elements.list().len();
-        Ok(Beam { nodes: first..first + mesh.centers.len(), elements: start..end, order: 1 })
+        self.add_of_order(name, mesh, section, 1)
     }
 
     /// Adds a beam of elements with `order + 1` nodes, `order` 2 or 3: that many intervals of the
@@ -123,34 +306,25 @@ impl BeamModel {
         section: Section,
         order: usize,
     ) -> Result<Beam, ElementError> {
-        let intervals = mesh.lengths.len();
-        if !(2..=3).contains(&order) || !intervals.is_multiple_of(order) {
-            return Err(ElementError::Order { order, intervals });
+        match order {
+            1 => Err(ElementError::Order { order, intervals: mesh.lengths.len() }),
+            _ => self.add_of_order(name, mesh, section, order),
         }
-        let first = self.add_nodes(name, mesh);
-        let q = self.configuration();
-        let start = self.high_order.count();
-        for (k, lengths) in mesh.lengths.chunks_exact(order).enumerate() {
-            let nodes: Vec<usize> = (0..=order).map(|j| first + order * k + j).collect();
-            self.high_order.add_stress_free(&nodes, lengths.iter().sum(), &section, &q);
-        }
-        let elements = start..self.high_order.count();
-        Ok(Beam { nodes: first..first + mesh.centers.len(), elements, order })
     }
 
-    fn add_nodes(&mut self, name: &str, mesh: &Mesh) -> usize {
-        let first = self.description.bodies.len();
-        for (k, (center, triad)) in mesh.centers.iter().zip(&mesh.triads).enumerate() {
-            self.add_frame(BodySpec {
-                name: format!("{name}.{k}"),
-                body: None,
-                center: *center,
-                triad: *triad,
-                velocity: Vector3::zeros(),
-                omega: Vector3::zeros(),
-            });
-        }
-        first
+    fn add_of_order(
+        &mut self,
+        name: &str,
+        mesh: &Mesh,
+        section: Section,
+        order: usize,
+    ) -> Result<Beam, ElementError> {
+        let (first, nodes) = (self.description.bodies.len(), mesh.nodes(name));
+        let mut q = self.configuration()[..12 * first].to_vec();
+        q.extend(nodes.iter().flat_map(BodySpec::frame));
+        let beam = self.beams.add(first, mesh, section, (order, &q))?;
+        self.description.bodies.extend(nodes);
+        Ok(beam)
     }
 
     /// Adds the legs of a polyline, joined by rigid corners.
@@ -204,54 +378,6 @@ impl BeamModel {
         self.join(PairKind::Fixed, None, node, &point, &Vector3::z())
     }
 
-    /// A load per length along a beam, force (N/m) and torque (N·m/m): `∫ N_j ds` of it at the
-    /// nodes of each element, `ℓ/2` at both ends of a two-node one.
-    ///
-    /// # Errors
-    /// [`LoadError`].
-    pub fn line_load(
-        &self,
-        beam: &Beam,
-        kind: LoadKind,
-        force: Vector3<f64>,
-        torque: Vector3<f64>,
-        history: &TimeHistory,
-    ) -> Result<Vec<Load>, LoadError> {
-        let mut shares = vec![0.0; self.description.bodies.len()];
-        let weights: &[f64] = match beam.order {
-            1 => &[0.5, 0.5],
-            2 => &[1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0],
-            _ => &[0.125, 0.375, 0.375, 0.125],
-        };
-        for (k, index) in beam.elements.clone().enumerate() {
-            let length: f64 = self.intervals(beam, index).sum();
-            let first = beam.nodes.start + k * beam.order;
-            weights.iter().enumerate().for_each(|(j, w)| shares[first + j] += w * length);
-        }
-        let loaded = shares.iter().enumerate().filter(|(_, share)| **share > 0.0);
-        let load = |(node, share): (usize, &f64)| {
-            Load::new(12 * node, kind, *share * force, *share * torque, history.clone())
-        };
-        loaded.map(load).collect()
-    }
-
-    /// Reference arc lengths between the nodes of an element, m.
-    pub fn intervals(&self, beam: &Beam, element: usize) -> impl Iterator<Item = f64> + use<> {
-        self.intervals_of(beam.order, element)
-    }
-
-    pub(crate) fn intervals_of(
-        &self,
-        order: usize,
-        element: usize,
-    ) -> impl Iterator<Item = f64> + use<> {
-        let length = match order {
-            1 => self.elements.list()[element].length,
-            order => self.high_order.length(element) / order as f64,
-        };
-        std::iter::repeat_n(length, order)
-    }
-
     /// `q(0)`.
     #[must_use]
     pub fn configuration(&self) -> Vec<f64> {
@@ -262,21 +388,5 @@ impl BeamModel {
     #[must_use]
     pub fn mechanism(&self) -> Mechanism {
         Mechanism::new(self.description.clone())
-    }
-
-    /// Neighbouring nodes of all elements, those of higher order last.
-    #[must_use]
-    pub fn neighbours(&self) -> Vec<[usize; 2]> {
-        let elements = self.elements.list().iter().map(|element| element.nodes);
-        elements.chain(self.high_order.pairs().iter().copied()).collect()
-    }
-
-    /// `M` of bodies and elements.
-    #[must_use]
-    pub fn mass_matrix(&self, mechanism: &Mechanism) -> SparseMatrix {
-        mechanism.mass(|out| {
-            self.elements.emit_mass(out);
-            self.high_order.emit_mass(out);
-        })
     }
 }

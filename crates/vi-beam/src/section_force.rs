@@ -10,7 +10,7 @@
 //! element is its chord; for pictures, [`center_line`] draws a cubic through the nodes with the
 //! mean slope of both neighbours.
 
-use crate::model::{Beam, BeamModel};
+use crate::model::{Beam, BeamElements};
 pub use crate::section_state::SectionState;
 use crate::section_state::Station;
 use nalgebra::Vector3;
@@ -18,7 +18,7 @@ use vi_rigid::directors::{center, director};
 
 /// The states along a beam in the configuration `q`.
 #[must_use]
-pub fn section_states(model: &BeamModel, beam: &Beam, q: &[f64]) -> Vec<SectionState> {
+pub fn section_states(model: &BeamElements, beam: &Beam, q: &[f64]) -> Vec<SectionState> {
     let mut states = Vec::with_capacity(beam.elements.len() * beam.order);
     for_each_state(model, beam, q, |state| states.push(state));
     states
@@ -26,7 +26,7 @@ pub fn section_states(model: &BeamModel, beam: &Beam, q: &[f64]) -> Vec<SectionS
 
 /// The same, one after the other.
 pub fn for_each_state(
-    model: &BeamModel,
+    model: &BeamElements,
     beam: &Beam,
     q: &[f64],
     mut visit: impl FnMut(SectionState),
@@ -63,21 +63,22 @@ pub struct SectionPlace {
 }
 
 impl SectionPlace {
-    /// The mean over an element, counted along the beam from 0: its middle, or its Gauss points by
+    /// In the initial configuration `q` the mean over an element, counted along the beam from 0: its middle, or its Gauss points by
     /// their lengths.
     ///
     /// # Panics
     /// When there is no such element.
     #[must_use]
-    pub fn of_element(model: &BeamModel, beam: &Beam, element: usize) -> Self {
+    pub fn of_element(model: &BeamElements, beam: &Beam, element: usize, q: &[f64]) -> Self {
         let part = part(beam, element..element + 1);
-        let states = section_states(model, &part, &model.configuration());
+        let states = section_states(model, &part, q);
         let length: f64 = states.iter().map(|state| state.length).sum();
         let weights = states.iter().map(|state| state.length / length).collect();
         Self { part, weights }
     }
 
-    /// At the reference arc length `along` from the start of the beam, m. The polynomial through
+    /// In the initial configuration `q` at the reference arc length `along` from the start of the
+    /// beam, m. The polynomial through
     /// the Gauss points of an element of higher order; between two-node elements linear through
     /// their middles. Of order 2 in the length of the elements where section forces are smooth; a
     /// load on a node smears over its two elements.
@@ -85,7 +86,7 @@ impl SectionPlace {
     /// # Panics
     /// When the beam has no elements.
     #[must_use]
-    pub fn at(model: &BeamModel, beam: &Beam, along: f64) -> Self {
+    pub fn at(model: &BeamElements, beam: &Beam, along: f64, q: &[f64]) -> Self {
         let count = beam.elements.len();
         let length = |k: usize| model.intervals(beam, beam.elements.start + k).sum::<f64>();
         let (mut element, mut start) = (0, 0.0);
@@ -103,7 +104,7 @@ impl SectionPlace {
             _ => element..element + 1,
         };
         let part = part(beam, elements);
-        let states = section_states(model, &part, &model.configuration());
+        let states = section_states(model, &part, q);
         let s: Vec<f64> = states.iter().map(|state| start + state.arc_length).collect();
         let lagrange = |i: usize| {
             let others = s.iter().enumerate().filter(|(j, _)| *j != i);
@@ -116,7 +117,7 @@ impl SectionPlace {
     #[must_use]
     pub fn read<const N: usize>(
         &self,
-        model: &BeamModel,
+        model: &BeamElements,
         q: &[f64],
         quantity: impl Fn(&SectionState) -> [f64; N],
     ) -> [f64; N] {
@@ -140,7 +141,7 @@ fn part(beam: &Beam, elements: std::ops::Range<usize>) -> Beam {
 /// Points of the interpolated centre line, `per_interval` between two nodes and the last node.
 #[must_use]
 pub fn center_line(
-    model: &BeamModel,
+    model: &BeamElements,
     beam: &Beam,
     q: &[f64],
     per_interval: usize,

@@ -1,18 +1,18 @@
-//! The system of a beam model: mass, elastic energy by its rule, material damping, dissipation.
+//! The system of a mechanism with beams: mass, elastic energy by its rule, material damping, dissipation.
 
 use crate::averaged::{AveragedStrains, MASS_SCALING};
 use crate::damping::{self, StrainDamping};
 use crate::dissipation::{self, MASS, StrainDissipation};
 use crate::frequency::slowness;
 use crate::high_order::AveragedHighOrder;
-use crate::model::{BeamModel, StrainRule};
+use crate::model::{BeamElements, StrainRule};
 use vi_core::force::{Force, MidpointForce};
 use vi_core::{Entries, Quadrature, SeparableSystem};
 use vi_multibody::mechanism::Mechanism;
 use vi_rigid::load::Load;
 use vi_rigid::time_history::TimeHistory;
 
-impl BeamModel {
+impl BeamElements {
     /// The system: mass of bodies and elements, gravity (midpoint), elastic energy, material
     /// damping.
     #[must_use]
@@ -31,7 +31,9 @@ impl BeamModel {
     ) -> SeparableSystem {
         let mut system = mechanism.system_with_mass(self.mass_matrix(mechanism), quadrature);
         let slowness = match rule {
-            StrainRule::MassScaled | StrainRule::Dissipative => Some(slowness(self)),
+            StrainRule::MassScaled | StrainRule::Dissipative => {
+                Some(slowness(self, &mechanism.initial_configuration()))
+            }
             StrainRule::Averaged | StrainRule::Midpoint => None,
         };
         if let Some(damping) = StrainDamping::new(&self.elements, &self.high_order) {

@@ -50,7 +50,7 @@ use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_beam::section_force::SectionPlace;
-use vi_beam::{Beam, BeamModel};
+use vi_beam::{Beam, BeamElements};
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
@@ -95,7 +95,7 @@ fn length_rate(between: &Form, at: &View<'_>) -> f64 {
 /// Section forces or strains at a place of a beam.
 #[derive(Clone, Debug)]
 struct SectionGauge {
-    parts: Arc<BeamModel>,
+    parts: Arc<BeamElements>,
     place: SectionPlace,
     strains: bool,
 }
@@ -423,7 +423,7 @@ impl Builder<'_> {
                     element -= if inside { 0 } else { leg.elements.len() };
                     inside
                 })?;
-                SectionPlace::of_element(parts, leg, element)
+                SectionPlace::of_element(parts, leg, element, &self.q)
             }
             (None, Some(mut along)) => {
                 let length = |leg: &Beam| -> f64 {
@@ -435,7 +435,7 @@ impl Builder<'_> {
                     along -= if inside { 0.0 } else { own };
                     inside
                 });
-                SectionPlace::at(parts, leg.unwrap_or(last), along)
+                SectionPlace::at(parts, leg.unwrap_or(last), along, &self.q)
             }
             (None, None) => return None,
         };

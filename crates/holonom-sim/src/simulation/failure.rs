@@ -3,7 +3,7 @@
 use super::{RunFailure, Simulation};
 use crate::agreement;
 use crate::stepper::NodeOf;
-use holonom_model::Scheme;
+use holonom_model::{ModelError, Problem, Scheme};
 use vi_constraints::Constraints;
 use vi_constraints::agreement::Dependence;
 use vi_constraints::scheme::StepError;
@@ -17,6 +17,13 @@ pub(super) fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (Strin
          folds without resistance"
     );
     (message, "write more elements".into())
+}
+
+/// The error for an element that is bent too far at the start.
+pub(super) fn bent_at_start(fault: (&str, usize, f64)) -> ModelError {
+    let key = format!("beam.{}.elements", fault.0);
+    let (message, help) = bent_too_far(fault);
+    ModelError::Assembly(vec![Problem::new(key, message).help(help)])
 }
 
 impl Simulation {

@@ -7,10 +7,12 @@
 //!
 //! | file | concept |
 //! |---|---|
+//! | `begun` | what the assembly found, before the first step |
 //! | `nodes` | steps and recorded nodes, one after the other |
 //! | `failure` | what is said of a step or a node that could not be found |
 //! | `resolved` | the step against rotations and the fastest motion: at the start, at the end, where a step fails |
 
+mod begun;
 mod failure;
 mod nodes;
 mod resolved;
@@ -27,17 +29,17 @@ use crate::dynamics::Dynamics;
 use crate::energies::Energies;
 use crate::energy_watch::EnergyWatch;
 use crate::experiment::Experiment;
-use crate::limits::{LimitWatch, Stiffness};
-use crate::loops::{self, LoopResiduals};
+use crate::limits::LimitWatch;
+use crate::loops::LoopResiduals;
 use crate::rotation::{FastestRotation, RotationWatch};
-use crate::rotation_stability::unstable_steps;
 use crate::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
-use crate::start::{self, How, Start};
+use crate::start::Start;
 use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::{self, System};
-use holonom_model::{Columns, Family, Model, ModelError, Problem, Settings};
+use begun::{Begun, Stated};
+use holonom_model::{Columns, Family, Model, ModelError, Settings};
 use std::io;
 use std::time::Duration;
 pub use vi_constraints::integrator::ResumeError;
@@ -95,66 +97,24 @@ impl Simulation {
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
-        let settings = model.settings.clone();
-        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
-        let closure = assembly::closure(&mechanism, &q, &v);
-        let start = Start::of(model, &mechanism)?;
-        let keeps_rates = start.how == How::WithRates;
+        let (stated, start) = (Stated::of(&mechanism), Start::of(model, &mechanism)?);
         let at = InitialValues::new(0.0, &start.q, &start.v);
-        let wanted = sensors.wanted();
-        let mut stepper = stepper(mechanism, &dynamics, model, at, (solver, wanted))?;
-        if stepper.observe(NodeOf::State).is_err() {
-            return Err(assembly::without_mass(model));
-        }
-        agreement::paths((stepper.mechanism(), stepper.rows()), stepper.place().2, settings.end)?;
-        let enforced = (stepper.mechanism(), stepper.rows());
-        let mut assembly = assembly::counts(model, enforced, &beams, closure);
-        let mut stiffness = Stiffness::new(&beams, &settings);
-        if let Some(stiffness) = &mut stiffness {
-            stiffness.unstable = unstable_steps(model, stiffness, assembly.counts.dof);
-        }
-        assembly.step_judged(stiffness, &settings);
-        let mass = dynamics.parts.mass_matrix(stepper.mechanism());
-        assembly.measure(model, stepper.mechanism(), &mass);
-        if let How::Relaxed { speed, unstable } = start.how {
-            let moved = q.iter().zip(&start.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assembly.configuration_relaxed(moved, speed, unstable);
-        } else if keeps_rates || stepper.start_report().position_moved > 0.0 {
-            let (moved, changed) =
-                start::change_of_configuration(stepper.mechanism(), &q, stepper.place().2);
-            assembly.configuration_projected(moved, &changed);
-        }
-        let relaxed = matches!(start.how, How::Relaxed { .. });
-        if !relaxed && (keeps_rates || stepper.start_report().velocity_moved > 0.0) {
-            let (given, found) =
-                ((&q[..], &v[..]), (stepper.place().2, &stepper.node().node.v[..]));
-            let changed = start::change_of_velocities(stepper.mechanism(), given, found);
-            assembly.velocity_projected(&changed, keeps_rates);
-        }
-        let dof = assembly.counts.dof;
-        assembly.warnings.extend(loops::remarks(
-            model,
-            stepper.mechanism(),
-            stepper.place().2,
-            dof,
-        ));
+        let mut stepper = stepper(mechanism, &dynamics, model, at, (solver, sensors.wanted()))?;
+        stepper.observe(NodeOf::State).map_err(|_| assembly::without_mass(model))?;
+        let (settings, q) = (model.settings.clone(), stepper.place().2);
+        agreement::paths((stepper.mechanism(), stepper.rows()), q, settings.end)?;
         let mut limits = LimitWatch::new(&beams);
-        let start = stepper.place().2;
-        if let Err(fault) = limits.follow(0.0, start) {
-            let key = format!("beam.{}.elements", fault.0);
-            let (message, help) = failure::bent_too_far(fault);
-            return Err(ModelError::Assembly(vec![Problem::new(key, message).help(help)]));
-        }
-        assembly.warnings.extend(limits.warnings());
+        limits.follow(0.0, q).map_err(failure::bent_at_start)?;
+        let mass = &dynamics.parts.mass_matrix(stepper.mechanism());
+        let (stated, start) = (&stated, &start);
+        let begun = Begun { model, stated, start, stepper: &stepper, beams: &beams, mass };
+        let mut assembly = begun.report(&limits);
         limits.begin();
-        let (system, sources) = ((&dynamics, &mass), stepper.sources());
-        let energies = Energies::new(model, stepper.mechanism(), system, sources, &stepper.node());
-        let watch = EnergyWatch::default();
+        let (forces, node) = (stepper.sources(), stepper.node());
+        let energies = Energies::new(model, stepper.mechanism(), (&dynamics, mass), forces, &node);
         let mut rotation = RotationWatch::new(model, stepper.mechanism(), &beams);
         resolved::judge(model, (&mut stepper, at), &mut rotation, &mut assembly);
-        let start = stepper.place().2;
-        sensors.begin(start);
-        let iterations = 0.0;
+        sensors.begin(stepper.place().2);
         Ok(Self {
             settings,
             assembly,
@@ -162,14 +122,14 @@ impl Simulation {
             sensors,
             beams,
             limits,
-            watch,
+            watch: EnergyWatch::default(),
             rotation,
             bodies: model.bodies.len(),
             energies,
             stepper,
             divided: DividedSteps::default(),
             loops: LoopResiduals::default(),
-            iterations,
+            iterations: 0.0,
             sample: Sample::default(),
             recording: Duration::ZERO,
         })

@@ -157,6 +157,17 @@ impl MechanismBuilder {
         BodyId(self.bodies.len() - 1)
     }
 
+    /// How many bodies and frames there are: the number of the next one.
+    #[must_use]
+    pub fn frame_count(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// The ids of all bodies and frames, in order.
+    pub fn frames(&self) -> impl Iterator<Item = BodyId> + use<> {
+        (0..self.bodies.len()).map(BodyId)
+    }
+
     /// These frames start as one rigid body: without velocities of their own they take the motion
     /// of the first of them that a joint moves (the nodes of a beam).
     pub fn start_together(&mut self, frames: Range<usize>) {
