@@ -301,3 +301,34 @@ impl Extent {
         self.0.map_or(0.0, |[low, high]| 0.5 * (high - low).norm())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lengths along the axis and along the second one, as multiples of the size of symbols.
+    #[test]
+    fn symbols_of_joints_have_their_sizes() {
+        for (kind, along, across) in [
+            (JointKind::Spherical, 1.3, 1.3),
+            (JointKind::Revolute, 4.0, 1.0),
+            (JointKind::Cylindrical, 6.0, 1.3),
+            (JointKind::Prismatic, 4.0, 2.2),
+            (JointKind::Planar, 0.4, 3.0),
+            (JointKind::Fixed, 2.0, 2.0),
+            (JointKind::Universal, 4.0, 4.0),
+            (JointKind::Screw, 5.0, 1.5),
+        ] {
+            let mesh = symbol(kind, [Vector3::z(), Vector3::x()], 0.5);
+            let extent = |i: usize| {
+                let ends = mesh.points.iter().fold([f64::MAX, f64::MIN], |[low, high], point| {
+                    [low.min(point[i]), high.max(point[i])]
+                });
+                ends[1] - ends[0]
+            };
+            let off = [extent(2) / (0.5 * along) - 1.0, extent(0) / (0.5 * across) - 1.0];
+            println!("{kind:?}: off by {off:.3?}");
+            assert!(off.iter().all(|off| off.abs() < 0.02), "{kind:?}: {off:?}");
+        }
+    }
+}
