@@ -258,7 +258,7 @@ pub(crate) fn symbol(kind: JointKind, [axis, axis2]: [Vector3<f64>; 2], s: f64) 
             SymbolSolid::Sphere => Mesh::sphere(),
         };
         let axis = if of.second { &axis2 } else { &axis };
-        whole.append(part(mesh, axis, [of.width, of.width, of.length]));
+        whole.append(part(mesh, axis, [of.across, of.across, of.along]));
     }
     whole
 }
@@ -310,14 +310,14 @@ mod tests {
     #[test]
     fn symbols_of_joints_have_their_sizes() {
         for (kind, along, across) in [
-            (JointKind::Spherical, 1.3, 1.3),
-            (JointKind::Revolute, 4.0, 1.0),
-            (JointKind::Cylindrical, 6.0, 1.3),
+            (JointKind::Spherical, 2.6, 2.6),
+            (JointKind::Revolute, 4.0, 2.0),
+            (JointKind::Cylindrical, 6.0, 2.6),
             (JointKind::Prismatic, 4.0, 2.2),
-            (JointKind::Planar, 0.4, 3.0),
+            (JointKind::Planar, 0.4, 6.0),
             (JointKind::Fixed, 2.0, 2.0),
             (JointKind::Universal, 4.0, 4.0),
-            (JointKind::Screw, 5.0, 1.5),
+            (JointKind::Screw, 5.0, 3.0),
         ] {
             let mesh = symbol(kind, [Vector3::z(), Vector3::x()], 0.5);
             let extent = |i: usize| {

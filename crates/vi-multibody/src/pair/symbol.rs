@@ -1,4 +1,4 @@
-//! What a pair is drawn as: solids of unit size, scaled, about its anchor.
+//! What a pair is drawn as: solids about its anchor.
 
 use serde::Serialize;
 
@@ -7,17 +7,17 @@ use serde::Serialize;
 pub struct SymbolPart {
     /// Which solid.
     pub solid: SymbolSolid,
-    /// Across its axis.
-    pub width: f64,
-    /// Along its axis.
-    pub length: f64,
+    /// The edges of a box across its axis; the radius of a cylinder or a sphere.
+    pub across: f64,
+    /// The length of a box or a cylinder; the radius of a sphere.
+    pub along: f64,
     /// Whether its axis is `m_1'`, not `n`.
     pub second: bool,
     /// Whether it is about the anchor of the parent, not that of the child.
     pub on_parent: bool,
 }
 
-/// A solid of unit diameter and length.
+/// The shape of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SymbolSolid {
@@ -32,14 +32,14 @@ pub enum SymbolSolid {
 impl SymbolPart {
     /// A solid along `n`.
     #[must_use]
-    pub const fn new(solid: SymbolSolid, width: f64, length: f64) -> Self {
-        Self { solid, width, length, second: false, on_parent: false }
+    pub const fn new(solid: SymbolSolid, across: f64, along: f64) -> Self {
+        Self { solid, across, along, second: false, on_parent: false }
     }
 
     /// A cylinder along `n`.
     #[must_use]
-    pub const fn pin(width: f64, length: f64) -> Self {
-        Self::new(SymbolSolid::Cylinder, width, length)
+    pub const fn pin(radius: f64, length: f64) -> Self {
+        Self::new(SymbolSolid::Cylinder, radius, length)
     }
 
     /// The same about the anchor of the parent.

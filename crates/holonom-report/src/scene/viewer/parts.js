@@ -62,9 +62,9 @@
     const axis = joint.axis ? direction(joint.parent, joint.axis) : up;
     const color = tone ?? theme().ink, s = fitted(joint);
     if (norm(sub(b, a)) > 0.5 * s) stick(a, b, 0.3 * s, color);
-    for (const { solid, width, length, second, on_parent } of data.symbols[joint.type]) {
+    for (const { solid, across, along: length, second, on_parent } of data.symbols[joint.type]) {
       const d = second ? direction(joint.child, joint.axis2 || [1, 0, 0]) : axis;
-      draw(meshes[solid], along(d, on_parent ? a : b, [width * s, width * s, length * s]), color);
+      draw(meshes[solid], along(d, on_parent ? a : b, [across * s, across * s, length * s]), color);
     }
   };
   // where a line ends on the ground
