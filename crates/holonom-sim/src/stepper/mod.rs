@@ -48,6 +48,7 @@ type AddWork<S> = fn(&mut Work, &S, &Mechanism, Step<'_>);
 pub(crate) struct Stepper<S: Discretization<Mechanism>> {
     run: Integrator<S, Mechanism>,
     add_work: AddWork<S>,
+    variational: bool, // whether there is a discrete Lagrangian, so that a node has an `E_d`
     order: u32,
     ended: [Option<f64>; 2], // J  E_d of the composed steps before and after the last node
     wanted: Wanted,          // what sensors ask for
@@ -79,7 +80,19 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let differences = wanted.accelerations && !composed;
         let increments = differences.then(|| Increments::new(run.state().q.len()));
         let (ended, seen) = ([None; 2], Seen::default());
-        Self { run, add_work, order, ended, wanted, momenta, map, work, increments, seen }
+        Self {
+            run,
+            add_work,
+            variational,
+            order,
+            ended,
+            wanted,
+            momenta,
+            map,
+            work,
+            increments,
+            seen,
+        }
     }
 
     /// Takes a step as so many equal parts; where it is refused, the state stays what it was.
@@ -180,7 +193,8 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let state = self.run.at(*when);
         let node = self.run.observed(state);
         let hamiltonian = node.hamiltonian_projected.total();
-        let of_step = match (self.run.reads_states(), when) {
+        let composed = self.variational && self.run.reads_states();
+        let of_step = match (composed, when) {
             (true, When::Before) => self.ended[0],
             (true, When::After) => self.ended[1],
             (false, _) => Some(node.discrete_energy.total()),
@@ -192,7 +206,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
     /// Momenta of the node that was read last; without a step from there only those of its state.
     fn read_momenta(&self, found: &mut Momenta) {
         let NodeView { state, node, .. } = self.node();
-        let (step, variational) = (self.seen.with_step, self.map.is_some());
+        let step = self.seen.with_step;
         if let Some(map) = &self.map {
             found.p_projected.clone_from(&node.p_projected);
             found.p_reduced.resize(map.dof(), 0.0);
@@ -203,7 +217,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         found.lambda.clone_from(if step { &node.lambda } else { &self.seen.lambda });
         found.p.clear();
         found.hamiltonian = None;
-        if step || !variational {
+        if step || !self.variational {
             found.p.clone_from(&node.p);
             found.hamiltonian = node.hamiltonian;
         }
@@ -348,6 +362,42 @@ impl AnyStepper {
         match self {
             Self::Variational(_) => None,
             Self::EnergyMomentum(own) => Some(&mut own.run),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::simulation::Simulation;
+    use holonom_model::Model;
+
+    #[test]
+    fn the_shadow_energy_belongs_to_a_step_or_is_that_of_the_node() {
+        for (scheme, order) in
+            [("nodal", 2), ("nodal", 4), ("em-dalembert", 2), ("em-dalembert", 4)]
+        {
+            let text = format!(
+                "model = {{ name = \"pendulum\", dimension = 2, gravity = [0.0, -9.81] }}\n\
+                 particle = [{{ name = \"bob\", mass = 1.0, position = [1.0, 0.0] }}]\n\
+                 bar = [{{ name = \"rod\", from = \"ground\", to = \"bob\" }}]\n\
+                 simulation = {{ step = 0.05, end = 1.0, scheme = \"{scheme}\", order = {order} }}\n"
+            );
+            let model = Model::from_toml(&text).unwrap();
+            let mut simulation = Simulation::new(&model).unwrap();
+            let composed = scheme == "nodal" && order > 2;
+            let mut apart = 0.0_f64;
+            for sample in simulation.samples() {
+                let sample = sample.unwrap_or_else(|failure| panic!("{}", failure.message));
+                assert_eq!(
+                    sample.shadow.is_none(),
+                    composed && sample.step == 0,
+                    "{scheme} {order}"
+                );
+                let shadow = sample.shadow.unwrap_or(sample.hamiltonian);
+                apart = apart.max((shadow - sample.hamiltonian).abs());
+            }
+            println!("{scheme}, order {order}: shadow energy apart from H by {apart:.1e} J");
+            assert_eq!(apart > 0.0, scheme == "nodal", "{scheme} {order}: {apart:e}");
         }
     }
 }
