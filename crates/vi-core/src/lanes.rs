@@ -33,6 +33,9 @@ pub trait Lanes:
     /// The same but for the first number.
     #[must_use]
     fn with_first(self, x: f64) -> Self;
+    /// The same but for number `k`.
+    #[must_use]
+    fn with(self, k: usize, x: f64) -> Self;
     /// The quotients.
     #[must_use]
     fn over(self, divisor: Self) -> Self;
@@ -78,6 +81,10 @@ impl Lanes for f64 {
     }
     #[inline(always)]
     fn with_first(self, x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn with(self, _: usize, x: f64) -> Self {
         x
     }
     #[inline(always)]
@@ -154,6 +161,11 @@ impl Lanes for Four {
     #[inline(always)]
     fn with_first(self, x: f64) -> Self {
         Self([x, self.0[1], self.0[2], self.0[3]])
+    }
+    #[inline(always)]
+    fn with(mut self, k: usize, x: f64) -> Self {
+        self.0[k] = x;
+        self
     }
     #[inline(always)]
     fn over(self, divisor: Self) -> Self {
@@ -273,6 +285,12 @@ mod wide {
             Self { x: avx._mm256_blend_pd::<0b0001>(self.x, avx._mm256_set1_pd(x)), ..self }
         }
         #[inline(always)]
+        fn with(self, k: usize, x: f64) -> Self {
+            let mut all = cast::<__m256d, [f64; 4]>(self.x);
+            all[k] = x;
+            Self { x: cast(all), ..self }
+        }
+        #[inline(always)]
         fn over(self, divisor: Self) -> Self {
             Self { x: self.simd.avx._mm256_div_pd(self.x, divisor.x), ..self }
         }
@@ -361,6 +379,13 @@ impl<L: Lanes> Lanes for Pair<L> {
     #[inline(always)]
     fn with_first(self, x: f64) -> Self {
         Self(self.0.with_first(x), self.1)
+    }
+    #[inline(always)]
+    fn with(self, k: usize, x: f64) -> Self {
+        match k.checked_sub(L::COUNT) {
+            None => Self(self.0.with(k, x), self.1),
+            Some(k) => Self(self.0, self.1.with(k, x)),
+        }
     }
     #[inline(always)]
     fn over(self, divisor: Self) -> Self {

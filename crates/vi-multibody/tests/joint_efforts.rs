@@ -4,13 +4,16 @@
 #![allow(non_snake_case)] // P
 
 use nalgebra::DMatrix;
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 use vi_constraints::{InitialValues, Options, Reparametrization, SchemeKind};
 use vi_core::Quadrature;
+use vi_core::composition::Composition;
 use vi_core::linear::norm_inf;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
-use vi_multibody::joint_force::{EffortSlopes, JointLaw, PdControl, Setpoint, Viscous};
-use vi_multibody::run::{Solver, integrator};
+use vi_multibody::ensemble::Ensemble;
+use vi_multibody::joint_force::{EffortSlopes, HeldEffort, JointLaw, PdControl, Setpoint, Viscous};
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_multibody::tree_map::TreeMap;
 use vi_multibody::tree_step::TreeStep;
 use vi_multibody::{BuiltMechanism, FrameId, PairKind};
@@ -34,6 +37,11 @@ impl JointLaw for Nonlinear {
 /// Bodies on joints that may name the outer body first; on each coordinate some of all force
 /// elements.
 fn tree(bodies: usize, seed: u64) -> MechanismBuilder {
+    tree_with(bodies, seed, (0b1111, 0.0))
+}
+
+/// The same with some of the `kinds` of elements, a bit each, stronger `by` some parts.
+fn tree_with(bodies: usize, seed: u64, (kinds, by): (usize, f64)) -> MechanismBuilder {
     let mut random = Sample::new(seed);
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
     let mut frames = vec![FrameId::Ground];
@@ -53,15 +61,16 @@ fn tree(bodies: usize, seed: u64) -> MechanismBuilder {
         let joint = joint.id();
         for freedom in 0..kind.coordinate_count() {
             let at = joint.coordinate(freedom);
-            let chosen = random.index(15) + 1;
+            let chosen = kinds & (random.index(15) + 1);
             if chosen & 1 > 0 {
-                builder.joint_spring(at, 5.0, 0.2);
+                builder.joint_spring(at, 5.0 + by, 0.2);
             }
             if chosen & 2 > 0 {
-                builder.joint_force(at, Viscous(0.7));
+                builder.joint_force(at, Viscous(0.7 + by));
             }
             if chosen & 4 > 0 {
-                let reference = Arc::new(|t: f64| Setpoint { value: 0.5 * t, rate: 0.5 });
+                let reference =
+                    Arc::new(move |t: f64| Setpoint { value: (0.5 + by) * t, rate: 0.5 + by });
                 let law = PdControl { proportional: 30.0, derivative: 2.0, reference };
                 builder.joint_force(at, law);
             }
@@ -177,4 +186,83 @@ fn closed_loops_with_joint_efforts_move_as_in_the_constrained_scheme() {
             assert!(off < 1e-11, "{kind:?}, {scheme:?}: off by {off:e}");
         }
     }
+}
+
+/// Springs, dampers and motors of members in lanes, linear or not, have the bits of their own
+/// integrators; so has every composition, and any number of threads.
+#[test]
+fn members_with_joint_efforts_move_as_their_own_integrators_do() {
+    let bits = |run: &MechanismIntegrator| -> Vec<u64> {
+        let state = run.state();
+        let balance = &state.compensation.balance[..];
+        let all = [&state.q[..], &state.p, &state.compensation.q, balance, &state.angles];
+        all.concat().into_iter().map(f64::to_bits).collect()
+    };
+    let (mut lanes, mut alone, mut moved) = (0, 0, 0.0_f64);
+    for seed in 0..24 {
+        let (composition, kinds) =
+            [(Composition::Identity, 0b1111), (Composition::Suzuki5, 0b0001)][seed as usize % 2];
+        let options = Options::new(SchemeKind::Nodal, 0.01).composition(composition);
+        let acting = |k: u32| (kinds, 0.1 * f64::from(k));
+        let model = |k: u32| tree_with(1 + seed as usize % 6, 900 + seed, acting(k));
+        let models: Vec<BuiltMechanism> = (0..9).map(|k| model(k).build().unwrap()).collect();
+        let mut ensemble = Ensemble::new(models.clone(), options).unwrap();
+        lanes += ensemble.in_lanes();
+        ensemble.advance(20);
+        ensemble.advance_on(NonZeroUsize::new(3).unwrap(), 20);
+        alone += ensemble.steps_alone();
+        let mut ends = Vec::new();
+        for (k, model) in models.into_iter().enumerate() {
+            let mut run = model.integrator(options).unwrap();
+            (0..40).for_each(|_| _ = run.step().unwrap());
+            assert_eq!(bits(ensemble.member(k)), bits(&run), "seed {seed}, member {k}");
+            ends.push(run.state().q.clone());
+        }
+        moved = moved.max(apart(&ends[0], &ends[8]));
+    }
+    println!("{lanes} of 216 members in lanes, {alone} steps alone, members {moved:.1e} apart");
+    assert!(lanes > 150 && alone < 600 && moved > 1e-3, "{lanes}, {alone}, {moved:e}");
+}
+
+/// Efforts that are set before each step, other ones for each member: a wheel turns as
+/// `I ω̇ = τ_n` demands, exactly, and members have the bits of their own integrators.
+#[test]
+fn efforts_from_outside_are_held_during_a_step() {
+    let wheel = |motor: &HeldEffort| {
+        let mut builder = MechanismBuilder::new();
+        let wheel = builder.body("wheel", Inertia::principal(1.0, [0.1, 0.1, 0.2])).id();
+        let axle = builder.joint("axle", PairKind::Revolute, FrameId::Ground, wheel);
+        let angle = axle.at([0.0; 3]).axis([0.0, 0.0, 1.0]).id().coordinate(0);
+        builder.joint_force(angle, motor.clone());
+        builder.build().unwrap()
+    };
+    let options = Options::new(SchemeKind::Nodal, 0.01);
+    let motors: [HeldEffort; 5] = std::array::from_fn(|_| HeldEffort::default());
+    let own: [HeldEffort; 5] = std::array::from_fn(|_| HeldEffort::default());
+    let mut ensemble = Ensemble::new(motors.iter().map(wheel), options).unwrap();
+    let mut alone: Vec<MechanismIntegrator> =
+        own.iter().map(|motor| wheel(motor).integrator(options).unwrap()).collect();
+    assert_eq!(ensemble.in_lanes(), 5);
+    let (mut impulse, mut random) = ([0.0; 5], Sample::new(3));
+    for _ in 0..200 {
+        for k in 0..5 {
+            let effort = 0.5 * random.number();
+            impulse[k] += 0.01 * effort;
+            motors[k].set(effort);
+            own[k].set(effort);
+        }
+        ensemble.advance(1);
+        alone.iter_mut().for_each(|run| _ = run.step().unwrap());
+    }
+    let mut worst = 0.0_f64;
+    for (k, run) in alone.iter_mut().enumerate() {
+        let (member, state) = (ensemble.member(k).state(), run.state());
+        assert_eq!(member.q, state.q, "member {k}");
+        assert_eq!(member.p, state.p, "member {k}");
+        let momentum = run.constraints().momentum(&state.q, &state.p).angular[2];
+        worst = worst.max((momentum - impulse[k]).abs());
+    }
+    let off = (impulse[0] - impulse[1]).abs();
+    println!("angular momentum and impulse of the motor {worst:.1e} apart, members {off:.1e}");
+    assert!(worst < 1e-14 && off > 1e-3, "{worst:e}, {off:e}");
 }

@@ -5,6 +5,7 @@ mod beside;
 mod body_blocks;
 mod chord;
 pub mod closed_loop;
+mod efforts;
 pub mod ensemble;
 mod member_blocks;
 pub mod run;

@@ -129,6 +129,19 @@ impl<M: Store> Sums<M> {
     }
 }
 
+/// The column of an unknown of a link.
+pub(crate) fn column_mut<'a, M: Store>(
+    link: &Link<M>,
+    work: &'a mut Work<M>,
+    columns: &'a mut [ColumnWork<M>],
+    unknown: usize,
+) -> &'a mut ColumnWork<M> {
+    match link.motion {
+        Motion::Several(_) => &mut columns[unknown],
+        _ => &mut work.column,
+    }
+}
+
 /// The largest velocity of a centre of mass along an axis, m/s, from the momenta.
 pub(crate) fn fastest(links: &[Link<One>], p: &[f64]) -> f64 {
     let speed = |link: &Link<One>| norm_inf(&p[link.frame..link.frame + 3]) / link.mass[0][0];

@@ -1,5 +1,6 @@
 //! Members in the lanes of one kernel: their states in and out, steps, failures.
 
+use super::acting::Acting;
 use super::kernel::{Kernel, Lane};
 use super::link::MOST;
 use crate::geometry::one_tree::One;
@@ -11,6 +12,7 @@ use vi_constraints::integrator::ResumeError;
 use vi_constraints::scheme::StepError;
 use vi_constraints::unknowns::Increments;
 use vi_constraints::{Constraints, Options};
+use vi_core::SeparableSystem;
 #[cfg(target_arch = "x86_64")]
 use vi_core::lanes::Wide;
 use vi_core::lanes::{Lanes, Plain, Register, Twice};
@@ -93,7 +95,13 @@ impl<T: Register> Lanewise<T> {
         let sub_steps = of(0).sub_steps.clone();
         let trees: Vec<Tree> =
             members[..count].iter().map(|run| run.constraints().tree().clone()).collect();
-        let kernel = Kernel::new(lanes, (&links, &weights), &trees[0], sub_steps.len())?;
+        let systems: Vec<(&[Link<One>], &SeparableSystem)> = models
+            .iter()
+            .zip(&members[..count])
+            .map(|(own, run)| (&own.links[..], run.system()))
+            .collect();
+        let at = (&trees[0], Acting::new(&systems, trees[0].dof()));
+        let kernel = Kernel::new(lanes, (&links, &weights), at, sub_steps.len())?;
         let origins = members[..count].iter().map(|run| (run.state().t, run.state().step));
         Some(Self {
             kernel,
@@ -188,6 +196,7 @@ impl<T: Register> Lanewise<T> {
     fn step(&mut self, members: &mut [MechanismIntegrator], failures: &mut [Option<StepError>]) {
         let sub_steps = self.sub_steps.len();
         let mut alone = [false; MOST];
+        let mut times: Vec<f64> = self.at.iter().map(|(t, _)| *t).collect();
         if sub_steps > 1 {
             self.kernel.keep_start();
             self.start_angles.clone_from(&self.angles);
@@ -195,7 +204,12 @@ impl<T: Register> Lanewise<T> {
         for index in 0..sub_steps {
             let h = self.sub_steps[index] * self.step;
             self.raise_floors(members, h);
-            self.kernel.solve(index, h, &self.newton);
+            for (lane, member) in members.iter().enumerate() {
+                let at = (times[lane], &self.angles[lane][..]);
+                self.kernel.open_lane((lane, member.system()), at, h);
+                times[lane] += h;
+            }
+            self.kernel.solve((index, h), members, &self.newton);
             for lane in 0..self.count {
                 if self.kernel.what[lane] == Lane::Refused {
                     (self.kernel.what[lane], alone[lane]) = (Lane::Idle, true);
@@ -208,7 +222,7 @@ impl<T: Register> Lanewise<T> {
                     failures[lane] = take_alone(&mut members[lane], start).err();
                 }
             }
-            self.kernel.end(index, h, &self.trees);
+            self.kernel.end((index, h), members, &self.trees);
             for (lane, member) in members.iter().enumerate() {
                 if self.kernel.what[lane] != Lane::Idle {
                     self.unwrap_angles(lane, member);

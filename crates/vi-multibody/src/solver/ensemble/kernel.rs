@@ -1,20 +1,23 @@
 //! A step of as many members as there are lanes.
 
+use super::acting::{Acting, take};
 use super::history::LaneHistory;
 use super::link::{self, MOST};
 use crate::geometry::matrix::Columns;
 use crate::geometry::members::Each;
 use crate::geometry::one_tree::One;
+use crate::solver::run::MechanismIntegrator;
 use crate::sweep::advance::{Seen, Turn, advance};
 use crate::sweep::eliminate::{Part, eliminate};
 use crate::sweep::finish::{Ends, Next, finish};
-use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work};
+use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work, column_mut};
 use crate::sweep::open::open;
 use crate::sweep::pull_back::pull_back;
 use crate::sweep::substitute::substitute;
 use crate::tree::Tree;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Convergence, Limits, NewtonSettings};
+use vi_core::{Configuration, SeparableSystem};
 use vi_rigid::rotation::MAX_ROTATION;
 
 /// What a lane is doing.
@@ -47,6 +50,7 @@ pub(super) struct Kernel<T: Register> {
     pub(super) p: Vec<T::Lanes>,            // n
     pub(super) compensation: Vec<T::Lanes>, // n
     pub(super) balance: Vec<T::Lanes>,      // d  residual of the last balance
+    pub(super) acting: Option<Acting>,
     pub(super) history: LaneHistory<T>,
     end: Vec<T::Lanes>,               // n  q_{n+1} as the step computed it
     next: Vec<T::Lanes>,              // n  q_{n+1} without round-off
@@ -68,7 +72,7 @@ impl<T: Register> Kernel<T> {
     pub(super) fn new(
         lanes: T,
         (members, weights): (&[&[Link<One>]], &[Vec<f64>]),
-        tree: &Tree,
+        (tree, acting): (&Tree, Option<Acting>),
         sub_steps: usize,
     ) -> Option<Self> {
         let links = link::links(lanes, members)?;
@@ -89,6 +93,7 @@ impl<T: Register> Kernel<T> {
             p: vec![zero; n],
             compensation: vec![zero; n],
             balance: vec![zero; d],
+            acting,
             history: LaneHistory::new(lanes, d, sub_steps),
             end: vec![zero; n],
             next: vec![zero; n],
@@ -149,7 +154,12 @@ impl<T: Register> Kernel<T> {
     }
 
     /// Solves sub-step `index` of length `h`; lanes that are not idle are then solved or refused.
-    pub(super) fn solve(&mut self, index: usize, h: f64, settings: &NewtonSettings) {
+    pub(super) fn solve(
+        &mut self,
+        (index, h): (usize, f64),
+        members: &[MechanismIntegrator],
+        settings: &NewtonSettings,
+    ) {
         let (lanes, count) = (self.lanes, T::Lanes::COUNT);
         self.history.weigh();
         lanes.run(
@@ -168,18 +178,19 @@ impl<T: Register> Kernel<T> {
                 self.what[lane] = if known { Lane::Running } else { Lane::Refused };
             }
         }
-        let residual = self.evaluate(h);
+        let residual = self.evaluate(h, members);
         let mut seen: [Convergence; MOST] =
             std::array::from_fn(|k| Convergence::new(if k < count { residual.at(k) } else { 0.0 }));
         for iteration in 1..=settings.max_iterations {
             if !self.what[..count].contains(&Lane::Running) {
                 return;
             }
+            self.set_slopes(members);
             let (size, resolved) = lanes.run(
                 #[inline(always)]
                 || self.correct(h),
             );
-            let residual = self.evaluate(h);
+            let residual = self.evaluate(h, members);
             for lane in 0..count {
                 if self.what[lane] != Lane::Running {
                     continue;
@@ -194,7 +205,7 @@ impl<T: Register> Kernel<T> {
                 let reached = seen[lane].judge(size, next, limits).is_reached;
                 if !(size.is_finite() && next.is_finite()) {
                     self.what[lane] = Lane::Refused;
-                } else if reached || resolved.at(lane) <= 0.0 {
+                } else if reached || (self.is_affine(lane) && resolved.at(lane) <= 0.0) {
                     self.what[lane] = Lane::Solved;
                 } else if iteration == settings.max_iterations {
                     self.what[lane] = Lane::Refused;
@@ -204,25 +215,63 @@ impl<T: Register> Kernel<T> {
     }
 
     /// Residuals at `u`, and the largest entry of each lane; lanes that turn too far are refused.
-    fn evaluate(&mut self, h: f64) -> T::Lanes {
-        let Self { lanes, links, works, columns, turns, u, r, balance, .. } = self;
-        let (residual, seen) = lanes.run(
+    fn evaluate(&mut self, h: f64, members: &[MechanismIntegrator]) -> T::Lanes {
+        let Self { lanes, links, works, columns, turns, u, r, balance, acting, .. } = self;
+        let seen = lanes.run(
             #[inline(always)]
             || {
                 let seen = advance(*lanes, links, works, (columns, turns), u, Some(h));
                 pull_back(*lanes, links, works, columns, r);
+                seen
+            },
+        );
+        if let Some(acting) = acting {
+            acting.add_balance(members.iter().map(MechanismIntegrator::system), u, r);
+        }
+        let residual = lanes.run(
+            #[inline(always)]
+            || {
                 let (zero, mut residual) = (lanes.splat(0.0), lanes.splat(0.0));
                 let mut sum = zero; // not finite where an entry is not
                 for (r, error) in r.iter_mut().zip(balance) {
                     *r = *r + *error;
-                    residual = residual.larger(*r).larger(zero - *r);
+                    residual = residual.larger(r.abs());
                     sum = sum + *r * 0.0;
                 }
-                (residual + sum, seen)
+                residual + sum
             },
         );
         self.refuse_large_rotations(seen);
         residual
+    }
+
+    /// What acts along unknowns adds to the matrix.
+    fn set_slopes(&mut self, members: &[MechanismIntegrator]) {
+        let Self { acting, links, works, columns, .. } = self;
+        let Some(acting) = acting else { return };
+        let systems = members.iter().map(MechanismIntegrator::system);
+        acting.slopes(systems, |lane, link, unknown, slope| {
+            let column = column_mut(&links[link], &mut works[link], columns, unknown);
+            column.slope = column.slope.with(lane, slope);
+        });
+    }
+
+    fn is_affine(&self, lane: usize) -> bool {
+        self.acting.as_ref().is_none_or(|acting| acting.is_affine(lane))
+    }
+
+    /// The configuration of a lane, for what acts along its unknowns.
+    pub(super) fn open_lane(
+        &mut self,
+        (lane, system): (usize, &SeparableSystem),
+        (t, angles): (f64, &[f64]),
+        h: f64,
+    ) {
+        let Self { acting, q, scratch, .. } = self;
+        let Some(acting) = acting else { return };
+        take(q, lane, scratch);
+        let at = Configuration { angles, ..Configuration::new(t, scratch) };
+        acting.open((lane, system), at, h);
     }
 
     fn refuse_large_rotations(&mut self, seen: Seen<T::Lanes>) {
@@ -280,10 +329,15 @@ impl<T: Register> Kernel<T> {
     }
 
     /// Moves all lanes to the end of the sub-step that was solved.
-    pub(super) fn end(&mut self, index: usize, h: f64, trees: &[Tree]) {
+    pub(super) fn end(
+        &mut self,
+        (index, h): (usize, f64),
+        members: &[MechanismIntegrator],
+        trees: &[Tree],
+    ) {
         self.history.remember(index, h, &self.u);
         let Self { lanes, links, works, columns, q, p, compensation, balance, impulse, .. } = self;
-        let Self { end, next, rounding, dq, r, scratch, .. } = self;
+        let Self { end, next, rounding, dq, r, scratch, acting, .. } = self;
         lanes.run(
             #[inline(always)]
             || {
@@ -301,11 +355,17 @@ impl<T: Register> Kernel<T> {
                 let next = Next { q: next, rounding, p };
                 finish(*lanes, links, works, clean, Some(impulse), ends, next);
                 pull_back(*lanes, links, works, columns, r);
-                for (balance, r) in balance.iter_mut().zip(&*r) {
-                    *balance = *balance + *r;
-                }
             },
         );
+        if let Some(acting) = acting {
+            acting.add_last_balance(r);
+            for (lane, member) in members.iter().enumerate() {
+                acting.add_momentum((lane, member.system()), end, p);
+            }
+        }
+        for (balance, r) in balance.iter_mut().zip(&*r) {
+            *balance = *balance + *r;
+        }
         std::mem::swap(q, next);
         std::mem::swap(compensation, rounding);
     }

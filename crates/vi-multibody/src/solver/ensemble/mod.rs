@@ -7,8 +7,8 @@
 //! does not solve from the extrapolated increments (the first step, an event) takes this step by
 //! its own integrator, which tries more.
 //!
-//! Lanes are for trees of bodies, constant forces and the scheme `nodal` of order 2 or composed of
-//! it. All other members move one after the other.
+//! Lanes are for trees of bodies, constant forces, springs, dampers and motors of joints, and the
+//! scheme `nodal` of order 2 or composed of it. All other members move one after the other.
 //!
 //! ```
 //! use vi_multibody::ensemble::Ensemble;
@@ -31,6 +31,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod acting;
 mod group;
 mod history;
 mod kernel;
@@ -41,6 +42,7 @@ use crate::mechanism::Mechanism;
 use crate::solver::run::{MechanismIntegrator, Solver, integrator};
 use crate::sweep::link::constants;
 use group::{Group, Model};
+use std::num::NonZeroUsize;
 use vi_constraints::discretization::Discretization;
 use vi_constraints::integrator::SetupError;
 use vi_constraints::node::Node;
@@ -58,6 +60,29 @@ pub struct Ensemble {
     failures: Vec<Option<StepError>>,
     groups: Vec<Box<dyn Group>>, // the first members; the others move alone
     grouped: usize,
+}
+
+/// Members that move together, or one that moves alone.
+struct Share<'a> {
+    group: Option<&'a mut Box<dyn Group>>,
+    members: &'a mut [MechanismIntegrator],
+    failures: &'a mut [Option<StepError>],
+}
+
+impl Share<'_> {
+    fn advance(self, steps: u64) {
+        let Self { group, members, failures } = self;
+        if let Some(group) = group {
+            return group.advance(members, failures, steps);
+        }
+        for (member, failure) in members.iter_mut().zip(failures) {
+            for _ in 0..steps {
+                if failure.is_none() {
+                    *failure = member.step().err();
+                }
+            }
+        }
+    }
 }
 
 impl Ensemble {
@@ -148,20 +173,37 @@ impl Ensemble {
 
     /// Takes `steps` steps with every member that has not failed.
     pub fn advance(&mut self, steps: u64) {
-        let Self { members, failures, groups, grouped, .. } = self;
-        let mut first = 0;
-        for group in groups {
-            let own = first..first + group.count();
-            group.advance(&mut members[own.clone()], &mut failures[own], steps);
-            first += group.count();
-        }
-        for (member, failure) in members.iter_mut().zip(failures).skip(*grouped) {
-            for _ in 0..steps {
-                if failure.is_none() {
-                    *failure = member.step().err();
-                }
+        self.advance_on(NonZeroUsize::MIN, steps);
+    }
+
+    /// The same on several threads, which share the groups of members among them: no bit depends on
+    /// their number.
+    pub fn advance_on(&mut self, threads: NonZeroUsize, steps: u64) {
+        let Self { members, failures, groups, .. } = self;
+        let mut shares: Vec<Vec<Share<'_>>> = (0..threads.get()).map(|_| Vec::new()).collect();
+        let (mut members, mut failures) = (&mut members[..], &mut failures[..]);
+        let mut groups = groups.iter_mut();
+        for turn in (0..threads.get()).cycle() {
+            let group = groups.next();
+            let count = group.as_ref().map_or(1, |group| group.count()).min(members.len());
+            let (own, rest) = members.split_at_mut(count);
+            let (failed, others) = failures.split_at_mut(count);
+            (members, failures) = (rest, others);
+            if own.is_empty() {
+                break;
             }
+            shares[turn].push(Share { group, members: own, failures: failed });
         }
+        let advance = |shares: Vec<Share<'_>>| {
+            shares.into_iter().for_each(|share| share.advance(steps));
+        };
+        let first = shares.swap_remove(0);
+        std::thread::scope(|scope| {
+            for own in shares.into_iter().filter(|own| !own.is_empty()) {
+                scope.spawn(move || advance(own));
+            }
+            advance(first);
+        });
     }
 
     /// A member where it stands: its state, its system, its constraints.
@@ -205,7 +247,7 @@ fn model(mechanism: &Mechanism, system: &SeparableSystem, options: &Options) -> 
         && !mechanism.has_loops()
         && mechanism.description().particles.is_empty()
         && mechanism.description().scalars.is_empty()
-        && !system.has_variable_forces();
+        && !system.has_other_forces();
     if !applies {
         return None;
     }

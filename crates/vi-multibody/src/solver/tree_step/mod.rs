@@ -1,8 +1,8 @@
 //! The nodal scheme (28) on trees of bodies, a few sweeps for each iteration.
 //!
-//! Its formulas stand in [`crate::sweep`], as those of all trees of bodies.
+//! Its formulas stand in `crate::sweep`, as those of all trees of bodies.
 //!
-//! Springs, dampers and motors on joint coordinates act on their unknown alone (`efforts.rs`); what
+//! Springs, dampers and motors on joint coordinates act on their unknown alone (`solver/efforts.rs`); what
 //! depends on coordinates otherwise (springs between points, loads) is added to balances and blocks
 //! as it is emitted.
 //!
@@ -11,7 +11,6 @@
 //! operators of [`crate::run`].
 #![allow(non_snake_case)] // A, D, E, K, S
 
-mod efforts;
 pub(in crate::solver) mod part;
 pub(in crate::solver) mod velocity;
 pub(in crate::solver) mod workspace;
@@ -23,9 +22,9 @@ use crate::geometry::spatial::SpatialMatrix;
 use crate::mechanism::Mechanism;
 use crate::pair::Transfer;
 use crate::solver::body_blocks::BodyBlocks;
+use crate::solver::efforts::{Efforts, Times};
 use crate::sweep::link::{self, Link, Work};
 use crate::tree::{self, Tree};
-use efforts::Efforts;
 use nalgebra::{Matrix3, Vector3};
 use part::Links;
 use vi_constraints::Constraints;
@@ -142,7 +141,9 @@ impl TreeStep {
         if let Some(variable) = variable {
             variable.assemble((system, &*tree), s, &at.links);
         }
-        efforts.assemble(system, s, (&at.links, &mut at.works, &mut at.columns));
+        efforts.slopes(system, Times::of(s), |link, unknown, slope| {
+            at.column_mut(link, unknown).slope = slope;
+        });
         at.release_links();
     }
 
@@ -246,7 +247,7 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
         let Self { at, weight, impulse, efforts, s, .. } = self;
         state.open_start(s, step.h);
         s.end_at(step.t_end);
-        efforts.begin(system, state);
+        efforts.begin(system, state.configuration());
         let half = 0.5 * step.h;
         impulse.iter_mut().zip(weight).for_each(|(impulse, w)| *impulse = half * *w);
         at.open([&state.q, &state.p, impulse]);
@@ -272,7 +273,7 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
             variable.add_balance(system, s, &mut at.works, &at.links);
         }
         at.pull_back(r); // P(q_n)ᵀ
-        efforts.evaluate(system, s, u);
+        efforts.evaluate(system, Times::of(s), u);
         efforts.add_balance(r);
     }
 
@@ -288,7 +289,7 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
 
     /// Only the motion: the balance is evaluated with the momenta at the end of the step.
     fn settle(&mut self, system: &SeparableSystem, u: &[f64]) -> Result<bool, Fault> {
-        self.efforts.evaluate(system, &self.s, u);
+        self.efforts.evaluate(system, Times::of(&self.s), u);
         self.at.advance(u, None).map(|()| true)
     }
 

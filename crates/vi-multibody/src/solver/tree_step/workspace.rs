@@ -88,6 +88,11 @@ impl Workspace {
         substitute_links((links, range), works, (columns, gains), u, x).sqrt()
     }
 
+    /// The column of an unknown of a link.
+    pub(super) fn column_mut(&mut self, link: usize, unknown: usize) -> &mut ColumnWork<One> {
+        link::column_mut(&self.links[link], &mut self.works[link], &mut self.columns, unknown)
+    }
+
     /// [`finish::close`] of an interval.
     pub(super) fn close(&self, s: &mut Interval) {
         close_links(&self.links, &self.works, s);
