@@ -74,7 +74,7 @@ pub fn sensor_columns(table: &TimeSeries, model: Option<&Model>) -> Vec<Column> 
     }
     let bare = |name: &String| {
         let (sensor, part) = name.split_once('.').unwrap_or((name, ""));
-        let quantity = if part == "unique" { "" } else { "value" };
+        let quantity = if part == sensor::UNIQUE { "" } else { "value" };
         Column { sensor: sensor.to_owned(), part: part.to_owned(), quantity, unit: "" }
     };
     table.columns.iter().map(bare).collect()

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use holonom_model::{Model, ReactionFrame, Sensor, SensorKind};
 use holonom_sim::output::TimeSeries;
+use holonom_sim::sensor::REACTION;
 use serde::Serialize;
 
 use super::encoded;
@@ -53,9 +54,9 @@ impl<'a> Measured<'a> {
         let kind = |sensor: &&Sensor| {
             sensor.kind == SensorKind::Reaction && sensor.frame == Some(ReactionFrame::Space)
         };
+        let [fx, fy, fz, ..] = REACTION;
         let reaction = |sensor: &Sensor| {
-            let forces =
-                self.columns(["fx", "fy", "fz"].map(|f| format!("{}.{f}", sensor.name)))?;
+            let forces = self.columns([fx, fy, fz].map(|f| format!("{}.{f}", sensor.name)))?;
             Some(Reaction { end: parts.child_end(&sensor.of)?, forces })
         };
         model.sensors.iter().filter(kind).filter_map(reaction).collect()
