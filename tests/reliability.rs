@@ -1,18 +1,22 @@
 //! Short forms of the three harnesses of reliability, and the harnesses themselves: what is wrong
 //! on purpose is found.
 
+use holonom_reliability::fuzz::lane::{Lane, Watch};
+use holonom_reliability::fuzz::targets::{Answer, Target, all};
+use holonom_reliability::fuzz::{self, limits};
+use holonom_reliability::interrupt;
+use holonom_reliability::mutants;
+use holonom_reliability::soak::defects::Defect;
+use holonom_reliability::soak::judge::{Checks, judge};
+use holonom_reliability::soak::minimise::minimise;
+use holonom_reliability::soak::tally::Tally;
+use holonom_reliability::soak::{self, draw::Draw, generate::mechanism};
 use std::path::PathBuf;
 use vi_testkit::CountingAllocator;
-use xtask::fuzz::lane::{Lane, Watch};
-use xtask::fuzz::targets::{Answer, Target, all};
-use xtask::fuzz::{self, limits};
-use xtask::interrupt;
-use xtask::reliability::mutants;
-use xtask::soak::defects::Defect;
-use xtask::soak::judge::{Checks, judge};
-use xtask::soak::minimise::minimise;
-use xtask::soak::tally::Tally;
-use xtask::soak::{self, draw::Draw, generate::mechanism};
+
+mod robust {
+    mod restated_models;
+}
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;

@@ -2,8 +2,8 @@
 //! a mechanism that is turned, moved, stated in another order or in other units.
 
 use holonom::Model;
+use holonom_reliability::soak::restated::largest_difference;
 use vi_testkit::model::{arm_and_hand, body_at};
-use xtask::soak::restated::largest_difference;
 
 /// Pairs with their keys and their lengths (`l`) and angles (`a`).
 const PAIRS: [(&str, &str, &str); 7] = [

@@ -2,14 +2,8 @@
 
 pub mod compare;
 pub mod figures;
-pub mod fuzz;
-pub mod interrupt;
 pub mod notation;
 pub mod program;
-pub mod reliability;
 pub mod roundoff;
-mod scratch;
-pub mod soak;
 pub mod stability;
-mod text_file;
 pub mod verify;

@@ -1,11 +1,10 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
+use holonom_reliability::{self as reliability, fuzz, interrupt, soak};
 use std::process::ExitCode;
 use vi_testkit::CountingAllocator;
 use xtask::program::cargo;
-use xtask::{
-    compare, figures, fuzz, interrupt, notation, reliability, roundoff, soak, stability, verify,
-};
+use xtask::{compare, figures, notation, roundoff, stability, verify};
 
 /// Measures the memory that an input of `fuzz` takes.
 #[global_allocator]

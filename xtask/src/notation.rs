@@ -6,7 +6,7 @@
 //! that which declares the first identifier of that column; in the table of equations it is the
 //! first line of code with the label of the equation in a comment, such as `// (28)` or `// [6.4]`.
 
-use crate::text_file;
+use holonom_reliability::text_file;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

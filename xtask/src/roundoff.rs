@@ -6,7 +6,6 @@
 //! for a drift. The same run with the rounding errors of each step thrown away ([`Compensation`])
 //! stands beside it.
 
-use crate::text_file;
 use holonom::verification::growth::{NoGrowth, growth};
 use holonom::vi_constraints::Integrator;
 use holonom::vi_constraints::discretization::Discretization;
@@ -14,6 +13,7 @@ use holonom::vi_core::compensation::Compensation;
 use holonom::vi_core::momentum_map::Momentum;
 use holonom::vi_multibody::mechanism::Mechanism;
 use holonom::{Model, Override, Simulation};
+use holonom_reliability::text_file;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;

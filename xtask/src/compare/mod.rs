@@ -13,12 +13,12 @@ mod markdown;
 mod tables;
 mod values;
 
-use crate::text_file;
 use holonom::compare::linearization::{Linearizations, linearizations};
 use holonom::compare::{Comparison, Record, Request, compare};
 use holonom::model::{LinearSolver, Scheme};
 use holonom::verification::trend::{Trend, trend};
 use holonom::{Model, RunOutcome, Simulation};
+use holonom_reliability::text_file;
 use std::path::Path;
 use std::process::Command;
 

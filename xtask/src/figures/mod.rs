@@ -12,7 +12,7 @@ mod orbit;
 mod page;
 mod pendulum;
 
-use crate::text_file;
+use holonom_reliability::text_file;
 use std::path::Path;
 
 use holonom::report::{Chart, Curve, Picture};

@@ -7,8 +7,8 @@
 
 mod blade;
 
-use crate::text_file;
 use blade::{Blade, Rule};
+use holonom_reliability::text_file;
 use std::path::Path;
 
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/stability.md");

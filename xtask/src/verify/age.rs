@@ -1,6 +1,6 @@
 //! Whether `VERIFICATION.md` is of the integrators as they are.
 
-use crate::text_file;
+use holonom_reliability::text_file;
 use std::path::Path;
 use std::process::Command;
 

@@ -15,10 +15,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use crate::text_file;
 use cases::Case;
 use holonom::verification::certificate::{Certificate, Criterion, Finding, Verdict, counts};
 use holonom::verification::certify::certify;
+use holonom_reliability::text_file;
 use long_tests::LongTests;
 use mutants::table::Found;
 use serde::{Deserialize, Serialize};

@@ -28,8 +28,9 @@ pub mod sweep;
 pub mod tables;
 
 use super::mutate;
+use crate::program;
 use crate::soak::draw::Draw;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The answer to an input.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -96,7 +97,7 @@ pub fn all() -> Vec<Box<dyn Target>> {
 
 /// A folder of the repository.
 pub(super) fn repository(folder: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder)
+    program::repository().join(folder)
 }
 
 /// The contents of the files of a folder, by name.

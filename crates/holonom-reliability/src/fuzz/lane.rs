@@ -4,8 +4,8 @@
 use super::defects::Defect;
 use super::tally::{Case, Tally};
 use super::targets::{Answer, Target};
-use crate::reliability::guard::guarded;
-use crate::reliability::shape::shape;
+use crate::guard::guarded;
+use crate::shape::shape;
 use crate::soak::draw::Draw;
 use crate::soak::tally::Reason;
 use std::path::Path;

@@ -1,14 +1,14 @@
 //! `RELIABILITY.md` from the stored numbers.
 
-use super::mutants;
-use super::stored::Stored;
 use crate::fuzz::limits;
 use crate::fuzz::tally::Tally as FuzzTally;
 use crate::fuzz::targets::{self, Answer};
 use crate::interrupt::Kind;
 use crate::interrupt::tally::{Row, Tally as InterruptTally};
+use crate::mutants;
 use crate::soak::bounds;
 use crate::soak::tally::{Largest, Reason, Tally as SoakTally};
+use crate::stored::Stored;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -18,7 +18,7 @@ const FINDINGS: &str = include_str!("findings.md");
 /// Numbers of all targets.
 pub type FuzzTallies = BTreeMap<String, FuzzTally>;
 
-pub(super) fn page(
+pub(crate) fn page(
     soak: &Stored<SoakTally>,
     fuzz: &Stored<FuzzTallies>,
     interrupt: &Stored<InterruptTally>,
@@ -108,7 +108,7 @@ fn inputs(out: &mut String, Stored { seed, found }: &Stored<FuzzTallies>) {
     let _ = write!(
         out,
         "\n## Inputs\n\nMutated inputs, seed {seed}. An answer is right if the input is accepted, or refused in words, in bounded time and \
-         memory; what an accepted input must fulfil stands in `xtask/src/fuzz/targets/mod.rs`.\n\n\
+         memory; what an accepted input must fulfil stands in `crates/holonom-reliability/src/fuzz/targets/mod.rs`.\n\n\
          | target | executions | accepted | kinds of refusals | largest memory | faults |\n|---|---|---|---|---|---|\n"
     );
     let order: Vec<&str> = targets::all().iter().map(|target| target.name()).collect();

@@ -1,7 +1,7 @@
 //! Inputs that are large, deep, or no files: each is answered in words.
 
 use super::targets::Answer;
-use crate::reliability::guard::guarded;
+use crate::guard::guarded;
 use holonom::model::{Meshes, read_text};
 use holonom::{Model, ModelError, Override};
 use std::path::Path;

@@ -6,7 +6,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// The path, and why it cannot be read.
-pub(crate) fn read(path: &Path) -> Result<String, String> {
+pub fn read(path: &Path) -> Result<String, String> {
     std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
@@ -14,7 +14,7 @@ pub(crate) fn read(path: &Path) -> Result<String, String> {
 ///
 /// # Errors
 /// The path, and why it cannot be written.
-pub(crate) fn write(path: &Path, text: &str) -> Result<(), String> {
+pub fn write(path: &Path, text: &str) -> Result<(), String> {
     let written = holonom::output::atomically(path, |temporary| std::fs::write(temporary, text));
     written.map_err(|error| format!("{}: {error}", path.display()))
 }

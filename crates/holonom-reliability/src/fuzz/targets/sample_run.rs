@@ -6,10 +6,10 @@ use std::convert::Infallible;
 use std::path::Path;
 
 /// The model: bodies, a beam, a point mass, sensors, a prescribed motion.
-pub(super) const MODEL: &str = include_str!("../../../../tests/corpus/model/all_sections.toml");
+pub(super) const MODEL: &str = include_str!("../../../../../tests/corpus/model/all_sections.toml");
 
 /// The model of states: as many kinds of parts in fewer coordinates.
-const SMALL: &str = include_str!("../../../../tests/corpus/state/small.toml");
+const SMALL: &str = include_str!("../../../../../tests/corpus/state/small.toml");
 
 /// The model, resolved.
 pub(super) fn model() -> Result<Model, String> {

@@ -21,8 +21,8 @@ pub mod tally;
 
 pub use kind::Kind;
 
+use crate::part::{Part, number};
 use crate::program;
-use crate::reliability::part::{Part, number};
 use defects::Defect;
 use experiment::{Outcome, experiment, references};
 use std::sync::Mutex;

@@ -11,7 +11,7 @@
 //! | [`defects`] | the harness itself: defects that it must find |
 //!
 //! There is no feedback of coverage. An input whose error message has a new shape
-//! ([`crate::reliability::shape`]) is mutated further in its place.
+//! ([`crate::shape`]) is mutated further in its place.
 
 pub mod defects;
 pub mod lane;
@@ -21,7 +21,7 @@ pub mod structure;
 pub mod tally;
 pub mod targets;
 
-use crate::reliability::part::{Part, number};
+use crate::part::{Part, number};
 use lane::{Lane, Watch};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

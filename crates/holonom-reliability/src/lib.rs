@@ -1,27 +1,35 @@
-//! What the three harnesses of reliability share, and `cargo xtask reliability`, which writes
-//! `RELIABILITY.md`.
+//! The harnesses of reliability, which try to make the program fail, and the page of what they
+//! found. `cargo xtask` runs them; not published.
 //!
-//! | file | concept |
+//! | module | concept |
 //! |---|---|
-//! | [`stored`], `page` | the numbers of the harnesses, and the page from them |
+//! | [`soak`] | random valid mechanisms, assembled, stepped and judged |
+//! | [`fuzz`] | mutated inputs for everything that reads |
+//! | [`interrupt`] | runs that are disturbed, and continued |
+//! | [`stored`], `page` | the numbers of the harnesses, and `RELIABILITY.md` from them: [`run`] |
 //! | [`part`] | options of all harnesses |
 //! | [`mutants`] | defects made on purpose, which the harnesses must find |
 //! | [`guard`] | panics as data |
 //! | [`shape`] | kinds of messages |
+//! | `program` | the program `holonom` as a process, and the repository |
+//! | `scratch`, [`text_file`] | temporary folders; text files with errors in words |
 
+pub mod fuzz;
 pub mod guard;
+pub mod interrupt;
 pub mod mutants;
 mod page;
 pub mod part;
+mod program;
+mod scratch;
 pub mod shape;
+pub mod soak;
 pub mod stored;
+pub mod text_file;
 
 pub use page::FuzzTallies;
 
-use crate::interrupt;
-use crate::soak::tally::Tally;
-use crate::text_file;
-use std::path::Path;
+use soak::tally::Tally;
 use stored::Stored;
 
 /// Writes the page: `--soak FILE… --fuzz FILE… --interrupt FILE…`, the parts of one run each.
@@ -42,7 +50,6 @@ pub fn run(options: &[&str]) -> Result<(), String> {
         part.into_iter().for_each(|(name, tally)| all.entry(name).or_default().add(tally));
     })?;
     let interrupt = Stored::read(interrupt, &mut |all, part| interrupt::tally::add(all, part))?;
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("no root")?;
-    let path = root.join("RELIABILITY.md");
+    let path = program::repository().join("RELIABILITY.md");
     text_file::write(&path, &page::page(&soak, &fuzz, &interrupt))
 }

@@ -6,6 +6,7 @@ use super::defects::Defect;
 use super::kind::Kind;
 use super::process::{Disturbance, Ended, Process};
 use super::results::{Results, torn};
+use crate::program;
 use crate::scratch::Scratch;
 use crate::soak::draw::Draw;
 use serde_json::Value;
@@ -49,7 +50,7 @@ pub(super) fn references(program: &Path) -> Result<&'static [Reference], String>
 }
 
 fn run_all(program: &Path) -> Result<Vec<Reference>, String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("no root")?;
+    let root = program::repository();
     let reference = |(name, options): (&str, &'static [&'static str])| {
         let model = root.join(format!("examples/models/{name}.toml"));
         let (scratch, begin) = (Scratch::new("interrupt"), Instant::now());

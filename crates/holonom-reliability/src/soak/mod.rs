@@ -27,7 +27,7 @@ pub mod trace;
 
 pub use invariants::{Measured, bounds};
 
-use crate::reliability::part::{Part, number};
+use crate::part::{Part, number};
 use crate::text_file;
 use defects::Defect;
 use generate::mechanism;

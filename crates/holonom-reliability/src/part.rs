@@ -1,7 +1,7 @@
 //! Which part of its experiments a harness carries out, and where its numbers go: options of all
 //! harnesses.
 
-use super::stored::Stored;
+use crate::stored::Stored;
 use holonom::sweep::Shard;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
