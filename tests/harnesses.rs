@@ -1,7 +1,9 @@
-//! The verifier is judged itself: it finds what is wrong on purpose. So is the text of the sources.
+//! The verifier is judged itself: it finds what is wrong on purpose. So are the sources and the
+//! packages.
 #![allow(clippy::unwrap_used)] // tests
 
 mod comments;
+mod packages;
 
 mod robust {
     mod broken_integrators;

@@ -13,7 +13,7 @@ use crate::{stderr, stdout};
 
 macro_rules! models {
     ($($name:literal),* $(,)?) => {
-        &[$(($name, include_str!(concat!("../../../examples/models/", $name, ".toml")))),*]
+        &[$(($name, include_str!(concat!("../models/", $name, ".toml")))),*]
     };
 }
 
