@@ -7,6 +7,11 @@
 //! Both formats become the same `Robot`: links with joints. What has no counterpart in a model file
 //! is listed as a [`Remark`]; nothing is dropped silently. The initial configuration is the one
 //! that the description draws, with all joints at zero, unless [`Options::values`] says otherwise.
+//!
+//! | type | is |
+//! |---|---|
+//! | [`Imported`], [`Remark`] | a translated robot: text, model, what it lacks |
+//! | [`Options`] | initial values, free base, closed loops and what else is asked for |
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

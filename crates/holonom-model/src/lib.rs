@@ -6,6 +6,12 @@
 //! All units are SI, angles in rad. Unknown keys are errors. What is wrong is said all at once
 //! where that is sensible: first everything that cannot be read, then everything that makes no
 //! sense, then every bar and joint that the initial values violate.
+//!
+//! | type | is |
+//! |---|---|
+//! | [`Model`], [`ModelText`] | the valid description; the files that it is read from |
+//! | [`Mesh`], [`Meshes`], [`BodySurface`] | the triangles of a file; the meshes of a model, each read once; a mesh in the frame of its body |
+//! | [`ModelError`], [`Problem`] | all that is wrong with a model, each with its place and what to write instead |
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]

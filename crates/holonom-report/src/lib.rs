@@ -1,4 +1,9 @@
 //! Plots and the report page of a run, made from the files of its folder.
+//!
+//! | type | is |
+//! |---|---|
+//! | [`Chart`], [`Drawing`] | curves with their axes; lines, areas and words as SVG, PDF, PNG |
+//! | [`Scene`] | what moves on a page: motions over one another, equilibria, modes, one configuration |
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

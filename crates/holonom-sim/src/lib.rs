@@ -17,6 +17,13 @@
 //! | [`sensor`] | what its sensors measure there |
 //! | [`output`] | the files of a run |
 //!
+//! | type | is |
+//! |---|---|
+//! | [`Simulation`](simulation::Simulation), [`Statics`](statics::Statics) | what runs: a motion, or equilibria |
+//! | [`Sample`](sample::Sample), [`Summary`](output::Summary) | a recorded node; a run in numbers |
+//! | [`RunState`], [`Recorder`](output::Recorder), [`Checkpoint`](output::Checkpoint) | a run between two steps: its state, its files, both in one file |
+//! | `RowTable`, [`Column`](sensor::Column) | the files of rows and their columns, for all who write or read them |
+//!
 //! This crate writes files; it draws nothing and knows no terminal.
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

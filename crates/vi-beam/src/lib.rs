@@ -19,6 +19,12 @@
 //! | [`frequency`] | a bound of the highest frequency |
 //! | [`section_force`] | section forces, centre line |
 //!
+//! | type | is |
+//! |---|---|
+//! | [`BeamBuilder`], [`BeamElements`] | `builder.beam(…)`: the nodes of a beam in a `MechanismBuilder`; the elements of all beams |
+//! | [`BeamModel`] | beams and bodies in one `Description` that is edited by hand |
+//! | [`Section`], [`Mesh`], [`Element`] | stiffness and inertia of a section; nodes along a curve; energy and mass between nodes |
+//!
 //! Source: theory §6; P. Betsch, P. Steinmann, IJNME 54 (2002) 1775–1788; S. Leyendecker, P.
 //! Betsch, P. Steinmann, Multibody Syst. Dyn. 19 (2008) 45–72.
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine

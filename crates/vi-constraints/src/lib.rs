@@ -28,6 +28,19 @@
 //! | [`galerkin`] | schemes of order `2s` with `s` control points per step |
 //! | [`setup`], [`integrator`] | options and refusals; all of it together |
 //!
+//! | type | is |
+//! |---|---|
+//! | [`Constraints`], `IndependentRows` | trait: `g`, `G`, `D²g`, rates in time; which of them are enforced |
+//! | [`Reparametrization`], [`NodalOperators`] | traits: `P`, `F_d`, `∂F_d/∂u`, as matrices or as operators |
+//! | [`NodalEquations`](nodal::NodalEquations) | trait: (28) in the unknowns of a mechanism |
+//! | [`Sweeps`](galerkin::Sweeps), [`ControlPointOperators`] | traits: what the nodal form of the Galerkin schemes asks of a mechanism, for all control points or for one |
+//! | [`Scheme`](scheme::Scheme), [`Discretization`](discretization::Discretization) | traits: the equations of a step; what a family of schemes provides |
+//! | [`StepSolver`](scheme::StepSolver), [`Options`], [`InitialValues`] | Newton's method for any scheme; what to integrate with; what from |
+//! | [`Integrator`], [`Transition`](discretization::Transition), [`Node`](node::Node) | system + constraints + scheme + composition: an iterator of steps; the node before a step, the step, the node after it; the quantities of a node |
+//! | [`NodeSolvers`](node_solvers::NodeSolvers), [`RateOperators`](node_solvers::RateOperators) | `v̂` and `λ` of a node from the structure of a mechanism; without them by the saddle-point matrix |
+//! | [`FastestMotions`](fastest_motion::FastestMotions) | the fastest vibrations about a node, with and without potentials: what a step has to resolve |
+//! | [`LegendreTransforms`], [`TangentMap`](tangent_map::TangentMap) | (34)–(42) of given configurations; the exact tangent of a step |
+//!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708 (LMO08).
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]

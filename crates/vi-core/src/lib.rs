@@ -30,6 +30,22 @@
 //! | [`state`] | all that the future of a motion depends on |
 //! | [`momentum_map`] | discrete Noether quantities |
 //!
+//! | type | is |
+//! |---|---|
+//! | [`Interval`] | `(q_n, q_{n+1})` with `Δq` and the midpoint: the argument of every discrete function |
+//! | [`Configuration`] | `(t, q)` with unwrapped joint angles: the argument at a node |
+//! | [`MechanicalSystem`] | trait: `M`, `V(q)`, `f(t, q, v)` |
+//! | [`DiscreteLagrangian`], [`SeparableSystem`] | trait: `L_d`, its slot derivatives, discrete forces; its usual implementation |
+//! | [`Entries`], [`SparseMatrix`] | a matrix is emitted entry by entry, multiples of `I_3` and outer products as one; the first emission fixes the pattern |
+//! | [`DenseLu`](linear::DenseLu), [`PivotedQr`](dense::PivotedQr) | dense factorizations with equal bits on every processor |
+//! | [`BlockLu`](block_lu::BlockLu) | sparse LU of blocks of up to six rows, without fill on chains and trees |
+//! | [`Newton`](newton::Newton), [`NewtonProblem`](newton::NewtonProblem) | the one nonlinear solver: exact Jacobian, to the round-off floor |
+//! | [`State`], [`Compensation`](compensation::Compensation) | `(step, t, q_n, p̄_n)`, angles, internal variables, rounding errors, history, memory |
+//! | [`CoordinateForce`](coordinate_force::CoordinateForce), [`AlongUnknown`](coordinate_force::AlongUnknown) | trait: what acts along an unknown of a step, and which it is |
+//! | [`GaussLobatto`](galerkin::GaussLobatto), [`GalerkinPencil`](galerkin_pencil::GalerkinPencil) | constants of the Galerkin schemes; the matrix of a step, diagonal in the control points |
+//! | [`StrainInterpolation`](interpolation::StrainInterpolation) | trait: potentials and forces of strains on the polynomial of a Galerkin step |
+//! | [`Lanes`](lanes::Lanes), [`Register`](lanes::Register) | numbers side by side with equal bits on every processor |
+//!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, Variational integrators for constrained
 //! dynamical systems, ZAMM 88 (2008) 677–708, cited as LMO08 with its equation numbers.
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine

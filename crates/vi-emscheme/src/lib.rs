@@ -30,6 +30,11 @@
 //! | [`tangent_map`] | the tangent of a step: the symplectic form is not kept |
 //! | [`integrator`], [`run`] | the integrator of any constraints; of mechanisms |
 //!
+//! | type | is |
+//! |---|---|
+//! | [`EmSystem`], [`DiscreteGradient`], [`DiscreteConstraints`] | the system of the energy–momentum schemes; traits: `D̄V`, `Ḡ` |
+//! | [`EmIntegrator`], [`EmForm`] | their integrator of any constraints, and its three forms |
+//!
 //! Sources: P. Betsch, S. Leyendecker, IJNME 67 (2006) 499–552 (BL06); O. Gonzalez, J. Nonlinear
 //! Sci. 6 (1996) 449–467 (G96).
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine

@@ -27,6 +27,19 @@
 //!
 //! Each folder uses only those above it.
 //!
+//! | type | is |
+//! |---|---|
+//! | [`PairKind`], `MotionSubspace`, `PairConstraint` | pairs; the columns of `S` and the rows of `g_ex` that define one |
+//! | [`Joint`], [`Description`], [`Mechanism`] | joints; a mechanism as data; its constraints, mass, spanning tree |
+//! | [`MechanismBuilder`], [`ForceElements`] | a mechanism described in Rust; what acts on it, as data for any family of schemes |
+//! | `JointCoordinate`, `JointSpring`, `JointForce` | a length or an angle of a joint; what acts along it |
+//! | `NearlyRedundant`, `LoopSurvey` | constraints of loops that are redundant but for the digits of a file; loops as they are found, locked or not |
+//! | `TreeStep`, `TreeVelocity`; `LoopStep`, `LoopVelocity` | the nodal scheme on trees of bodies, in sweeps of its own; `v̂` of a node by them; the same with closed loops on top |
+//! | `TreeNodal`, `LoopNodal`, `SparseNodal`, `TreeDescriptor`, `Beside` | `NodalOperators`: trees, closed loops, coupled bodies and beams, deep coupled trees and point masses, bodies beside point masses |
+//! | `TreeSweeps`, `LoopSweeps`, `CoupledSweeps` | Galerkin schemes on trees with control points side by side, on closed loops, on trees with beams |
+//! | `Ensemble` | many members of one tree in the lanes of wide registers, each as its own integrator would move it |
+//! | [`ReactionObserver`], `ClosureForces` | what joints transmit, from the constraint force of a node; multipliers of the closures for it |
+//!
 //! Conserved to round-off: the constraints at positions and velocities, and the momentum maps of
 //! every symmetry that gravity, springs and ground joints leave. This crate knows no beam and no
 //! file.

@@ -17,6 +17,12 @@
 //! | [`load`], [`time_history`] | wrenches on a frame | |
 //! | [`single_body`] | a body that is free or held at one point | §4 |
 //!
+//! | type | is |
+//! |---|---|
+//! | [`RigidBody`], [`PrincipalInertia`], [`SingleBody`] | mass matrix and internal constraints of one body; its inertia; a body that is free or held at a point |
+//! | [`Polyhedron`] | mass properties of a closed surface of triangles |
+//! | [`Load`], [`TimeHistory`] | wrenches on a frame, with a factor in time |
+//!
 //! Directors are numbered from 0 in code and from 1 in formulas and messages. This crate knows no
 //! joint except the fixed point and no system of bodies.
 //!

@@ -22,6 +22,11 @@
 //! | [`limit`] | bending of an element between its nodes |
 //! | `equations` | residual, exact sparse tangent, independent rows, scaled solution |
 //!
+//! | type | is |
+//! |---|---|
+//! | [`StaticProblem`], [`StaticPath`] | equilibria and paths of equilibria |
+//! | [`Modes`], [`Vibrations`] | small vibrations, undamped, and with dampers or gyroscopic forces |
+//!
 //! A system is any [`vi_core::SeparableSystem`] on a [`vi_multibody::Mechanism`]. This crate knows
 //! no beam: elastic elements are potentials, and the pairs of frames between which a step may not
 //! bend too far.

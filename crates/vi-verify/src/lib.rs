@@ -16,6 +16,11 @@
 //! | [`certify`], [`judge`], [`certificate`] | everything measured and judged |
 //! | [`table`] | its findings as tables |
 //!
+//! | type | is |
+//! |---|---|
+//! | [`Subject`](subject::Subject), [`Motion`](subject::Motion) | what is verified; its motion by any method |
+//! | [`Certificate`](certificate::Certificate), [`Finding`](certificate::Finding) | findings with their reasons |
+//!
 //! Every statistic returns an error with the reason where the numbers are not sufficient for it.
 
 #![forbid(unsafe_code)]
