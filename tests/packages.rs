@@ -42,7 +42,7 @@ fn packages_state_what_a_registry_asks_for() {
     }
 }
 
-/// A path in `include_str!` and `include_bytes!` begins in the folder of its file; above `src` there
+/// A path in `include_str!` or `include_bytes!` begins in the folder of its file; above `src` there
 /// is the folder of the package.
 #[test]
 fn packages_include_their_own_files_alone() {

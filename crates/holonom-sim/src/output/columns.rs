@@ -6,8 +6,8 @@
 //! | `residuals.csv` | [`RESIDUALS`]; in statics [`UNSTABLE`] |
 //! | `energy.csv` | [`KINETIC`], [`GRAVITY`], [`ELASTIC`], [`SPRINGS`], [`TOTAL`], [`work`] of each source, [`BALANCE`] |
 //! | `sensors.csv` | those of [`crate::sensor::Column`] |
-//! | `beams.csv` | [`BEAMS`] |
-//! | `momenta.csv` | the groups [`MULTIPLIERS`], [`MOMENTA`], [`REDUCED`]; `ENERGY.kinetic` and `ENERGY.potential` of [`NODE_ENERGIES`] |
+//! | `beams.csv` | [`PLACE`], [`SECTION`] |
+//! | `momenta.csv` | the groups [`MULTIPLIERS`], [`MOMENTUM`], [`PROJECTED`], [`REDUCED`]; `ENERGY.kinetic` and `ENERGY.potential` of [`NODE_ENERGIES`] |
 //!
 //! Whoever writes or reads these files takes names, units and places from here.
 

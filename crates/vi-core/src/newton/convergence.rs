@@ -1,7 +1,7 @@
 //! When the corrections of Newton's method are small enough; the criteria are those of
 //! [`crate::newton`].
 
-/// `√ε/2`, the usual [`crate::newton::NewtonProblem::closing_size`].
+/// `√ε/2`, the usual [`crate::newton::Precision::closing_size`].
 pub const CLOSING_SIZE: f64 = 1.0 / (1 << 27) as f64;
 
 /// Where the corrections of a solve are small enough.
@@ -9,9 +9,9 @@ pub const CLOSING_SIZE: f64 = 1.0 / (1 << 27) as f64;
 pub struct Limits {
     /// Relative size of what may be left over.
     pub tolerance: f64,
-    /// See [`crate::newton::NewtonProblem::noise`].
+    /// See [`crate::newton::Precision::noise`].
     pub noise: f64,
-    /// See [`crate::newton::NewtonProblem::closing_size`].
+    /// See [`crate::newton::Precision::closing_size`].
     pub closing_size: f64,
     /// Contraction of the residual that the largest of its entries may hide; see
     /// [`crate::newton::NewtonProblem::rotation`].
