@@ -63,8 +63,8 @@ pub struct SectionPlace {
 }
 
 impl SectionPlace {
-    /// In the initial configuration `q` the mean over an element, counted along the beam from 0: its middle, or its Gauss points by
-    /// their lengths.
+    /// In the initial configuration `q` the mean over an element, counted along the beam from 0:
+    /// its middle, or its Gauss points by their lengths.
     ///
     /// # Panics
     /// When there is no such element.

@@ -1,4 +1,5 @@
-//! The system of a mechanism with beams: mass, elastic energy by its rule, material damping, dissipation.
+//! The system of a mechanism with beams: mass, elastic energy by its rule, material damping,
+//! dissipation.
 
 use crate::averaged::{AveragedStrains, MASS_SCALING};
 use crate::damping::{self, StrainDamping};

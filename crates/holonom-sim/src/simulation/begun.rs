@@ -9,7 +9,8 @@
 //! | locked and nearly redundant loops | the configuration found |
 //! | bent elements | the beams in that configuration |
 //!
-//! Warnings are given in this order; those of rotations and vibrations follow ([`super::resolved`]).
+//! Warnings are given in this order; those of rotations and vibrations follow
+//! ([`super::resolved`]).
 
 use crate::assembly::{self, AssemblyReport};
 use crate::beams::Beams;

@@ -2,9 +2,9 @@
 //!
 //! Its formulas stand in `crate::sweep`, as those of all trees of bodies.
 //!
-//! Springs, dampers and motors on joint coordinates act on their unknown alone (`solver/efforts.rs`); what
-//! depends on coordinates otherwise (springs between points, loads) is added to balances and blocks
-//! as it is emitted.
+//! Springs, dampers and motors on joint coordinates act on their unknown alone
+//! (`solver/efforts.rs`); what depends on coordinates otherwise (springs between points, loads) is
+//! added to balances and blocks as it is emitted.
 //!
 //! Trees whose other potentials couple no two bodies, each of which has a mass matrix of multiples
 //! of `I_3`; all others, and the reduced scheme, are solved by [`crate::tree_nodal`] and the
