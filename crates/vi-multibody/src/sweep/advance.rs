@@ -78,13 +78,14 @@ pub(crate) fn advance<S: Space>(
                     move_along(s, (link, column.act), own, (&mut turn, &mut moved), &mut seen);
                 }
             }
+            // (84)
             Motion::Spherical => turn = rotation_by(s, s.read(u, link.unknown), &mut seen),
             Motion::Free => {
                 turn = rotation_by(s, s.read(u, link.unknown + 3), &mut seen);
-                moved = s.read(u, link.unknown);
+                moved = s.read(u, link.unknown); // (61)
             }
         }
-        shift = shift + moved;
+        shift = shift + moved; // (76)
         work.lever_next = (lever + moved).held();
         (work.turn, work.shift) = (turn.held(), shift.held());
         let Some(rate) = rate else { continue };

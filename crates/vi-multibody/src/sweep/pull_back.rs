@@ -39,7 +39,7 @@ pub(crate) fn pull_back<S: Space>(
             }
         }
         let Some(parent) = link.parent else { continue };
-        let transmitted = wrench.at_start_of(s.take(&work.lever));
+        let transmitted = wrench.at_start_of(s.take(&work.lever)); // (75)
         if link.follows_parent {
             carried = transmitted;
         } else {
