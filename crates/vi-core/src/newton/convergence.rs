@@ -1,6 +1,8 @@
 //! When the corrections of Newton's method are small enough; the criteria are those of
 //! [`crate::newton`].
 
+use super::Precision;
+
 /// `√ε/2`, the usual [`crate::newton::Precision::closing_size`].
 pub const CLOSING_SIZE: f64 = 1.0 / (1 << 27) as f64;
 
@@ -16,6 +18,16 @@ pub struct Limits {
     /// Contraction of the residual that the largest of its entries may hide; see
     /// [`crate::newton::NewtonProblem::rotation`].
     pub least_ratio: f64,
+}
+
+impl Limits {
+    /// Of a solve that stops at the `tolerance` or at rounding, where `precision` is known.
+    #[must_use]
+    pub fn of(tolerance: f64, precision: &Precision, least_ratio: f64) -> Self {
+        let Precision { noise, closing_size, resolution, .. } = *precision;
+        let tolerance = tolerance.max(resolution * f64::EPSILON);
+        Self { tolerance, noise, closing_size, least_ratio }
+    }
 }
 
 /// What the corrections of a solve say of its convergence.

@@ -270,13 +270,8 @@ impl Newton {
             let next = self.evaluate_with_search(problem, x, seen.residual, &mut report);
             let next = next.map_err(refused(iteration))?;
             report.residual = next;
-            let precision = problem.precision();
-            let limits = Limits {
-                tolerance: self.settings.tolerance.max(precision.resolution * f64::EPSILON),
-                noise: precision.noise,
-                closing_size: precision.closing_size,
-                least_ratio: self.least_ratio(problem, x),
-            };
+            let least_ratio = self.least_ratio(problem, x);
+            let limits = Limits::of(self.settings.tolerance, &problem.precision(), least_ratio);
             let Judgement { ratio, is_reached } = seen.judge(size.relative, next, limits);
             level = if ratio > 0.5 { level + 1 } else { 0 };
             let stopped = level >= LEVEL && self.is_round_off(problem, x);

@@ -16,7 +16,7 @@ use crate::sweep::pull_back::pull_back;
 use crate::sweep::substitute::substitute;
 use crate::tree::Tree;
 use vi_core::lanes::{Lanes, Register};
-use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Convergence, Limits, NewtonSettings};
+use vi_core::newton::{Block, BlockKind, Convergence, Limits, NewtonSettings, Precision};
 use vi_core::{Configuration, SeparableSystem};
 use vi_rigid::rotation::MAX_ROTATION;
 
@@ -181,6 +181,7 @@ impl<T: Register> Kernel<T> {
         let residual = self.evaluate(h, members);
         let mut seen: [Convergence; MOST] =
             std::array::from_fn(|k| Convergence::new(if k < count { residual.at(k) } else { 0.0 }));
+        let limits = Limits::of(settings.tolerance, &Precision::of_balances(), 0.0);
         for iteration in 1..=settings.max_iterations {
             if !self.what[..count].contains(&Lane::Running) {
                 return;
@@ -196,12 +197,6 @@ impl<T: Register> Kernel<T> {
                     continue;
                 }
                 let (size, next) = (size.at(lane), residual.at(lane));
-                let limits = Limits {
-                    tolerance: settings.tolerance.max(0.25 * f64::EPSILON),
-                    noise: 1e-9,
-                    closing_size: CLOSING_SIZE,
-                    least_ratio: 0.0,
-                };
                 let reached = seen[lane].judge(size, next, limits).is_reached;
                 if !(size.is_finite() && next.is_finite()) {
                     self.what[lane] = Lane::Refused;
