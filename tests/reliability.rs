@@ -1,5 +1,6 @@
 //! Short forms of the three harnesses of reliability, and the harnesses themselves: what is wrong
 //! on purpose is found.
+#![allow(clippy::unwrap_used)] // tests
 
 use holonom_reliability::fuzz::lane::{Lane, Watch};
 use holonom_reliability::fuzz::targets::{Answer, Target, all};
