@@ -112,7 +112,7 @@ mod robust {
 #[test]
 fn every_file_of_the_folder_is_a_module() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests");
-    let binaries = ["systems", "command_line", "harnesses"];
+    let binaries = ["systems", "command_line", "harnesses", "reliability"];
     let read = |path: &Path| std::fs::read_to_string(path).unwrap_or_default();
     let all = binaries.map(|name| read(&folder.join(name).with_extension("rs"))).concat();
     let mut folders = vec![folder.clone()];

@@ -12,6 +12,7 @@ use holonom::output::{BeamWriter, EnergyWriter, MomentaWriter, SensorWriter, Tra
 use holonom::vi_constraints::{Options, SchemeKind};
 use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
 use holonom::vi_multibody::ensemble::Ensemble;
+use holonom::vi_multibody::joint_force::Viscous;
 use holonom::vi_multibody::{FrameId, PairKind};
 use holonom::{Model, Override, Sample, Simulation};
 use std::fmt::Write;
@@ -173,30 +174,37 @@ fn while_recording(model: &Model) -> usize {
 /// they are.
 #[test]
 fn no_step_of_an_ensemble_allocates() {
-    let swing = |k: u32| {
+    let swing = |k: u32, acting: bool| {
         let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
         let bar = Inertia::principal(1.0 + 0.1 * f64::from(k), [0.01, 0.1, 0.1]);
         let mut parent = FrameId::Ground;
         for i in 0..4 {
             let link = builder.body("link", bar).at([f64::from(i) + 0.5, 0.0, 0.0]).id();
             let hinge = builder.joint("hinge", PairKind::Revolute, parent, link);
-            hinge.at([f64::from(i), 0.0, 0.0]).axis([0.0, 1.0, 0.0]);
+            let hinge = hinge.at([f64::from(i), 0.0, 0.0]).axis([0.0, 1.0, 0.0]).id();
+            if acting {
+                builder.joint_spring(hinge.coordinate(0), 3.0, 0.1);
+                builder.joint_force(hinge.coordinate(0), Viscous(0.2));
+            }
             parent = link.into();
         }
         builder.build().unwrap()
     };
     let options = Options::new(SchemeKind::Nodal, 1e-4);
-    let mut ensemble = Ensemble::new((0..8).map(swing), options).unwrap();
-    ensemble.advance(10);
-    let mut count = |steps: u64| {
-        let before = allocations();
-        ensemble.advance(steps);
-        allocations() - before
-    };
-    let [few, many] = [10, 1000].map(&mut count);
-    let alone = ensemble.steps_alone();
-    println!("{few} in a call of 10 steps, {many} in one of 1000, {alone} steps alone");
-    assert_eq!((few, alone), (many, 8));
+    for acting in [false, true] {
+        let mut ensemble = Ensemble::new((0..8).map(|k| swing(k, acting)), options).unwrap();
+        assert_eq!(ensemble.in_lanes(), 8);
+        ensemble.advance(10);
+        let mut count = |steps: u64| {
+            let before = allocations();
+            ensemble.advance(steps);
+            allocations() - before
+        };
+        let [few, many] = [10, 1000].map(&mut count);
+        let alone = ensemble.steps_alone();
+        println!("{few} in a call of 10 steps, {many} in one of 1000, {alone} steps alone");
+        assert_eq!((few, alone), (many, 8), "acting {acting}");
+    }
 }
 
 #[test]

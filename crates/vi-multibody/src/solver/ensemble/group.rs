@@ -196,7 +196,8 @@ impl<T: Register> Lanewise<T> {
     fn step(&mut self, members: &mut [MechanismIntegrator], failures: &mut [Option<StepError>]) {
         let sub_steps = self.sub_steps.len();
         let mut alone = [false; MOST];
-        let mut times: Vec<f64> = self.at.iter().map(|(t, _)| *t).collect();
+        let mut times = [0.0; MOST];
+        times.iter_mut().zip(&self.at).for_each(|(time, (t, _))| *time = *t);
         if sub_steps > 1 {
             self.kernel.keep_start();
             self.start_angles.clone_from(&self.angles);
