@@ -78,11 +78,6 @@ impl<E> Nodal<E> {
     pub fn new(equations: E) -> Self {
         Self { equations, carried: Vec::new() }
     }
-
-    /// The equations.
-    pub fn equations(&self) -> &E {
-        &self.equations
-    }
 }
 
 impl<S, C, E: NodalEquations<S, C>> Scheme<S, C> for Nodal<E> {
@@ -91,8 +86,10 @@ impl<S, C, E: NodalEquations<S, C>> Scheme<S, C> for Nodal<E> {
     }
 
     fn begin(&mut self, system: &S, constraints: &C, step: SubStep, state: &mut State) {
-        let blocks = self.equations.blocks().iter();
-        self.carried.resize(blocks.map(|block| block.range.end).max().unwrap_or(0), 0.0);
+        if self.carried.is_empty() {
+            let blocks = self.equations.blocks().iter();
+            self.carried.resize(blocks.map(|block| block.range.end).max().unwrap_or(0), 0.0);
+        }
         state.compensation.open_balance(&mut self.carried);
         self.equations.open(system, constraints, step, (state, &mut self.carried));
     }

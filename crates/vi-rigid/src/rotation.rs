@@ -138,10 +138,16 @@ pub fn sine_gap(x: f64) -> f64 {
 #[inline]
 pub fn kappa(square: f64) -> f64 {
     if square <= KAPPA_SMALL {
-        return 1.0 / 12.0 + square / 720.0; // next term: x⁴/30240
+        return small_kappa(square);
     }
     let [sinc, gap] = coefficients(square);
     (1.0 - 0.5 * sinc / gap) / square
+}
+
+/// [`kappa`] of small angles by its power series; the next term is `x⁴/30240`.
+#[inline(always)]
+fn small_kappa<L: Lanes>(square: L) -> L {
+    square.like(1.0 / 12.0) + square.over(square.like(720.0))
 }
 
 /// [`kappa`] of each of several numbers, with the same bits.
@@ -149,7 +155,7 @@ pub fn kappa(square: f64) -> f64 {
 #[inline(always)]
 pub fn kappa_of_each<L: Lanes>(square: L) -> L {
     if are_at_most(square, KAPPA_SMALL) {
-        return square.like(1.0 / 12.0) + square.over(square.like(720.0));
+        return small_kappa(square);
     }
     square.map(kappa)
 }

@@ -5,6 +5,8 @@ use super::link::{ColumnWork, Link, Work};
 use crate::geometry::matrix::{Columns, Screw};
 use crate::geometry::space::{Number, Space, Vector};
 use vi_core::lanes::Lanes;
+use vi_core::newton::{BlockKind, Fault};
+use vi_rigid::rotation::MAX_ROTATION;
 
 /// The angle of a column and what a rotation by it needs.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +35,26 @@ pub(crate) struct Seen<N> {
     pub(crate) rotation: N,
     /// Zero; not a number where an increment is not finite.
     pub(crate) finite: N,
+}
+
+/// Refuses a rotation of more than half a revolution among the increments `u(0), u(1), …` of a joint
+/// whose first unknown is `first`.
+pub(crate) fn check_rotations(
+    motion: Motion,
+    first: usize,
+    u: impl Fn(usize) -> f64,
+) -> Result<(), Fault> {
+    let check = |k: usize, size: f64| match size.abs() > MAX_ROTATION {
+        true => {
+            let (kind, unknown) = (BlockKind::Rotation, first + k);
+            Err(Fault::OutsideChart { kind, unknown, size })
+        }
+        false => Ok(()),
+    };
+    if let Some(k) = motion.rotation_vector() {
+        return check(k, (k..k + 3).map(|k| u(k) * u(k)).sum::<f64>().sqrt());
+    }
+    (0..motion.dof()).filter(|&k| motion.is_angle(k)).try_for_each(|k| check(k, u(k)))
 }
 
 /// Root → leaf: the motion of every link for the increments `u`, and, where the step `h` is given,

@@ -1,6 +1,6 @@
 //! What acts along the unknowns of members: springs, dampers and motors, each member's its own.
 
-use super::link::MOST;
+use super::link::{MOST, put_lane, take_lane};
 use crate::geometry::one_tree::One;
 use crate::solver::efforts::{Efforts, Times};
 use crate::sweep::link::Link;
@@ -59,7 +59,7 @@ impl Acting {
     ) {
         let Self { efforts, times, numbers, .. } = self;
         for (lane, (efforts, system)) in efforts.iter_mut().zip(systems).enumerate() {
-            take(u, lane, numbers);
+            take_lane(u, lane, numbers);
             efforts.evaluate(system, times[lane], numbers);
         }
         self.add_last_balance(r);
@@ -69,9 +69,9 @@ impl Acting {
     pub(super) fn add_last_balance<L: Lanes>(&mut self, r: &mut [L]) {
         let Self { efforts, numbers, .. } = self;
         for (lane, efforts) in efforts.iter().enumerate() {
-            take(r, lane, numbers);
+            take_lane(r, lane, numbers);
             efforts.add_balance(numbers);
-            put(numbers, lane, r);
+            put_lane(numbers, lane, r);
         }
     }
 
@@ -94,21 +94,9 @@ impl Acting {
         q: &[L],
         p: &mut [L],
     ) {
-        take(q, lane, &mut self.q);
-        take(p, lane, &mut self.momentum);
+        take_lane(q, lane, &mut self.q);
+        take_lane(p, lane, &mut self.momentum);
         self.efforts[lane].add_momentum(system, &self.q, &mut self.momentum);
-        put(&self.momentum, lane, p);
-    }
-}
-
-/// The numbers of a lane.
-pub(super) fn take<L: Lanes>(all: &[L], lane: usize, own: &mut [f64]) {
-    own.iter_mut().zip(all).for_each(|(own, all)| *own = all.at(lane));
-}
-
-/// Writes the numbers of a lane.
-pub(super) fn put<L: Lanes>(own: &[f64], lane: usize, all: &mut [L]) {
-    for (all, own) in all.iter_mut().zip(own) {
-        *all = all.with(lane, *own);
+        put_lane(&self.momentum, lane, p);
     }
 }

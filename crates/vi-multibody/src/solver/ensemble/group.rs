@@ -2,7 +2,7 @@
 
 use super::acting::Acting;
 use super::kernel::{Kernel, Lane};
-use super::link::MOST;
+use super::link::{MOST, put_lane, take_lane};
 use crate::geometry::one_tree::One;
 use crate::solver::run::MechanismIntegrator;
 use crate::sweep::link::Link;
@@ -123,17 +123,13 @@ impl<T: Register> Lanewise<T> {
 
     /// Takes the state of a member into a lane.
     fn load(&mut self, lane: usize, state: &State) {
-        let Kernel { lanes, q, p, compensation, balance, history, what, .. } = &mut self.kernel;
-        let put = |all: &mut [T::Lanes], own: &[f64]| {
-            for (i, all) in all.iter_mut().enumerate() {
-                let (others, x) = (*all, own.get(i).copied().unwrap_or(0.0));
-                *all = lanes.gather(|k| if k == lane { x } else { others.at(k) });
-            }
-        };
-        put(q, &state.q);
-        put(p, &state.p);
-        put(compensation, &state.compensation.q);
-        put(balance, &state.compensation.balance); // empty before the first step
+        let Kernel { q, p, compensation, balance, history, what, .. } = &mut self.kernel;
+        put_lane(&state.q, lane, q);
+        put_lane(&state.p, lane, p);
+        put_lane(&state.compensation.q, lane, compensation);
+        // empty before the first step
+        balance.iter_mut().for_each(|all| *all = all.with(lane, 0.0));
+        put_lane(&state.compensation.balance, lane, balance);
         let (d, sub_steps) = (balance.len(), self.sub_steps.len());
         let mut known = state.history.clone();
         known.fit(d, sub_steps, 0..0);
@@ -147,7 +143,7 @@ impl<T: Register> Lanewise<T> {
     fn unwrap_angles(&mut self, lane: usize, member: &MechanismIntegrator) {
         let angles = &mut self.angles[lane];
         if !angles.is_empty() {
-            self.q.iter_mut().zip(&self.kernel.q).for_each(|(q, all)| *q = all.at(lane));
+            take_lane(&self.kernel.q, lane, &mut self.q);
             member.constraints().unwrap_angles(&self.q, angles);
         }
     }
@@ -156,14 +152,14 @@ impl<T: Register> Lanewise<T> {
     fn state(&self, lane: usize, like: &State) -> State {
         let mut state = like.clone();
         let Kernel { q, p, compensation, balance, history, .. } = &self.kernel;
-        let take = |own: &mut Vec<f64>, all: &[T::Lanes]| {
-            own.clear();
-            own.extend(all.iter().map(|x| x.at(lane)));
+        let numbers = |own: &mut Vec<f64>, all: &[T::Lanes]| {
+            own.resize(all.len(), 0.0);
+            take_lane(all, lane, own);
         };
-        take(&mut state.q, q);
-        take(&mut state.p, p);
-        take(&mut state.compensation.q, compensation);
-        take(&mut state.compensation.balance, balance);
+        numbers(&mut state.q, q);
+        numbers(&mut state.p, p);
+        numbers(&mut state.compensation.q, compensation);
+        numbers(&mut state.compensation.balance, balance);
         state.history = history.of(lane);
         state.angles.clone_from(&self.angles[lane]);
         (state.t, state.step) = self.at[lane];

@@ -1,6 +1,6 @@
 //! Initial guesses for all members of a group: [`vi_core::predictor::History`] in lanes.
 
-use super::link::MOST;
+use super::link::{MOST, put_lane, take_lane};
 use vi_core::lanes::{Lanes, Register};
 use vi_core::predictor::{DEPTH, History, NODES, Place, SubStepWeights, Weights, terms};
 
@@ -53,10 +53,7 @@ impl<T: Register> LaneHistory<T> {
             for age in 0..count {
                 let place = self.place(k, age);
                 let own = &mut self.increments[place..place + self.unknowns];
-                for (all, u) in own.iter_mut().zip(history.increment(k, age)) {
-                    let others = *all;
-                    *all = self.lanes.gather(|i| if i == lane { *u } else { others.at(i) });
-                }
+                put_lane(history.increment(k, age), lane, own);
             }
         }
     }
@@ -75,7 +72,7 @@ impl<T: Register> LaneHistory<T> {
             for age in (0..count).rev() {
                 let place = self.place(k, age);
                 let own = &self.increments[place..place + self.unknowns];
-                u.iter_mut().zip(own).for_each(|(u, all)| *u = all.at(lane));
+                take_lane(own, lane, &mut u);
                 history.remember(k, h, false, &u);
             }
         }
@@ -155,11 +152,11 @@ impl<T: Register> LaneHistory<T> {
         for i in 0..unknowns {
             let differences = self.differences(same, i);
             for (size, d) in sizes.iter_mut().zip(differences) {
-                *size = size.larger(d).larger(zero - d);
+                *size = size.larger(d.abs());
             }
             if let Some(others) = others {
                 let part = self.part(others, 1, i);
-                third = third.larger(part).larger(zero - part);
+                third = third.larger(part.abs());
             }
         }
         let chosen: [usize; MOST] = std::array::from_fn(|lane| {

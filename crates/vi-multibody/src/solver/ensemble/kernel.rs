@@ -1,8 +1,8 @@
 //! A step of as many members as there are lanes.
 
-use super::acting::{Acting, take};
+use super::acting::Acting;
 use super::history::LaneHistory;
-use super::link::{self, MOST};
+use super::link::{self, MOST, put_lane, take_lane};
 use crate::geometry::matrix::Columns;
 use crate::geometry::members::Each;
 use crate::geometry::one_tree::One;
@@ -121,11 +121,10 @@ impl<T: Register> Kernel<T> {
 
     /// Moves a lane back to where its composition has started; its increments are forgotten.
     pub(super) fn return_to_start(&mut self, lane: usize) {
-        let Self { lanes, q, p, compensation, balance, start, history, .. } = self;
+        let Self { q, p, compensation, balance, start, history, .. } = self;
         for (start, own) in start.iter().zip([q, p, compensation, balance]) {
             for (own, start) in own.iter_mut().zip(start) {
-                let others = *own;
-                *own = lanes.gather(|k| if k == lane { start.at(k) } else { others.at(k) });
+                *own = own.with(lane, start.at(lane));
             }
         }
         history.forget(lane);
@@ -147,7 +146,7 @@ impl<T: Register> Kernel<T> {
             for p in &self.p[link.frame..link.frame + 3] {
                 let mass = link.mass[0][0];
                 let speed = mass.if_at_most(zero, zero, p.over(mass));
-                fastest = fastest.larger(speed).larger(zero - speed);
+                fastest = fastest.larger(speed.abs());
             }
         }
         fastest
@@ -264,7 +263,7 @@ impl<T: Register> Kernel<T> {
     ) {
         let Self { acting, q, scratch, .. } = self;
         let Some(acting) = acting else { return };
-        take(q, lane, scratch);
+        take_lane(q, lane, scratch);
         let at = Configuration { angles, ..Configuration::new(t, scratch) };
         acting.open((lane, system), at, h);
     }
@@ -304,8 +303,8 @@ impl<T: Register> Kernel<T> {
         for (block, floor) in blocks.iter().zip(floors.iter()) {
             let (mut scale, mut correction) = (*floor, zero);
             for i in block.range.clone() {
-                scale = scale.larger(u[i]).larger(zero - u[i]);
-                correction = correction.larger(x[i]).larger(zero - x[i]);
+                scale = scale.larger(u[i].abs());
+                correction = correction.larger(x[i].abs());
                 sum = sum + x[i] * 0.0; // not finite where a correction is not
                 u[i] = u[i] - x[i];
             }
@@ -338,13 +337,8 @@ impl<T: Register> Kernel<T> {
             || {
                 let clean = |k: usize, off: u8, q: &mut [T::Lanes]| {
                     let link = &links[k];
-                    clean_lanes(
-                        *lanes,
-                        (k, link.frame, link.parent_frame),
-                        (trees, off),
-                        q,
-                        scratch,
-                    )
+                    let frames = (link.frame, link.parent_frame);
+                    clean_lanes((k, frames), (trees, off), q, scratch)
                 };
                 let ends = Ends { h, q0: q, compensation, q1: end, dq, middle: None };
                 let next = Next { q: next, rounding, p };
@@ -370,26 +364,22 @@ impl<T: Register> Kernel<T> {
 /// those in which it has moved.
 #[cold]
 #[inline(never)]
-fn clean_lanes<T: Register>(
-    lanes: T,
-    (k, frame, parent_frame): (usize, usize, usize),
+fn clean_lanes<L: Lanes>(
+    (k, (frame, parent_frame)): (usize, (usize, usize)),
     (trees, off): (&[Tree], u8),
-    q: &mut [T::Lanes],
+    q: &mut [L],
     scratch: &mut [f64],
 ) -> u8 {
     let mut moved = 0;
     for (lane, tree) in trees.iter().enumerate().filter(|(lane, _)| off & (1 << lane) != 0) {
-        for i in [frame, parent_frame].into_iter().flat_map(|first| first..first + 12) {
-            scratch[i] = q[i].at(lane);
+        for first in [frame, parent_frame] {
+            take_lane(&q[first..first + 12], lane, &mut scratch[first..first + 12]);
         }
         if !tree.clean_link(&tree.links()[k], scratch) {
             continue;
         }
         moved |= 1 << lane;
-        for i in frame..frame + 12 {
-            let x = q[i];
-            q[i] = lanes.gather(|other| if other == lane { scratch[i] } else { x.at(other) });
-        }
+        put_lane(&scratch[frame..frame + 12], lane, &mut q[frame..frame + 12]);
     }
     moved
 }

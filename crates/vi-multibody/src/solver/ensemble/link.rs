@@ -4,10 +4,20 @@ use crate::geometry::lane_vectors::three;
 use crate::geometry::members::Each;
 use crate::geometry::one_tree::One;
 use crate::sweep::link::Link;
-use vi_core::lanes::Register;
+use vi_core::lanes::{Lanes, Register};
 
 /// The most lanes that there are.
 pub(super) const MOST: usize = 8;
+
+/// Reads the numbers of a lane.
+pub(super) fn take_lane<L: Lanes>(all: &[L], lane: usize, own: &mut [f64]) {
+    own.iter_mut().zip(all).for_each(|(own, all)| *own = all.at(lane));
+}
+
+/// Writes the numbers of a lane.
+pub(super) fn put_lane<L: Lanes>(own: &[f64], lane: usize, all: &mut [L]) {
+    all.iter_mut().zip(own).for_each(|(all, own)| *all = all.with(lane, *own));
+}
 
 /// Whether two links differ in numbers only.
 fn are_alike(a: &Link<One>, b: &Link<One>) -> bool {

@@ -4,7 +4,7 @@ use crate::geometry::matrix::Spatial;
 use crate::geometry::one_tree::{Held, Narrow, One, OneTree, Width, sweep};
 use crate::mechanism::Mechanism;
 use crate::sweep::advance::{self, Seen, Turn};
-use crate::sweep::columns::{Column, Motion};
+use crate::sweep::columns::Motion;
 use crate::sweep::eliminate::{self, Part};
 use crate::sweep::finish::{self, Ends, Next};
 use crate::sweep::link::{self, ColumnWork, Gain, Link, Sums, Work};
@@ -13,7 +13,7 @@ use crate::tree::Tree;
 use std::ops::Range;
 use vi_core::SeparableSystem;
 use vi_core::interval::{Interval, IntervalParts};
-use vi_core::newton::{BlockKind, Fault};
+use vi_core::newton::Fault;
 use vi_core::state::State;
 use vi_rigid::rotation::MAX_ROTATION;
 
@@ -121,30 +121,10 @@ fn refuse(links: &[Link<One>], u: &[f64]) -> Result<(), Fault> {
     if u.iter().any(|u| !u.is_finite()) {
         return Err(Fault::NotFinite);
     }
-    let check = |unknown: usize, size: f64| match size.abs() > MAX_ROTATION {
-        true => Err(Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size }),
-        false => Ok(()),
+    let check = |link: &Link<One>| {
+        advance::check_rotations(link.motion, link.unknown, |k| u[link.unknown + k])
     };
-    for link in links {
-        let first = link.unknown;
-        let vector = |first: usize| {
-            check(first, u[first..first + 3].iter().map(|u| u * u).sum::<f64>().sqrt())
-        };
-        match link.motion {
-            Motion::Fixed => {}
-            Motion::Along(act) if act.turns() => check(first, u[first])?,
-            Motion::Along(_) => {}
-            Motion::Several(several) => {
-                let turns = |(_, own): &(usize, &Column)| own.act.turns();
-                for (unknown, _) in (first..).zip(several).filter(turns) {
-                    check(unknown, u[unknown])?;
-                }
-            }
-            Motion::Spherical => vector(first)?,
-            Motion::Free => vector(first + 3)?,
-        }
-    }
-    Ok(())
+    links.iter().try_for_each(check)
 }
 
 sweep! {

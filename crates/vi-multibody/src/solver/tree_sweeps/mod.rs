@@ -21,6 +21,7 @@ mod weights;
 use crate::geometry::lane_vectors::{Screw, Vector, three};
 use crate::geometry::space::Vector as _;
 use crate::pair::MAX_DOF;
+use crate::sweep::advance::check_rotations;
 use crate::tree::Tree;
 use factor::{Column, Inertia};
 use link::{Link, Start};
@@ -28,9 +29,8 @@ use motion::Pose;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_core::galerkin::{GaussLobatto, Stages};
 use vi_core::lanes::{Lanes, Register};
-use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::newton::{Block, Fault};
 use vi_core::sparse::SparseMatrix;
-use vi_rigid::rotation::MAX_ROTATION;
 use vi_rigid::rotation_lanes;
 use weights::{Weights, control_point};
 
@@ -136,25 +136,9 @@ impl<T: Register> TreeSweeps<T> {
     /// Refuses rotations of more than half a revolution.
     fn check(&self) -> Result<(), Fault> {
         for link in &self.links {
-            let u = &self.u[link.offset..link.offset + link.dof];
             for place in 0..self.stages {
-                let angle = |k: usize| u[k].at(place);
-                let refused = |k: usize, size: f64| {
-                    let (kind, unknown) = (BlockKind::Rotation, link.offset + k);
-                    Err(Fault::OutsideChart { kind, unknown, size })
-                };
-                if let Some(k) = link.rotation_vector {
-                    let square = (k..k + 3).map(|k| angle(k) * angle(k)).sum::<f64>();
-                    if square.sqrt() > MAX_ROTATION {
-                        return refused(k, square.sqrt());
-                    }
-                    continue;
-                }
-                for k in (0..link.dof).filter(|&k| link.motion.is_angle(k)) {
-                    if angle(k).abs() > MAX_ROTATION {
-                        return refused(k, angle(k));
-                    }
-                }
+                let u = |k: usize| self.u[link.offset + k].at(place);
+                check_rotations(link.motion, link.offset, u)?;
             }
         }
         Ok(())
