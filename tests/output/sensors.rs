@@ -6,22 +6,11 @@ use crate::harness;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use harness::models::model;
+use harness::models::{model, nodes};
 use holonom::output::Status;
 use holonom::{Model, Override, RunFolder, Sample, Simulation};
 use nalgebra::{Quaternion, Vector3};
 use vi_testkit::model::{AXES, head, hinge, part, sensor};
-
-fn run(model: &Model) -> Vec<Sample> {
-    let mut samples = Vec::new();
-    let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {
-        samples.push(sample.clone());
-        Ok(())
-    };
-    let outcome = Simulation::new(model).unwrap().run(&mut observe, &mut |_, _| {}).unwrap();
-    assert_eq!(outcome, holonom::RunOutcome::Done);
-    samples
-}
 
 /// Runs a model into a folder of its own, as the program does.
 fn write(case: &str, model: &Model) -> (PathBuf, holonom::run::Finished) {
@@ -55,7 +44,7 @@ fn rotor(every: u32, order: u32) -> Model {
 fn angles_count_on_beyond_half_a_turn_whatever_is_recorded() {
     let turn = 0.9_f64.asin(); // of one step: sin Δ = h ω, the discrete rotor
     for every in [1, 7] {
-        let samples = run(&rotor(every, 2));
+        let samples = nodes(&rotor(every, 2));
         assert_eq!(samples.len() as u32, 210 / every + 1);
         for sample in &samples {
             let exact = sample.step as f64 * turn;
@@ -66,7 +55,7 @@ fn angles_count_on_beyond_half_a_turn_whatever_is_recorded() {
         assert!(turns > 30.0, "{turns} turns");
     }
     let slow = [Override::new("body.disk.angular_velocity", "[0, 0, 9]")];
-    let last = run(&rotor(7, 4).with_overrides(&slow).unwrap()).pop().unwrap();
+    let last = nodes(&rotor(7, 4).with_overrides(&slow).unwrap()).pop().unwrap();
     let error = (last.sensors[0] - 9.0 * last.t).abs();
     println!("order 4: {} rad, off by {error:.1e}", last.sensors[0]);
     assert!(error < 1e-3, "order 4: off by {error:e}");
@@ -75,7 +64,7 @@ fn angles_count_on_beyond_half_a_turn_whatever_is_recorded() {
 #[test]
 fn rates_and_velocities_are_those_of_the_projected_momentum() {
     for order in [2, 4] {
-        for sample in run(&rotor(3, order)) {
+        for sample in nodes(&rotor(3, order)) {
             let s = &sample.sensors;
             assert!((s[1] - 90.0).abs() < 1e-10, "rate {}", s[1]);
             let omega = Vector3::from_column_slice(&s[6..9]);
@@ -92,7 +81,7 @@ fn rates_and_velocities_are_those_of_the_projected_momentum() {
 #[test]
 fn orientation_is_that_of_the_body_and_its_sign_does_not_jump() {
     for every in [1, 5] {
-        let samples = run(&rotor(every, 2));
+        let samples = nodes(&rotor(every, 2));
         let turn = 0.9_f64.asin();
         for sample in samples {
             let half = 0.5 * (0.4 + sample.step as f64 * turn);
@@ -110,7 +99,7 @@ fn a_point_is_given_in_the_body_not_in_its_principal_axes() {
     let text = rotor(1, 2).to_toml()
         + "\n[[sensor]]\nname = \"mark\"\ntype = \"position\"\nof = \"disk\"\npoint = [0.1, 0.2, 0.3]\n";
     let model = Model::from_toml(&text).unwrap();
-    let samples = run(&model);
+    let samples = nodes(&model);
     let mark = Vector3::from_column_slice(&samples[0].sensors[12..15]);
     let error = (mark - model.body("disk").unwrap().point([0.1, 0.2, 0.3])).amax();
     assert!(error < 1e-15, "{error:e}");
@@ -120,7 +109,7 @@ const PUSHED: &str = include_str!("../models/pushed_box.toml");
 
 #[test]
 fn a_force_at_a_point_gives_its_impulse_and_its_moment() {
-    let samples = run(&Model::from_toml(PUSHED).unwrap());
+    let samples = nodes(&Model::from_toml(PUSHED).unwrap());
     let mut worst = [0.0_f64; 2];
     for pair in samples.windows(2) {
         let (a, b) = (&pair[0], &pair[1]);

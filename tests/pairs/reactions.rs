@@ -9,7 +9,7 @@
 
 use crate::harness;
 
-use harness::models::{model, orders, simulation};
+use harness::models::{model, nodes, orders, simulation};
 use holonom::vi_constraints::Constraints;
 use holonom::vi_constraints::projection::Projections;
 use holonom::vi_core::{Configuration, MechanicalSystem};
@@ -20,18 +20,6 @@ use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::Reactions;
 use vi_rigid::{directors, null_space};
 use vi_testkit::model::{body_at, heavy, joint, sensor};
-
-/// The samples of a whole run.
-pub(super) fn run(model: &Model) -> Vec<Sample> {
-    let mut samples = Vec::new();
-    let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {
-        samples.push(sample.clone());
-        Ok(())
-    };
-    let outcome = Simulation::new(model).unwrap().run(&mut observe, &mut |_, _| {}).unwrap();
-    assert_eq!(outcome, holonom::RunOutcome::Done);
-    samples
-}
 
 fn with_sensors(model: &Model, sensors: &str) -> Model {
     Model::from_toml(&format!("{}\n{sensors}", model.to_toml())).unwrap()
@@ -47,7 +35,7 @@ fn the_rod_of_a_free_pendulum_carries_the_discrete_closed_form() {
             &[("simulation.step", format!("{h:e}")), ("simulation.end", format!("{:e}", 40.0 * h))],
         );
         let tension = 2.0 * (1.0 - (1.0 - h * h).sqrt()) / (h * h); // λ_n l
-        for sample in run(&with_sensors(&pendulum, ROD)) {
+        for sample in nodes(&with_sensors(&pendulum, ROD)) {
             // at the start that of the continuous motion, m v²/l
             let tension = if sample.step == 0 { 1.0 } else { tension };
             let error = (sample.sensors[0] - tension).abs();
@@ -68,7 +56,7 @@ fn the_rod_of_a_pendulum_pulls_by_weight_and_turning_with_the_order_of_the_schem
                 ("simulation.end", "2".to_owned()),
                 ("simulation.order", order.to_string()),
             ];
-            let samples = run(&with_sensors(&model("pendulum", &settings), ROD));
+            let samples = nodes(&with_sensors(&model("pendulum", &settings), ROD));
             let off = |s: &Sample| (s.sensors[0] + 3.0 * 9.81 * s.q[1]).abs();
             samples.iter().map(off).fold(0.0, f64::max)
         });
@@ -97,7 +85,7 @@ fn a_hanging_body_is_held_by_its_weight() {
             let model = Model::from_toml(&text(parent, child)).unwrap();
             let set = [Override::new("simulation.order", order)];
             let model = model.with_overrides(&set).unwrap();
-            for sample in run(&model) {
+            for sample in nodes(&model) {
                 for (k, expected) in expected.iter().enumerate() {
                     let error = (sample.sensors[k] - expected).abs();
                     assert!(error < 1e-10, "on {child}, component {k}: {:?}", sample.sensors);
@@ -117,7 +105,7 @@ fn the_tip_of_the_steady_top_carries_mass_times_acceleration_less_gravity() {
                 ("simulation.end", "0.5".to_owned()),
                 ("simulation.order", order.to_string()),
             ];
-            let samples = run(&model("heavy_top_steady", &settings));
+            let samples = nodes(&model("heavy_top_steady", &settings));
             let off = |s: &Sample| {
                 let turn = 10.0 * s.t;
                 let center = 0.075
@@ -250,7 +238,7 @@ fn the_thread_of_a_screw_carries_its_nut() {
             let set = |key: &str, value| Override::new(format!("simulation.{key}"), value);
             let settings = [set("order", order.to_string()), set("step", format!("{step:e}"))];
             let model = Model::from_toml(text).unwrap().with_overrides(&settings).unwrap();
-            let samples = run(&model);
+            let samples = nodes(&model);
             let last = samples.last().unwrap();
             let (way, angle) = (last.q[2], last.sensors[7]); // its one coordinate is the turn
             assert!((angle - 0.5 * spin * last.t * last.t).abs() < 0.1, "counted on: {angle}");

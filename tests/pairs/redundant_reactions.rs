@@ -5,8 +5,7 @@
 
 use crate::harness;
 
-use super::reactions::run;
-use harness::models::{model, simulation};
+use harness::models::{model, nodes, simulation};
 use holonom::vi_constraints::Constraints;
 use holonom::vi_core::{Configuration, Entries, SparseMatrix};
 use holonom::{Model, Simulation};
@@ -238,7 +237,7 @@ fn reactions_of_a_flat_parallelogram_leave_out_what_no_constraint_exerts() {
 /// space.
 #[test]
 fn reactions_of_a_plane_linkage_are_unique_in_its_plane_along_the_axes_of_space() {
-    let samples = run(&model("strandbeest", &[("simulation.end", "0.01".to_owned())]));
+    let samples = nodes(&model("strandbeest", &[("simulation.end", "0.01".to_owned())]));
     let last = samples.last().unwrap();
     let hip = &last.sensors[last.sensors.len() - 7..];
     println!("{hip:?}");
