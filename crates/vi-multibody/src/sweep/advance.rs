@@ -37,8 +37,8 @@ pub(crate) struct Seen<N> {
     pub(crate) finite: N,
 }
 
-/// Refuses a rotation of more than half a revolution among the increments `u(0), u(1), …` of a joint
-/// whose first unknown is `first`.
+/// Refuses a rotation of more than half a revolution among the increments `u(0), u(1), …` of a
+/// joint whose first unknown is `first`.
 pub(crate) fn check_rotations(
     motion: Motion,
     first: usize,
