@@ -206,7 +206,7 @@ fn is_in_place<S: Space>(
     let angles = S::Vector::dots([(d1, d2), (d1, d3), (d2, d3)]);
     let mut in_place = s.both(s.within(lengths, SLACK), s.within(angles, SLACK));
     let (d, at) = (&own.d, &parent.d);
-    for constraint in link.pair.constraints {
+    for constraint in link.constraints {
         let off = match constraint {
             PairConstraint::NoGap => continue,
             PairConstraint::GapAlongAxis => across_axis(s, link, own, parent),

@@ -6,7 +6,7 @@ use crate::geometry::matrix::{Columns, Screw, Spatial};
 use crate::geometry::one_tree::One;
 use crate::geometry::space::{Space, Store, Vector};
 use crate::mechanism::Mechanism;
-use crate::pair::Properties;
+use crate::pair::constraints::PairConstraint;
 use crate::pair::joint::FrameId;
 use crate::sweep::body_masses::body_masses;
 use crate::sweep::columns::Motion;
@@ -19,8 +19,8 @@ use vi_core::linear::norm_inf;
 /// Constants of a link; vectors in the directors of its parent or in its own.
 #[derive(Clone, Debug)]
 pub(crate) struct Link<M: Store> {
-    /// What defines its pair.
-    pub(crate) pair: &'static Properties,
+    /// The rows of its pair.
+    pub(crate) constraints: &'static [PairConstraint],
     pub(crate) motion: Motion,
     /// Advance of a screw, m per radian.
     pub(crate) pitch: M::Constant,
@@ -193,7 +193,7 @@ fn constants_of(
     let euler = mass.fixed_view::<3, 3>(1, 1) - first * a.transpose() - a * first.transpose()
         + m * a * a.transpose();
     Some(Link {
-        pair: kind.properties(),
+        constraints: kind.properties().constraints,
         motion: Motion::of(kind),
         pitch: kind.pitch().unwrap_or(0.0),
         closes_gap: kind.closes_gap(),

@@ -21,7 +21,7 @@ pub(super) fn put_lane<L: Lanes>(own: &[f64], lane: usize, all: &mut [L]) {
 
 /// Whether two links differ in numbers only.
 fn are_alike(a: &Link<One>, b: &Link<One>) -> bool {
-    a.pair == b.pair
+    (a.motion, a.constraints) == (b.motion, b.constraints)
         && (a.parent, a.frame, a.unknown) == (b.parent, b.frame, b.unknown)
         && a.is_diagonal == b.is_diagonal
 }
@@ -43,7 +43,7 @@ pub(super) fn links<T: Register>(
         let (own, of) = (&first[i], |k: usize| &members[k][i]);
         let vector = |of: &dyn Fn(usize) -> [f64; 3]| three(|i| lanes.gather(|k| of(k)[i]));
         Link {
-            pair: own.pair,
+            constraints: own.constraints,
             motion: own.motion,
             closes_gap: own.closes_gap,
             parent: own.parent,
