@@ -17,73 +17,46 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-mod beam;
-mod beam_checks;
-mod body;
 mod checks;
-mod columns;
-mod computed;
-mod connection;
-mod drive;
-mod drive_checks;
-mod expression;
-mod include;
-mod key_path;
-mod load;
+mod frames;
 pub mod mesh;
-mod motion_path;
-mod order_checks;
-mod orientation;
-mod overrides;
-mod parameters;
-mod places;
-mod posed;
-mod problem;
-mod read;
 pub mod reference;
-mod reference_frame;
-mod relative;
-mod reworded;
 mod schema;
-mod section;
-mod sections;
-mod sensor;
-mod settings;
-mod shape;
-mod source;
-mod start;
-mod strict;
-mod syntax;
-mod wishes;
+mod text;
+mod types;
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-pub use beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist};
-pub use body::{Body, Particle};
-pub use columns::Columns;
-pub use connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
-pub use drive::{Constraint, JointDamper, JointMotor, JointSpring};
-pub use include::{LocatedProblem, ModelText, SourceFile};
-pub use load::{Frame, History, Load};
+pub use frames::start::StartPoints;
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
-pub use motion_path::{MotionPath, Move, PathTable};
-pub use orientation::Euler;
-pub use overrides::Override;
-pub use places::{LineColumn, line_column, locate};
-pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
-pub use read::{open_regular, read_regular, read_regular_text, read_text};
-pub use reference_frame::ReferenceFrame;
-pub use section::{Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section};
-pub use sensor::{ReactionFrame, Sensor, SensorKind};
-pub use settings::{
+pub use text::include::{LocatedProblem, ModelText, SourceFile};
+pub use text::overrides::Override;
+pub use text::places::{LineColumn, line_column, locate};
+pub use text::problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
+pub use text::read::{open_regular, read_regular, read_regular_text, read_text};
+pub use types::beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist};
+pub use types::body::{Body, Particle};
+pub use types::columns::Columns;
+pub use types::connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
+pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring};
+pub use types::load::{Frame, History, Load};
+pub use types::motion_path::{MotionPath, Move, PathTable};
+pub use types::orientation::Euler;
+pub use types::reference_frame::ReferenceFrame;
+pub use types::section::{
+    Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section,
+};
+pub use types::sensor::{ReactionFrame, Sensor, SensorKind};
+pub use types::settings::{
     Family, Header, HighOrder, LinearSolver, MAX_STEPS, OnFailure, Quadrature, Scheme, Settings,
     Start, Strain,
 };
-pub use shape::{Inertia, Scale, Shape, ShapeKind};
+pub use types::shape::{Inertia, Scale, Shape, ShapeKind};
 
-pub use start::StartPoints;
-use start::{coincide, distance};
+use frames::relative;
+use frames::start::{coincide, distance, inconsistencies};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use text::source;
+use types::columns;
 
 /// The greatest size of a model text, bytes.
 pub const MAX_BYTES: usize = 64 * 1024 * 1024;
@@ -248,11 +221,11 @@ impl Model {
         }
         model.frames.clear(); // nothing refers to them any more
         model.resolve();
-        let out_of_range = computed::out_of_range(&model);
+        let out_of_range = checks::computed::out_of_range(&model);
         if !out_of_range.is_empty() {
             return Err(ModelError::Assembly(out_of_range));
         }
-        let missed = start::inconsistencies(&model);
+        let missed = inconsistencies(&model);
         if !missed.is_empty() && !model.settings.project_start {
             return Err(ModelError::InconsistentStart(missed));
         }

@@ -2,7 +2,9 @@
 
 use schemars::schema_for;
 
-use super::{Model, include, parameters};
+use super::Model;
+use crate::text::include;
+use crate::text::parameters;
 
 /// The schema.
 pub(super) fn of_models() -> serde_json::Value {

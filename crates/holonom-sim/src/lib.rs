@@ -28,44 +28,26 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-mod agreement;
 mod assembly;
-mod bar_loops;
-mod beams;
 pub mod digits;
-mod divided_steps;
-mod drive;
-pub mod dynamics;
-mod energies;
-mod energy_watch;
-pub mod experiment;
-mod limits;
-mod loops;
-mod measures;
 pub mod modes;
-mod names;
-mod outcome;
 pub mod output;
-mod plausibility;
 mod resolution;
-mod rotation;
-mod rotation_stability;
-mod rotor;
-mod rough_start;
-mod run_state;
-pub mod sample;
+mod run;
 pub mod sensor;
 pub mod simulation;
 mod start;
 pub mod statics;
 mod stepper;
 pub mod system;
-mod unstable_steps;
 
 pub use assembly::{Counts, is_note};
-pub use beams::{BeamParts, Beams};
-pub use limits::Stiffness;
+pub use resolution::limits::Stiffness;
+pub use resolution::rotation::FastestRotation;
+pub use resolution::unstable_steps::UnstableSteps;
 pub use resolution::{Fastest, Resolution};
-pub use rotation::FastestRotation;
-pub use run_state::RunState;
-pub use unstable_steps::UnstableSteps;
+pub use run::run_state::RunState;
+pub use run::{experiment, sample};
+pub use system::beams::{BeamParts, Beams};
+#[doc(inline)]
+pub use system::dynamics;

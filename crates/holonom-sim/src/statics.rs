@@ -13,15 +13,15 @@
 //! equilibrium says how many directions are unstable ([`vi_statics::stability`]); the first change
 //! of it is a warning.
 
-use crate::agreement;
+use crate::assembly::agreement;
 use crate::assembly::{self, AssemblyReport};
-use crate::beams::Beams;
 use crate::experiment::Experiment;
-use crate::limits::LimitWatch;
-pub use crate::outcome::StaticFacts;
-use crate::outcome::{RunFailure, RunOutcome};
+use crate::resolution::limits::LimitWatch;
+pub use crate::run::outcome::StaticFacts;
+use crate::run::outcome::{RunFailure, RunOutcome};
 use crate::sample::{Member, Residuals, Sample};
 use crate::sensor::{Sensors, View};
+use crate::system::beams::Beams;
 use crate::system::{self, System};
 use holonom_model::{Columns, History, Model, ModelError, Scheme, Settings};
 use std::io;

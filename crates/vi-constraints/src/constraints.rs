@@ -4,10 +4,15 @@
 //! `w`. Source: LMO08 §2; rheonomic constraints are held at the nodes `t_{n+1}`, and the velocity
 //! at the start satisfies `G v + ∂g/∂t = 0`.
 
-use crate::null_space::RANK_TOLERANCE;
 use vi_core::Configuration;
 use vi_core::newton::Block;
 use vi_core::sparse::{Entries, Product};
+
+/// Relative size of a pivot below which a constraint counts as dependent on the others.
+///
+/// Permanent redundancy leaves pivots near `1e-16`; a mechanism at an angle `δ` from a singular
+/// configuration keeps one near `0.1 δ`.
+pub const RANK_TOLERANCE: f64 = 1e-11;
 
 /// Constraints `g(q, t) = 0` on `q ∈ R^n`.
 ///

@@ -47,39 +47,25 @@
 #![deny(missing_debug_implementations, missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
-pub mod agreement;
 pub mod closure;
-pub mod connected;
-pub mod constrained;
 pub mod constraints;
-pub mod dalembert;
-pub mod discretization;
-pub mod fastest_motion;
-pub mod galerkin;
-mod independent_rows;
-pub mod initialization;
+mod initial;
 pub mod integrator;
-mod inverse_mass;
-pub mod least_norm;
-pub mod legendre;
-pub mod nearby;
-pub mod nodal;
-pub mod nodal_operators;
-pub mod node;
-pub mod node_solvers;
-mod normal_matrix;
-pub mod null_space;
-pub mod projection;
-pub mod reduced;
-pub mod redundancy;
-pub mod reparametrization;
-pub mod saddle_point;
+mod manifold;
+mod nodes;
+mod rows;
 pub mod scheme;
-pub mod setup;
-pub mod tangent_map;
-pub mod tangent_space;
-pub mod unit_rows;
-pub mod unknowns;
+
+pub use initial::{agreement, initialization, nearby};
+#[doc(inline)]
+pub use integrator::{discretization, setup};
+pub use manifold::{null_space, reparametrization, tangent_space};
+pub use nodes::{fastest_motion, legendre, node, node_solvers, projection};
+pub use rows::{connected, least_norm, redundancy, saddle_point, unit_rows};
+#[doc(inline)]
+pub use scheme::{
+    constrained, dalembert, galerkin, nodal, nodal_operators, reduced, tangent_map, unknowns,
+};
 
 // What the interface of this crate speaks of, for those who depend on it alone.
 pub use nalgebra;

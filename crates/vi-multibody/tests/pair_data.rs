@@ -179,10 +179,10 @@ fn a_pair_of_no_table_moves_as_its_rows_say() {
 
 /// Files that name pairs in order to build joints, beside the folder of the pairs.
 const BUILDERS: [&str; 7] = [
-    "holonom-model/src/connection.rs",
-    "holonom-sim/src/beams.rs",
-    "holonom-sim/src/rotor.rs",
-    "holonom-sim/src/system.rs",
+    "holonom-model/src/types/connection.rs",
+    "holonom-sim/src/system/beams.rs",
+    "holonom-sim/src/resolution/rotor.rs",
+    "holonom-sim/src/system/mod.rs",
     "vi-beam/src/model.rs",
     "vi-multibody/src/builder/assembly.rs",
     "vi-multibody/src/mechanism/spanning.rs",

@@ -1,7 +1,7 @@
 //! What a shape that is a mesh may get wrong, before its file is read.
 
 use crate::checks::Checker;
-use crate::shape::{Scale, Shape};
+use crate::types::shape::{Scale, Shape};
 
 impl Checker<'_> {
     /// A shape that is a mesh.

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use fnv::FnvHasher;
 use nalgebra::Vector3;
 
-use crate::read::folder_of;
+use crate::text::read::folder_of;
 use crate::{Body, Model};
 
 pub use file::{MAX_MESH_BYTES, MAX_TRIANGLES, MeshError};

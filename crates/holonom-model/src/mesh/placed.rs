@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use super::Mesh;
 use super::primitive::triangulated;
-use crate::orientation::rotation_of;
-use crate::shape::{Scale, Shape};
+use crate::types::orientation::rotation_of;
+use crate::types::shape::{Scale, Shape};
 use crate::{Body, Model};
 
 /// The surface of a body: corners by components along the axes of the body from its origin.

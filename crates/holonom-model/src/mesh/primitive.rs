@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Vector3;
 
 use super::BodySurface;
-use crate::shape::{Shape, ShapeKind};
+use crate::types::shape::{Shape, ShapeKind};
 
 /// Sides of a shape of revolution.
 const SIDES: u32 = 24;

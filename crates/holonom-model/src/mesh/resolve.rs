@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 use vi_rigid::{Polyhedron, SurfaceError};
 
 use super::{BodySurface, MAX_MODEL_TRIANGLES, Mesh, MeshError, Meshes};
-use crate::problem::{MAX_PROBLEMS, Problem, fault};
-use crate::shape::{Inertia, Shape};
+use crate::text::problem::{MAX_PROBLEMS, Problem, fault};
+use crate::types::shape::{Inertia, Shape};
 use crate::{Body, Model};
 
 /// A stated position may miss the centre of mass by this part of the size of the mesh.

@@ -13,8 +13,8 @@ mod text;
 use serde_json::{Map, Value};
 
 use super::Model;
-use super::parameters;
-use super::sections::{LISTS, TABLES};
+use crate::text::parameters;
+use crate::text::sections::{LISTS, TABLES};
 
 /// One section of the model file.
 #[derive(Clone, Debug, PartialEq, Eq)]

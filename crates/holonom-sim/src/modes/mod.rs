@@ -15,12 +15,12 @@ mod report;
 pub use campbell::{Campbell, Speed};
 pub use report::{About, Kind, MemberShape, Mode, Report, Rotation};
 
-use crate::beams::Beams;
 use crate::digits::rounded;
 use crate::experiment::Experiment as _;
-use crate::outcome::RunFailure;
+use crate::run::outcome::RunFailure;
 use crate::sample::Member;
 use crate::statics::{InOwnRotation, Statics};
+use crate::system::beams::Beams;
 use holonom_model::{Model, ModelError};
 use nalgebra::{Complex, Vector3};
 use vi_statics::modes::{ModeError, Modes};

@@ -12,8 +12,8 @@ use std::io::{self, Write};
 use super::columns;
 use super::csv::HEAD;
 use super::rows::{Field, Rows, quoted};
-use crate::beams::Beams;
 use crate::sample::Sample;
+use crate::system::beams::Beams;
 use vi_beam::section_force::SectionState;
 
 /// Writes `beams.csv`, whole rows only.

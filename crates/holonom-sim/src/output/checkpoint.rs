@@ -26,7 +26,7 @@ use super::file::{LARGEST, OutputError, at};
 use super::pictures::is_there;
 use super::summary::SummaryBuilder;
 use super::written::Written;
-use crate::run_state::RunState;
+use crate::run::run_state::RunState;
 
 /// Names of the newest checkpoint of a folder and of the one before.
 pub const CHECKPOINTS: [&str; 2] = ["checkpoint", "checkpoint.previous"];

@@ -22,9 +22,9 @@ use super::sensors::SensorWriter;
 use super::summary::{Status, Summary};
 use super::time_series::TimeSeries;
 use super::written::Written;
-use crate::beams::Beams;
 use crate::sample::{Member, MomentaNames};
 use crate::sensor::Column;
+use crate::system::beams::Beams;
 use holonom_model::{Columns, read_regular_text};
 
 /// Files that make a folder one of ours.

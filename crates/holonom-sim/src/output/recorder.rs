@@ -14,7 +14,7 @@ use super::sensors::SensorWriter;
 use super::summary::SummaryBuilder;
 use super::written::Written;
 use crate::experiment::Experiment;
-use crate::run_state::RunState;
+use crate::run::run_state::RunState;
 use crate::sample::Sample;
 
 /// The files of rows of a run, open for writing.

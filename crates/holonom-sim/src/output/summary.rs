@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::assembly::loops::LoopResiduals;
 use crate::assembly::{AssemblyReport, Counts, StrainVariant};
-use crate::divided_steps::DividedSteps;
-use crate::loops::LoopResiduals;
-use crate::outcome::StaticFacts;
-use crate::outcome::{RunFailure, RunOutcome};
-use crate::rotation::FastestRotation;
+use crate::resolution::rotation::FastestRotation;
+use crate::run::divided_steps::DividedSteps;
+use crate::run::outcome::StaticFacts;
+use crate::run::outcome::{RunFailure, RunOutcome};
 use crate::sample::Sample;
 use holonom_model::{Family, HighOrder, Model};
 use vi_core::momentum_map::Momentum;

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::drive::joint_elements;
 use crate::output::columns::{self as output, POSITION_NAMES, SECTION, STRAINS};
+use crate::system::drive::joint_elements;
 use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind};
 use vi_multibody::pair::PairKind;
 

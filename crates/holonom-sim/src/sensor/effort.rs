@@ -13,8 +13,8 @@
 use super::columns::PARTS;
 use super::view::View;
 use super::{Builder, length_rate};
-use crate::drive::{JointElement, joint_elements};
-use crate::names::Names;
+use crate::system::drive::{JointElement, joint_elements};
+use crate::system::names::Names;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::reaction::{NodeReactions, Tension};
 use vi_multibody::scalar_constraint::ScalarRow;

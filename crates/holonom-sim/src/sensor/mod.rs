@@ -40,11 +40,11 @@ use effort::Effort;
 use observer::Observer;
 use power::Power;
 
-use crate::beams::Beams;
 use crate::dynamics::Dynamics;
-use crate::names::Names;
-use crate::run_state::same_length;
+use crate::run::run_state::same_length;
 use crate::stepper::Wanted;
+use crate::system::beams::Beams;
+use crate::system::names::Names;
 use holonom_model::{Constraint, GROUND, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;

@@ -12,13 +12,13 @@
 //! Warnings are given in this order; those of rotations and vibrations follow
 //! ([`super::resolved`]).
 
+use crate::assembly::loops;
 use crate::assembly::{self, AssemblyReport};
-use crate::beams::Beams;
-use crate::limits::{LimitWatch, Stiffness};
-use crate::loops;
-use crate::rotation_stability::unstable_steps;
+use crate::resolution::limits::{LimitWatch, Stiffness};
+use crate::resolution::rotation_stability::unstable_steps;
 use crate::start::{self, How, Start};
 use crate::stepper::AnyStepper;
+use crate::system::beams::Beams;
 use holonom_model::Model;
 use vi_core::SparseMatrix;
 use vi_multibody::mechanism::Mechanism;

@@ -1,7 +1,7 @@
 //! What is said of a step or a node that could not be found.
 
 use super::{RunFailure, Simulation};
-use crate::agreement;
+use crate::assembly::agreement;
 use crate::stepper::NodeOf;
 use holonom_model::{ModelError, Problem, Scheme};
 use vi_constraints::Constraints;

@@ -2,8 +2,8 @@
 
 use super::Simulation;
 use crate::assembly::AssemblyReport;
+use crate::resolution::rotation::RotationWatch;
 use crate::resolution::{RESOLVED, Resolution, probe};
-use crate::rotation::RotationWatch;
 use crate::stepper::{AnyStepper, NodeOf};
 use holonom_model::Model;
 use vi_constraints::{Constraints, InitialValues};

@@ -6,7 +6,7 @@
 //! The increments of the steps, not differences of coordinates: these are rounded by `ε|q|`, which
 //! `1/h²` would enlarge.
 
-use crate::run_state::same_length;
+use crate::run::run_state::same_length;
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::ResumeError;
 use vi_core::Interval;

@@ -21,7 +21,7 @@ mod work;
 pub(crate) use increments::Increment;
 pub(crate) use node::{NodeOf, NodeView, Wanted};
 
-use crate::run_state::{MotionState, same_length};
+use crate::run::run_state::{MotionState, same_length};
 use crate::sample::Momenta;
 use holonom_model::Settings;
 use increments::Increments;

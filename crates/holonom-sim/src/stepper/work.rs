@@ -15,7 +15,7 @@
 //! is summed for prescribed motions alone. The energy changes by the sum to the order of the scheme
 //! (theory: discrete Lagrange–d'Alembert principle).
 
-use crate::run_state::{Impulse, same_length};
+use crate::run::run_state::{Impulse, same_length};
 use vi_constraints::Constraints;
 use vi_constraints::discretization::Step;
 use vi_constraints::galerkin::GaussPoint;

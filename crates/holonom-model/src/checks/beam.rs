@@ -1,0 +1,60 @@
+//! Checks of beams, and of names of their nodes.
+
+use crate::checks::Checker;
+use crate::text::problem::nearest;
+use crate::types::beam::{Beam, BeamMass};
+
+impl Checker<'_> {
+    pub(crate) fn beam(&mut self, key: &str, beam: &Beam) {
+        if let Err(problem) = beam.meshes() {
+            self.add(problem.below(key));
+        }
+        if let Err(problem) = beam.section.numbers() {
+            self.add(problem.below(&format!("{key}.section")));
+        } else if beam.normal.is_none() && !beam.section.is_isotropic() {
+            let message =
+                "the section is not the same in all directions across the beam".to_owned();
+            self.report(
+                key,
+                message,
+                "add `normal = [x, y, z]`, the direction of its first axis d_1",
+            );
+        }
+        if beam.order > 1 && beam.mass == BeamMass::Lumped {
+            let message = format!("elements of order {} have no lumped mass", beam.order);
+            self.report(format!("{key}.mass"), message, "write order = 1 or mass = \"consistent\"");
+        }
+    }
+
+    /// Whether the name is that of a node, or was refused as one.
+    pub(crate) fn node_reference(&mut self, key: &str, name: &str) -> bool {
+        let (beam, place) = match name.split_once('.') {
+            Some((beam, place)) => (beam, Some(place)),
+            None => (name, None),
+        };
+        let Some(found) = self.model.beam(beam) else {
+            if place.is_none() {
+                return false;
+            }
+            let beams: Vec<&str> = self.model.beams.iter().map(|b| b.name.as_str()).collect();
+            let help = match nearest(beam, beams.iter().copied()) {
+                Some(best) => format!("did you mean `{best}.{}`?", place.unwrap_or_default()),
+                None if beams.is_empty() => "add a [[beam]] first".to_owned(),
+                None => format!("there are: {}", crate::checks::some(&beams)),
+            };
+            self.report(key, format!("there is no beam named `{beam}`"), help);
+            return true;
+        };
+        let last = found.node_count().saturating_sub(1);
+        if last == 0 || place.is_some_and(|place| found.node(place).is_some()) {
+            return true; // a beam without nodes is refused by itself
+        }
+        let message = match place {
+            Some(place) => format!("`{beam}` has no node `{place}`"),
+            None => format!("`{beam}` is a beam: name one of its nodes"),
+        };
+        let help = format!("write `{beam}.start`, `{beam}.end`, or `{beam}.0` to `{beam}.{last}`");
+        self.report(key, message, help);
+        true
+    }
+}

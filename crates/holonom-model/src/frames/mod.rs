@@ -1,0 +1,5 @@
+//! Parts stated in other frames, resolved into the inertial one; the initial configuration.
+
+mod posed;
+pub(crate) mod relative;
+pub(crate) mod start;

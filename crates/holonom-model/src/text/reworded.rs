@@ -1,0 +1,176 @@
+//! Messages of serde in the words of model files, with the nearest of the expected keys.
+
+use super::problem::nearest;
+use super::strict::wrong_length;
+use super::syntax::number_help;
+use super::wishes;
+
+/// The quoted words of a message of serde.
+pub(crate) fn quoted(message: &str) -> impl Iterator<Item = &str> {
+    message.split('`').skip(1).step_by(2)
+}
+
+/// Words that others use for ours; the first of ours that is possible at the place is meant.
+const SYNONYMS: [(&str, &str); 81] = [
+    ("hinge", "revolute"),
+    ("pin", "revolute"),
+    ("pivot", "revolute"),
+    ("continuous", "revolute"),
+    ("ball", "spherical"),
+    ("slider", "prismatic"),
+    ("slide", "prismatic"),
+    ("weld", "fixed"),
+    ("rigid", "fixed"),
+    ("hooke", "universal"),
+    ("cardan", "universal"),
+    ("helical", "screw"),
+    ("cuboid", "box"),
+    ("cube", "box"),
+    ("capsule", "rod"),
+    ("dt", "step"),
+    ("rho", "density"),
+    ("pos", "position"),
+    ("quat", "quaternion"),
+    ("rpy", "euler"),
+    ("size", "dimensions"),
+    ("extents", "dimensions"),
+    ("radius", "dimensions"),
+    ("length", "dimensions"),
+    ("height", "dimensions"),
+    ("torque", "effort"),
+    ("kp", "proportional"),
+    ("kd", "derivative"),
+    ("timestep", "step"),
+    ("duration", "end"),
+    ("body1", "parent"),
+    ("body2", "child"),
+    ("body1", "from"),
+    ("body2", "to"),
+    ("body_a", "from"),
+    ("body_b", "to"),
+    ("body", "of"),
+    ("joint", "of"),
+    ("constraint", "of"),
+    ("spring", "of"),
+    ("bar", "of"),
+    ("beam", "of"),
+    ("load", "of"),
+    ("particle", "of"),
+    ("motor", "of"),
+    ("point1", "point_from"),
+    ("point2", "point_to"),
+    ("anchor1", "anchor_parent"),
+    ("anchor2", "anchor_child"),
+    ("anchor", "position"),
+    ("location", "position"),
+    ("origin", "position"),
+    ("force", "effort"),
+    ("tension", "effort"),
+    ("coordinate", "joint_coordinate"),
+    ("angle", "joint_coordinate"),
+    ("displacement", "joint_coordinate"),
+    ("rate", "joint_rate"),
+    ("speed", "velocity"),
+    ("speed", "rate"),
+    ("velocity", "rate"),
+    ("orientation", "euler"),
+    ("rotation", "euler"),
+    ("omega", "angular_velocity"),
+    ("follower", "frame"),
+    ("direction", "axis"),
+    ("diameter", "dimensions"),
+    ("lengths", "dimensions"),
+    ("k", "stiffness"),
+    ("c", "damping"),
+    ("damper", "damping"),
+    ("l0", "natural_length"),
+    ("rest_length", "natural_length"),
+    ("free_length", "natural_length"),
+    ("length", "natural_length"),
+    ("colour", "color"),
+    ("young", "E"),
+    ("youngs_modulus", "E"),
+    ("poisson", "nu"),
+    ("segments", "elements"),
+    ("nodes", "points"),
+];
+
+pub(crate) fn suggestion(word: &str, known: &[&str]) -> Option<String> {
+    let is_meant =
+        |(other, ours): &&(&str, &str)| other.eq_ignore_ascii_case(word) && known.contains(ours);
+    let meant = SYNONYMS.iter().find(is_meant).map(|(_, ours)| *ours);
+    if let Some(answer) = wishes::answer(word).filter(|_| meant.is_none()) {
+        let known = if known.is_empty() {
+            String::new()
+        } else {
+            format!(" (known: {})", known.join(", "))
+        };
+        return Some(format!("{answer}{known}"));
+    }
+    match meant.or_else(|| nearest(word, known.iter().copied())) {
+        Some(best) => Some(format!("did you mean `{best}`? (known: {})", known.join(", "))),
+        None if known.is_empty() => None,
+        None => Some(format!("known: {}", known.join(", "))),
+    }
+}
+
+/// The lengths in serde's "invalid length 4, expected …3…".
+pub(crate) fn buffered_length(message: &str) -> Option<(usize, usize)> {
+    let (found, expected) = message.strip_prefix("invalid length ")?.split_once(", expected ")?;
+    let digits = expected.split(|c: char| !c.is_ascii_digit()).find(|word| !word.is_empty())?;
+    Some((found.parse().ok()?, digits.parse().ok()?))
+}
+
+/// The text that stands where serde expects a number.
+pub(crate) fn text_for_number(message: &str) -> Option<&str> {
+    let (text, expected) =
+        message.strip_prefix("invalid type: string \"")?.rsplit_once("\", expected ")?;
+    ["f64", "u64", "u32", "usize", "a number"].contains(&expected).then_some(text)
+}
+
+/// serde's words in ours, with the nearest of the expected ones.
+pub(crate) fn reworded(message: &str) -> (String, Option<String>) {
+    let words: Vec<&str> = quoted(message).collect();
+    match (words.first(), message) {
+        (Some(word), m) if m.starts_with("unknown field") => {
+            (format!("unknown key `{word}`"), suggestion(word, &words[1..]))
+        }
+        (Some(word), m) if m.starts_with("unknown variant") => {
+            (format!("unknown value `{word}`"), suggestion(word, &words[1..]))
+        }
+        (Some(word), m) if m.starts_with("missing field") => {
+            (format!("the key `{word}` is missing"), Some(format!("add `{word} = …`")))
+        }
+        (_, m) if buffered_length(m).is_some() || m.ends_with("are needed") => {
+            let message = buffered_length(m).map(|(found, expected)| wrong_length(found, expected));
+            let message = message.unwrap_or_else(|| m.to_owned());
+            let help = match message.split(' ').next().and_then(|count| count.parse::<usize>().ok())
+            {
+                Some(4..=6) => {
+                    "write exactly as many entries as are needed; a decimal comma makes two of one: write 9.81, not 9,81"
+                }
+                _ => "write exactly as many entries as are needed",
+            };
+            let help = help.to_owned();
+            (message, Some(help))
+        }
+        _ => {
+            if message.ends_with("expected a sequence") {
+                let help = "write a list such as [0.0, 0.0, -9.81]".to_owned();
+                return (
+                    message.replace("expected a sequence", "expected a list of numbers"),
+                    Some(help),
+                );
+            }
+            if let Some(found) = message.strip_suffix(", expected a string") {
+                let help = "write a name in quotes; what belongs to it, such as a point, has a key of its own".to_owned();
+                return (format!("{found}, expected a name or another text"), Some(help));
+            }
+            let help = text_for_number(message).map(number_help);
+            let message = message.replace("expected f64", "expected a number");
+            let whole = "expected a whole number, 0 or more";
+            let whole = |m: String, kind: &str| m.replace(&format!("expected {kind}"), whole);
+            (["u64", "u32", "usize"].into_iter().fold(message, whole), help)
+        }
+    }
+}

@@ -1,0 +1,397 @@
+//! What other programs have under names that no key, type or section of a model file has, and what
+//! there is here instead.
+
+/// Words, and the answer to them.
+type Wish = (&'static [&'static str], &'static str);
+
+const WISHES: [Wish; 28] = [
+    (&["parallel", "threads", "gpu", "cores"], "a run uses one core; `holonom sweep` uses all"),
+    (
+        &[
+            "contact",
+            "collision",
+            "impact",
+            "restitution",
+            "bounce",
+            "penetration",
+            "floor",
+            "obstacle",
+            "wall",
+            "contact_pair",
+            "ground_contact",
+            "collide",
+            "contact_force",
+        ],
+        "contact and impact are not modelled: bodies pass through each other. A point that is held on a line or a plane is a \
+         [[constraint]] of type \"point_on_line\" or \"point_on_plane\"; a [[spring]] pushes and pulls",
+    ),
+    (
+        &[
+            "friction",
+            "coulomb",
+            "stiction",
+            "mu",
+            "mu_s",
+            "mu_k",
+            "dry_friction",
+            "frictionloss",
+            "static_friction",
+            "friction_coefficient",
+            "coefficient_of_friction",
+        ],
+        "dry friction is not modelled. Viscous friction is: `damper = { damping = … }` of a joint, `damping` of a [[spring]]",
+    ),
+    (
+        &[
+            "limit",
+            "lower",
+            "upper",
+            "stop",
+            "end_stop",
+            "joint_limit",
+            "joint_stop",
+            "range",
+            "min",
+            "max",
+            "lower_limit",
+            "upper_limit",
+            "min_angle",
+            "max_angle",
+            "bounds",
+        ],
+        "joints have no stops and no range. A [[sensor]] of type \"joint_coordinate\" shows whether a limit was passed; \
+         a `spring` of the joint holds it back",
+    ),
+    (
+        &["bushing", "bush", "mount", "compliance", "isolator", "sixdof_spring", "field"],
+        "there are no bushings: write a [[spring]] with `damping` for each direction, between points of the two bodies, or \
+         `spring` and `damper` of a joint",
+    ),
+    (
+        &[
+            "rolling",
+            "roll",
+            "wheel",
+            "no_slip",
+            "nonholonomic",
+            "rolling_contact",
+            "knife_edge",
+            "skate",
+        ],
+        "rolling without slip is not modelled (nonholonomic constraints are not). A rack and its pinion, or two gears, are a \
+         [[constraint]] of type \"gear\"",
+    ),
+    (
+        &[
+            "release",
+            "detach",
+            "disconnect",
+            "break",
+            "attach",
+            "deactivate",
+            "activate",
+            "lock",
+            "unlock",
+            "fuse",
+        ],
+        "nothing is released or connected during a run. End it at that time, and write positions and velocities of its last row \
+         as initial values of a model without the connection",
+    ),
+    (
+        &[
+            "event",
+            "trigger",
+            "switch",
+            "condition",
+            "when",
+            "if",
+            "zero_crossing",
+            "terminate",
+            "halt",
+        ],
+        "there are no events and no conditions. What changes in time is the `history` of a [[load]] or of a motor, or the `path` \
+         of a motion",
+    ),
+    (
+        &["armature", "rotor_inertia", "reflected_inertia", "motor_inertia", "gear_ratio"],
+        "a rotor is a [[body]] of its own with a revolute joint, and a [[constraint]] of type \"gear\" couples it",
+    ),
+    (
+        &[
+            "mimic",
+            "multiplier",
+            "follow",
+            "coupler",
+            "coupling",
+            "rack",
+            "pulley",
+            "differential",
+            "gearbox",
+            "transmission",
+            "equality",
+            "rack_and_pinion",
+            "belt",
+        ],
+        "a joint follows another by a [[constraint]] of type \"gear\": joints = [\"a\", \"b\"], ratio = …, \
+         θ_a + ratio θ_b is constant",
+    ),
+    (
+        &["tire", "tyre", "pacejka", "magic_formula", "slip", "road"],
+        "tires are not modelled. A [[spring]] with `damping` between axle and ground carries the weight; a [[load]] with a \
+         `history` is a given force",
+    ),
+    (
+        &[
+            "adaptive",
+            "variable_step",
+            "rtol",
+            "atol",
+            "reltol",
+            "abstol",
+            "max_step",
+            "min_step",
+            "step_size_control",
+            "error_control",
+            "initial_step",
+            "rel_tol",
+            "abs_tol",
+            "relative_tolerance",
+            "absolute_tolerance",
+        ],
+        "the step is constant: `step`. `order` raises the accuracy, `on_failure = \"substep\"` divides a step that is \
+         refused, `holonom verify` recommends a step",
+    ),
+    (
+        &[
+            "control",
+            "controller",
+            "pid",
+            "feedback",
+            "servo",
+            "regulator",
+            "integral",
+            "ki",
+            "setpoint",
+            "target",
+            "reference",
+        ],
+        "a `motor` of a joint has gains `proportional` and `derivative` about its `path`. Other feedback is written in Rust with \
+         the library",
+    ),
+    (
+        &["cable", "rope", "tendon", "string", "wire", "chain", "muscle", "sling"],
+        "a rope that stays taut is a [[constraint]] of type \"distance\", an elastic one a [[spring]] or a [[beam]]. What goes \
+         slack, and ropes over pulleys, are not modelled",
+    ),
+    (
+        &[
+            "drag",
+            "lift",
+            "wind",
+            "aerodynamics",
+            "fluid",
+            "buoyancy",
+            "water",
+            "hydraulic",
+            "pneumatic",
+            "air",
+        ],
+        "forces of fluids are not modelled. A [[load]] with a `history` is a given force; `damper` of a joint is viscous",
+    ),
+    (
+        &[
+            "plate",
+            "shell",
+            "solid",
+            "fem",
+            "finite_element",
+            "flexible_body",
+            "superelement",
+            "craig_bampton",
+            "modal_body",
+            "flexible",
+            "cloth",
+            "membrane",
+            "deformable",
+        ],
+        "flexible bodies are beams: [[beam]]. Plates, solids and reduced bodies of finite element programs are not modelled",
+    ),
+    (
+        &[
+            "plasticity",
+            "yield",
+            "hysteresis",
+            "creep",
+            "thermal",
+            "temperature",
+            "fatigue",
+            "fracture",
+        ],
+        "materials are linear elastic, with `damping` of a section",
+    ),
+    (
+        &["cam", "curve", "point_on_curve", "slot", "contour", "follower"],
+        "a cam that holds contact is the `path` of a [[constraint]] of type \"motion\"; points are held on straight lines and \
+         planes: \"point_on_line\", \"point_on_plane\"",
+    ),
+    (
+        &["backlash", "clearance", "play", "gap", "freeplay"],
+        "joints have no clearance. Relative motion that is small is a joint of more freedoms with a `spring`",
+    ),
+    (
+        &[
+            "python",
+            "script",
+            "function",
+            "formula",
+            "expression",
+            "equation",
+            "user",
+            "plugin",
+            "fmu",
+            "subroutine",
+            "code",
+            "matlab",
+        ],
+        "a model file has no code: functions of time are the `history` of a load and the `path` of a motor or motion, numbers \
+         may be expressions of [parameters]. Laws of your own are written in Rust with the library",
+    ),
+    (
+        &["unit", "units", "degrees", "length_unit", "angle_unit"],
+        "all numbers are in SI units, angles in rad; \"= 30*deg\" and \"= 12/1000\" convert them",
+    ),
+    (
+        &["output", "result", "log", "record", "probe", "measure", "monitor", "plot", "request"],
+        "what is measured is a [[sensor]]; `every` and `columns` under [simulation] say what is recorded, \
+         `holonom run MODEL -o DIR` where",
+    ),
+    (
+        &["initial", "initial_condition", "ic", "state", "q0", "v0", "qpos", "qvel", "start"],
+        "initial values stand with the parts: `position`, orientation and velocities of a [[body]], `rate` of a [[joint]]",
+    ),
+    (
+        &[
+            "newmark",
+            "hht",
+            "generalized_alpha",
+            "bdf",
+            "rk4",
+            "rk45",
+            "ode45",
+            "ode15s",
+            "euler_scheme",
+            "runge_kutta",
+            "implicit_euler",
+            "semi_implicit",
+            "verlet",
+            "dassl",
+            "ida",
+            "radau",
+            "gstiff",
+            "leapfrog",
+            "rattle",
+        ],
+        "schemes are variational or energy–momentum ones with a constant step: scheme = \"nodal\" with order = 2 to 16, \
+         \"em-nodal\"",
+    ),
+    (
+        &["random", "noise", "stochastic", "psd", "spectrum"],
+        "there are no random inputs: a `history` of type \"table\" takes values made elsewhere",
+    ),
+    (
+        &["optimization", "optimize", "objective", "design", "identify", "monte_carlo", "sweep"],
+        "parameters are varied by the program: `holonom sweep MODEL --vary KEY=A:B:N`",
+    ),
+    (
+        &["magnet", "magnetic", "electric", "voltage", "current", "circuit", "charge"],
+        "electric and magnetic parts are not modelled; their forces are a [[load]] or a `motor` with a `history`",
+    ),
+    (
+        &["import", "urdf", "mjcf", "cad", "step_file", "iges"],
+        "robots in URDF and MJCF are translated by `holonom import`; model files are included by `include = [\"part.toml\"]`; a \
+         shape of type \"mesh\" reads STL and OBJ",
+    ),
+];
+
+/// Sections of other programs for what stands elsewhere here.
+const SECTIONS: [Wish; 8] = [
+    (
+        &["actuator", "drive", "driver", "motor", "prescribed", "imposed", "input", "motion_input"],
+        "a drive with a force is `motor = { … }` of a [[joint]]; a prescribed motion is a [[constraint]] of type \"motion\" with a \
+         `path`",
+    ),
+    (
+        &["motion", "distance", "gear", "point_on_line", "point_on_plane"],
+        "it is a [[constraint]] with this `type`",
+    ),
+    (
+        &[
+            "spring_damper",
+            "rotational_spring",
+            "torsion_spring",
+            "torsional_spring",
+            "damper",
+            "dashpot",
+            "shock",
+        ],
+        "between points: [[spring]] with `stiffness` and `damping`; along a joint coordinate: `spring = { stiffness = … }` and \
+         `damper = { damping = … }` of the [[joint]]",
+    ),
+    (
+        &["force", "torque", "moment", "thrust", "thruster", "pressure"],
+        "forces and torques are a [[load]]: body = \"…\", force = [x, y, z], torque = [x, y, z], history = { … }",
+    ),
+    (
+        &["hinge_joint", "link", "part", "rigid_body", "solid_body", "mass", "inertial"],
+        "a rigid body is a [[body]], a point mass a [[particle]]",
+    ),
+    (
+        &["material", "geometry", "geom", "visual", "collision_geometry", "mesh"],
+        "`shape = { type = …, density = … }` of a [[body]] gives mass and picture; `material` belongs to the section of a [[beam]]",
+    ),
+    (
+        &["solver_settings", "settings", "options", "integrator", "time", "analysis", "option"],
+        "the scheme, its step and the end time stand under [simulation]",
+    ),
+    (
+        &["world", "ground", "environment", "gravity_field", "gravitation"],
+        "the inertial frame is called `ground`; gravity is `gravity = [0, 0, -9.81]` under [model]",
+    ),
+];
+
+/// What there is instead of something that model files do not have.
+pub(crate) fn answer(word: &str) -> Option<&'static str> {
+    among(&WISHES, word)
+}
+
+/// The same for a section.
+pub(crate) fn answer_to_section(word: &str) -> Option<&'static str> {
+    answer(word).or_else(|| among(&SECTIONS, word))
+}
+
+fn among(wishes: &[Wish], word: &str) -> Option<&'static str> {
+    let plain = word.to_lowercase().replace(['-', ' '], "_");
+    let one = plain.strip_suffix('s');
+    let is = |known: &&str| *known == plain || Some(*known) == one;
+    wishes.iter().find(|(words, _)| words.iter().any(is)).map(|(_, answer)| *answer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::text::sections::{LISTS, TABLES};
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_word_has_one_answer_and_no_section_is_wished_for() {
+        let mut known = BTreeSet::new();
+        for word in WISHES.iter().chain(&SECTIONS).flat_map(|(words, _)| words.iter()) {
+            assert!(known.insert(*word), "`{word}` stands twice");
+            assert!(answer_to_section(word).is_some());
+            assert!(!TABLES.contains(word) && !LISTS.contains(word));
+        }
+        assert_eq!(answer("Limits"), answer("limit"));
+        assert_eq!(answer("dry-friction"), answer("friction"));
+        assert_eq!(answer("masse"), None);
+    }
+}

@@ -1,0 +1,360 @@
+//! `[[beam]]`: geometrically exact beams, their centre line and their nodes.
+//!
+//! Nodes are numbered along the beam from 0. A polyline has one leg between two points; a corner
+//! has two nodes at the same place, the last of one leg and the first of the next, held rigidly
+//! together.
+
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use vi_beam::mesh::{FrameRule, Mesh, MeshError};
+use vi_multibody::joint::complete_axis;
+
+use super::section::Section;
+use crate::text::problem::{Problem, fault};
+
+/// Intervals between nodes that a beam may have at most.
+pub const MAX_INTERVALS: usize = 100_000;
+
+/// How an end of a beam is held by the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum End {
+    /// Not at all; joints may hold it.
+    #[default]
+    Free,
+    /// Neither moves nor rotates.
+    Clamped,
+    /// Does not move, rotates freely.
+    Pinned,
+}
+
+/// Rotation of the section about the centre line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Twist {
+    /// `d_1` lies in the plane of the tangent and `normal` at every node.
+    #[default]
+    Normal,
+    /// The same at the first node; from there on without turning about the tangent.
+    Minimal,
+}
+
+/// Distribution of the mass of an element to its nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum BeamMass {
+    /// That of the interpolation; neighbouring nodes are coupled.
+    #[default]
+    Consistent,
+    /// Half at each end; two-node elements only.
+    Lumped,
+}
+
+/// One number of elements, or one for each leg.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "elements is a whole number, or a list of them, one for each leg")]
+pub enum Count {
+    /// For every leg.
+    Each(usize),
+    /// One for each leg.
+    Legs(Vec<usize>),
+}
+
+/// One direction, or one for each leg.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "normal is a direction `[x, y, z]`, or a list of them, one for each leg"
+)]
+pub enum Normal {
+    /// For every leg.
+    One([f64; 3]),
+    /// One for each leg.
+    Legs(Vec<[f64; 3]>),
+}
+
+/// A smooth centre line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+pub enum Curve {
+    /// Part of a circle.
+    Arc {
+        /// Where it begins, m.
+        from: [f64; 3],
+        /// A point of its axis, m.
+        center: [f64; 3],
+        /// Direction of its axis; right-handed.
+        axis: [f64; 3],
+        /// Angle, rad.
+        angle: f64,
+    },
+    /// A screw line about an axis.
+    Helix {
+        /// Where it begins, m.
+        from: [f64; 3],
+        /// A point of its axis, m.
+        center: [f64; 3],
+        /// Direction of its axis; right-handed.
+        axis: [f64; 3],
+        /// Angle, rad; may be many revolutions.
+        angle: f64,
+        /// Rise along the axis per revolution, m.
+        pitch: f64,
+    },
+    /// A smooth curve through points: cubics between them, nodes at equal parts of the sum of
+    /// chords.
+    Spline {
+        /// The points, m.
+        points: Vec<[f64; 3]>,
+    },
+}
+
+/// `[[beam]]`: a geometrically exact beam, free of stress in the initial configuration. Its nodes
+/// are named `NAME.start`, `NAME.end` and `NAME.0`, `NAME.1`, … wherever a body may be named.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Beam {
+    /// Its name, unique in the model.
+    pub name: String,
+    /// The corners of its centre line, m: straight legs between them, rigid at the corners.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<[f64; 3]>,
+    /// Its centre line when it is curved; instead of `points`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<Curve>,
+    /// Elements of each leg, or a list with one number for each leg.
+    pub elements: Count,
+    /// Order of the elements: 1 (two nodes), 2 or 3 (three or four nodes, reduced quadrature).
+    #[serde(default = "one")]
+    pub order: usize,
+    /// Direction of `d_1`, the first axis of the section, as far as it lies across the centre line;
+    /// `d_3` is along it, `d_2 = d_3 × d_1`. A list has one for each leg. Needed unless the section
+    /// is the same in all directions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal: Option<Normal>,
+    /// Rotation of the section about a curved centre line.
+    #[serde(default)]
+    pub twist: Twist,
+    /// Stiffness and inertia of its section.
+    pub section: Section,
+    /// Distribution of its mass.
+    #[serde(default)]
+    pub mass: BeamMass,
+    /// How the ground holds its start.
+    #[serde(default)]
+    pub start: End,
+    /// How the ground holds its end.
+    #[serde(default)]
+    pub end: End,
+    /// The frame of its points, directions and velocities: a body, a node of a beam, a joint or a
+    /// `[[frame]]`; the inertial frame by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
+    /// Initial velocity of its first point, m/s; the whole beam moves as if it were rigid.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// Initial angular velocity of the whole beam, spatial components, rad/s.
+    #[serde(default)]
+    pub angular_velocity: [f64; 3],
+}
+
+fn one() -> usize {
+    1
+}
+
+impl Beam {
+    /// Number of legs.
+    #[must_use]
+    pub fn legs(&self) -> usize {
+        if self.curve.is_some() { 1 } else { self.points.len().saturating_sub(1) }
+    }
+
+    /// Elements of a leg; 0 when they are not stated.
+    #[must_use]
+    pub fn elements_of(&self, leg: usize) -> usize {
+        match &self.elements {
+            Count::Each(count) => *count,
+            Count::Legs(counts) => counts.get(leg).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Elements of the whole beam.
+    #[must_use]
+    pub fn element_count(&self) -> usize {
+        (0..self.legs()).fold(0, |sum, leg| sum.saturating_add(self.elements_of(leg)))
+    }
+
+    /// Nodes of a leg.
+    #[must_use]
+    pub fn nodes_of(&self, leg: usize) -> usize {
+        self.elements_of(leg).saturating_mul(self.order).saturating_add(1)
+    }
+
+    /// Nodes of the whole beam.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        (0..self.legs()).fold(0, |sum, leg| sum.saturating_add(self.nodes_of(leg)))
+    }
+
+    /// The node called `place`: `start`, `end`, or a number.
+    #[must_use]
+    pub fn node(&self, place: &str) -> Option<usize> {
+        let count = self.node_count();
+        match place {
+            _ if count == 0 => None,
+            "start" => Some(0),
+            "end" => Some(count - 1),
+            "0" => Some(0),
+            number if number.starts_with(['0', '+']) => None,
+            number => number.parse().ok().filter(|k| *k < count),
+        }
+    }
+
+    fn rule(&self, leg: usize, tangent: Vector3<f64>) -> FrameRule {
+        let stated = match &self.normal {
+            Some(Normal::One(normal)) => Some(*normal),
+            Some(Normal::Legs(normals)) => normals.get(leg).copied(),
+            None => None,
+        };
+        match (stated.map(Vector3::from), self.twist) {
+            (Some(normal), Twist::Normal) => FrameRule::Normal(normal),
+            (Some(normal), Twist::Minimal) => FrameRule::RotationMinimizing(normal),
+            (None, _) => {
+                let across = complete_axis(&tangent.normalize()).column(0).into();
+                FrameRule::RotationMinimizing(across)
+            }
+        }
+    }
+
+    /// Nodes of each leg: centres, triads, lengths.
+    ///
+    /// # Errors
+    /// [`Problem`] with its key below that of the beam.
+    pub fn meshes(&self) -> Result<Vec<Mesh>, Problem> {
+        self.counts()?;
+        let point = |x: &[f64; 3]| Vector3::from(*x);
+        let intervals = |leg: usize| self.order * self.elements_of(leg);
+        let explain = |key: &'static str| {
+            move |error: MeshError| match error {
+                MeshError::NormalAlongTangent { node } => {
+                    let message = format!("the normal is along the centre line at node {node}");
+                    let help = "write a direction across the beam; `normal` may be a list, one for \
+                                each leg";
+                    fault("normal", message, help)
+                }
+                error => fault(key, error.to_string(), "give every part of the beam a length"),
+            }
+        };
+        let Some(curve) = &self.curve else {
+            let leg = |(leg, ends): (usize, &[[f64; 3]])| {
+                let (from, to) = (point(&ends[0]), point(&ends[1]));
+                if from == to {
+                    let message = format!("points {leg} and {} are the same", leg + 1);
+                    return Err(fault("points", message, "remove one of them"));
+                }
+                let rule = self.rule(leg, to - from);
+                Mesh::straight(from, to, intervals(leg), rule).map_err(explain("points"))
+            };
+            return self.points.windows(2).enumerate().map(leg).collect();
+        };
+        let mesh = match curve {
+            Curve::Arc { from, center, axis, angle } => {
+                self.screw_line([from, center, axis], *angle, 0.0)?
+            }
+            Curve::Helix { from, center, axis, angle, pitch } => {
+                self.screw_line([from, center, axis], *angle, *pitch)?
+            }
+            Curve::Spline { points } => {
+                let points: Vec<_> = points.iter().map(point).collect();
+                if let Some(k) = points.windows(2).position(|pair| pair[0] == pair[1]) {
+                    let message = format!("points {k} and {} are the same", k + 1);
+                    return Err(fault("curve.points", message, "remove one of them"));
+                }
+                let rule = self.rule(0, points[1] - points[0]);
+                Mesh::spline(&points, intervals(0), rule).map_err(explain("curve"))?
+            }
+        };
+        Ok(vec![mesh])
+    }
+
+    fn screw_line(
+        &self,
+        [from, center, axis]: [&[f64; 3]; 3],
+        angle: f64,
+        pitch: f64,
+    ) -> Result<Mesh, Problem> {
+        let axis = Vector3::from(*axis);
+        if axis.amax() < 1e-100 {
+            let message = "the axis has zero length".to_owned();
+            return Err(fault("curve.axis", message, "write a direction, such as [0, 0, 1]"));
+        }
+        if angle == 0.0 {
+            let message = "the angle is 0: the curve has no length".to_owned();
+            return Err(fault("curve.angle", message, "write an angle in rad, or use `points`"));
+        }
+        let axis = axis.normalize();
+        let (from, center) = (Vector3::from(*from), Vector3::from(*center));
+        let foot = center + axis * axis.dot(&(from - center));
+        let radius = from - foot;
+        if radius.norm() <= 1e-12 * (from - center).norm() {
+            let message = "the curve begins on its axis: it has no radius".to_owned();
+            return Err(fault("curve.from", message, "move `from` or `center`"));
+        }
+        let tangent = angle.signum() * (axis.cross(&radius) + pitch / std::f64::consts::TAU * axis);
+        let (intervals, rule) = (self.order * self.elements_of(0), self.rule(0, tangent));
+        let mesh = Mesh::helix(foot, radius, axis, angle, pitch, intervals, rule);
+        mesh.map_err(|error| {
+            fault("normal", error.to_string(), "write a direction across the beam")
+        })
+    }
+
+    /// What the numbers of points, elements and normals must be.
+    fn counts(&self) -> Result<(), Problem> {
+        let few = |key, count: usize| {
+            let message = format!("{count} point(s) make no beam");
+            Err(fault(key, message, "write at least two points"))
+        };
+        match (&self.curve, self.points.len()) {
+            (None, 0) => {
+                let help = "add `points = [[…], […]]`, or a `curve`";
+                return Err(fault("name", "the beam has no centre line", help));
+            }
+            (None, 1) => return few("points", 1),
+            (Some(_), 1..) => {
+                let message = "the centre line is stated twice: `points` and `curve`".to_owned();
+                return Err(fault("points", message, "keep one of them"));
+            }
+            (Some(Curve::Spline { points }), 0) if points.len() < 2 => {
+                return few("curve.points", points.len());
+            }
+            _ => {}
+        }
+        if !(1..=3).contains(&self.order) {
+            let message = format!("there are no elements of order {}", self.order);
+            return Err(fault("order", message, "write 1, 2 or 3"));
+        }
+        let legs = self.legs();
+        let lists = [
+            ("elements", if let Count::Legs(list) = &self.elements { list.len() } else { legs }),
+            ("normal", if let Some(Normal::Legs(list)) = &self.normal { list.len() } else { legs }),
+        ];
+        for (key, count) in lists {
+            if count != legs {
+                let message = format!("{count} value(s) for {legs} leg(s)");
+                return Err(fault(key, message, "write one for each leg, or a single one for all"));
+            }
+        }
+        if (0..legs).any(|leg| self.elements_of(leg) == 0) {
+            let message = "a beam needs at least one element in each leg".to_owned();
+            return Err(fault("elements", message, "write a number such as 16"));
+        }
+        let intervals = |leg: usize| self.order.saturating_mul(self.elements_of(leg));
+        let all = (0..legs).fold(0_usize, |sum, leg| sum.saturating_add(intervals(leg)));
+        if all > MAX_INTERVALS {
+            let message = format!("{all} intervals between nodes are more than {MAX_INTERVALS}");
+            return Err(fault("elements", message, "choose fewer elements"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,262 @@
+//! `[[load]]`: forces and torques on bodies, nodes, beams and point masses, with a history in time.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use vi_rigid::time_history::TimeHistory;
+
+use crate::checks::Checker;
+
+/// The frame of a load's components.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Frame {
+    /// Fixed in space: a dead load.
+    #[default]
+    Space,
+    /// Fixed in the body or node: a follower.
+    Body,
+}
+
+/// A factor in time: 1 at all times where nothing is stated, in statics `t/end`. Kinks and jumps
+/// belong on step boundaries.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+pub enum History {
+    /// Nothing is stated.
+    #[default]
+    #[serde(skip)]
+    Unstated,
+    /// 1 at all times, also in statics.
+    Constant,
+    /// `t/end`: 1 at `end`, and growing beyond.
+    Linear {
+        /// When it reaches 1, s.
+        end: f64,
+    },
+    /// 0 before `start`, growing to 1 at `end`, then 1.
+    Ramp {
+        /// Until when it is 0, s.
+        start: f64,
+        /// From when on it is 1, s.
+        end: f64,
+    },
+    /// 1 from `start` to `end`, else 0.
+    Pulse {
+        /// When it begins, s.
+        start: f64,
+        /// When it ends, s.
+        end: f64,
+    },
+    /// 0 at `start`, 1 at `peak`, 0 at `end` and outside, linear between.
+    Triangle {
+        /// When it begins, s.
+        start: f64,
+        /// When it is 1, s.
+        peak: f64,
+        /// When it ends, s.
+        end: f64,
+    },
+    /// `sin(2π frequency t + phase)`.
+    Harmonic {
+        /// Frequency, Hz.
+        frequency: f64,
+        /// Phase at t = 0, rad.
+        #[serde(default)]
+        phase: f64,
+    },
+    /// Linear between the given points; 0 before the first, constant after the last.
+    Table {
+        /// Times, s, increasing.
+        times: Vec<f64>,
+        /// Factors at these times.
+        values: Vec<f64>,
+    },
+}
+
+impl History {
+    /// The time history of the rigid-body crate.
+    #[must_use]
+    pub fn time_history(&self) -> TimeHistory {
+        let amplitude = 1.0;
+        match self {
+            Self::Unstated | Self::Constant => TimeHistory::Constant { amplitude },
+            &Self::Linear { end } => TimeHistory::Linear { slope: 1.0 / end },
+            &Self::Ramp { start, end } => TimeHistory::Ramp { start, end, amplitude },
+            &Self::Pulse { start, end } => TimeHistory::Pulse { start, end, amplitude },
+            &Self::Triangle { start, peak, end } => {
+                TimeHistory::Triangle { start, peak, end, amplitude }
+            }
+            &Self::Harmonic { frequency, phase } => {
+                TimeHistory::Harmonic { frequency, phase, amplitude, offset: 0.0 }
+            }
+            Self::Table { times, values } => {
+                let points = times.iter().zip(values).map(|(t, f)| [*t, *f]).collect();
+                TimeHistory::Table { points }
+            }
+        }
+    }
+
+    /// Whether nothing is stated.
+    #[must_use]
+    pub fn is_unstated(&self) -> bool {
+        matches!(self, Self::Unstated)
+    }
+
+    /// Its largest size from 0 to `until`, s.
+    #[must_use]
+    pub fn peak(&self, until: f64) -> f64 {
+        match self {
+            Self::Linear { end } => until / end,
+            Self::Table { values, .. } => {
+                values.iter().fold(0.0, |most, value| most.max(value.abs()))
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// The time from which it stays zero, s; `None` when it never does.
+    #[must_use]
+    pub fn end(&self) -> Option<f64> {
+        match self {
+            Self::Pulse { end, .. } | Self::Triangle { end, .. } => Some(*end),
+            Self::Table { times, values } => {
+                let last = values.iter().rposition(|value| *value != 0.0);
+                times.get(last.map_or(0, |k| k + 1)).copied()
+            }
+            Self::Unstated
+            | Self::Constant
+            | Self::Linear { .. }
+            | Self::Ramp { .. }
+            | Self::Harmonic { .. } => None,
+        }
+    }
+
+    /// What is wrong with it, in words.
+    #[must_use]
+    pub fn fault(&self) -> Option<String> {
+        match self {
+            Self::Unstated | Self::Constant => None,
+            Self::Linear { end } => (*end <= 0.0).then(|| format!("end = {end} must be positive")),
+            Self::Ramp { start, end } | Self::Pulse { start, end } => {
+                (start >= end).then(|| format!("start = {start} must be before end = {end}"))
+            }
+            Self::Triangle { start, peak, end } => (start >= peak || peak >= end).then(|| {
+                format!("start = {start}, peak = {peak}, end = {end} must follow one another")
+            }),
+            Self::Harmonic { frequency, .. } => {
+                (*frequency < 0.0).then(|| format!("frequency = {frequency} is negative"))
+            }
+            Self::Table { times, values } if times.len() != values.len() => {
+                Some(format!("{} times but {} values", times.len(), values.len()))
+            }
+            Self::Table { times, .. } if times.is_empty() => Some("the table is empty".into()),
+            Self::Table { times, .. } => times
+                .windows(2)
+                .find(|w| w[0] >= w[1])
+                .map(|w| format!("times must increase: {} is followed by {}", w[0], w[1])),
+        }
+    }
+}
+
+/// `[[load]]`: a force at a point of a body (or a node of a beam) and a torque, or both per length
+/// along a beam, times a history.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// Its name, unique in the model.
+    pub name: String,
+    /// The body, the node of a beam or the particle it acts on; on a particle a force with axes
+    /// fixed in space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// The beam along which it is distributed, instead of `body`; force and torque are then per
+    /// length of the stress-free beam.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beam: Option<String>,
+    /// Force, N, at `point`; N/m along a beam.
+    #[serde(default)]
+    pub force: [f64; 3],
+    /// Where the force acts: body components from the centre of mass, m; the centre by default. The
+    /// point moves with the body, in both frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 3]>,
+    /// Torque, N·m; N·m/m along a beam.
+    #[serde(default)]
+    pub torque: [f64; 3],
+    /// The frame of the components.
+    #[serde(default)]
+    pub frame: Frame,
+    /// The frame in whose initial axes `force` and `torque` are stated, in the place of the
+    /// inertial ones: a body, a node of a beam, a joint or a `[[frame]]`. They remain fixed in
+    /// space; only with `frame = "space"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
+    /// Factor in time: constant by default, in statics growing from 0 to 1 at the end.
+    #[serde(default, skip_serializing_if = "History::is_unstated")]
+    pub history: History,
+}
+
+impl Checker<'_> {
+    /// What a particle cannot take.
+    fn load_on_particle(&mut self, key: &str, load: &Load, name: &str) {
+        let parts = [
+            ("torque", load.torque.iter().any(|x| *x != 0.0), "has no rotation"),
+            ("point", load.point.is_some(), "has no other points"),
+            ("frame", load.frame == Frame::Body, "has no axes of its own"),
+        ];
+        for (part, _, why) in parts.into_iter().filter(|(_, stated, _)| *stated) {
+            let message = format!("`{name}` is a particle, it {why}");
+            self.report(format!("{key}.{part}"), message, format!("remove `{part}`"));
+        }
+    }
+
+    pub(crate) fn load(&mut self, key: &str, load: &Load) {
+        match (&load.body, &load.beam) {
+            (Some(body), None) => {
+                self.reference(format!("{key}.body"), body, &["body", "particle"]);
+                if self.is_particle(body) {
+                    self.load_on_particle(key, load, body);
+                }
+            }
+            (None, Some(beam)) => self.reference(format!("{key}.beam"), beam, &["beam"]),
+            (None, None) => {
+                let help = "add `body = …`, or `beam = …` for a load along a beam";
+                self.report(key, "the load acts on nothing".into(), help);
+            }
+            (Some(_), Some(_)) => {
+                let message = "the load acts on a body and along a beam".to_owned();
+                self.report(format!("{key}.beam"), message, "keep one of them");
+            }
+        }
+        if load.beam.is_some() && load.point.is_some() {
+            let message = "a load along a beam has no point".to_owned();
+            self.report(format!("{key}.point"), message, "remove `point`");
+        }
+        if load.relative_to.is_some() {
+            let message = "the force and the torque have the axes of the body".to_owned();
+            let help = "remove `relative_to`, or write frame = \"space\"";
+            self.report(format!("{key}.relative_to"), message, help);
+        }
+        if let Some(fault) = load.history.fault() {
+            self.report(format!("{key}.history"), fault, "correct the history");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn histories_end_where_they_stay_zero() {
+        let table = |values: [f64; 4]| History::Table {
+            times: vec![0.0, 1.0, 2.0, 3.0],
+            values: values.into(),
+        };
+        assert_eq!(table([0.0, 5.0, 0.0, 0.0]).end(), Some(2.0));
+        assert_eq!(table([0.0, 5.0, 0.0, 1.0]).end(), None);
+        assert_eq!(table([0.0; 4]).end(), Some(0.0));
+        assert_eq!(History::Triangle { start: 0.0, peak: 1.0, end: 4.0 }.end(), Some(4.0));
+        assert_eq!(History::Constant.end(), None);
+    }
+}

@@ -1,0 +1,15 @@
+//! The types of the model file: one section or key each.
+
+pub(crate) mod beam;
+pub(crate) mod body;
+pub(crate) mod columns;
+pub(crate) mod connection;
+pub(crate) mod drive;
+pub(crate) mod load;
+pub(crate) mod motion_path;
+pub(crate) mod orientation;
+pub(crate) mod reference_frame;
+pub(crate) mod section;
+pub(crate) mod sensor;
+pub(crate) mod settings;
+pub(crate) mod shape;

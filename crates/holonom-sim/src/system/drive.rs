@@ -1,0 +1,159 @@
+//! Joint springs, dampers, motors and scalar constraints of a model, as parts of a mechanism.
+
+use super::names::Names;
+use holonom_model::{Constraint, ModelError, Problem};
+use std::sync::Arc;
+use vi_multibody::builder::{CoordinateId, JointId, MechanismBuilder};
+use vi_multibody::joint_force::{JointLaw, Motor, PdControl, Setpoint, Viscous};
+
+/// Degree of freedom `freedom` of joint `id`.
+fn coordinate(
+    joint: &holonom_model::Joint,
+    id: JointId,
+    freedom: usize,
+    key: String,
+) -> Result<CoordinateId, ModelError> {
+    let kind = joint.pair();
+    let count = kind.coordinate_count();
+    if freedom < count {
+        return Ok(id.coordinate(freedom));
+    }
+    let name = kind.name();
+    let message = format!("a {name} joint has no coordinate {freedom}");
+    let help = match count {
+        0 => format!("{name} joints have no joint coordinates: use a [[spring]] or a [[load]]"),
+        1 => "its only coordinate is 0".to_owned(),
+        _ => format!("its coordinates are 0 to {}", count - 1),
+    };
+    Err(ModelError::Assembly(vec![Problem::new(key, message).help(help)]))
+}
+
+/// What acts on one coordinate of a joint.
+#[derive(Clone, Debug)]
+pub(crate) struct JointElement {
+    /// `spring`, `damper` or `motor`.
+    pub(crate) part: &'static str,
+    /// Which degree of freedom of the joint.
+    pub(crate) freedom: usize,
+    /// Its effort.
+    pub(crate) law: ElementLaw,
+}
+
+/// The effort of a force element along a joint coordinate, N or N·m.
+#[derive(Clone, Debug)]
+pub(crate) enum ElementLaw {
+    /// `−k (θ − θ_0)`.
+    Spring { stiffness: f64, rest: f64 },
+    /// `τ(t, θ, θ̇)`.
+    Force(Arc<dyn JointLaw>),
+    /// Of a motor without effort and control.
+    Idle,
+}
+
+impl ElementLaw {
+    /// `τ(t, θ, θ̇)`.
+    pub(crate) fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        match self {
+            Self::Spring { stiffness, rest } => -stiffness * (coordinate - rest),
+            Self::Force(law) => law.effort(t, coordinate, rate),
+            Self::Idle => 0.0,
+        }
+    }
+}
+
+/// Spring, damper, motor and control of a joint, in this order.
+pub(crate) fn joint_elements(joint: &holonom_model::Joint) -> Vec<JointElement> {
+    let mut elements = Vec::new();
+    let mut add = |part, freedom, law| elements.push(JointElement { part, freedom, law });
+    if let Some(spring) = &joint.spring {
+        let (stiffness, rest) = (spring.stiffness, spring.rest);
+        add("spring", spring.freedom, ElementLaw::Spring { stiffness, rest });
+    }
+    if let Some(damper) = &joint.damper {
+        add("damper", damper.freedom, ElementLaw::Force(Arc::new(Viscous(damper.damping))));
+    }
+    if let Some(motor) = &joint.motor {
+        let controlled = motor.proportional != 0.0 || motor.derivative != 0.0;
+        if motor.effort == 0.0 && !controlled {
+            add("motor", motor.freedom, ElementLaw::Idle);
+        }
+        if motor.effort != 0.0 {
+            let (effort, history) = (motor.effort, motor.history.time_history());
+            let law = Motor(Arc::new(move |t| effort * history.value(t)));
+            add("motor", motor.freedom, ElementLaw::Force(Arc::new(law)));
+        }
+        if controlled {
+            let path = motor.path.function();
+            let reference = Arc::new(move |t| {
+                let [value, rate, _] = path(t);
+                Setpoint { value, rate }
+            });
+            let (proportional, derivative) = (motor.proportional, motor.derivative);
+            let law = PdControl { proportional, derivative, reference };
+            add("motor", motor.freedom, ElementLaw::Force(Arc::new(law)));
+        }
+    }
+    elements
+}
+
+/// Adds what acts on the coordinates of a joint.
+pub(crate) fn add_joint_forces(
+    builder: &mut MechanismBuilder,
+    joint: &holonom_model::Joint,
+    id: JointId,
+) -> Result<(), ModelError> {
+    for JointElement { part, freedom, law } in joint_elements(joint) {
+        let key = format!("joint.{}.{part}.freedom", joint.name);
+        let at = coordinate(joint, id, freedom, key)?;
+        match law {
+            ElementLaw::Spring { stiffness, rest } => builder.joint_spring(at, stiffness, rest),
+            ElementLaw::Force(law) => {
+                builder.joint_force(at, law).named(&format!("{}.{part}", joint.name));
+            }
+            ElementLaw::Idle => {}
+        }
+    }
+    Ok(())
+}
+
+/// Adds a `[[constraint]]`.
+pub(crate) fn add_constraint(
+    builder: &mut MechanismBuilder,
+    constraint: &Constraint,
+    names: &Names<'_>,
+) -> Result<(), ModelError> {
+    let of = |joint: &str, freedom: usize, what: &str| {
+        let found = names.joint(joint);
+        let key = format!("constraint.{}.{what}", constraint.name());
+        found.map(|(joint, id)| coordinate(joint, id, freedom, key)).transpose()
+    };
+    match constraint {
+        Constraint::Distance { name, from, to, point_from, point_to, length, .. } => {
+            let (from, to) = (names.point(from, *point_from), names.point(to, *point_to));
+            match length {
+                Some(length) => builder.distance_of_length(name, from, to, *length),
+                None => builder.distance(name, from, to),
+            }
+        }
+        Constraint::PointOnLine { name, parent, child, position, axis, .. } => {
+            let (parent, child) = (names.frame(parent), names.frame(child));
+            builder.point_on_line(name, parent, child, *position, *axis);
+        }
+        Constraint::PointOnPlane { name, parent, child, position, axis, .. } => {
+            let (parent, child) = (names.frame(parent), names.frame(child));
+            builder.point_on_plane(name, parent, child, *position, *axis);
+        }
+        Constraint::Gear { name, joints: [a, b], freedoms, ratio } => {
+            let a = of(a, freedoms[0], "freedoms")?;
+            if let (Some(a), Some(b)) = (a, of(b, freedoms[1], "freedoms")?) {
+                builder.gear(name, a, b, *ratio);
+            }
+        }
+        Constraint::Motion { name, joint, freedom, path } => {
+            if let Some(coordinate) = of(joint, *freedom, "freedom")? {
+                builder.motion(name, coordinate, path.function());
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,243 @@
+//! From a validated model to numbers: mechanism, system, members.
+
+pub(crate) mod beams;
+pub(crate) mod drive;
+pub mod dynamics;
+pub(crate) mod names;
+
+use crate::dynamics::Dynamics;
+use crate::sample::{Member, MemberKind};
+use crate::sensor::Sensors;
+use crate::system::names::Names;
+use beams::{Added, BeamParts, Beams};
+use holonom_model::{Frame, Model, ModelError, Problem, Settings, StartPoints, Strain};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use vi_beam::{BeamElements, StrainRule};
+use vi_multibody::builder::{BodyId, BuildError, Inertia, JointId, MechanismBuilder};
+use vi_multibody::joint::FrameId;
+use vi_multibody::mechanism::{BarEnd, Mechanism};
+use vi_multibody::pair::PairKind;
+use vi_multibody::spring::SpringLaw;
+use vi_rigid::load::LoadKind;
+
+/// The numbers of a model.
+#[derive(Debug)]
+pub struct System {
+    /// The beams.
+    pub beams: Beams,
+    /// Constraints, masses, spanning tree.
+    pub mechanism: Mechanism,
+    /// What acts on it.
+    pub dynamics: Dynamics,
+    /// Members in the order of their coordinates.
+    pub members: Vec<Member>,
+    /// What is measured along a run.
+    pub sensors: Sensors,
+}
+
+/// Builds the system of a model.
+///
+/// # Errors
+/// [`ModelError`] for what only shows when numbers meet: inertias, loads.
+pub fn build(model: &Model) -> Result<System, ModelError> {
+    let planar = model.header.dimension == 2;
+    let builder = if planar { MechanismBuilder::planar() } else { MechanismBuilder::new() };
+    let mut builder = builder.gravity(model.gravity());
+    let mut names = Names {
+        model,
+        bodies: model.bodies.iter().enumerate().map(|(k, b)| (b.name.as_str(), k)).collect(),
+        particles: BTreeMap::new(),
+        frames: model.bodies.iter().map(|body| add_body(&mut builder, body)).collect(),
+        principal: Vec::new(),
+        joints: BTreeMap::new(),
+    };
+    builder.description().map_err(refusal)?; // what is wrong with a body is said first
+    let Added { list, elements, supports } = beams::add(model, &mut builder)?;
+    names.frames = builder.frames().collect();
+    for frame in &names.frames {
+        names.principal.push(builder.principal_axes(*frame).map_err(refusal)?);
+    }
+    for p in &model.particles {
+        let (position, velocity) =
+            (holonom_model::spatial(&p.position), holonom_model::spatial(&p.velocity));
+        let particle = builder.particle(&p.name, p.mass, position, velocity);
+        names.particles.insert(&p.name, particle);
+    }
+    let start = StartPoints::new(model);
+    for joint in &model.joints {
+        let id = add_joint(&mut builder, joint, &start, &names);
+        names.joints.insert(&joint.name, (joint, id));
+    }
+    for (body, id) in model.bodies.iter().zip(&names.frames).filter(|(body, _)| body.fixed) {
+        builder.joint(&body.name, PairKind::Fixed, FrameId::Ground, *id).at(body.position);
+    }
+    supports.iter().for_each(|support| support.add(&mut builder));
+    model.bars.iter().for_each(|bar| add_bar(&mut builder, bar, &start, &names));
+    for constraint in &model.constraints {
+        drive::add_constraint(&mut builder, constraint, &names)?;
+    }
+    model.springs.iter().for_each(|spring| add_spring(&mut builder, spring, &names));
+    for joint in &model.joints {
+        drive::add_joint_forces(&mut builder, joint, names.joints[joint.name.as_str()].1)?;
+    }
+    let on_particle = |load: &&holonom_model::Load| {
+        load.body.as_deref().is_some_and(|name| names.particles.contains_key(name))
+    };
+    for load in model.loads.iter().filter(|load| !on_particle(load)) {
+        add_load(&mut builder, load, &names, (&elements, &list))?;
+    }
+    for load in model.loads.iter().filter(on_particle) {
+        let particle = names.particles[load.body.as_deref().unwrap_or_default()];
+        let entry = builder.particle_load(particle, load.force, load.history.time_history());
+        entry.named(&load.name);
+    }
+    let description = builder.description().map_err(refusal)?;
+    let mechanism = Mechanism::new(description);
+    let mut mechanism = mechanism.with_loop_tolerance(model.settings.loop_tolerance);
+    let forces = builder.forces(&mut mechanism).map_err(refusal)?;
+    let settings = &model.settings;
+    let members = members(model, &mechanism);
+    let parts = Arc::new(elements);
+    let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
+    let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
+    let beams = Beams { parts, list };
+    let sensors = Sensors::new(&names, (&mechanism, &dynamics), &beams);
+    Ok(System { beams, mechanism, dynamics, members, sensors })
+}
+
+/// Compositions need resolved vibrations, which have no added mass; for others it would not help.
+fn strain_rule(settings: &Settings) -> StrainRule {
+    match settings.strain {
+        Strain::MassScaled if settings.order > 2 => StrainRule::Averaged,
+        strain => strain.into(),
+    }
+}
+
+/// The remedy where numbers that are valid one by one give one that is not.
+const CORRECT: &str =
+    "correct the numbers of this part: what follows from them must be of ordinary size";
+
+/// A refused part of the mechanism as an error of the model.
+fn refusal(error: BuildError) -> ModelError {
+    let (key, message, help) = match &error {
+        BuildError::Inertia { body, source } => {
+            let help = "check the unit (kg·m²) and that the moments are about the centre of mass";
+            (format!("body.{body}.inertia"), source.to_string(), help.to_owned())
+        }
+        BuildError::Rate { joint, source } => {
+            (format!("joint.{joint}.rate"), source.to_string(), source.help())
+        }
+        _ => (String::new(), error.to_string(), CORRECT.to_owned()),
+    };
+    ModelError::Assembly(vec![Problem::new(key, message).help(help)])
+}
+
+fn members(model: &Model, mechanism: &Mechanism) -> Vec<Member> {
+    let particle =
+        if model.header.dimension == 2 { MemberKind::Particle2 } else { MemberKind::Particle3 };
+    let bodies = mechanism.description().bodies.iter().map(|b| (&b.name, MemberKind::Frame));
+    let particles = model.particles.iter().map(|p| (&p.name, particle));
+    bodies.chain(particles).map(|(name, kind)| Member { name: name.clone(), kind }).collect()
+}
+
+/// Adds a body; a fixed one is at rest, and may have no mass.
+fn add_body(builder: &mut MechanismBuilder, body: &holonom_model::Body) -> BodyId {
+    let inertia = if body.fixed && body.mass() <= 0.0 {
+        Inertia::Massless
+    } else {
+        Inertia::tensor(body.mass(), body.inertia_tensor())
+    };
+    let entry = builder.body(&body.name, inertia).at(body.position).attitude(body.rotation());
+    if body.fixed {
+        return entry.id();
+    }
+    entry.velocity(body.velocity).angular_velocity(body.spatial_angular_velocity()).id()
+}
+
+fn add_joint(
+    builder: &mut MechanismBuilder,
+    joint: &holonom_model::Joint,
+    start: &StartPoints<'_>,
+    names: &Names<'_>,
+) -> JointId {
+    let kind = joint.pair();
+    let (parent, child) = (names.frame(&joint.parent), names.frame(&joint.child));
+    let [on_parent, on_child] = start.joint(joint);
+    let mut entry = builder.joint(&joint.name, kind, parent, child).anchors(on_parent, on_child);
+    if let Some(axis) = joint.axis {
+        entry = entry.axis(axis);
+    }
+    if let Some(axis) = joint.axis2.or_else(|| start.first_axis(joint)) {
+        entry = entry.second_axis(axis);
+    }
+    if let Some(rate) = &joint.rate {
+        entry = entry.rates(rate.values());
+    }
+    if joint.cut {
+        entry = entry.cut();
+    }
+    entry.id()
+}
+
+fn add_bar(
+    builder: &mut MechanismBuilder,
+    bar: &holonom_model::Bar,
+    start: &StartPoints<'_>,
+    names: &Names<'_>,
+) {
+    let [from, to] = start.bar(bar);
+    let length = bar.length.unwrap_or_else(|| (to - from).norm());
+    let end = |name: &str| names.particles.get(name).copied();
+    let (other, particle) = match (end(&bar.from), end(&bar.to)) {
+        (Some(from), Some(to)) => (BarEnd::from(from), to),
+        (None, Some(to)) => (BarEnd::Ground(from), to),
+        (Some(from), None) => (BarEnd::Ground(to), from),
+        (None, None) => return, // refused by the checks of the model
+    };
+    builder.bar_of_length(&bar.name, other, particle, length);
+}
+
+fn add_spring(builder: &mut MechanismBuilder, spring: &holonom_model::Spring, names: &Names<'_>) {
+    let end = |name: &str, point: &Option<Vec<f64>>| {
+        names.point(name, holonom_model::spatial(point.as_deref().unwrap_or_default()))
+    };
+    let (from, to) = (end(&spring.from, &spring.point_from), end(&spring.to, &spring.point_to));
+    let law = match spring.law {
+        holonom_model::SpringLaw::Linear => SpringLaw::Linear,
+        holonom_model::SpringLaw::QuadraticStretch => SpringLaw::QuadraticStretch,
+    };
+    let entry = builder.spring(from, to, spring.stiffness).named(&spring.name).law(law);
+    entry.damping(spring.damping).natural_length(spring.natural_length.unwrap_or_default());
+}
+
+/// Adds a `[[load]]`: one, or one for each node of a beam.
+fn add_load(
+    builder: &mut MechanismBuilder,
+    load: &holonom_model::Load,
+    names: &Names<'_>,
+    (parts, beams): (&BeamElements, &[BeamParts]),
+) -> Result<(), ModelError> {
+    let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
+    let history = load.history.time_history();
+    let follower = load.frame == Frame::Body;
+    if let Some(k) = load.body.as_deref().and_then(|body| names.index(body)) {
+        let entry = builder.load(names.frames[k]).force(force).torque(torque).history(history);
+        let entry = entry.named(&load.name).point(load.point.unwrap_or_default());
+        if follower {
+            entry.follower();
+        }
+        return Ok(());
+    }
+    let kind = if follower { LoadKind::Follower } else { LoadKind::Dead };
+    let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());
+    for leg in beam.flat_map(|b| &b.legs) {
+        let along = parts.line_load(leg, kind, force, torque, &history).map_err(|error| {
+            let key = format!("load.{}", load.name);
+            ModelError::Assembly(vec![Problem::new(key, error.to_string()).help(CORRECT)])
+        })?;
+        along.into_iter().for_each(|part| builder.load_of_frame(&load.name, part));
+    }
+    Ok(())
+}
