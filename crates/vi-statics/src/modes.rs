@@ -19,7 +19,7 @@ use vi_constraints::null_space::NullSpaceQr;
 use vi_core::MechanicalSystem;
 use vi_core::eigen::{Eigen, EigenError, generalized_eigen, negative_eigenvalues};
 use vi_core::sparse::{Entries, SparseMatrix};
-use vi_multibody::sparse_nodal::{Columns, VelocityLayout};
+use vi_multibody::sparse_nodal::{MapColumns, VelocityLayout};
 
 /// Why there are no modes.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -160,7 +160,7 @@ pub struct Linearization {
     pub(crate) M: DMatrix<f64>,
     pub(crate) Z: Option<DMatrix<f64>>, // null space of the loops, or a subspace
     pub(crate) layout: VelocityLayout,
-    pub(crate) columns: Columns,
+    pub(crate) columns: MapColumns,
     pub(crate) asymmetry: f64,
     pub(crate) balance: Balance,
     pub(crate) dof: usize,
@@ -323,7 +323,7 @@ impl Linearization {
 fn loop_null_space(
     work: &Equations,
     layout: &VelocityLayout,
-    columns: &Columns,
+    columns: &MapColumns,
 ) -> Option<DMatrix<f64>> {
     let mechanism = &work.mechanism;
     if !mechanism.has_loops() {

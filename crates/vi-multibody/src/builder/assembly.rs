@@ -5,7 +5,7 @@ use super::force::{ElementForce, JointElementKind, LoadPart, ParticleLoadPart};
 use super::joint::direction;
 use super::{
     BuildError, BuiltMechanism, ConstraintKind, ConstraintPart, CoordinateId, ForceElements, Guide,
-    MechanismBuilder, Place, PointOn,
+    MechanismBuilder, PointOn, PointPlace,
 };
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::constraint::scalar_constraint::ScalarConstraint;
@@ -315,13 +315,13 @@ impl MechanismBuilder {
     fn components(&self, point: &PointOn) -> Result<Vector3<f64>, BuildError> {
         let Attachment::Body(k) = point.member else {
             return Ok(match point.place {
-                Place::Components(x) | Place::Space(x) => x,
+                PointPlace::Components(x) | PointPlace::Space(x) => x,
             });
         };
         let (body, axes) = self.bodies[k].resolve()?;
         Ok(match point.place {
-            Place::Components(components) => axes.transpose() * components,
-            Place::Space(position) => body.triad.transpose() * (position - body.center),
+            PointPlace::Components(components) => axes.transpose() * components,
+            PointPlace::Space(position) => body.triad.transpose() * (position - body.center),
         })
     }
 

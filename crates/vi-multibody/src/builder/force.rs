@@ -1,7 +1,7 @@
 //! Force elements: springs, dampers, motors, loads, as parts of a builder and as numbers.
 
 use super::error::finite;
-use super::{BodyId, BuildError, CoordinateId, ParticleId, Place, PointOn};
+use super::{BodyId, BuildError, CoordinateId, ParticleId, PointOn, PointPlace};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
 use crate::force::spring::{Spring, SpringLaw};
@@ -197,7 +197,7 @@ impl<'a> SpringEntry<'a> {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct JointElement {
+pub(super) struct JointForceElement {
     pub(super) name: String,
     pub(super) coordinate: CoordinateId,
     pub(super) kind: JointElementKind,
@@ -239,7 +239,7 @@ pub(super) struct DescribedLoad {
     kind: LoadKind,
     force: Vector3<f64>,
     torque: Vector3<f64>,
-    pub(super) place: Place,
+    pub(super) place: PointPlace,
     history: TimeHistory,
 }
 
@@ -251,7 +251,7 @@ impl LoadPart {
             kind: LoadKind::Dead,
             force: Vector3::zeros(),
             torque: Vector3::zeros(),
-            place: Place::Components(Vector3::zeros()),
+            place: PointPlace::Components(Vector3::zeros()),
             history: TimeHistory::default(),
         }))
     }
@@ -332,14 +332,14 @@ impl<'a> LoadEntry<'a> {
     /// The point of the body where the force acts: components along its axes from its centre of
     /// mass, m; the centre by default.
     pub fn point(self, components: impl Into<Vector3<f64>>) -> Self {
-        self.load.place = Place::Components(components.into());
+        self.load.place = PointPlace::Components(components.into());
         self
     }
 
     /// The force acts at the point of the body that is at `position` (m, in space) in the initial
     /// configuration.
     pub fn point_at(self, position: impl Into<Vector3<f64>>) -> Self {
-        self.load.place = Place::Space(position.into());
+        self.load.place = PointPlace::Space(position.into());
         self
     }
 

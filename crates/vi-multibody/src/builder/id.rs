@@ -30,12 +30,12 @@ pub struct CoordinateId {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointOn {
     pub(crate) member: Attachment,
-    pub(crate) place: Place,
+    pub(crate) place: PointPlace,
 }
 
 /// Where a point is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Place {
+pub(crate) enum PointPlace {
     /// Body components from the centre of mass, m.
     Components(Vector3<f64>),
     /// Position in space in the initial configuration, m.
@@ -52,13 +52,13 @@ impl BodyId {
     /// The point with these components along the axes of the body, from its centre of mass, m.
     #[must_use]
     pub fn point(self, components: impl Into<Vector3<f64>>) -> PointOn {
-        PointOn { member: self.into(), place: Place::Components(components.into()) }
+        PointOn { member: self.into(), place: PointPlace::Components(components.into()) }
     }
 
     /// The point of the body that is at `position` (m, in space) in the initial configuration.
     #[must_use]
     pub fn point_at(self, position: impl Into<Vector3<f64>>) -> PointOn {
-        PointOn { member: self.into(), place: Place::Space(position.into()) }
+        PointOn { member: self.into(), place: PointPlace::Space(position.into()) }
     }
 }
 
@@ -111,7 +111,7 @@ impl From<[f64; 3]> for BarEnd {
 
 impl From<ParticleId> for PointOn {
     fn from(particle: ParticleId) -> Self {
-        let place = Place::Components(Vector3::zeros());
+        let place = PointPlace::Components(Vector3::zeros());
         Self { member: Attachment::Particle(particle.0), place }
     }
 }
@@ -119,6 +119,6 @@ impl From<ParticleId> for PointOn {
 /// A point of the ground.
 impl From<[f64; 3]> for PointOn {
     fn from(position: [f64; 3]) -> Self {
-        Self { member: Attachment::Ground, place: Place::Space(position.into()) }
+        Self { member: Attachment::Ground, place: PointPlace::Space(position.into()) }
     }
 }

@@ -26,8 +26,10 @@ use crate::mechanism::description::{BarEnd, BodySpec, ParticleSpec};
 use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint};
 use body::BodyPart;
-use force::{JointElement, JointElementKind, LoadPart, OwnForce, ParticleLoadPart, PointElement};
-pub(crate) use id::Place;
+use force::{
+    JointElementKind, JointForceElement, LoadPart, OwnForce, ParticleLoadPart, PointElement,
+};
+pub(crate) use id::PointPlace;
 use joint::JointPart;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -71,7 +73,7 @@ pub struct MechanismBuilder {
     bars: Vec<BarPart>,
     constraints: Vec<ConstraintPart>,
     point_elements: Vec<PointElement>,
-    joint_elements: Vec<JointElement>,
+    joint_elements: Vec<JointForceElement>,
     loads: Vec<LoadPart>,
     particle_loads: Vec<ParticleLoadPart>,
     own_forces: Vec<OwnForce>,
@@ -323,7 +325,7 @@ impl MechanismBuilder {
         coordinate: CoordinateId,
         kind: JointElementKind,
     ) -> ForceEntry<'_> {
-        let element = JointElement { name: String::new(), coordinate, kind };
+        let element = JointForceElement { name: String::new(), coordinate, kind };
         ForceEntry { name: &mut added(&mut self.joint_elements, element).name }
     }
 

@@ -59,7 +59,7 @@ impl std::fmt::Debug for ScalarRow {
 
 impl ScalarRow {
     /// The thread of a screw: `n·r − p θ = 0` with the advance `p` per radian. Premise: the anchors
-    /// fit, see [`crate::pair::screw::fit_thread`].
+    /// fit, see [`crate::pair::thread::fit_thread`].
     pub(crate) fn thread(joint: &Joint, pitch: f64) -> Option<Self> {
         let of = |freedom| Some(Box::new(JointCoordinate::of(joint, freedom)?));
         let (a, b) = (of(DegreeOfFreedom::Length(2))?, of(DegreeOfFreedom::ABOUT_AXIS)?);

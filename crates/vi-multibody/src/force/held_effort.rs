@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// ```
 /// use vi_multibody::builder::{Inertia, MechanismBuilder};
 /// use vi_multibody::ensemble::Ensemble;
-/// use vi_multibody::joint_force::HeldEffort;
+/// use vi_multibody::held_effort::HeldEffort;
 /// use vi_multibody::vi_constraints::{Options, SchemeKind};
 /// use vi_multibody::{FrameId, PairKind};
 ///

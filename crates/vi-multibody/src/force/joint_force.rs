@@ -11,7 +11,6 @@
 //! Each end carries the gradient of its own node: the work done is `τ Δθ` to second order, and the
 //! reaction on the parent is equal and opposite, so momentum maps stay exact.
 
-pub use super::held_effort::HeldEffort;
 use crate::constraint::joint_coordinate::{Change, JointCoordinate};
 use std::sync::Arc;
 use vi_core::Configuration;

@@ -1,6 +1,6 @@
 //! Springs, dampers, motors, forces on point masses.
 
-pub(crate) mod held_effort;
+pub mod held_effort;
 pub mod joint_force;
 pub mod particle_load;
 pub mod spring;

@@ -19,13 +19,13 @@ pub(crate) struct Components {
 }
 
 /// Which member each column of a row belongs to.
-struct Members<'a> {
+struct MembersMet<'a> {
     bodies: usize,
     dimension: usize,
     met: &'a mut Vec<usize>,
 }
 
-impl Entries for Members<'_> {
+impl Entries for MembersMet<'_> {
     fn add(&mut self, _row: usize, column: usize, _value: f64) {
         let member = match column.checked_sub(12 * self.bodies) {
             None => column / 12,
@@ -64,7 +64,7 @@ impl Components {
         let mut met = Vec::new();
         for row in rows {
             met.clear();
-            row.emit(q, 0, &mut Members { bodies, dimension, met: &mut met });
+            row.emit(q, 0, &mut MembersMet { bodies, dimension, met: &mut met });
             met.windows(2).for_each(|pair| join(pair[0], pair[1]));
         }
         let nodes = (0..bodies).filter(|&k| description.bodies[k].body.is_none());

@@ -3,7 +3,7 @@
 use crate::constraint::scalar_constraint::ScalarConstraint;
 use crate::geometry::form::Form;
 use crate::pair::joint::{FrameId, GROUND, Joint, Side};
-use crate::pair::{PairKind, screw};
+use crate::pair::{PairKind, thread};
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
@@ -134,7 +134,7 @@ impl Description {
         let q = self.configuration();
         for joint in &mut self.joints {
             if joint.kind.pitch().is_some() {
-                screw::fit_thread(joint, &q);
+                thread::fit_thread(joint, &q);
             }
         }
     }

@@ -138,12 +138,12 @@ pub fn apply(
 }
 
 /// Frames that start as one rigid body.
-struct Group {
+struct RigidGroup {
     frames: Range<usize>,
     fixed_to: Vec<usize>, // other frames, by fixed joints
 }
 
-impl Group {
+impl RigidGroup {
     /// The first of its frames that the spanning tree moves, else the first moving frame that it is
     /// fixed to.
     fn moving_frame(&self, twists: &[Twist]) -> Option<usize> {
@@ -155,9 +155,9 @@ impl Group {
 }
 
 /// The beams, and every other frame that a fixed joint holds: the spanning tree may start at it.
-fn rigid_groups(beams: &[Range<usize>], description: &Description) -> Vec<Group> {
-    let new = |frames: &Range<usize>| Group { frames: frames.clone(), fixed_to: Vec::new() };
-    let mut groups: Vec<Group> = beams.iter().map(new).collect();
+fn rigid_groups(beams: &[Range<usize>], description: &Description) -> Vec<RigidGroup> {
+    let new = |frames: &Range<usize>| RigidGroup { frames: frames.clone(), fixed_to: Vec::new() };
+    let mut groups: Vec<RigidGroup> = beams.iter().map(new).collect();
     let mut group_of = vec![None; description.bodies.len()];
     for (k, beam) in beams.iter().enumerate() {
         group_of[beam.clone()].fill(Some(k));

@@ -51,7 +51,7 @@ pub fn path_conflict(
         return None;
     }
     let coordinates = of(|row| !matches!(row, ScalarRow::Product(_)));
-    let paths = Paths { mechanism, first, times };
+    let paths = PrescribedPaths { mechanism, first, times };
     let dependent = relations(mechanism, &coordinates, q).into_iter().find_map(|weights| {
         let mut own: Vec<(usize, f64)> =
             coordinates.iter().copied().zip(weights.iter().copied()).collect();
@@ -61,20 +61,20 @@ pub fn path_conflict(
         Some(PathConflict { rows: own.iter().map(|m| m.0).collect(), locked: false, t })
     });
     dependent.or_else(|| {
-        locked(mechanism, rows, (q, &motions)).into_iter().find_map(|(row, by)| {
+        locked(mechanism, rows, q, &motions).into_iter().find_map(|(row, by)| {
             let t = paths.disagree(&[(row, 1.0)])?;
             Some(PathConflict { rows: vec![row, by], locked: true, t })
         })
     })
 }
 
-struct Paths<'a> {
+struct PrescribedPaths<'a> {
     mechanism: &'a Mechanism,
     first: usize, // row of the first constraint that is no internal one
     times: &'a [f64],
 }
 
-impl Paths<'_> {
+impl PrescribedPaths<'_> {
     /// A time at which `Σ w θ_ref` moves, judged by its rate and its acceleration.
     fn disagree(&self, motions: &[(usize, f64)]) -> Option<f64> {
         let at = |t: f64| {
@@ -128,7 +128,8 @@ fn relations(mechanism: &Mechanism, rows: &[usize], q: &[f64]) -> Vec<DVector<f6
 fn locked(
     mechanism: &Mechanism,
     rows: &IndependentRows,
-    (q, motions): (&[f64], &[usize]),
+    q: &[f64],
+    motions: &[usize],
 ) -> Vec<(usize, usize)> {
     let first = mechanism.len() - mechanism.rows().len();
     let mut dependence = Dependence::new(mechanism, rows, Configuration::new(0.0, q));

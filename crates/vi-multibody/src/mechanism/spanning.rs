@@ -30,7 +30,7 @@ pub(crate) fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
     }
     let cut = (0..is_used.len()).filter(|k| !is_used[*k]).collect();
     let links = forest.0.iter().map(|branch| {
-        let Branch { body, joint, parent } = *branch;
+        let ForestNode { body, joint, parent } = *branch;
         let joint = match joint {
             None => free_joint(&description.bodies[body].name, body),
             Some(k) if description.joints[k].child.frame == FrameId::Frame(body) => {
@@ -51,14 +51,14 @@ struct BodyGraph {
 }
 
 /// A body of a spanning forest.
-struct Branch {
+struct ForestNode {
     body: usize,
     joint: Option<usize>,  // that it hangs on; None: a free one
     parent: Option<usize>, // its number in the forest
 }
 
 /// Branches, each after its parent.
-struct Forest(Vec<Branch>);
+struct Forest(Vec<ForestNode>);
 
 impl Forest {
     /// Whether each of some joints belongs to the forest.
@@ -109,14 +109,14 @@ impl BodyGraph {
                     }
                     let parent = number.get(at).copied().flatten();
                     number[body] = Some(branches.len());
-                    branches.push(Branch { body, joint: Some(k), parent });
+                    branches.push(ForestNode { body, joint: Some(k), parent });
                     queue.push_back(body);
                 }
             }
             let Some(root) = (next_root..self.bodies).find(|&b| number[b].is_none()) else { break };
             next_root = root + 1;
             number[root] = Some(branches.len());
-            branches.push(Branch { body: root, joint: None, parent: None });
+            branches.push(ForestNode { body: root, joint: None, parent: None });
             queue.push_back(root);
         }
         Forest(branches)
@@ -152,7 +152,7 @@ impl BodyGraph {
             }
             number[body] = Some(branches.len());
             let (joint, parent) = (own.map(|own| own.joint), own.and_then(|own| own.parent));
-            branches.push(Branch { body, joint, parent });
+            branches.push(ForestNode { body, joint, parent });
             at = body;
         }
         Forest(branches)
@@ -292,7 +292,7 @@ mod tests {
             let mut bodies_of: Vec<usize> = forest.0.iter().map(|branch| branch.body).collect();
             bodies_of.sort_unstable();
             assert!(bodies_of.iter().copied().eq(0..bodies), "each body once: {bodies_of:?}");
-            let is_above = |(k, branch): (usize, &Branch)| branch.parent.is_none_or(|p| p < k);
+            let is_above = |(k, branch): (usize, &ForestNode)| branch.parent.is_none_or(|p| p < k);
             assert!(forest.0.iter().enumerate().all(is_above), "parents first");
         }
         forests.map(|forest| graph.length_of_loops(&forest, usize::MAX))

@@ -7,7 +7,6 @@
 //! which rounds nothing, short and long bars count alike, in all units of length. No other
 //! constraint acts on point masses.
 
-use super::reaction::Tension;
 use crate::mechanism::{Bar, Mechanism};
 use std::ops::Range;
 use vi_constraints::least_norm::LeastNorm;
@@ -19,6 +18,15 @@ use vi_rigid::directors::INTERNAL;
 
 /// Contributions of multipliers of size one below this count as none, N.
 const NO_PART: f64 = 1e-8;
+
+/// The force in a bar, or of a scalar constraint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tension {
+    /// Of a bar, N: positive when it pulls its ends together. Of a scalar constraint, N or N·m.
+    pub force: f64,
+    /// Whether it is unique.
+    pub unique: bool,
+}
 
 /// The tensions at one node after the other, their memory sized once.
 #[derive(Debug)]
@@ -34,13 +42,13 @@ pub(super) struct BarTensions {
 }
 
 /// Entries in the columns of the point masses.
-struct Points<'a> {
+struct PointEntries<'a> {
     first: usize,
     scale: f64,
     out: &'a mut dyn Entries,
 }
 
-impl Entries for Points<'_> {
+impl Entries for PointEntries<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         self.out.add(row, column - self.first, self.scale * value);
     }
@@ -84,7 +92,7 @@ impl BarTensions {
         let own = rows.start - INTERNAL * mechanism.description().bodies.len();
         let emit = |out: &mut dyn Entries| {
             for (k, row) in mechanism.rows()[own..own + rows.len()].iter().enumerate() {
-                row.emit(q, k, &mut Points { first: *first, scale: scales[k], out });
+                row.emit(q, k, &mut PointEntries { first: *first, scale: scales[k], out });
             }
         };
         let jacobian = SparseMatrix::update(jacobian, (rows.len(), force.len() - *first), emit);

@@ -127,7 +127,7 @@ fn rate<'a>(side: &Side, v: &'a [f64]) -> &'a [f64] {
 /// `τ` from the coordinates and rates of both frames.
 fn rates(joint: &Joint, [parent, child]: [(&[f64], &[f64]); 2]) -> [f64; MAX_DOF] {
     let at = JointConfiguration::new(joint, parent.0, child.0);
-    let (parent, child) = (twist(parent), twist(child));
+    let [parent, child] = [parent, child].map(|(q, v)| twist(q, v));
     let to_child_anchor = |t: &Twist, arm: &Vector3<f64>| t.linear + t.angular.cross(arm);
     let linear = to_child_anchor(&child, &at.rho_child())
         - to_child_anchor(&parent, &(at.c() + at.rho_child()));
@@ -164,7 +164,7 @@ fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_DOF] {
 }
 
 /// The twist `(φ̇, ω)` of a frame.
-fn twist((q, v): (&[f64], &[f64])) -> Twist {
+fn twist(q: &[f64], v: &[f64]) -> Twist {
     Twist::new(directors::center(v), directors::angular_velocity(q, v))
 }
 

@@ -72,15 +72,15 @@ impl JointWrenches {
     ) -> Result<(), Singular> {
         let Self { closures, found, null, is_unique, .. } = self;
         let Some(closures) = closures else {
-            found.transmit(mechanism, (q, Some(c)), &[]);
+            found.transmit(mechanism, q, Some(c), &[]);
             return Ok(());
         };
         closures.accept(mechanism.nearly_redundant());
         closures.solve((q, c), &mut found.lambda)?;
-        found.transmit(mechanism, (q, Some(c)), closures.constraints());
+        found.transmit(mechanism, q, Some(c), closures.constraints());
         *is_unique = !closures.null_part(&mut null.lambda);
         if !*is_unique {
-            null.transmit(mechanism, (q, None), closures.constraints());
+            null.transmit(mechanism, q, None, closures.constraints());
         }
         Ok(())
     }
@@ -115,7 +115,8 @@ impl Transmitted {
     fn transmit(
         &mut self,
         mechanism: &Mechanism,
-        (q, c): (&[f64], Option<&[f64]>),
+        q: &[f64],
+        c: Option<&[f64]>,
         closures: &[usize],
     ) {
         let Self { lambda, wrenches } = self;

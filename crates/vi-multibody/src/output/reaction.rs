@@ -27,6 +27,7 @@
 //! and no unit plays a part.
 
 use super::bar_tensions::BarTensions;
+pub use super::bar_tensions::Tension;
 use super::joint_wrenches::{JointWrenches, Transmitted};
 use crate::geometry::twist::Twist;
 use crate::mechanism::Mechanism;
@@ -88,15 +89,6 @@ impl Reaction {
     }
 }
 
-/// The force in a bar, or of a scalar constraint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tension {
-    /// Of a bar, N: positive when it pulls its ends together. Of a scalar constraint, N or N·m.
-    pub force: f64,
-    /// Whether it is unique.
-    pub unique: bool,
-}
-
 /// The reactions of all joints and the tensions of all bars at a node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reactions {
@@ -126,7 +118,7 @@ impl Reactions {
             unit_rows.decline(mechanism.nearly_redundant().is_some());
             unit_rows.null_multipliers(jacobian, rows.len(), &mut null);
         }
-        let found = Found::Multipliers(lambda, &null);
+        let found = ReactionSource::Multipliers(lambda, &null);
         let found = NodeReactions { mechanism, q: at.q, found, bars: None };
         let description = mechanism.description();
         let scalars = (0..description.scalars.len()).flat_map(|k| mechanism.scalar_rows(k));
@@ -143,13 +135,13 @@ impl Reactions {
 pub struct NodeReactions<'a> {
     mechanism: &'a Mechanism,
     q: &'a [f64],
-    found: Found<'a>,
+    found: ReactionSource<'a>,
     bars: Option<&'a BarTensions>, // None: by the multipliers
 }
 
 /// What the reactions of a node are read from.
 #[derive(Clone, Copy, Debug)]
-enum Found<'a> {
+enum ReactionSource<'a> {
     /// Wrenches that joints transmit.
     Wrenches(&'a JointWrenches),
     /// Multipliers, and some in `null Gᵀ` that contribute to all that is not unique.
@@ -201,18 +193,18 @@ impl Solution<'_> {
 impl<'a> NodeReactions<'a> {
     fn solution(&self) -> Solution<'a> {
         match self.found {
-            Found::Wrenches(wrenches) => Solution::Wrenches(wrenches, wrenches.found()),
-            Found::Multipliers(lambda, _) => Solution::Multipliers(lambda),
+            ReactionSource::Wrenches(wrenches) => Solution::Wrenches(wrenches, wrenches.found()),
+            ReactionSource::Multipliers(lambda, _) => Solution::Multipliers(lambda),
         }
     }
 
     /// Contributions to all that is not unique.
     fn null(&self) -> impl Iterator<Item = Solution<'a>> {
         let (of_closures, of_all) = match self.found {
-            Found::Wrenches(wrenches) => {
+            ReactionSource::Wrenches(wrenches) => {
                 (wrenches.null().map(|null| Solution::Wrenches(wrenches, null)), &[][..])
             }
-            Found::Multipliers(_, null) => (None, null),
+            ReactionSource::Multipliers(_, null) => (None, null),
         };
         of_closures.into_iter().chain(of_all.iter().map(|null| Solution::Multipliers(null)))
     }
@@ -301,12 +293,12 @@ impl<'a> NodeReactions<'a> {
 pub struct ReactionObserver {
     wrenches: JointWrenches,
     bars: BarTensions,
-    multipliers: Multipliers,
+    multipliers: MultiplierSolver,
 }
 
 /// The reactions of multipliers of all constraints.
 #[derive(Debug)]
-struct Multipliers {
+struct MultiplierSolver {
     jacobian: Option<SparseMatrix>, // m × n
     unit_rows: UnitRows,
     lambda: Vec<f64>,    // m
@@ -318,7 +310,8 @@ impl ReactionObserver {
     #[must_use]
     pub fn new(mechanism: &Mechanism) -> Self {
         let (jacobian, unit_rows) = (None, UnitRows::of(mechanism));
-        let multipliers = Multipliers { jacobian, unit_rows, lambda: Vec::new(), null: Vec::new() };
+        let multipliers =
+            MultiplierSolver { jacobian, unit_rows, lambda: Vec::new(), null: Vec::new() };
         let (wrenches, bars) = (JointWrenches::new(mechanism), BarTensions::new(mechanism));
         Self { wrenches, bars, multipliers }
     }
@@ -336,21 +329,22 @@ impl ReactionObserver {
         let Self { wrenches, bars, multipliers } = self;
         bars.find(mechanism, at.q, force, rows);
         let found = match wrenches.find(mechanism, at.q, force) {
-            Ok(()) => Found::Wrenches(wrenches),
+            Ok(()) => ReactionSource::Wrenches(wrenches),
             Err(Singular) => {
-                multipliers.solve(mechanism, (at, force), rows);
-                Found::Multipliers(&multipliers.lambda, &multipliers.null)
+                multipliers.solve(mechanism, at, force, rows);
+                ReactionSource::Multipliers(&multipliers.lambda, &multipliers.null)
             }
         };
         NodeReactions { mechanism, q: at.q, found, bars: Some(bars) }
     }
 }
 
-impl Multipliers {
+impl MultiplierSolver {
     fn solve(
         &mut self,
         mechanism: &Mechanism,
-        (at, force): (Configuration<'_>, &[f64]),
+        at: Configuration<'_>,
+        force: &[f64],
         rows: &IndependentRows,
     ) {
         let Self { jacobian, unit_rows, lambda, null } = self;

@@ -41,9 +41,9 @@ const BLOCK: usize = INTERNAL + JOINT;
 const OTHER: u8 = u8::MAX;
 
 type Square = SMatrix<f64, 6, 6>;
-type Factors = Cholesky<f64, Const<6>>;
-type Gradients = SMatrix<f64, FRAME, JOINT>;
-type Coordinates = SVector<f64, FRAME>;
+type SquareFactors = Cholesky<f64, Const<6>>;
+type FrameGradients = SMatrix<f64, FRAME, JOINT>;
+type FrameCoordinates = SVector<f64, FRAME>;
 
 /// The sweep, with its memory.
 #[derive(Debug)]
@@ -55,12 +55,12 @@ pub struct TreeMultipliers {
 }
 
 /// The constraints of a frame in its own coordinates.
-struct Block {
-    q: Coordinates,       // its directors; 0 in the place of φ
-    gradients: Gradients, // Ḡ_Jᵀ; 0 beyond the rows of the joint
-    motions: Square,      // K⁻¹ A,  A = P_inᵀ Ḡ_Jᵀ
-    joint: Factors,       // of AᵀK⁻¹A; the identity beyond the rows of the joint
-    internal: Factors,    // of Ḡ_I Ḡ_Iᵀ
+struct FrameConstraints {
+    q: FrameCoordinates,       // its directors; 0 in the place of φ
+    gradients: FrameGradients, // Ḡ_Jᵀ; 0 beyond the rows of the joint
+    motions: Square,           // K⁻¹ A,  A = P_inᵀ Ḡ_Jᵀ
+    joint: SquareFactors,      // of AᵀK⁻¹A; the identity beyond the rows of the joint
+    internal: SquareFactors,   // of Ḡ_I Ḡ_Iᵀ
 }
 
 impl TreeMultipliers {
@@ -99,8 +99,8 @@ impl TreeMultipliers {
     }
 
     /// The block of a frame, from its place.
-    fn block(&self, jacobian: &SparseMatrix, k: usize) -> Result<Block, Singular> {
-        let (mut q, mut gradients) = (Coordinates::zeros(), Gradients::zeros());
+    fn block(&self, jacobian: &SparseMatrix, k: usize) -> Result<FrameConstraints, Singular> {
+        let (mut q, mut gradients) = (FrameCoordinates::zeros(), FrameGradients::zeros());
         for_each_entry(jacobian, &self.own, self.frames[k], |c, own, _, value| {
             match usize::from(own) {
                 0..3 => q[c] = value, // of ½ (d_i · d_i − 1)
@@ -114,7 +114,7 @@ impl TreeMultipliers {
         }
         let mut wrenches = Square::zeros();
         for r in 0..joint {
-            let gradient: Coordinates = gradients.column(r).into_owned();
+            let gradient: FrameCoordinates = gradients.column(r).into_owned();
             wrenches.set_column(r, &pull_back(q.as_slice(), gradient.as_slice()));
         }
         let directors = Matrix3::from_column_slice(&q.as_slice()[3..]);
@@ -128,7 +128,7 @@ impl TreeMultipliers {
         (joint..JOINT).for_each(|r| normal[(r, r)] = 1.0);
         let joint = normal.cholesky().ok_or(Singular)?;
         let internal = internal_normal(&directors).cholesky().ok_or(Singular)?;
-        Ok(Block { q, gradients, motions, joint, internal })
+        Ok(FrameConstraints { q, gradients, motions, joint, internal })
     }
 
     /// `μ` from `Ḡ` (always of the same pattern) and `h B`, shape `m`.
@@ -139,13 +139,14 @@ impl TreeMultipliers {
         self.fit(jacobian);
         for k in (0..self.frames.len()).rev() {
             let first = FRAME * self.frames[k];
-            let mut w = Coordinates::from_column_slice(&bracket[first..first + FRAME]);
+            let mut w = FrameCoordinates::from_column_slice(&bracket[first..first + FRAME]);
             for_each_entry(jacobian, &self.own, self.frames[k], |c, own, i, value| {
                 if own == OTHER {
                     w[c] += value * self.mu[i];
                 }
             });
-            let Block { q, gradients, motions, joint, internal } = self.block(jacobian, k)?;
+            let FrameConstraints { q, gradients, motions, joint, internal } =
+                self.block(jacobian, k)?;
             let wrench = pull_back(q.as_slice(), w.as_slice());
             let of_joint = joint.solve(&-motions.tr_mul(&wrench));
             w += gradients * of_joint;
@@ -226,10 +227,11 @@ impl MultiplierSweep for TreeMultipliers {
         self.fit(jacobian);
         self.mu.copy_from_slice(b); // less what the frames before contribute
         for k in 0..self.frames.len() {
-            let Block { q, gradients, motions, joint, internal } = self.block(jacobian, k)?;
+            let FrameConstraints { q, gradients, motions, joint, internal } =
+                self.block(jacobian, k)?;
             let b = |r: usize| self.rows[k].get(r).map_or(0.0, |&row| self.mu[row]);
             let weights = internal.solve(&SVector::from(std::array::from_fn(&b)));
-            let mut own = Coordinates::zeros(); // G_Iᵀ (G_I G_Iᵀ)⁻¹ b_I
+            let mut own = FrameCoordinates::zeros(); // G_Iᵀ (G_I G_Iᵀ)⁻¹ b_I
             let directors = Matrix3::from_column_slice(&q.as_slice()[3..]);
             let strains = directors * symmetric(&weights);
             own.as_mut_slice()[3..].copy_from_slice(strains.as_slice());
@@ -237,7 +239,7 @@ impl MultiplierSweep for TreeMultipliers {
             let twist = motions * joint.solve(&(rest - gradients.tr_mul(&own)));
             let mut motion = [0.0; FRAME];
             push_forward(q.as_slice(), &twist, &mut motion);
-            own += Coordinates::from(motion);
+            own += FrameCoordinates::from(motion);
             let first = FRAME * self.frames[k];
             a[first..first + FRAME].copy_from_slice(own.as_slice());
             for_each_entry(jacobian, &self.own, self.frames[k], |c, whose, i, value| {

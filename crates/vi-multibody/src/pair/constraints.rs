@@ -2,7 +2,7 @@
 //! the round-off that a step transports.
 
 use super::joint::{Joint, JointConfiguration};
-use super::screw;
+use super::thread;
 use crate::geometry::form::Row;
 use nalgebra::Vector3;
 
@@ -84,7 +84,7 @@ pub(super) fn gap_correction(
             PairConstraint::NoGap => shift = -at.gap(),
             PairConstraint::GapAlongAxis => shift = close_gap(at, &[2]),
             PairConstraint::GapAcrossAxis => shift = close_gap(at, &[0, 1]),
-            PairConstraint::Thread => shift -= screw::excess_to_revolution(at) * at.axis(2),
+            PairConstraint::Thread => shift -= thread::excess_to_revolution(at) * at.axis(2),
             _ => {}
         }
     }

@@ -87,6 +87,7 @@ pub mod revolute;
 pub mod screw;
 pub mod spherical;
 pub mod symbol;
+pub mod thread;
 pub mod universal;
 
 pub use crate::geometry::twist::{Transfer, Twist};

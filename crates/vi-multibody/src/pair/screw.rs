@@ -6,14 +6,12 @@
 //! F_d: A² = A¹ exp(ϑ n̂_n),  φ²_{n+1} = φ¹_{n+1} + A¹(ϱ¹_n + r_n + p ϑ n_n) − A²ϱ²_n
 //! T:   as P at q_{n+1}
 //! ```
-//! The thread `n·r − p θ` is the one row of all pairs that is not quadratic: the velocity-level
-//! hidden constraint holds to second order there, not to round-off.
+//! The thread ([`super::thread`]) is the one row of all pairs that is not quadratic: the
+//! velocity-level hidden constraint holds to second order there, not to round-off.
 
 use super::Properties;
 use super::columns::{Act, MotionSubspace};
 use super::constraints::PairConstraint;
-use super::joint::{Joint, JointConfiguration};
-use super::maps::angle_about;
 use super::symbol::SymbolPart;
 use serde::{Deserialize, Serialize};
 
@@ -54,22 +52,4 @@ impl From<Pitch> for f64 {
     fn from(pitch: Pitch) -> Self {
         Self::from_bits(pitch.0)
     }
-}
-
-/// Moves the child's anchor along the axis to where the thread holds in the configuration `q` of
-/// all frames.
-pub fn fit_thread(joint: &mut Joint, q: &[f64]) {
-    let excess = excess(&joint.configuration(q));
-    joint.child.anchor -= excess * joint.child.axes.column(2);
-}
-
-/// `n·r − p θ` with `θ` in `(−π, π]`.
-fn excess(at: &JointConfiguration) -> f64 {
-    at.gap().dot(&at.axis(2)) - at.pitch() * angle_about(at, 2)
-}
-
-/// The same to the nearest revolution.
-pub(super) fn excess_to_revolution(at: &JointConfiguration) -> f64 {
-    let (excess, lead) = (excess(at), std::f64::consts::TAU * at.pitch());
-    if lead == 0.0 { excess } else { excess - lead * (excess / lead).round() }
 }

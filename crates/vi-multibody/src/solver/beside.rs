@@ -24,7 +24,7 @@ use vi_core::state::Memory;
 
 /// Which coordinates and unknowns belong to the bodies, or to the point masses.
 #[derive(Clone, Debug)]
-pub(in crate::solver) struct Share {
+pub(in crate::solver) struct Subsystem {
     /// The mechanism of these members alone.
     pub(in crate::solver) mechanism: Arc<Mechanism>,
     q: Range<usize>,
@@ -32,11 +32,11 @@ pub(in crate::solver) struct Share {
 }
 
 /// Bodies, then point masses; `None` for a mechanism that has not both.
-pub(in crate::solver) fn shares(mechanism: &Mechanism) -> Option<[Share; 2]> {
+pub(in crate::solver) fn shares(mechanism: &Mechanism) -> Option<[Subsystem; 2]> {
     let [bodies, points] = mechanism.bodies_and_points()?;
     let split = (bodies.dim(), mechanism.tree().dof());
     let end = (mechanism.dim(), split.1 + mechanism.particle_tree().dof());
-    let share = |mechanism, q, u| Share { mechanism: Arc::new(mechanism), q, u };
+    let share = |mechanism, q, u| Subsystem { mechanism: Arc::new(mechanism), q, u };
     Some([share(bodies, 0..split.0, 0..split.1), share(points, split.0..end.0, split.1..end.1)])
 }
 
@@ -59,7 +59,7 @@ pub(in crate::solver) fn couples(mechanism: &Mechanism, matrix: &Emission<'_>) -
     found.met
 }
 
-impl Share {
+impl Subsystem {
     /// Its part of what is emitted over the coordinates of all members.
     pub(in crate::solver) fn emit(&self, matrix: &Emission<'_>, into: &mut dyn Entries) {
         let Self { q, u, .. } = self;
@@ -121,27 +121,27 @@ impl Entries for Own<'_> {
 /// [`NodalOperators`] of bodies and point masses side by side.
 #[derive(Debug)]
 pub(super) struct Beside<O: ?Sized> {
-    parts: [Part<O>; 2],
+    parts: [OwnOperators<O>; 2],
     blocks: Vec<Block>,
 }
 
 /// The bodies, or the point masses.
-struct Part<O: ?Sized> {
-    share: Share,
+struct OwnOperators<O: ?Sized> {
+    share: Subsystem,
     s: Interval,    // its step
     last: Interval, // and the one before it, for the reduced scheme
     operators: Box<O>,
 }
 
-impl<O: ?Sized> std::fmt::Debug for Part<O> {
+impl<O: ?Sized> std::fmt::Debug for OwnOperators<O> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Part").field("share", &self.share).finish_non_exhaustive()
+        f.debug_struct("OwnOperators").field("share", &self.share).finish_non_exhaustive()
     }
 }
 
 impl<O: NodalOperators + ?Sized> Beside<O> {
     /// Of the operators of each share.
-    pub(in crate::solver) fn new(shares: [Share; 2], operators: [Box<O>; 2]) -> Self {
+    pub(in crate::solver) fn new(shares: [Subsystem; 2], operators: [Box<O>; 2]) -> Self {
         let (mut blocks, mut first) = (Vec::new(), 0);
         let mut of_all = shares.into_iter().zip(operators);
         let parts = std::array::from_fn(|_| {
@@ -155,7 +155,7 @@ impl<O: NodalOperators + ?Sized> Beside<O> {
                 block
             }));
             let [s, last] = [0, 1].map(|_| Interval::new(share.q.len()));
-            Part { share, s, last, operators }
+            OwnOperators { share, s, last, operators }
         });
         Self { parts, blocks }
     }
@@ -171,14 +171,14 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
     }
 
     fn take_momentum(&mut self, p: &[f64], h: f64) {
-        for Part { share, operators, .. } in &mut self.parts {
+        for OwnOperators { share, operators, .. } in &mut self.parts {
             operators.take_momentum(share.of(p), h);
         }
     }
 
     /// The bodies find their numbers first in the memory, point masses at its end.
     fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>) {
-        for Part { share, s: own, last: own_last, operators } in &mut self.parts {
+        for OwnOperators { share, s: own, last: own_last, operators } in &mut self.parts {
             own.take_part(s, share.q.start);
             let last = last.map(|LastStep { u, s }| {
                 own_last.take_part(s, share.q.start);
@@ -193,7 +193,7 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
-        for Part { share, s: own, operators, .. } in &mut self.parts {
+        for OwnOperators { share, s: own, operators, .. } in &mut self.parts {
             operators.reparametrize(&u[share.u.clone()], own)?;
             own.write_part(share.q.start, s);
         }
@@ -201,7 +201,7 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
     }
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
-        for Part { share, operators, .. } in &mut self.parts {
+        for OwnOperators { share, operators, .. } in &mut self.parts {
             operators.pull_back(share.of(w), &mut out[share.u.clone()]);
         }
     }
@@ -211,13 +211,13 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
     }
 
     fn carry_balance(&self, r: &mut [f64]) {
-        for Part { share, operators, .. } in &self.parts {
+        for OwnOperators { share, operators, .. } in &self.parts {
             operators.carry_balance(&mut r[share.u.clone()]);
         }
     }
 
     fn take_balance(&mut self, r: &mut [f64]) {
-        for Part { share, operators, .. } in &mut self.parts {
+        for OwnOperators { share, operators, .. } in &mut self.parts {
             operators.take_balance(&mut r[share.u.clone()]);
         }
     }
@@ -229,7 +229,7 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
         _s: &Interval,
         x: &mut [f64],
     ) -> Result<(), Fault> {
-        for Part { share, s, operators, .. } in &mut self.parts {
+        for OwnOperators { share, s, operators, .. } in &mut self.parts {
             let own = |out: &mut dyn Entries| share.emit(mixed, out);
             operators.solve(&own, &u[share.u.clone()], s, &mut x[share.u.clone()])?;
         }
@@ -268,7 +268,7 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
 
 impl<O: RateOperators + ?Sized> RateOperators for Beside<O> {
     fn stand(&mut self, s: &mut Interval, memory: &Memory, rest: &[f64]) -> Result<(), Fault> {
-        for Part { share, s: own, operators, .. } in &mut self.parts {
+        for OwnOperators { share, s: own, operators, .. } in &mut self.parts {
             own.take_part(s, share.q.start);
             operators.stand(own, memory, &rest[share.u.clone()])?;
         }
@@ -276,13 +276,13 @@ impl<O: RateOperators + ?Sized> RateOperators for Beside<O> {
     }
 
     fn close_rates(&mut self, t: f64, r: &mut [f64]) {
-        for Part { share, operators, .. } in &mut self.parts {
+        for OwnOperators { share, operators, .. } in &mut self.parts {
             operators.close_rates(t, &mut r[share.u.clone()]);
         }
     }
 
     fn push_forward(&mut self, nu: &[f64], v: &mut [f64]) {
-        for Part { share, operators, .. } in &mut self.parts {
+        for OwnOperators { share, operators, .. } in &mut self.parts {
             operators.push_forward(&nu[share.u.clone()], &mut v[share.q.clone()]);
         }
     }

@@ -78,29 +78,29 @@ pub(crate) struct MemberBlocks {
 }
 
 /// A place of the first emission.
-enum Place {
+enum EmittedTerm {
     Entry(usize, usize),
     Multiple(usize, usize),
     Outer(Vec<usize>),
 }
 
 /// Collects the places of the first emission.
-struct Places<'a> {
+struct TermCollector<'a> {
     member_of: &'a [usize],
     spans: &'a [Span],
-    places: Vec<Place>,
+    places: Vec<EmittedTerm>,
     widest: usize, // rows of factors
 }
 
-impl Places<'_> {
+impl TermCollector<'_> {
     fn is_frame(&self, coordinate: usize) -> bool {
         self.spans[self.member_of[coordinate]].size == FRAME
     }
 }
 
-impl Entries for Places<'_> {
+impl Entries for TermCollector<'_> {
     fn add(&mut self, row: usize, column: usize, _value: f64) {
-        self.places.push(Place::Entry(row, column));
+        self.places.push(EmittedTerm::Entry(row, column));
     }
 
     fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
@@ -108,7 +108,7 @@ impl Entries for Places<'_> {
             self.is_frame(at) && (at - self.spans[self.member_of[at]].first).is_multiple_of(3)
         };
         if is_vector(row) && is_vector(column) {
-            self.places.push(Place::Multiple(row, column));
+            self.places.push(EmittedTerm::Multiple(row, column));
         } else {
             (0..3).for_each(|k| self.add(row + k, column + k, value));
         }
@@ -119,14 +119,14 @@ impl Entries for Places<'_> {
             |at: &usize| self.is_frame(*at) && self.spans[self.member_of[*at]].first == *at;
         if product.length == FRAME && product.starts.iter().all(starts_frame) {
             self.widest = self.widest.max(product.left.len() / FRAME);
-            self.places.push(Place::Outer(product.starts.to_vec()));
+            self.places.push(EmittedTerm::Outer(product.starts.to_vec()));
         } else {
             product.for_each_entry(|row, column, value| self.add(row, column, value));
         }
     }
 }
 
-struct Replay<'a> {
+struct TermReplay<'a> {
     values: &'a mut [f64],
     reduced: &'a mut [Matrix6<f64>],
     outer: &'a [usize],
@@ -136,7 +136,7 @@ struct Replay<'a> {
     q: [&'a [f64]; 2], // where P_in, P_in' are taken
 }
 
-impl Replay<'_> {
+impl TermReplay<'_> {
     fn next(&mut self) -> Slot {
         self.next += 1;
         self.slots[self.next - 1]
@@ -152,7 +152,7 @@ fn director(q: &[f64], at: usize) -> Option<Vector3<f64>> {
     (!at.is_multiple_of(FRAME)).then(|| Vector3::new(q[at], q[at + 1], q[at + 2]))
 }
 
-impl Entries for Replay<'_> {
+impl Entries for TermReplay<'_> {
     fn add(&mut self, _row: usize, _column: usize, value: f64) {
         if let Slot::Entry(place) = self.next() {
             self.values[place] += value;
@@ -226,8 +226,8 @@ fn add_multiple(
 ) {
     match (a, b) {
         (None, None) => (0..3).for_each(|k| B[(k, k)] += value),
-        (None, Some(b)) => add_skew(-value, &b, (0, 3), B),
-        (Some(a), None) => add_skew(value, &a, (3, 0), B),
+        (None, Some(b)) => add_skew(-value, &b, [0, 3], B),
+        (Some(a), None) => add_skew(value, &a, [3, 0], B),
         (Some(a), Some(b)) => {
             let (a, dot) = (value * a, value * a.dot(&b));
             for j in 0..3 {
@@ -241,7 +241,7 @@ fn add_multiple(
 }
 
 /// `B ← B + value v̂` with its upper left corner at `(row, column)`.
-fn add_skew(value: f64, v: &Vector3<f64>, (row, column): (usize, usize), B: &mut Matrix6<f64>) {
+fn add_skew(value: f64, v: &Vector3<f64>, [row, column]: [usize; 2], B: &mut Matrix6<f64>) {
     for k in 0..3 {
         let (l, m) = ((k + 1) % 3, (k + 2) % 3);
         B[(row + m, column + l)] += value * v[k];
@@ -261,7 +261,8 @@ impl MemberBlocks {
         for (k, span) in spans.iter().enumerate() {
             member_of[span.first..span.first + span.size].fill(k);
         }
-        let mut found = Places { member_of: &member_of, spans, places: Vec::new(), widest: 0 };
+        let mut found =
+            TermCollector { member_of: &member_of, spans, places: Vec::new(), widest: 0 };
         emit(&mut found);
         let (places, widest) = (found.places, found.widest);
         let mut pairs: Vec<(usize, usize)> = (0..spans.len()).map(|k| (k, k)).collect();
@@ -273,8 +274,10 @@ impl MemberBlocks {
         };
         for place in &places {
             match place {
-                Place::Entry(row, column) | Place::Multiple(row, column) => note(*row, *column),
-                Place::Outer(starts) => {
+                EmittedTerm::Entry(row, column) | EmittedTerm::Multiple(row, column) => {
+                    note(*row, *column)
+                }
+                EmittedTerm::Outer(starts) => {
                     starts.iter().for_each(|row| starts.iter().for_each(|c| note(*row, *c)));
                 }
             }
@@ -289,7 +292,7 @@ impl MemberBlocks {
         self.factors = [0, 1].map(|_| vec![Vector6::zeros(); widest]);
     }
 
-    fn find_slots(&mut self, member_of: &[usize], places: &[Place]) {
+    fn find_slots(&mut self, member_of: &[usize], places: &[EmittedTerm]) {
         let Self { spans, couplings, slots, outer, values, .. } = self;
         let mut first = vec![0; spans.len()]; // block of each row
         (0..couplings.len()).rev().for_each(|k| first[couplings[k].row] = k);
@@ -302,15 +305,17 @@ impl MemberBlocks {
         let mut length = 0;
         for place in places {
             slots.push(match place {
-                Place::Multiple(row, column) => Slot::Multiple(block(couplings, *row, *column)),
-                Place::Outer(starts) => {
+                EmittedTerm::Multiple(row, column) => {
+                    Slot::Multiple(block(couplings, *row, *column))
+                }
+                EmittedTerm::Outer(starts) => {
                     let at = outer.len();
                     for row in starts {
                         outer.extend(starts.iter().map(|column| block(couplings, *row, *column)));
                     }
                     Slot::Outer(at)
                 }
-                Place::Entry(row, column) => {
+                EmittedTerm::Entry(row, column) => {
                     let k = block(couplings, *row, *column);
                     let (a, b) = (&spans[couplings[k].row], &spans[couplings[k].column]);
                     let start = *couplings[k].values.get_or_insert_with(|| {
@@ -331,7 +336,7 @@ impl MemberBlocks {
         values.fill(0.0);
         reduced.fill(Matrix6::zeros());
         let q = [q.0, q.1];
-        emit(&mut Replay { values, reduced, outer, factors, slots, next: 0, q });
+        emit(&mut TermReplay { values, reduced, outer, factors, slots, next: 0, q });
         for (coupling, own) in self.couplings.iter().zip(&mut self.reduced) {
             if let Some(first) = coupling.values {
                 let spans = [coupling.row, coupling.column].map(|k| &self.spans[k]);

@@ -51,14 +51,14 @@ impl Flight {
 
 /// The increment of a free root by a screw.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Screw {
+pub(super) struct RootScrew {
     triad: Matrix3<f64>, // D
     theta: Vector3<f64>, // θ
     w: Vector3<f64>,     // D y_φ
     T: Matrix3<f64>,     // T(θ)
 }
 
-impl Screw {
+impl RootScrew {
     /// Of the unknowns `y` of a root with the directors of `frame`.
     pub(super) fn new(frame: &[f64], y: &[f64]) -> Self {
         let triad = directors::triad(frame);
@@ -184,17 +184,17 @@ fn write(a: &Vector3<f64>, b: &Vector3<f64>, x: &mut [f64]) {
 pub(super) fn to_increments(tree: &Tree, flight: &Flight, q: &[f64], y: &mut [f64]) {
     for link in tree.links().iter().filter(|link| link.joint.kind.is_free()) {
         let own = &mut y[link.offset..link.offset + 6];
-        Screw::new(&q[12 * link.frame..], own).write_increment(flight, own);
+        RootScrew::new(&q[12 * link.frame..], own).write_increment(flight, own);
     }
 }
 
 /// `J ← J ∂(u_φ, θ)/∂(y_φ, y_θ)` in the six columns of a free root, at the screws `y` of all and
 /// the triads of `q`; without `y`: at zero, without `B`.
-pub(super) fn chain(root: &Link, (q, y): (&[f64], Option<&[f64]>), columns: &mut [Vector6<f64>]) {
+pub(super) fn chain(root: &Link, q: &[f64], y: Option<&[f64]>, columns: &mut [Vector6<f64>]) {
     let frame = &q[12 * root.frame..];
     let screw = match y {
-        None => Screw::zero(frame),
-        Some(y) => Screw::new(frame, &y[root.offset..root.offset + 6]),
+        None => RootScrew::zero(frame),
+        Some(y) => RootScrew::new(frame, &y[root.offset..root.offset + 6]),
     };
     let [TD, BD, D] = screw.derivative();
     let J: [Vector6<f64>; 6] = std::array::from_fn(|k| columns[k]);

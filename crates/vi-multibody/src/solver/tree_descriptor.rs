@@ -49,7 +49,7 @@ const FEW: usize = 4;
 
 /// A frame or a point mass of the tree.
 #[derive(Clone, Copy, Debug)]
-struct Member {
+struct DescriptorMember {
     parent: Option<usize>,
     width: usize,          // 6 of a frame, 2 or 3 of a point mass: size of its twist
     unknown: usize,        // first of its joint
@@ -59,7 +59,7 @@ struct Member {
     last: Option<usize>, // its last child, where it has many
 }
 
-impl Member {
+impl DescriptorMember {
     fn twist(&self, i: usize) -> usize {
         self.start + i
     }
@@ -83,7 +83,7 @@ impl Member {
 pub struct TreeDescriptor {
     tree: Tree,
     particles: ParticleTree,
-    members: Vec<Member>, // links in the order of the tree, then particles
+    members: Vec<DescriptorMember>, // links in the order of the tree, then particles
     spans: Vec<Span>,
     blocks: Vec<Block>,
     dof: usize,              // d
@@ -111,7 +111,7 @@ struct Descriptor {
 
 /// Members of a spanning tree, and the number of unknowns in descriptor form without those of
 /// joints.
-fn members(tree: &Tree, particles: &ParticleTree) -> (Vec<Member>, usize) {
+fn members(tree: &Tree, particles: &ParticleTree) -> (Vec<DescriptorMember>, usize) {
     let links = tree.links().iter().map(|link| (link.parent, 6, link.offset));
     let first = tree.links().len();
     let beads = particles.beads().iter().map(|bead| {
@@ -124,13 +124,21 @@ fn members(tree: &Tree, particles: &ParticleTree) -> (Vec<Member>, usize) {
     let all: Vec<(Option<usize>, usize, usize)> = links.chain(beads).collect();
     let mut children = vec![0; all.len()];
     all.iter().filter_map(|member| member.0).for_each(|parent| children[parent] += 1);
-    let mut members: Vec<Member> = Vec::new();
+    let mut members: Vec<DescriptorMember> = Vec::new();
     let mut start = 0;
     for (k, (parent, width, unknown)) in all.into_iter().enumerate() {
         let carrier = parent.filter(|&p| children[p] > FEW);
         let before = carrier.and_then(|p| members[p].last.replace(k));
         let chained = carrier.is_some();
-        members.push(Member { parent, width, unknown, start, before, chained, last: None });
+        members.push(DescriptorMember {
+            parent,
+            width,
+            unknown,
+            start,
+            before,
+            chained,
+            last: None,
+        });
         start += if chained { 4 * width } else { 2 * width };
     }
     (members, start)
@@ -202,7 +210,7 @@ impl TreeDescriptor {
         self.tree.tangents(&self.u, &s.q1, &mut *frames);
         self.particles.tangents(&self.u, s, points);
         if self.screws {
-            chain_screws(&self.tree, (&s.q0, Some(u)), frames);
+            chain_screws(&self.tree, &s.q0, Some(u), frames);
         }
     }
 
@@ -246,7 +254,7 @@ impl TreeDescriptor {
                 }
             }
             if let Some(parent) = member.parent {
-                self.emit_joint((k, parent), out);
+                self.emit_joint(k, parent, out);
             }
             if let Some(child) = member.last {
                 let child = &self.members[child];
@@ -266,7 +274,7 @@ impl TreeDescriptor {
     }
 
     /// What a member has of its parent's twist, and its parent of its wrench.
-    fn emit_joint(&self, (k, parent): (usize, usize), out: &mut dyn Entries) {
+    fn emit_joint(&self, k: usize, parent: usize, out: &mut dyn Entries) {
         let scale = &self.matrix.scale;
         let (member, carrier) = (&self.members[k], &self.members[parent]);
         let chained = member.chained;
@@ -291,11 +299,11 @@ impl TreeDescriptor {
 }
 
 /// Takes screws as the unknowns of free roots in their velocity maps.
-fn chain_screws(tree: &Tree, at: (&[f64], Option<&[f64]>), maps: &mut [VelocityMap]) {
+fn chain_screws(tree: &Tree, q: &[f64], y: Option<&[f64]>, maps: &mut [VelocityMap]) {
     for (link, map) in tree.links().iter().zip(maps) {
         if link.joint.kind.is_free() {
             let mut columns = map.s.map(|twist| twist.to_vector());
-            screws::chain(link, at, &mut columns);
+            screws::chain(link, q, y, &mut columns);
             map.s = columns.map(|column| Twist::from_vector(&column));
         }
     }
@@ -344,7 +352,7 @@ impl NodalOperators for TreeDescriptor {
         self.tree.velocity_maps(&s.q0, &mut *frames);
         self.particles.velocity_maps(&s.q0, points);
         if self.screws {
-            chain_screws(&self.tree, (&s.q0, None), frames);
+            chain_screws(&self.tree, &s.q0, None, frames);
         }
     }
 

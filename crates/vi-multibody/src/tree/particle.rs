@@ -157,7 +157,7 @@ impl ParticleTree {
 
     /// Writes the rows of `∂F_d/∂u` that belong to particles into a zeroed matrix.
     pub fn tangent(&self, u: &[f64], s: &Interval, out: &mut DMatrix<f64>) {
-        self.columns(out, |bead, k| self.tangent_rate(bead, (u, s), k));
+        self.columns(out, |bead, k| self.tangent_rate(bead, u, s, k));
     }
 
     /// `maps ← X, S` of each particle at `q`: `ẋ = ẋ_carrier + S ν`.
@@ -176,7 +176,7 @@ impl ParticleTree {
         s: &Interval,
         maps: impl IntoIterator<Item = &'m mut VelocityMap>,
     ) {
-        self.write_maps(maps, |bead, k| self.tangent_rate(bead, (u, s), k));
+        self.write_maps(maps, |bead, k| self.tangent_rate(bead, u, s, k));
     }
 
     fn write_maps<'m>(
@@ -215,7 +215,7 @@ impl ParticleTree {
     }
 
     /// The same with the tangent of the increments.
-    fn tangent_rate(&self, bead: &Bead, (u, s): (&[f64], &Interval), k: usize) -> Vector3<f64> {
+    fn tangent_rate(&self, bead: &Bead, u: &[f64], s: &Interval, k: usize) -> Vector3<f64> {
         let arm = self.arm(bead, &s.q0);
         let theta = self.rotation_vector(bead, u, &arm);
         let axis = rotation::tangent(&theta) * self.axes(&arm)[k];

@@ -29,7 +29,7 @@ use vi_core::newton::{Block, BlockKind, Fault, NewtonProblem};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{MechanicalSystem, SeparableSystem};
 use vi_multibody::mechanism::{Description, Mechanism};
-use vi_multibody::sparse_nodal::{Columns, ReducedMatrix, ReducedRows, VelocityLayout};
+use vi_multibody::sparse_nodal::{MapColumns, ReducedMatrix, ReducedRows, VelocityLayout};
 use vi_rigid::directors::director;
 use vi_rigid::rotation::skew;
 
@@ -47,7 +47,7 @@ pub(crate) struct FrameMatrices {
     pub(crate) M: SparseMatrix,
     /// Independent rows of joints, bars and scalar constraints.
     pub(crate) B: SparseMatrix,
-    pub(crate) columns: Columns,
+    pub(crate) columns: MapColumns,
 }
 
 /// The equations at the last equilibrium, with the workspace of an evaluation.
@@ -64,9 +64,9 @@ pub(crate) struct Equations {
     v: Vec<f64>,      // n  velocities of the steady rotation; zero without one
     metric: Vec<f64>, // d  S: 1 for lengths, the square of the size for angles
     layout: VelocityLayout,
-    left: Columns,  // P_in(q)
-    right: Columns, // ∂F_d/∂u
-    g: Vec<f64>,    // m
+    left: MapColumns,  // P_in(q)
+    right: MapColumns, // ∂F_d/∂u
+    g: Vec<f64>,       // m
     spin: Vec<Matrix6<f64>>,
     stiffness: ReducedMatrix,
     upper: ReducedRows, // G P_in
@@ -435,7 +435,7 @@ pub(crate) struct TreeMatrices {
     pub(crate) M: DMatrix<f64>,
     pub(crate) layout: VelocityLayout,
     /// `P`.
-    pub(crate) columns: Columns,
+    pub(crate) columns: MapColumns,
 }
 
 /// The equations with the blocks of their unknowns, for Newton's method.

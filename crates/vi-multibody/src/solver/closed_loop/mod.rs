@@ -221,7 +221,7 @@ impl LoopNodal {
             });
             coupled.mu.extend_from_slice(cluster.gaps());
         }
-        sparse.solve_bordered((basis, enforced, &coupled.mu), x)
+        sparse.solve_bordered([basis, enforced], &coupled.mu, x)
     }
 
     /// The correction where `A` is one matrix: `δ = A⁻¹ b + A⁻¹ Uᵀ μ`,

@@ -182,7 +182,7 @@ impl Paths {
         let row = &rows[i];
         row.row.for_each_wrench(at.q, |frame, wrench| {
             let link = at.tree.link_of(frame);
-            maps.add_wrench(at.next, (link, row.apex), &wrench, |unknown, value| {
+            maps.add_wrench(at.next, link, row.apex, &wrench, |unknown, value| {
                 values[at.column_of[unknown]] += value;
             });
         });

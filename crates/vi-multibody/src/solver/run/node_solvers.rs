@@ -5,7 +5,7 @@ use super::start::Loops;
 use super::structure::{Solver, probe, takes_descriptor};
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
-use crate::solver::beside::{Beside, Share, shares};
+use crate::solver::beside::{Beside, Subsystem, shares};
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::velocity::LoopVelocity;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
@@ -87,8 +87,8 @@ struct Subject<'a> {
 type BoxedOperators = Box<dyn RateOperators>;
 
 /// The operators of bodies and point masses side by side: no body shares its mass with a point.
-fn beside(whole: &Subject<'_>, shares: [Share; 2]) -> Option<BoxedOperators> {
-    let of = |share: &Share, rank| {
+fn beside(whole: &Subject<'_>, shares: [Subsystem; 2]) -> Option<BoxedOperators> {
+    let of = |share: &Subsystem, rank| {
         let mut s = Interval::new(share.mechanism.dim());
         s.open(0.0, whole.s.h, share.of(&whole.s.q0));
         let mass = |out: &mut dyn Entries| share.emit(whole.mass, out);

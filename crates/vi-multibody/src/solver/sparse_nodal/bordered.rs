@@ -34,7 +34,8 @@ impl SparseNodal {
     /// [`Fault`] where the matrix is singular.
     pub(crate) fn solve_bordered(
         &mut self,
-        (mut U, mut J, g): (Vec<Row>, Vec<Row>, &[f64]),
+        [mut U, mut J]: [Vec<Row>; 2],
+        g: &[f64],
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let Self { layout, left, right, matrix, .. } = self;
@@ -68,7 +69,7 @@ impl SparseNodal {
             }
         });
         let mut lu = SparseLu::new(&bordered)?;
-        Ok(solve_with((layout, left, right), x, |x| {
+        Ok(solve_with(layout, [left, right], x, |x| {
             let own = x.iter().zip(&scale).map(|(x, s)| x * s);
             let mut both: Vec<f64> =
                 own.chain(g.iter().zip(&of_rows).map(|(g, s)| g * s)).collect();

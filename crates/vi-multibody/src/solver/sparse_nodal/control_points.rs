@@ -8,7 +8,7 @@
 //! change then with a rotation of the whole, and `C` hardly. One factorization a step serves all
 //! control points and all sweeps.
 
-use super::layout::{Columns, VelocityLayout};
+use super::layout::{MapColumns, VelocityLayout};
 use super::mode_factors::ModeFactors;
 use super::{extent, with_floors};
 use crate::mechanism::Mechanism;
@@ -32,12 +32,12 @@ pub struct CoupledSweeps {
     blocks: Vec<Block>,
     pencil: GalerkinPencil,
     factors: ModeFactors,
-    start: Columns,   // P(q_n)
-    columns: Columns, // P(q_i)
-    w: Vec<f64>,      // n  balance of a control point
-    rest: Vec<f64>,   // n  zeros
-    r: Vec<f64>,      // s d  residual, while corrections are made of it
-    z: Vec<f64>,      // s d  the same by modes
+    start: MapColumns,   // P(q_n)
+    columns: MapColumns, // P(q_i)
+    w: Vec<f64>,         // n  balance of a control point
+    rest: Vec<f64>,      // n  zeros
+    r: Vec<f64>,         // s d  residual, while corrections are made of it
+    z: Vec<f64>,         // s d  the same by modes
 }
 
 impl CoupledSweeps {

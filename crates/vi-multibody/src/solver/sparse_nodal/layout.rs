@@ -14,7 +14,7 @@
 use crate::mechanism::Mechanism;
 use crate::pair::{Motion, Transfer, Twist, VelocityMap};
 use crate::solver::member_blocks::Span;
-use crate::solver::screws::{Flight, RootMap, Screw};
+use crate::solver::screws::{Flight, RootMap, RootScrew};
 use crate::tree::particle::{Carrier, ParticleTree};
 use crate::tree::{Link, Tree};
 use nalgebra::{Vector3, Vector6};
@@ -26,14 +26,14 @@ use vi_rigid::{null_space, rotation};
 
 /// A frame or a particle: which coordinates it has and which unknowns move it.
 #[derive(Clone, Debug)]
-pub(super) struct Member {
+pub(super) struct LayoutMember {
     pub(super) span: Span,
     pub(super) columns: Range<usize>,
 }
 
 /// The velocity map of all members at one configuration, column by column.
 #[derive(Clone, Debug)]
-pub struct Columns {
+pub struct MapColumns {
     pub(super) q: Vec<f64>,               // n  where P_in is taken
     pub(super) twists: Vec<Vector6<f64>>, // one for each member and each unknown that moves it
     pub(super) roots: Vec<RootMap>,       // of free roots, where their twists are separated
@@ -44,15 +44,15 @@ pub struct Columns {
 pub struct VelocityLayout {
     tree: Tree,
     particles: ParticleTree,
-    pub(super) members: Vec<Member>, // links in the order of the tree, then particles
-    parents: Vec<Option<usize>>,     // of members
-    free: Vec<usize>,                // links that are free roots
-    roots: Vec<Option<usize>>,       // of links: their place among these
-    pub(super) unknowns: Vec<usize>, // unknown of each column
-    dim: usize,                      // n
-    dof: usize,                      // d
-    maps: Vec<VelocityMap>,          // scratch, one for each member
-    motions: Vec<Motion>,            // scratch, one for each link
+    pub(super) members: Vec<LayoutMember>, // links in the order of the tree, then particles
+    parents: Vec<Option<usize>>,           // of members
+    free: Vec<usize>,                      // links that are free roots
+    roots: Vec<Option<usize>>,             // of links: their place among these
+    pub(super) unknowns: Vec<usize>,       // unknown of each column
+    dim: usize,                            // n
+    dof: usize,                            // d
+    maps: Vec<VelocityMap>,                // scratch, one for each member
+    motions: Vec<Motion>,                  // scratch, one for each link
 }
 
 fn is_free_root(link: &Link) -> bool {
@@ -65,7 +65,7 @@ impl VelocityLayout {
     pub fn new(mechanism: &Mechanism) -> Self {
         let (tree, particles) = (mechanism.tree().clone(), mechanism.particle_tree().clone());
         let (n, d) = (Constraints::dim(mechanism), tree.dof() + particles.dof());
-        let (mut members, mut unknowns) = (Vec::<Member>::new(), Vec::new());
+        let (mut members, mut unknowns) = (Vec::<LayoutMember>::new(), Vec::new());
         let (mut free, mut roots) = (Vec::new(), Vec::<Option<usize>>::new());
         for (k, link) in tree.links().iter().enumerate() {
             let is_free = is_free_root(link);
@@ -77,7 +77,7 @@ impl VelocityLayout {
             }
             unknowns.extend(link.offset..link.offset + link.dof());
             let columns = start..unknowns.len();
-            members.push(Member { span: Span { first: 12 * link.frame, size: 12 }, columns });
+            members.push(LayoutMember { span: Span { first: 12 * link.frame, size: 12 }, columns });
         }
         let links = tree.links().len();
         let mut parents: Vec<_> = tree.links().iter().map(|link| link.parent).collect();
@@ -93,7 +93,7 @@ impl VelocityLayout {
             unknowns.extend(bead.unknown..bead.unknown + particles.dof_of(bead));
             parents.push(carrier);
             let span = Span { first: bead.offset, size: particles.dimension() };
-            members.push(Member { span, columns: start..unknowns.len() });
+            members.push(LayoutMember { span, columns: start..unknowns.len() });
         }
         Self {
             free,
@@ -139,14 +139,14 @@ impl VelocityLayout {
 
     /// Storage for the columns at one configuration.
     #[must_use]
-    pub fn columns(&self) -> Columns {
+    pub fn columns(&self) -> MapColumns {
         let (q, twists) = (vec![0.0; self.dim], vec![Vector6::zeros(); self.unknowns.len()]);
-        Columns { q, twists, roots: Vec::new() }
+        MapColumns { q, twists, roots: Vec::new() }
     }
 
     /// The same, with the twists of free roots separated.
-    pub(super) fn separated_columns(&self) -> Columns {
-        Columns { roots: vec![RootMap::identity(); self.free.len()], ..self.columns() }
+    pub(super) fn separated_columns(&self) -> MapColumns {
+        MapColumns { roots: vec![RootMap::identity(); self.free.len()], ..self.columns() }
     }
 
     /// Whether a member is a free root.
@@ -167,14 +167,14 @@ impl VelocityLayout {
     }
 
     /// `out ← P(q)`.
-    pub fn null_space(&mut self, q: &[f64], out: &mut Columns) {
+    pub fn null_space(&mut self, q: &[f64], out: &mut MapColumns) {
         self.take_velocity_maps(q);
         self.write_with_roots(q, out);
     }
 
     /// `out ← P_in(q) P_ex` with `P_ex` of the given velocity maps, one for each link: discrete
     /// null spaces from averaged vectors.
-    pub fn with_maps(&mut self, q: &[f64], maps: &[VelocityMap], out: &mut Columns) {
+    pub fn with_maps(&mut self, q: &[f64], maps: &[VelocityMap], out: &mut MapColumns) {
         let (of_links, of_points) = self.maps.split_at_mut(self.motions.len());
         of_links.copy_from_slice(maps);
         self.particles.velocity_maps(q, of_points);
@@ -182,7 +182,7 @@ impl VelocityLayout {
     }
 
     /// `out ← ∂F_d/∂u (u, q_n)` for a reparametrized interval.
-    pub fn tangent(&mut self, u: &[f64], s: &Interval, out: &mut Columns) {
+    pub fn tangent(&mut self, u: &[f64], s: &Interval, out: &mut MapColumns) {
         let (of_links, of_points) = self.maps.split_at_mut(self.motions.len());
         self.tree.tangents(u, &s.q1, of_links);
         self.particles.tangents(u, s, of_points);
@@ -190,7 +190,7 @@ impl VelocityLayout {
     }
 
     /// `out ← P(q)` with screws as the unknowns of free roots.
-    pub(super) fn null_space_by_screws(&mut self, q: &[f64], out: &mut Columns) {
+    pub(super) fn null_space_by_screws(&mut self, q: &[f64], out: &mut MapColumns) {
         self.take_velocity_maps(q);
         self.write(q, out);
         for (root, &k) in out.roots.iter_mut().zip(&self.free) {
@@ -201,9 +201,10 @@ impl VelocityLayout {
     /// `out ← ∂F_d/∂y` with the `screws` of free roots, which belong to the increments `u`.
     pub(super) fn tangent_by_screws(
         &mut self,
-        (u, screws): (&[f64], &[Screw]),
+        u: &[f64],
+        screws: &[RootScrew],
         s: &Interval,
-        out: &mut Columns,
+        out: &mut MapColumns,
     ) {
         let links = self.tree.links().iter().zip(&mut self.maps);
         for (link, map) in links.filter(|(link, _)| !is_free_root(link)) {
@@ -213,19 +214,19 @@ impl VelocityLayout {
         }
         self.particles.tangents(u, s, &mut self.maps[self.motions.len()..]);
         self.write(&s.q1, out);
-        let maps = screws.iter().map(Screw::root_map);
+        let maps = screws.iter().map(RootScrew::root_map);
         out.roots.iter_mut().zip(maps).for_each(|(root, map)| *root = map);
     }
 
     /// The columns of all members, and the maps of the roots that are separated.
-    fn write_with_roots(&self, q: &[f64], out: &mut Columns) {
+    fn write_with_roots(&self, q: &[f64], out: &mut MapColumns) {
         self.write(q, out);
         for (root, &k) in out.roots.iter_mut().zip(&self.free) {
             *root = RootMap::of(self.maps[k].columns());
         }
     }
 
-    fn write(&self, q: &[f64], out: &mut Columns) {
+    fn write(&self, q: &[f64], out: &mut MapColumns) {
         out.q.copy_from_slice(q);
         for (k, map) in self.maps.iter().enumerate() {
             let mut at = self.members[k].columns.start;
@@ -259,7 +260,7 @@ impl VelocityLayout {
     }
 
     /// `out ← Pᵀ w`, shape `d`.
-    pub fn pull_back(&self, at: &Columns, w: &[f64], out: &mut [f64]) {
+    pub fn pull_back(&self, at: &MapColumns, w: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for member in &self.members {
             let wrench = member.span.shrink(&at.q, |i| w[member.span.first + i]);
@@ -271,7 +272,7 @@ impl VelocityLayout {
     }
 
     /// The map of the free root that carries a member, with the first unknown of the root.
-    fn root_of(&self, at: &Columns, member: usize) -> Option<(RootMap, usize)> {
+    fn root_of(&self, at: &MapColumns, member: usize) -> Option<(RootMap, usize)> {
         let root = self.roots.get(member).copied().flatten()?;
         let map = at.roots.get(root)?;
         Some((*map, self.tree.links()[self.free[root]].offset))
@@ -281,8 +282,9 @@ impl VelocityLayout {
     /// `apex`, which must be its ancestor (or itself).
     pub(super) fn for_each_column(
         &self,
-        at: &Columns,
-        (link, apex): (usize, Option<usize>),
+        at: &MapColumns,
+        link: usize,
+        apex: Option<usize>,
         mut visit: impl FnMut(usize, Twist),
     ) {
         // what moves the carrier comes first, and what moves the root before all
@@ -302,7 +304,7 @@ impl VelocityLayout {
     }
 
     /// `x ← R x` of free roots: twists from components along the directors.
-    pub(super) fn apply_roots(&self, at: &Columns, x: &mut [f64]) {
+    pub(super) fn apply_roots(&self, at: &MapColumns, x: &mut [f64]) {
         for (root, map) in self.free_roots().zip(&at.roots) {
             let own = &mut x[root.offset..root.offset + 6];
             let twist = map.apply(own);
@@ -311,7 +313,7 @@ impl VelocityLayout {
     }
 
     /// `x ← Rᵀ x` of free roots, the inverse where no increment is taken.
-    pub(super) fn apply_roots_transposed(&self, at: &Columns, x: &mut [f64]) {
+    pub(super) fn apply_roots_transposed(&self, at: &MapColumns, x: &mut [f64]) {
         for (root, map) in self.free_roots().zip(&at.roots) {
             map.apply_transposed(&mut x[root.offset..root.offset + 6]);
         }
@@ -341,7 +343,7 @@ impl VelocityLayout {
     }
 
     /// `out ← P ν`, shape `n`.
-    pub fn velocity(&self, at: &Columns, nu: &[f64], out: &mut [f64]) {
+    pub fn velocity(&self, at: &MapColumns, nu: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for (k, member) in self.members.iter().enumerate() {
             let (mut twist, mut columns) = (Vector6::zeros(), member.columns.clone());
@@ -370,13 +372,14 @@ impl VelocityLayout {
     /// The screws `y` of free roots at `q`, and the increments in their place.
     pub(super) fn screws_to_increments(
         &self,
-        (flight, q): (&Flight, &[f64]),
+        flight: &Flight,
+        q: &[f64],
         y: &mut [f64],
-        screws: &mut [Screw],
+        screws: &mut [RootScrew],
     ) {
         for (root, screw) in self.free_roots().zip(screws) {
             let own = &mut y[root.offset..root.offset + 6];
-            *screw = Screw::new(&q[12 * root.frame..], own);
+            *screw = RootScrew::new(&q[12 * root.frame..], own);
             screw.write_increment(flight, own);
         }
     }

@@ -33,9 +33,9 @@ pub mod reduced_rows;
 use crate::mechanism::Mechanism;
 use crate::pair::{Twist, VelocityMap};
 use crate::solver::chord::Chord;
-use crate::solver::screws::{Flight, RootMap, Screw};
+use crate::solver::screws::{Flight, RootMap, RootScrew};
 pub(crate) use bordered::Row;
-pub use layout::{Columns, VelocityLayout};
+pub use layout::{MapColumns, VelocityLayout};
 use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;
 pub use reduced_rows::ReducedRows;
@@ -73,11 +73,11 @@ pub(crate) fn with_floors(blocks: &mut [Block], length: f64, angle: f64) {
 pub struct SparseNodal {
     layout: VelocityLayout,
     blocks: Vec<Block>,
-    left: Columns,  // P(q_n)
-    right: Columns, // ∂F_d/∂u
+    left: MapColumns,  // P(q_n)
+    right: MapColumns, // ∂F_d/∂u
     matrix: ReducedMatrix,
     by_screws: bool,
-    screws: Vec<Screw>, // of free roots
+    screws: Vec<RootScrew>, // of free roots
     flight: Flight,
     u: Vec<f64>,   // d  increments u of the unknowns
     current: bool, // `u` and `screws` are those of the last trial
@@ -91,7 +91,7 @@ impl SparseNodal {
         let layout = VelocityLayout::new(mechanism);
         let [left, right] = [0, 1].map(|_| layout.separated_columns());
         let (blocks, matrix) = (layout.blocks(), ReducedMatrix::default());
-        let screws = vec![Screw::zero(&[0.0; 12]); layout.free_roots().count()];
+        let screws = vec![RootScrew::zero(&[0.0; 12]); layout.free_roots().count()];
         let (u, chord) = (vec![0.0; layout.dof()], Chord::new(&blocks));
         Self {
             layout,
@@ -133,7 +133,7 @@ impl SparseNodal {
         self.u.copy_from_slice(unknowns);
         if self.by_screws {
             let Self { layout, flight, u, screws, .. } = self;
-            layout.screws_to_increments((flight, q_n), u, screws);
+            layout.screws_to_increments(flight, q_n, u, screws);
         }
     }
 
@@ -160,12 +160,13 @@ impl SparseNodal {
     pub(crate) fn add_wrench(
         &self,
         next: bool,
-        (link, apex): (usize, Option<usize>),
+        link: usize,
+        apex: Option<usize>,
         wrench: &Twist,
         mut add: impl FnMut(usize, f64),
     ) {
         let columns = if next { &self.right } else { &self.left };
-        self.layout.for_each_column(columns, (link, apex), |unknown, twist| {
+        self.layout.for_each_column(columns, link, apex, |unknown, twist| {
             add(unknown, wrench.dot(&twist));
         });
     }
@@ -186,7 +187,7 @@ impl SparseNodal {
     /// Solves with the matrix last formed; several right-hand sides may follow one another.
     pub(crate) fn solve_assembled(&mut self, x: &mut [f64]) -> Result<(), Fault> {
         let Self { layout, left, right, matrix, .. } = self;
-        Ok(solve_with((layout, left, right), x, |x| matrix.solve(x))?)
+        Ok(solve_with(layout, [left, right], x, |x| matrix.solve(x))?)
     }
 
     /// Whether [`SparseNodal::solve_again`] has factors.
@@ -197,7 +198,7 @@ impl SparseNodal {
     /// Solves with the factors of the matrix last solved with.
     pub(crate) fn solve_again(&mut self, x: &mut [f64]) -> Solved {
         let Self { layout, left, right, matrix, .. } = self;
-        solve_with((layout, left, right), x, |x| matrix.solve_again(x))
+        solve_with(layout, [left, right], x, |x| matrix.solve_again(x))
     }
 
     /// `∂F_d/∂u` at the unknowns `u`.
@@ -207,7 +208,7 @@ impl SparseNodal {
         }
         let Self { layout, screws, right, .. } = self;
         match self.by_screws {
-            true => layout.tangent_by_screws((&self.u, screws), s, right),
+            true => layout.tangent_by_screws(&self.u, screws, s, right),
             false => layout.tangent(&self.u, s, right),
         }
     }
@@ -238,11 +239,12 @@ type Solved = Result<(), Singular>;
 
 /// Solves with a matrix that is one between the twists of free roots.
 fn solve_with(
-    (layout, left, right): (&VelocityLayout, &Columns, &Columns),
+    layout: &VelocityLayout,
+    [left, right]: [&MapColumns; 2],
     x: &mut [f64],
     solve: impl FnOnce(&mut [f64]) -> Solved,
 ) -> Solved {
-    let each = |columns: &Columns, x: &mut [f64], solve: fn(&RootMap, &mut [f64]) -> Solved| {
+    let each = |columns: &MapColumns, x: &mut [f64], solve: fn(&RootMap, &mut [f64]) -> Solved| {
         let mut roots = layout.free_roots().zip(&columns.roots);
         roots.try_for_each(|(root, map)| solve(map, &mut x[root.offset..root.offset + 6]))
     };

@@ -9,7 +9,7 @@
 //! By blocks where that takes little fill ([`BlockLu`]), else by a general sparse LU.
 #![allow(non_snake_case)] // A, B, C, X, Y
 
-use super::layout::{Columns, VelocityLayout};
+use super::layout::{MapColumns, VelocityLayout};
 use super::reduced_matrix::ReducedMatrix;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -21,7 +21,7 @@ use vi_core::sparse::{Entries, SparseMatrix};
 crate::opaque_debug!(ModeFactors);
 
 /// The matrix between the unknowns of two joints.
-struct Place {
+struct JointBlock {
     row: usize,
     column: usize,
     values: Range<usize>,
@@ -29,7 +29,7 @@ struct Place {
 }
 
 /// The factors of one mode.
-struct Factors {
+struct FactoredMode {
     mode: Mode,
     blocks: Option<BlockLu>,
     is_eliminated: bool,
@@ -41,10 +41,10 @@ struct Factors {
 pub struct ModeFactors {
     matrices: [ReducedMatrix; 3],
     groups: Vec<Range<usize>>,
-    places: Vec<Place>,
+    places: Vec<JointBlock>,
     values: [Vec<f64>; 3], // X, Y, −Y
     diagonal: Vec<f64>,
-    factors: Vec<Factors>,
+    factors: Vec<FactoredMode>,
     x: Vec<f64>, // 2d  joint by joint
 }
 
@@ -52,7 +52,7 @@ impl ModeFactors {
     /// For the modes of a scheme.
     #[must_use]
     pub fn new(layout: &VelocityLayout, pencil: &GalerkinPencil) -> Self {
-        let factors = |mode: &Mode| Factors {
+        let factors = |mode: &Mode| FactoredMode {
             mode: *mode,
             blocks: None,
             is_eliminated: false,
@@ -75,7 +75,7 @@ impl ModeFactors {
     pub fn factorize(
         &mut self,
         layout: &VelocityLayout,
-        columns: &Columns,
+        columns: &MapColumns,
         emit: [&dyn Fn(&mut dyn Entries); 3],
         h: f64,
     ) {
@@ -118,7 +118,7 @@ impl ModeFactors {
         for ([row, column], tiles) in known {
             let start = length;
             length += self.groups[row].len() * self.groups[column].len();
-            self.places.push(Place { row, column, values: start..length, tiles });
+            self.places.push(JointBlock { row, column, values: start..length, tiles });
         }
         self.values = std::array::from_fn(|_| vec![0.0; length]);
         for own in &mut self.factors {
@@ -220,7 +220,7 @@ impl ModeFactors {
 
 /// The blocks of the matrix of a mode, each at its place among the copies of the joints.
 fn blocks<'a>(
-    places: &'a [Place],
+    places: &'a [JointBlock],
     values: &'a [Vec<f64>; 3],
     copies: usize,
 ) -> impl Iterator<Item = ([usize; 2], &'a [f64])> {

@@ -5,7 +5,7 @@
 //! small, the entries go to a general sparse LU.
 #![allow(non_snake_case)] // K, B, J
 
-use super::layout::{Columns, VelocityLayout};
+use super::layout::{MapColumns, VelocityLayout};
 use crate::solver::member_blocks::{MemberBlocks, Span};
 use nalgebra::{DMatrix, Matrix6, Vector6};
 use std::cell::OnceCell;
@@ -19,7 +19,7 @@ crate::opaque_debug!(ReducedMatrix);
 
 /// Columns of a member that belong to the unknowns of one group.
 #[derive(Clone, Debug)]
-struct Run {
+struct ColumnRun {
     group: usize,
     columns: Range<usize>,
     is_root: bool, // of a free root by its own unknowns
@@ -38,7 +38,7 @@ struct Tile {
 pub struct ReducedMatrix {
     blocks: MemberBlocks,      // of K
     groups: Vec<Range<usize>>, // unknowns of a joint
-    runs: Vec<Run>,
+    runs: Vec<ColumnRun>,
     members: Vec<Range<usize>>, // runs of each member
     tiles: Vec<Tile>,           // by rows, then by columns of groups
     targets: Vec<usize>,        // tile of each product of two runs
@@ -58,8 +58,8 @@ impl ReducedMatrix {
         &mut self,
         layout: &VelocityLayout,
         emit: &dyn Fn(&mut dyn Entries),
-        left: &Columns,
-        right: &Columns,
+        left: &MapColumns,
+        right: &MapColumns,
         spin: &[Matrix6<f64>],
     ) {
         if self.blocks.is_empty() {
@@ -117,7 +117,7 @@ impl ReducedMatrix {
                     Some(run) if run.group == group => run.columns.end += 1,
                     _ => {
                         let (columns, is_root) = (column..column + 1, layout.is_root(k));
-                        self.runs.push(Run { group, columns, is_root });
+                        self.runs.push(ColumnRun { group, columns, is_root });
                     }
                 }
             }

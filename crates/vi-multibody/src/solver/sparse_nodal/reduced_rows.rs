@@ -1,6 +1,6 @@
 //! `G P` as a sparse matrix with a fixed pattern: constraint rows seen by the unknowns of a tree.
 
-use super::layout::{Columns, VelocityLayout};
+use super::layout::{MapColumns, VelocityLayout};
 use std::collections::BTreeMap;
 use vi_core::sparse::Entries;
 
@@ -9,7 +9,7 @@ crate::opaque_debug!(ReducedRows);
 /// `G P`, shape `rows × d`, refilled by replaying the emission of `G`.
 #[derive(Default)]
 pub struct ReducedRows {
-    parts: Vec<Part>,
+    parts: Vec<MemberGradient>,
     slots: Vec<usize>,           // k-th emitted entry → place in `values`
     values: Vec<f64>,            // dense parts of G
     places: Vec<(usize, usize)>, // (row, unknown) of each product
@@ -17,7 +17,7 @@ pub struct ReducedRows {
 }
 
 /// What one row of `G` says to one member.
-struct Part {
+struct MemberGradient {
     member: usize,
     values: usize, // where its values start
 }
@@ -47,7 +47,7 @@ impl ReducedRows {
         &mut self,
         layout: &VelocityLayout,
         emit: &dyn Fn(&mut dyn Entries),
-        columns: &Columns,
+        columns: &MapColumns,
     ) {
         if self.parts.is_empty() {
             self.analyse(layout, emit);
@@ -79,7 +79,7 @@ impl ReducedRows {
         for (&(row, k), start) in &mut starts {
             *start = length;
             let member = &layout.members[k];
-            self.parts.push(Part { member: k, values: length });
+            self.parts.push(MemberGradient { member: k, values: length });
             length += member.span.size;
             let unknowns = member.columns.clone().map(|c| (row, layout.unknowns[c]));
             self.places.extend(unknowns);
