@@ -7,10 +7,10 @@ use holonom_reliability::fuzz::targets::{Answer, Target, all};
 use holonom_reliability::fuzz::{self, limits};
 use holonom_reliability::interrupt;
 use holonom_reliability::mutants;
-use holonom_reliability::soak::defects::Defect;
+use holonom_reliability::soak::defects::SoakDefect;
 use holonom_reliability::soak::judge::{Checks, judge};
 use holonom_reliability::soak::minimise::minimise;
-use holonom_reliability::soak::tally::Tally;
+use holonom_reliability::soak::tally::SoakTally;
 use holonom_reliability::soak::{self, draw::Draw, generate::mechanism};
 use std::path::PathBuf;
 use vi_testkit::CountingAllocator;
@@ -23,11 +23,11 @@ mod robust {
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// A run of the mechanisms `0..count` of a seed.
-fn soaked(seed: u64, count: u64) -> Tally {
+fn soaked(seed: u64, count: u64) -> SoakTally {
     let count = count.to_string();
     let seed = seed.to_string();
     let words = ["--count", &count, "--seed", &seed, "--jobs", "2"];
-    soak::soak(&soak::Request::parse(&words).unwrap(), &|_| {})
+    soak::soak(&soak::SoakRequest::parse(&words).unwrap(), &|_| {})
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn random_mechanisms_keep_what_their_schemes_promise() {
     let tally = soaked(1, 400);
     println!("{}", soak::words(&tally));
     assert!(tally.faults.is_empty(), "{:?}", tally.faults);
-    let ended_early = Tally::count(&tally.refused) + Tally::count(&tally.failed);
+    let ended_early = SoakTally::count(&tally.refused) + SoakTally::count(&tally.failed);
     assert!(ended_early * 20 < tally.mechanisms, "{ended_early} of {}", tally.mechanisms);
     assert!(tally.restarted > 30 && tally.agreement.count > 20 && tally.momentum.count > 20);
     assert!(tally.restated.count > 5, "{}", tally.restated.count);
@@ -59,9 +59,9 @@ fn faults_that_were_found_once_are_gone() {
 fn the_result_does_not_depend_on_shards() {
     let parts = ["1/3", "2/3", "3/3"].map(|shard| {
         let words = ["--count", "60", "--seed", "5", "--jobs", "1", "--shard", shard];
-        soak::soak(&soak::Request::parse(&words).unwrap(), &|_| {})
+        soak::soak(&soak::SoakRequest::parse(&words).unwrap(), &|_| {})
     });
-    let mut sum = Tally::default();
+    let mut sum = SoakTally::default();
     parts.into_iter().rev().for_each(|part| sum.add(part));
     assert_eq!(sum, soaked(5, 60));
 }
@@ -69,7 +69,7 @@ fn the_result_does_not_depend_on_shards() {
 #[test]
 fn a_fault_is_found_in_a_smaller_mechanism() {
     // the first mechanism of several bodies: of it remains what the fault needs
-    let (checks, defect) = (Checks::default(), Some(Defect::Constraint));
+    let (checks, defect) = (Checks::default(), Some(SoakDefect::Constraint));
     let large = (0..400).map(|index| mechanism(2, index)).filter(|model| model.bodies.len() > 3);
     let found =
         large.filter_map(|model| Some((judge(&model, checks, defect).fault?, model))).next();
@@ -82,7 +82,7 @@ fn a_fault_is_found_in_a_smaller_mechanism() {
 }
 
 /// A short lane of a target.
-fn executed(target: &dyn Target, length: u64) -> fuzz::tally::Tally {
+fn executed(target: &dyn Target, length: u64) -> fuzz::tally::FuzzTally {
     let lane = Lane { seed: 1, number: 0, length };
     let tally = lane.run(target, &Watch::new(target.name(), &PathBuf::from("target")), None);
     println!("{}: {}", target.name(), tally.words());
@@ -153,10 +153,10 @@ fn disturbed_runs_leave_what_undisturbed_runs_leave() {
         println!("not tried: {help}"); // the program is built with the whole workspace
         return;
     }
-    let request = interrupt::Request::parse(&["--count", "42", "--jobs", "2"]).unwrap();
+    let request = interrupt::InterruptRequest::parse(&["--count", "42", "--jobs", "2"]).unwrap();
     let tally = interrupt::interrupt(&request).unwrap();
     println!("{}", interrupt::words(&tally));
-    assert_eq!(tally.len(), interrupt::Kind::ALL.len());
+    assert_eq!(tally.len(), interrupt::TrialKind::ALL.len());
     assert!(tally.values().all(|row| row.faults.is_empty()), "{}", interrupt::words(&tally));
     let disturbed: u64 = tally.values().map(|row| row.disturbances).sum();
     assert!(disturbed > 20, "{disturbed}");

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use holonom::import::{Close, ClosureKind, ImportError, Imported, Options, import_text};
+use holonom::import::{Close, ImportError, ImportOptions, Imported, LoopJointKind, import_text};
 use holonom::model::{Constraint, JointKind, Problem};
 use holonom::{Model, Simulation};
 
@@ -21,16 +21,16 @@ pub(super) fn two_links(type_of_a: &str, of_b: &str, beside: &str) -> String {
     )
 }
 
-pub(super) fn imported(text: &str, options: &Options) -> Imported {
+pub(super) fn imported(text: &str, options: &ImportOptions) -> Imported {
     import_text(text, Path::new("nowhere/robot.xml"), options)
         .unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
 pub(super) fn plain(text: &str) -> Imported {
-    imported(text, &Options::default())
+    imported(text, &ImportOptions::default())
 }
 
-pub(super) fn refused(text: &str, options: &Options) -> Problem {
+pub(super) fn refused(text: &str, options: &ImportOptions) -> Problem {
     match import_text(text, Path::new("nowhere/robot.xml"), options) {
         Err(ImportError::Invalid { problems, .. }) => problems[0].clone(),
         other => panic!("{other:?}"),
@@ -77,9 +77,9 @@ fn quaternions_of_origins_are_orientations() {
     assert!(difference < 1e-16);
     let unscaled = plain(&robot(r#"quat_xyzw="3 3 3 3""#, "")).model.joints[0].axis.unwrap();
     assert!(apart(unscaled, axis) < 1e-15, "{unscaled:?}");
-    let twice = refused(&robot(&format!("{quaternion} {angles}"), ""), &Options::default());
+    let twice = refused(&robot(&format!("{quaternion} {angles}"), ""), &ImportOptions::default());
     assert!(twice.message.contains("stated twice"), "{}", twice.message);
-    let zero = refused(&robot(r#"quat_xyzw="0 0 0 0""#, ""), &Options::default());
+    let zero = refused(&robot(r#"quat_xyzw="0 0 0 0""#, ""), &ImportOptions::default());
     assert!(zero.message.contains("no direction"), "{}", zero.message);
 }
 
@@ -184,13 +184,13 @@ fn text_that_is_no_xml_is_refused_where_it_is_wrong() {
         ("<!-- <robot/>", "comment", "1:1"),
     ];
     for (text, words, place) in cases {
-        let message = refused(text, &Options::default()).message;
+        let message = refused(text, &ImportOptions::default()).message;
         println!("{message}");
         assert!(message.starts_with("this is not well-formed XML: "), "{message}");
         assert!(message.contains(words) && message.ends_with(&format!(" at {place}")), "{message}");
     }
     let many: String = (0..1001).fold(String::new(), |all, k| all + &format!(" a{k}=\"\""));
-    let message = refused(&format!("<robot{many}/>"), &Options::default()).message;
+    let message = refused(&format!("<robot{many}/>"), &ImportOptions::default()).message;
     assert!(message.contains("more than 1000 attributes"), "{message}");
 }
 
@@ -266,25 +266,25 @@ fn an_option_closes_a_loop_between_two_frames() {
 <joint name="fb" type="fixed"><parent link="b"/><child link="end_b"/><origin xyz="{x} 0 0"/></joint>"#
         )
     };
-    let close = |a: &str, b: &str, kind| Options {
+    let close = |a: &str, b: &str, kind| ImportOptions {
         close: vec![Close { ends: [a.into(), b.into()], kind }],
-        ..Options::default()
+        ..ImportOptions::default()
     };
     let text = two_links("revolute", "", &frames("1"));
-    for kind in [ClosureKind::Spherical, ClosureKind::Revolute, ClosureKind::Fixed] {
+    for kind in [LoopJointKind::Spherical, LoopJointKind::Revolute, LoopJointKind::Fixed] {
         let model = imported(&text, &close("end_a", "end_b", kind)).model;
         assert_eq!(dof(&model), 1, "{kind:?}");
     }
-    let hinge = imported(&text, &close("end_a", "end_b", ClosureKind::Revolute)).model;
+    let hinge = imported(&text, &close("end_a", "end_b", LoopJointKind::Revolute)).model;
     let axis = hinge.joints[2].axis.unwrap();
     assert!(apart(axis, [0.0, 1.0, 0.0]) < 1e-15, "the third axis of the first frame: {axis:?}");
-    let to_ground = imported(&text, &close("post", "end_b", ClosureKind::Spherical)).model;
+    let to_ground = imported(&text, &close("post", "end_b", LoopJointKind::Spherical)).model;
     assert_eq!(dof(&to_ground), 1);
-    let typo = refused(&text, &close("end_a", "end_c", ClosureKind::Spherical));
+    let typo = refused(&text, &close("end_a", "end_c", LoopJointKind::Spherical));
     assert_eq!(typo.help.as_deref(), Some("did you mean `end_a`?"), "{typo:?}");
     // ends that are apart are brought together by the start of a run
     let plane = two_links("planar", "", &frames("1.1"));
-    let found = imported(&plane, &close("end_a", "end_b", ClosureKind::Spherical));
+    let found = imported(&plane, &close("end_a", "end_b", LoopJointKind::Spherical));
     assert!(remarks(&found).contains("open by 1.000e-1 m"), "{}", remarks(&found));
     assert!(found.model.settings.project_start);
     assert_eq!(dof(&found.model), 2, "it is closed, and a triangle is left");
@@ -292,7 +292,7 @@ fn an_option_closes_a_loop_between_two_frames() {
     let bodies: String =
         ["a", "b"].iter().map(|n| body.replace("NAME", n).replace('P', "0")).collect();
     let robot = format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>");
-    let sites = imported(&robot, &close("at_a", "at_b", ClosureKind::Spherical)).model;
+    let sites = imported(&robot, &close("at_a", "at_b", LoopJointKind::Spherical)).model;
     assert_eq!(dof(&sites), 1, "sites of MJCF");
 }
 
@@ -332,7 +332,7 @@ fn replicas_stand_where_mujoco_has_them() {
     println!("leg11 at {found:?}");
     assert!(apart(found, [-0.69282032, 0.4, 0.0]) < 1e-8, "MuJoCo 4.0.0: {found:?}");
     for count in ["0", "1.5", "-3", "1e9"] {
-        let message = refused(&row.replace("12", count), &Options::default()).message;
+        let message = refused(&row.replace("12", count), &ImportOptions::default()).message;
         assert!(message.contains("count") || message.contains("negative"), "{message}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::import_dialects::{apart, dof, imported, plain, refused, remarks, two_links};
 
-use holonom::import::Options;
+use holonom::import::ImportOptions;
 use holonom::modes::{About, ModalAnalysis};
 
 /// Masses and principal moments of MuJoCo 4.0.0 at 1 kg/m².
@@ -40,7 +40,7 @@ fn impossible_moments_of_inertia_are_replaced_on_request() {
 <joint name="j" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/></joint></robot>"#
         )
     };
-    let repair = Options { repair_inertia: true, ..Options::default() };
+    let repair = ImportOptions { repair_inertia: true, ..ImportOptions::default() };
     let ball = 0.4 * (0.75 / (std::f64::consts::PI * 1000.0)).powf(2.0 / 3.0);
     let cube = "<visual><geometry><box size=\"0.6 0.6 0.6\"/></geometry></visual>";
     let cases = [
@@ -61,7 +61,7 @@ fn impossible_moments_of_inertia_are_replaced_on_request() {
         assert!(missed < 1e-14, "{inertia}: {tensor}");
     }
     let problem =
-        refused(&robot("ixx=\"0.01\" iyy=\"0.02\" izz=\"0.05\"", ""), &Options::default());
+        refused(&robot("ixx=\"0.01\" iyy=\"0.02\" izz=\"0.05\"", ""), &ImportOptions::default());
     assert!(
         problem.help.as_deref().unwrap_or_default().contains("--repair-inertia"),
         "{problem:?}"
@@ -78,18 +78,18 @@ fn a_robot_without_mass_is_refused_with_what_gives_it_one() {
         )
     };
     let of = |kind: &str, shape: &str| format!("<{kind}><geometry>{shape}</geometry></{kind}>");
-    let dense = Options { density: Some(500.0), ..Options::default() };
+    let dense = ImportOptions { density: Some(500.0), ..ImportOptions::default() };
     let cube = "<box size=\"0.1 0.2 0.3\"/>";
     let mesh = "<mesh filename=\"package://arm/link_1.stl\"/>";
-    let said = |text: &str, options: &Options| {
+    let said = |text: &str, options: &ImportOptions| {
         let problem = refused(text, options);
         format!("{}\n{}", problem.message, problem.help.unwrap_or_default())
     };
-    let words = said(&robot(&of("visual", cube)), &Options::default());
+    let words = said(&robot(&of("visual", cube)), &ImportOptions::default());
     assert!(words.contains("`--density RHO`") && words.contains("link \"a\""), "{words}");
-    let words = said(&robot(""), &Options::default());
+    let words = said(&robot(""), &ImportOptions::default());
     assert!(!words.contains("--density"), "there is no geometry: {words}");
-    let words = said(&robot(&of("visual", mesh)), &Options::default());
+    let words = said(&robot(&of("visual", mesh)), &ImportOptions::default());
     assert!(words.contains("--density") && words.contains("link_1.stl"), "{words}");
     let words = said(&robot(&of("visual", mesh)), &dense);
     assert!(words.contains("link_1.stl (") && !words.contains("`--density"), "{words}");
@@ -131,7 +131,8 @@ fn an_armature_is_inertia_of_the_joint_alone() {
     let found = plain(&pendulum("0.4"));
     assert!(remarks(&found).contains("armature: a rotor"), "{}", remarks(&found));
     assert_eq!((found.model.bodies.len(), dof(&found.model)), (2, 1));
-    let left_out = imported(&pendulum("0.4"), &Options { armature: false, ..Options::default() });
+    let left_out =
+        imported(&pendulum("0.4"), &ImportOptions { armature: false, ..ImportOptions::default() });
     assert_eq!(left_out.model.bodies.len(), 1);
     assert!(remarks(&left_out).contains("armature: left out"));
     let without = plain(&pendulum("0"));

@@ -12,7 +12,7 @@
 
 use std::path::{Path, PathBuf};
 
-use holonom::import::{Base, ImportError, JointValue, Options, import, import_text};
+use holonom::import::{Base, ImportError, ImportOptions, JointValue, import, import_text};
 use holonom::model::{Body, Constraint, Joint, JointKind};
 use holonom::nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use holonom::vi_constraints::Constraints;
@@ -159,10 +159,10 @@ fn compare(reference: &Reference, folder: &Path) -> Difference {
         .iter()
         .filter(|j| ["hinge", "slide"].contains(&j.kind.as_str()) && !j.follows);
     let value = |j: &Coordinate| JointValue { joint: j.joint.clone().unwrap(), value: j.value };
-    let options = Options {
+    let options = ImportOptions {
         base: if reference.free_base { Base::Free } else { Base::Fixed },
         values: values.map(value).collect(),
-        ..Options::default()
+        ..ImportOptions::default()
     };
     let imported = import(&folder.join(&reference.file), &options).unwrap();
     let mut model = imported.model;
@@ -311,8 +311,10 @@ const ODD: [&str; 20] = [
 /// that is refused.
 fn harmless(text: &str) -> Result<(), TestCaseError> {
     let values = vec![JointValue { joint: "joint1".into(), value: 1e3 }];
-    for options in [Options::default(), Options { base: Base::Free, values, ..Options::default() }]
-    {
+    for options in [
+        ImportOptions::default(),
+        ImportOptions { base: Base::Free, values, ..ImportOptions::default() },
+    ] {
         match import_text(text, Path::new("nowhere/robot.xml"), &options) {
             Ok(imported) => prop_assert!(!imported.model.bodies.is_empty()),
             Err(ImportError::Refused { source, .. }) => prop_assert!(false, "{source:?}\n{text}"),

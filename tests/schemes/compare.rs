@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use holonom::Model;
-use holonom::compare::{CompareError, Comparison, Outcome, Request, Verdict, compare};
+use holonom::compare::{CompareError, Comparison, EnergyBehaviour, Outcome, Request, compare};
 use holonom::compare::{page, table};
 use holonom::model::Scheme;
 
@@ -75,7 +75,7 @@ fn conclusions_on_a_heavy_top(end: f64) {
     for record in &found.records {
         let measured = record.measured.as_ref().unwrap();
         assert_eq!(record.outcome, Outcome::Done);
-        let conserved = measured.energy_verdict == Verdict::Conserved;
+        let conserved = measured.energy_verdict == EnergyBehaviour::Conserved;
         assert_eq!(conserved, record.energy_momentum, "{}: energy", record.scheme);
         assert!(measured.momentum_drift[5] < 1e-12, "{}: Lz", record.scheme);
         assert!(measured.apart.unwrap_or(0.0) < 1e-12, "{}: the forms agree", record.scheme);

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark::model;
-use holonom::modes::{About, Kind, ModalAnalysis, Report};
+use holonom::modes::{About, ModalAnalysis, ModeKind, Report};
 use std::f64::consts::{PI, TAU};
 
 fn modes(text: &str, changes: &[(&str, &str)], about: About, count: usize) -> Report {
@@ -10,8 +10,8 @@ fn modes(text: &str, changes: &[(&str, &str)], about: About, count: usize) -> Re
 }
 
 fn vibrations(report: &Report) -> Vec<f64> {
-    let of = |kind: Kind| report.modes.iter().filter(move |mode| mode.kind == kind);
-    of(Kind::Vibration).map(|mode| mode.omega).collect()
+    let of = |kind: ModeKind| report.modes.iter().filter(move |mode| mode.kind == kind);
+    of(ModeKind::Vibration).map(|mode| mode.omega).collect()
 }
 
 const BEAM: &str = include_str!("../models/slender_cantilever.toml");

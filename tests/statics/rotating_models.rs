@@ -5,8 +5,8 @@
 use crate::benchmark::{model, samples};
 use holonom::Model;
 use holonom::model::Scheme;
-use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Report};
-use holonom::vi_statics::{Linearization, Motion, Vibrations, vibrations as all_vibrations};
+use holonom::modes::{About, Campbell, ModalAnalysis, ModeKind, Report};
+use holonom::vi_statics::{Linearization, MotionKind, Vibrations, vibrations as all_vibrations};
 use holonom::{Simulation, Statics};
 use std::f64::consts::PI;
 use vi_testkit::model::{AXES, beam, body, changed, guide, head, hinge, joint, motion, section};
@@ -16,7 +16,7 @@ fn modes(model: &Model, about: About, count: usize) -> Report {
 }
 
 fn vibrations(report: &Report) -> Vec<f64> {
-    let of = report.modes.iter().filter(|mode| mode.kind == Kind::Vibration);
+    let of = report.modes.iter().filter(|mode| mode.kind == ModeKind::Vibration);
     of.map(|mode| mode.omega).collect()
 }
 
@@ -124,7 +124,7 @@ fn a_damped_beam_has_the_damping_ratio_of_its_relaxation_time() {
     let free = vibrations(&modes(&model(&text, &[]), About::Start, 4));
     let damped = model(&text, &[("beam.blade.section.damping", "0.01")]);
     let report = modes(&damped, About::Start, 4);
-    let vibrating = report.modes.iter().filter(|mode| mode.kind == Kind::Vibration);
+    let vibrating = report.modes.iter().filter(|mode| mode.kind == ModeKind::Vibration);
     for (mode, omega) in vibrating.zip(&free) {
         let ratio = 0.5 * tau * omega;
         let damped = omega * (1.0 - ratio * ratio).sqrt();
@@ -132,7 +132,7 @@ fn a_damped_beam_has_the_damping_ratio_of_its_relaxation_time() {
         println!("ω₀ = {omega:.5}: ζ = {:.6}, errors {errors:?}", mode.damping_ratio);
         assert!(errors.iter().all(|e| e.abs() < 1e-9), "{errors:?}");
     }
-    let decays = report.modes.iter().filter(|mode| mode.kind == Kind::Decay).count();
+    let decays = report.modes.iter().filter(|mode| mode.kind == ModeKind::Decay).count();
     println!("{decays} motions die out without vibrating, residual {:.1e}", report.residual);
     assert!(decays > 0 && report.residual < 1e-9 && report.warnings.is_empty());
 }
@@ -232,11 +232,11 @@ fn a_relaxed_start_that_is_none_is_refused() {
 
 /// Frequencies and decay rates of the vibrations, and the counts of the other motions.
 fn spectrum(found: &Vibrations, count: usize) -> (Vec<[f64; 2]>, [usize; 2], f64) {
-    let listed = (0..count).map(|k| found.get(Motion::Vibration, k).unwrap());
+    let listed = (0..count).map(|k| found.get(MotionKind::Vibration, k).unwrap());
     let list: Vec<_> = listed.collect();
     let residual = list.iter().map(|v| v.residual).fold(0.0, f64::max);
     let values = list.iter().map(|v| [v.value.im, v.value.re]).collect();
-    (values, [Motion::Growth, Motion::Rigid].map(|motion| found.count(motion)), residual)
+    (values, [MotionKind::Growth, MotionKind::Rigid].map(|motion| found.count(motion)), residual)
 }
 
 #[test]

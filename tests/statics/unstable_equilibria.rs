@@ -4,7 +4,7 @@
 
 use crate::harness::hostile::hostile;
 use holonom::model::Model;
-use holonom::modes::{About, Kind, ModalAnalysis, Report};
+use holonom::modes::{About, ModalAnalysis, ModeKind, Report};
 use holonom::run::prepare;
 use holonom::{RunOutcome, Sample};
 
@@ -116,7 +116,7 @@ fn dampers_to_the_ground_damp_both_whirls() {
     let found: Vec<[f64; 2]> = report
         .modes
         .iter()
-        .filter(|mode| mode.kind == Kind::Vibration)
+        .filter(|mode| mode.kind == ModeKind::Vibration)
         .map(|mode| [mode.omega, mode.decay])
         .collect();
     println!("{found:?}");
@@ -134,7 +134,7 @@ fn a_follower_column_is_stable_below_its_flutter_load() {
     let omega: Vec<f64> = found
         .modes
         .iter()
-        .filter(|mode| mode.kind == Kind::Vibration)
+        .filter(|mode| mode.kind == ModeKind::Vibration)
         .map(|mode| mode.omega)
         .collect();
     println!("{omega:?}");
@@ -153,7 +153,7 @@ fn whirls_and_unstable_modes_are_all_counted() {
     for (elements, count) in [("60", 3), ("60", 4), ("20", 3)] {
         let text = column.replace("elements = 60", &format!("elements = {elements}"));
         let found = report(&text, About::Static, count);
-        let vibrations = found.modes.iter().filter(|mode| mode.kind == Kind::Vibration).count();
+        let vibrations = found.modes.iter().filter(|mode| mode.kind == ModeKind::Vibration).count();
         println!("{elements} elements, {count}: {} unstable", found.unstable);
         assert_eq!((found.unstable, vibrations), (8, count));
         assert_eq!(found.unstable_by_inertia, Some(8));

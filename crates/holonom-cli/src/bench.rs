@@ -1,15 +1,15 @@
 //! `holonom bench`: what a step costs.
 
 use holonom::Override;
-use holonom::bench::{Request, bench as measured};
+use holonom::bench::{BenchRequest, bench as measured};
 use holonom::model::Scheme;
 
-use crate::arguments::Bench;
+use crate::arguments::BenchArguments;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::{stderr, stdout};
 
-pub(crate) fn bench(arguments: &Bench) -> Result<(), Failure> {
+pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
     let mut overrides = arguments.model.set.clone();
     if let Some(order) = &arguments.order {
         overrides.push(Override::new("simulation.order", order));
@@ -23,7 +23,7 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), Failure> {
         let message = "`static` computes equilibria, no motion: it has no steps".into();
         return Err(Failure::Usage { message, help: "write --schemes nodal".into() });
     }
-    let request = Request { schemes: arguments.schemes.clone(), steps: arguments.steps };
+    let request = BenchRequest { schemes: arguments.schemes.clone(), steps: arguments.steps };
     let found = match measured(&model, &request) {
         Ok(found) => found,
         Err(error) => return Err(input().refused(error)?),

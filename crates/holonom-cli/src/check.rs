@@ -7,18 +7,19 @@ use holonom::output::OutputSize;
 use holonom::report::{Assembled, configuration_page};
 use serde_json::json;
 
-use crate::arguments::Check;
+use crate::arguments::CheckArguments;
 use crate::failure::Failure;
 use crate::input::Input;
-use crate::picture::{self, Format};
+use crate::picture::{self, PictureFormat};
 use crate::reproduce::command;
 use crate::{human, stderr, stdout};
 
 /// Pixels of a PNG for each px of 1/96 inch.
 const PIXELS: f64 = 2.0;
 
-pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
-    let format = arguments.picture.as_deref().map(|file| Format::of(file, &[])).transpose()?;
+pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
+    let format =
+        arguments.picture.as_deref().map(|file| PictureFormat::of(file, &[])).transpose()?;
     for file in [&arguments.page, &arguments.picture].into_iter().flatten() {
         Failure::unless_vacant(file, arguments.force)?;
     }

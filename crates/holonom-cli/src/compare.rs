@@ -4,7 +4,7 @@ use holonom::RunFolder;
 use holonom::compare::{CompareError, Request, compare as compared, page, table};
 use holonom::model::Scheme;
 
-use crate::arguments::Compare;
+use crate::arguments::CompareArguments;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::reproduce::command;
@@ -14,7 +14,7 @@ use crate::{stderr, stdout};
 /// Files of a comparison.
 const FILES: [&str; 3] = ["compare.json", "compare.html", "model.toml"];
 
-pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
+pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
     let overrides = arguments.model.set.clone();
     let model = Input::new(&arguments.model, overrides.clone(), arguments.json).read()?;
     arguments.schemes.iter().try_for_each(|scheme| check(*scheme))?;

@@ -7,7 +7,7 @@ use std::path::Path;
 use holonom::model::nearest;
 use holonom::output::OutputError;
 
-use crate::arguments::Examples;
+use crate::arguments::ExamplesArguments;
 use crate::failure::Failure;
 use crate::{stderr, stdout};
 
@@ -63,7 +63,7 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "panda",
 ];
 
-pub(crate) fn examples(arguments: &Examples) -> Result<(), Failure> {
+pub(crate) fn examples(arguments: &ExamplesArguments) -> Result<(), Failure> {
     if let Some(folder) = &arguments.all {
         let io = |source| OutputError::Io { path: folder.clone(), source };
         std::fs::create_dir_all(folder).map_err(io)?;

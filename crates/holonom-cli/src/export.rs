@@ -2,13 +2,13 @@
 
 use holonom::export::{ExportError, Exported, export as write};
 
-use crate::arguments::Export;
+use crate::arguments::ExportArguments;
 use crate::failure::Failure;
 use crate::folder::folder;
 use crate::stderr;
 
-pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {
-    let Export { dir, format, frames, .. } = arguments;
+pub(crate) fn export(arguments: &ExportArguments) -> Result<(), Failure> {
+    let ExportArguments { dir, format, frames, .. } = arguments;
     if frames.is_some() && format.frames().is_none() {
         return Err(Failure::Usage {
             message: format!("{} holds all recorded nodes: --frames does not apply", format.name()),

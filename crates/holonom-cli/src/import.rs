@@ -2,23 +2,23 @@
 
 use std::path::PathBuf;
 
-use holonom::import::{Base, ImportError, Imported, Options, import as translate};
+use holonom::import::{Base, ImportError, ImportOptions, Imported, import as translate};
 use holonom::output::{OutputError, atomically};
 use holonom::run::prepare;
 use serde_json::{Value, json};
 
-use crate::arguments::Import;
+use crate::arguments::ImportArguments;
 use crate::diagnostic;
 use crate::failure::Failure;
 use crate::{stderr, stdout};
 
-pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
+pub(crate) fn import(arguments: &ImportArguments) -> Result<(), Failure> {
     let file = arguments.output.clone().unwrap_or_else(|| {
         let stem = arguments.robot.file_stem().unwrap_or_else(|| "robot".as_ref());
         PathBuf::from(format!("{}.toml", stem.display()))
     });
     Failure::unless_vacant(&file, arguments.force)?;
-    let options = Options {
+    let options = ImportOptions {
         base: if arguments.free_base { Base::Free } else { Base::Fixed },
         values: arguments.joint.clone(),
         density: arguments.density,
@@ -55,7 +55,12 @@ pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
     Ok(())
 }
 
-fn report(imported: &Imported, warnings: &[String], arguments: &Import, file: &str) -> Value {
+fn report(
+    imported: &Imported,
+    warnings: &[String],
+    arguments: &ImportArguments,
+    file: &str,
+) -> Value {
     let Imported { model, remarks, .. } = imported;
     json!({
         "valid": true,

@@ -3,12 +3,12 @@
 
 use std::fmt::Write;
 
-use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Mode, ModesError, Report};
+use holonom::modes::{About, Campbell, ModalAnalysis, Mode, ModeKind, ModesError, Report};
 use holonom::output::OutputError;
 use holonom::report::{campbell_diagram, campbell_page, mode_page, mode_picture, rounded};
 use holonom::{Model, RunFailure, RunFolder};
 
-use crate::arguments::{At, Modes, Speeds};
+use crate::arguments::{At, ModesArguments, Speeds};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::reproduce::command;
@@ -19,7 +19,7 @@ const FILES: [&str; 3] = ["modes.json", "modes.csv", "modes.html"];
 /// Modes that have a picture.
 const PICTURES: usize = 20;
 
-pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
+pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
     if let Some(Speeds(speeds)) = &arguments.speeds {
         let analyse = |model: &Model| Campbell::new(model, speeds, arguments.number);
         let (model, diagram) = analysed(arguments, analyse)?;
@@ -55,7 +55,7 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
 
 /// What an analysis of the model finds; errors of the model with their lines.
 fn analysed<T>(
-    arguments: &Modes,
+    arguments: &ModesArguments,
     analyse: impl Fn(&Model) -> Result<T, ModesError>,
 ) -> Result<(Model, T), Failure> {
     let mut failed = None;
@@ -96,7 +96,7 @@ fn failure(error: Option<ModesError>) -> Failure {
 }
 
 /// Tells and writes the Campbell diagram.
-fn campbell(arguments: &Modes, model: &Model, diagram: &Campbell) -> Result<(), Failure> {
+fn campbell(arguments: &ModesArguments, model: &Model, diagram: &Campbell) -> Result<(), Failure> {
     diagram.warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
     if let Some(folder) = &arguments.output {
         let folder = RunFolder::open(folder);
@@ -189,8 +189,8 @@ fn table(report: &Report, count: usize) -> String {
     if report.modes.is_empty() {
         return text;
     }
-    let first = report.modes.iter().filter(|mode| mode.kind == Kind::Unstable).count();
-    let moving = report.modes.iter().enumerate().filter(|(_, mode)| mode.kind != Kind::Zero);
+    let first = report.modes.iter().filter(|mode| mode.kind == ModeKind::Unstable).count();
+    let moving = report.modes.iter().enumerate().filter(|(_, mode)| mode.kind != ModeKind::Zero);
     let shown = || moving.clone().take(first + count);
     if shown().next().is_none() {
         return text;
@@ -202,23 +202,23 @@ fn table(report: &Report, count: usize) -> String {
         let (number, most) = (k + 1, mode.moves_most());
         let ratio = match mode.kind {
             _ if !damped => String::new(),
-            Kind::Vibration => format!("  {:>13}", seven(mode.damping_ratio)),
+            ModeKind::Vibration => format!("  {:>13}", seven(mode.damping_ratio)),
             _ => format!("  {:>13}", ""),
         };
         let _ = match mode.kind {
-            Kind::Unstable => writeln!(
+            ModeKind::Unstable => writeln!(
                 text,
                 "  {number:4}       unstable  {:>8.4} 1/s {ratio}  {most}",
                 mode.growth
             ),
-            Kind::Zero => Ok(()), // counted above
-            Kind::Vibration => writeln!(
+            ModeKind::Zero => Ok(()), // counted above
+            ModeKind::Vibration => writeln!(
                 text,
                 "  {number:4}  {:>13}  {:>13}{ratio}  {most}",
                 seven(mode.frequency),
                 seven(mode.omega)
             ),
-            Kind::Decay => writeln!(
+            ModeKind::Decay => writeln!(
                 text,
                 "  {number:4}      dies out  {:>9} 1/s{ratio}  {most}",
                 seven(mode.decay)

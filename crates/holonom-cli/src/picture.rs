@@ -11,13 +11,13 @@ use crate::stderr;
 
 /// The format of a drawing.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Format {
+pub(crate) enum PictureFormat {
     Svg,
     Pdf,
     Png,
 }
 
-impl Format {
+impl PictureFormat {
     /// By the extension of a file; `others`: those that the command knows beside them.
     pub(crate) fn of(file: &Path, others: &[&str]) -> Result<Self, Failure> {
         let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase());
@@ -41,7 +41,7 @@ impl Format {
 /// Writes a drawing; a PNG with `pixels` for each px of 1/96 inch.
 pub(crate) fn write(
     file: &Path,
-    (drawing, format): (&Drawing, Format),
+    (drawing, format): (&Drawing, PictureFormat),
     pixels: f64,
 ) -> Result<(), Failure> {
     let bytes = bytes(drawing, format, pixels).map_err(|reason| {
@@ -57,8 +57,8 @@ pub(crate) fn whole(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
         .map_err(|source| Failure::Output(OutputError::Io { path: file.to_owned(), source }))
 }
 
-fn bytes(drawing: &Drawing, format: Format, pixels: f64) -> Result<Vec<u8>, String> {
-    if format != Format::Svg {
+fn bytes(drawing: &Drawing, format: PictureFormat, pixels: f64) -> Result<Vec<u8>, String> {
+    if format != PictureFormat::Svg {
         let missing = drawing.missing_letters()?;
         if !missing.is_empty() {
             stderr::line(&format!(
@@ -67,8 +67,8 @@ fn bytes(drawing: &Drawing, format: Format, pixels: f64) -> Result<Vec<u8>, Stri
         }
     }
     match format {
-        Format::Svg => Ok(drawing.svg().into_bytes()),
-        Format::Pdf => drawing.pdf(),
-        Format::Png => drawing.png(pixels),
+        PictureFormat::Svg => Ok(drawing.svg().into_bytes()),
+        PictureFormat::Pdf => drawing.pdf(),
+        PictureFormat::Png => drawing.png(pixels),
     }
 }

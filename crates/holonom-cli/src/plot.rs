@@ -5,20 +5,20 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use holonom::report::selected::{
-    NamedRun, Request, SelectionError, columns, groups, selected, table,
+    ChartRequest, NamedRun, SelectionError, columns, groups, selected, table,
 };
 use holonom::report::{self, Style, Typeface};
 
-use crate::arguments::{Plot, PlotStyle};
+use crate::arguments::{PlotArguments, PlotStyle};
 use crate::failure::Failure;
 use crate::folder::folder;
-use crate::picture::{self, Format};
+use crate::picture::{self, PictureFormat};
 use crate::{stderr, stdout};
 
 /// Pixels of a PNG for each px of 1/96 inch: on a page, and in print with 600 for each inch.
 const PIXELS: [f64; 2] = [2.0, 6.25];
 
-pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
+pub(crate) fn plot(arguments: &PlotArguments) -> Result<(), Failure> {
     if arguments.list {
         return list(arguments);
     }
@@ -34,7 +34,7 @@ pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
 }
 
 /// The columns of each run, one in a line: name, unit, quantity, file.
-fn list(arguments: &Plot) -> Result<(), Failure> {
+fn list(arguments: &PlotArguments) -> Result<(), Failure> {
     let mut text = String::new();
     for dir in &arguments.dirs {
         let all = columns(&folder(dir)?)?;
@@ -58,7 +58,11 @@ fn list(arguments: &Plot) -> Result<(), Failure> {
 }
 
 /// Writes the columns as a table.
-fn tabulate(arguments: &Plot, request: &Request, output: &Path) -> Result<(), Failure> {
+fn tabulate(
+    arguments: &PlotArguments,
+    request: &ChartRequest,
+    output: &Path,
+) -> Result<(), Failure> {
     let [dir] = arguments.dirs.as_slice() else {
         return Err(Failure::Usage {
             message: "a table has the columns of one run".into(),
@@ -72,11 +76,11 @@ fn tabulate(arguments: &Plot, request: &Request, output: &Path) -> Result<(), Fa
     Ok(())
 }
 
-fn draw(arguments: &Plot, what: &str, output: &Path) -> Result<(), Failure> {
-    let Plot { against, change, .. } = arguments;
-    let request = Request { what: what.to_owned(), against: against.clone(), change: *change };
+fn draw(arguments: &PlotArguments, what: &str, output: &Path) -> Result<(), Failure> {
+    let PlotArguments { against, change, .. } = arguments;
+    let request = ChartRequest { what: what.to_owned(), against: against.clone(), change: *change };
     let is_table = output.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    let format = if is_table { None } else { Some(Format::of(output, &[".csv"])?) };
+    let format = if is_table { None } else { Some(PictureFormat::of(output, &[".csv"])?) };
     Failure::unless_vacant(output, arguments.force)?;
     let Some(format) = format else { return tabulate(arguments, &request, output) };
     let labels = labels(&arguments.dirs);
@@ -106,7 +110,7 @@ fn labels(dirs: &[PathBuf]) -> Vec<String> {
     dirs.iter().map(|dir| if all { short(dir) } else { path(dir) }).collect()
 }
 
-fn style(arguments: &Plot, charts: usize) -> Style {
+fn style(arguments: &PlotArguments, charts: usize) -> Style {
     let style = match arguments.style {
         PlotStyle::Report => Style::report(),
         PlotStyle::Paper => Style::paper(Typeface::Sans),

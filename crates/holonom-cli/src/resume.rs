@@ -5,13 +5,13 @@ use holonom::output::{FoundCheckpoint, Status};
 use holonom::report;
 use holonom::run::resume as continue_run;
 
-use crate::arguments::{ModelArguments, Resume};
+use crate::arguments::{ModelArguments, ResumeArguments};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::run::{conduct, warn_of_assembly};
 use crate::stderr;
 
-pub(crate) fn resume(arguments: &Resume) -> Result<(), Failure> {
+pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     let (dir, talk) = (&arguments.dir, &arguments.talk);
     let model = dir.join("model.toml");
     if !model.is_file() {

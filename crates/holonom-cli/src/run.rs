@@ -7,14 +7,14 @@ use holonom::experiment::Experiment;
 use holonom::output::{CHECKPOINTS, OutputError, OutputSize, Status};
 use holonom::run::{ContinueError, Control, Finished, run_with};
 
-use crate::arguments::{Run, Talk};
+use crate::arguments::{RunArguments, Talk};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::reproduce::command;
 use crate::signals::Signals;
 use crate::{human, progress, stderr, stdout};
 
-pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let talk = &arguments.talk;
     let input = Input::new(&arguments.model, arguments.overrides(), talk.json);
     let (model, mut simulation) = input.assemble()?;

@@ -3,11 +3,11 @@
 use holonom::model::nearest;
 use holonom::model::reference::Section;
 
-use crate::arguments::Schema;
+use crate::arguments::SchemaArguments;
 use crate::failure::Failure;
 use crate::stdout;
 
-pub(crate) fn schema(arguments: &Schema) -> Result<(), Failure> {
+pub(crate) fn schema(arguments: &SchemaArguments) -> Result<(), Failure> {
     let Some(name) = &arguments.section else {
         return stdout::json(&holonom::Model::schema());
     };

@@ -6,18 +6,18 @@ use std::path::Path;
 use holonom::RunFolder;
 use holonom::model::{Meshes, ModelText};
 use holonom::sweep::{
-    Collected, Description, Plan, PlanError, Progress, Sampling, Sweep, SweepError,
+    Collected, Plan, PlanError, Progress, Sampling, Sweep, SweepDescription, SweepError,
     collect as collected, run_point, table,
 };
 
-use crate::arguments::{Collect, Sweep as Arguments};
+use crate::arguments::{CollectArguments, SweepArguments};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::run::keep_the_model;
 use crate::signals::Signals;
 use crate::{progress, stderr, stdout};
 
-pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     let plan = plan(arguments)?;
     let path = &arguments.model.model;
     if path == Path::new("/dev/stdin") {
@@ -36,7 +36,7 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     keep_the_model(path, &folder.join("model.toml"))?;
     let set = arguments.model.set.clone();
     let names = meshes.iter().map(holonom::model::Mesh::stored_name).collect();
-    let description = Description { model: text.clone(), meshes: names, set, plan };
+    let description = SweepDescription { model: text.clone(), meshes: names, set, plan };
     RunFolder::takes_meshes(&folder, &meshes)?;
     let sweep = Sweep::new(description, &folder, arguments.shard, arguments.force)?;
     RunFolder::open(&folder).write_meshes(&meshes)?;
@@ -51,7 +51,7 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
         bar.set_message(format!("{} failed", state.failed));
     };
     let interrupted = || signals.caught().is_some();
-    let work = |point: &holonom::sweep::Point<'_>| {
+    let work = |point: &holonom::sweep::SweepPoint<'_>| {
         if interrupted() {
             return None;
         }
@@ -80,7 +80,7 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-pub(crate) fn collect(arguments: &Collect) -> Result<(), Failure> {
+pub(crate) fn collect(arguments: &CollectArguments) -> Result<(), Failure> {
     if arguments.print {
         let csv = table(&arguments.dir)?.csv().map_err(|source| {
             holonom::output::OutputError::Io { path: arguments.dir.clone(), source }
@@ -93,7 +93,7 @@ pub(crate) fn collect(arguments: &Collect) -> Result<(), Failure> {
     Ok(())
 }
 
-fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
+fn plan(arguments: &SweepArguments) -> Result<Plan, Failure> {
     let variations = arguments.vary.clone();
     let usage = |PlanError { message, help }| Failure::Usage { message, help };
     match (arguments.sample, arguments.points) {
@@ -114,7 +114,7 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
 
 /// A model that is invalid at the first, the middle and the last point is refused before anything
 /// is written: so are keys that do not exist. The meshes of the model.
-fn check(arguments: &Arguments, plan: &Plan) -> Result<Meshes, Failure> {
+fn check(arguments: &SweepArguments, plan: &Plan) -> Result<Meshes, Failure> {
     let values = plan.values();
     let read = |values: &Vec<String>| {
         let overrides = arguments.model.set.iter().cloned().chain(plan.overrides(values)).collect();

@@ -5,16 +5,16 @@ use holonom::certificate::page::{page, rest, sentence, verdict};
 use holonom::certificate::{ModelCertificate, Provenance, certify_model, now};
 use holonom::run::prepare;
 use holonom::verification::certificate::Verdict;
-use holonom::verification::table::{Cell, Table, remarks, tables};
+use holonom::verification::table::{Cell, CertificateTable, remarks, tables};
 
-use crate::arguments::Verify;
+use crate::arguments::VerifyArguments;
 use crate::failure::Failure;
 use crate::human::paragraph;
 use crate::input::Input;
 use crate::reproduce::command;
 use crate::{stderr, stdout};
 
-pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
+pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     let overrides = arguments.model.set.clone();
     let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
     let (text, model, _) = input.with_text(prepare)?;
@@ -71,7 +71,7 @@ fn words(certificate: &ModelCertificate, all: bool) -> String {
     text
 }
 
-fn table(table: &Table) -> String {
+fn table(table: &CertificateTable) -> String {
     let row = |(name, cells): &(String, Vec<Cell>)| -> Vec<String> {
         std::iter::once(name.clone()).chain(cells.iter().map(cell)).collect()
     };

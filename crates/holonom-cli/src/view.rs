@@ -2,12 +2,12 @@
 
 use holonom::report;
 
-use crate::arguments::View;
+use crate::arguments::ViewArguments;
 use crate::failure::Failure;
 use crate::folder::folder;
 use crate::{stderr, stdout};
 
-pub(crate) fn view(arguments: &View) -> Result<(), Failure> {
+pub(crate) fn view(arguments: &ViewArguments) -> Result<(), Failure> {
     let folder = folder(&arguments.dir)?;
     let page = folder.path().join("report.html");
     if !page.is_file() {

@@ -31,8 +31,8 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use run::Run;
-use table::Results;
+use run::ShownRun;
+use table::RunFiles;
 
 pub use svg::still::configuration;
 
@@ -176,7 +176,7 @@ pub fn export(
     let frames = frames.or(format.frames()).unwrap_or(usize::MAX);
     match format {
         Format::Npz => {
-            let results = Results::read(folder)?;
+            let results = RunFiles::read(folder)?;
             atomically(to, |file| npz::write(&results, file)).map_err(failed)?;
             Ok(Exported::all(results.trajectory.rows()))
         }
@@ -185,11 +185,11 @@ pub fn export(
             replace::folder(to, parquet::known, write).map(Exported::all)
         }
         Format::Vtk => {
-            let run = Run::open(folder, frames)?;
+            let run = ShownRun::open(folder, frames)?;
             replace::folder(to, vtk::known, |temporary| vtk::write(&run, temporary))
         }
         Format::Gltf => {
-            let scene = gltf::Scene::of(&Run::open(folder, frames)?)?;
+            let scene = gltf::GltfFile::of(&ShownRun::open(folder, frames)?)?;
             let write = |file: &Path| {
                 let mut file = BufWriter::new(File::create(file)?);
                 scene.write(&mut file)?;
@@ -199,7 +199,7 @@ pub fn export(
             Ok(scene.exported)
         }
         Format::Svg => {
-            let drawing = svg::Drawing::of(&Run::open(folder, frames)?)?;
+            let drawing = svg::AnimatedDrawing::of(&ShownRun::open(folder, frames)?)?;
             let write = |file: &Path| drawing.write(&mut File::create(file)?);
             atomically(to, write).map_err(failed)?;
             Ok(drawing.exported)

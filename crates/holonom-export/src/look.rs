@@ -1,32 +1,34 @@
 //! What a run looks like: surfaces that move with its members, as the scene of its page shows them.
 
 use holonom_model::{Constraint, JointKind, Model, ShapeKind};
-use holonom_report::scene::parts::{Beam, Body, End, Joint, Line, Parts};
+use holonom_report::scene::parts::{
+    SceneBeam, SceneBody, SceneEnd, SceneJoint, SceneLine, SceneParts,
+};
 use holonom_report::scene::{PALETTE, up};
 use holonom_sim::output::Frames;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use vi_multibody::pair::symbol::SymbolSolid;
 
 use crate::mesh::{Mesh, along, stick};
-use crate::tube::Pose;
+use crate::tube::MemberPose;
 
 /// Red, green, blue (sRGB).
-pub(crate) type Color = [u8; 3];
+pub(crate) type Rgb = [u8; 3];
 
 /// Colour of bodies that do not move.
-const FIXED: Color = [199, 204, 214];
+const FIXED: Rgb = [199, 204, 214];
 /// Colour of joints, bars and springs.
-pub(crate) const INK: Color = [64, 71, 84];
+pub(crate) const INK: Rgb = [64, 71, 84];
 /// Size of the symbols of joints, as a part of the size of the motion.
 const SYMBOL: f64 = 0.014;
 
 /// A surface that moves with a member.
 #[derive(Clone, Debug)]
-pub(crate) struct Solid {
+pub(crate) struct RigidSurface {
     pub(crate) name: String,
     /// Among all members.
     pub(crate) member: usize,
-    pub(crate) color: Color,
+    pub(crate) color: Rgb,
     /// In `[0, 1]`.
     pub(crate) opacity: f64,
     /// Along the directors from the centre.
@@ -35,7 +37,7 @@ pub(crate) struct Solid {
     pub(crate) ends: Vec<usize>,
 }
 
-impl Solid {
+impl RigidSurface {
     /// The points of its parts.
     pub(crate) fn parts(&self) -> impl Iterator<Item = &[[f64; 3]]> {
         let points = &self.mesh.points;
@@ -49,15 +51,15 @@ impl Solid {
 #[derive(Clone, Debug)]
 pub(crate) struct NamedJoint {
     pub(crate) name: String,
-    pub(crate) joint: Joint,
+    pub(crate) joint: SceneJoint,
 }
 
 /// A beam with its name.
 #[derive(Clone, Debug)]
 pub(crate) struct NamedBeam {
     pub(crate) name: String,
-    pub(crate) color: Color,
-    pub(crate) beam: Beam,
+    pub(crate) color: Rgb,
+    pub(crate) beam: SceneBeam,
 }
 
 impl NamedBeam {
@@ -77,7 +79,7 @@ impl NamedBeam {
 #[derive(Clone, Debug)]
 pub(crate) struct NamedLine {
     pub(crate) name: String,
-    pub(crate) line: Line,
+    pub(crate) line: SceneLine,
     pub(crate) spring: bool,
 }
 
@@ -87,7 +89,7 @@ pub(crate) struct Look {
     /// Unit vector against gravity.
     pub(crate) up: [f64; 3],
     /// Bodies and point masses, in the order of the members.
-    pub(crate) solids: Vec<Solid>,
+    pub(crate) solids: Vec<RigidSurface>,
     pub(crate) beams: Vec<NamedBeam>,
     pub(crate) joints: Vec<NamedJoint>,
     pub(crate) lines: Vec<NamedLine>,
@@ -101,17 +103,18 @@ impl Look {
     /// From the model and some frames of its run, the first one included. `None` where the frames
     /// are of another model.
     pub(crate) fn new(model: &Model, frames: &Frames) -> Option<Self> {
-        let parts = Parts::new(model, frames)?;
+        let parts = SceneParts::new(model, frames)?;
         let bodies = parts.bodies();
         let joints = parts.joints(&bodies);
         let (bars, distances, springs) = (parts.bars(), parts.distances(), parts.springs());
         let lines = bars.iter().chain(&distances).chain(&springs);
         let ends = lines.flat_map(|line| [&line.from, &line.to]);
-        let feet: Vec<[f64; 3]> = ends.filter_map(End::on_ground).collect();
-        let held = joints.iter().flat_map(|j| [&j.parent, &j.child]).filter_map(End::on_ground);
+        let feet: Vec<[f64; 3]> = ends.filter_map(SceneEnd::on_ground).collect();
+        let held =
+            joints.iter().flat_map(|j| [&j.parent, &j.child]).filter_map(SceneEnd::on_ground);
         let fixed: Vec<[f64; 3]> = held.chain(feet.iter().copied()).collect();
         let symbol = SYMBOL * size(frames, &bodies, &fixed);
-        let mut solids: Vec<Solid> =
+        let mut solids: Vec<RigidSurface> =
             bodies.iter().enumerate().map(|(k, body)| solid(body, color(k), symbol)).collect();
         for (solid, (shown, stated)) in solids.iter_mut().zip(bodies.iter().zip(&model.bodies)) {
             let surfaces = model.surfaces(stated);
@@ -124,7 +127,7 @@ impl Look {
             }
         }
         for (k, member) in parts.points().into_iter().enumerate() {
-            solids.push(Solid {
+            solids.push(RigidSurface {
                 name: frames.members[member].name.clone(),
                 member,
                 color: color(bodies.len() + k),
@@ -134,12 +137,12 @@ impl Look {
             });
         }
         let beams = model.beams.iter().zip(parts.beams(&Default::default())).enumerate();
-        let beam = |(k, (stated, beam)): (usize, (&holonom_model::Beam, Beam))| NamedBeam {
+        let beam = |(k, (stated, beam)): (usize, (&holonom_model::Beam, SceneBeam))| NamedBeam {
             name: stated.name.clone(),
             color: color(bodies.len() + k),
             beam,
         };
-        let line = |(name, line, spring): (&String, Line, bool)| NamedLine {
+        let line = |(name, line, spring): (&String, SceneLine, bool)| NamedLine {
             name: name.clone(),
             line,
             spring,
@@ -166,8 +169,8 @@ impl Look {
 }
 
 /// The poses of all members in a configuration; those of point masses have the axes of space.
-pub(crate) fn poses(members: &[holonom_sim::sample::Member], q: &[f64]) -> Vec<Pose> {
-    let pose = |(_, own): (_, &[f64])| Pose {
+pub(crate) fn poses(members: &[holonom_sim::sample::Member], q: &[f64]) -> Vec<MemberPose> {
+    let pose = |(_, own): (_, &[f64])| MemberPose {
         center: Vector3::new(own[0], own[1], own.get(2).copied().unwrap_or_default()),
         directors: match own.len() {
             12 => holonom_report::scene::directors(own),
@@ -178,14 +181,14 @@ pub(crate) fn poses(members: &[holonom_sim::sample::Member], q: &[f64]) -> Vec<P
 }
 
 /// A point of a member or of the ground, m.
-pub(crate) fn point(end: &End, poses: &[Pose]) -> Vector3<f64> {
+pub(crate) fn point(end: &SceneEnd, poses: &[MemberPose]) -> Vector3<f64> {
     match usize::try_from(end.member) {
         Ok(member) => poses[member].point(end.point),
         Err(_) => Vector3::from(end.point),
     }
 }
 
-fn color(k: usize) -> Color {
+fn color(k: usize) -> Rgb {
     PALETTE[k % PALETTE.len()]
 }
 
@@ -195,7 +198,7 @@ fn ball(radius: f64) -> Mesh {
 }
 
 /// The axes of a body along its directors.
-fn axes(body: &Body) -> Matrix3<f64> {
+fn axes(body: &SceneBody) -> Matrix3<f64> {
     let [x, y, z, w] = body.rotation;
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     *turn.to_rotation_matrix().matrix()
@@ -203,7 +206,7 @@ fn axes(body: &Body) -> Matrix3<f64> {
 
 /// The shape of a body but for meshes; without one its links to joints, or the ellipsoid of its
 /// inertia.
-fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
+fn solid(body: &SceneBody, color: Rgb, symbol: f64) -> RigidSurface {
     let symbol = symbol.min(body.limit);
     let own = axes(body);
     let at = |k: usize| body.dimensions.get(k).copied().unwrap_or_default();
@@ -232,7 +235,7 @@ fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
     }
     let color = body.color.unwrap_or(if body.fixed { FIXED } else { color });
     let (name, opacity) = (body.name.clone(), body.opacity);
-    Solid { name, member: body.member, color, opacity, mesh, ends: Vec::new() }
+    RigidSurface { name, member: body.member, color, opacity, mesh, ends: Vec::new() }
 }
 
 /// What marks a point of the ground.
@@ -265,14 +268,14 @@ pub(crate) fn symbol(kind: JointKind, [axis, axis2]: [Vector3<f64>; 2], s: f64) 
 
 /// Half the diagonal of the box of the motion, m; of an instant where the system is free and
 /// travels far.
-fn size(frames: &Frames, bodies: &[Body], fixed: &[[f64; 3]]) -> f64 {
+fn size(frames: &Frames, bodies: &[SceneBody], fixed: &[[f64; 3]]) -> f64 {
     let mut reach = vec![0.0; frames.members.len()];
     for body in bodies.iter().filter(|body| body.visible) {
         reach[body.member] = body.reach;
     }
-    let (mut whole, mut momentary) = (Extent::default(), 0.0_f64);
+    let (mut whole, mut momentary) = (BoundingBox::default(), 0.0_f64);
     for frame in 0..frames.q.len() {
-        let mut now = Extent::default();
+        let mut now = BoundingBox::default();
         for (point, reach) in frames.points(frame).zip(&reach) {
             now.grow(&point, *reach);
             whole.grow(&point, *reach);
@@ -287,9 +290,9 @@ fn size(frames: &Frames, bodies: &[Body], fixed: &[[f64; 3]]) -> f64 {
 
 /// A box along the axes of space.
 #[derive(Default)]
-struct Extent(Option<[Vector3<f64>; 2]>);
+struct BoundingBox(Option<[Vector3<f64>; 2]>);
 
-impl Extent {
+impl BoundingBox {
     fn grow(&mut self, point: &[f64; 3], margin: f64) {
         let point = Vector3::from(*point);
         let [low, high] = self.0.unwrap_or([point; 2]);

@@ -13,7 +13,7 @@
 //! | `beams/NAME/strain`, `beams/NAME/force` | `rows × elements × 6` | `Γ, K`; `N, M` |
 
 use crate::npy::Archive;
-use crate::table::{Results, Table};
+use crate::table::{ColumnTable, RunFiles};
 use holonom_sim::output::columns::{
     ANGULAR_MOMENTUM, ARC_LENGTH, Column, DISCRETE_ENERGY, HAMILTONIAN, HEAD, LINEAR_MOMENTUM,
     STEP, STRAINS, STRESSES, TAIL, TIME,
@@ -24,7 +24,7 @@ use std::io;
 use std::path::Path;
 
 /// Writes all results.
-pub(crate) fn write(results: &Results, to: &Path) -> io::Result<()> {
+pub(crate) fn write(results: &RunFiles, to: &Path) -> io::Result<()> {
     let mut archive = Archive::create(to)?;
     motion(&mut archive, &results.trajectory)?;
     for (group, table) in &results.groups {
@@ -42,7 +42,7 @@ fn list(archive: &mut Archive, name: &str, values: &[f64]) -> io::Result<()> {
     archive.reals(name, &[values.len()], values.iter().copied())
 }
 
-fn motion(archive: &mut Archive, table: &Table) -> io::Result<()> {
+fn motion(archive: &mut Archive, table: &ColumnTable) -> io::Result<()> {
     let rows = table.rows();
     let n = table.columns.len().saturating_sub(HEAD.len() + TAIL.len());
     let steps: Vec<i64> = table.columns[0].iter().map(|step| *step as i64).collect();
@@ -74,7 +74,7 @@ fn motion(archive: &mut Archive, table: &Table) -> io::Result<()> {
 }
 
 /// One row of the file is one element of one beam at one step.
-fn beams(archive: &mut Archive, table: &Table) -> io::Result<()> {
+fn beams(archive: &mut Archive, table: &ColumnTable) -> io::Result<()> {
     let mut names: Vec<&String> = table.words.iter().collect();
     names.sort();
     names.dedup();

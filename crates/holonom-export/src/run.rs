@@ -1,12 +1,12 @@
 //! A run as it is shown: its model, its look and its frames.
 
 use holonom_model::{Columns, Model};
-use holonom_sim::output::{Frame, FrameReader, Frames, RunFolder};
+use holonom_sim::output::{FrameReader, Frames, RunFolder, Snapshot};
 use holonom_sim::sample::Member;
 
 use crate::ExportError;
 use crate::look::{Look, poses};
-use crate::tube::Pose;
+use crate::tube::MemberPose;
 
 /// Frames from which the size of the motion is read.
 const PROBES: usize = 64;
@@ -14,7 +14,7 @@ const NO_COORDINATES: &str =
     "it has not the coordinates of all members: run the model again without `columns`";
 
 /// A run that can be shown.
-pub(crate) struct Run<'a> {
+pub(crate) struct ShownRun<'a> {
     pub(crate) folder: &'a RunFolder,
     pub(crate) model: Model,
     pub(crate) look: Look,
@@ -22,7 +22,7 @@ pub(crate) struct Run<'a> {
     most: usize,
 }
 
-impl<'a> Run<'a> {
+impl<'a> ShownRun<'a> {
     /// The run of a folder, at most `most` of its recorded nodes.
     pub(crate) fn open(folder: &'a RunFolder, most: usize) -> Result<Self, ExportError> {
         let read = |name: &str, message: String| ExportError::Read {
@@ -60,13 +60,13 @@ impl<'a> Run<'a> {
     }
 
     /// Where the members are in a frame.
-    pub(crate) fn poses(&self, frame: &Frame) -> Vec<Pose> {
+    pub(crate) fn poses(&self, frame: &Snapshot) -> Vec<MemberPose> {
         poses(&self.members, &frame.q)
     }
 
     /// Time of a frame in a file for animations, s: that of the motion; in statics, where the time
     /// of the loads may stand still or decrease, the number of the frame.
-    pub(crate) fn time(&self, frame: &Frame, index: usize) -> f64 {
+    pub(crate) fn time(&self, frame: &Snapshot, index: usize) -> f64 {
         if self.is_static() { index as f64 } else { frame.t }
     }
 

@@ -1,7 +1,7 @@
 //! The CSV files of a run as columns.
 
 use crate::ExportError;
-use holonom_sim::output::columns::Kind;
+use holonom_sim::output::columns::FieldKind;
 use holonom_sim::output::{RowTable, RunFolder};
 
 /// Files with one column for each quantity after `step, t`, beside the trajectory.
@@ -9,18 +9,18 @@ pub(crate) const GROUPS: [RowTable; 4] =
     [RowTable::Residuals, RowTable::Sensors, RowTable::Momenta, RowTable::Energy];
 
 /// The files of a run.
-pub(crate) struct Results {
-    pub(crate) trajectory: Table,
+pub(crate) struct RunFiles {
+    pub(crate) trajectory: ColumnTable,
     /// Of [`GROUPS`], those that there are.
-    pub(crate) groups: Vec<(&'static str, Table)>,
-    pub(crate) beams: Option<Table>,
+    pub(crate) groups: Vec<(&'static str, ColumnTable)>,
+    pub(crate) beams: Option<ColumnTable>,
 }
 
-impl Results {
+impl RunFiles {
     /// Reads all that stand in a folder; a trajectory is required.
     pub(crate) fn read(folder: &RunFolder) -> Result<Self, ExportError> {
-        let read = |of: RowTable| Table::read(folder, of);
-        let trajectory = read(RowTable::Trajectory)?.ok_or_else(|| Table::missing(folder))?;
+        let read = |of: RowTable| ColumnTable::read(folder, of);
+        let trajectory = read(RowTable::Trajectory)?.ok_or_else(|| ColumnTable::missing(folder))?;
         let mut groups = Vec::new();
         for of in GROUPS {
             groups.extend(read(of)?.map(|table| (of.name(), table)));
@@ -30,15 +30,15 @@ impl Results {
 }
 
 /// Columns of numbers, and the one of words that `beams.csv` has.
-pub(crate) struct Table {
+pub(crate) struct ColumnTable {
     pub(crate) names: Vec<String>,
-    pub(crate) kinds: Vec<Kind>,
+    pub(crate) kinds: Vec<FieldKind>,
     pub(crate) columns: Vec<Vec<f64>>,
     /// Of the column `beam`; empty without one.
     pub(crate) words: Vec<String>,
 }
 
-impl Table {
+impl ColumnTable {
     /// Reads a file; `None` where there is none. Empty fields are NaN.
     pub(crate) fn read(folder: &RunFolder, of: RowTable) -> Result<Option<Self>, ExportError> {
         let path = folder.path().join(of.file());
@@ -52,7 +52,7 @@ impl Table {
         let kinds = names.iter().map(|name| of.column(name).kind).collect();
         let columns = vec![Vec::new(); names.len()];
         let mut table = Self { names, kinds, columns, words: Vec::new() };
-        let words = table.kinds.iter().position(|kind| *kind == Kind::Text);
+        let words = table.kinds.iter().position(|kind| *kind == FieldKind::Text);
         let mut row = csv::StringRecord::new();
         while reader.read_record(&mut row).map_err(|e| failed(e.to_string()))? {
             for (k, (field, column)) in row.iter().zip(&mut table.columns).enumerate() {

@@ -6,7 +6,7 @@
 //! ```
 
 use crate::mesh::Mesh;
-use holonom_report::scene::parts::Beam;
+use holonom_report::scene::parts::SceneBeam;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Sections from one node to the next.
@@ -16,12 +16,12 @@ const CORNERS: usize = 16;
 
 /// Where a member is: its centre, m, and its directors as columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pose {
+pub(crate) struct MemberPose {
     pub(crate) center: Vector3<f64>,
     pub(crate) directors: Matrix3<f64>,
 }
 
-impl Pose {
+impl MemberPose {
     /// A point given by components along the directors, m.
     pub(crate) fn point(&self, components: [f64; 3]) -> Vector3<f64> {
         self.center + self.directors * Vector3::from(components)
@@ -51,7 +51,7 @@ pub(crate) fn sections(nodes: usize) -> Vec<Section> {
 }
 
 /// Corners of a section and their normals, along `d_1` and `d_2`; all counterclockwise about `d_3`.
-struct Outline {
+struct SectionOutline {
     corners: Vec<([f64; 2], [f64; 2])>,
     /// Its smooth parts, each by its corners.
     parts: Vec<Vec<u32>>,
@@ -59,8 +59,8 @@ struct Outline {
     around: Vec<u32>,
 }
 
-impl Outline {
-    fn of(beam: &Beam) -> Self {
+impl SectionOutline {
+    fn of(beam: &SceneBeam) -> Self {
         let [a, b] = beam.half;
         if beam.round {
             let corner = |k: usize| {
@@ -124,8 +124,8 @@ pub(crate) struct Tube {
 
 impl Tube {
     /// Of a beam with the given nodes of one of its legs, at least two.
-    pub(crate) fn new(beam: &Beam, nodes: &[Pose]) -> Self {
-        let outline = Outline::of(beam);
+    pub(crate) fn new(beam: &SceneBeam, nodes: &[MemberPose]) -> Self {
+        let outline = SectionOutline::of(beam);
         let mut tube = Self::default();
         let sections = sections(nodes.len());
         for section in &sections {
@@ -166,7 +166,13 @@ impl Tube {
     }
 
     /// The end of a line; `sign`: whether its normal is along `d_3` or against it.
-    fn cap(&mut self, outline: &Outline, nodes: &[Pose], section: &Section, sign: f64) {
+    fn cap(
+        &mut self,
+        outline: &SectionOutline,
+        nodes: &[MemberPose],
+        section: &Section,
+        sign: f64,
+    ) {
         let (center, [d1, d2]) = place(nodes, section);
         let first = self.points.len() as u32;
         for corner in &outline.around {
@@ -183,12 +189,12 @@ impl Tube {
 }
 
 /// The centre of a section and its first two axes.
-fn place(nodes: &[Pose], section: &Section) -> (Vector3<f64>, [Vector3<f64>; 2]) {
+fn place(nodes: &[MemberPose], section: &Section) -> (Vector3<f64>, [Vector3<f64>; 2]) {
     let p = &nodes[section.node];
     let q = nodes.get(section.node + 1).unwrap_or(p);
     let s = section.place;
     let chord = (q.center - p.center).norm();
-    let tangent = |pose: &Pose| pose.directors.column(2) * chord;
+    let tangent = |pose: &MemberPose| pose.directors.column(2) * chord;
     let center = p.center * ((1.0 + 2.0 * s) * (1.0 - s).powi(2))
         + tangent(p) * (s * (1.0 - s).powi(2))
         + q.center * (s * s * (3.0 - 2.0 * s))
@@ -204,7 +210,7 @@ mod tests {
     use super::*;
     use crate::mesh::tests::{faces_outwards, volume};
 
-    fn beam(round: bool) -> Beam {
+    fn beam(round: bool) -> SceneBeam {
         let shape = match round {
             true => "type = \"circle\", dimensions = [0.1]",
             false => "type = \"rectangle\", dimensions = [0.2, 0.4]",
@@ -227,14 +233,16 @@ mod tests {
             q: vec![[pose(0.0), pose(0.5), pose(1.0)].concat()],
             ..Default::default()
         };
-        let parts = holonom_report::scene::parts::Parts::new(&model, &frames).unwrap();
+        let parts = holonom_report::scene::parts::SceneParts::new(&model, &frames).unwrap();
         parts.beams(&Default::default()).remove(0)
     }
 
     #[test]
     fn a_straight_beam_is_a_prism() {
-        let pose =
-            |z: f64| Pose { center: Vector3::new(0.3, 0.0, z), directors: Matrix3::identity() };
+        let pose = |z: f64| MemberPose {
+            center: Vector3::new(0.3, 0.0, z),
+            directors: Matrix3::identity(),
+        };
         let nodes = [pose(0.0), pose(0.5), pose(1.0)];
         let ellipse = 0.5 * CORNERS as f64 * (std::f64::consts::TAU / CORNERS as f64).sin() * 0.01;
         for (round, expected) in [(true, ellipse), (false, 0.08)] {
@@ -252,8 +260,10 @@ mod tests {
         let turn = |angle: f64| {
             nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), angle).into_inner()
         };
-        let pose =
-            |a: f64| Pose { center: Vector3::new(1.0 - a.cos(), 0.0, a.sin()), directors: turn(a) };
+        let pose = |a: f64| MemberPose {
+            center: Vector3::new(1.0 - a.cos(), 0.0, a.sin()),
+            directors: turn(a),
+        };
         let nodes = [pose(0.0), pose(0.25), pose(0.5)]; // a circle of radius 1
         let mut worst: f64 = 0.0;
         for section in sections(3) {

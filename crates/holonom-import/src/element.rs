@@ -12,7 +12,7 @@ use quick_xml::events::attributes::Attributes;
 use quick_xml::{Reader, XmlVersion};
 
 use crate::remark::Remarks;
-use crate::source::{Fault, Place, Result};
+use crate::source::{Place, Refusal, Result};
 
 /// Elements may stand in each other to this depth.
 const MAX_DEPTH: usize = 250;
@@ -36,17 +36,18 @@ pub(crate) struct Attribute {
 
 /// An element with its attributes and the elements in it; texts and comments are left out.
 #[derive(Clone, Debug)]
-pub(crate) struct Element {
+pub(crate) struct XmlElement {
     pub(crate) name: String,
     pub(crate) attributes: Vec<Attribute>,
-    pub(crate) children: Vec<Element>,
+    pub(crate) children: Vec<XmlElement>,
     pub(crate) place: Place,
 }
 
-impl Element {
+impl XmlElement {
     /// The root element of a text, the one of number `file`.
     pub(crate) fn parse(file: usize, text: &str, remarks: &mut Remarks) -> Result<Self> {
-        Parser { file, text, open: Vec::new(), declared: Vec::new(), elements: 0, remarks }.root()
+        XmlParser { file, text, open: Vec::new(), declared: Vec::new(), elements: 0, remarks }
+            .root()
     }
 
     /// An attribute.
@@ -63,7 +64,7 @@ impl Element {
     pub(crate) fn required(&self, name: &str) -> Result<&str> {
         self.word(name).ok_or_else(|| {
             let message = format!("<{}> has no attribute `{name}`", self.name);
-            Fault::at(&self.place, message, format!("add {name}=\"…\""))
+            Refusal::at(&self.place, message, format!("add {name}=\"…\""))
         })
     }
 
@@ -86,7 +87,7 @@ impl Element {
                     }
                     false => "write a number such as 0.25",
                 };
-                Fault::at(&attribute.place, message, help)
+                Refusal::at(&attribute.place, message, help)
             })
         };
         // commas between numbers are common, and read as blanks by other programs
@@ -100,7 +101,7 @@ impl Element {
         let count = numbers.len();
         <[f64; N]>::try_from(numbers).map(Some).map_err(|_| {
             let message = format!("`{name}` has {count} number(s), not {N}");
-            Fault::at(self.place_of(name), message, format!("write {N} numbers"))
+            Refusal::at(self.place_of(name), message, format!("write {N} numbers"))
         })
     }
 
@@ -114,7 +115,7 @@ impl Element {
         let value = self.number(name)?.unwrap_or(0.0);
         if value < 0.0 {
             let message = format!("`{name}` is {value}: it is negative");
-            return Err(Fault::at(self.place_of(name), message, "write 0 or a positive number"));
+            return Err(Refusal::at(self.place_of(name), message, "write 0 or a positive number"));
         }
         Ok(value)
     }
@@ -158,19 +159,19 @@ impl Element {
 }
 
 /// What is open while a text is read.
-struct Parser<'a, 'b> {
+struct XmlParser<'a, 'b> {
     file: usize,
     text: &'a str,
     /// The elements that are not closed yet, and how many prefixes were declared before each.
-    open: Vec<(Element, usize)>,
+    open: Vec<(XmlElement, usize)>,
     /// Prefixes of namespaces.
     declared: Vec<&'a str>,
     elements: usize,
     remarks: &'b mut Remarks,
 }
 
-impl<'a> Parser<'a, '_> {
-    fn root(mut self) -> Result<Element> {
+impl<'a> XmlParser<'a, '_> {
+    fn root(mut self) -> Result<XmlElement> {
         let begin = self.text.strip_prefix('\u{feff}').unwrap_or(self.text);
         let content = begin.trim_start();
         let skipped = self.text.len() - content.len();
@@ -219,17 +220,17 @@ impl<'a> Parser<'a, '_> {
         }
         if self.open.len() > MAX_DEPTH {
             let message = format!("more than {MAX_DEPTH} elements stand in each other");
-            return Err(Fault::at(&place, message, "is this a description of a robot?"));
+            return Err(Refusal::at(&place, message, "is this a description of a robot?"));
         }
         self.elements += 1;
         if self.elements > MAX_ELEMENTS {
             let message = format!("there are more than {MAX_ELEMENTS} elements");
-            return Err(Fault::at(&place, message, "is this a description of a robot?"));
+            return Err(Refusal::at(&place, message, "is this a description of a robot?"));
         }
         self.named(name, span.start)?;
         let before = self.declared.len();
         let attributes = self.attributes(&place, name.len())?;
-        let element = Element { name: name.to_owned(), attributes, children: Vec::new(), place };
+        let element = XmlElement { name: name.to_owned(), attributes, children: Vec::new(), place };
         let names = element.attributes.iter().map(|a| &a.name).chain([&element.name]);
         for prefix in names.filter_map(|name| Some(name.split_once(':')?.0)) {
             if prefix != "xml" && !self.declared.contains(&prefix) {
@@ -266,7 +267,7 @@ impl<'a> Parser<'a, '_> {
             }
             if known.len() > MAX_ATTRIBUTES {
                 let message = format!("an element with more than {MAX_ATTRIBUTES} attributes");
-                return Err(Fault::at(tag, message, "is this a description of a robot?"));
+                return Err(Refusal::at(tag, message, "is this a description of a robot?"));
             }
             if let Some(prefix) = key.strip_prefix("xmlns:") {
                 self.declared.push(&text[end - prefix.len()..end]);
@@ -280,7 +281,7 @@ impl<'a> Parser<'a, '_> {
         Ok(list)
     }
 
-    fn close(&mut self, root: &mut Option<Element>) {
+    fn close(&mut self, root: &mut Option<XmlElement>) {
         let Some((element, declared)) = self.open.pop() else { return };
         self.declared.truncate(declared);
         match self.open.last_mut() {
@@ -298,12 +299,12 @@ impl<'a> Parser<'a, '_> {
         if good { Ok(()) } else { Err(self.malformed(at, &message)) }
     }
 
-    fn malformed(&self, at: usize, reason: &str) -> Fault {
+    fn malformed(&self, at: usize, reason: &str) -> Refusal {
         let at = at.min(self.text.len());
         let place = Place { file: self.file, span: at..(at + 1).min(self.text.len()) };
         let LineColumn { line, column } = line_column(self.text, at);
         let message = format!("this is not well-formed XML: {reason} at {line}:{column}");
-        Fault::at(&place, message, "correct the XML")
+        Refusal::at(&place, message, "correct the XML")
     }
 }
 

@@ -6,12 +6,12 @@
 //! ```
 //! Both formats become the same `Robot`: links with joints. What has no counterpart in a model file
 //! is listed as a [`Remark`]; nothing is dropped silently. The initial configuration is the one
-//! that the description draws, with all joints at zero, unless [`Options::values`] says otherwise.
+//! that the description draws, with all joints at zero, unless [`ImportOptions::values`] says otherwise.
 //!
 //! | type | is |
 //! |---|---|
 //! | [`Imported`], [`Remark`] | a translated robot: text, model, what it lacks |
-//! | [`Options`] | initial values, free base, closed loops and what else is asked for |
+//! | [`ImportOptions`] | initial values, free base, closed loops and what else is asked for |
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -39,14 +39,14 @@ use std::path::{Path, PathBuf};
 
 use holonom_model::{Model, ModelError, Problem};
 
-use element::Element;
-use mesh::Meshes;
+use element::XmlElement;
+use mesh::MeshCache;
 use remark::Remarks;
 pub use remark::{Mention, Remark};
-pub use robot::ClosureKind;
+pub use robot::LoopJointKind;
 use robot::Robot;
-use source::{Fault, Sources};
-use tree::Tree;
+use source::{Refusal, Sources};
+use tree::BodyTree;
 
 /// How the base of a URDF robot is held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,12 +73,12 @@ pub struct Close {
     /// A link, body or site; and another one.
     pub ends: [String; 2],
     /// What closes the loop; its axis is the third axis of the first end.
-    pub kind: ClosureKind,
+    pub kind: LoopJointKind,
 }
 
 /// What the description leaves open.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+pub struct ImportOptions {
     /// How the root link of a URDF robot is held.
     pub base: Base,
     /// Initial values of hinges and slides; others stay as the description draws them.
@@ -102,7 +102,7 @@ pub struct Options {
     pub folder: Option<PathBuf>,
 }
 
-impl Default for Options {
+impl Default for ImportOptions {
     fn default() -> Self {
         Self {
             base: Base::default(),
@@ -118,7 +118,7 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl ImportOptions {
     fn folder(&self) -> &Path {
         let stated = self.folder.as_deref().filter(|folder| !folder.as_os_str().is_empty());
         stated.unwrap_or_else(|| Path::new("."))
@@ -172,7 +172,7 @@ pub enum ImportError {
 ///
 /// # Errors
 /// [`ImportError`].
-pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
+pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
     let mut sources = Sources::default();
     sources.read(path)?;
     translate(sources, options)
@@ -182,23 +182,27 @@ pub fn import(path: &Path, options: &Options) -> Result<Imported, ImportError> {
 ///
 /// # Errors
 /// [`ImportError`].
-pub fn import_text(text: &str, path: &Path, options: &Options) -> Result<Imported, ImportError> {
+pub fn import_text(
+    text: &str,
+    path: &Path,
+    options: &ImportOptions,
+) -> Result<Imported, ImportError> {
     let mut sources = Sources::default();
     sources.add(path, text.to_owned());
     translate(sources, options)
 }
 
-fn translate(mut sources: Sources, options: &Options) -> Result<Imported, ImportError> {
+fn translate(mut sources: Sources, options: &ImportOptions) -> Result<Imported, ImportError> {
     let path = sources.files[0].path.clone();
     let mut remarks = Remarks::default();
-    let root =
-        Element::parse(0, &sources.files[0].text, &mut remarks).map_err(|f| sources.error(&[f]))?;
+    let root = XmlElement::parse(0, &sources.files[0].text, &mut remarks)
+        .map_err(|f| sources.error(&[f]))?;
     let root = mjcf::include::resolve(root, &mut sources, &mut remarks)?;
     let mut robot = read(&root, &path, options, &mut remarks).map_err(|f| sources.error(&[f]))?;
     robot.close(&options.close, &sources.files[0]).map_err(|f| sources.error(&[f]))?;
     place(&mut robot, options).map_err(|f| sources.error(&[f]))?;
-    let tree =
-        Tree::new(&robot, options.repair_inertia, &mut remarks).map_err(|f| sources.error(&[f]))?;
+    let tree = BodyTree::new(&robot, options.repair_inertia, &mut remarks)
+        .map_err(|f| sources.error(&[f]))?;
     let draft =
         model::draft(&robot, &tree, options, &mut remarks).map_err(|f| sources.error(&f))?;
     let remarks = remarks.located(&sources);
@@ -211,32 +215,32 @@ fn translate(mut sources: Sources, options: &Options) -> Result<Imported, Import
 }
 
 fn read(
-    root: &Element,
+    root: &XmlElement,
     path: &Path,
-    options: &Options,
+    options: &ImportOptions,
     remarks: &mut Remarks,
 ) -> source::Result<Robot> {
-    let mut meshes = Meshes::beside(path, options.folder());
+    let mut meshes = MeshCache::beside(path, options.folder());
     match root.name.as_str() {
         "robot" => urdf::robot(root, options, &mut meshes, remarks),
         "mujoco" => mjcf::robot(root, &mut meshes, remarks),
         other => {
             let message = format!("<{}> is neither <robot> nor <mujoco>", other.escape_debug());
-            Err(Fault::at(&root.place, message, "import reads URDF and MJCF files"))
+            Err(Refusal::at(&root.place, message, "import reads URDF and MJCF files"))
         }
     }
 }
 
 /// Sets the initial values of the joints; joints that follow others follow.
-fn place(robot: &mut Robot, options: &Options) -> source::Result<()> {
+fn place(robot: &mut Robot, options: &ImportOptions) -> source::Result<()> {
     for JointValue { joint, value } in &options.values {
         let follows = robot.gears.iter().any(|gear| gear.joint == *joint);
         let found = robot.joint_mut(joint).filter(|_| !follows);
-        let movable = |kind| matches!(kind, robot::Kind::Hinge | robot::Kind::Slide);
+        let movable = |kind| matches!(kind, robot::Mobility::Hinge | robot::Mobility::Slide);
         let Some(found) = found.filter(|j| movable(j.kind) && value.is_finite()) else {
             let message = format!("no initial value can be given to `{}`", joint.escape_debug());
             let help = "name a hinge or a slide of the description that follows no other joint";
-            return Err(Fault::of_all(message, help));
+            return Err(Refusal::of_all(message, help));
         };
         found.value = value - found.reference;
     }
@@ -245,7 +249,7 @@ fn place(robot: &mut Robot, options: &Options) -> source::Result<()> {
     let wild = robot.links.iter().flat_map(|l| &l.joints).find(|j| !bounded(j.value));
     wild.map_or(Ok(()), |joint| {
         let message = "its initial value follows other joints without end";
-        Err(Fault::at(&joint.place, message, "correct the joints that follow each other"))
+        Err(Refusal::at(&joint.place, message, "correct the joints that follow each other"))
     })
 }
 
@@ -273,5 +277,5 @@ fn follow(robot: &mut Robot) -> source::Result<()> {
     let place = robot.gears.first().map(|gear| &gear.place);
     let message = "joints follow each other in a circle";
     let help = "let each of them follow a joint that follows no other";
-    Err(place.map_or_else(|| Fault::of_all(message, help), |p| Fault::at(p, message, help)))
+    Err(place.map_or_else(|| Refusal::of_all(message, help), |p| Refusal::at(p, message, help)))
 }

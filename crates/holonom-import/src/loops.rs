@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::model::{Drafter, plain, vector};
 use crate::remark::Remarks;
-use crate::robot::{Closure, ClosureKind, Gear};
+use crate::robot::{Gear, LoopJoint, LoopJointKind};
 use crate::tree::Connection;
 
 /// Ends of a loop that are farther apart initially are brought together at the start of a run; m or
@@ -66,7 +66,7 @@ impl Drafter<'_> {
     }
 
     /// A joint that closes a loop.
-    pub(crate) fn closure(&mut self, closure: &Closure, remarks: &mut Remarks) {
+    pub(crate) fn closure(&mut self, closure: &LoopJoint, remarks: &mut Remarks) {
         let bodies = closure.ends.map(|end| end.and_then(|link| self.tree.body_of[link]));
         let poses = closure.ends.map(|end| self.tree.pose_of(end));
         if bodies[0] == bodies[1] {
@@ -79,10 +79,10 @@ impl Drafter<'_> {
         let [parent, child] = order
             .map(|k| bodies[k].map_or_else(|| "ground".to_owned(), |b| self.bodies[b].clone()));
         let kind = match closure.kind {
-            ClosureKind::Spherical => JointKind::Spherical,
-            ClosureKind::Revolute => JointKind::Revolute,
-            ClosureKind::Prismatic => JointKind::Prismatic,
-            ClosureKind::Fixed => JointKind::Fixed,
+            LoopJointKind::Spherical => JointKind::Spherical,
+            LoopJointKind::Revolute => JointKind::Revolute,
+            LoopJointKind::Prismatic => JointKind::Prismatic,
+            LoopJointKind::Fixed => JointKind::Fixed,
         };
         let name = self.names.unique(&closure.name, "loop");
         let mut joint = Joint {

@@ -2,11 +2,11 @@
 
 use crate::remark::NAMED;
 use crate::robot::Robot;
-use crate::source::Fault;
-use crate::{Base, Options};
+use crate::source::Refusal;
+use crate::{Base, ImportOptions};
 
 /// Why no body is left, and what helps.
-pub(crate) fn nothing_moves(robot: &Robot, options: &Options) -> Fault {
+pub(crate) fn nothing_moves(robot: &Robot, options: &ImportOptions) -> Refusal {
     let mut message = "nothing with mass moves".to_owned();
     let unread: Vec<String> =
         robot.unread.iter().map(|mesh| format!("{} ({})", mesh.file, mesh.reason)).collect();
@@ -32,7 +32,7 @@ pub(crate) fn nothing_moves(robot: &Robot, options: &Options) -> Fault {
     if robot.format == "URDF" && options.base == Base::Fixed {
         help.push("the root link of a URDF robot moves with `--free-base`".to_owned());
     }
-    Fault::of_all(message, help.join("; "))
+    Refusal::of_all(message, help.join("; "))
 }
 
 /// The first of some names.

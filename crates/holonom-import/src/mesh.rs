@@ -16,11 +16,11 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use vi_rigid::Polyhedron;
 
 use crate::mass::Mass;
-use crate::solid::{Placed, Solid, Triangles};
+use crate::solid::{PlacedSolid, Solid, Triangles};
 
 /// A mesh in numbers, in the frame of its file.
 #[derive(Clone, Debug)]
-pub(crate) struct Summary {
+pub(crate) struct MeshSummary {
     least: Vector3<f64>,
     largest: Vector3<f64>,
     /// At 1 kg/m³; or why it is no solid.
@@ -40,14 +40,14 @@ pub(crate) struct Summary {
 
 /// The meshes of a description; each file is read once.
 #[derive(Debug)]
-pub(crate) struct Meshes {
+pub(crate) struct MeshCache {
     folder: PathBuf,
     output: PathBuf,
-    known: BTreeMap<PathBuf, Result<Summary, MeshError>>,
+    known: BTreeMap<PathBuf, Result<MeshSummary, MeshError>>,
     bytes: usize,
 }
 
-impl Meshes {
+impl MeshCache {
     /// Meshes of the description in this file; the model file is in the folder `output`.
     pub(crate) fn beside(path: &Path, output: &Path) -> Self {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -57,7 +57,11 @@ impl Meshes {
 
     /// The mesh in a file, or why there is none. `package://NAME/…` is looked for in the folders
     /// above the description.
-    pub(crate) fn summary(&mut self, file: &str, scale: [f64; 3]) -> Result<Summary, MeshError> {
+    pub(crate) fn summary(
+        &mut self,
+        file: &str,
+        scale: [f64; 3],
+    ) -> Result<MeshSummary, MeshError> {
         let path = self.path(file).ok_or(MeshError::NotFound)?;
         if !self.known.contains_key(&path) {
             let summary = self.read(&path);
@@ -67,9 +71,9 @@ impl Meshes {
         Ok(summary.scaled(&Vector3::from(scale)))
     }
 
-    fn read(&mut self, path: &Path) -> Result<Summary, MeshError> {
+    fn read(&mut self, path: &Path) -> Result<MeshSummary, MeshError> {
         let mesh = Mesh::read(path)?;
-        let mut summary = Summary { path: path.to_owned(), ..Summary::of(&mesh) };
+        let mut summary = MeshSummary { path: path.to_owned(), ..MeshSummary::of(&mesh) };
         self.bytes += mesh.bytes().len();
         if self.bytes <= MAX_MESHES_BYTES {
             summary.file = named_from(&self.output, path);
@@ -106,7 +110,7 @@ fn named_from(folder: &Path, path: &Path) -> Option<String> {
     Some(up.chain(down).collect::<Option<Vec<&str>>>()?.join("/"))
 }
 
-impl Summary {
+impl MeshSummary {
     fn of(mesh: &Mesh) -> Self {
         let first = mesh.corners().first().copied().unwrap_or_default();
         let extreme = |pick: fn(f64, f64) -> f64| {
@@ -141,10 +145,10 @@ impl Summary {
     }
 
     /// The mesh and the box around it, in a link in which the mesh has a pose.
-    pub(crate) fn placed(&self, pose: &Isometry3<f64>) -> Placed {
+    pub(crate) fn placed(&self, pose: &Isometry3<f64>) -> PlacedSolid {
         let half = (self.largest - self.least) * 0.5;
         let center = (self.largest + self.least) * 0.5;
-        Placed {
+        PlacedSolid {
             solid: Solid::Box([half.x, half.y, half.z]),
             pose: pose * Isometry3::translation(center.x, center.y, center.z),
             mesh: self.file.clone().map(|file| Triangles {
@@ -167,7 +171,7 @@ impl Summary {
     }
 }
 
-impl Summary {
+impl MeshSummary {
     /// Mass properties of the surface at 1 kg/m², in the frame of the mesh. Areas that are scaled
     /// unequally are summed anew.
     pub(crate) fn shell_mass(&self) -> Mass {
@@ -258,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_box_of_triangles_has_the_mass_properties_of_a_box() {
-        let found = Summary::of(&mesh(BLOCK)).scaled(&Vector3::new(2.0, -1.0, 1.0));
+        let found = MeshSummary::of(&mesh(BLOCK)).scaled(&Vector3::new(2.0, -1.0, 1.0));
         let exact = Solid::Box([1.0, 1.0, 1.5]).with_mass(12.0);
         let mass = found.mass().unwrap();
         let error = (mass.J - exact.J).amax().max((mass.mass - 12.0).abs());

@@ -7,17 +7,17 @@ use holonom_model::{
 };
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
-use crate::Options;
+use crate::ImportOptions;
 use crate::loops::between;
 use crate::mass::{Mass, ROUNDED};
 use crate::massless::{nothing_moves, some};
-use crate::names::Names;
+use crate::names::TakenNames;
 use crate::picture::{finest, is_about, part, shape};
 use crate::remark::Remarks;
-use crate::robot::{Kind, Robot};
-use crate::solid::Placed;
-use crate::source::{Fault, Result};
-use crate::tree::{Connection, Node, Tree};
+use crate::robot::{Mobility, Robot};
+use crate::solid::PlacedSolid;
+use crate::source::{Refusal, Result};
+use crate::tree::{BodyTree, Connection, TreeBody};
 
 /// A model with the comments of its text.
 #[derive(Debug)]
@@ -31,8 +31,8 @@ pub(crate) struct Draft {
 
 /// A model that grows.
 pub(crate) struct Drafter<'a> {
-    pub(crate) tree: &'a Tree,
-    pub(crate) names: Names,
+    pub(crate) tree: &'a BodyTree,
+    pub(crate) names: TakenNames,
     /// Of each node the name of its body.
     pub(crate) bodies: Vec<String>,
     /// Of each node the frame of its body in space, initially.
@@ -47,11 +47,11 @@ pub(crate) struct Drafter<'a> {
 /// The model of a robot.
 pub(crate) fn draft(
     robot: &Robot,
-    tree: &Tree,
-    options: &Options,
+    tree: &BodyTree,
+    options: &ImportOptions,
     remarks: &mut Remarks,
-) -> std::result::Result<Draft, Vec<Fault>> {
-    let mut names = Names::default();
+) -> std::result::Result<Draft, Vec<Refusal>> {
+    let mut names = TakenNames::default();
     let bodies = tree.nodes.iter().map(|n| names.unique(&n.name, "body")).collect();
     let draft =
         Draft { model: empty(robot, options), on_bodies: Vec::new(), on_joints: Vec::new() };
@@ -65,7 +65,7 @@ pub(crate) fn draft(
         draft,
     };
     let masses: Vec<_> = tree.nodes.iter().map(|node| possible(node, remarks)).collect();
-    let faults: Vec<Fault> = masses.iter().filter_map(|m| m.clone().err()).collect();
+    let faults: Vec<Refusal> = masses.iter().filter_map(|m| m.clone().err()).collect();
     if !faults.is_empty() {
         return Err(faults);
     }
@@ -89,7 +89,7 @@ pub(crate) fn draft(
     Ok(drafter.draft)
 }
 
-fn empty(robot: &Robot, options: &Options) -> Model {
+fn empty(robot: &Robot, options: &ImportOptions) -> Model {
     let header = Header {
         name: if robot.name.trim().is_empty() { "robot".into() } else { robot.name.clone() },
         description: None,
@@ -100,7 +100,7 @@ fn empty(robot: &Robot, options: &Options) -> Model {
 }
 
 /// The mass properties of a body, if there can be such a body.
-fn possible(node: &Node, remarks: &mut Remarks) -> Result<Mass> {
+fn possible(node: &TreeBody, remarks: &mut Remarks) -> Result<Mass> {
     let least = if node.absent { 0.0 } else { node.mass.least_euler_moment() };
     if least >= -1e-10 {
         return Ok(node.mass);
@@ -116,18 +116,18 @@ fn possible(node: &Node, remarks: &mut Remarks) -> Result<Mass> {
         node.name.escape_debug()
     );
     let help = "correct its inertia: it is about the centre of mass, in kg·m², and satisfies I1 + I2 >= I3; or let `--repair-inertia` replace it by a possible one";
-    Err(Fault::at(&node.place, message, help))
+    Err(Refusal::at(&node.place, message, help))
 }
 
 impl Drafter<'_> {
     fn body(&mut self, k: usize, mass: &Mass) {
         let node = &self.tree.nodes[k];
-        let coarse = |placed: &Placed| Placed {
+        let coarse = |placed: &PlacedSolid| PlacedSolid {
             mesh: placed.mesh.clone().filter(|mesh| mesh.count <= self.finest),
             ..placed.clone()
         };
-        let solids: Vec<Placed> = node.solids.iter().map(coarse).collect();
-        let shown: Vec<&Placed> = solids.iter().filter(|p| p.is_shown()).collect();
+        let solids: Vec<PlacedSolid> = node.solids.iter().map(coarse).collect();
+        let shown: Vec<&PlacedSolid> = solids.iter().filter(|p| p.is_shown()).collect();
         let largest = shown.iter().max_by(|a, b| a.solid.volume().total_cmp(&b.solid.volume()));
         let axes = largest.filter(|p| p.mesh.is_none());
         let axes = axes.map_or(UnitQuaternion::identity(), |p| p.pose.rotation);
@@ -167,13 +167,13 @@ impl Drafter<'_> {
         let name = self.names.unique(&joint.name, "joint");
         let rest = joint.rest - joint.reference - joint.value;
         let (kind, freedom) = match joint.kind {
-            Kind::Hinge => (JointKind::Revolute, 0),
-            Kind::Slide => (JointKind::Prismatic, 0),
-            Kind::Ball => (JointKind::Spherical, 0),
-            Kind::Planar => (JointKind::Planar, 2),
+            Mobility::Hinge => (JointKind::Revolute, 0),
+            Mobility::Slide => (JointKind::Prismatic, 0),
+            Mobility::Ball => (JointKind::Spherical, 0),
+            Mobility::Planar => (JointKind::Planar, 2),
         };
         let label = || format!("joint \"{}\"", joint.name);
-        let ball = joint.kind == Kind::Ball;
+        let ball = joint.kind == Mobility::Ball;
         if ball && (joint.damping != 0.0 || joint.stiffness != 0.0) {
             remarks.mention(
                 "spring and damper of a ball joint: not translated",
@@ -204,7 +204,7 @@ impl Drafter<'_> {
     }
 }
 
-fn comment(node: &Node, name: &str) -> String {
+fn comment(node: &TreeBody, name: &str) -> String {
     let mut text = renamed(&node.name, name);
     if !node.welded.is_empty() {
         text += &format!("With the links welded to it: {}. ", node.welded.join(", "));

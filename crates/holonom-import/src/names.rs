@@ -9,13 +9,13 @@ const LONGEST: usize = 90;
 
 /// The names taken so far.
 #[derive(Debug, Default)]
-pub(crate) struct Names {
+pub(crate) struct TakenNames {
     taken: BTreeSet<String>,
     /// Of each name the next number behind it.
     next: BTreeMap<String, u64>,
 }
 
-impl Names {
+impl TakenNames {
     /// A name for what is called `wanted`; another component of this name makes it `wanted_suffix`.
     pub(crate) fn unique(&mut self, wanted: &str, suffix: &str) -> String {
         let base = clean(wanted, suffix);
@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn names_are_unique_and_allowed() {
-        let mut names = Names::default();
+        let mut names = TakenNames::default();
         assert_eq!(names.unique("knee", "body"), "knee");
         assert_eq!(names.unique("knee", "joint"), "knee_joint");
         assert_eq!(names.unique("knee", "joint"), "knee_2");

@@ -8,15 +8,15 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::model::{NOISE, quaternion, vector};
 use crate::remark::Remarks;
-use crate::solid::{Placed, Solid};
-use crate::tree::Tree;
+use crate::solid::{PlacedSolid, Solid};
+use crate::tree::BodyTree;
 
 /// A solid is about the centre of mass where their distance is below this part of its size.
 const CENTRED: f64 = 1e-9;
 
 /// The most triangles of a mesh that is drawn, so that all together are no more than a model may
 /// have.
-pub(crate) fn finest(tree: &Tree, remarks: &mut Remarks) -> usize {
+pub(crate) fn finest(tree: &BodyTree, remarks: &mut Remarks) -> usize {
     let nodes = tree.nodes.iter().filter(|node| !node.absent);
     let meshes = nodes.flat_map(|node| node.solids.iter().map(move |solid| (node, solid)));
     let meshes = meshes.filter_map(|(node, solid)| Some((node, solid.mesh.as_ref()?.count)));
@@ -40,13 +40,13 @@ pub(crate) fn finest(tree: &Tree, remarks: &mut Remarks) -> usize {
 }
 
 /// Whether a solid has its centre where that of the mass is.
-pub(crate) fn is_about(placed: &Placed, center: &Vector3<f64>) -> bool {
+pub(crate) fn is_about(placed: &PlacedSolid, center: &Vector3<f64>) -> bool {
     let apart = (placed.pose.translation.vector - center).norm();
     apart <= CENTRED * placed.solid.volume().cbrt()
 }
 
 /// The shape of a body; `to_body`: from the axes of the link to those of the body.
-pub(crate) fn shape(placed: &Placed, to_body: &Isometry3<f64>) -> Shape {
+pub(crate) fn shape(placed: &PlacedSolid, to_body: &Isometry3<f64>) -> Shape {
     match &placed.mesh {
         None => placed.solid.shape(),
         Some(_) => part(placed, to_body),
@@ -54,7 +54,7 @@ pub(crate) fn shape(placed: &Placed, to_body: &Isometry3<f64>) -> Shape {
 }
 
 /// A shape of the picture of a body, at its place.
-pub(crate) fn part(placed: &Placed, to_body: &Isometry3<f64>) -> Shape {
+pub(crate) fn part(placed: &PlacedSolid, to_body: &Isometry3<f64>) -> Shape {
     let pose = to_body * placed.mesh.as_ref().map_or(&placed.pose, |mesh| &mesh.pose);
     let rounded = NOISE * placed.solid.volume().cbrt();
     let position = pose.translation.vector.map(|x| if x.abs() <= rounded { 0.0 } else { x });

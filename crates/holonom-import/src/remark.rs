@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use holonom_model::LineColumn;
 use serde::Serialize;
 
-use crate::element::Element;
+use crate::element::XmlElement;
 use crate::source::{Place, Sources};
 
 /// One thing that the model file does not have, or has in another form.
@@ -65,7 +65,7 @@ pub(crate) struct Remarks {
 
 impl Remarks {
     /// A remark on an element.
-    pub(crate) fn add(&mut self, message: impl Into<String>, element: &Element) {
+    pub(crate) fn add(&mut self, message: impl Into<String>, element: &XmlElement) {
         self.mention(message, element.label(), &element.place);
     }
 

@@ -3,7 +3,7 @@
 use crate::mass::{Mass, ROUNDED};
 use crate::remark::Remarks;
 use crate::solid::Solid;
-use crate::tree::Node;
+use crate::tree::TreeBody;
 
 /// Density where nothing tells another one, kg/m³.
 const WATER: f64 = 1000.0;
@@ -20,7 +20,7 @@ pub(crate) fn short(value: f64) -> String {
 }
 
 /// Gives a body with a mass possible moments of inertia where its own are not; says so.
-pub(crate) fn repaired(node: &mut Node, remarks: &mut Remarks) {
+pub(crate) fn repaired(node: &mut TreeBody, remarks: &mut Remarks) {
     let before = node.mass.moments();
     if node.mass.mass <= 0.0 || before[1] > 0.0 && node.mass.least_euler_moment() >= -ROUNDED {
         return;

@@ -6,8 +6,8 @@ use holonom_model::nearest;
 
 use crate::Close;
 use crate::mass::Mass;
-use crate::solid::Placed;
-use crate::source::{Fault, Place, Result, Source};
+use crate::solid::PlacedSolid;
+use crate::source::{Place, Refusal, Result, SourceText};
 
 /// A robot.
 #[derive(Debug)]
@@ -21,10 +21,10 @@ pub(crate) struct Robot {
     pub(crate) step: f64,
     /// A link stands after its parent.
     pub(crate) links: Vec<Link>,
-    pub(crate) loops: Vec<Closure>,
+    pub(crate) loops: Vec<LoopJoint>,
     pub(crate) gears: Vec<Gear>,
     /// Places that have a name.
-    pub(crate) frames: Vec<Frame>,
+    pub(crate) frames: Vec<NamedFrame>,
     /// Files of geometries that could not be read.
     pub(crate) unread: Vec<Unread>,
     /// Links with geometry and without mass.
@@ -33,7 +33,7 @@ pub(crate) struct Robot {
 
 /// A place that the description names.
 #[derive(Clone, Debug)]
-pub(crate) struct Frame {
+pub(crate) struct NamedFrame {
     pub(crate) name: String,
     /// Its link; `None`: the ground.
     pub(crate) link: Option<usize>,
@@ -41,7 +41,7 @@ pub(crate) struct Frame {
     pub(crate) pose: Isometry3<f64>,
 }
 
-impl Frame {
+impl NamedFrame {
     /// The frame of a link.
     pub(crate) fn of_link(number: usize, link: &Link) -> Self {
         Self { name: link.name.clone(), link: Some(number), pose: Isometry3::identity() }
@@ -70,13 +70,13 @@ pub(crate) struct Link {
     /// In its frame.
     pub(crate) mass: Mass,
     /// In its frame.
-    pub(crate) solids: Vec<Placed>,
+    pub(crate) solids: Vec<PlacedSolid>,
     pub(crate) place: Place,
 }
 
 /// Kind of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum Mobility {
     Hinge,
     Slide,
     Ball,
@@ -87,7 +87,7 @@ pub(crate) enum Kind {
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
     pub(crate) name: String,
-    pub(crate) kind: Kind,
+    pub(crate) kind: Mobility,
     /// Axis, or normal of the plane, in the frame of the link.
     pub(crate) axis: Unit<Vector3<f64>>,
     /// Its point in the frame of the link, m.
@@ -109,7 +109,7 @@ pub(crate) struct Joint {
 
 /// Two links held together beside the tree.
 #[derive(Clone, Debug)]
-pub(crate) struct Closure {
+pub(crate) struct LoopJoint {
     pub(crate) name: String,
     /// Links; `None`: the ground.
     pub(crate) ends: [Option<usize>; 2],
@@ -117,13 +117,13 @@ pub(crate) struct Closure {
     pub(crate) frames: [Isometry3<f64>; 2],
     /// In the frame of the first link, for kinds that have one.
     pub(crate) axis: Unit<Vector3<f64>>,
-    pub(crate) kind: ClosureKind,
+    pub(crate) kind: LoopJointKind,
     pub(crate) place: Place,
 }
 
 /// What closes a loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ClosureKind {
+pub enum LoopJointKind {
     /// A common point.
     #[default]
     Spherical,
@@ -149,7 +149,7 @@ pub(crate) struct Gear {
 
 impl Robot {
     /// Adds loops between places that have a name.
-    pub(crate) fn close(&mut self, loops: &[Close], file: &Source) -> Result<()> {
+    pub(crate) fn close(&mut self, loops: &[Close], file: &SourceText) -> Result<()> {
         for Close { ends, kind } in loops {
             let find = |name: &String| {
                 let found = self.frames.iter().find(|frame| frame.name == *name);
@@ -161,11 +161,11 @@ impl Robot {
                         Some(best) => format!("did you mean `{}`?", best.escape_debug()),
                         None => "name two links, bodies or sites of the description".to_owned(),
                     };
-                    Fault::of_all(message, help)
+                    Refusal::of_all(message, help)
                 })
             };
             let [a, b] = [find(&ends[0])?, find(&ends[1])?];
-            self.loops.push(Closure {
+            self.loops.push(LoopJoint {
                 name: format!("{}_{}", ends[0], ends[1]),
                 ends: [a.link, b.link],
                 frames: [a.pose, b.pose],
@@ -188,17 +188,17 @@ impl Joint {
     pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
         let value = self.value;
         match self.kind {
-            Kind::Hinge if value != 0.0 => {
+            Mobility::Hinge if value != 0.0 => {
                 let anchor = pose.transform_point(&self.anchor.into()).coords;
                 let rotation = pose.rotation * UnitQuaternion::from_axis_angle(&self.axis, value);
                 let translation = anchor - rotation * self.anchor;
                 Isometry3::from_parts(translation.into(), rotation)
             }
-            Kind::Slide => {
+            Mobility::Slide => {
                 let shift = pose.rotation * self.axis.into_inner() * value;
                 Isometry3::from_parts((pose.translation.vector + shift).into(), pose.rotation)
             }
-            Kind::Hinge | Kind::Ball | Kind::Planar => *pose,
+            Mobility::Hinge | Mobility::Ball | Mobility::Planar => *pose,
         }
     }
 }

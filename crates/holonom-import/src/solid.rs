@@ -25,7 +25,7 @@ pub(crate) enum Solid {
 
 /// A solid at a place of a link.
 #[derive(Clone, Debug)]
-pub(crate) struct Placed {
+pub(crate) struct PlacedSolid {
     pub(crate) solid: Solid,
     pub(crate) pose: Isometry3<f64>,
     /// The mesh in the box that is the solid.
@@ -44,7 +44,7 @@ pub(crate) struct Triangles {
     pub(crate) count: usize,
 }
 
-impl Placed {
+impl PlacedSolid {
     /// The same in another frame, in which this frame has the given pose.
     pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Self {
         let mesh = self.mesh.clone().map(|mesh| Triangles { pose: pose * mesh.pose, ..mesh });

@@ -19,16 +19,16 @@ pub(crate) struct Place {
 
 /// What makes a translation impossible: where, what, what instead.
 #[derive(Clone, Debug)]
-pub(crate) struct Fault {
+pub(crate) struct Refusal {
     place: Option<Place>,
     message: String,
     help: String,
 }
 
 /// Either a value or what is wrong.
-pub(crate) type Result<T> = std::result::Result<T, Fault>;
+pub(crate) type Result<T> = std::result::Result<T, Refusal>;
 
-impl Fault {
+impl Refusal {
     /// A fault at a place.
     pub(crate) fn at(place: &Place, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { place: Some(place.clone()), message: message.into(), help: help.into() }
@@ -47,7 +47,7 @@ impl Fault {
 
 /// A file that was read.
 #[derive(Debug)]
-pub(crate) struct Source {
+pub(crate) struct SourceText {
     pub(crate) path: PathBuf,
     pub(crate) text: String,
 }
@@ -55,7 +55,7 @@ pub(crate) struct Source {
 /// All files of a description; the first is the one that was named.
 #[derive(Debug, Default)]
 pub(crate) struct Sources {
-    pub(crate) files: Vec<Source>,
+    pub(crate) files: Vec<SourceText>,
 }
 
 impl Sources {
@@ -68,7 +68,7 @@ impl Sources {
 
     /// Adds the text of a file; its number.
     pub(crate) fn add(&mut self, path: &Path, text: String) -> usize {
-        self.files.push(Source { path: path.to_owned(), text });
+        self.files.push(SourceText { path: path.to_owned(), text });
         self.files.len() - 1
     }
 
@@ -101,11 +101,11 @@ impl Sources {
     }
 
     /// These faults as an error: those of one file, with its text.
-    pub(crate) fn error(&self, faults: &[Fault]) -> ImportError {
+    pub(crate) fn error(&self, faults: &[Refusal]) -> ImportError {
         let file = faults.iter().find_map(|f| f.place.as_ref()).map_or(0, |place| place.file);
         let source = self.files.get(file);
-        let here = |fault: &&Fault| fault.place.as_ref().is_none_or(|place| place.file == file);
-        let problem = |fault: &Fault| {
+        let here = |fault: &&Refusal| fault.place.as_ref().is_none_or(|place| place.file == file);
+        let problem = |fault: &Refusal| {
             let span = fault.place.as_ref().map(|place| place.span.clone());
             Problem::new("", fault.message.clone()).help(fault.help.clone()).at(span)
         };

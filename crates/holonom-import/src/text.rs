@@ -24,7 +24,7 @@ pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
             "The files of meshes are named relative to the folder of this file; they are not copied.",
         );
     }
-    let mut writer = Writer(out);
+    let mut writer = TomlWriter(out);
     writer.section("[model]");
     writer.pair("name", &quoted(&model.header.name));
     writer.pair("gravity", &list(&model.header.gravity));
@@ -49,9 +49,9 @@ pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
     writer.0
 }
 
-struct Writer(String);
+struct TomlWriter(String);
 
-impl Writer {
+impl TomlWriter {
     fn section(&mut self, title: &str) {
         self.0 += &format!("\n{title}\n");
     }

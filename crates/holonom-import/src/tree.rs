@@ -10,13 +10,13 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use crate::mass::Mass;
 use crate::remark::Remarks;
 use crate::repair::{repaired, short};
-use crate::robot::{Joint, Kind, Link, Robot};
-use crate::solid::Placed;
-use crate::source::{Fault, Place, Result};
+use crate::robot::{Joint, Link, Mobility, Robot};
+use crate::solid::PlacedSolid;
+use crate::source::{Place, Refusal, Result};
 
 /// A body of the model.
 #[derive(Clone, Debug)]
-pub(crate) struct Node {
+pub(crate) struct TreeBody {
     pub(crate) name: String,
     /// `None`: the ground.
     pub(crate) parent: Option<usize>,
@@ -26,7 +26,7 @@ pub(crate) struct Node {
     /// In its frame.
     pub(crate) mass: Mass,
     /// In its frame.
-    pub(crate) solids: Vec<Placed>,
+    pub(crate) solids: Vec<PlacedSolid>,
     /// Links welded to it.
     pub(crate) welded: Vec<String>,
     /// Where its mass comes from, if not from the description.
@@ -47,9 +47,9 @@ pub(crate) enum Connection {
 
 /// The bodies of a robot.
 #[derive(Debug, Default)]
-pub(crate) struct Tree {
+pub(crate) struct BodyTree {
     /// A body stands after its parent.
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<TreeBody>,
     /// Of each link its body; `None`: the ground.
     pub(crate) body_of: Vec<Option<usize>>,
     /// Of each link the pose of its frame in that of its body; for the ground in space.
@@ -62,7 +62,7 @@ const RODS: &str = "mass of rods on the axis of a hinge, which moves the same on
 /// What a body gets of the mass behind it where none can be taken from its neighbours.
 const SMALL: f64 = 1e-6;
 
-impl Tree {
+impl BodyTree {
     /// The bodies of a robot, with masses.
     pub(crate) fn new(robot: &Robot, repair: bool, remarks: &mut Remarks) -> Result<Self> {
         let mut tree = Self::default();
@@ -96,7 +96,7 @@ impl Tree {
             let moved = link.joints.iter().fold(pose, |pose, joint| joint.moved(&pose));
             self.push(link, None, Connection::Free, moved);
         }
-        if joints.iter().any(|joint| joint.kind == Kind::Planar) {
+        if joints.iter().any(|joint| joint.kind == Mobility::Planar) {
             pose = link.joints.iter().fold(pose, |pose, joint| joint.moved(&pose));
         }
         let mut before = parent;
@@ -125,7 +125,7 @@ impl Tree {
         connection: Connection,
         pose: Isometry3<f64>,
     ) {
-        self.nodes.push(Node {
+        self.nodes.push(TreeBody {
             name: link.name.clone(),
             parent,
             connection,
@@ -163,8 +163,9 @@ impl Tree {
     fn pairs(&self, link: &Link, parent: Option<usize>, remarks: &mut Remarks) -> Vec<Joint> {
         let joints = &link.joints;
         let plain = |j: &Joint| j.damping == 0.0 && j.stiffness == 0.0;
-        let of = |kind: Kind| joints.iter().filter(move |j| j.kind == kind).collect::<Vec<_>>();
-        let (hinges, slides, balls) = (of(Kind::Hinge), of(Kind::Slide), of(Kind::Ball));
+        let of = |kind: Mobility| joints.iter().filter(move |j| j.kind == kind).collect::<Vec<_>>();
+        let (hinges, slides, balls) =
+            (of(Mobility::Hinge), of(Mobility::Slide), of(Mobility::Ball));
         let turns = independent(&hinges) && hinges.len() == 3 || balls.len() == 1;
         let count = joints.len() == 3 + hinges.len() + balls.len();
         let all_plain = joints.iter().all(plain);
@@ -190,7 +191,7 @@ impl Tree {
         self.say(link, "two slides and a hinge normal to them: one planar pair", remarks);
         let name = joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join("_");
         let armature = [s, t, hinge.armature[0]];
-        vec![Joint { name, kind: Kind::Planar, armature, ..(*hinge).clone() }]
+        vec![Joint { name, kind: Mobility::Planar, armature, ..(*hinge).clone() }]
     }
 
     fn say(&self, link: &Link, message: &str, remarks: &mut Remarks) {
@@ -298,7 +299,7 @@ impl Tree {
                     "state its mass and inertia; `--density RHO` gives links of URDF the mass of their geometry"
                 }
             };
-            return Err(Fault::at(&node.place, message, help));
+            return Err(Refusal::at(&node.place, message, help));
         }
         let inertia = Matrix3::identity() * (SMALL * size);
         let small = Mass { mass: SMALL * mass, center: node.mass.center, J: inertia };
@@ -333,7 +334,7 @@ impl Tree {
     /// Point and axis in space of the joint of a body, if it is a hinge.
     fn hinge(&self, k: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
         match &self.nodes[k].connection {
-            Connection::Joint { joint, axis, point } if joint.kind == Kind::Hinge => {
+            Connection::Joint { joint, axis, point } if joint.kind == Mobility::Hinge => {
                 Some((*point, *axis))
             }
             _ => None,

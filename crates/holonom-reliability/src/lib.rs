@@ -29,7 +29,7 @@ pub mod text_file;
 
 pub use page::FuzzTallies;
 
-use soak::tally::Tally;
+use soak::tally::SoakTally;
 use stored::Stored;
 
 /// Writes the page: `--soak FILE… --fuzz FILE… --interrupt FILE…`, the parts of one run each.
@@ -45,7 +45,7 @@ pub fn run(options: &[&str]) -> Result<(), String> {
     }
     let (soak, fuzz) = (&options[1..second], &options[second + 1..third]);
     let interrupt = &options[third + 1..];
-    let soak = Stored::read(soak, &mut |all: &mut Tally, part| all.add(part))?;
+    let soak = Stored::read(soak, &mut |all: &mut SoakTally, part| all.add(part))?;
     let fuzz = Stored::read(fuzz, &mut |all: &mut FuzzTallies, part: FuzzTallies| {
         part.into_iter().for_each(|(name, tally)| all.entry(name).or_default().add(tally));
     })?;

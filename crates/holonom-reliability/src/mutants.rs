@@ -1,15 +1,15 @@
 //! The defects made on purpose, of all harnesses, and how soon each is found.
 
-use crate::fuzz::defects::Defect as FuzzDefect;
+use crate::fuzz::defects::FuzzDefect;
 use crate::fuzz::lane::{Lane, Watch};
 use crate::fuzz::targets;
-use crate::interrupt::{self, defects::Defect as InterruptDefect};
-use crate::soak::defects::Defect as SoakDefect;
+use crate::interrupt::{self, defects::InterruptDefect};
+use crate::soak::defects::SoakDefect;
 use crate::soak::found_after;
 
 /// Which harness, and what is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum PlantedDefect {
     Soak(SoakDefect),
     Fuzz(FuzzDefect, &'static str),
     Interrupt(InterruptDefect),
@@ -22,7 +22,7 @@ pub struct Mutant {
     pub harness: &'static str,
     /// What is wrong.
     pub name: &'static str,
-    kind: Kind,
+    kind: PlantedDefect,
 }
 
 /// Mechanisms or executions in which a defect must be found.
@@ -36,7 +36,7 @@ pub fn all() -> Vec<Mutant> {
     let soak = SoakDefect::ALL.map(|defect| Mutant {
         harness: "soak",
         name: defect.name(),
-        kind: Kind::Soak(defect),
+        kind: PlantedDefect::Soak(defect),
     });
     let checked = ["model", "expression", "assembly", "checkpoint", "state", "sweep"];
     let skipped = checked.map(|target| (FuzzDefect::Accept, target));
@@ -45,12 +45,12 @@ pub fn all() -> Vec<Mutant> {
     let fuzz = fuzz.map(|(defect, target)| Mutant {
         harness: target,
         name: defect.name(),
-        kind: Kind::Fuzz(defect, target),
+        kind: PlantedDefect::Fuzz(defect, target),
     });
     let interrupt = InterruptDefect::ALL.map(|defect| Mutant {
         harness: "interrupt",
         name: defect.name(),
-        kind: Kind::Interrupt(defect),
+        kind: PlantedDefect::Interrupt(defect),
     });
     soak.into_iter().chain(fuzz).chain(interrupt).collect()
 }
@@ -60,9 +60,9 @@ impl Mutant {
     #[must_use]
     pub fn found_after(&self) -> Option<u64> {
         match self.kind {
-            Kind::Soak(defect) => found_after(defect, 1, MOST),
-            Kind::Interrupt(defect) => interrupt::found_after(defect, 1, RUNS),
-            Kind::Fuzz(defect, name) => {
+            PlantedDefect::Soak(defect) => found_after(defect, 1, MOST),
+            PlantedDefect::Interrupt(defect) => interrupt::found_after(defect, 1, RUNS),
+            PlantedDefect::Fuzz(defect, name) => {
                 let all = targets::all();
                 let target = all.iter().find(|target| target.name() == name)?;
                 let lane = Lane { seed: 1, number: 0, length: MOST };

@@ -1,13 +1,13 @@
 //! `RELIABILITY.md` from the stored numbers.
 
 use crate::fuzz::limits;
-use crate::fuzz::tally::Tally as FuzzTally;
+use crate::fuzz::tally::FuzzTally;
 use crate::fuzz::targets::{self, Answer};
-use crate::interrupt::Kind;
-use crate::interrupt::tally::{Row, Tally as InterruptTally};
+use crate::interrupt::TrialKind;
+use crate::interrupt::tally::{InterruptTallies, InterruptTally};
 use crate::mutants;
 use crate::soak::bounds;
-use crate::soak::tally::{Largest, Reason, Tally as SoakTally};
+use crate::soak::tally::{Reason, SoakTally, WorstMechanism};
 use crate::stored::Stored;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -21,7 +21,7 @@ pub type FuzzTallies = BTreeMap<String, FuzzTally>;
 pub(crate) fn page(
     soak: &Stored<SoakTally>,
     fuzz: &Stored<FuzzTallies>,
-    interrupt: &Stored<InterruptTally>,
+    interrupt: &Stored<InterruptTallies>,
 ) -> String {
     let mut out = format!("# Reliability\n\n{HEAD}");
     mechanisms(&mut out, soak);
@@ -84,7 +84,7 @@ fn mechanisms(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
             bounds::RESTATED,
         ),
     ];
-    for (what, Largest { count, value, index }, bound) in rows {
+    for (what, WorstMechanism { count, value, index }, bound) in rows {
         let _ =
             writeln!(out, "| {what} | {} | {value:.1e} | {bound:.0e} | {index} |", grouped(count));
     }
@@ -148,7 +148,7 @@ fn short(words: &str) -> String {
     if first.len() < line.len() { first + " …" } else { first }
 }
 
-fn runs(out: &mut String, Stored { seed, found }: &Stored<InterruptTally>) {
+fn runs(out: &mut String, Stored { seed, found }: &Stored<InterruptTallies>) {
     let count: u64 = found.values().map(|row| row.experiments).sum();
     let _ = write!(
         out,
@@ -160,9 +160,9 @@ fn runs(out: &mut String, Stored { seed, found }: &Stored<InterruptTally>) {
          | runs that are | number | disturbances | begun anew | faults |\n|---|---|---|---|---|\n",
         grouped(count)
     );
-    for kind in Kind::ALL {
+    for kind in TrialKind::ALL {
         let row = found.get(kind.name()).cloned().unwrap_or_default();
-        let Row { experiments, disturbances, anew, faults } = row;
+        let InterruptTally { experiments, disturbances, anew, faults } = row;
         let numbers = [experiments, disturbances, anew, faults.len() as u64].map(grouped);
         let _ = writeln!(out, "| {} | {} |", kind.name(), numbers.join(" | "));
     }

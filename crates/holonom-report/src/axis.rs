@@ -4,7 +4,7 @@ use super::series::{divisible, drawable, exponent, multiples, power_of_ten, rang
 
 /// What an axis shows.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Axis {
+pub struct ChartAxis {
     /// The quantity.
     pub quantity: String,
     /// Its unit; empty for a number.
@@ -13,7 +13,7 @@ pub struct Axis {
     pub logarithmic: bool,
 }
 
-impl Axis {
+impl ChartAxis {
     /// A linear axis.
     #[must_use]
     pub fn linear(quantity: &str, unit: &str) -> Self {
@@ -53,7 +53,7 @@ impl Axis {
 }
 
 /// From values to places along an axis.
-pub(super) struct Scale {
+pub(super) struct AxisScale {
     /// Its ends, in units of `10^exponent`, or as decimal logarithms.
     pub(super) range: (f64, f64),
     pub(super) exponent: i32,
@@ -68,9 +68,9 @@ pub(super) struct Tick {
     pub(super) label: String,
 }
 
-impl Scale {
+impl AxisScale {
     /// The horizontal axis of curves with these values.
-    pub(super) fn across(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
+    pub(super) fn across(axis: &ChartAxis, values: impl Iterator<Item = f64>) -> Self {
         match axis.logarithmic {
             true => Self::logarithmic(axis, values.filter_map(drawable), 1.0),
             false => {
@@ -81,7 +81,7 @@ impl Scale {
     }
 
     /// The vertical axis; it shows at least `±resolution`.
-    pub(super) fn up(axis: &Axis, values: impl Iterator<Item = f64>, resolution: f64) -> Self {
+    pub(super) fn up(axis: &ChartAxis, values: impl Iterator<Item = f64>, resolution: f64) -> Self {
         let values = values.filter_map(drawable);
         match axis.logarithmic {
             true => Self::logarithmic(axis, values, 3.0),
@@ -89,12 +89,12 @@ impl Scale {
         }
     }
 
-    fn logarithmic(axis: &Axis, values: impl Iterator<Item = f64>, decades: f64) -> Self {
+    fn logarithmic(axis: &ChartAxis, values: impl Iterator<Item = f64>, decades: f64) -> Self {
         let range = log_range(values, decades);
         Self { range, exponent: 0, logarithmic: true, label: axis.label("") }
     }
 
-    fn linear(axis: &Axis, (range, exponent): ((f64, f64), i32)) -> Self {
+    fn linear(axis: &ChartAxis, (range, exponent): ((f64, f64), i32)) -> Self {
         let factor = if exponent == 0 { String::new() } else { power_of_ten(exponent) };
         Self { range, exponent, logarithmic: false, label: axis.label(&factor) }
     }
@@ -196,8 +196,8 @@ mod tests {
 
     #[test]
     fn times_far_from_one_second_have_a_power_of_ten() {
-        let axis = Axis::linear("q", "m");
-        let label = |t: f64| Scale::across(&axis, [0.0, t].into_iter()).label;
+        let axis = ChartAxis::linear("q", "m");
+        let label = |t: f64| AxisScale::across(&axis, [0.0, t].into_iter()).label;
         assert_eq!(label(3.0), "q (m)");
         assert_eq!(label(2e-12), "q (10⁻¹² m)");
         assert_eq!(label(3e7), "q (10⁷ m)");
@@ -205,9 +205,9 @@ mod tests {
 
     #[test]
     fn decades_are_labelled_and_divided_where_they_are_few() {
-        let axis = Axis::logarithmic("r", "SI");
+        let axis = ChartAxis::logarithmic("r", "SI");
         let labels = |values: [f64; 2]| {
-            let ticks = Scale::up(&axis, values.into_iter(), 0.0).ticks(6);
+            let ticks = AxisScale::up(&axis, values.into_iter(), 0.0).ticks(6);
             let (major, minor): (Vec<Tick>, Vec<Tick>) =
                 ticks.into_iter().partition(|t| !t.label.is_empty());
             (major.into_iter().map(|t| t.label).collect::<Vec<_>>().join(" "), minor.len())

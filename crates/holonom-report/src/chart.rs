@@ -1,11 +1,11 @@
 //! Charts of curves over time or any other quantity, linear or logarithmic.
 
-pub use super::axis::Axis;
+pub use super::axis::ChartAxis;
 use super::series::range;
 
 /// A curve with its name in the legend.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct Series {
     /// Its name; one without a name is not in the legend.
     pub name: String,
     /// Its points `(x, y)`.
@@ -29,28 +29,28 @@ pub struct Chart {
     /// What it shows.
     pub title: String,
     /// The horizontal axis.
-    pub x: Axis,
+    pub x: ChartAxis,
     /// The vertical axis.
-    pub y: Axis,
+    pub y: ChartAxis,
     /// How its curves are drawn.
     pub strokes: Strokes,
     /// The vertical axis shows at least `±resolution` around a constant: changes below are
     /// round-off, and are drawn as none. 0: whatever there is fills the height.
     pub resolution: f64,
     /// The curves.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<Series>,
 }
 
 impl Chart {
     /// Curves that are zero throughout, by name.
     #[must_use]
     pub fn zero_curves(&self) -> Vec<&str> {
-        let zero = |c: &&Curve| !c.points.is_empty() && c.points.iter().all(|p| p.1 == 0.0);
+        let zero = |c: &&Series| !c.points.is_empty() && c.points.iter().all(|p| p.1 == 0.0);
         self.curves.iter().filter(zero).map(|c| c.name.as_str()).collect()
     }
 
     /// The constant that a curve is within the resolution.
-    fn constant(&self, curve: &Curve) -> Option<f64> {
+    fn constant(&self, curve: &Series) -> Option<f64> {
         let finite = curve.points.iter().map(|p| p.1).filter(|y| y.is_finite());
         let (low, high) = range(finite)?;
         let middle = 0.5 * low + 0.5 * high;
@@ -60,9 +60,9 @@ impl Chart {
 
     /// The curves as they are drawn: those that are constant within the resolution without their
     /// round-off.
-    pub(super) fn drawn_curves(&self) -> Vec<Curve> {
-        let drawn = |curve: &Curve| match self.constant(curve) {
-            Some(value) => Curve {
+    pub(super) fn drawn_curves(&self) -> Vec<Series> {
+        let drawn = |curve: &Series| match self.constant(curve) {
+            Some(value) => Series {
                 points: curve.points.iter().map(|p| (p.0, value + 0.0 * p.1)).collect(),
                 ..curve.clone()
             },
@@ -75,7 +75,7 @@ impl Chart {
     /// ones are left out.
     pub(super) fn legend(&self) -> Vec<String> {
         let zero = self.zero_curves();
-        let name = |curve: &Curve| match (curve.name.as_str(), self.constant(curve)) {
+        let name = |curve: &Series| match (curve.name.as_str(), self.constant(curve)) {
             ("", _) => String::new(),
             (name, _) if zero.contains(&name) => format!("{name} ≡ 0"),
             (name, Some(0.0)) => format!("{name} ≈ 0"),
@@ -92,9 +92,9 @@ mod tests {
 
     /// A chart of one curve.
     fn chart(points: Vec<(f64, f64)>, logarithmic: [bool; 2]) -> Chart {
-        let axis = |logarithmic| Axis { logarithmic, ..Axis::linear("q", "m") };
+        let axis = |logarithmic| ChartAxis { logarithmic, ..ChartAxis::linear("q", "m") };
         let [x, y] = logarithmic.map(axis);
-        let curves = vec![Curve { name: "c".into(), points }];
+        let curves = vec![Series { name: "c".into(), points }];
         Chart { title: "t".into(), x, y, strokes: Strokes::MarkedLine, resolution: 0.0, curves }
     }
 
@@ -165,11 +165,11 @@ mod tests {
     fn a_figure_of_a_journal() {
         let points = |phase: f64| (0..5).map(f64::from).map(move |t| (t, 1e-3 * (t + phase)));
         let curve =
-            |name: &str, phase| Curve { name: name.into(), points: points(phase).collect() };
+            |name: &str, phase| Series { name: name.into(), points: points(phase).collect() };
         let drawn = Chart {
             title: "not drawn".into(),
-            x: Axis::time(),
-            y: Axis::linear("energy", "J"),
+            x: ChartAxis::time(),
+            y: ChartAxis::linear("energy", "J"),
             strokes: Strokes::Line,
             resolution: 1e-9,
             curves: vec![curve("E", 0.0), curve("H", 1.5)],

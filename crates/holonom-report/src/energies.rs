@@ -1,6 +1,6 @@
 //! Charts of `energy.csv`: parts of the energy, work, balance.
 
-use super::chart::{Axis, Chart, Curve, Strokes};
+use super::chart::{Chart, ChartAxis, Series, Strokes};
 use super::plots::Plot;
 use super::series::subsample;
 use holonom_sim::output::TimeSeries;
@@ -19,22 +19,22 @@ pub fn energy_plots(table: &TimeSeries) -> Vec<Plot> {
         Some(table.values[k].as_slice()).filter(|values| size(values) > 0.0)
     };
     let curve = |name: &str, label: &str| {
-        Some(Curve { name: label.to_owned(), points: subsample(&table.t, column(name)?) })
+        Some(Series { name: label.to_owned(), points: subsample(&table.t, column(name)?) })
     };
-    let chart = |name: &str, title: &str, caption: &str, curves: Vec<Curve>| Plot {
+    let chart = |name: &str, title: &str, caption: &str, curves: Vec<Series>| Plot {
         name: name.to_owned(),
         caption: caption.to_owned(),
         chart: Chart {
             title: title.to_owned(),
-            x: Axis::time(),
-            y: Axis::linear(if name == "work" { "work" } else { "energy" }, "J"),
+            x: ChartAxis::time(),
+            y: ChartAxis::linear(if name == "work" { "work" } else { "energy" }, "J"),
             strokes: Strokes::Line,
             resolution: 0.0,
             curves,
         },
     };
     let mut plots = Vec::new();
-    let parts: Vec<Curve> =
+    let parts: Vec<Series> =
         columns::PARTS.iter().filter_map(|part| curve(part.name, part.name)).collect();
     if parts.len() > 1 {
         let all = parts.into_iter().chain(curve(TOTAL.name, TOTAL.name)).collect();

@@ -36,7 +36,7 @@ use holonom_sim::output::{OutputError, RunFolder, TimeSeries};
 use scene::Scene;
 use selected::Scales;
 
-pub use chart::{Axis, Chart, Curve, Strokes};
+pub use chart::{Chart, ChartAxis, Series, Strokes};
 pub use command_line::command_line;
 pub use configuration_page::{Assembled, configuration_page};
 pub use drawing::{Drawing, Point, Typeface};
@@ -45,7 +45,7 @@ pub use facts::{Fact, counted, counts, facts, rounded, time};
 pub use mode_page::{campbell_page, mode_page};
 pub use mode_shapes::{campbell_diagram, mode_picture};
 pub use page::{Figure, page};
-pub use picture::{Item, Paint, Picture, Side, axonometric};
+pub use picture::{Item, LabelSide, Paint, Picture, axonometric};
 pub use plots::{Plot, plots, static_plots};
 pub use sensors::{sensor_columns, sensor_plots};
 pub use shapes::{caption, shapes};

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use holonom_model::{Model, ModelError};
-use holonom_sim::modes::{About, Campbell, Kind, Mode, Report};
+use holonom_sim::modes::{About, Campbell, Mode, ModeKind, Report};
 
 use super::facts::{counted, rounded};
 use super::mode_shapes::campbell_diagram;
@@ -83,7 +83,7 @@ fn about(report: &Report) -> String {
 }
 
 fn facts(report: &Report) -> Vec<(&'static str, String)> {
-    let of = |kind: Kind| report.modes.iter().filter(|mode| mode.kind == kind).count();
+    let of = |kind: ModeKind| report.modes.iter().filter(|mode| mode.kind == kind).count();
     vec![
         ("unstable", counted(report.unstable as u64, "mode", "modes")),
         ("without stiffness", counted(report.zero as u64, "mode", "modes")),
@@ -91,8 +91,8 @@ fn facts(report: &Report) -> Vec<(&'static str, String)> {
             "listed",
             format!(
                 "{} vibrations, {} decays without a vibration",
-                of(Kind::Vibration),
-                of(Kind::Decay)
+                of(ModeKind::Vibration),
+                of(ModeKind::Decay)
             ),
         ),
         (
@@ -126,16 +126,16 @@ fn cells(mode: &Mode) -> [String; 6] {
     let number = |value: f64, known: bool| if known { rounded(value, 7) } else { String::new() };
     let vibrates = mode.omega > 0.0;
     let kind = match mode.kind {
-        Kind::Unstable => "unstable",
-        Kind::Zero => "without stiffness",
-        Kind::Vibration => "vibration",
-        Kind::Decay => "dies out",
+        ModeKind::Unstable => "unstable",
+        ModeKind::Zero => "without stiffness",
+        ModeKind::Vibration => "vibration",
+        ModeKind::Decay => "dies out",
     };
     [
-        number(mode.frequency, vibrates || mode.kind == Kind::Zero),
-        number(mode.omega, vibrates || mode.kind == Kind::Zero),
-        number(mode.damping_ratio, mode.kind == Kind::Vibration),
-        number(mode.growth.max(mode.decay), mode.kind != Kind::Zero),
+        number(mode.frequency, vibrates || mode.kind == ModeKind::Zero),
+        number(mode.omega, vibrates || mode.kind == ModeKind::Zero),
+        number(mode.damping_ratio, mode.kind == ModeKind::Vibration),
+        number(mode.growth.max(mode.decay), mode.kind != ModeKind::Zero),
         kind.to_owned(),
         mode.moves_most(),
     ]

@@ -1,11 +1,11 @@
 //! Pictures of mode shapes: the configuration, and the configuration displaced to both sides; the
 //! Campbell diagram.
 
-use super::chart::{Axis, Chart, Curve, Strokes};
+use super::chart::{Chart, ChartAxis, Series, Strokes};
 use super::drawing::Point;
 use super::picture::{Item, Paint, Picture, axonometric};
 use holonom_sim::Beams;
-use holonom_sim::modes::{Campbell, Kind, Report};
+use holonom_sim::modes::{Campbell, ModeKind, Report};
 use holonom_sim::sample::Member;
 
 /// Largest displacement drawn, as a part of the size of the configuration.
@@ -47,10 +47,10 @@ pub fn mode_picture(report: &Report, k: usize, members: &[Member], beams: &Beams
         }
     }
     let what = match mode.kind {
-        Kind::Unstable => format!("unstable, grows at {:.4} 1/s", mode.growth),
-        Kind::Zero => "without stiffness".to_owned(),
-        Kind::Decay => format!("dies out at {:.4} 1/s", mode.decay),
-        Kind::Vibration => format!("{:.6} Hz", mode.frequency),
+        ModeKind::Unstable => format!("unstable, grows at {:.4} 1/s", mode.growth),
+        ModeKind::Zero => "without stiffness".to_owned(),
+        ModeKind::Decay => format!("dies out at {:.4} 1/s", mode.decay),
+        ModeKind::Vibration => format!("{:.6} Hz", mode.frequency),
     };
     Picture { title: format!("Mode {}: {what}", k + 1), width: 640.0, items }
 }
@@ -63,7 +63,7 @@ const MULTIPLES: [f64; 3] = [1.0, 2.0, 3.0];
 #[must_use]
 pub fn campbell_diagram(campbell: &Campbell) -> Chart {
     let count = campbell.speeds.first().map_or(0, |speed| speed.vibrations.len());
-    let curve = |k: usize| Curve {
+    let curve = |k: usize| Series {
         name: format!("mode {}", k + 1),
         points: campbell
             .speeds
@@ -71,19 +71,19 @@ pub fn campbell_diagram(campbell: &Campbell) -> Chart {
             .filter_map(|at| Some((at.speed, at.vibrations[k].as_ref()?.frequency)))
             .collect(),
     };
-    let mut curves: Vec<Curve> = (0..count).map(curve).collect();
+    let mut curves: Vec<Series> = (0..count).map(curve).collect();
     let frequencies = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.1));
     let highest = 1.1 * frequencies.fold(0.0, f64::max);
     let last = campbell.speeds.iter().map(|at| at.speed.abs()).fold(0.0, f64::max);
     for multiple in MULTIPLES {
         let end = last.min(std::f64::consts::TAU * highest / multiple);
         let points = vec![(0.0, 0.0), (end, multiple * end / std::f64::consts::TAU)];
-        curves.push(Curve { name: format!("{multiple} × speed"), points });
+        curves.push(Series { name: format!("{multiple} × speed"), points });
     }
     Chart {
         title: "Campbell diagram, rotating frame".to_owned(),
-        x: Axis::linear("speed", "rad/s"),
-        y: Axis::linear("frequency", "Hz"),
+        x: ChartAxis::linear("speed", "rad/s"),
+        y: ChartAxis::linear("frequency", "Hz"),
         strokes: Strokes::Line,
         resolution: 0.0,
         curves,

@@ -1,7 +1,7 @@
 //! Charts below one another as a drawing: titles, legends, axes, curves.
 
-use super::axis::{Axis, Scale, Tick};
-use super::chart::{Chart, Curve, Strokes};
+use super::axis::{AxisScale, ChartAxis, Tick};
+use super::chart::{Chart, Series, Strokes};
 use super::coincidence;
 use super::drawing::{Anchor, BOLD, Color, Drawing, Mark, Point, Stroke, Words, shortened, width};
 use super::page::escape;
@@ -37,7 +37,7 @@ pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
     if shared {
         let all =
             || charts.iter().flat_map(|c| &c.curves).flat_map(|c| c.points.iter().map(|p| p.0));
-        parts.iter_mut().for_each(|part| part.x = Scale::across(&part.chart.x, all()));
+        parts.iter_mut().for_each(|part| part.x = AxisScale::across(&part.chart.x, all()));
     }
     let last = parts.len().saturating_sub(1);
     let labelled = |k: usize| !shared || k == last;
@@ -60,7 +60,7 @@ pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
         part.draw(&mut drawing, labelled(k));
     }
     if let [part] = parts.as_slice() {
-        match [&part.chart.x, &part.chart.y].map(Axis::is_of_the_scene) {
+        match [&part.chart.x, &part.chart.y].map(ChartAxis::is_of_the_scene) {
             [true, _] => drawing.attribute("data-plot", &part.area_and_range(&part.x)),
             [_, true] => part.mark_rise(&mut drawing),
             _ => {}
@@ -102,9 +102,9 @@ struct Area {
 struct Panel<'a> {
     chart: &'a Chart,
     style: &'a Style,
-    curves: Vec<Curve>,
-    x: Scale,
-    y: Scale,
+    curves: Vec<Series>,
+    x: AxisScale,
+    y: AxisScale,
     /// Rows of the legend: curves with their names.
     legend: Vec<Vec<(usize, String)>>,
     /// Whether the legend stands beside the title.
@@ -122,8 +122,8 @@ impl<'a> Panel<'a> {
     fn new(chart: &'a Chart, style: &'a Style) -> Self {
         let curves = chart.drawn_curves();
         let points = || curves.iter().flat_map(|c| &c.points);
-        let x = Scale::across(&chart.x, points().map(|p| p.0));
-        let y = Scale::up(&chart.y, points().map(|p| p.1), chart.resolution);
+        let x = AxisScale::across(&chart.x, points().map(|p| p.0));
+        let y = AxisScale::up(&chart.y, points().map(|p| p.1), chart.resolution);
         let names = chart.legend().into_iter().enumerate().filter(|(_, name)| !name.is_empty());
         let names: Vec<(usize, String)> = names.collect();
         let titled = style.titled && !chart.title.is_empty();
@@ -179,7 +179,7 @@ impl<'a> Panel<'a> {
 
     /// Both axes to one scale where both show lengths, neither of them much shorter than the other.
     fn equalize(&mut self) {
-        let length = |axis: &super::axis::Axis| axis.unit == "m" && !axis.logarithmic;
+        let length = |axis: &super::axis::ChartAxis| axis.unit == "m" && !axis.logarithmic;
         if !(length(&self.chart.x) && length(&self.chart.y)) {
             return;
         }
@@ -214,7 +214,7 @@ impl<'a> Panel<'a> {
         self.draw_axes(drawing, labelled);
         if !self.style.patterns && self.chart.strokes != Strokes::Marks {
             let places =
-                |curve: &Curve| curve.points.iter().filter_map(|p| self.place(p)).collect();
+                |curve: &Series| curve.points.iter().filter_map(|p| self.place(p)).collect();
             self.covered = coincidence::covered(self.curves.iter().map(places).collect());
         }
         // the first curve lies on top; where points crowd, thin lines let the others through
@@ -225,7 +225,7 @@ impl<'a> Panel<'a> {
         self.draw_head(drawing);
     }
 
-    fn draw_curve(&self, drawing: &mut Drawing, (i, curve): (usize, &Curve), width: f64) {
+    fn draw_curve(&self, drawing: &mut Drawing, (i, curve): (usize, &Series), width: f64) {
         let (color, dashes) = self.look(i);
         if self.chart.strokes != Strokes::Line {
             let places = curve.points.iter().filter_map(|p| self.place(p));
@@ -359,7 +359,7 @@ impl<'a> Panel<'a> {
 
     /// Left, right, top and bottom of the area, and the values at the ends of a scale: for a page
     /// that marks a value on several charts.
-    fn area_and_range(&self, scale: &Scale) -> String {
+    fn area_and_range(&self, scale: &AxisScale) -> String {
         let Area { left, right, top, bottom } = self.area;
         let unit = 10f64.powi(scale.exponent);
         let (first, last) = (unit * scale.range.0, unit * scale.range.1);

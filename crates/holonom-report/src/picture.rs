@@ -38,7 +38,7 @@ impl Paint {
 
 /// On which side of their point words stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub enum LabelSide {
     /// They end at it.
     Left,
     /// They begin at it.
@@ -55,7 +55,7 @@ pub enum Item {
     /// A disc about a point, with its radius.
     Dot(Point, Paint, f64),
     /// Words beside a point.
-    Words(Point, Paint, String, Side),
+    Words(Point, Paint, String, LabelSide),
 }
 
 impl Item {
@@ -105,7 +105,7 @@ impl Picture {
     /// # Errors
     /// Points that are not finite.
     pub fn svg(&self) -> Result<String, String> {
-        let sheet = Sheet::of(self)?;
+        let sheet = PixelMap::of(self)?;
         let size = (self.width.ceil(), sheet.height.ceil());
         let mut drawing = Drawing::new(size, Typeface::Sans);
         let at = [14.0, TITLE / 2.0];
@@ -139,7 +139,7 @@ fn head(from: Point, to: Point) -> Option<[Point; 3]> {
 }
 
 /// From points of the drawing to pixels.
-struct Sheet {
+struct PixelMap {
     low: Point, // of the drawing
     high: Point,
     scale: f64, // px per unit
@@ -148,12 +148,12 @@ struct Sheet {
 }
 
 /// Room on one side for the words that reach over the edge, px; `x`: the range of all points.
-fn margin(picture: &Picture, side: Side, x: (f64, f64)) -> f64 {
+fn margin(picture: &Picture, side: LabelSide, x: (f64, f64)) -> f64 {
     let span = (x.1 - x.0).max(f64::MIN_POSITIVE);
     let unit = (picture.width - 2.0 * MARGIN) / span;
     let over = |item: &Item| match item {
         Item::Words(point, _, text, own) if *own == side => {
-            let inside = if side == Side::Left { point[0] - x.0 } else { x.1 - point[0] };
+            let inside = if side == LabelSide::Left { point[0] - x.0 } else { x.1 - point[0] };
             BESIDE + LETTER * text.chars().count() as f64 - unit * inside
         }
         _ => 0.0,
@@ -161,7 +161,7 @@ fn margin(picture: &Picture, side: Side, x: (f64, f64)) -> f64 {
     picture.items.iter().map(over).fold(MARGIN, f64::max)
 }
 
-impl Sheet {
+impl PixelMap {
     fn of(picture: &Picture) -> Result<Self, String> {
         let all = || picture.items.iter().flat_map(Item::points);
         if all().flatten().any(|x| !x.is_finite()) {
@@ -169,7 +169,8 @@ impl Sheet {
         }
         let x = range(all().map(|p| p[0])).unwrap_or((0.0, 1.0));
         let y = range(all().map(|p| p[1])).unwrap_or((0.0, 1.0));
-        let [left, right] = [Side::Left, Side::Right].map(|side| margin(picture, side, x));
+        let [left, right] =
+            [LabelSide::Left, LabelSide::Right].map(|side| margin(picture, side, x));
         let scale = (picture.width - left - right) / (x.1 - x.0).max(f64::MIN_POSITIVE);
         let tallest = 2.0 * picture.width / (y.1 - y.0).max(f64::MIN_POSITIVE);
         let scale = scale.min(tallest);
@@ -196,8 +197,8 @@ impl Sheet {
             Item::Words(point, paint, text, side) => {
                 let [x, y] = self.place(point);
                 let (x, anchor) = match side {
-                    Side::Left => (x - BESIDE, Anchor::End),
-                    Side::Right => (x + BESIDE, Anchor::Start),
+                    LabelSide::Left => (x - BESIDE, Anchor::End),
+                    LabelSide::Right => (x + BESIDE, Anchor::Start),
                 };
                 drawing.push(words([x, y], (text, 14.0), paint.color(), (anchor, false)));
             }
@@ -218,7 +219,7 @@ mod tests {
     fn both_axes_have_one_scale() {
         let line = Item::Line(vec![[0.0, 0.0], [2.0, 1.0]], Paint::Ink(1.0), 1.0);
         let picture = Picture { title: "t".into(), width: 256.0, items: vec![line] };
-        let sheet = Sheet::of(&picture).unwrap();
+        let sheet = PixelMap::of(&picture).unwrap();
         let [a, b] = [sheet.place(&[0.0, 0.0]), sheet.place(&[2.0, 1.0])];
         assert!((b[0] - a[0] - 200.0).abs() < 1e-12 && (a[1] - b[1] - 100.0).abs() < 1e-12);
         assert!(picture.svg().unwrap().starts_with("<svg width=\"256\""));

@@ -1,7 +1,7 @@
 //! Which charts a run has.
 
-use super::chart::{Axis, Chart, Curve, Strokes};
-use super::series::{Points, subsample};
+use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::series::{PointList, subsample};
 use holonom_sim::output::columns::{
     self, ANGULAR_MOMENTUM, Column, DISCRETE_ENERGY, HAMILTONIAN, LEVELS, LINEAR_MOMENTUM,
     POSITION_NAMES, TIME,
@@ -25,8 +25,8 @@ pub struct Plot {
 impl Plot {
     /// In statics `t` is the load factor.
     pub(super) fn over_load(&mut self) {
-        if self.chart.x == Axis::time() {
-            self.chart.x = Axis::load_factor();
+        if self.chart.x == ChartAxis::time() {
+            self.chart.x = ChartAxis::load_factor();
         }
     }
 
@@ -87,11 +87,11 @@ struct Curves<'a> {
 }
 
 impl Curves<'_> {
-    fn of(&self, column: &str, name: &str, relative: bool) -> Option<Curve> {
+    fn of(&self, column: &str, name: &str, relative: bool) -> Option<Series> {
         let values = self.trajectory.column(column)?;
         let start = if relative { values.first().copied().unwrap_or(0.0) } else { 0.0 };
         let values: Vec<f64> = values.iter().map(|v| v - start).collect();
-        Some(Curve { name: name.to_owned(), points: subsample(self.t, &values) })
+        Some(Series { name: name.to_owned(), points: subsample(self.t, &values) })
     }
 
     fn energy(&self) -> Plot {
@@ -138,7 +138,7 @@ impl Curves<'_> {
 
     /// The load factor over these ways.
     fn load_path(&self, ways: &[(&str, Vec<f64>)]) -> Plot {
-        let curve = |(name, way): &(&str, Vec<f64>)| Curve {
+        let curve = |(name, way): &(&str, Vec<f64>)| Series {
             name: (*name).to_owned(),
             points: way.iter().copied().zip(self.t.iter().copied()).collect(),
         };
@@ -150,8 +150,8 @@ impl Curves<'_> {
                     .into(),
             chart: Chart {
                 title: "Load path".into(),
-                x: Axis::linear("displacement", "m"),
-                y: Axis::load_factor(),
+                x: ChartAxis::linear("displacement", "m"),
+                y: ChartAxis::load_factor(),
                 strokes: Strokes::Line,
                 resolution: 0.0,
                 curves: ways.iter().map(curve).collect(),
@@ -216,12 +216,12 @@ fn linear<const N: usize>(
     title: &str,
     quantity: &str,
     unit: &str,
-    curves: [Option<Curve>; N],
+    curves: [Option<Series>; N],
 ) -> Chart {
     Chart {
         title: title.to_owned(),
-        x: Axis::time(),
-        y: Axis::linear(quantity, unit),
+        x: ChartAxis::time(),
+        y: ChartAxis::linear(quantity, unit),
         strokes: Strokes::Line,
         resolution: 0.0,
         curves: curves.into_iter().flatten().collect(),
@@ -233,8 +233,8 @@ fn residuals(rows: &[ResidualRow]) -> Plot {
     let [position, velocity, momentum] = columns::names(&LEVELS);
     let curve = |name: &str, value: fn(&ResidualRow) -> f64| {
         let values: Vec<f64> = rows.iter().map(value).collect();
-        let points: Points = subsample(&t, &values);
-        Curve { name: name.to_owned(), points }
+        let points: PointList = subsample(&t, &values);
+        Series { name: name.to_owned(), points }
     };
     Plot {
         name: "residuals".into(),
@@ -243,8 +243,8 @@ fn residuals(rows: &[ResidualRow]) -> Plot {
             .into(),
         chart: Chart {
             title: "Constraint residuals".into(),
-            x: Axis::time(),
-            y: Axis::logarithmic("largest residual", "SI"),
+            x: ChartAxis::time(),
+            y: ChartAxis::logarithmic("largest residual", "SI"),
             strokes: Strokes::Line,
             resolution: 0.0,
             curves: vec![

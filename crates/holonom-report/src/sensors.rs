@@ -1,6 +1,6 @@
 //! Charts of `sensors.csv`: one for each quantity of each sensor.
 
-use super::chart::{Axis, Chart, Curve, Strokes};
+use super::chart::{Chart, ChartAxis, Series, Strokes};
 use super::plots::{Plot, file_name};
 use super::series::subsample;
 use holonom_model::Model;
@@ -33,7 +33,7 @@ pub fn sensor_plots(table: &TimeSeries, columns: &[Column]) -> Vec<Plot> {
             if curves.is_empty() {
                 continue;
             }
-            let curve = |(k, c): (usize, &Column)| Curve {
+            let curve = |(k, c): (usize, &Column)| Series {
                 name: label(c),
                 points: subsample(&table.t, &table.values[k]),
             };
@@ -48,8 +48,8 @@ pub fn sensor_plots(table: &TimeSeries, columns: &[Column]) -> Vec<Plot> {
                 caption,
                 chart: Chart {
                     title: format!("Sensor {name}: {quantity}"),
-                    x: Axis::time(),
-                    y: Axis::linear(quantity, unit),
+                    x: ChartAxis::time(),
+                    y: ChartAxis::linear(quantity, unit),
                     strokes: Strokes::Line,
                     resolution: 0.0,
                     curves: curves.into_iter().map(curve).collect(),

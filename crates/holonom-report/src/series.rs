@@ -1,7 +1,7 @@
 //! Curves made fit for drawing: subsampled, scaled.
 
 /// Points `(t, y)`.
-pub(super) type Points = Vec<(f64, f64)>;
+pub(super) type PointList = Vec<(f64, f64)>;
 
 /// Buckets of [`subsample`]; each keeps at most two points.
 const BUCKETS: usize = 1000;
@@ -20,25 +20,25 @@ pub(super) fn drawable(value: f64) -> Option<f64> {
 
 /// At most 2002 points, the ends and the smallest and the largest of every stretch among them; of
 /// longer curves what is not finite is left out.
-pub(super) fn subsample(t: &[f64], y: &[f64]) -> Points {
+pub(super) fn subsample(t: &[f64], y: &[f64]) -> PointList {
     let all = || t.iter().copied().zip(y.iter().copied());
     if t.len() <= 2 * BUCKETS {
         return all().collect();
     }
-    let points: Points = all().filter(|(t, y)| t.is_finite() && y.is_finite()).collect();
+    let points: PointList = all().filter(|(t, y)| t.is_finite() && y.is_finite()).collect();
     let size = points.len().div_ceil(BUCKETS).max(1); // where nothing is finite, too
     let by_value = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
     let extremes = |bucket: &[(f64, f64)]| {
         let low = bucket.iter().min_by(by_value).copied();
         let high = bucket.iter().max_by(by_value).copied();
-        let mut pair: Points = low.into_iter().chain(high).collect();
+        let mut pair: PointList = low.into_iter().chain(high).collect();
         pair.sort_by(|a, b| a.0.total_cmp(&b.0));
         pair.dedup();
         pair
     };
     let ends = [points.first().copied(), points.last().copied()];
     let within = points.chunks(size).flat_map(extremes);
-    let mut kept: Points = ends[0].into_iter().chain(within).chain(ends[1]).collect();
+    let mut kept: PointList = ends[0].into_iter().chain(within).chain(ends[1]).collect();
     kept.dedup();
     kept
 }

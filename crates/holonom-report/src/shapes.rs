@@ -1,7 +1,7 @@
 //! The centre lines of beams at some instants of a run, as one picture.
 
 use super::drawing::Point;
-use super::picture::{Item, Paint, Picture, Side, axonometric};
+use super::picture::{Item, LabelSide, Paint, Picture, axonometric};
 use holonom_model::{Beam, Model};
 use holonom_sim::output::Frames;
 use nalgebra::Vector3;
@@ -42,8 +42,12 @@ pub fn shapes(model: &Model, frames: &Frames) -> Option<Picture> {
     let mut first = model.bodies.len();
     for (k, beam) in model.beams.iter().enumerate() {
         let end = first + beam.node_count() - 1;
-        let words =
-            Item::Words(place(&last[end]), Paint::Curve(k, 1.0), beam.name.clone(), Side::Right);
+        let words = Item::Words(
+            place(&last[end]),
+            Paint::Curve(k, 1.0),
+            beam.name.clone(),
+            LabelSide::Right,
+        );
         items.push(words);
         first = end + 1;
     }

@@ -37,7 +37,7 @@ const RESOLVED: f64 = 2e-3;
 
 /// What is measured.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct BenchRequest {
     /// Schemes; none: that of the model.
     pub schemes: Vec<Scheme>,
     /// Steps in each round.
@@ -62,12 +62,12 @@ pub struct Bench {
     /// What the clock counts.
     pub clock: Clock,
     /// One for each scheme.
-    pub schemes: Vec<Cost>,
+    pub schemes: Vec<SchemeCost>,
 }
 
 /// The cost of a step of a scheme.
 #[derive(Clone, Debug, Serialize)]
-pub struct Cost {
+pub struct SchemeCost {
     /// The scheme.
     pub scheme: Scheme,
     /// What it costs; `None` where it does not run.
@@ -100,7 +100,7 @@ pub struct StepCost {
 ///
 /// # Errors
 /// [`ModelError`] where no scheme runs.
-pub fn bench(model: &Model, request: &Request) -> Result<Bench, ModelError> {
+pub fn bench(model: &Model, request: &BenchRequest) -> Result<Bench, ModelError> {
     let own = [model.settings.scheme];
     let schemes = if request.schemes.is_empty() { &own[..] } else { &request.schemes };
     let assembled = Simulation::new(&prepared(model, schemes[0], request.steps))?;
@@ -111,7 +111,7 @@ pub fn bench(model: &Model, request: &Request) -> Result<Bench, ModelError> {
             Ok(cost) => (Some(cost), None),
             Err(reason) => (None, Some(reason)),
         };
-        Cost { scheme, cost, missing }
+        SchemeCost { scheme, cost, missing }
     };
     Ok(Bench {
         model: model.header.name.clone(),
@@ -250,7 +250,7 @@ impl Bench {
              {:<16}{:>10}{:>12}{:>12}{:>10}{:>10}{:>10}{:>11}\n",
             "scheme", "step", "iterations", "iteration", "residual", "matrix", "solve", "recording"
         );
-        for Cost { scheme, cost, missing } in &self.schemes {
+        for SchemeCost { scheme, cost, missing } in &self.schemes {
             let name = scheme.name();
             let line = match cost {
                 None => format!("{name:<16}  {}", missing.as_deref().unwrap_or_default()),

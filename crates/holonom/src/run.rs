@@ -91,8 +91,8 @@ pub fn run_with(
     let text = folder.write_model(model)?;
     let summary = SummaryBuilder::of(control.command.clone());
     let recorder = Recorder::new(folder, simulation, summary)?;
-    let clock = Clock::new(simulation, 0.0);
-    Run { model, text, folder, recorder, clock, last: None }.go(simulation, control)
+    let clock = Stopwatch::new(simulation, 0.0);
+    RecordedRun { model, text, folder, recorder, clock, last: None }.go(simulation, control)
 }
 
 /// Why a run cannot be continued.
@@ -128,21 +128,21 @@ pub fn resume(
     let text = folder.model_text();
     // only the recorder continues at the lengths of the checkpoint: the report reads all rows
     let recorder = Recorder::new(&folder.clone().at(&checkpoint), simulation, checkpoint.summary)?;
-    let clock = Clock::new(simulation, checkpoint.wall_seconds);
+    let clock = Stopwatch::new(simulation, checkpoint.wall_seconds);
     let every = control.checkpoint_every.or(checkpoint.every);
     let control = Control { checkpoint_every: every, ..control };
-    Ok(Run { model, text, folder, recorder, clock, last }.go(simulation, control)?)
+    Ok(RecordedRun { model, text, folder, recorder, clock, last }.go(simulation, control)?)
 }
 
 /// Elapsed time.
-struct Clock {
+struct Stopwatch {
     begin: Instant,
     first: u64,             // step that this part of the run begins with
     before: f64,            // s  of the parts of the run before this one
     recording: Option<f64>, // s  that the simulation has recorded before this part
 }
 
-impl Clock {
+impl Stopwatch {
     fn new(simulation: &dyn Experiment, before: f64) -> Self {
         let (first, recording) = (simulation.place().0, simulation.recording_seconds());
         Self { begin: Instant::now(), first, before, recording }
@@ -161,16 +161,16 @@ impl Clock {
 }
 
 /// A run that writes.
-struct Run<'a> {
+struct RecordedRun<'a> {
     model: &'a Model,
     text: String, // of model.toml
     folder: &'a RunFolder,
     recorder: Recorder,
-    clock: Clock,
+    clock: Stopwatch,
     last: Option<u64>, // step of the last checkpoint
 }
 
-impl Run<'_> {
+impl RecordedRun<'_> {
     fn go(
         mut self,
         simulation: &mut dyn Experiment,

@@ -12,10 +12,10 @@ pub use holonom_study::sweep::*;
 pub fn run_point(
     text: &str,
     meshes: &Meshes,
-    point: &Point<'_>,
+    point: &SweepPoint<'_>,
     interrupted: &mut dyn FnMut() -> bool,
-) -> Option<Ended> {
-    let ended = |status, message: String| Some(Ended { status, message: Some(message) });
+) -> Option<PointEnd> {
+    let ended = |status, message: String| Some(PointEnd { status, message: Some(message) });
     let prepared = |overrides| -> Result<_, ModelError> {
         let model = Model::from_toml_in(text, overrides, meshes.clone())?;
         let simulation = prepare(&model)?;
@@ -37,7 +37,7 @@ pub fn run_point(
         .and_then(|folder| run_with(&model, &mut *simulation, &folder, control));
     match finished {
         Ok(finished) => match (finished.summary.status, finished.summary.failure) {
-            (Status::Done, _) => Some(Ended { status: PointStatus::Done, message: None }),
+            (Status::Done, _) => Some(PointEnd { status: PointStatus::Done, message: None }),
             (Status::Failed, Some(failure)) => ended(
                 PointStatus::Failed,
                 format!("step {}, t = {} s: {}", failure.step, failure.t, failure.message),
@@ -52,7 +52,7 @@ pub fn run_point(
 #[derive(Clone, Debug)]
 pub struct Collected {
     /// All points.
-    pub table: Table,
+    pub table: SweepTable,
     /// `sweep.csv` and `sweep.html`.
     pub files: [PathBuf; 2],
 }

@@ -35,7 +35,7 @@
 #![allow(non_snake_case)] // U_d, C
 
 use crate::element::{Element, Elements};
-use crate::strain::{Coordinates, Strain};
+use crate::strain::{ElementCoordinates, Strain};
 use crate::strained::{Strained, TwoNode};
 use vi_core::Configuration;
 use vi_core::interpolation::StrainInterpolation;
@@ -61,12 +61,12 @@ pub struct AveragedStrains {
 }
 
 /// `x` at both ends of a step.
-fn ends(element: &Element, s: &Interval) -> [Coordinates; 2] {
+fn ends(element: &Element, s: &Interval) -> [ElementCoordinates; 2] {
     [element.coordinates(&s.q0), element.coordinates(&s.q1)]
 }
 
 /// `ε̄` and `Δε`.
-fn mean_and_change(element: &Element, ends: &[Coordinates; 2]) -> (Strain, Strain) {
+fn mean_and_change(element: &Element, ends: &[ElementCoordinates; 2]) -> (Strain, Strain) {
     let (start, end) = (element.strain(&ends[0]), element.strain(&ends[1]));
     (0.5 * (start + end), end - start) // [6.11]
 }

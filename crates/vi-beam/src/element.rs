@@ -14,7 +14,7 @@
 #![allow(non_snake_case)] // M, V
 
 use crate::section::Section;
-use crate::strain::{self, Coordinates, Gradients, SIZE, Strain};
+use crate::strain::{self, ElementCoordinates, SIZE, Strain, StrainGradients};
 use nalgebra::SMatrix;
 use std::ops::Range;
 use vi_core::potential::Potential;
@@ -82,33 +82,38 @@ impl Element {
     /// `x`, from the coordinates of all frames.
     #[must_use]
     #[inline]
-    pub fn coordinates(&self, q: &[f64]) -> Coordinates {
+    pub fn coordinates(&self, q: &[f64]) -> ElementCoordinates {
         let [a, b] = self.nodes.map(|node| 12 * node);
         let (a, b) = (&q[a..a + 12], &q[b..b + 12]);
-        Coordinates::from_fn(|i, _| if i < 12 { a[i] } else { b[i - 12] })
+        ElementCoordinates::from_fn(|i, _| if i < 12 { a[i] } else { b[i - 12] })
     }
 
     /// `ε(x)`.
     #[must_use]
-    pub fn strain(&self, x: &Coordinates) -> Strain {
+    pub fn strain(&self, x: &ElementCoordinates) -> Strain {
         strain::forms(x, self.length) - self.reference
     }
 
     /// Columns `𝔹_i x`.
     #[must_use]
-    pub fn gradients(&self, x: &Coordinates) -> Gradients {
+    pub fn gradients(&self, x: &ElementCoordinates) -> StrainGradients {
         strain::gradients(x, self.length)
     }
 
     /// `Σ n_i 𝔹_i x`.
     #[must_use]
-    pub fn force(&self, x: &Coordinates, n: &Strain) -> Coordinates {
+    pub fn force(&self, x: &ElementCoordinates, n: &Strain) -> ElementCoordinates {
         strain::force(x, self.length, n)
     }
 
     /// `Σ c_i (𝔹_i x)(𝔹_i x)ᵀ + Σ n_i 𝔹_i`: material and geometric part of a tangent.
     #[must_use]
-    pub fn tangent(&self, x: &Coordinates, c: &Strain, n: &Strain) -> SMatrix<f64, SIZE, SIZE> {
+    pub fn tangent(
+        &self,
+        x: &ElementCoordinates,
+        c: &Strain,
+        n: &Strain,
+    ) -> SMatrix<f64, SIZE, SIZE> {
         self.product(x, x, c, n)
     }
 
@@ -116,8 +121,8 @@ impl Element {
     #[must_use]
     pub fn product(
         &self,
-        x: &Coordinates,
-        y: &Coordinates,
+        x: &ElementCoordinates,
+        y: &ElementCoordinates,
         c: &Strain,
         n: &Strain,
     ) -> SMatrix<f64, SIZE, SIZE> {
@@ -140,7 +145,7 @@ impl Element {
     }
 
     /// `out ← out + x` at the places of the element.
-    pub fn scatter(&self, x: &Coordinates, out: &mut [f64]) {
+    pub fn scatter(&self, x: &ElementCoordinates, out: &mut [f64]) {
         for (k, node) in self.nodes.into_iter().enumerate() {
             let own = &mut out[12 * node..12 * node + 12];
             for (o, x) in own.iter_mut().zip(&x.as_slice()[12 * k..]) {
@@ -150,7 +155,13 @@ impl Element {
     }
 
     /// Emits `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ`.
-    pub fn emit_outer(&self, x: &Coordinates, y: &Coordinates, c: &Strain, out: &mut dyn Entries) {
+    pub fn emit_outer(
+        &self,
+        x: &ElementCoordinates,
+        y: &ElementCoordinates,
+        c: &Strain,
+        out: &mut dyn Entries,
+    ) {
         let (mut left, right) = (self.gradients(x), self.gradients(y));
         for i in 0..6 {
             left.column_mut(i).scale_mut(c[i]);

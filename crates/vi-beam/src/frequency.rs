@@ -64,7 +64,7 @@ pub(crate) fn slowness(model: &BeamElements, q: &[f64]) -> [Vec<f64>; 2] {
 
 /// What the frequency of a straight element depends on.
 #[derive(Clone, Copy, PartialEq)]
-struct Kind {
+struct ElementKey {
     order: usize,
     length: f64, // m
     section: Section,
@@ -74,7 +74,7 @@ struct Kind {
 /// Frequencies of elements, computed once for neighbours of the same kind.
 struct Frequencies<'a> {
     model: &'a BeamElements,
-    last: Option<(Kind, f64)>, // 1/s
+    last: Option<(ElementKey, f64)>, // 1/s
 }
 
 impl<'a> Frequencies<'a> {
@@ -86,7 +86,7 @@ impl<'a> Frequencies<'a> {
     fn of(&mut self, (order, index): (usize, usize), own: impl Fn() -> Vec<f64>) -> f64 {
         let kind = self.kind(order, index);
         if let Some((last, omega)) = self.last
-            && kind == (Kind { length: kind.length, ..last })
+            && kind == (ElementKey { length: kind.length, ..last })
             && (kind.length - last.length).abs() <= 1e-12 * kind.length
         {
             return omega;
@@ -96,15 +96,15 @@ impl<'a> Frequencies<'a> {
         omega
     }
 
-    fn kind(&self, order: usize, index: usize) -> Kind {
+    fn kind(&self, order: usize, index: usize) -> ElementKey {
         let length = self.model.intervals_of(order, index).sum();
         if order == 1 {
             let element = self.model.elements.list()[index];
             let section = *self.model.elements.section(&element);
-            return Kind { order, length, section, mass: element.mass };
+            return ElementKey { order, length, section, mass: element.mass };
         }
         let section = *self.model.high_order.section(index);
-        Kind { order, length, section, mass: MassKind::Consistent }
+        ElementKey { order, length, section, mass: MassKind::Consistent }
     }
 }
 

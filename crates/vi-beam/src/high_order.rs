@@ -20,7 +20,7 @@ mod averaged;
 pub use averaged::AveragedHighOrder;
 
 use crate::section::Section;
-use crate::section_state::Station as SectionStation;
+use crate::section_state::Station;
 use crate::strain::Strain;
 use crate::strained::Strained;
 use nalgebra::Vector3;
@@ -47,7 +47,7 @@ const GAUSS: [&[(f64, f64)]; 3] = [
 
 /// A Gauss point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Station {
+struct IntegrationPoint {
     nodes: [usize; MOST],
     count: usize,
     shape: [f64; MOST], // N_j
@@ -65,14 +65,14 @@ struct Member {
 }
 
 /// `𝔹_i x` at one Gauss point, one vector for each node and slot `φ, d_1, d_2, d_3`.
-type Gradients = [[[Vector3<f64>; 4]; MOST]; 6];
+type PointGradients = [[[Vector3<f64>; 4]; MOST]; 6];
 
 fn vector(q: &[f64], node: usize, slot: usize) -> Vector3<f64> {
     let at = 12 * node + 3 * slot;
     Vector3::new(q[at], q[at + 1], q[at + 2])
 }
 
-impl Station {
+impl IntegrationPoint {
     fn members(&self) -> impl Iterator<Item = (usize, usize)> {
         self.nodes.into_iter().take(self.count).enumerate()
     }
@@ -103,7 +103,7 @@ impl Station {
         out
     }
 
-    fn gradients(&self, q: &[f64]) -> Gradients {
+    fn gradients(&self, q: &[f64]) -> PointGradients {
         let mut out = [[[Vector3::zeros(); 4]; MOST]; 6];
         let slope = self.sum(q, &self.slope, 0);
         for i in 0..3 {
@@ -140,7 +140,7 @@ impl Station {
     /// Emits `scale Σ C_i (𝔹_i x)(𝔹_i y)ᵀ + Σ n_i 𝔹_i`.
     fn emit(
         &self,
-        (left, right): (&Gradients, &Gradients),
+        (left, right): (&PointGradients, &PointGradients),
         c: &Strain,
         n: &Strain,
         out: &mut dyn Entries,
@@ -161,7 +161,7 @@ impl Station {
     /// Emits `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ`.
     fn emit_outer(
         &self,
-        (left, right): (&Gradients, &Gradients),
+        (left, right): (&PointGradients, &PointGradients),
         c: &Strain,
         out: &mut dyn Entries,
     ) {
@@ -198,9 +198,9 @@ impl Station {
     }
 }
 
-impl Strained for Station {
+impl Strained for IntegrationPoint {
     fn stiffness(&self) -> Strain {
-        self.weight * Station::stiffness(self)
+        self.weight * IntegrationPoint::stiffness(self)
     }
 
     fn is_damped(&self) -> bool {
@@ -212,7 +212,7 @@ impl Strained for Station {
     }
 
     fn strain(&self, q: &[f64]) -> Strain {
-        Station::strain(self, q)
+        IntegrationPoint::strain(self, q)
     }
 
     fn strain_rate(&self, q: &[f64], v: &[f64]) -> Strain {
@@ -224,15 +224,15 @@ impl Strained for Station {
     }
 
     fn add(&self, q: &[f64], n: &Strain, out: &mut [f64]) {
-        Station::add(self, q, n, out);
+        IntegrationPoint::add(self, q, n, out);
     }
 
     fn emit(&self, (a, b): (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries) {
-        Station::emit(self, (&self.gradients(a), &self.gradients(b)), c, n, out);
+        IntegrationPoint::emit(self, (&self.gradients(a), &self.gradients(b)), c, n, out);
     }
 
     fn emit_outer(&self, a: &[f64], b: &[f64], c: &Strain, out: &mut dyn Entries) {
-        Station::emit_outer(self, (&self.gradients(a), &self.gradients(b)), c, out);
+        IntegrationPoint::emit_outer(self, (&self.gradients(a), &self.gradients(b)), c, out);
     }
 }
 
@@ -240,7 +240,7 @@ impl Strained for Station {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HighOrderElements {
     elements: Vec<Member>,
-    stations: Vec<Station>,
+    stations: Vec<IntegrationPoint>,
     pairs: Vec<[usize; 2]>,                  // neighbouring nodes
     mass: Vec<(usize, usize, f64, Section)>, // node, node, ∫N_jN_k ds, section
 }
@@ -283,7 +283,7 @@ impl HighOrderElements {
         own[..count].copy_from_slice(nodes);
         for &(xi, weight) in GAUSS[count - 3] {
             let (shape, slope) = lagrange(count, xi);
-            let mut station = Station {
+            let mut station = IntegrationPoint {
                 nodes: own,
                 count,
                 shape,
@@ -343,13 +343,13 @@ impl HighOrderElements {
         &'a self,
         element: usize,
         q: &'a [f64],
-    ) -> impl Iterator<Item = SectionStation> + 'a {
+    ) -> impl Iterator<Item = Station> + 'a {
         let Member { stations, length } = &self.elements[element];
         self.stations[stations.clone()].iter().map(move |station| {
             let fraction = |j: usize| j as f64 / (station.count - 1) as f64;
             let along = (0..station.count).map(|j| station.shape[j] * fraction(j)).sum::<f64>();
             let strain = station.strain(q);
-            SectionStation {
+            Station {
                 along: along * length,
                 length: station.weight,
                 point: station.sum(q, &station.shape, 0),
@@ -384,7 +384,7 @@ impl HighOrderElements {
 
 impl Potential for HighOrderElements {
     fn value(&self, q: &[f64]) -> f64 {
-        let energy = |station: &Station| {
+        let energy = |station: &IntegrationPoint| {
             let eps = station.strain(q);
             0.5 * station.weight * station.stiffness().component_mul(&eps).dot(&eps)
         };

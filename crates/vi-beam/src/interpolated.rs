@@ -29,7 +29,7 @@ use vi_core::interpolation::{StepPolynomial, StrainInterpolation};
 use vi_core::sparse::Entries;
 
 /// Visits all that is strained.
-type Each<'a> = dyn Fn(&mut dyn FnMut(&dyn Strained)) + 'a;
+type VisitStrained<'a> = dyn Fn(&mut dyn FnMut(&dyn Strained)) + 'a;
 
 /// `ε(q_j)`, `j = 0 … s`.
 fn strains(own: &dyn Strained, step: &StepPolynomial<'_>) -> [Strain; Stages::MAX + 1] {
@@ -49,7 +49,7 @@ fn form(A: &DMatrix<f64>, c: &Strain, strains: &[Strain]) -> f64 {
 
 /// `out_j ← out_j + Σ_e Σ_i c_i Σ_l A_jl ε_i(q_l) 𝔹_i q_j`.
 fn add_impulses(
-    each: &Each<'_>,
+    each: &VisitStrained<'_>,
     (A, step): (&DMatrix<f64>, &StepPolynomial<'_>),
     c: impl Fn(&dyn Strained) -> Strain,
     out: &mut [Vec<f64>],
@@ -64,7 +64,7 @@ fn add_impulses(
 
 /// Emits the derivative of the impulse `j` of [`add_impulses`] by `q_l`.
 fn add_derivative(
-    each: &Each<'_>,
+    each: &VisitStrained<'_>,
     (A, step): (&DMatrix<f64>, &StepPolynomial<'_>),
     c: impl Fn(&dyn Strained) -> Strain,
     (j, l): (usize, usize),

@@ -32,7 +32,7 @@ pub enum FrameRule {
 /// A curve no mesh can follow.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum MeshError {
+pub enum CurveError {
     /// No elements, or too few points.
     #[error("a beam needs at least one element")]
     NoElements,
@@ -79,13 +79,13 @@ impl Mesh {
     /// A straight beam.
     ///
     /// # Errors
-    /// [`MeshError`].
+    /// [`CurveError`].
     pub fn straight(
         from: Vector3<f64>,
         to: Vector3<f64>,
         elements: usize,
         rule: FrameRule,
-    ) -> Result<Self, MeshError> {
+    ) -> Result<Self, CurveError> {
         let tangent = to - from;
         Self::along(&|t| from + t * tangent, &|_| tangent, 0.0, 1.0, elements, rule)
     }
@@ -93,14 +93,14 @@ impl Mesh {
     /// Straight legs between the corners, each with its own number of elements.
     ///
     /// # Errors
-    /// [`MeshError`]; [`MeshError::NoElements`] when the numbers do not fit.
+    /// [`CurveError`]; [`CurveError::NoElements`] when the numbers do not fit.
     pub fn polyline(
         corners: &[Vector3<f64>],
         elements: &[usize],
         rule: FrameRule,
-    ) -> Result<Vec<Self>, MeshError> {
+    ) -> Result<Vec<Self>, CurveError> {
         if corners.len() < 2 || corners.len() != elements.len() + 1 {
-            return Err(MeshError::NoElements);
+            return Err(CurveError::NoElements);
         }
         let legs = corners.windows(2).zip(elements);
         legs.map(|(ends, &count)| Self::straight(ends[0], ends[1], count, rule)).collect()
@@ -110,7 +110,7 @@ impl Mesh {
     /// `radius_vector = R e_1` and the unit `axis = e_1 × e_2`.
     ///
     /// # Errors
-    /// [`MeshError`].
+    /// [`CurveError`].
     pub fn arc(
         center: Vector3<f64>,
         radius_vector: Vector3<f64>,
@@ -118,14 +118,14 @@ impl Mesh {
         angle: f64,
         elements: usize,
         rule: FrameRule,
-    ) -> Result<Self, MeshError> {
+    ) -> Result<Self, CurveError> {
         Self::helix(center, radius_vector, axis, angle, 0.0, elements, rule)
     }
 
     /// A helix: the arc with the rise `pitch` (m) along the unit `axis` for each revolution.
     ///
     /// # Errors
-    /// [`MeshError`].
+    /// [`CurveError`].
     pub fn helix(
         center: Vector3<f64>,
         radius_vector: Vector3<f64>,
@@ -134,7 +134,7 @@ impl Mesh {
         pitch: f64,
         elements: usize,
         rule: FrameRule,
-    ) -> Result<Self, MeshError> {
+    ) -> Result<Self, CurveError> {
         let (a, b) = (radius_vector, axis.cross(&radius_vector));
         let rise = pitch / std::f64::consts::TAU * axis;
         let point = |t: f64| center + libm::cos(t) * a + libm::sin(t) * b + t * rise;
@@ -149,14 +149,14 @@ impl Mesh {
     /// differences.
     ///
     /// # Errors
-    /// [`MeshError`].
+    /// [`CurveError`].
     pub fn parametric(
         curve: &dyn Fn(f64) -> Vector3<f64>,
         from: f64,
         to: f64,
         elements: usize,
         rule: FrameRule,
-    ) -> Result<Self, MeshError> {
+    ) -> Result<Self, CurveError> {
         let step = 1e-3 * (to - from) / elements.max(1) as f64;
         let tangent = |t: f64| {
             let centered = |k: f64| (curve(t + k * step) - curve(t - k * step)) / (2.0 * k * step);
@@ -169,7 +169,7 @@ impl Mesh {
     /// `t`.
     ///
     /// # Errors
-    /// [`MeshError`].
+    /// [`CurveError`].
     pub fn along(
         curve: &dyn Fn(f64) -> Vector3<f64>,
         derivative: &dyn Fn(f64) -> Vector3<f64>,
@@ -177,7 +177,7 @@ impl Mesh {
         to: f64,
         elements: usize,
         rule: FrameRule,
-    ) -> Result<Self, MeshError> {
+    ) -> Result<Self, CurveError> {
         let step = (to - from) / elements as f64;
         let at = |k: usize| from + k as f64 * step;
         let centers = (0..=elements).map(|k| curve(at(k))).collect();
@@ -190,12 +190,12 @@ impl Mesh {
     /// [`Mesh::through`], nodes at equal steps of the sum of the chords.
     ///
     /// # Errors
-    /// [`MeshError`].
+    /// [`CurveError`].
     pub fn spline(
         points: &[Vector3<f64>],
         elements: usize,
         rule: FrameRule,
-    ) -> Result<Self, MeshError> {
+    ) -> Result<Self, CurveError> {
         let (lengths, tangents) = chords(points)?;
         let mut stations = vec![0.0]; // sum of the chords at the points
         lengths.iter().for_each(|length| stations.push(stations[stations.len() - 1] + length));
@@ -224,8 +224,8 @@ impl Mesh {
     /// Nodes at given points; chords as lengths, tangents from the parabola through three points.
     ///
     /// # Errors
-    /// [`MeshError`].
-    pub fn through(points: &[Vector3<f64>], rule: FrameRule) -> Result<Self, MeshError> {
+    /// [`CurveError`].
+    pub fn through(points: &[Vector3<f64>], rule: FrameRule) -> Result<Self, CurveError> {
         let (lengths, tangents) = chords(points)?;
         Self::new(points.to_vec(), &tangents, lengths, rule)
     }
@@ -233,21 +233,21 @@ impl Mesh {
     /// From nodes, tangents (any length) and element lengths.
     ///
     /// # Errors
-    /// [`MeshError`].
+    /// [`CurveError`].
     pub fn new(
         centers: Vec<Vector3<f64>>,
         tangents: &[Vector3<f64>],
         lengths: Vec<f64>,
         rule: FrameRule,
-    ) -> Result<Self, MeshError> {
+    ) -> Result<Self, CurveError> {
         if lengths.is_empty() {
-            return Err(MeshError::NoElements);
+            return Err(CurveError::NoElements);
         }
         for (element, length) in lengths.iter().enumerate() {
             let chord = (centers[element + 1] - centers[element]).norm();
             let regular = chord > 0.0 && chord.is_finite() && *length > 0.0 && length.is_finite();
             if !regular {
-                return Err(MeshError::Degenerate { element });
+                return Err(CurveError::Degenerate { element });
             }
         }
         let tangents: Vec<_> = tangents.iter().map(|t| t.normalize()).collect();
@@ -258,7 +258,7 @@ impl Mesh {
             if size > 1e-8 * normal.norm() {
                 Ok(part / size)
             } else {
-                Err(MeshError::NormalAlongTangent { node })
+                Err(CurveError::NormalAlongTangent { node })
             }
         };
         let (FrameRule::Normal(normal) | FrameRule::RotationMinimizing(normal)) = rule;
@@ -289,14 +289,14 @@ impl Mesh {
 }
 
 /// Lengths of the chords between points, and the tangents of the parabolas through three of them.
-fn chords(points: &[Vector3<f64>]) -> Result<(Vec<f64>, Vec<Vector3<f64>>), MeshError> {
+fn chords(points: &[Vector3<f64>]) -> Result<(Vec<f64>, Vec<Vector3<f64>>), CurveError> {
     if points.len() < 2 {
-        return Err(MeshError::NoElements);
+        return Err(CurveError::NoElements);
     }
     let chords: Vec<_> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let lengths: Vec<f64> = chords.iter().map(Vector3::norm).collect();
     if let Some(element) = lengths.iter().position(|l| !(*l > 0.0 && l.is_finite())) {
-        return Err(MeshError::Degenerate { element });
+        return Err(CurveError::Degenerate { element });
     }
     let slope = |k: usize| chords[k] / lengths[k];
     let last = chords.len() - 1;

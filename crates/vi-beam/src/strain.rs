@@ -24,23 +24,23 @@ pub const SIZE: usize = 24;
 pub const STRAINS: usize = 6;
 
 /// `x`, the coordinates of both nodes.
-pub type Coordinates = SVector<f64, SIZE>;
+pub type ElementCoordinates = SVector<f64, SIZE>;
 /// `ε = (Γ_1, Γ_2, Γ_3, K_1, K_2, K_3)`: 1 and 1/m.
 pub type Strain = SVector<f64, STRAINS>;
 /// Columns `𝔹_i x`, the gradients of the strains.
-pub type Gradients = SMatrix<f64, SIZE, STRAINS>;
+pub type StrainGradients = SMatrix<f64, SIZE, STRAINS>;
 
 /// Slots of `K_1, K_2, K_3`: `K = (x_p·x_q − x_r·x_s)/(2ℓ)` with vectors numbered `φ^a` 0 …
 /// `d_3^b` 7.
 const CURVATURE: [[usize; 4]; 3] = [[3, 6, 2, 7], [1, 7, 3, 5], [2, 5, 1, 6]];
 
-fn vector(x: &Coordinates, slot: usize) -> Vector3<f64> {
+fn vector(x: &ElementCoordinates, slot: usize) -> Vector3<f64> {
     x.fixed_rows::<3>(3 * slot).into()
 }
 
 /// `½ xᵀ𝔹_i x` for all six strains: the strains before the reference values are taken off.
 #[must_use]
-pub fn forms(x: &Coordinates, length: f64) -> Strain {
+pub fn forms(x: &ElementCoordinates, length: f64) -> Strain {
     let slope = (vector(x, 4) - vector(x, 0)) / length;
     let half = 0.5 / length;
     let mut out = Strain::zeros();
@@ -54,8 +54,8 @@ pub fn forms(x: &Coordinates, length: f64) -> Strain {
 
 /// Columns `𝔹_i x`.
 #[must_use]
-pub fn gradients(x: &Coordinates, length: f64) -> Gradients {
-    let mut out = Gradients::zeros();
+pub fn gradients(x: &ElementCoordinates, length: f64) -> StrainGradients {
+    let mut out = StrainGradients::zeros();
     let half = 0.5 / length;
     let half_slope = half * (vector(x, 4) - vector(x, 0));
     for i in 0..3 {
@@ -78,7 +78,7 @@ pub fn gradients(x: &Coordinates, length: f64) -> Gradients {
 
 /// `Σ_i n_i 𝔹_i x`, the product of the gradients with `n`.
 #[must_use]
-pub fn force(x: &Coordinates, length: f64, n: &Strain) -> Coordinates {
+pub fn force(x: &ElementCoordinates, length: f64, n: &Strain) -> ElementCoordinates {
     let half = 0.5 / length;
     let half_slope = half * (vector(x, 4) - vector(x, 0));
     let (mut end, mut out) = (Vector3::zeros(), [Vector3::zeros(); 8]);
@@ -93,7 +93,7 @@ pub fn force(x: &Coordinates, length: f64, n: &Strain) -> Coordinates {
         out[s] -= moment * vector(x, r);
     }
     (out[0], out[4]) = (-end, end);
-    let mut force = Coordinates::zeros();
+    let mut force = ElementCoordinates::zeros();
     for (own, vector) in force.as_mut_slice().chunks_exact_mut(3).zip(&out) {
         own.copy_from_slice(vector.as_slice());
     }
@@ -129,7 +129,7 @@ mod tests {
     use vi_testkit::Sample;
 
     /// The definition of theory §6, written without simplification.
-    fn definition(x: &Coordinates, length: f64) -> Strain {
+    fn definition(x: &ElementCoordinates, length: f64) -> Strain {
         let d = |i: usize| 0.5 * (vector(x, 1 + i) + vector(x, 5 + i));
         let slope = |k: usize| (vector(x, 4 + k) - vector(x, k)) / length;
         let mut out = Strain::zeros();
@@ -145,7 +145,7 @@ mod tests {
     fn the_closed_form_is_the_definition() {
         let mut sample = Sample::new(1);
         for _ in 0..100 {
-            let x: Coordinates = sample.array::<24>().into();
+            let x: ElementCoordinates = sample.array::<24>().into();
             let error = (forms(&x, 0.7) - definition(&x, 0.7)).amax();
             assert!(error < 1e-14, "strains off by {error:e}");
         }
@@ -155,7 +155,7 @@ mod tests {
     fn gradients_and_matrices_belong_to_the_forms() {
         let mut sample = Sample::new(2);
         for _ in 0..50 {
-            let (x, y): (Coordinates, Coordinates) =
+            let (x, y): (ElementCoordinates, ElementCoordinates) =
                 (sample.array::<24>().into(), sample.array::<24>().into());
             let n: Strain = sample.array::<6>().into();
             let (at, columns) = (forms(&x, 0.4), gradients(&x, 0.4));
@@ -166,7 +166,7 @@ mod tests {
             let error = (columns.tr_mul(&y) - difference).amax();
             assert!(error < 1e-13, "𝔹x off by {error:e}");
             let B = weighted_matrix(&n, 0.4);
-            let mut product = Coordinates::zeros();
+            let mut product = ElementCoordinates::zeros();
             for (i, j) in (0..8).flat_map(|i| (0..8).map(move |j| (i, j))) {
                 let mut rows = product.fixed_rows_mut::<3>(3 * i);
                 rows += B[(i, j)] * vector(&x, j);
@@ -183,9 +183,9 @@ mod tests {
         let mut sample = Sample::new(3);
         let mut worst = 0.0_f64;
         for _ in 0..200 {
-            let x: Coordinates = sample.array::<24>().into();
+            let x: ElementCoordinates = sample.array::<24>().into();
             let (turn, shift) = (rotation::exp(&(3.0 * sample.vector())), sample.vector());
-            let mut moved = Coordinates::zeros();
+            let mut moved = ElementCoordinates::zeros();
             for slot in 0..8 {
                 let shift = if slot % 4 == 0 { shift } else { Vector3::zeros() };
                 let image = turn * vector(&x, slot) + shift;
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn curvature_turns_the_triad_about_its_own_director() {
         for i in 0..3 {
-            let mut x = Coordinates::zeros();
+            let mut x = ElementCoordinates::zeros();
             let turn = rotation::exp(&(0.3 * Vector3::ith(i, 1.0)));
             for k in 0..3 {
                 x.fixed_rows_mut::<3>(3 + 3 * k).copy_from(&Vector3::ith(k, 1.0));

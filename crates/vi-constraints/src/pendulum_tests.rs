@@ -33,8 +33,8 @@ impl Constraints for Rod {
 }
 
 /// `F_d(u, q_n) = Rot(u) q_n`, LMO08 (48), (49).
-struct Turn;
-impl Reparametrization for Turn {
+struct PlanarRotation;
+impl Reparametrization for PlanarRotation {
     fn dof(&self) -> usize {
         1
     }
@@ -66,7 +66,7 @@ fn pendulum(gravity: f64, options: Options, v: f64) -> Integrator<SeparableSyste
         .potential(LinearPotential { force: vec![0.0, -gravity] });
     let v = [0.0, v];
     let at = InitialValues::new(0.0, &[1.0, 0.0], &v);
-    Integrator::with_reparametrization(system, Rod, Turn, options, at).unwrap()
+    Integrator::with_reparametrization(system, Rod, PlanarRotation, options, at).unwrap()
 }
 
 #[test]
@@ -311,7 +311,8 @@ fn the_tangent_of_a_step_is_exact_and_symplectic() {
             let (q, v) = ([a.cos(), a.sin()], [-w * a.sin(), w * a.cos()]);
             let at = InitialValues::new(0.0, &q, &v);
             let mut run =
-                Integrator::with_reparametrization(system, Rod, Turn, options, at).unwrap();
+                Integrator::with_reparametrization(system, Rod, PlanarRotation, options, at)
+                    .unwrap();
             (0..3).for_each(|_| assert!(run.step().is_ok()));
             run.state().clone()
         };

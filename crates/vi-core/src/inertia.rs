@@ -42,7 +42,7 @@ pub fn negative_on_null_space(K: &SparseMatrix, B: &SparseMatrix) -> Option<usiz
     if d == 0 {
         return Some(0);
     }
-    let bordered = Bordered::new(K, B);
+    let bordered = ScaledMatrix::new(K, B);
     let order = bordered.order()?;
     let mut place = vec![0; d + m];
     order.iter().enumerate().for_each(|(new, &old)| place[old] = new);
@@ -60,13 +60,13 @@ pub fn negative_on_null_space(K: &SparseMatrix, B: &SparseMatrix) -> Option<usiz
 }
 
 /// The matrix with scaled unknowns and rows.
-struct Bordered<'a> {
+struct ScaledMatrix<'a> {
     K: &'a SparseMatrix,
     rows: Vec<Vec<(usize, f64)>>, // of B, scaled, the largest entry 1
     scale: Vec<f64>,              // d
 }
 
-impl<'a> Bordered<'a> {
+impl<'a> ScaledMatrix<'a> {
     fn new(K: &'a SparseMatrix, B: &SparseMatrix) -> Self {
         let d = K.shape().0;
         let mut diagonal = vec![0.0_f64; d];

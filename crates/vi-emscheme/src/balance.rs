@@ -22,7 +22,7 @@ use vi_multibody::tree_multipliers::TreeMultipliers;
 
 /// How the multipliers of an iterate are found; any `μ_k` that tends to `μ*` serves.
 #[derive(Debug)]
-pub(crate) enum Multipliers {
+pub(crate) enum MultiplierRule {
     /// In least squares over the system, for an independent set of constraints.
     LeastSquares(Box<SaddlePoint>),
     /// Frame by frame, on a tree of bodies, where all constraints are independent.
@@ -45,7 +45,7 @@ pub(crate) struct Balance {
     x: Vec<f64>,                    // n + r
     jacobian: Option<SparseMatrix>, // m × n  Ḡ
     rows: IndependentRows,
-    solver: Multipliers,
+    solver: MultiplierRule,
 }
 
 impl Balance {
@@ -63,7 +63,7 @@ impl Balance {
             work: zeros(n),
             x: zeros(n + r),
             jacobian: None,
-            solver: Multipliers::LeastSquares(Box::new(SaddlePoint::new(n, rows.clone()))),
+            solver: MultiplierRule::LeastSquares(Box::new(SaddlePoint::new(n, rows.clone()))),
             rows,
         }
     }
@@ -71,7 +71,7 @@ impl Balance {
     /// With the multipliers of a tree, where there is one.
     pub(crate) fn on_tree(mut self, tree: Option<TreeMultipliers>) -> Self {
         if let Some(tree) = tree {
-            self.solver = Multipliers::Tree(tree);
+            self.solver = MultiplierRule::Tree(tree);
         }
         self
     }
@@ -85,8 +85,8 @@ impl Balance {
     /// The constraints in use.
     pub(crate) fn rows(&self) -> &IndependentRows {
         match &self.solver {
-            Multipliers::LeastSquares(saddle) => saddle.rows(),
-            Multipliers::Tree(_) => &self.rows,
+            MultiplierRule::LeastSquares(saddle) => saddle.rows(),
+            MultiplierRule::Tree(_) => &self.rows,
         }
     }
 
@@ -95,7 +95,7 @@ impl Balance {
         debug_assert_eq!(rows.len(), self.rows().len());
         if rows != self.rows() {
             let saddle = SaddlePoint::new(self.s.dim(), rows.clone());
-            self.solver = Multipliers::LeastSquares(Box::new(saddle));
+            self.solver = MultiplierRule::LeastSquares(Box::new(saddle));
         }
     }
 
@@ -107,14 +107,14 @@ impl Balance {
         solved: bool,
     ) -> bool {
         match &mut self.solver {
-            Multipliers::LeastSquares(saddle) => saddle.renew(constraints, &self.s, solved),
-            Multipliers::Tree(_) => false,
+            MultiplierRule::LeastSquares(saddle) => saddle.renew(constraints, &self.s, solved),
+            MultiplierRule::Tree(_) => false,
         }
     }
 
     /// Opens a step at the state.
     pub(crate) fn open(&mut self, state: &State, step: SubStep) {
-        if let Multipliers::LeastSquares(saddle) = &mut self.solver {
+        if let MultiplierRule::LeastSquares(saddle) = &mut self.solver {
             saddle.recall(&state.memory);
         }
         step.open(&mut self.s, state);
@@ -123,7 +123,7 @@ impl Balance {
 
     /// Writes the constraints in use into the memory of a state.
     pub(crate) fn remember(&self, memory: &mut Memory) {
-        if let Multipliers::LeastSquares(saddle) = &self.solver {
+        if let MultiplierRule::LeastSquares(saddle) = &self.solver {
             saddle.remember(memory);
         }
     }
@@ -176,11 +176,11 @@ impl Balance {
         let shape = (constraints.len(), n);
         let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
         let saddle = match &mut self.solver {
-            Multipliers::Tree(tree) => {
+            MultiplierRule::Tree(tree) => {
                 self.mu.copy_from_slice(tree.solve(jacobian, &self.bracket)?);
                 return Ok(());
             }
-            Multipliers::LeastSquares(saddle) => saddle,
+            MultiplierRule::LeastSquares(saddle) => saddle,
         };
         for (x, b) in self.x.iter_mut().zip(&self.bracket) {
             *x = -b;

@@ -48,7 +48,7 @@ fn turn_factor(psi: f64) -> (f64, f64) {
 }
 
 /// An angle by one vector of the child over an interval.
-struct Turn<'a> {
+struct IntervalAngle<'a> {
     rows: [&'a Row; 2],  // s, c
     start: [f64; 2],     // s, c at q_n
     end: [f64; 2],       // and at q_{n+1}
@@ -57,7 +57,7 @@ struct Turn<'a> {
     kappa_end: [f64; 2], // ∂κ/∂(s, c) at q_{n+1}
 }
 
-impl<'a> Turn<'a> {
+impl<'a> IntervalAngle<'a> {
     fn over([sine, cosine]: [&'a Row; 2], s: &Interval) -> Self {
         let (s0, c0) = (sine.value(&s.q0), cosine.value(&s.q0));
         let (ds, dc) = (change(sine, s), change(cosine, s));
@@ -111,14 +111,14 @@ impl<'a> Turn<'a> {
 
 /// An angle by both vectors of the child, with the forces within the bodies.
 struct MeanTurn<'a> {
-    turns: [Turn<'a>; 2], // D̄θ_1, D̄θ_2
+    turns: [IntervalAngle<'a>; 2], // D̄θ_1, D̄θ_2
     zero: &'a [Row; 3],
     weights: [f64; 3], // of the gradients of `zero`
 }
 
 impl<'a> MeanTurn<'a> {
     fn over(rows: [&'a Row; 2], axis: &'a SharedAxis, s: &Interval) -> Self {
-        let turns = [rows, [&axis.sine, &axis.cosine]].map(|rows| Turn::over(rows, s));
+        let turns = [rows, [&axis.sine, &axis.cosine]].map(|rows| IntervalAngle::over(rows, s));
         let ([s0, c0], [s1, c1]) = (turns[0].start, turns[0].end);
         let weights = [0.5, 0.5 * (c0 * c1 - s0 * s1), 0.5 * (s0 * c1 + c0 * s1)];
         Self { turns, zero: &axis.zero, weights }
@@ -151,7 +151,7 @@ pub(crate) fn for_each_slope(theta: &JointCoordinate, s: &Interval, visit: impl 
     match (theta.value(), theta.shared_axis()) {
         (Value::Length(row), _) => row.for_each_slope(&s.q_mid, visit),
         (Value::Angle { sine, cosine }, None) => {
-            Turn::over([sine, cosine], s).for_each_slope(s, 1.0, visit);
+            IntervalAngle::over([sine, cosine], s).for_each_slope(s, 1.0, visit);
         }
         (Value::Angle { sine, cosine }, Some(axis)) => {
             MeanTurn::over([sine, cosine], axis, s).for_each_slope(s, visit);
@@ -174,7 +174,7 @@ pub(crate) fn emit_derivative(
     match (theta.value(), theta.shared_axis()) {
         (Value::Length(row), _) => row.emit_second(0.5 * scale, out),
         (Value::Angle { sine, cosine }, None) => {
-            Turn::over([sine, cosine], s).emit_derivative(s, scale, out);
+            IntervalAngle::over([sine, cosine], s).emit_derivative(s, scale, out);
         }
         (Value::Angle { sine, cosine }, Some(axis)) => {
             MeanTurn::over([sine, cosine], axis, s).emit_derivative(s, scale, out);

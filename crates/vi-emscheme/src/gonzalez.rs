@@ -52,12 +52,12 @@ impl Scratch {
 }
 
 /// `y ← y + A x` from the entries of `A`.
-struct Product<'a> {
+struct EntryProduct<'a> {
     x: &'a [f64],
     y: &'a mut [f64],
 }
 
-impl Entries for Product<'_> {
+impl Entries for EntryProduct<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         self.y[row] += value * self.x[column];
     }
@@ -104,7 +104,7 @@ impl<V: Potential> Gonzalez<V> {
         let end = &mut work.other;
         end.fill(0.0);
         self.potential.add_gradient(&s.q1, 1.0, end);
-        let mut product = Product { x: &s.dq, y: end };
+        let mut product = EntryProduct { x: &s.dq, y: end };
         self.potential.add_hessian(&s.q_mid, -0.5, &mut product);
         for (end, mid) in end.iter_mut().zip(&work.mid) {
             *end -= mid;

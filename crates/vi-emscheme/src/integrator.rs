@@ -41,7 +41,7 @@ use vi_constraints::{InitialValues, Integrator, Reparametrization};
 pub type EmIntegrator<C> = Integrator<EmSystem, C>;
 
 /// One of the forms.
-pub(crate) type BoxedScheme<C> = Box<dyn Scheme<EmSystem, C>>;
+pub(crate) type BoxedEmScheme<C> = Box<dyn Scheme<EmSystem, C>>;
 
 /// The constrained and the d'Alembert form, `P̄` from a pivoted QR of `Ḡᵀ`.
 ///
@@ -58,7 +58,7 @@ pub fn new<C: DiscreteConstraints + 'static>(
     check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
     let rows = IndependentRows::find(&constraints, at.t, at.q);
-    let scheme: BoxedScheme<C> = match options.scheme {
+    let scheme: BoxedEmScheme<C> = match options.scheme {
         EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => {
             let source = DiscreteQr::new(n, m, rows.len());
@@ -94,7 +94,7 @@ where
         let (found, expected) = (map.dof(), n - rows.len());
         return Err(SetupError::Shape { what, found, expected }.into());
     }
-    let scheme: BoxedScheme<C> = match options.scheme {
+    let scheme: BoxedEmScheme<C> = match options.scheme {
         EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => Box::new(EmDalembert::new(n, m, rows.clone(), source)),
         EmForm::Nodal => {
@@ -127,7 +127,7 @@ where
 fn with_scheme<C: DiscreteConstraints + 'static>(
     system: EmSystem,
     constraints: C,
-    scheme: BoxedScheme<C>,
+    scheme: BoxedEmScheme<C>,
     rows: IndependentRows,
     options: EmOptions,
     at: InitialValues<'_>,

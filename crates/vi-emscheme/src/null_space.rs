@@ -3,7 +3,7 @@
 //! Four ways to it:
 //! ```text
 //! pivoted QR of Ḡᵀ                 any system                       DiscreteQr
-//! P(q_{n+1/2})                     bodies, S and R pairs, bars      AtMidpoint(MapSource)
+//! P(q_{n+1/2})                     bodies, S and R pairs, bars      MidpointNullSpace(MapSource)
 //! averaged velocity maps           every pair of a tree but screws  AveragedTree
 //! P̄_tree null(Ḡ_c P̄_tree)          closed loops on such a tree      TreeComplement
 //! ```
@@ -79,9 +79,9 @@ pub trait DiscreteNullSpace<C>: Send {
 
 /// `P̄ = P(q_{n+1/2})` with the `P` of a source that is exact off the constraint manifold too.
 #[derive(Debug)]
-pub struct AtMidpoint<N>(pub N);
+pub struct MidpointNullSpace<N>(pub N);
 
-impl<C: Constraints, N: NullSpaceSource<C>> DiscreteNullSpace<C> for AtMidpoint<N> {
+impl<C: Constraints, N: NullSpaceSource<C>> DiscreteNullSpace<C> for MidpointNullSpace<N> {
     fn null_space(&mut self, constraints: &C, s: &Interval, out: &mut DMatrix<f64>) {
         self.0.null_space(constraints, s.t_mid(), &s.q_mid, out);
     }

@@ -4,7 +4,7 @@ use crate::constrained::EmConstrained;
 use crate::dalembert::EmDalembert;
 use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
-use crate::integrator::{BoxedScheme, EmIntegrator};
+use crate::integrator::{BoxedEmScheme, EmIntegrator};
 use crate::loop_nodal::{LoopClosure, LoopRows};
 use crate::nodal::EmNodal;
 use crate::null_space::{
@@ -105,7 +105,7 @@ fn dense(mechanism: &Mechanism, what: &'static str) -> Result<(), SetupError> {
 fn dalembert(
     mechanism: &Mechanism,
     rows: IndependentRows,
-) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
+) -> Result<BoxedEmScheme<Mechanism>, EmSetupError> {
     dense(mechanism, "the scheme em-dalembert")?;
     let (n, m) = (mechanism.dim(), mechanism.len());
     let averaged = AveragedTree::new(mechanism).filter(|_| !mechanism.has_loops());
@@ -130,7 +130,7 @@ fn nodal_on_tree(
     system: &EmSystem,
     rows: IndependentRows,
     (algebra, at): (EmAlgebra, InitialValues<'_>),
-) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
+) -> Result<BoxedEmScheme<Mechanism>, EmSetupError> {
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let (averaged, tree) = (AveragedTree::new(mechanism), TreeMultipliers::new(mechanism));
     let explicit = algebra.linearization == EmLinearization::NullSpaceDerivative;
@@ -142,7 +142,7 @@ fn nodal_on_tree(
     if !sparse {
         dense(mechanism, "the scheme em-nodal on such a tree")?;
     }
-    let scheme: BoxedScheme<Mechanism> = match averaged {
+    let scheme: BoxedEmScheme<Mechanism> = match averaged {
         Some(averaged) if sparse => {
             let operators = SparseOperators::new(mechanism, averaged);
             let elements = mechanism.has_nodes();
@@ -176,7 +176,7 @@ fn nodal_on_loops(
     loops: &Loops,
     algebra: EmAlgebra,
     at: InitialValues<'_>,
-) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
+) -> Result<BoxedEmScheme<Mechanism>, EmSetupError> {
     if algebra.linearization == EmLinearization::NullSpaceDerivative {
         return Err(EmSetupError::Linearization);
     }

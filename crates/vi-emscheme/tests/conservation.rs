@@ -224,7 +224,7 @@ fn energy_stays_at_round_off_in_a_long_run() {
 #[test]
 fn one_body_alone_and_as_a_mechanism_move_alike() {
     use vi_constraints::dalembert::MapSource;
-    use vi_emscheme::null_space::AtMidpoint;
+    use vi_emscheme::null_space::MidpointNullSpace;
     use vi_emscheme::{EmOptions, EmSystem};
     use vi_rigid::single_body::{SingleBody, Support};
     let model = common::heavy_top();
@@ -235,7 +235,7 @@ fn one_body_alone_and_as_a_mechanism_move_alike() {
     let (q, v) = (model.mechanism.initial_configuration(), model.mechanism.initial_velocity());
     for form in EmForm::ALL {
         let system = EmSystem::of_linear(&single.system(&description.gravity));
-        let source = AtMidpoint(MapSource(single));
+        let source = MidpointNullSpace(MapSource(single));
         let (options, at) = (EmOptions::new(form, model.h), InitialValues::new(0.0, &q, &v));
         let mut run =
             vi_emscheme::integrator::with_null_space(system, single, source, single, options, at)

@@ -14,7 +14,7 @@
 //! Source: H. B. Keller, in: Applications of Bifurcation Theory (1977) 359–384.
 #![allow(non_snake_case)] // K
 
-use crate::equations::Equations;
+use crate::equations::EquilibriumEquations;
 use crate::path::{Equilibrium, StaticError, StaticPath};
 use crate::problem::StaticProblem;
 use crate::step_bounds::{StepBounds, StepFailure};
@@ -66,7 +66,7 @@ struct Tangent {
 
 struct Bordered<'a> {
     blocks: &'a [Block],
-    work: &'a mut Equations,
+    work: &'a mut EquilibriumEquations,
     tangent: &'a Tangent,
     length: f64, // Δs
     last: f64,   // t_last

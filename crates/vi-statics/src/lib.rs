@@ -66,4 +66,4 @@ pub use problem::StaticProblem;
 pub use rotation::{RotationError, SteadyRotation};
 pub use step_bounds::StepBounds;
 pub use step_stability::{SteadyStep, StepStabilityError};
-pub use vibrations::{Motion, Vibration, Vibrations, vibrations};
+pub use vibrations::{MotionKind, Vibration, Vibrations, vibrations};

@@ -17,10 +17,10 @@
 #![allow(non_snake_case)] // K, C, M, B, X, Y
 
 use crate::equations::{FrameMatrices, separate};
-use crate::modes::{Balance, Linearization, ModeError, Subspace, entry_noise};
+use crate::modes::{ForceBalance, Linearization, ModeError, Subspace, entry_noise};
 use crate::problem::StaticProblem;
-use crate::stability::Stiffness;
-use crate::vibrations::{Motion, motion};
+use crate::stability::TangentStiffness;
+use crate::vibrations::{MotionKind, motion};
 use nalgebra::{Complex, DMatrix, DVector};
 use vi_core::eigen::{Eigen, generalized_eigen};
 use vi_core::inertia::negative_on_null_space;
@@ -62,9 +62,10 @@ impl Linearization {
     /// [`ModeError`]; [`ModeError::Unconfirmed`] where the modes found are not as many as the signs
     /// of the stiffness say, or change with the size of the subspace.
     pub fn lowest(problem: &mut StaticProblem, count: usize) -> Result<Self, ModeError> {
-        let balance = Balance::of(problem)?;
+        let balance = ForceBalance::of(problem)?;
         let matrices = problem.work.frame_matrices();
-        let signs = Stiffness::new(matrices.K.clone(), matrices.B.clone(), problem.work.metric());
+        let signs =
+            TangentStiffness::new(matrices.K.clone(), matrices.B.clone(), problem.work.metric());
         let asymmetry = asymmetry(&matrices.K);
         let mut pencil = Pencil { matrices, sigma: 0.0, factors: None };
         let dof = pencil.size() - pencil.matrices.B.shape().0;
@@ -105,7 +106,7 @@ impl Linearization {
                 wanted += SPARE + growing;
                 continue;
             }
-            let Counts { unstable, zero, shift } = linear.counts()?;
+            let ModeCounts { unstable, zero, shift } = linear.counts()?;
             negative = pencil.negative(shift);
             let least = (unstable + zero + count).min(dof);
             match negative {
@@ -129,19 +130,19 @@ impl Linearization {
     /// How many eigenvalues grow, those of a pair both counted.
     fn growing(&self) -> Result<usize, ModeError> {
         let eigen = QuadraticEigen::new(&self.K, &self.C, &self.M)?;
-        let grows = |value: &&Complex<f64>| motion(**value) == Motion::Growth;
+        let grows = |value: &&Complex<f64>| motion(**value) == MotionKind::Growth;
         let both = |value: &Complex<f64>| if value.im > 0.0 { 2 } else { 1 };
         Ok(eigen.values().iter().filter(grows).map(both).sum())
     }
 
     /// What the undamped modes are.
-    fn counts(&self) -> Result<Counts, ModeError> {
+    fn counts(&self) -> Result<ModeCounts, ModeError> {
         let found = generalized_eigen(&(0.5 * (&self.K + self.K.transpose())), &self.M)?;
         let noise = self.noise(&found);
         let pairs = || found.squared.iter().zip(&noise);
         let sizes = pairs().filter(|(square, noise)| square.abs() > **noise);
         let least = sizes.map(|(square, _)| square.abs()).fold(f64::INFINITY, f64::min);
-        Ok(Counts {
+        Ok(ModeCounts {
             unstable: pairs().filter(|(square, noise)| **square < -**noise).count(),
             zero: pairs().filter(|(square, noise)| square.abs() <= **noise).count(),
             shift: if least.is_finite() { 0.5 * least } else { 0.0 },
@@ -150,7 +151,7 @@ impl Linearization {
 }
 
 /// How many modes there are of a kind.
-struct Counts {
+struct ModeCounts {
     unstable: usize,
     zero: usize,
     shift: f64, // between those that are round-off and the others, rad²/s²

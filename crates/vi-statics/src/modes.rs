@@ -11,7 +11,7 @@
 //! `(2/h) arctan(ωh/2)`.
 #![allow(non_snake_case)] // K, M, J, Z
 
-use crate::equations::{Equations, TreeMatrices};
+use crate::equations::{EquilibriumEquations, TreeMatrices};
 use crate::problem::StaticProblem;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
@@ -162,7 +162,7 @@ pub struct Linearization {
     pub(crate) layout: VelocityLayout,
     pub(crate) columns: MapColumns,
     pub(crate) asymmetry: f64,
-    pub(crate) balance: Balance,
+    pub(crate) balance: ForceBalance,
     pub(crate) dof: usize,
     pub(crate) subspace: Option<Subspace>,
 }
@@ -175,7 +175,7 @@ impl std::fmt::Debug for Linearization {
 
 /// The forces at the configuration, N or N·m, and what acts.
 #[derive(Clone, Copy)]
-pub(crate) struct Balance {
+pub(crate) struct ForceBalance {
     unbalanced: f64,
     applied: f64,
     round_off: f64,
@@ -183,7 +183,7 @@ pub(crate) struct Balance {
     pub(crate) dissipative: bool,
 }
 
-impl Balance {
+impl ForceBalance {
     pub(crate) fn of(problem: &mut StaticProblem) -> Result<Self, ModeError> {
         let work = &mut problem.work;
         let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
@@ -199,7 +199,7 @@ impl Linearization {
     /// # Errors
     /// [`ModeError::NotFinite`].
     pub fn all(problem: &mut StaticProblem) -> Result<Self, ModeError> {
-        let balance = Balance::of(problem)?;
+        let balance = ForceBalance::of(problem)?;
         let work = &mut problem.work;
         let TreeMatrices { K, C, M, layout, columns } = work.tree_matrices();
         let Z = loop_null_space(work, &layout, &columns);
@@ -254,7 +254,7 @@ impl Linearization {
     }
 
     pub(crate) fn modes_of(&self, found: &Eigen) -> Modes {
-        let Balance { unbalanced, applied, round_off, .. } = self.balance;
+        let ForceBalance { unbalanced, applied, round_off, .. } = self.balance;
         let noise = self.noise(found);
         Modes {
             omega: found.squared.iter().map(|square| square.max(0.0).sqrt()).collect(),
@@ -321,7 +321,7 @@ impl Linearization {
 
 /// `Z`: null space of the loop constraints in the unknowns of the tree; `None` without loops.
 fn loop_null_space(
-    work: &Equations,
+    work: &EquilibriumEquations,
     layout: &VelocityLayout,
     columns: &MapColumns,
 ) -> Option<DMatrix<f64>> {

@@ -15,7 +15,7 @@
 //!
 //! Source: theory §6.9.
 
-use crate::equations::{Equations, Problem};
+use crate::equations::{EquilibriumEquations, EquilibriumProblem};
 use crate::limit::LimitReport;
 use crate::path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 use crate::rotation::{RotationError, SteadyRotation};
@@ -55,7 +55,7 @@ pub struct StaticProblem {
     pub(crate) bounds: StepBounds,
     pub(crate) x: Vec<f64>,  // (u, μ)
     pub(crate) mu: Vec<f64>, // μ of the last equilibrium, chosen rows
-    pub(crate) work: Equations,
+    pub(crate) work: EquilibriumEquations,
     pub(crate) neutral: bool, // some direction has no stiffness: steps are relaxed
     pub(crate) unstable: Option<usize>, // directions at the last equilibrium of a path
     pub(crate) neighbours: Vec<[usize; 2]>, // nodes of elements
@@ -63,7 +63,7 @@ pub struct StaticProblem {
 }
 
 /// A place to return to.
-pub(crate) struct Mark {
+pub(crate) struct ReturnPoint {
     t: f64,
     q: Vec<f64>,
     angles: Vec<f64>,
@@ -83,7 +83,7 @@ impl StaticProblem {
     pub fn new(system: SeparableSystem, mechanism: Mechanism) -> Self {
         let elastic = vec![false; mechanism.description().bodies.len()];
         let q = mechanism.initial_configuration();
-        let work = Equations::new(system, mechanism, (0.0, &q));
+        let work = EquilibriumEquations::new(system, mechanism, (0.0, &q));
         let (d, rows) = (work.unknowns(), work.rows.len());
         Self {
             newton: Newton::new(d + rows, NewtonSettings::default()),
@@ -210,13 +210,13 @@ impl StaticProblem {
     }
 
     /// Where the problem stands.
-    pub(crate) fn mark(&self) -> Mark {
+    pub(crate) fn mark(&self) -> ReturnPoint {
         let work = &self.work;
         let (q, angles) = (work.s.q0.clone(), work.s.angles.clone());
-        Mark { t: work.t, q, angles, mu: self.mu.clone(), rows: work.rows.clone() }
+        ReturnPoint { t: work.t, q, angles, mu: self.mu.clone(), rows: work.rows.clone() }
     }
 
-    pub(crate) fn return_to(&mut self, mark: Mark) {
+    pub(crate) fn return_to(&mut self, mark: ReturnPoint) {
         self.work.t = mark.t;
         self.work.stand_at(&mark.q, mark.angles);
         self.mu = mark.mu;
@@ -271,7 +271,7 @@ impl StaticProblem {
         let d = self.work.unknowns();
         self.x[..d].fill(0.0);
         self.x[d..].copy_from_slice(&self.mu);
-        let mut problem = Problem::of(&self.blocks, &mut self.work);
+        let mut problem = EquilibriumProblem::of(&self.blocks, &mut self.work);
         let solved = self.newton.solve(&mut problem, &mut self.x);
         let prediction = problem.into_prediction();
         let report = solved.map_err(StepFailure::Newton)?;

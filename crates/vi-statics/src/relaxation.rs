@@ -15,7 +15,7 @@
 
 use crate::path::{Equilibrium, StaticError};
 use crate::problem::StaticProblem;
-use crate::stability::Stiffness;
+use crate::stability::TangentStiffness;
 use crate::step_bounds::{StepBounds, StepFailure};
 use vi_constraints::Constraints;
 use vi_core::Configuration;
@@ -174,7 +174,7 @@ impl StaticProblem {
     /// the energy falls with every step.
     fn descending(&mut self, sigma: f64) -> f64 {
         const DOUBLINGS: usize = 60;
-        let Some(stiffness) = self.stiffness().filter(Stiffness::is_symmetric) else {
+        let Some(stiffness) = self.stiffness().filter(TangentStiffness::is_symmetric) else {
             return sigma;
         };
         let mut damped = sigma;

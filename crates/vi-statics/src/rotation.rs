@@ -141,7 +141,7 @@ impl SteadyRotation {
         if speed == 0.0 {
             return Ok(());
         }
-        let turn = Turn::new(self, mechanism.description(), ANGLE);
+        let turn = AxisRotation::new(self, mechanism.description(), ANGLE);
         let (t, turned) = (ANGLE / speed, turn.of_configuration(q));
         let start = mechanism.principal_angles(q);
         let mut angles = start.clone();
@@ -176,7 +176,7 @@ impl SteadyRotation {
         &self,
         mechanism: &Mechanism,
         [before, after]: [Configuration<'_>; 2],
-        turn: &Turn,
+        turn: &AxisRotation,
     ) -> Result<(), RotationError> {
         let (m, n) = (mechanism.len(), before.q.len());
         let (mut value, mut sizes) = (vec![0.0; m], vec![0.0; m]);
@@ -245,14 +245,14 @@ impl Places {
 }
 
 /// A finite rotation about the axis.
-pub(crate) struct Turn {
+pub(crate) struct AxisRotation {
     pub(crate) angle: f64, // rad
     rotation: Matrix3<f64>,
     point: Vector3<f64>,
     places: Places,
 }
 
-impl Turn {
+impl AxisRotation {
     pub(crate) fn new(rotation: &SteadyRotation, description: &Description, angle: f64) -> Self {
         let axis = rotation.velocity.normalize();
         let places = Places::of(description);

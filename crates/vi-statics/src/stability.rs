@@ -16,7 +16,7 @@
 
 use crate::modes::Linearization;
 use crate::problem::StaticProblem;
-use crate::vibrations::Motion;
+use crate::vibrations::MotionKind;
 use vi_core::inertia::negative_on_null_space;
 use vi_core::sparse::SparseMatrix;
 
@@ -26,14 +26,14 @@ const ROUNDING: f64 = 1e3 * f64::EPSILON;
 const DENSE: usize = 150;
 
 /// The stiffness at an equilibrium.
-pub(crate) struct Stiffness {
+pub(crate) struct TangentStiffness {
     K: SparseMatrix,
     B: SparseMatrix,
     noise: Vec<f64>,  // E
     metric: Vec<f64>, // S
 }
 
-impl Stiffness {
+impl TangentStiffness {
     pub(crate) fn new(K: SparseMatrix, B: SparseMatrix, metric: &[f64]) -> Self {
         let mut noise = vec![0.0; metric.len()];
         K.for_each(|i, j, value| {
@@ -91,11 +91,11 @@ impl StaticProblem {
             return None;
         }
         let motions = Linearization::all(self).ok()?.vibrations().ok()?;
-        Some(motions.count(Motion::Growth))
+        Some(motions.count(MotionKind::Growth))
     }
 
     /// At the last equilibrium; `None` in a steady rotation.
-    pub(crate) fn stiffness(&mut self) -> Option<Stiffness> {
+    pub(crate) fn stiffness(&mut self) -> Option<TangentStiffness> {
         if self.work.is_rotating() {
             return None;
         }
@@ -105,6 +105,6 @@ impl StaticProblem {
         let mut r = vec![0.0; self.x.len()];
         self.work.evaluate(&self.x, &mut r).ok()?;
         let (K, B) = self.work.frame_stiffness();
-        Some(Stiffness::new(K, B, self.work.metric()))
+        Some(TangentStiffness::new(K, B, self.work.metric()))
     }
 }

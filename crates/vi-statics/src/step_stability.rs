@@ -16,7 +16,7 @@
 //! `L_d`).
 #![allow(non_snake_case)] // P, R, K, M, A, J
 
-use crate::rotation::{SteadyRotation, Turn};
+use crate::rotation::{AxisRotation, SteadyRotation};
 use nalgebra::{Complex, DMatrix, DVector};
 use vi_constraints::Constraints;
 use vi_constraints::InitialValues;
@@ -73,8 +73,8 @@ impl SteadyStep {
         q: &[f64],
     ) -> Result<Self, StepStabilityError> {
         let angle = h * rotation.velocity.norm();
-        let [forth, back] =
-            [angle, -angle].map(|angle| Turn::new(rotation, mechanism.description(), angle));
+        let [forth, back] = [angle, -angle]
+            .map(|angle| AxisRotation::new(rotation, mechanism.description(), angle));
         let step = TurningStep { system, mechanism, h, forth, back };
         let q = step.steady(q).ok_or(StepStabilityError::NotFound)?;
         let growth = step.growth(&q)?;
@@ -87,8 +87,8 @@ struct TurningStep<'a> {
     system: &'a SeparableSystem,
     mechanism: &'a Mechanism,
     h: f64,
-    forth: Turn,
-    back: Turn,
+    forth: AxisRotation,
+    back: AxisRotation,
 }
 
 impl TurningStep<'_> {
@@ -211,7 +211,7 @@ fn square(n: usize, emit: &dyn Fn(&mut dyn Entries)) -> DMatrix<f64> {
 }
 
 /// Each column turned.
-fn turned(turn: &Turn, columns: &DMatrix<f64>) -> DMatrix<f64> {
+fn turned(turn: &AxisRotation, columns: &DMatrix<f64>) -> DMatrix<f64> {
     let mut columns = columns.clone();
     for mut column in columns.column_iter_mut() {
         let turned = turn.of_vectors(column.as_slice());

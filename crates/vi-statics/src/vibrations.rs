@@ -19,7 +19,7 @@ const ROUND_OFF: f64 = 1e-6;
 
 /// What a motion `x e^{λt}` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motion {
+pub enum MotionKind {
     /// `Re λ > 0`.
     Growth,
     /// Nothing resists: `λ = 0`.
@@ -34,7 +34,7 @@ pub enum Motion {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vibration {
     /// What it is.
-    pub motion: Motion,
+    pub motion: MotionKind,
     /// `λ`, 1/s.
     pub value: Complex<f64>,
     /// Velocities of all coordinates, shape `n`; the motion is `Re (x e^{λt})`.
@@ -50,7 +50,7 @@ pub struct Vibration {
 /// use vi_multibody::builder::{Inertia, MechanismBuilder};
 /// use vi_multibody::{FrameId::Ground, PairKind};
 /// use vi_multibody::joint_force::Viscous;
-/// use vi_statics::{Motion, StaticProblem, vibrations};
+/// use vi_statics::{MotionKind, StaticProblem, vibrations};
 ///
 /// // a hanging pendulum with a damper: J' λ² + c λ + m γ l = 0
 /// let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
@@ -61,16 +61,16 @@ pub struct Vibration {
 /// let built = builder.build()?;
 /// let mut problem = StaticProblem::new(built.system(Quadrature::Midpoint), built.mechanism);
 /// let found = vibrations(&mut problem)?;
-/// let swing = found.get(Motion::Vibration, 0).expect("it is not overdamped");
+/// let swing = found.get(MotionKind::Vibration, 0).expect("it is not overdamped");
 /// assert!((swing.value.re + 0.25).abs() < 1e-12); // −c/2J'
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Vibrations {
     linear: Linearization,
     eigen: QuadraticEigen,
-    imaginary: bool,              // λ of vibrations, but for partners of what grows
-    rigid: Vec<usize>,            // of the undamped modes
-    moving: Vec<(Motion, usize)>, // of the eigenvalues, sorted
+    imaginary: bool,   // λ of vibrations, but for partners of what grows
+    rigid: Vec<usize>, // of the undamped modes
+    moving: Vec<(MotionKind, usize)>, // of the eigenvalues, sorted
 }
 
 impl std::fmt::Debug for Vibrations {
@@ -107,22 +107,22 @@ impl Linearization {
             let own = || eigen.modal_shape(k).iter().zip(&noise).map(|(y, n)| y.norm() * n.sqrt());
             square > least || square > own().sum::<f64>().powi(2)
         };
-        let mut moving: Vec<(Motion, usize)> = Vec::new();
+        let mut moving: Vec<(MotionKind, usize)> = Vec::new();
         let values = eigen.values();
         for (k, value) in values.iter().enumerate().filter(|(k, value)| moves(*k, **value)) {
             let motion = motion(*value);
             moving.push((motion, k));
-            if motion == Motion::Decay && value.im > 0.0 {
+            if motion == MotionKind::Decay && value.im > 0.0 {
                 moving.push((motion, k)); // two equal ones, apart by round-off
             }
         }
-        let key = |(motion, k): &(Motion, usize)| {
+        let key = |(motion, k): &(MotionKind, usize)| {
             let value = values[*k];
             match motion {
-                Motion::Growth => (0, -value.re),
-                Motion::Rigid => (1, 0.0),
-                Motion::Vibration => (2, value.im),
-                Motion::Decay => (3, -value.re),
+                MotionKind::Growth => (0, -value.re),
+                MotionKind::Rigid => (1, 0.0),
+                MotionKind::Vibration => (2, value.im),
+                MotionKind::Decay => (3, -value.re),
             }
         };
         moving.sort_by(|a, b| {
@@ -138,13 +138,13 @@ impl Linearization {
 }
 
 /// What `λ` is that is not zero.
-pub(crate) fn motion(value: Complex<f64>) -> Motion {
+pub(crate) fn motion(value: Complex<f64>) -> MotionKind {
     if value.re > ROUND_OFF * value.norm() {
-        Motion::Growth
+        MotionKind::Growth
     } else if value.im > ROUND_OFF * value.norm() {
-        Motion::Vibration
+        MotionKind::Vibration
     } else {
-        Motion::Decay
+        MotionKind::Decay
     }
 }
 
@@ -175,27 +175,27 @@ impl Vibrations {
 
     /// How many of a kind there are.
     #[must_use]
-    pub fn count(&self, motion: Motion) -> usize {
+    pub fn count(&self, motion: MotionKind) -> usize {
         match motion {
-            Motion::Rigid => self.rigid.len(),
+            MotionKind::Rigid => self.rigid.len(),
             _ => self.moving.iter().filter(|(own, _)| *own == motion).count(),
         }
     }
 
     /// The `k`-th of a kind: the fastest growth, the slowest vibration or decay is the first.
     #[must_use]
-    pub fn get(&self, motion: Motion, k: usize) -> Option<Vibration> {
-        if motion == Motion::Rigid {
+    pub fn get(&self, motion: MotionKind, k: usize) -> Option<Vibration> {
+        if motion == MotionKind::Rigid {
             return self.rigid.get(k).map(|&k| self.rigid_motion(k));
         }
         let (_, index) = self.moving.iter().filter(|(own, _)| *own == motion).nth(k)?;
         let pair = self.eigen.pair(*index);
         let mut value = pair.value;
-        if motion == Motion::Decay {
+        if motion == MotionKind::Decay {
             value.im = 0.0;
         }
         if self.imaginary
-            && motion == Motion::Vibration
+            && motion == MotionKind::Vibration
             && value.re.abs() <= ROUND_OFF * value.norm()
         {
             value.re = 0.0;
@@ -214,7 +214,7 @@ impl Vibrations {
         let x = undamped.vectors.columns(k, 1).map(|x| Complex::new(x, 0.0));
         let value = Complex::default();
         let residual = self.residual(undamped.residual);
-        Vibration { motion: Motion::Rigid, value, shape: self.shape(&x), residual }
+        Vibration { motion: MotionKind::Rigid, value, shape: self.shape(&x), residual }
     }
 
     fn shape(&self, x: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {

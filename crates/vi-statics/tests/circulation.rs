@@ -11,7 +11,9 @@ use vi_multibody::builder::{BuiltMechanism, Inertia, MechanismBuilder};
 use vi_multibody::joint_force::Viscous;
 use vi_multibody::{FrameId::Ground, PairKind};
 use vi_rigid::load::LoadKind;
-use vi_statics::{Linearization, Motion, StaticProblem, SteadyRotation, Vibrations, vibrations};
+use vi_statics::{
+    Linearization, MotionKind, StaticProblem, SteadyRotation, Vibrations, vibrations,
+};
 
 fn z(speed: f64) -> SteadyRotation {
     SteadyRotation { point: Vector3::zeros(), velocity: Vector3::new(0.0, 0.0, speed) }
@@ -25,7 +27,8 @@ fn about(built: BuiltMechanism, rotation: &SteadyRotation) -> Vibrations {
 }
 
 fn counts(found: &Vibrations) -> [usize; 4] {
-    [Motion::Growth, Motion::Rigid, Motion::Vibration, Motion::Decay].map(|m| found.count(m))
+    [MotionKind::Growth, MotionKind::Rigid, MotionKind::Vibration, MotionKind::Decay]
+        .map(|m| found.count(m))
 }
 
 /// `m z̈ + c ż + k z = 0` in space, whatever the speed: `λ = −c/2m ± i(ω ± Ω)` in the frame that
@@ -57,7 +60,7 @@ fn dampers_to_the_ground_do_not_know_the_speed() {
             exact.sort_by(f64::total_cmp);
             let mut worst = 0.0_f64;
             for (i, exact) in exact.into_iter().enumerate() {
-                let value = found.get(Motion::Vibration, i).unwrap().value;
+                let value = found.get(MotionKind::Vibration, i).unwrap().value;
                 worst = worst.max((value.im - exact).abs()).max((value.re + 0.5 * c / m).abs());
             }
             println!("joint {along_joint}, {speed} rad/s: λ off by {worst:.1e}");
@@ -86,7 +89,7 @@ fn dampers_along_axes_that_turn_are_internal() {
         let half = Complex::new(0.5 * c / m, speed);
         let root = (half * half - (k / m - speed * speed)).sqrt();
         for exact in [-half + root, -half - root] {
-            let motion = if exact.re > 0.0 { Motion::Growth } else { Motion::Vibration };
+            let motion = if exact.re > 0.0 { MotionKind::Growth } else { MotionKind::Vibration };
             let values = (0..found.count(motion)).map(|i| found.get(motion, i).unwrap().value);
             let off =
                 values.map(|value| (value.re - exact.re).abs() + (value.im - exact.im.abs()).abs());
@@ -94,7 +97,7 @@ fn dampers_along_axes_that_turn_are_internal() {
             println!("{speed} rad/s: {exact:.6} off by {off:.1e}");
             assert!(off < 1e-9);
         }
-        assert_eq!(found.count(Motion::Growth), usize::from(speed > 10.0));
+        assert_eq!(found.count(MotionKind::Growth), usize::from(speed > 10.0));
     }
 }
 
@@ -121,7 +124,7 @@ fn dampers_between_bodies_turn_with_them() {
         let r = r0 * k / (k - m * speed * speed);
         let inertia = hub + 0.2 + m * r * r;
         let square = k / m - speed * speed + 4.0 * speed * speed * m * r * r / inertia;
-        let value = found.get(Motion::Vibration, 0).unwrap().value;
+        let value = found.get(MotionKind::Vibration, 0).unwrap().value;
         let exact = (square - (0.5 * c / m).powi(2)).sqrt();
         println!("joint {along_joint}: λ = {value:.10}, ω = {exact:.10}");
         assert!((value.im - exact).abs() < 1e-9 && (value.re + 0.5 * c / m).abs() < 1e-9);
@@ -154,16 +157,16 @@ fn an_undamped_follower_is_circulatory() {
     let linear = Linearization::all(&mut problem).unwrap();
     assert!(linear.is_circulatory().unwrap());
     let found = linear.vibrations().unwrap();
-    let [a, b] = [0, 1].map(|k| found.get(Motion::Vibration, k).unwrap().value);
+    let [a, b] = [0, 1].map(|k| found.get(MotionKind::Vibration, k).unwrap().value);
     println!("P = 10: {a:.6}, {b:.6}");
-    assert_eq!(found.count(Motion::Growth), 0);
+    assert_eq!(found.count(MotionKind::Growth), 0);
     assert!((a.im - 5.1758).abs() < 2e-3 && (b.im - 18.587).abs() < 1e-2);
     assert!(a.re == 0.0 && b.re == 0.0, "no force takes energy out");
     for (force, growing) in [(19.8, 0), (20.3, 1)] {
         let mut problem = beck(force, 16, 2);
         let found = vibrations(&mut problem).unwrap();
-        println!("P = {force}: growing {}", found.count(Motion::Growth));
-        assert_eq!(found.count(Motion::Growth), growing, "flutter begins at 20.05");
+        println!("P = {force}: growing {}", found.count(MotionKind::Growth));
+        assert_eq!(found.count(MotionKind::Growth), growing, "flutter begins at 20.05");
     }
     let mut dead = {
         let section = Section::new([1e3, 1e3, 1e3, 1.0, 2.0, 1.0], [1.0, 1e-3, 1e-3, 0.0]).unwrap();
@@ -184,10 +187,14 @@ fn an_undamped_follower_of_a_large_system() {
         let mut problem = beck(force, 60, 1);
         let linear = Linearization::lowest(&mut problem, 3).unwrap();
         let found = linear.vibrations().unwrap();
-        println!("P = {force}: growing {}, {} in all", found.count(Motion::Growth), found.len());
-        assert_eq!(found.count(Motion::Growth), usize::from(force > 20.05));
+        println!(
+            "P = {force}: growing {}, {} in all",
+            found.count(MotionKind::Growth),
+            found.len()
+        );
+        assert_eq!(found.count(MotionKind::Growth), usize::from(force > 20.05));
         if force < 20.0 {
-            let [a, b] = [0, 1].map(|k| found.get(Motion::Vibration, k).unwrap().value.im);
+            let [a, b] = [0, 1].map(|k| found.get(MotionKind::Vibration, k).unwrap().value.im);
             assert!((a - 5.1758).abs() < 1e-2 && (b - 18.587).abs() < 5e-2, "{a} {b}");
         }
     }
@@ -220,7 +227,7 @@ fn a_follower_on_rigid_bodies_is_circulatory() {
     for (part, growing) in [(0.0, 0), (0.99, 0), (1.01, 1)] {
         let found = found(part * critical);
         println!("P = {part} of {critical:.4}: {:?}", counts(&found));
-        assert_eq!(found.count(Motion::Growth), growing);
+        assert_eq!(found.count(MotionKind::Growth), growing);
     }
 }
 
@@ -258,14 +265,14 @@ fn no_whirl_is_lost_beside_a_free_spin() {
             (a + b + 2.0 * speed * speed, (a - speed * speed) * (b - speed * speed));
         let square = -0.5 * sum + (0.25 * sum * sum - product).sqrt(); // the softer λ²
         let value = if square > 0.0 {
-            found.get(Motion::Growth, 0).map_or(f64::NAN, |found| found.value.re)
+            found.get(MotionKind::Growth, 0).map_or(f64::NAN, |found| found.value.re)
         } else {
-            found.get(Motion::Vibration, 0).map_or(f64::NAN, |found| found.value.im)
+            found.get(MotionKind::Vibration, 0).map_or(f64::NAN, |found| found.value.im)
         };
         let exact = square.abs().sqrt();
         println!("{speed} rad/s: {value:.6}, closed form {exact:.6}, {:?}", counts(&found));
         assert!((value / exact - 1.0).abs() < 0.03, "shear and rotary inertia apart");
-        assert_eq!(found.count(Motion::Growth), usize::from(square > 0.0));
-        assert_eq!(found.count(Motion::Rigid), 2, "the spins of shaft and roller");
+        assert_eq!(found.count(MotionKind::Growth), usize::from(square > 0.0));
+        assert_eq!(found.count(MotionKind::Rigid), 2, "the spins of shaft and roller");
     }
 }

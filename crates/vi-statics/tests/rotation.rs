@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 use vi_core::Quadrature;
 use vi_multibody::builder::{BuiltMechanism, Inertia, MechanismBuilder};
 use vi_multibody::{FrameId::Ground, PairKind};
-use vi_statics::{Motion, RotationError, StaticProblem, SteadyRotation, Vibrations, vibrations};
+use vi_statics::{
+    MotionKind, RotationError, StaticProblem, SteadyRotation, Vibrations, vibrations,
+};
 
 fn about(built: BuiltMechanism, rotation: &SteadyRotation) -> (Vec<f64>, Vibrations) {
     let system = built.system(Quadrature::Midpoint);
@@ -36,14 +38,15 @@ fn a_bead_on_a_turning_rod_vibrates_as_its_closed_form() {
         let r = r0 * k / (k - m * speed * speed);
         let inertia = hub + 0.2 + m * r * r;
         let square = k / m - speed * speed + 4.0 * speed * speed * m * r * r / inertia;
-        let swing = found.get(Motion::Vibration, 0).unwrap();
+        let swing = found.get(MotionKind::Vibration, 0).unwrap();
         let (place, error) = (q[12] - r, swing.value.im / square.sqrt() - 1.0);
         println!(
             "{speed} rad/s: r off by {place:.1e}, ω off by {error:.1e}, {:.1e}",
             swing.residual
         );
         assert!(place.abs() < 1e-11 && error.abs() < 1e-11);
-        let counts = [Motion::Growth, Motion::Rigid, Motion::Vibration, Motion::Decay];
+        let counts =
+            [MotionKind::Growth, MotionKind::Rigid, MotionKind::Vibration, MotionKind::Decay];
         assert_eq!(counts.map(|motion| found.count(motion)), [0, 1, 1, 0]);
     }
 }
@@ -59,12 +62,13 @@ fn a_body_that_spins_about_its_middle_axis_tumbles_at_eulers_rate() {
         // about e_3: λ² = −Ω² (J_3 − J_1)(J_3 − J_2)/(J_1 J_2)
         let [j1, j2, j3] = inertia;
         let square = speed * speed * (j3 - j1) * (j3 - j2) / (j1 * j2);
-        let growth = found.get(Motion::Growth, 0).map(|v| v.value);
+        let growth = found.get(MotionKind::Growth, 0).map(|v| v.value);
         println!("spin about {j3} of {inertia:?}: {growth:?}");
-        assert_eq!(found.count(Motion::Growth), usize::from(!stable));
+        assert_eq!(found.count(MotionKind::Growth), usize::from(!stable));
         if stable {
-            let near = (0..found.count(Motion::Vibration))
-                .map(|k| (found.get(Motion::Vibration, k).unwrap().value.im - square.sqrt()).abs());
+            let near = (0..found.count(MotionKind::Vibration)).map(|k| {
+                (found.get(MotionKind::Vibration, k).unwrap().value.im - square.sqrt()).abs()
+            });
             assert!(near.fold(f64::INFINITY, f64::min) < 1e-9 * speed);
         } else {
             assert!((growth.unwrap().re - (-square).sqrt()).abs() < 1e-10 * speed);

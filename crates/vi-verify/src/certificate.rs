@@ -1,6 +1,6 @@
 //! Which property is expected, what was measured, and whether the two agree.
 
-use super::convergence::Convergence;
+use super::convergence::ErrorSequence;
 use super::measure::Conditioning;
 use super::subject::Method;
 use serde::{Deserialize, Serialize};
@@ -179,12 +179,12 @@ pub struct Study {
     /// What errors were measured against.
     pub reference: String,
     /// The errors, by quantity.
-    pub curves: Vec<Convergence>,
+    pub curves: Vec<ErrorSequence>,
 }
 
 /// A curve over time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct History {
+pub struct TimeCurve {
     /// What it shows.
     pub name: String,
     /// `(t, value)`, thinned out.
@@ -203,7 +203,7 @@ pub struct Certificate {
     /// Condition numbers of each method.
     pub conditioning: Vec<(Method, Conditioning)>,
     /// Energy and momentum errors of the long run.
-    pub histories: Vec<History>,
+    pub histories: Vec<TimeCurve>,
 }
 
 impl Certificate {

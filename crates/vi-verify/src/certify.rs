@@ -2,7 +2,7 @@
 
 mod resolution;
 
-use super::certificate::{Certificate, Criterion, Finding, History, Verdict};
+use super::certificate::{Certificate, Criterion, Finding, TimeCurve, Verdict};
 use super::convergence::{Horizon, Quantity};
 use super::fit::power_law;
 use super::horizons::{Horizons, clearest, saturated};
@@ -11,7 +11,7 @@ use super::judge::{
     judge_momentum, judge_order, judge_output, judge_residual, round_off, scientific, sub_steps,
 };
 use super::measure::{
-    self, Conditioning, LongRun, Residuals, conditioning, distance, long_run, reversal,
+    self, Conditioning, ConstraintResiduals, LongRun, conditioning, distance, long_run, reversal,
 };
 use super::output::outputs;
 use super::subject::{Method, Nature, Setting, Subject};
@@ -27,7 +27,7 @@ const NOTHING_FREE: &str = "no degree of freedom is left: the constraints determ
 
 /// What to measure on a subject.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct MeasurementPlan {
     /// The methods with their orders.
     pub methods: Vec<(Method, Vec<u32>)>,
     /// Of the convergence studies, at first.
@@ -50,7 +50,7 @@ pub struct Plan {
     pub criteria: Vec<Criterion>,
 }
 
-impl Plan {
+impl MeasurementPlan {
     fn asks(&self, criterion: Criterion) -> bool {
         self.criteria.contains(&criterion)
     }
@@ -60,7 +60,7 @@ impl Plan {
 pub fn certify(
     subject: &dyn Subject,
     system: &str,
-    plan: &Plan,
+    plan: &MeasurementPlan,
     progress: &mut dyn FnMut(&str),
 ) -> Certificate {
     let certificate = Certificate { system: system.to_owned(), ..Certificate::default() };
@@ -87,7 +87,7 @@ pub fn certify(
 
 struct Certifier<'a> {
     subject: &'a dyn Subject,
-    plan: &'a Plan,
+    plan: &'a MeasurementPlan,
     certificate: Certificate,
     horizons: Horizons<'a>,
     not_resolved: Option<Option<String>>, // found when first asked for
@@ -266,7 +266,7 @@ impl Certifier<'_> {
     }
 
     /// Largest residuals of short runs at `h`, `h/2`, … `h/16`; empty where one failed.
-    fn short_runs(&self, method: Method, order: u32) -> Vec<(f64, Residuals)> {
+    fn short_runs(&self, method: Method, order: u32) -> Vec<(f64, ConstraintResiduals)> {
         let residuals = |k: u32| -> Result<_, String> {
             let step = self.plan.step / f64::from(1 << k);
             let setting = Setting { step, ..self.setting(method, order) };
@@ -276,7 +276,12 @@ impl Certifier<'_> {
     }
 
     /// The order of the hidden constraint at momenta, where `p_n` is defined.
-    fn hidden(&mut self, (method, order): (Method, u32), short: &[(f64, Residuals)], size: f64) {
+    fn hidden(
+        &mut self,
+        (method, order): (Method, u32),
+        short: &[(f64, ConstraintResiduals)],
+        size: f64,
+    ) {
         let errors: Option<Vec<[f64; 2]>> =
             short.iter().map(|(h, r)| Some([*h, r.momentum?])).collect();
         let Some(errors) = errors.filter(|errors| !errors.is_empty()) else { return };
@@ -468,12 +473,12 @@ fn conditioned_as_expected(method: Method, numbers: &Conditioning) -> bool {
 }
 
 /// Errors of the energy and of its shadow, and momentum drifts over time, thinned out.
-fn histories(run: &LongRun) -> Vec<History> {
+fn histories(run: &LongRun) -> Vec<TimeCurve> {
     let thin = (run.samples.len() / 1024).max(1);
     let history = |name: &str, values: Vec<f64>| {
         let start = values.first().copied().unwrap_or(0.0);
         let points = run.times.iter().zip(values).step_by(thin);
-        History { name: name.into(), points: points.map(|(t, v)| (*t, v - start)).collect() }
+        TimeCurve { name: name.into(), points: points.map(|(t, v)| (*t, v - start)).collect() }
     };
     let mut histories = vec![history("energy", run.energies())];
     if run.nature.conservative {

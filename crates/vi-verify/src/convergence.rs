@@ -6,8 +6,8 @@
 //! powers of `h`. Its uncertainty is what the last refinement changed.
 
 use super::judge::round_off;
-use super::order::{CLEAR, ErrorAt, NoOrder, ObservedOrder, Scale, observed_order};
-use super::subject::{GalerkinForm, Method, Setting, Subject, Values};
+use super::order::{CLEAR, ErrorAt, NoOrder, ObservedOrder, QuantityScale, observed_order};
+use super::subject::{GalerkinForm, Method, NodeValues, Setting, Subject};
 use serde::{Deserialize, Serialize};
 use vi_constraints::SchemeKind;
 use vi_core::linear::norm_inf;
@@ -83,7 +83,7 @@ impl Quantity {
     }
 
     /// Its value in a run, of which `start` is the first node.
-    fn of<'a>(self, start: &'a Values, at: &'a Values) -> Option<&'a [f64]> {
+    fn of<'a>(self, start: &'a NodeValues, at: &'a NodeValues) -> Option<&'a [f64]> {
         match self {
             Self::Position => Some(&at.q),
             Self::Momentum => Some(&at.p),
@@ -95,7 +95,7 @@ impl Quantity {
     }
 
     /// Its value in the reference: there is one momentum and one multiplier in the exact motion.
-    fn exact<'a>(self, start: &'a Values, at: &'a Values) -> Option<&'a [f64]> {
+    fn exact<'a>(self, start: &'a NodeValues, at: &'a NodeValues) -> Option<&'a [f64]> {
         match self {
             Self::Position => Some(&at.q),
             Self::Momentum | Self::ConstrainedMomentum => Some(&at.p),
@@ -107,9 +107,9 @@ impl Quantity {
 
 /// The motion that errors are measured against.
 #[derive(Clone, Debug)]
-pub struct Reference {
+pub struct ReferenceMotion {
     /// The initial node and the nodes at quarters of the run.
-    nodes: Vec<Values>,
+    nodes: Vec<NodeValues>,
     /// Uncertainty of `q`, `p`, `λ`, relative.
     uncertainty: [f64; 3],
     /// What it is, in words.
@@ -118,7 +118,7 @@ pub struct Reference {
 
 /// Errors of one quantity at shrinking steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Convergence {
+pub struct ErrorSequence {
     /// The quantity.
     pub quantity: Quantity,
     /// Relative errors, the coarsest step first.
@@ -139,7 +139,7 @@ pub fn nodes(
     order: u32,
     end: f64,
     steps: u32,
-) -> Result<Vec<Values>, String> {
+) -> Result<Vec<NodeValues>, String> {
     equal_parts(subject, (method, order), (end, steps), SAMPLES)
 }
 
@@ -149,7 +149,7 @@ fn equal_parts(
     (method, order): (Method, u32),
     (end, steps): (f64, u32),
     parts: u32,
-) -> Result<Vec<Values>, String> {
+) -> Result<Vec<NodeValues>, String> {
     let mut motion = subject.start(Setting::new(method, order, end / f64::from(steps)))?;
     let mut nodes = vec![motion.values()?];
     for k in 1..=steps {
@@ -172,7 +172,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Largest relative error of a quantity; `None` where the run or the reference does not have it, or
 /// where it is zero throughout.
-fn relative_error(quantity: Quantity, run: &[Values], reference: &[Values]) -> Option<f64> {
+fn relative_error(quantity: Quantity, run: &[NodeValues], reference: &[NodeValues]) -> Option<f64> {
     let (start, exact_start) = (&run[0], &reference[0]);
     let (mut errors, mut sizes) = (Vec::new(), Vec::new());
     for (at, exact) in run.iter().zip(reference).skip(1) {
@@ -185,7 +185,7 @@ fn relative_error(quantity: Quantity, run: &[Values], reference: &[Values]) -> O
 }
 
 /// Largest difference of `q` between two runs, relative to the largest coordinate.
-pub fn relative_difference(run: &[Values], other: &[Values]) -> f64 {
+pub fn relative_difference(run: &[NodeValues], other: &[NodeValues]) -> f64 {
     relative_error(Quantity::Position, run, other).unwrap_or(0.0)
 }
 
@@ -197,7 +197,7 @@ const BY: [Method; 2] = [Method::NODAL, Method::Variational(SchemeKind::Constrai
 /// A reference less certain than that is held against one by Galerkin steps, which are larger.
 const WELL_KNOWN: f64 = 1e-13;
 
-impl Reference {
+impl ReferenceMotion {
     /// The exact motion, or a fine one.
     ///
     /// # Errors
@@ -273,7 +273,7 @@ impl Reference {
     ) -> Result<Self, String> {
         const LEVELS: i32 = 5;
         let coarsest = (horizon.finest >> (LEVELS - 1)).max(horizon.coarsest) / 8 * 8;
-        let mut rows: Vec<Vec<Values>> = Vec::new(); // of the last refinement, by power
+        let mut rows: Vec<Vec<NodeValues>> = Vec::new(); // of the last refinement, by power
         let mut change = [f64::INFINITY; 3];
         for level in 0..LEVELS {
             let steps = coarsest << level;
@@ -281,7 +281,7 @@ impl Reference {
             for (power, coarse) in (1..).zip(&rows) {
                 let factor = 1.0 / (4_f64.powi(power) - 1.0);
                 let fine = row.last().expect("begun with the run itself");
-                let next: Vec<Values> =
+                let next: Vec<NodeValues> =
                     fine.iter().zip(coarse).map(|(f, c)| extrapolate(f, c, factor)).collect();
                 row.push(next);
             }
@@ -299,7 +299,7 @@ impl Reference {
     }
 
     /// Its nodes at the ends of 1, 2 or 4 equal parts.
-    fn at(&self, parts: u32) -> Vec<Values> {
+    fn at(&self, parts: u32) -> Vec<NodeValues> {
         self.nodes.iter().step_by((SAMPLES / parts) as usize).cloned().collect()
     }
 
@@ -315,21 +315,21 @@ impl Reference {
 }
 
 /// `f + factor (f − c)`, for every quantity.
-fn extrapolate(fine: &Values, coarse: &Values, factor: f64) -> Values {
+fn extrapolate(fine: &NodeValues, coarse: &NodeValues, factor: f64) -> NodeValues {
     let mix = |f: &[f64], c: &[f64]| -> Vec<f64> {
         f.iter().zip(c).map(|(f, c)| f + factor * (f - c)).collect()
     };
     let both = |f: &Option<Vec<f64>>, c: &Option<Vec<f64>>| Some(mix(f.as_ref()?, c.as_ref()?));
-    Values {
+    NodeValues {
         q: mix(&fine.q, &coarse.q),
         p: mix(&fine.p, &coarse.p),
         lambda_other: both(&fine.lambda_other, &coarse.lambda_other),
-        ..Values::default()
+        ..NodeValues::default()
     }
 }
 
 /// Relative changes of `q`, `p`, `λ` from one run to the next.
-fn uncertainty(coarse: &[Values], fine: &[Values]) -> [f64; 3] {
+fn uncertainty(coarse: &[NodeValues], fine: &[NodeValues]) -> [f64; 3] {
     [Quantity::Position, Quantity::Momentum, Quantity::OtherMultiplier]
         .map(|quantity| relative_error(quantity, coarse, fine).unwrap_or(0.0))
 }
@@ -347,8 +347,8 @@ pub fn study(
     method: Method,
     order: u32,
     horizon: Horizon,
-    reference: &Reference,
-) -> Result<Vec<Convergence>, String> {
+    reference: &ReferenceMotion,
+) -> Result<Vec<ErrorSequence>, String> {
     let mut errors = vec![Vec::new(); Quantity::ALL.len()];
     let mut refused = "no run was made".to_owned();
     let parts = if order >= HIGH { SAMPLES_OF_HIGH } else { SAMPLES };
@@ -381,15 +381,15 @@ pub fn study(
     }
     let judged = |(quantity, errors): (Quantity, Vec<ErrorAt>)| {
         let floor = reference.floor(quantity);
-        let observed = observed_order(&errors, Scale { size: 1.0, floor });
-        (!errors.is_empty()).then_some(Convergence { quantity, errors, observed, floor })
+        let observed = observed_order(&errors, QuantityScale { size: 1.0, floor });
+        (!errors.is_empty()).then_some(ErrorSequence { quantity, errors, observed, floor })
     };
     Ok(Quantity::ALL.into_iter().zip(errors).filter_map(judged).collect())
 }
 
 /// Whether refining further shows nothing more: the configuration is at round-off, and where it is
 /// so at any step everything else, too.
-fn is_settled(errors: &[Vec<ErrorAt>], reference: &Reference) -> bool {
+fn is_settled(errors: &[Vec<ErrorAt>], reference: &ReferenceMotion) -> bool {
     let floor = |k: usize| reference.floor(Quantity::ALL[k]);
     let settled = |k: usize| errors[k].is_empty() || at_round_off(&errors[k], floor(k));
     let is_exact = errors[0].iter().all(|e| e.error <= CLEAR * floor(0));

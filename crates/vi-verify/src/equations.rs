@@ -20,7 +20,7 @@ use vi_multibody::reaction::Reactions;
 use vi_rigid::{directors, null_space};
 
 /// Force (N) and moment about the anchor of the child (N·m) on the child of a joint, in space.
-pub type Reaction = [f64; 6];
+pub type ReactionWrench = [f64; 6];
 
 /// What constraints say beyond `g`: momentum maps, and reactions where there are joints.
 pub trait Observed: Constraints {
@@ -33,7 +33,7 @@ pub trait Observed: Constraints {
         _at: Configuration<'_>,
         _lambda: &[f64],
         _rows: &IndependentRows,
-    ) -> Vec<Reaction> {
+    ) -> Vec<ReactionWrench> {
         Vec::new()
     }
 
@@ -45,8 +45,8 @@ pub trait Observed: Constraints {
         _at: Configuration<'_>,
         _force: &[f64],
         _lambda: &[f64],
-        _reactions: &[Reaction],
-    ) -> Vec<Reaction> {
+        _reactions: &[ReactionWrench],
+    ) -> Vec<ReactionWrench> {
         Vec::new()
     }
 }
@@ -61,7 +61,7 @@ impl Observed for Mechanism {
         at: Configuration<'_>,
         lambda: &[f64],
         rows: &IndependentRows,
-    ) -> Vec<Reaction> {
+    ) -> Vec<ReactionWrench> {
         let found = Reactions::at(self, at, lambda, rows);
         let in_space = |r: &vi_multibody::reaction::Reaction| {
             let (f, m) = (r.force_in_space(), r.moment_in_space());
@@ -75,8 +75,8 @@ impl Observed for Mechanism {
         at: Configuration<'_>,
         force: &[f64],
         lambda: &[f64],
-        reactions: &[Reaction],
-    ) -> Vec<Reaction> {
+        reactions: &[ReactionWrench],
+    ) -> Vec<ReactionWrench> {
         let joints = &self.description().joints;
         if joints.is_empty() {
             return Vec::new();
@@ -85,7 +85,7 @@ impl Observed for Mechanism {
         (0..joints.len()).for_each(|k| rest[self.joint_rows(k)].fill(0.0));
         let (q, mut force) = (at.q, force.to_vec());
         jacobian(self, at.t, q).tr_mul_add(1.0, &rest, &mut force);
-        let mut missing: Vec<Reaction> = (0..self.description().bodies.len())
+        let mut missing: Vec<ReactionWrench> = (0..self.description().bodies.len())
             .map(|k| {
                 null_space::pull_back(&q[12 * k..12 * k + 12], &force[12 * k..12 * k + 12]).into()
             })
@@ -104,7 +104,7 @@ impl Observed for Mechanism {
 }
 
 /// The reaction as a wrench about the centre of body `k`: `(f, m + ϱ × f)`.
-fn on_body(joint: &Joint, q: &[f64], k: usize, reaction: &Reaction) -> Reaction {
+fn on_body(joint: &Joint, q: &[f64], k: usize, reaction: &ReactionWrench) -> ReactionWrench {
     let anchor = joint.child.point().at(q);
     let f = nalgebra::Vector3::from_column_slice(&reaction[..3]);
     let m = nalgebra::Vector3::from_column_slice(&reaction[3..]);
@@ -140,8 +140,8 @@ pub trait Equations {
         at: Configuration<'_>,
         force: &[f64],
         lambda: &[f64],
-        of: &[Reaction],
-    ) -> Vec<Reaction>;
+        of: &[ReactionWrench],
+    ) -> Vec<ReactionWrench>;
 }
 
 /// The equations of a system with its constraints.
@@ -211,8 +211,8 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
         at: Configuration<'_>,
         force: &[f64],
         lambda: &[f64],
-        of: &[Reaction],
-    ) -> Vec<Reaction> {
+        of: &[ReactionWrench],
+    ) -> Vec<ReactionWrench> {
         self.constraints.unsupported(at, force, lambda, of)
     }
 }

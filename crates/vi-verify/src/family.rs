@@ -1,7 +1,7 @@
 //! What differs between families of schemes when their integrators are verified.
 
 use super::equations::{Equations, Observed, OfSystem};
-use super::subject::{Reactions, Values};
+use super::subject::{NodeValues, ReactionValues};
 use std::marker::PhantomData;
 use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::galerkin::GalerkinTangent;
@@ -20,11 +20,11 @@ pub trait VerifiedFamily<C: Constraints> {
     type Exact: DiscreteLagrangian;
     /// The system that equations of motion are evaluated with.
     fn exact<'a>(&'a self, run: &'a Integrator<Self::System, C>) -> &'a Self::Exact;
-    /// See [`super::subject::Motion::values`].
+    /// See [`super::subject::RunningMotion::values`].
     ///
     /// # Errors
     /// Why the node could not be observed, in words.
-    fn values(run: &mut Integrator<Self::System, C>) -> Result<Values, String>;
+    fn values(run: &mut Integrator<Self::System, C>) -> Result<NodeValues, String>;
     /// A canonical basis of tangent vectors at the present node.
     fn tangents(&mut self, run: &Integrator<Self::System, C>) -> Tangents;
     /// Takes tangent vectors along a (sub-)step.
@@ -69,7 +69,7 @@ impl<S: DiscreteLagrangian, C: Observed> VerifiedFamily<C> for Variational<S> {
         run.system()
     }
 
-    fn values(run: &mut Integrator<S, C>) -> Result<Values, String> {
+    fn values(run: &mut Integrator<S, C>) -> Result<NodeValues, String> {
         let acceleration = run.acceleration_multiplier().map_err(|e| e.to_string())?;
         let node = run.observe().map_err(|e| e.to_string())?.clone();
         let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
@@ -84,8 +84,9 @@ impl<S: DiscreteLagrangian, C: Observed> VerifiedFamily<C> for Variational<S> {
         };
         let lambda = if of_a_step { &node.lambda } else { &acceleration };
         let joints = constraints.reactions(at, lambda, rows);
-        let reactions = (!joints.is_empty()).then(|| Reactions { lambda: lambda.clone(), joints });
-        Ok(Values {
+        let reactions =
+            (!joints.is_empty()).then(|| ReactionValues { lambda: lambda.clone(), joints });
+        Ok(NodeValues {
             reactions,
             q: state.q.clone(),
             p: node.p_projected,
@@ -144,19 +145,19 @@ impl<C: Observed + DiscreteConstraints> VerifiedFamily<C> for EnergyMomentum {
         &self.forces
     }
 
-    fn values(run: &mut EmIntegrator<C>) -> Result<Values, String> {
+    fn values(run: &mut EmIntegrator<C>) -> Result<NodeValues, String> {
         let node = run.observe().map_err(|e| e.to_string())?.clone();
         let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
         let joints = constraints.reactions(state.configuration(), &node.lambda, rows);
         let of_a_step = !run.reads_states(); // else no multiplier of a step belongs to a node
         let reactions = (of_a_step && !joints.is_empty())
-            .then(|| Reactions { lambda: node.lambda.clone(), joints });
+            .then(|| ReactionValues { lambda: node.lambda.clone(), joints });
         let (mean, single) = match rows.len() < constraints.len() {
             true => (node.constraint_force, node.constraint_force_mid),
             false => (node.lambda, node.lambda_mid),
         };
         let some = |lambda: Vec<f64>| (of_a_step && !lambda.is_empty()).then_some(lambda);
-        Ok(Values {
+        Ok(NodeValues {
             reactions,
             q: state.q.clone(),
             p: node.p,

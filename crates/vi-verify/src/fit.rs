@@ -58,14 +58,14 @@ pub fn expansion(points: &[[f64; 2]]) -> Option<Expansion> {
 
 /// A straight line by least squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct LineFit {
     /// Its slope.
     pub slope: f64,
     /// Mean of the points, which it passes through.
     pub middle: [f64; 2],
 }
 
-impl Line {
+impl LineFit {
     /// Its height at `x`.
     #[must_use]
     pub fn at(&self, x: f64) -> f64 {
@@ -75,7 +75,7 @@ impl Line {
 
 /// The line of least squares; `None` with fewer than two different `x`.
 #[must_use]
-pub fn line(points: &[[f64; 2]]) -> Option<Line> {
+pub fn line(points: &[[f64; 2]]) -> Option<LineFit> {
     let n = points.len() as f64;
     let sum = |f: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(f).sum::<f64>();
     let (mx, my) = (sum(&|p| p[0]) / n, sum(&|p| p[1]) / n);
@@ -85,7 +85,7 @@ pub fn line(points: &[[f64; 2]]) -> Option<Line> {
         return None;
     }
     let slope = sum(&|p| (p[0] - mx) * (p[1] - my)) / width;
-    Some(Line { slope, middle: [mx, my] })
+    Some(LineFit { slope, middle: [mx, my] })
 }
 
 /// The middle of some numbers; the lower one of two; `None` of none.

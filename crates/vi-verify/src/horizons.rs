@@ -4,9 +4,9 @@
 //! twice the time they are larger.
 
 use super::certificate::Study;
-use super::convergence::{Convergence, HIGH, Horizon, Quantity, Reference, study};
+use super::convergence::{ErrorSequence, HIGH, Horizon, Quantity, ReferenceMotion, study};
 use super::judge::order_tolerance;
-use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
+use super::order::{HALVINGS, NoOrder, ObservedOrder, QuantityScale, longest_observed_order};
 use super::subject::{Method, Subject};
 
 /// Halvings that an order is read over at least, and those that no longer horizon is tried for:
@@ -29,7 +29,7 @@ fn extensions(order: u32) -> usize {
 pub(super) struct Horizons<'a> {
     subject: &'a dyn Subject,
     first: Horizon,
-    references: Vec<Result<Reference, String>>,
+    references: Vec<Result<ReferenceMotion, String>>,
 }
 
 impl<'a> Horizons<'a> {
@@ -39,11 +39,11 @@ impl<'a> Horizons<'a> {
     }
 
     /// The horizon doubled `extension` times, with its reference.
-    fn reference(&mut self, extension: usize) -> (Horizon, &Result<Reference, String>) {
+    fn reference(&mut self, extension: usize) -> (Horizon, &Result<ReferenceMotion, String>) {
         let Horizon { end, coarsest, finest } = self.first;
         let horizon = |k: usize| Horizon { end: end * (1_u32 << k) as f64, coarsest, finest };
         while self.references.len() <= extension {
-            let next = Reference::find(self.subject, horizon(self.references.len()));
+            let next = ReferenceMotion::find(self.subject, horizon(self.references.len()));
             self.references.push(next);
         }
         (horizon(extension), &self.references[extension])
@@ -77,9 +77,9 @@ impl<'a> Horizons<'a> {
 
 /// The study in which the order of a quantity is read best: over enough halvings and straight, then
 /// the straightest; else the first.
-pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &Convergence)> {
-    let with_curve = |s| -> Option<(&Study, &Convergence)> { Some((s, curve_of(s, quantity)?)) };
-    let rank = |(study, curve): &(&Study, &Convergence)| {
+pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &ErrorSequence)> {
+    let with_curve = |s| -> Option<(&Study, &ErrorSequence)> { Some((s, curve_of(s, quantity)?)) };
+    let rank = |(study, curve): &(&Study, &ErrorSequence)| {
         let observed = curve.observed.as_ref().ok()?;
         let clear = long_enough(observed, curve, study) && observed.is_straight();
         Some((!clear, observed.spread))
@@ -112,13 +112,13 @@ pub(super) fn saturated(found: &[Study], quantity: Quantity) -> Option<f64> {
     found.iter().find_map(at_finest)
 }
 
-fn curve_of(study: &Study, quantity: Quantity) -> Option<&Convergence> {
+fn curve_of(study: &Study, quantity: Quantity) -> Option<&ErrorSequence> {
     study.curves.iter().find(|c| c.quantity == quantity)
 }
 
 /// Whether a quantity was read in no study so far, and larger errors would help in the last one.
 fn a_longer_horizon_helps(found: &[Study]) -> bool {
-    let short = |study: &Study, curve: &Convergence| match &curve.observed {
+    let short = |study: &Study, curve: &ErrorSequence| match &curve.observed {
         Ok(observed) => !long_enough(observed, curve, study),
         Err(refused) => !matches!(
             refused,
@@ -137,7 +137,7 @@ fn a_longer_horizon_helps(found: &[Study]) -> bool {
 }
 
 /// Whether an order was read over as many halvings as are wanted.
-fn long_enough(observed: &ObservedOrder, curve: &Convergence, study: &Study) -> bool {
+fn long_enough(observed: &ObservedOrder, curve: &ErrorSequence, study: &Study) -> bool {
     let (_, wanted) = halvings(study.order);
     let points = &curve.errors[observed.points.clone()];
     let found = (points[0].step / points[points.len() - 1].step).log2();
@@ -145,8 +145,8 @@ fn long_enough(observed: &ObservedOrder, curve: &Convergence, study: &Study) -> 
 }
 
 /// High orders are read over the longest straight stretch of four, three … `least` halvings.
-fn fewer_halvings(curve: &mut Convergence, least: u32) {
-    let scale = Scale { size: 1.0, floor: curve.floor };
+fn fewer_halvings(curve: &mut ErrorSequence, least: u32) {
+    let scale = QuantityScale { size: 1.0, floor: curve.floor };
     if let Ok(observed) = longest_observed_order(&curve.errors, scale, least) {
         curve.observed = Ok(observed);
     }

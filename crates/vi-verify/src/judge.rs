@@ -1,10 +1,10 @@
 //! Whether a measured number agrees with the expected property.
 
 use super::certificate::{Criterion, Finding, Study, Verdict};
-use super::convergence::{Convergence, Quantity};
+use super::convergence::{ErrorSequence, Quantity};
 use super::frequency::RESOLVED;
 use super::growth::{Growth, NoGrowth, growth};
-use super::measure::{LongRun, Residuals};
+use super::measure::{ConstraintResiduals, LongRun};
 use super::order::{NoOrder, ObservedOrder};
 use super::output::{Compared, LEAST_ORDER};
 use super::subject::Method;
@@ -77,7 +77,7 @@ pub(super) fn round_off(steps: u64, growth: f64) -> f64 {
 pub(super) fn judge_order(
     method: Method,
     order: u32,
-    curve: &Convergence,
+    curve: &ErrorSequence,
     study: &Study,
 ) -> Finding {
     let mut found = finding(Criterion::Order, method, order, curve.quantity.name(method));
@@ -292,7 +292,7 @@ pub(super) fn judge_momentum(
 }
 
 pub(super) fn judge_residual((method, order): (Method, u32), run: &LongRun) -> Finding {
-    let Residuals { position, .. } = run.residuals();
+    let ConstraintResiduals { position, .. } = run.residuals();
     let limit = 1e-13 * (1.0 + run.size().powi(2));
     let mut found = finding(Criterion::Residual, method, order, "constraints g");
     found.expected = format!("≤ {limit:.0e}");

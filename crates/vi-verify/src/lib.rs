@@ -18,7 +18,7 @@
 //!
 //! | type | is |
 //! |---|---|
-//! | [`Subject`](subject::Subject), [`Motion`](subject::Motion) | what is verified; its motion by any method |
+//! | [`Subject`](subject::Subject), [`RunningMotion`](subject::RunningMotion) | what is verified; its motion by any method |
 //! | [`Certificate`](certificate::Certificate), [`Finding`](certificate::Finding) | findings with their reasons |
 //!
 //! Every statistic returns an error with the reason where the numbers are not sufficient for it.

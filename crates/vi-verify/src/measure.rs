@@ -115,13 +115,13 @@ impl LongRun {
 
     /// Largest residuals at positions and momenta; at momenta where (46) is defined.
     #[must_use]
-    pub fn residuals(&self) -> Residuals {
+    pub fn residuals(&self) -> ConstraintResiduals {
         let largest = |of: fn(&Invariants) -> f64| {
             norm_inf(&self.samples.iter().map(of).collect::<Vec<f64>>())
         };
         let levels: Option<Vec<f64>> =
             self.samples.iter().map(|node| node.momentum_level).collect();
-        Residuals {
+        ConstraintResiduals {
             position: largest(|node| node.position),
             momentum: levels.as_ref().map(|levels| norm_inf(levels)),
             momentum_of_most: levels.and_then(|levels| of_tenths(levels, 9)),
@@ -154,7 +154,7 @@ impl LongRun {
 
 /// Largest residuals of the constraints at positions and momenta.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Residuals {
+pub struct ConstraintResiduals {
     /// `|g(q_n)|`.
     pub position: f64,
     /// (46), where it is defined.

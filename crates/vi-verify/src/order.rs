@@ -27,7 +27,7 @@ pub struct ErrorAt {
 
 /// What is known about the quantity whose error is studied.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Scale {
+pub struct QuantityScale {
     /// Its size: an error of half of it is saturated.
     pub size: f64,
     /// Round-off, or the uncertainty of the reference: errors below are not of the scheme.
@@ -156,7 +156,7 @@ pub enum NoOrder {
 ///
 /// # Errors
 /// [`NoOrder`].
-pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder, NoOrder> {
+pub fn observed_order(errors: &[ErrorAt], scale: QuantityScale) -> Result<ObservedOrder, NoOrder> {
     observed_order_over(errors, scale, HALVINGS)
 }
 
@@ -167,7 +167,7 @@ pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder,
 /// [`NoOrder`] where nothing can be read.
 pub fn longest_observed_order(
     errors: &[ErrorAt],
-    scale: Scale,
+    scale: QuantityScale,
     least: u32,
 ) -> Result<ObservedOrder, NoOrder> {
     let best = observed_order(errors, scale);
@@ -191,7 +191,7 @@ pub fn longest_observed_order(
 /// [`NoOrder`].
 pub fn observed_order_over(
     errors: &[ErrorAt],
-    scale: Scale,
+    scale: QuantityScale,
     wanted: u32,
 ) -> Result<ObservedOrder, NoOrder> {
     let numbers = errors.iter().all(|e| e.step > 0.0 && e.step.is_finite() && e.error >= 0.0);
@@ -324,7 +324,7 @@ fn plateau(errors: &[ErrorAt], start: usize, floor: f64) -> usize {
 mod tests {
     use super::*;
 
-    const UNIT: Scale = Scale { size: 1.0, floor: 1e-14 };
+    const UNIT: QuantityScale = QuantityScale { size: 1.0, floor: 1e-14 };
 
     fn study(steps: usize, error: impl Fn(f64) -> f64) -> Vec<ErrorAt> {
         let step = |k: usize| 0.5_f64.powi(i32::try_from(k).unwrap());
@@ -445,7 +445,7 @@ mod tests {
         let refused = order(8, |h| 0.8 + 0.2 * noise(h)).unwrap_err();
         assert!(matches!(refused, NoOrder::Saturated { points: 8, of: 8 }), "{refused}");
         let errors = study(9, |h| 0.2 + 0.15 * noise(h));
-        let refused = observed_order(&errors, Scale { size: 1.0, floor: 0.1 }).unwrap_err();
+        let refused = observed_order(&errors, QuantityScale { size: 1.0, floor: 0.1 }).unwrap_err();
         assert!(matches!(refused, NoOrder::Uncertain { .. }), "{refused}");
         // up and down just above round-off
         let errors = study(9, |h| 2e-12 + 1e-12 * noise(h));

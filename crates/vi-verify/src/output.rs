@@ -27,7 +27,7 @@
 
 use super::fit::power_law;
 use super::order::{AMPLIFIED, CLEAR, ErrorAt, NoOrder};
-use super::subject::{Invariants, Method, Motion, Setting, Subject, Values};
+use super::subject::{Invariants, Method, NodeValues, RunningMotion, Setting, Subject};
 use vi_core::Configuration;
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
@@ -225,7 +225,7 @@ struct Window {
     q: Vec<Vec<f64>>,
     t: f64,
     h: f64,
-    values: Values,
+    values: NodeValues,
     invariants: Invariants,
 }
 
@@ -285,11 +285,15 @@ fn is_conservative(subject: &dyn Subject, setting: Setting, apart: u64) -> Resul
 }
 
 /// Goes on by `steps` steps and looks at the node `width` steps before the last.
-fn window(motion: &mut dyn Motion, steps: u64, (width, h): (usize, f64)) -> Result<Window, String> {
+fn window(
+    motion: &mut dyn RunningMotion,
+    steps: u64,
+    (width, h): (usize, f64),
+) -> Result<Window, String> {
     let apart = steps - 2 * width as u64;
     (0..apart).try_for_each(|_| motion.step())?;
     let mut q = vec![motion.q().to_vec()];
-    let mut go_on = |motion: &mut dyn Motion, count: usize| -> Result<(), String> {
+    let mut go_on = |motion: &mut dyn RunningMotion, count: usize| -> Result<(), String> {
         for _ in 0..count {
             motion.step()?;
             q.push(motion.q().to_vec());
@@ -327,7 +331,7 @@ impl Difference {
 /// The difference of each output, in the order of [`Output::ALL`]; `of_node`: `E_d` against the
 /// energy of the node.
 fn differences(
-    motion: &dyn Motion,
+    motion: &dyn RunningMotion,
     at: &Window,
     stencil: &Stencil,
     of_node: bool,

@@ -1,9 +1,9 @@
-//! An integrator as a [`Motion`].
+//! An integrator as a [`RunningMotion`].
 
 use super::equations::{Equations, Observed, OfSystem};
 use super::family::{EnergyMomentum, Variational, VerifiedFamily};
 use super::frequency::frequency;
-use super::subject::{Invariants, Motion, Nature, Values};
+use super::subject::{Invariants, Nature, NodeValues, RunningMotion};
 use vi_constraints::discretization::Discretization;
 use vi_constraints::initialization::{InitialValues, start};
 use vi_constraints::scheme::Condition;
@@ -120,7 +120,7 @@ fn nature(
     }
 }
 
-impl<F: VerifiedFamily<C>, C: Observed> Motion for Running<F, C> {
+impl<F: VerifiedFamily<C>, C: Observed> RunningMotion for Running<F, C> {
     fn step(&mut self) -> Result<(), String> {
         let mut action_rate = Some(0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
         let mut length = 0.0;
@@ -176,7 +176,7 @@ impl<F: VerifiedFamily<C>, C: Observed> Motion for Running<F, C> {
         Box::new(OfSystem { system, constraints, angles, redundant })
     }
 
-    fn values(&mut self) -> Result<Values, String> {
+    fn values(&mut self) -> Result<NodeValues, String> {
         F::values(&mut self.run)
     }
 

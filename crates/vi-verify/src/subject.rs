@@ -1,10 +1,10 @@
 //! What is verified, as the measurements see it.
 //!
-//! A [`Subject`] can be started with any method and step; the [`Motion`] it gives is stepped,
+//! A [`Subject`] can be started with any method and step; the [`RunningMotion`] it gives is stepped,
 //! reversed and asked. Integrators become motions by [`crate::running`]; model files are
 //! subjects, and so is a deliberately broken integrator.
 
-use super::equations::{Equations, Reaction};
+use super::equations::{Equations, ReactionWrench};
 use serde::{Deserialize, Serialize};
 use vi_constraints::SchemeKind;
 use vi_constraints::scheme::Condition;
@@ -109,7 +109,7 @@ impl Setting {
 
 /// What converges, at a node.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Values {
+pub struct NodeValues {
     /// `q_n`.
     pub q: Vec<f64>,
     /// `ᵠp_n`, the projected Legendre transform (39), (40); `M v_n` of energy–momentum schemes.
@@ -123,17 +123,17 @@ pub struct Values {
     /// `λ` of the acceleration level; of energy–momentum schemes that of a single step.
     pub lambda_other: Option<Vec<f64>>,
     /// What joints exert, with the multipliers that it follows from; `None` without joints.
-    pub reactions: Option<Reactions>,
+    pub reactions: Option<ReactionValues>,
 }
 
 /// Reactions at a node.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Reactions {
+pub struct ReactionValues {
     /// The multipliers of all constraints, shape `m`; of least norm where constraints are
     /// redundant.
     pub lambda: Vec<f64>,
     /// Of each joint on its child, in space.
-    pub joints: Vec<Reaction>,
+    pub joints: Vec<ReactionWrench>,
 }
 
 /// Energy, momentum maps and constraint residuals at a node.
@@ -185,24 +185,24 @@ pub trait Subject: Sync {
         &self,
         setting: Setting,
         at: Option<Initial<'_>>,
-    ) -> Result<Box<dyn Motion>, String>;
+    ) -> Result<Box<dyn RunningMotion>, String>;
 
     /// Sets it in motion from its own initial values.
     ///
     /// # Errors
     /// As [`Subject::start_from`].
-    fn start(&self, setting: Setting) -> Result<Box<dyn Motion>, String> {
+    fn start(&self, setting: Setting) -> Result<Box<dyn RunningMotion>, String> {
         self.start_from(setting, None)
     }
 
     /// The exact motion at time `t`, where it is known.
-    fn exact(&self, _t: f64) -> Option<Values> {
+    fn exact(&self, _t: f64) -> Option<NodeValues> {
         None
     }
 }
 
 /// A motion in progress.
-pub trait Motion {
+pub trait RunningMotion {
     /// One macro step.
     ///
     /// # Errors
@@ -219,7 +219,7 @@ pub trait Motion {
     /// The velocity at the present node, tangential: `v̂` of the projected momentum, or `v_n`.
     ///
     /// # Errors
-    /// As [`Motion::values`].
+    /// As [`RunningMotion::values`].
     fn velocity(&mut self) -> Result<Vec<f64>, String>;
     /// The closest `(q, v)` that meets all constraints at the present time.
     ///
@@ -230,7 +230,7 @@ pub trait Motion {
     /// singular.
     ///
     /// # Errors
-    /// As [`Motion::values`].
+    /// As [`RunningMotion::values`].
     fn frequency(&mut self) -> Result<Option<f64>, String>;
     /// The equations of motion, which outputs are compared with.
     fn equations(&self) -> Box<dyn Equations + '_>;
@@ -238,22 +238,22 @@ pub trait Motion {
     ///
     /// # Errors
     /// Why it could not be observed, in words.
-    fn values(&mut self) -> Result<Values, String>;
+    fn values(&mut self) -> Result<NodeValues, String>;
     /// Energy, momentum maps and constraint residuals at the node that the last step started from.
     ///
     /// # Errors
-    /// As [`Motion::values`].
+    /// As [`RunningMotion::values`].
     fn invariants(&mut self) -> Result<Invariants, String>;
     /// What holds at the present node.
     ///
     /// # Errors
-    /// As [`Motion::values`].
+    /// As [`RunningMotion::values`].
     fn nature(&mut self) -> Result<Nature, String>;
     /// Condition numbers of the Newton matrix of the last step.
     fn condition(&mut self) -> Option<Condition>;
     /// A canonical basis of tangent vectors at the present node.
     fn tangents(&mut self) -> Tangents;
-    /// One macro step that takes tangent vectors along; begun by [`Motion::tangents`].
+    /// One macro step that takes tangent vectors along; begun by [`RunningMotion::tangents`].
     ///
     /// # Errors
     /// Why it failed, in words.

@@ -15,7 +15,7 @@ pub struct Cell {
 
 /// A table.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
+pub struct CertificateTable {
     /// What it shows.
     pub title: String,
     /// Its columns; the first names the row.
@@ -26,7 +26,7 @@ pub struct Table {
 
 /// The tables of a certificate: orders; conserved quantities; schemes among one another.
 #[must_use]
-pub fn tables(certificate: &Certificate) -> Vec<Table> {
+pub fn tables(certificate: &Certificate) -> Vec<CertificateTable> {
     let tables = [
         pivot(certificate, "Observed orders", &[Criterion::Order], order_cell),
         pivot(
@@ -76,7 +76,7 @@ fn pivot(
     title: &str,
     criteria: &[Criterion],
     cell: fn(&[&Finding]) -> Cell,
-) -> Table {
+) -> CertificateTable {
     let chosen: Vec<&Finding> = certificate
         .findings
         .iter()
@@ -104,11 +104,11 @@ fn pivot(
     };
     let rows: Vec<(String, Vec<Cell>)> = rows.into_iter().map(line).collect();
     let header = std::iter::once("scheme, order".to_owned()).chain(columns).collect();
-    Table { title: title.to_owned(), header, rows }
+    CertificateTable { title: title.to_owned(), header, rows }
 }
 
 /// Findings that belong to no method.
-fn list(certificate: &Certificate) -> Table {
+fn list(certificate: &Certificate) -> CertificateTable {
     let header = ["", "expected", "measured"].map(str::to_owned).to_vec();
     let chosen = certificate.findings.iter().filter(|f| f.method.is_none());
     let rows = chosen.map(|f| {
@@ -116,7 +116,7 @@ fn list(certificate: &Certificate) -> Table {
         let measured = Cell { text: f.measured.clone(), verdict: Some(f.verdict) };
         (f.quantity.clone(), vec![expected, measured])
     });
-    Table { title: "Closed forms".into(), header, rows: rows.collect() }
+    CertificateTable { title: "Closed forms".into(), header, rows: rows.collect() }
 }
 
 fn order_cell(findings: &[&Finding]) -> Cell {

@@ -3,7 +3,7 @@
 
 use super::{Known, Tables, check};
 use holonom::model::Meshes;
-use holonom::sweep::{Description, Plan, Shard, Sweep, collect, run_point};
+use holonom::sweep::{Plan, Shard, Sweep, SweepDescription, collect, run_point};
 use vi_testkit::model::{between, head, part, particle, sensor};
 
 const STIFFNESS: f64 = 50.0;
@@ -89,10 +89,10 @@ fn columns_of_a_sweep() {
         format!("simulation.end={}", list(&ENDS)),
     ];
     let plan = Plan::grid(vary.iter().map(|vary| vary.parse().unwrap()).collect()).unwrap();
-    let description = Description { model: text(), meshes: vec![], set: vec![], plan };
+    let description = SweepDescription { model: text(), meshes: vec![], set: vec![], plan };
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("tables").join("sweep");
     let sweep = Sweep::new(description, &folder, Shard::WHOLE, true).unwrap();
-    let work = |point: &holonom::sweep::Point<'_>| {
+    let work = |point: &holonom::sweep::SweepPoint<'_>| {
         run_point(&text(), &Meshes::default(), point, &mut || false)
     };
     sweep.run(&work, &mut |_| {}).unwrap();

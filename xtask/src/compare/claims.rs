@@ -3,7 +3,7 @@
 use super::tables::{Ratio, equal, exponents, in_equal_form, in_form, pairs, ratio_of};
 use super::values::{drift, number};
 use super::{Compared, ENERGY_STEPS};
-use holonom::compare::{Measured, Record, Verdict};
+use holonom::compare::{EnergyBehaviour, Measured, Record};
 use std::fmt::Write;
 
 /// Deviations that count as round-off: of conserved quantities, of constraints, of `Ḡ Δq/h`.
@@ -112,7 +112,7 @@ fn momenta(all: &[Compared]) -> Claim {
 
 fn energy(all: &[Compared]) -> Claim {
     let em = family(all, true);
-    let changes = em.iter().filter(|(_, _, m)| m.energy_verdict != Verdict::Conserved);
+    let changes = em.iter().filter(|(_, _, m)| m.energy_verdict != EnergyBehaviour::Conserved);
     let mut off: Vec<String> = changes.map(|(one, r, _)| name(one, r)).collect();
     let mut widest: f64 = 0.0;
     for one in all {

@@ -2,7 +2,7 @@
 
 use super::values::{drift, number};
 use super::{Compared, claims, tables};
-use holonom::compare::{Outcome, Record, Verdict, table};
+use holonom::compare::{EnergyBehaviour, Outcome, Record, table};
 use std::fmt::Write;
 
 const HEAD: &str = include_str!("head.md");
@@ -51,10 +51,10 @@ fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
     };
     let g = &m.constraint_residual;
     let verdict = match m.energy_verdict {
-        Verdict::Conserved => "conserved",
-        Verdict::Bounded => "bounded",
-        Verdict::Changes => "changes",
-        Verdict::Unknown => "",
+        EnergyBehaviour::Conserved => "conserved",
+        EnergyBehaviour::Bounded => "bounded",
+        EnergyBehaviour::Changes => "changes",
+        EnergyBehaviour::Unknown => "",
     };
     let failed = if r.outcome == Outcome::Done { "" } else { " (failed)" };
     let micro = |x: f64| format!("{:.2}", 1e6 * x);

@@ -1,7 +1,7 @@
 //! The charts of one model under a variational and an energy–momentum scheme: energy, momentum
 //! maps, constraint fulfilment.
 
-use holonom::report::{Axis, Chart, Strokes};
+use holonom::report::{Chart, ChartAxis, Strokes};
 use holonom::simulation::RunOutcome;
 use holonom::{Model, Sample, Simulation};
 
@@ -59,8 +59,8 @@ impl Recorded {
 pub(super) fn energy(title: &str, runs: &[Recorded]) -> Chart {
     Chart {
         title: title.into(),
-        x: Axis::time(),
-        y: Axis::linear("H − H(0)", "J"),
+        x: ChartAxis::time(),
+        y: ChartAxis::linear("H − H(0)", "J"),
         strokes: Strokes::Line,
         resolution: 0.0,
         curves: runs.iter().map(|run| curve(run.scheme, run.energy_errors())).collect(),
@@ -75,8 +75,8 @@ pub(super) fn momentum(title: &str, runs: &[Recorded]) -> Chart {
     });
     Chart {
         title: title.into(),
-        x: Axis::time(),
-        y: Axis::logarithmic("largest change", "SI"),
+        x: ChartAxis::time(),
+        y: ChartAxis::logarithmic("largest change", "SI"),
         strokes: Strokes::Line,
         resolution: 0.0,
         curves: curves.collect(),
@@ -99,8 +99,8 @@ pub(super) fn constraints(title: &str, run: &Recorded) -> Chart {
         |name: &str, of: fn(&Sample) -> f64| curve(name, run.samples.iter().map(|s| (s.t, of(s))));
     Chart {
         title: title.into(),
-        x: Axis::time(),
-        y: Axis::logarithmic("residual", "SI"),
+        x: ChartAxis::time(),
+        y: ChartAxis::logarithmic("residual", "SI"),
         strokes: Strokes::Line,
         resolution: 0.0,
         curves: vec![

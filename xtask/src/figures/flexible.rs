@@ -1,7 +1,7 @@
 //! A flexible multibody system in the situation of LMO08 §6.2: body, beam and body, joined and free
 //! in space; a pulse, then nothing acts.
 
-use holonom::report::{Item, Paint, Picture, Side, axonometric};
+use holonom::report::{Item, LabelSide, Paint, Picture, axonometric};
 use holonom::{Model, Sample};
 
 use super::comparison::{Recorded, constraints, energy, momentum, momentum_errors, record};
@@ -111,7 +111,7 @@ fn configurations(samples: &[Sample]) -> Picture {
             items.push(Item::Dot(*body, Paint::Curve(1, strength), 6.0));
         }
         let label = format!("t = {:.0} s", sample.t);
-        items.push(Item::Words(bodies[1], Paint::Ink(strength), label, Side::Right));
+        items.push(Item::Words(bodies[1], Paint::Ink(strength), label, LabelSide::Right));
     }
     Picture { title: "Flexible multibody system: configurations".into(), width: 760.0, items }
 }

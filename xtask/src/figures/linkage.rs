@@ -1,7 +1,7 @@
 //! The six-body linkage of LMO08 §5.5: configurations, energy, momentum maps, constraint
 //! fulfilment.
 
-use holonom::report::{Item, Paint, Picture, Side, axonometric};
+use holonom::report::{Item, LabelSide, Paint, Picture, axonometric};
 use holonom::{Model, Sample};
 
 use super::comparison::{Recorded, constraints, energy, momentum, momentum_errors, record};
@@ -79,7 +79,7 @@ fn configurations(model: &Model, samples: &[Sample]) -> Picture {
             label,
             Paint::Ink(1.0),
             format!("t = {:.0} s", sample.t),
-            Side::Right,
+            LabelSide::Right,
         ));
     }
     Picture { title: "Six-body linkage: configurations".into(), width: 760.0, items }

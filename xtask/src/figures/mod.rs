@@ -15,7 +15,7 @@ mod pendulum;
 use holonom_reliability::text_file;
 use std::path::Path;
 
-use holonom::report::{Chart, Curve, Picture};
+use holonom::report::{Chart, Picture, Series};
 use holonom::{Model, Override};
 
 /// What goes wrong is said in words: nobody decides by it.
@@ -97,8 +97,8 @@ fn with(model: &Model, settings: &[(&str, &str)]) -> Result<Model> {
 }
 
 /// A curve of `y` over `x`.
-fn curve(name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Curve {
-    Curve { name: name.to_owned(), points: points.into_iter().collect() }
+fn curve(name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Series {
+    Series { name: name.to_owned(), points: points.into_iter().collect() }
 }
 
 /// Largest magnitude; not a number if any value is none.

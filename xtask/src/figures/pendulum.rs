@@ -2,7 +2,7 @@
 //! Legendre transforms. Letters as there: `p_n^∓`, `λ_n`, `h`.
 
 use holonom::Model;
-use holonom::report::{Axis, Chart, Curve, Item, Paint, Picture, Side, Strokes};
+use holonom::report::{Chart, ChartAxis, Item, LabelSide, Paint, Picture, Series, Strokes};
 use holonom::vi_core::Energies;
 
 use super::orbit::{Point, orbit};
@@ -180,11 +180,11 @@ fn gravity_energies(coarse: &[Point], fine: &[Point]) -> Vec<Chart> {
     panels
 }
 
-fn energy_chart(title: String, curves: Vec<Curve>) -> Chart {
+fn energy_chart(title: String, curves: Vec<Series>) -> Chart {
     Chart {
         title,
-        x: Axis::time(),
-        y: Axis::linear("energy", "J"),
+        x: ChartAxis::time(),
+        y: ChartAxis::linear("energy", "J"),
         strokes: Strokes::Line,
         resolution: 0.0,
         curves,
@@ -197,8 +197,8 @@ fn hidden(which: &str, points: &[Point]) -> Chart {
         |name: &str, of: fn(&Point) -> f64| curve(name, points.iter().map(|p| (p.t, of(p))));
     Chart {
         title: format!("Constraints at three levels, {which}, h = 0.1 s"),
-        x: Axis::time(),
-        y: Axis::logarithmic("residual", "SI"),
+        x: ChartAxis::time(),
+        y: ChartAxis::logarithmic("residual", "SI"),
         strokes: Strokes::Line,
         resolution: 0.0,
         curves: vec![
@@ -259,12 +259,12 @@ fn legendre(title: &str, points: &[Point], scale: f64) -> Picture {
     items.push(circle(low - 0.3, high + 0.3));
     for (p, name) in [(before, "qₙ₋₁"), (n, "qₙ"), (next, "qₙ₊₁")] {
         items.push(Item::Dot(at(&p.q), Paint::Ink(0.8), 5.0));
-        items.push(Item::Words(at(&p.q), Paint::Ink(0.8), name.into(), Side::Right));
+        items.push(Item::Words(at(&p.q), Paint::Ink(0.8), name.into(), LabelSide::Right));
     }
     let q = &n.q;
     let mut arrow = |x: &[f64], color: usize, name: &str| {
         let tip = beside(q, x, scale);
-        let side = if x[0] > 0.0 { Side::Right } else { Side::Left };
+        let side = if x[0] > 0.0 { LabelSide::Right } else { LabelSide::Left };
         items.push(Item::Arrow([at(q), tip], Paint::Curve(color, 1.0)));
         items.push(Item::Words(tip, Paint::Curve(color, 1.0), name.into(), side));
         tip

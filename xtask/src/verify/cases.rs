@@ -5,7 +5,7 @@ use super::exact::{self, Exact};
 use holonom::Model;
 use holonom::certificate::subject::ModelSubject;
 use holonom::verification::certificate::{Criterion, Finding};
-use holonom::verification::certify::Plan;
+use holonom::verification::certify::MeasurementPlan;
 use holonom::verification::convergence::Horizon;
 use holonom::verification::subject::{GalerkinForm, Method, Setting, Subject};
 use holonom::vi_constraints::SchemeKind;
@@ -16,7 +16,7 @@ pub(crate) struct Case {
     pub(crate) name: &'static str,
     pub(crate) about: &'static str,
     pub(crate) subject: Box<dyn Subject>,
-    pub(crate) plan: Plan,
+    pub(crate) plan: MeasurementPlan,
     /// How long it takes, roughly.
     pub(crate) weight: u32,
     /// Values that are known without a run.
@@ -194,7 +194,7 @@ fn case(
     let finest = if quick { finest / 4 } else { finest };
     let horizon = Horizon { end, coarsest, finest };
     let few = if quick { 64 } else { 200 };
-    let plan = Plan {
+    let plan = MeasurementPlan {
         methods,
         horizon,
         step,

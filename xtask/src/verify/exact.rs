@@ -2,7 +2,9 @@
 
 use holonom::certificate::subject::ModelSubject;
 use holonom::nalgebra::{Matrix3, Rotation3, Unit, Vector3};
-use holonom::verification::subject::{Initial, Method, Motion, Setting, Subject, Values};
+use holonom::verification::subject::{
+    Initial, Method, NodeValues, RunningMotion, Setting, Subject,
+};
 use holonom::vi_constraints::projection::Projections;
 use holonom::vi_constraints::{Constraints, SchemeKind};
 use holonom::vi_core::{Configuration, MechanicalSystem};
@@ -28,11 +30,11 @@ impl Subject for Exact {
         &self,
         setting: Setting,
         at: Option<Initial<'_>>,
-    ) -> Result<Box<dyn Motion>, String> {
+    ) -> Result<Box<dyn RunningMotion>, String> {
         self.subject.start_from(setting, at)
     }
 
-    fn exact(&self, t: f64) -> Option<Values> {
+    fn exact(&self, t: f64) -> Option<NodeValues> {
         let setting = Setting::new(Method::NODAL, 2, 1.0);
         let run = self.subject.integrator(SchemeKind::Nodal, setting, None).ok()?;
         let (q, v) = (self.motion)(t, &run.state().q);
@@ -43,7 +45,7 @@ impl Subject for Exact {
         Projections::new(system, constraints.len(), run.rows())
             .acceleration_multiplier(system, constraints, at, &v, &mut lambda)
             .ok()?;
-        Some(Values { q, p, lambda_other: Some(lambda), ..Values::default() })
+        Some(NodeValues { q, p, lambda_other: Some(lambda), ..NodeValues::default() })
     }
 }
 

@@ -6,7 +6,7 @@ use super::summary::{details, summary};
 use super::{Around, Certified, criteria, without_mutant};
 use holonom::certificate::now;
 use holonom::verification::certificate::{Finding, Verdict, counts};
-use holonom::verification::table::{Cell, Table, remarks, tables};
+use holonom::verification::table::{Cell, CertificateTable, remarks, tables};
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
@@ -133,7 +133,7 @@ pub(super) fn system(c: &Certified) -> String {
     text
 }
 
-fn table(text: &mut String, table: &Table) {
+fn table(text: &mut String, table: &CertificateTable) {
     let _ = write!(text, "\n{}\n\n| {} |\n", table.title, table.header.join(" | "));
     let _ = writeln!(text, "|{}", "---|".repeat(table.header.len()));
     for (name, cells) in &table.rows {

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use super::shared::ModelArguments;
 
 #[derive(Args)]
-pub(crate) struct Check {
+pub(crate) struct CheckArguments {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
     /// Write a page that shows the initial configuration in 3-D
@@ -25,7 +25,7 @@ pub(crate) struct Check {
 }
 
 #[derive(Args)]
-pub(crate) struct Modes {
+pub(crate) struct ModesArguments {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
     /// How many vibrations, softest first; where there are fewer, decays; unstable modes are added

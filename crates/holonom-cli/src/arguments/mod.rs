@@ -10,14 +10,14 @@ mod shared;
 mod study;
 mod sweep;
 
-pub(crate) use configuration::{At, Check, Modes, Speeds};
-pub(crate) use model_files::{Examples, Import, Schema};
-pub(crate) use plot::{Plot, PlotStyle};
-pub(crate) use results::{Export, View};
-pub(crate) use run::{Resume, Run, Talk};
+pub(crate) use configuration::{At, CheckArguments, ModesArguments, Speeds};
+pub(crate) use model_files::{ExamplesArguments, ImportArguments, SchemaArguments};
+pub(crate) use plot::{PlotArguments, PlotStyle};
+pub(crate) use results::{ExportArguments, ViewArguments};
+pub(crate) use run::{ResumeArguments, RunArguments, Talk};
 pub(crate) use shared::ModelArguments;
-pub(crate) use study::{Bench, Compare, Verify};
-pub(crate) use sweep::{Collect, Sweep};
+pub(crate) use study::{BenchArguments, CompareArguments, VerifyArguments};
+pub(crate) use sweep::{CollectArguments, SweepArguments};
 
 use std::ffi::OsString;
 
@@ -65,35 +65,35 @@ const AFTER: &str = "Start with:\n  holonom examples pendulum -o pendulum.toml\n
 #[derive(Subcommand)]
 pub(crate) enum Verb {
     /// Simulate a model; write trajectory, summary, plots and a report
-    Run(Run),
+    Run(RunArguments),
     /// Continue a run that was interrupted or killed, from its last checkpoint
-    Resume(Resume),
+    Resume(ResumeArguments),
     /// Run a model at many points: a grid or samples of its values, in parallel
-    Sweep(Sweep),
+    Sweep(SweepArguments),
     /// Collect the points of a sweep into one table and a page
-    Collect(Collect),
+    Collect(CollectArguments),
     /// Validate and assemble a model: degrees of freedom, redundant joints, initial errors
-    Check(Check),
+    Check(CheckArguments),
     /// Run all schemes on a model: conservation, cost, error against time
-    Compare(Compare),
+    Compare(CompareArguments),
     /// What a step costs, and its parts: residual, matrix, solution, recording
-    Bench(Bench),
+    Bench(BenchArguments),
     /// Natural frequencies and mode shapes about the initial configuration or an equilibrium
-    Modes(Modes),
+    Modes(ModesArguments),
     /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
-    Verify(Verify),
+    Verify(VerifyArguments),
     /// Show a finished run in the browser: the animated scene, charts, facts
-    View(View),
+    View(ViewArguments),
     /// Write the results of a finished run for other programs
-    Export(Export),
+    Export(ExportArguments),
     /// Draw plots and report of a run again, or chosen columns of runs as SVG, PDF or PNG
-    Plot(Plot),
+    Plot(PlotArguments),
     /// Translate a robot description (URDF, MJCF) into a model file
-    Import(Import),
+    Import(ImportArguments),
     /// Print the keys of a section of model files, or the JSON schema of all
-    Schema(Schema),
+    Schema(SchemaArguments),
     /// List the shipped models, or write them
-    Examples(Examples),
+    Examples(ExamplesArguments),
     /// Print a completion script for a shell
     Completions {
         /// The shell

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use holonom::import::{Close, ClosureKind, JointValue};
+use holonom::import::{Close, JointValue, LoopJointKind};
 
 #[derive(Args)]
 #[command(
     after_help = "What has no counterpart in a model file is listed at the head of the file and on standard error. URDF: the root \
                         link is a part of the ground, unless --free-base is given."
 )]
-pub(crate) struct Import {
+pub(crate) struct ImportArguments {
     /// The description: URDF (<robot>) or MJCF (<mujoco>)
     pub(crate) robot: PathBuf,
     /// The file to write; by default the name of the description with the extension toml, in the
@@ -61,13 +61,13 @@ fn density(text: &str) -> Result<f64, String> {
 
 fn close(text: &str) -> Result<Close, String> {
     let kinds = [
-        (":spherical", ClosureKind::Spherical),
-        (":revolute", ClosureKind::Revolute),
-        (":prismatic", ClosureKind::Prismatic),
-        (":fixed", ClosureKind::Fixed),
+        (":spherical", LoopJointKind::Spherical),
+        (":revolute", LoopJointKind::Revolute),
+        (":prismatic", LoopJointKind::Prismatic),
+        (":fixed", LoopJointKind::Fixed),
     ];
     let stated = kinds.iter().find_map(|(end, kind)| Some((text.strip_suffix(end)?, *kind)));
-    let (ends, kind) = stated.unwrap_or((text, ClosureKind::default()));
+    let (ends, kind) = stated.unwrap_or((text, LoopJointKind::default()));
     let named = ends.split_once('=').map(|(a, b)| [a, b].map(|end| end.trim().to_owned()));
     let ends = named.filter(|ends| ends.iter().all(|end| !end.is_empty()));
     ends.map(|ends| Close { ends, kind }).ok_or_else(|| {
@@ -85,14 +85,14 @@ fn joint_value(text: &str) -> Result<JointValue, String> {
 }
 
 #[derive(Args)]
-pub(crate) struct Schema {
+pub(crate) struct SchemaArguments {
     /// A section, such as joint: its keys, units, defaults and an example; without it, the JSON
     /// schema of all
     pub(crate) section: Option<String>,
 }
 
 #[derive(Args)]
-pub(crate) struct Examples {
+pub(crate) struct ExamplesArguments {
     /// The model to write; without it, the list of all
     #[arg(conflicts_with = "all")]
     pub(crate) name: Option<String>,

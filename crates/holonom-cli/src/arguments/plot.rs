@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum};
                   holonom plot coarse-out fine-out --what H --change -o comparison.svg\n  \
                   holonom plot chain-out --what '*.z,H' -o heights.csv"
 )]
-pub(crate) struct Plot {
+pub(crate) struct PlotArguments {
     /// Folders of runs; several are compared in one drawing
     #[arg(required = true, value_name = "DIR")]
     pub(crate) dirs: Vec<PathBuf>,

@@ -6,7 +6,7 @@ use clap::Args;
 use holonom::export::Format as ExportFormat;
 
 #[derive(Args)]
-pub(crate) struct View {
+pub(crate) struct ViewArguments {
     /// The folder of a run
     pub(crate) dir: PathBuf,
     /// Begin at this time, s, without playing
@@ -18,7 +18,7 @@ pub(crate) struct View {
 }
 
 #[derive(Args)]
-pub(crate) struct Export {
+pub(crate) struct ExportArguments {
     /// The folder of a run
     pub(crate) dir: PathBuf,
     /// The format: npz (NumPy), parquet (pandas), vtk (ParaView), gltf (Blender), svg (an animated

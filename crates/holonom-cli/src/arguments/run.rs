@@ -10,13 +10,13 @@ use super::shared::{ModelArguments, scheme, steps};
 
 /// Formats of the trajectory.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Format {
+pub(crate) enum TrajectoryFormat {
     /// trajectory.csv
     Csv,
 }
 
 #[derive(Args)]
-pub(crate) struct Run {
+pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
     /// Folder of the results; by default MODEL-out in the current directory
@@ -49,7 +49,7 @@ pub(crate) struct Run {
     pub(crate) on_failure: Option<String>,
     /// Formats of the trajectory
     #[arg(long, value_delimiter = ',', default_value = "csv")]
-    pub(crate) format: Vec<Format>,
+    pub(crate) format: Vec<TrajectoryFormat>,
     /// Write a checkpoint every K steps, from which `holonom resume DIR` continues
     ///
     /// SIGINT (Ctrl-C) and SIGTERM end a run after the step that they meet, with a checkpoint in
@@ -69,7 +69,7 @@ fn listed(columns: &[String]) -> String {
     format!("{:?}", columns.collect::<Vec<_>>())
 }
 
-impl Run {
+impl RunArguments {
     /// All replacements, the options before the keys, so that `--set` takes precedence.
     pub(crate) fn overrides(&self) -> Vec<Override> {
         let options = [
@@ -97,7 +97,7 @@ fn number(value: f64) -> String {
     after_help = "The run continues with the step after its newest good checkpoint; rows that were written \
                         later are written again. All files become those of a run that was not interrupted."
 )]
-pub(crate) struct Resume {
+pub(crate) struct ResumeArguments {
     /// The folder of a run
     pub(crate) dir: PathBuf,
     /// Write a checkpoint every K steps; by default as before

@@ -8,7 +8,7 @@ use holonom::model::Scheme;
 use super::shared::{ModelArguments, scheme, steps};
 
 #[derive(Args)]
-pub(crate) struct Compare {
+pub(crate) struct CompareArguments {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
     /// Folder of the results; by default MODEL-compare in the current directory
@@ -47,7 +47,7 @@ pub(crate) struct Compare {
     after_help = "Every number is the least of five rounds over the same motion. Parts of a step are called one by one \
                         at the solution of the last step; what is left of a step are initial guesses and momenta."
 )]
-pub(crate) struct Bench {
+pub(crate) struct BenchArguments {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
     /// Steps in each round
@@ -65,7 +65,7 @@ pub(crate) struct Bench {
 }
 
 #[derive(Args)]
-pub(crate) struct Verify {
+pub(crate) struct VerifyArguments {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
     /// Folder of the certificate; by default MODEL-verify in the current directory

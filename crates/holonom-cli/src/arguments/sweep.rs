@@ -15,7 +15,7 @@ use super::shared::ModelArguments;
                         results do not depend on -j and --shard.\n\n  holonom sweep top.toml --vary body.top.mass=1:2:11\n  \
                         holonom sweep top.toml --vary body.top.mass=1:2 --sample sobol -n 64"
 )]
-pub(crate) struct Sweep {
+pub(crate) struct SweepArguments {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
     /// Vary a value: N values from A to B, a list, or with --sample a range A:B; may be repeated
@@ -59,7 +59,7 @@ fn sampling() -> impl TypedValueParser<Value = Sampling> {
 }
 
 #[derive(Args)]
-pub(crate) struct Collect {
+pub(crate) struct CollectArguments {
     /// The folder of a sweep, finished or not
     pub(crate) dir: PathBuf,
     /// Print the table on standard output and write nothing

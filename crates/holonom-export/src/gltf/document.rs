@@ -4,22 +4,22 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde_json::{Value, json};
 
 use super::buffer::Buffer;
-use super::motion::{Motion, quaternion, rests, single};
+use super::motion::{NodeAnimation, quaternion, rests, single};
 use super::skin;
 use crate::coil::coil;
-use crate::look::{Color, INK, Look, NamedJoint, NamedLine, foot, point, symbol};
+use crate::look::{INK, Look, NamedJoint, NamedLine, Rgb, foot, point, symbol};
 use crate::mesh::{Mesh, along, stick};
-use crate::run::Run;
-use crate::tube::Pose;
-use holonom_report::scene::parts::Joint;
+use crate::run::ShownRun;
+use crate::tube::MemberPose;
+use holonom_report::scene::parts::SceneJoint;
 
 /// Collects the parts of a file.
-pub(super) struct Writer {
+pub(super) struct DocumentWriter {
     world: Rotation3<f64>,
     buffer: Buffer,
     nodes: Vec<Value>,
     meshes: Vec<Value>,
-    materials: Vec<((Color, f64), Value)>,
+    materials: Vec<((Rgb, f64), Value)>,
     skins: Vec<Value>,
     channels: Vec<Value>,
     samplers: Vec<Value>,
@@ -30,7 +30,7 @@ pub(super) struct Writer {
     name: String,
 }
 
-impl Writer {
+impl DocumentWriter {
     /// Of a run of a name at times of the animation, s; `up`: unit vector against gravity.
     pub(super) fn new(name: &str, up: &[f64; 3], times: &[f32]) -> Self {
         let up = Vector3::from(*up);
@@ -57,7 +57,7 @@ impl Writer {
     }
 
     /// Adds all that is shown; `poses`: of the members at each time.
-    pub(super) fn run(&mut self, run: &Run<'_>, poses: &[&[Pose]]) {
+    pub(super) fn run(&mut self, run: &ShownRun<'_>, poses: &[&[MemberPose]]) {
         let look = &run.look;
         let Some(first) = poses.first() else { return };
         let mut held = vec![0; run.members.len()]; // the node of each member
@@ -92,8 +92,8 @@ impl Writer {
     }
 
     /// The symbol of a joint on the node of its child.
-    fn joint(&mut self, named: &NamedJoint, holder: usize, (look, first): (&Look, &[Pose])) {
-        let Joint { kind, parent, child, axis, axis2, limit } = &named.joint;
+    fn joint(&mut self, named: &NamedJoint, holder: usize, (look, first): (&Look, &[MemberPose])) {
+        let SceneJoint { kind, parent, child, axis, axis2, limit } = &named.joint;
         let axes = |member: i64| match usize::try_from(member) {
             Ok(member) => first[member].directors,
             Err(_) => Matrix3::identity(),
@@ -122,15 +122,15 @@ impl Writer {
     }
 
     /// The node of a member.
-    fn member(&mut self, name: &str, member: usize, poses: &[&[Pose]]) -> usize {
-        let mut motion = Motion::default();
+    fn member(&mut self, name: &str, member: usize, poses: &[&[MemberPose]]) -> usize {
+        let mut motion = NodeAnimation::default();
         poses.iter().for_each(|frame| motion.push(&frame[member], None));
         self.moving(name, motion)
     }
 
     /// A node that moves.
-    fn moving(&mut self, name: &str, motion: Motion) -> usize {
-        let Motion { translations, rotations, scales } = &motion;
+    fn moving(&mut self, name: &str, motion: NodeAnimation) -> usize {
+        let NodeAnimation { translations, rotations, scales } = &motion;
         let mut node = json!({ "name": name });
         node["translation"] = json!(translations[0]);
         node["rotation"] = json!(rotations[0]);
@@ -159,7 +159,7 @@ impl Writer {
 
     /// Of a colour and an opacity.
     #[allow(clippy::float_cmp)] // a stated number is that number
-    fn material(&mut self, look: (Color, f64)) -> usize {
+    fn material(&mut self, look: (Rgb, f64)) -> usize {
         if let Some(known) = self.materials.iter().position(|(own, _)| *own == look) {
             return known;
         }
@@ -176,7 +176,7 @@ impl Writer {
     }
 
     /// Hangs a surface on a node; one without triangles is left out.
-    fn show(&mut self, node: usize, name: &str, mesh: &Mesh, look: (Color, f64)) {
+    fn show(&mut self, node: usize, name: &str, mesh: &Mesh, look: (Rgb, f64)) {
         if !mesh.triangles.is_empty() {
             let attributes = self.attributes(mesh, &Rotation3::identity());
             self.nodes[node]["mesh"] = json!(self.primitive(name, mesh, attributes, look));
@@ -193,13 +193,7 @@ impl Writer {
         })
     }
 
-    fn primitive(
-        &mut self,
-        name: &str,
-        mesh: &Mesh,
-        attributes: Value,
-        look: (Color, f64),
-    ) -> usize {
+    fn primitive(&mut self, name: &str, mesh: &Mesh, attributes: Value, look: (Rgb, f64)) -> usize {
         let indices = self.buffer.triangles(&mesh.triangles);
         let material = self.material(look);
         let primitive =
@@ -212,9 +206,9 @@ impl Writer {
     fn skin(
         &mut self,
         name: &str,
-        (skin, look): (&skin::Skin, (Color, f64)),
+        (skin, look): (&skin::Skin, (Rgb, f64)),
         held: &[usize],
-        first: &[Pose],
+        first: &[MemberPose],
     ) {
         let (joints, weights): (Vec<_>, Vec<_>) =
             skin.tube.sections.iter().map(skin::influence).unzip();
@@ -236,16 +230,17 @@ impl Writer {
 
     /// A bar, a distance or a spring between its ends, which is as long as it is at the first frame
     /// and scaled along.
-    fn line(&mut self, line: &NamedLine, poses: &[&[Pose]], symbol: f64) {
-        let ends = |frame: &[Pose]| [&line.line.from, &line.line.to].map(|end| point(end, frame));
+    fn line(&mut self, line: &NamedLine, poses: &[&[MemberPose]], symbol: f64) {
+        let ends =
+            |frame: &[MemberPose]| [&line.line.from, &line.line.to].map(|end| point(end, frame));
         // of two ends at one point nothing is seen, but the scale stays one that can be inverted
         let length = |[from, to]: &[Vector3<f64>; 2]| (to - from).norm().max(1e-6 * symbol);
         let first = poses.first().map_or(symbol, |frame| length(&ends(frame)));
-        let mut motion = Motion::default();
+        let mut motion = NodeAnimation::default();
         for frame in poses {
             let both = ends(frame);
             let directors = along(&(both[1] - both[0])).unwrap_or_else(Matrix3::identity);
-            let pose = Pose { center: 0.5 * (both[0] + both[1]), directors };
+            let pose = MemberPose { center: 0.5 * (both[0] + both[1]), directors };
             motion.push(&pose, Some([1.0, 1.0, length(&both) / first]));
         }
         let half = Vector3::z() * (0.5 * first);

@@ -20,27 +20,27 @@ use serde_json::Value;
 use std::io::{self, Write};
 
 use crate::pace::Pace;
-use crate::run::Run;
-use crate::tube::Pose;
+use crate::run::ShownRun;
+use crate::tube::MemberPose;
 use crate::{ExportError, Exported};
-use document::Writer;
+use document::DocumentWriter;
 
 /// The file and what is said of it.
 #[derive(Debug)]
-pub(crate) struct Scene {
+pub(crate) struct GltfFile {
     json: Value,
     bytes: Vec<u8>,
     /// What it holds.
     pub(crate) exported: Exported,
 }
 
-impl Scene {
+impl GltfFile {
     /// Of the frames of a run.
-    pub(crate) fn of(run: &Run<'_>) -> Result<Self, ExportError> {
+    pub(crate) fn of(run: &ShownRun<'_>) -> Result<Self, ExportError> {
         let reader = run.frames()?;
         let recorded = reader.rows();
         let mut times = Vec::new();
-        let mut poses: Vec<Vec<Pose>> = Vec::new();
+        let mut poses: Vec<Vec<MemberPose>> = Vec::new();
         for (index, frame) in reader.enumerate() {
             let frame = frame.map_err(|error| run.unreadable(error.to_string()))?;
             times.push(run.time(&frame, index));
@@ -50,7 +50,7 @@ impl Scene {
         let scale = pace.scale();
         let begin = times.first().copied().unwrap_or_default();
         // times that are one in single precision are one frame
-        let mut kept: (Vec<f32>, Vec<&[Pose]>) = Default::default();
+        let mut kept: (Vec<f32>, Vec<&[MemberPose]>) = Default::default();
         for (t, poses) in times.iter().zip(&poses) {
             let t = ((t - begin) * scale) as f32;
             if kept.0.last().is_none_or(|last| t > *last) {
@@ -60,7 +60,7 @@ impl Scene {
         }
         let (times, poses) = kept;
         let exported = Exported { frames: times.len(), recorded, pace: pace.reported() };
-        let mut writer = Writer::new(&run.model.header.name, &run.look.up, &times);
+        let mut writer = DocumentWriter::new(&run.model.header.name, &run.look.up, &times);
         writer.run(run, &poses);
         let (json, bytes) = writer.finish().ok_or_else(|| {
             run.unreadable("it has numbers that are too large for single precision".into())

@@ -2,11 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::tube::Pose;
+use crate::tube::MemberPose;
 
 /// Translations, rotations and scales of a node.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Motion {
+pub(super) struct NodeAnimation {
     /// m.
     pub(super) translations: Vec<[f32; 3]>,
     /// Unit quaternions `x, y, z, w` whose sign does not jump.
@@ -15,9 +15,9 @@ pub(super) struct Motion {
     pub(super) scales: Vec<[f32; 3]>,
 }
 
-impl Motion {
+impl NodeAnimation {
     /// Adds a frame.
-    pub(super) fn push(&mut self, pose: &Pose, scale: Option<[f64; 3]>) {
+    pub(super) fn push(&mut self, pose: &MemberPose, scale: Option<[f64; 3]>) {
         self.translations.push(single(&pose.center));
         let rotation = quaternion(&pose.directors);
         let dot = |last: &[f32; 4]| last.iter().zip(&rotation).map(|(a, b)| a * b).sum::<f32>();
@@ -50,11 +50,11 @@ mod tests {
 
     #[test]
     fn quaternions_go_on_over_whole_revolutions() {
-        let mut motion = Motion::default();
+        let mut motion = NodeAnimation::default();
         let axis = nalgebra::Unit::new_normalize(Vector3::new(1.0, 2.0, -0.5));
         for k in 0..200 {
             let turn = nalgebra::Rotation3::from_axis_angle(&axis, 0.1 * f64::from(k));
-            let pose = Pose { center: Vector3::zeros(), directors: turn.into_inner() };
+            let pose = MemberPose { center: Vector3::zeros(), directors: turn.into_inner() };
             motion.push(&pose, None);
         }
         for pair in motion.rotations.windows(2) {

@@ -10,7 +10,7 @@ use nalgebra::{Rotation3, Vector3};
 use std::ops::Range;
 
 use crate::look::NamedBeam;
-use crate::tube::{Pose, Section, Tube};
+use crate::tube::{MemberPose, Section, Tube};
 
 /// Nodes of one skin at most: their indices are bytes.
 const NODES: usize = 200;
@@ -24,7 +24,7 @@ pub(super) struct Skin {
 }
 
 /// The parts of a beam.
-pub(super) fn skins(beam: &NamedBeam, poses: &[Pose]) -> Vec<Skin> {
+pub(super) fn skins(beam: &NamedBeam, poses: &[MemberPose]) -> Vec<Skin> {
     let part =
         |nodes: Range<usize>| Skin { tube: Tube::new(&beam.beam, &poses[nodes.clone()]), nodes };
     beam.legs().into_iter().flat_map(parts).map(part).collect()
@@ -52,7 +52,7 @@ pub(super) fn influence(section: &Section) -> ([u8; 4], [f32; 4]) {
 
 /// The inverse of the place of a node in the world at the first frame, column after column;
 /// `world`: from the axes of the run to those of the file.
-pub(super) fn inverse_bind(pose: &Pose, world: &Rotation3<f64>) -> [f32; 16] {
+pub(super) fn inverse_bind(pose: &MemberPose, world: &Rotation3<f64>) -> [f32; 16] {
     let turn = pose.directors.transpose() * world.matrix().transpose();
     let shift: Vector3<f64> = -(pose.directors.transpose() * pose.center);
     let mut all = [0.0; 16];

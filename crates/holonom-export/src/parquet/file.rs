@@ -31,7 +31,7 @@ const DATA_PAGE: i32 = 0;
 const UNCOMPRESSED: i32 = 0;
 
 /// One column, with its type.
-pub(super) enum Values<'a> {
+pub(super) enum ColumnValues<'a> {
     /// Whole numbers.
     Integers(&'a [f64]),
     Numbers(&'a [f64]),
@@ -40,7 +40,7 @@ pub(super) enum Values<'a> {
     Words(&'a [String]),
 }
 
-impl Values<'_> {
+impl ColumnValues<'_> {
     fn physical(&self) -> i32 {
         match self {
             Self::Integers(_) => INT64,
@@ -105,7 +105,7 @@ struct Group {
 }
 
 /// Writes columns of `rows` values each.
-pub(super) fn write(path: &Path, columns: &[(&str, Values<'_>)], rows: usize) -> Result<()> {
+pub(super) fn write(path: &Path, columns: &[(&str, ColumnValues<'_>)], rows: usize) -> Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     file.write_all(MAGIC)?;
     let mut offset = MAGIC.len() as i64;
@@ -147,7 +147,7 @@ fn page_header(header: &mut Fields<'_>, size: i32, rows: i32) {
     });
 }
 
-fn file_metadata(fields: &mut Fields<'_>, columns: &[(&str, Values<'_>)], groups: &[Group]) {
+fn file_metadata(fields: &mut Fields<'_>, columns: &[(&str, ColumnValues<'_>)], groups: &[Group]) {
     fields.int(1, 1); // version
     let elements: Vec<_> = std::iter::once(None).chain(columns.iter().map(Some)).collect();
     fields.structures(2, &elements, |element, fields| match element {
@@ -159,7 +159,7 @@ fn file_metadata(fields: &mut Fields<'_>, columns: &[(&str, Values<'_>)], groups
             fields.int(1, values.physical());
             fields.int(3, values.repetition());
             fields.text(4, name);
-            if let Values::Words(_) = values {
+            if let ColumnValues::Words(_) = values {
                 fields.int(6, UTF8);
             }
         }
@@ -195,7 +195,7 @@ mod tests {
         let mut page = Vec::new();
         let nan = f64::NAN;
         let values = [1.0, nan, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, nan, 8.0];
-        Values::Optional(&values).write(0..10, &mut page);
+        ColumnValues::Optional(&values).write(0..10, &mut page);
         println!("{page:?}");
         assert_eq!(page[..7], [3, 0, 0, 0, (2 << 1) | 1, 0b1111_1101, 0b10]);
         let rest: Vec<f64> =

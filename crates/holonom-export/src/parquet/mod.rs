@@ -10,9 +10,9 @@ mod compact;
 mod file;
 
 use crate::ExportError;
-use crate::table::{GROUPS, Table};
-use file::Values;
-use holonom_sim::output::columns::Kind;
+use crate::table::{ColumnTable, GROUPS};
+use file::ColumnValues;
+use holonom_sim::output::columns::FieldKind;
 use holonom_sim::output::{RowTable, RunFolder};
 use std::path::Path;
 
@@ -31,12 +31,13 @@ pub(crate) fn write(run: &RunFolder, to: &Path) -> Result<usize, ExportError> {
     let failed =
         |path: &Path, message: String| ExportError::Write { path: path.to_owned(), message };
     std::fs::create_dir_all(to).map_err(|e| failed(to, e.to_string()))?;
-    let trajectory = Table::read(run, RowTable::Trajectory)?.ok_or_else(|| Table::missing(run))?;
+    let trajectory =
+        ColumnTable::read(run, RowTable::Trajectory)?.ok_or_else(|| ColumnTable::missing(run))?;
     let rows = trajectory.rows();
     let mut trajectory = Some(trajectory);
     for of in tables() {
         let table = match trajectory.take() {
-            None => Table::read(run, of)?,
+            None => ColumnTable::read(run, of)?,
             first => first,
         };
         if let Some(table) = table {
@@ -49,14 +50,14 @@ pub(crate) fn write(run: &RunFolder, to: &Path) -> Result<usize, ExportError> {
 }
 
 /// The columns of a table by their names, with their types.
-fn columns(table: &Table) -> Vec<(&str, Values<'_>)> {
+fn columns(table: &ColumnTable) -> Vec<(&str, ColumnValues<'_>)> {
     let names = table.names.iter().zip(&table.kinds);
     let columns = names.zip(&table.columns).map(|((name, kind), values)| {
         let column = match kind {
-            Kind::Index => Values::Integers(values),
-            Kind::Text => Values::Words(&table.words),
-            _ if values.iter().any(|x| x.is_nan()) => Values::Optional(values),
-            _ => Values::Numbers(values),
+            FieldKind::Index => ColumnValues::Integers(values),
+            FieldKind::Text => ColumnValues::Words(&table.words),
+            _ if values.iter().any(|x| x.is_nan()) => ColumnValues::Optional(values),
+            _ => ColumnValues::Numbers(values),
         };
         (name.as_str(), column)
     });

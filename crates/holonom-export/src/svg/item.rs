@@ -1,15 +1,15 @@
 //! What is drawn: points that move with members of the run.
 
 use super::hull::{extreme, hull};
-use super::view::{Place, View};
-use crate::look::{Color, INK, Look, NamedBeam, NamedLine, point};
-use crate::tube::Pose;
-use holonom_report::scene::parts::End;
+use super::view::{Directions, Place};
+use crate::look::{INK, Look, NamedBeam, NamedLine, Rgb, point};
+use crate::tube::MemberPose;
+use holonom_report::scene::parts::SceneEnd;
 use std::cmp::Ordering;
 
 /// How an item is drawn.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Stroke {
+pub(super) enum ItemStyle {
     /// The hull of its points, filled.
     Surface,
     /// A line of this thickness, m.
@@ -19,10 +19,10 @@ pub(super) enum Stroke {
 /// A body, a beam, a line or a joint at all frames.
 #[derive(Debug)]
 pub(super) struct Item {
-    pub(super) stroke: Stroke,
-    pub(super) color: Color,
+    pub(super) stroke: ItemStyle,
+    pub(super) color: Rgb,
     pub(super) opacity: f64, // in [0, 1]
-    source: Vec<End>,
+    source: Vec<SceneEnd>,
     pub(super) frames: Vec<Vec<Place>>,
     depth: f64, // sum over frames, of their mean depths
     on_top: bool,
@@ -30,11 +30,11 @@ pub(super) struct Item {
 
 /// All items of a run.
 pub(super) fn all(look: &Look) -> Vec<Item> {
-    let of = |member: usize, point: [f64; 3]| End { member: member as i64, point };
+    let of = |member: usize, point: [f64; 3]| SceneEnd { member: member as i64, point };
     let solids = look.solids.iter().flat_map(|solid| {
         solid.parts().map(move |points| {
             let points = extreme(points).into_iter().map(|point| of(solid.member, point));
-            let item = Item::new(Stroke::Surface, solid.color, points.collect());
+            let item = Item::new(ItemStyle::Surface, solid.color, points.collect());
             Item { opacity: solid.opacity, ..item }
         })
     });
@@ -43,42 +43,46 @@ pub(super) fn all(look: &Look) -> Vec<Item> {
         let thickness = (2.0 * a.max(b)).min(2.0 * look.symbol);
         beam.legs().into_iter().map(move |leg| {
             let nodes = leg.map(|node| of(node, [0.0; 3])).collect();
-            Item::new(Stroke::Line(thickness), beam.color, nodes)
+            Item::new(ItemStyle::Line(thickness), beam.color, nodes)
         })
     });
     let lines = look.lines.iter().map(|NamedLine { line, spring, .. }| {
         let thickness = if *spring { 0.4 } else { 0.8 } * look.symbol;
-        Item::new(Stroke::Line(thickness), INK, vec![line.from.clone(), line.to.clone()])
+        Item::new(ItemStyle::Line(thickness), INK, vec![line.from.clone(), line.to.clone()])
     });
     // a line of no length with round ends is a dot
     let joints = look.joints.iter().flat_map(|named| {
         let dot = vec![named.joint.child.clone(); 2];
         let symbol = look.symbol.min(named.joint.limit);
-        let dot = Item::new(Stroke::Line(1.6 * symbol), INK, dot);
+        let dot = Item::new(ItemStyle::Line(1.6 * symbol), INK, dot);
         let axes =
             [(&named.joint.parent, named.joint.axis), (&named.joint.child, named.joint.axis2)];
         let axes = axes.map(|(end, axis)| Some(pin(end, &axis?, 5.0 * symbol)));
         let lines = axes.into_iter().flatten();
         std::iter::once(dot)
-            .chain(lines.map(move |ends| Item::new(Stroke::Line(0.7 * symbol), INK, ends)))
+            .chain(lines.map(move |ends| Item::new(ItemStyle::Line(0.7 * symbol), INK, ends)))
     });
     // a plate on the ground is seen from aside, a line across
     let feet = look.feet.iter().map(|place| {
         let up = nalgebra::Vector3::from(look.up);
         let across = up.cross(&nalgebra::Vector3::new(0.0, -1.0, 0.0));
         let across = if across.norm() > 1e-3 { across.normalize() } else { nalgebra::Vector3::x() };
-        let at = End { member: -1, point: *place };
-        Item::new(Stroke::Line(0.9 * look.symbol), INK, pin(&at, &across.into(), 1.5 * look.symbol))
+        let at = SceneEnd { member: -1, point: *place };
+        Item::new(
+            ItemStyle::Line(0.9 * look.symbol),
+            INK,
+            pin(&at, &across.into(), 1.5 * look.symbol),
+        )
     });
     let joints = joints.map(|item| Item { on_top: true, ..item });
     solids.chain(beams).chain(lines).chain(feet).chain(joints).collect()
 }
 
 /// An axis through a point of a member, `half` of its length to either side, m.
-fn pin(end: &End, axis: &[f64; 3], half: f64) -> Vec<End> {
+fn pin(end: &SceneEnd, axis: &[f64; 3], half: f64) -> Vec<SceneEnd> {
     let norm = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
     let factor = if norm > 0.0 { half / norm } else { 0.0 };
-    let at = |sign: f64| End {
+    let at = |sign: f64| SceneEnd {
         member: end.member,
         point: std::array::from_fn(|i| end.point[i] + sign * factor * axis[i]),
     };
@@ -86,19 +90,19 @@ fn pin(end: &End, axis: &[f64; 3], half: f64) -> Vec<End> {
 }
 
 impl Item {
-    fn new(stroke: Stroke, color: Color, source: Vec<End>) -> Self {
+    fn new(stroke: ItemStyle, color: Rgb, source: Vec<SceneEnd>) -> Self {
         let (frames, depth, on_top, opacity) = (Vec::new(), 0.0, false, 1.0);
         Self { stroke, color, opacity, source, frames, depth, on_top }
     }
 
     /// Adds a frame.
-    pub(super) fn follow(&mut self, poses: &[Pose], view: &View) {
+    pub(super) fn follow(&mut self, poses: &[MemberPose], view: &Directions) {
         let places = self.source.iter().map(|end| view.of(&point(end, poses)));
         let (places, depths): (Vec<Place>, Vec<f64>) = places.unzip();
         self.depth += depths.iter().sum::<f64>() / depths.len().max(1) as f64;
         self.frames.push(match self.stroke {
-            Stroke::Surface => hull(places),
-            Stroke::Line(_) => places,
+            ItemStyle::Surface => hull(places),
+            ItemStyle::Line(_) => places,
         });
     }
 

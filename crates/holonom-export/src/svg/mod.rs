@@ -17,10 +17,10 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use crate::pace::Pace;
-use crate::run::Run;
+use crate::run::ShownRun;
 use crate::{ExportError, Exported};
-use item::{Item, Stroke};
-use view::{Sheet, View};
+use item::{Item, ItemStyle};
+use view::{Directions, Sheet};
 
 /// Width of the drawing, tenths of a pixel.
 const WIDTH: f64 = 6400.0;
@@ -32,17 +32,17 @@ const OPACITY: f64 = 0.85;
 
 /// A drawing and what is said of it.
 #[derive(Debug)]
-pub(crate) struct Drawing {
+pub(crate) struct AnimatedDrawing {
     svg: String,
     pub(crate) exported: Exported,
 }
 
-impl Drawing {
+impl AnimatedDrawing {
     /// Of the frames of a run.
-    pub(crate) fn of(run: &Run<'_>) -> Result<Self, ExportError> {
+    pub(crate) fn of(run: &ShownRun<'_>) -> Result<Self, ExportError> {
         let reader = run.frames()?;
         let recorded = reader.rows();
-        let view = View::new(&run.look.up, run.model.header.dimension == 2);
+        let view = Directions::new(&run.look.up, run.model.header.dimension == 2);
         let mut items = item::all(&run.look);
         let mut times = Vec::new();
         for (index, frame) in reader.enumerate() {
@@ -88,14 +88,14 @@ fn element(out: &mut String, item: &Item, sheet: &Sheet, length: f64) {
     let color = format!("#{r:02x}{g:02x}{b:02x}");
     let width = |metres: f64, least: f64| (metres * sheet.scale).max(least).round();
     let (tag, style) = match item.stroke {
-        Stroke::Surface => (
+        ItemStyle::Surface => (
             "polygon",
             format!(
                 "fill=\"{color}\" fill-opacity=\"{}\" stroke=\"#404754\" stroke-width=\"8\"",
                 OPACITY * item.opacity
             ),
         ),
-        Stroke::Line(metres) => {
+        ItemStyle::Line(metres) => {
             let width = width(metres, 30.0);
             ("polyline", format!("fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\""))
         }

@@ -4,8 +4,8 @@ use holonom_model::{Model, ModelError};
 use holonom_report::Drawing;
 use holonom_sim::output::Frames;
 
-use super::item::{self, Item, Stroke};
-use super::view::{Sheet, View};
+use super::item::{self, Item, ItemStyle};
+use super::view::{Directions, Sheet};
 use super::{HEIGHT, MARGIN, OPACITY, WIDTH};
 use crate::look::{INK, Look, poses};
 
@@ -22,7 +22,7 @@ const THINNEST: f64 = 3.0;
 pub fn configuration(model: &Model) -> Result<Option<Drawing>, ModelError> {
     let frames = Frames::initial(model)?;
     let Some(look) = Look::new(model, &frames) else { return Ok(None) };
-    let view = View::new(&look.up, model.header.dimension == 2);
+    let view = Directions::new(&look.up, model.header.dimension == 2);
     let poses = poses(&frames.members, &frames.q[0]);
     let mut items = item::all(&look);
     items.iter_mut().for_each(|item| item.follow(&poses, &view));
@@ -38,10 +38,10 @@ fn drawing(items: &[Item], sheet: &Sheet) -> Drawing {
     for item in items {
         let points = item.points().map(|point| sheet.placed(point)).collect();
         match item.stroke {
-            Stroke::Surface => {
+            ItemStyle::Surface => {
                 drawing.area(points, item.color, OPACITY * item.opacity, INK);
             }
-            Stroke::Line(metres) => {
+            ItemStyle::Line(metres) => {
                 drawing.line(points, item.color, (metres * sheet.scale).max(THINNEST));
             }
         }

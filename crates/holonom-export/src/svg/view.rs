@@ -8,9 +8,9 @@ pub(super) type Place = [f64; 2];
 
 /// Directions of the drawing in space: to the right, upwards, towards the viewer; as rows.
 #[derive(Debug)]
-pub(super) struct View(Matrix3<f64>);
+pub(super) struct Directions(Matrix3<f64>);
 
-impl View {
+impl Directions {
     /// With a unit vector upwards; seen from aside and above, a planar motion from in front.
     pub(super) fn new(up: &[f64; 3], planar: bool) -> Self {
         if planar {
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn a_view_is_a_rotation() {
         for up in [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]] {
-            let view = View::new(&up, false);
+            let view = Directions::new(&up, false);
             let error = (view.0 * view.0.transpose() - Matrix3::identity()).amax();
             assert!(error < 1e-15 && view.0.determinant() > 0.0, "{up:?}: {error:e}");
             let (place, _) = view.of(&Vector3::from(up));

@@ -2,15 +2,15 @@
 
 use nalgebra::Vector3;
 
-use super::poly_data::{Array, PolyData, Values};
+use super::poly_data::{Array, ArrayValues, PolyData};
 use super::rates::Rate;
-use super::reactions::Reaction;
+use super::reactions::InstantReaction;
 use crate::look::point;
-use crate::run::Run;
-use crate::tube::{Pose, Tube};
+use crate::run::ShownRun;
+use crate::tube::{MemberPose, Tube};
 
 /// Names of the blocks with whether a run has them, in their order.
-pub(super) fn names(run: &Run<'_>, reactions: bool) -> Vec<&'static str> {
+pub(super) fn names(run: &ShownRun<'_>, reactions: bool) -> Vec<&'static str> {
     let look = &run.look;
     let all = [
         ("bodies", !look.solids.is_empty()),
@@ -25,19 +25,19 @@ pub(super) fn names(run: &Run<'_>, reactions: bool) -> Vec<&'static str> {
 }
 
 /// A frame with all that is known of it.
-pub(super) struct Scene<'a> {
-    pub(super) run: &'a Run<'a>,
+pub(super) struct FrameData<'a> {
+    pub(super) run: &'a ShownRun<'a>,
     /// Of all members, at the first frame and at this one.
-    pub(super) poses: [&'a [Pose]; 2],
+    pub(super) poses: [&'a [MemberPose]; 2],
     /// Of the bodies and point masses.
     pub(super) rates: &'a [Rate],
     /// Of each beam twelve numbers for each interval between nodes: `Γ, K, N, M`; empty where they
     /// are not known.
     pub(super) sections: &'a [Vec<[f64; 12]>],
-    pub(super) reactions: &'a [Reaction],
+    pub(super) reactions: &'a [InstantReaction],
 }
 
-impl Scene<'_> {
+impl FrameData<'_> {
     /// A block by its name.
     pub(super) fn block(&self, name: &str) -> PolyData {
         match name {
@@ -51,7 +51,7 @@ impl Scene<'_> {
         }
     }
 
-    fn pose(&self, member: usize) -> &Pose {
+    fn pose(&self, member: usize) -> &MemberPose {
         &self.poses[1][member]
     }
 
@@ -94,10 +94,10 @@ impl Scene<'_> {
         if known && turning {
             data.point_data.push(Array::vectors("velocity", &velocities));
         }
-        data.cell_data.push(Array::scalars("body", Values::Int32(body)));
+        data.cell_data.push(Array::scalars("body", ArrayValues::Int32(body)));
         data.cell_data.push(Array::colors(colors));
         if opacities.iter().any(|opacity| *opacity < 1.0) {
-            data.cell_data.push(Array::scalars("opacity", Values::Float64(opacities)));
+            data.cell_data.push(Array::scalars("opacity", ArrayValues::Float64(opacities)));
         }
         data
     }
@@ -113,8 +113,8 @@ impl Scene<'_> {
         let names = solids.iter().map(|solid| solid.name.clone()).collect();
         let index = (0..solids.len() as i32).collect();
         data.vertices = true;
-        data.point_data.insert(0, Array::scalars("name", Values::Text(names)));
-        data.point_data.insert(1, Array::scalars("body", Values::Int32(index)));
+        data.point_data.insert(0, Array::scalars("name", ArrayValues::Text(names)));
+        data.point_data.insert(1, Array::scalars("body", ArrayValues::Int32(index)));
         let still = [0.0; 3]; // point masses do not turn
         let angular = |(rate, member): (&Rate, &usize)| match self.is_frame(*member) {
             true => rate.angular_velocity,
@@ -167,8 +167,8 @@ impl Scene<'_> {
                 first = last + 1;
             }
         }
-        data.point_data.insert(0, Array::scalars("beam", Values::Int32(beams)));
-        data.point_data.insert(1, Array::scalars("node", Values::Int32(nodes)));
+        data.point_data.insert(0, Array::scalars("beam", ArrayValues::Int32(beams)));
+        data.point_data.insert(1, Array::scalars("node", ArrayValues::Int32(nodes)));
         let intervals: Vec<Option<[f64; 12]>> = (0..look.beams.len())
             .flat_map(|k| (0..self.intervals(k)).map(move |i| (k, i)))
             .map(|(k, i)| self.sections[k].get(i).copied())
@@ -202,7 +202,8 @@ impl Scene<'_> {
             }
         }
         data.point_data = vec![Array::normals(normals)];
-        data.cell_data = vec![Array::scalars("beam", Values::Int32(beams)), Array::colors(colors)];
+        data.cell_data =
+            vec![Array::scalars("beam", ArrayValues::Int32(beams)), Array::colors(colors)];
         data.cell_data.extend(section_arrays(sections));
         data
     }
@@ -222,7 +223,7 @@ impl Scene<'_> {
             points: joints.iter().map(|j| point(&j.joint.child, self.poses[1]).into()).collect(),
             vertices: true,
             point_data: vec![
-                Array::scalars("name", Values::Text(names)),
+                Array::scalars("name", ArrayValues::Text(names)),
                 Array::vectors("axis", &axes),
             ],
             ..PolyData::default()
@@ -231,12 +232,16 @@ impl Scene<'_> {
 
     fn reactions(&self) -> PolyData {
         let all = self.reactions;
-        let vectors = |which: fn(&Reaction) -> [f64; 3]| all.iter().map(which).collect::<Vec<_>>();
+        let vectors =
+            |which: fn(&InstantReaction) -> [f64; 3]| all.iter().map(which).collect::<Vec<_>>();
         PolyData {
             points: all.iter().map(|reaction| reaction.point.into()).collect(),
             vertices: true,
             point_data: vec![
-                Array::scalars("name", Values::Text(all.iter().map(|r| r.joint.clone()).collect())),
+                Array::scalars(
+                    "name",
+                    ArrayValues::Text(all.iter().map(|r| r.joint.clone()).collect()),
+                ),
                 Array::vectors("force", &vectors(|reaction| reaction.force)),
                 Array::vectors("moment", &vectors(|reaction| reaction.moment)),
             ],
@@ -261,10 +266,10 @@ impl Scene<'_> {
             cell_data: vec![
                 Array::scalars(
                     "name",
-                    Values::Text(lines.iter().map(|l| l.name.clone()).collect()),
+                    ArrayValues::Text(lines.iter().map(|l| l.name.clone()).collect()),
                 ),
-                Array::scalars("spring", Values::Int32(spring)),
-                Array::scalars("length", Values::Float64(lines.iter().map(length).collect())),
+                Array::scalars("spring", ArrayValues::Int32(spring)),
+                Array::scalars("length", ArrayValues::Float64(lines.iter().map(length).collect())),
             ],
             ..PolyData::default()
         }

@@ -29,12 +29,12 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use crate::run::Run;
+use crate::run::ShownRun;
 use crate::{ExportError, Exported};
-use blocks::Scene;
-use poly_data::{Array, PolyData, Values};
-use rates::Rates;
-use reactions::Reactions;
+use blocks::FrameData;
+use poly_data::{Array, ArrayValues, PolyData};
+use rates::MemberRates;
+use reactions::ReactionSensors;
 use sections::Sections;
 
 /// The file that ParaView opens.
@@ -50,7 +50,7 @@ pub(crate) fn known(entry: &str) -> bool {
 }
 
 /// Writes the files of a run to a folder, which is created.
-pub(crate) fn write(run: &Run<'_>, to: &Path) -> Result<Exported, ExportError> {
+pub(crate) fn write(run: &ShownRun<'_>, to: &Path) -> Result<Exported, ExportError> {
     let failed =
         |error: io::Error| ExportError::Write { path: to.to_owned(), message: error.to_string() };
     fs::create_dir_all(to.join(FRAMES)).map_err(failed)?;
@@ -65,11 +65,11 @@ pub(crate) fn write(run: &Run<'_>, to: &Path) -> Result<Exported, ExportError> {
         let first = first.get_or_insert_with(|| poses.clone());
         let files = match &mut sources {
             Some(files) => files,
-            none => none.insert(Sources::open(run, first)?),
+            none => none.insert(SupplementaryFiles::open(run, first)?),
         };
         let solids = run.look.solids.iter().map(|solid| solid.member);
         let own: Vec<_> = solids.map(|member| poses[member]).collect();
-        let scene = Scene {
+        let scene = FrameData {
             run,
             poses: [first, &poses],
             rates: &files.rates.at(frame.step, &own)?,
@@ -78,8 +78,8 @@ pub(crate) fn write(run: &Run<'_>, to: &Path) -> Result<Exported, ExportError> {
         };
         let time = run.time(&frame, index);
         let fields = [
-            Array::scalars("TimeValue", Values::Float64(vec![time])),
-            Array::scalars("step", Values::Int64(vec![frame.step as i64])),
+            Array::scalars("TimeValue", ArrayValues::Float64(vec![time])),
+            Array::scalars("step", ArrayValues::Int64(vec![frame.step as i64])),
         ];
         let names = blocks::names(run, !files.reactions.is_empty());
         frame_files(to, index, &names, |name| {
@@ -95,20 +95,20 @@ pub(crate) fn write(run: &Run<'_>, to: &Path) -> Result<Exported, ExportError> {
 }
 
 /// The files that tell more than where everything is.
-struct Sources {
-    rates: Rates,
+struct SupplementaryFiles {
+    rates: MemberRates,
     sections: Sections,
-    reactions: Reactions,
+    reactions: ReactionSensors,
 }
 
-impl Sources {
-    fn open(run: &Run<'_>, first: &[crate::tube::Pose]) -> Result<Self, ExportError> {
+impl SupplementaryFiles {
+    fn open(run: &ShownRun<'_>, first: &[crate::tube::MemberPose]) -> Result<Self, ExportError> {
         let solids = run.look.solids.iter().map(|solid| solid.member);
         let members: Vec<_> = solids.map(|member| (&run.members[member], first[member])).collect();
         Ok(Self {
-            rates: Rates::open(run.folder, &run.model, &members)?,
+            rates: MemberRates::open(run.folder, &run.model, &members)?,
             sections: Sections::open(run)?,
-            reactions: Reactions::open(run)?,
+            reactions: ReactionSensors::open(run)?,
         })
     }
 }

@@ -11,7 +11,7 @@ const NORMALS: &str = "Normals";
 
 /// Values of an array.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Values {
+pub(super) enum ArrayValues {
     Float64(Vec<f64>),
     Float32(Vec<f32>),
     Int32(Vec<i32>),
@@ -20,7 +20,7 @@ pub(super) enum Values {
     Text(Vec<String>),
 }
 
-impl Values {
+impl ArrayValues {
     fn kind(&self) -> &'static str {
         match self {
             Self::Float64(_) => "Float64",
@@ -63,28 +63,28 @@ impl Values {
 pub(super) struct Array {
     pub(super) name: &'static str,
     pub(super) components: usize,
-    pub(super) values: Values,
+    pub(super) values: ArrayValues,
 }
 
 impl Array {
     /// One number for each entry.
-    pub(super) fn scalars(name: &'static str, values: Values) -> Self {
+    pub(super) fn scalars(name: &'static str, values: ArrayValues) -> Self {
         Self { name, components: 1, values }
     }
 
     /// Three numbers for each entry.
     pub(super) fn vectors(name: &'static str, values: &[[f64; 3]]) -> Self {
-        Self { name, components: 3, values: Values::Float64(values.concat()) }
+        Self { name, components: 3, values: ArrayValues::Float64(values.concat()) }
     }
 
     /// Three components for each point.
     pub(super) fn normals(values: Vec<f32>) -> Self {
-        Self { name: NORMALS, components: 3, values: Values::Float32(values) }
+        Self { name: NORMALS, components: 3, values: ArrayValues::Float32(values) }
     }
 
     /// Red, green, blue for each cell.
     pub(super) fn colors(values: Vec<u8>) -> Self {
-        Self { name: "color", components: 3, values: Values::UInt8(values) }
+        Self { name: "color", components: 3, values: ArrayValues::UInt8(values) }
     }
 
     fn write(&self, out: &mut impl Write) -> io::Result<()> {
@@ -170,8 +170,8 @@ fn cells<C: AsRef<[u32]>>(out: &mut impl Write, name: &str, cells: &[C]) -> io::
     };
     let ends = cells.iter().map(end).collect();
     let arrays = [
-        Array::scalars("connectivity", Values::Int32(corners)),
-        Array::scalars("offsets", Values::Int32(ends)),
+        Array::scalars("connectivity", ArrayValues::Int32(corners)),
+        Array::scalars("offsets", ArrayValues::Int32(ends)),
     ];
     section(out, name, &arrays)
 }
@@ -186,7 +186,10 @@ mod tests {
             points: vec![[0.1, -0.0, 1e-300], [1.0, 2.0, 3.0]],
             vertices: true,
             lines: vec![[0, 1]],
-            point_data: vec![Array::scalars("name", Values::Text(vec!["a".into(), "é".into()]))],
+            point_data: vec![Array::scalars(
+                "name",
+                ArrayValues::Text(vec!["a".into(), "é".into()]),
+            )],
             ..PolyData::default()
         };
         let mut file = Vec::new();

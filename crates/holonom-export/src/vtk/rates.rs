@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::ExportError;
 use crate::rows::{StepRows, number};
-use crate::tube::Pose;
+use crate::tube::MemberPose;
 
 /// What a member does, in space; `None`: not known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,23 +45,23 @@ struct Mover {
 }
 
 /// The files with the members that they tell of.
-pub(super) struct Rates {
+pub(super) struct MemberRates {
     sensors: Option<StepRows>,
     momenta: Option<StepRows>,
     movers: Vec<Mover>,
 }
 
-impl Rates {
+impl MemberRates {
     /// Of the given members, bodies and point masses with their first poses.
     pub(super) fn open(
         folder: &RunFolder,
         model: &Model,
-        members: &[(&Member, Pose)],
+        members: &[(&Member, MemberPose)],
     ) -> Result<Self, ExportError> {
         let sensors = StepRows::open(folder, RowTable::Sensors)?;
         let momenta = StepRows::open(folder, RowTable::Momenta)?;
         let [x, ..] = POSITION_NAMES;
-        let mover = |(member, pose): &(&Member, Pose)| {
+        let mover = |(member, pose): &(&Member, MemberPose)| {
             let name = &member.name;
             let of = |kind: SensorKind| {
                 let central = |s: &&Sensor| s.point.is_none_or(|at| at.iter().all(|x| *x == 0.0));
@@ -97,14 +97,15 @@ impl Rates {
     }
 
     /// At a step, where the members are at `poses`.
-    pub(super) fn at(&mut self, step: u64, poses: &[Pose]) -> Result<Vec<Rate>, ExportError> {
+    pub(super) fn at(&mut self, step: u64, poses: &[MemberPose]) -> Result<Vec<Rate>, ExportError> {
         let row = |file: &mut Option<StepRows>| -> Result<_, ExportError> {
             let Some(file) = file else { return Ok(None) };
             Ok(file.at(step)?.into_iter().next())
         };
         let (sensors, momenta) = (row(&mut self.sensors)?, row(&mut self.momenta)?);
-        let rate =
-            |(mover, pose): (&Mover, &Pose)| mover.rate((sensors.as_ref(), momenta.as_ref()), pose);
+        let rate = |(mover, pose): (&Mover, &MemberPose)| {
+            mover.rate((sensors.as_ref(), momenta.as_ref()), pose)
+        };
         Ok(self.movers.iter().zip(poses).map(rate).collect())
     }
 }
@@ -113,7 +114,7 @@ impl Mover {
     fn rate(
         &self,
         (sensors, momenta): (Option<&csv::StringRecord>, Option<&csv::StringRecord>),
-        pose: &Pose,
+        pose: &MemberPose,
     ) -> Rate {
         let axes = self.kind.columns().len().min(3);
         let triple = |row: Option<&csv::StringRecord>, first: usize| {

@@ -1,7 +1,7 @@
 //! Reactions of joints, as far as sensors measure them along the axes of space.
 
 use holonom_model::{ReactionFrame, SensorKind};
-use holonom_report::scene::parts::End;
+use holonom_report::scene::parts::SceneEnd;
 use holonom_sim::output::RowTable;
 use holonom_sim::sensor::REACTION;
 use nalgebra::Vector3;
@@ -9,12 +9,12 @@ use nalgebra::Vector3;
 use crate::ExportError;
 use crate::look::point;
 use crate::rows::{StepRows, number};
-use crate::run::Run;
-use crate::tube::Pose;
+use crate::run::ShownRun;
+use crate::tube::MemberPose;
 
 /// A reaction at an instant.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Reaction {
+pub(super) struct InstantReaction {
     /// The joint.
     pub(super) joint: String,
     /// Where it acts, m.
@@ -26,21 +26,21 @@ pub(super) struct Reaction {
 }
 
 /// A sensor of a reaction.
-struct Gauge {
+struct ReactionSensor {
     joint: String,
-    end: End,
+    end: SceneEnd,
     columns: [usize; 6],
 }
 
 /// The sensors of reactions.
-pub(super) struct Reactions {
+pub(super) struct ReactionSensors {
     file: Option<StepRows>,
-    gauges: Vec<Gauge>,
+    gauges: Vec<ReactionSensor>,
 }
 
-impl Reactions {
+impl ReactionSensors {
     /// Those of a run.
-    pub(super) fn open(run: &Run<'_>) -> Result<Self, ExportError> {
+    pub(super) fn open(run: &ShownRun<'_>) -> Result<Self, ExportError> {
         let file = StepRows::open(run.folder, RowTable::Sensors)?;
         let kind = |s: &&holonom_model::Sensor| {
             s.kind == SensorKind::Reaction && s.frame == Some(ReactionFrame::Space)
@@ -48,13 +48,13 @@ impl Reactions {
         let gauge = |sensor: &holonom_model::Sensor| {
             let joint = run.look.joints.iter().find(|joint| joint.name == sensor.of);
             let member = run.model.frame(&sensor.of); // a fixed body, the end of a beam
-            let held = || Some(End { member: member? as i64, point: [0.0; 3] });
+            let held = || Some(SceneEnd { member: member? as i64, point: [0.0; 3] });
             let end = joint.map(|joint| joint.joint.child.clone()).or_else(held)?;
             let mut columns = [0; 6];
             for (part, column) in REACTION.iter().zip(&mut columns) {
                 *column = file.as_ref()?.column(&format!("{}.{part}", sensor.name))?;
             }
-            Some(Gauge { joint: sensor.of.clone(), end, columns })
+            Some(ReactionSensor { joint: sensor.of.clone(), end, columns })
         };
         let gauges = run.model.sensors.iter().filter(kind).filter_map(gauge).collect();
         Ok(Self { file, gauges })
@@ -66,16 +66,20 @@ impl Reactions {
     }
 
     /// Those that are unique at a step.
-    pub(super) fn at(&mut self, step: u64, poses: &[Pose]) -> Result<Vec<Reaction>, ExportError> {
+    pub(super) fn at(
+        &mut self,
+        step: u64,
+        poses: &[MemberPose],
+    ) -> Result<Vec<InstantReaction>, ExportError> {
         let Some(file) = &mut self.file else { return Ok(Vec::new()) };
         let Some(row) = file.at(step)?.into_iter().next() else { return Ok(Vec::new()) };
-        let reaction = |gauge: &Gauge| {
+        let reaction = |gauge: &ReactionSensor| {
             let mut all = [0.0; 6];
             for (column, value) in gauge.columns.iter().zip(&mut all) {
                 *value = number(&row, *column)?;
             }
             let [fx, fy, fz, mx, my, mz] = all;
-            Some(Reaction {
+            Some(InstantReaction {
                 joint: gauge.joint.clone(),
                 point: point(&gauge.end, poses),
                 force: [fx, fy, fz],

@@ -5,7 +5,7 @@ use holonom_sim::output::columns::{BEAM, SECTION};
 
 use crate::ExportError;
 use crate::rows::{StepRows, number};
-use crate::run::Run;
+use crate::run::ShownRun;
 
 /// The rows of `beams.csv`.
 pub(super) struct Sections {
@@ -15,7 +15,7 @@ pub(super) struct Sections {
 
 impl Sections {
     /// Those of a run.
-    pub(super) fn open(run: &Run<'_>) -> Result<Self, ExportError> {
+    pub(super) fn open(run: &ShownRun<'_>) -> Result<Self, ExportError> {
         let file = StepRows::open(run.folder, RowTable::Beams)?.and_then(|rows| {
             let columns = [rows.column(BEAM.name)?, rows.column(SECTION[0].name)?];
             Some((rows, columns))

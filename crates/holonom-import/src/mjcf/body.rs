@@ -4,16 +4,16 @@ use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 
 use super::geom::{Geom, Geoms};
 use super::pose::{orientation, pose};
-use super::settings::{Defaults, FromGeoms, Settings};
-use crate::element::Element;
+use super::settings::{Defaults, FileSettings, FromGeoms};
+use crate::element::XmlElement;
 use crate::mass::Mass;
 use crate::remark::Remarks;
-use crate::robot::{Frame, Joint, Kind, Link};
-use crate::source::{Fault, Result};
+use crate::robot::{Joint, Link, Mobility, NamedFrame};
+use crate::source::{Refusal, Result};
 
 /// Where an element stands: in which link, under which class, in which `<frame>`.
 #[derive(Clone)]
-struct Scope {
+struct Context {
     link: Option<usize>,
     class: Option<String>,
     frame: Isometry3<f64>,
@@ -26,27 +26,37 @@ struct Scope {
 /// What is read from `<worldbody>`.
 pub(crate) struct Bodies<'a, 'b> {
     pub(crate) geoms: &'a mut Geoms<'b>,
-    pub(crate) settings: &'a Settings,
+    pub(crate) settings: &'a FileSettings,
     pub(crate) defaults: &'a Defaults,
     pub(crate) remarks: &'a mut Remarks,
     pub(crate) links: Vec<Link>,
-    pub(crate) sites: Vec<Frame>,
+    pub(crate) sites: Vec<NamedFrame>,
     /// Names of bodies that are moved from outside.
     pub(crate) mocaps: Vec<String>,
 }
 
 impl Bodies<'_, '_> {
     /// Reads what stands in `<worldbody>`.
-    pub(crate) fn world(&mut self, world: &Element) -> Result<()> {
+    pub(crate) fn world(&mut self, world: &XmlElement) -> Result<()> {
         let class = world.word("childclass").map(str::to_owned);
-        let scope =
-            Scope { link: None, class, frame: Isometry3::identity(), moves: false, weighs: false };
+        let scope = Context {
+            link: None,
+            class,
+            frame: Isometry3::identity(),
+            moves: false,
+            weighs: false,
+        };
         let mut geoms = Vec::new();
         self.children(world, &scope, &mut geoms)
     }
 
     /// What stands in a body or a frame; the geoms are collected.
-    fn children(&mut self, parent: &Element, scope: &Scope, geoms: &mut Vec<Geom>) -> Result<()> {
+    fn children(
+        &mut self,
+        parent: &XmlElement,
+        scope: &Context,
+        geoms: &mut Vec<Geom>,
+    ) -> Result<()> {
         for child in &parent.children {
             match child.name.as_str() {
                 "body" => self.body(child, scope)?,
@@ -54,7 +64,7 @@ impl Bodies<'_, '_> {
                     let frame = scope.frame * pose(child, self.settings)?;
                     let class = child.word("childclass").map(str::to_owned);
                     let class = class.or_else(|| scope.class.clone());
-                    self.children(child, &Scope { frame, class, ..scope.clone() }, geoms)?;
+                    self.children(child, &Context { frame, class, ..scope.clone() }, geoms)?;
                 }
                 "joint" | "freejoint" => self.joint(child, scope)?,
                 "geom" => {
@@ -74,7 +84,7 @@ impl Bodies<'_, '_> {
                     let element = self.defaults.apply(child, scope.class.as_deref())?;
                     let pose = scope.frame * pose(&element, self.settings)?;
                     let name = child.word("name").unwrap_or_default().to_owned();
-                    self.sites.push(Frame { name, link: scope.link, pose });
+                    self.sites.push(NamedFrame { name, link: scope.link, pose });
                     self.remarks.add("sites: not translated", child);
                 }
                 "inertial" => {}
@@ -88,7 +98,7 @@ impl Bodies<'_, '_> {
         Ok(())
     }
 
-    fn body(&mut self, element: &Element, scope: &Scope) -> Result<()> {
+    fn body(&mut self, element: &XmlElement, scope: &Context) -> Result<()> {
         let number = self.links.len();
         let name = element.word("name").map_or_else(|| format!("body{number}"), str::to_owned);
         self.links.push(Link {
@@ -118,7 +128,7 @@ impl Bodies<'_, '_> {
             FromGeoms::Never => false,
         };
         let (frame, weighs) = (Isometry3::identity(), weighs && moves);
-        let inner = Scope { link: Some(number), class, frame, moves, weighs };
+        let inner = Context { link: Some(number), class, frame, moves, weighs };
         let mut geoms = Vec::new();
         self.children(element, &inner, &mut geoms)?;
         let mass = self.mass(element, &geoms)?;
@@ -129,7 +139,7 @@ impl Bodies<'_, '_> {
     }
 
     /// Mass properties of a body: stated, or those of its geoms.
-    fn mass(&mut self, element: &Element, geoms: &[Geom]) -> Result<Mass> {
+    fn mass(&mut self, element: &XmlElement, geoms: &[Geom]) -> Result<Mass> {
         let inertial = element.child("inertial");
         let always = self.settings.from_geoms == FromGeoms::Always;
         let stated = match inertial.filter(|_| !always) {
@@ -146,7 +156,7 @@ impl Bodies<'_, '_> {
     /// With the least mass and the least moments of inertia of the compiler, and balanced if it
     /// says so.
     fn bounded(&self, mut mass: Mass) -> Mass {
-        let Settings { least_mass, least_inertia, balance, .. } = *self.settings;
+        let FileSettings { least_mass, least_inertia, balance, .. } = *self.settings;
         mass.mass = mass.mass.max(least_mass);
         if least_inertia > 0.0 || balance && mass.least_euler_moment() < 0.0 {
             let mut eigen = mass.inertia().symmetric_eigen();
@@ -161,7 +171,7 @@ impl Bodies<'_, '_> {
     }
 
     /// `<inertial>`: `diaginertia` about the axes of its orientation, or `fullinertia`.
-    fn inertial(&self, element: &Element) -> Result<Mass> {
+    fn inertial(&self, element: &XmlElement) -> Result<Mass> {
         let mass = element.amount("mass")?;
         let center = Vector3::from(element.vector::<3>("pos")?.unwrap_or_default());
         let frame = Isometry3::from_parts(center.into(), orientation(element, self.settings)?);
@@ -175,10 +185,10 @@ impl Bodies<'_, '_> {
         Ok(Mass { mass, center: Vector3::zeros(), J: tensor }.moved(&frame))
     }
 
-    fn joint(&mut self, child: &Element, scope: &Scope) -> Result<()> {
+    fn joint(&mut self, child: &XmlElement, scope: &Context) -> Result<()> {
         let Some(link) = scope.link else {
             let help = "put the joint into a <body>";
-            return Err(Fault::at(&child.place, "the world has no joints", help));
+            return Err(Refusal::at(&child.place, "the world has no joints", help));
         };
         let element = self.defaults.apply(child, scope.class.as_deref())?;
         let kind = match (child.name.as_str(), element.word("type").unwrap_or("hinge")) {
@@ -188,30 +198,30 @@ impl Bodies<'_, '_> {
                 }
                 return self.free(link, child);
             }
-            (_, "hinge") => Kind::Hinge,
-            (_, "slide") => Kind::Slide,
-            (_, "ball") => Kind::Ball,
+            (_, "hinge") => Mobility::Hinge,
+            (_, "slide") => Mobility::Slide,
+            (_, "ball") => Mobility::Ball,
             (_, other) => {
                 let message = format!("`{}` is no type of a joint", other.escape_debug());
                 let help = "there are: hinge, slide, ball, free";
-                return Err(Fault::at(element.place_of("type"), message, help));
+                return Err(Refusal::at(element.place_of("type"), message, help));
             }
         };
         let joint = self.coordinate(&element, kind, scope)?;
         let link = &mut self.links[link];
         if link.free {
             let message = "a body that moves freely has no other joints";
-            return Err(Fault::at(&child.place, message, "remove the joint"));
+            return Err(Refusal::at(&child.place, message, "remove the joint"));
         }
         link.joints.push(joint);
         Ok(())
     }
 
-    fn free(&mut self, link: usize, child: &Element) -> Result<()> {
+    fn free(&mut self, link: usize, child: &XmlElement) -> Result<()> {
         let link = &mut self.links[link];
         if !link.joints.is_empty() || link.parent.is_some() {
             let message = "a free joint is the only joint of a body of <worldbody>";
-            return Err(Fault::at(
+            return Err(Refusal::at(
                 &child.place,
                 message,
                 "remove the other joint, or write another type",
@@ -221,14 +231,23 @@ impl Bodies<'_, '_> {
         Ok(())
     }
 
-    fn coordinate(&mut self, element: &Element, kind: Kind, scope: &Scope) -> Result<Joint> {
+    fn coordinate(
+        &mut self,
+        element: &XmlElement,
+        kind: Mobility,
+        scope: &Context,
+    ) -> Result<Joint> {
         let axis = Vector3::from(element.vector::<3>("axis")?.unwrap_or([0.0, 0.0, 1.0]));
         let axis = Unit::try_new(scope.frame.rotation * axis, 1e-14).ok_or_else(|| {
-            Fault::at(element.place_of("axis"), "the axis has no direction", "write axis=\"0 0 1\"")
+            Refusal::at(
+                element.place_of("axis"),
+                "the axis has no direction",
+                "write axis=\"0 0 1\"",
+            )
         })?;
         let point = Vector3::from(element.vector::<3>("pos")?.unwrap_or_default());
         let number = |name: &str| Ok(element.number(name)?.unwrap_or(0.0));
-        let angle = |x: f64| if kind == Kind::Hinge { self.settings.angle(x) } else { x };
+        let angle = |x: f64| if kind == Mobility::Hinge { self.settings.angle(x) } else { x };
         let (reference, rest) = (angle(number("ref")?), angle(number("springref")?));
         let acts = |yes: bool, amount: f64| if yes { amount } else { 0.0 };
         let stiffness = acts(self.settings.springs, self.linear(element, "stiffness")?);
@@ -250,13 +269,13 @@ impl Bodies<'_, '_> {
     }
 
     /// A name for a joint without one: that of its link, and its number.
-    fn unnamed(&self, scope: &Scope) -> String {
+    fn unnamed(&self, scope: &Context) -> String {
         let link = scope.link.and_then(|k| self.links.get(k));
         link.map_or_else(String::new, |l| format!("{}_joint{}", l.name, l.joints.len() + 1))
     }
 
     /// The first coefficient of a spring or damper.
-    fn linear(&mut self, element: &Element, name: &str) -> Result<f64> {
+    fn linear(&mut self, element: &XmlElement, name: &str) -> Result<f64> {
         let values = element.numbers(name)?.unwrap_or_default();
         if values.iter().skip(1).any(|x| *x != 0.0) {
             self.remarks.add(format!("nonlinear {name}: its linear part only"), element);
@@ -264,15 +283,15 @@ impl Bodies<'_, '_> {
         let first = values.first().copied().unwrap_or(0.0);
         if first < 0.0 {
             let message = format!("`{name}` is {first}: it would feed energy in");
-            return Err(Fault::at(element.place_of(name), message, "write 0 or more"));
+            return Err(Refusal::at(element.place_of(name), message, "write 0 or more"));
         }
         Ok(first)
     }
 
     /// The armature of a joint; remarks on what acts in it beside spring and damper.
-    fn beside(&mut self, element: &Element, kind: Kind) -> Result<f64> {
+    fn beside(&mut self, element: &XmlElement, kind: Mobility) -> Result<f64> {
         let armature = element.amount("armature")?;
-        if armature != 0.0 && kind == Kind::Ball {
+        if armature != 0.0 && kind == Mobility::Ball {
             self.remarks.add("armature of a ball joint: not translated", element);
         }
         if element.number("frictionloss")?.is_some_and(|x| x != 0.0) {
@@ -284,12 +303,12 @@ impl Bodies<'_, '_> {
         if element.word("springdamper").is_some() {
             self.remarks.add("`springdamper` of joints: not translated", element);
         }
-        Ok(if kind == Kind::Ball { 0.0 } else { armature })
+        Ok(if kind == Mobility::Ball { 0.0 } else { armature })
     }
 }
 
 /// Whether a body has a joint, in a frame or not.
-fn has_joint(element: &Element) -> bool {
+fn has_joint(element: &XmlElement) -> bool {
     element.children.iter().any(|child| match child.name.as_str() {
         "joint" | "freejoint" => true,
         "frame" => has_joint(child),

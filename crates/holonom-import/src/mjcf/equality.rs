@@ -6,10 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Isometry3, Vector3};
 
 use super::settings::Defaults;
-use crate::element::Element;
+use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::robot::{Closure, ClosureKind, Frame, Gear, Link};
-use crate::source::{Fault, Result};
+use crate::robot::{Gear, Link, LoopJoint, LoopJointKind, NamedFrame};
+use crate::source::{Refusal, Result};
 
 /// What is read from `<equality>`.
 pub(crate) struct Equalities<'a> {
@@ -17,17 +17,17 @@ pub(crate) struct Equalities<'a> {
     /// Links by name.
     pub(crate) names: BTreeMap<&'a str, usize>,
     pub(crate) joints: BTreeSet<&'a str>,
-    pub(crate) sites: BTreeMap<&'a str, &'a Frame>,
+    pub(crate) sites: BTreeMap<&'a str, &'a NamedFrame>,
     pub(crate) mocaps: &'a [String],
     pub(crate) defaults: &'a Defaults,
     pub(crate) remarks: &'a mut Remarks,
-    pub(crate) loops: Vec<Closure>,
+    pub(crate) loops: Vec<LoopJoint>,
     pub(crate) gears: Vec<Gear>,
 }
 
 impl Equalities<'_> {
     /// Reads all equalities of a file.
-    pub(crate) fn read(&mut self, root: &Element) -> Result<()> {
+    pub(crate) fn read(&mut self, root: &XmlElement) -> Result<()> {
         for child in root.all("equality").flat_map(|e| &e.children) {
             let element = self.defaults.apply(child, None)?;
             if element.flag("active") == Some(false) {
@@ -54,7 +54,7 @@ impl Equalities<'_> {
         Ok(())
     }
 
-    fn closure(&mut self, element: &Element) -> Result<()> {
+    fn closure(&mut self, element: &XmlElement) -> Result<()> {
         let weld = element.name == "weld";
         let relpose = element.vector::<7>("relpose")?.unwrap_or_default();
         if weld && relpose[3..].iter().any(|x| *x != 0.0) {
@@ -78,9 +78,9 @@ impl Equalities<'_> {
             }
         };
         let name = element.word("name").map_or_else(|| element.name.clone(), str::to_owned);
-        let kind = if weld { ClosureKind::Fixed } else { ClosureKind::Spherical };
+        let kind = if weld { LoopJointKind::Fixed } else { LoopJointKind::Spherical };
         let (axis, place) = (Vector3::z_axis(), element.place.clone());
-        self.loops.push(Closure { name, ends, frames, axis, kind, place });
+        self.loops.push(LoopJoint { name, ends, frames, axis, kind, place });
         Ok(())
     }
 
@@ -96,7 +96,7 @@ impl Equalities<'_> {
     }
 
     /// The link that an attribute names; the ground without it.
-    fn link(&self, element: &Element, attribute: &str) -> Result<Option<usize>> {
+    fn link(&self, element: &XmlElement, attribute: &str) -> Result<Option<usize>> {
         let Some(name) = element.word(attribute).filter(|name| *name != "world") else {
             return Ok(None);
         };
@@ -104,12 +104,12 @@ impl Equalities<'_> {
         found.map(Some).ok_or_else(|| missing(element, attribute, "body", name))
     }
 
-    fn site(&self, element: &Element, name: &str) -> Result<&Frame> {
+    fn site(&self, element: &XmlElement, name: &str) -> Result<&NamedFrame> {
         self.sites.get(name).copied().ok_or_else(|| missing(element, "site1", "site", name))
     }
 
     /// `y − y_0 = a_0 + a_1 (x − x_0) + …`: joint 1 follows joint 2.
-    fn gear(&mut self, element: &Element) -> Result<()> {
+    fn gear(&mut self, element: &XmlElement) -> Result<()> {
         let joint = element.required("joint1")?;
         let of = element.word("joint2");
         for name in [Some(joint), of].into_iter().flatten() {
@@ -136,7 +136,7 @@ impl Equalities<'_> {
     }
 }
 
-fn missing(element: &Element, attribute: &str, kind: &str, name: &str) -> Fault {
+fn missing(element: &XmlElement, attribute: &str, kind: &str, name: &str) -> Refusal {
     let message = format!("there is no {kind} named `{}`", name.escape_debug());
-    Fault::at(element.place_of(attribute), message, format!("name a {kind} of the description"))
+    Refusal::at(element.place_of(attribute), message, format!("name a {kind} of the description"))
 }

@@ -5,21 +5,21 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Unit, Vector3};
 
 use super::pose::{orientation, pose, to_axis};
-use super::settings::Settings;
-use crate::element::Element;
+use super::settings::FileSettings;
+use crate::element::XmlElement;
 use crate::mass::Mass;
-use crate::mesh::Meshes;
+use crate::mesh::MeshCache;
 use crate::remark::Remarks;
 use crate::robot::Unread;
-use crate::solid::{Placed, Solid};
-use crate::source::{Fault, Result};
+use crate::solid::{PlacedSolid, Solid};
+use crate::source::{Refusal, Result};
 use crate::urdf::weighed;
 
 /// A geometry in the frame of its body.
 #[derive(Clone, Debug)]
 pub(crate) struct Geom {
     /// `None` where there is no picture of it.
-    pub(crate) placed: Option<Placed>,
+    pub(crate) placed: Option<PlacedSolid>,
     /// Mass properties; massless where it has no mass.
     pub(crate) mass: Mass,
 }
@@ -41,9 +41,9 @@ pub(crate) struct MeshFile {
 /// Reads geoms.
 #[derive(Debug)]
 pub(crate) struct Geoms<'a> {
-    pub(crate) settings: &'a Settings,
+    pub(crate) settings: &'a FileSettings,
     pub(crate) files: BTreeMap<String, MeshFile>,
-    pub(crate) meshes: &'a mut Meshes,
+    pub(crate) meshes: &'a mut MeshCache,
     /// Meshes that could not be read.
     pub(crate) unread: Vec<Unread>,
 }
@@ -52,7 +52,7 @@ impl Geoms<'_> {
     /// Reads a geom whose defaults are applied; where it does not weigh, it has no mass.
     pub(crate) fn geom(
         &mut self,
-        element: &Element,
+        element: &XmlElement,
         weighs: bool,
         remarks: &mut Remarks,
     ) -> Result<Geom> {
@@ -73,7 +73,7 @@ impl Geoms<'_> {
                 other => {
                     let message = format!("`{}` is no type of a geom", other.escape_debug());
                     let help = "there are: sphere, capsule, ellipsoid, cylinder, box, plane, mesh";
-                    return Err(Fault::at(element.place_of("type"), message, help));
+                    return Err(Refusal::at(element.place_of("type"), message, help));
                 }
             };
             remarks.add(message, element);
@@ -91,14 +91,14 @@ impl Geoms<'_> {
     }
 
     /// Whether its group counts, and mass or density are not zero.
-    fn counts(&self, element: &Element) -> Result<bool> {
+    fn counts(&self, element: &XmlElement) -> Result<bool> {
         let group = element.number("group")?.unwrap_or(0.0);
         let [least, largest] = self.settings.groups;
         let zero = mass(element, 1.0)? == 0.0;
         Ok(least <= group && group <= largest && !zero)
     }
 
-    fn mesh(&mut self, element: &Element, weighs: bool, remarks: &mut Remarks) -> Result<Geom> {
+    fn mesh(&mut self, element: &XmlElement, weighs: bool, remarks: &mut Remarks) -> Result<Geom> {
         let name = element.required("mesh")?;
         let file = self.files.get(name).cloned();
         let exact = file.as_ref().is_some_and(|mesh| mesh.inertia == "exact");
@@ -136,7 +136,7 @@ impl Geoms<'_> {
         };
         if unit.mass <= 0.0 {
             let help = "state an <inertial> of the body";
-            return Err(Fault::at(&element.place, "the mesh has no volume", help));
+            return Err(Refusal::at(&element.place, "the mesh has no volume", help));
         }
         if !exact && !legacy && !shell {
             let message = "meshes with another `inertia` than exact and legacy: taken as solids";
@@ -148,20 +148,20 @@ impl Geoms<'_> {
 }
 
 /// The mass of a geom of some volume, kg.
-fn mass(element: &Element, volume: f64) -> Result<f64> {
+fn mass(element: &XmlElement, volume: f64) -> Result<f64> {
     let (name, mass) = match element.number("mass")? {
         Some(mass) => ("mass", mass),
         None => ("density", element.number("density")?.unwrap_or(DENSITY) * volume),
     };
     if mass < 0.0 {
         let message = format!("the mass {mass} kg is negative");
-        return Err(Fault::at(element.place_of(name), message, "write 0 or a positive number"));
+        return Err(Refusal::at(element.place_of(name), message, "write 0 or a positive number"));
     }
     Ok(mass)
 }
 
 /// The solid of a geom; `None` where its type has none.
-fn solid(element: &Element, kind: &str, settings: &Settings) -> Result<Option<Placed>> {
+fn solid(element: &XmlElement, kind: &str, settings: &FileSettings) -> Result<Option<PlacedSolid>> {
     let count = match kind {
         "sphere" => 1,
         "capsule" | "cylinder" => 2,
@@ -175,7 +175,7 @@ fn solid(element: &Element, kind: &str, settings: &Settings) -> Result<Option<Pl
             [Vector3::from_column_slice(&ends[..3]), Vector3::from_column_slice(&ends[3..])];
         let Some(axis) = Unit::try_new(b - a, 1e-14) else {
             let message = "both ends of `fromto` are one point";
-            return Err(Fault::at(element.place_of("fromto"), message, "write two points"));
+            return Err(Refusal::at(element.place_of("fromto"), message, "write two points"));
         };
         let radius = size.first().copied().unwrap_or(0.0);
         let half = 0.5 * (b - a).norm();
@@ -187,7 +187,7 @@ fn solid(element: &Element, kind: &str, settings: &Settings) -> Result<Option<Pl
     let positive = size.len() >= count && size[..count].iter().all(|x| *x > 0.0);
     if !positive {
         let message = format!("a {kind} needs {count} positive number(s) in `size`");
-        return Err(Fault::at(element.place_of("size"), message, "write them in m"));
+        return Err(Refusal::at(element.place_of("size"), message, "write them in m"));
     }
     let solid = match kind {
         "sphere" => Solid::Sphere(size[0]),
@@ -196,5 +196,5 @@ fn solid(element: &Element, kind: &str, settings: &Settings) -> Result<Option<Pl
         "box" => Solid::Box([size[0], size[1], size[2]]),
         _ => Solid::Ellipsoid([size[0], size[1], size[2]]),
     };
-    Ok(Some(Placed { solid, pose: at, mesh: None }))
+    Ok(Some(PlacedSolid { solid, pose: at, mesh: None }))
 }

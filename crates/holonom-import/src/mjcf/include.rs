@@ -3,19 +3,19 @@
 use std::path::Path;
 
 use crate::ImportError;
-use crate::element::Element;
+use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::source::{Fault, Sources};
+use crate::source::{Refusal, Sources};
 
 /// Files that one description includes at most.
 const MOST: usize = 200;
 
 /// The tree with all files in it; each file may be included once.
 pub(crate) fn resolve(
-    root: Element,
+    root: XmlElement,
     sources: &mut Sources,
     remarks: &mut Remarks,
-) -> Result<Element, ImportError> {
+) -> Result<XmlElement, ImportError> {
     if root.name != "mujoco" {
         return Ok(root);
     }
@@ -26,11 +26,11 @@ pub(crate) fn resolve(
 }
 
 fn spliced(
-    children: Vec<Element>,
+    children: Vec<XmlElement>,
     folder: &Path,
     sources: &mut Sources,
     remarks: &mut Remarks,
-) -> Result<Vec<Element>, ImportError> {
+) -> Result<Vec<XmlElement>, ImportError> {
     let mut out = Vec::with_capacity(children.len());
     for mut child in children {
         if child.name != "include" {
@@ -44,16 +44,16 @@ fn spliced(
         let known = sources.files.iter().any(|source| source.path == path);
         if known || sources.files.len() > MOST {
             let message = "this file is included twice, or too many files are";
-            let fault = Fault::at(&child.place, message, "include each file once");
+            let fault = Refusal::at(&child.place, message, "include each file once");
             return Err(sources.error(&[fault]));
         }
         let number = sources.read(&path).map_err(|error| {
             let message = format!("cannot include: {error}");
             let help = "put the file beside the model, or remove the element";
-            sources.error(&[Fault::at(child.place_of("file"), message, help)])
+            sources.error(&[Refusal::at(child.place_of("file"), message, help)])
         })?;
         let text = &sources.files[number].text;
-        let included = Element::parse(number, text, remarks).map_err(|f| sources.error(&[f]))?;
+        let included = XmlElement::parse(number, text, remarks).map_err(|f| sources.error(&[f]))?;
         out.extend(spliced(included.children, folder, sources, remarks)?);
     }
     Ok(out)

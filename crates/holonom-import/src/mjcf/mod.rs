@@ -15,17 +15,21 @@ use std::collections::BTreeMap;
 use body::Bodies;
 use equality::Equalities;
 use geom::{Geoms, MeshFile};
-use settings::{Defaults, Settings};
+use settings::{Defaults, FileSettings};
 
-use crate::element::Element;
-use crate::mesh::Meshes;
+use crate::element::XmlElement;
+use crate::mesh::MeshCache;
 use crate::remark::Remarks;
-use crate::robot::{Frame, Link, Robot};
-use crate::source::{Fault, Place, Result};
+use crate::robot::{Link, NamedFrame, Robot};
+use crate::source::{Place, Refusal, Result};
 
 /// Reads a robot from the root element `<mujoco>`.
-pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) -> Result<Robot> {
-    let settings = Settings::read(root, remarks)?;
+pub(crate) fn robot(
+    root: &XmlElement,
+    meshes: &mut MeshCache,
+    remarks: &mut Remarks,
+) -> Result<Robot> {
+    let settings = FileSettings::read(root, remarks)?;
     let root = &replicate::expand(root, &settings)?;
     let defaults = Defaults::read(root)?;
     let files = files(root, &defaults)?;
@@ -45,7 +49,7 @@ pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) 
     unique_names(&links)?;
     if links.is_empty() {
         let help = "a model of MuJoCo has <body> in <worldbody>";
-        return Err(Fault::at(&root.place, "the model has no body", help));
+        return Err(Refusal::at(&root.place, "the model has no body", help));
     }
     let (loops, gears) = (Vec::new(), Vec::new());
     let mut equalities = Equalities {
@@ -65,7 +69,7 @@ pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) 
     if let Some(total) = settings.total_mass {
         scale(&mut links, total);
     }
-    let bodies = links.iter().enumerate().map(|(k, link)| Frame::of_link(k, link));
+    let bodies = links.iter().enumerate().map(|(k, link)| NamedFrame::of_link(k, link));
     let frames = bodies.chain(sites.into_iter().filter(|site| !site.name.is_empty())).collect();
     Ok(Robot {
         name: root.word("model").unwrap_or("MuJoCo model").to_owned(),
@@ -82,7 +86,7 @@ pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) 
 }
 
 /// The files of meshes, by the names of the meshes.
-fn files(root: &Element, defaults: &Defaults) -> Result<BTreeMap<String, MeshFile>> {
+fn files(root: &XmlElement, defaults: &Defaults) -> Result<BTreeMap<String, MeshFile>> {
     let mut files = BTreeMap::new();
     for mesh in root.all("asset").flat_map(|asset| asset.all("mesh")) {
         let element = defaults.apply(mesh, None)?;
@@ -114,14 +118,14 @@ fn unique_names(links: &[Link]) -> Result<()> {
     for (kind, name, place) in bodies.chain(joints) {
         if known.insert((kind, name), place).is_some() {
             let message = format!("there is another {kind} named `{}`", name.escape_debug());
-            return Err(Fault::at(place, message, "choose another name"));
+            return Err(Refusal::at(place, message, "choose another name"));
         }
     }
     Ok(())
 }
 
 /// Remarks on the sections that have no counterpart.
-fn rest(root: &Element, remarks: &mut Remarks) {
+fn rest(root: &XmlElement, remarks: &mut Remarks) {
     for section in &root.children {
         let message = match section.name.as_str() {
             "compiler" | "option" | "default" | "worldbody" | "equality" | "size" | "statistic" => {

@@ -2,27 +2,30 @@
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Unit, UnitQuaternion, Vector3};
 
-use super::settings::{ORIENTATIONS, Settings};
-use crate::element::Element;
-use crate::source::{Fault, Result};
+use super::settings::{FileSettings, ORIENTATIONS};
+use crate::element::XmlElement;
+use crate::source::{Refusal, Result};
 
 /// `pos` and orientation of an element; the identity without them.
-pub(crate) fn pose(element: &Element, settings: &Settings) -> Result<Isometry3<f64>> {
+pub(crate) fn pose(element: &XmlElement, settings: &FileSettings) -> Result<Isometry3<f64>> {
     let position = Vector3::from(element.vector::<3>("pos")?.unwrap_or_default());
     Ok(Isometry3::from_parts(position.into(), orientation(element, settings)?))
 }
 
 /// The orientation of an element; the identity without one.
-pub(crate) fn orientation(element: &Element, settings: &Settings) -> Result<UnitQuaternion<f64>> {
+pub(crate) fn orientation(
+    element: &XmlElement,
+    settings: &FileSettings,
+) -> Result<UnitQuaternion<f64>> {
     let mut stated = ORIENTATIONS.into_iter().filter(|name| element.attribute(name).is_some());
     let Some(name) = stated.next() else { return Ok(UnitQuaternion::identity()) };
     if let Some(second) = stated.next() {
         let message = format!("the orientation is stated twice: `{name}` and `{second}`");
-        return Err(Fault::at(element.place_of(second), message, "keep one of them"));
+        return Err(Refusal::at(element.place_of(second), message, "keep one of them"));
     }
     let zero = |what: &str| {
         let message = format!("`{name}`: {what} has no direction");
-        Fault::at(element.place_of(name), message, "write a vector that is not zero")
+        Refusal::at(element.place_of(name), message, "write a vector that is not zero")
     };
     match name {
         "quat" => {

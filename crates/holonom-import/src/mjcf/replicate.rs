@@ -11,16 +11,16 @@ use std::collections::BTreeSet;
 use nalgebra::{Isometry3, Vector3};
 
 use super::pose::orientation;
-use super::settings::Settings;
-use crate::element::{Attribute, Element, MAX_ELEMENTS};
-use crate::source::{Fault, Place, Result};
+use super::settings::FileSettings;
+use crate::element::{Attribute, MAX_ELEMENTS, XmlElement};
+use crate::source::{Place, Refusal, Result};
 
 /// Attributes of equalities that name bodies, joints or sites.
 const REFERENCES: [&str; 6] = ["body1", "body2", "joint1", "joint2", "site1", "site2"];
 
 /// The description with copies in the place of each `<replicate>`.
-pub(super) fn expand(root: &Element, settings: &Settings) -> Result<Element> {
-    let mut expansion = Expansion { settings, copied: Vec::new(), elements: 0 };
+pub(super) fn expand(root: &XmlElement, settings: &FileSettings) -> Result<XmlElement> {
+    let mut expansion = Replication { settings, copied: Vec::new(), elements: 0 };
     let mut root = root.clone();
     for world in root.children.iter_mut().filter(|c| c.name == "worldbody") {
         world.children = expansion.children(std::mem::take(&mut world.children))?;
@@ -36,8 +36,8 @@ pub(super) fn expand(root: &Element, settings: &Settings) -> Result<Element> {
     Ok(root)
 }
 
-struct Expansion<'a> {
-    settings: &'a Settings,
+struct Replication<'a> {
+    settings: &'a FileSettings,
     copied: Vec<Copied>,
     /// Of all copies.
     elements: usize,
@@ -50,8 +50,8 @@ struct Copied {
     count: usize,
 }
 
-impl Expansion<'_> {
-    fn children(&mut self, children: Vec<Element>) -> Result<Vec<Element>> {
+impl Replication<'_> {
+    fn children(&mut self, children: Vec<XmlElement>) -> Result<Vec<XmlElement>> {
         let mut out = Vec::with_capacity(children.len());
         for mut child in children {
             let inner = std::mem::take(&mut child.children);
@@ -64,13 +64,13 @@ impl Expansion<'_> {
         Ok(out)
     }
 
-    fn copies(&mut self, element: &Element, out: &mut Vec<Element>) -> Result<()> {
+    fn copies(&mut self, element: &XmlElement, out: &mut Vec<XmlElement>) -> Result<()> {
         let count = element.amount("count")?;
-        let size: usize = element.children.iter().map(Element::size).sum();
+        let size: usize = element.children.iter().map(XmlElement::size).sum();
         self.elements = self.elements.saturating_add((count as usize).saturating_mul(size + 1));
         if count < 1.0 || count.fract() != 0.0 || self.elements > MAX_ELEMENTS {
             let message = format!("`count` is {count}: no count of copies, or too many elements");
-            return Err(Fault::at(element.place_of("count"), message, "write count=\"4\""));
+            return Err(Refusal::at(element.place_of("count"), message, "write count=\"4\""));
         }
         let copied = Copied {
             names: element.children.iter().flat_map(names).collect(),
@@ -97,7 +97,7 @@ impl Copied {
         format!("{name}{}{k:0digits$}", self.separator)
     }
 
-    fn rename(&self, element: &mut Element, k: usize) {
+    fn rename(&self, element: &mut XmlElement, k: usize) {
         for attribute in element.attributes.iter_mut().filter(|a| a.name == "name") {
             attribute.value = self.name(&attribute.value, k);
         }
@@ -105,7 +105,7 @@ impl Copied {
     }
 
     /// A constraint, or its copies if it names what is copied.
-    fn constraint(&self, element: Element, out: &mut Vec<Element>) {
+    fn constraint(&self, element: XmlElement, out: &mut Vec<XmlElement>) {
         let refers =
             |a: &Attribute| REFERENCES.contains(&a.name.as_str()) && self.names.contains(&a.value);
         if !element.attributes.iter().any(refers) {
@@ -125,13 +125,13 @@ impl Copied {
 }
 
 /// The names in an element.
-fn names(element: &Element) -> Vec<String> {
+fn names(element: &XmlElement) -> Vec<String> {
     let own = element.word("name").map(str::to_owned);
     own.into_iter().chain(element.children.iter().flat_map(names)).collect()
 }
 
 /// `<frame>` with these elements.
-fn frame(pose: &Isometry3<f64>, children: Vec<Element>, place: &Place) -> Element {
+fn frame(pose: &Isometry3<f64>, children: Vec<XmlElement>, place: &Place) -> XmlElement {
     let (p, q) = (pose.translation.vector, pose.rotation.quaternion());
     let attribute = |name: &str, numbers: &[f64]| Attribute {
         name: name.to_owned(),
@@ -140,5 +140,5 @@ fn frame(pose: &Isometry3<f64>, children: Vec<Element>, place: &Place) -> Elemen
     };
     let attributes =
         vec![attribute("pos", &[p.x, p.y, p.z]), attribute("quat", &[q.w, q.i, q.j, q.k])];
-    Element { name: "frame".to_owned(), attributes, children, place: place.clone() }
+    XmlElement { name: "frame".to_owned(), attributes, children, place: place.clone() }
 }

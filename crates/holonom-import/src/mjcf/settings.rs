@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use crate::element::{Attribute, Element};
+use crate::element::{Attribute, XmlElement};
 use crate::remark::Remarks;
-use crate::source::{Fault, Result};
+use crate::source::{Refusal, Result};
 
 /// Where mass properties of bodies come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub(crate) enum FromGeoms {
 
 /// Settings of the whole file.
 #[derive(Clone, Debug)]
-pub(crate) struct Settings {
+pub(crate) struct FileSettings {
     /// Angles are in degrees.
     pub(crate) degrees: bool,
     /// Axes of Euler angles: small letters rotate with the body, capitals do not.
@@ -41,14 +41,14 @@ pub(crate) struct Settings {
     pub(crate) step: f64,
 }
 
-impl Settings {
+impl FileSettings {
     /// An angle in rad.
     pub(crate) fn angle(&self, value: f64) -> f64 {
         if self.degrees { value.to_radians() } else { value }
     }
 
     /// Reads all `<compiler>` and `<option>` of a file; the last one counts.
-    pub(crate) fn read(root: &Element, remarks: &mut Remarks) -> Result<Self> {
+    pub(crate) fn read(root: &XmlElement, remarks: &mut Remarks) -> Result<Self> {
         let mut settings = Self {
             degrees: true,
             eulerseq: "xyz".to_owned(),
@@ -76,7 +76,7 @@ impl Settings {
         Ok(settings)
     }
 
-    fn compiler(&mut self, element: &Element, remarks: &mut Remarks) -> Result<()> {
+    fn compiler(&mut self, element: &XmlElement, remarks: &mut Remarks) -> Result<()> {
         for attribute in &element.attributes {
             let Attribute { name, value, place } = attribute;
             match name.as_str() {
@@ -86,7 +86,7 @@ impl Settings {
                     if value.len() != 3 || !letters {
                         let message = format!("`{}` is no sequence of axes", value.escape_debug());
                         let help = "write three of the letters x, y, z, X, Y, Z";
-                        return Err(Fault::at(place, message, help));
+                        return Err(Refusal::at(place, message, help));
                     }
                     self.eulerseq.clone_from(value);
                 }
@@ -99,7 +99,7 @@ impl Settings {
                 }
                 "coordinate" if value == "global" => {
                     let help = "save the model with a recent version of MuJoCo, which writes local coordinates";
-                    return Err(Fault::at(place, "global coordinates are not supported", help));
+                    return Err(Refusal::at(place, "global coordinates are not supported", help));
                 }
                 "balanceinertia" => self.balance = value == "true",
                 "boundmass" => self.least_mass = element.amount(name)?,
@@ -124,7 +124,7 @@ impl Settings {
     }
 
     /// What is switched off as a whole.
-    fn flags(&mut self, flag: &Element) {
+    fn flags(&mut self, flag: &XmlElement) {
         let off = |name: &str| flag.word(name) == Some("disable");
         if off("gravity") {
             self.gravity = Vector3::zeros();
@@ -133,14 +133,14 @@ impl Settings {
         self.dampers &= !off("damper") && !off("passive");
     }
 
-    fn option(&mut self, element: &Element, remarks: &mut Remarks) -> Result<()> {
+    fn option(&mut self, element: &XmlElement, remarks: &mut Remarks) -> Result<()> {
         if let Some(gravity) = element.vector::<3>("gravity")? {
             self.gravity = gravity.into();
         }
         if let Some(step) = element.number("timestep")? {
             if step <= 0.0 {
                 let message = format!("the time step {step} s is not positive");
-                return Err(Fault::at(element.place_of("timestep"), message, "write 0.002"));
+                return Err(Refusal::at(element.place_of("timestep"), message, "write 0.002"));
             }
             self.step = step;
         }
@@ -170,7 +170,7 @@ const MAIN: &str = "main";
 
 impl Defaults {
     /// All `<default>` of a file.
-    pub(crate) fn read(root: &Element) -> Result<Self> {
+    pub(crate) fn read(root: &XmlElement) -> Result<Self> {
         let mut defaults = Self::default();
         for element in root.all("default") {
             let class = element.word("class").unwrap_or(MAIN);
@@ -186,7 +186,7 @@ impl Defaults {
 
     fn class(
         &mut self,
-        element: &Element,
+        element: &XmlElement,
         name: &str,
         inherited: BTreeMap<String, Vec<Attribute>>,
     ) -> Result<()> {
@@ -206,7 +206,11 @@ impl Defaults {
     }
 
     /// The element with the defaults of its class, or else of the class `of_parent`.
-    pub(crate) fn apply(&self, element: &Element, of_parent: Option<&str>) -> Result<Element> {
+    pub(crate) fn apply(
+        &self,
+        element: &XmlElement,
+        of_parent: Option<&str>,
+    ) -> Result<XmlElement> {
         let stated = element.word("class");
         let class = stated.or(of_parent).unwrap_or(MAIN);
         let Some(kinds) = self.classes.get(class) else {
@@ -214,7 +218,11 @@ impl Defaults {
                 return Ok(element.with_defaults(&[]));
             }
             let message = format!("there is no default class `{}`", class.escape_debug());
-            return Err(Fault::at(element.place_of("class"), message, "add <default class=\"…\">"));
+            return Err(Refusal::at(
+                element.place_of("class"),
+                message,
+                "add <default class=\"…\">",
+            ));
         };
         let none = Vec::new();
         let all = kinds.get(&element.name).unwrap_or(&none);

@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::Reader;
+use super::UrdfReader;
 use super::geometry::pose;
 use super::joint::direction;
-use crate::element::Element;
-use crate::robot::{Closure, ClosureKind, Link};
+use crate::element::XmlElement;
+use crate::robot::{Link, LoopJoint, LoopJointKind};
 use crate::source::Result;
 
 /// What closes a loop in some dialect.
@@ -32,9 +32,9 @@ const ENDS: [&str; 10] = [
     "link_b",
 ];
 
-impl Reader<'_> {
+impl UrdfReader<'_> {
     /// All loops; a remark on each that is not understood.
-    pub(super) fn closures(&mut self, links: &[Link]) -> Result<Vec<Closure>> {
+    pub(super) fn closures(&mut self, links: &[Link]) -> Result<Vec<LoopJoint>> {
         let names: BTreeMap<&str, usize> =
             links.iter().enumerate().map(|(k, link)| (link.name.as_str(), k)).collect();
         let mut closures = Vec::new();
@@ -63,12 +63,12 @@ pub(super) fn is_loop(name: &str) -> bool {
     NAMES.contains(&name.rsplit(':').next().unwrap_or_default())
 }
 
-fn closure(element: &Element, links: &BTreeMap<&str, usize>) -> Result<Option<Closure>> {
+fn closure(element: &XmlElement, links: &BTreeMap<&str, usize>) -> Result<Option<LoopJoint>> {
     let kind = match element.word("type").unwrap_or("spherical") {
-        "spherical" | "ball" | "point" | "connect" | "loop" => ClosureKind::Spherical,
-        "revolute" | "continuous" | "hinge" => ClosureKind::Revolute,
-        "prismatic" => ClosureKind::Prismatic,
-        "fixed" | "weld" => ClosureKind::Fixed,
+        "spherical" | "ball" | "point" | "connect" | "loop" => LoopJointKind::Spherical,
+        "revolute" | "continuous" | "hinge" => LoopJointKind::Revolute,
+        "prismatic" => LoopJointKind::Prismatic,
+        "fixed" | "weld" => LoopJointKind::Fixed,
         _ => return Ok(None),
     };
     let link = |name: &str| links.get(name).copied();
@@ -94,7 +94,7 @@ fn closure(element: &Element, links: &BTreeMap<&str, usize>) -> Result<Option<Cl
         None => at_first.rotation * Vector3::x_axis(),
     };
     let name = element.word("name").map_or_else(|| element.name.clone(), str::to_owned);
-    Ok(Some(Closure {
+    Ok(Some(LoopJoint {
         name,
         ends: [Some(first), Some(second)],
         frames: [at_first, at_second],

@@ -2,18 +2,18 @@
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::Reader;
-use crate::element::Element;
+use super::UrdfReader;
+use crate::element::XmlElement;
 use crate::mass::Mass;
-use crate::mesh::Summary;
+use crate::mesh::MeshSummary;
 use crate::remark::Remarks;
 use crate::robot::Unread;
-use crate::solid::{Placed, Solid};
-use crate::source::{Fault, Result};
+use crate::solid::{PlacedSolid, Solid};
+use crate::source::{Refusal, Result};
 
-impl Reader<'_> {
+impl UrdfReader<'_> {
     /// `<inertial>`: mass, centre of mass, inertia in the frame of the link.
-    pub(super) fn inertial(&mut self, link: &Element) -> Result<Mass> {
+    pub(super) fn inertial(&mut self, link: &XmlElement) -> Result<Mass> {
         let Some(inertial) = link.child("inertial") else { return Ok(Mass::default()) };
         let mass = inertial.child("mass").map_or(Ok(0.0), |m| m.amount("value"))?;
         let mut tensor = Matrix3::zeros();
@@ -42,7 +42,7 @@ impl Reader<'_> {
 
     /// The pictures of a link, and with a density the mass of its visual geometry; of the geometry
     /// for contact where that has none.
-    pub(super) fn geometries(&mut self, link: &Element) -> Result<(Vec<Placed>, Mass)> {
+    pub(super) fn geometries(&mut self, link: &XmlElement) -> Result<(Vec<PlacedSolid>, Mass)> {
         let density = self.density.filter(|_| link.child("inertial").is_none());
         let (mut solids, mut mass) = (Vec::new(), Mass::default());
         for visual in link.all("visual") {
@@ -70,7 +70,11 @@ impl Reader<'_> {
 
     /// A geometry with its mass properties at 1 kg/m³ if it `weighs`. One that cannot be read is
     /// left out if it does not.
-    fn geometry(&mut self, element: &Element, weighs: bool) -> Result<Option<(Placed, Mass)>> {
+    fn geometry(
+        &mut self,
+        element: &XmlElement,
+        weighs: bool,
+    ) -> Result<Option<(PlacedSolid, Mass)>> {
         match self.solid(element, weighs) {
             Err(fault) if !weighs => {
                 let message = format!("no picture of a geometry, as {}", fault.message());
@@ -81,14 +85,14 @@ impl Reader<'_> {
         }
     }
 
-    fn solid(&mut self, element: &Element, weighs: bool) -> Result<Option<(Placed, Mass)>> {
+    fn solid(&mut self, element: &XmlElement, weighs: bool) -> Result<Option<(PlacedSolid, Mass)>> {
         let pose = origin(element)?;
         let Some(shape) = element.child("geometry").and_then(|g| g.children.first()) else {
             return Ok(None);
         };
         let missing = |name: &str| {
             let message = format!("<{}> has no `{name}`", shape.name);
-            Fault::at(&shape.place, message, format!("add {name}=\"…\", in m"))
+            Refusal::at(&shape.place, message, format!("add {name}=\"…\", in m"))
         };
         let length = |name: &str| shape.number(name)?.ok_or_else(|| missing(name));
         let solid = match shape.name.as_str() {
@@ -106,22 +110,22 @@ impl Reader<'_> {
             }
         };
         let mass = if weighs && solid.is_solid() { solid.volume() } else { 0.0 };
-        Ok(Some((Placed { solid, pose, mesh: None }, solid.with_mass(mass).moved(&pose))))
+        Ok(Some((PlacedSolid { solid, pose, mesh: None }, solid.with_mass(mass).moved(&pose))))
     }
 
     fn mesh(
         &mut self,
-        shape: &Element,
+        shape: &XmlElement,
         pose: &Isometry3<f64>,
         weighs: bool,
-    ) -> Result<Option<(Placed, Mass)>> {
+    ) -> Result<Option<(PlacedSolid, Mass)>> {
         let scale = match shape.numbers("scale")?.as_deref() {
             None | Some([]) => [1.0; 3],
             Some([factor]) => [*factor; 3],
             Some([x, y, z]) => [*x, *y, *z],
             Some(others) => {
                 let message = format!("`scale` has {} numbers, not 1 or 3", others.len());
-                return Err(Fault::at(shape.place_of("scale"), message, "write 3 numbers"));
+                return Err(Refusal::at(shape.place_of("scale"), message, "write 3 numbers"));
             }
         };
         let file = shape.required("filename")?;
@@ -141,12 +145,12 @@ impl Reader<'_> {
 }
 
 /// `<origin xyz rpy>` or `<origin xyz quat_xyzw>`; the identity without it.
-pub(super) fn origin(element: &Element) -> Result<Isometry3<f64>> {
+pub(super) fn origin(element: &XmlElement) -> Result<Isometry3<f64>> {
     element.child("origin").map_or_else(|| Ok(Isometry3::identity()), pose)
 }
 
 /// The pose that an element states by `xyz`, and `rpy` or `quat_xyzw`.
-pub(super) fn pose(element: &Element) -> Result<Isometry3<f64>> {
+pub(super) fn pose(element: &XmlElement) -> Result<Isometry3<f64>> {
     let [x, y, z] = element.vector::<3>("xyz")?.unwrap_or_default();
     let angles = element.vector::<3>("rpy")?;
     let [roll, pitch, yaw] = angles.unwrap_or_default();
@@ -154,14 +158,14 @@ pub(super) fn pose(element: &Element) -> Result<Isometry3<f64>> {
         None => UnitQuaternion::from_euler_angles(roll, pitch, yaw),
         Some(_) if angles.is_some() => {
             let message = "the orientation is stated twice: `rpy` and `quat_xyzw`";
-            return Err(Fault::at(element.place_of("quat_xyzw"), message, "keep one of them"));
+            return Err(Refusal::at(element.place_of("quat_xyzw"), message, "keep one of them"));
         }
         Some([i, j, k, w]) => {
             let quaternion = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-14);
             quaternion.ok_or_else(|| {
                 let message = "the quaternion has no direction";
                 let help = "write quat_xyzw=\"0 0 0 1\" for no rotation";
-                Fault::at(element.place_of("quat_xyzw"), message, help)
+                Refusal::at(element.place_of("quat_xyzw"), message, help)
             })?
         }
     };
@@ -169,7 +173,7 @@ pub(super) fn pose(element: &Element) -> Result<Isometry3<f64>> {
 }
 
 /// Mass properties of a mesh at 1 kg/m³; of one that is not closed those of its tetrahedra.
-pub(crate) fn weighed(summary: &Summary, element: &Element, remarks: &mut Remarks) -> Mass {
+pub(crate) fn weighed(summary: &MeshSummary, element: &XmlElement, remarks: &mut Remarks) -> Mass {
     match summary.mass() {
         Ok(mass) => mass,
         Err(reason) => {

@@ -5,35 +5,35 @@ use std::collections::BTreeMap;
 use holonom_model::nearest;
 use nalgebra::{Unit, Vector3};
 
-use super::Reader;
-use crate::element::Element;
-use crate::robot::{Gear, Joint, Kind, Link};
-use crate::source::{Fault, Result};
+use super::UrdfReader;
+use crate::element::XmlElement;
+use crate::robot::{Gear, Joint, Link, Mobility};
+use crate::source::{Refusal, Result};
 
 /// Types of joints.
 const TYPES: [&str; 7] =
     ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
 
-impl Reader<'_> {
+impl UrdfReader<'_> {
     /// Gives a link the joint before it.
-    pub(super) fn connect(&mut self, link: &mut Link, joint: &Element) -> Result<()> {
+    pub(super) fn connect(&mut self, link: &mut Link, joint: &XmlElement) -> Result<()> {
         let kind = match joint.required("type")? {
             "fixed" => None,
             "floating" => {
                 link.free = true;
                 None
             }
-            "revolute" | "continuous" => Some(Kind::Hinge),
-            "prismatic" => Some(Kind::Slide),
-            "planar" => Some(Kind::Planar),
-            "spherical" | "ball" => Some(Kind::Ball),
+            "revolute" | "continuous" => Some(Mobility::Hinge),
+            "prismatic" => Some(Mobility::Slide),
+            "planar" => Some(Mobility::Planar),
+            "spherical" | "ball" => Some(Mobility::Ball),
             other => {
                 let message = format!("`{}` is no type of a joint", other.escape_debug());
                 let help = match nearest(other, TYPES) {
                     Some(best) => format!("did you mean `{best}`?"),
                     None => format!("there are: {}", TYPES.join(", ")),
                 };
-                return Err(Fault::at(joint.place_of("type"), message, help));
+                return Err(Refusal::at(joint.place_of("type"), message, help));
             }
         };
         if let Some(kind) = kind {
@@ -45,9 +45,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn joint(&mut self, element: &Element, kind: Kind) -> Result<Joint> {
+    fn joint(&mut self, element: &XmlElement, kind: Mobility) -> Result<Joint> {
         let name = element.required("name")?.to_owned();
-        let axis = match element.child("axis").filter(|_| kind != Kind::Ball) {
+        let axis = match element.child("axis").filter(|_| kind != Mobility::Ball) {
             Some(axis) => direction(axis)?,
             None => Vector3::x_axis(),
         };
@@ -57,7 +57,7 @@ impl Reader<'_> {
         if friction != 0.0 {
             self.remarks.add(crate::remark::FRICTION, element);
         }
-        if damping != 0.0 && kind == Kind::Planar {
+        if damping != 0.0 && kind == Mobility::Planar {
             self.remarks.add("damping of a planar joint: only of its angle", element);
         }
         let ignored = [
@@ -89,7 +89,13 @@ impl Reader<'_> {
     }
 
     /// `<mimic>`: where neither joint has a single coordinate, the joint follows nothing.
-    fn mimic(&mut self, element: &Element, name: &str, kind: Kind, mimic: &Element) -> Result<()> {
+    fn mimic(
+        &mut self,
+        element: &XmlElement,
+        name: &str,
+        kind: Mobility,
+        mimic: &XmlElement,
+    ) -> Result<()> {
         let gear = Gear {
             name: format!("{name}_mimic"),
             joint: name.to_owned(),
@@ -98,7 +104,7 @@ impl Reader<'_> {
             factor: mimic.number("multiplier")?.unwrap_or(1.0),
             place: mimic.place.clone(),
         };
-        if matches!(kind, Kind::Hinge | Kind::Slide) {
+        if matches!(kind, Mobility::Hinge | Mobility::Slide) {
             self.gears.push(gear);
         } else {
             let message = "<mimic> of a joint with several coordinates: not translated";
@@ -145,9 +151,9 @@ impl Reader<'_> {
 }
 
 /// The direction of an `<axis>`.
-pub(super) fn direction(axis: &Element) -> Result<Unit<Vector3<f64>>> {
+pub(super) fn direction(axis: &XmlElement) -> Result<Unit<Vector3<f64>>> {
     let xyz = Vector3::from(axis.vector::<3>("xyz")?.unwrap_or([1.0, 0.0, 0.0]));
     Unit::try_new(xyz, 1e-10).ok_or_else(|| {
-        Fault::at(axis.place_of("xyz"), "the axis has no direction", "write xyz=\"0 0 1\"")
+        Refusal::at(axis.place_of("xyz"), "the axis has no direction", "write xyz=\"0 0 1\"")
     })
 }

@@ -1,7 +1,7 @@
 //! What URDF knows: remarks on attributes and elements that no specification of it has, so that
 //! nothing is dropped silently.
 
-use crate::element::Element;
+use crate::element::XmlElement;
 use crate::remark::Remarks;
 
 /// Attributes and elements of an element of a link or a joint; `None` where its content plays no
@@ -46,7 +46,7 @@ const ONCE: [&str; 8] =
     ["inertial", "origin", "mass", "inertia", "geometry", "axis", "dynamics", "mimic"];
 
 /// Remarks on what is not known in an element of the link or joint `of`.
-pub(super) fn leftovers(element: &Element, of: &Element, remarks: &mut Remarks) {
+pub(super) fn leftovers(element: &XmlElement, of: &XmlElement, remarks: &mut Remarks) {
     let Some((attributes, children)) = known(&element.name) else { return };
     let unknown = |a: &&crate::element::Attribute| !attributes.contains(&a.name.as_str());
     for attribute in element.attributes.iter().filter(unknown) {

@@ -14,23 +14,23 @@ use nalgebra::{Isometry3, Vector3};
 
 use holonom_model::nearest;
 
-use crate::element::Element;
-use crate::mesh::Meshes;
+use crate::element::XmlElement;
+use crate::mesh::MeshCache;
 use crate::remark::Remarks;
-use crate::robot::{Frame, Gear, Link, Robot, Unread};
-use crate::source::{Fault, Result};
-use crate::{Base, Options};
+use crate::robot::{Gear, Link, NamedFrame, Robot, Unread};
+use crate::source::{Refusal, Result};
+use crate::{Base, ImportOptions};
 pub(crate) use geometry::weighed;
 
 /// Reads a robot from the root element `<robot>`.
 pub(crate) fn robot(
-    root: &Element,
-    options: &Options,
-    meshes: &mut Meshes,
+    root: &XmlElement,
+    options: &ImportOptions,
+    meshes: &mut MeshCache,
     remarks: &mut Remarks,
 ) -> Result<Robot> {
     refuse_xacro(root)?;
-    let mut reader = Reader {
+    let mut reader = UrdfReader {
         root,
         density: options.density,
         meshes,
@@ -43,14 +43,14 @@ pub(crate) fn robot(
     let loops = reader.closures(&links)?;
     let gears = reader.followers();
     reader.rest();
-    let Reader { unread, shapes_without_mass, .. } = reader;
+    let UrdfReader { unread, shapes_without_mass, .. } = reader;
     remarks.of_all("gravity: URDF states none, 9.81 m/s² along -z was taken");
     Ok(Robot {
         name: root.word("name").unwrap_or("robot").to_owned(),
         format: "URDF",
         gravity: Vector3::new(0.0, 0.0, -9.81),
         step: 0.001,
-        frames: links.iter().enumerate().map(|(k, link)| Frame::of_link(k, link)).collect(),
+        frames: links.iter().enumerate().map(|(k, link)| NamedFrame::of_link(k, link)).collect(),
         links,
         loops,
         gears,
@@ -59,38 +59,38 @@ pub(crate) fn robot(
     })
 }
 
-fn refuse_xacro(element: &Element) -> Result<()> {
+fn refuse_xacro(element: &XmlElement) -> Result<()> {
     let macros = element.name.starts_with("xacro:")
         || element.attributes.iter().any(|a| a.value.contains("${"));
     if macros {
         let help = "expand it first: `xacro robot.urdf.xacro > robot.urdf`, then import robot.urdf";
-        return Err(Fault::at(&element.place, "this file has xacro macros", help));
+        return Err(Refusal::at(&element.place, "this file has xacro macros", help));
     }
     element.children.iter().filter(|c| c.name != "gazebo").try_for_each(refuse_xacro)
 }
 
-struct Reader<'a> {
-    root: &'a Element,
+struct UrdfReader<'a> {
+    root: &'a XmlElement,
     /// Of links without inertia, kg/m³.
     density: Option<f64>,
-    meshes: &'a mut Meshes,
+    meshes: &'a mut MeshCache,
     remarks: &'a mut Remarks,
     gears: Vec<Gear>,
     unread: Vec<Unread>,
     shapes_without_mass: Vec<String>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> UrdfReader<'a> {
     /// The links, parents first.
     fn links(&mut self, base: Base) -> Result<Vec<Link>> {
         let root = self.root;
-        let mut elements: BTreeMap<&str, &Element> = BTreeMap::new();
+        let mut elements: BTreeMap<&str, &XmlElement> = BTreeMap::new();
         for link in root.all("link") {
             unique(&mut elements, link)?;
         }
-        let mut joints: BTreeMap<&str, &Element> = BTreeMap::new();
-        let mut above: BTreeMap<&str, &Element> = BTreeMap::new();
-        let mut below: BTreeMap<&str, Vec<&Element>> = BTreeMap::new();
+        let mut joints: BTreeMap<&str, &XmlElement> = BTreeMap::new();
+        let mut above: BTreeMap<&str, &XmlElement> = BTreeMap::new();
+        let mut below: BTreeMap<&str, Vec<&XmlElement>> = BTreeMap::new();
         for joint in root.all("joint") {
             unique(&mut joints, joint)?;
             let [parent, child] =
@@ -98,13 +98,13 @@ impl<'a> Reader<'a> {
             if above.insert(child, joint).is_some() {
                 let message = format!("link `{}` has two parents", child.escape_debug());
                 let help = "URDF describes trees: close the loop in the model file, by a [[joint]]";
-                return Err(Fault::at(&joint.place, message, help));
+                return Err(Refusal::at(&joint.place, message, help));
             }
             below.entry(parent).or_default().push(joint);
         }
         let first = self.first(&elements, &above)?;
         let mut links = vec![self.base(first, base)?];
-        let push = |stack: &mut Vec<(usize, &'a Element)>, at: usize, name: &str| {
+        let push = |stack: &mut Vec<(usize, &'a XmlElement)>, at: usize, name: &str| {
             let list = below.get(name).map(Vec::as_slice).unwrap_or_default();
             stack.extend(list.iter().rev().map(|joint| (at, *joint)));
         };
@@ -120,7 +120,7 @@ impl<'a> Reader<'a> {
             let lost = elements.iter().find(|(name, _)| !reached.contains(*name));
             let place = lost.map_or(&root.place, |(_, e)| &e.place);
             let message = "this link hangs on itself: its joints form a circle";
-            return Err(Fault::at(
+            return Err(Refusal::at(
                 place,
                 message,
                 "URDF describes trees: remove one of the joints",
@@ -132,9 +132,9 @@ impl<'a> Reader<'a> {
     /// The only link without a parent.
     fn first(
         &self,
-        elements: &BTreeMap<&str, &'a Element>,
-        above: &BTreeMap<&str, &'a Element>,
-    ) -> Result<&'a Element> {
+        elements: &BTreeMap<&str, &'a XmlElement>,
+        above: &BTreeMap<&str, &'a XmlElement>,
+    ) -> Result<&'a XmlElement> {
         let mut roots = self.root.all("link").filter(|l| {
             let name = l.word("name").unwrap_or_default();
             !above.contains_key(name)
@@ -143,31 +143,31 @@ impl<'a> Reader<'a> {
             (Some(first), None) => Ok(first),
             (Some(first), Some(second)) => {
                 let name =
-                    |l: &Element| l.word("name").unwrap_or_default().escape_debug().to_string();
+                    |l: &XmlElement| l.word("name").unwrap_or_default().escape_debug().to_string();
                 let message = format!("`{}` and `{}` have no parent", name(first), name(second));
                 let help = "one link is the root of the tree: connect the other one by a joint";
-                Err(Fault::at(&second.place, message, help))
+                Err(Refusal::at(&second.place, message, help))
             }
             (None, _) if elements.is_empty() => {
                 let help = "a URDF file has <link> and <joint> in <robot>";
-                Err(Fault::at(&self.root.place, "the robot has no link", help))
+                Err(Refusal::at(&self.root.place, "the robot has no link", help))
             }
             (None, _) => {
                 let message = "no link is without a parent: the joints form a circle";
                 let help = "URDF describes trees: remove one of the joints";
-                Err(Fault::at(&self.root.place, message, help))
+                Err(Refusal::at(&self.root.place, message, help))
             }
         }
     }
 
-    fn base(&mut self, element: &Element, base: Base) -> Result<Link> {
+    fn base(&mut self, element: &XmlElement, base: Base) -> Result<Link> {
         let mut link = self.link(element, None)?;
         link.free = base == Base::Free;
         Ok(link)
     }
 
     /// A link with the joint before it.
-    fn link(&mut self, element: &Element, above: Option<(usize, &Element)>) -> Result<Link> {
+    fn link(&mut self, element: &XmlElement, above: Option<(usize, &XmlElement)>) -> Result<Link> {
         known::leftovers(element, element, self.remarks);
         let (solids, of_solids) = self.geometries(element)?;
         let mut link = Link {
@@ -208,25 +208,28 @@ impl<'a> Reader<'a> {
 }
 
 /// An element by its name, which no other has.
-fn unique<'a>(known: &mut BTreeMap<&'a str, &'a Element>, element: &'a Element) -> Result<()> {
+fn unique<'a>(
+    known: &mut BTreeMap<&'a str, &'a XmlElement>,
+    element: &'a XmlElement,
+) -> Result<()> {
     let name = element.required("name")?;
     if known.insert(name, element).is_some() {
         let kind = &element.name;
         let message = format!("there is another {kind} named `{}`", name.escape_debug());
-        return Err(Fault::at(element.place_of("name"), message, "choose another name"));
+        return Err(Refusal::at(element.place_of("name"), message, "choose another name"));
     }
     Ok(())
 }
 
 /// The link at the end of a joint.
 fn end<'a>(
-    joint: &'a Element,
+    joint: &'a XmlElement,
     side: &str,
-    links: &BTreeMap<&'a str, &'a Element>,
+    links: &BTreeMap<&'a str, &'a XmlElement>,
 ) -> Result<&'a str> {
     let Some(element) = joint.child(side) else {
         let message = format!("the joint has no <{side}>");
-        return Err(Fault::at(&joint.place, message, format!("add <{side} link=\"…\"/>")));
+        return Err(Refusal::at(&joint.place, message, format!("add <{side} link=\"…\"/>")));
     };
     let name = element.required("link")?;
     if links.contains_key(name) {
@@ -237,10 +240,10 @@ fn end<'a>(
         Some(best) => format!("did you mean `{}`?", best.escape_debug()),
         None => "add the link".to_owned(),
     };
-    Err(Fault::at(element.place_of("link"), message, help))
+    Err(Refusal::at(element.place_of("link"), message, help))
 }
 
 /// An element without a name of its own, called after its link.
-fn named(element: &Element, link: &Element) -> Element {
+fn named(element: &XmlElement, link: &XmlElement) -> XmlElement {
     element.with_defaults(link.attributes.as_slice())
 }

@@ -28,7 +28,7 @@ type Part = (&'static str, usize);
 
 /// Where the frame of a name comes from.
 #[derive(Clone, Copy)]
-enum Origin {
+enum FrameSource {
     Inertial,
     /// A part, and the node if it is a beam.
     Of(Part, usize),
@@ -36,7 +36,7 @@ enum Origin {
 
 /// How far a part is.
 #[derive(Clone, Copy, PartialEq)]
-enum State {
+enum PartProgress {
     Waiting,
     Known,
 }
@@ -164,7 +164,7 @@ struct Resolver<'a> {
     bases: BTreeMap<Part, MovingFrame>,
     /// The frames of the nodes of beams.
     nodes: BTreeMap<usize, Vec<MovingFrame>>,
-    states: BTreeMap<Part, State>,
+    states: BTreeMap<Part, PartProgress>,
     problems: Vec<Problem>,
 }
 
@@ -173,18 +173,20 @@ impl Resolver<'_> {
     fn follow(&mut self, first: Part) {
         let mut chain = vec![first];
         while let Some(&part) = chain.last() {
-            if self.states.get(&part) == Some(&State::Known) {
+            if self.states.get(&part) == Some(&PartProgress::Known) {
                 chain.pop();
                 continue;
             }
-            self.states.insert(part, State::Waiting);
+            self.states.insert(part, PartProgress::Waiting);
             let origin = self.origin(part);
             if let Some(needed) = origin.and_then(|origin| self.needed(origin)) {
                 match self.states.get(&needed) {
-                    Some(State::Known) => {}
-                    Some(State::Waiting) => {
+                    Some(PartProgress::Known) => {}
+                    Some(PartProgress::Waiting) => {
                         self.circle(&chain, needed);
-                        chain.iter().for_each(|part| _ = self.states.insert(*part, State::Known));
+                        chain
+                            .iter()
+                            .for_each(|part| _ = self.states.insert(*part, PartProgress::Known));
                         return;
                     }
                     None => {
@@ -196,38 +198,38 @@ impl Resolver<'_> {
             if let Some(frame) = origin.and_then(|origin| self.frame(origin)) {
                 self.pose(part, &frame);
             }
-            self.states.insert(part, State::Known);
+            self.states.insert(part, PartProgress::Known);
             chain.pop();
         }
     }
 
     /// Where the frame that a part states comes from; `None` where it states none, or names nothing
     /// that has one.
-    fn origin(&mut self, part: Part) -> Option<Origin> {
+    fn origin(&mut self, part: Part) -> Option<FrameSource> {
         let name = target(self.model, part)?.to_owned();
         if is_ground(&name) {
-            return Some(Origin::Inertial);
+            return Some(FrameSource::Inertial);
         }
         if let Some((beam, place)) = name.split_once('.')
             && let Some(&(section @ "beam", index)) = self.names.get(beam)
         {
             let node = self.model.beams[index].node(place);
-            let origin = node.map(|node| Origin::Of((section, index), node));
+            let origin = node.map(|node| FrameSource::Of((section, index), node));
             return origin.or_else(|| self.refuse(part, &name));
         }
         match self.names.get(&name) {
-            Some(found @ ("body" | "joint" | "frame", _)) => Some(Origin::Of(*found, 0)),
+            Some(found @ ("body" | "joint" | "frame", _)) => Some(FrameSource::Of(*found, 0)),
             _ => self.refuse(part, &name),
         }
     }
 
     /// The part that has to be known before this frame is.
-    fn needed(&mut self, origin: Origin) -> Option<Part> {
-        let Origin::Of(part, _) = origin else { return None };
+    fn needed(&mut self, origin: FrameSource) -> Option<Part> {
+        let FrameSource::Of(part, _) = origin else { return None };
         match part {
             ("joint", index) => match self.carrier(index) {
-                Some(Origin::Of(carrier, _)) => Some(carrier),
-                Some(Origin::Inertial) | None => Some(part),
+                Some(FrameSource::Of(carrier, _)) => Some(carrier),
+                Some(FrameSource::Inertial) | None => Some(part),
             },
             _ => Some(part),
         }
@@ -235,26 +237,26 @@ impl Resolver<'_> {
 
     /// What carries the anchor of a joint: a body or a node; `None` for a joint that is stated in
     /// space.
-    fn carrier(&self, joint: usize) -> Option<Origin> {
+    fn carrier(&self, joint: usize) -> Option<FrameSource> {
         let Joint { parent, anchor_parent: Some(_), position: None, .. } =
             &self.model.joints[joint]
         else {
             return None;
         };
         match *self.names.get(&owner(parent))? {
-            part @ ("body", _) => Some(Origin::Of(part, 0)),
+            part @ ("body", _) => Some(FrameSource::Of(part, 0)),
             part @ ("beam", index) => {
                 let (_, place) = parent.split_once('.')?;
-                Some(Origin::Of(part, self.model.beams[index].node(place)?))
+                Some(FrameSource::Of(part, self.model.beams[index].node(place)?))
             }
             _ => None,
         }
     }
 
     /// A frame whose part is known.
-    fn frame(&mut self, origin: Origin) -> Option<MovingFrame> {
+    fn frame(&mut self, origin: FrameSource) -> Option<MovingFrame> {
         let inertial = MovingFrame::inertial();
-        let Origin::Of((section, index), node) = origin else { return Some(inertial) };
+        let FrameSource::Of((section, index), node) = origin else { return Some(inertial) };
         match section {
             "body" => Some(MovingFrame::of(&self.model.bodies[index])),
             "beam" => self.node(index, node),
@@ -324,7 +326,7 @@ impl Resolver<'_> {
     }
 
     /// Reports a name that has no frame.
-    fn refuse(&mut self, part: Part, name: &str) -> Option<Origin> {
+    fn refuse(&mut self, part: Part, name: &str) -> Option<FrameSource> {
         let message = match self.names.get(name) {
             Some(("beam", _)) => format!("`{name}` is a beam: its nodes have frames"),
             Some((section, _)) => format!("`{name}` is a {section}: it has no frame"),

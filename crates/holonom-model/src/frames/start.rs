@@ -10,13 +10,13 @@ use crate::text::problem::{Inconsistency, Level};
 use crate::{Bar, Beam, Body, GROUND, Joint, Model, Particle, Spring, spatial};
 
 /// `φ` and the triad of a node.
-type Node = (Vector3<f64>, Matrix3<f64>);
+type NodeFrame = (Vector3<f64>, Matrix3<f64>);
 
 /// Points of the initial configuration, found by the names of components.
 #[derive(Debug)]
 pub struct StartPoints<'a> {
     bodies: BTreeMap<&'a str, &'a Body>,
-    beams: BTreeMap<&'a str, (&'a Beam, Vec<Node>)>,
+    beams: BTreeMap<&'a str, (&'a Beam, Vec<NodeFrame>)>,
     particles: BTreeMap<&'a str, &'a Particle>,
 }
 
@@ -26,7 +26,7 @@ impl<'a> StartPoints<'a> {
     pub fn new(model: &'a Model) -> Self {
         let bodies = model.bodies.iter().rev().map(|b| (b.name.as_str(), b)).collect();
         let particles = model.particles.iter().rev().map(|p| (p.name.as_str(), p)).collect();
-        let nodes = |beam: &Beam| -> Vec<Node> {
+        let nodes = |beam: &Beam| -> Vec<NodeFrame> {
             let legs = beam.meshes().unwrap_or_default().into_iter();
             legs.flat_map(|leg| leg.centers.into_iter().zip(leg.triads)).collect()
         };
@@ -51,7 +51,7 @@ impl<'a> StartPoints<'a> {
     }
 
     /// The node of a beam called `NAME.place`.
-    fn node(&self, member: &str) -> Option<&Node> {
+    fn node(&self, member: &str) -> Option<&NodeFrame> {
         let (name, place) = member.split_once('.')?;
         let (beam, nodes) = self.beams.get(name)?;
         nodes.get(beam.node(place)?)

@@ -72,13 +72,13 @@ pub enum MeshError {
 
 /// Corners and triangles of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Surface {
+pub(super) struct Triangulation {
     pub(super) corners: Vec<Vector3<f64>>,
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
 /// Reads a file; never more than [`MAX_MESH_BYTES`] and a little.
-pub(super) fn read(path: &Path) -> Result<(Surface, Vec<u8>), MeshError> {
+pub(super) fn read(path: &Path) -> Result<(Triangulation, Vec<u8>), MeshError> {
     let parse = parser(path)?;
     let refused = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => MeshError::NotFound,
@@ -102,7 +102,9 @@ pub(super) fn read(path: &Path) -> Result<(Surface, Vec<u8>), MeshError> {
 }
 
 /// What reads a file of this name.
-pub(super) fn parser(path: &Path) -> Result<fn(&[u8]) -> Result<Surface, MeshError>, MeshError> {
+pub(super) fn parser(
+    path: &Path,
+) -> Result<fn(&[u8]) -> Result<Triangulation, MeshError>, MeshError> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str() {
         Some("stl") => Ok(stl),
@@ -113,12 +115,12 @@ pub(super) fn parser(path: &Path) -> Result<fn(&[u8]) -> Result<Surface, MeshErr
 
 /// Triangles from corner to corner; corners of the same coordinates are one.
 #[derive(Default)]
-struct Builder {
-    surface: Surface,
+struct VertexWelder {
+    surface: Triangulation,
     known: HashMap<[u64; 3], u32>,
 }
 
-impl Builder {
+impl VertexWelder {
     /// The index of a corner; `None` for one that is not finite, or too far away.
     fn corner(&mut self, x: [f64; 3]) -> Option<u32> {
         if !x.iter().all(|x| x.abs() <= LARGEST) {
@@ -141,7 +143,7 @@ impl Builder {
         bounded(self.surface.triangles.len())
     }
 
-    fn finish(self) -> Result<Surface, MeshError> {
+    fn finish(self) -> Result<Triangulation, MeshError> {
         if self.surface.triangles.is_empty() { Err(MeshError::Empty) } else { Ok(self.surface) }
     }
 }
@@ -152,12 +154,12 @@ fn bounded(triangles: usize) -> Result<(), MeshError> {
 }
 
 /// 80 bytes, the number of triangles, for each a normal, three corners and two bytes; or text.
-fn stl(bytes: &[u8]) -> Result<Surface, MeshError> {
+fn stl(bytes: &[u8]) -> Result<Triangulation, MeshError> {
     let count = bytes.get(80..84).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as u64);
     if count.is_none_or(|count| 84 + 50 * count != bytes.len() as u64) {
         return text_stl(std::str::from_utf8(bytes).map_err(|_| MeshError::Damaged)?);
     }
-    let mut builder = Builder::default();
+    let mut builder = VertexWelder::default();
     for record in bytes[84..].chunks_exact(50) {
         let number = |at: usize| {
             let bytes = [record[at], record[at + 1], record[at + 2], record[at + 3]];
@@ -173,8 +175,8 @@ fn stl(bytes: &[u8]) -> Result<Surface, MeshError> {
     builder.finish()
 }
 
-fn text_stl(text: &str) -> Result<Surface, MeshError> {
-    let mut builder = Builder::default();
+fn text_stl(text: &str) -> Result<Triangulation, MeshError> {
+    let mut builder = VertexWelder::default();
     let mut corners = Vec::new();
     for (line, words) in (1..).zip(text.lines()) {
         let mut words = words.split_whitespace();
@@ -192,9 +194,9 @@ fn text_stl(text: &str) -> Result<Surface, MeshError> {
 
 /// Lines `v x y z` and `f a b c …`: corners counted from 1, or backwards from the last one by
 /// negative numbers.
-fn obj(bytes: &[u8]) -> Result<Surface, MeshError> {
+fn obj(bytes: &[u8]) -> Result<Triangulation, MeshError> {
     let text = String::from_utf8_lossy(bytes);
-    let mut builder = Builder::default();
+    let mut builder = VertexWelder::default();
     let mut listed = Vec::new();
     for (line, words) in (1..).zip(text.lines()) {
         let damaged = || MeshError::DamagedLine { line };
@@ -214,7 +216,7 @@ fn obj(bytes: &[u8]) -> Result<Surface, MeshError> {
 
 /// A polygon as triangles; `None` where it names no corners.
 fn face<'a>(
-    builder: &mut Builder,
+    builder: &mut VertexWelder,
     listed: &[u32],
     mut words: impl Iterator<Item = &'a str>,
 ) -> Option<Result<(), MeshError>> {

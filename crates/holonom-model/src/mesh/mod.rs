@@ -36,7 +36,7 @@ pub const MESH_FOLDER: &str = "meshes";
 /// The triangles of a file, in its own coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    surface: file::Surface,
+    surface: file::Triangulation,
     bytes: Vec<u8>,
     extension: String,
     hash: u64,
@@ -64,7 +64,7 @@ impl Mesh {
         Ok(Self::new(surface, bytes, name))
     }
 
-    fn new(surface: file::Surface, bytes: Vec<u8>, path: &Path) -> Self {
+    fn new(surface: file::Triangulation, bytes: Vec<u8>, path: &Path) -> Self {
         let hash = content_hash(&bytes);
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         Self { surface, bytes, extension: extension.to_string_lossy().into_owned(), hash }

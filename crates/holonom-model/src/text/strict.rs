@@ -57,9 +57,9 @@ impl<'de> Deserializer<'de> for Strict<'_, '_> {
             DeValue::Float(number) => real(number).and_then(|number| visitor.visit_f64(number)),
             DeValue::Boolean(truth) => visitor.visit_bool(*truth),
             DeValue::Datetime(_) => Err(ReadError::custom("a date has no place here")),
-            DeValue::Array(entries) => visitor.visit_seq(Entries(entries.iter())),
+            DeValue::Array(entries) => visitor.visit_seq(MapEntries(entries.iter())),
             DeValue::Table(table) => {
-                visitor.visit_map(Table { entries: table.iter(), value: None })
+                visitor.visit_map(TableEntries { entries: table.iter(), value: None })
             }
         };
         read.map_err(|error| error.at(&self.0.span()))
@@ -139,9 +139,9 @@ pub(crate) fn wrong_length(found: usize, expected: usize) -> String {
     format!("{found} given where {expected} {entries} are needed")
 }
 
-struct Entries<'a, 'i>(std::slice::Iter<'a, Spanned<DeValue<'i>>>);
+struct MapEntries<'a, 'i>(std::slice::Iter<'a, Spanned<DeValue<'i>>>);
 
-impl<'de> SeqAccess<'de> for Entries<'_, '_> {
+impl<'de> SeqAccess<'de> for MapEntries<'_, '_> {
     type Error = ReadError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
@@ -157,14 +157,16 @@ impl<'de> SeqAccess<'de> for Entries<'_, '_> {
     }
 }
 
-struct Table<'a, 'i, I: Iterator<Item = Pair<'a, 'i>>> {
+struct TableEntries<'a, 'i, I: Iterator<Item = KeyValue<'a, 'i>>> {
     entries: I,
     value: Option<&'a Spanned<DeValue<'i>>>,
 }
 
-type Pair<'a, 'i> = (&'a Spanned<std::borrow::Cow<'i, str>>, &'a Spanned<DeValue<'i>>);
+type KeyValue<'a, 'i> = (&'a Spanned<std::borrow::Cow<'i, str>>, &'a Spanned<DeValue<'i>>);
 
-impl<'a, 'i: 'a, 'de, I: Iterator<Item = Pair<'a, 'i>>> MapAccess<'de> for Table<'a, 'i, I> {
+impl<'a, 'i: 'a, 'de, I: Iterator<Item = KeyValue<'a, 'i>>> MapAccess<'de>
+    for TableEntries<'a, 'i, I>
+{
     type Error = ReadError;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(

@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use vi_beam::mesh::{FrameRule, Mesh, MeshError};
+use vi_beam::mesh::{CurveError, FrameRule, Mesh};
 use vi_multibody::joint::complete_axis;
 
 use super::section::Section;
@@ -236,8 +236,8 @@ impl Beam {
         let point = |x: &[f64; 3]| Vector3::from(*x);
         let intervals = |leg: usize| self.order * self.elements_of(leg);
         let explain = |key: &'static str| {
-            move |error: MeshError| match error {
-                MeshError::NormalAlongTangent { node } => {
+            move |error: CurveError| match error {
+                CurveError::NormalAlongTangent { node } => {
                     let message = format!("the normal is along the centre line at node {node}");
                     let help = "write a direction across the beam; `normal` may be a list, one for \
                                 each leg";

@@ -4,7 +4,7 @@ use super::targets::{Answer, Worker};
 
 /// One thing made wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Defect {
+pub enum FuzzDefect {
     /// A zero byte panics.
     Panic,
     /// The text `nan` takes a minute.
@@ -17,7 +17,7 @@ pub enum Defect {
     Accept,
 }
 
-impl Defect {
+impl FuzzDefect {
     /// All.
     pub const ALL: [Self; 5] = [Self::Panic, Self::Hang, Self::Memory, Self::Words, Self::Accept];
 

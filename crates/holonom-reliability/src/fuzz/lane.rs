@@ -1,8 +1,8 @@
 //! A sequence of executions. It has its own random numbers and its own inputs, so that lanes can
 //! run in any order.
 
-use super::defects::Defect;
-use super::tally::{Case, Tally};
+use super::defects::FuzzDefect;
+use super::tally::{FaultyInput, FuzzTally};
 use super::targets::{Answer, Target};
 use crate::guard::guarded;
 use crate::shape::shape;
@@ -82,12 +82,12 @@ impl Lane {
 
     /// Executes.
     #[must_use]
-    pub fn run(self, target: &dyn Target, watch: &Watch, defect: Option<Defect>) -> Tally {
+    pub fn run(self, target: &dyn Target, watch: &Watch, defect: Option<FuzzDefect>) -> FuzzTally {
         let mut draw = Draw::new(self.seed, self.number.wrapping_mul(0x5851_f42d_4c95_7f2d));
         let mut inputs = target.seeds();
         let (seeds, mut kept) = (inputs.len(), 0_usize);
         let mut worker = target.worker();
-        let mut tally = Tally::default();
+        let mut tally = FuzzTally::default();
         for execution in 0..self.length {
             let input = match inputs.get(execution as usize) {
                 Some(seed) if (execution as usize) < seeds => seed.clone(), // as they are
@@ -99,8 +99,8 @@ impl Lane {
             watch.begin(&input);
             allocator::begin_peak();
             let begin = Instant::now();
-            let answer = guarded(|| Defect::execute(defect, &mut *worker, &input));
-            let seconds = Defect::time(defect, begin.elapsed().as_secs_f64());
+            let answer = guarded(|| FuzzDefect::execute(defect, &mut *worker, &input));
+            let seconds = FuzzDefect::time(defect, begin.elapsed().as_secs_f64());
             let memory = u64::try_from(allocator::peak()).unwrap_or_default();
             watch.end();
             tally.executions += 1;
@@ -138,10 +138,10 @@ impl Lane {
         tally
     }
 
-    fn fault(self, tally: &mut Tally, execution: u64, (words, input): (String, &[u8])) {
-        let case = Case { lane: self.number, execution, words, input: input.to_vec() };
+    fn fault(self, tally: &mut FuzzTally, execution: u64, (words, input): (String, &[u8])) {
+        let case = FaultyInput { lane: self.number, execution, words, input: input.to_vec() };
         let reason = Reason { count: 1, first: self.number * LENGTH + execution };
-        let mut one = Tally::default();
+        let mut one = FuzzTally::default();
         one.faults.insert(shape(&case.words), (reason, case));
         tally.add(one);
     }

@@ -27,12 +27,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use tally::Tally;
+use tally::FuzzTally;
 use targets::Target;
 
 /// What is run.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct FuzzRequest {
     /// Executions of each target; by default as many as it deserves.
     pub executions: Option<u64>,
     /// Which part of the executions: of every target some lanes.
@@ -43,7 +43,7 @@ pub struct Request {
     pub output: PathBuf,
 }
 
-impl Request {
+impl FuzzRequest {
     /// Of the words of the command line.
     ///
     /// # Errors
@@ -74,12 +74,12 @@ impl Request {
 
 /// Executes a target in lanes, several at a time. The result depends on the seed and the number of
 /// executions alone, but for times.
-pub fn fuzz(target: &dyn Target, executions: u64, request: &Request) -> Tally {
+pub fn fuzz(target: &dyn Target, executions: u64, request: &FuzzRequest) -> FuzzTally {
     let mut lanes = Lane::all(request.part.seed, executions);
     lanes.retain(|lane| request.part.shard.has(lane.number as usize));
-    let (next, total) = (AtomicUsize::new(0), Mutex::new(Tally::default()));
+    let (next, total) = (AtomicUsize::new(0), Mutex::new(FuzzTally::default()));
     let work = || {
-        let mut own = Tally::default();
+        let mut own = FuzzTally::default();
         while let Some(lane) = lanes.get(next.fetch_add(1, Ordering::Relaxed)) {
             own.add(lane.run(target, &Watch::new(target.name(), &request.output), None));
         }
@@ -107,10 +107,10 @@ fn absolute(path: &Path) -> Result<PathBuf, String> {
 /// # Errors
 /// What cannot be understood or written, in words.
 pub fn run(options: &[&str]) -> Result<bool, String> {
-    let mut request = Request::parse(options)?;
+    let mut request = FuzzRequest::parse(options)?;
     request.output = absolute(&request.output)?; // a target may change the current folder
     request.part.json = request.part.json.as_deref().map(absolute).transpose()?;
-    let mut found: BTreeMap<String, Tally> = BTreeMap::new();
+    let mut found: BTreeMap<String, FuzzTally> = BTreeMap::new();
     let all = targets::all();
     for name in &request.targets {
         if !all.iter().any(|target| target.name() == name) {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// An input with a fault.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Case {
+pub struct FaultyInput {
     /// The lane and the execution in it.
     pub lane: u64,
     /// The execution.
@@ -20,7 +20,7 @@ pub struct Case {
 
 /// The result of a number of executions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Tally {
+pub struct FuzzTally {
     /// Executions.
     pub executions: u64,
     /// Inputs that were accepted.
@@ -36,10 +36,10 @@ pub struct Tally {
     #[serde(skip)]
     pub slowest_input: Vec<u8>,
     /// What is wrong, one of each kind.
-    pub faults: BTreeMap<String, (Reason, Case)>,
+    pub faults: BTreeMap<String, (Reason, FaultyInput)>,
 }
 
-impl Tally {
+impl FuzzTally {
     /// Adds another part.
     pub fn add(&mut self, other: Self) {
         self.executions += other.executions;

@@ -1,12 +1,12 @@
 //! Defects between the program and the judge, which must be found.
 
-use super::kind::Kind;
+use super::trial_kind::TrialKind;
 use std::fs;
 use std::path::Path;
 
 /// What is wrong on purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Defect {
+pub enum InterruptDefect {
     /// The last row of a table is missing.
     LostRow,
     /// A digit of a table is another one.
@@ -27,7 +27,7 @@ pub enum Defect {
     Mixed,
 }
 
-impl Defect {
+impl InterruptDefect {
     /// All of them.
     pub const ALL: [Self; 9] = [
         Self::LostRow,
@@ -59,12 +59,12 @@ impl Defect {
 
     /// The experiments that it is made in.
     #[must_use]
-    pub fn kind(self) -> Kind {
+    pub fn kind(self) -> TrialKind {
         match self {
-            Self::TornRow | Self::NoWords => Kind::FullDisk,
-            Self::Panic | Self::Unnoticed => Kind::Signal,
-            Self::Mixed => Kind::TwoRuns,
-            _ => Kind::Kill,
+            Self::TornRow | Self::NoWords => TrialKind::FullDisk,
+            Self::Panic | Self::Unnoticed => TrialKind::Signal,
+            Self::Mixed => TrialKind::TwoRuns,
+            _ => TrialKind::Kill,
         }
     }
 

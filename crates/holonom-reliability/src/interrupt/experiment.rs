@@ -2,12 +2,12 @@
 //! often enough, and is then continued to its end. Its results must be those of a run that nothing
 //! disturbed, to the byte.
 
-use super::defects::Defect;
-use super::kind::Kind;
-use super::process::{Disturbance, Ended, Process};
+use super::defects::InterruptDefect;
+use super::process::{Disturbance, Process, ProcessEnd};
 use super::results::{Results, torn};
+use super::trial_kind::TrialKind;
 use crate::program;
-use crate::scratch::Scratch;
+use crate::scratch::ScratchFolder;
 use crate::soak::draw::Draw;
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -35,7 +35,7 @@ const MODELS: [(&str, &[&str]); 6] = [
 ];
 
 /// A model with the results of a run that nothing disturbed.
-pub(super) struct Reference {
+pub(super) struct UndisturbedRun {
     model: PathBuf,
     options: &'static [&'static str],
     results: Results,
@@ -44,26 +44,26 @@ pub(super) struct Reference {
 }
 
 /// Every model, run once by the program beside this one.
-pub(super) fn references(program: &Path) -> Result<&'static [Reference], String> {
-    static RUN: OnceLock<Result<Vec<Reference>, String>> = OnceLock::new();
+pub(super) fn references(program: &Path) -> Result<&'static [UndisturbedRun], String> {
+    static RUN: OnceLock<Result<Vec<UndisturbedRun>, String>> = OnceLock::new();
     RUN.get_or_init(|| run_all(program)).as_deref().map_err(Clone::clone)
 }
 
-fn run_all(program: &Path) -> Result<Vec<Reference>, String> {
+fn run_all(program: &Path) -> Result<Vec<UndisturbedRun>, String> {
     let root = program::repository();
     let reference = |(name, options): (&str, &'static [&'static str])| {
         let model = root.join(format!("examples/models/{name}.toml"));
-        let (scratch, begin) = (Scratch::new("interrupt"), Instant::now());
+        let (scratch, begin) = (ScratchFolder::new("interrupt"), Instant::now());
         let words = run_words(&model, options);
         let run = Process::start(program, &words, scratch.path(), Disturbance::None)?;
-        let Ended { code, words } = run.end()?;
+        let ProcessEnd { code, words } = run.end()?;
         if code != Some(0) {
             return Err(format!("{name}: {words}"));
         }
         let time = begin.elapsed();
         let results = Results::read(&scratch.path().join(OUT))?;
         let blocks = results.tables().map(|(_, bytes)| bytes.len() / 512 + 1).max().unwrap_or(1);
-        Ok(Reference { model, options, results, time, blocks })
+        Ok(UndisturbedRun { model, options, results, time, blocks })
     };
     MODELS.into_iter().map(reference).collect()
 }
@@ -76,7 +76,7 @@ fn run_words(model: &Path, options: &[&str]) -> Vec<String> {
 
 /// What an experiment gave.
 #[derive(Debug)]
-pub(super) struct Outcome {
+pub(super) struct TrialOutcome {
     pub disturbances: u64,
     pub anew: u64,
     pub fault: Option<String>,
@@ -85,17 +85,17 @@ pub(super) struct Outcome {
 /// Carries out experiment `index` of a seed.
 pub(super) fn experiment(
     program: &Path,
-    references: &[Reference],
+    references: &[UndisturbedRun],
     (seed, index): (u64, u64),
-    (kind, defect): (Kind, Option<Defect>),
-) -> Outcome {
+    (kind, defect): (TrialKind, Option<InterruptDefect>),
+) -> TrialOutcome {
     let mut draw = Draw::new(seed, index);
     let of = match defect {
         None => draw.index(references.len()),
         Some(_) => 0, // the quickest
     };
-    let scratch = Scratch::new("interrupt");
-    let mut experiment = Experiment {
+    let scratch = ScratchFolder::new("interrupt");
+    let mut experiment = Trial {
         program,
         folder: scratch.path(),
         reference: &references[of],
@@ -106,25 +106,25 @@ pub(super) fn experiment(
         anew: 0,
     };
     let fault = match kind {
-        Kind::TwoRuns => experiment.two(&references[(of + 1) % references.len()]),
+        TrialKind::TwoRuns => experiment.two(&references[(of + 1) % references.len()]),
         _ => experiment.one(),
     };
-    let Experiment { disturbances, anew, .. } = experiment;
-    Outcome { disturbances, anew, fault: fault.err() }
+    let Trial { disturbances, anew, .. } = experiment;
+    TrialOutcome { disturbances, anew, fault: fault.err() }
 }
 
-struct Experiment<'a> {
+struct Trial<'a> {
     program: &'a Path,
     folder: &'a Path, // with the folder of the run
-    reference: &'a Reference,
-    kind: Kind,
-    defect: Option<Defect>,
+    reference: &'a UndisturbedRun,
+    kind: TrialKind,
+    defect: Option<InterruptDefect>,
     draw: Draw,
     disturbances: u64,
     anew: u64,
 }
 
-impl Experiment<'_> {
+impl Trial<'_> {
     /// A run that is disturbed; the fault, in words.
     fn one(&mut self) -> Result<(), String> {
         for _ in 0..MOST {
@@ -143,7 +143,7 @@ impl Experiment<'_> {
         }
         let last = self.go_on(Disturbance::None)?;
         if last.code != Some(0) {
-            if !matches!(self.kind, Kind::DamagedCheckpoint | Kind::CutTable) {
+            if !matches!(self.kind, TrialKind::DamagedCheckpoint | TrialKind::CutTable) {
                 return Err(format!("it cannot be continued: {}", last.words));
             }
             self.anew += 1; // it said why
@@ -160,8 +160,8 @@ impl Experiment<'_> {
 
     /// Two runs of different models into one folder: one of them succeeds, the other says why it
     /// does not.
-    fn two(&mut self, other: &Reference) -> Result<(), String> {
-        let words = |of: &Reference| run_words(&of.model, of.options);
+    fn two(&mut self, other: &UndisturbedRun) -> Result<(), String> {
+        let words = |of: &UndisturbedRun| run_words(&of.model, of.options);
         let (first, second) = (words(self.reference), words(other));
         let start =
             |words: &[String]| Process::start(self.program, words, self.folder, Disturbance::None);
@@ -176,7 +176,7 @@ impl Experiment<'_> {
         if ended.iter().all(|ended| ended.code != Some(0)) {
             return Err(format!("neither run succeeds: {}, {}", ended[0].words, ended[1].words));
         }
-        if self.defect == Some(Defect::Mixed) {
+        if self.defect == Some(InterruptDefect::Mixed) {
             let name = "trajectory.csv";
             let is_own = Results::read(&self.out())?.difference(&self.reference.results).is_none();
             let from = if is_own { other } else { self.reference };
@@ -194,29 +194,35 @@ impl Experiment<'_> {
     fn disturbance(&mut self) -> Disturbance {
         let after = self.reference.time.mul_f64(self.draw.between(0.0, 0.7));
         match self.kind {
-            Kind::Signal => Disturbance::Signal(self.draw.pick(&["TERM", "INT"]), after),
-            Kind::FullDisk => Disturbance::FullDisk(self.draw.index(self.reference.blocks)),
-            Kind::NoReader => Disturbance::NoReader,
+            TrialKind::Signal => Disturbance::Signal(self.draw.pick(&["TERM", "INT"]), after),
+            TrialKind::FullDisk => Disturbance::FullDisk(self.draw.index(self.reference.blocks)),
+            TrialKind::NoReader => Disturbance::NoReader,
             _ => Disturbance::Signal("KILL", after),
         }
     }
 
     /// Continues the run, or begins it where there is no checkpoint.
-    fn go_on(&mut self, disturbance: Disturbance) -> Result<Ended, String> {
+    fn go_on(&mut self, disturbance: Disturbance) -> Result<ProcessEnd, String> {
         if CHECKPOINTS.iter().any(|name| self.out().join(name).exists()) {
             return self.call(&["resume", OUT], disturbance);
         }
         self.call(&run_words(&self.reference.model, self.reference.options), disturbance)
     }
 
-    fn call(&self, words: &[impl AsRef<OsStr>], disturbance: Disturbance) -> Result<Ended, String> {
+    fn call(
+        &self,
+        words: &[impl AsRef<OsStr>],
+        disturbance: Disturbance,
+    ) -> Result<ProcessEnd, String> {
         let process = Process::start(self.program, words, self.folder, disturbance)?;
         let mut ended = process.end()?;
         let disturbed = disturbance != Disturbance::None && ended.code != Some(0);
         match self.defect {
-            Some(Defect::NoWords) if disturbed => ended.words.clear(),
-            Some(Defect::Panic) if disturbed => ended.words += "thread 'main' panicked",
-            Some(defect @ (Defect::TornRow | Defect::Unnoticed)) => defect.spoil(&self.out()),
+            Some(InterruptDefect::NoWords) if disturbed => ended.words.clear(),
+            Some(InterruptDefect::Panic) if disturbed => ended.words += "thread 'main' panicked",
+            Some(defect @ (InterruptDefect::TornRow | InterruptDefect::Unnoticed)) => {
+                defect.spoil(&self.out())
+            }
             _ => {}
         }
         self.judge_words(&ended)?;
@@ -224,7 +230,7 @@ impl Experiment<'_> {
     }
 
     /// A program does not panic, and says why it does not succeed.
-    fn judge_words(&self, ended: &Ended) -> Result<(), String> {
+    fn judge_words(&self, ended: &ProcessEnd) -> Result<(), String> {
         if ended.words.contains("panicked") {
             return Err(format!("a panic: {}", ended.words));
         }
@@ -239,8 +245,8 @@ impl Experiment<'_> {
 
     /// What a disturbed run leaves: whole rows, unless it was killed, and a summary that knows of
     /// the signal.
-    fn judge_left(&self, ended: &Ended) -> Result<(), String> {
-        if matches!(self.kind, Kind::Signal | Kind::FullDisk)
+    fn judge_left(&self, ended: &ProcessEnd) -> Result<(), String> {
+        if matches!(self.kind, TrialKind::Signal | TrialKind::FullDisk)
             && ended.code.is_some()
             && let Some(fault) = torn(&self.out())
         {
@@ -270,8 +276,8 @@ impl Experiment<'_> {
             return Ok(());
         }
         let path = match self.kind {
-            Kind::DamagedCheckpoint => self.out().join(self.draw.pick(&CHECKPOINTS)),
-            Kind::CutTable => {
+            TrialKind::DamagedCheckpoint => self.out().join(self.draw.pick(&CHECKPOINTS)),
+            TrialKind::CutTable => {
                 let tables: Vec<&str> =
                     self.reference.results.tables().map(|(name, _)| name).collect();
                 self.out().join(self.draw.pick(&tables))
@@ -282,16 +288,16 @@ impl Experiment<'_> {
         let at = self.draw.index(bytes.len());
         match self.draw.index(3) {
             _ if bytes.is_empty() => {}
-            0 if self.kind == Kind::DamagedCheckpoint => bytes[at] ^= 1 << self.draw.index(8),
-            1 if self.kind == Kind::DamagedCheckpoint => bytes.extend_from_within(at..),
+            0 if self.kind == TrialKind::DamagedCheckpoint => bytes[at] ^= 1 << self.draw.index(8),
+            1 if self.kind == TrialKind::DamagedCheckpoint => bytes.extend_from_within(at..),
             _ => bytes.truncate(at),
         }
         fs::write(&path, bytes).map_err(|error| error.to_string())
     }
 
     /// The results are those of one of these.
-    fn compare(&self, references: &[&Reference]) -> Result<(), String> {
-        if let (Kind::Kill, Some(defect)) = (self.kind, self.defect) {
+    fn compare(&self, references: &[&UndisturbedRun]) -> Result<(), String> {
+        if let (TrialKind::Kill, Some(defect)) = (self.kind, self.defect) {
             defect.spoil(&self.out());
         }
         let found = Results::read(&self.out())?;

@@ -3,7 +3,7 @@
 //!
 //! | file | concept |
 //! |---|---|
-//! | [`Kind`] | what is done to a run |
+//! | [`TrialKind`] | what is done to a run |
 //! | `experiment` | a run to which it is done, and what must remain |
 //! | `process` | the program as a process that is disturbed |
 //! | `results` | the files that must be those of an undisturbed run, to the byte |
@@ -14,31 +14,31 @@
 
 pub mod defects;
 mod experiment;
-mod kind;
 mod process;
 mod results;
 pub mod tally;
+mod trial_kind;
 
-pub use kind::Kind;
+pub use trial_kind::TrialKind;
 
 use crate::part::{Part, number};
 use crate::program;
-use defects::Defect;
-use experiment::{Outcome, experiment, references};
+use defects::InterruptDefect;
+use experiment::{TrialOutcome, experiment, references};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use tally::{Case, Row, Tally};
+use tally::{FaultyExperiment, InterruptTallies, InterruptTally};
 
 /// What is run.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct InterruptRequest {
     /// Experiments.
     pub count: u64,
     /// Which part of them.
     pub part: Part,
 }
 
-impl Request {
+impl InterruptRequest {
     /// Of the words of the command line.
     ///
     /// # Errors
@@ -69,10 +69,10 @@ pub fn ready() -> Result<(), String> {
 ///
 /// # Errors
 /// Why there is nothing to compare with, in words.
-pub fn interrupt(request: &Request) -> Result<Tally, String> {
+pub fn interrupt(request: &InterruptRequest) -> Result<InterruptTallies, String> {
     let program = program::beside().ok_or(program::HELP)?;
     let references = references(&program)?;
-    let (next, total) = (AtomicU64::new(0), Mutex::new(Tally::new()));
+    let (next, total) = (AtomicU64::new(0), Mutex::new(InterruptTallies::new()));
     let work = || {
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
@@ -82,14 +82,14 @@ pub fn interrupt(request: &Request) -> Result<Tally, String> {
             if !request.part.shard.has(index as usize) {
                 continue;
             }
-            let kind = Kind::ALL[index as usize % Kind::ALL.len()];
+            let kind = TrialKind::ALL[index as usize % TrialKind::ALL.len()];
             let outcome =
                 experiment(&program, references, (request.part.seed, index), (kind, None));
-            let Outcome { disturbances, anew, fault } = outcome;
-            let faults = fault.map(|words| Case { index, words }).into_iter().collect();
-            let row = Row { experiments: 1, disturbances, anew, faults };
+            let TrialOutcome { disturbances, anew, fault } = outcome;
+            let faults = fault.map(|words| FaultyExperiment { index, words }).into_iter().collect();
+            let row = InterruptTally { experiments: 1, disturbances, anew, faults };
             if let Ok(mut total) = total.lock() {
-                tally::add(&mut total, Tally::from([(kind.name().to_owned(), row)]));
+                tally::add(&mut total, InterruptTallies::from([(kind.name().to_owned(), row)]));
             }
         }
     };
@@ -100,7 +100,7 @@ pub fn interrupt(request: &Request) -> Result<Tally, String> {
 /// How many experiments it takes to find a defect, at most `most`; `None` also where there is no
 /// program.
 #[must_use]
-pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
+pub fn found_after(defect: InterruptDefect, seed: u64, most: u64) -> Option<u64> {
     let program = program::beside()?;
     let references = references(&program).ok()?;
     (0..most).find(|index| {
@@ -115,7 +115,7 @@ pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
 /// # Errors
 /// What cannot be understood or written, in words.
 pub fn run(options: &[&str]) -> Result<bool, String> {
-    let request = Request::parse(options)?;
+    let request = InterruptRequest::parse(options)?;
     let begin = std::time::Instant::now();
     let tally = interrupt(&request)?;
     print!("{}", words(&tally));
@@ -127,14 +127,14 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
 
 /// The result on a terminal.
 #[must_use]
-pub fn words(tally: &Tally) -> String {
+pub fn words(tally: &InterruptTallies) -> String {
     let mut out = String::new();
-    for (kind, Row { experiments, disturbances, anew, faults }) in tally {
+    for (kind, InterruptTally { experiments, disturbances, anew, faults }) in tally {
         out += &format!(
             "{kind}: {experiments} runs, {disturbances} disturbances, {anew} begun anew, {} with faults\n",
             faults.len()
         );
-        for Case { index, words } in faults.iter().take(5) {
+        for FaultyExperiment { index, words } in faults.iter().take(5) {
             out += &format!("  {index}: {words}\n");
         }
     }

@@ -24,7 +24,7 @@ pub(super) enum Disturbance {
 
 /// How a process ended.
 #[derive(Clone, Debug)]
-pub(super) struct Ended {
+pub(super) struct ProcessEnd {
     /// Its exit code; `None` after a signal that it does not handle.
     pub code: Option<i32>,
     /// What it said on standard error.
@@ -67,7 +67,7 @@ impl Process {
     }
 
     /// Waits for its end, and sends its signal.
-    pub(super) fn end(mut self) -> Result<Ended, String> {
+    pub(super) fn end(mut self) -> Result<ProcessEnd, String> {
         let said = |error: std::io::Error| error.to_string();
         loop {
             if let Some(status) = self.child.try_wait().map_err(said)? {
@@ -76,7 +76,7 @@ impl Process {
                     errors.read_to_end(&mut words).map_err(said)?;
                 }
                 let words = String::from_utf8_lossy(&words).into_owned();
-                return Ok(Ended { code: status.code(), words });
+                return Ok(ProcessEnd { code: status.code(), words });
             }
             let elapsed = self.begin.elapsed();
             if let Some((name, _)) = self.signal.take_if(|(_, after)| elapsed >= *after) {

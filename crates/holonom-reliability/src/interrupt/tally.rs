@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 /// An experiment with a fault.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Case {
+pub struct FaultyExperiment {
     /// The experiment.
     pub index: u64,
     /// What is wrong.
@@ -14,7 +14,7 @@ pub struct Case {
 
 /// Experiments of one kind.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Row {
+pub struct InterruptTally {
     /// How many.
     pub experiments: u64,
     /// Disturbances: signals, full disks, damaged files.
@@ -22,14 +22,14 @@ pub struct Row {
     /// Runs that could not be continued, said so and were begun anew.
     pub anew: u64,
     /// Those with a fault.
-    pub faults: Vec<Case>,
+    pub faults: Vec<FaultyExperiment>,
 }
 
 /// Experiments by kind.
-pub type Tally = BTreeMap<String, Row>;
+pub type InterruptTallies = BTreeMap<String, InterruptTally>;
 
 /// Adds a part.
-pub fn add(all: &mut Tally, part: Tally) {
+pub fn add(all: &mut InterruptTallies, part: InterruptTallies) {
     for (kind, row) in part {
         let own = all.entry(kind).or_default();
         own.experiments += row.experiments;

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 /// One thing made wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Defect {
+pub enum SoakDefect {
     /// One mechanism in a hundred panics.
     Panic,
     /// A coordinate becomes NaN.
@@ -49,7 +49,7 @@ pub enum Defect {
     Certificate,
 }
 
-impl Defect {
+impl SoakDefect {
     /// All.
     pub const ALL: [Self; 18] = [
         Self::Panic,

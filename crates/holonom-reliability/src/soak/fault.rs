@@ -38,14 +38,14 @@ pub enum FaultKind {
 
 /// Something wrong, in words.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Fault {
+pub struct Violation {
     /// What was violated.
     pub kind: FaultKind,
     /// How, with numbers.
     pub words: String,
 }
 
-impl Fault {
+impl Violation {
     /// A fault with its words.
     pub fn new(kind: FaultKind, words: impl Into<String>) -> Self {
         Self { kind, words: words.into() }
@@ -68,8 +68,8 @@ fn names(message: &str) -> bool {
 ///
 /// # Errors
 /// [`FaultKind::Words`].
-pub fn refusal(error: &ModelError, text: &str) -> Result<(), Fault> {
-    let wrong = |words: String| Err(Fault::new(FaultKind::Words, words));
+pub fn refusal(error: &ModelError, text: &str) -> Result<(), Violation> {
+    let wrong = |words: String| Err(Violation::new(FaultKind::Words, words));
     let problems = error.problems(text);
     if problems.is_empty() || error.to_string().is_empty() {
         return wrong(format!("a refusal without words: {error:?}"));
@@ -89,10 +89,10 @@ pub fn refusal(error: &ModelError, text: &str) -> Result<(), Fault> {
 ///
 /// # Errors
 /// [`FaultKind::Words`].
-pub fn failure(failure: &RunFailure) -> Result<(), Fault> {
+pub fn failure(failure: &RunFailure) -> Result<(), Violation> {
     let RunFailure { t, message, remedy, .. } = failure;
     if t.is_finite() && !message.is_empty() && !remedy.is_empty() {
         return Ok(());
     }
-    Err(Fault::new(FaultKind::Words, format!("without words or a remedy: {failure:?}")))
+    Err(Violation::new(FaultKind::Words, format!("without words or a remedy: {failure:?}")))
 }

@@ -10,9 +10,9 @@
 //! growth alone is judged. Times depend on the machine and on what else it does, so this is no
 //! test.
 
-use super::generate::large::{Base, Member, large};
+use super::generate::large::{Addition, Topology, large};
 use holonom::Model;
-use holonom::bench::{Request, bench};
+use holonom::bench::{BenchRequest, bench};
 use holonom::model::LinearSolver;
 use std::fmt::Write as _;
 
@@ -31,7 +31,7 @@ const STEPS: u64 = 10;
 
 /// The times of one mechanism, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Times {
+pub struct RunTimes {
     /// Of `n` members.
     pub alone: f64,
     /// Of `n` members and one more.
@@ -40,7 +40,7 @@ pub struct Times {
     pub twice: f64,
 }
 
-impl Times {
+impl RunTimes {
     /// What is wrong with them, in words; `couples`: whether a potential couples the member with
     /// others.
     #[must_use]
@@ -68,7 +68,7 @@ impl Times {
 /// The time of a step, s.
 fn time(model: &Model) -> Result<f64, String> {
     let name = &model.header.name;
-    let measured = bench(model, &Request { schemes: Vec::new(), steps: STEPS });
+    let measured = bench(model, &BenchRequest { schemes: Vec::new(), steps: STEPS });
     let measured = measured.map_err(|error| format!("{name}: {error}"))?;
     let cost = measured.schemes.into_iter().next().ok_or("no scheme")?;
     let refused = || format!("{name}: {}", cost.missing.clone().unwrap_or_default());
@@ -76,15 +76,15 @@ fn time(model: &Model) -> Result<f64, String> {
 }
 
 /// The times of a base with a member; `dense`: all with dense matrices, a defect on purpose.
-fn times(seed: u64, (base, member): (Base, Member), dense: bool) -> Result<Times, String> {
-    let of = |size: usize, member: Option<Member>| {
+fn times(seed: u64, (base, member): (Topology, Addition), dense: bool) -> Result<RunTimes, String> {
+    let of = |size: usize, member: Option<Addition>| {
         let mut model = large(seed, (base, size), member);
         if dense && member.is_some() {
             model.settings.solver = LinearSolver::Dense;
         }
         time(&model)
     };
-    Ok(Times {
+    Ok(RunTimes {
         alone: of(MEMBERS, None)?,
         with_one: of(MEMBERS, Some(member))?,
         twice: of(2 * MEMBERS, Some(member))?,
@@ -95,7 +95,7 @@ fn times(seed: u64, (base, member): (Base, Member), dense: bool) -> Result<Times
 ///
 /// # Errors
 /// A mechanism that is refused, in words.
-pub fn measured(seed: u64, what: (Base, Member), dense: bool) -> Result<Times, String> {
+pub fn measured(seed: u64, what: (Topology, Addition), dense: bool) -> Result<RunTimes, String> {
     let mut found = times(seed, what, dense)?;
     for _ in 0..AGAIN {
         if found.fault(what.1.couples()).is_none() {
@@ -116,12 +116,12 @@ pub fn run(seed: u64) -> Result<bool, String> {
     println!(
         "{MEMBERS} members, times of a step in µs: alone, with one more, twice as many with one more"
     );
-    for base in Base::ALL {
-        for member in Member::ALL {
+    for base in Topology::ALL {
+        for member in Addition::ALL {
             let found = measured(seed, (base, member), false)?;
             let fault = found.fault(member.couples());
             sound &= fault.is_none();
-            let Times { alone, with_one, twice } = found;
+            let RunTimes { alone, with_one, twice } = found;
             let mut line = format!("{base:?}, {member:?}:");
             for time in [alone, with_one, twice] {
                 let _ = write!(line, " {:.1}", 1e6 * time);
@@ -129,7 +129,7 @@ pub fn run(seed: u64) -> Result<bool, String> {
             println!("  {line}{}", fault.map_or_else(String::new, |fault| format!(": {fault}")));
         }
     }
-    let planted = measured(seed, (Base::Chain, Member::FreeBody), true)?;
+    let planted = measured(seed, (Topology::Chain, Addition::FreeBody), true)?;
     let found = planted.fault(false);
     println!("  dense matrices on purpose: {}", found.as_deref().unwrap_or("not found"));
     Ok(sound && found.is_some())

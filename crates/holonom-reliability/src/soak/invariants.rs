@@ -7,7 +7,7 @@
 //! ```
 //! All are relative to the terms that cancel in them.
 
-use super::fault::{Fault, FaultKind};
+use super::fault::{FaultKind, Violation};
 use super::trace::Trace;
 use bounds::{ENERGY, MOMENTUM, RESIDUAL};
 use holonom::model::{Constraint, End, GROUND, JointKind};
@@ -33,7 +33,7 @@ pub mod bounds {
 
 /// The largest numbers found; `None` where a quantity does not apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measured {
+pub struct InvariantErrors {
     /// Constraint residual.
     pub residual: Option<f64>,
     /// Momentum maps.
@@ -55,13 +55,13 @@ pub struct Measured {
 /// Judges all nodes.
 ///
 /// # Errors
-/// The first [`Fault`].
+/// The first [`Violation`].
 pub(super) fn hold(
     model: &Model,
     simulation: &Simulation,
     found: &Trace,
-    measured: &mut Measured,
-) -> Result<(), Fault> {
+    measured: &mut InvariantErrors,
+) -> Result<(), Violation> {
     finite(found)?;
     measured.residual = Some(constraints(model, simulation, found)?);
     if is_free(model) {
@@ -79,19 +79,19 @@ pub(super) fn hold(
 }
 
 /// A number against its bound.
-pub(super) fn within(kind: FaultKind, found: f64, bound: f64, what: &str) -> Result<(), Fault> {
+pub(super) fn within(kind: FaultKind, found: f64, bound: f64, what: &str) -> Result<(), Violation> {
     if found <= bound {
         return Ok(());
     }
-    Err(Fault::new(kind, format!("{what} {found:.1e}, more than {bound:.0e}")))
+    Err(Violation::new(kind, format!("{what} {found:.1e}, more than {bound:.0e}")))
 }
 
-pub(super) fn finite(found: &Trace) -> Result<(), Fault> {
+pub(super) fn finite(found: &Trace) -> Result<(), Violation> {
     let bad = found.samples.iter().find(|sample| !is_finite(sample));
     match bad {
         Some(sample) => {
             let words = format!("at step {}: a number that is not finite", sample.step);
-            Err(Fault::new(FaultKind::NotFinite, words))
+            Err(Violation::new(FaultKind::NotFinite, words))
         }
         None => Ok(()),
     }
@@ -110,7 +110,7 @@ fn is_finite(sample: &Sample) -> bool {
 
 /// The largest relative residual. Where no constraint depends on unwrapped angles it is computed
 /// anew from the configurations, and compared with what the nodes report.
-fn constraints(model: &Model, simulation: &Simulation, found: &Trace) -> Result<f64, Fault> {
+fn constraints(model: &Model, simulation: &Simulation, found: &Trace) -> Result<f64, Violation> {
     let mechanism = simulation.mechanism();
     let (mut g, mut sizes) = (vec![0.0; mechanism.len()], vec![0.0; mechanism.len()]);
     let (mut worst, mut misreported) = (0.0_f64, None);
@@ -139,7 +139,7 @@ fn constraints(model: &Model, simulation: &Simulation, found: &Trace) -> Result<
     }
     within(FaultKind::Residual, worst, RESIDUAL, "constraint residual")?;
     match misreported {
-        Some(words) => Err(Fault::new(FaultKind::Report, words)),
+        Some(words) => Err(Violation::new(FaultKind::Report, words)),
         None => Ok(worst),
     }
 }

@@ -1,9 +1,9 @@
 //! A mechanism assembled, stepped and judged.
 
-use super::defects::Defect;
-use super::fault::{self, Fault, FaultKind};
+use super::defects::SoakDefect;
+use super::fault::{self, FaultKind, Violation};
 use super::generate::is_locked;
-use super::invariants::{self, Measured};
+use super::invariants::{self, InvariantErrors};
 use super::repeat;
 use super::restated;
 use super::trace::{Trace, assembled, trace};
@@ -61,34 +61,34 @@ pub struct Judged {
     /// How it ended.
     pub ending: Ending,
     /// The numbers found.
-    pub measured: Measured,
+    pub measured: InvariantErrors,
     /// What is wrong, if anything is.
-    pub fault: Option<Fault>,
+    pub fault: Option<Violation>,
 }
 
 /// Judges a model; `defect`: what is made wrong on purpose.
 #[must_use]
-pub fn judge(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
+pub fn judge(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> Judged {
     guarded(|| run(model, checks, defect)).unwrap_or_else(|said| Judged {
         ending: Ending::Done,
-        measured: Measured::default(),
-        fault: Some(Fault::new(FaultKind::Panic, said)),
+        measured: InvariantErrors::default(),
+        fault: Some(Violation::new(FaultKind::Panic, said)),
     })
 }
 
-fn run(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
+fn run(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> Judged {
     let text = model.to_toml();
-    let mut measured = Measured::default();
+    let mut measured = InvariantErrors::default();
     let (model, mut simulation) = match assembled(&text) {
         Ok(assembled) => assembled,
         Err(mut error) => {
-            Defect::refuse(defect, &mut error);
+            SoakDefect::refuse(defect, &mut error);
             let fault = fault::refusal(&error, &text).err();
             return Judged { ending: Ending::Refused(shape(&error.to_string())), measured, fault };
         }
     };
     let mut found = trace(&mut simulation);
-    Defect::disturb(defect, &mut found);
+    SoakDefect::disturb(defect, &mut found);
     let ending = match &found.failure {
         None => Ending::Done,
         Some(failure) => Ending::Failed(shape(&failure.message)),
@@ -130,8 +130,8 @@ fn run(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
 /// How a model of any kind ends: with finite numbers, or with words and a remedy. Statics, too.
 ///
 /// # Errors
-/// [`Fault`]. `disturbed`: a number is made infinite on purpose.
-pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Fault> {
+/// [`Violation`]. `disturbed`: a number is made infinite on purpose.
+pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Violation> {
     let mut experiment = match prepare(model) {
         Ok(experiment) => experiment,
         Err(error) => {
@@ -150,7 +150,7 @@ pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Fault> {
         _ => None,
     };
     let mut found = Trace { samples, failure };
-    Defect::disturb(disturbed.then_some(Defect::NotFinite), &mut found);
+    SoakDefect::disturb(disturbed.then_some(SoakDefect::NotFinite), &mut found);
     invariants::finite(&found)?;
     match &found.failure {
         None => Ok(Ending::Done),
@@ -165,12 +165,12 @@ pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Fault> {
 /// does.
 ///
 /// # Errors
-/// [`Fault`].
+/// [`Violation`].
 pub fn continued(
     simulation: &mut Simulation,
     state: RunState,
     steps: u64,
-) -> Result<Result<(), String>, Fault> {
+) -> Result<Result<(), String>, Violation> {
     if let Err(error) = simulation.resume(state) {
         return Ok(Err(error.to_string()));
     }
@@ -187,7 +187,7 @@ pub fn continued(
     let Ok(outcome) = simulation.run_while(&mut observe, &mut proceed);
     invariants::finite(&Trace { samples, failure: None })?;
     match outcome {
-        None => Err(Fault::new(FaultKind::Restart, "a continued run does not end")),
+        None => Err(Violation::new(FaultKind::Restart, "a continued run does not end")),
         Some(RunOutcome::Failed(failure)) => {
             fault::failure(&failure)?;
             Ok(Err(failure.message))

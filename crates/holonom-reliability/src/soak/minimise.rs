@@ -1,7 +1,7 @@
 //! The smallest mechanism with the same fault: parts are removed one by one as long as it remains.
 
-use super::defects::Defect;
-use super::fault::Fault;
+use super::defects::SoakDefect;
+use super::fault::Violation;
 use super::judge::{Checks, judge};
 use holonom::Model;
 use holonom::model::{Constraint, HighOrder, LinearSolver, Quadrature, Strain};
@@ -11,7 +11,11 @@ const TRIES: usize = 600;
 
 /// Removes what the fault does not need.
 #[must_use]
-pub fn minimise(model: &Model, (checks, defect): (Checks, Option<Defect>), fault: &Fault) -> Model {
+pub fn minimise(
+    model: &Model,
+    (checks, defect): (Checks, Option<SoakDefect>),
+    fault: &Violation,
+) -> Model {
     let mut smallest = model.clone();
     let mut tries = 0;
     'again: loop {

@@ -25,22 +25,22 @@ pub mod restated;
 pub mod tally;
 pub mod trace;
 
-pub use invariants::{Measured, bounds};
+pub use invariants::{InvariantErrors, bounds};
 
 use crate::part::{Part, number};
 use crate::text_file;
-use defects::Defect;
+use defects::SoakDefect;
 use generate::mechanism;
 use judge::{Checks, judge};
 use minimise::minimise;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use tally::{Case, Tally};
+use tally::{FaultyMechanism, SoakTally};
 
 /// What is run.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct SoakRequest {
     /// Mechanisms.
     pub count: u64,
     /// Which part of them.
@@ -51,7 +51,7 @@ pub struct Request {
     pub restated: bool,
 }
 
-impl Request {
+impl SoakRequest {
     /// Of the words of the command line.
     ///
     /// # Errors
@@ -85,11 +85,11 @@ impl Request {
 }
 
 /// Judges mechanisms in several threads; `progress` gets the number of those that are done.
-pub fn soak(request: &Request, progress: &(dyn Fn(u64) + Sync)) -> Tally {
+pub fn soak(request: &SoakRequest, progress: &(dyn Fn(u64) + Sync)) -> SoakTally {
     const CHUNK: u64 = 64;
-    let (next, total) = (AtomicU64::new(0), Mutex::new(Tally::default()));
+    let (next, total) = (AtomicU64::new(0), Mutex::new(SoakTally::default()));
     let work = || {
-        let mut own = Tally::default();
+        let mut own = SoakTally::default();
         loop {
             let begin = next.fetch_add(CHUNK, Ordering::Relaxed);
             if begin >= request.count {
@@ -118,11 +118,11 @@ pub fn soak(request: &Request, progress: &(dyn Fn(u64) + Sync)) -> Tally {
 
 /// How many mechanisms it takes to find a defect, at most `most`.
 #[must_use]
-pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
+pub fn found_after(defect: SoakDefect, seed: u64, most: u64) -> Option<u64> {
     (0..most).find(|index| {
-        let restart = matches!(defect, Defect::Restart | Defect::Text);
-        let (agreement, restated) = (defect == Defect::Agreement, defect.restates());
-        let certified = defect == Defect::Certificate;
+        let restart = matches!(defect, SoakDefect::Restart | SoakDefect::Text);
+        let (agreement, restated) = (defect == SoakDefect::Agreement, defect.restates());
+        let certified = defect == SoakDefect::Certificate;
         let checks = Checks { restart, agreement, restated, certified };
         let judged = judge(&mechanism(seed, *index), checks, Some(defect));
         judged.fault.is_some_and(|fault| fault.kind == defect.kind())
@@ -140,7 +140,7 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
     if let ["--growth"] = options {
         return growth::run(1);
     }
-    let request = Request::parse(options)?;
+    let request = SoakRequest::parse(options)?;
     let begin = std::time::Instant::now();
     let progress = |done: u64| {
         if done % 32_768 < 64 {
@@ -176,7 +176,7 @@ fn single(path: &Path) -> Result<bool, String> {
 }
 
 /// Writes the smallest model with the fault of a case.
-fn reduced(request: &Request, case: &Case) -> Result<PathBuf, String> {
+fn reduced(request: &SoakRequest, case: &FaultyMechanism) -> Result<PathBuf, String> {
     let model = mechanism(request.part.seed, case.index);
     let smallest = minimise(&model, (Checks::of(case.index, request.restated), None), &case.fault);
     let name =
@@ -191,8 +191,8 @@ fn reduced(request: &Request, case: &Case) -> Result<PathBuf, String> {
 
 /// The result on a terminal.
 #[must_use]
-pub fn words(tally: &Tally) -> String {
-    let (refused, failed) = (Tally::count(&tally.refused), Tally::count(&tally.failed));
+pub fn words(tally: &SoakTally) -> String {
+    let (refused, failed) = (SoakTally::count(&tally.refused), SoakTally::count(&tally.failed));
     let mut out = format!(
         "{} mechanisms: {} done, {refused} refused, {failed} failed, {} with faults\n",
         tally.mechanisms,
@@ -212,7 +212,7 @@ pub fn words(tally: &Tally) -> String {
         ("stated otherwise", tally.restated),
     ];
     for (what, largest) in numbers {
-        let tally::Largest { count, value, index } = largest;
+        let tally::WorstMechanism { count, value, index } = largest;
         out += &format!("  {what}: {count} measured, largest {value:.1e} at {index}\n");
     }
     out + &format!("  restarted: {}, certified: {}\n", tally.restarted, tally.certified)

@@ -1,9 +1,9 @@
 //! A mechanism run again: from a stored state, up to a refused step, by an equivalent scheme.
 
-use super::defects::Defect;
-use super::fault::{Fault, FaultKind};
+use super::defects::SoakDefect;
+use super::fault::{FaultKind, Violation};
 use super::invariants::bounds::AGREEMENT;
-use super::invariants::{Measured, within};
+use super::invariants::{InvariantErrors, within};
 use super::trace::{Trace, trace};
 use holonom::certificate::certify_model;
 use holonom::model::{History, Scheme};
@@ -14,8 +14,8 @@ use holonom::{Model, RunFailure, RunState, Sample, Simulation};
 use std::convert::Infallible;
 
 /// Whether the text of a resolved model gives the same model.
-pub(super) fn round_trip(model: &Model, defect: Option<Defect>) -> Result<(), Fault> {
-    let again = Model::from_toml(&Defect::text(defect, model.to_toml()));
+pub(super) fn round_trip(model: &Model, defect: Option<SoakDefect>) -> Result<(), Violation> {
+    let again = Model::from_toml(&SoakDefect::text(defect, model.to_toml()));
     if again.as_ref() == Ok(model) {
         return Ok(());
     }
@@ -23,7 +23,7 @@ pub(super) fn round_trip(model: &Model, defect: Option<Defect>) -> Result<(), Fa
         Ok(_) => "the text of the model gives another model".to_owned(),
         Err(error) => format!("the text of the model is refused: {error}"),
     };
-    Err(Fault::new(FaultKind::RoundTrip, words))
+    Err(Violation::new(FaultKind::RoundTrip, words))
 }
 
 /// A simulation that has taken `steps` steps.
@@ -55,13 +55,17 @@ fn stored(state: RunState, model: &Model) -> Result<RunState, String> {
 }
 
 /// Whether a run from a stored state is, bit for bit, the run that was not stopped.
-pub(super) fn restart(model: &Model, found: &Trace, defect: Option<Defect>) -> Result<(), Fault> {
-    let wrong = |words: String| Fault::new(FaultKind::Restart, words);
+pub(super) fn restart(
+    model: &Model,
+    found: &Trace,
+    defect: Option<SoakDefect>,
+) -> Result<(), Violation> {
+    let wrong = |words: String| Violation::new(FaultKind::Restart, words);
     let half = model.settings.steps() / 2;
     let Some((simulation, mut samples)) = paused(model, half) else {
         return Err(wrong(format!("the run does not pause at step {half}")));
     };
-    let state = stored(Defect::state(defect, simulation.state()), model).map_err(wrong)?;
+    let state = stored(SoakDefect::state(defect, simulation.state()), model).map_err(wrong)?;
     let mut other = Simulation::new(model).map_err(|error| wrong(error.to_string()))?;
     other.resume(state).map_err(|error| wrong(error.to_string()))?;
     let rest = trace(&mut other);
@@ -88,26 +92,26 @@ pub(super) fn restart(model: &Model, found: &Trace, defect: Option<Defect>) -> R
 pub(super) fn refused_step(
     model: &Model,
     failure: &RunFailure,
-    defect: Option<Defect>,
-) -> Result<(), Fault> {
+    defect: Option<SoakDefect>,
+) -> Result<(), Violation> {
     let Some((mut simulation, _)) = paused(model, failure.step) else { return Ok(()) };
     let before = simulation.state();
     if simulation.step().is_ok() {
         return Ok(()); // taken, and refused for where it led
     }
-    let after = Defect::state(defect, simulation.state());
+    let after = SoakDefect::state(defect, simulation.state());
     match before == after {
         true => Ok(()),
         false => {
             let words = format!("step {} was refused and has changed the state", failure.step);
-            Err(Fault::new(FaultKind::State, words))
+            Err(Violation::new(FaultKind::State, words))
         }
     }
 }
 
 /// Whether the certificate of a mechanism has no failure, or is refused because nothing moves; in
 /// steps that divide no rounding by a tiny square, and where no force jumps, which lowers orders.
-pub(super) fn certificate(model: &Model, defect: Option<Defect>) -> Result<(), Fault> {
+pub(super) fn certificate(model: &Model, defect: Option<SoakDefect>) -> Result<(), Violation> {
     const ACCURACY: f64 = 1e-6;
     const SHORTEST: f64 = 1e-3; // s
     let jumps = |history: &History| matches!(history, History::Pulse { .. });
@@ -121,13 +125,13 @@ pub(super) fn certificate(model: &Model, defect: Option<Defect>) -> Result<(), F
     let steps = settings.steps() as f64;
     settings.step = settings.step.max(SHORTEST);
     settings.end = steps * settings.step;
-    let wrong = |words: String| Err(Fault::new(FaultKind::Certificate, words));
+    let wrong = |words: String| Err(Violation::new(FaultKind::Certificate, words));
     let mut certificate = match certify_model(&model, ACCURACY, &mut |_| {}) {
         Ok(found) => found.certificate,
         Err(words) if words.starts_with("nothing ") => return Ok(()),
         Err(words) => return wrong(format!("no certificate: {words}")),
     };
-    Defect::certify(defect, &mut certificate);
+    SoakDefect::certify(defect, &mut certificate);
     match certificate.findings.iter().find(|found| found.verdict == Verdict::Fail) {
         Some(found) => wrong(format!("{found}")),
         None => Ok(()),
@@ -149,9 +153,9 @@ fn equivalent(scheme: Scheme) -> Scheme {
 /// follows a warning of the program about the energy.
 pub(super) fn agreement(
     model: &Model,
-    measured: &mut Measured,
-    defect: Option<Defect>,
-) -> Result<(), Fault> {
+    measured: &mut InvariantErrors,
+    defect: Option<SoakDefect>,
+) -> Result<(), Violation> {
     const RESOLVED: f64 = 2e-4; // s
     let mut model = model.clone();
     let settings = &mut model.settings;
@@ -162,7 +166,7 @@ pub(super) fn agreement(
     let Some(found) = run(&model) else { return Ok(()) };
     model.settings.scheme = equivalent(model.settings.scheme);
     let Some(mut motion) = run(&model) else { return Ok(()) };
-    Defect::other(defect, &mut motion);
+    SoakDefect::other(defect, &mut motion);
     if found.failure.is_some() || motion.failure.is_some() {
         return Ok(());
     }

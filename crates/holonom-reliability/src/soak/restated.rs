@@ -10,10 +10,10 @@
 //! mechanism: in a redundant loop one component may be unique and another not. Those of joints
 //! without an axis are vectors in space, which count as not unique where any component is not.
 
-use super::defects::Defect;
-use super::fault::{Fault, FaultKind};
+use super::defects::SoakDefect;
+use super::fault::{FaultKind, Violation};
 use super::invariants::bounds::RESTATED;
-use super::invariants::{Measured, within};
+use super::invariants::{InvariantErrors, within};
 use super::repeat::amplification;
 use super::restate::{Displacement, Units, displaced, in_units, reordered};
 use super::trace::{Trace, trace};
@@ -140,13 +140,13 @@ type Numbers = Vec<(&'static str, f64)>;
 
 /// What is compared at a node: places of all members and numbers of sensors, as the model states
 /// them.
-struct Reader {
+struct NodeReader {
     members: Vec<(String, MemberKind)>,
     columns: Vec<(&'static str, bool)>, // unit; whether it begins a vector in space
     statement: Option<Statement>,
 }
 
-impl Reader {
+impl NodeReader {
     fn new(simulation: &Simulation, model: &Model, statement: Option<Statement>) -> Self {
         let members = simulation.members().iter().map(|m| (m.name.clone(), m.kind)).collect();
         let columns = columns(model);
@@ -222,13 +222,13 @@ impl Reader {
 fn numbers(
     model: &Model,
     statement: Option<Statement>,
-    defect: Option<Defect>,
+    defect: Option<SoakDefect>,
 ) -> Result<Option<Vec<Numbers>>, String> {
     let mut simulation = Simulation::new(model).map_err(|error| error.to_string())?;
-    let reader = Reader::new(&simulation, model, statement);
+    let reader = NodeReader::new(&simulation, model, statement);
     let mut found = trace(&mut simulation);
     if let Some(statement) = statement {
-        Defect::restate(defect, statement, &mut found);
+        SoakDefect::restate(defect, statement, &mut found);
     }
     let Trace { samples, failure } = found;
     let believed = samples.iter().all(|sample| sample.notice.is_none());
@@ -260,26 +260,26 @@ fn distance(one: &[Numbers], other: &[Numbers], floor: &dyn Fn(&str) -> f64) -> 
 }
 
 /// How far a mechanism is from itself when it is stated otherwise.
-struct Difference {
+struct Deviation {
     statement: &'static str,
     apart: f64, // NaN: what is unique in the one is not in the other
     words: String,
 }
 
 /// Of all statements with which the run reaches its end; none of a run that does not.
-fn differences(model: &Model, defect: Option<Defect>) -> Result<Vec<Difference>, Fault> {
+fn differences(model: &Model, defect: Option<SoakDefect>) -> Result<Vec<Deviation>, Violation> {
     let Ok(Some(expected)) = numbers(model, None, None) else { return Ok(Vec::new()) };
     let floor = floor(model);
     let mut all = Vec::new();
     for own in Statement::all() {
-        let other = Defect::stated(defect, own.of(model));
+        let other = SoakDefect::stated(defect, own.of(model));
         let statement = own.name();
         let found = numbers(&other, Some(own), defect).map_err(|refusal| {
-            Fault::new(FaultKind::Restated, format!("{statement}: refused: {refusal}"))
+            Violation::new(FaultKind::Restated, format!("{statement}: refused: {refusal}"))
         })?;
         let Some(found) = found else { continue };
         let (apart, words) = distance(&expected, &found, &floor);
-        all.push(Difference { statement, apart, words });
+        all.push(Deviation { statement, apart, words });
     }
     Ok(all)
 }
@@ -290,12 +290,12 @@ fn differences(model: &Model, defect: Option<Defect>) -> Result<Vec<Difference>,
 /// [`FaultKind::Restated`].
 pub(super) fn restated(
     model: &Model,
-    measured: &mut Measured,
-    defect: Option<Defect>,
-) -> Result<(), Fault> {
+    measured: &mut InvariantErrors,
+    defect: Option<SoakDefect>,
+) -> Result<(), Violation> {
     let model = observed(model);
     let mut amplified = None;
-    for Difference { statement, apart, words } in differences(&model, defect)? {
+    for Deviation { statement, apart, words } in differences(&model, defect)? {
         let mut bound = RESTATED;
         if apart > bound {
             let by =
@@ -317,7 +317,7 @@ pub(super) fn restated(
 ///
 /// # Errors
 /// [`FaultKind::Restated`] where it is refused.
-pub fn largest_difference(model: &Model) -> Result<Option<f64>, Fault> {
+pub fn largest_difference(model: &Model) -> Result<Option<f64>, Violation> {
     let all = differences(&observed(model), None)?;
     let larger = |a: f64, b: f64| if b <= a { a } else { b }; // NaN stays
     Ok(all.into_iter().map(|difference| difference.apart).reduce(larger))

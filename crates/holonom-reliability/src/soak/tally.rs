@@ -1,14 +1,14 @@
 //! What many mechanisms gave: counts, reasons, the largest numbers. Sums do not depend on the order
 //! of the parts.
 
-use super::fault::Fault;
+use super::fault::Violation;
 use super::judge::{Ending, Judged};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The largest number found, and in which mechanism.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Largest {
+pub struct WorstMechanism {
     /// How many were measured.
     pub count: u64,
     /// The number.
@@ -17,7 +17,7 @@ pub struct Largest {
     pub index: u64,
 }
 
-impl Largest {
+impl WorstMechanism {
     fn add(&mut self, other: Self) {
         let order = other.value.total_cmp(&self.value).then(self.index.cmp(&other.index));
         if other.count > 0 && (self.count == 0 || order.is_gt()) {
@@ -42,16 +42,16 @@ pub struct Reason {
 
 /// A mechanism with a fault.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Case {
+pub struct FaultyMechanism {
     /// The mechanism.
     pub index: u64,
     /// What is wrong.
-    pub fault: Fault,
+    pub fault: Violation,
 }
 
 /// The result of a part of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Tally {
+pub struct SoakTally {
     /// Mechanisms tried.
     pub mechanisms: u64,
     /// Those that reached their last step.
@@ -66,21 +66,21 @@ pub struct Tally {
     #[serde(default)]
     pub certified: u64,
     /// Constraint residuals.
-    pub residual: Largest,
+    pub residual: WorstMechanism,
     /// Momentum maps.
-    pub momentum: Largest,
+    pub momentum: WorstMechanism,
     /// Energy balances.
-    pub energy: Largest,
+    pub energy: WorstMechanism,
     /// Differences of schemes.
-    pub agreement: Largest,
+    pub agreement: WorstMechanism,
     /// Differences of mechanisms stated otherwise.
     #[serde(default)]
-    pub restated: Largest,
+    pub restated: WorstMechanism,
     /// What is wrong.
-    pub faults: Vec<Case>,
+    pub faults: Vec<FaultyMechanism>,
 }
 
-impl Tally {
+impl SoakTally {
     /// Adds a mechanism.
     pub fn take(&mut self, index: u64, judged: Judged) {
         let Judged { ending, measured, fault } = judged;
@@ -93,12 +93,12 @@ impl Tally {
         }
         self.restarted += u64::from(measured.restarted);
         self.certified += u64::from(measured.certified);
-        self.residual.add(Largest::one(measured.residual, index));
-        self.momentum.add(Largest::one(measured.momentum, index));
-        self.energy.add(Largest::one(measured.energy, index));
-        self.agreement.add(Largest::one(measured.agreement, index));
-        self.restated.add(Largest::one(measured.restated, index));
-        self.faults.extend(fault.map(|fault| Case { index, fault }));
+        self.residual.add(WorstMechanism::one(measured.residual, index));
+        self.momentum.add(WorstMechanism::one(measured.momentum, index));
+        self.energy.add(WorstMechanism::one(measured.energy, index));
+        self.agreement.add(WorstMechanism::one(measured.agreement, index));
+        self.restated.add(WorstMechanism::one(measured.restated, index));
+        self.faults.extend(fault.map(|fault| FaultyMechanism { index, fault }));
     }
 
     /// Adds another part.

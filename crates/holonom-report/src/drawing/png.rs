@@ -81,7 +81,7 @@ impl Canvas<'_> {
     }
 
     fn words(&mut self, words: &Words, font: &Font, drawing: &Drawing) {
-        let mut outline = Outline { path: PathBuilder::new(), place: Transform::identity() };
+        let mut outline = GlyphPath { path: PathBuilder::new(), place: Transform::identity() };
         let about = (words.at[0] as f32, words.at[1] as f32);
         let angle = if words.upward { -90.0 } else { 0.0 };
         let rotation = Transform::from_rotate_at(angle, about.0, about.1);
@@ -124,12 +124,12 @@ fn polyline(points: &[Point], closed: bool) -> Option<Path> {
 }
 
 /// Glyphs as a path.
-struct Outline {
+struct GlyphPath {
     path: PathBuilder,
     place: Transform,
 }
 
-impl Outline {
+impl GlyphPath {
     fn at(&self, x: f32, y: f32) -> (f32, f32) {
         let mut point = tiny_skia::Point::from_xy(x, y);
         self.place.map_point(&mut point);
@@ -137,7 +137,7 @@ impl Outline {
     }
 }
 
-impl OutlineBuilder for Outline {
+impl OutlineBuilder for GlyphPath {
     fn move_to(&mut self, x: f32, y: f32) {
         let (x, y) = self.at(x, y);
         self.path.move_to(x, y);

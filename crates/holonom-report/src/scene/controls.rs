@@ -1,13 +1,13 @@
 //! The canvas of a scene with its controls, and what is said of them.
 
-use super::Parameter;
+use super::SceneParameter;
 
 /// The section of a page that the viewer fills; `several`: with a legend of motions.
-pub(super) fn html(parameter: Parameter, several: bool) -> String {
+pub(super) fn html(parameter: SceneParameter, several: bool) -> String {
     let slider = match parameter {
-        Parameter::Load => "load path",
-        Parameter::Mode => "phase",
-        Parameter::Time | Parameter::None => "time",
+        SceneParameter::Load => "load path",
+        SceneParameter::Mode => "phase",
+        SceneParameter::Time | SceneParameter::None => "time",
     };
     let legend = if several {
         "<div class=\"scene-legend\" role=\"group\" aria-label=\"motions\"></div>\n"
@@ -15,13 +15,13 @@ pub(super) fn html(parameter: Parameter, several: bool) -> String {
         ""
     };
     let words = match parameter {
-        Parameter::Mode => "<p class=\"scene-words\" role=\"status\"></p>\n",
+        SceneParameter::Mode => "<p class=\"scene-words\" role=\"status\"></p>\n",
         _ => "",
     };
     let trails = match parameter {
-        Parameter::Load => "shapes",
-        Parameter::Mode => "configuration",
-        Parameter::Time | Parameter::None => "trails",
+        SceneParameter::Load => "shapes",
+        SceneParameter::Mode => "configuration",
+        SceneParameter::Time | SceneParameter::None => "trails",
     };
     format!(
         "<section id=\"scene\" aria-label=\"animation\">\n{VIEW}{words}<div class=\"scene-bar\">\n\
@@ -42,19 +42,19 @@ const TOGGLES: &str = r"<button data-labels>names</button><button data-loads>loa
 const MOUSE: &str = "Drag to rotate, shift and drag to move, wheel or + − to zoom.";
 
 /// The keys.
-fn keys(parameter: Parameter) -> &'static str {
+fn keys(parameter: SceneParameter) -> &'static str {
     match parameter {
-        Parameter::Time => {
+        SceneParameter::Time => {
             "Keys: space plays, ← → step (with shift ten at once), 1–4 views, T trails, N names, L loads, R reactions, G grid, F \
              follows. A click on a chart goes to its time."
         }
-        Parameter::Load => {
+        SceneParameter::Load => {
             "Keys: space plays, ← → to the neighbouring equilibrium (with shift ten at once), 1–4 views, T shapes of other \
              equilibria, N names, L loads, G grid. A click on a chart goes to its load factor."
         }
-        Parameter::Mode => {
+        SceneParameter::Mode => {
             "Keys: ↑ ↓ choose the mode, space plays, ← → change the phase, 1–4 views, T configuration, N names, L loads, G grid."
         }
-        Parameter::None => "Keys: 1–4 views, N names, L loads, G grid.",
+        SceneParameter::None => "Keys: 1–4 views, N names, L loads, G grid.",
     }
 }

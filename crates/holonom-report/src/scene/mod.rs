@@ -20,10 +20,10 @@ use base64::engine::general_purpose::STANDARD;
 use holonom_model::{Model, ModelError, Scheme};
 use holonom_sim::output::{Frames, TimeSeries};
 use holonom_sim::sample::MemberKind;
-use modes::Shape;
+use modes::SceneMode;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use parts::{Beam, Body, Joint, Line, Load, Parts};
-use reactions::{Measured, Reaction, Tension};
+use parts::{SceneBeam, SceneBody, SceneJoint, SceneLine, SceneLoad, SceneParts};
+use reactions::{AxialForce, JointReaction, SensorReadings};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use surfaces::{Surface, Surfaces};
@@ -71,7 +71,7 @@ const VIEWER: [&str; 13] = [
 /// What a reader goes through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Parameter {
+pub enum SceneParameter {
     /// The time of a motion.
     Time,
     /// The load factor of equilibria.
@@ -85,7 +85,7 @@ pub enum Parameter {
 /// What the viewer draws.
 #[derive(Debug, Serialize)]
 pub struct Scene {
-    parameter: Parameter,
+    parameter: SceneParameter,
     /// Whether the system moves in a plane.
     planar: bool,
     /// Whether there is gravity, and so a ground with shadows.
@@ -95,23 +95,23 @@ pub struct Scene {
     /// Colours of bodies, then of beams or point masses, one after the other.
     palette: [[u8; 3]; 8],
     /// Motions of the same members; more than one are drawn over one another.
-    motions: Vec<Motion>,
-    modes: Vec<Shape>,
+    motions: Vec<SceneMotion>,
+    modes: Vec<SceneMode>,
     members: Vec<Member>,
-    bodies: Vec<Body>,
+    bodies: Vec<SceneBody>,
     meshes: Vec<Surface>,
-    beams: Vec<Beam>,
+    beams: Vec<SceneBeam>,
     /// Members that are point masses.
     points: Vec<usize>,
-    joints: Vec<Joint>,
+    joints: Vec<SceneJoint>,
     /// What joints are drawn as, by type.
     symbols: BTreeMap<&'static str, &'static [SymbolPart]>,
     /// Bars and distances.
-    bars: Vec<Line>,
-    springs: Vec<Line>,
-    loads: Vec<Load>,
-    reactions: Vec<Reaction>,
-    tensions: Vec<Tension>,
+    bars: Vec<SceneLine>,
+    springs: Vec<SceneLine>,
+    loads: Vec<SceneLoad>,
+    reactions: Vec<JointReaction>,
+    tensions: Vec<AxialForce>,
     /// Points of the ground that something is held at.
     fixed: Vec<[f64; 3]>,
     /// What is said below the picture.
@@ -127,7 +127,7 @@ fn symbol(joint: &holonom_model::Joint) -> (&'static str, &'static [SymbolPart])
 
 /// Where the members are at some instants.
 #[derive(Debug, Serialize)]
-struct Motion {
+struct SceneMotion {
     /// In the legend.
     name: String,
     /// Whether it is drawn from the beginning.
@@ -138,7 +138,7 @@ struct Motion {
     poses: String,
 }
 
-impl Motion {
+impl SceneMotion {
     fn new(name: &str, shown: bool, frames: &Frames) -> Self {
         Self {
             name: name.to_owned(),
@@ -177,7 +177,7 @@ impl Scene {
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
         sensors: Option<&TimeSeries>,
     ) -> Option<Self> {
-        let parts = Parts::new(model, frames)?;
+        let parts = SceneParts::new(model, frames)?;
         let member = |member: &holonom_sim::sample::Member| Member {
             name: member.name.clone(),
             frame: member.kind == MemberKind::Frame,
@@ -187,13 +187,13 @@ impl Scene {
         let bars = [parts.bars(), parts.distances()].concat();
         let ends = joints.iter().flat_map(|joint| [&joint.parent, &joint.child]);
         let ends = ends.chain(bars.iter().chain(&springs).flat_map(|line| [&line.from, &line.to]));
-        let fixed = ends.filter_map(parts::End::on_ground).collect();
+        let fixed = ends.filter_map(parts::SceneEnd::on_ground).collect();
         let parameter = match model.settings.scheme {
-            _ if frames.q.len() < 2 => Parameter::None,
-            Scheme::Static => Parameter::Load,
-            _ => Parameter::Time,
+            _ if frames.q.len() < 2 => SceneParameter::None,
+            Scheme::Static => SceneParameter::Load,
+            _ => SceneParameter::Time,
         };
-        let sensors = sensors.map(|table| Measured::new(&frames.times, table));
+        let sensors = sensors.map(|table| SensorReadings::new(&frames.times, table));
         let sensors = sensors.as_ref();
         let Surfaces { list: meshes, note } = Surfaces::new(model, &mut bodies);
         Some(Self {
@@ -202,7 +202,7 @@ impl Scene {
             grounded: Vector3::from(model.gravity()).norm() > 0.0,
             up: up(model),
             palette: PALETTE,
-            motions: vec![Motion::new("", true, frames)],
+            motions: vec![SceneMotion::new("", true, frames)],
             modes: Vec::new(),
             members: frames.members.iter().map(member).collect(),
             bodies,
@@ -237,7 +237,8 @@ impl Scene {
         let scene = Self::new(model, first, &BTreeMap::new(), None)?;
         let same = |frames: &Frames| frames.members == first.members && !frames.q.is_empty();
         let shown = motions.iter().filter(|motion| same(motion.frames));
-        let motions = shown.map(|motion| Motion::new(motion.name, motion.is_shown, motion.frames));
+        let motions =
+            shown.map(|motion| SceneMotion::new(motion.name, motion.is_shown, motion.frames));
         Some(Self { motions: motions.collect(), ..scene })
     }
 

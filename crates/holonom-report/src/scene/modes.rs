@@ -8,21 +8,21 @@
 use std::collections::BTreeMap;
 
 use holonom_model::{Model, ModelError};
-use holonom_sim::modes::{Kind, Mode, Report};
+use holonom_sim::modes::{Mode, ModeKind, Report};
 use holonom_sim::output::Frames;
 use serde::Serialize;
 
-use super::{Motion, NUMBERS, Parameter, Scene, encoded};
+use super::{NUMBERS, Scene, SceneMotion, SceneParameter, encoded};
 use crate::facts::rounded;
 
 /// A mode as the viewer draws it.
 #[derive(Debug, Serialize)]
-pub(super) struct Shape {
+pub(super) struct SceneMode {
     /// In the list of modes.
     name: String,
     /// What it is, and what it is drawn as.
     words: String,
-    kind: Kind,
+    kind: ModeKind,
     /// Whether a mode that grows also vibrates.
     vibrates: bool,
     /// Of each member: displacement, rotation vector, and both a quarter of a period before.
@@ -42,19 +42,19 @@ impl Scene {
         let about = Frames { times, q: vec![report.configuration.clone()], ..initial };
         let Some(scene) = Self::new(model, &start, &BTreeMap::new(), None) else { return Ok(None) };
         let most = (NUMBERS / (12 * about.members.len().max(1))).max(1);
-        let modes: Vec<Shape> =
+        let modes: Vec<SceneMode> =
             report.modes.iter().take(most).enumerate().map(|(k, mode)| shape(k, mode)).collect();
-        let parameter = if modes.is_empty() { Parameter::None } else { Parameter::Mode };
-        let motions = vec![Motion::new("", true, &about)];
+        let parameter = if modes.is_empty() { SceneParameter::None } else { SceneParameter::Mode };
+        let motions = vec![SceneMotion::new("", true, &about)];
         Ok(Some(Self { parameter, motions, modes, ..scene }))
     }
 }
 
-fn shape(k: usize, mode: &Mode) -> Shape {
+fn shape(k: usize, mode: &Mode) -> SceneMode {
     let of_member = mode.shape.iter().flat_map(|m| {
         [m.translation, m.rotation, m.translation_before, m.rotation_before].into_iter().flatten()
     });
-    Shape {
+    SceneMode {
         name: format!("{}: {}", k + 1, short(mode)),
         words: format!("Mode {}, {}", k + 1, words(mode)),
         kind: mode.kind,
@@ -66,10 +66,10 @@ fn shape(k: usize, mode: &Mode) -> Shape {
 /// A mode in a list.
 fn short(mode: &Mode) -> String {
     match mode.kind {
-        Kind::Unstable => "unstable".to_owned(),
-        Kind::Zero => "0 Hz".to_owned(),
-        Kind::Vibration => format!("{} Hz", rounded(mode.frequency, 5)),
-        Kind::Decay => "dies out".to_owned(),
+        ModeKind::Unstable => "unstable".to_owned(),
+        ModeKind::Zero => "0 Hz".to_owned(),
+        ModeKind::Vibration => format!("{} Hz", rounded(mode.frequency, 5)),
+        ModeKind::Decay => "dies out".to_owned(),
     }
 }
 
@@ -78,22 +78,22 @@ fn words(mode: &Mode) -> String {
     let [frequency, growth, decay] =
         [mode.frequency, mode.growth, mode.decay].map(|value| rounded(value, 7));
     match mode.kind {
-        Kind::Unstable if mode.omega > 0.0 => format!(
+        ModeKind::Unstable if mode.omega > 0.0 => format!(
             "unstable vibration of {frequency} Hz: grows as e^(δt), δ = {growth} 1/s. Drawn with three periods; their ratio \
              to the growth is not to scale."
         ),
-        Kind::Unstable => {
+        ModeKind::Unstable => {
             format!("unstable: grows as e^(δt), δ = {growth} 1/s, without a vibration.")
         }
-        Kind::Zero => {
+        ModeKind::Zero => {
             "without stiffness: 0 Hz. No vibration: drawn to and fro to show the direction."
                 .to_owned()
         }
-        Kind::Vibration if mode.decay > 0.0 => format!(
+        ModeKind::Vibration if mode.decay > 0.0 => format!(
             "vibration of {frequency} Hz, damping ratio {}: dies out as e^(−δt), δ = {decay} 1/s. Drawn without its decay.",
             rounded(mode.damping_ratio, 4)
         ),
-        Kind::Vibration => format!("vibration of {frequency} Hz."),
-        Kind::Decay => format!("dies out as e^(−δt), δ = {decay} 1/s, without a vibration."),
+        ModeKind::Vibration => format!("vibration of {frequency} Hz."),
+        ModeKind::Decay => format!("dies out as e^(−δt), δ = {decay} 1/s, without a vibration."),
     }
 }

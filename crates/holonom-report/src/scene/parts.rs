@@ -14,14 +14,14 @@ use std::collections::BTreeMap;
 /// A point of a member, or of the ground (`member = −1`): components along the directors from the
 /// centre, m.
 #[derive(Clone, Debug, Serialize)]
-pub struct End {
+pub struct SceneEnd {
     /// Its index, −1 for the ground.
     pub member: i64,
     /// Components, m.
     pub point: [f64; 3],
 }
 
-impl End {
+impl SceneEnd {
     /// The point, if it is one of the ground.
     #[must_use]
     pub fn on_ground(&self) -> Option<[f64; 3]> {
@@ -31,7 +31,7 @@ impl End {
 
 /// A body as it is shown.
 #[derive(Clone, Debug, Serialize)]
-pub struct Body {
+pub struct SceneBody {
     /// Its name.
     pub name: String,
     /// Its index among the members.
@@ -70,7 +70,7 @@ const SYMBOL: f64 = 0.12;
 
 /// A beam as it is shown.
 #[derive(Clone, Debug, Serialize)]
-pub struct Beam {
+pub struct SceneBeam {
     /// Index of its first node among the members.
     pub first: usize,
     /// Numbers of nodes.
@@ -87,14 +87,14 @@ pub struct Beam {
 
 /// A joint as it is shown.
 #[derive(Clone, Debug, Serialize)]
-pub struct Joint {
+pub struct SceneJoint {
     /// Its kind.
     #[serde(rename = "type")]
     pub kind: JointKind,
     /// Where it is on the parent.
-    pub parent: End,
+    pub parent: SceneEnd,
     /// Where it is on the child.
-    pub child: End,
+    pub child: SceneEnd,
     /// Its axis along the directors of the parent.
     pub axis: Option<[f64; 3]>,
     /// Its second axis along the directors of the child.
@@ -105,17 +105,17 @@ pub struct Joint {
 
 /// A bar, a distance or a spring.
 #[derive(Clone, Debug, Serialize)]
-pub struct Line {
+pub struct SceneLine {
     /// Where it begins.
-    pub from: End,
+    pub from: SceneEnd,
     /// Where it ends.
-    pub to: End,
+    pub to: SceneEnd,
 }
 
 /// A load as it is shown.
 #[derive(Clone, Debug, Serialize)]
-pub struct Load {
-    ends: Vec<End>,
+pub struct SceneLoad {
+    ends: Vec<SceneEnd>,
     force: [f64; 3],
     follower: bool,
     factors: String,
@@ -123,7 +123,7 @@ pub struct Load {
 
 /// Where the members of a model are at the first instant.
 #[derive(Debug)]
-pub struct Parts<'a> {
+pub struct SceneParts<'a> {
     model: &'a Model,
     frames: &'a Frames,
     start: StartPoints<'a>,
@@ -133,7 +133,7 @@ pub struct Parts<'a> {
     poses: Vec<(Vector3<f64>, Matrix3<f64>)>,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> SceneParts<'a> {
     /// From a model and the frames of its run. `None` without frames, or where these are of another
     /// model.
     #[must_use]
@@ -163,13 +163,16 @@ impl<'a> Parts<'a> {
     }
 
     /// A point in space on a member.
-    fn end(&self, name: &str, point: Vector3<f64>) -> End {
+    fn end(&self, name: &str, point: Vector3<f64>) -> SceneEnd {
         match self.member(name).filter(|_| name != GROUND) {
             Some(member) => {
                 let (center, directors) = self.poses[member];
-                End { member: member as i64, point: directors.tr_mul(&(point - center)).into() }
+                SceneEnd {
+                    member: member as i64,
+                    point: directors.tr_mul(&(point - center)).into(),
+                }
             }
-            None => End { member: -1, point: point.into() },
+            None => SceneEnd { member: -1, point: point.into() },
         }
     }
 
@@ -181,7 +184,7 @@ impl<'a> Parts<'a> {
 
     /// The bodies.
     #[must_use]
-    pub fn bodies(&self) -> Vec<Body> {
+    pub fn bodies(&self) -> Vec<SceneBody> {
         let mut held: BTreeMap<&str, Vec<Vector3<f64>>> = BTreeMap::new();
         let joints = self.model.joints.iter();
         let joints = joints.map(|joint| ([&joint.parent, &joint.child], self.start.joint(joint)));
@@ -222,7 +225,7 @@ impl<'a> Parts<'a> {
                 None => extent(kind, &dimensions),
             };
             let reach = anchors.iter().map(|a| Vector3::from(*a).norm()).fold(extent, f64::max);
-            Body {
+            SceneBody {
                 name: body.name.clone(),
                 member,
                 fixed: body.fixed,
@@ -244,7 +247,7 @@ impl<'a> Parts<'a> {
 
     /// The beams; `moments`: bending moments at the instants of the frames.
     #[must_use]
-    pub fn beams(&self, moments: &BTreeMap<String, Vec<Vec<f64>>>) -> Vec<Beam> {
+    pub fn beams(&self, moments: &BTreeMap<String, Vec<Vec<f64>>>) -> Vec<SceneBeam> {
         let mut first = self.model.bodies.len();
         let beam = |beam: &holonom_model::Beam| {
             let legs: Vec<usize> = (0..beam.legs()).map(|leg| beam.nodes_of(leg)).collect();
@@ -258,7 +261,7 @@ impl<'a> Parts<'a> {
             let rows = moments.get(&beam.name).filter(|rows| rows.len() == self.frames.q.len());
             let values: Option<Vec<f64>> = rows.map(|rows| rows.iter().flat_map(spread).collect());
             let largest = values.iter().flatten().copied().fold(0.0, f64::max);
-            let found = Beam {
+            let found = SceneBeam {
                 first,
                 legs,
                 round,
@@ -282,14 +285,14 @@ impl<'a> Parts<'a> {
 
     /// The joints between the `bodies` of the model.
     #[must_use]
-    pub fn joints(&self, bodies: &[Body]) -> Vec<Joint> {
+    pub fn joints(&self, bodies: &[SceneBody]) -> Vec<SceneJoint> {
         let limit = |name: &str| {
             let body = self.member(name).and_then(|member| bodies.get(member));
             body.filter(|body| !body.fixed).map_or(f64::MAX, |body| body.limit)
         };
         let joint = |joint: &holonom_model::Joint| {
             let [a, b] = self.start.joint(joint);
-            Joint {
+            SceneJoint {
                 limit: limit(&joint.parent).min(limit(&joint.child)),
                 kind: joint.kind,
                 parent: self.end(&joint.parent, a),
@@ -302,48 +305,48 @@ impl<'a> Parts<'a> {
     }
 
     /// Where a joint, or what fixes a body, acts on its child.
-    pub(super) fn child_end(&self, name: &str) -> Option<End> {
+    pub(super) fn child_end(&self, name: &str) -> Option<SceneEnd> {
         if let Some(joint) = self.model.joints.iter().find(|joint| joint.name == name) {
             let [_, child] = self.start.joint(joint);
             return Some(self.end(&joint.child, child));
         }
         let member = self.model.frame(name)?; // a fixed body, the end of a beam
-        Some(End { member: member as i64, point: [0.0; 3] })
+        Some(SceneEnd { member: member as i64, point: [0.0; 3] })
     }
 
-    fn line(&self, names: [&str; 2], [from, to]: [Vector3<f64>; 2]) -> Line {
-        Line { from: self.end(names[0], from), to: self.end(names[1], to) }
+    fn line(&self, names: [&str; 2], [from, to]: [Vector3<f64>; 2]) -> SceneLine {
+        SceneLine { from: self.end(names[0], from), to: self.end(names[1], to) }
     }
 
     /// The bars.
     #[must_use]
-    pub fn bars(&self) -> Vec<Line> {
+    pub fn bars(&self) -> Vec<SceneLine> {
         self.model.bars.iter().map(|bar| self.bar_line(bar)).collect()
     }
 
     /// The bar of a name.
-    pub(super) fn bar(&self, name: &str) -> Option<Line> {
+    pub(super) fn bar(&self, name: &str) -> Option<SceneLine> {
         self.model.bars.iter().find(|bar| bar.name == name).map(|bar| self.bar_line(bar))
     }
 
-    fn bar_line(&self, bar: &Bar) -> Line {
+    fn bar_line(&self, bar: &Bar) -> SceneLine {
         self.line([&bar.from, &bar.to], self.start.bar(bar))
     }
 
     /// The constraints of distance.
     #[must_use]
-    pub fn distances(&self) -> Vec<Line> {
+    pub fn distances(&self) -> Vec<SceneLine> {
         let lines = self.model.constraints.iter().map(|constraint| self.distance_line(constraint));
         lines.flatten().collect()
     }
 
     /// The constraint of distance of a name.
-    pub(super) fn distance(&self, name: &str) -> Option<Line> {
+    pub(super) fn distance(&self, name: &str) -> Option<SceneLine> {
         let found = self.model.constraints.iter().find(|constraint| constraint.name() == name)?;
         self.distance_line(found)
     }
 
-    fn distance_line(&self, constraint: &Constraint) -> Option<Line> {
+    fn distance_line(&self, constraint: &Constraint) -> Option<SceneLine> {
         let Constraint::Distance { from, to, point_from, point_to, .. } = constraint else {
             return None;
         };
@@ -354,23 +357,23 @@ impl<'a> Parts<'a> {
 
     /// The springs.
     #[must_use]
-    pub fn springs(&self) -> Vec<Line> {
+    pub fn springs(&self) -> Vec<SceneLine> {
         self.model.springs.iter().map(|spring| self.spring_line(spring)).collect()
     }
 
     /// The spring of a name.
-    pub(super) fn spring(&self, name: &str) -> Option<Line> {
+    pub(super) fn spring(&self, name: &str) -> Option<SceneLine> {
         let found = self.model.springs.iter().find(|spring| spring.name == name);
         found.map(|spring| self.spring_line(spring))
     }
 
-    fn spring_line(&self, spring: &Spring) -> Line {
+    fn spring_line(&self, spring: &Spring) -> SceneLine {
         self.line([&spring.from, &spring.to], self.start.spring(spring))
     }
 
     /// Forces on bodies and nodes, and those along beams at each node.
     #[must_use]
-    pub fn loads(&self) -> Vec<Load> {
+    pub fn loads(&self) -> Vec<SceneLoad> {
         let loads = self.model.loads.iter();
         loads
             .filter(|load| load.force.iter().any(|f| *f != 0.0))
@@ -378,9 +381,11 @@ impl<'a> Parts<'a> {
             .collect()
     }
 
-    fn load(&self, load: &holonom_model::Load) -> Option<Load> {
-        let at =
-            |member: usize, point: Vector3<f64>| End { member: member as i64, point: point.into() };
+    fn load(&self, load: &holonom_model::Load) -> Option<SceneLoad> {
+        let at = |member: usize, point: Vector3<f64>| SceneEnd {
+            member: member as i64,
+            point: point.into(),
+        };
         let mut own = Matrix3::identity(); // from the axes of the force to the directors
         let mut ends = Vec::new();
         if let Some(name) = &load.body {
@@ -405,7 +410,7 @@ impl<'a> Parts<'a> {
         let history = history.time_history();
         let follower = load.frame == Frame::Body;
         let force = Vector3::from(load.force);
-        Some(Load {
+        Some(SceneLoad {
             ends,
             force: if follower { own * force } else { force }.into(),
             follower,

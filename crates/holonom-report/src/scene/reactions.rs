@@ -9,31 +9,31 @@ use holonom_sim::sensor::REACTION;
 use serde::Serialize;
 
 use super::encoded;
-use super::parts::{End, Line, Parts};
+use super::parts::{SceneEnd, SceneLine, SceneParts};
 
 /// The force of a joint on its child.
 #[derive(Debug, Serialize)]
-pub(super) struct Reaction {
-    end: End,
+pub(super) struct JointReaction {
+    end: SceneEnd,
     /// Three components at each instant, N; no numbers where they are not unique.
     forces: String,
 }
 
 /// The tension of a bar, a distance or a spring.
 #[derive(Debug, Serialize)]
-pub(super) struct Tension {
-    line: Line,
+pub(super) struct AxialForce {
+    line: SceneLine,
     /// At each instant, N; no number where it is not unique.
     tensions: String,
 }
 
 /// The sensors of a run at the instants of the scene.
-pub(super) struct Measured<'a> {
+pub(super) struct SensorReadings<'a> {
     table: &'a TimeSeries,
     rows: Vec<Option<usize>>,
 }
 
-impl<'a> Measured<'a> {
+impl<'a> SensorReadings<'a> {
     pub(super) fn new(times: &[f64], table: &'a TimeSeries) -> Self {
         let rows: HashMap<u64, usize> = table.t.iter().map(|t| t.to_bits()).zip(0..).collect();
         let rows = times.iter().map(|t| rows.get(&t.to_bits()).copied()).collect();
@@ -50,20 +50,20 @@ impl<'a> Measured<'a> {
     }
 
     /// Reactions of joints.
-    pub(super) fn reactions(&self, parts: &Parts<'_>, model: &Model) -> Vec<Reaction> {
+    pub(super) fn reactions(&self, parts: &SceneParts<'_>, model: &Model) -> Vec<JointReaction> {
         let kind = |sensor: &&Sensor| {
             sensor.kind == SensorKind::Reaction && sensor.frame == Some(ReactionFrame::Space)
         };
         let [fx, fy, fz, ..] = REACTION;
         let reaction = |sensor: &Sensor| {
             let forces = self.columns([fx, fy, fz].map(|f| format!("{}.{f}", sensor.name)))?;
-            Some(Reaction { end: parts.child_end(&sensor.of)?, forces })
+            Some(JointReaction { end: parts.child_end(&sensor.of)?, forces })
         };
         model.sensors.iter().filter(kind).filter_map(reaction).collect()
     }
 
     /// Tensions of bars, distances and springs.
-    pub(super) fn tensions(&self, parts: &Parts<'_>, model: &Model) -> Vec<Tension> {
+    pub(super) fn tensions(&self, parts: &SceneParts<'_>, model: &Model) -> Vec<AxialForce> {
         let tension = |sensor: &Sensor| {
             let (line, column) = match sensor.kind {
                 SensorKind::Reaction => {
@@ -75,7 +75,7 @@ impl<'a> Measured<'a> {
                 },
                 _ => return None,
             };
-            Some(Tension { line, tensions: self.columns([column])? })
+            Some(AxialForce { line, tensions: self.columns([column])? })
         };
         model.sensors.iter().filter_map(tension).collect()
     }

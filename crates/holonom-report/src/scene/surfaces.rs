@@ -1,7 +1,7 @@
 //! Meshes in a scene: each once, simplified where the page would become too large.
 
 use super::encoded;
-use super::parts::Body;
+use super::parts::SceneBody;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use holonom_model::{BodySurface, Model};
@@ -35,7 +35,7 @@ pub(super) struct Surfaces {
 
 impl Surfaces {
     /// The meshes of a model, whose bodies then know theirs.
-    pub(super) fn new(model: &Model, bodies: &mut [Body]) -> Self {
+    pub(super) fn new(model: &Model, bodies: &mut [SceneBody]) -> Self {
         let mut known: BTreeMap<String, Option<usize>> = BTreeMap::new();
         let (mut surfaces, mut missing) = (Vec::new(), 0);
         for (body, shown) in model.bodies.iter().zip(bodies) {

@@ -1,6 +1,6 @@
 //! The columns of the files of a run, with quantities and units.
 
-use holonom_sim::output::columns::{Kind, TIME};
+use holonom_sim::output::columns::{FieldKind, TIME};
 use holonom_sim::output::{OutputError, RowTable, RunFolder};
 use holonom_sim::sensor;
 
@@ -56,7 +56,7 @@ pub fn columns(folder: &RunFolder) -> Result<Vec<Column>, OutputError> {
                 Some(sensor) => (sensor.quantity, sensor.unit),
                 None => (own.quantity, own.unit),
             };
-            let logarithmic = own.kind == Kind::Residual;
+            let logarithmic = own.kind == FieldKind::Residual;
             let (file, quantity) = (table.name(), quantity.to_owned());
             all.push(Column { file, name, quantity, unit, logarithmic });
         }

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 
 use holonom_sim::output::{OutputError, RunFolder};
 
-use super::chart::{Axis, Chart, Curve, Strokes};
+use super::chart::{Chart, ChartAxis, Series, Strokes};
 use super::drawing::Drawing;
 use super::panels::panels;
 use super::series::subsample;
@@ -24,7 +24,7 @@ pub use columns::{Column, columns};
 pub use names::{Group, NameError, groups};
 pub(crate) use scales::Scales;
 pub use table::table;
-use values::Values;
+use values::ColumnSamples;
 
 /// Charts of one drawing.
 const CHARTS: usize = 6;
@@ -33,7 +33,7 @@ const MARKED: usize = 60;
 
 /// What is to be drawn.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Request {
+pub struct ChartRequest {
     /// Columns and groups, with commas between them; `y:x` draws one over another.
     pub what: String,
     /// The column of the horizontal axis; time by default.
@@ -92,7 +92,7 @@ pub struct NamedRun {
 ///
 /// # Errors
 /// [`SelectionError`].
-pub fn selected(runs: &[NamedRun], request: &Request) -> Result<Selected, SelectionError> {
+pub fn selected(runs: &[NamedRun], request: &ChartRequest) -> Result<Selected, SelectionError> {
     let mut traces = Vec::new();
     let mut scales = Scales::default();
     let mut models = BTreeSet::new();
@@ -100,7 +100,7 @@ pub fn selected(runs: &[NamedRun], request: &Request) -> Result<Selected, Select
     for NamedRun { name, folder } in runs {
         let summary = folder.summary()?;
         let statics = summary.statics.is_some();
-        let read = Run { name, folder, statics }.traces(request, &mut scales)?;
+        let read = ChartedRun { name, folder, statics }.traces(request, &mut scales)?;
         marked &= statics && read.iter().all(|trace| trace.points.len() <= MARKED);
         models.insert(summary.model);
         traces.extend(read);
@@ -121,7 +121,7 @@ pub fn selected(runs: &[NamedRun], request: &Request) -> Result<Selected, Select
     let mut notes = Vec::new();
     let mut charts = Vec::new();
     let vanishes = |key: &(String, String)| {
-        traces.iter().filter(|trace| trace.key() == *key).all(Trace::vanishes)
+        traces.iter().filter(|trace| trace.key() == *key).all(ColumnCurve::vanishes)
     };
     let (zero, drawn): (Vec<_>, Vec<_>) = keys.into_iter().partition(vanishes);
     let (zero, drawn) = if drawn.is_empty() { (drawn, zero) } else { (zero, drawn) };
@@ -132,7 +132,7 @@ pub fn selected(runs: &[NamedRun], request: &Request) -> Result<Selected, Select
         notes.push(format!("zero throughout, not drawn: {names}"));
     }
     for key in drawn {
-        let own: Vec<&Trace> = traces.iter().filter(|trace| trace.key() == key).collect();
+        let own: Vec<&ColumnCurve> = traces.iter().filter(|trace| trace.key() == key).collect();
         if own.len() > CURVES {
             let of = format!("{} of {} ({})", CURVES, own.len(), own[0].y.quantity);
             notes.push(format!("the first {of} are drawn: choose by --what"));
@@ -145,7 +145,7 @@ pub fn selected(runs: &[NamedRun], request: &Request) -> Result<Selected, Select
 }
 
 /// The curve of a column of a run.
-struct Trace {
+struct ColumnCurve {
     run: String,
     x: Column,
     y: Column,
@@ -154,7 +154,7 @@ struct Trace {
     points: Vec<(f64, f64)>,
 }
 
-impl Trace {
+impl ColumnCurve {
     /// Whether it is one of several that a name stands for, and zero at every node.
     fn vanishes(&self) -> bool {
         !self.is_named && self.points.iter().all(|(_, y)| *y == 0.0)
@@ -170,25 +170,29 @@ impl Trace {
     }
 }
 
-struct Run<'a> {
+struct ChartedRun<'a> {
     name: &'a str,
     folder: &'a RunFolder,
     statics: bool,
 }
 
-impl Run<'_> {
-    fn traces(&self, request: &Request, scales: &mut Scales) -> Result<Vec<Trace>, SelectionError> {
+impl ChartedRun<'_> {
+    fn traces(
+        &self,
+        request: &ChartRequest,
+        scales: &mut Scales,
+    ) -> Result<Vec<ColumnCurve>, SelectionError> {
         let all = columns(self.folder)?;
         let chosen = names::resolve(request, &all)
             .map_err(|error| SelectionError::Name { run: self.name.to_owned(), error })?;
         let wanted = chosen.iter().flat_map(|pair| [Some(pair.y), pair.x]).flatten().collect();
-        let values = Values::read(self.folder, &all, &wanted)?;
+        let values = ColumnSamples::read(self.folder, &all, &wanted)?;
         scales.merge(&values.scales);
         let time = match self.statics {
             true => Column::time("load factor", ""),
             false => Column::time("time", "s"),
         };
-        let trace = |pair: names::Pair| {
+        let trace = |pair: names::ColumnPair| {
             let (y, t) = (values.of(pair.y), values.t.as_slice());
             let first = y.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
             let y: Vec<f64> = match pair.change {
@@ -202,19 +206,24 @@ impl Run<'_> {
             let x = pair.x.map_or_else(|| time.clone(), |x| all[x].clone());
             let logarithmic = all[pair.y].logarithmic && !pair.change;
             let y = Column { logarithmic, ..all[pair.y].clone() };
-            let names::Pair { change, is_named, .. } = pair;
-            Trace { run: self.name.to_owned(), x, y, change, is_named, points }
+            let names::ColumnPair { change, is_named, .. } = pair;
+            ColumnCurve { run: self.name.to_owned(), x, y, change, is_named, points }
         };
         Ok(chosen.into_iter().map(trace).collect())
     }
 }
 
 /// The chart of curves with the same units.
-fn chart(own: &[&Trace], (title, several): (String, bool), marked: bool, scales: &Scales) -> Chart {
+fn chart(
+    own: &[&ColumnCurve],
+    (title, several): (String, bool),
+    marked: bool,
+    scales: &Scales,
+) -> Chart {
     let y = &own[0].y;
     let columns: BTreeSet<&str> = own.iter().map(|trace| trace.y.name.as_str()).collect();
     let one = columns.len() == 1;
-    let label = |of: fn(&Trace) -> &Column, alone: bool| {
+    let label = |of: fn(&ColumnCurve) -> &Column, alone: bool| {
         let mut words: Vec<&str> = Vec::new();
         for column in own.iter().map(|trace| of(trace)) {
             let word = if alone { &column.name } else { &column.quantity };
@@ -229,17 +238,17 @@ fn chart(own: &[&Trace], (title, several): (String, bool), marked: bool, scales:
     let across = label(|trace| &trace.x, abscissas.len() == 1 && !x.file.is_empty());
     let up = label(|trace| &trace.y, one);
     let up = if own.iter().all(|trace| trace.change) { format!("change of {up}") } else { up };
-    let name = |trace: &Trace| match (several, one) {
+    let name = |trace: &ColumnCurve| match (several, one) {
         (true, true) => trace.run.clone(),
         (true, false) => format!("{}, {}", trace.y.name, trace.run),
         (false, _) if own.len() == 1 => String::new(),
         (false, _) => trace.y.name.clone(),
     };
-    let curve = |trace: &&Trace| Curve { name: name(trace), points: trace.points.clone() };
+    let curve = |trace: &&ColumnCurve| Series { name: name(trace), points: trace.points.clone() };
     let chart = Chart {
         title,
-        x: Axis { logarithmic: x.logarithmic, ..Axis::linear(&across, x.unit) },
-        y: Axis { logarithmic: y.logarithmic, ..Axis::linear(&up, y.unit) },
+        x: ChartAxis { logarithmic: x.logarithmic, ..ChartAxis::linear(&across, x.unit) },
+        y: ChartAxis { logarithmic: y.logarithmic, ..ChartAxis::linear(&up, y.unit) },
         strokes: if marked { Strokes::MarkedLine } else { Strokes::Line },
         resolution: scales.resolution(y.unit),
         curves: own.iter().map(curve).collect(),
@@ -247,7 +256,7 @@ fn chart(own: &[&Trace], (title, several): (String, bool), marked: bool, scales:
     // one curve needs a name where something is to be said of it
     match chart.curves.as_slice() {
         [curve] if curve.name.is_empty() => {
-            let named = Curve { name: columns.into_iter().collect(), ..curve.clone() };
+            let named = Series { name: columns.into_iter().collect(), ..curve.clone() };
             let noted = Chart { curves: vec![named.clone()], ..chart.clone() };
             if noted.legend() == [named.name] { chart } else { noted }
         }

@@ -16,7 +16,7 @@ use holonom_sim::output::columns::{
 };
 use holonom_sim::sensor;
 
-use super::Request;
+use super::ChartRequest;
 use super::columns::Column;
 
 /// Names that are offered for one that stands for nothing.
@@ -130,7 +130,7 @@ fn offer(near: &[String]) -> String {
 
 /// A column over another one, by their indices; without `x` over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Pair {
+pub(super) struct ColumnPair {
     pub(super) y: usize,
     pub(super) x: Option<usize>,
     pub(super) change: bool,
@@ -138,17 +138,20 @@ pub(super) struct Pair {
 }
 
 /// The columns of a request, each once.
-pub(super) fn resolve(request: &Request, all: &[Column]) -> Result<Vec<Pair>, NameError> {
+pub(super) fn resolve(
+    request: &ChartRequest,
+    all: &[Column],
+) -> Result<Vec<ColumnPair>, NameError> {
     let against = match request.against.as_deref() {
         None => None,
         Some(name) if name == columns::TIME.name => None,
         Some(name) => Some(single(name, all)?),
     };
-    let mut pairs: Vec<Pair> = Vec::new();
+    let mut pairs: Vec<ColumnPair> = Vec::new();
     for item in request.what.split(',').map(str::trim).filter(|item| !item.is_empty()) {
         let (Found { columns, change }, x) = pair(item, all)?;
         let (change, is_named) = (change || request.change, columns.len() == 1);
-        let own = columns.into_iter().map(|y| Pair { y, x: x.or(against), change, is_named });
+        let own = columns.into_iter().map(|y| ColumnPair { y, x: x.or(against), change, is_named });
         for pair in own {
             if !pairs.iter().any(|known| known.draws(&pair)) {
                 pairs.push(pair);
@@ -161,7 +164,7 @@ pub(super) fn resolve(request: &Request, all: &[Column]) -> Result<Vec<Pair>, Na
     }
 }
 
-impl Pair {
+impl ColumnPair {
     /// Whether it is the curve of another.
     fn draws(&self, other: &Self) -> bool {
         (self.y, self.x, self.change) == (other.y, other.x, other.change)
@@ -288,8 +291,8 @@ mod tests {
 
     fn found(what: &str) -> Result<Vec<String>, NameError> {
         let all = all();
-        let pairs = resolve(&Request { what: what.into(), ..Request::default() }, &all)?;
-        let name = |pair: Pair| match pair.x {
+        let pairs = resolve(&ChartRequest { what: what.into(), ..ChartRequest::default() }, &all)?;
+        let name = |pair: ColumnPair| match pair.x {
             Some(x) => format!("{} over {}", all[pair.y].name, all[x].name),
             None => all[pair.y].name.clone() + if pair.change { " changes" } else { "" },
         };

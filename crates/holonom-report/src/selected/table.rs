@@ -6,15 +6,19 @@ use std::fmt::Write;
 use holonom_sim::output::RunFolder;
 
 use super::columns::columns;
-use super::values::Values;
-use super::{Request, SelectionError, names};
+use super::values::ColumnSamples;
+use super::{ChartRequest, SelectionError, names};
 
 /// The columns of a request, `X` before `Y` in `Y:X`, after the time; numbers are those of the
 /// files, a field is empty where there is none.
 ///
 /// # Errors
 /// [`SelectionError`].
-pub fn table(name: &str, folder: &RunFolder, request: &Request) -> Result<String, SelectionError> {
+pub fn table(
+    name: &str,
+    folder: &RunFolder,
+    request: &ChartRequest,
+) -> Result<String, SelectionError> {
     let all = columns(folder)?;
     let chosen = names::resolve(request, &all)
         .map_err(|error| SelectionError::Name { run: name.to_owned(), error })?;
@@ -24,7 +28,7 @@ pub fn table(name: &str, folder: &RunFolder, request: &Request) -> Result<String
         order.extend(both.filter(|column| !order.contains(column)).collect::<Vec<_>>());
     }
     let wanted: BTreeSet<usize> = order.iter().map(|(column, _)| *column).collect();
-    let values = Values::read(folder, &all, &wanted)?;
+    let values = ColumnSamples::read(folder, &all, &wanted)?;
     let mut text = String::from("t");
     for &(column, change) in &order {
         let own = &all[column].name;

@@ -9,13 +9,13 @@ use super::nodes::{Nodes, failed};
 use super::scales::Scales;
 
 /// The numbers of some columns, and how large those of all columns of the same files are.
-pub(super) struct Values {
+pub(super) struct ColumnSamples {
     pub(super) t: Vec<f64>,
     columns: BTreeMap<usize, Vec<f64>>,
     pub(super) scales: Scales,
 }
 
-impl Values {
+impl ColumnSamples {
     /// Reads the columns with these indices among `all`. The trajectory is read in any case: for
     /// times and lengths.
     pub(super) fn read(

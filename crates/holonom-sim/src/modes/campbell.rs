@@ -8,7 +8,7 @@
 //!
 //! Source: R. J. Allemang, Sound & Vibration 37 (2003) 14–21, the modal assurance criterion.
 
-use super::{Kind, ModalAnalysis, Mode, ModesError, Report};
+use super::{ModalAnalysis, Mode, ModeKind, ModesError, Report};
 use crate::statics::Statics;
 use holonom_model::Model;
 use nalgebra::Complex;
@@ -117,7 +117,7 @@ fn hinge(mechanism: &Mechanism) -> Option<SteadyRotation> {
 
 /// Places of the `count` softest vibrations.
 fn first(report: &Report, count: usize) -> Vec<Option<usize>> {
-    let places = (0..report.modes.len()).filter(|&k| report.modes[k].kind == Kind::Vibration);
+    let places = (0..report.modes.len()).filter(|&k| report.modes[k].kind == ModeKind::Vibration);
     places.take(count).map(Some).collect()
 }
 
@@ -126,7 +126,8 @@ fn follow(before: &Report, places: &[Option<usize>], now: &Report) -> Vec<Option
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (i, place) in places.iter().enumerate() {
         let Some(old) = place.map(|k| &before.modes[k]) else { continue };
-        let vibrations = now.modes.iter().enumerate().filter(|(_, m)| m.kind == Kind::Vibration);
+        let vibrations =
+            now.modes.iter().enumerate().filter(|(_, m)| m.kind == ModeKind::Vibration);
         pairs.extend(vibrations.map(|(k, new)| (likeness(old, new), i, k)));
     }
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -7,13 +7,13 @@
 //! ```
 //! See [`mod@vi_statics::modes`], [`mod@vi_statics::vibrations`], [`vi_statics::rotation`]. Modes
 //! without stiffness (rigid-body motions, spins, idle degrees of freedom) have `ω = 0`. Initial
-//! velocities count for [`About::Rotation`] alone.
+//! velocities count for [`About::RotationReport`] alone.
 
 mod campbell;
 mod report;
 
 pub use campbell::{Campbell, Speed};
-pub use report::{About, Kind, MemberShape, Mode, Report, Rotation};
+pub use report::{About, MemberShape, Mode, ModeKind, Report, RotationReport};
 
 use crate::digits::rounded;
 use crate::experiment::Experiment as _;
@@ -24,7 +24,7 @@ use crate::system::beams::Beams;
 use holonom_model::{Model, ModelError};
 use nalgebra::{Complex, Vector3};
 use vi_statics::modes::{ModeError, Modes};
-use vi_statics::{Linearization, Motion, RotationError, SteadyRotation, Vibration, Vibrations};
+use vi_statics::{Linearization, MotionKind, RotationError, SteadyRotation, Vibration, Vibrations};
 
 /// Residual force, as a part of the largest one, above which a configuration is no equilibrium.
 const BALANCED: f64 = 1e-6;
@@ -152,7 +152,7 @@ impl ModalAnalysis {
             Some(vibrations) => vibrations.count(motion),
             None => (0..found.squared.len()).filter(|&k| kind(&found, k)).count(),
         };
-        let unstable = count(Motion::Growth, Modes::is_unstable);
+        let unstable = count(MotionKind::Growth, Modes::is_unstable);
         let by_inertia = found.negative.filter(|_| complex.is_none());
         if list.is_empty() && found.dof > 0 && asked > 0 {
             return Err(ModesError::Nothing(found.dof));
@@ -161,7 +161,7 @@ impl ModalAnalysis {
         Ok(Report {
             model: self.name.clone(),
             about: self.about,
-            rotation: self.rotation.map(|r| Rotation {
+            rotation: self.rotation.map(|r| RotationReport {
                 speed: r.velocity.norm(),
                 axis: clean(r.velocity.try_normalize(0.0).unwrap_or_else(Vector3::z)),
                 point: clean(r.point),
@@ -169,7 +169,7 @@ impl ModalAnalysis {
             t: self.statics.problem().factor(),
             dof: found.dof,
             unstable,
-            zero: count(Motion::Rigid, Modes::is_zero),
+            zero: count(MotionKind::Rigid, Modes::is_zero),
             modes: list.into_iter().map(|(mode, _)| mode).collect(),
             residual,
             orthogonality: found.orthogonality,
@@ -224,18 +224,18 @@ struct Place<'a> {
 /// All unstable modes, all without stiffness, `count` vibrations; with the residual of each.
 fn undamped_modes(place: &Place<'_>, found: &Modes, count: usize) -> Vec<(Mode, f64)> {
     let kind = |k: usize| match (found.is_unstable(k), found.is_zero(k)) {
-        (true, _) => Kind::Unstable,
-        (_, true) => Kind::Zero,
-        _ => Kind::Vibration,
+        (true, _) => ModeKind::Unstable,
+        (_, true) => ModeKind::Zero,
+        _ => ModeKind::Vibration,
     };
-    let kinds: Vec<Kind> = (0..found.squared.len()).map(kind).collect();
-    let listed = kinds.iter().filter(|kind| **kind != Kind::Vibration).count() + count;
-    let mode = |(k, kind): (usize, &Kind)| {
+    let kinds: Vec<ModeKind> = (0..found.squared.len()).map(kind).collect();
+    let listed = kinds.iter().filter(|kind| **kind != ModeKind::Vibration).count() + count;
+    let mode = |(k, kind): (usize, &ModeKind)| {
         let v: Vec<_> = found.shapes.column(k).iter().map(|v| Complex::new(*v, 0.0)).collect();
         let square = found.squared[k];
         let value = match kind {
-            Kind::Unstable => Complex::new((-square).sqrt(), 0.0),
-            Kind::Vibration => Complex::new(0.0, square.sqrt()),
+            ModeKind::Unstable => Complex::new((-square).sqrt(), 0.0),
+            ModeKind::Vibration => Complex::new(0.0, square.sqrt()),
             _ => Complex::default(),
         };
         let mode = Mode { omega_squared: square, ..mode(place, *kind, value, &v) };
@@ -247,12 +247,12 @@ fn undamped_modes(place: &Place<'_>, found: &Modes, count: usize) -> Vec<(Mode, 
 /// The same with damping, gyroscopic and circulatory forces, and `count` decays.
 fn complex_modes(place: &Place<'_>, found: &Vibrations, count: usize) -> Vec<(Mode, f64)> {
     let kinds = [
-        (Motion::Growth, Kind::Unstable, usize::MAX),
-        (Motion::Rigid, Kind::Zero, usize::MAX),
-        (Motion::Vibration, Kind::Vibration, count),
-        (Motion::Decay, Kind::Decay, count),
+        (MotionKind::Growth, ModeKind::Unstable, usize::MAX),
+        (MotionKind::Rigid, ModeKind::Zero, usize::MAX),
+        (MotionKind::Vibration, ModeKind::Vibration, count),
+        (MotionKind::Decay, ModeKind::Decay, count),
     ];
-    let of_kind = |(motion, kind, most): (Motion, Kind, usize)| {
+    let of_kind = |(motion, kind, most): (MotionKind, ModeKind, usize)| {
         let listed = (0..found.count(motion).min(most)).filter_map(move |k| found.get(motion, k));
         listed.map(move |Vibration { value, shape, residual, .. }| {
             (mode(place, kind, value, &shape), residual)
@@ -262,7 +262,7 @@ fn complex_modes(place: &Place<'_>, found: &Vibrations, count: usize) -> Vec<(Mo
 }
 
 /// The mode `x e^{λt}`.
-fn mode(place: &Place<'_>, kind: Kind, value: Complex<f64>, v: &[Complex<f64>]) -> Mode {
+fn mode(place: &Place<'_>, kind: ModeKind, value: Complex<f64>, v: &[Complex<f64>]) -> Mode {
     let size = value.norm();
     Mode {
         kind,

@@ -22,7 +22,7 @@ pub enum About {
 /// What a mode is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum ModeKind {
     /// It grows: the configuration is unstable along it.
     Unstable,
     /// `ω = 0` to round-off: nothing resists.
@@ -59,7 +59,7 @@ fn is_zero(x: &[f64; 3]) -> bool {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mode {
     /// What it is.
-    pub kind: Kind,
+    pub kind: ModeKind,
     /// `ω²`, rad²/s²; negative where the mode grows or decays without a vibration.
     pub omega_squared: f64,
     /// `ω`, rad/s, in the frame that rotates; 0 for those that do not vibrate.
@@ -81,7 +81,7 @@ pub struct Mode {
 
 /// A steady rotation about an axis fixed in space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rotation {
+pub struct RotationReport {
     /// Angular velocity, rad/s.
     pub speed: f64,
     /// Unit vector along the axis.
@@ -99,7 +99,7 @@ pub struct Report {
     pub about: About,
     /// The steady rotation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rotation: Option<Rotation>,
+    pub rotation: Option<RotationReport>,
     /// Time of the loads there, s.
     pub t: f64,
     /// Degrees of freedom.
@@ -147,7 +147,7 @@ impl Mode {
     }
 }
 
-impl Kind {
+impl ModeKind {
     fn name(self) -> &'static str {
         match self {
             Self::Unstable => "unstable",

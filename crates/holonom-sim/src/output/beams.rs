@@ -11,7 +11,7 @@ use std::io::{self, Write};
 
 use super::columns;
 use super::csv::HEAD;
-use super::rows::{Field, Rows, quoted};
+use super::rows::{RowBlocks, RowField, quoted};
 use crate::sample::Sample;
 use crate::system::beams::Beams;
 use vi_beam::section_force::SectionState;
@@ -19,7 +19,7 @@ use vi_beam::section_force::SectionState;
 /// Writes `beams.csv`, whole rows only.
 #[derive(Debug)]
 pub struct BeamWriter<W: Write> {
-    rows: Rows<W>,
+    rows: RowBlocks<W>,
     beams: Beams,
     names: Vec<String>, // of the beams, as fields
 }
@@ -31,7 +31,7 @@ impl<W: Write> BeamWriter<W> {
     /// Errors of the file.
     pub fn new(sink: W, beams: &Beams) -> io::Result<Self> {
         let names = beams.list.iter().map(|beam| quoted(&beam.name)).collect::<io::Result<_>>()?;
-        let mut writer = Self { rows: Rows::new(sink), beams: beams.clone(), names };
+        let mut writer = Self { rows: RowBlocks::new(sink), beams: beams.clone(), names };
         let own = columns::PLACE.iter().chain(&columns::SECTION).map(|column| column.name);
         writer.rows.push(|row| row.write_record(HEAD.into_iter().chain(own)))?;
         writer.rows.flush()?; // a run that fails at once leaves a file with a header
@@ -48,12 +48,12 @@ impl<W: Write> BeamWriter<W> {
         for (beam, name) in beams.list.iter().zip(names) {
             beams.for_each_state(beam, &sample.q, |state| {
                 let SectionState { element, arc_length, .. } = state;
-                let [time, s] = [sample.t, arc_length].map(Field::Number);
-                let place = [time, Field::Text(name), Field::Index(element), s];
+                let [time, s] = [sample.t, arc_length].map(RowField::Number);
+                let place = [time, RowField::Text(name), RowField::Index(element), s];
                 let strains = [state.shear_extension, state.curvature];
                 let stresses = [state.force, state.moment];
                 let numbers = strains.iter().chain(&stresses).flatten().copied();
-                let fields = place.into_iter().chain(numbers.map(Field::Number));
+                let fields = place.into_iter().chain(numbers.map(RowField::Number));
                 if written.is_ok() {
                     written = rows.fields(sample.step, fields);
                 }

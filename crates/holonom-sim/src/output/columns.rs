@@ -15,7 +15,7 @@ use vi_core::force::Source;
 
 /// What the fields of a column hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FieldKind {
     /// Whole numbers that count steps or elements.
     Index,
     /// Names.
@@ -36,19 +36,19 @@ pub struct Column {
     /// Its unit; empty when it has none.
     pub unit: &'static str,
     /// What its fields hold.
-    pub kind: Kind,
+    pub kind: FieldKind,
 }
 
 const fn number(name: &'static str, quantity: &'static str, unit: &'static str) -> Column {
-    Column { name, quantity, unit, kind: Kind::Number }
+    Column { name, quantity, unit, kind: FieldKind::Number }
 }
 
 const fn residual(name: &'static str) -> Column {
-    Column { name, quantity: "largest residual", unit: "SI", kind: Kind::Residual }
+    Column { name, quantity: "largest residual", unit: "SI", kind: FieldKind::Residual }
 }
 
 const fn index(name: &'static str, quantity: &'static str) -> Column {
-    Column { name, quantity, unit: "", kind: Kind::Index }
+    Column { name, quantity, unit: "", kind: FieldKind::Index }
 }
 
 /// Names of columns.
@@ -142,7 +142,7 @@ pub const BALANCE: Column = number("balance", "energy", "J");
 pub const MOTIONS: Source = Source::System("motions");
 
 /// The name of a beam.
-pub const BEAM: Column = Column { kind: Kind::Text, ..number("beam", "beam", "") };
+pub const BEAM: Column = Column { kind: FieldKind::Text, ..number("beam", "beam", "") };
 /// The number of an element in its beam.
 pub const ELEMENT: Column = index("element", "element");
 /// Arc length along the stress-free beam.

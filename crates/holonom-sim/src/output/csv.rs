@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::columns::{self, POSITION_NAMES};
 use super::readable::{Lines, end, number};
-use super::rows::{Field, Rows};
+use super::rows::{RowBlocks, RowField};
 use crate::sample::{Member, Sample};
 use holonom_model::Columns;
 
@@ -57,8 +57,8 @@ impl ResidualRow {
 /// rest. Numbers are the shortest decimals that read back as the same number.
 #[derive(Debug)]
 pub struct TrajectoryWriter<W: Write> {
-    trajectory: Rows<W>,
-    residuals: Rows<W>,
+    trajectory: RowBlocks<W>,
+    residuals: RowBlocks<W>,
     /// Where the recorded coordinates are in `q`.
     recorded: Vec<Range<usize>>,
     is_static: bool,
@@ -93,7 +93,7 @@ impl<W: Write> TrajectoryWriter<W> {
         let recorded = members.iter().map(place).collect();
         let owned = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
         let header = [owned(&HEAD), columns.concat(), owned(&TAIL)].concat();
-        let [trajectory, residuals] = [trajectory, residuals].map(Rows::new);
+        let [trajectory, residuals] = [trajectory, residuals].map(RowBlocks::new);
         let mut writer = Self { trajectory, residuals, recorded, is_static };
         writer.trajectory.push(|row| row.write_record(&header))?;
         let header = HEAD.into_iter().chain(RESIDUALS).chain(is_static.then_some(UNSTABLE));
@@ -112,11 +112,11 @@ impl<W: Write> TrajectoryWriter<W> {
         let (own, t) = (self.recorded.iter().flat_map(|place| &q[place.clone()]), [*t]);
         let rest = energies.iter().chain(&momentum.angular).chain(&momentum.linear);
         let numbers = t.iter().chain(own).chain(rest);
-        self.trajectory.fields(*step, numbers.map(|x| Field::Number(*x)))?;
+        self.trajectory.fields(*step, numbers.map(|x| RowField::Number(*x)))?;
         let levels = [residuals.position, residuals.velocity, residuals.momentum];
         let numbers = t.iter().chain(&levels).chain([&sample.newton_iterations]);
-        let unstable = || sample.unstable.map_or(Field::Empty, Field::Index);
-        let fields = numbers.map(|x| Field::Number(*x)).chain(self.is_static.then(unstable));
+        let unstable = || sample.unstable.map_or(RowField::Empty, RowField::Index);
+        let fields = numbers.map(|x| RowField::Number(*x)).chain(self.is_static.then(unstable));
         self.residuals.fields(*step, fields)
     }
 

@@ -7,13 +7,13 @@
 use std::io::{self, Write};
 
 use super::csv::HEAD;
-use super::rows::Rows;
+use super::rows::RowBlocks;
 use crate::sample::Sample;
 
 /// Writes `energy.csv`, whole rows only.
 #[derive(Debug)]
 pub struct EnergyWriter<W: Write> {
-    rows: Rows<W>,
+    rows: RowBlocks<W>,
 }
 
 impl<W: Write> EnergyWriter<W> {
@@ -24,7 +24,7 @@ impl<W: Write> EnergyWriter<W> {
     pub fn new(sink: W, columns: &[String]) -> io::Result<Self> {
         let head = HEAD.map(str::to_owned).into_iter();
         let header: Vec<String> = head.chain(columns.iter().cloned()).collect();
-        let mut rows = Rows::new(sink);
+        let mut rows = RowBlocks::new(sink);
         rows.push(|row| row.write_record(&header))?;
         rows.flush()?; // a run that fails at once leaves a file with a header
         Ok(Self { rows })

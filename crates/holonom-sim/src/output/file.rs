@@ -91,22 +91,25 @@ impl OutputError {
 
 /// What to do about an error of the operating system, or about a file that cannot be read.
 fn remedy(error: &io::Error) -> &'static str {
-    use io::ErrorKind as Kind;
+    use io::ErrorKind as FieldKind;
     match error.kind() {
-        Kind::NotFound => "check the path: no such file or folder exists",
-        Kind::PermissionDenied | Kind::ReadOnlyFilesystem => {
+        FieldKind::NotFound => "check the path: no such file or folder exists",
+        FieldKind::PermissionDenied | FieldKind::ReadOnlyFilesystem => {
             "allow this user to read or write it, or choose another folder with -o DIR"
         }
-        Kind::StorageFull | Kind::QuotaExceeded => {
+        FieldKind::StorageFull | FieldKind::QuotaExceeded => {
             "make room on the disk, or record fewer rows with --every K"
         }
-        Kind::AlreadyExists | Kind::NotADirectory | Kind::IsADirectory | Kind::InvalidInput => {
+        FieldKind::AlreadyExists
+        | FieldKind::NotADirectory
+        | FieldKind::IsADirectory
+        | FieldKind::InvalidInput => {
             "name a regular file where a file is read, a folder where a folder is"
         }
-        Kind::InvalidData | Kind::UnexpectedEof => {
+        FieldKind::InvalidData | FieldKind::UnexpectedEof => {
             "the file is not as this program writes it: run the model again with --force"
         }
-        Kind::InvalidFilename => "choose a shorter path",
+        FieldKind::InvalidFilename => "choose a shorter path",
         _ => "check the file and the disk it is on",
     }
 }

@@ -53,7 +53,7 @@ pub fn members(header: &[String]) -> Vec<MemberColumns> {
 
 /// A recorded node: its configuration.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Frame {
+pub struct Snapshot {
     /// Step index.
     pub step: u64,
     /// Time, s.
@@ -112,7 +112,7 @@ impl FrameReader {
         self.rows
     }
 
-    fn read(&mut self) -> io::Result<Option<Frame>> {
+    fn read(&mut self) -> io::Result<Option<Snapshot>> {
         if self.next >= self.count {
             return Ok(None);
         }
@@ -125,7 +125,7 @@ impl FrameReader {
         self.frame().map(Some)
     }
 
-    fn frame(&self) -> io::Result<Frame> {
+    fn frame(&self) -> io::Result<Snapshot> {
         let mut fields = self.lines.fields();
         let mut number = |k: usize| {
             let value: f64 = readable::number(fields.next(), k)?;
@@ -133,7 +133,7 @@ impl FrameReader {
             finite.ok_or_else(|| invalid(&format!("no finite number in column {}", k + 1)))
         };
         let (step, t) = (number(0)? as u64, number(1)?);
-        Ok(Frame {
+        Ok(Snapshot {
             step,
             t,
             q: (HEAD.len()..HEAD.len() + self.width).map(number).collect::<io::Result<_>>()?,
@@ -142,7 +142,7 @@ impl FrameReader {
 }
 
 impl Iterator for FrameReader {
-    type Item = io::Result<Frame>;
+    type Item = io::Result<Snapshot>;
 
     fn next(&mut self) -> Option<Self::Item> {
         self.read().transpose()
@@ -185,7 +185,7 @@ impl Frames {
         let reader = FrameReader::new(trajectory, numbers, most)?;
         let mut frames = Self { members: reader.members().to_vec(), ..Self::default() };
         for frame in reader {
-            let Frame { step, t, q } = frame?;
+            let Snapshot { step, t, q } = frame?;
             frames.steps.push(step);
             frames.times.push(t);
             frames.q.push(q);

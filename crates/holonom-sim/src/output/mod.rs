@@ -48,7 +48,7 @@ pub use energy::EnergyWriter;
 pub use file::{OutputError, atomically, beside};
 pub use folder::{Readable, RunFolder};
 pub use folder_checkpoints::FoundCheckpoint;
-pub use frames::{Frame, FrameReader, Frames, MemberColumns, coordinates, members};
+pub use frames::{FrameReader, Frames, MemberColumns, Snapshot, coordinates, members};
 pub use lock::Lock;
 pub use momenta::MomentaWriter;
 pub use readable::{LeftOut, Lines, RowReader};

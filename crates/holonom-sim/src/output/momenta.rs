@@ -11,14 +11,14 @@ use std::io::{self, Write};
 
 use super::columns::{MOMENTUM, MULTIPLIERS, NODE_ENERGIES, NODE_PARTS, PROJECTED, REDUCED};
 use super::csv::HEAD;
-use super::rows::{Field, Rows};
+use super::rows::{RowBlocks, RowField};
 use crate::sample::{Momenta, MomentaNames, Sample};
 use vi_core::Energies;
 
 /// Writes `momenta.csv`, whole rows only.
 #[derive(Debug)]
 pub struct MomentaWriter<W: Write> {
-    rows: Rows<W>,
+    rows: RowBlocks<W>,
     sizes: [usize; 4], // λ_n, p_n, ᵠp_n, ᴾp_n
 }
 
@@ -43,7 +43,7 @@ impl<W: Write> MomentaWriter<W> {
             header.extend(NODE_PARTS.map(|part| format!("{energy}.{}", part.name)));
         }
         let mut writer =
-            Self { rows: Rows::new(sink), sizes: groups.map(|(_, names)| names.len()) };
+            Self { rows: RowBlocks::new(sink), sizes: groups.map(|(_, names)| names.len()) };
         writer.rows.push(|row| row.write_record(&header))?;
         writer.rows.flush()?; // a run that fails at once leaves a file with a header
         Ok(writer)
@@ -58,12 +58,12 @@ impl<W: Write> MomentaWriter<W> {
         let found = sample.momenta.as_deref().unwrap_or(&none);
         let vectors = [&found.lambda, &found.p, &found.p_projected, &found.p_reduced];
         let energies = [found.discrete_energy, found.hamiltonian, found.hamiltonian_projected];
-        let field = |value: Option<f64>| value.map_or(Field::Empty, Field::Number);
+        let field = |value: Option<f64>| value.map_or(RowField::Empty, RowField::Number);
         let vectors = vectors.into_iter().zip(self.sizes);
         let vectors = vectors.flat_map(|(values, size)| (0..size).map(|i| values.get(i).copied()));
         let parts = |e: Option<Energies>| [e.map(|e| e.kinetic), e.map(|e| e.potential)];
         let fields = vectors.chain(energies.into_iter().flat_map(parts)).map(field);
-        self.rows.fields(sample.step, std::iter::once(Field::Number(sample.t)).chain(fields))
+        self.rows.fields(sample.step, std::iter::once(RowField::Number(sample.t)).chain(fields))
     }
 
     /// Hands all rows to the file.

@@ -7,12 +7,12 @@ use std::io::{self, Write};
 use csv::Writer;
 
 /// Collects whole rows and hands them over in blocks.
-pub(super) struct Rows<W: Write> {
+pub(super) struct RowBlocks<W: Write> {
     sink: W,
     block: Vec<u8>,
 }
 
-impl<W: Write> std::fmt::Debug for Rows<W> {
+impl<W: Write> std::fmt::Debug for RowBlocks<W> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Rows").field("waiting", &self.block.len()).finish_non_exhaustive()
     }
@@ -20,7 +20,7 @@ impl<W: Write> std::fmt::Debug for Rows<W> {
 
 /// A field of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Field<'a> {
+pub(super) enum RowField<'a> {
     /// A number.
     Number(f64),
     /// 0 or 1.
@@ -33,7 +33,7 @@ pub(super) enum Field<'a> {
     Empty,
 }
 
-impl<W: Write> Rows<W> {
+impl<W: Write> RowBlocks<W> {
     const BLOCK: usize = 64 * 1024;
 
     pub(super) fn new(sink: W) -> Self {
@@ -58,31 +58,31 @@ impl<W: Write> Rows<W> {
 
     /// Writes a row of a step index and the numbers of all `parts`.
     pub(super) fn numbers(&mut self, step: u64, parts: &[&[f64]]) -> io::Result<()> {
-        self.fields(step, parts.iter().copied().flatten().map(|x| Field::Number(*x)))
+        self.fields(step, parts.iter().copied().flatten().map(|x| RowField::Number(*x)))
     }
 
     /// Writes a row of a step index and `fields`; allocates only when the block grows.
     pub(super) fn fields<'a>(
         &mut self,
         step: u64,
-        fields: impl Iterator<Item = Field<'a>>,
+        fields: impl Iterator<Item = RowField<'a>>,
     ) -> io::Result<()> {
         let mut text = zmij::Buffer::new();
         write!(self.block, "{step}")?;
         for field in fields {
             self.block.push(b',');
             match field {
-                Field::Number(x) if x.abs() < 1e15 => {
+                RowField::Number(x) if x.abs() < 1e15 => {
                     self.block.extend_from_slice(text.format(x).as_bytes());
                 }
                 // 1e16, not 1e+16, as the csv crate writes it
-                Field::Number(x) => {
+                RowField::Number(x) => {
                     self.block.extend(text.format(x).bytes().filter(|byte| *byte != b'+'));
                 }
-                Field::Flag(flag) => self.block.push(b'0' + u8::from(flag)),
-                Field::Index(k) => write!(self.block, "{k}")?,
-                Field::Text(text) => self.block.extend_from_slice(text.as_bytes()),
-                Field::Empty => {}
+                RowField::Flag(flag) => self.block.push(b'0' + u8::from(flag)),
+                RowField::Index(k) => write!(self.block, "{k}")?,
+                RowField::Text(text) => self.block.extend_from_slice(text.as_bytes()),
+                RowField::Empty => {}
             }
         }
         self.block.push(b'\n');
@@ -108,7 +108,7 @@ pub(super) fn quoted(text: &str) -> io::Result<String> {
     Ok(String::from_utf8_lossy(&line).trim_end_matches('\n').to_owned())
 }
 
-impl<W: Write> Drop for Rows<W> {
+impl<W: Write> Drop for RowBlocks<W> {
     fn drop(&mut self) {
         let _ = self.flush(); // nobody is left to hear of it
     }
@@ -139,8 +139,8 @@ mod tests {
     fn numbers_are_written_as_the_csv_crate_writes_them() {
         for x in numbers() {
             let (mut own, mut other) = (Vec::new(), Vec::new());
-            Rows::new(&mut own).numbers(7, &[&[x], &[1.5]]).unwrap();
-            Rows::new(&mut other).push(|row| row.serialize((7, x, 1.5))).unwrap();
+            RowBlocks::new(&mut own).numbers(7, &[&[x], &[1.5]]).unwrap();
+            RowBlocks::new(&mut other).push(|row| row.serialize((7, x, 1.5))).unwrap();
             let (own, other) = (String::from_utf8(own).unwrap(), String::from_utf8(other).unwrap());
             assert_eq!(own, other);
             let back: f64 = own.split(',').nth(1).unwrap().parse().unwrap();
@@ -151,12 +151,14 @@ mod tests {
     #[test]
     fn flags_and_empty_fields() {
         let mut text = Vec::new();
-        let [flags, numbers] =
-            [[Field::Flag(true), Field::Empty], [Field::Number(-2.0), Field::Flag(false)]];
+        let [flags, numbers] = [
+            [RowField::Flag(true), RowField::Empty],
+            [RowField::Number(-2.0), RowField::Flag(false)],
+        ];
         let name = quoted("a, \"b\"").unwrap();
-        let names = [Field::Text(&name), Field::Index(12)];
+        let names = [RowField::Text(&name), RowField::Index(12)];
         let fields = [flags, numbers, names].concat().into_iter();
-        Rows::new(&mut text).fields(0, fields).unwrap();
+        RowBlocks::new(&mut text).fields(0, fields).unwrap();
         assert_eq!(String::from_utf8(text).unwrap(), "0,1,,-2.0,0,\"a, \"\"b\"\"\",12\n");
     }
 }

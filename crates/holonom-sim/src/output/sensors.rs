@@ -9,14 +9,14 @@
 use std::io::{self, Write};
 
 use super::csv::HEAD;
-use super::rows::{Field, Rows};
+use super::rows::{RowBlocks, RowField};
 use crate::sample::Sample;
 use crate::sensor::Column;
 
 /// Writes `sensors.csv`, whole rows only.
 #[derive(Debug)]
 pub struct SensorWriter<W: Write> {
-    rows: Rows<W>,
+    rows: RowBlocks<W>,
     flags: Vec<bool>,
 }
 
@@ -29,7 +29,7 @@ impl<W: Write> SensorWriter<W> {
         let head = HEAD.map(str::to_owned).into_iter();
         let header: Vec<String> = head.chain(columns.iter().map(Column::name)).collect();
         let flags = columns.iter().map(Column::is_flag).collect();
-        let mut writer = Self { rows: Rows::new(sink), flags };
+        let mut writer = Self { rows: RowBlocks::new(sink), flags };
         writer.rows.push(|row| row.write_record(&header))?;
         writer.rows.flush()?; // a run that fails at once leaves a file with a header
         Ok(writer)
@@ -41,12 +41,12 @@ impl<W: Write> SensorWriter<W> {
     /// Errors of the file.
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
         let field = |(value, flag): (&f64, &bool)| match flag {
-            true => Field::Flag(*value != 0.0),
-            false if value.is_nan() => Field::Empty,
-            false => Field::Number(*value),
+            true => RowField::Flag(*value != 0.0),
+            false if value.is_nan() => RowField::Empty,
+            false => RowField::Number(*value),
         };
         let fields = sample.sensors.iter().zip(&self.flags).map(field);
-        self.rows.fields(sample.step, std::iter::once(Field::Number(sample.t)).chain(fields))
+        self.rows.fields(sample.step, std::iter::once(RowField::Number(sample.t)).chain(fields))
     }
 
     /// Hands all rows to the file.

@@ -154,7 +154,7 @@ fn frame_rate(frame: usize, v: &[f64]) -> f64 {
 
 /// The fastest rotation so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Fastest {
+pub(crate) struct FastestSoFar {
     member: usize,
     rate: f64, // rad/s
     t: f64,    // s
@@ -165,7 +165,7 @@ pub(crate) struct Fastest {
 pub(crate) struct RotationWatch {
     all: Vec<(String, Turning)>,
     driven: Vec<bool>,
-    pub(crate) fastest: Fastest,
+    pub(crate) fastest: FastestSoFar,
     /// A step has failed, after nodes that may not be those of the motion: rotations along the run
     /// are worth no word.
     pub(crate) failed: bool,
@@ -189,7 +189,7 @@ impl RotationWatch {
         });
         let all: Vec<_> = bodies.chain(beams).chain(bars).collect();
         let driven = vec![false; all.len()];
-        Self { all, driven, fastest: Fastest::default(), failed: false }
+        Self { all, driven, fastest: FastestSoFar::default(), failed: false }
     }
 
     /// Prescribed motions alone give the velocity `v` at some time.
@@ -219,14 +219,14 @@ impl RotationWatch {
         for (member, ((_, turning), driven)) in self.all.iter().zip(&self.driven).enumerate() {
             let rate = if *driven { 0.0 } else { turning.rate(v) };
             if rate > self.fastest.rate {
-                self.fastest = Fastest { member, rate, t };
+                self.fastest = FastestSoFar { member, rate, t };
             }
         }
     }
 
     /// The fastest rotation so far.
     pub(crate) fn so_far(&self, settings: &Settings) -> Option<FastestRotation> {
-        let Fastest { member, rate, t } = self.fastest;
+        let FastestSoFar { member, rate, t } = self.fastest;
         let (name, _) = self.all.get(member)?;
         (rate > 0.0).then(|| FastestRotation::new(name, t, rate, settings))
     }

@@ -9,7 +9,7 @@ use super::unstable_steps::UnstableSteps;
 use crate::statics::{InOwnRotation, Statics};
 use crate::system;
 use holonom_model::{Family, Model, Strain};
-use vi_statics::{Motion, StaticProblem, SteadyRotation, SteadyStep, vibrations};
+use vi_statics::{MotionKind, StaticProblem, SteadyRotation, SteadyStep, vibrations};
 
 /// Degrees of freedom beyond which a dense linearization is not asked for.
 const LARGE: usize = 150;
@@ -61,7 +61,7 @@ fn about(
         return None;
     }
     let found = vibrations(problem).ok()?;
-    let physical = found.get(Motion::Growth, 0).map_or(0.0, |mode| mode.value.re);
+    let physical = found.get(MotionKind::Growth, 0).map_or(0.0, |mode| mode.value.re);
     let numerical = |growth: f64, h: f64| growth > GROWS + 2.0 * (h * physical).exp_m1();
     let end = |ratio: f64, limit: f64| {
         let next = |last: &f64| Some(last * ratio).filter(|h| numerical(growth(*h), *h));

@@ -27,7 +27,7 @@ pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// The energies and works that a model has.
 #[derive(Debug)]
-pub(crate) struct Energies {
+pub(crate) struct EnergyTerms {
     columns: Vec<String>,
     gravity: Option<LinearPotential>, // of the weight
     beams: Option<Arc<BeamElements>>,
@@ -39,7 +39,7 @@ pub(crate) struct Energies {
     rounding: Rounding,
 }
 
-impl Energies {
+impl EnergyTerms {
     /// With the mass matrix, what exerts the forces of the system, and what was read at the start.
     pub(crate) fn new(
         model: &Model,

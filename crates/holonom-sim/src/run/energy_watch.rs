@@ -4,7 +4,7 @@
 //! D_n = H(n) − H(0) − Σ work,  or with the shadow energy Ĥ(n) in the place of H(n): that which is closer to zero
 //! E_n = max T + max V − min V + Σ_s (max W_s − min W_s)     what has been exchanged: W_s the work of a load, a motor,
 //!                                                            a damper, of all prescribed motions
-//! leaves:   |D_n| > ½ E_n      beyond rounding: 1e-12 max(T, |V|), [`Energies::rounding`]
+//! leaves:   |D_n| > ½ E_n      beyond rounding: 1e-12 max(T, |V|), [`EnergyTerms::rounding`]
 //! returns:  |D_n| < E_n/20
 //! ```
 //! All extremes are those of the recorded nodes so far. `H` of a variational scheme has errors of
@@ -14,7 +14,7 @@
 //! run that gains energy without bound does not. The warning is therefore given at the second node
 //! beyond the band without a return between, or at the end.
 
-use super::energies::{Energies, ROUNDING};
+use super::energies::{EnergyTerms, ROUNDING};
 use super::outcome::twelve_digits;
 use crate::stepper::NodeView;
 use serde::{Deserialize, Serialize};
@@ -50,7 +50,7 @@ impl EnergyWatch {
     pub(crate) fn follow(
         &mut self,
         at: &NodeView<'_>,
-        energies: &Energies,
+        energies: &EnergyTerms,
         columns: &[f64],
     ) -> Option<String> {
         let exchanged = self.exchange(at, energies.elastic(columns));

@@ -7,7 +7,7 @@
 use super::divided_steps::DividedSteps;
 use super::energy_watch::EnergyWatch;
 use crate::assembly::loops::LoopResiduals;
-use crate::resolution::rotation::Fastest;
+use crate::resolution::rotation::FastestSoFar;
 use crate::stepper::Increment;
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::ResumeError;
@@ -24,7 +24,7 @@ pub struct RunState {
     pub(crate) sensors: Vec<Vec<f64>>,
     pub(crate) limits: Vec<Bent>, // of each beam
     pub(crate) energy: EnergyWatch,
-    pub(crate) rotation: Fastest,
+    pub(crate) rotation: FastestSoFar,
     pub(crate) divided: DividedSteps,
     #[serde(default)]
     pub(crate) loops: LoopResiduals,

@@ -46,7 +46,7 @@ impl Column {
 /// The columns of all sensors of a model, in order.
 #[must_use]
 pub fn columns(model: &Model) -> Vec<Column> {
-    let members = Members::of(model);
+    let members = SensedParts::of(model);
     let of = |sensor: &Sensor| {
         let column =
             |(part, quantity, unit)| Column { sensor: sensor.name.clone(), part, quantity, unit };
@@ -59,7 +59,7 @@ pub fn columns(model: &Model) -> Vec<Column> {
 type Part = (String, &'static str, &'static str);
 
 /// What sensors are of, by name.
-struct Members<'a> {
+struct SensedParts<'a> {
     dimension: usize,
     particles: BTreeSet<&'a str>,
     bars: BTreeSet<&'a str>,
@@ -67,7 +67,7 @@ struct Members<'a> {
     constraints: BTreeMap<&'a str, &'a Constraint>,
 }
 
-impl<'a> Members<'a> {
+impl<'a> SensedParts<'a> {
     fn of(model: &'a Model) -> Self {
         Self {
             dimension: model.header.dimension,

@@ -13,7 +13,7 @@
 use super::columns::PARTS;
 use super::view::View;
 use super::{Builder, length_rate};
-use crate::system::drive::{JointElement, joint_elements};
+use crate::system::drive::{JointDrive, joint_elements};
 use crate::system::names::Names;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::reaction::{NodeReactions, Tension};
@@ -24,7 +24,7 @@ use vi_multibody::spring::{Damper, Spring};
 #[derive(Clone, Debug)]
 pub(crate) enum Effort {
     /// The force elements of a joint, and its coordinates.
-    Joint(Vec<JointElement>, Box<JointMotion>),
+    Joint(Vec<JointDrive>, Box<JointMotion>),
     /// A spring between points with its damper.
     Spring(Box<Spring>, Box<Damper>),
     /// A constraint, and the factor of `−λ`.
@@ -99,7 +99,7 @@ impl Effort {
                 let rates = joint_rates(motion.joint(), at.q, at.v);
                 for part in PARTS {
                     let own = elements.iter().filter(|element| element.part == part);
-                    let effort = |element: &JointElement| {
+                    let effort = |element: &JointDrive| {
                         let freedom = element.freedom;
                         element.law.effort(at.t, motion.values()[freedom], rates[freedom])
                     };
@@ -126,7 +126,7 @@ impl Effort {
                 let rates = joint_rates(motion.joint(), at.q, at.v);
                 for part in PARTS {
                     let own = elements.iter().filter(|element| element.part == part);
-                    let power = |element: &JointElement| {
+                    let power = |element: &JointDrive| {
                         let (value, rate) =
                             (motion.values()[element.freedom], rates[element.freedom]);
                         rate * element.law.effort(at.t, value, rate)

@@ -16,7 +16,7 @@ use crate::assembly::loops;
 use crate::assembly::{self, AssemblyReport};
 use crate::resolution::limits::{LimitWatch, Stiffness};
 use crate::resolution::rotation_stability::unstable_steps;
-use crate::start::{self, How, Start};
+use crate::start::{self, How, StartValues};
 use crate::stepper::AnyStepper;
 use crate::system::beams::Beams;
 use holonom_model::Model;
@@ -24,13 +24,13 @@ use vi_core::SparseMatrix;
 use vi_multibody::mechanism::Mechanism;
 
 /// Initial values as a model states them.
-pub(super) struct Stated {
+pub(super) struct StatedStart {
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     closure: assembly::Closure,
 }
 
-impl Stated {
+impl StatedStart {
     pub(super) fn of(mechanism: &Mechanism) -> Self {
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let closure = assembly::closure(mechanism, &q, &v);
@@ -41,8 +41,8 @@ impl Stated {
 /// A run at its start, whose node has been read.
 pub(super) struct Begun<'a> {
     pub(super) model: &'a Model,
-    pub(super) stated: &'a Stated,
-    pub(super) start: &'a Start,
+    pub(super) stated: &'a StatedStart,
+    pub(super) start: &'a StartValues,
     pub(super) stepper: &'a AnyStepper,
     pub(super) beams: &'a Beams,
     pub(super) mass: &'a SparseMatrix,
@@ -73,7 +73,7 @@ impl Begun<'_> {
 
     /// How the initial values differ from the stated ones.
     fn add_changes(&self, report: &mut AssemblyReport) {
-        let Self { stated: Stated { q, v, .. }, start, stepper, .. } = self;
+        let Self { stated: StatedStart { q, v, .. }, start, stepper, .. } = self;
         let (mechanism, projected) = (stepper.mechanism(), stepper.start_report());
         let (found, velocity) = (stepper.place().2, &stepper.node().node.v[..]);
         if let How::Relaxed { speed, unstable } = start.how {

@@ -29,16 +29,16 @@ use crate::dynamics::Dynamics;
 use crate::experiment::Experiment;
 use crate::resolution::limits::LimitWatch;
 use crate::resolution::rotation::{FastestRotation, RotationWatch};
-use crate::run::energies::Energies;
+use crate::run::energies::EnergyTerms;
 use crate::run::energy_watch::EnergyWatch;
 use crate::run::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
-use crate::start::Start;
+use crate::start::StartValues;
 use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::beams::Beams;
 use crate::system::{self, System};
-use begun::{Begun, Stated};
+use begun::{Begun, StatedStart};
 use holonom_model::{Columns, Family, Model, ModelError, Settings};
 use std::io;
 use std::time::Duration;
@@ -61,7 +61,7 @@ pub struct Simulation {
     sensors: Sensors,
     beams: Beams,
     limits: LimitWatch,
-    energies: Energies,
+    energies: EnergyTerms,
     watch: EnergyWatch,
     rotation: RotationWatch,
     bodies: usize, // of the model, fixed ones included: the first frames
@@ -97,7 +97,7 @@ impl Simulation {
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
-        let (stated, start) = (Stated::of(&mechanism), Start::of(model, &mechanism)?);
+        let (stated, start) = (StatedStart::of(&mechanism), StartValues::of(model, &mechanism)?);
         let at = InitialValues::new(0.0, &start.q, &start.v);
         let mut stepper = stepper(mechanism, &dynamics, model, at, (solver, sensors.wanted()))?;
         stepper.observe(NodeOf::State).map_err(|_| assembly::without_mass(model))?;
@@ -111,7 +111,8 @@ impl Simulation {
         let mut assembly = begun.report(&limits);
         limits.begin();
         let (forces, node) = (stepper.sources(), stepper.node());
-        let energies = Energies::new(model, stepper.mechanism(), (&dynamics, mass), forces, &node);
+        let energies =
+            EnergyTerms::new(model, stepper.mechanism(), (&dynamics, mass), forces, &node);
         let mut rotation = RotationWatch::new(model, stepper.mechanism(), &beams);
         resolved::judge(model, (&mut stepper, at), &mut rotation, &mut assembly);
         sensors.begin(stepper.place().2);

@@ -28,7 +28,7 @@ use vi_rigid::directors;
 use vi_statics::RotationError;
 
 /// The initial values of a run.
-pub(crate) struct Start {
+pub(crate) struct StartValues {
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
     pub(crate) how: How,
@@ -50,7 +50,7 @@ pub(crate) enum How {
     },
 }
 
-impl Start {
+impl StartValues {
     /// The initial values of a model.
     ///
     /// # Errors
@@ -129,7 +129,7 @@ fn nearly_consistent(mechanism: &Mechanism, start: (&[f64], &[f64]), tolerance: 
 
 /// The equilibrium under the loads at `t = 0`, at rest or in the steady rotation of the initial
 /// velocities.
-fn relaxed(model: &Model) -> Result<Start, ModelError> {
+fn relaxed(model: &Model) -> Result<StartValues, ModelError> {
     let refused = |message: String, help: &str| {
         let problem = Problem::new("simulation.start".to_owned(), message);
         ModelError::Assembly(vec![problem.help(help)])
@@ -153,7 +153,7 @@ fn relaxed(model: &Model) -> Result<Start, ModelError> {
     }
     let speed = rotation.map_or(0.0, |rotation| rotation.velocity.norm());
     let unstable = statics.problem().unstable_directions().unwrap_or(0);
-    Ok(Start { q, v, how: How::Relaxed { speed, unstable } })
+    Ok(StartValues { q, v, how: How::Relaxed { speed, unstable } })
 }
 
 /// `(q_0, v_0)` that keep the rates which the joints of the model state.

@@ -20,12 +20,12 @@ pub(crate) struct Increment {
 
 /// Increments of the last two steps.
 #[derive(Debug)]
-pub(super) struct Increments {
+pub(super) struct LastIncrements {
     before: Increment,
     last: Increment,
 }
 
-impl Increments {
+impl LastIncrements {
     pub(super) fn new(n: usize) -> Self {
         let none = Increment { dq: vec![0.0; n], h: 0.0 };
         Self { before: none.clone(), last: none }

@@ -1,7 +1,7 @@
 //! An integrator in a run: its steps with the sums along them, and its nodes.
 //!
 //! ```text
-//! before ──step──► after        a node is read from the step that starts there: [`Node::Start`]
+//! before ──step──► after        a node is read from the step that starts there: [`Node::StartValues`]
 //! ```
 //! At order 2 the multipliers, `p_n` and `E_d` belong to that step; the last node takes it on a
 //! copy of the state. The multiplier of a node is that of (36), of energy–momentum schemes the mean
@@ -24,8 +24,8 @@ pub(crate) use node::{NodeOf, NodeView, Wanted};
 use crate::run::run_state::{MotionState, same_length};
 use crate::sample::Momenta;
 use holonom_model::Settings;
-use increments::Increments;
-use node::Seen;
+use increments::LastIncrements;
+use node::LastRead;
 use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::{ResumeError, StepReport, When};
@@ -55,8 +55,8 @@ pub(crate) struct Stepper<S: Discretization<Mechanism>> {
     momenta: bool,           // whether they are asked for
     map: Option<TreeMap>,    // for the reduced ones
     work: Work,
-    increments: Option<Increments>, // at order 2, where accelerations are asked for
-    seen: Seen,
+    increments: Option<LastIncrements>, // at order 2, where accelerations are asked for
+    seen: LastRead,
 }
 
 impl<S: Discretization<Mechanism>> Stepper<S> {
@@ -78,8 +78,8 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let start = (&run.state().p[..], run.initial_velocity());
         let work = Work::new(start, forces, (driven, composed));
         let differences = wanted.accelerations && !composed;
-        let increments = differences.then(|| Increments::new(run.state().q.len()));
-        let (ended, seen) = ([None; 2], Seen::default());
+        let increments = differences.then(|| LastIncrements::new(run.state().q.len()));
+        let (ended, seen) = ([None; 2], LastRead::default());
         Self {
             run,
             add_work,
@@ -100,7 +100,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let Self { run, add_work, work, ended, increments, .. } = self;
         let composed = run.reads_states();
         work.begin();
-        increments.iter_mut().for_each(Increments::begin);
+        increments.iter_mut().for_each(LastIncrements::begin);
         ended[0] = ended[1];
         let (mut action_rate, mut length) = (Some(0.0), 0.0); // E_d = −∂/∂h of the action
         let taken = run.step_in_parts(parts, &mut |system, mechanism, step| {
@@ -117,7 +117,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
             Ok(_) => {}
             Err(_) => {
                 work.take_back();
-                increments.iter_mut().for_each(Increments::take_back);
+                increments.iter_mut().for_each(LastIncrements::take_back);
             }
         }
         taken
@@ -163,7 +163,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
 
     /// `Gᵀλ` of the acceleration level at the node, and its acceleration where that is asked for.
     fn find_acceleration(&mut self) -> Result<(), Singular> {
-        let Seen { when, force, lambda, acceleration, .. } = &mut self.seen;
+        let LastRead { when, force, lambda, acceleration, .. } = &mut self.seen;
         let lambda = self.momenta.then_some(lambda);
         let found = self.run.find_acceleration(*when, force, lambda)?;
         if self.wanted.accelerations {
@@ -189,7 +189,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
 
     /// The node that was read last.
     fn node(&self) -> NodeView<'_> {
-        let Seen { when, force, acceleration, work, .. } = &self.seen;
+        let LastRead { when, force, acceleration, work, .. } = &self.seen;
         let state = self.run.at(*when);
         let node = self.run.observed(state);
         let hamiltonian = node.hamiltonian_projected.total();
@@ -230,7 +230,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
             ended: self.ended[1],
             work: self.work.parts.clone(),
             impulse: self.work.impulse().cloned(),
-            increment: self.increments.as_ref().map(Increments::state),
+            increment: self.increments.as_ref().map(LastIncrements::state),
         }
     }
 

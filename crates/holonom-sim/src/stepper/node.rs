@@ -45,7 +45,7 @@ impl NodeOf {
 
 /// What was read last beside the node itself, all buffers kept.
 #[derive(Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct LastRead {
     pub(super) when: When,
     pub(super) with_step: bool, // whether the node has quantities of a step that starts there
     pub(super) force: Vec<f64>, // n  empty unless it is wanted

@@ -63,7 +63,7 @@ impl Beams {
 
 /// A joint at a node that holds an end or a corner of a beam.
 #[derive(Clone, Debug)]
-pub(crate) struct Support {
+pub(crate) struct NodeSupport {
     name: String,
     kind: PairKind,
     parent: FrameId,
@@ -71,7 +71,7 @@ pub(crate) struct Support {
     point: Vector3<f64>,
 }
 
-impl Support {
+impl NodeSupport {
     /// Adds it to a mechanism.
     pub(crate) fn add(&self, builder: &mut MechanismBuilder) {
         let Self { name, kind, parent, child, point } = self;
@@ -84,7 +84,7 @@ impl Support {
 pub(crate) struct Added {
     pub(crate) list: Vec<BeamParts>,
     pub(crate) elements: BeamElements,
-    pub(crate) supports: Vec<Support>,
+    pub(crate) supports: Vec<NodeSupport>,
 }
 
 /// Adds the nodes of all beams after the bodies of a mechanism.
@@ -133,7 +133,7 @@ fn add_beam(
             elements.elements.set_mass(leg.elements.clone(), MassKind::Lumped);
         }
         if let Some(last) = legs.last() {
-            supports.push(Support {
+            supports.push(NodeSupport {
                 name: format!("{name}.corner{}", legs.len()),
                 kind: PairKind::Fixed,
                 parent: FrameId::Frame(last.nodes.end - 1),
@@ -155,7 +155,7 @@ fn add_beam(
             End::Clamped => PairKind::Fixed,
             End::Pinned => PairKind::Spherical,
         };
-        supports.push(Support {
+        supports.push(NodeSupport {
             name: format!("{name}.{place}"),
             kind,
             parent: FrameId::Ground,

@@ -30,7 +30,7 @@ fn coordinate(
 
 /// What acts on one coordinate of a joint.
 #[derive(Clone, Debug)]
-pub(crate) struct JointElement {
+pub(crate) struct JointDrive {
     /// `spring`, `damper` or `motor`.
     pub(crate) part: &'static str,
     /// Which degree of freedom of the joint.
@@ -62,9 +62,9 @@ impl ElementLaw {
 }
 
 /// Spring, damper, motor and control of a joint, in this order.
-pub(crate) fn joint_elements(joint: &holonom_model::Joint) -> Vec<JointElement> {
+pub(crate) fn joint_elements(joint: &holonom_model::Joint) -> Vec<JointDrive> {
     let mut elements = Vec::new();
-    let mut add = |part, freedom, law| elements.push(JointElement { part, freedom, law });
+    let mut add = |part, freedom, law| elements.push(JointDrive { part, freedom, law });
     if let Some(spring) = &joint.spring {
         let (stiffness, rest) = (spring.stiffness, spring.rest);
         add("spring", spring.freedom, ElementLaw::Spring { stiffness, rest });
@@ -102,7 +102,7 @@ pub(crate) fn add_joint_forces(
     joint: &holonom_model::Joint,
     id: JointId,
 ) -> Result<(), ModelError> {
-    for JointElement { part, freedom, law } in joint_elements(joint) {
+    for JointDrive { part, freedom, law } in joint_elements(joint) {
         let key = format!("joint.{}.{part}.freedom", joint.name);
         let at = coordinate(joint, id, freedom, key)?;
         match law {

@@ -22,7 +22,7 @@ use std::convert::Infallible;
 use vi_constraints::{Method as Order, SchemeKind};
 use vi_core::Composition;
 use vi_verify::certificate::{Certificate, Criterion};
-use vi_verify::certify::{Plan, certify};
+use vi_verify::certify::{MeasurementPlan, certify};
 use vi_verify::convergence::{Horizon, nodes, relative_difference};
 use vi_verify::measure::applicable;
 use vi_verify::subject::{GalerkinForm, Method, Subject};
@@ -162,7 +162,7 @@ fn motion(model: &Model) -> Option<Frames> {
 
 /// What is measured on a model: everything where it is small, the production scheme where it is
 /// not.
-fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Plan, String> {
+fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<MeasurementPlan, String> {
     let (h, steps) = (model.settings.step, model.settings.steps());
     let n = subject.start(vi_verify::subject::Setting::new(own, 2, h))?.q().len();
     let candidates = match n <= DENSE_UP_TO {
@@ -197,7 +197,7 @@ fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Plan, Stri
     let coarse = 8.0 * h; // of the coarsest run; 64 h in all
     let finest = if n <= DENSE_UP_TO { 1024 } else { 256 };
     let long = (2_000_000 / n.max(1) as u64).clamp(2048, 20_000);
-    Ok(Plan {
+    Ok(MeasurementPlan {
         methods,
         horizon: Horizon { end: 8.0 * coarse, coarsest: 8, finest },
         step: h,

@@ -17,7 +17,7 @@ const STEPS: u64 = 20_000;
 
 /// A node at which a model moves.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Start {
+pub(super) struct MovingNode {
     /// Its time, s.
     pub t: f64,
     /// `q`.
@@ -33,7 +33,7 @@ pub(super) enum Beginning {
     /// It moves from its initial values on, or cannot be stepped.
     Motion,
     /// It rests up to a node at which it has begun to move.
-    Later(Start),
+    Later(MovingNode),
 }
 
 /// What a model does at first.
@@ -61,7 +61,7 @@ pub(super) fn beginning(
     (0..begun).try_for_each(|_| motion.step())?;
     let v = motion.velocity()?;
     let (q, v) = motion.consistent(motion.q(), &v)?;
-    Ok(Beginning::Later(Start { t: motion.time(), q, v }))
+    Ok(Beginning::Later(MovingNode { t: motion.time(), q, v }))
 }
 
 /// `|q_{n+1} − q_n|` over the largest coordinate, of the steps up to one that fails.

@@ -5,13 +5,13 @@ use crate::equations;
 use holonom_model::Model;
 use holonom_report::page::{escape, figure, foot, head, heading, push_list, push_model};
 use holonom_report::scene::Scene;
-use holonom_report::{Axis, Chart, Curve, Strokes, time};
+use holonom_report::{Chart, ChartAxis, Series, Strokes, time};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use vi_verify::certificate::{Study, Verdict, counts};
 use vi_verify::convergence::Quantity;
 use vi_verify::subject::Method;
-use vi_verify::table::{Cell, Table, remarks, tables};
+use vi_verify::table::{Cell, CertificateTable, remarks, tables};
 
 /// The verdict in a sentence.
 #[must_use]
@@ -105,7 +105,7 @@ fn provenance(of: &ModelCertificate) -> Vec<(&'static str, String)> {
     facts
 }
 
-fn push_table(html: &mut String, table: &Table) {
+fn push_table(html: &mut String, table: &CertificateTable) {
     let _ = writeln!(
         html,
         "<h2>{}</h2>\n<div class=\"scroll\"><table class=\"grid\">",
@@ -136,43 +136,49 @@ fn charts(of: &ModelCertificate) -> Vec<Chart> {
     for quantity in [Quantity::Position, Quantity::Momentum] {
         let title = format!("Error of {}", quantity.name(Method::NODAL));
         let curves = of.certificate.studies.iter().filter_map(|s| error_curve(s, quantity));
-        let y = Axis::logarithmic("largest relative error", "");
+        let y = ChartAxis::logarithmic("largest relative error", "");
         charts.push(chart(
             &title,
-            Axis::logarithmic("step", "s"),
+            ChartAxis::logarithmic("step", "s"),
             y,
             curves.collect(),
             Strokes::MarkedLine,
         ));
     }
-    let numbers = of.certificate.conditioning.iter().map(|(method, c)| Curve {
+    let numbers = of.certificate.conditioning.iter().map(|(method, c)| Series {
         name: method.name().into(),
         points: c.numbers.iter().map(|n| (n.0, n.2)).collect(),
     });
-    let y = Axis::logarithmic("κ of the Newton matrix", "");
-    let x = Axis::logarithmic("step", "s");
+    let y = ChartAxis::logarithmic("κ of the Newton matrix", "");
+    let x = ChartAxis::logarithmic("step", "s");
     charts.push(chart("Condition numbers", x, y, numbers.collect(), Strokes::MarkedLine));
     let (energy, momentum): (Vec<_>, Vec<_>) =
         of.certificate.histories.iter().partition(|h| h.name.ends_with("energy"));
-    let curves = |of: Vec<&vi_verify::certificate::History>| -> Vec<Curve> {
-        of.into_iter().map(|h| Curve { name: h.name.clone(), points: h.points.clone() }).collect()
+    let curves = |of: Vec<&vi_verify::certificate::TimeCurve>| -> Vec<Series> {
+        of.into_iter().map(|h| Series { name: h.name.clone(), points: h.points.clone() }).collect()
     };
-    let y = Axis::linear("energy error", "J");
-    charts.push(chart("Energy of the long run", Axis::time(), y, curves(energy), Strokes::Line));
-    let y = Axis::linear("relative change", "");
+    let y = ChartAxis::linear("energy error", "J");
+    charts.push(chart(
+        "Energy of the long run",
+        ChartAxis::time(),
+        y,
+        curves(energy),
+        Strokes::Line,
+    ));
+    let y = ChartAxis::linear("relative change", "");
     let title = "Conserved momentum maps in the long run";
-    charts.push(chart(title, Axis::time(), y, curves(momentum), Strokes::Line));
+    charts.push(chart(title, ChartAxis::time(), y, curves(momentum), Strokes::Line));
     charts.retain(|chart| chart.curves.iter().any(|curve| curve.points.len() > 1));
     charts
 }
 
-fn chart(title: &str, x: Axis, y: Axis, curves: Vec<Curve>, strokes: Strokes) -> Chart {
+fn chart(title: &str, x: ChartAxis, y: ChartAxis, curves: Vec<Series>, strokes: Strokes) -> Chart {
     Chart { title: title.to_owned(), x, y, strokes, resolution: 0.0, curves }
 }
 
-fn error_curve(study: &Study, quantity: Quantity) -> Option<Curve> {
+fn error_curve(study: &Study, quantity: Quantity) -> Option<Series> {
     let curve = study.curves.iter().find(|c| c.quantity == quantity)?;
-    Some(Curve {
+    Some(Series {
         name: format!("{} {}", study.method.name(), study.order),
         points: curve.errors.iter().map(|e| (e.step, e.error)).collect(),
     })

@@ -1,6 +1,6 @@
 //! A model file as a [`Subject`].
 
-use super::moving::Start;
+use super::moving::MovingNode;
 use holonom_model::{Model, ModelError, Settings};
 use holonom_sim::system::{self, System};
 use vi_constraints::{InitialValues, Method as Order, Options, SchemeKind};
@@ -10,13 +10,13 @@ use vi_emscheme::{EmAlgebra, EmOptions};
 use vi_multibody::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_verify::running::Running;
-use vi_verify::subject::{Initial, Method, Motion, Setting, Subject};
+use vi_verify::subject::{Initial, Method, RunningMotion, Setting, Subject};
 
 /// A model whose method and step are chosen by the measurements.
 #[derive(Debug)]
 pub struct ModelSubject {
     model: Model,
-    start: Option<Start>, // where not its initial values
+    start: Option<MovingNode>, // where not its initial values
 }
 
 impl ModelSubject {
@@ -27,13 +27,13 @@ impl ModelSubject {
     }
 
     /// Lets it start from a node of its motion instead of its initial values.
-    pub(super) fn start_at(&mut self, start: Start) {
+    pub(super) fn start_at(&mut self, start: MovingNode) {
         self.start = Some(start);
     }
 
     /// The values that it starts from.
-    fn own(&self, mechanism: &Mechanism) -> Start {
-        self.start.clone().unwrap_or_else(|| Start {
+    fn own(&self, mechanism: &Mechanism) -> MovingNode {
+        self.start.clone().unwrap_or_else(|| MovingNode {
             t: 0.0,
             q: mechanism.initial_configuration(),
             v: mechanism.initial_velocity(),
@@ -82,7 +82,7 @@ impl Subject for ModelSubject {
         &self,
         setting: Setting,
         at: Option<Initial<'_>>,
-    ) -> Result<Box<dyn Motion>, String> {
+    ) -> Result<Box<dyn RunningMotion>, String> {
         match setting.method {
             Method::Variational(kind) => {
                 Ok(Box::new(Running::variational(self.integrator(kind, setting, at)?)))

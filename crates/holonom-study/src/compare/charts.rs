@@ -1,10 +1,10 @@
 //! The findings as charts.
 
-use super::record::{Comparison, Measured, Point, Record};
-use holonom_report::{Axis, Chart, Curve, Strokes};
+use super::record::{Comparison, DrawnNode, Measured, Record};
+use holonom_report::{Chart, ChartAxis, Series, Strokes};
 
 /// A chart with words to go with it.
-pub(super) struct Figure {
+pub(super) struct CaptionedChart {
     pub(super) chart: Chart,
     pub(super) caption: String,
 }
@@ -36,16 +36,16 @@ fn others(c: &Comparison) -> String {
     variational.into_iter().chain(em).collect()
 }
 
-fn curve(name: String, points: impl Iterator<Item = (f64, f64)>) -> Curve {
-    Curve { name, points: points.collect() }
+fn curve(name: String, points: impl Iterator<Item = (f64, f64)>) -> Series {
+    Series { name, points: points.collect() }
 }
 
-fn over_time(name: String, m: &Measured, of: fn(&Point) -> f64) -> Curve {
+fn over_time(name: String, m: &Measured, of: fn(&DrawnNode) -> f64) -> Series {
     curve(name, m.series.iter().map(|p| (p.t, of(p))))
 }
 
 /// All charts that have something to show.
-pub(super) fn figures(c: &Comparison) -> Vec<Figure> {
+pub(super) fn figures(c: &Comparison) -> Vec<CaptionedChart> {
     let mut figures = vec![energy(c), momentum(c), constraints(c)];
     for (energy_momentum, family) in [(false, "variational"), (true, "energy–momentum")] {
         figures.push(conditions(c, energy_momentum, family));
@@ -65,19 +65,19 @@ fn is_drawn(chart: &Chart) -> bool {
 }
 
 /// The same from where no load acts any more.
-fn while_free(c: &Comparison, name: String, m: &Measured, of: fn(&Point) -> f64) -> Curve {
+fn while_free(c: &Comparison, name: String, m: &Measured, of: fn(&DrawnNode) -> f64) -> Series {
     let free = m.series.iter().filter(|p| p.t >= c.free_from);
     curve(name, free.map(|p| (p.t, of(p))))
 }
 
-fn energy(c: &Comparison) -> Figure {
+fn energy(c: &Comparison) -> CaptionedChart {
     let curves = representatives(c).into_iter();
     let curves = curves.map(|(r, m)| while_free(c, r.scheme.clone(), m, |p| p.energy));
-    Figure {
+    CaptionedChart {
         chart: Chart {
             title: "Energy error".into(),
-            x: Axis::time(),
-            y: Axis::linear("change of H", "J"),
+            x: ChartAxis::time(),
+            y: ChartAxis::linear("change of H", "J"),
             strokes: Strokes::Line,
             resolution: 0.0,
             curves: curves.collect(),
@@ -89,14 +89,14 @@ fn energy(c: &Comparison) -> Figure {
     }
 }
 
-fn momentum(c: &Comparison) -> Figure {
+fn momentum(c: &Comparison) -> CaptionedChart {
     let curves = representatives(c).into_iter();
     let curves = curves.map(|(r, m)| while_free(c, r.scheme.clone(), m, |p| p.momentum));
-    Figure {
+    CaptionedChart {
         chart: Chart {
             title: "Change of the momentum maps".into(),
-            x: Axis::time(),
-            y: Axis::logarithmic("largest change", "SI"),
+            x: ChartAxis::time(),
+            y: ChartAxis::logarithmic("largest change", "SI"),
             strokes: Strokes::Line,
             resolution: 0.0,
             curves: if c.conserved.is_empty() { Vec::new() } else { curves.collect() },
@@ -105,18 +105,18 @@ fn momentum(c: &Comparison) -> Figure {
     }
 }
 
-fn constraints(c: &Comparison) -> Figure {
-    let levels: [(&str, fn(&Point) -> f64); 3] =
+fn constraints(c: &Comparison) -> CaptionedChart {
+    let levels: [(&str, fn(&DrawnNode) -> f64); 3] =
         [("g", |p| p.residuals[0]), ("Ḡ Δq/h", |p| p.residuals[1]), ("G M⁻¹p", |p| p.residuals[2])];
     let curves = representatives(c).into_iter().flat_map(|(r, m)| {
         let family = if r.energy_momentum { "EM" } else { "VI" };
         levels.map(|(name, of)| over_time(format!("{family} {name}"), m, of))
     });
-    Figure {
+    CaptionedChart {
         chart: Chart {
             title: "Constraints".into(),
-            x: Axis::time(),
-            y: Axis::logarithmic("largest residual", "SI"),
+            x: ChartAxis::time(),
+            y: ChartAxis::logarithmic("largest residual", "SI"),
             strokes: Strokes::Line,
 resolution: 0.0,
             curves: curves.collect(),
@@ -127,7 +127,7 @@ resolution: 0.0,
     }
 }
 
-fn conditions(c: &Comparison, energy_momentum: bool, family: &str) -> Figure {
+fn conditions(c: &Comparison, energy_momentum: bool, family: &str) -> CaptionedChart {
     let mut curves = Vec::new();
     for r in c.records.iter().filter(|r| r.energy_momentum == energy_momentum) {
         let points = || r.conditions.iter().filter_map(|at| Some((at.step, at.condition?)));
@@ -138,11 +138,11 @@ fn conditions(c: &Comparison, energy_momentum: bool, family: &str) -> Figure {
             curves.push(curve("the same, scaled".into(), points().map(|(h, k)| (h, k.scaled))));
         }
     }
-    Figure {
+    CaptionedChart {
         chart: Chart {
             title: format!("Condition number, {family}"),
-            x: Axis::logarithmic("step h", "s"),
-            y: Axis::logarithmic("κ", ""),
+            x: ChartAxis::logarithmic("step h", "s"),
+            y: ChartAxis::logarithmic("κ", ""),
             strokes: Strokes::MarkedLine,
 resolution: 0.0,
             curves,
@@ -153,19 +153,19 @@ resolution: 0.0,
     }
 }
 
-fn work_curve(name: String, r: &Record, order: u32) -> Curve {
+fn work_curve(name: String, r: &Record, order: u32) -> Series {
     let points = r.work.iter().filter(|p| p.order == order);
     curve(name, points.filter_map(|p| Some((p.seconds?, p.error?))))
 }
 
-fn work_chart(c: &Comparison, title: String, curves: Vec<Curve>) -> Figure {
+fn work_chart(c: &Comparison, title: String, curves: Vec<Series>) -> CaptionedChart {
     let time = super::table::time_word(c.clock);
     let known = c.reference.known_to.map_or(String::new(), |e| format!(", known to {e:.0e}"));
-    Figure {
+    CaptionedChart {
         chart: Chart {
             title,
-            x: Axis::logarithmic(&format!("{time} of the run"), "s"),
-            y: Axis::logarithmic("error at the end", "m; 1"),
+            x: ChartAxis::logarithmic(&format!("{time} of the run"), "s"),
+            y: ChartAxis::logarithmic("error at the end", "m; 1"),
             strokes: Strokes::MarkedLine,
             resolution: 0.0,
             curves: curves.into_iter().filter(|curve| !curve.points.is_empty()).collect(),
@@ -174,7 +174,7 @@ fn work_chart(c: &Comparison, title: String, curves: Vec<Curve>) -> Figure {
     }
 }
 
-fn work_by_order(c: &Comparison) -> Figure {
+fn work_by_order(c: &Comparison) -> CaptionedChart {
     let mut curves = Vec::new();
     for (r, _) in representatives(c) {
         let mut orders: Vec<u32> = r.work.iter().map(|p| p.order).collect();
@@ -184,7 +184,7 @@ fn work_by_order(c: &Comparison) -> Figure {
     work_chart(c, "Work–precision by order".into(), curves)
 }
 
-fn work_by_form(c: &Comparison, energy_momentum: bool, family: &str) -> Figure {
+fn work_by_form(c: &Comparison, energy_momentum: bool, family: &str) -> CaptionedChart {
     let records = c.records.iter().filter(|r| r.energy_momentum == energy_momentum);
     let short = |r: &Record| r.scheme.trim_start_matches("em-").to_owned();
     let curves = records.map(|r| work_curve(short(r), r, 2)).collect();

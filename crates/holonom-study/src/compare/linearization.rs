@@ -9,7 +9,7 @@
 
 use super::equal_error::Time;
 use super::measure::range;
-use super::{Plan, Request, distance};
+use super::{ComparisonPlan, Request, distance};
 use crate::clock::timed;
 use holonom_model::Model;
 use holonom_sim::system::{self, System};
@@ -48,7 +48,7 @@ const STEPS: u64 = 200;
 /// # Errors
 /// Why the model does not run by `em-nodal`, or not to the end.
 pub fn linearizations(model: &Model, request: &Request) -> Result<Linearizations, String> {
-    let plan = Plan::new(model, request).map_err(|e| e.to_string())?;
+    let plan = ComparisonPlan::new(model, request).map_err(|e| e.to_string())?;
     let steps = plan.steps.min(STEPS);
     let start = |linearization| -> Result<EmIntegrator<Mechanism>, String> {
         let System { mechanism, dynamics, .. } = system::build(model).map_err(|e| e.to_string())?;

@@ -1,7 +1,9 @@
 //! One scheme: a run, its cost, its matrices, its error against time.
 
-use super::record::{ConditionAt, Measured, Motion, Outcome, Point, Record, Verdict, WorkPoint};
-use super::{Plan, distance, larger};
+use super::record::{
+    ConditionAt, DrawnNode, EnergyBehaviour, Measured, Outcome, Record, RecordedMotion, WorkPoint,
+};
+use super::{ComparisonPlan, distance, larger};
 use crate::clock::timed;
 use holonom_model::{Family, Model, Scheme};
 use holonom_sim::output::{ConstraintSummary, Frames, Maximum};
@@ -23,7 +25,7 @@ const POINTS: usize = 400;
 const ROUND_OFF: f64 = 1e-10;
 
 /// The run of a scheme.
-pub(super) struct Run {
+pub(super) struct SchemeRun {
     scheme: Scheme,
     outcome: Outcome,
     samples: Vec<Sample>,
@@ -34,10 +36,10 @@ pub(super) struct Run {
 /// Runs a scheme at order 2 with the step of the table.
 pub(super) fn run(
     model: &Model,
-    plan: &Plan,
+    plan: &ComparisonPlan,
     scheme: Scheme,
     reference: Option<&[Vec<f64>]>,
-) -> Run {
+) -> SchemeRun {
     let model = plan.with(model, scheme, 2, 1);
     let mut simulation = match Simulation::new(&model) {
         Ok(simulation) => simulation,
@@ -45,7 +47,13 @@ pub(super) fn run(
             let problem = error.problems("").into_iter().next();
             let reason = problem.map_or_else(|| error.to_string(), |p| p.message);
             let outcome = Outcome::Refused { reason };
-            return Run { scheme, outcome, samples: Vec::new(), first_free: 0, distance: None };
+            return SchemeRun {
+                scheme,
+                outcome,
+                samples: Vec::new(),
+                first_free: 0,
+                distance: None,
+            };
         }
     };
     let mut samples = Vec::new();
@@ -64,7 +72,7 @@ pub(super) fn run(
     let distance = reference.map(off);
     let free_from = plan.free_from - 1e-9 * model.settings.step;
     let first_free = samples.partition_point(|sample| sample.t < free_from);
-    Run { scheme, outcome, samples, first_free, distance }
+    SchemeRun { scheme, outcome, samples, first_free, distance }
 }
 
 /// `Px Py Pz Lx Ly Lz`.
@@ -74,7 +82,7 @@ fn maps(sample: &Sample) -> [f64; 6] {
 }
 
 /// The momentum maps that some scheme conserves to round-off.
-pub(super) fn conserved(runs: &[Run]) -> [bool; 6] {
+pub(super) fn conserved(runs: &[SchemeRun]) -> [bool; 6] {
     let mut conserved = [false; 6];
     for run in runs.iter().filter(|run| run.samples.len() > 1) {
         let size = run.free().iter().flat_map(maps).fold(1.0, larger);
@@ -85,7 +93,7 @@ pub(super) fn conserved(runs: &[Run]) -> [bool; 6] {
     conserved
 }
 
-impl Run {
+impl SchemeRun {
     /// The configurations at all nodes.
     pub(super) fn nodes(&self) -> Vec<Vec<f64>> {
         self.samples.iter().map(|sample| sample.q.clone()).collect()
@@ -93,7 +101,7 @@ impl Run {
 
     /// Its scheme, and up to `most` of its nodes, evenly spread from the first to the last; `None`
     /// without a step.
-    pub(super) fn motion(&self, members: &[Member], most: usize) -> Option<Motion> {
+    pub(super) fn motion(&self, members: &[Member], most: usize) -> Option<RecordedMotion> {
         let (all, count) = (self.samples.len(), self.samples.len().min(most.max(2)));
         if all < 2 {
             return None;
@@ -105,7 +113,7 @@ impl Run {
             frames.times.push(sample.t);
             frames.q.push(sample.q.clone());
         }
-        Some(Motion { scheme: self.scheme.name().to_owned(), frames })
+        Some(RecordedMotion { scheme: self.scheme.name().to_owned(), frames })
     }
 
     /// The nodes on which no load acts; all of them where the run ends before that.
@@ -172,12 +180,12 @@ impl Run {
         }
     }
 
-    fn series(&self, conserved: [bool; 6]) -> Vec<Point> {
+    fn series(&self, conserved: [bool; 6]) -> Vec<DrawnNode> {
         let (start, energy) = (maps(&self.free()[0]), self.free()[0].hamiltonian);
         let point = |s: &Sample| {
             let changes = maps(s).into_iter().zip(start).zip(conserved).filter(|c| c.1);
             let r = &s.residuals;
-            Point {
+            DrawnNode {
                 t: s.t,
                 energy: s.hamiltonian - energy,
                 momentum: changes.map(|((now, start), _)| now - start).fold(0.0, larger),
@@ -189,18 +197,18 @@ impl Run {
     }
 }
 
-fn verdict(energies: &[f64], shadows: &[f64], error: f64) -> Verdict {
+fn verdict(energies: &[f64], shadows: &[f64], error: f64) -> EnergyBehaviour {
     let size = energies.iter().copied().fold(1.0, larger);
     if error <= ROUND_OFF * size {
-        return Verdict::Conserved;
+        return EnergyBehaviour::Conserved;
     }
     if (energies.len() as u64) < LEAST_TREND_STEPS {
-        return Verdict::Unknown;
+        return EnergyBehaviour::Unknown;
     }
     match trend(energies, shadows) {
-        Ok(trend) if trend.is_bounded() => Verdict::Bounded,
-        Ok(_) => Verdict::Changes,
-        Err(_) => Verdict::Unknown,
+        Ok(trend) if trend.is_bounded() => EnergyBehaviour::Bounded,
+        Ok(_) => EnergyBehaviour::Changes,
+        Err(_) => EnergyBehaviour::Unknown,
     }
 }
 
@@ -208,7 +216,7 @@ fn verdict(energies: &[f64], shadows: &[f64], error: f64) -> Verdict {
 /// runs.
 pub(super) fn cost(
     model: &Model,
-    plan: &Plan,
+    plan: &ComparisonPlan,
     scheme: Scheme,
     end: Option<&Vec<f64>>,
     record: &mut Record,
@@ -282,7 +290,7 @@ fn work_point(
     model: &Model,
     count: u64,
     expected: Option<f64>,
-    (plan, end): (&Plan, Option<&Vec<f64>>),
+    (plan, end): (&ComparisonPlan, Option<&Vec<f64>>),
 ) -> WorkPoint {
     let (order, step) = (model.settings.order, model.settings.step);
     let without = |reason: String| WorkPoint {

@@ -32,7 +32,7 @@ mod reference;
 pub mod table;
 
 pub use crate::clock::Clock;
-pub use record::{Comparison, Measured, Outcome, Record, Verdict};
+pub use record::{Comparison, EnergyBehaviour, Measured, Outcome, Record};
 
 use holonom_model::{Family, Model, ModelError, Scheme};
 use holonom_report::scene::{INSTANTS, NUMBERS};
@@ -101,7 +101,7 @@ pub enum CompareError {
 }
 
 /// The request with everything chosen.
-pub(crate) struct Plan {
+pub(crate) struct ComparisonPlan {
     schemes: Vec<Scheme>,
     step: f64,
     steps: u64,
@@ -115,7 +115,7 @@ pub(crate) struct Plan {
     free_from: f64,
 }
 
-impl Plan {
+impl ComparisonPlan {
     fn new(model: &Model, request: &Request) -> Result<Self, CompareError> {
         let positive = |what, value: f64| match value > 0.0 && value.is_finite() {
             true => Ok(value),
@@ -223,7 +223,7 @@ pub fn compare(
     request: &Request,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Comparison, CompareError> {
-    let mut plan = Plan::new(model, request)?;
+    let mut plan = ComparisonPlan::new(model, request)?;
     if let Some(budget) = request.budget {
         let seconds = plan.fit(model, request.end.is_none(), budget);
         progress(&format!("about {:.0} s", seconds.ceil()));

@@ -1,8 +1,8 @@
 //! `compare.html`: one file, nothing loaded from elsewhere.
 
 use super::charts::{figures, representatives};
-use super::record::{Comparison, Motion};
-use super::table::{self, Rows};
+use super::record::{Comparison, RecordedMotion};
+use super::table::{self, TableRows};
 use crate::equations;
 use holonom_model::{Model, Scheme};
 use holonom_report::page::{self, escape, foot, head, heading};
@@ -65,11 +65,11 @@ const DRAWN: usize = 3;
 /// the charts.
 fn scene(c: &Comparison, model: &Model) -> Option<Scene> {
     let first: Vec<&str> = representatives(c).iter().map(|(r, _)| r.scheme.as_str()).collect();
-    let mut motions: Vec<&Motion> = c.motions.iter().collect();
-    let place = |motion: &&Motion| first.iter().position(|name| *name == motion.scheme);
+    let mut motions: Vec<&RecordedMotion> = c.motions.iter().collect();
+    let place = |motion: &&RecordedMotion| first.iter().position(|name| *name == motion.scheme);
     motions.sort_by_key(|motion| place(motion).unwrap_or(first.len()));
     let all = motions.len() <= DRAWN;
-    let named = |motion: &&Motion| {
+    let named = |motion: &&RecordedMotion| {
         let record = c.records.iter().find(|record| record.scheme == motion.scheme);
         record.map_or_else(|| motion.scheme.clone(), table::name)
     };
@@ -105,7 +105,7 @@ fn coincidence(c: &Comparison) -> String {
     words
 }
 
-fn push(html: &mut String, rows: &Rows) {
+fn push(html: &mut String, rows: &TableRows) {
     *html += "<div class=\"scroll\"><table class=\"grid\">\n";
     for (k, row) in rows.iter().enumerate() {
         let tag = if k == 0 { "th" } else { "td" };

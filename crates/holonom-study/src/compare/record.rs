@@ -36,7 +36,7 @@ pub struct Comparison {
     /// never ends.
     pub free_from: f64,
     /// What trajectories are held against.
-    pub reference: Reference,
+    pub reference: ReferenceTrajectory,
     /// Which momentum maps the system conserves: of `Px Py Pz Lx Ly Lz`.
     pub conserved: Vec<String>,
     /// What times are.
@@ -47,12 +47,12 @@ pub struct Comparison {
     pub version: String,
     /// The motions of the table, for the page alone.
     #[serde(skip)]
-    pub motions: Vec<Motion>,
+    pub motions: Vec<RecordedMotion>,
 }
 
 /// The motion of a scheme.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct RecordedMotion {
     /// Name of the scheme in model files.
     pub scheme: String,
     /// Some of its nodes.
@@ -61,7 +61,7 @@ pub struct Motion {
 
 /// The trajectory that others are held against.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reference {
+pub struct ReferenceTrajectory {
     /// Scheme, order and step; or why there is none.
     pub description: String,
     /// Distance to the same with twice the step, in the unit of the coordinates (m; directors 1).
@@ -121,7 +121,7 @@ pub struct Measured {
     /// Largest deviation from it, J.
     pub energy_error: f64,
     /// What it does.
-    pub energy_verdict: Verdict,
+    pub energy_verdict: EnergyBehaviour,
     /// Largest deviation of `Px Py Pz Lx Ly Lz` from their values there.
     pub momentum_drift: [f64; 6],
     /// Constraint residuals at three levels.
@@ -136,13 +136,13 @@ pub struct Measured {
     #[serde(default)]
     pub seconds_range: Option<[f64; 2]>,
     /// The run for drawing.
-    pub series: Vec<Point>,
+    pub series: Vec<DrawnNode>,
 }
 
 /// What the energy does along a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum EnergyBehaviour {
     /// It stays what it is, to round-off.
     Conserved,
     /// It oscillates in a band, without secular drift.
@@ -155,7 +155,7 @@ pub enum Verdict {
 
 /// A node of a run, for drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct DrawnNode {
     /// Time, s.
     pub t: f64,
     /// `H` less its value at `free_from`, J.

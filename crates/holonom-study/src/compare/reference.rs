@@ -4,8 +4,8 @@
 //! and with the smallest step that the time allows; it is known to its distance from the same with
 //! twice the step.
 
-use super::record::Reference;
-use super::{Plan, distance};
+use super::record::ReferenceTrajectory;
+use super::{ComparisonPlan, distance};
 use crate::clock::timed;
 use holonom_model::{Model, Scheme};
 use holonom_sim::simulation::Simulation;
@@ -14,10 +14,13 @@ use holonom_sim::simulation::Simulation;
 const TRIED: [(u32, u64); 5] = [(8, 1), (6, 1), (4, 1), (2, 16), (2, 4)];
 
 /// Configurations at the nodes of the plan.
-pub(super) type Nodes = Vec<Vec<f64>>;
+pub(super) type NodeConfigurations = Vec<Vec<f64>>;
 
 /// The best reference that can be had.
-pub(super) fn reference(model: &Model, plan: &Plan) -> (Reference, Option<Nodes>) {
+pub(super) fn reference(
+    model: &Model,
+    plan: &ComparisonPlan,
+) -> (ReferenceTrajectory, Option<NodeConfigurations>) {
     let mut reasons = Vec::new();
     for scheme in [Scheme::Nodal, Scheme::Constrained] {
         for (order, refinement) in TRIED {
@@ -41,7 +44,7 @@ pub(super) fn reference(model: &Model, plan: &Plan) -> (Reference, Option<Nodes>
                     let known_to = Some(apart.fold(0.0, super::larger));
                     let name = scheme.name();
                     let description = format!("{name}, order {order}, step/{parts}");
-                    return (Reference { description, known_to }, Some(fine));
+                    return (ReferenceTrajectory { description, known_to }, Some(fine));
                 }
                 (Err(reason), _) | (_, Err(reason)) => reasons.push(reason),
             }
@@ -49,11 +52,11 @@ pub(super) fn reference(model: &Model, plan: &Plan) -> (Reference, Option<Nodes>
     }
     let reason = reasons.first().map_or("", String::as_str);
     let description = format!("none, no smaller step runs to the end: {reason}");
-    (Reference { description, known_to: None }, None)
+    (ReferenceTrajectory { description, known_to: None }, None)
 }
 
 /// Seconds that the reference takes, about.
-pub(super) fn seconds(model: &Model, plan: &Plan) -> f64 {
+pub(super) fn seconds(model: &Model, plan: &ComparisonPlan) -> f64 {
     let tried = [Scheme::Nodal, Scheme::Constrained].into_iter().flat_map(|scheme| {
         TRIED.map(|(order, refinement)| {
             (scheme, order, 2 * (refinement * plan.finest()).div_ceil(2))
@@ -77,7 +80,7 @@ fn cost(model: &Model) -> Result<f64, String> {
 }
 
 /// The nodes of `steps` steps that are made in `parts` pieces each.
-fn nodes(model: &Model, parts: u64, steps: u64) -> Result<Nodes, String> {
+fn nodes(model: &Model, parts: u64, steps: u64) -> Result<NodeConfigurations, String> {
     let mut run = Simulation::new(model).map_err(|e| e.to_string())?;
     let mut nodes = vec![run.configuration().to_vec()];
     for _ in 0..steps {

@@ -1,6 +1,6 @@
 //! The findings as text.
 
-use super::record::{Comparison, MOMENTUM_MAPS, Measured, Outcome, Record, Verdict};
+use super::record::{Comparison, EnergyBehaviour, MOMENTUM_MAPS, Measured, Outcome, Record};
 use super::{Clock, larger};
 use holonom_report::{counted, time};
 use std::fmt::Write;
@@ -86,10 +86,10 @@ fn optional(value: Option<f64>) -> String {
 
 pub(super) fn verdict(m: &Measured) -> &'static str {
     match m.energy_verdict {
-        Verdict::Conserved => "conserved",
-        Verdict::Bounded => "bounded",
-        Verdict::Changes => "changes",
-        Verdict::Unknown => "–",
+        EnergyBehaviour::Conserved => "conserved",
+        EnergyBehaviour::Bounded => "bounded",
+        EnergyBehaviour::Changes => "changes",
+        EnergyBehaviour::Unknown => "–",
     }
 }
 
@@ -101,7 +101,7 @@ fn kept_drift(c: &Comparison, m: &Measured) -> Option<f64> {
 }
 
 /// Rows of a table; the first is its head.
-pub(super) type Rows = Vec<Vec<String>>;
+pub(super) type TableRows = Vec<Vec<String>>;
 
 fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
     cells.map(str::to_owned).into()
@@ -115,7 +115,7 @@ pub(super) fn name(r: &Record) -> String {
     }
 }
 
-pub(super) fn quality(c: &Comparison) -> Rows {
+pub(super) fn quality(c: &Comparison) -> TableRows {
     let head =
         ["scheme", "distance", "in family", "energy", "is", "momenta", "g", "Ḡ Δq/h", "G M⁻¹p"];
     let mut rows = vec![row(head)];
@@ -137,7 +137,7 @@ pub(super) fn quality(c: &Comparison) -> Rows {
     rows
 }
 
-pub(super) fn cost(c: &Comparison) -> Rows {
+pub(super) fn cost(c: &Comparison) -> TableRows {
     let mut rows = vec![row(["scheme", "Newton mean", "max", "µs/step"])];
     for record in &c.records {
         let Some(m) = &record.measured else { continue };
@@ -151,7 +151,7 @@ pub(super) fn cost(c: &Comparison) -> Rows {
     rows
 }
 
-pub(super) fn conditions(c: &Comparison) -> Rows {
+pub(super) fn conditions(c: &Comparison) -> TableRows {
     let measured = || c.records.iter().filter(|r| !r.conditions.is_empty());
     let Some(first) = measured().next() else { return Vec::new() };
     let mut head = vec!["scheme".to_owned()];
@@ -169,7 +169,7 @@ pub(super) fn conditions(c: &Comparison) -> Rows {
     rows
 }
 
-pub(super) fn work(c: &Comparison) -> Rows {
+pub(super) fn work(c: &Comparison) -> TableRows {
     let mut rows = Vec::new();
     for record in &c.records {
         let mut orders: Vec<u32> = record.work.iter().map(|p| p.order).collect();
@@ -195,7 +195,7 @@ pub(super) fn work(c: &Comparison) -> Rows {
 }
 
 /// Columns of equal width, numbers to the right.
-fn aligned(rows: &Rows) -> String {
+fn aligned(rows: &TableRows) -> String {
     let count = rows.iter().map(Vec::len).max().unwrap_or(0);
     let cell = |row: &Vec<String>, k: usize| row.get(k).map_or(0, |c| c.chars().count());
     let widths: Vec<usize> =

@@ -16,7 +16,7 @@ const LARGEST: u64 = 1 << 30;
 
 /// What a sweep is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Description {
+pub struct SweepDescription {
     /// Text of the model file.
     pub model: String,
     /// Its meshes, as the folders of runs name them: by the hash of their content.
@@ -28,7 +28,7 @@ pub struct Description {
     pub plan: Plan,
 }
 
-impl Description {
+impl SweepDescription {
     /// The command that makes it of the model in `model.toml`.
     #[must_use]
     pub fn command(&self) -> String {
@@ -92,7 +92,7 @@ impl PointStatus {
 
 /// A point that has ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Entry {
+pub struct EndedPoint {
     /// Its number, from 0.
     pub point: usize,
     /// Its folder, in that of the sweep.
@@ -142,7 +142,7 @@ impl Manifest {
     }
 
     /// Adds a line.
-    pub(super) fn push(&mut self, entry: &Entry) -> Result<(), OutputError> {
+    pub(super) fn push(&mut self, entry: &EndedPoint) -> Result<(), OutputError> {
         let line = serde_json::to_string(entry).unwrap_or_default() + "\n";
         let mut file = self.file.file();
         let written = file.write_all(line.as_bytes()).and_then(|()| file.sync_data());
@@ -167,9 +167,9 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
 
 /// The points of all shards that have ended, in their order; of a point that ran twice the last
 /// entry.
-pub(super) fn entries(folder: &Path) -> Result<Vec<Entry>, OutputError> {
+pub(super) fn entries(folder: &Path) -> Result<Vec<EndedPoint>, OutputError> {
     let io = |path: &Path, source| OutputError::Io { path: path.to_owned(), source };
-    let mut entries: Vec<Entry> = Vec::new();
+    let mut entries: Vec<EndedPoint> = Vec::new();
     for path in files(folder)? {
         let text = read_regular_text(&path, LARGEST).map_err(|e| io(&path, e))?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);

@@ -16,10 +16,10 @@ mod page;
 mod plan;
 mod table;
 
-pub use manifest::{Description, Entry, PointStatus};
+pub use manifest::{EndedPoint, PointStatus, SweepDescription};
 pub use page::page;
 pub use plan::{Plan, PlanError, Sampling, Shard, Values, Variation};
-pub use table::{Table, table};
+pub use table::{SweepTable, table};
 
 use holonom_model::Override;
 use holonom_sim::output::{OutputError, RunFolder};
@@ -51,7 +51,7 @@ pub enum SweepError {
 
 /// A point that is to be run.
 #[derive(Debug)]
-pub struct Point<'a> {
+pub struct SweepPoint<'a> {
     /// Its number, from 0.
     pub number: usize,
     /// Replacements of values of the model, those of all points first.
@@ -62,7 +62,7 @@ pub struct Point<'a> {
 
 /// How a point ended.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ended {
+pub struct PointEnd {
     /// How.
     pub status: PointStatus,
     /// Why it failed.
@@ -93,7 +93,7 @@ impl Progress {
 /// A sweep in its folder.
 #[derive(Debug)]
 pub struct Sweep {
-    description: Description,
+    description: SweepDescription,
     folder: PathBuf,
     shard: Shard,
     jobs: NonZero<usize>,
@@ -106,14 +106,14 @@ impl Sweep {
     /// # Errors
     /// [`SweepError`].
     pub fn new(
-        description: Description,
+        description: SweepDescription,
         folder: impl Into<PathBuf>,
         shard: Shard,
         force: bool,
     ) -> Result<Self, SweepError> {
         let folder = folder.into();
         let sweep = Self { description, folder, shard, jobs: NonZero::<usize>::MIN };
-        match Description::of(&sweep.folder)? {
+        match SweepDescription::of(&sweep.folder)? {
             Some(found) if found == sweep.description && !force => {}
             Some(_) if !force => return Err(SweepError::Other { folder: sweep.folder }),
             _ => sweep.begin(force)?,
@@ -144,7 +144,7 @@ impl Sweep {
     /// [`SweepError`].
     pub fn run(
         &self,
-        work: &(dyn Fn(&Point<'_>) -> Option<Ended> + Sync),
+        work: &(dyn Fn(&SweepPoint<'_>) -> Option<PointEnd> + Sync),
         progress: &mut (dyn FnMut(Progress) + Send),
     ) -> Result<Progress, SweepError> {
         let values = self.description.plan.values();
@@ -192,17 +192,17 @@ impl Sweep {
         &self,
         number: usize,
         values: &[String],
-        work: &(dyn Fn(&Point<'_>) -> Option<Ended> + Sync),
-    ) -> Option<Entry> {
+        work: &(dyn Fn(&SweepPoint<'_>) -> Option<PointEnd> + Sync),
+    ) -> Option<EndedPoint> {
         let begin = Instant::now();
-        let Description { set, plan, .. } = &self.description;
+        let SweepDescription { set, plan, .. } = &self.description;
         let overrides: Vec<Override> = set.iter().cloned().chain(plan.overrides(values)).collect();
         let name = format!("{number:05}");
         let folder = self.folder.join(&name);
-        let Ended { status, message } =
-            work(&Point { number, overrides: &overrides, folder: &folder })?;
+        let PointEnd { status, message } =
+            work(&SweepPoint { number, overrides: &overrides, folder: &folder })?;
         let wall_seconds = begin.elapsed().as_secs_f64();
-        Some(Entry {
+        Some(EndedPoint {
             point: number,
             folder: name,
             values: values.to_vec(),

@@ -1,9 +1,9 @@
 //! `sweep.html`: what the sensors and the energy answer to the varied keys.
 
 use super::manifest::PointStatus;
-use super::table::{BALANCE_ERROR, ENERGY_ERROR, Row, Table, WORK};
+use super::table::{BALANCE_ERROR, ENERGY_ERROR, Row, SweepTable, WORK};
 use holonom_report::page::{escape, figure, foot, head, heading};
-use holonom_report::{Axis, Chart, Curve, Strokes, rounded};
+use holonom_report::{Chart, ChartAxis, Series, Strokes, rounded};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ const POINTS: usize = 500;
 const ROUND_OFF: f64 = 1e-12;
 
 /// The page of a sweep.
-pub fn page(table: &Table, version: &str) -> String {
+pub fn page(table: &SweepTable, version: &str) -> String {
     let title = format!("{}: response to {}", table.model, table.keys.join(", "));
     let mut html = head(&title);
     let count = |status| table.rows.iter().filter(|row| row.entry.status == status).count();
@@ -43,7 +43,7 @@ pub fn page(table: &Table, version: &str) -> String {
 }
 
 /// The points with links to their runs.
-fn push_points(html: &mut String, table: &Table) {
+fn push_points(html: &mut String, table: &SweepTable) {
     let cell = |words: &str| format!("<td>{}</td>", escape(words));
     *html += "<h2>Points</h2>\n<div class=\"scroll\"><table class=\"grid\">\n<tr><th>point</th>";
     for key in &table.keys {
@@ -74,7 +74,7 @@ fn push_points(html: &mut String, table: &Table) {
 /// Each result that changes over each key that is a number: a curve for each combination of the
 /// other keys while these are few, points otherwise. The energy error comes last; where anything
 /// does work it is that of the balance.
-fn charts(table: &Table) -> Vec<Chart> {
+fn charts(table: &SweepTable) -> Vec<Chart> {
     let done: Vec<&Row> =
         table.rows.iter().filter(|row| row.entry.status == PointStatus::Done).collect();
     let place = |name: &str| table.results.iter().position(|result| result == name);
@@ -95,7 +95,7 @@ fn charts(table: &Table) -> Vec<Chart> {
 }
 
 /// A result over a key.
-fn chart(table: &Table, done: &[&Row], key: usize, result: usize) -> Chart {
+fn chart(table: &SweepTable, done: &[&Row], key: usize, result: usize) -> Chart {
     let others: Vec<usize> = (0..table.keys.len()).filter(|other| *other != key).collect();
     let mut curves: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for row in done {
@@ -109,14 +109,14 @@ fn chart(table: &Table, done: &[&Row], key: usize, result: usize) -> Chart {
     }
     let sorted = |(name, mut points): (String, Vec<(f64, f64)>)| {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Curve { name, points }
+        Series { name, points }
     };
     let (name, keys) = (&table.results[result], others.iter().map(|k| table.keys[*k].as_str()));
     let keys = keys.collect::<Vec<_>>().join(", ");
     Chart {
         title: if few && !others.is_empty() { format!("{name}, by {keys}") } else { name.clone() },
-        x: Axis::linear(&table.keys[key], ""),
-        y: Axis::linear(name, &table.units[result]),
+        x: ChartAxis::linear(&table.keys[key], ""),
+        y: ChartAxis::linear(name, &table.units[result]),
         strokes: if few { Strokes::MarkedLine } else { Strokes::Marks },
         resolution: 0.0,
         curves: curves.into_iter().map(sorted).collect(),

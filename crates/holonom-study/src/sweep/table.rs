@@ -1,6 +1,6 @@
 //! All points of a sweep in one table.
 
-use super::manifest::{self, Description, Entry, PointStatus};
+use super::manifest::{self, EndedPoint, PointStatus, SweepDescription};
 use super::{FILES, SweepError};
 use holonom_sim::output::{OutputError, RunFolder, Summary};
 use holonom_sim::sensor;
@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// A table: a row for each point that has ended, a column for each varied key and each result.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct SweepTable {
     /// Name of the model.
     pub model: String,
     /// The command of the sweep, of the model in `model.toml`.
@@ -28,7 +28,7 @@ pub struct Table {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// Its entry in the manifest.
-    pub entry: Entry,
+    pub entry: EndedPoint,
     /// Its results; `None` where it has none.
     pub results: Vec<Option<f64>>,
     /// What a page links to, a path in the folder of the sweep: the page of the run, or its
@@ -40,8 +40,8 @@ pub struct Row {
 ///
 /// # Errors
 /// [`SweepError`].
-pub fn table(folder: &Path) -> Result<Table, SweepError> {
-    let description = Description::of(folder)?.ok_or_else(|| {
+pub fn table(folder: &Path) -> Result<SweepTable, SweepError> {
+    let description = SweepDescription::of(folder)?.ok_or_else(|| {
         let (path, source) = (folder.join(FILES[0]), std::io::ErrorKind::NotFound.into());
         OutputError::Io { path, source }
     })?;
@@ -69,7 +69,7 @@ pub fn table(folder: &Path) -> Result<Table, SweepError> {
         }
         found.push((entry, results));
     }
-    let row = |(entry, results): (Entry, BTreeMap<String, f64>)| Row {
+    let row = |(entry, results): (EndedPoint, BTreeMap<String, f64>)| Row {
         results: names.iter().map(|name| results.get(name).copied()).collect(),
         link: ["report.html", "summary.json"]
             .map(|file| format!("{}/{file}", entry.folder))
@@ -83,7 +83,7 @@ pub fn table(folder: &Path) -> Result<Table, SweepError> {
     let of_sensor = |name: &str| units.get(name.rsplit_once('.')?.0);
     let unit = |name: &String| units.get(name).or_else(|| of_sensor(name)).copied();
     let units = names.iter().map(|name| unit(name).unwrap_or_default().to_owned()).collect();
-    Ok(Table { model, command, keys, results: names, units, rows })
+    Ok(SweepTable { model, command, keys, results: names, units, rows })
 }
 
 /// Results from the summary of a run; those of sensors follow them.
@@ -144,7 +144,7 @@ impl Row {
     }
 }
 
-impl Table {
+impl SweepTable {
     /// The results of sensors.
     pub(super) fn of_sensors(&self) -> impl Iterator<Item = usize> {
         let is_sensor =

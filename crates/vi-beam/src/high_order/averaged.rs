@@ -1,6 +1,6 @@
 //! The averaged-strain discrete potential of elements of higher order.
 
-use super::{HighOrderElements, Station, Strain};
+use super::{HighOrderElements, IntegrationPoint, Strain};
 use crate::averaged::scaling;
 use crate::strained::Strained;
 use vi_core::Configuration;
@@ -18,7 +18,7 @@ pub struct AveragedHighOrder {
 }
 
 /// `ε̄` and `Δε`.
-fn mean_and_change(station: &Station, s: &Interval) -> (Strain, Strain) {
+fn mean_and_change(station: &IntegrationPoint, s: &Interval) -> (Strain, Strain) {
     let (start, end) = (station.strain(&s.q0), station.strain(&s.q1));
     (0.5 * (start + end), end - start)
 }
@@ -50,7 +50,7 @@ impl AveragedHighOrder {
     }
 
     /// Stations with their `μ` in a step `h`.
-    fn scaled(&self, h: f64) -> impl Iterator<Item = (&Station, f64)> {
+    fn scaled(&self, h: f64) -> impl Iterator<Item = (&IntegrationPoint, f64)> {
         let mu =
             move |k: usize| self.slowness.get(k).map_or(0.0, |own| scaling(self.most, *own, h));
         self.elements.stations.iter().enumerate().map(move |(k, station)| (station, mu(k)))
@@ -65,7 +65,7 @@ impl AveragedHighOrder {
     }
 }
 
-fn energy(station: &Station, strain: &Strain) -> f64 {
+fn energy(station: &IntegrationPoint, strain: &Strain) -> f64 {
     0.5 * station.weight * station.stiffness().component_mul(strain).dot(strain)
 }
 

@@ -70,9 +70,9 @@ fn polylines_and_points() {
         assert!(off < 0.5 * cubic && (length - 1.5).abs() < 2.0 * cubic);
     }
     let along = Mesh::straight(Vector3::zeros(), z(), 2, rule).unwrap_err();
-    assert_eq!(along, MeshError::NormalAlongTangent { node: 0 });
+    assert_eq!(along, CurveError::NormalAlongTangent { node: 0 });
     let none = Mesh::straight(Vector3::zeros(), Vector3::x(), 0, rule).unwrap_err();
-    assert_eq!(none, MeshError::NoElements);
+    assert_eq!(none, CurveError::NoElements);
     let point = Mesh::straight(z(), z(), 3, rule).unwrap_err();
-    assert_eq!(point, MeshError::Degenerate { element: 0 });
+    assert_eq!(point, CurveError::Degenerate { element: 0 });
 }

@@ -26,14 +26,14 @@ const VELOCITY: f64 = 1e-11;
 
 /// The level at which constraints contradict each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
+pub enum ContradictionLevel {
     /// No velocity satisfies all of them.
     Velocity,
     /// No acceleration does, with the velocity of the start.
     Acceleration,
 }
 
-impl std::fmt::Display for Level {
+impl std::fmt::Display for ContradictionLevel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Velocity => "velocity",
@@ -49,7 +49,7 @@ impl std::fmt::Display for Level {
 )]
 pub struct Contradiction {
     /// The level.
-    pub level: Level,
+    pub level: ContradictionLevel,
     /// The constraints: one that is left with a residual, then those it depends on by falling
     /// weight.
     pub rows: Vec<usize>,
@@ -173,15 +173,24 @@ pub fn contradiction<C: Constraints>(
     let rate = rate.fold(0.0, f64::max); // 1/s
     let mut b = vec![0.0; m];
     constraints.time_derivative(at.t, at.q, &mut b);
-    let found = dependence.contradiction(Level::Velocity, &b, VELOCITY * rate);
+    let found = dependence.contradiction(ContradictionLevel::Velocity, &b, VELOCITY * rate);
     found.or_else(|| {
         constraints.acceleration_terms(at.t, at.q, v, &mut b);
-        dependence.contradiction(Level::Acceleration, &b, VELOCITY * (1.0 + rate) * rate)
+        dependence.contradiction(
+            ContradictionLevel::Acceleration,
+            &b,
+            VELOCITY * (1.0 + rate) * rate,
+        )
     })
 }
 
 impl<C: Constraints> Dependence<'_, C> {
-    fn contradiction(&mut self, level: Level, b: &[f64], floor: f64) -> Option<Contradiction> {
+    fn contradiction(
+        &mut self,
+        level: ContradictionLevel,
+        b: &[f64],
+        floor: f64,
+    ) -> Option<Contradiction> {
         if norm_inf(b) <= 0.0 {
             return None;
         }
@@ -253,7 +262,7 @@ mod tests {
         assert_eq!(contradiction(&touching, &rows, at, &[0.0, 0.0]), None);
         for v in [1e-6, 1.0, 1e6] {
             let found = contradiction(&touching, &rows, at, &[0.0, v]).unwrap();
-            assert_eq!(found.level, Level::Acceleration);
+            assert_eq!(found.level, ContradictionLevel::Acceleration);
             let mut named = found.rows.clone();
             named.sort_unstable();
             assert_eq!(named, [0, 1]);

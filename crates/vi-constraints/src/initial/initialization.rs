@@ -179,15 +179,15 @@ const AT_REST: f64 = 1e-14;
 /// One more than the largest of the coordinates that a row depends on, and what they are connected
 /// to, for every row.
 fn row_lengths(constraints: &impl Constraints, (t, q): (f64, &[f64])) -> Vec<f64> {
-    struct Largest<'a>(&'a [f64], &'a mut [f64]);
-    impl Entries for Largest<'_> {
+    struct LargestCoordinate<'a>(&'a [f64], &'a mut [f64]);
+    impl Entries for LargestCoordinate<'_> {
         fn add(&mut self, row: usize, column: usize, _value: f64) {
             self.1[row] = self.1[row].max(self.0[column]);
         }
     }
     let (mut sizes, mut out) = (vec![0.0; q.len()], vec![0.0; constraints.len()]);
     constraints.coordinate_sizes(q, &mut sizes);
-    constraints.jacobian(t, q, &mut Largest(&sizes, &mut out));
+    constraints.jacobian(t, q, &mut LargestCoordinate(&sizes, &mut out));
     let largest = norm_inf(q);
     out.iter_mut().for_each(|size| *size = 1.0 + size.min(largest));
     out
@@ -247,9 +247,9 @@ impl Entries for Scaled<'_> {
 }
 
 /// The largest entry of the diagonal of a matrix.
-struct Largest<'a>(&'a [f64], f64);
+struct LargestDiagonal<'a>(&'a [f64], f64);
 
-impl Entries for Largest<'_> {
+impl Entries for LargestDiagonal<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         if row == column {
             self.1 = self.1.max(value.abs() * self.0[row] * self.0[row]);
@@ -282,7 +282,7 @@ fn closest(
             break;
         }
         let enforced = rows.rows().iter().map(|&i| sizes.excess(i, g[i])).fold(0.0, f64::max);
-        let mut largest = Largest(&sizes.of_q, 0.0);
+        let mut largest = LargestDiagonal(&sizes.of_q, 0.0);
         system.mass().emit(&mut largest);
         let unit = if largest.1 > 0.0 { 1.0 / largest.1 } else { 1.0 };
         let of_q = |j: usize| sizes.of_q[j];

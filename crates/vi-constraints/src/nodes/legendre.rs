@@ -34,7 +34,7 @@ use crate::null_space::null_space_at;
 use crate::projection::{Projections, hamiltonian};
 use crate::reparametrization::pull_back;
 use crate::saddle_point::IndependentRows;
-use error::{Result, finite, meet, shape, step};
+use error::{finite, meet, shape, step};
 use nalgebra::DMatrix;
 use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -87,7 +87,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError::Shape`], [`LegendreError::NotFinite`].
-    pub fn new(system: &'a S, constraints: &'a C, at: Configuration<'_>) -> Result<Self> {
+    pub fn new(
+        system: &'a S,
+        constraints: &'a C,
+        at: Configuration<'_>,
+    ) -> Result<Self, LegendreError> {
         shape("q", at.q.len(), system.dim())?;
         shape("the argument of the constraints", constraints.dim(), system.dim())?;
         finite("the configuration", at.q)?;
@@ -98,7 +102,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError::Shape`].
-    pub fn with_rows(system: &'a S, constraints: &'a C, rows: &IndependentRows) -> Result<Self> {
+    pub fn with_rows(
+        system: &'a S,
+        constraints: &'a C,
+        rows: &IndependentRows,
+    ) -> Result<Self, LegendreError> {
         shape("the argument of the constraints", constraints.dim(), system.dim())?;
         let projections = Projections::new(system, constraints.len(), rows);
         Ok(Self { system, constraints, rank: rows.len(), step: 0.0, projections })
@@ -117,7 +125,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn multiplier(&mut self, before: &Interval, after: &Interval) -> Result<Vec<f64>> {
+    pub fn multiplier(
+        &mut self,
+        before: &Interval,
+        after: &Interval,
+    ) -> Result<Vec<f64>, LegendreError> {
         self.check(before)?;
         meet(before, after)?;
         self.multiplier_after(&self.p_plus(before)?, after, 0.5 * (before.h + after.h))
@@ -127,13 +139,22 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn start_multiplier(&mut self, p0: &[f64], first: &Interval) -> Result<Vec<f64>> {
+    pub fn start_multiplier(
+        &mut self,
+        p0: &[f64],
+        first: &Interval,
+    ) -> Result<Vec<f64>, LegendreError> {
         shape("p(0)", p0.len(), self.system.dim())?;
         self.multiplier_after(p0, first, 0.5 * first.h) // g(q_0) has half the weight: the factor 2
     }
 
     /// `R_dᵀ [p + D_1 L_d + f_d^-]` with `G_d = weight G`.
-    fn multiplier_after(&mut self, p: &[f64], after: &Interval, weight: f64) -> Result<Vec<f64>> {
+    fn multiplier_after(
+        &mut self,
+        p: &[f64],
+        after: &Interval,
+        weight: f64,
+    ) -> Result<Vec<f64>, LegendreError> {
         let minus = self.p_minus(after)?;
         let w: Vec<f64> = p.iter().zip(&minus).map(|(p, minus)| p - minus).collect();
         self.r_d_transposed(after.start(), weight, &w) // (36), (47)
@@ -144,7 +165,12 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn r_d_transposed(&mut self, at: Configuration<'_>, h: f64, w: &[f64]) -> Result<Vec<f64>> {
+    pub fn r_d_transposed(
+        &mut self,
+        at: Configuration<'_>,
+        h: f64,
+        w: &[f64],
+    ) -> Result<Vec<f64>, LegendreError> {
         step(h)?;
         self.check_vectors(at.q, w)?;
         let (mut lambda, mut force) = (vec![0.0; self.constraints.len()], vec![0.0; w.len()]);
@@ -157,7 +183,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn constraint_force(&mut self, at: Configuration<'_>, lambda: &[f64]) -> Result<Vec<f64>> {
+    pub fn constraint_force(
+        &mut self,
+        at: Configuration<'_>,
+        lambda: &[f64],
+    ) -> Result<Vec<f64>, LegendreError> {
         shape("λ", lambda.len(), self.constraints.len())?;
         shape("q", at.q.len(), self.system.dim())?;
         let mut force = vec![0.0; at.q.len()];
@@ -170,7 +200,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn momentum_minus(&mut self, after: &Interval, lambda: &[f64]) -> Result<Vec<f64>> {
+    pub fn momentum_minus(
+        &mut self,
+        after: &Interval,
+        lambda: &[f64],
+    ) -> Result<Vec<f64>, LegendreError> {
         let mut p = self.p_minus(after)?;
         let force = self.constraint_force(after.start(), lambda)?;
         add_constraint_impulse(0.5 * after.h, &force, &mut p); // (34)
@@ -182,7 +216,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn momentum_plus(&mut self, before: &Interval, lambda: &[f64]) -> Result<Vec<f64>> {
+    pub fn momentum_plus(
+        &mut self,
+        before: &Interval,
+        lambda: &[f64],
+    ) -> Result<Vec<f64>, LegendreError> {
         let mut p = self.p_plus(before)?;
         let force = self.constraint_force(before.end(), lambda)?;
         add_constraint_impulse(-0.5 * before.h, &force, &mut p); // (35)
@@ -194,7 +232,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn project(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Vec<f64>> {
+    pub fn project(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Vec<f64>, LegendreError> {
         self.check_vectors(at.q, p)?;
         let mut out = vec![0.0; p.len()];
         self.projections.project(self.system, self.constraints, at, self.step, p, &mut out)?;
@@ -206,7 +244,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn projection(&mut self, at: Configuration<'_>) -> Result<DMatrix<f64>> {
+    pub fn projection(&mut self, at: Configuration<'_>) -> Result<DMatrix<f64>, LegendreError> {
         let n = self.system.dim();
         let (mut matrix, mut unit) = (DMatrix::zeros(n, n), vec![0.0; n]);
         for j in 0..n {
@@ -222,7 +260,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn velocity(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Vec<f64>> {
+    pub fn velocity(
+        &mut self,
+        at: Configuration<'_>,
+        p: &[f64],
+    ) -> Result<Vec<f64>, LegendreError> {
         self.check_vectors(at.q, p)?;
         let mut v = vec![0.0; p.len()];
         self.projections.velocity(self.system, self.constraints, at, self.step, p, &mut v)?;
@@ -231,7 +273,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     }
 
     /// `v̂` and `M v̂` of a momentum.
-    fn tangential(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
+    fn tangential(
+        &mut self,
+        at: Configuration<'_>,
+        p: &[f64],
+    ) -> Result<(Vec<f64>, Vec<f64>), LegendreError> {
         let v = self.velocity(at, p)?;
         let mut projected = vec![0.0; v.len()];
         self.system.add_momentum_of_step(at, self.step, &v, &mut projected);
@@ -242,7 +288,10 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn projected_momentum_minus(&mut self, after: &Interval) -> Result<Vec<f64>> {
+    pub fn projected_momentum_minus(
+        &mut self,
+        after: &Interval,
+    ) -> Result<Vec<f64>, LegendreError> {
         let p = self.p_minus(after)?;
         Ok(self.tangential(after.start(), &p)?.1) // (39)
     }
@@ -251,7 +300,10 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn projected_momentum_plus(&mut self, before: &Interval) -> Result<Vec<f64>> {
+    pub fn projected_momentum_plus(
+        &mut self,
+        before: &Interval,
+    ) -> Result<Vec<f64>, LegendreError> {
         let p = self.p_plus(before)?;
         Ok(self.tangential(before.end(), &p)?.1) // (40)
     }
@@ -261,7 +313,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn null_space(&self, at: Configuration<'_>) -> Result<DMatrix<f64>> {
+    pub fn null_space(&self, at: Configuration<'_>) -> Result<DMatrix<f64>, LegendreError> {
         self.check_vectors(at.q, at.q)?;
         Ok(null_space_at(self.constraints, at, self.rank))
     }
@@ -271,7 +323,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn reduced_momentum_minus(&self, after: &Interval, p: &DMatrix<f64>) -> Result<Vec<f64>> {
+    pub fn reduced_momentum_minus(
+        &self,
+        after: &Interval,
+        p: &DMatrix<f64>,
+    ) -> Result<Vec<f64>, LegendreError> {
         self.reduced(&self.p_minus(after)?, p) // (41)
     }
 
@@ -280,11 +336,19 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn reduced_momentum_plus(&self, before: &Interval, p: &DMatrix<f64>) -> Result<Vec<f64>> {
+    pub fn reduced_momentum_plus(
+        &self,
+        before: &Interval,
+        p: &DMatrix<f64>,
+    ) -> Result<Vec<f64>, LegendreError> {
         self.reduced(&self.p_plus(before)?, p) // (42)
     }
 
-    fn reduced(&self, momentum: &[f64], null_space: &DMatrix<f64>) -> Result<Vec<f64>> {
+    fn reduced(
+        &self,
+        momentum: &[f64],
+        null_space: &DMatrix<f64>,
+    ) -> Result<Vec<f64>, LegendreError> {
         shape("a column of P", null_space.nrows(), self.system.dim())?;
         shape("a row of P", null_space.ncols(), self.system.dim() - self.rank)?;
         let mut out = vec![0.0; null_space.ncols()];
@@ -297,7 +361,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn discrete_energy(&self, s: &Interval) -> Result<Energies> {
+    pub fn discrete_energy(&self, s: &Interval) -> Result<Energies, LegendreError> {
         self.check(s)?;
         let found = vi_core::legendre::discrete_energy(self.system, s); // (52)
         finite("the energy", &[found.kinetic, found.potential])?;
@@ -308,7 +372,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn hamiltonian(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Option<Energies>> {
+    pub fn hamiltonian(
+        &mut self,
+        at: Configuration<'_>,
+        p: &[f64],
+    ) -> Result<Option<Energies>, LegendreError> {
         self.check_vectors(at.q, p)?;
         let mut v = vec![0.0; p.len()];
         let has_velocity = self.projections.free_velocity(self.system, p, &mut v)?;
@@ -322,7 +390,11 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn projected_hamiltonian(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Energies> {
+    pub fn projected_hamiltonian(
+        &mut self,
+        at: Configuration<'_>,
+        p: &[f64],
+    ) -> Result<Energies, LegendreError> {
         let (v, projected) = self.tangential(at, p)?;
         let found = hamiltonian(self.system, at, &v, &projected); // (53)
         finite("the energy", &[found.kinetic, found.potential])?;
@@ -330,7 +402,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     }
 
     /// `−D_1 L_d − f_d^-`.
-    fn p_minus(&self, s: &Interval) -> Result<Vec<f64>> {
+    fn p_minus(&self, s: &Interval) -> Result<Vec<f64>, LegendreError> {
         self.check(s)?;
         let mut p = vec![0.0; s.dim()];
         p_minus(self.system, s, &mut p);
@@ -339,7 +411,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     }
 
     /// `D_2 L_d + f_d^+`.
-    fn p_plus(&self, s: &Interval) -> Result<Vec<f64>> {
+    fn p_plus(&self, s: &Interval) -> Result<Vec<f64>, LegendreError> {
         self.check(s)?;
         let mut p = vec![0.0; s.dim()];
         p_plus(self.system, s, &mut p);
@@ -347,12 +419,12 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         Ok(p)
     }
 
-    fn check(&self, s: &Interval) -> Result<()> {
+    fn check(&self, s: &Interval) -> Result<(), LegendreError> {
         shape("the interval", s.dim(), self.system.dim())?;
         step(s.h)
     }
 
-    fn check_vectors(&self, q: &[f64], p: &[f64]) -> Result<()> {
+    fn check_vectors(&self, q: &[f64], p: &[f64]) -> Result<(), LegendreError> {
         shape("q", q.len(), self.system.dim())?;
         shape("the vector", p.len(), self.system.dim())?;
         finite("the configuration", q)?;

@@ -242,7 +242,7 @@ impl NodeObserver {
         }
         let geometric = matrix(&lambda, &|_| ());
         let Self { projections, solvers, .. } = self;
-        let mut mass = AtNode { projections, solvers, system, constraints, state, prescribed };
+        let mut mass = MassAtNode { projections, solvers, system, constraints, state, prescribed };
         let all = fastest_motion(&whole, &mut mass)?;
         let by_constraint_forces = fastest_motion(&geometric, &mut mass)?;
         let held = quotient(&whole, &by_constraint_forces.velocity) - by_constraint_forces.squared;
@@ -339,7 +339,7 @@ fn velocity(
 }
 
 /// The mass of a system on the directions that its constraints allow at a node.
-struct AtNode<'a, S, C> {
+struct MassAtNode<'a, S, C> {
     projections: &'a mut Projections,
     solvers: &'a mut NodeSolvers,
     system: &'a S,
@@ -348,7 +348,7 @@ struct AtNode<'a, S, C> {
     prescribed: Vec<f64>, // n  v̂ of no momentum; empty where no motion is prescribed
 }
 
-impl<S: DiscreteLagrangian, C: Constraints> ConstrainedMass for AtNode<'_, S, C> {
+impl<S: DiscreteLagrangian, C: Constraints> ConstrainedMass for MassAtNode<'_, S, C> {
     fn velocity(&mut self, p: &[f64], v: &mut [f64]) -> Result<(), Singular> {
         let (system, constraints, state) = (self.system, self.constraints, self.state);
         let solvers = (&mut *self.projections, &mut *self.solvers);

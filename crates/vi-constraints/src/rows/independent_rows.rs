@@ -110,7 +110,7 @@ impl IndependentRows {
         place: JacobianPlace,
         out: &mut dyn Entries,
     ) {
-        emit(&mut Selected { rows: self, place, out });
+        emit(&mut SelectedRows { rows: self, place, out });
     }
 }
 
@@ -127,13 +127,13 @@ pub struct JacobianPlace {
     pub transposed: bool,
 }
 
-struct Selected<'a> {
+struct SelectedRows<'a> {
     rows: &'a IndependentRows,
     place: JacobianPlace,
     out: &'a mut dyn Entries,
 }
 
-impl Entries for Selected<'_> {
+impl Entries for SelectedRows<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         let row = self.rows.position[row];
         if row == DROPPED {

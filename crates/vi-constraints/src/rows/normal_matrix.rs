@@ -15,7 +15,7 @@ const SHIFT: f64 = 1e-12;
 /// The normal matrix of Jacobians of one pattern.
 #[derive(Debug)]
 pub(crate) struct NormalMatrix {
-    rows: Rows,
+    rows: RowPattern,
     numbers: Vec<f64>, // of the Jacobian that the factors are of; empty without factors
     diagonal: Vec<f64>, // n  of GᵀG + αI
     blocks: Option<Blocks>,
@@ -25,7 +25,7 @@ pub(crate) struct NormalMatrix {
 
 /// The pattern of a Jacobian row by row.
 #[derive(Debug)]
-struct Rows {
+struct RowPattern {
     shape: (usize, usize),
     starts: Vec<usize>,           // m + 1
     entries: Vec<(usize, usize)>, // column, place among the numbers of G; columns rise along a row
@@ -52,12 +52,12 @@ struct General {
 /// A Jacobian, and the diagonal of its normal matrix.
 #[derive(Clone, Copy)]
 struct Given<'a> {
-    rows: &'a Rows,
+    rows: &'a RowPattern,
     numbers: &'a [f64],
     diagonal: &'a [f64],
 }
 
-impl Rows {
+impl RowPattern {
     fn new(jacobian: &SparseMatrix) -> Self {
         let shape = jacobian.shape();
         let (mut count, mut rows) = (0, vec![Vec::new(); shape.0]);
@@ -84,7 +84,7 @@ impl Rows {
 
 impl Blocks {
     /// `None` where there is too much fill.
-    fn new(rows: &Rows) -> Option<Self> {
+    fn new(rows: &RowPattern) -> Option<Self> {
         let n = rows.shape.1;
         let sizes: Vec<usize> = (0..n).step_by(SIZE).map(|first| SIZE.min(n - first)).collect();
         let mut places: Vec<[usize; 2]> = (0..sizes.len()).map(|g| [g, g]).collect();
@@ -148,7 +148,7 @@ impl Given<'_> {
 impl NormalMatrix {
     /// Of Jacobians with the pattern of this one.
     pub(crate) fn new(jacobian: &SparseMatrix) -> Self {
-        let rows = Rows::new(jacobian);
+        let rows = RowPattern::new(jacobian);
         let (blocks, diagonal) = (Blocks::new(&rows), vec![0.0; rows.shape.1]);
         let numbers = Vec::with_capacity(rows.entries.len());
         Self { rows, numbers, diagonal, blocks, general: General::default(), in_blocks: false }
@@ -156,7 +156,7 @@ impl NormalMatrix {
 
     /// Whether a Jacobian has this pattern, as far as its shape and the number of its entries tell.
     pub(crate) fn is_of(&self, jacobian: &SparseMatrix) -> bool {
-        let Rows { shape, entries, .. } = &self.rows;
+        let RowPattern { shape, entries, .. } = &self.rows;
         *shape == jacobian.shape() && entries.len() == jacobian.as_sprs().nnz()
     }
 

@@ -45,7 +45,7 @@ impl StepSolver {
         let Self { newton, x } = self;
         state.history.fit(x.len(), step.count, scheme.alternating(step.count));
         scheme.begin(system, constraints, step, state);
-        let mut problem = Equations { scheme, system, constraints };
+        let mut problem = StepEquations { scheme, system, constraints };
         let mut outcome = solve_step(newton, state, step, &mut problem, x);
         if problem.scheme.renew(constraints, outcome.is_ok()) {
             state.history.clear();
@@ -58,13 +58,13 @@ impl StepSolver {
 }
 
 /// The equations of a step as Newton's method sees them.
-struct Equations<'a, 'b, S, C> {
+struct StepEquations<'a, 'b, S, C> {
     scheme: &'a mut (dyn Scheme<S, C> + 'b),
     system: &'a S,
     constraints: &'a C,
 }
 
-impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
+impl<S, C> NewtonProblem for StepEquations<'_, '_, S, C> {
     fn blocks(&self) -> &[Block] {
         self.scheme.blocks()
     }
@@ -101,7 +101,7 @@ fn solve_step<S, C>(
     newton: &mut Newton,
     state: &mut State,
     step: SubStep,
-    problem: &mut Equations<'_, '_, S, C>,
+    problem: &mut StepEquations<'_, '_, S, C>,
     x: &mut [f64],
 ) -> Result<NewtonReport, StepError> {
     let searching = newton.settings.line_search;

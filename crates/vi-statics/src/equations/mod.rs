@@ -51,7 +51,7 @@ pub(crate) struct FrameMatrices {
 }
 
 /// The equations at the last equilibrium, with the workspace of an evaluation.
-pub(crate) struct Equations {
+pub(crate) struct EquilibriumEquations {
     pub(crate) system: SeparableSystem,
     pub(crate) mechanism: Mechanism,
     pub(crate) t: f64,      // load parameter
@@ -99,7 +99,7 @@ pub(crate) fn separate(mechanism: &Mechanism) -> VelocityLayout {
     VelocityLayout::new(&Mechanism::new(description))
 }
 
-impl Equations {
+impl EquilibriumEquations {
     /// At the configuration `q` and the load parameter `t`.
     pub(crate) fn new(
         system: SeparableSystem,
@@ -439,14 +439,14 @@ pub(crate) struct TreeMatrices {
 }
 
 /// The equations with the blocks of their unknowns, for Newton's method.
-pub(crate) struct Problem<'a> {
+pub(crate) struct EquilibriumProblem<'a> {
     blocks: &'a [Block],
-    work: &'a mut Equations,
+    work: &'a mut EquilibriumEquations,
     first: Vec<f64>,
 }
 
-impl<'a> Problem<'a> {
-    pub(crate) fn of(blocks: &'a [Block], work: &'a mut Equations) -> Self {
+impl<'a> EquilibriumProblem<'a> {
+    pub(crate) fn of(blocks: &'a [Block], work: &'a mut EquilibriumEquations) -> Self {
         Self { blocks, work, first: Vec::new() }
     }
 
@@ -456,7 +456,7 @@ impl<'a> Problem<'a> {
     }
 }
 
-impl NewtonProblem for Problem<'_> {
+impl NewtonProblem for EquilibriumProblem<'_> {
     fn blocks(&self) -> &[Block] {
         self.blocks
     }

@@ -2,14 +2,14 @@
 //! constraints.
 #![allow(non_snake_case)] // J
 
-use super::Equations;
+use super::EquilibriumEquations;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_multibody::loop_rank::LoopRank;
 
-impl Equations {
+impl EquilibriumEquations {
     /// Independent rows of joints, bars and scalar constraints.
     pub(super) fn independent_rows(&mut self) -> IndependentRows {
         let (mechanism, m) = (&self.mechanism, self.mechanism.len());

@@ -1,10 +1,10 @@
 //! Sizes by which residuals, forces and increments are measured.
 
-use super::Equations;
+use super::EquilibriumEquations;
 use vi_core::MechanicalSystem;
 use vi_core::linear::norm_inf;
 
-impl Equations {
+impl EquilibriumEquations {
     fn points(&self) -> impl Iterator<Item = &[f64]> {
         let description = self.mechanism.description();
         let (bodies, size) = (description.bodies.len(), description.dimension.max(1));

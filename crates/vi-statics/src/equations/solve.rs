@@ -4,14 +4,14 @@
 //! ```
 #![allow(non_snake_case)] // K, S, D
 
-use super::Equations;
+use super::EquilibriumEquations;
 use vi_core::linear::{Singular, SparseLu};
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// Least stiffness that the matrix is scaled by, relative to the largest.
 const SOFTEST: f64 = 1e-8;
 
-impl Equations {
+impl EquilibriumEquations {
     /// `x ← K⁻¹ x` with the tangent last filled.
     pub(crate) fn solve(&mut self, x: &mut [f64]) -> Result<(), Singular> {
         self.solve_with(1.0, x)
@@ -23,12 +23,12 @@ impl Equations {
         let d = self.unknowns();
         let Self { stiffness, upper, lower, scale, factors, metric, sigma, .. } = self;
         let scaled = |out: &mut dyn Entries| {
-            stiffness.emit(&mut Scaled { out, scale, part, place: |i, j| (i, j) });
+            stiffness.emit(&mut ScaledEntries { out, scale, part, place: |i, j| (i, j) });
             for (i, s) in metric.iter().enumerate() {
                 out.add(i, i, scale[i] * *sigma * s * scale[i]);
             }
-            upper.emit(&mut Scaled { out, scale, part: 1.0, place: |i, j| (j, d + i) });
-            lower.emit(&mut Scaled { out, scale, part: 1.0, place: |i, j| (d + i, j) });
+            upper.emit(&mut ScaledEntries { out, scale, part: 1.0, place: |i, j| (j, d + i) });
+            lower.emit(&mut ScaledEntries { out, scale, part: 1.0, place: |i, j| (d + i, j) });
         };
         match factors {
             Some((matrix, _)) => matrix.refill(scaled),
@@ -60,7 +60,7 @@ impl Equations {
             *scale = near(size.abs().max(least * self.metric[i]), -0.5);
         }
         let mut largest = vec![0.0_f64; self.rows.len()];
-        self.lower.emit(&mut Largest { scale: &self.scale, out: &mut largest });
+        self.lower.emit(&mut RowMaxima { scale: &self.scale, out: &mut largest });
         for (scale, size) in self.scale[d..].iter_mut().zip(largest) {
             *scale = near(size, -1.0);
         }
@@ -68,14 +68,14 @@ impl Equations {
 }
 
 /// Multiplies entries by the scales of their row and column.
-struct Scaled<'a, F> {
+struct ScaledEntries<'a, F> {
     out: &'a mut dyn Entries,
     scale: &'a [f64],
     part: f64,
     place: F,
 }
 
-impl<F: Fn(usize, usize) -> (usize, usize)> Entries for Scaled<'_, F> {
+impl<F: Fn(usize, usize) -> (usize, usize)> Entries for ScaledEntries<'_, F> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         let (i, j) = (self.place)(row, column);
         self.out.add(i, j, self.scale[i] * (self.part * value) * self.scale[j]);
@@ -83,12 +83,12 @@ impl<F: Fn(usize, usize) -> (usize, usize)> Entries for Scaled<'_, F> {
 }
 
 /// The largest entry of each row, columns scaled.
-struct Largest<'a> {
+struct RowMaxima<'a> {
     scale: &'a [f64],
     out: &'a mut [f64],
 }
 
-impl Entries for Largest<'_> {
+impl Entries for RowMaxima<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         let size = (value * self.scale[column]).abs();
         self.out[row] = self.out[row].max(size);

@@ -16,7 +16,7 @@ use vi_testkit::Sample;
 
 /// ground – pair – beam – pair – beam – pair (a node on the ground), weight, loads, springs, a
 /// guide.
-fn work(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
+fn work(kinds: [PairKind; 3], sample: &mut Sample) -> EquilibriumEquations {
     let section = Section::new([90.0, 80.0, 120.0, 5.0, 4.0, 3.0], [1.0, 0.1, 0.1, 0.0]).unwrap();
     let mut model = BeamModel::new(Vector3::new(0.2, 0.3, -1.0));
     let rule = FrameRule::Normal(Vector3::z());
@@ -55,12 +55,12 @@ fn work(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
         system = system.force(Box::new(JointForce { coordinate, law }));
     }
     let q = model.configuration();
-    Equations::new(system, mechanism, (0.7, &q))
+    EquilibriumEquations::new(system, mechanism, (0.7, &q))
 }
 
 /// In a steady rotation, with dampers from the ground and between bodies, on points off the axis,
 /// and control of a length from the ground.
-fn rotating(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
+fn rotating(kinds: [PairKind; 3], sample: &mut Sample) -> EquilibriumEquations {
     let mut work = work(kinds, sample);
     let ground = Form::constant(sample.vector() + 3.0 * Vector3::x());
     let [a, b] = [0, 3].map(|k| work.mechanism.point_of(Attachment::Body(k), &sample.vector()));
@@ -76,12 +76,12 @@ fn rotating(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
 }
 
 /// The largest entry of `K⁻¹ ∂r/∂x − I`.
-fn off_the_derivative(work: &mut Equations, sample: &mut Sample) -> f64 {
+fn off_the_derivative(work: &mut EquilibriumEquations, sample: &mut Sample) -> f64 {
     let mut worst = 0.0_f64;
     let size = work.unknowns() + work.rows.len();
     work.sigma = 0.1;
     let x: Vec<f64> = (0..size).map(|_| 0.2 * sample.number()).collect();
-    let residual = |work: &mut Equations, x: &[f64]| {
+    let residual = |work: &mut EquilibriumEquations, x: &[f64]| {
         let mut r = vec![0.0; size];
         work.evaluate(x, &mut r).unwrap();
         r

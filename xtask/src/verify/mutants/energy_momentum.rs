@@ -2,7 +2,7 @@
 
 use holonom::nalgebra::DMatrix;
 use holonom::verification::running::Running;
-use holonom::verification::subject::{Initial, Method, Motion, Setting};
+use holonom::verification::subject::{Initial, Method, RunningMotion, Setting};
 use holonom::vi_constraints::InitialValues;
 use holonom::vi_constraints::Reparametrization;
 use holonom::vi_core::potential::Potential;
@@ -100,7 +100,7 @@ pub(super) fn start(
     defect: Option<EmDefect>,
     setting: Setting,
     at: Option<Initial<'_>>,
-) -> Result<Box<dyn Motion>, String> {
+) -> Result<Box<dyn RunningMotion>, String> {
     let mechanism = system::build(model).map_err(|e| e.to_string())?.mechanism;
     let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let (q, v) = at.unwrap_or((&own.0, &own.1));

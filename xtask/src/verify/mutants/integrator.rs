@@ -2,7 +2,7 @@
 
 use holonom::nalgebra::DMatrix;
 use holonom::verification::running::Running;
-use holonom::verification::subject::{Initial, Method, Motion, Setting};
+use holonom::verification::subject::{Initial, Method, RunningMotion, Setting};
 use holonom::vi_constraints::{InitialValues, Integrator, Options, Reparametrization};
 use holonom::vi_core::force::DiscreteForce;
 use holonom::vi_core::newton::{Block, Fault};
@@ -208,7 +208,7 @@ pub(super) fn start(
     defect: IntegratorDefect,
     setting: Setting,
     at: Option<Initial<'_>>,
-) -> Result<Box<dyn Motion>, String> {
+) -> Result<Box<dyn RunningMotion>, String> {
     let built = system::build(model).map_err(|e| e.to_string())?;
     let mut inner = built.dynamics.variational(&built.mechanism);
     let mechanism = built.mechanism;

@@ -23,9 +23,11 @@ use super::exact::{self, Exact};
 use holonom::Model;
 use holonom::certificate::subject::ModelSubject;
 use holonom::verification::certificate::{Certificate, Criterion, Finding, Verdict};
-use holonom::verification::certify::{Plan, certify};
+use holonom::verification::certify::{MeasurementPlan, certify};
 use holonom::verification::convergence::Horizon;
-use holonom::verification::subject::{Initial, Method, Motion, Setting, Subject, Values};
+use holonom::verification::subject::{
+    Initial, Method, NodeValues, RunningMotion, Setting, Subject,
+};
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 use output::Misreporting;
@@ -164,14 +166,14 @@ impl Base {
         Model::from_toml(&self.text()).map_err(|e| format!("{}: {e}", self.name()))
     }
 
-    fn plan(self, method: (Method, u32), criteria: &[Criterion]) -> Plan {
+    fn plan(self, method: (Method, u32), criteria: &[Criterion]) -> MeasurementPlan {
         let (end, coarsest, finest, step, long) = self.numbers();
         let (method, order) = method;
         let mut methods = vec![(method, vec![order])];
         if method == Method::NODAL && criteria.contains(&Criterion::Agreement) {
             methods.push((Method::Variational(SchemeKind::Dalembert), vec![]));
         }
-        Plan {
+        MeasurementPlan {
             methods,
             horizon: Horizon { end, coarsest, finest },
             step,
@@ -200,7 +202,7 @@ impl Subject for Broken {
         &self,
         setting: Setting,
         at: Option<Initial<'_>>,
-    ) -> Result<Box<dyn Motion>, String> {
+    ) -> Result<Box<dyn RunningMotion>, String> {
         if let Some((_, wired)) = self.wired.as_ref().filter(|(own, _)| *own == setting.method) {
             return wired.start_from(setting, at);
         }
@@ -223,7 +225,7 @@ impl Subject for Broken {
         }
     }
 
-    fn exact(&self, t: f64) -> Option<Values> {
+    fn exact(&self, t: f64) -> Option<NodeValues> {
         self.sound.exact(t)
     }
 }

@@ -1,7 +1,7 @@
 //! Integrators that step rightly and report wrongly.
 
 use holonom::verification::equations::Equations;
-use holonom::verification::subject::{Invariants, Motion, Nature, Values};
+use holonom::verification::subject::{Invariants, Nature, NodeValues, RunningMotion};
 use holonom::vi_constraints::scheme::Condition;
 use holonom::vi_constraints::tangent_map::Tangents;
 
@@ -44,7 +44,7 @@ pub enum OutputDefect {
 
 /// A motion with an [`OutputDefect`].
 pub(super) struct Misreporting {
-    pub(super) inner: Box<dyn Motion>,
+    pub(super) inner: Box<dyn RunningMotion>,
     pub(super) defect: OutputDefect,
     pub(super) h: f64,
     pub(super) steps: u64,
@@ -59,7 +59,7 @@ fn size(of: f64) -> f64 {
     if of > 0.0 { of } else { 1.0 }
 }
 
-impl Motion for Misreporting {
+impl RunningMotion for Misreporting {
     fn step(&mut self) -> Result<(), String> {
         self.steps += 1;
         self.inner.step()
@@ -92,7 +92,7 @@ impl Motion for Misreporting {
     fn equations(&self) -> Box<dyn Equations + '_> {
         self.inner.equations()
     }
-    fn values(&mut self) -> Result<Values, String> {
+    fn values(&mut self) -> Result<NodeValues, String> {
         let mut values = self.inner.values()?;
         let start = self.steps == 0;
         match self.defect {

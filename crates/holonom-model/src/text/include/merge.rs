@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::KEY;
 use super::scope::{FRAME, Scope, meant, scopes};
-use super::tree::{POSE, Tree, parse};
+use super::tree::{IncludeTree, POSE, parse};
 use super::writer::{Writer, key_as_toml, quoted};
 use crate::frames::start::is_ground;
 use crate::text::expression::renamed;
@@ -35,7 +35,7 @@ const REFERENCES: [&str; 11] = [
 type Value<'i> = Spanned<DeValue<'i>>;
 
 /// The merged text; `None` where the files do not fit each other.
-pub(super) fn merge(tree: &Tree, problems: &mut Vec<(usize, Problem)>) -> Option<Writer> {
+pub(super) fn merge(tree: &IncludeTree, problems: &mut Vec<(usize, Problem)>) -> Option<Writer> {
     let tables: Vec<DeTable<'_>> =
         tree.files.iter().map(|file| parse(&file.text).unwrap_or_default()).collect();
     let framed: Vec<bool> =
@@ -75,7 +75,11 @@ pub(super) fn merge(tree: &Tree, problems: &mut Vec<(usize, Problem)>) -> Option
 }
 
 /// The entry of `include` that a branch comes from, if it is a table.
-fn entry<'a, 'i>(tree: &Tree, tables: &'a [DeTable<'i>], branch: usize) -> Option<&'a DeTable<'i>> {
+fn entry<'a, 'i>(
+    tree: &IncludeTree,
+    tables: &'a [DeTable<'i>],
+    branch: usize,
+) -> Option<&'a DeTable<'i>> {
     let branch = &tree.branches[branch];
     let including = &tables[tree.branches[branch.parent?].file];
     let entries = including.get(KEY)?.get_ref().as_array()?;
@@ -88,7 +92,7 @@ fn is_placed(entry: &DeTable<'_>) -> bool {
 }
 
 struct Merge<'a, 'i> {
-    tree: &'a Tree,
+    tree: &'a IncludeTree,
     tables: &'a [DeTable<'i>],
     framed: Vec<bool>,
     scopes: Vec<Scope>,

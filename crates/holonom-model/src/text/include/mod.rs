@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use super::problem::{ModelError, Problem};
 use crate::{Meshes, Model, Override, read_text};
-use tree::Tree;
+use tree::IncludeTree;
 use writer::Piece;
 
 /// The key.
@@ -115,7 +115,9 @@ impl ModelText {
 
     fn of(file: SourceFile) -> Self {
         let mut problems = Vec::new();
-        let Some(tree) = Tree::read(&file, &mut problems) else { return Self::alone(vec![file]) };
+        let Some(tree) = IncludeTree::read(&file, &mut problems) else {
+            return Self::alone(vec![file]);
+        };
         let merged = problems.is_empty().then(|| merge::merge(&tree, &mut problems)).flatten();
         let fault = (!problems.is_empty())
             .then(|| ModelError::Invalid(problems.iter().map(|(_, p)| p.clone()).collect()));

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use toml::de::{DeTable, DeValue};
 
-use super::tree::{Branch, Tree};
+use super::tree::{IncludeTree, Inclusion};
 use crate::text::parameters::SECTION;
 use crate::text::sections::LISTS;
 
@@ -19,11 +19,11 @@ pub(super) struct Scope {
 }
 
 /// The scopes of all branches; `framed` says which of them are placed.
-pub(super) fn scopes(tree: &Tree, tables: &[DeTable<'_>], framed: &[bool]) -> Vec<Scope> {
+pub(super) fn scopes(tree: &IncludeTree, tables: &[DeTable<'_>], framed: &[bool]) -> Vec<Scope> {
     let mut scopes: Vec<Scope> =
         tree.branches.iter().map(|branch| own(&tables[branch.file])).collect();
     for index in (1..tree.branches.len()).rev() {
-        let Branch { parent, prefix, .. } = &tree.branches[index];
+        let Inclusion { parent, prefix, .. } = &tree.branches[index];
         let Some(parent) = *parent else { continue };
         let prefix = &prefix[tree.branches[parent].prefix.len()..];
         let mut scope = std::mem::take(&mut scopes[index]);
@@ -56,7 +56,7 @@ fn own(table: &DeTable<'_>) -> Scope {
 /// The name in the merged model of one that stands in the file of a branch: that of the nearest
 /// file which defines it.
 pub(super) fn meant(
-    tree: &Tree,
+    tree: &IncludeTree,
     branch: usize,
     name: &str,
     defines: impl Fn(usize, &str) -> bool,

@@ -23,7 +23,7 @@ pub(super) const POSE: [&str; 6] =
     ["relative_to", "position", "quaternion", "rotation_vector", "matrix", "euler"];
 
 /// A file at one place in the model; the same file may be at several.
-pub(super) struct Branch {
+pub(super) struct Inclusion {
     pub(super) file: usize,
     pub(super) parent: Option<usize>,
     pub(super) children: Vec<usize>,
@@ -35,25 +35,25 @@ pub(super) struct Branch {
 }
 
 /// All files, and where they are included; the first branch is the file itself.
-pub(super) struct Tree {
+pub(super) struct IncludeTree {
     pub(super) files: Vec<SourceFile>,
-    pub(super) branches: Vec<Branch>,
+    pub(super) branches: Vec<Inclusion>,
 }
 
 /// An entry of `include`, as far as it is needed to find the file.
-struct Entry {
+struct IncludeEntry {
     file: String,
     prefix: String,
     place: Range<usize>,
 }
 
-impl Tree {
+impl IncludeTree {
     /// Reads the files that a file includes; `None` when it includes none, or cannot be parsed.
     pub(super) fn read(file: &SourceFile, problems: &mut Vec<(usize, Problem)>) -> Option<Self> {
         if !file.text.contains(KEY) || !parse(&file.text).ok()?.contains_key(KEY) {
             return None;
         }
-        let root = Branch {
+        let root = Inclusion {
             file: 0,
             parent: None,
             children: Vec::new(),
@@ -87,7 +87,7 @@ impl Tree {
         &mut self,
         parent: usize,
         number: usize,
-        entry: &Entry,
+        entry: &IncludeEntry,
         (known, bytes): (&mut BTreeMap<PathBuf, usize>, &mut usize),
     ) -> Result<(), Problem> {
         let wrong = |message: String, help: &str| Problem::new(KEY, message).help(help);
@@ -134,7 +134,7 @@ impl Tree {
         }
         let prefix = self.branches[parent].prefix.clone() + &entry.prefix;
         let (parent, children) = (Some(parent), Vec::new());
-        let new = Branch { file, parent, children, entry: number, prefix, depth };
+        let new = Inclusion { file, parent, children, entry: number, prefix, depth };
         let index = self.branches.len();
         self.branches[parent.unwrap_or(0)].children.push(index);
         self.branches.push(new);
@@ -142,7 +142,7 @@ impl Tree {
     }
 }
 
-impl Tree {
+impl IncludeTree {
     /// A file that the file of a branch names, as the first file would name it.
     pub(super) fn as_seen_from_root(&self, branch: usize, file: &str) -> String {
         let folder = |k: usize| folder_of(&self.files[k].path);
@@ -178,7 +178,7 @@ fn identity(path: &Path) -> PathBuf {
 }
 
 /// The entries of `include` of a text.
-fn entries(text: &str, report: &mut dyn FnMut(Problem)) -> Vec<Entry> {
+fn entries(text: &str, report: &mut dyn FnMut(Problem)) -> Vec<IncludeEntry> {
     let table = match parse(text) {
         Ok(table) => table,
         Err(problem) => {
@@ -205,14 +205,17 @@ fn entries(text: &str, report: &mut dyn FnMut(Problem)) -> Vec<Entry> {
     entries
 }
 
-fn entry(value: &Spanned<DeValue<'_>>) -> Result<Entry, Problem> {
+fn entry(value: &Spanned<DeValue<'_>>) -> Result<IncludeEntry, Problem> {
     let place = value.span();
     let wrong = |key: &str, message: String, at: Range<usize>| {
         let help = "write a file name, or { file = \"leg.toml\", prefix = \"left_\" }";
         Problem::new(format!("{KEY}{key}"), message).help(help).at(Some(at))
     };
-    let plain =
-        |file: &str| Entry { file: file.to_owned(), prefix: String::new(), place: place.clone() };
+    let plain = |file: &str| IncludeEntry {
+        file: file.to_owned(),
+        prefix: String::new(),
+        place: place.clone(),
+    };
     let table = match value.get_ref() {
         DeValue::String(file) => return Ok(plain(file)),
         DeValue::Table(table) => table,
@@ -242,5 +245,5 @@ fn entry(value: &Spanned<DeValue<'_>>) -> Result<Entry, Problem> {
         let message = format!("`{pose}` needs a `prefix`: the frame of the file is named after it");
         return Err(wrong("", message, place));
     }
-    Ok(Entry { file, prefix, place })
+    Ok(IncludeEntry { file, prefix, place })
 }

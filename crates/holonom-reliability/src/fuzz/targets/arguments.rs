@@ -5,7 +5,7 @@ use super::sample_run::{run_into, small_model};
 use super::{Answer, Target, Worker, lines};
 use crate::fuzz::mutate;
 use crate::program;
-use crate::scratch::Scratch;
+use crate::scratch::ScratchFolder;
 use crate::soak::draw::Draw;
 use holonom_cli::{Call, Called};
 use std::ffi::OsString;
@@ -92,7 +92,7 @@ struct Caller {
     program: Option<PathBuf>,
     /// The files of a run, with their names.
     run: Vec<(OsString, Vec<u8>)>,
-    scratch: Option<Scratch>,
+    scratch: Option<ScratchFolder>,
     calls: u64,
 }
 
@@ -123,9 +123,9 @@ impl Worker for Caller {
 
 impl Caller {
     /// A folder with a model and a run of another.
-    fn renewed(&mut self) -> Result<Scratch, String> {
+    fn renewed(&mut self) -> Result<ScratchFolder, String> {
         let words = |error: std::io::Error| error.to_string();
-        let scratch = Scratch::new("arguments");
+        let scratch = ScratchFolder::new("arguments");
         fs::write(scratch.path().join("pendulum.toml"), MODEL).map_err(words)?;
         let out = scratch.path().join("out");
         if self.run.is_empty() {

@@ -32,7 +32,7 @@ impl Target for Assembly {
     }
 
     fn worker(&self) -> Box<dyn Worker> {
-        Box::new(Stepper)
+        Box::new(AssemblyWorker)
     }
 }
 
@@ -52,9 +52,9 @@ fn steps(model: &Model) -> f64 {
     if 12 * frames + 3 * model.particles.len() > 60 { 1.0 } else { 3.0 }
 }
 
-struct Stepper;
+struct AssemblyWorker;
 
-impl Worker for Stepper {
+impl Worker for AssemblyWorker {
     fn execute(&mut self, input: &[u8]) -> Answer {
         stepped(input, false)
     }

@@ -2,17 +2,17 @@
 
 use super::{Answer, Target, Worker, repository};
 use holonom::Model;
-use holonom::import::{ImportError, Imported, Options, import_text};
+use holonom::import::{ImportError, ImportOptions, Imported, import_text};
 use std::path::{Path, PathBuf};
 
 /// Descriptions of robots; files that they name are not there.
 #[derive(Clone, Copy, Debug)]
-pub struct Import;
+pub struct RobotDescriptions;
 
 /// The descriptions of the tests, the smaller ones: an input is mutated in a few places only.
 const LARGEST: usize = 8000;
 
-impl Target for Import {
+impl Target for RobotDescriptions {
     fn name(&self) -> &'static str {
         "import"
     }
@@ -54,7 +54,7 @@ impl Worker for Translator {
 /// `surplus`: text before that of the model.
 fn translated(input: &[u8], surplus: &str) -> Answer {
     let text = String::from_utf8_lossy(input);
-    match import_text(&text, Path::new("robot.xml"), &Options::default()) {
+    match import_text(&text, Path::new("robot.xml"), &ImportOptions::default()) {
         Ok(Imported { text, model, .. }) => match Model::from_toml(&format!("{surplus}{text}")) {
             Ok(again) if again == model => Answer::Accepted,
             _ => Answer::Wrong("accepted: the text gives another model".into()),

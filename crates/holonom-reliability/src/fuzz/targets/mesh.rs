@@ -7,9 +7,9 @@ use std::path::Path;
 
 /// Files of meshes.
 #[derive(Clone, Copy, Debug)]
-pub struct MeshFile;
+pub struct MeshFiles;
 
-impl Target for MeshFile {
+impl Target for MeshFiles {
     fn name(&self) -> &'static str {
         "mesh"
     }
@@ -23,13 +23,13 @@ impl Target for MeshFile {
     }
 
     fn worker(&self) -> Box<dyn Worker> {
-        Box::new(Reader)
+        Box::new(MeshReader)
     }
 }
 
-struct Reader;
+struct MeshReader;
 
-impl Worker for Reader {
+impl Worker for MeshReader {
     fn execute(&mut self, input: &[u8]) -> Answer {
         read(input, b"")
     }

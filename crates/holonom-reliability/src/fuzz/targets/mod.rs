@@ -88,10 +88,10 @@ pub fn all() -> Vec<Box<dyn Target>> {
         Box::new(checkpoint::CheckpointFile),
         Box::new(state::StoredState),
         Box::new(tables::Tables),
-        Box::new(sweep::Sweep),
+        Box::new(sweep::SweepPlans),
         Box::new(arguments::Arguments),
-        Box::new(import::Import),
-        Box::new(mesh::MeshFile),
+        Box::new(import::RobotDescriptions),
+        Box::new(mesh::MeshFiles),
     ]
 }
 

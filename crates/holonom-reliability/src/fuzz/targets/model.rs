@@ -5,7 +5,7 @@
 
 use super::{Answer, Target, Worker, files};
 use crate::fuzz::{mutate, structure};
-use crate::scratch::Scratch;
+use crate::scratch::ScratchFolder;
 use crate::soak::draw::Draw;
 use holonom::Model;
 use holonom::model::{ModelError, ModelText, Override, Problem};
@@ -33,7 +33,7 @@ impl Target for ModelFile {
     }
 
     fn worker(&self) -> Box<dyn Worker> {
-        Box::new(Reader { scratch: None })
+        Box::new(ModelReader { scratch: None })
     }
 }
 
@@ -63,12 +63,12 @@ fn overrides(text: &str) -> Vec<Override> {
     text.lines().filter_map(set).collect()
 }
 
-struct Reader {
+struct ModelReader {
     /// Where inputs of several files are written; made when the first of them comes.
-    scratch: Option<Scratch>,
+    scratch: Option<ScratchFolder>,
 }
 
-impl Reader {
+impl ModelReader {
     /// Reads an input of one text or of several files; the problems of a refusal have their texts.
     fn read(&mut self, text: &str) -> Result<Model, Vec<(Problem, String)>> {
         let with = |text: String| move |problem: Problem| (problem, text.clone());
@@ -78,7 +78,7 @@ impl Reader {
             return read(text).map_err(|error| located(refused(&error)).collect());
         };
         let failed = |words: String| vec![(Problem::new("", words), String::new())];
-        let folder = self.scratch.get_or_insert_with(|| Scratch::new("includes")).path();
+        let folder = self.scratch.get_or_insert_with(|| ScratchFolder::new("includes")).path();
         let write = |name: &str, text: &str| {
             fs::write(folder.join(name), text).map_err(|error| failed(error.to_string()))
         };
@@ -94,7 +94,7 @@ impl Reader {
     }
 }
 
-impl Worker for Reader {
+impl Worker for ModelReader {
     fn execute(&mut self, input: &[u8]) -> Answer {
         self.judged(input, &|model| model.to_toml())
     }
@@ -108,7 +108,7 @@ impl Worker for Reader {
     }
 }
 
-impl Reader {
+impl ModelReader {
     fn judged(&mut self, input: &[u8], written: &dyn Fn(&Model) -> String) -> Answer {
         let Ok(text) = std::str::from_utf8(input) else { return Answer::Refused("no text".into()) };
         let model = match self.read(text) {

@@ -7,9 +7,9 @@ use holonom::sweep::{Plan, Sampling, Shard, Variation};
 
 /// Sweeps.
 #[derive(Clone, Copy, Debug)]
-pub struct Sweep;
+pub struct SweepPlans;
 
-impl Target for Sweep {
+impl Target for SweepPlans {
     fn name(&self) -> &'static str {
         "sweep"
     }

@@ -4,12 +4,12 @@
 use super::sample_run::{model, run_into};
 use super::{Answer, Target, Worker};
 use crate::fuzz::mutate;
-use crate::scratch::Scratch;
+use crate::scratch::ScratchFolder;
 use crate::soak::draw::Draw;
 use holonom::RunFolder;
 use holonom::export::{Format, export};
 use holonom::output::OutputError;
-use holonom::report::selected::{NamedRun, Request, selected};
+use holonom::report::selected::{ChartRequest, NamedRun, selected};
 use holonom::report::{Style, Typeface};
 use std::fs;
 
@@ -61,7 +61,7 @@ impl Target for Tables {
     }
 
     fn seeds(&self) -> Vec<Vec<u8>> {
-        let scratch = Scratch::new("seeds");
+        let scratch = ScratchFolder::new("seeds");
         if ran(&scratch).is_err() {
             return Vec::new();
         }
@@ -79,16 +79,16 @@ impl Target for Tables {
     }
 
     fn worker(&self) -> Box<dyn Worker> {
-        let scratch = Scratch::new("tables");
+        let scratch = ScratchFolder::new("tables");
         let ready = ran(&scratch);
         let content = |name: &str| fs::read(scratch.path().join(name)).unwrap_or_default();
         let files = FILES.map(content);
-        Box::new(Reader { scratch, ready, files, calls: 0, accepted: 0 })
+        Box::new(TableReader { scratch, ready, files, calls: 0, accepted: 0 })
     }
 }
 
 /// Runs the model of all sections into a folder.
-fn ran(scratch: &Scratch) -> Result<(), String> {
+fn ran(scratch: &ScratchFolder) -> Result<(), String> {
     run_into(scratch.path(), &model()?)
 }
 
@@ -98,8 +98,8 @@ fn parts(input: &[u8]) -> (&[u8], &[u8]) {
     (&input[..line], input.get(line + 1..).unwrap_or_default())
 }
 
-struct Reader {
-    scratch: Scratch,
+struct TableReader {
+    scratch: ScratchFolder,
     ready: Result<(), String>,
     /// The files of the run as they were written.
     files: [Vec<u8>; FILES.len()],
@@ -107,7 +107,7 @@ struct Reader {
     accepted: u64,
 }
 
-impl Worker for Reader {
+impl Worker for TableReader {
     fn execute(&mut self, input: &[u8]) -> Answer {
         if let Err(words) = &self.ready {
             return Answer::Wrong(format!("no run to read: {words}"));
@@ -128,7 +128,7 @@ impl Worker for Reader {
     }
 }
 
-impl Reader {
+impl TableReader {
     /// Reads what the verbs read of the changed file, or everything; the first error in words.
     fn read(&mut self, changed: &str) -> Result<(), String> {
         let whole = self.calls.is_multiple_of(WHOLE) || changed == "model.toml";
@@ -176,7 +176,7 @@ impl Reader {
 /// Draws chosen columns of the run in every format.
 fn draw(folder: &RunFolder) -> Result<(), String> {
     for what in ["positions,energies", "*.x:E", "beams/*"] {
-        let request = Request { what: what.to_owned(), ..Request::default() };
+        let request = ChartRequest { what: what.to_owned(), ..ChartRequest::default() };
         let found =
             selected(&[NamedRun { name: "run".to_owned(), folder: folder.clone() }], &request);
         let drawing = match found {

@@ -1,6 +1,6 @@
 //! What acts on a mechanism, and what couples its joints.
 
-use super::Kind;
+use super::MechanismKind;
 use super::bodies::freedoms;
 use crate::soak::draw::Draw;
 use holonom::Model;
@@ -10,7 +10,7 @@ use holonom::model::{
 };
 
 /// Adds forces to most mechanisms.
-pub(super) fn add(model: &mut Model, kind: Kind, draw: &mut Draw) {
+pub(super) fn add(model: &mut Model, kind: MechanismKind, draw: &mut Draw) {
     for _ in 0..draw.weighted(&[(5, 0), (3, 1), (1, 2)]) {
         spring(model, draw);
     }
@@ -22,9 +22,9 @@ pub(super) fn add(model: &mut Model, kind: Kind, draw: &mut Draw) {
     for _ in 0..draw.weighted(&[(6, 0), (3, 1), (1, 2)]) {
         load(model, draw);
     }
-    if kind == Kind::Tree && draw.chance(0.12) {
+    if kind == MechanismKind::Tree && draw.chance(0.12) {
         gear(model, draw);
-    } else if matches!(kind, Kind::Tree | Kind::Loops) && draw.chance(0.1) {
+    } else if matches!(kind, MechanismKind::Tree | MechanismKind::Loops) && draw.chance(0.1) {
         drive(model, draw);
     }
 }

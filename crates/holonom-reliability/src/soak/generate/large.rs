@@ -9,7 +9,7 @@ use holonom::model::{Bar, GROUND, JointKind, Particle, Spring, SpringLaw};
 
 /// What the many members are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Base {
+pub enum Topology {
     /// Bodies, each hung on the one before.
     Chain,
     /// Bodies, each hung on one of the earlier ones.
@@ -20,14 +20,14 @@ pub enum Base {
     Points,
 }
 
-impl Base {
+impl Topology {
     /// All.
     pub const ALL: [Self; 4] = [Self::Chain, Self::Tree, Self::Loops, Self::Points];
 }
 
 /// What is added to them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Member {
+pub enum Addition {
     /// A point mass that nothing holds.
     FreePoint,
     /// A point mass on a spring from one of the members.
@@ -44,7 +44,7 @@ pub enum Member {
     GroundSpring,
 }
 
-impl Member {
+impl Addition {
     /// All.
     pub const ALL: [Self; 7] = [
         Self::FreePoint,
@@ -66,16 +66,16 @@ impl Member {
 
 /// A mechanism of `size` members and perhaps one more, the same for a seed.
 #[must_use]
-pub fn large(seed: u64, (base, size): (Base, usize), member: Option<Member>) -> Model {
+pub fn large(seed: u64, (base, size): (Topology, usize), member: Option<Addition>) -> Model {
     let mut draw = Draw::new(seed, size as u64);
     let draw = &mut draw;
     let mut model = empty(format!("{base:?}_{size}").to_lowercase());
     model.header.gravity = vec![0.0, 0.0, -9.81];
     match base {
-        Base::Chain => hung(&mut model, size, true, draw),
-        Base::Tree => hung(&mut model, size, false, draw),
-        Base::Loops => linkages(&mut model, size, draw),
-        Base::Points => points(&mut model, size),
+        Topology::Chain => hung(&mut model, size, true, draw),
+        Topology::Tree => hung(&mut model, size, false, draw),
+        Topology::Loops => linkages(&mut model, size, draw),
+        Topology::Points => points(&mut model, size),
     }
     if let Some(member) = member {
         add(&mut model, member, draw);
@@ -138,34 +138,34 @@ fn particle(name: String, position: Vec<f64>) -> Particle {
     Particle { name, mass: 1.0, position, velocity: vec![0.0; 3], relative_to: None }
 }
 
-fn add(model: &mut Model, member: Member, draw: &mut Draw) {
+fn add(model: &mut Model, member: Addition, draw: &mut Draw) {
     const BESIDE: [f64; 3] = [0.5, 2.0, 0.5];
     let names = model.bodies.iter().map(|body| &body.name);
     let names: Vec<&String> =
         names.chain(model.particles.iter().map(|point| &point.name)).collect();
     let ends = [names[0].clone(), names[names.len() - 1].clone()];
     match member {
-        Member::FreePoint | Member::PointOnSpring => {
+        Addition::FreePoint | Addition::PointOnSpring => {
             model.particles.push(particle("added".into(), BESIDE.to_vec()));
         }
-        Member::FreeBody | Member::BodyOnSpring | Member::HingedBody => {
+        Addition::FreeBody | Addition::BodyOnSpring | Addition::HingedBody => {
             let new = body("added".into(), BESIDE, draw);
             model.bodies.push(new);
         }
-        Member::Spring | Member::GroundSpring => {}
+        Addition::Spring | Addition::GroundSpring => {}
     }
     let [first, last] = ends;
     let (from, to) = match member {
-        Member::FreePoint | Member::FreeBody => return,
-        Member::HingedBody => {
+        Addition::FreePoint | Addition::FreeBody => return,
+        Addition::HingedBody => {
             let (kind, ends) = (JointKind::Revolute, [GROUND, "added"]);
             let axis = draw.direction();
             model.joints.push(joint("added_joint".into(), kind, ends, [0.5, 2.5, 0.5], axis));
             return;
         }
-        Member::PointOnSpring | Member::BodyOnSpring => (last, "added".to_owned()),
-        Member::Spring => (first, last),
-        Member::GroundSpring => (GROUND.to_owned(), last),
+        Addition::PointOnSpring | Addition::BodyOnSpring => (last, "added".to_owned()),
+        Addition::Spring => (first, last),
+        Addition::GroundSpring => (GROUND.to_owned(), last),
     };
     let point_from = (from == GROUND).then(|| vec![0.0, 3.0, 3.0]);
     model.springs.push(Spring {

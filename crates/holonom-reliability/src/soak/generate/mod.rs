@@ -27,7 +27,7 @@ pub const STEPS: u64 = 20;
 
 /// What a mechanism is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum MechanismKind {
     /// Rigid bodies without closed loops.
     Tree,
     /// Rigid bodies with closed loops.
@@ -51,19 +51,23 @@ pub fn is_locked(index: u64) -> bool {
 pub fn mechanism(seed: u64, index: u64) -> Model {
     let mut draw = Draw::new(seed, index);
     let draw = &mut draw;
-    let kind =
-        draw.weighted(&[(50, Kind::Tree), (26, Kind::Loops), (16, Kind::Points), (8, Kind::Beams)]);
-    let kind = if is_locked(index) { Kind::Locked } else { kind };
+    let kind = draw.weighted(&[
+        (50, MechanismKind::Tree),
+        (26, MechanismKind::Loops),
+        (16, MechanismKind::Points),
+        (8, MechanismKind::Beams),
+    ]);
+    let kind = if is_locked(index) { MechanismKind::Locked } else { kind };
     let mut model = empty(format!("{seed}-{index}"));
     if draw.chance(0.6) {
         model.header.gravity = vec![0.0, 0.0, -9.81];
     }
     match kind {
-        Kind::Tree => bodies::tree(&mut model, draw),
-        Kind::Loops => bodies::loops(&mut model, draw),
-        Kind::Points => points::truss(&mut model, draw),
-        Kind::Beams => beams::beams(&mut model, draw),
-        Kind::Locked => locked::locked(&mut model, draw),
+        MechanismKind::Tree => bodies::tree(&mut model, draw),
+        MechanismKind::Loops => bodies::loops(&mut model, draw),
+        MechanismKind::Points => points::truss(&mut model, draw),
+        MechanismKind::Beams => beams::beams(&mut model, draw),
+        MechanismKind::Locked => locked::locked(&mut model, draw),
     }
     forces::add(&mut model, kind, draw);
     settings::choose(&mut model, kind, draw);

@@ -1,6 +1,6 @@
 //! Schemes, orders and steps that a mechanism admits.
 
-use super::{Kind, STEPS};
+use super::{MechanismKind, STEPS};
 use crate::soak::draw::Draw;
 use holonom::Model;
 use holonom::model::{HighOrder, LinearSolver, Quadrature, Scheme, Strain};
@@ -17,9 +17,9 @@ const SCHEMES: [(u32, Scheme); 7] = [
 ];
 
 /// Chooses the settings.
-pub(super) fn choose(model: &mut Model, kind: Kind, draw: &mut Draw) {
+pub(super) fn choose(model: &mut Model, kind: MechanismKind, draw: &mut Draw) {
     let dissipative = is_dissipative(model);
-    let closed = kind == Kind::Loops || is_closed(model);
+    let closed = kind == MechanismKind::Loops || is_closed(model);
     let [beams, points] = [model.beams.is_empty(), model.particles.is_empty()].map(|none| !none);
     let settings = &mut model.settings;
     settings.scheme = draw.weighted(&SCHEMES);
@@ -42,11 +42,12 @@ pub(super) fn choose(model: &mut Model, kind: Kind, draw: &mut Draw) {
     }
     settings.momenta = draw.chance(0.1);
     settings.step = match kind {
-        Kind::Beams => draw.magnitude(&[1e-5, 1e-4, 1e-3]),
+        MechanismKind::Beams => draw.magnitude(&[1e-5, 1e-4, 1e-3]),
         _ => draw.magnitude(&[1e-5, 1e-4, 1e-3, 1e-3, 4e-3]),
     };
     settings.end = settings.step * STEPS as f64;
-    if kind == Kind::Beams && settings.order == 2 && !settings.scheme.is_energy_momentum() {
+    if kind == MechanismKind::Beams && settings.order == 2 && !settings.scheme.is_energy_momentum()
+    {
         let strains = [Strain::MassScaled, Strain::Dissipative, Strain::Averaged, Strain::Midpoint];
         settings.strain = draw.pick(&strains);
     }

@@ -44,23 +44,25 @@ pub enum LegendreError {
     Singular(#[from] Singular),
 }
 
-pub(super) type Result<T> = std::result::Result<T, LegendreError>;
-
-pub(super) fn shape(what: &'static str, found: usize, expected: usize) -> Result<()> {
+pub(super) fn shape(
+    what: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), LegendreError> {
     if found == expected { Ok(()) } else { Err(LegendreError::Shape { what, found, expected }) }
 }
 
-pub(super) fn step(h: f64) -> Result<()> {
+pub(super) fn step(h: f64) -> Result<(), LegendreError> {
     if h.is_finite() && h != 0.0 { Ok(()) } else { Err(LegendreError::Step(h)) }
 }
 
-pub(super) fn finite(what: &'static str, values: &[f64]) -> Result<()> {
+pub(super) fn finite(what: &'static str, values: &[f64]) -> Result<(), LegendreError> {
     let all = values.iter().all(|x| x.is_finite());
     if all { Ok(()) } else { Err(LegendreError::NotFinite(what)) }
 }
 
 /// Round-off may lie between the end of one interval and the start of the next, not more.
-pub(super) fn meet(before: &Interval, after: &Interval) -> Result<()> {
+pub(super) fn meet(before: &Interval, after: &Interval) -> Result<(), LegendreError> {
     shape("the second interval", after.dim(), before.dim())?;
     let tolerance = 1e-10 * (1e-3 + norm_inf(&after.q0));
     let mut pairs = before.q1.iter().zip(&after.q0).enumerate();

@@ -2,7 +2,7 @@
 
 /// What is done to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum TrialKind {
     /// The process is killed.
     Kill,
     /// The process gets SIGTERM or SIGINT.
@@ -19,7 +19,7 @@ pub enum Kind {
     NoReader,
 }
 
-impl Kind {
+impl TrialKind {
     /// All of them.
     pub const ALL: [Self; 7] = [
         Self::Kill,
