@@ -7,6 +7,7 @@
 //! | file | concept |
 //! |---|---|
 //! | [`strain`] | `Γ`, `K` as quadratic forms, `𝔹_i` |
+//! | [`helicoidal`] | strains of order 4, stable in tension: functions of seven forms |
 //! | [`section`] | stiffnesses and inertias, from numbers or from shape and material |
 //! | [`element`] | energy, gradient, Hessian, mass |
 //! | [`averaged`] | the averaged-strain discrete potential |
@@ -38,6 +39,7 @@ pub mod damping;
 pub mod dissipation;
 pub mod element;
 pub mod frequency;
+pub mod helicoidal;
 pub mod high_order;
 pub mod interpolated;
 pub mod mesh;

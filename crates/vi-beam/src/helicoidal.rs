@@ -1,0 +1,535 @@
+//! Helicoidal strains of the two-node element, corrected to order 4.
+//!
+//! ```text
+//! y = (g, a, s):   g_I = d̄_I·φ',   a = ℓ K of the mean directors,   s = ⅛ Σ_I |d_I^b − d_I^a|² = sin²(ψ/2)
+//! f = ψ/sin ψ = arcsin√s/√(s(1−s)),   b = (f − 1)/(4 s(1−s))
+//! G = f g − b a (a·g),   K = f a/ℓ,   z = (G, K) − (G, K)_0                          order 2
+//! C_r = (C⁻¹ + (ℓ²/12) [XᵀSX 0; 0 0])⁻¹,   X n = e_3×n,   S: lower right block of C⁻¹
+//! m = (C_r z)_m,   w = S (K×m)
+//! η_G = z_G − (ℓ²/12) w×e_3,   η_K = z_K + (ℓ²/24) K×w
+//! η_3 += ρ − G_3 + q/10,   q = |γ_b|²,   ρ = √(G_3² + q),   γ_b = R (η_1, η_2)          order 4
+//! ```
+//! Between the nodes the frame is a helix of constant strain, `ψ` its angle: constant strain is
+//! exact for any `ψ < π`. Order 4 adds the energy of the linear part of the moment, which a beam
+//! without loads between its nodes has, `n' = −K×n`, `m' = −K×m − G×n`: its bending flexibility to
+//! the shear compliances, and `γ_b`, the part of the shear that is bending, to the extension. All
+//! are functions of quadratic forms of `x` that no rigid motion changes, and so are the strains.
+//!
+//! Letters: `ψ` angle between the triads of both nodes, `n` here a vector; the others as in
+//! [`crate::strain`].
+//!
+//! Source: theory §6; helicoidal interpolation: M. Borri, C. Bottasso, IJNME 37 (1994) 2267–2289.
+#![allow(non_snake_case)] // G, K, C, S, R
+
+use crate::strain::{self, Coordinates, SIZE, Strain};
+use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
+
+/// How many quadratic forms the strains are functions of.
+pub const FORMS: usize = 7;
+/// `y = (g, a, s)`, without units.
+pub type Forms = SVector<f64, FORMS>;
+/// `∂η/∂y`.
+pub type Slopes = SMatrix<f64, 6, FORMS>;
+/// `Σ n_i ∂²η_i/∂y∂y`.
+pub type Bends = SMatrix<f64, FORMS, FORMS>;
+
+/// The strains of an element of a length and a stiffness.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Helicoidal {
+    length: f64,               // ℓ, m
+    stiffness: Matrix6<f64>,   // C_r
+    order: Option<Correction>, // None: order 2
+}
+
+/// What order 4 needs.
+#[derive(Clone, Debug, PartialEq)]
+struct Correction {
+    S: Matrix3<f64>, // of bending and twist in C⁻¹
+    R: Matrix2<f64>, // from shear to that of bending
+}
+
+/// `y` of coordinates.
+#[must_use]
+pub fn forms(x: &Coordinates, length: f64) -> Forms {
+    let mean = strain::forms(x, length);
+    let mut y = Forms::zeros();
+    for i in 0..3 {
+        (y[i], y[3 + i]) = (mean[i], length * mean[3 + i]);
+    }
+    for k in 3..12 {
+        y[6] += 0.125 * (x[12 + k] - x[k]) * (x[12 + k] - x[k]);
+    }
+    y
+}
+
+/// Columns `𝔹_k x`, the gradients of the forms.
+#[must_use]
+pub fn gradients(x: &Coordinates, length: f64) -> SMatrix<f64, SIZE, FORMS> {
+    let mean = strain::gradients(x, length);
+    let mut out = SMatrix::<f64, SIZE, FORMS>::zeros();
+    out.fixed_columns_mut::<3>(0).copy_from(&mean.fixed_columns::<3>(0));
+    out.fixed_columns_mut::<3>(3).copy_from(&(length * mean.fixed_columns::<3>(3)));
+    for k in 3..12 {
+        let half = 0.25 * (x[12 + k] - x[k]);
+        (out[(k, 6)], out[(12 + k, 6)]) = (-half, half);
+    }
+    out
+}
+
+/// `Σ_k c_k B_k` with `𝔹_k = B_k ⊗ I_3`.
+#[must_use]
+pub fn weighted_matrix(c: &Forms, length: f64) -> SMatrix<f64, 8, 8> {
+    let of_mean = Strain::from_fn(|i, _| if i < 3 { c[i] } else { length * c[i] });
+    let mut B = strain::weighted_matrix(&of_mean, length);
+    for director in 1..4 {
+        let (a, b) = (director, 4 + director);
+        B[(a, a)] += 0.25 * c[6];
+        B[(b, b)] += 0.25 * c[6];
+        B[(a, b)] -= 0.25 * c[6];
+        B[(b, a)] -= 0.25 * c[6];
+    }
+    B
+}
+
+/// `e_3×n` as a matrix on `n`.
+fn cross_3() -> Matrix3<f64> {
+    Vector3::z().cross_matrix()
+}
+
+impl Helicoidal {
+    /// Strains of order 2, of an element of the length `ℓ` (m) with the stiffness `C`, symmetric
+    /// and positive definite.
+    #[must_use]
+    pub fn of_order_2(length: f64, C: Matrix6<f64>) -> Self {
+        Self { length, stiffness: C, order: None }
+    }
+
+    /// Strains of order 4 from the compliance `C⁻¹`, whose shears may vanish; `None` where that is
+    /// not positive definite with the flexibility of bending.
+    #[must_use]
+    pub fn of_order_4(length: f64, compliance: &Matrix6<f64>) -> Option<Self> {
+        let S: Matrix3<f64> = compliance.fixed_view::<3, 3>(3, 3).into();
+        let bending = cross_3().tr_mul(&(S * cross_3())) * (length * length / 12.0);
+        let mut reduced = *compliance;
+        let mut shear = reduced.fixed_view_mut::<3, 3>(0, 0);
+        shear += bending;
+        let stiffness = reduced.cholesky()?.inverse();
+        let R = bending.fixed_view::<2, 2>(0, 0) * stiffness.fixed_view::<2, 2>(0, 0);
+        Some(Self { length, stiffness, order: Some(Correction { S, R }) })
+    }
+
+    /// `C_r`, with which stress resultants are `C_r η` and the energy is `½ ℓ ηᵀC_r η`.
+    #[must_use]
+    pub fn stiffness(&self) -> &Matrix6<f64> {
+        &self.stiffness
+    }
+
+    /// `(G, K)`: the strains of order 2 before those of the stress-free placement are taken off.
+    #[must_use]
+    pub fn helix(&self, y: &Forms) -> Strain {
+        Helix::at(y, self.length).xi
+    }
+
+    /// The strains at `y` of an element that is stress-free with `(G, K)_0 = reference`, with all
+    /// that their derivatives need.
+    #[must_use]
+    pub fn at<'a>(&'a self, y: &Forms, reference: &Strain) -> AtForms<'a> {
+        let helix = Helix::at(y, self.length);
+        let z = helix.xi - reference;
+        let corrected = self.order.as_ref().map(|own| Corrected::at(self, own, &helix.xi, &z));
+        AtForms { law: self, helix, z, corrected }
+    }
+
+    /// `∂̄η`: the derivative between `y_0` and `y_1` whose product with their difference is that of
+    /// the strains, `∂̄η (y_1 − y_0) = η(y_1) − η(y_0)`.
+    ///
+    /// Source: O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449–467.
+    #[must_use]
+    pub fn discrete_slopes(&self, [y_0, y_1]: [&Forms; 2], reference: &Strain) -> Slopes {
+        const SMALLEST: f64 = 1e-26; // |Δy|²
+        let (mean, change) = (0.5 * (y_0 + y_1), y_1 - y_0);
+        let middle = self.at(&mean, reference).slopes();
+        let size = change.norm_squared();
+        if size < SMALLEST {
+            return middle;
+        }
+        let at = |y: &Forms| self.at(y, reference).strain();
+        let rest = at(y_1) - at(y_0) - middle * change;
+        middle + rest * change.transpose() / size
+    }
+}
+
+/// `k = (f − 1)/s` and two derivatives; `f = 1 + s k`.
+fn gap(s: f64) -> [f64; 3] {
+    const TERMS: usize = 20;
+    const SERIES_BELOW: f64 = 0.05;
+    if s < SERIES_BELOW {
+        // f = Σ c_j s^j,  c_0 = 1,  c_{j+1} = c_j (2j+2)/(2j+3)
+        let mut c = [0.0; TERMS];
+        let mut last = 1.0;
+        for (j, c) in c.iter_mut().enumerate() {
+            last *= (2 * j + 2) as f64 / (2 * j + 3) as f64;
+            *c = last;
+        }
+        let mut k = [0.0; 3];
+        for c in c.iter().rev() {
+            k = [k[0] * s + c, k[1] * s + k[0], k[2] * s + 2.0 * k[1]];
+        }
+        return k;
+    }
+    let (root, less) = ((s * (1.0 - s)).sqrt(), 1.0 - 2.0 * s);
+    let f = libm::asin(s.sqrt()) / root;
+    let first = (1.0 - less * f) / (2.0 * root * root);
+    let second = (2.0 * f - 3.0 * less * first) / (2.0 * root * root);
+    let k = (f - 1.0) / s;
+    let slope = (first - k) / s;
+    [k, slope, (second - 2.0 * slope) / s]
+}
+
+/// `(G, K)` with what their derivatives need.
+#[derive(Clone, Copy, Debug)]
+struct Helix {
+    g: Vector3<f64>,
+    a: Vector3<f64>,
+    f: [f64; 3], // and two derivatives
+    b: [f64; 3],
+    xi: Strain, // (G, K)
+}
+
+impl Helix {
+    fn at(y: &Forms, length: f64) -> Self {
+        let [k, k1, k2] = gap(y[6]);
+        let (s, w) = (y[6], 0.25 / (1.0 - y[6]));
+        let f = [1.0 + s * k, k + s * k1, 2.0 * k1 + s * k2];
+        let b = [k * w, k1 * w + 4.0 * k * w * w, k2 * w + 8.0 * k1 * w * w + 32.0 * k * w * w * w];
+        let (g, a) = (Vector3::new(y[0], y[1], y[2]), Vector3::new(y[3], y[4], y[5]));
+        let (G, K) = (f[0] * g - b[0] * a.dot(&g) * a, f[0] / length * a);
+        Self { g, a, f, b, xi: join(&G, &K) }
+    }
+
+    fn slopes(&self, length: f64) -> Slopes {
+        let Self { g, a, f, b, .. } = self;
+        let along = a.dot(g);
+        let mut out = Slopes::zeros();
+        let unit = Matrix3::identity();
+        out.fixed_view_mut::<3, 3>(0, 0).copy_from(&(f[0] * unit - b[0] * a * a.transpose()));
+        let by_a = -b[0] * (along * unit + a * g.transpose());
+        out.fixed_view_mut::<3, 3>(0, 3).copy_from(&by_a);
+        out.fixed_view_mut::<3, 1>(0, 6).copy_from(&(f[1] * g - b[1] * along * a));
+        out.fixed_view_mut::<3, 3>(3, 3).copy_from(&(f[0] / length * unit));
+        out.fixed_view_mut::<3, 1>(3, 6).copy_from(&(f[1] / length * a));
+        out
+    }
+
+    /// `Σ n_i ∂²(G, K)_i/∂y∂y`.
+    fn bends(&self, n: &Strain, length: f64) -> Bends {
+        let Self { g, a, f, b, .. } = self;
+        let (N, M) = split(n);
+        let (along, of_a) = (a.dot(g), N.dot(a));
+        let unit = Matrix3::identity();
+        let mut out = Bends::zeros();
+        let mut set = |i: usize, j: usize, block: Matrix3<f64>| {
+            out.fixed_view_mut::<3, 3>(i, j).copy_from(&block);
+            out.fixed_view_mut::<3, 3>(j, i).copy_from(&block.transpose());
+        };
+        set(0, 3, -b[0] * (a * N.transpose() + of_a * unit));
+        set(3, 3, -b[0] * (N * g.transpose() + g * N.transpose()));
+        let by_g = f[1] * N - b[1] * of_a * a;
+        let by_a = -b[1] * (along * N + of_a * g) + f[1] / length * M;
+        for i in 0..3 {
+            (out[(i, 6)], out[(6, i)]) = (by_g[i], by_g[i]);
+            (out[(3 + i, 6)], out[(6, 3 + i)]) = (by_a[i], by_a[i]);
+        }
+        out[(6, 6)] = f[2] * (N.dot(g) + M.dot(a) / length) - b[2] * of_a * along;
+        out
+    }
+}
+
+/// The strains at some forms.
+#[derive(Clone, Debug)]
+pub struct AtForms<'a> {
+    law: &'a Helicoidal,
+    helix: Helix,
+    z: Strain,
+    corrected: Option<Corrected>,
+}
+
+impl AtForms<'_> {
+    /// `η`.
+    #[must_use]
+    pub fn strain(&self) -> Strain {
+        self.corrected.as_ref().map_or(self.z, |corrected| corrected.eta)
+    }
+
+    /// `∂η/∂y`.
+    #[must_use]
+    pub fn slopes(&self) -> Slopes {
+        let of_helix = self.helix.slopes(self.law.length);
+        self.corrected.as_ref().map_or(of_helix, |corrected| corrected.by_xi * of_helix)
+    }
+
+    /// `Σ n_i ∂²η_i/∂y∂y`.
+    #[must_use]
+    pub fn bends(&self, n: &Strain) -> Bends {
+        let length = self.law.length;
+        let (Some(corrected), Some(own)) = (&self.corrected, &self.law.order) else {
+            return self.helix.bends(n, length);
+        };
+        let of_helix = self.helix.slopes(length);
+        let by_xi = corrected.bends(own, self.law, n);
+        of_helix.tr_mul(&(by_xi * of_helix)) + self.helix.bends(&corrected.by_xi.tr_mul(n), length)
+    }
+}
+
+/// The strains of order 4 with what their derivatives need.
+#[derive(Clone, Debug)]
+struct Corrected {
+    K: Vector3<f64>,
+    G_3: f64,
+    rho: f64,
+    q: f64,
+    gamma: Vector2<f64>,          // γ_b
+    m_by: SMatrix<f64, 3, 6>,     // ∂m/∂ξ
+    w_by: SMatrix<f64, 3, 6>,     // ∂w/∂ξ
+    gamma_by: SMatrix<f64, 2, 6>, // ∂γ_b/∂ξ
+    q_by: SMatrix<f64, 1, 6>,     // ∂q/∂ξ
+    by_xi: Matrix6<f64>,          // ∂η/∂ξ
+    eta: Strain,
+}
+
+/// `½/ρ + 1/10`, the slope of `ρ − G_3 + q/10` in `q`.
+fn slope_of_q(rho: f64) -> f64 {
+    0.5 / rho + 0.1
+}
+
+impl Corrected {
+    fn at(law: &Helicoidal, Correction { S, R }: &Correction, xi: &Strain, z: &Strain) -> Self {
+        let square = law.length * law.length;
+        let (_, K) = split(xi);
+        let m_by: SMatrix<f64, 3, 6> = law.stiffness.fixed_rows::<3>(3).into();
+        let m = m_by * z;
+        let (w, of_K) = (S * K.cross(&m), K.cross_matrix());
+        let mut k_by = of_K * m_by; // ∂(K×m)/∂ξ
+        let mut right = k_by.fixed_columns_mut::<3>(3);
+        right -= m.cross_matrix();
+        let w_by = S * k_by;
+        let mut eta = *z;
+        let mut by_xi = Matrix6::identity();
+        let shear = square / 12.0;
+        (eta[0], eta[1]) = (z[0] - shear * w[1], z[1] + shear * w[0]); // − (ℓ²/12) w×e_3
+        let mut rows = by_xi.fixed_rows_mut::<1>(0);
+        rows -= shear * w_by.row(1);
+        let mut rows = by_xi.fixed_rows_mut::<1>(1);
+        rows += shear * w_by.row(0);
+        let bent = (square / 24.0) * K.cross(&w);
+        let mut bent_by = (square / 24.0) * (of_K * w_by);
+        let mut right = bent_by.fixed_columns_mut::<3>(3);
+        right -= (square / 24.0) * w.cross_matrix();
+        for i in 0..3 {
+            eta[3 + i] += bent[i];
+        }
+        let mut rows = by_xi.fixed_rows_mut::<3>(3);
+        rows += bent_by;
+        let gamma = R * Vector2::new(eta[0], eta[1]);
+        let gamma_by = R * by_xi.fixed_rows::<2>(0);
+        let (G_3, q) = (xi[2], gamma.norm_squared());
+        let rho = (G_3 * G_3 + q).sqrt();
+        let q_by = 2.0 * gamma.transpose() * gamma_by;
+        eta[2] += q / (rho + G_3) + 0.1 * q; // ρ − G_3 without its cancellation
+        let mut row = by_xi.fixed_rows_mut::<1>(2);
+        row += slope_of_q(rho) * q_by;
+        by_xi[(2, 2)] += G_3 / rho - 1.0;
+        Self { K, G_3, rho, q, gamma, m_by, w_by, gamma_by, q_by, by_xi, eta }
+    }
+
+    /// `Σ n_i ∂²η_i/∂ξ∂ξ`.
+    fn bends(&self, own: &Correction, law: &Helicoidal, n: &Strain) -> Matrix6<f64> {
+        let Self { K, G_3, rho, q, gamma, m_by, w_by, gamma_by, q_by, .. } = self;
+        let Correction { S, R } = own;
+        let square = law.length * law.length;
+        let (mut N, M) = split(n);
+        let extension = N[2];
+        // what acts on η_1, η_2, with that which acts on them by q
+        let by_gamma = R.tr_mul(gamma) * (2.0 * extension * slope_of_q(*rho));
+        (N[0], N[1]) = (N[0] + by_gamma[0], N[1] + by_gamma[1]);
+        // d²(K×m) = 2 dK×dm,  d²(K×w) = 2 dK×dw + K×S d²(K×m)
+        let of_k = S * (M.cross(K) * (square / 24.0) - Vector3::z().cross(&N) * (square / 12.0));
+        let by_K = of_k.cross_matrix() * m_by + M.cross_matrix() * w_by * (square / 24.0);
+        let mut out = Matrix6::zeros();
+        let mut lower = out.fixed_rows_mut::<3>(3);
+        lower -= by_K;
+        let mut out = out + out.transpose();
+        out += (2.0 * extension * slope_of_q(*rho)) * gamma_by.tr_mul(gamma_by);
+        let cube = extension / (rho * rho * rho);
+        out -= (0.25 * cube) * q_by.tr_mul(q_by);
+        let across = (0.5 * cube * G_3) * q_by;
+        for j in 0..6 {
+            out[(2, j)] -= across[j];
+            out[(j, 2)] -= across[j];
+        }
+        out[(2, 2)] += cube * q;
+        out
+    }
+}
+
+fn join(G: &Vector3<f64>, K: &Vector3<f64>) -> Strain {
+    Strain::new(G[0], G[1], G[2], K[0], K[1], K[2])
+}
+
+fn split(strain: &Strain) -> (Vector3<f64>, Vector3<f64>) {
+    (strain.fixed_rows::<3>(0).into(), strain.fixed_rows::<3>(3).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vi_rigid::rotation;
+    use vi_testkit::Sample;
+
+    /// A node with the triad `exp(ψ n) e_I` at a point.
+    fn node(x: &mut Coordinates, first: usize, center: &Vector3<f64>, triad: &Matrix3<f64>) {
+        x.fixed_rows_mut::<3>(first).copy_from(center);
+        for i in 0..3 {
+            x.fixed_rows_mut::<3>(first + 3 + 3 * i).copy_from(&triad.column(i));
+        }
+    }
+
+    fn full_compliance(sample: &mut Sample) -> Matrix6<f64> {
+        let half = Matrix6::from_fn(|_, _| sample.number());
+        0.05 * (half * half.transpose()) + Matrix6::identity() * 0.02
+    }
+
+    fn laws(sample: &mut Sample) -> [Helicoidal; 2] {
+        let compliance = full_compliance(sample);
+        let C = compliance.try_inverse().unwrap();
+        [Helicoidal::of_order_2(0.7, C), Helicoidal::of_order_4(0.7, &compliance).unwrap()]
+    }
+
+    /// Forms of strains that are neither small nor beyond what an element takes.
+    fn some_forms(sample: &mut Sample, s: f64) -> Forms {
+        let mut y = Forms::from_fn(|_, _| 0.3 * sample.number());
+        (y[2], y[6]) = (1.0 + 0.2 * sample.number(), s);
+        y
+    }
+
+    #[test]
+    fn derivatives_match_central_differences() {
+        let mut sample = Sample::new(31);
+        let (e, mut worst) = (1e-5, [0.0_f64; 2]);
+        for s in [0.0, 1e-3, 0.049, 0.051, 0.3, 0.7] {
+            for law in laws(&mut sample) {
+                let (y, n) = (some_forms(&mut sample, s + 2.0 * e), sample.array::<6>().into());
+                let reference: Strain = (0.1 * Strain::from(sample.array::<6>())).into();
+                let at = |y: &Forms| law.at(y, &reference);
+                let (slopes, bends) = (at(&y).slopes(), at(&y).bends(&n));
+                for j in 0..FORMS {
+                    let unit = Forms::ith(j, e);
+                    let (plus, minus) = (at(&(y + unit)), at(&(y - unit)));
+                    let slope = (plus.strain() - minus.strain()) / (2.0 * e);
+                    worst[0] = worst[0].max((slope - slopes.column(j)).amax());
+                    let bend = (plus.slopes() - minus.slopes()).tr_mul(&n) / (2.0 * e);
+                    worst[1] = worst[1].max((bend - bends.column(j)).amax());
+                }
+                let asymmetry = (bends - bends.transpose()).amax();
+                assert!(asymmetry < 1e-13 * bends.amax().max(1.0), "{asymmetry:e}");
+            }
+        }
+        println!("slopes off by {:.1e}, second derivatives by {:.1e}", worst[0], worst[1]);
+        assert!(worst[0] < 1e-8 && worst[1] < 1e-7, "{worst:?}");
+    }
+
+    #[test]
+    fn the_gradients_of_the_forms_are_those_of_quadratic_forms() {
+        let mut sample = Sample::new(32);
+        for _ in 0..50 {
+            let (x, step): (Coordinates, Coordinates) =
+                (sample.array::<24>().into(), sample.array::<24>().into());
+            let difference = (forms(&(x + step), 0.4) - forms(&(x - step), 0.4)) * 0.5;
+            let error = (gradients(&x, 0.4).tr_mul(&step) - difference).amax();
+            assert!(error < 1e-13, "𝔹x off by {error:e}");
+            let c: Forms = sample.array::<FORMS>().into();
+            let (B, mut product) = (weighted_matrix(&c, 0.4), Coordinates::zeros());
+            for (i, j) in (0..8).flat_map(|i| (0..8).map(move |j| (i, j))) {
+                let own = B[(i, j)] * x.fixed_rows::<3>(3 * j);
+                let mut rows = product.fixed_rows_mut::<3>(3 * i);
+                rows += own;
+            }
+            let error = (product - gradients(&x, 0.4) * c).amax();
+            assert!(error < 1e-13, "Σ c 𝔹 x off by {error:e}");
+        }
+    }
+
+    /// Nodes on a helix: position and triad of constant `(G, K)` over the length of an element.
+    fn on_helix(
+        G: &Vector3<f64>,
+        K: &Vector3<f64>,
+        length: f64,
+        start: &Matrix3<f64>,
+    ) -> Coordinates {
+        let angle = K * length;
+        let mut x = Coordinates::zeros();
+        let (first, end) = (Vector3::new(0.3, -0.2, 0.9), start * rotation::exp(&angle));
+        // ∫ exp(s K) G ds = ℓ T(ℓK)ᵀ… by its series, ℓ Σ (ℓK̂)^k G/(k+1)!
+        let (mut term, mut sum) = (*G * length, *G * length);
+        for k in 1..60 {
+            term = angle.cross(&term) / f64::from(k + 1);
+            sum += term;
+        }
+        node(&mut x, 0, &first, start);
+        node(&mut x, 12, &(first + start * sum), &end);
+        x
+    }
+
+    #[test]
+    fn constant_strain_is_exact() {
+        let mut sample = Sample::new(33);
+        let length = 0.7;
+        let mut worst = 0.0_f64;
+        for angle in [1e-6, 0.1, 0.44, 0.46, 1.0, 2.0, 2.6] {
+            let axis = sample.vector().normalize();
+            let (K, G) = (axis * (angle / length), Vector3::z() + 0.2 * sample.vector());
+            let start = rotation::exp(&sample.vector());
+            let y = forms(&on_helix(&G, &K, length, &start), length);
+            let law = Helicoidal::of_order_2(length, Matrix6::identity());
+            worst = worst.max((law.helix(&y) - join(&G, &K)).amax());
+        }
+        println!("constant strain off by {worst:.1e}");
+        assert!(worst < 1e-13, "{worst:e}");
+    }
+
+    #[test]
+    fn the_discrete_slopes_give_the_change_of_the_strains() {
+        let mut sample = Sample::new(34);
+        for law in laws(&mut sample) {
+            let reference: Strain = (0.1 * Strain::from(sample.array::<6>())).into();
+            let (from, to) = (some_forms(&mut sample, 0.02), some_forms(&mut sample, 0.2));
+            let at = |y: &Forms| law.at(y, &reference).strain();
+            let slopes = law.discrete_slopes([&from, &to], &reference);
+            let error = (slopes * (to - from) - (at(&to) - at(&from))).amax();
+            assert!(error < 1e-14, "{error:e}");
+            let same = law.discrete_slopes([&from, &from], &reference);
+            let error = (same - law.at(&from, &reference).slopes()).amax();
+            assert!(error < 1e-15, "{error:e}");
+        }
+    }
+
+    /// A chord that turns while the nodes do not: its tension is felt as that of the exact cubic,
+    /// `w'² + γ²/5` in place of the `w'² − γ²` of one point.
+    #[test]
+    fn bending_within_an_element_is_taut() {
+        let (EI, EA, length, slope) = (1e-4, 1e4, 0.5, 1e-3);
+        let compliance =
+            Matrix6::from_diagonal(&[0.0, 0.0, 1.0 / EA, 1.0 / EI, 1.0 / EI, 1.0].into());
+        let law = Helicoidal::of_order_4(length, &compliance).unwrap();
+        let mut x = Coordinates::zeros();
+        let straight = Vector3::new(slope, 0.0, 1.0) * length; // w' = slope, γ = w'
+        node(&mut x, 0, &Vector3::zeros(), &Matrix3::identity());
+        node(&mut x, 12, &straight, &Matrix3::identity());
+        let reference = Strain::new(0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+        let eta = law.at(&forms(&x, length), &reference).strain();
+        // Γ_3 = ½ (w'² + γ²/5) = 0.6 w'² of the chord of unit slope in φ_3
+        let error = eta[2] / (0.6 * slope * slope) - 1.0;
+        println!("extension {:e}, off by {error:.1e}", eta[2]);
+        assert!(error.abs() < 1e-6, "{error:e}");
+    }
+}
