@@ -21,7 +21,7 @@
 //! | [`mechanism`] | bodies, joints and bars as data ([`description`]) and as one system; spanning tree; [`initial_rates`]; [`prescribed`] motions that contradict each other |
 //! | `sweep` | the sweeps over the links of a tree, each once for one tree and for many at once |
 //! | `force` | [`spring`]: between two points; [`joint_force`]: springs, dampers, motors along joint coordinates |
-//! | `solver` | [`articulated`]: trees in linear time, [`tree_step`]: a step of them in sweeps of its own, [`ensemble`]: many at once; [`closed_loop`]; [`sparse_nodal`]: bodies coupled by potentials; [`tree_map`]: dense; [`run`]: the choice |
+//! | `solver` | [`tree_step`]: a step of trees in sweeps over their links, [`tree_nodal`]: the same for emitted matrices, [`ensemble`]: many at once; [`closed_loop`]; [`sparse_nodal`]: bodies coupled by potentials; [`tree_map`]: dense; [`run`]: the choice |
 //! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars, from the wrenches that joints transmit; [`tree_multipliers`]: frame by frame |
 //! | [`builder`] | a mechanism described in Rust |
 //!
@@ -90,8 +90,8 @@ pub use pair::joint;
 pub use solver::closed_loop::loop_rank;
 pub use solver::closed_loop::survey as loop_survey;
 pub use solver::{
-    articulated, closed_loop, ensemble, run, sparse_nodal, tree_control_points, tree_descriptor,
-    tree_map, tree_nodal, tree_step, tree_sweeps,
+    closed_loop, ensemble, run, sparse_nodal, tree_descriptor, tree_map, tree_nodal, tree_step,
+    tree_sweeps,
 };
 pub use tree::particle;
 

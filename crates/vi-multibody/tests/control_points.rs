@@ -1,23 +1,86 @@
-//! The sweeps over all control points at once against those over one after the other, on random
-//! trees of all joint types.
+//! The sweeps over all control points at once against dense matrices of one after the other, on
+//! random trees of all joint types.
 
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::random_trees::{increments, random_tree};
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use proptest::prelude::*;
-use vi_constraints::Constraints;
 use vi_constraints::galerkin::control_points::ControlPoints;
-use vi_constraints::galerkin::{Pointwise, Sweeps};
+use vi_constraints::galerkin::{ControlPointOperators, Pointwise, Sweeps};
+use vi_constraints::reparametrization::{DenseNewton, Emission, LastStep, pull_back};
 use vi_constraints::scheme::SubStep;
+use vi_constraints::{Constraints, Reparametrization};
 use vi_core::galerkin::Stages;
+use vi_core::interval::Interval;
 use vi_core::lanes::{Plain, Register, Twice};
+use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, State};
 use vi_multibody::form::Form;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::{Spring, SpringLaw};
-use vi_multibody::tree_control_points::TreeControlPoints;
+use vi_multibody::tree_map::TreeMap;
 use vi_multibody::tree_sweeps::TreeSweeps;
+
+/// Dense matrices with rows in `P(q_j)`, columns in `∂F_d/∂u`.
+struct DenseRows {
+    map: TreeMap,
+    blocks: Vec<Block>,
+    bases: [DMatrix<f64>; 2],
+    newton: Vec<DenseNewton>,
+}
+
+impl DenseRows {
+    fn new(mechanism: &Mechanism, stages: usize) -> Self {
+        let (map, n) = (TreeMap::new(mechanism), mechanism.dim());
+        let (blocks, d) = (map.blocks(), map.dof());
+        let newton = (0..stages).map(|_| DenseNewton::new(n, d)).collect();
+        Self { map, blocks, bases: [DMatrix::zeros(n, d), DMatrix::zeros(n, d)], newton }
+    }
+}
+
+impl ControlPointOperators for DenseRows {
+    fn dof(&self) -> usize {
+        self.map.dof()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.map.reparametrize(u, s)?;
+        s.close();
+        Ok(())
+    }
+
+    fn pull_back(&mut self, q: &[f64], _: Option<LastStep<'_>>, w: &[f64], out: &mut [f64]) {
+        self.map.null_space(q, &mut self.bases[0]);
+        pull_back(&self.bases[0], w, out);
+    }
+
+    fn factorize(
+        &mut self,
+        j: usize,
+        mass: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+    ) -> Result<(), Fault> {
+        let [rows, columns] = &mut self.bases;
+        self.map.null_space(&s.q1, rows);
+        self.map.tangent(u, s, columns);
+        self.newton[j].factorize(mass, rows, columns);
+        Ok(())
+    }
+
+    fn solve(&mut self, j: usize, x: &mut [f64]) -> Result<(), Fault> {
+        self.newton[j].solve(x)
+    }
+
+    fn clean(&mut self, t: f64, q: &mut [f64]) {
+        self.map.clean(t, q);
+    }
+}
 
 /// What sweeps and the end of a step give: `r`, `du`, `p̄_{n+1}`, `q_{n+1}`, the increments of all
 /// control points.
@@ -90,7 +153,7 @@ proptest! {
         let state = State::new(0.0, mechanism.initial_configuration(), increments(n, 3.0, seed ^ 1));
         let u = increments(s * d, 0.5, seed ^ 2);
         let at = (stages, &state, &u[..]);
-        let operators = TreeControlPoints::new(mechanism.tree(), s);
+        let operators = DenseRows::new(&mechanism, s);
         let expected = results(&mut Pointwise::new(n, s, operators), &system, at);
         let found = if s <= 4 {
             in_lanes(Plain, &mechanism, &system, at)
@@ -124,14 +187,14 @@ fn rotations_beyond_half_a_revolution_are_refused() {
         let (n, d) = (mechanism.dim(), mechanism.tree().dof());
         let state = State::new(0.0, mechanism.initial_configuration(), vec![0.0; n]);
         let blocks = mechanism.tree().blocks();
-        let rotations = blocks.iter().filter(|b| b.kind == vi_core::newton::BlockKind::Rotation);
+        let rotations = blocks.iter().filter(|b| b.kind == BlockKind::Rotation);
         for unknown in rotations.flat_map(|block| block.range.clone()) {
             let mut u = vec![0.0; 3 * d];
             u[2 * d + unknown] = 3.2;
             let mut refusals = Vec::new();
             let mut points = ControlPoints::new(n, stages);
             let mut r = vec![0.0; 3 * d];
-            let operators = TreeControlPoints::new(mechanism.tree(), 3);
+            let operators = DenseRows::new(&mechanism, 3);
             let mut plain = Pointwise::new(n, 3, operators);
             plain.open(&system, &mut points, SubStep::single(0.0, 0.1), &state);
             refusals.push(plain.residual(&system, &mut points, &u, &mut r, true).unwrap_err());

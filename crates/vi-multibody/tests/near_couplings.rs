@@ -1,4 +1,4 @@
-//! Springs and dampers between bodies and their parents: the recursion against dense matrices.
+//! Springs and dampers between bodies and their parents: the sweeps against dense matrices.
 
 use crate::dense::off_dense;
 use vi_constraints::{Options, SchemeKind};
@@ -6,6 +6,7 @@ use vi_core::interval::Interval;
 use vi_core::{DiscreteLagrangian, Entries, Quadrature};
 use vi_multibody::builder::Inertia;
 use vi_multibody::tree_nodal::TreeNodal;
+use vi_multibody::tree_step::TreeStep;
 use vi_multibody::{BuiltMechanism, FrameId, MechanismBuilder, PairKind};
 use vi_testkit::Sample;
 
@@ -44,19 +45,19 @@ fn tied_tree(bodies: usize, seed: u64, far: bool) -> BuiltMechanism {
     builder.build().unwrap()
 }
 
-/// Whether the recursion applies: at all, and without blocks between bodies.
+/// Whether the sweeps apply: at all, and without blocks between bodies.
 fn applies(built: &BuiltMechanism) -> [bool; 2] {
     let system = built.system(Quadrature::Midpoint);
     let q = built.mechanism.initial_configuration();
     let mut s = Interval::new(q.len());
     s.open(0.0, 1.0, &q);
-    let recursion = || TreeNodal::new(built.mechanism.tree().clone());
     let mixed = |out: &mut dyn Entries| system.forced_d2_d1(&s, out);
-    [recursion().applies_near(&mixed, &s), recursion().applies(&system, &s)]
+    let near = TreeNodal::of(built.mechanism.tree(), &mixed).is_some();
+    [near, TreeStep::new(&built.mechanism, &system).is_some()]
 }
 
 #[test]
-fn the_recursion_takes_the_steps_of_dense_matrices() {
+fn the_sweeps_take_the_steps_of_dense_matrices() {
     let (mut worst, mut coupled) = (0.0_f64, 0);
     for seed in 0..40 {
         let built = tied_tree(2 + seed as usize % 6, 3 + seed, false);

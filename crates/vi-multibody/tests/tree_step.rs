@@ -6,13 +6,13 @@ use crate::loaded_trees::tree;
 use vi_constraints::nodal::Nodal;
 use vi_constraints::nodal_operators::by_operators;
 use vi_constraints::scheme::{Scheme, SubStep};
-use vi_constraints::{InitialValues, LegendreTransforms, Options, SchemeKind};
+use vi_constraints::{DenseNodal, InitialValues, LegendreTransforms, Options, SchemeKind};
 use vi_core::linear::norm_inf;
 use vi_core::newton::Fault;
 use vi_core::state::State;
 use vi_core::{Composition, MechanicalSystem, Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::run::{Solver, integrator};
-use vi_multibody::tree_nodal::TreeNodal;
+use vi_multibody::tree_map::TreeMap;
 use vi_multibody::tree_step::TreeStep;
 use vi_multibody::{BuiltMechanism, Mechanism};
 use vi_testkit::Sample;
@@ -132,14 +132,14 @@ fn both(built: &BuiltMechanism, u: &[f64]) -> [Result<[Vec<f64>; 2], Fault>; 2] 
     let run = integrator(built.mechanism.clone(), started, options, Solver::Auto, at).unwrap();
     let state = run.state();
     let mut sweeps = Nodal::new(TreeStep::new(&built.mechanism, &system).unwrap());
-    let recursion = TreeNodal::new(built.mechanism.tree().clone());
-    let mut general = by_operators(SchemeKind::Nodal, state.q.len(), recursion, None);
+    let dense = DenseNodal::new(state.q.len(), TreeMap::new(&built.mechanism));
+    let mut general = by_operators(SchemeKind::Nodal, state.q.len(), dense, None);
     let at = ((built, &system), (state, u));
     [evaluate(&mut sweeps, at.0, at.1), evaluate(&mut *general, at.0, at.1)]
 }
 
 #[test]
-fn residual_and_correction_are_those_of_the_recursion_far_from_the_solution() {
+fn residual_and_correction_are_those_of_dense_matrices_far_from_the_solution() {
     let mut worst = 0.0_f64;
     for seed in 0..60 {
         for loaded in [false, true] {
@@ -160,7 +160,7 @@ fn residual_and_correction_are_those_of_the_recursion_far_from_the_solution() {
 }
 
 #[test]
-fn the_sweeps_refuse_what_the_recursion_refuses() {
+fn the_sweeps_refuse_what_the_pair_maps_refuse() {
     let mut refused = 0;
     for seed in 0..30 {
         let built = tree(1 + seed as usize % 5, false, 300 + seed);

@@ -21,30 +21,16 @@ impl SpatialMatrix {
         Self { ll: z, la: z, al: z, aa: z }
     }
 
-    /// From its blocks, in the order of [`SpatialMatrix::blocks`].
-    #[cfg(test)]
-    pub(crate) fn of([ll, la, al, aa]: [Matrix3<f64>; 4]) -> Self {
-        Self { ll, la, al, aa }
-    }
-
     /// Its blocks: linear–linear, linear–angular, angular–linear, angular–angular.
     pub(crate) fn blocks(&self) -> [&Matrix3<f64>; 4] {
         [&self.ll, &self.la, &self.al, &self.aa]
     }
 
-    #[inline]
+    #[cfg(test)]
     pub(crate) fn mul(&self, t: &Twist) -> Twist {
         Twist::new(
             self.ll * t.linear + self.la * t.angular,
             self.al * t.linear + self.aa * t.angular,
-        )
-    }
-
-    #[inline]
-    pub(crate) fn tr_mul(&self, t: &Twist) -> Twist {
-        Twist::new(
-            self.ll.tr_mul(&t.linear) + self.al.tr_mul(&t.angular),
-            self.la.tr_mul(&t.linear) + self.aa.tr_mul(&t.angular),
         )
     }
 
@@ -94,14 +80,6 @@ impl SpatialMatrix {
             (Some(a), None) => self.al += skew_times(a, block),
             (Some(a), Some(b)) => self.aa += skew_times(a, &times_minus_skew(block, b)),
         }
-    }
-
-    #[inline]
-    pub(crate) fn add(&mut self, other: &Self) {
-        self.ll += other.ll;
-        self.la += other.la;
-        self.al += other.al;
-        self.aa += other.aa;
     }
 
     /// `Xᵀ A X'`.

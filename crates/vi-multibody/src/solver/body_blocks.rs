@@ -8,6 +8,7 @@ use crate::geometry::spatial::SpatialMatrix;
 use crate::pair::Twist;
 use crate::tree::Tree;
 use nalgebra::{Matrix3, Vector3};
+use vi_constraints::reparametrization::Emission;
 use vi_core::sparse::Entries;
 use vi_rigid::directors;
 
@@ -37,6 +38,40 @@ pub(super) struct NearBlocks<'a> {
     pub of_link: &'a mut [SpatialMatrix],
     /// Rows of its parent, columns of each link.
     pub of_parent: &'a mut [SpatialMatrix],
+}
+
+/// Whether a matrix over the coordinates of frames couples two of them.
+pub(super) fn couples_bodies(matrix: &Emission<'_>) -> bool {
+    couples_beyond(matrix, |_, _| false)
+}
+
+/// Whether it couples two of them that are not a link and its parent.
+pub(super) fn couples_beyond_parents(tree: &Tree, matrix: &Emission<'_>) -> bool {
+    let parent = |frame: usize| {
+        let link = tree.links()[tree.link_of()[frame]].parent;
+        link.map(|parent| tree.links()[parent].frame)
+    };
+    couples_beyond(matrix, |a, b| parent(a) == Some(b) || parent(b) == Some(a))
+}
+
+/// Whether it couples two of them that are not `close`.
+fn couples_beyond(matrix: &Emission<'_>, close: impl Fn(usize, usize) -> bool) -> bool {
+    struct Crossing<F> {
+        close: F,
+        met: bool,
+    }
+    impl<F: Fn(usize, usize) -> bool> Entries for Crossing<F> {
+        fn add(&mut self, row: usize, column: usize, _value: f64) {
+            let (row, column) = (row / 12, column / 12);
+            self.met |= row != column && !(self.close)(row, column);
+        }
+        fn add_along(&mut self, _j: usize, _value: f64) -> bool {
+            true
+        }
+    }
+    let mut found = Crossing { close, met: false };
+    matrix(&mut found);
+    found.met
 }
 
 /// Row `i` of `P_in`: the coordinate `i` of a frame moves by `row · t`.

@@ -1,6 +1,5 @@
 //! Operators of the Newton step for each topology, and the choice among them.
 
-pub mod articulated;
 mod beside;
 mod body_blocks;
 mod chord;
@@ -11,7 +10,6 @@ mod member_blocks;
 pub mod run;
 mod screws;
 pub mod sparse_nodal;
-pub mod tree_control_points;
 pub mod tree_descriptor;
 pub mod tree_map;
 pub mod tree_nodal;

@@ -2,11 +2,12 @@
 //!
 //! | mechanism | nodal and reduced | d'Alembert | constrained |
 //! |---|---|---|---|
-//! | tree of bodies, uncoupled potential | articulated recursion, `O(N)`; nodal: sweeps of their own | dense | sparse |
+//! | tree of bodies, coupled at most with their parents | sweeps over the links, `O(N)` | dense | sparse |
 //! | tree with couplings, or of point masses | sparse or descriptor form, dense up to 12 degrees of freedom with point masses | dense | sparse |
 //! | bodies beside point masses, no potential between the two | as the ones and as the others, side by side | dense | sparse |
 //! | tree with nodes of elements | sparse by blocks, descriptor form with point masses or many ancestors | dense | sparse |
-//! | closed loops of bodies | that of their tree + small complement; nodal on R, P, fixed: its sweeps, too | dense, QR | sparse |
+//! | closed loops of bodies, uncoupled potential | sweeps of their tree + small complement, `O(N)` | dense, QR | sparse |
+//! | closed loops of bodies that springs couple | sparse matrices of their tree + dense complement | dense, QR | sparse |
 //! | closed loops of bodies coupled with point masses | sparse matrices of their tree + dense complement | dense, QR | sparse |
 //! | loops of bars | dense, tangent space | dense, QR | sparse |
 //!
@@ -20,9 +21,9 @@
 //!
 //! | mechanism | nodal | constrained |
 //! |---|---|---|
-//! | tree of bodies | articulated recursion at all control points at once, `O(N)` | sparse |
+//! | tree of bodies | sweeps over the links at all control points at once, `O(N)` | sparse |
 //! | tree with point masses | dense | sparse |
-//! | closed loops of bodies | that of their tree + small complement at each control point | sparse |
+//! | closed loops of bodies | sweeps of their tree + small complement at each control point | sparse |
 //! | tree with nodes of elements, or when sparse matrices are asked for | modes of the step, sparse by blocks | sparse |
 //! | other closed loops, elements beside point masses | none | sparse |
 

@@ -46,7 +46,11 @@ impl<M: Store> Rotation<M> {
 
 /// `−h A_α` of a link alone, about its reference point.
 #[inline(always)]
-fn block<S: Space>(s: S, link: &Link<S::Store>, work: &Work<S::Store>) -> Spatial<S::Vector> {
+pub(super) fn block<S: Space>(
+    s: S,
+    link: &Link<S::Store>,
+    work: &Work<S::Store>,
+) -> Spatial<S::Vector> {
     let (turn, moment, euler) = (work.turn.take(s), s.take(&work.moment), work.euler.take(s));
     let moment_next = moment + turn.mul(moment); // s'
     let K = euler.plus(&turn.times(&euler)); // Σ x' xᵀ
@@ -155,16 +159,7 @@ fn eliminate_along<S: Space>(
     (work, u): (&mut ColumnWork<S::Store>, &mut Number<S>),
     (A, p): (&mut Spatial<S::Vector>, &mut Screw<S::Vector>),
 ) -> Screw<S::Vector> {
-    let (n, next) = (s.take(&work.axis), s.take(&work.axis_next));
-    let (AS, SA) = match act {
-        Act::Turn => turning(A, n, next),
-        Act::Slide => sliding(A, n, next),
-        Act::Screw => {
-            let (turn, slide, pitch) =
-                (turning(A, n, next), sliding(A, n, next), s.factor(link.pitch));
-            (turn.0.plus(slide.0.times(pitch)), turn.1.plus(slide.1.times(pitch)))
-        }
-    };
+    let (AS, SA) = both(s, (link, act), A, [s.take(&work.axis), s.take(&work.axis_next)]);
     let D = component(s, (link, act), work, AS) + work.slope; // D = Sᵀ Ã S' + …
     let inverse = s.number(1.0).over(D);
     *u = *u - component(s, (link, act), work, *p);
@@ -172,6 +167,25 @@ fn eliminate_along<S: Space>(
     *p = p.plus(AS.times(inverse * *u));
     *A = A.minus_outer(AS, inverse, SA);
     AS
+}
+
+/// `Ã S'` and `Sᵀ Ã` of one column along the axes `n, n'`.
+#[inline(always)]
+pub(super) fn both<S: Space>(
+    s: S,
+    (link, act): (&Link<S::Store>, Act),
+    A: &Spatial<S::Vector>,
+    [n, next]: [S::Vector; 2],
+) -> (Screw<S::Vector>, Screw<S::Vector>) {
+    match act {
+        Act::Turn => turning(A, n, next),
+        Act::Slide => sliding(A, n, next),
+        Act::Screw => {
+            let (turn, slide, pitch) =
+                (turning(A, n, next), sliding(A, n, next), s.factor(link.pitch));
+            (turn.0.plus(slide.0.times(pitch)), turn.1.plus(slide.1.times(pitch)))
+        }
+    }
 }
 
 /// `Ã (0, n')` and `(0, n)ᵀ Ã`.
@@ -220,7 +234,7 @@ fn eliminate_rotation<S: Space>(
 
 /// `x ← Ã_ll⁻¹ (x − p)`, the velocity of a free body whose rotation is eliminated.
 #[inline(always)]
-fn solve_translation<S: Space>(
+pub(super) fn solve_translation<S: Space>(
     s: S,
     ll: &Columns<S::Vector>,
     p: S::Vector,

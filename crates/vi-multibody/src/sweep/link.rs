@@ -158,7 +158,14 @@ pub(crate) fn constants(
     if system.adds_mass() {
         return None;
     }
-    let masses = body_masses(tree.links().len(), system.inertia(), system.dim())?;
+    constants_with(tree, &body_masses(tree.links().len(), system.inertia(), system.dim())?)
+}
+
+/// The same with the masses of each frame.
+pub(crate) fn constants_with(
+    tree: &Tree,
+    masses: &[Matrix4<f64>],
+) -> Option<(Vec<Link<One>>, usize)> {
     let (mut links, mut slots) = (Vec::new(), 0);
     for (k, link) in tree.links().iter().enumerate() {
         links.push(constants_of(tree, (k, link), &masses[link.frame])?);

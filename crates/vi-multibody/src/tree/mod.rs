@@ -9,6 +9,7 @@
 //!
 //! Source: LMO08 §5; sweeps after Featherstone, Rigid Body Dynamics Algorithms, §5.
 
+pub(crate) mod maps;
 pub mod particle;
 
 use crate::pair::joint::{FrameId, GROUND, Joint, JointConfiguration};

@@ -75,12 +75,12 @@ impl ClosureForces {
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
         let Self { loops, forms, ranks, constraints, arms, balance, .. } = self;
-        loops.tree.begin_at(q, None);
-        loops.tree.pull_back_at(q, c, balance);
+        loops.tree.begin(q, None);
+        loops.tree.pull_back(q, c, balance);
         constraints.iter().for_each(|&row| lambda[row] = 0.0);
         let outside = OUTSIDE * size(c, arms);
         let Loops { tree, clusters, home, column_of, weights, .. } = loops;
-        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
         for ((cluster, form), rank) in clusters.iter_mut().zip(forms).zip(ranks) {
             let paths = &mut cluster.paths;
             eliminate(paths, (form, *rank), at);

@@ -15,10 +15,13 @@
 //! sweep.
 #![allow(non_snake_case)] // U, J, C
 
+use super::complement::Complement;
 use super::echelon::{Echelon, Entry};
-use super::elimination::Elimination;
-use super::path::{Maps, Paths, Placed};
-use crate::solver::articulated::Articulated;
+use super::path::{Paths, Placed};
+use crate::pair::Twist;
+use crate::solver::tree_step::part::Links;
+use crate::solver::tree_step::workspace::Workspace;
+use crate::tree::maps::TreeMaps;
 use nalgebra::DMatrix;
 use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_core::Configuration;
@@ -79,22 +82,22 @@ impl<'a> Recall<'a> {
 /// Loops that share links.
 pub(crate) struct Cluster {
     pub(crate) paths: Paths,
-    rank: usize,        // generic
-    nearly: bool,       // whether other rows nearly follow from as many
-    basis: Echelon,     // U: rows of J at q_n
-    is_of_chosen: bool, // whether they are the chosen ones
-    next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
-    chosen: Vec<usize>, // rows enforced at q_{n+1}
-    order: Vec<usize>,  // pivots of U, by their rows
-    g: Vec<f64>,        // of the chosen rows
-    elimination: Elimination,
+    rank: usize,                         // generic
+    nearly: bool,                        // whether other rows nearly follow from as many
+    basis: Echelon,                      // U: rows of J at q_n
+    is_of_chosen: bool,                  // whether they are the chosen ones
+    next: Echelon,                       // rows of J' at q_{n+1}, or of J wherever it is asked for
+    chosen: Vec<usize>,                  // rows enforced at q_{n+1}
+    order: Vec<usize>,                   // pivots of U, by their rows
+    g: Vec<f64>,                         // of the chosen rows
+    complement: Option<Box<Complement>>, // on the sweeps of the tree
 }
 
-/// The rows of a cluster in a step.
+/// The rows of a cluster in a step: those that `U` was found from where they are enforced, else `U`.
 pub(super) struct Rows<'a> {
     pub(super) paths: &'a mut Paths,
     pub(super) basis: &'a Echelon,  // U
-    pub(super) order: &'a [usize],  // its pivots, by their rows
+    pub(super) order: &'a [usize],  // its pivots, by their rows; none of rows that are enforced
     pub(super) chosen: &'a [usize], // rows enforced at q_{n+1}
     pub(super) g: &'a [f64],        // of the chosen rows
 }
@@ -114,7 +117,7 @@ impl Cluster {
             chosen: Vec::new(),
             order: Vec::new(),
             g: Vec::new(),
-            elimination: Elimination::new(&paths, 0),
+            complement: None,
             paths,
         }
     }
@@ -126,7 +129,6 @@ impl Cluster {
         self.chosen.sort_unstable();
         self.g = vec![0.0; self.rank];
         self.order = Vec::with_capacity(self.rank);
-        self.elimination = Elimination::new(&self.paths, self.rank);
     }
 
     /// Rows that are not among as many nearly follow from them: those enforced are kept as long as
@@ -138,7 +140,9 @@ impl Cluster {
     /// As if it were large.
     #[cfg(test)]
     pub(super) fn eliminate_as_large(&mut self) {
-        self.elimination = Elimination::of_many(&self.paths, self.rank);
+        if let Some(complement) = &mut self.complement {
+            complement.make_large(&self.paths);
+        }
     }
 
     /// The generic rank.
@@ -364,8 +368,11 @@ impl Cluster {
     pub(crate) fn take_rows_of(&mut self, other: &Self, at: Placed<'_>) -> Result<f64, Fault> {
         self.chosen.copy_from_slice(&other.chosen);
         self.paths.fill_with(&mut self.basis, self.chosen.iter().copied(), at, &[]);
-        let rank = self.basis.eliminate(self.rank, RANK_TOLERANCE);
-        if rank == self.rank { Ok(self.basis.smallest()) } else { Err(Fault::SingularTangent) }
+        if self.basis.eliminate(self.rank, RANK_TOLERANCE) < self.rank {
+            return Err(Fault::SingularTangent);
+        }
+        self.is_of_chosen = self.basis.smallest() >= CLEAR * self.basis.largest();
+        Ok(self.basis.smallest())
     }
 
     /// `g_c` of the chosen rows.
@@ -426,43 +433,42 @@ impl Cluster {
         Ok(())
     }
 
-    /// Eliminates the cluster at its apex: all of its links are eliminated, `x` has been swept up
-    /// to there.
-    pub(crate) fn eliminate(
-        &mut self,
-        tree: &mut Articulated,
-        places: (&[(usize, usize)], &[usize], &[f64]),
-        x: &[f64],
-    ) -> Result<(), Fault> {
-        let (home, column_of, q) = places;
-        let Self { paths, basis, chosen, g, elimination, .. } = self;
-        elimination.clear();
-        for k in 0..chosen.len() {
-            elimination.add_column(k, basis.entries(k), paths, tree);
-        }
-        for (k, (&i, g)) in chosen.iter().zip(g.iter()).enumerate() {
-            let maps = Maps::Recursion;
-            paths.write_row(i, Placed { tree, maps, home, column_of, q, next: true });
-            elimination.add_row((k, *g), paths, tree, x);
-        }
-        elimination.solve(paths.apex, tree)
+    /// Prepares for the sweeps of the tree: rows that are products refer to their links.
+    pub(super) fn carry(&mut self, tree: (&TreeMaps, &[(usize, usize)]), links: Links<'_>) {
+        self.paths.compact_rows(tree, links);
+        self.complement = Some(Box::new(Complement::new(&self.paths, self.rank)));
     }
 
-    /// What the elimination of a step needs: the rows that `U` was found from where they are
-    /// enforced, else `U`; neighbours among the rows are neighbours among the columns of `C`.
-    pub(super) fn rows(&mut self) -> Rows<'_> {
-        let Self { paths, basis, chosen, order, g, .. } = self;
+    /// Eliminates the cluster at its apex: all of its links are eliminated, `x` has been swept up
+    /// to there.
+    pub(super) fn eliminate(
+        &mut self,
+        at: (Placed<'_>, Links<'_>),
+        x: &[f64],
+    ) -> Result<(), Fault> {
+        let Self { paths, basis, chosen, order, g, complement, .. } = self;
         order.clear();
+        // neighbours among the rows are neighbours among the columns of `C`
         if !self.is_of_chosen {
             order.extend(0..chosen.len());
             order.sort_unstable_by_key(|&k| basis.pivots()[k]);
         }
-        Rows { paths, basis, order, chosen, g }
+        let Some(complement) = complement else { return Err(Fault::SingularTangent) };
+        complement.eliminate(Rows { paths, basis, order, chosen, g }, at, x)
+    }
+
+    /// Relieves the apex.
+    pub(super) fn relieve(&self, at: &mut Workspace) {
+        if let Some((complement, apex)) = self.complement.as_ref().zip(self.apex()) {
+            complement.relieve(apex, at);
+        }
     }
 
     /// The multipliers are known with the motion of the apex: their part of `x`.
-    pub(crate) fn release(&mut self, tree: &mut Articulated, x: &mut [f64]) {
-        self.elimination.release(&self.paths, tree, x);
+    pub(super) fn release(&mut self, apex: Option<&Twist>, x: &mut [f64]) {
+        if let Some(complement) = &mut self.complement {
+            complement.release(&self.paths, apex, x);
+        }
     }
 
     /// Visits the entries of `U` over the unknowns of the tree: `(k, column, value)`.

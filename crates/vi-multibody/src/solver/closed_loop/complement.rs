@@ -1,183 +1,229 @@
 //! The complement of a cluster of loops: its Newton matrix after the tree below the apex is
-//! eliminated.
+//! eliminated, four rows side by side.
 //!
 //! ```text
 //! û_k, p_k  from U_k      forward sweep along its path:  u − S p,  wrench on the apex
 //! v̂_i, p'_i from J'_i     the transposed backward sweep:   J'_i δ = v̂_i·û + p'_i·δt_apex
-//! C_ik = v̂_i·û_k
+//! C_ik = v̂_i·û_k,   C μ = (p'_i, g_i − v̂_i·x)       right-hand sides: the unit twists of the apex, then the closure
 //! ```
 //! Both are stored for the links of the path up to the apex alone, so `C` is sparse where few loops
 //! meet. How it is solved depends on its size and on where it has entries
 //! ([`super::large_matrix`]).
 #![allow(non_snake_case)] // C
 
+use super::cluster::Rows;
 use super::complement_matrix::ComplementMatrix;
-use super::echelon::{CAPACITY, Entry};
-use super::path::Paths;
+use super::echelon::Entry;
+use super::path::{Paths, Placed};
 use super::relief::{Relief, SIDES, first_side};
+use super::row_sweeps::{Four, held, in_registers, load};
 use crate::pair::Twist;
-use crate::solver::articulated::Articulated;
+use crate::solver::tree_step::part::Links;
+use crate::solver::tree_step::workspace::Workspace;
+use nalgebra::Vector3;
+use vi_core::lanes::Register;
 use vi_core::newton::Fault;
 
-/// `C` with what it is made of.
-pub(crate) struct Complement {
-    left: Vec<Vec<Entry>>,    // column → (k, û_k)
-    right: Vec<Vec<Entry>>,   // i → (column, v̂_i)
-    rows: usize,              // rows added
+/// `C` with what it is made of; four of its rows, or columns, are a bundle.
+pub(super) struct Complement {
+    rank: usize,
+    left: Left,
     matrix: ComplementMatrix, // C
     relief: Relief,
-    sweep: Sweep,
-    line: Vec<f64>,  // a row of C
-    met: Vec<usize>, // its nonzero entries
+    line: Vec<Four>,   // column of C → its entries in four rows
+    marked: Vec<bool>, // bundles in which some are not zero
+    met: Vec<usize>,   // these
 }
 
-/// Scratch of a sweep along paths.
-struct Sweep {
-    wrenches: Vec<Twist>, // of each link
-    values: Vec<f64>,     // of each column
-    marked: Vec<bool>,    // links
-    touched: Vec<usize>,  // links, deepest first
+/// `û`: entries of bundles at each column of a cluster, in the order in which they come.
+struct Left {
+    entries: Vec<LeftEntry>,
+    ends: Vec<[usize; 2]>, // column → its first and last entry; NONE
 }
 
-impl Sweep {
-    /// Spreads a row over the columns, and finds the links from there to the apex.
-    fn take_up(&mut self, row: impl Iterator<Item = Entry>, paths: &Paths) {
-        self.touched.clear();
-        for (column, value) in row {
-            self.values[column] = value;
-            let mut at = Some(paths.owner[column]);
-            while let Some(k) = at.filter(|&k| !self.marked[k]) {
-                self.marked[k] = true;
-                self.touched.push(k);
-                at = paths.links[k].parent;
-            }
-        }
-        self.touched.sort_unstable();
+struct LeftEntry {
+    bundle: usize,
+    u: Four,
+    next: usize, // of its column; NONE
+}
+
+const NONE: usize = usize::MAX;
+
+impl Left {
+    fn new(columns: usize, bundles: usize) -> Self {
+        let entries = Vec::with_capacity(columns * bundles.min(8));
+        Self { entries, ends: vec![[NONE; 2]; columns] }
     }
 
-    /// Sweeps to the apex; `each` sees the values of a link, and turns its wrench into that of its
-    /// parent.
-    fn run(
-        &mut self,
-        paths: &Paths,
-        transmit: impl Fn(usize, &Twist, &mut [f64]) -> Twist,
-        mut keep: impl FnMut(usize, f64),
-    ) -> Twist {
-        let mut out = Twist::zero();
-        for &k in &self.touched {
-            let link = &paths.links[k];
-            let wrench = std::mem::replace(&mut self.wrenches[k], Twist::zero());
-            let own = &mut self.values[link.first..link.first + link.dof];
-            let transmitted = transmit(link.link, &wrench, own);
-            for (j, value) in own.iter_mut().enumerate() {
-                keep(link.first + j, std::mem::replace(value, 0.0));
-            }
-            self.marked[k] = false;
-            match link.parent {
-                Some(parent) => self.wrenches[parent].add_scaled(1.0, &transmitted),
-                None => out.add_scaled(1.0, &transmitted),
-            }
+    fn clear(&mut self) {
+        self.entries.clear();
+        self.ends.fill([NONE; 2]);
+    }
+
+    fn push(&mut self, column: usize, (bundle, u): (usize, Four)) {
+        let (here, [first, last]) = (self.entries.len(), &mut self.ends[column]);
+        match self.entries.get_mut(*last) {
+            Some(last) => last.next = here,
+            None => *first = here,
         }
-        out
+        *last = here;
+        self.entries.push(LeftEntry { bundle, u, next: NONE });
+    }
+
+    #[inline(always)]
+    fn of_column(&self, column: usize) -> impl Iterator<Item = &LeftEntry> {
+        let first = self.entries.get(self.ends[column][0]);
+        std::iter::successors(first, |entry| self.entries.get(entry.next))
     }
 }
 
 impl Complement {
     /// For the links of a cluster and the rank of its loops.
-    pub(crate) fn new(paths: &Paths, rank: usize) -> Self {
-        let (links, columns) = (paths.links.len(), paths.columns.len());
-        let sweep = Sweep {
-            wrenches: vec![Twist::zero(); links],
-            values: vec![0.0; columns],
-            marked: vec![false; links],
-            touched: Vec::with_capacity(links),
-        };
-        let list = || Vec::with_capacity(CAPACITY.min(columns.max(rank)));
-        let vec = |count| (0..count).map(|_| list()).collect();
+    pub(super) fn new(paths: &Paths, rank: usize) -> Self {
+        let bundles = rank.div_ceil(4);
         Self {
-            left: vec(columns),
-            right: vec(rank),
-            rows: 0,
+            rank,
+            left: Left::new(paths.columns.len(), bundles),
             matrix: ComplementMatrix::new(rank, first_side(paths.apex)),
             relief: Relief::new(rank),
-            sweep,
-            line: vec![0.0; rank],
-            met: Vec::with_capacity(2 * rank),
+            line: vec![[0.0; 4]; 4 * bundles],
+            marked: vec![false; bundles],
+            met: Vec::with_capacity(bundles),
         }
     }
 
-    pub(crate) fn clear(&mut self) {
-        self.left.iter_mut().for_each(Vec::clear);
-        self.matrix.clear();
-        self.rows = 0;
+    /// As if it were large.
+    #[cfg(test)]
+    pub(super) fn make_large(&mut self, paths: &Paths) {
+        self.matrix = ComplementMatrix::large(self.rank, first_side(paths.apex));
     }
 
-    /// `û_k`, `p_k` from `U_k`.
-    pub(crate) fn add_column(
+    /// Solves for the multipliers; the links of the cluster are eliminated, `x` has been swept up
+    /// to its apex.
+    pub(super) fn eliminate(
         &mut self,
-        k: usize,
-        basis: impl Iterator<Item = Entry>,
-        paths: &Paths,
-        tree: &Articulated,
-    ) {
-        let Self { sweep, left, relief, .. } = self;
-        sweep.take_up(basis, paths);
-        let transmit = |link: usize, p: &Twist, own: &mut [f64]| tree.transmit(link, p, own);
-        relief.wrenches[k] =
-            sweep.run(paths, transmit, |column, value| left[column].push((k, value)));
+        Rows { paths, basis, order, chosen, g }: Rows<'_>,
+        (at, links): (Placed<'_>, Links<'_>),
+        x: &[f64],
+    ) -> Result<(), Fault> {
+        self.left.clear();
+        for bundle in 0..self.rank.div_ceil(4) {
+            for (row, k) in (4 * bundle..self.rank).take(4).enumerate() {
+                let Paths { four, kept, owner, links, .. } = &mut *paths;
+                let mut put = |(column, value): Entry| {
+                    four.values[column][row] = value;
+                    four.touch(owner[column], links);
+                };
+                match order.get(k) {
+                    Some(&k) => basis.entries(k).for_each(put),
+                    None => kept.row(k).iter().for_each(|entry| put(*entry)),
+                }
+            }
+            paths.four.order_touched();
+            let wrenches = self.add_columns(bundle, paths, links);
+            if paths.apex.is_some() {
+                let own = self.relief.wrenches[4 * bundle..].iter_mut().take(4).enumerate();
+                own.for_each(|(row, wrench)| *wrench = of_row(&wrenches, row));
+            }
+            paths.four.clear(&paths.links);
+        }
+        self.matrix.clear();
+        for (bundle, own) in chosen.chunks(4).enumerate() {
+            paths.write_four(own, (at, links));
+            for &i in own {
+                let path = paths.rows[i].path.iter();
+                path.for_each(|&k| paths.four.touch(k, &paths.links));
+            }
+            paths.four.order_touched();
+            let (twists, moved) = self.gather_rows(paths, links, x);
+            for row in 0..own.len() {
+                let i = 4 * bundle + row;
+                self.write_row((i, row), &twists, g[i] - moved[row]);
+            }
+            self.met.drain(..).for_each(|b| self.marked[b] = false);
+            paths.four.clear(&paths.links);
+        }
+        self.matrix.solve(&mut self.relief)
     }
 
-    /// `v̂_i`, `p'_i` from the row of `J'` last written, and its row of `C` with the right-hand
-    /// sides.
-    pub(crate) fn add_row(&mut self, g: f64, paths: &Paths, tree: &Articulated, x: &[f64]) {
-        let Self { sweep, left, right, rows, matrix, line, met, .. } = self;
-        let own = &mut right[*rows];
-        own.clear();
-        sweep.take_up(paths.last_row().iter().copied(), paths);
-        let transmit =
-            |link: usize, p: &Twist, own: &mut [f64]| tree.transmit_transposed(link, p, own);
-        let twist = sweep.run(paths, transmit, |column, value| own.push((column, value)));
-        let mut closure = g;
-        met.clear();
-        for &(column, value) in own.iter() {
-            closure -= value * x[paths.columns[column]];
-            for &(k, other) in &left[column] {
-                if line[k] == 0.0 {
-                    met.push(k);
+    /// `û_k`, `p_k` of a bundle of columns.
+    fn add_columns(&mut self, bundle: usize, paths: &mut Paths, at: Links<'_>) -> [Four; 6] {
+        let Paths { four, links, .. } = paths;
+        let mut transmit = || in_registers!(lanes => four.transmit(lanes, links, at));
+        let wrenches = transmit();
+        for column in four.touched.iter().flat_map(|&k| links[k].columns()) {
+            self.left.push(column, (bundle, four.values[column]));
+        }
+        wrenches
+    }
+
+    /// `p'_i` and `v̂_i·x` of four rows, and their entries of `C`.
+    fn gather_rows(&mut self, paths: &mut Paths, at: Links<'_>, x: &[f64]) -> ([Four; 6], Four) {
+        in_registers!(lanes => self.gather_in(lanes, paths, at, x))
+    }
+
+    #[inline(always)]
+    fn gather_in<T: Register>(
+        &mut self,
+        lanes: T,
+        paths: &mut Paths,
+        at: Links<'_>,
+        x: &[f64],
+    ) -> ([Four; 6], Four) {
+        let Self { left, line, marked, met, .. } = self;
+        let Paths { four, links, columns, .. } = paths;
+        let twists = four.transmit_transposed(lanes, links, at);
+        let mut moved = lanes.splat(0.0);
+        for column in four.touched.iter().flat_map(|&k| links[k].columns()) {
+            let v = load(lanes, &four.values[column]);
+            moved = moved + v * x[columns[column]];
+            for LeftEntry { bundle, u, .. } in left.of_column(column) {
+                let own = &mut line[4 * bundle..4 * bundle + 4];
+                if !marked[*bundle] {
+                    marked[*bundle] = true;
+                    met.push(*bundle);
+                    own.fill([0.0; 4]);
                 }
-                line[k] += value * other;
+                own[0] = held(load(lanes, &own[0]) + v * u[0]);
+                own[1] = held(load(lanes, &own[1]) + v * u[1]);
+                own[2] = held(load(lanes, &own[2]) + v * u[2]);
+                own[3] = held(load(lanes, &own[3]) + v * u[3]);
             }
         }
-        let mut sides = [closure; SIDES];
-        let along = twist.linear.iter().chain(twist.angular.iter());
-        sides.iter_mut().zip(along).for_each(|(side, v)| *side = *v);
-        if matrix.is_large() {
-            met.sort_unstable();
-            met.dedup(); // a sum may have passed through zero
-        }
-        matrix.write_row(*rows, met.iter().map(|&k| (k, line[k])), sides);
-        met.iter().for_each(|&k| line[k] = 0.0);
-        *rows += 1;
+        (twists, held(moved))
     }
 
-    /// Solves for the multipliers, and relieves the apex of the cluster.
-    pub(crate) fn solve(
-        &mut self,
-        apex: Option<usize>,
-        tree: &mut Articulated,
-    ) -> Result<(), Fault> {
-        let Self { matrix, relief, .. } = self;
-        matrix.solve(relief)?;
-        relief.relieve(apex, tree);
-        Ok(())
+    /// Row `i` of `C`, one of the four at hand, with its right-hand sides.
+    fn write_row(&mut self, (i, row): (usize, usize), twists: &[Four; 6], gap: f64) {
+        let Self { rank, matrix, line, met, .. } = self;
+        let mut sides = [gap; SIDES];
+        sides.iter_mut().zip(twists).for_each(|(side, part)| *side = part[row]);
+        if matrix.is_large() {
+            met.sort_unstable();
+        }
+        let columns = met.iter().flat_map(|&b| 4 * b..(4 * b + 4).min(*rank));
+        let entries = columns.map(|k| (k, line[k][row])).filter(|e| e.1 != 0.0);
+        matrix.write_row(i, entries, sides);
+    }
+
+    /// Relieves the apex of the cluster.
+    pub(super) fn relieve(&self, apex: usize, at: &mut Workspace) {
+        self.relief.parts().for_each(|part| at.relieve(apex, part));
     }
 
     /// Adds what the multipliers do to `x`, now that the motion of the apex is known.
-    pub(crate) fn release(&mut self, paths: &Paths, tree: &mut Articulated, x: &mut [f64]) {
-        let apex = paths.apex.map(|apex| *tree.wrench(apex));
-        let multipliers = self.relief.multipliers(apex.as_ref());
-        for (&column, entries) in paths.columns.iter().zip(&self.left) {
-            x[column] += entries.iter().map(|&(k, value)| multipliers[k] * value).sum::<f64>();
+    pub(super) fn release(&mut self, paths: &Paths, apex: Option<&Twist>, x: &mut [f64]) {
+        let multipliers = self.relief.multipliers(apex);
+        for (k, &column) in paths.columns.iter().enumerate() {
+            for LeftEntry { bundle, u, .. } in self.left.of_column(k) {
+                let own = u.iter().zip(&multipliers[4 * bundle..]);
+                x[column] += own.map(|(u, multiplier)| u * multiplier).sum::<f64>();
+            }
         }
     }
+}
+
+fn of_row(parts: &[Four; 6], row: usize) -> Twist {
+    let vector = |first: usize| Vector3::from_fn(|i, _| parts[first + i][row]);
+    Twist::new(vector(0), vector(3))
 }

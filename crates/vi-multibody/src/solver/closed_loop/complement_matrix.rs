@@ -21,12 +21,17 @@ enum Form {
 impl ComplementMatrix {
     /// For the rank of a cluster and its first right-hand side.
     pub(super) fn new(rank: usize, first: usize) -> Self {
+        if rank > SMALL {
+            return Self::large(rank, first);
+        }
         let sides = SIDES - first;
-        let form = match rank > SMALL {
-            true => Form::Large(Box::new(LargeMatrix::new(rank, sides))),
-            false => Form::Small(SquareSystem::new(rank, sides)),
-        };
-        Self { sides, form }
+        Self { sides, form: Form::Small(SquareSystem::new(rank, sides)) }
+    }
+
+    /// The same as if the rank were large.
+    pub(super) fn large(rank: usize, first: usize) -> Self {
+        let sides = SIDES - first;
+        Self { sides, form: Form::Large(Box::new(LargeMatrix::new(rank, sides))) }
     }
 
     /// Whether its entries are asked for in the order of their columns, each once.

@@ -181,6 +181,7 @@ impl LoopRank {
             let own = loops.clusters.iter_mut().zip(&nearly.ranks);
             own.filter(|(_, rank)| rank.is_some()).for_each(|(cluster, _)| cluster.keep_rows());
         }
+        loops.keep_initial();
         loops
     }
 

@@ -7,7 +7,7 @@ use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
 use crate::pair::joint::FrameId;
-use crate::solver::articulated::Articulated;
+use crate::tree::maps::TreeMaps;
 use crate::tree::{Link, Tree};
 use nalgebra::{DMatrix, Vector3};
 use vi_constraints::Constraints;
@@ -15,13 +15,14 @@ use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, BlockKind};
+use vi_core::state::Memory;
 use vi_rigid::directors;
 
 const NOWHERE: (usize, usize) = (usize::MAX, usize::MAX);
 
 /// The loops of a mechanism on its spanning tree.
 pub(crate) struct Loops {
-    pub(crate) tree: Articulated,
+    pub(crate) tree: TreeMaps,
     /// By falling apex, those that hang on the ground last.
     pub(crate) clusters: Vec<Cluster>,
     pub(crate) home: Vec<(usize, usize)>, // link → cluster and place
@@ -30,11 +31,12 @@ pub(crate) struct Loops {
     count: usize, // rows of g_c
     // what one is for each unknown: 1 rad, or the longest lever arm of its component
     pub(super) weights: Vec<f64>,
+    pub(super) initial: Memory, // before the first step
 }
 
 impl Loops {
     pub(crate) fn new(mechanism: &Mechanism) -> Self {
-        let tree = Articulated::new(mechanism.tree().clone());
+        let tree = TreeMaps::new(mechanism.tree().clone());
         let rows = mechanism.loop_constraints();
         let scales = row_scales(mechanism, &rows);
         let blocks = with_floors(mechanism, mechanism.tree().blocks());
@@ -69,7 +71,14 @@ impl Loops {
             let columns = cluster.paths.columns.iter().enumerate();
             columns.for_each(|(column, &unknown)| column_of[unknown] = column);
         }
-        Self { tree, clusters, home, column_of, blocks, count: rows.len(), weights }
+        let (count, initial) = (rows.len(), Memory::default());
+        Self { tree, clusters, home, column_of, blocks, count, weights, initial }
+    }
+
+    /// Where rows are evaluated at `q`, with the maps of the tree there.
+    pub(super) fn placed<'a>(&'a self, maps: Maps<'a>, q: &'a [f64]) -> Placed<'a> {
+        let Self { tree, home, column_of, .. } = self;
+        Placed { tree, maps, home, column_of, q, next: false }
     }
 
     /// Degrees of freedom of the tree.
@@ -93,9 +102,9 @@ impl Loops {
 
     /// Takes up `q`, and finds the rank of each cluster there.
     pub(crate) fn ranks(&mut self, q: &[f64]) -> Vec<usize> {
-        self.tree.begin_at(q, None);
+        self.tree.begin(q, None);
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
         clusters.iter_mut().map(|cluster| cluster.rank_here(at, &[])).collect()
     }
 
@@ -117,7 +126,7 @@ impl Loops {
     /// The rank of some rows of `g_c` alone, at the configuration taken up last.
     pub(crate) fn rank_of(&mut self, rows: std::ops::Range<usize>, q: &[f64]) -> usize {
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
         let of = |cluster: &mut Cluster| {
             let own = cluster.paths.rows.iter().enumerate();
             let own = own.filter(|(_, row)| rows.contains(&row.number)).map(|(i, _)| i);
@@ -164,10 +173,10 @@ impl Loops {
                 return Some(q);
             }
             let side: Vec<f64> = self.raw_values(t, &q).iter().map(|g| -g).collect();
-            self.tree.begin_at(&q, None);
+            self.tree.begin(&q, None);
             u.fill(0.0);
             let Self { tree, clusters, home, column_of, weights, .. } = self;
-            let at = Placed { tree, maps: Maps::Recursion, home, column_of, q: &q, next: false };
+            let at = Placed { tree, maps: Maps::Pairs, home, column_of, q: &q, next: false };
             let mut rank = 0;
             for cluster in clusters {
                 rank += cluster.rank_here(at, &side);
@@ -211,7 +220,7 @@ struct Path {
 /// The path of each row. Its apex is the lowest link that carries all of its sides, where they turn
 /// with it: the child of a spherical pair does not, so its loop is felt by the rotation of what
 /// carries it. A row with a side on the ground is felt down to the root.
-fn paths(mechanism: &Mechanism, tree: &Articulated, rows: &[ScalarRow]) -> Vec<Path> {
+fn paths(mechanism: &Mechanism, tree: &TreeMaps, rows: &[ScalarRow]) -> Vec<Path> {
     let links = tree.tree().links();
     let q = mechanism.initial_configuration();
     let cut = mechanism.cut_joints().iter();

@@ -9,8 +9,8 @@
 //! [ J'  0  ] [μ] = [   g   ],     A = P_treeᵀ D_2(D_1 L_d + f_d^-) ∂F_d/∂u
 //! ```
 //! The joints of the tree split into dependent ones, `B`, and independent ones, in which the
-//! balance stands: `Z = null J_n` is never formed. `A` is solved by the articulated recursion. A
-//! row lives on the links of its own loop, from its two sides to their lowest common carrier, the
+//! balance stands: `Z = null J_n` is never formed. `A` is solved by the sweeps of the tree. A row
+//! lives on the links of its own loop, from its two sides to their lowest common carrier, the
 //! apex; rows that share links form a cluster, which is eliminated at its apex by a small
 //! complement and never felt above.
 //!
@@ -50,12 +50,9 @@ mod cluster_link;
 mod complement;
 mod complement_matrix;
 pub mod control_points;
-mod dense_complement;
 mod echelon;
-mod elimination;
 mod large_matrix;
 pub mod loop_rank;
-mod loop_sweeps;
 pub(crate) mod loops;
 mod nearly;
 mod path;
@@ -65,7 +62,6 @@ mod row_columns;
 mod row_sweeps;
 mod square_system;
 pub mod step;
-mod step_complement;
 pub mod survey;
 mod sweep;
 pub(super) mod velocity;
@@ -75,17 +71,17 @@ use crate::solver::chord::Chord;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::sparse_nodal::{Row, SparseNodal};
 use crate::solver::tree_map::TreeMap;
+use crate::solver::tree_nodal::TreeNodal;
 pub(crate) use closure_forces::ClosureForces;
 use cluster::Cluster;
 use loops::Loops;
 pub use loops::with_floors;
 use nalgebra::DMatrix;
-use path::Placed;
+use path::{Maps, Placed};
 use sweep::Resolution;
 use vi_constraints::node_solvers::RateOperators;
-use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::reparametrization::{Emission, LastStep};
-use vi_constraints::{Constraints, DenseNodal, NodalOperators};
+use vi_constraints::{DenseNodal, NodalOperators};
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault, Precision, largest_rotation};
@@ -98,8 +94,8 @@ const BORDERED_FROM: usize = 100;
 
 /// The operators of the tree: its velocity map and `A`.
 pub enum TreeSolver {
-    /// The articulated recursion: no potential couples bodies.
-    Recursion,
+    /// The sweeps over its links: no potential couples bodies.
+    Sweeps(Box<TreeNodal>),
     /// Dense matrices.
     Dense(Box<DenseNodal<TreeMap>>),
     /// A sparse factorization; its unknowns are those of the loops, too.
@@ -114,8 +110,6 @@ pub struct LoopNodal {
     solver: TreeSolver,
     coupled: Coupled, // of matrices that couple bodies
     elements: bool,   // between frames
-    initial: Memory,  // before the first step
-    q_n: Vec<f64>,
     h: f64,
     resolution: Resolution,
     fresh: bool,   // rows not chosen yet in this step
@@ -135,10 +129,13 @@ struct Coupled {
 impl LoopNodal {
     /// For a mechanism with cut joints, and the generic rank of its loop constraints.
     #[must_use]
-    pub fn new(mechanism: &Mechanism, rank: &LoopRank, solver: TreeSolver) -> Self {
-        let loops = rank.loops(mechanism);
+    pub fn new(mechanism: &Mechanism, rank: &LoopRank, mut solver: TreeSolver) -> Self {
+        let mut loops = rank.loops(mechanism);
+        if let TreeSolver::Sweeps(tree) = &mut solver {
+            loops.carry(tree.workspace());
+        }
         let bordered = matches!(solver, TreeSolver::Sparse(_)) && rank.generic >= BORDERED_FROM;
-        let dense = !bordered && !matches!(solver, TreeSolver::Recursion);
+        let dense = !bordered && !matches!(solver, TreeSolver::Sweeps(_));
         let size = if dense { rank.generic } else { 0 };
         let mut blocks = loops.blocks.clone();
         blocks.extend(mechanism.particle_tree().blocks());
@@ -152,36 +149,15 @@ impl LoopNodal {
             mu: vec![0.0; size],
             chord: Chord::new(&blocks),
         };
-        let (mut initial, q_n) = (Memory::default(), vec![0.0; mechanism.dim()]);
-        loops.remember(&mut initial);
         let (h, resolution) = (1.0, Resolution::full());
         let (fresh, current, elements) = (true, false, mechanism.has_nodes());
-        Self {
-            loops,
-            blocks,
-            dof,
-            solver,
-            coupled,
-            elements,
-            initial,
-            q_n,
-            h,
-            resolution,
-            fresh,
-            current,
-        }
+        Self { loops, blocks, dof, solver, coupled, elements, h, resolution, fresh, current }
     }
 
     /// The first node is a singular configuration: its null space is that of the branch, `Z_0`.
     #[must_use]
     pub fn leaving_along(mut self, null_space: &DMatrix<f64>) -> Self {
-        let (d, f) = null_space.shape();
-        let mut qr = NullSpaceQr::new(d, f);
-        qr.factorize(&null_space.transpose());
-        let mut range = DMatrix::zeros(d, d - f);
-        qr.null_space(f, &mut range);
-        self.loops.clusters.iter_mut().for_each(|cluster| cluster.leave_along(&range));
-        self.loops.remember(&mut self.initial);
+        self.loops.leave_along(null_space);
         self
     }
 
@@ -191,10 +167,22 @@ impl LoopNodal {
             return;
         }
         match &mut self.solver {
+            TreeSolver::Sweeps(_) => {}
+            TreeSolver::Dense(_) => self.loops.tree.reach(u, &s.q1),
             TreeSolver::Sparse(sparse) => sparse.take_tangent(u, s),
-            _ => self.loops.tree.tangent(u, &s.q1),
         }
         self.current = true;
+    }
+
+    /// The correction by the sweeps of the tree.
+    fn solve_by_sweeps(
+        &mut self,
+        (mixed, u, s): (&Emission<'_>, &[f64], &Interval),
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        let TreeSolver::Sweeps(tree) = &mut self.solver else { return Err(Fault::SingularTangent) };
+        let (at, added) = tree.assemble(mixed, s);
+        self.loops.solve((at, added, &s.q1), u, x)
     }
 
     /// The correction where `A` is one matrix, bordered by the rows of the loops.
@@ -207,8 +195,8 @@ impl LoopNodal {
         let TreeSolver::Sparse(sparse) = solver else { return Err(Fault::SingularTangent) };
         sparse.assemble(mixed, u, s);
         let Loops { tree, clusters, home, column_of, .. } = loops;
-        let at =
-            Placed { tree, maps: Some(&**sparse).into(), home, column_of, q: &s.q1, next: true };
+        let maps = Maps::Columns(sparse);
+        let at = Placed { tree, maps, home, column_of, q: &s.q1, next: true };
         let (mut basis, mut enforced): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
         coupled.mu.clear();
         for cluster in clusters {
@@ -246,7 +234,7 @@ impl LoopNodal {
             first += cluster.rank();
         }
         match solver {
-            TreeSolver::Recursion => {}
+            TreeSolver::Sweeps(_) => {}
             TreeSolver::Dense(dense) => {
                 dense.factorize(mixed, u, s);
                 let mut sides = solutions.as_mut_slice().chunks_exact_mut(d);
@@ -258,8 +246,8 @@ impl LoopNodal {
             }
         }
         let Loops { tree, clusters, home, column_of, .. } = loops;
-        let at =
-            Placed { tree, maps: solver.sparse().into(), home, column_of, q: &s.q1, next: true };
+        let maps = solver.maps();
+        let at = Placed { tree, maps, home, column_of, q: &s.q1, next: true };
         complement.fill(0.0);
         let mut first = 0;
         for cluster in clusters {
@@ -289,7 +277,7 @@ impl LoopNodal {
         let TreeSolver::Sparse(sparse) = solver else { return Err(Fault::SingularTangent) };
         sparse.solve_again(x)?;
         let Loops { tree, clusters, home, column_of, .. } = loops;
-        let at = Placed { tree, maps: solver.sparse().into(), home, column_of, q, next: true };
+        let at = Placed { tree, maps: solver.maps(), home, column_of, q, next: true };
         let mut first = 0;
         for cluster in clusters {
             mu[first..first + cluster.rank()].copy_from_slice(cluster.gaps());
@@ -314,6 +302,31 @@ impl TreeSolver {
     fn sparse(&self) -> Option<&SparseNodal> {
         if let Self::Sparse(sparse) = self { Some(sparse) } else { None }
     }
+
+    /// The velocity maps that rows are carried by.
+    fn maps(&self) -> Maps<'_> {
+        match self {
+            Self::Sweeps(tree) => Maps::Sweeps(tree.at_links()),
+            Self::Dense(_) => Maps::Pairs,
+            Self::Sparse(sparse) => Maps::Columns(sparse),
+        }
+    }
+
+    fn operators(&self) -> &dyn RateOperators {
+        match self {
+            Self::Sweeps(tree) => &**tree,
+            Self::Dense(dense) => &**dense,
+            Self::Sparse(sparse) => &**sparse,
+        }
+    }
+
+    fn operators_mut(&mut self) -> &mut dyn RateOperators {
+        match self {
+            Self::Sweeps(tree) => &mut **tree,
+            Self::Dense(dense) => &mut **dense,
+            Self::Sparse(sparse) => &mut **sparse,
+        }
+    }
 }
 
 impl NodalOperators for LoopNodal {
@@ -326,24 +339,16 @@ impl NodalOperators for LoopNodal {
     }
 
     fn take_momentum(&mut self, p: &[f64], h: f64) {
-        if let TreeSolver::Sparse(sparse) = &mut self.solver {
-            sparse.take_momentum(p, h);
-        }
+        self.solver.operators_mut().take_momentum(p, h);
     }
 
     fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>) {
-        self.q_n.copy_from_slice(&s.q0);
         self.h = s.h;
-        match &mut self.solver {
-            TreeSolver::Recursion => self.loops.tree.begin_at(&s.q0, last),
-            TreeSolver::Dense(dense) => {
-                self.loops.tree.begin_at(&s.q0, last);
-                dense.begin(s, memory, last);
-            }
-            TreeSolver::Sparse(sparse) => sparse.begin(s, memory, last),
+        self.solver.operators_mut().begin(s, memory, last);
+        if let TreeSolver::Dense(_) = self.solver {
+            self.loops.tree.begin(&s.q0, last);
         }
-        let memory = if memory.indices.is_empty() { &self.initial } else { memory };
-        self.loops.begin(self.solver.sparse().into(), &s.q0, memory);
+        self.loops.begin(self.solver.maps(), &s.q0, memory);
         (self.fresh, self.current) = (true, false);
         self.coupled.chord.forget();
     }
@@ -354,14 +359,11 @@ impl NodalOperators for LoopNodal {
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
         self.current = false;
-        match &mut self.solver {
-            TreeSolver::Sparse(sparse) => sparse.reparametrize(u, s)?,
-            _ => self.loops.tree.move_to(u, s)?,
-        }
+        self.solver.operators_mut().reparametrize(u, s)?;
         if self.fresh {
             self.take_tangent(u, s);
             let Self { loops, solver, .. } = self;
-            self.resolution = loops.choose_rows(solver.sparse().into(), &s.q1, u);
+            self.resolution = loops.choose_rows(solver.maps(), &s.q1, u);
             self.fresh = false;
         }
         self.loops.clusters.iter_mut().for_each(|cluster| cluster.close(s.end()));
@@ -369,20 +371,16 @@ impl NodalOperators for LoopNodal {
     }
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
-        match &mut self.solver {
-            TreeSolver::Sparse(sparse) => sparse.pull_back(w, out),
-            _ => self.loops.tree.pull_back_at(&self.q_n, w, out),
-        }
+        self.solver.operators_mut().pull_back(w, out);
     }
 
     fn close(&mut self, r: &mut [f64]) {
         self.loops.clusters.iter().for_each(|cluster| cluster.project(self.h, r));
+        self.solver.operators_mut().close(r);
     }
 
     fn carry_balance(&self, r: &mut [f64]) {
-        if let TreeSolver::Sparse(tree) = &self.solver {
-            tree.carry_balance(r);
-        }
+        self.solver.operators().carry_balance(r);
         self.loops.clusters.iter().for_each(|cluster| cluster.clear_closure(r));
     }
 
@@ -393,15 +391,17 @@ impl NodalOperators for LoopNodal {
         s: &Interval,
         x: &mut [f64],
     ) -> Result<(), Fault> {
+        if let TreeSolver::Sweeps(tree) = &self.solver {
+            tree.turn_back(x);
+        }
         self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(self.h, x))?;
         let mut chord = std::mem::take(&mut self.coupled.chord);
         let kept = chord.correct(u, x, |x| self.solve_by_factors(&s.q1, x));
         self.coupled.chord = chord;
         if !kept {
             self.take_tangent(u, s);
-            if let TreeSolver::Recursion = self.solver {
-                self.loops.tree.assemble(mixed, s);
-                self.loops.solve_by_sweeps(&s.q1, x)?;
+            if let TreeSolver::Sweeps(_) = self.solver {
+                self.solve_by_sweeps((mixed, u, s), x)?;
             } else if self.coupled.bordered {
                 self.solve_bordered((mixed, u, s), x)?;
             } else {
@@ -412,10 +412,7 @@ impl NodalOperators for LoopNodal {
     }
 
     fn clean(&mut self, t: f64, q: &mut [f64]) {
-        match &mut self.solver {
-            TreeSolver::Sparse(sparse) => sparse.clean(t, q),
-            _ => self.loops.tree.tree().clean(q),
-        }
+        self.solver.operators_mut().clean(t, q);
     }
 
     fn forget_factors(&mut self) {
@@ -441,12 +438,8 @@ impl RateOperators for LoopNodal {
     fn stand(&mut self, s: &mut Interval, memory: &Memory, rest: &[f64]) -> Result<(), Fault> {
         self.begin(s, memory, None);
         let regular = self.loops.clusters.iter_mut().all(Cluster::take_rows_of_basis);
-        if !(regular && matches!(self.solver, TreeSolver::Recursion)) {
-            return self.reparametrize(rest, s);
-        }
-        self.loops.tree.stand();
-        (self.fresh, self.current) = (false, true);
-        Ok(())
+        self.fresh = !(regular && matches!(self.solver, TreeSolver::Sweeps(_)));
+        self.reparametrize(rest, s)
     }
 
     fn close_rates(&mut self, t: f64, r: &mut [f64]) {
@@ -457,9 +450,6 @@ impl RateOperators for LoopNodal {
     }
 
     fn push_forward(&mut self, nu: &[f64], v: &mut [f64]) {
-        match &mut self.solver {
-            TreeSolver::Sparse(sparse) => sparse.push_forward(nu, v),
-            _ => self.loops.tree.push_forward_at(&self.q_n, nu, v),
-        }
+        self.solver.operators_mut().push_forward(nu, v);
     }
 }

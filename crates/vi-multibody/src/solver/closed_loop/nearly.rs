@@ -232,7 +232,7 @@ impl<'a> Walk<'a> {
 
     /// The rank of each cluster at `q`.
     fn ranks(&mut self, q: &[f64]) -> Vec<usize> {
-        self.loops.tree.begin_at(q, None);
+        self.loops.tree.begin(q, None);
         let rows = std::mem::take(&mut self.all);
         let ranks = self.eliminate(q, &rows, &[]);
         self.all = rows;
@@ -241,7 +241,7 @@ impl<'a> Walk<'a> {
 
     /// The rank of each cluster at `q` without prescribed motions.
     fn moving_ranks(&mut self, q: &[f64], tolerance: f64) -> Vec<usize> {
-        self.loops.tree.begin_at(q, None);
+        self.loops.tree.begin(q, None);
         let rows = std::mem::take(&mut self.moving);
         let ranks = self.eliminate_to(q, (&rows, &[]), tolerance);
         self.moving = rows;
@@ -260,7 +260,7 @@ impl<'a> Walk<'a> {
         tolerance: f64,
     ) -> Vec<usize> {
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
         let own = clusters.iter_mut().zip(rows);
         own.map(|(cluster, rows)| cluster.rank_within(rows, (at, side), tolerance)).collect()
     }
@@ -289,7 +289,7 @@ impl<'a> Walk<'a> {
             self.mechanism.tree().clean(&mut q);
             let values = self.loops.raw_values(self.t, &q);
             let side: Vec<f64> = values.iter().map(|g| -g).collect();
-            self.loops.tree.begin_at(&q, None);
+            self.loops.tree.begin(&q, None);
             u = self.shortest(&q, &side);
             let factor = if iteration + 1 < MAX_ITERATIONS { 1.0 } else { 10.0 };
             if self.is_closed(&values, &floors, factor) {
@@ -345,7 +345,7 @@ impl<'a> Walk<'a> {
         let mut z: Vec<f64> = self.weights.iter().map(|weight| weight * random.next()).collect();
         let mut moved = vec![f64::INFINITY; self.loops.clusters.len()];
         for _ in 0..COUNT {
-            self.loops.tree.begin_at(&q, None);
+            self.loops.tree.begin(&q, None);
             let side = self.rates(&q, &z);
             let along = self.shortest(&q, &side);
             z.iter_mut().zip(&along).for_each(|(z, along)| *z -= along);
@@ -361,7 +361,7 @@ impl<'a> Walk<'a> {
     fn rates(&mut self, q: &[f64], z: &[f64]) -> Vec<f64> {
         let mut rates = vec![0.0; self.scales.len()];
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
         for cluster in clusters {
             let columns = cluster.paths.columns.clone();
             for i in 0..cluster.paths.rows.len() {
@@ -395,9 +395,9 @@ impl<'a> Walk<'a> {
     /// A relative size between the pivots of the rows that are enforced and those of the others.
     fn gap(&mut self, ranks: &[Option<usize>], q: &[f64]) -> f64 {
         const SMALLEST: f64 = 1e-9;
-        self.loops.tree.begin_at(q, None);
+        self.loops.tree.begin(q, None);
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
         let (mut clear, mut near) = (1.0_f64, SMALLEST);
         let own = clusters.iter_mut().zip(&self.all).zip(ranks);
         for ((cluster, rows), rank) in own.filter_map(|(own, rank)| Some((own, (*rank)?))) {

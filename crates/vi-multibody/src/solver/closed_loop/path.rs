@@ -10,9 +10,9 @@ use super::echelon::{Echelon, Entry};
 use super::row_sweeps::{Kept, RowSweeps};
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::pair::Twist;
-use crate::solver::articulated::Articulated;
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_step::part::Links;
+use crate::tree::maps::TreeMaps;
 use vi_core::Configuration;
 use vi_rigid::directors::FRAME;
 
@@ -35,25 +35,19 @@ pub(crate) struct LoopRow {
 /// The velocity maps that rows are carried by.
 #[derive(Clone, Copy)]
 pub(in crate::solver) enum Maps<'a> {
-    /// Those of the recursion.
-    Recursion,
+    /// Those of the pairs.
+    Pairs,
     /// The columns of the velocity map, where these are the unknowns.
     Columns(&'a SparseNodal),
     /// The links of the sweeps.
     Sweeps(Links<'a>),
 }
 
-impl<'a> From<Option<&'a SparseNodal>> for Maps<'a> {
-    fn from(columns: Option<&'a SparseNodal>) -> Self {
-        columns.map_or(Self::Recursion, Self::Columns)
-    }
-}
-
 /// Where rows are evaluated.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed<'a> {
     /// The velocity maps of the joints.
-    pub(crate) tree: &'a Articulated,
+    pub(crate) tree: &'a TreeMaps,
     /// Where these maps are.
     pub(in crate::solver) maps: Maps<'a>,
     /// Link of the tree → its cluster and its place there.
@@ -123,7 +117,7 @@ impl Paths {
     /// Refers rows that are products on two links to the links of sweeps.
     pub(super) fn compact_rows(
         &mut self,
-        (tree, home): (&Articulated, &[(usize, usize)]),
+        (tree, home): (&TreeMaps, &[(usize, usize)]),
         links: Links<'_>,
     ) {
         for row in &self.rows {
@@ -166,7 +160,7 @@ impl Paths {
         out.clear();
         for &k in &row.path {
             let link = &links[k];
-            let map = if next { tree.map_next(link.link) } else { tree.map_at(link.link) };
+            let map = tree.of(link.link, next);
             let wrench = std::mem::replace(&mut wrenches[k], Twist::zero());
             for (j, column) in map.columns().iter().enumerate() {
                 out.push((link.first + j, column.dot(&wrench)));

@@ -7,7 +7,6 @@
 #![allow(non_snake_case)] // C
 
 use crate::pair::Twist;
-use crate::solver::articulated::Articulated;
 use nalgebra::Vector3;
 
 /// Right-hand sides of `C`: the unit twists of the apex, then the closure.
@@ -46,15 +45,6 @@ impl Relief {
         let closure = (SIDES - 1) * self.wrenches.len();
         let wrenches = self.wrenches.iter().enumerate();
         wrenches.map(move |(k, wrench)| (wrench, self.per_twist(k), self.solved[closure + k]))
-    }
-
-    /// Relieves the apex of the cluster.
-    pub(super) fn relieve(&self, apex: Option<usize>, tree: &mut Articulated) {
-        let Some(apex) = apex else { return };
-        for (wrench, per_twist, multiplier) in self.parts() {
-            tree.relieve(apex, wrench, &per_twist);
-            tree.wrench(apex).add_scaled(multiplier, wrench);
-        }
     }
 
     /// By how much multiplier `k` falls for each unit of the twist of the apex.

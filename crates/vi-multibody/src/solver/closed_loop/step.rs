@@ -8,11 +8,10 @@
 //! reference points; letters and loops are those of [`super`]. The balance is handed on with the
 //! momenta of these sweeps, along the null space of `J_n`.
 //!
-//! [`super::LoopNodal`] solves loops that start in a singular configuration, and potentials that
-//! couple bodies.
+//! [`super::LoopNodal`] solves potentials that couple bodies.
 
-use super::loop_rank::LoopRank;
-use super::loop_sweeps::LoopSweeps;
+use super::loop_rank::{Departure, LoopRank};
+use super::loops::Loops;
 use super::path::Maps;
 use super::sweep::Resolution;
 use crate::mechanism::Mechanism;
@@ -30,28 +29,37 @@ crate::opaque_debug!(LoopStep);
 /// The nodal scheme on a mechanism with closed loops.
 pub struct LoopStep {
     tree: TreeStep,
-    sweeps: LoopSweeps,
+    loops: Loops,
     increments: Increments,
+    rates: Option<Vec<f64>>, // d  ν(0), where the first step cannot start from u = 0
     resolution: Resolution,
     fresh: bool, // rows not chosen yet in this step
 }
 
 impl LoopStep {
-    /// For a mechanism whose potentials couple no two bodies and that does not start in a singular
-    /// configuration; `None` where it does not apply.
+    /// For a mechanism whose potentials couple no two bodies; `None` where it does not apply.
     #[must_use]
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem, rank: &LoopRank) -> Option<Self> {
         let mut tree = TreeStep::new(mechanism, system)?;
-        let sweeps = LoopSweeps::new(mechanism, rank, tree.system().0)?;
+        let mut loops = rank.loops(mechanism);
+        loops.carry(tree.system().0);
         let (resolution, fresh) = (Resolution::full(), true);
-        let increments = Increments::new(sweeps.loops.blocks.clone());
-        Some(Self { tree, sweeps, increments, resolution, fresh })
+        let increments = Increments::new(loops.blocks.clone());
+        Some(Self { tree, loops, increments, rates: None, resolution, fresh })
+    }
+
+    /// The first node is a singular configuration.
+    #[must_use]
+    pub fn leaving(mut self, departure: &Departure) -> Self {
+        self.loops.leave_along(&departure.null_space);
+        self.rates = Some(departure.rates.clone());
+        self
     }
 
     /// Clusters of loops that are solved together: the number of their independent rows, and the
     /// link where they are eliminated (`None`: the ground).
     pub fn clusters(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
-        self.sweeps.loops.clusters.iter().map(|cluster| (cluster.rank(), cluster.apex()))
+        self.loops.clusters.iter().map(|cluster| (cluster.rank(), cluster.apex()))
     }
 }
 
@@ -69,8 +77,9 @@ impl NodalEquations<SeparableSystem, Mechanism> for LoopStep {
     ) {
         self.increments.open(mechanism, &state.q);
         self.tree.open(system, mechanism, step, (state, carried));
-        self.sweeps.begin(self.tree.at_links(), &state.q, &state.memory);
+        self.loops.begin(Maps::Sweeps(self.tree.at_links()), &state.q, &state.memory);
         self.fresh = true;
+        step.depart(self.rates.as_deref(), state);
     }
 
     fn advance(
@@ -89,14 +98,14 @@ impl NodalEquations<SeparableSystem, Mechanism> for LoopStep {
     fn close(&mut self, mechanism: &Mechanism, u: &[f64], r: &mut [f64]) {
         self.tree.close_interval();
         if self.fresh {
-            let Self { tree, sweeps, .. } = self;
+            let Self { tree, loops, .. } = self;
             let maps = Maps::Sweeps(tree.at_links());
-            self.resolution = sweeps.loops.choose_rows(maps, &tree.interval().q1, u);
+            self.resolution = loops.choose_rows(maps, &tree.interval().q1, u);
             self.fresh = false;
         }
         let s = self.tree.interval();
         self.increments.reach(mechanism, &s.q1);
-        for cluster in &mut self.sweeps.loops.clusters {
+        for cluster in &mut self.loops.clusters {
             cluster.close(s.end());
             cluster.project(s.h, r);
         }
@@ -104,11 +113,11 @@ impl NodalEquations<SeparableSystem, Mechanism> for LoopStep {
 
     fn solve(&mut self, system: &SeparableSystem, u: &[f64], x: &mut [f64]) -> Result<(), Fault> {
         let h = self.tree.interval().h;
-        let clusters = &mut self.sweeps.loops.clusters;
+        let clusters = &mut self.loops.clusters;
         clusters.iter_mut().try_for_each(|cluster| cluster.split(h, x))?;
         self.tree.assemble(system);
         x.iter_mut().for_each(|x| *x *= -h); // −h A δ − Uᵀμ = −h (b − Uᵀλ)
-        self.sweeps.solve(self.tree.system(), u, x)?;
+        self.loops.solve(self.tree.system(), u, x)?;
         if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
@@ -118,10 +127,10 @@ impl NodalEquations<SeparableSystem, Mechanism> for LoopStep {
         newton: &Newton,
         (state, carried): (&mut State, &[f64]),
     ) {
-        self.sweeps.loops.remember(&mut state.memory);
+        self.loops.remember(&mut state.memory);
         self.tree.finish(system, newton, (state, carried));
         let balance = &mut state.compensation.balance;
-        let clusters = &self.sweeps.loops.clusters;
+        let clusters = &self.loops.clusters;
         clusters.iter().for_each(|cluster| cluster.project_balance(balance));
     }
 

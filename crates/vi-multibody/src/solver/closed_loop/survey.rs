@@ -38,7 +38,7 @@ pub fn survey(
     nearly: Option<&NearlyRedundant>,
 ) -> Vec<LoopSurvey> {
     let mut walk = Walk::new(mechanism, (t, q), RANK_TOLERANCE);
-    walk.loops.tree.begin_at(q, None);
+    walk.loops.tree.begin(q, None);
     let moving = std::mem::take(&mut walk.moving);
     let ranks = walk.eliminate(q, &moving, &[]);
     let numbers = mechanism.loop_rows();
@@ -71,7 +71,7 @@ impl Walk<'_> {
         if m.max(n) > LARGEST || m.min(n) == 0 {
             return None;
         }
-        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
         let mut J = DMatrix::zeros(m, n);
         for (place, &i) in rows.iter().enumerate() {
             let scale = cluster.paths.rows[i].scale;

@@ -1,15 +1,21 @@
 //! What a step does to all clusters: their rows at its two ends, the sweeps that pass through their
 //! apexes.
 
-use super::cluster::Recall;
+use super::cluster::{Cluster, Recall};
+use super::cluster_link::ClusterLink;
 use super::loops::Loops;
 use super::path::{Maps, Placed};
+use crate::geometry::matrix::Spatial;
+use crate::geometry::one_tree::Held;
+use crate::solver::tree_step::workspace::Workspace;
+use nalgebra::DMatrix;
+use vi_constraints::null_space::NullSpaceQr;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{CLOSING_SIZE, Fault};
 use vi_core::state::Memory;
 
 /// Increments below which round-off is no correction ([`super::with_floors`]).
-const SMALLEST_REACH: f64 = 1e-5;
+pub(super) const SMALLEST_REACH: f64 = 1e-5;
 
 /// What `g_c` is rounded to, in parts of `ε`.
 const PARTS: f64 = 8.0;
@@ -47,6 +53,35 @@ impl Resolution {
 }
 
 impl Loops {
+    /// The null space of the first node, a singular configuration, is that of the branch, `Z_0`.
+    pub(super) fn leave_along(&mut self, null_space: &DMatrix<f64>) {
+        let (d, f) = null_space.shape();
+        let mut qr = NullSpaceQr::new(d, f);
+        qr.factorize(&null_space.transpose());
+        let mut range = DMatrix::zeros(d, d - f);
+        qr.null_space(f, &mut range);
+        self.clusters.iter_mut().for_each(|cluster| cluster.leave_along(&range));
+        self.keep_initial();
+    }
+
+    /// What the first step finds in the place of a last node.
+    pub(super) fn keep_initial(&mut self) {
+        let mut initial = std::mem::take(&mut self.initial);
+        self.remember(&mut initial);
+        self.initial = initial;
+    }
+
+    /// Prepares for the sweeps `at` of the tree.
+    pub(super) fn carry(&mut self, at: &mut Workspace) {
+        let Self { tree, clusters, home, .. } = self;
+        clusters.iter_mut().for_each(|own| own.carry((tree, home), at.at_links()));
+        let mut links = clusters.iter().flat_map(|cluster| &cluster.paths.links);
+        let turns = |own: &ClusterLink| {
+            tree.tree().links()[own.link].joint.kind.rotation_vector().is_some()
+        };
+        at.carry_loops(clusters.iter().filter_map(Cluster::apex), links.any(turns));
+    }
+
     /// What the clusters say of the last node.
     pub(super) fn remember(&self, memory: &mut Memory) {
         memory.indices.clear();
@@ -57,10 +92,10 @@ impl Loops {
         memory.values.reserve(memory.values.len());
     }
 
-    /// `U` at `q_n`, with the maps of the tree at hand.
+    /// `U` at `q_n`, with the maps of the tree at hand and the `memory` of the state.
     pub(super) fn begin(&mut self, maps: Maps<'_>, q: &[f64], memory: &Memory) {
-        let mut recall = Recall::new(memory);
-        let Self { tree, clusters, home, column_of, .. } = self;
+        let Self { tree, clusters, home, column_of, initial, .. } = self;
+        let mut recall = Recall::new(if memory.indices.is_empty() { initial } else { memory });
         let at = Placed { tree, maps, home, column_of, q, next: false };
         clusters.iter_mut().for_each(|cluster| cluster.begin(at, &mut recall));
     }
@@ -74,30 +109,38 @@ impl Loops {
         Resolution { sigma: smallest.fold(1.0, f64::min), reach }
     }
 
-    /// One sweep to the root and one back, clusters at their apexes.
-    pub(super) fn solve_by_sweeps(&mut self, q1: &[f64], x: &mut [f64]) -> Result<(), Fault> {
+    /// One sweep to the root and one back, clusters at their apexes. Solves at the increments `u`,
+    /// with what is `added` to the blocks of the links, and rows at `q`: `x` is the right-hand side
+    /// of these blocks, then `δ`.
+    pub(super) fn solve(
+        &mut self,
+        (at, added, q): (&mut Workspace, &[Spatial<Held>], &[f64]),
+        u: &[f64],
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
         let Self { tree, clusters, home, column_of, .. } = self;
-        let links = home.len();
-        tree.rest();
-        let mut waiting = clusters.iter_mut().peekable();
-        for k in (0..links).rev() {
-            while let Some(cluster) = waiting.next_if(|cluster| cluster.apex() == Some(k)) {
-                cluster.eliminate(tree, (home, column_of, q1), x)?;
-            }
-            tree.eliminate(k)?;
-            tree.forward(k, x);
+        let after = |apex: Option<usize>| apex.map_or(0, |apex| apex + 1);
+        let mut rest = home.len(); // links that are not eliminated yet
+        for cluster in &mut *clusters {
+            let first = after(cluster.apex());
+            at.eliminate(first..rest, added, x)?;
+            rest = first;
+            let links = at.at_links();
+            let maps = Maps::Sweeps(links);
+            let placed = Placed { tree, maps, home, column_of, q, next: true };
+            cluster.eliminate((placed, links), x)?;
+            cluster.relieve(at);
         }
-        waiting.try_for_each(|cluster| cluster.eliminate(tree, (home, column_of, q1), x))?;
-        let mut waiting = clusters.iter_mut().rev().peekable();
-        while let Some(cluster) = waiting.next_if(|cluster| cluster.apex().is_none()) {
-            cluster.release(tree, x);
+        at.eliminate(0..rest, added, x)?;
+        let mut done = 0;
+        for cluster in clusters.iter_mut().rev() {
+            let apex = cluster.apex();
+            at.substitute(done..after(apex), u, x);
+            done = after(apex);
+            let twist = apex.map(|apex| at.twist(apex));
+            cluster.release(twist.as_ref(), x);
         }
-        for k in 0..links {
-            tree.backward(k, x);
-            while let Some(cluster) = waiting.next_if(|cluster| cluster.apex() == Some(k)) {
-                cluster.release(tree, x);
-            }
-        }
+        at.substitute(done..home.len(), u, x);
         Ok(())
     }
 }
@@ -106,14 +149,17 @@ impl Loops {
 mod tests {
     use super::*;
     use crate::builder::{Inertia, MechanismBuilder};
-    use crate::geometry::spatial::SpatialMatrix;
+    use crate::geometry::matrix::Columns;
+    use crate::geometry::one_tree::{Narrow, OneTree};
+    use crate::geometry::space::Space;
     use crate::mechanism::Mechanism;
     use crate::pair::PairKind;
     use crate::pair::joint::FrameId;
     use crate::solver::closed_loop::loop_rank::LoopRank;
-    use nalgebra::{Matrix3, Vector3};
     use std::sync::Arc;
     use vi_testkit::Sample;
+
+    const SPACE: OneTree<Narrow> = OneTree(Narrow);
 
     /// A rectangle of hinges on an arm, and another one beside it on the ground.
     fn rectangles() -> Arc<Mechanism> {
@@ -146,23 +192,27 @@ mod tests {
         let mut sample = Sample::new(5);
         let side: [f64; 7] = sample.array();
         let mass = |seed: usize| {
-            let (m, tilt) = (1.0 + 0.1 * seed as f64, Vector3::new(0.1, -0.2, 0.3));
-            let skew = tilt.cross_matrix();
-            SpatialMatrix::of([m * Matrix3::identity(), -skew, skew, 0.7 * m * Matrix3::identity()])
+            let (m, tilt) = (1.0 + 0.1 * seed as f64, SPACE.vector([0.1, -0.2, 0.3]));
+            let diagonal = |m: f64| Columns::multiple(SPACE, m);
+            let (la, al) = (Columns::skew(tilt * -1.0), Columns::skew(tilt));
+            Spatial { ll: diagonal(m), la, al, aa: diagonal(0.7 * m) }.held()
         };
+        let tree = mechanism.tree();
+        let blocks: Vec<Spatial<Held>> = (0..tree.links().len()).map(mass).collect();
+        let (none, rest) = (vec![0.0; q.len()], vec![0.0; tree.dof()]);
         let [few, many] = [false, true].map(|large| {
-            let mut loops = rank.loops(&mechanism);
+            let (mut loops, mut at) = (rank.loops(&mechanism), Workspace::massless(tree).unwrap());
+            loops.carry(&mut at);
             if large {
                 loops.clusters.iter_mut().for_each(|cluster| cluster.eliminate_as_large());
             }
-            loops.tree.begin_at(&q, None);
-            loops.tree.stand();
-            loops.begin(Maps::Recursion, &q, &Memory::default());
-            let blocks = loops.tree.blocks_mut().enumerate();
-            blocks.for_each(|(k, block)| *block = mass(k));
+            at.open([&q, &none, &none]);
+            at.advance(&rest, None).unwrap();
+            loops.begin(Maps::Sweeps(at.at_links()), &q, &Memory::default());
             let mut x = side.to_vec();
             loops.clusters.iter_mut().for_each(|cluster| cluster.split(1.0, &mut x).unwrap());
-            loops.solve_by_sweeps(&q, &mut x).unwrap();
+            at.release_links();
+            loops.solve((&mut at, &blocks, &q), &rest, &mut x).unwrap();
             x
         });
         let apart = few.iter().zip(&many).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -7,7 +7,7 @@
 
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
-use super::loop_sweeps::LoopSweeps;
+use super::loops::Loops;
 use super::path::Maps;
 use crate::mechanism::Mechanism;
 use crate::solver::tree_step::velocity::TreeVelocity;
@@ -23,7 +23,7 @@ crate::opaque_debug!(LoopVelocity);
 /// [`MomentumVelocity`] of the mechanisms that [`super::step::LoopStep`] applies to.
 pub(in crate::solver) struct LoopVelocity {
     tree: TreeVelocity,
-    sweeps: LoopSweeps,
+    loops: Loops,
 }
 
 impl LoopVelocity {
@@ -34,8 +34,9 @@ impl LoopVelocity {
         rank: &LoopRank,
     ) -> Option<Self> {
         let mut tree = TreeVelocity::new(mechanism, system)?;
-        let sweeps = LoopSweeps::new(mechanism, rank, &mut tree.at)?;
-        Some(Self { tree, sweeps })
+        let mut loops = rank.loops(mechanism);
+        loops.carry(&mut tree.at);
+        Some(Self { tree, loops })
     }
 
     fn solve(
@@ -43,11 +44,10 @@ impl LoopVelocity {
         (at, memory): (Configuration<'_>, &Memory),
         p: &[f64],
     ) -> Result<(), Fault> {
-        let Self { tree, sweeps } = self;
+        let Self { tree, loops } = self;
         tree.stand(at.q, p)?; // q_{n+1} = q_n, Pᵀp
         let TreeVelocity { at: links, rest, nu, .. } = tree;
-        sweeps.begin(links.at_links(), at.q, memory);
-        let loops = &mut sweeps.loops;
+        loops.begin(Maps::Sweeps(links.at_links()), at.q, memory);
         if !loops.clusters.iter_mut().all(Cluster::take_rows_of_basis) {
             loops.choose_rows(Maps::Sweeps(links.at_links()), at.q, rest);
         }
@@ -57,7 +57,7 @@ impl LoopVelocity {
             cluster.split(1.0, nu)?;
         }
         links.release_links();
-        sweeps.solve((links, &[], at.q), rest, nu) // ν
+        loops.solve((links, &[], at.q), rest, nu) // ν
     }
 }
 

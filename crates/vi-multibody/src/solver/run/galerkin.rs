@@ -1,13 +1,12 @@
 //! The Galerkin schemes on a mechanism.
 
 use super::start::Loops;
-use super::structure::{BoxedScheme, Solver, has_many_ancestors, probe};
+use super::structure::{BoxedScheme, Solver, has_many_ancestors};
 use crate::mechanism::Mechanism;
+use crate::solver::body_blocks::couples_bodies;
 use crate::solver::closed_loop::control_points::LoopSweeps;
 use crate::solver::sparse_nodal::control_points::CoupledSweeps;
-use crate::solver::tree_control_points::TreeControlPoints;
 use crate::solver::tree_map::TreeMap;
-use crate::solver::tree_nodal::TreeNodal;
 use crate::solver::tree_sweeps::TreeSweeps;
 use vi_constraints::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal, Pointwise};
 use vi_constraints::integrator::{SetupError, SingularStart, check_dense};
@@ -18,6 +17,9 @@ use vi_core::lanes::Wide;
 use vi_core::lanes::{Lanes, Plain, Register, Twice};
 use vi_core::sparse::Entries;
 use vi_core::{MechanicalSystem, SeparableSystem};
+
+const OTHER_LOOPS: &str =
+    "closed loops of beams or point masses by the scheme `nodal`, but by `constrained`";
 
 /// The Galerkin schemes: trees of bodies and point masses in nodal form, any mechanism of these in
 /// constrained form.
@@ -38,9 +40,7 @@ pub(super) fn galerkin(
     let points = mechanism.particle_tree().dof() > 0;
     let bodies = || {
         let mass = |out: &mut dyn Entries| system.mass().emit(out);
-        mechanism.description().particles.is_empty()
-            && TreeNodal::new(mechanism.tree().clone())
-                .is_uncoupled(&mass, &probe(mechanism, system))
+        mechanism.description().particles.is_empty() && !couples_bodies(&mass)
     };
     match kind {
         SchemeKind::Constrained => {
@@ -53,12 +53,12 @@ pub(super) fn galerkin(
                 if rank.is_singular() {
                     return Err(loops.refusal(SingularStart::Scheme));
                 }
-                let sweeps = LoopSweeps::new(mechanism, rank, stages);
+                let Some(sweeps) = LoopSweeps::new(mechanism, system, rank, stages) else {
+                    return constrained_only(OTHER_LOOPS);
+                };
                 Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
             }
-            _ => constrained_only(
-                "closed loops of beams or point masses by the scheme `nodal`, but by `constrained`",
-            ),
+            _ => constrained_only(OTHER_LOOPS),
         },
         SchemeKind::Nodal if mechanism.has_nodes() && points => constrained_only(
             "beams beside point masses by the scheme `nodal`, but by `constrained`",
@@ -73,8 +73,11 @@ pub(super) fn galerkin(
             Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
         }
         SchemeKind::Nodal => {
-            if solver != Solver::Dense && bodies() {
-                return Ok(tree_sweeps(mechanism, system, solver, stages));
+            let sweeps = (solver != Solver::Dense && bodies())
+                .then(|| tree_sweeps(mechanism, system, stages))
+                .flatten();
+            if let Some(sweeps) = sweeps {
+                return Ok(sweeps);
             }
             check_dense(
                 n,
@@ -90,26 +93,17 @@ pub(super) fn galerkin(
 }
 
 /// The sweeps of a tree of bodies: all control points at once, in the widest registers there are;
-/// one after the other when the recursion is asked for.
+/// `None` where its mass matrix is not one of bodies.
 fn tree_sweeps(
     mechanism: &Mechanism,
     system: &SeparableSystem,
-    solver: Solver,
     stages: Stages,
-) -> BoxedScheme {
-    let in_lanes = || {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(wide) = Wide::detect() {
-            return sweeps_in(wide, mechanism, system, stages);
-        }
-        sweeps_in(Plain, mechanism, system, stages)
-    };
-    let all = if solver == Solver::Articulated { None } else { in_lanes() };
-    all.unwrap_or_else(|| {
-        let (n, s) = (mechanism.dim(), stages.count());
-        let operators = TreeControlPoints::new(mechanism.tree(), s);
-        Box::new(GalerkinNodal::new(n, stages, Pointwise::new(n, s, operators)))
-    })
+) -> Option<BoxedScheme> {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(wide) = Wide::detect() {
+        return sweeps_in(wide, mechanism, system, stages);
+    }
+    sweeps_in(Plain, mechanism, system, stages)
 }
 
 /// The same in four or eight lanes.

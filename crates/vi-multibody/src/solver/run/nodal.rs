@@ -4,6 +4,7 @@ use super::start::Loops;
 use super::structure::{BoxedScheme, Solver, probe, takes_descriptor};
 use crate::mechanism::Mechanism;
 use crate::solver::beside::{Beside, couples, shares};
+use crate::solver::body_blocks::couples_bodies;
 use crate::solver::closed_loop::loop_rank::{Departure, LoopRank};
 use crate::solver::closed_loop::step::LoopStep;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
@@ -21,7 +22,6 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{
     Constraints, DenseNodal, InitialValues, NodalOperators, Options, SchemeKind, TangentSpace,
 };
-use vi_core::interval::Interval;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{DiscreteLagrangian, MechanicalSystem, SeparableSystem};
 
@@ -39,20 +39,22 @@ pub(super) fn nodal(
 ) -> Result<BoxedScheme, SetupError> {
     let (n, reduced) = (mechanism.dim(), options.scheme == SchemeKind::Reduced);
     let particles = !mechanism.description().particles.is_empty();
-    let by_sweeps = !particles && !reduced && !matches!(solver, Solver::Dense | Solver::Sparse);
-    if by_sweeps {
-        let step: Option<BoxedScheme> = match &loops.rank {
-            Some(rank) => {
-                LoopStep::new(mechanism, system, rank).map(|step| Box::new(Nodal::new(step)) as _)
-            }
-            None => TreeStep::new(mechanism, system).map(|step| Box::new(Nodal::new(step)) as _),
-        };
-        if let Some(step) = step {
-            return Ok(step);
-        }
-    }
     let singular = loops.rank.as_ref().filter(|rank| rank.is_singular());
     let departure = singular.map(|rank| rank.departure(mechanism, at)).transpose()?;
+    let by_sweeps = !particles && !reduced && solver != Solver::Dense;
+    let step: Option<BoxedScheme> = match &loops.rank {
+        _ if !by_sweeps => None,
+        Some(rank) => LoopStep::new(mechanism, system, rank).map(|step| {
+            let step =
+                if let Some(departure) = &departure { step.leaving(departure) } else { step };
+            Box::new(Nodal::new(step)) as _
+        }),
+        None if solver == Solver::Sparse => None,
+        None => TreeStep::new(mechanism, system).map(|step| Box::new(Nodal::new(step)) as _),
+    };
+    if let Some(step) = step {
+        return Ok(step);
+    }
     let s = probe(mechanism, system);
     let mixed = |out: &mut dyn Entries| system.forced_d2_d1(&s, out);
     let (rows, departure) = (&loops.rows, departure.as_ref());
@@ -60,7 +62,6 @@ pub(super) fn nodal(
         mechanism,
         mixed: &mixed,
         mass: system.mass(),
-        s: &s,
         rank: loops.rank.as_ref(),
         rows,
         departure,
@@ -80,7 +81,6 @@ struct Subject<'a> {
     mechanism: &'a Arc<Mechanism>,
     mixed: &'a Emission<'a>, // D_2(D_1 L_d + f_d^-)  at `s`
     mass: &'a SparseMatrix,
-    s: &'a Interval,
     rank: Option<&'a LoopRank>,
     rows: &'a IndependentRows,
     departure: Option<&'a Departure>,
@@ -96,8 +96,6 @@ fn beside(whole: &Subject<'_>, solver: Solver) -> Option<Result<BoxedOperators, 
     let of = |k: usize| {
         let share = &shares[k];
         let n = share.mechanism.dim();
-        let mut s = Interval::new(n);
-        s.open(0.0, whole.s.h, share.of(&whole.s.q0));
         let mixed = |out: &mut dyn Entries| share.emit(whole.mixed, out);
         let mass = |out: &mut dyn Entries| whole.mass.emit(out);
         let mass = SparseMatrix::assemble(n, n, |out| share.emit(&mass, out));
@@ -111,7 +109,6 @@ fn beside(whole: &Subject<'_>, solver: Solver) -> Option<Result<BoxedOperators, 
             mechanism: &share.mechanism,
             mixed: &mixed,
             mass: &mass,
-            s: &s,
             rank: whole.rank.filter(|_| bodies),
             rows: &rows,
             departure: whole.departure.filter(|_| bodies),
@@ -134,7 +131,7 @@ fn points_rows(whole: &Subject<'_>) -> IndependentRows {
 
 /// The operators of the nodal scheme on a mechanism.
 fn operators(of: &Subject<'_>, solver: Solver) -> Result<BoxedOperators, SetupError> {
-    let Subject { mechanism, mixed, mass, s, q, .. } = *of;
+    let Subject { mechanism, mixed, mass, q, .. } = *of;
     let n = mechanism.dim();
     let particles = !mechanism.description().particles.is_empty();
     let points_close = mechanism.has_loops() && of.rank.is_none();
@@ -148,8 +145,6 @@ fn operators(of: &Subject<'_>, solver: Solver) -> Result<BoxedOperators, SetupEr
     let elements = mechanism.has_nodes();
     let sparse = solver.is_sparse(mechanism);
     let dense = || check_dense(n, "the solver `dense`", "write solver = \"auto\"");
-    let mut recursion = TreeNodal::new(mechanism.tree().clone());
-    let uncoupled = !particles && recursion.is_uncoupled(mixed, s);
     if let Some(rank) = of.rank {
         if particles && solver == Solver::Dense {
             check_dense(n, LOOPS_BY_DENSE, "write solver = \"auto\"")?;
@@ -158,14 +153,17 @@ fn operators(of: &Subject<'_>, solver: Solver) -> Result<BoxedOperators, SetupEr
             }
             return Ok(Box::new(TangentSpace::new(mechanism.clone(), of.rows)));
         }
-        if !(uncoupled || sparse || particles) {
-            let what = "springs between the bodies of so many closed loops";
-            check_dense(rank.generic, what, "write solver = \"auto\"")?;
+        let sweeps = (!particles && solver != Solver::Dense && !couples_bodies(mixed))
+            .then(|| TreeNodal::new(mechanism.tree()));
+        let sweeps = sweeps.flatten();
+        if !(sweeps.is_some() || sparse || particles) {
             dense()?;
         }
-        let tree = match (uncoupled, sparse || particles) {
-            (true, _) => TreeSolver::Recursion,
-            (_, false) => TreeSolver::Dense(Box::new(DenseNodal::new(n, TreeMap::new(mechanism)))),
+        let tree = match (sweeps, sparse || particles) {
+            (Some(sweeps), _) => TreeSolver::Sweeps(Box::new(sweeps)),
+            (None, false) => {
+                TreeSolver::Dense(Box::new(DenseNodal::new(n, TreeMap::new(mechanism))))
+            }
             // the rates of a departure are those of increments, not of screws
             _ if elements && !rank.is_singular() => {
                 let operators = SparseNodal::new(mechanism).for_elements(q);
@@ -179,10 +177,13 @@ fn operators(of: &Subject<'_>, solver: Solver) -> Result<BoxedOperators, SetupEr
             None => operators,
         }));
     }
-    let by_recursion = !matches!(solver, Solver::Dense | Solver::Sparse);
-    let mut applies_near = || !particles && !elements && recursion.applies_near(mixed, s);
-    if by_recursion && (uncoupled || applies_near()) {
-        return Ok(Box::new(recursion));
+    let by_sweeps = !particles && !matches!(solver, Solver::Dense | Solver::Sparse);
+    // beams are coupled with their parents, and stiff: by factors that are kept
+    if by_sweeps
+        && (!elements || !couples_bodies(mixed))
+        && let Some(sweeps) = TreeNodal::of(mechanism.tree(), mixed)
+    {
+        return Ok(Box::new(sweeps));
     }
     if !sparse {
         dense()?;

@@ -6,6 +6,7 @@ use super::structure::{Solver, probe, takes_descriptor};
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
 use crate::solver::beside::{Beside, Subsystem, shares};
+use crate::solver::body_blocks::couples_bodies;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::velocity::LoopVelocity;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
@@ -17,7 +18,6 @@ use std::sync::Arc;
 use vi_constraints::node_solvers::{NodalVelocity, NodeSolvers, RateOperators};
 use vi_constraints::reparametrization::Emission;
 use vi_constraints::{Constraints, DenseNodal, InitialValues};
-use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_core::{MechanicalSystem, SeparableSystem};
 
@@ -26,11 +26,11 @@ use vi_core::{MechanicalSystem, SeparableSystem};
 ///
 /// | mechanism | `v̂` | `λ` |
 /// |---|---|---|
-/// | tree of bodies | sweeps of a step or articulated recursion, `O(N)` | sweep, `O(N)` |
+/// | tree of bodies | sweeps over the links, `O(N)` | sweep, `O(N)` |
 /// | tree with elements | sparse or descriptor form | sweep, `O(N)` |
 /// | tree of point masses | dense up to 12 degrees of freedom, then descriptor form | saddle point |
 /// | bodies beside point masses | as the ones and as the others | saddle point |
-/// | closed loops of bodies | sweeps of a step with loops, or their tree + small complement | saddle point |
+/// | closed loops of bodies | sweeps of their tree + small complement | saddle point |
 /// | loops of bars | saddle point | saddle point |
 pub(super) fn node_solvers(
     mechanism: &Arc<Mechanism>,
@@ -62,7 +62,7 @@ pub(super) fn node_solvers(
     let s = probe(mechanism, system);
     let mass = |out: &mut dyn Entries| system.emit_mass_of_step(s.start(), s.h, out);
     let rank = loops.rank.as_ref();
-    let whole = Subject { mechanism, mass: &mass, s: &s, solver, rank, memory, q: at.q };
+    let whole = Subject { mechanism, mass: &mass, solver, rank, memory, q: at.q };
     let operators = match shares(mechanism) {
         Some(shares) => beside(&whole, shares),
         None => operators(&whole),
@@ -77,7 +77,6 @@ pub(super) fn node_solvers(
 struct Subject<'a> {
     mechanism: &'a Mechanism,
     mass: &'a Emission<'a>,
-    s: &'a Interval,
     solver: Solver,
     rank: Option<&'a LoopRank>,
     memory: bool,
@@ -89,11 +88,9 @@ type BoxedOperators = Box<dyn RateOperators>;
 /// The operators of bodies and point masses side by side: no body shares its mass with a point.
 fn beside(whole: &Subject<'_>, shares: [Subsystem; 2]) -> Option<BoxedOperators> {
     let of = |share: &Subsystem, rank| {
-        let mut s = Interval::new(share.mechanism.dim());
-        s.open(0.0, whole.s.h, share.of(&whole.s.q0));
         let mass = |out: &mut dyn Entries| share.emit(whole.mass, out);
         let (mechanism, q) = (&*share.mechanism, share.of(whole.q));
-        operators(&Subject { mechanism, mass: &mass, s: &s, rank, q, ..*whole })
+        operators(&Subject { mechanism, mass: &mass, rank, q, ..*whole })
     };
     let both = [of(&shares[0], whole.rank)?, of(&shares[1], None)?];
     Some(Box::new(Beside::new(shares, both)))
@@ -102,11 +99,11 @@ fn beside(whole: &Subject<'_>, shares: [Subsystem; 2]) -> Option<BoxedOperators>
 /// The operators that `v̂` of a mechanism is found with; `None` where they are not of the nodal
 /// scheme.
 fn operators(of: &Subject<'_>) -> Option<BoxedOperators> {
-    let Subject { mechanism, mass, s, solver, rank, memory, q } = *of;
+    let Subject { mechanism, mass, solver, rank, memory, q } = *of;
     let n = mechanism.dim();
     let particles = !mechanism.description().particles.is_empty();
-    let mut recursion = TreeNodal::new(mechanism.tree().clone());
-    let uncoupled = !particles && recursion.is_uncoupled(mass, s);
+    let sweeps = (!particles && !couples_bodies(mass)).then(|| TreeNodal::new(mechanism.tree()));
+    let sweeps = sweeps.flatten();
     let sparse = || {
         let operators = SparseNodal::new(mechanism);
         let screws = mechanism.has_nodes() && solver.is_sparse(mechanism);
@@ -114,17 +111,15 @@ fn operators(of: &Subject<'_>) -> Option<BoxedOperators> {
     };
     if mechanism.has_loops() {
         let rank = rank.filter(|_| memory && mechanism.cut_bars().is_empty())?;
-        let tree = match uncoupled {
-            true => TreeSolver::Recursion,
-            false if rank.is_singular() => {
-                TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism)))
-            }
-            false => TreeSolver::Sparse(Box::new(sparse())),
+        let tree = match sweeps {
+            Some(sweeps) => TreeSolver::Sweeps(Box::new(sweeps)),
+            None if rank.is_singular() => TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism))),
+            None => TreeSolver::Sparse(Box::new(sparse())),
         };
         return Some(Box::new(LoopNodal::new(mechanism, rank, tree)));
     }
-    if uncoupled {
-        return Some(Box::new(recursion));
+    if let Some(sweeps) = sweeps {
+        return Some(Box::new(sweeps));
     }
     if !solver.is_sparse(mechanism) {
         return Some(Box::new(DenseNodal::new(n, TreeMap::new(mechanism))));

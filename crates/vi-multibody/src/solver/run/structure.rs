@@ -15,10 +15,9 @@ pub enum Solver {
     Auto,
     /// Dense matrices, for comparison.
     Dense,
-    /// The articulated recursion, in Galerkin schemes one control point after the other; where it
-    /// does not apply, as `Auto`.
+    /// The sweeps over the links of a tree; where they do not apply, as `Auto`.
     Articulated,
-    /// Sparse factorizations; closed loops of bodies without couplings use the recursion.
+    /// Sparse factorizations; closed loops of bodies without couplings use the sweeps.
     Sparse,
 }
 
@@ -26,7 +25,7 @@ pub enum Solver {
 const DENSE_UP_TO: usize = 12;
 
 impl Solver {
-    /// Whether a tree that the recursion does not solve gets sparse matrices: when asked for; but
+    /// Whether a tree that the sweeps do not solve gets sparse matrices: when asked for; but
     /// for few point masses when nothing is asked for.
     #[must_use]
     pub fn is_sparse(self, mechanism: &Mechanism) -> bool {

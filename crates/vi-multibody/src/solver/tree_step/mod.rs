@@ -7,25 +7,23 @@
 //! added to balances and blocks as it is emitted.
 //!
 //! Trees whose other potentials couple no two bodies, each of which has a mass matrix of multiples
-//! of `I_3`; all others, and the reduced scheme, are solved by [`crate::tree_nodal`] and the
-//! operators of [`crate::run`].
+//! of `I_3`. All others, and the reduced scheme, are solved by [`crate::tree_nodal`], on the same
+//! sweeps, and the operators of [`crate::run`].
 #![allow(non_snake_case)] // A, D, E, K, S
 
+pub(in crate::solver) mod emitted;
 pub(in crate::solver) mod part;
 pub(in crate::solver) mod velocity;
 pub(in crate::solver) mod workspace;
 
-use crate::geometry::matrix::{Columns, Screw, Spatial};
-use crate::geometry::one_tree::{Held, Narrow, One, OneTree, Xyz};
-use crate::geometry::space::{Space, Vector};
-use crate::geometry::spatial::SpatialMatrix;
+use crate::geometry::matrix::Spatial;
+use crate::geometry::one_tree::{Held, Narrow, One, OneTree};
 use crate::mechanism::Mechanism;
-use crate::pair::Transfer;
-use crate::solver::body_blocks::BodyBlocks;
+use crate::solver::body_blocks::couples_bodies;
 use crate::solver::efforts::{Efforts, Times};
 use crate::sweep::link::{self, Link, Work};
 use crate::tree::{self, Tree};
-use nalgebra::{Matrix3, Vector3};
+use emitted::{Emitted, wrench};
 use part::Links;
 use vi_constraints::Constraints;
 use vi_constraints::nodal::NodalEquations;
@@ -33,9 +31,9 @@ use vi_constraints::scheme::SubStep;
 use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault, Newton, Precision};
+use vi_core::sparse::Entries;
 use vi_core::state::State;
 use vi_core::{DiscreteLagrangian, SeparableSystem};
-use vi_rigid::{directors, null_space};
 use workspace::Workspace;
 
 /// What is added to the sweeps is computed lane by lane.
@@ -65,24 +63,18 @@ fn is_all(mechanism: &Mechanism) -> bool {
 }
 
 /// Whether two bodies are coupled by what acts along no unknown.
-fn couples_bodies(mechanism: &Mechanism, system: &SeparableSystem) -> bool {
+fn couples(mechanism: &Mechanism, system: &SeparableSystem) -> bool {
     let q = mechanism.initial_configuration();
     let mut s = Interval::new(q.len());
     s.open(0.0, 1.0, &q);
-    let mut A = vec![SpatialMatrix::zero(); mechanism.tree().links().len()];
-    let link_of = mechanism.tree().link_of();
-    let (A, along, q) = (&mut A[..], &mut [], &q[..]);
-    let mut blocks = BodyBlocks { A, link_of, along, q0: q, q1: q, near: None, coupled: false };
-    system.other_d2_d1(&s, &mut blocks);
-    blocks.coupled
+    couples_bodies(&|out: &mut dyn Entries| system.other_d2_d1(&s, out))
 }
 
 /// What acts beside constant forces and along no unknown.
 #[derive(Debug)]
 struct Variable {
-    balance: Vec<f64>,            // n  its part of D_1 L_d + f_d^-
-    matrices: Vec<SpatialMatrix>, // its part of A_α, about the centres
-    blocks: Vec<Spatial<Held>>,   // −h times the same, about the reference points
+    balance: Vec<f64>, // n  its part of D_1 L_d + f_d^-
+    emitted: Emitted,  // −h times its part of A_α
 }
 
 impl TreeStep {
@@ -93,14 +85,12 @@ impl TreeStep {
         let at = Workspace::new(mechanism, system)?;
         let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
         let (n, count) = (weight.len(), at.links.len());
-        if system.has_other_forces() && couples_bodies(mechanism, system) {
+        if system.has_other_forces() && couples(mechanism, system) {
             return None;
         }
-        let variable = system.has_other_forces().then(|| Variable {
-            balance: vec![0.0; n],
-            matrices: vec![SpatialMatrix::zero(); count],
-            blocks: vec![Spatial::default(); count],
-        });
+        let variable = system
+            .has_other_forces()
+            .then(|| Variable { balance: vec![0.0; n], emitted: Emitted::new(count, 0) });
         Some(Self {
             increments: Increments::new(tree.blocks()),
             efforts: Efforts::new(&at.links, system),
@@ -118,7 +108,7 @@ impl TreeStep {
 
     /// The links, what is added to their blocks, and `q_{n+1}`.
     pub(in crate::solver) fn system(&mut self) -> (&mut Workspace, &[Spatial<Held>], &[f64]) {
-        let added = self.variable.as_ref().map_or(&[][..], |variable| &variable.blocks[..]);
+        let added = self.variable.as_ref().map_or(&[][..], |variable| &variable.emitted.blocks[..]);
         (&mut self.at, added, &self.s.q1)
     }
 
@@ -139,7 +129,8 @@ impl TreeStep {
     pub(in crate::solver) fn assemble(&mut self, system: &SeparableSystem) {
         let Self { at, tree, efforts, variable, s, .. } = self;
         if let Some(variable) = variable {
-            variable.assemble((system, &*tree), s, &at.links);
+            let other = |out: &mut dyn Entries| system.other_d2_d1(s, out);
+            variable.emitted.assemble(&other, (tree, &at.links), [&s.q0, &s.q1], -s.h);
         }
         efforts.slopes(system, Times::of(s), |link, unknown, slope| {
             at.column_mut(link, unknown).slope = slope;
@@ -170,60 +161,12 @@ impl Variable {
         }
     }
 
-    /// Writes `p̄_n + D_1 L_d + f_d^-`, as momenta have it, to the balances of the links.
-    fn write_balance(
-        &mut self,
-        (system, p): (&SeparableSystem, &[f64]),
-        s: &Interval,
-        works: &mut [Work<One>],
-        links: &[Link<One>],
-    ) {
+    /// `p̄_n + D_1 L_d + f_d^-`, as momenta have it.
+    fn rest(&mut self, (system, p): (&SeparableSystem, &[f64]), s: &Interval) -> &[f64] {
         system.forced_d1(s, &mut self.balance);
         self.balance.iter_mut().zip(p).for_each(|(balance, p)| *balance += p);
-        for (link, work) in links.iter().zip(works) {
-            work.wrench = wrench(link, &s.q0, &self.balance).held();
-        }
+        &self.balance
     }
-
-    /// `−h A_α` of its part of `D_2(D_1 L_d + f_d^-)`.
-    fn assemble(
-        &mut self,
-        (system, tree): (&SeparableSystem, &Tree),
-        s: &Interval,
-        links: &[Link<One>],
-    ) {
-        self.matrices.fill(SpatialMatrix::zero());
-        let (A, link_of, along) = (&mut self.matrices[..], tree.link_of(), &mut []);
-        let mut emitted =
-            BodyBlocks { A, link_of, along, q0: &s.q0, q1: &s.q1, near: None, coupled: false };
-        system.other_d2_d1(s, &mut emitted);
-        debug_assert!(
-            !emitted.coupled,
-            "the recursion needs a potential that couples no two bodies"
-        );
-        for ((link, A), block) in links.iter().zip(&self.matrices).zip(&mut self.blocks) {
-            let lever = |q: &[f64]| {
-                let own = &q[link.frame..link.frame + 12];
-                Transfer::Rigid(-(directors::triad(own) * Vector3::from(link.anchor)))
-            };
-            let moved = A.congruence(&lever(&s.q0), &lever(&s.q1));
-            let columns = |m: &Matrix3<f64>| {
-                Columns([0, 1, 2].map(|j| SPACE.vector(m.column(j).into()) * -s.h))
-            };
-            let [ll, la, al, aa] = moved.blocks().map(columns);
-            *block = Spatial { ll, la, al, aa }.held();
-        }
-    }
-}
-
-/// `P_inᵀ w` of a link about its reference point.
-fn wrench(link: &Link<One>, q: &[f64], w: &[f64]) -> Screw<Xyz<Narrow>> {
-    let (own, of) = (link.frame..link.frame + 12, |x: &[f64]| SPACE.read(x, 0));
-    let d = &q[own.clone()];
-    let b = null_space::pull_back(d, &w[own]);
-    let (linear, spin) = (of(&b.as_slice()[..3]), of(&b.as_slice()[3..]));
-    let anchor = directors::triad(d) * Vector3::from(link.anchor);
-    Screw { linear, angular: spin - of(anchor.as_slice()).cross(linear) }
 }
 
 impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
@@ -303,14 +246,14 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
         (state.t, state.step) = (s.t_end(), state.step + 1);
         let constant = variable.is_none().then_some(&impulse[..]);
         self.is_clean = at.finish(tree, constant, s, state);
-        if let Some(variable) = variable {
-            variable.write_balance((system, &state.p), s, &mut at.works, &at.links);
-            state.move_momentum(system, s);
-        }
         // Sweeps and momenta round constants of a body differently: their own balance is what the
         // next step takes over.
-        at.pull_back(&mut state.compensation.balance);
-        if variable.is_none() {
+        if let Some(variable) = variable {
+            let rest = variable.rest((system, &state.p), s);
+            at.pull_back_of(&s.q0, rest, &mut state.compensation.balance);
+            state.move_momentum(system, s);
+        } else {
+            at.pull_back(&mut state.compensation.balance);
             efforts.add_balance(&mut state.compensation.balance);
             efforts.add_momentum(system, &s.q1, &mut state.p);
         }

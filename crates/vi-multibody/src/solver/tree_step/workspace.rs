@@ -1,15 +1,18 @@
 //! All links of a tree, and the sweeps over them in the registers of this processor.
 
+use super::emitted::Emitted;
 use crate::geometry::matrix::Spatial;
 use crate::geometry::one_tree::{Held, Narrow, One, OneTree, Width, sweep};
 use crate::mechanism::Mechanism;
 use crate::sweep::advance::{self, Seen, Turn};
 use crate::sweep::columns::Motion;
+use crate::sweep::coupled::{self, Couplings};
 use crate::sweep::eliminate::{self, Part};
 use crate::sweep::finish::{self, Ends, Next};
 use crate::sweep::link::{self, ColumnWork, Gain, Link, Sums, Work};
 use crate::sweep::{open, pull_back, substitute, velocity};
 use crate::tree::Tree;
+use nalgebra::Matrix4;
 use std::ops::Range;
 use vi_core::SeparableSystem;
 use vi_core::interval::{Interval, IntervalParts};
@@ -20,22 +23,33 @@ use vi_rigid::rotation::MAX_ROTATION;
 /// What the sweeps of [`super::TreeStep`] read and write.
 #[derive(Debug)]
 pub(in crate::solver) struct Workspace {
-    pub(super) links: Vec<Link<One>>,
+    pub(in crate::solver) links: Vec<Link<One>>,
     pub(super) works: Vec<Work<One>>,
     pub(super) columns: Vec<ColumnWork<One>>, // d  of joints of several columns, else empty
     pub(super) turns: Vec<Turn<f64>>,         // d
     pub(super) gains: Vec<Gain<One>>,
     pub(super) sums: Vec<Sums<One>>,
     pub(super) part: Part<One>,
+    couplings: Option<Couplings<One>>, // of links with their parents
 }
 
 impl Workspace {
     /// `None` where a pair, or the mass of a body, is of another kind.
     pub(in crate::solver) fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
-        let (links, slots) = link::constants(mechanism, system)?;
-        let (count, d, s) = (links.len(), mechanism.tree().dof(), OneTree(Narrow));
+        Some(Self::of(link::constants(mechanism, system)?, mechanism.tree().dof()))
+    }
+
+    /// Of links without mass, for matrices over the coordinates; `None` where a pair is of another
+    /// kind.
+    pub(in crate::solver) fn massless(tree: &Tree) -> Option<Self> {
+        let masses = vec![Matrix4::zeros(); tree.links().len()];
+        Some(Self::of(link::constants_with(tree, &masses)?, tree.dof()))
+    }
+
+    fn of((links, slots): (Vec<Link<One>>, usize), d: usize) -> Self {
+        let (count, s) = (links.len(), OneTree(Narrow));
         let several = links.iter().any(|link| matches!(link.motion, Motion::Several(_)));
-        Some(Self {
+        Self {
             links,
             works: vec![Work::zero(s); count],
             columns: vec![ColumnWork::zero(s); if several { d } else { 0 }],
@@ -43,7 +57,46 @@ impl Workspace {
             gains: vec![Gain::<One>::default(); count],
             sums: vec![Sums::zero(s); slots],
             part: Part::new(s),
-        })
+            couplings: None,
+        }
+    }
+
+    /// From now on links are coupled with their parents.
+    pub(in crate::solver) fn couple_links(&mut self) {
+        let (links, unknowns) = (self.links.len(), self.turns.len());
+        self.couplings = Some(Couplings::new(OneTree(Narrow), links, unknowns));
+    }
+
+    /// Takes what is emitted along unknowns and between links and their parents.
+    pub(in crate::solver) fn take(&mut self, emitted: &Emitted, ends: [&[f64]; 2]) {
+        let Self { links, works, columns, couplings, .. } = self;
+        for (link, work) in links.iter().zip(works) {
+            for unknown in link.unknown..link.unknown + link.motion.columns().len() {
+                link::column_mut(link, work, columns, unknown).slope = emitted.along[unknown];
+            }
+        }
+        if let Some(couplings) = couplings {
+            emitted.write_couplings(links, ends, &mut couplings.links);
+        }
+    }
+
+    /// Eliminates and substitutes all links, with what is `added` to their blocks.
+    pub(in crate::solver) fn solve(
+        &mut self,
+        added: &[Spatial<Held>],
+        u: &[f64],
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        let all = 0..self.links.len();
+        let Self { links, works, columns, gains, couplings, .. } = self;
+        let Some(couplings) = couplings else {
+            self.eliminate(all.clone(), added, x)?;
+            self.substitute(all, u, x);
+            return Ok(());
+        };
+        let pivots = eliminate_coupled(links, works, (columns, gains), (couplings, added), x);
+        follow_coupled(links, works, (columns, gains), couplings, u, x);
+        if pivots.is_finite() { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
     /// [`open::open`].
@@ -94,7 +147,7 @@ impl Workspace {
     }
 
     /// [`finish::close`] of an interval.
-    pub(super) fn close(&self, s: &mut Interval) {
+    pub(in crate::solver) fn close(&self, s: &mut Interval) {
         close_links(&self.links, &self.works, s);
     }
 
@@ -110,7 +163,7 @@ impl Workspace {
     }
 
     /// [`velocity::push_forward`].
-    pub(super) fn push_forward(&self, q: &[f64], v: &mut [f64]) {
+    pub(in crate::solver) fn push_forward(&self, q: &[f64], v: &mut [f64]) {
         push_forward_links(&self.links, &self.works, q, v);
     }
 }
@@ -167,6 +220,24 @@ sweep! {
     ) -> f64
 }
 use substitute::substitute as sweep_substitute;
+
+sweep! {
+    eliminate_coupled = sweep_eliminate_coupled(
+        links: &'a [Link<One>], works: &'a mut [Work<One>],
+        joints: (&'a mut [ColumnWork<One>], &'a mut [Gain<One>]),
+        more: (&'a mut Couplings<One>, &'a [Spatial<Held>]), x: &'a mut [f64]
+    ) -> f64
+}
+use coupled::eliminate as sweep_eliminate_coupled;
+
+sweep! {
+    follow_coupled = sweep_follow_coupled(
+        links: &'a [Link<One>], works: &'a mut [Work<One>],
+        joints: (&'a [ColumnWork<One>], &'a [Gain<One>]), couplings: &'a Couplings<One>,
+        u: &'a [f64], x: &'a mut [f64]
+    ) -> ()
+}
+use coupled::follow as sweep_follow_coupled;
 
 sweep! {
     push_forward_links = sweep_push_forward(
