@@ -54,6 +54,9 @@ pub trait Lanes:
     /// `then` where the number is at most `bound`, `other` elsewhere.
     #[must_use]
     fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self;
+    /// Whether all are at most `bound`; not so where one is not a number.
+    #[must_use]
+    fn are_at_most(self, bound: f64) -> bool;
 }
 
 /// A kind of registers.
@@ -102,6 +105,10 @@ impl Lanes for f64 {
     #[inline(always)]
     fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {
         if self <= bound { then } else { other }
+    }
+    #[inline(always)]
+    fn are_at_most(self, bound: f64) -> bool {
+        self <= bound
     }
 }
 
@@ -184,6 +191,11 @@ impl Lanes for Four {
     fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {
         let chosen = |k: usize| if self.0[k] <= bound.0[k] { then.0[k] } else { other.0[k] };
         Four([chosen(0), chosen(1), chosen(2), chosen(3)])
+    }
+    #[inline(always)]
+    fn are_at_most(self, bound: f64) -> bool {
+        let [a, b, c, d] = self.0;
+        (a <= bound) & (b <= bound) & (c <= bound) & (d <= bound)
     }
 }
 
@@ -310,6 +322,13 @@ mod wide {
             let is_at_most = avx._mm256_cmp_pd::<_CMP_LE_OQ>(self.x, bound.x);
             Self { x: avx._mm256_blendv_pd(other.x, then.x, is_at_most), ..self }
         }
+        #[inline(always)]
+        fn are_at_most(self, bound: f64) -> bool {
+            let avx = self.simd.avx;
+            let bound = avx._mm256_set1_pd(bound);
+            let are = avx._mm256_cmp_pd::<_CMP_LE_OQ>(self.x, bound);
+            avx._mm256_movemask_pd(are) == 0b1111
+        }
     }
 
     impl Register for Wide {
@@ -406,6 +425,10 @@ impl<L: Lanes> Lanes for Pair<L> {
             self.1.if_at_most(bound.1, then.1, other.1),
         )
     }
+    #[inline(always)]
+    fn are_at_most(self, bound: f64) -> bool {
+        self.0.are_at_most(bound) & self.1.are_at_most(bound)
+    }
 }
 
 /// Two registers for one.
@@ -453,6 +476,8 @@ mod tests {
             let b = register.gather(|k| (k as f64 - 1.7).exp2()) + register.splat(0.1);
             let c = (a * b - b.over(a) * 0.3 + a).larger(b * -9.0).with_first(0.7 / 3.0);
             let c = b.if_at_most(register.splat(2.0), c, a);
+            assert!(a.are_at_most(1.0 / 3.0) && !a.are_at_most(0.333));
+            assert!(!a.with(count - 1, f64::NAN).are_at_most(1.0));
             (0..count).map(|k| c.at(k).to_bits()).collect()
         })
     }

@@ -42,7 +42,6 @@ pub mod null_space;
 pub mod polyhedron;
 pub mod reparametrization;
 pub mod rotation;
-pub mod rotation_lanes;
 pub mod shape;
 pub mod single_body;
 pub mod time_history;

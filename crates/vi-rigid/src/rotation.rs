@@ -65,8 +65,8 @@ fn small_coefficients<L: Lanes>(square: L) -> [L; 2] {
         -1.0 / 479_001_600.0,
         1.0 / 87_178_291_200.0,
     ];
-    let (mut sinc, mut gap) = (square.like(0.0), square.like(0.0));
-    for k in (0..7).rev() {
+    let (mut sinc, mut gap) = (square.like(SINC[6]), square.like(GAP[6]));
+    for k in (0..6).rev() {
         sinc = sinc * square + square.like(SINC[k]);
         gap = gap * square + square.like(GAP[k]);
     }
@@ -88,19 +88,33 @@ pub fn coefficients(square: f64) -> [f64; 2] {
 #[must_use]
 #[inline(always)]
 pub fn coefficients_of_each<L: Lanes>(square: L) -> [L; 2] {
-    if are_at_most(square, SMALL) {
+    if square.are_at_most(SMALL) {
         return small_coefficients(square);
     }
     [square.map(|square| coefficients(square)[0]), square.map(|square| coefficients(square)[1])]
 }
 
+/// [`coefficients`] of each of several numbers without a sine, for `|x| ≤ π`: those of `x/8`,
+/// doubled three times. Good to a few units of round-off.
+///
+/// ```text
+/// sin 2x/2x = cos x · sin x/x,   (1 − cos 2x)/(2x)² = ½ (sin x/x)²
+/// ```
+#[must_use]
 #[inline(always)]
-fn are_at_most<L: Lanes>(x: L, bound: f64) -> bool {
-    let mut are = true;
-    for k in 0..L::COUNT {
-        are &= x.at(k) <= bound;
+pub fn coefficients_by_doubling<L: Lanes>(square: L) -> [L; 2] {
+    if square.are_at_most(SMALL) {
+        return small_coefficients(square);
     }
-    are
+    let mut square = square * (1.0 / 64.0);
+    let [mut sinc, mut gap] = small_coefficients(square); // to 2e-18 here, too
+    for _ in 0..3 {
+        let cosine = square.like(1.0) - square * gap;
+        gap = sinc * sinc * 0.5;
+        sinc = sinc * cosine;
+        square = square * 4.0;
+    }
+    [sinc, gap]
 }
 
 /// `(x − sin x)/x³`.
@@ -154,10 +168,33 @@ fn small_kappa<L: Lanes>(square: L) -> L {
 #[must_use]
 #[inline(always)]
 pub fn kappa_of_each<L: Lanes>(square: L) -> L {
-    if are_at_most(square, KAPPA_SMALL) {
+    if square.are_at_most(KAPPA_SMALL) {
         return small_kappa(square);
     }
     square.map(kappa)
+}
+
+/// [`kappa`] of each of several numbers by its power series `Σ_k |B_2k| x^(2k−2)/(2k)!` with
+/// Bernoulli numbers `B_2k`: to `1e-4` at `x = π`, to round-off below 0.1. Corrections of Newton's
+/// method need no more.
+#[must_use]
+#[inline(always)]
+pub fn kappa_by_series<L: Lanes>(square: L) -> L {
+    const KAPPA: [f64; 8] = [
+        1.0 / 12.0,
+        1.0 / 720.0,
+        1.0 / 30_240.0,
+        1.0 / 1_209_600.0,
+        1.0 / 47_900_160.0,
+        691.0 / 1_307_674_368_000.0,
+        1.0 / 74_724_249_600.0,
+        3617.0 / 10_670_622_842_880_000.0,
+    ];
+    let mut sum = square.like(KAPPA[7]);
+    for k in (0..7).rev() {
+        sum = sum * square + square.like(KAPPA[k]);
+    }
+    sum
 }
 
 /// The skew matrix `v̂` with `v̂ b = v × b`.
@@ -249,6 +286,7 @@ pub fn orthonormality_defect(triad: &Matrix3<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vi_core::lanes::{Plain, Register};
     use vi_testkit::Sample;
 
     /// `Σ (−1)^k x^{2k}/(2k+p)!` in double-double arithmetic, rounded once at the end.
@@ -305,6 +343,39 @@ mod tests {
         println!("relative errors at most {worst:?}");
         for (p, worst) in worst.into_iter().enumerate() {
             assert!(worst < 5e-16, "coefficient {p}: relative error {worst:e}");
+        }
+    }
+
+    #[test]
+    fn doubled_coefficients_are_those_of_single_angles() {
+        let (mut worst, mut bound) = ([0.0_f64; 2], [0.0_f64; 2]); // below a radian, and all
+        for i in 0..4000 {
+            let largest = MAX_ROTATION * f64::from(i) / 3999.0;
+            let angle = |k: usize| largest / (k + 1) as f64;
+            let [s, g] = coefficients_by_doubling(Plain.gather(|k| angle(k) * angle(k)));
+            for k in 0..4 {
+                let x = angle(k);
+                worst[0] = worst[0].max((s.at(k) - sinc(x)).abs());
+                worst[1] = worst[1].max((g.at(k) - cosine_gap(x)).abs() / cosine_gap(x));
+                let (sine, gap) = (x * s.at(k), x * x * g.at(k));
+                let defect = (sine * sine + (1.0 - gap) * (1.0 - gap) - 1.0).abs();
+                bound[0] = if x < 1.0 { bound[0].max(defect) } else { bound[0] };
+                bound[1] = bound[1].max(defect);
+            }
+        }
+        println!("errors {worst:?}, sin² + cos² = 1 to {bound:?}");
+        assert!(worst[0] < 5e-16 && worst[1] < 1e-15, "{worst:?}");
+        assert!(bound[0] < 1e-15 && bound[1] < 3e-15, "{bound:?}");
+    }
+
+    #[test]
+    fn the_series_of_kappa_inverts_the_tangent() {
+        for (angle, accuracy) in [(0.1, 1e-15), (1.0, 1e-11), (2.0, 1e-7), (3.1, 1e-3)] {
+            let theta = Vector3::new(0.6, -0.48, 0.64) * angle;
+            let kappa = kappa_by_series(Plain.splat(angle * angle)).at(0);
+            let inverse = Matrix3::identity() - skew(&theta) * 0.5 + skew_square(&theta) * kappa;
+            let error = (tangent(&theta) * inverse - Matrix3::identity()).amax();
+            assert!(error < accuracy, "|θ| = {angle}: {error:e}");
         }
     }
 

@@ -1,9 +1,10 @@
 //! The space of many trees: a lane of a register holds a number of each of them.
 
-use super::lane_vectors::{Vector, three};
+use super::matrix;
+use super::one_tree::three;
 use super::space::{self, Space, Store};
 use std::marker::PhantomData;
-use std::ops::Div;
+use std::ops::{Add, Div, Mul, Sub};
 use vi_core::lanes::{Lanes, Register};
 use vi_rigid::rotation;
 
@@ -15,6 +16,49 @@ impl<L: Lanes> Store for Each<L> {
     type Number = L;
     type Held = Vector<L>;
     type Constant = L;
+}
+
+/// Three components, each in all lanes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vector<L>(pub(crate) [L; 3]);
+
+/// A twist or a wrench, in all lanes.
+pub(crate) type Screw<L> = matrix::Screw<Vector<L>>;
+
+impl<L: Lanes> Vector<L> {
+    /// Another vector in the first lane.
+    #[inline(always)]
+    pub(crate) fn with_first(self, x: &[f64; 3]) -> Self {
+        let [a, b, c] = self.0;
+        Self([a.with_first(x[0]), b.with_first(x[1]), c.with_first(x[2])])
+    }
+}
+
+impl<L: Lanes> Add for Vector<L> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self([self.0[0] + o.0[0], self.0[1] + o.0[1], self.0[2] + o.0[2]])
+    }
+}
+
+impl<L: Lanes> Sub for Vector<L> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self([self.0[0] - o.0[0], self.0[1] - o.0[1], self.0[2] - o.0[2]])
+    }
+}
+
+impl<L: Lanes> Mul<f64> for Vector<L> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        Self([self.0[0] * factor, self.0[1] * factor, self.0[2] * factor])
+    }
 }
 
 impl<L: Lanes> Div<f64> for Vector<L> {
@@ -124,10 +168,7 @@ impl<R: Register> Space for R {
     #[inline(always)]
     fn within(self, v: Vector<R::Lanes>, bound: f64) -> R::Lanes {
         let (zero, one, bound) = (self.splat(0.0), self.splat(1.0), self.splat(bound));
-        let [x, y, z] = three(
-            #[inline(always)]
-            |i| v.0[i].abs().if_at_most(bound, zero, one),
-        );
+        let [x, y, z] = three!(i => v.0[i].abs().if_at_most(bound, zero, one));
         x.larger(y).larger(z)
     }
 

@@ -7,8 +7,9 @@
 //! |---|---|---|
 //! | [`OneTree`](super::one_tree::OneTree) | `f64` | `x, y, z` in one register |
 //! | every [`Register`](vi_core::lanes::Register) | one number of each member | three registers |
+//! | [`ControlPoints`](super::control_points::ControlPoints) | one of each control point of a step | three registers |
 //!
-//! Every operation acts on the same numbers in the same order in each space and is rounded by
+//! Every operation acts on the same numbers in the same order in the first two and is rounded by
 //! itself: a member of an ensemble has the bits of a tree that moves alone.
 
 use std::fmt::Debug;
@@ -113,6 +114,10 @@ pub(crate) trait Space: Copy {
     type Vector: Vector<Number = Number<Self>, Held = Held<Self>>;
     /// Whether something holds, for each tree.
     type Check: Copy;
+
+    /// Whether balances are projected at the end of the motion, `S = S'`, and not at its start:
+    /// matrices are symmetric and positive definite.
+    const SYMMETRIC: bool = false;
 
     /// A number.
     fn number(self, x: f64) -> Number<Self>;

@@ -150,7 +150,7 @@ fn eliminate_rotation<S: Space>(
         let ([a, b, c], [d, e, f], [g, h, j]) = (al[i], bl[i], ba[i]);
         [a, b, c, d, e, f, g, h, j, u[i]]
     });
-    let finite = solve3::solve(A.aa.rows(), &mut sides);
+    let finite = solve3::solve(s, A.aa.rows(), &mut sides);
     let v = s.zero();
     let column = |j: usize| v.of(three!(i => sides[i][j]));
     let [G, H, K] = [0, 3, 6].map(|first| Columns(three!(j => column(first + j))));

@@ -3,7 +3,7 @@
 
 use super::columns::{Act, Motion};
 use super::link::{ColumnWork, Gain, Link, Sums, Work};
-use super::pull_back::component;
+use super::pull_back::{component, lever};
 use super::solve3;
 use crate::geometry::matrix::{Columns, Screw, Spatial};
 use crate::geometry::one_tree::three;
@@ -44,16 +44,21 @@ impl<M: Store> Rotation<M> {
     }
 }
 
-/// `−h A_α` of a link alone, about its reference point.
+/// `−h A_α` of a link alone, about its reference point; where matrices are symmetric, `M` where its
+/// moment and its Euler tensor are of.
 #[inline(always)]
 pub(super) fn block<S: Space>(
     s: S,
     link: &Link<S::Store>,
     work: &Work<S::Store>,
 ) -> Spatial<S::Vector> {
-    let (turn, moment, euler) = (work.turn.take(s), s.take(&work.moment), work.euler.take(s));
-    let moment_next = moment + turn.mul(moment); // s'
-    let K = euler.plus(&turn.times(&euler)); // Σ x' xᵀ
+    let (moment, euler) = (s.take(&work.moment), work.euler.take(s));
+    let (mut moment_next, mut K) = (moment, euler);
+    if !S::SYMMETRIC {
+        let turn = work.turn.take(s);
+        moment_next = moment + turn.mul(moment); // s'
+        K = euler.plus(&turn.times(&euler)); // Σ x' xᵀ
+    }
     Spatial {
         ll: Columns::multiple(s, s.factor(link.mass[0][0])),
         la: Columns::skew(moment_next * -1.0),
@@ -125,13 +130,13 @@ pub(crate) fn eliminate<S: Space>(
                 let kept = part.rotations.get_mut(k);
                 let pivots = eliminate_rotation(s, (&mut A, &mut p), (&mut gains[k], kept), spin);
                 if let Some(kept) = part.rotations.get_mut(k) {
-                    kept.translation = solve3::inverse(&A.ll).0.held();
+                    kept.translation = solve3::inverse(s, &A.ll).0.held();
                 }
                 finite = finite + pivots + solve_translation(s, &A.ll, p.linear, velocity);
             }
         }
         let Some(parent) = link.parent else { continue };
-        let (lever, next) = (s.take(&work.lever), s.take(&work.lever_next));
+        let (lever, next) = (lever(s, work), s.take(&work.lever_next));
         let (matrix, wrench) = (A.between(lever, next), p.at_start_of(lever));
         match links[parent].slot {
             _ if link.follows_parent => last = Some((matrix, wrench)),
@@ -177,7 +182,7 @@ pub(super) fn both<S: Space>(
     A: &Spatial<S::Vector>,
     [n, next]: [S::Vector; 2],
 ) -> (Screw<S::Vector>, Screw<S::Vector>) {
-    match act {
+    let (AS, SA) = match act {
         Act::Turn => turning(A, n, next),
         Act::Slide => sliding(A, n, next),
         Act::Screw => {
@@ -185,7 +190,8 @@ pub(super) fn both<S: Space>(
                 (turning(A, n, next), sliding(A, n, next), s.factor(link.pitch));
             (turn.0.plus(slide.0.times(pitch)), turn.1.plus(slide.1.times(pitch)))
         }
-    }
+    };
+    (AS, if S::SYMMETRIC { AS } else { SA })
 }
 
 /// `Ã (0, n')` and `(0, n)ᵀ Ã`.
@@ -214,14 +220,14 @@ fn eliminate_rotation<S: Space>(
     let (aa, al) = (A.aa.rows(), A.al.rows());
     let u = (s.read(x, 0) - p.angular).components();
     let mut sides = three!(i => [al[i][0], al[i][1], al[i][2], u[i]]);
-    let finite = solve3::solve(aa, &mut sides);
+    let finite = solve3::solve(s, aa, &mut sides);
     let v = s.zero();
     let G = Columns(three!(j => v.of(three!(i => sides[i][j]))));
     let omega = v.of(three!(i => sides[i][3]));
     s.write(omega, x, 0);
     *gain = G.held();
     if let Some(kept) = kept {
-        let inverse = solve3::inverse(&A.aa).0;
+        let inverse = solve3::inverse(s, &A.aa).0;
         (kept.inverse, kept.coupling) = (inverse.held(), A.la.times(&inverse).held());
     }
     let ll = A.ll.minus(&A.la.times(&G));
@@ -242,7 +248,7 @@ pub(super) fn solve_translation<S: Space>(
 ) -> Number<S> {
     let force = (s.read(x, 0) - p).components();
     let mut sides = three!(i => [force[i]]);
-    let finite = solve3::solve(ll.rows(), &mut sides);
+    let finite = solve3::solve(s, ll.rows(), &mut sides);
     x[..3].copy_from_slice(sides.as_flattened());
     finite
 }

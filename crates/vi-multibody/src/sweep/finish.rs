@@ -1,7 +1,7 @@
 //! The end of a step: coordinates, momenta, round-off.
 
 use super::link::{Link, Work};
-use super::place::{Place, balance};
+use super::place::{Place, balance, change};
 use crate::geometry::matrix::Columns;
 use crate::geometry::one_tree::three;
 use crate::geometry::space::{Number, Space, Vector};
@@ -42,19 +42,17 @@ fn place_next<S: Space>(
     error: [S::Vector; 4],
     parent: &Place<S::Vector>,
 ) -> (Place<S::Vector>, [S::Vector; 4]) {
-    let (d, turn, anchor) = (from.d, work.turn.take(s), s.constant(&link.anchor));
-    let moved = s.take(&work.shift) - turn.mul(d.mul(anchor)); // Δx − (A − 1) ϱ²
-    let turned = turn.times(&d); // (A − 1) d
-    let next = Columns(three!(i => d.0[i] + (turned.0[i] + error[i + 1])));
+    let (d, anchor) = (from.d, s.constant(&link.anchor));
+    let change = change(s, work, &d, d.mul(anchor));
+    let next = Columns(three!(i => d.0[i] + (change[i + 1] + error[i + 1])));
     let center = match link.closes_gap {
         true => {
             let arm = parent.d.mul(s.constant(&link.anchor_parent)); // ϱ¹
             parent.center + (arm - next.mul(anchor)) // no gap: φ² = φ¹ + ϱ¹ − ϱ²
         }
-        false => from.center + (moved + error[0]),
+        false => from.center + (change[0] + error[0]),
     };
-    let [a, b, c] = turned.0;
-    (Place { center, d: next }, [moved, a, b, c])
+    (Place { center, d: next }, change)
 }
 
 /// `q_{n+1}`, `Δq`, `q_{n+1/2}`, `Δq/h` of the last [`advance`](super::advance::advance).

@@ -3,7 +3,7 @@
 #![allow(non_snake_case)] // SA
 
 use crate::geometry::matrix::{Columns, Screw, Spatial};
-use crate::geometry::one_tree::One;
+use crate::geometry::one_tree::{One, three};
 use crate::geometry::space::{Space, Store, Vector};
 use crate::mechanism::Mechanism;
 use crate::pair::constraints::PairConstraint;
@@ -94,6 +94,38 @@ pub(crate) struct Sums<M: Store> {
 
 /// `G` of a rotation vector: what a translation of the reference point takes from `δω`.
 pub(crate) type Gain<M> = Columns<<M as Store>::Held>;
+
+impl Link<One> {
+    /// The same link with other constants; `number` makes one of how it is read off a link.
+    pub(crate) fn with_constants<M: Store>(
+        &self,
+        number: impl Fn(&dyn Fn(&Self) -> f64) -> M::Constant,
+    ) -> Link<M> {
+        let vector = |of: &dyn Fn(&Self) -> [f64; 3]| three!(i => number(&|link| of(link)[i]));
+        Link {
+            constraints: self.constraints,
+            motion: self.motion,
+            closes_gap: self.closes_gap,
+            parent: self.parent,
+            follows_parent: self.follows_parent,
+            slot: self.slot,
+            writes_first: self.writes_first,
+            frame: self.frame,
+            parent_frame: self.parent_frame,
+            unknown: self.unknown,
+            is_diagonal: self.is_diagonal,
+            pitch: number(&|link| link.pitch),
+            lever: vector(&|link| link.lever),
+            axes: three!(j => vector(&|link| link.axes[j])),
+            axes_child: three!(j => vector(&|link| link.axes_child[j])),
+            anchor_parent: vector(&|link| link.anchor_parent),
+            anchor: vector(&|link| link.anchor),
+            mass: [0, 1, 2, 3].map(|r| [0, 1, 2, 3].map(|c| number(&|link| link.mass[r][c]))),
+            moment: vector(&|link| link.moment),
+            euler: three!(j => vector(&|link| link.euler[j])),
+        }
+    }
+}
 
 impl<M: Store> ColumnWork<M> {
     pub(crate) fn zero<S: Space<Store = M>>(s: S) -> Self {

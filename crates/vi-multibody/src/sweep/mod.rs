@@ -1,5 +1,5 @@
 //! The sweeps over the links of a tree, each once for every
-//! [`Space`](crate::geometry::space::Space): one tree, many at once.
+//! [`Space`](crate::geometry::space::Space): one tree, many at once, all control points of a step.
 //!
 //! Twists and wrenches of a link refer to its reference point, the child's anchor of its joint (the
 //! centre of a free body), in spatial components. With the balance of a link `b = (f, τ)`, its mass
@@ -23,6 +23,10 @@
 //! `Â − Â S' D⁻¹ Sᵀ Â = diag(Â_ll − Â_la Â_aa⁻¹ Â_al, 0)` of a spherical joint is without `T`: that
 //! enters last, `δθ = T⁻¹ δω`.
 //!
+//! At the control points of a Galerkin step balances are projected at the end of the motion, and the
+//! tree of a linear system stands still there: `S = S'`, matrices are symmetric, and the factors
+//! serve several right-hand sides ([`right_side`]).
+//!
 //! A sweep judges nothing: it returns the largest rotation, and a sum that is not a number where
 //! something is not finite. Its caller refuses the step.
 
@@ -36,6 +40,7 @@ pub(crate) mod link;
 pub(crate) mod open;
 pub(crate) mod place;
 pub(crate) mod pull_back;
+pub(crate) mod right_side;
 pub(crate) mod solve3;
 pub(crate) mod substitute;
 pub(crate) mod velocity;

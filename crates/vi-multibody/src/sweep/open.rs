@@ -19,24 +19,78 @@ pub(crate) fn open<S: Space>(
 ) {
     for (link, work) in links.iter().zip(works) {
         let (own, at) = (Place::of(s, q, link.frame), Place::of_parent(s, link, q));
-        let (d, parent) = (own.d, at.d);
-        let anchor = d.mul(s.constant(&link.anchor));
-        let mut lever = parent.mul(s.constant(&link.lever));
-        if !link.closes_gap {
-            lever = lever + own.gap(s, link, &at); // the slide
-        }
-        let euler = Columns(three!(j => s.constant(&link.euler[j])));
-        work.column.axis = parent.mul(s.constant(&link.axes[2])).held();
-        work.lever = lever.held();
-        work.moment = d.mul(s.constant(&link.moment)).held();
-        work.euler = d.times(&euler).times_transposed(&d).held(); // E = D E_b Dᵀ
+        open_joint(s, link, work, (&own, &at));
+        open_inertia(s, link, work, &own.d);
+        let anchor = own.d.mul(s.constant(&link.anchor));
         let (p, impulse) = (s.read_frame(p, link.frame), s.read_frame(impulse, link.frame));
         let known = [p[0] + impulse[0], p[1] + impulse[1], p[2] + impulse[2], p[3] + impulse[3]];
-        work.start = balance(&d, anchor, known).held();
+        work.start = balance(&own.d, anchor, known).held();
     }
-    if !columns.is_empty() {
-        open_columns(s, links, columns, q);
+    open_columns(s, links, columns, q);
+}
+
+/// Axes and levers at `q`.
+#[inline(always)]
+pub(crate) fn open_joints<S: Space>(
+    s: S,
+    links: &[Link<S::Store>],
+    works: &mut [Work<S::Store>],
+    columns: &mut [ColumnWork<S::Store>],
+    q: &[Number<S>],
+) {
+    for (link, work) in links.iter().zip(works) {
+        let (own, at) = (Place::of(s, q, link.frame), Place::of_parent(s, link, q));
+        open_joint(s, link, work, (&own, &at));
     }
+    open_columns(s, links, columns, q);
+}
+
+/// Axes, levers and inertia at `q`, at both ends of a motion that stays there.
+#[inline(always)]
+pub(crate) fn open_at_rest<S: Space>(
+    s: S,
+    links: &[Link<S::Store>],
+    works: &mut [Work<S::Store>],
+    columns: &mut [ColumnWork<S::Store>],
+    q: &[Number<S>],
+) {
+    for (link, work) in links.iter().zip(works) {
+        let (own, at) = (Place::of(s, q, link.frame), Place::of_parent(s, link, q));
+        open_joint(s, link, work, (&own, &at));
+        open_inertia(s, link, work, &own.d);
+        (work.lever_next, work.column.axis_next) = (work.lever, work.column.axis);
+    }
+    open_columns(s, links, columns, q);
+    columns.iter_mut().for_each(|column| column.axis_next = column.axis);
+}
+
+/// Axis and lever of a link that is at `own`, its parent `at`.
+#[inline(always)]
+fn open_joint<S: Space>(
+    s: S,
+    link: &Link<S::Store>,
+    work: &mut Work<S::Store>,
+    (own, at): (&Place<S::Vector>, &Place<S::Vector>),
+) {
+    let mut lever = at.d.mul(s.constant(&link.lever));
+    if !link.closes_gap {
+        lever = lever + own.gap(s, link, at); // the slide
+    }
+    work.column.axis = at.d.mul(s.constant(&link.axes[2])).held();
+    work.lever = lever.held();
+}
+
+/// Inertia of a link with the directors `d` about its reference point.
+#[inline(always)]
+fn open_inertia<S: Space>(
+    s: S,
+    link: &Link<S::Store>,
+    work: &mut Work<S::Store>,
+    d: &Columns<S::Vector>,
+) {
+    let euler = Columns(three!(j => s.constant(&link.euler[j])));
+    work.moment = d.mul(s.constant(&link.moment)).held();
+    work.euler = d.times(&euler).times_transposed(d).held(); // E = D E_b Dᵀ
 }
 
 /// The axes of joints of several columns.
@@ -47,6 +101,9 @@ fn open_columns<S: Space>(
     columns: &mut [ColumnWork<S::Store>],
     q: &[Number<S>],
 ) {
+    if columns.is_empty() {
+        return;
+    }
     for link in links {
         let Motion::Several(several) = link.motion else {
             continue;

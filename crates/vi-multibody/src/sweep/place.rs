@@ -1,6 +1,6 @@
 //! Centre and directors of a link, and where they stand among the coordinates.
 
-use super::link::Link;
+use super::link::{Link, Work};
 use crate::geometry::matrix::{Columns, Screw};
 use crate::geometry::space::{Number, Space, Vector};
 
@@ -67,4 +67,19 @@ pub(crate) fn balance<V: Vector>(
 ) -> Screw<V> {
     let spin = (d.0[0].cross(first) + d.0[1].cross(second)) + d.0[2].cross(third);
     Screw { linear, angular: spin - anchor.cross(linear) }
+}
+
+/// `Δφ, Δd_I` of the motion of a link from its directors `d` on; `anchor`: from the centre to its
+/// reference point there.
+#[inline(always)]
+pub(crate) fn change<S: Space>(
+    s: S,
+    work: &Work<S::Store>,
+    d: &Columns<S::Vector>,
+    anchor: S::Vector,
+) -> [S::Vector; 4] {
+    let turn = work.turn.take(s);
+    let moved = s.take(&work.shift) - turn.mul(anchor); // Δx − (A − 1) ϱ²
+    let [a, b, c] = turn.times(d).0; // (A − 1) d
+    [moved, a, b, c]
 }

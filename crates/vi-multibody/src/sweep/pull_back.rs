@@ -5,7 +5,7 @@ use super::link::{ColumnWork, Link, Work};
 use crate::geometry::matrix::Screw;
 use crate::geometry::space::{Number, Space, Vector};
 
-/// `r ← P(q_n)ᵀ` of the balances of all links.
+/// `r ← P(q_n)ᵀ` of the balances of all links; `P(q_{n+1})ᵀ` where matrices are symmetric.
 #[inline(always)]
 pub(crate) fn pull_back<S: Space>(
     s: S,
@@ -39,7 +39,7 @@ pub(crate) fn pull_back<S: Space>(
             }
         }
         let Some(parent) = link.parent else { continue };
-        let transmitted = wrench.at_start_of(s.take(&work.lever)); // (75)
+        let transmitted = wrench.at_start_of(lever(s, work)); // (75)
         if link.follows_parent {
             carried = transmitted;
         } else {
@@ -56,10 +56,16 @@ pub(super) fn component<S: Space>(
     work: &ColumnWork<S::Store>,
     b: Screw<S::Vector>,
 ) -> Number<S> {
-    let axis = s.take(&work.axis);
+    let axis = s.take(if S::SYMMETRIC { &work.axis_next } else { &work.axis });
     match act {
         Act::Turn => axis.dot(b.angular),
         Act::Slide => axis.dot(b.linear),
         Act::Screw => axis.dot(b.angular) + s.factor(link.pitch) * axis.dot(b.linear),
     }
+}
+
+/// The lever of `X`.
+#[inline(always)]
+pub(super) fn lever<S: Space>(s: S, work: &Work<S::Store>) -> S::Vector {
+    s.take(if S::SYMMETRIC { &work.lever_next } else { &work.lever })
 }

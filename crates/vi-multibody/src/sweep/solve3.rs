@@ -3,17 +3,23 @@
 
 use crate::geometry::matrix::Columns;
 use crate::geometry::one_tree::three;
-use crate::geometry::space::Vector;
+use crate::geometry::space::{Number, Space, Vector};
 use vi_core::lanes::Lanes;
 
-/// `sides ← D⁻¹ sides` by Gaussian elimination with row pivoting; returns zero, or what is not a
-/// number where a pivot vanishes.
+/// `sides ← D⁻¹ sides` by Gaussian elimination, with row pivoting where `D` is not symmetric;
+/// returns zero, or what is not a number where a pivot vanishes.
 #[inline(always)]
-pub(super) fn solve<N: Lanes, const R: usize>(mut D: [[N; 3]; 3], sides: &mut [[N; R]; 3]) -> N {
+pub(super) fn solve<S: Space, const R: usize>(
+    _: S,
+    mut D: [[Number<S>; 3]; 3],
+    sides: &mut [[Number<S>; R]; 3],
+) -> Number<S> {
     let one = D[0][0].like(1.0);
     let (mut inverse, mut finite) = ([one; 3], one.like(0.0));
     for k in 0..3 {
-        exchange_rows(k, &mut D, sides);
+        if !S::SYMMETRIC {
+            exchange_rows(k, &mut D, sides);
+        }
         inverse[k] = one.over(D[k][k]);
         finite = finite + inverse[k] * 0.0;
         for i in k + 1..3 {
@@ -78,18 +84,19 @@ fn exchange_rows<N: Lanes, const R: usize>(k: usize, D: &mut [[N; 3]; 3], sides:
 
 /// `D⁻¹`, and [`solve`]'s sum.
 #[inline(always)]
-pub(super) fn inverse<V: Vector>(D: &Columns<V>) -> (Columns<V>, V::Number) {
+pub(super) fn inverse<S: Space>(s: S, D: &Columns<S::Vector>) -> (Columns<S::Vector>, Number<S>) {
     let v = D.0[0];
     let one = v.components()[0].like(1.0);
     let zero = one.like(0.0);
     let mut sides = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
-    let finite = solve(D.rows(), &mut sides);
+    let finite = solve(s, D.rows(), &mut sides);
     (Columns(three!(j => v.of(three!(i => sides[i][j])))), finite)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::one_tree::{Narrow, OneTree};
     use vi_core::lanes::{Plain, Register};
     use vi_testkit::Sample;
 
@@ -108,10 +115,10 @@ mod tests {
             let of = |i: usize, j: usize| Plain.gather(|k| systems[k][i][j]);
             let D = three!(i => three!(j => of(i, j)));
             let mut sides = three!(i => [of(i, 3)]);
-            let _ = solve(D, &mut sides);
+            let _ = solve(Plain, D, &mut sides);
             for (k, system) in systems.iter().enumerate() {
                 let mut alone = three!(i => [system[i][3]]);
-                let _ = solve(three!(i => three!(j => system[i][j])), &mut alone);
+                let _ = solve(OneTree(Narrow), three!(i => three!(j => system[i][j])), &mut alone);
                 for i in 0..3 {
                     assert_eq!(sides[i][0].at(k).to_bits(), alone[i][0].to_bits());
                 }

@@ -10,11 +10,11 @@
 #![allow(non_snake_case)] // A, G, S
 
 use super::row_sweeps::{Four, held, load, screw};
-use crate::geometry::lane_vectors::{Screw, Vector};
 use crate::geometry::matrix::{self, Columns};
+use crate::geometry::members::{Screw, Vector};
 use crate::geometry::one_tree::Held;
 use crate::geometry::one_tree::One;
-use crate::geometry::space::Vector as _;
+use crate::geometry::space::{Space, Vector as _};
 use crate::sweep::columns::Act;
 use crate::sweep::eliminate::Rotation;
 use crate::sweep::link::{ColumnWork, Gain, Link};
@@ -28,7 +28,7 @@ fn along<T: Register>(
     axis: &[f64; 3],
     w: Screw<T::Lanes>,
 ) -> T::Lanes {
-    let axis = Vector::splat(lanes, axis);
+    let axis = lanes.vector(*axis);
     match act {
         Act::Slide => axis.dot(w.linear),
         Act::Turn => axis.dot(w.angular),
@@ -99,7 +99,7 @@ pub(super) fn rotate_transposed<T: Register>(
 ) -> Screw<T::Lanes> {
     add(lanes, own, p.angular);
     let v = get(lanes, own);
-    let column = |j: usize| Vector::splat(lanes, &gain.0[j].xyz()).dot(v);
+    let column = |j: usize| lanes.vector(gain.0[j].xyz()).dot(v);
     let taken = Vector([column(0), column(1), column(2)]);
     Screw { linear: p.linear - taken, angular: zero(lanes) }
 }
@@ -111,13 +111,13 @@ pub(super) fn multiply<T: Register>(
     m: &Columns<Held>,
     Vector([x, y, z]): Vector<T::Lanes>,
 ) -> Vector<T::Lanes> {
-    let column = |j: usize, x: T::Lanes| Vector::splat(lanes, &m.0[j].xyz()).scaled(x);
+    let column = |j: usize, x: T::Lanes| lanes.vector(m.0[j].xyz()).scaled(x);
     column(0, x) + column(1, y) + column(2, z)
 }
 
 #[inline(always)]
 pub(super) fn zero<T: Register>(lanes: T) -> Vector<T::Lanes> {
-    Vector::splat(lanes, &[0.0; 3])
+    lanes.vector([0.0; 3])
 }
 
 /// The values of three columns.

@@ -13,7 +13,8 @@ use super::echelon::Entry;
 use super::row_columns::{
     add, enter, get, multiply, pass, pass_transposed, put, rotate, rotate_transposed, zero,
 };
-use crate::geometry::lane_vectors::{Screw, Transfer, Vector};
+use crate::geometry::members::{Screw, Vector};
+use crate::geometry::space::Space;
 use crate::solver::tree_step::part::Links;
 use crate::sweep::columns::{Column, Motion};
 use nalgebra::Vector3;
@@ -355,7 +356,7 @@ fn hold<L: Lanes>(x: Screw<L>) -> [Four; 6] {
 /// The same for all rows.
 #[inline(always)]
 pub(super) fn screw<T: Register>(lanes: T, [linear, angular]: [[f64; 3]; 2]) -> Screw<T::Lanes> {
-    Screw { linear: Vector::splat(lanes, &linear), angular: Vector::splat(lanes, &angular) }
+    Screw { linear: lanes.vector(linear), angular: lanes.vector(angular) }
 }
 
 #[inline(always)]
@@ -365,5 +366,5 @@ fn add_transposed<T: Register>(
     w: Screw<T::Lanes>,
     out: &mut Screw<T::Lanes>,
 ) {
-    Transfer::Rigid.add_transposed(&Vector::splat(lanes, lever), &w, out);
+    *out = out.plus(w.at_start_of(lanes.vector(*lever)));
 }

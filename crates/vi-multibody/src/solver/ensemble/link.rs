@@ -1,6 +1,5 @@
 //! Links of all members of an ensemble: topology in common, numbers of each member in a lane.
 
-use crate::geometry::lane_vectors::three;
 use crate::geometry::members::Each;
 use crate::geometry::one_tree::One;
 use crate::sweep::link::Link;
@@ -40,30 +39,12 @@ pub(super) fn links<T: Register>(
         return None;
     }
     let link = |i: usize| {
-        let (own, of) = (&first[i], |k: usize| &members[k][i]);
-        let vector = |of: &dyn Fn(usize) -> [f64; 3]| three(|i| lanes.gather(|k| of(k)[i]));
-        Link {
-            constraints: own.constraints,
-            motion: own.motion,
-            closes_gap: own.closes_gap,
-            parent: own.parent,
-            follows_parent: own.follows_parent,
-            slot: own.slot,
-            writes_first: own.writes_first,
-            frame: own.frame,
-            parent_frame: own.parent_frame,
-            unknown: own.unknown,
-            is_diagonal: own.is_diagonal,
-            pitch: lanes.gather(|k| of(k).pitch),
-            lever: vector(&|k| of(k).lever),
-            axes: three(|j| vector(&|k| of(k).axes[j])),
-            axes_child: three(|j| vector(&|k| of(k).axes_child[j])),
-            anchor_parent: vector(&|k| of(k).anchor_parent),
-            anchor: vector(&|k| of(k).anchor),
-            mass: [0, 1, 2, 3].map(|r| [0, 1, 2, 3].map(|c| lanes.gather(|k| of(k).mass[r][c]))),
-            moment: vector(&|k| of(k).moment),
-            euler: three(|j| vector(&|k| of(k).euler[j])),
-        }
+        first[i].with_constants(|of| {
+            lanes.gather(
+                #[inline(always)]
+                |k| of(&members[k][i]),
+            )
+        })
     };
     Some((0..first.len()).map(link).collect())
 }

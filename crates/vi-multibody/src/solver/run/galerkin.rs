@@ -113,11 +113,11 @@ fn sweeps_in<T: Register>(
     system: &SeparableSystem,
     stages: Stages,
 ) -> Option<BoxedScheme> {
-    let (n, tree, mass) = (mechanism.dim(), mechanism.tree(), system.mass());
+    let n = mechanism.dim();
     if stages.count() <= T::Lanes::COUNT {
-        let sweeps = TreeSweeps::new(lanes, tree, mass, stages)?;
+        let sweeps = TreeSweeps::new(lanes, mechanism, system, stages)?;
         return Some(Box::new(GalerkinNodal::new(n, stages, sweeps)));
     }
-    let sweeps = TreeSweeps::new(Twice(lanes), tree, mass, stages)?;
+    let sweeps = TreeSweeps::new(Twice(lanes), mechanism, system, stages)?;
     Some(Box::new(GalerkinNodal::new(n, stages, sweeps)))
 }

@@ -2,9 +2,8 @@
 #![allow(non_snake_case)] // K
 
 use super::TreeSweeps;
-use super::link::Start;
 use super::weights::{Weights, control_point};
-use crate::geometry::lane_vectors::Vector;
+use crate::geometry::one_tree::three;
 use vi_constraints::galerkin::Sweeps;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::scheme::SubStep;
@@ -31,16 +30,18 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
     ) {
         points.open_ends(step, state);
         if self.weights.h.to_bits() != step.h.to_bits() {
-            self.weights = Weights::new(self.lanes, points.constants(), &self.links, step.h);
+            self.weights = Weights::new(self.space.0, points.constants(), &self.links, step.h);
         }
-        for (k, link) in self.links.iter().enumerate() {
-            self.starts[k] = Start::of(link, &self.starts[link.parent], &state.q);
-        }
+        let lanes = self.space.0;
+        lanes.run(
+            #[inline(always)]
+            || self.open_at(&state.q),
+        );
         self.constant = system.has_constant_force();
         if self.constant {
             self.force.fill(0.0);
             system.add_potential_gradient(state.configuration(), -1.0, &mut self.force);
-            self.lanes.run(
+            lanes.run(
                 #[inline(always)]
                 || self.add_impulses(points),
             );
@@ -56,16 +57,14 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         anew: bool,
     ) -> Result<(), Fault> {
         self.settle(system, points, u)?;
-        let lanes = self.lanes;
-        if anew {
-            lanes.run(
-                #[inline(always)]
-                || self.factorize(),
-            )?;
-        }
-        lanes.run(
+        self.space.0.run(
             #[inline(always)]
-            || self.balance(),
+            || {
+                if anew {
+                    self.move_factors();
+                }
+                self.balance();
+            },
         );
         for (i, r) in r.chunks_exact_mut(self.r.len()).enumerate() {
             for (r, lanes) in r.iter_mut().zip(&self.r) {
@@ -81,12 +80,15 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         points: &mut ControlPoints,
         u: &[f64],
     ) -> Result<(), Fault> {
-        self.read(u)?;
-        let lanes = self.lanes;
-        lanes.run(
+        self.read(u);
+        let lanes = self.space.0;
+        let is_in_chart = lanes.run(
             #[inline(always)]
-            || self.place(),
+            || self.advance(),
         );
+        if !is_in_chart {
+            self.refuse(u)?;
+        }
         if !self.constant {
             self.write_increments(points);
             points.evaluate(system);
@@ -104,16 +106,15 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         _u: &[f64],
         du: &mut [f64],
     ) -> Result<(), Fault> {
-        let (lanes, s) = (self.lanes, self.stages);
-        lanes.run(
+        self.space.0.run(
             #[inline(always)]
             || self.correct(),
-        );
-        let d = self.nu.len();
+        )?;
+        let (d, s) = (self.x.len(), self.stages);
         for place in 0..s {
             let j = control_point(place, s);
-            for (du, nu) in du[(j - 1) * d..j * d].iter_mut().zip(&self.nu) {
-                *du = nu.at(place);
+            for (du, x) in du[(j - 1) * d..j * d].iter_mut().zip(&self.x) {
+                *du = x.at(place);
             }
         }
         Ok(())
@@ -125,28 +126,24 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         points: &mut ControlPoints,
         p: &mut [f64],
     ) {
-        let Self { links, weights, poses, force, constant, tree, .. } = self;
+        let Self { links, weights, dq, force, constant, tree, .. } = self;
         for (k, link) in links.iter().enumerate() {
-            let pose = &poses[k];
-            for (v, delta) in [&pose.x, &pose.d[0], &pose.d[1], &pose.d[2]].into_iter().enumerate()
-            {
-                for i in 0..3 {
-                    let (at, delta) = (12 * link.frame + 3 * v + i, delta.0[i]);
-                    let mixed: f64 =
-                        weights.last.iter().enumerate().map(|(l, K)| K * delta.at(l)).sum();
-                    let force = |k: usize| if *constant { force[at] } else { points.force(k)[at] };
-                    let impulse: f64 = weights
-                        .of_last
-                        .iter()
-                        .enumerate()
-                        .map(|(k, weight)| weight * force(k))
-                        .sum();
-                    p[at] = impulse + weights.masses[k][v] * mixed; // [2.29]
-                }
+            let own = link.frame..link.frame + 12;
+            let dq = &dq[own.clone()];
+            let mut mixed = [0.0; 12];
+            for (mixed, dq) in mixed.iter_mut().zip(dq) {
+                *mixed = weights.last.iter().enumerate().map(|(l, K)| K * dq.at(l)).sum();
             }
-            let at = |x: &Vector<T::Lanes>| [x.0[0].at(0), x.0[1].at(0), x.0[2].at(0)];
-            let d = [at(&pose.d[0]), at(&pose.d[1]), at(&pose.d[2])];
-            tree.move_link(k, &at(&pose.x), &d, points.step_mut());
+            for (i, at) in own.enumerate() {
+                let force = |k: usize| if *constant { force[at] } else { points.force(k)[at] };
+                let weighed = weights.of_last.iter().enumerate();
+                let impulse: f64 = weighed.map(|(k, weight)| weight * force(k)).sum();
+                let momentum: f64 =
+                    (0..4).map(|v| weights.masses[k][i / 3][v] * mixed[3 * v + i % 3]).sum();
+                p[at] = impulse + momentum; // [2.29]
+            }
+            let at = |v: usize| three!(i => dq[3 * v + i].at(0));
+            tree.move_link(k, &at(0), &three!(i => at(i + 1)), points.step_mut());
         }
         points.step_mut().close();
     }
@@ -154,14 +151,7 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
     fn write_increments(&self, points: &mut ControlPoints) {
         for place in 0..self.stages {
             let out = points.increments_mut(control_point(place, self.stages));
-            for (link, pose) in self.links.iter().zip(&self.poses) {
-                let out = &mut out[12 * link.frame..12 * link.frame + 12];
-                for (v, delta) in [&pose.x, &pose.d[0], &pose.d[1], &pose.d[2]].iter().enumerate() {
-                    for i in 0..3 {
-                        out[3 * v + i] = delta.0[i].at(place);
-                    }
-                }
-            }
+            out.iter_mut().zip(&self.dq).for_each(|(out, dq)| *out = dq.at(place));
         }
     }
 

@@ -1,21 +1,22 @@
 //! Constants of the scheme, by places of the control points.
 #![allow(non_snake_case)] // K
 
-use super::link::Link;
-use crate::geometry::lane_vectors::Vector;
+use crate::geometry::control_points::Points;
+use crate::geometry::members::Vector;
+use crate::sweep::link::Link;
 use vi_core::galerkin::GaussLobatto;
 use vi_core::lanes::{Lanes, Register};
 
 /// Constants of the scheme by places.
 #[derive(Debug)]
 pub(super) struct Weights<L> {
-    pub K: Vec<L>,             // row i at place i, by places of the increments
-    pub inverse: Vec<L>,       // h K̂⁻¹: control points by places, for each row
-    pub force: Vec<L>,         // h b_k E_ki, row i at place i, for each Gauss node
-    pub total: L,              // h b̃_i, row i at place i
-    pub last: Vec<f64>,        // K_sj by places
-    pub of_last: Vec<f64>,     // h b_k E_ks
-    pub masses: Vec<[f64; 4]>, // m/h of each link
+    pub K: Vec<L>,                  // row i at place i, by places of the increments
+    pub inverse: Vec<L>,            // h K̂⁻¹: control points by places, for each row
+    pub force: Vec<L>,              // h b_k E_ki, row i at place i, for each Gauss node
+    pub total: L,                   // h b̃_i, row i at place i
+    pub last: Vec<f64>,             // K_sj by places
+    pub of_last: Vec<f64>,          // h b_k E_ks
+    pub masses: Vec<[[f64; 4]; 4]>, // M/h of each link
     pub h: f64,
 }
 
@@ -28,7 +29,7 @@ impl<L: Lanes> Weights<L> {
     pub(super) fn new(
         lanes: impl Register<Lanes = L>,
         constants: &GaussLobatto,
-        links: &[Link],
+        links: &[Link<Points<L>>],
         h: f64,
     ) -> Self {
         let s = constants.stages();
@@ -49,7 +50,7 @@ impl<L: Lanes> Weights<L> {
             total: place(&|i| (0..s).map(|k| impulse(k, i)).sum()),
             last: (0..s).map(|l| constants.K[(s, point(l))]).collect(),
             of_last: (0..s).map(|k| impulse(k, s)).collect(),
-            masses: links.iter().map(|link| link.mass.map(|m| m / h)).collect(),
+            masses: links.iter().map(|link| link.mass.map(|row| row.map(|m| m / h))).collect(),
             h,
         }
     }

@@ -1,0 +1,77 @@
+//! `P(q_j)ᵀ M P(q_j)` at all control points, factorized at some configurations.
+//!
+//! The tree stands still at each control point: its matrix is that of a step `u = 0` from there.
+
+use crate::geometry::control_points::{ControlPoints, Points};
+use crate::geometry::matrix::Columns;
+use crate::sweep::eliminate::{Part, Rotation, eliminate};
+use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work};
+use crate::sweep::open::open_at_rest;
+use crate::sweep::right_side::eliminate_side;
+use crate::sweep::substitute::substitute;
+use vi_core::lanes::{Lanes, Register};
+use vi_core::newton::Fault;
+
+/// The links where they were factorized.
+#[derive(Debug)]
+pub(super) struct Factors<T: Register> {
+    space: ControlPoints<T>,
+    works: Vec<Work<Points<T::Lanes>>>,
+    columns: Vec<ColumnWork<Points<T::Lanes>>>, // d  of joints of several columns, else empty
+    gains: Vec<Gain<Points<T::Lanes>>>,
+    sums: Vec<Sums<Points<T::Lanes>>>,
+    part: Part<Points<T::Lanes>>,
+    outdated: bool,
+}
+
+impl<T: Register> Factors<T> {
+    /// For links with `columns` of joints of several.
+    pub(super) fn new(
+        space: ControlPoints<T>,
+        links: &[Link<Points<T::Lanes>>],
+        columns: usize,
+    ) -> Self {
+        let slots = links.iter().filter(|link| link.slot.is_some()).count();
+        let mut part = Part::new(space);
+        part.links = 0..links.len();
+        part.rotations = vec![Rotation::zero(space); links.len()];
+        Self {
+            space,
+            works: vec![Work::zero(space); links.len()],
+            columns: vec![ColumnWork::zero(space); columns],
+            gains: vec![Columns::zero(space).held(); links.len()],
+            sums: vec![Sums::zero(space); slots],
+            part,
+            outdated: true,
+        }
+    }
+
+    /// Takes up `q_j`; the next right-hand side is eliminated with the matrix.
+    #[inline(always)]
+    pub(super) fn move_to(&mut self, links: &[Link<Points<T::Lanes>>], q: &[T::Lanes]) {
+        open_at_rest(self.space, links, &mut self.works, &mut self.columns, q);
+        self.outdated = true;
+    }
+
+    /// `x ← δu_j` of the right-hand sides `x`, at the increments `u`.
+    #[inline(always)]
+    pub(super) fn solve(
+        &mut self,
+        links: &[Link<Points<T::Lanes>>],
+        u: &[T::Lanes],
+        x: &mut [T::Lanes],
+    ) -> Result<(), Fault> {
+        let Self { space, works, columns, gains, sums, part, outdated } = self;
+        if *outdated {
+            let pivots = eliminate(*space, links, works, (columns, gains), (sums, &[], part), x);
+            if !pivots.are_at_most(0.0) {
+                return Err(Fault::SingularTangent);
+            }
+            *outdated = false;
+        } else {
+            eliminate_side(*space, links, works, (columns, gains, &part.rotations), x);
+        }
+        substitute(*space, (links, 0..links.len()), works, (columns, gains), u, x);
+        Ok(())
+    }
+}
