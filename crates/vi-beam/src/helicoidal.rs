@@ -21,7 +21,7 @@
 //! Source: theory §6; helicoidal interpolation: M. Borri, C. Bottasso, IJNME 37 (1994) 2267–2289.
 #![allow(non_snake_case)] // G, K, C, S, R
 
-use crate::strain::{self, Coordinates, SIZE, Strain};
+use crate::strain::{self, ElementCoordinates as Coordinates, SIZE, Strain};
 use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
 
 /// How many quadratic forms the strains are functions of.
