@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, non_snake_case)] // a test; letters of the element
 
 use holonom::vi_beam::helicoidal::{Forms, Helicoidal, forms, gradients, weighted_matrix};
-use holonom::vi_beam::strain::{Coordinates, Strain};
+use holonom::vi_beam::strain::{ElementCoordinates as Coordinates, Strain};
 use nalgebra::{DMatrix, Matrix6, SMatrix, Vector3};
 use serde::Deserialize;
 
