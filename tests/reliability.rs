@@ -74,7 +74,7 @@ fn a_fault_is_found_in_a_smaller_mechanism() {
     let found =
         large.filter_map(|model| Some((judge(&model, checks, defect).fault?, model))).next();
     let (fault, model) = found.unwrap();
-    let smallest = minimise(&model, (checks, defect), &fault);
+    let smallest = minimise(&model, checks, defect, &fault);
     let parts = (model.bodies.len(), smallest.bodies.len(), smallest.joints.len());
     println!("of {} bodies {} with {} joints", parts.0, parts.1, parts.2);
     assert_eq!((smallest.bodies.len(), smallest.joints.len()), (1, 0));

@@ -33,7 +33,7 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     }
     if let (Some(file), Some(format)) = (&arguments.picture, format) {
         match configuration(&model) {
-            Ok(Some(drawing)) => picture::write(file, (&drawing, format), PIXELS)?,
+            Ok(Some(drawing)) => picture::write(file, &drawing, format, PIXELS)?,
             Ok(None) => return Err(nothing_to_draw()),
             Err(error) => return Err(input().refused(error)?),
         }

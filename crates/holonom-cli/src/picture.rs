@@ -41,7 +41,8 @@ impl PictureFormat {
 /// Writes a drawing; a PNG with `pixels` for each px of 1/96 inch.
 pub(crate) fn write(
     file: &Path,
-    (drawing, format): (&Drawing, PictureFormat),
+    drawing: &Drawing,
+    format: PictureFormat,
     pixels: f64,
 ) -> Result<(), Failure> {
     let bytes = bytes(drawing, format, pixels).map_err(|reason| {

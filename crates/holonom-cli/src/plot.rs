@@ -92,7 +92,7 @@ fn draw(arguments: &PlotArguments, what: &str, output: &Path) -> Result<(), Fail
     found.notes.iter().for_each(|note| stderr::line(&format!("note: {note}")));
     let drawing = found.drawing(&style(arguments, found.charts.len()));
     let pixels = PIXELS[usize::from(arguments.style != PlotStyle::Report)];
-    picture::write(output, (&drawing, format), pixels)?;
+    picture::write(output, &drawing, format, pixels)?;
     stderr::line(&output.display().to_string());
     Ok(())
 }

@@ -43,7 +43,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
         stderr::line(&format!("{}: continuing at step {step} of {of}", dir.display()));
     }
     let every = arguments.checkpoint_every;
-    conduct(&mut *simulation, (dir, every, talk), |simulation, control| {
+    conduct(&mut *simulation, dir, every, talk, |simulation, control| {
         continue_run(&model, simulation, &folder, checkpoint, control)
     })
 }

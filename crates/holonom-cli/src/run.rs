@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         .filter(|_| !talk.quiet)
         .for_each(|words| stderr::line(&format!("warning: {words}")));
     let every = arguments.checkpoint_every;
-    conduct(&mut *simulation, (folder.path(), every, talk), |simulation, control| {
+    conduct(&mut *simulation, folder.path(), every, talk, |simulation, control| {
         Ok(run_with(&model, simulation, &folder, control)?)
     })
 }
@@ -50,7 +50,9 @@ pub(crate) fn warn_of_assembly(simulation: &dyn Experiment, talk: &Talk) {
 /// Lets `go` run or continue a simulation, and reports.
 pub(crate) fn conduct(
     simulation: &mut dyn Experiment,
-    (folder, checkpoint_every, talk): (&Path, Option<u64>, &Talk),
+    folder: &Path,
+    checkpoint_every: Option<u64>,
+    talk: &Talk,
     go: impl FnOnce(&mut dyn Experiment, Control<'_>) -> Result<Finished, ContinueError>,
 ) -> Result<(), Failure> {
     let signals = Signals::watch();

@@ -226,8 +226,8 @@ impl BodyTree {
             if self.nodes[k].absent || self.nodes[k].mass.is_body() {
                 continue;
             }
-            let done = children[k].iter().any(|c| self.transfer((*c, k), *c, remarks))
-                || self.nodes[k].parent.is_some_and(|p| self.transfer((p, k), k, remarks))
+            let done = children[k].iter().any(|c| self.transfer(*c, k, *c, remarks))
+                || self.nodes[k].parent.is_some_and(|p| self.transfer(p, k, k, remarks))
                 || self.rod_on_ground(k, remarks);
             if !done {
                 self.small_mass(k, remarks)?;
@@ -237,12 +237,7 @@ impl BodyTree {
     }
 
     /// A rod of body `from` on the hinge of body `hinge` becomes a part of body `to`.
-    fn transfer(
-        &mut self,
-        (from, to): (usize, usize),
-        hinge: usize,
-        remarks: &mut Remarks,
-    ) -> bool {
+    fn transfer(&mut self, from: usize, to: usize, hinge: usize, remarks: &mut Remarks) -> bool {
         let Some((point, axis)) = self.hinge(hinge) else { return false };
         let donor = &self.nodes[from];
         if donor.absent {

@@ -75,7 +75,8 @@ impl AxisScale {
             true => Self::logarithmic(axis, values.filter_map(drawable), 1.0),
             false => {
                 let margin = if axis.quantity.starts_with("time") { 0.0 } else { 0.02 };
-                Self::linear(axis, wide_range(values.filter_map(drawable), margin))
+                let (range, exponent) = wide_range(values.filter_map(drawable), margin);
+                Self::linear(axis, range, exponent)
             }
         }
     }
@@ -85,7 +86,10 @@ impl AxisScale {
         let values = values.filter_map(drawable);
         match axis.logarithmic {
             true => Self::logarithmic(axis, values, 3.0),
-            false => Self::linear(axis, linear_range(values, drawable(resolution).unwrap_or(0.0))),
+            false => {
+                let (range, exponent) = linear_range(values, drawable(resolution).unwrap_or(0.0));
+                Self::linear(axis, range, exponent)
+            }
         }
     }
 
@@ -94,7 +98,7 @@ impl AxisScale {
         Self { range, exponent: 0, logarithmic: true, label: axis.label("") }
     }
 
-    fn linear(axis: &ChartAxis, (range, exponent): ((f64, f64), i32)) -> Self {
+    fn linear(axis: &ChartAxis, range: (f64, f64), exponent: i32) -> Self {
         let factor = if exponent == 0 { String::new() } else { power_of_ten(exponent) };
         Self { range, exponent, logarithmic: false, label: axis.label(&factor) }
     }
@@ -117,7 +121,7 @@ impl AxisScale {
         if self.logarithmic {
             return self.decades(count);
         }
-        let (ticks, step) = multiples(self.range, count);
+        let (ticks, step) = multiples(low, high, count);
         ticks.into_iter().map(|v| Tick { place: at(v), label: tick(v, step) }).collect()
     }
 
@@ -155,7 +159,8 @@ const MINOR: usize = 5;
 
 /// The range of the values with a margin, in units of a power of ten where they are far from one.
 fn wide_range(values: impl Iterator<Item = f64>, margin: f64) -> ((f64, f64), i32) {
-    let (low, high) = divisible(range(values).unwrap_or((0.0, 1.0)));
+    let (low, high) = range(values).unwrap_or((0.0, 1.0));
+    let (low, high) = divisible(low, high);
     let margin = margin * (high - low);
     let (low, high) = (low - margin, high + margin);
     let exponent = exponent(low.abs().max(high.abs()));

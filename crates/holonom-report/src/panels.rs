@@ -33,7 +33,7 @@ pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
     let shared = charts.windows(2).all(|pair| pair[0].x == pair[1].x);
     let mut parts: Vec<Panel> = charts.iter().map(|chart| Panel::new(chart, style)).collect();
     let below: f64 = parts.iter().map(|part| part.below).sum();
-    let mut drawing = Drawing::new((style.size.0, style.size.1 + below), style.typeface);
+    let mut drawing = Drawing::new(style.size.0, style.size.1 + below, style.typeface);
     if shared {
         let all =
             || charts.iter().flat_map(|c| &c.curves).flat_map(|c| c.points.iter().map(|p| p.0));
@@ -220,12 +220,12 @@ impl<'a> Panel<'a> {
         // the first curve lies on top; where points crowd, thin lines let the others through
         let dense = self.curves.iter().any(|c| c.points.len() > DENSE);
         for (i, curve) in self.curves.iter().enumerate().rev() {
-            self.draw_curve(drawing, (i, curve), self.style.widths[usize::from(dense)]);
+            self.draw_curve(drawing, i, curve, self.style.widths[usize::from(dense)]);
         }
         self.draw_head(drawing);
     }
 
-    fn draw_curve(&self, drawing: &mut Drawing, (i, curve): (usize, &Series), width: f64) {
+    fn draw_curve(&self, drawing: &mut Drawing, i: usize, curve: &Series, width: f64) {
         let (color, dashes) = self.look(i);
         if self.chart.strokes != Strokes::Line {
             let places = curve.points.iter().filter_map(|p| self.place(p));
@@ -283,10 +283,10 @@ impl<'a> Panel<'a> {
                 line([&frame[..], &frame[..2]].concat(), axis);
             }
         }
-        self.draw_labels(drawing, (&across, &up), labelled);
+        self.draw_labels(drawing, &across, &up, labelled);
     }
 
-    fn draw_labels(&self, drawing: &mut Drawing, (across, up): (&[Tick], &[Tick]), labelled: bool) {
+    fn draw_labels(&self, drawing: &mut Drawing, across: &[Tick], up: &[Tick], labelled: bool) {
         let (style, Area { left, right, top, bottom }) = (self.style, self.area);
         let beyond = if style.grid { style.tick_length() } else { 0.0 } + 0.35 * style.tick;
         for tick in up {
@@ -297,7 +297,7 @@ impl<'a> Panel<'a> {
         let middle = 0.5 * (top + bottom);
         let at = [0.75 * style.label, middle];
         let words = style.words(at, self.y.label.clone(), style.label, Anchor::Middle);
-        let size = fitting(&words, (style.typeface, bottom - top + self.head));
+        let size = fitting(&words, style.typeface, bottom - top + self.head);
         drawing.push(Mark::Words(Words { upward: true, size, ..words }));
         if !labelled {
             return;
@@ -368,7 +368,7 @@ impl<'a> Panel<'a> {
 }
 
 /// The size at which words are no longer than `room`.
-fn fitting(words: &Words, (typeface, room): (super::drawing::Typeface, f64)) -> f64 {
+fn fitting(words: &Words, typeface: super::drawing::Typeface, room: f64) -> f64 {
     let long = width(&words.text, words.size, typeface);
     words.size * (room / long.max(f64::MIN_POSITIVE)).min(1.0)
 }

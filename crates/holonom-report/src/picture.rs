@@ -106,10 +106,9 @@ impl Picture {
     /// Points that are not finite.
     pub fn svg(&self) -> Result<String, String> {
         let sheet = PixelMap::of(self)?;
-        let size = (self.width.ceil(), sheet.height.ceil());
-        let mut drawing = Drawing::new(size, Typeface::Sans);
+        let mut drawing = Drawing::new(self.width.ceil(), sheet.height.ceil(), Typeface::Sans);
         let at = [14.0, TITLE / 2.0];
-        drawing.push(words(at, (&self.title, 17.0), INK, (Anchor::Start, true)));
+        drawing.push(words(at, &self.title, 17.0, INK, Anchor::Start, true));
         for item in &self.items {
             sheet.draw(item, &mut drawing);
         }
@@ -117,12 +116,7 @@ impl Picture {
     }
 }
 
-fn words(
-    at: Point,
-    (text, size): (&str, f64),
-    color: Color,
-    (anchor, bold): (Anchor, bool),
-) -> Mark {
+fn words(at: Point, text: &str, size: f64, color: Color, anchor: Anchor, bold: bool) -> Mark {
     let text = text.to_owned();
     let (upward, exact) = (false, false);
     Mark::Words(drawing::Words { at, text, size, color, anchor, bold, upward, exact })
@@ -200,7 +194,7 @@ impl PixelMap {
                     LabelSide::Left => (x - BESIDE, Anchor::End),
                     LabelSide::Right => (x + BESIDE, Anchor::Start),
                 };
-                drawing.push(words([x, y], (text, 14.0), paint.color(), (anchor, false)));
+                drawing.push(words([x, y], text, 14.0, paint.color(), anchor, false));
             }
         }
     }

@@ -52,7 +52,7 @@ pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 }
 
 /// The range itself, or one about it that is wide enough to be divided by ticks.
-pub(super) fn divisible((low, high): (f64, f64)) -> (f64, f64) {
+pub(super) fn divisible(low: f64, high: f64) -> (f64, f64) {
     const RELATIVE: f64 = 1e-6;
     let size = low.abs().max(high.abs());
     match high - low > RELATIVE * size {
@@ -93,7 +93,7 @@ pub(super) fn tick(value: f64, step: f64) -> String {
 
 /// Multiples of 1, 2 or 5 times a power of ten in a range, at most `count + 1`, with their
 /// distance.
-pub(super) fn multiples((low, high): (f64, f64), count: usize) -> (Vec<f64>, f64) {
+pub(super) fn multiples(low: f64, high: f64, count: usize) -> (Vec<f64>, f64) {
     let least = (high - low) / count.max(1) as f64;
     let power = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|k| k * power);
@@ -131,12 +131,12 @@ mod tests {
 
     #[test]
     fn ticks_are_few_and_round() {
-        let (ticks, step) = multiples((-0.013, 0.31), 7);
+        let (ticks, step) = multiples(-0.013, 0.31, 7);
         let labels: Vec<String> = ticks.iter().map(|t| tick(*t, step)).collect();
         assert_eq!(labels, ["0.00", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
-        assert_eq!(multiples((0.0, 10.0), 10), ((0..=10).map(f64::from).collect(), 1.0));
+        assert_eq!(multiples(0.0, 10.0, 10), ((0..=10).map(f64::from).collect(), 1.0));
         for size in [1e-6, 0.3, 7.7, 5e4] {
-            let (ticks, _) = multiples((-0.4 * size, size), 6);
+            let (ticks, _) = multiples(-0.4 * size, size, 6);
             assert!((3..=7).contains(&ticks.len()), "{ticks:?}");
         }
     }

@@ -95,7 +95,7 @@ impl Statics {
             (0..internal).chain(problem.rows().rows().iter().copied()).collect();
         let rows = IndependentRows::choose(mechanism.len(), &chosen);
         let closure = assembly::closure(&mechanism, &q, &vec![0.0; q.len()]);
-        let mut assembly = assembly::counts(model, (&mechanism, &rows), &beams, closure);
+        let mut assembly = assembly::counts(model, &mechanism, &rows, &beams, closure);
         assembly.measure(model, &mechanism, &dynamics.parts.mass_matrix(&mechanism));
         if v.iter().any(|v| *v != 0.0) {
             let note = "the initial velocities of the model are not used in statics";
@@ -105,7 +105,7 @@ impl Statics {
         let settings = model.settings.clone();
         let facts = StaticFacts { arc_length: settings.arc_length, ..StaticFacts::default() };
         let (limits, step) = (LimitWatch::new(&beams), 0);
-        agreement::paths((&mechanism, &rows), &q, settings.end)?;
+        agreement::paths(&mechanism, &rows, &q, settings.end)?;
         let watch =
             ClosureWatch::new(&mechanism, Configuration::new(0.0, &q), settings.newton_tolerance);
         Ok(Self {

@@ -104,7 +104,7 @@ impl AveragedStrains {
         self.elements.iter().enumerate().map(move |(k, (element, C))| (element, C, mu(k)))
     }
 
-    fn add_slot(&self, s: &Interval, (slot, sign): (usize, f64), scale: f64, out: &mut [f64]) {
+    fn add_slot(&self, s: &Interval, slot: usize, sign: f64, scale: f64, out: &mut [f64]) {
         for (element, C, mu) in self.scaled(s.h) {
             let ends = ends(element, s);
             let (mean, change) = mean_and_change(element, &ends);
@@ -146,11 +146,11 @@ impl DiscretePotential for AveragedStrains {
     }
 
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, (0, 1.0), scale, out);
+        self.add_slot(s, 0, 1.0, scale, out);
     }
 
     fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, (1, -1.0), scale, out);
+        self.add_slot(s, 1, -1.0, scale, out);
     }
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {

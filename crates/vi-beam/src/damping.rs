@@ -89,7 +89,7 @@ impl StrainDamping {
         });
     }
 
-    fn add_slot(&self, s: &Interval, (q, sign): (&[f64], f64), out: &mut [f64]) {
+    fn add_slot(&self, s: &Interval, q: &[f64], sign: f64, out: &mut [f64]) {
         self.each(s.h, &mut |own, theta| {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
             let n = -(0.5 + sign * theta) * own.viscosity().component_mul(&change);
@@ -100,11 +100,11 @@ impl StrainDamping {
 
 impl DiscreteForce for StrainDamping {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
-        self.add_slot(s, (&s.q0, 1.0), out);
+        self.add_slot(s, &s.q0, 1.0, out);
     }
 
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
-        self.add_slot(s, (&s.q1, -1.0), out);
+        self.add_slot(s, &s.q1, -1.0, out);
     }
 
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
@@ -172,7 +172,7 @@ impl Force for StrainDamping {
         self.each(f64::INFINITY, &mut |own, _| {
             let c = -scale * own.viscosity();
             let n = c.component_mul(&own.strain_rate(q, v));
-            own.emit((q, v), &c, &n, out); // 𝔹 v is the gradient of (𝔹 q)·v
+            own.emit(q, v, &c, &n, out); // 𝔹 v is the gradient of (𝔹 q)·v
         });
     }
 

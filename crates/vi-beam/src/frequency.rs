@@ -36,7 +36,7 @@ pub fn highest_frequency(model: &BeamElements, beam: &Beam, q: &[f64]) -> Stiffe
     for (element, index) in beam.elements.clone().enumerate() {
         let first = beam.nodes.start + element * beam.order;
         let own = &q[12 * first..12 * (first + beam.order + 1)];
-        let omega = frequencies.of((beam.order, index), || own.to_vec());
+        let omega = frequencies.of(beam.order, index, || own.to_vec());
         if omega > stiffest.omega || omega.is_nan() {
             stiffest = Stiffest { element, omega };
         }
@@ -50,7 +50,7 @@ pub(crate) fn slowness(model: &BeamElements, q: &[f64]) -> [Vec<f64>; 2] {
     let mut frequencies = Frequencies::new(model);
     let mut of = |order: usize, index: usize, nodes: &[usize]| {
         let own = || nodes.iter().flat_map(|node| &q[12 * node..12 * node + 12]).copied().collect();
-        let omega = frequencies.of((order, index), own);
+        let omega = frequencies.of(order, index, own);
         if omega.is_nan() { 0.0 } else { (omega * omega).recip() }
     };
     let two = model.elements.list().iter().enumerate();
@@ -83,7 +83,7 @@ impl<'a> Frequencies<'a> {
     }
 
     /// `ω_e`, 1/s, of the element `(order, index)` whose nodes have the coordinates `own`.
-    fn of(&mut self, (order, index): (usize, usize), own: impl Fn() -> Vec<f64>) -> f64 {
+    fn of(&mut self, order: usize, index: usize, own: impl Fn() -> Vec<f64>) -> f64 {
         let kind = self.kind(order, index);
         if let Some((last, omega)) = self.last
             && kind == (ElementKey { length: kind.length, ..last })
@@ -91,7 +91,7 @@ impl<'a> Frequencies<'a> {
         {
             return omega;
         }
-        let omega = element_frequency(self.model, (order, index), &own());
+        let omega = element_frequency(self.model, order, index, &own());
         self.last = Some((kind, omega));
         omega
     }
@@ -109,7 +109,7 @@ impl<'a> Frequencies<'a> {
 }
 
 /// `ω_e` of one element with the coordinates `q` of its nodes.
-fn element_frequency(model: &BeamElements, (order, index): (usize, usize), q: &[f64]) -> f64 {
+fn element_frequency(model: &BeamElements, order: usize, index: usize, q: &[f64]) -> f64 {
     let n = q.len();
     let (mut K, mut M) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     let length = model.intervals_of(order, index).sum();

@@ -140,14 +140,15 @@ impl IntegrationPoint {
     /// Emits `scale Σ C_i (𝔹_i x)(𝔹_i y)ᵀ + Σ n_i 𝔹_i`.
     fn emit(
         &self,
-        (left, right): (&PointGradients, &PointGradients),
+        left: &PointGradients,
+        right: &PointGradients,
         c: &Strain,
         n: &Strain,
         out: &mut dyn Entries,
     ) {
         for ((j, a), (k, b)) in self.members().flat_map(|x| self.members().map(move |y| (x, y))) {
             for (r, s) in (0..4).flat_map(|r| (0..4).map(move |s| (r, s))) {
-                let diagonal = self.geometric((j, r), (k, s), n);
+                let diagonal = self.geometric(j, r, k, s, n);
                 for (x, y) in (0..3).flat_map(|x| (0..3).map(move |y| (x, y))) {
                     let product: f64 =
                         (0..6).map(|i| c[i] * left[i][j][r][x] * right[i][k][s][y]).sum();
@@ -161,7 +162,8 @@ impl IntegrationPoint {
     /// Emits `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ`.
     fn emit_outer(
         &self,
-        (left, right): (&PointGradients, &PointGradients),
+        left: &PointGradients,
+        right: &PointGradients,
         c: &Strain,
         out: &mut dyn Entries,
     ) {
@@ -181,7 +183,7 @@ impl IntegrationPoint {
     }
 
     /// Entry of `Σ n_i B_i` between the vectors `(node, slot)`.
-    fn geometric(&self, (j, r): (usize, usize), (k, s): (usize, usize), n: &Strain) -> f64 {
+    fn geometric(&self, j: usize, r: usize, k: usize, s: usize, n: &Strain) -> f64 {
         match (r, s) {
             (0, 0) => 0.0,
             (0, s) => n[s - 1] * self.slope[j] * self.shape[k],
@@ -227,12 +229,12 @@ impl Strained for IntegrationPoint {
         IntegrationPoint::add(self, q, n, out);
     }
 
-    fn emit(&self, (a, b): (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries) {
-        IntegrationPoint::emit(self, (&self.gradients(a), &self.gradients(b)), c, n, out);
+    fn emit(&self, a: &[f64], b: &[f64], c: &Strain, n: &Strain, out: &mut dyn Entries) {
+        IntegrationPoint::emit(self, &self.gradients(a), &self.gradients(b), c, n, out);
     }
 
     fn emit_outer(&self, a: &[f64], b: &[f64], c: &Strain, out: &mut dyn Entries) {
-        IntegrationPoint::emit_outer(self, (&self.gradients(a), &self.gradients(b)), c, out);
+        IntegrationPoint::emit_outer(self, &self.gradients(a), &self.gradients(b), c, out);
     }
 }
 
@@ -403,7 +405,7 @@ impl Potential for HighOrderElements {
             let c = scale * station.weight * station.stiffness();
             let gradients = station.gradients(q);
             let n = c.component_mul(&station.strain(q));
-            station.emit((&gradients, &gradients), &c, &n, out);
+            station.emit(&gradients, &gradients, &c, &n, out);
         }
     }
 }

@@ -50,7 +50,8 @@ fn form(A: &DMatrix<f64>, c: &Strain, strains: &[Strain]) -> f64 {
 /// `out_j ← out_j + Σ_e Σ_i c_i Σ_l A_jl ε_i(q_l) 𝔹_i q_j`.
 fn add_impulses(
     each: &VisitStrained<'_>,
-    (A, step): (&DMatrix<f64>, &StepPolynomial<'_>),
+    A: &DMatrix<f64>,
+    step: &StepPolynomial<'_>,
     c: impl Fn(&dyn Strained) -> Strain,
     out: &mut [Vec<f64>],
 ) {
@@ -65,16 +66,18 @@ fn add_impulses(
 /// Emits the derivative of the impulse `j` of [`add_impulses`] by `q_l`.
 fn add_derivative(
     each: &VisitStrained<'_>,
-    (A, step): (&DMatrix<f64>, &StepPolynomial<'_>),
+    A: &DMatrix<f64>,
+    step: &StepPolynomial<'_>,
     c: impl Fn(&dyn Strained) -> Strain,
-    (j, l): (usize, usize),
+    at: (usize, usize),
     out: &mut dyn Entries,
 ) {
+    let (j, l) = at;
     each(&mut |own| {
         let (c, q) = (c(own), (step.q(j), step.q(l)));
         if j == l {
             let n = c.component_mul(&row(A, j, &strains(own, step)));
-            own.emit(q, &(A[(j, l)] * c), &n, out);
+            own.emit(q.0, q.1, &(A[(j, l)] * c), &n, out);
         } else {
             own.emit_outer(q.0, q.1, &(A[(j, l)] * c), out);
         }
@@ -95,7 +98,7 @@ macro_rules! potential {
 
             fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
                 let (each, h) = (|visit: &mut dyn FnMut(&dyn Strained)| self.each(visit), step.h());
-                add_impulses(&each, (&step.constants.S, step), |own| -h * own.stiffness(), out);
+                add_impulses(&each, &step.constants.S, step, |own| -h * own.stiffness(), out);
             }
 
             fn add_derivative(
@@ -107,7 +110,7 @@ macro_rules! potential {
             ) {
                 let each = |visit: &mut dyn FnMut(&dyn Strained)| self.each(visit);
                 let c = |own: &dyn Strained| -scale * step.h() * own.stiffness();
-                add_derivative(&each, (&step.constants.S, step), c, at, out);
+                add_derivative(&each, &step.constants.S, step, c, at, out);
             }
         }
     };
@@ -134,7 +137,7 @@ impl StrainInterpolation for StrainDamping {
 
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
         let each = |visit: &mut dyn FnMut(&dyn Strained)| self.each_damped(visit);
-        add_impulses(&each, (&step.constants.N, step), |own| -own.viscosity(), out); // [6.34]
+        add_impulses(&each, &step.constants.N, step, |own| -own.viscosity(), out); // [6.34]
     }
 
     fn add_derivative(
@@ -146,6 +149,6 @@ impl StrainInterpolation for StrainDamping {
     ) {
         let each = |visit: &mut dyn FnMut(&dyn Strained)| self.each_damped(visit);
         let c = |own: &dyn Strained| -scale * own.viscosity();
-        add_derivative(&each, (&step.constants.N, step), c, at, out);
+        add_derivative(&each, &step.constants.N, step, c, at, out);
     }
 }

@@ -121,7 +121,7 @@ impl BeamBuilder for MechanismBuilder {
         let first = self.frame_count();
         let mut q = vec![0.0; 12 * first]; // only nodes of the beam are read
         q.extend(nodes.iter().flat_map(BodySpec::frame));
-        let beam = beams.add(first, mesh, section, (order, &q))?;
+        let beam = beams.add(first, mesh, section, order, &q)?;
         nodes.into_iter().for_each(|node| {
             self.frame(node);
         });
@@ -137,7 +137,8 @@ impl BeamElements {
         first: usize,
         mesh: &Mesh,
         section: Section,
-        (order, q): (usize, &[f64]),
+        order: usize,
+        q: &[f64],
     ) -> Result<Beam, ElementError> {
         let nodes = first..first + mesh.centers.len();
         if order == 1 {
@@ -322,7 +323,7 @@ impl BeamModel {
         let (first, nodes) = (self.description.bodies.len(), mesh.nodes(name));
         let mut q = self.configuration()[..12 * first].to_vec();
         q.extend(nodes.iter().flat_map(BodySpec::frame));
-        let beam = self.beams.add(first, mesh, section, (order, &q))?;
+        let beam = self.beams.add(first, mesh, section, order, &q)?;
         self.description.bodies.extend(nodes);
         Ok(beam)
     }

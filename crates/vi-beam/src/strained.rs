@@ -21,7 +21,7 @@ pub(crate) trait Strained {
     /// `out ← out + Σ n_i 𝔹_i q`.
     fn add(&self, q: &[f64], n: &Strain, out: &mut [f64]);
     /// Emits `Σ c_i (𝔹_i a)(𝔹_i b)ᵀ + Σ n_i 𝔹_i`.
-    fn emit(&self, ab: (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries);
+    fn emit(&self, a: &[f64], b: &[f64], c: &Strain, n: &Strain, out: &mut dyn Entries);
     /// Emits `Σ c_i (𝔹_i a)(𝔹_i b)ᵀ`.
     fn emit_outer(&self, a: &[f64], b: &[f64], c: &Strain, out: &mut dyn Entries);
 }
@@ -59,7 +59,7 @@ impl Strained for TwoNode<'_> {
         element.scatter(&element.force(&element.coordinates(q), n), out);
     }
 
-    fn emit(&self, (a, b): (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries) {
+    fn emit(&self, a: &[f64], b: &[f64], c: &Strain, n: &Strain, out: &mut dyn Entries) {
         let element = self.element;
         let K = element.product(&element.coordinates(a), &element.coordinates(b), c, n);
         element.emit(&K, out);

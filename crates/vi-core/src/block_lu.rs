@@ -184,7 +184,7 @@ impl BlockLu {
             fill.iter().for_each(|&k| all[k] = ZERO);
             for (&place, ([row, column], block)) in places.iter().zip(blocks) {
                 let (left, right) = (&scales[row], &scales[column]);
-                take(block, sizes[column], (left, right), &mut all[place]);
+                take(block, sizes[column], left, right, &mut all[place]);
             }
             for pivot in pivots {
                 let (own, later) = all.split_at_mut(pivot.blocks.end);
@@ -192,7 +192,7 @@ impl BlockLu {
                 complete(&mut own[0], sizes[pivot.group]);
                 factorize(&mut own[0], &mut pivot.order)?;
                 let targets = &updates[pivot.updates..];
-                eliminate(own, &pivot.order, targets, (later, pivot.blocks.end))?;
+                eliminate(own, &pivot.order, targets, later, pivot.blocks.end)?;
             }
             Ok(())
         })
@@ -245,7 +245,7 @@ impl BlockLu {
 
 /// Writes a block by rows of the given number of columns, scaled.
 #[inline(always)]
-fn take(block: &[f64], columns: usize, (left, right): (&Row, &Row), out: &mut Block) {
+fn take(block: &[f64], columns: usize, left: &Row, right: &Row, out: &mut Block) {
     if let Ok(block) = <&[f64; SIZE * SIZE]>::try_from(block) {
         for i in 0..SIZE {
             for j in 0..SIZE {
@@ -269,7 +269,8 @@ fn eliminate(
     own: &mut [Block],
     order: &[u8; SIZE],
     targets: &[usize],
-    (later, first): (&mut [Block], usize),
+    later: &mut [Block],
+    first: usize,
 ) -> Result<(), Singular> {
     let (D, pairs) = own.split_at_mut(1);
     let mut is_large = false;

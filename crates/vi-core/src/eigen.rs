@@ -111,7 +111,7 @@ pub fn generalized_eigen(K: &DMatrix<f64>, M: &DMatrix<f64>) -> Result<Eigen, Ei
             *slot = mode;
         }
     }
-    Ok(finish((&K, &M), &L, &found))
+    Ok(finish(&K, &M, &L, &found))
 }
 
 /// How many eigenvalues of a symmetric matrix are negative, by the signs of the pivots of
@@ -224,7 +224,7 @@ fn soft_modes(found: &[EigenPair], sigma: f64) -> usize {
 }
 
 /// With `x = L⁻ᵀ y` and `ω² = xᵀKx`, in ascending order; the rounding of `K` alone is left in `ω²`.
-fn finish((K, M): (&Mat<f64>, &Mat<f64>), L: &Mat<f64>, found: &[EigenPair]) -> Eigen {
+fn finish(K: &Mat<f64>, M: &Mat<f64>, L: &Mat<f64>, found: &[EigenPair]) -> Eigen {
     let n = K.nrows();
     let x = inverse_transposed(L, found);
     let (Kx, Mx) = (K * &x, M * &x);

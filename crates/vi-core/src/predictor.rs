@@ -182,15 +182,15 @@ impl History {
         for age in 0..count {
             increments[age] = self.increment(k, age);
         }
-        let (same, before) = ((&increments, least..=count), self.sub_steps_before(k));
+        let (counts, before) = (least..=count, self.sub_steps_before(k));
         #[cfg(target_arch = "x86_64")]
         if let Some(wide) = Wide::detect() {
             return wide.run(
                 #[inline(always)]
-                || fit(wide, same, before.as_ref(), out),
+                || fit(wide, &increments, counts, before.as_ref(), out),
             );
         }
-        fit(Plain, same, before.as_ref(), out);
+        fit(Plain, &increments, counts, before.as_ref(), out);
     }
 
     /// The increments of the sub-steps before sub-step `k`, where all are known.
@@ -255,7 +255,8 @@ impl Before<'_> {
 #[inline(always)]
 fn fit<T: Register>(
     lanes: T,
-    (increments, counts): (&[&[f64]; DEPTH], RangeInclusive<usize>),
+    increments: &[&[f64]; DEPTH],
+    counts: RangeInclusive<usize>,
     before: Option<&Before<'_>>,
     out: &mut [f64],
 ) {

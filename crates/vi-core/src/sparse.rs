@@ -256,10 +256,10 @@ impl SparseMatrix {
         debug_assert_eq!(replay.next, self.slots.len(), "emission shorter than at assembly");
     }
 
-    /// Refills the matrix in `kept`; the first time it is assembled, with `(rows, columns)`.
+    /// Refills the matrix in `kept`; the first time it is assembled, with this shape.
     pub fn update(
         kept: &mut Option<Self>,
-        (rows, columns): (usize, usize),
+        shape: (usize, usize),
         emit: impl FnOnce(&mut dyn Entries),
     ) -> &Self {
         match kept {
@@ -267,7 +267,7 @@ impl SparseMatrix {
                 matrix.refill(emit);
                 matrix
             }
-            None => kept.insert(Self::assemble(rows, columns, emit)),
+            None => kept.insert(Self::assemble(shape.0, shape.1, emit)),
         }
     }
 

@@ -50,7 +50,7 @@ pub(crate) struct Balance {
 
 impl Balance {
     /// For `n` coordinates, an independent set of `m` constraints.
-    pub(crate) fn new(n: usize, (rows, m): (IndependentRows, usize)) -> Self {
+    pub(crate) fn new(n: usize, rows: IndependentRows, m: usize) -> Self {
         let r = rows.len();
         let zeros = |k: usize| vec![0.0; k];
         Self {
@@ -226,7 +226,7 @@ mod tests {
         let mut run = model.run(EmForm::Dalembert, 0.05);
         (0..3).for_each(|_| assert!(run.step().is_ok()));
         let (n, m) = (mechanism.dim(), mechanism.len());
-        let mut balance = Balance::new(n, (run.rows().clone(), m));
+        let mut balance = Balance::new(n, run.rows().clone(), m);
         balance.open(run.state(), SubStep::single(0.0, 0.05));
         assert!(run.step().is_ok());
         for i in 0..n {

@@ -130,7 +130,7 @@ impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
     ) -> Result<(), StepError> {
         self.saddle.remember(&mut state.memory);
         let rounding = Some(&newton.rounding_error()[..self.s.dim()]);
-        advance_state(state, system, (&self.s, &self.mu), rounding, |_, _| {});
+        advance_state(state, system, &self.s, &self.mu, rounding, |_, _| {});
         Ok(())
     }
 

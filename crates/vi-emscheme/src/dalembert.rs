@@ -44,7 +44,7 @@ impl<N> EmDalembert<N> {
     pub fn new(n: usize, m: usize, rows: IndependentRows, source: N) -> Self {
         Self {
             source,
-            balance: Balance::new(n, (rows, m)),
+            balance: Balance::new(n, rows, m),
             g: vec![0.0; m],
             matrix: DMatrix::zeros(n, n),
             lu: DenseLu::new(n),
@@ -147,7 +147,7 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
         let balance = &self.balance;
         balance.remember(&mut state.memory);
         let rounding = Some(newton.rounding_error());
-        advance_state(state, system, (&balance.s, &balance.mu), rounding, |_, _| {});
+        advance_state(state, system, &balance.s, &balance.mu, rounding, |_, _| {});
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 
 use crate::constraint::DiscreteConstraints;
 use crate::loop_nodal::LoopClosure;
-use crate::nodal::EmOperators;
+use crate::nodal::{EmIterate, EmOperators};
 use crate::null_space::{DiscreteNullSpace, EmLinearization};
 use nalgebra::DMatrix;
 use vi_constraints::Reparametrization;
@@ -154,7 +154,7 @@ where
         &mut self,
         constraints: &C,
         emit: &dyn Fn(&mut dyn Entries),
-        (u, s, bracket): (&[f64], &Interval, &[f64]),
+        EmIterate { u, s, bracket }: EmIterate<'_>,
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let n = s.dim();

@@ -202,7 +202,7 @@ impl EmSystem {
     /// `n`.
     pub fn scaled_bracket(&self, s: &Interval, v: &Velocity, work: &mut [f64], out: &mut [f64]) {
         for (i, w) in work.iter_mut().enumerate() {
-            *w = lag(s.dq[i], s.h, (v.v[i], v.rounding[i]));
+            *w = lag(s.dq[i], s.h, v.v[i], v.rounding[i]);
         }
         out.fill(0.0);
         self.mass.mul_add(2.0, work, out);
@@ -253,6 +253,6 @@ impl MechanicalSystem for EmSystem {
 }
 
 /// `Δq − h v_n` with the rounding error of `v_n`.
-pub(crate) fn lag(dq: f64, h: f64, (v, error): (f64, f64)) -> f64 {
+pub(crate) fn lag(dq: f64, h: f64, v: f64, error: f64) -> f64 {
     (dq - h * v) - h * error
 }

@@ -139,18 +139,18 @@ impl MidpointLoad for Load {
             let d = director(frame, j);
             let dA = 2.0 * w * d.transpose() - d.dot(&w) * Matrix3::identity() - d * w.transpose();
             let dw = A_inverse * (torque * Matrix3::identity() - dA); // ∂w/∂d̄_J
-            emit(&(force * Matrix3::identity()), (0, 3 + 3 * j), &mut block);
+            emit(&(force * Matrix3::identity()), 0, 3 + 3 * j, &mut block);
             for i in 0..3 {
                 let own = if i == j { skew(&w) } else { Matrix3::zeros() };
                 let lever = self.point()[i] * force * Matrix3::identity();
                 let of_director = own - skew(&director(frame, i)) * dw + lever;
-                emit(&of_director, (3 + 3 * i, 3 + 3 * j), &mut block);
+                emit(&of_director, 3 + 3 * i, 3 + 3 * j, &mut block);
             }
         }
     }
 }
 
-fn emit(matrix: &Matrix3<f64>, (row, column): (usize, usize), out: &mut dyn Entries) {
+fn emit(matrix: &Matrix3<f64>, row: usize, column: usize, out: &mut dyn Entries) {
     for i in 0..3 {
         for j in 0..3 {
             out.add(row + i, column + j, matrix[(i, j)]);

@@ -31,6 +31,17 @@ use vi_core::sparse::Entries;
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
 
+/// An iterate of Newton's method.
+#[derive(Clone, Copy, Debug)]
+pub struct EmIterate<'a> {
+    /// `u`, shape `d`.
+    pub u: &'a [f64],
+    /// The interval to `q_{n+1} = F_d(u, q_n)`.
+    pub s: &'a Interval,
+    /// `w = h B`, shape `n`.
+    pub bracket: &'a [f64],
+}
+
 /// What the nodal form asks of `P̄` and `F_d`.
 ///
 /// Call order in an iteration: `reparametrize`, `pull_back`, `solve`.
@@ -67,7 +78,7 @@ pub trait EmOperators<C>: Send {
     fn close(&mut self, _constraints: &C, _s: &Interval, _r: &mut [f64]) {}
     /// Which terms the Newton matrix takes for the derivative of `P̄`.
     fn linearization(&self) -> EmLinearization;
-    /// `x ← (P̄ᵀ K̃ ∂F_d/∂u)⁻¹ x` at `u`, the last interval and `w = h B`, with `K̃` as emitted:
+    /// `x ← (P̄ᵀ K̃ ∂F_d/∂u)⁻¹ x` at the iterate `at`, with `K̃` as emitted:
     /// always the same places in the same order. With [`EmLinearization::NullSpaceDerivative`] what
     /// is emitted is `h K`, and `∂(P̄ᵀ w)/∂u` is added.
     ///
@@ -77,7 +88,7 @@ pub trait EmOperators<C>: Send {
         &mut self,
         constraints: &C,
         emit: &dyn Fn(&mut dyn Entries),
-        at: (&[f64], &Interval, &[f64]),
+        at: EmIterate<'_>,
         x: &mut [f64],
     ) -> Result<(), Fault>;
     /// See [`Precision::noise`].
@@ -106,7 +117,7 @@ impl<O> EmNodal<O> {
     where
         O: EmOperators<C>,
     {
-        let balance = Balance::new(n, (rows, m)).without_matrix();
+        let balance = Balance::new(n, rows, m).without_matrix();
         let increments = Increments::new(operators.blocks().to_vec());
         Self { operators, increments, balance, carried: Vec::new() }
     }
@@ -170,7 +181,7 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
                 constraints.discrete_hessian(s, &self.balance.mu, out);
             }
         };
-        self.operators.solve(constraints, &emit, (u, s, bracket), du)
+        self.operators.solve(constraints, &emit, EmIterate { u, s, bracket }, du)
     }
 
     fn precision(&self) -> Precision {
@@ -200,7 +211,7 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         }
         balance.remember(&mut state.memory);
         let clean = |t: f64, q: &mut [f64]| operators.clean(t, q);
-        advance_state(state, system, (&balance.s, &balance.mu), None, clean);
+        advance_state(state, system, &balance.s, &balance.mu, None, clean);
         Ok(())
     }
 

@@ -120,10 +120,10 @@ impl EmObserver {
         let before = state.memory.last.as_ref();
         if let Some(before) = before {
             let own = &state.memory.multipliers;
-            self.read_step(constraints, before, (own, s.h), 0.5);
+            self.read_step(constraints, before, own, s.h, 0.5);
             std::mem::swap(&mut self.node.lambda, &mut self.node.lambda_mid);
         }
-        self.read_step(constraints, s, (mu, s.h), if before.is_some() { 0.5 } else { 1.0 });
+        self.read_step(constraints, s, mu, s.h, if before.is_some() { 0.5 } else { 1.0 });
         let Self { node, jacobian_of_node, own, .. } = self;
         let Node { lambda, lambda_mid, constraint_force: force, .. } = node;
         match before {
@@ -143,7 +143,8 @@ impl EmObserver {
         &mut self,
         constraints: &C,
         s: &Interval,
-        (mu, h): (&[f64], f64),
+        mu: &[f64],
+        h: f64,
         weight: f64,
     ) {
         let Self { node, rows, jacobian, least_norm, unit_rows, own, work, .. } = self;
@@ -231,9 +232,9 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
     ) -> Result<(), Singular> {
         let make = || Projections::new(system, constraints.len(), &self.rows);
         let projections = self.projections.get_or_insert_with(make);
-        let here = (state.configuration(), &state.v[..]);
+        let (at, v) = (state.configuration(), &state.v[..]);
         let lambda = lambda.unwrap_or(&mut self.work);
-        projections.acceleration_force(system, constraints, here, (force, lambda))?;
+        projections.acceleration_force(system, constraints, at, v, force, lambda)?;
         self.node.acceleration.clear();
         self.node.acceleration.extend_from_slice(projections.acceleration());
         Ok(())

@@ -68,7 +68,7 @@ pub fn integrator_at(
         EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => dalembert(&mechanism, rows.clone())?,
         EmForm::Nodal if mechanism.has_loops() => nodal_on_loops(&mechanism, &loops, algebra, at)?,
-        EmForm::Nodal => nodal_on_tree(&mechanism, &system, rows.clone(), (algebra, at))?,
+        EmForm::Nodal => nodal_on_tree(&mechanism, &system, rows.clone(), algebra, at)?,
     };
     let at_start = start.as_ref().map_or(&rows, |start| &start.rows);
     inertia(&system, &mechanism, at_start, Configuration::new(at.t, at.q))?;
@@ -129,7 +129,8 @@ fn nodal_on_tree(
     mechanism: &Mechanism,
     system: &EmSystem,
     rows: IndependentRows,
-    (algebra, at): (EmAlgebra, InitialValues<'_>),
+    algebra: EmAlgebra,
+    at: InitialValues<'_>,
 ) -> Result<BoxedEmScheme<Mechanism>, EmSetupError> {
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let (averaged, tree) = (AveragedTree::new(mechanism), TreeMultipliers::new(mechanism));

@@ -66,7 +66,8 @@ pub fn sub_steps(composition: Composition) -> Vec<f64> {
 pub(crate) fn advance_state(
     state: &mut State,
     system: &EmSystem,
-    (s, mu): (&Interval, &[f64]),
+    s: &Interval,
+    mu: &[f64],
     rounding: Option<&[f64]>,
     clean: impl FnOnce(f64, &mut [f64]),
 ) {
@@ -74,7 +75,7 @@ pub(crate) fn advance_state(
     for i in 0..state.v.len() {
         let (v, error) = (state.v[i], state.compensation.v[i]);
         let of_increment = rounding.map_or(0.0, |rounding| rounding[i]);
-        let change = 2.0 * (lag(s.dq[i], s.h, (v, error)) + of_increment) / s.h + error;
+        let change = 2.0 * (lag(s.dq[i], s.h, v, error) + of_increment) / s.h + error;
         state.v[i] = v + change;
         state.compensation.v[i] = (v - state.v[i]) + change;
     }

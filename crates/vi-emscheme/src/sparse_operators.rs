@@ -6,7 +6,7 @@
 //! `O(elements)` for beams. The multipliers in `K̃` come from [`vi_multibody::tree_multipliers`],
 //! `O(N)` too.
 
-use crate::nodal::EmOperators;
+use crate::nodal::{EmIterate, EmOperators};
 use crate::null_space::{AveragedTree, EmLinearization};
 use nalgebra::DMatrix;
 use vi_constraints::NodalOperators;
@@ -90,7 +90,7 @@ impl<C> EmOperators<C> for SparseOperators {
         &mut self,
         _constraints: &C,
         emit: &dyn Fn(&mut dyn Entries),
-        (u, s, _): (&[f64], &Interval, &[f64]),
+        EmIterate { u, s, .. }: EmIterate<'_>,
         x: &mut [f64],
     ) -> Result<(), Fault> {
         self.sparse.solve(emit, u, s, x)

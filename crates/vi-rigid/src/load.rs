@@ -213,7 +213,7 @@ pub fn add_wrench(scale: f64, Wrench { force, torque }: Wrench, frame: &[f64], o
 }
 
 /// Emits the matrix of `x ↦ a × x`.
-fn cross(out: &mut dyn Entries, (row, column): (usize, usize), a: &Vector3<f64>) {
+fn cross(out: &mut dyn Entries, row: usize, column: usize, a: &Vector3<f64>) {
     for k in 0..3 {
         let (next, last) = ((k + 1) % 3, (k + 2) % 3);
         out.add(row + next, column + last, -a[k]);
@@ -251,7 +251,7 @@ impl DiscreteForce for Load {
             let factor = 0.5 * scale * self.torque[j];
             for i in 0..3 {
                 let row = self.offset + 3 + 3 * i;
-                cross(out, (row, column), &(-factor * director(frame, i)));
+                cross(out, row, column, &(-factor * director(frame, i)));
             }
         }
     }
@@ -277,7 +277,7 @@ impl DiscreteForce for Load {
         let c = if follows { scale * self.history.value(t) } else { 0.0 };
         for j in 0..3 {
             let (row, column) = (self.offset + 3 + 3 * j, self.offset + 3 + 3 * j);
-            cross(out, (row, column), &(0.5 * scale * torque)); // ½ τ×d_J
+            cross(out, row, column, &(0.5 * scale * torque)); // ½ τ×d_J
             if !follows {
                 continue;
             }
@@ -289,7 +289,7 @@ impl DiscreteForce for Load {
                 let lever = c * self.point[i] * self.force[j]; // ϱ_I f
                 (0..3).for_each(|k| out.add(row + k, column + k, lever));
                 let d = -0.5 * c * self.torque[j] * director(frame, i); // ½ τ×d_I, τ = τ_J d_J
-                cross(out, (row, column), &d);
+                cross(out, row, column, &d);
             }
         }
     }

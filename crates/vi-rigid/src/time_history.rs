@@ -184,13 +184,13 @@ impl TimeHistory {
             Self::Linear { slope } => finite(&[("slope", slope)]),
             Self::Ramp { start, end, amplitude } | Self::Pulse { start, end, amplitude } => {
                 finite(&[("start", start), ("end", end), ("amplitude", amplitude)])?;
-                ordered(("start", start), ("end", end))
+                ordered("start", start, "end", end)
             }
             Self::Triangle { start, peak, end, amplitude } => {
                 finite(&[("start", start), ("peak", peak), ("end", end)])?;
                 finite(&[("amplitude", amplitude)])?;
-                ordered(("start", start), ("peak", peak))?;
-                ordered(("peak", peak), ("end", end))
+                ordered("start", start, "peak", peak)?;
+                ordered("peak", peak, "end", end)
             }
             Self::Harmonic { frequency, phase, amplitude, offset } => {
                 finite(&[("frequency", frequency), ("phase", phase)])?;
@@ -236,8 +236,10 @@ fn finite(values: &[(&'static str, f64)]) -> Result<(), HistoryError> {
 }
 
 fn ordered(
-    (earlier, first): (&'static str, f64),
-    (later, second): (&'static str, f64),
+    earlier: &'static str,
+    first: f64,
+    later: &'static str,
+    second: f64,
 ) -> Result<(), HistoryError> {
     if first <= second {
         Ok(())

@@ -83,7 +83,7 @@ impl StaticProblem {
     pub fn new(system: SeparableSystem, mechanism: Mechanism) -> Self {
         let elastic = vec![false; mechanism.description().bodies.len()];
         let q = mechanism.initial_configuration();
-        let work = EquilibriumEquations::new(system, mechanism, (0.0, &q));
+        let work = EquilibriumEquations::new(system, mechanism, 0.0, &q);
         let (d, rows) = (work.unknowns(), work.rows.len());
         Self {
             newton: Newton::new(d + rows, NewtonSettings::default()),

@@ -229,7 +229,7 @@ impl Certifier<'_> {
             let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
             let is_conserved = |k: &usize| run.nature.symmetries[*k];
             for k in (0..names.len()).filter(is_conserved) {
-                let drift = judge_momentum((method, order), names[k], &run, &run.momentum(k));
+                let drift = judge_momentum(method, order, names[k], &run, &run.momentum(k));
                 self.push(drift);
             }
         }
@@ -258,10 +258,10 @@ impl Certifier<'_> {
     /// Constraints at positions and momenta. Those at velocities (45) follow from
     /// `g(q_n) = g(q_{n+1}) = 0`.
     fn residuals(&mut self, method: Method, order: u32, run: &LongRun) {
-        self.push(judge_residual((method, order), run));
+        self.push(judge_residual(method, order, run));
         if run.residuals().momentum.is_some() {
             let short = self.short_runs(method, order);
-            self.hidden((method, order), &short, run.size());
+            self.hidden(method, order, &short, run.size());
         }
     }
 
@@ -278,7 +278,8 @@ impl Certifier<'_> {
     /// The order of the hidden constraint at momenta, where `p_n` is defined.
     fn hidden(
         &mut self,
-        (method, order): (Method, u32),
+        method: Method,
+        order: u32,
         short: &[(f64, ConstraintResiduals)],
         size: f64,
     ) {

@@ -140,14 +140,16 @@ pub fn nodes(
     end: f64,
     steps: u32,
 ) -> Result<Vec<NodeValues>, String> {
-    equal_parts(subject, (method, order), (end, steps), SAMPLES)
+    equal_parts(subject, method, order, end, steps, SAMPLES)
 }
 
 /// The initial node and those at the ends of `parts` equal parts of a run of `steps` steps.
 fn equal_parts(
     subject: &dyn Subject,
-    (method, order): (Method, u32),
-    (end, steps): (f64, u32),
+    method: Method,
+    order: u32,
+    end: f64,
+    steps: u32,
     parts: u32,
 ) -> Result<Vec<NodeValues>, String> {
     let mut motion = subject.start(Setting::new(method, order, end / f64::from(steps)))?;
@@ -210,7 +212,7 @@ impl ReferenceMotion {
         }
         let mut refused = String::new();
         for method in BY {
-            match Self::composed(subject, (method, 8), horizon) {
+            match Self::composed(subject, method, 8, horizon) {
                 Ok(reference) => return Ok(reference.or_better(subject, horizon)),
                 Err(error) => refused = error,
             }
@@ -230,8 +232,8 @@ impl ReferenceMotion {
         if norm_inf(&self.uncertainty) <= WELL_KNOWN {
             return self;
         }
-        let by = (Method::Galerkin(GalerkinForm::Nodal), 12);
-        let Ok(other) = Self::composed(subject, by, horizon) else { return self };
+        let by = Method::Galerkin(GalerkinForm::Nodal);
+        let Ok(other) = Self::composed(subject, by, 12, horizon) else { return self };
         let apart = uncertainty(&self.nodes, &other.nodes);
         let agrees = apart.iter().zip(self.uncertainty).all(|(apart, own)| *apart <= 2.0 * own);
         let better = norm_inf(&other.uncertainty) < norm_inf(&self.uncertainty);
@@ -241,7 +243,8 @@ impl ReferenceMotion {
     /// By a high order, refined until round-off stops it.
     fn composed(
         subject: &dyn Subject,
-        (method, order): (Method, u32),
+        method: Method,
+        order: u32,
         horizon: Horizon,
     ) -> Result<Self, String> {
         let run = |steps| nodes(subject, method, order, horizon.end, steps);
@@ -355,7 +358,7 @@ pub fn study(
     let exact = reference.at(parts);
     let (mut steps, mut halves) = (if order >= HIGH { 2 } else { horizon.coarsest }, 0);
     while steps <= horizon.finest {
-        match equal_parts(subject, (method, order), (horizon.end, steps), parts) {
+        match equal_parts(subject, method, order, horizon.end, steps, parts) {
             Err(error) => refused = error,
             Ok(run) => {
                 let step = horizon.end / f64::from(steps);

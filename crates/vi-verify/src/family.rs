@@ -33,7 +33,8 @@ pub trait VerifiedFamily<C: Constraints> {
     /// Why it has no tangent, in words.
     fn push(
         &mut self,
-        of: (&Self::System, &C),
+        system: &Self::System,
+        constraints: &C,
         step: Step<'_>,
         tangents: &mut Tangents,
     ) -> Result<(), String>;
@@ -110,7 +111,8 @@ impl<S: DiscreteLagrangian, C: Observed> VerifiedFamily<C> for Variational<S> {
 
     fn push(
         &mut self,
-        (system, constraints): (&S, &C),
+        system: &S,
+        constraints: &C,
         step: Step<'_>,
         tangents: &mut Tangents,
     ) -> Result<(), String> {
@@ -177,7 +179,8 @@ impl<C: Observed + DiscreteConstraints> VerifiedFamily<C> for EnergyMomentum {
 
     fn push(
         &mut self,
-        (system, constraints): (&EmSystem, &C),
+        system: &EmSystem,
+        constraints: &C,
         step: Step<'_>,
         tangents: &mut Tangents,
     ) -> Result<(), String> {

@@ -264,7 +264,8 @@ fn band(trend: &Trend, relative: f64, run: &LongRun) -> String {
 }
 
 pub(super) fn judge_momentum(
-    (method, order): (Method, u32),
+    method: Method,
+    order: u32,
     name: &str,
     run: &LongRun,
     samples: &[f64],
@@ -291,7 +292,7 @@ pub(super) fn judge_momentum(
     found
 }
 
-pub(super) fn judge_residual((method, order): (Method, u32), run: &LongRun) -> Finding {
+pub(super) fn judge_residual(method: Method, order: u32, run: &LongRun) -> Finding {
     let ConstraintResiduals { position, .. } = run.residuals();
     let limit = 1e-13 * (1.0 + run.size().powi(2));
     let mut found = finding(Criterion::Residual, method, order, "constraints g");

@@ -250,7 +250,7 @@ pub fn outputs(subject: &dyn Subject, setting: Setting) -> Result<Vec<Compared>,
         let mut motion = subject.start(Setting { step, ..setting })?;
         let mut largest = [Difference::default(); 9];
         for _ in 0..NODES {
-            let window = window(&mut *motion, apart * parts, (stencil.width(), step))?;
+            let window = window(&mut *motion, apart * parts, stencil.width(), step)?;
             let here = differences(&*motion, &window, &stencil, of_node);
             largest.iter_mut().zip(here).for_each(|(most, here)| *most = most.larger(here));
         }
@@ -288,7 +288,8 @@ fn is_conservative(subject: &dyn Subject, setting: Setting, apart: u64) -> Resul
 fn window(
     motion: &mut dyn RunningMotion,
     steps: u64,
-    (width, h): (usize, f64),
+    width: usize,
+    h: f64,
 ) -> Result<Window, String> {
     let apart = steps - 2 * width as u64;
     (0..apart).try_for_each(|_| motion.step())?;

@@ -103,7 +103,8 @@ fn symmetries(
 fn nature(
     system: &impl MechanicalSystem,
     constraints: &impl Observed,
-    (at, v): (Configuration<'_>, &[f64]),
+    at: Configuration<'_>,
+    v: &[f64],
 ) -> Nature {
     let Configuration { t, q, .. } = at;
     let momentum = |p: &[f64]| constraints.momentum_map(q, p);
@@ -204,7 +205,7 @@ impl<F: VerifiedFamily<C>, C: Observed> RunningMotion for Running<F, C> {
     fn nature(&mut self) -> Result<Nature, String> {
         let v = self.velocity()?;
         let (system, state) = (self.family.exact(&self.run), self.run.state());
-        Ok(nature(system, self.run.constraints(), (state.configuration(), &v)))
+        Ok(nature(system, self.run.constraints(), state.configuration(), &v))
     }
 
     fn condition(&mut self) -> Option<Condition> {
@@ -220,7 +221,7 @@ impl<F: VerifiedFamily<C>, C: Observed> RunningMotion for Running<F, C> {
         let mut pushed = Ok(());
         let stepped = run.step_with(&mut |system, constraints, step| {
             if pushed.is_ok() {
-                pushed = family.push((system, constraints), step, tangents);
+                pushed = family.push(system, constraints, step, tangents);
             }
         });
         stepped.map_err(|e| e.to_string())?;

@@ -37,7 +37,7 @@ impl Derivatives {
         Self { dq: DMatrix::zeros(n, count), dp: DMatrix::zeros(n, count) }
     }
 
-    fn add(&mut self, curve: usize, weight: f64, (q, p): (&[f64], &[f64])) {
+    fn add(&mut self, curve: usize, weight: f64, q: &[f64], p: &[f64]) {
         for (i, (q, p)) in q.iter().zip(p).enumerate() {
             self.dq[(i, curve)] += weight * q;
             self.dp[(i, curve)] += weight * p;
@@ -67,7 +67,7 @@ pub fn symplectic_defect(
 ) -> Result<Option<f64>, String> {
     let mut least = f64::INFINITY;
     for parameter in PARAMETERS {
-        let Some(defect) = defect(subject, setting, (steps, parameter))? else { return Ok(None) };
+        let Some(defect) = defect(subject, setting, steps, parameter)? else { return Ok(None) };
         least = if defect.is_nan() { defect } else { least.min(defect) };
         if least <= SMALL || least.is_nan() {
             break;
@@ -79,7 +79,8 @@ pub fn symplectic_defect(
 fn defect(
     subject: &dyn Subject,
     setting: Setting,
-    (steps, unit): (u64, f64),
+    steps: u64,
+    unit: f64,
 ) -> Result<Option<f64>, String> {
     let mut base = subject.start(setting)?;
     let (q0, v0) = (base.q().to_vec(), base.velocity()?);
@@ -111,9 +112,9 @@ fn defect(
                 let (q, v) = base.consistent(&moved(&q0, &a, 1.0), &moved(&v0, &b, rate))?;
                 let mut motion = subject.start_from(setting, Some((&q, &v)))?;
                 let weight = side * weight / unit;
-                before.add(curve, weight, (motion.q(), &motion.p()));
+                before.add(curve, weight, motion.q(), &motion.p());
                 (0..steps).try_for_each(|_| motion.step())?;
-                after.add(curve, weight, (motion.q(), &motion.p()));
+                after.add(curve, weight, motion.q(), &motion.p());
             }
         }
     }

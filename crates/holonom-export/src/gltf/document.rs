@@ -74,12 +74,12 @@ impl DocumentWriter {
             }
             for (k, skin) in skin::skins(beam, first).into_iter().enumerate() {
                 let name = if k == 0 { beam.name.clone() } else { format!("{} {k}", beam.name) };
-                self.skin(&name, (&skin, (beam.color, 1.0)), &held, first);
+                self.skin(&name, &skin, (beam.color, 1.0), &held, first);
             }
         }
         for joint in &look.joints {
             let holder = usize::try_from(joint.joint.child.member).map_or(0, |child| held[child]);
-            self.joint(joint, holder, (look, first));
+            self.joint(joint, holder, look, first);
         }
         for line in &look.lines {
             self.line(line, poses, look.symbol);
@@ -92,7 +92,7 @@ impl DocumentWriter {
     }
 
     /// The symbol of a joint on the node of its child.
-    fn joint(&mut self, named: &NamedJoint, holder: usize, (look, first): (&Look, &[MemberPose])) {
+    fn joint(&mut self, named: &NamedJoint, holder: usize, look: &Look, first: &[MemberPose]) {
         let SceneJoint { kind, parent, child, axis, axis2, limit } = &named.joint;
         let axes = |member: i64| match usize::try_from(member) {
             Ok(member) => first[member].directors,
@@ -206,7 +206,8 @@ impl DocumentWriter {
     fn skin(
         &mut self,
         name: &str,
-        (skin, look): (&skin::Skin, (Rgb, f64)),
+        skin: &skin::Skin,
+        look: (Rgb, f64),
         held: &[usize],
         first: &[MemberPose],
     ) {

@@ -104,7 +104,7 @@ impl MemberRates {
         };
         let (sensors, momenta) = (row(&mut self.sensors)?, row(&mut self.momenta)?);
         let rate = |(mover, pose): (&Mover, &MemberPose)| {
-            mover.rate((sensors.as_ref(), momenta.as_ref()), pose)
+            mover.rate(sensors.as_ref(), momenta.as_ref(), pose)
         };
         Ok(self.movers.iter().zip(poses).map(rate).collect())
     }
@@ -113,7 +113,8 @@ impl MemberRates {
 impl Mover {
     fn rate(
         &self,
-        (sensors, momenta): (Option<&csv::StringRecord>, Option<&csv::StringRecord>),
+        sensors: Option<&csv::StringRecord>,
+        momenta: Option<&csv::StringRecord>,
         pose: &MemberPose,
     ) -> Rate {
         let axes = self.kind.columns().len().min(3);

@@ -128,7 +128,7 @@ impl Lane {
                     .or_else(|| large.then(|| "an execution took too much memory".to_owned()))
             };
             if let Some(words) = wrong.or_else(limits) {
-                self.fault(&mut tally, execution, (words, &input));
+                self.fault(&mut tally, execution, words, &input);
             }
             if novel && kept < KEPT {
                 kept += 1;
@@ -138,7 +138,7 @@ impl Lane {
         tally
     }
 
-    fn fault(self, tally: &mut FuzzTally, execution: u64, (words, input): (String, &[u8])) {
+    fn fault(self, tally: &mut FuzzTally, execution: u64, words: String, input: &[u8]) {
         let case = FaultyInput { lane: self.number, execution, words, input: input.to_vec() };
         let reason = Reason { count: 1, first: self.number * LENGTH + execution };
         let mut one = FuzzTally::default();

@@ -86,8 +86,10 @@ pub(super) struct TrialOutcome {
 pub(super) fn experiment(
     program: &Path,
     references: &[UndisturbedRun],
-    (seed, index): (u64, u64),
-    (kind, defect): (TrialKind, Option<InterruptDefect>),
+    seed: u64,
+    index: u64,
+    kind: TrialKind,
+    defect: Option<InterruptDefect>,
 ) -> TrialOutcome {
     let mut draw = Draw::new(seed, index);
     let of = match defect {

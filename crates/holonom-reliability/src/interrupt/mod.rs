@@ -83,8 +83,7 @@ pub fn interrupt(request: &InterruptRequest) -> Result<InterruptTallies, String>
                 continue;
             }
             let kind = TrialKind::ALL[index as usize % TrialKind::ALL.len()];
-            let outcome =
-                experiment(&program, references, (request.part.seed, index), (kind, None));
+            let outcome = experiment(&program, references, request.part.seed, index, kind, None);
             let TrialOutcome { disturbances, anew, fault } = outcome;
             let faults = fault.map(|words| FaultyExperiment { index, words }).into_iter().collect();
             let row = InterruptTally { experiments: 1, disturbances, anew, faults };
@@ -104,8 +103,8 @@ pub fn found_after(defect: InterruptDefect, seed: u64, most: u64) -> Option<u64>
     let program = program::beside()?;
     let references = references(&program).ok()?;
     (0..most).find(|index| {
-        let how = (defect.kind(), Some(defect));
-        let outcome = experiment(&program, references, (seed, *index), how);
+        let kind = defect.kind();
+        let outcome = experiment(&program, references, seed, *index, kind, Some(defect));
         outcome.fault.is_some_and(|words| words.contains(defect.words()))
     })
 }

@@ -76,9 +76,9 @@ fn time(model: &Model) -> Result<f64, String> {
 }
 
 /// The times of a base with a member; `dense`: all with dense matrices, a defect on purpose.
-fn times(seed: u64, (base, member): (Topology, Addition), dense: bool) -> Result<RunTimes, String> {
+fn times(seed: u64, base: Topology, member: Addition, dense: bool) -> Result<RunTimes, String> {
     let of = |size: usize, member: Option<Addition>| {
-        let mut model = large(seed, (base, size), member);
+        let mut model = large(seed, base, size, member);
         if dense && member.is_some() {
             model.settings.solver = LinearSolver::Dense;
         }
@@ -95,13 +95,18 @@ fn times(seed: u64, (base, member): (Topology, Addition), dense: bool) -> Result
 ///
 /// # Errors
 /// A mechanism that is refused, in words.
-pub fn measured(seed: u64, what: (Topology, Addition), dense: bool) -> Result<RunTimes, String> {
-    let mut found = times(seed, what, dense)?;
+pub fn measured(
+    seed: u64,
+    base: Topology,
+    member: Addition,
+    dense: bool,
+) -> Result<RunTimes, String> {
+    let mut found = times(seed, base, member, dense)?;
     for _ in 0..AGAIN {
-        if found.fault(what.1.couples()).is_none() {
+        if found.fault(member.couples()).is_none() {
             break;
         }
-        found = found.least(times(seed, what, dense)?);
+        found = found.least(times(seed, base, member, dense)?);
     }
     Ok(found)
 }
@@ -118,7 +123,7 @@ pub fn run(seed: u64) -> Result<bool, String> {
     );
     for base in Topology::ALL {
         for member in Addition::ALL {
-            let found = measured(seed, (base, member), false)?;
+            let found = measured(seed, base, member, false)?;
             let fault = found.fault(member.couples());
             sound &= fault.is_none();
             let RunTimes { alone, with_one, twice } = found;
@@ -129,7 +134,7 @@ pub fn run(seed: u64) -> Result<bool, String> {
             println!("  {line}{}", fault.map_or_else(String::new, |fault| format!(": {fault}")));
         }
     }
-    let planted = measured(seed, (Topology::Chain, Addition::FreeBody), true)?;
+    let planted = measured(seed, Topology::Chain, Addition::FreeBody, true)?;
     let found = planted.fault(false);
     println!("  dense matrices on purpose: {}", found.as_deref().unwrap_or("not found"));
     Ok(sound && found.is_some())

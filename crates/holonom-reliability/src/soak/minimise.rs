@@ -13,7 +13,8 @@ const TRIES: usize = 600;
 #[must_use]
 pub fn minimise(
     model: &Model,
-    (checks, defect): (Checks, Option<SoakDefect>),
+    checks: Checks,
+    defect: Option<SoakDefect>,
     fault: &Violation,
 ) -> Model {
     let mut smallest = model.clone();

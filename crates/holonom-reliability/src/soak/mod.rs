@@ -178,7 +178,7 @@ fn single(path: &Path) -> Result<bool, String> {
 /// Writes the smallest model with the fault of a case.
 fn reduced(request: &SoakRequest, case: &FaultyMechanism) -> Result<PathBuf, String> {
     let model = mechanism(request.part.seed, case.index);
-    let smallest = minimise(&model, (Checks::of(case.index, request.restated), None), &case.fault);
+    let smallest = minimise(&model, Checks::of(case.index, request.restated), None, &case.fault);
     let name =
         format!("{:?}-{}-{}.toml", case.fault.kind, request.part.seed, case.index).to_lowercase();
     let path = request.output.join(name);

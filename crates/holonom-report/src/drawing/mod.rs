@@ -118,14 +118,14 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    pub(crate) fn new((width, height): (f64, f64), typeface: Typeface) -> Self {
+    pub(crate) fn new(width: f64, height: f64, typeface: Typeface) -> Self {
         Self { width, height, typeface, attributes: String::new(), marks: Vec::new() }
     }
 
     /// An empty sheet, px.
     #[must_use]
     pub fn sheet(width: f64, height: f64) -> Self {
-        Self::new((width, height), Typeface::Sans)
+        Self::new(width, height, Typeface::Sans)
     }
 
     /// Adds a filled polygon, of an opacity in `[0, 1]`, with an outline of 1 px in another colour.
@@ -282,7 +282,7 @@ mod tests {
 
     /// A line, a polygon, a disc and words of each kind.
     pub(super) fn sample() -> Drawing {
-        let mut drawing = Drawing::new((200.0, 100.0), Typeface::Sans);
+        let mut drawing = Drawing::new(200.0, 100.0, Typeface::Sans);
         let ink = Color::new([200, 0, 0]);
         let dashed = Stroke { dashes: &[4.0, 2.0], ..Stroke::solid(ink.faded(0.5), 1.5) };
         drawing.push(Mark::Line(vec![[10.0, 10.0], [190.0, 10.0]], dashed));

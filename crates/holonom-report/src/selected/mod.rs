@@ -139,7 +139,7 @@ pub fn selected(runs: &[NamedRun], request: &ChartRequest) -> Result<Selected, S
         }
         let own = &own[..own.len().min(CURVES)];
         let title = if charts.is_empty() { title.clone() } else { String::new() };
-        charts.push(chart(own, (title, runs.len() > 1), marked, &scales));
+        charts.push(chart(own, title, runs.len() > 1, marked, &scales));
     }
     Ok(Selected { charts, notes })
 }
@@ -216,7 +216,8 @@ impl ChartedRun<'_> {
 /// The chart of curves with the same units.
 fn chart(
     own: &[&ColumnCurve],
-    (title, several): (String, bool),
+    title: String,
+    several: bool,
     marked: bool,
     scales: &Scales,
 ) -> Chart {

@@ -15,12 +15,12 @@ const NAMED: usize = 4;
 /// The contradiction of initial values as an error of the model.
 pub(crate) fn refusal(found: &Contradiction, model: &Model) -> ModelError {
     match system::build(model) {
-        Ok(system) => at_start(found, (&system.mechanism, model.settings.loop_tolerance)),
+        Ok(system) => at_start(found, &system.mechanism, model.settings.loop_tolerance),
         Err(error) => error,
     }
 }
 
-fn at_start(found: &Contradiction, (mechanism, tolerance): (&Mechanism, f64)) -> ModelError {
+fn at_start(found: &Contradiction, mechanism: &Mechanism, tolerance: f64) -> ModelError {
     let (names, motion) = members(mechanism, &found.rows);
     let level = found.level;
     if let Some(why) = loops::locks(mechanism, tolerance) {
@@ -49,7 +49,8 @@ const AGREE: &str = "remove one of them, or write paths that agree at all times"
 /// # Errors
 /// [`ModelError::Assembly`] with the names of both.
 pub(crate) fn paths(
-    (mechanism, rows): (&Mechanism, &IndependentRows),
+    mechanism: &Mechanism,
+    rows: &IndependentRows,
     q: &[f64],
     end: f64,
 ) -> Result<(), ModelError> {

@@ -221,7 +221,8 @@ fn largest_rate(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> f64 {
 /// Joints and bars that the initial velocity violates by more than the tolerance.
 pub(crate) fn velocity_inconsistencies(
     mechanism: &Mechanism,
-    (q, v): (&[f64], &[f64]),
+    q: &[f64],
+    v: &[f64],
     tolerance: f64,
 ) -> Vec<Inconsistency> {
     let rate = velocity_residuals(mechanism, q, v);
@@ -269,7 +270,8 @@ fn unit_of_rate(mechanism: &Mechanism, q: &[f64], row: usize) -> &'static str {
 /// The report of constraints and those of them that are enforced.
 pub(crate) fn counts(
     model: &Model,
-    (mechanism, rows): (&Mechanism, &IndependentRows),
+    mechanism: &Mechanism,
+    rows: &IndependentRows,
     beams: &Beams,
     closure: Closure,
 ) -> AssemblyReport {

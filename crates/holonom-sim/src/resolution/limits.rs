@@ -93,6 +93,14 @@ impl Stiffness {
     }
 }
 
+/// An element that is bent too far to mean anything.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FoldedElement<'a> {
+    pub(crate) beam: &'a str,
+    pub(crate) element: usize,
+    pub(crate) angle: f64, // rad  between its nodes
+}
+
 /// The elements of one beam, and how far they were bent.
 #[derive(Clone, Debug)]
 struct Watched {
@@ -120,8 +128,8 @@ impl LimitWatch {
     /// Takes up the configuration `q` at `t`; allocates nothing.
     ///
     /// # Errors
-    /// Beam, element and angle (rad) of an element that is bent too far to mean anything.
-    pub(crate) fn follow(&mut self, t: f64, q: &[f64]) -> Result<(), (&str, usize, f64)> {
+    /// The first element that is bent too far to mean anything.
+    pub(crate) fn follow(&mut self, t: f64, q: &[f64]) -> Result<(), FoldedElement<'_>> {
         for watched in &mut self.beams {
             for &(element, pair) in &watched.pairs {
                 let angle = angle_between(pair, q);
@@ -132,7 +140,7 @@ impl LimitWatch {
                         bent.first.get_or_insert((element, t));
                     }
                     if angle > STOP {
-                        return Err((&watched.beam, element, angle));
+                        return Err(FoldedElement { beam: &watched.beam, element, angle });
                     }
                 }
             }

@@ -205,7 +205,8 @@ impl RotationWatch {
     pub(crate) fn of(
         &self,
         t: f64,
-        (v, driven): (&[f64], bool),
+        v: &[f64],
+        driven: bool,
         settings: &Settings,
     ) -> Option<FastestRotation> {
         let judged = self.all.iter().zip(&self.driven).filter(|(_, own)| driven || !**own);

@@ -44,7 +44,8 @@ impl EnergyTerms {
     pub(crate) fn new(
         model: &Model,
         mechanism: &Mechanism,
-        (dynamics, mass): (&Dynamics, &SparseMatrix),
+        dynamics: &Dynamics,
+        mass: &SparseMatrix,
         sources: &[Source],
         start: &NodeView<'_>,
     ) -> Self {
@@ -73,7 +74,7 @@ impl EnergyTerms {
         columns.push(BALANCE.name.into());
         Self {
             columns,
-            rounding: Rounding::new(model, mechanism, (dynamics, mass, gravity.as_ref()), start),
+            rounding: Rounding::new(model, mechanism, dynamics, mass, gravity.as_ref(), start),
             gravity,
             beams: beams.then(|| parts.clone()),
             springs: springs.then(|| forces.clone()),
@@ -149,7 +150,9 @@ impl Rounding {
     fn new(
         model: &Model,
         mechanism: &Mechanism,
-        (dynamics, mass, gravity): (&Dynamics, &SparseMatrix, Option<&LinearPotential>),
+        dynamics: &Dynamics,
+        mass: &SparseMatrix,
+        gravity: Option<&LinearPotential>,
         start: &NodeView<'_>,
     ) -> Self {
         let at = start.configuration();

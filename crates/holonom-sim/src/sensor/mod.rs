@@ -146,7 +146,8 @@ impl Sensors {
     /// For a valid model and its mechanism.
     pub(crate) fn new(
         names: &Names<'_>,
-        (mechanism, dynamics): (&Mechanism, &Dynamics),
+        mechanism: &Mechanism,
+        dynamics: &Dynamics,
         beams: &Beams,
     ) -> Self {
         let model = names.model;
@@ -292,8 +293,7 @@ impl Gauge {
                 out.extend(&from.position(at.q, point.at(at.q)));
             }
             Self::SeenVelocity(point, from) => {
-                let moving = (point.at(at.q), point.rate(at.v));
-                out.extend(&from.velocity(at.q, at.v, moving));
+                out.extend(&from.velocity(at.q, at.v, point.at(at.q), point.rate(at.v)));
             }
             Self::Orientation(Attitude { last, .. }) => {
                 out.extend([last.w, last.i, last.j, last.k])

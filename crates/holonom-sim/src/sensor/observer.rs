@@ -37,7 +37,8 @@ impl Observer {
         &self,
         q: &[f64],
         v: &[f64],
-        (x, rate): (Vector3<f64>, Vector3<f64>),
+        x: Vector3<f64>,
+        rate: Vector3<f64>,
     ) -> Vector3<f64> {
         let [q_own, v_own] = [q, v].map(|all| &all[self.first..self.first + 12]);
         let arm = x - directors::center(q_own);

@@ -53,8 +53,7 @@ impl Begun<'_> {
     pub(super) fn report(&self, limits: &LimitWatch) -> AssemblyReport {
         let Self { model, stated, stepper, beams, mass, .. } = *self;
         let (mechanism, settings) = (stepper.mechanism(), &model.settings);
-        let mut report =
-            assembly::counts(model, (mechanism, stepper.rows()), beams, stated.closure);
+        let mut report = assembly::counts(model, mechanism, stepper.rows(), beams, stated.closure);
         let dof = report.counts.dof;
         report.step_judged(self.stiffness(dof), settings);
         report.measure(model, mechanism, mass);
@@ -86,7 +85,7 @@ impl Begun<'_> {
             report.configuration_projected(moved, &changed);
         }
         if keeps_rates || projected.velocity_moved > 0.0 {
-            let changed = start::change_of_velocities(mechanism, (q, v), (found, velocity));
+            let changed = start::change_of_velocities(mechanism, q, v, found, velocity);
             report.velocity_projected(&changed, keeps_rates);
         }
     }

@@ -2,6 +2,7 @@
 
 use super::{RunFailure, Simulation};
 use crate::assembly::agreement;
+use crate::resolution::limits::FoldedElement;
 use crate::stepper::NodeOf;
 use holonom_model::{ModelError, Problem, Scheme};
 use vi_constraints::Constraints;
@@ -10,7 +11,8 @@ use vi_constraints::scheme::StepError;
 use vi_core::{Configuration, State};
 
 /// The error for an element that is bent too far, with its remedy.
-pub(super) fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (String, String) {
+pub(super) fn bent_too_far(folded: &FoldedElement<'_>) -> (String, String) {
+    let FoldedElement { beam, element, angle } = folded;
     let angle = angle.to_degrees();
     let message = format!(
         "element {element} of beam `{beam}` is bent by {angle:.1}° between its nodes; beyond 90° an element \
@@ -20,9 +22,9 @@ pub(super) fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (Strin
 }
 
 /// The error for an element that is bent too far at the start.
-pub(super) fn bent_at_start(fault: (&str, usize, f64)) -> ModelError {
-    let key = format!("beam.{}.elements", fault.0);
-    let (message, help) = bent_too_far(fault);
+pub(super) fn bent_at_start(folded: FoldedElement<'_>) -> ModelError {
+    let key = format!("beam.{}.elements", folded.beam);
+    let (message, help) = bent_too_far(&folded);
     ModelError::Assembly(vec![Problem::new(key, message).help(help)])
 }
 

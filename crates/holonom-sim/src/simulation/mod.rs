@@ -99,10 +99,10 @@ impl Simulation {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let (stated, start) = (StatedStart::of(&mechanism), StartValues::of(model, &mechanism)?);
         let at = InitialValues::new(0.0, &start.q, &start.v);
-        let mut stepper = stepper(mechanism, &dynamics, model, at, (solver, sensors.wanted()))?;
+        let mut stepper = stepper(mechanism, &dynamics, model, at, solver, sensors.wanted())?;
         stepper.observe(NodeOf::State).map_err(|_| assembly::without_mass(model))?;
         let (settings, q) = (model.settings.clone(), stepper.place().2);
-        agreement::paths((stepper.mechanism(), stepper.rows()), q, settings.end)?;
+        agreement::paths(stepper.mechanism(), stepper.rows(), q, settings.end)?;
         let mut limits = LimitWatch::new(&beams);
         limits.follow(0.0, q).map_err(failure::bent_at_start)?;
         let mass = &dynamics.parts.mass_matrix(stepper.mechanism());
@@ -111,10 +111,9 @@ impl Simulation {
         let mut assembly = begun.report(&limits);
         limits.begin();
         let (forces, node) = (stepper.sources(), stepper.node());
-        let energies =
-            EnergyTerms::new(model, stepper.mechanism(), (&dynamics, mass), forces, &node);
+        let energies = EnergyTerms::new(model, stepper.mechanism(), &dynamics, mass, forces, &node);
         let mut rotation = RotationWatch::new(model, stepper.mechanism(), &beams);
-        resolved::judge(model, (&mut stepper, at), &mut rotation, &mut assembly);
+        resolved::judge(model, &mut stepper, at, &mut rotation, &mut assembly);
         sensors.begin(stepper.place().2);
         Ok(Self {
             settings,
@@ -354,7 +353,8 @@ fn stepper(
     dynamics: &Dynamics,
     model: &Model,
     at: InitialValues<'_>,
-    (solver, wanted): (Solver, Wanted),
+    solver: Solver,
+    wanted: Wanted,
 ) -> Result<AnyStepper, ModelError> {
     let settings = &model.settings;
     match settings.scheme.family() {

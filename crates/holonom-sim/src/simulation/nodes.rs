@@ -138,8 +138,8 @@ impl Simulation {
         };
         let (step, t, q) = self.stepper.place();
         self.sensors.follow(q);
-        if let Err(fault) = self.limits.follow(t, q) {
-            let (message, remedy) = bent_too_far(fault);
+        if let Err(folded) = self.limits.follow(t, q) {
+            let (message, remedy) = bent_too_far(&folded);
             return (recorded, Err(RunFailure { step, t, message, remedy }));
         }
         self.iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;

@@ -16,7 +16,8 @@ const FASTER: f64 = 1.1;
 /// Of the start, with the warnings.
 pub(super) fn judge(
     model: &Model,
-    (stepper, at): (&mut AnyStepper, InitialValues<'_>),
+    stepper: &mut AnyStepper,
+    at: InitialValues<'_>,
     watch: &mut RotationWatch,
     assembly: &mut AssemblyReport,
 ) {
@@ -47,7 +48,7 @@ pub(super) fn judge(
             }
         }
     }
-    let rotation = watch.of(0.0, (&free, true), settings);
+    let rotation = watch.of(0.0, &free, true, settings);
     let vibration = assembly.fastest_motion.as_ref();
     let vibration = vibration.and_then(|found| found.warning(settings, rotation.as_ref()));
     let turning = rotation.as_ref().and_then(|rotation| rotation.warning(settings));
@@ -70,7 +71,7 @@ impl Simulation {
         let Self { stepper, rotation, settings, assembly, bodies, .. } = self;
         stepper.observe(NodeOf::State).ok()?;
         let here = stepper.node();
-        let fastest = rotation.of(here.state.t, (&here.node.v, false), settings);
+        let fastest = rotation.of(here.state.t, &here.node.v, false, settings);
         fastest.and_then(|fastest| fastest.remedy(settings)).or_else(|| {
             // where the start is too coarse, the node is not that of the motion
             let start = assembly.fastest_motion.as_ref();

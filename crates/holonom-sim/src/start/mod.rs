@@ -61,8 +61,8 @@ impl StartValues {
         }
         let (q, v) = (drawn(model, mechanism), mechanism.initial_velocity());
         let tolerance = model.settings.start_tolerance;
-        let mut missed = assembly::velocity_inconsistencies(mechanism, (&q, &v), tolerance);
-        if missed.is_empty() || nearly_consistent(mechanism, (&q, &v), tolerance) {
+        let mut missed = assembly::velocity_inconsistencies(mechanism, &q, &v, tolerance);
+        if missed.is_empty() || nearly_consistent(mechanism, &q, &v, tolerance) {
             return Ok(Self { q, v, how: How::Stated });
         }
         if !model.settings.project_start {
@@ -120,11 +120,11 @@ fn offer_rates(model: &Model, mechanism: &Mechanism, missed: &mut [Inconsistency
 
 /// Whether only constraints that nearly follow from the others are violated by initial velocities,
 /// and no more than they are by the motion.
-fn nearly_consistent(mechanism: &Mechanism, start: (&[f64], &[f64]), tolerance: f64) -> bool {
-    let loops = Loops::find(mechanism, 0.0, start.0).ok();
+fn nearly_consistent(mechanism: &Mechanism, q: &[f64], v: &[f64], tolerance: f64) -> bool {
+    let loops = Loops::find(mechanism, 0.0, q).ok();
     let Some(nearly) = loops.and_then(|loops| loops.nearly_redundant()) else { return false };
     let mechanism = mechanism.clone().accepting(Some(nearly));
-    assembly::velocity_inconsistencies(&mechanism, start, tolerance).is_empty()
+    assembly::velocity_inconsistencies(&mechanism, q, v, tolerance).is_empty()
 }
 
 /// The equilibrium under the loads at `t = 0`, at rest or in the steady rotation of the initial
@@ -181,7 +181,7 @@ fn with_stated_rates(model: &Model) -> Result<(Vec<f64>, Vec<f64>), ModelError> 
         .map_err(|error| refused(&error.into()))?;
     let (q, v) = (found.state.q, found.v);
     let tolerance = model.settings.start_tolerance;
-    let missed = assembly::velocity_inconsistencies(&mechanism, (&q, &v), tolerance);
+    let missed = assembly::velocity_inconsistencies(&mechanism, &q, &v, tolerance);
     if missed.is_empty() {
         return Ok((q, v));
     }
@@ -236,8 +236,10 @@ pub(crate) fn change_of_configuration(
 /// The largest changes of the initial velocities, `NAME by … m/s, NAME by … rad/s`.
 pub(crate) fn change_of_velocities(
     mechanism: &Mechanism,
-    (q, v): (&[f64], &[f64]),
-    (q_start, v_start): (&[f64], &[f64]),
+    q: &[f64],
+    v: &[f64],
+    q_start: &[f64],
+    v_start: &[f64],
 ) -> String {
     let description = mechanism.description();
     let mut linear = ("", 0.0_f64);

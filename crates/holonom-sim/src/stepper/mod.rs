@@ -64,7 +64,9 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
     /// do work, `wanted`: what sensors ask for.
     fn new(
         mut run: Integrator<S, Mechanism>,
-        (variational, forces, add_work): (bool, usize, AddWork<S>),
+        variational: bool,
+        forces: usize,
+        add_work: AddWork<S>,
         settings: &Settings,
         wanted: Wanted,
     ) -> Self {
@@ -75,8 +77,8 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let composed = run.reads_states();
         // the multipliers of an energy–momentum step are at hand
         let driven = variational && run.constraints().is_rheonomic();
-        let start = (&run.state().p[..], run.initial_velocity());
-        let work = Work::new(start, forces, (driven, composed));
+        let (p, v) = (&run.state().p, run.initial_velocity());
+        let work = Work::new(p, v, forces, driven, composed);
         let differences = wanted.accelerations && !composed;
         let increments = differences.then(|| LastIncrements::new(run.state().q.len()));
         let (ended, seen) = ([None; 2], LastRead::default());
@@ -183,8 +185,8 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
                 seen.force.extend_from_slice(&node.constraint_force);
             }
         }
-        let projected = (&node.p_projected[..], &node.v[..]);
-        work.at(seen.when == When::Before, &at.p, projected, &mut seen.work);
+        let before = seen.when == When::Before;
+        work.at(before, &at.p, &node.p_projected, &node.v, &mut seen.work);
     }
 
     /// The node that was read last.
@@ -270,8 +272,8 @@ impl AnyStepper {
         settings: &Settings,
         wanted: Wanted,
     ) -> Self {
-        let own = (true, run.system().sources().len(), Work::add as AddWork<SeparableSystem>);
-        Self::Variational(Box::new(Stepper::new(run, own, settings, wanted)))
+        let (forces, add_work) = (run.system().sources().len(), Work::add);
+        Self::Variational(Box::new(Stepper::new(run, true, forces, add_work, settings, wanted)))
     }
 
     pub(crate) fn energy_momentum(
@@ -279,8 +281,9 @@ impl AnyStepper {
         settings: &Settings,
         wanted: Wanted,
     ) -> Self {
-        let own = (false, run.system().sources().len(), Work::add_em as AddWork<EmSystem>);
-        Self::EnergyMomentum(Box::new(Stepper::new(run, own, settings, wanted)))
+        let (forces, add_work) = (run.system().sources().len(), Work::add_em);
+        let own = Stepper::new(run, false, forces, add_work, settings, wanted);
+        Self::EnergyMomentum(Box::new(own))
     }
 
     /// Takes a step as so many equal parts; where it is refused, the state stays what it was.

@@ -80,11 +80,7 @@ impl DrivenVelocity {
 impl Work {
     /// From the start with momentum `p` and velocity `v`, of `forces` forces; `driven`: some motion
     /// is prescribed, and by whose steps it is followed: `composed` ones.
-    pub(crate) fn new(
-        (p, v): (&[f64], &[f64]),
-        forces: usize,
-        (driven, composed): (bool, bool),
-    ) -> Self {
+    pub(crate) fn new(p: &[f64], v: &[f64], forces: usize, driven: bool, composed: bool) -> Self {
         let start = Impulse { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
         let node = driven.then(|| [start.clone(), start]);
         let parts = vec![0.0; forces + 1];
@@ -250,7 +246,8 @@ impl Work {
         &self,
         before: bool,
         p: &[f64],
-        (p_projected, v): (&[f64], &[f64]),
+        p_projected: &[f64],
+        v: &[f64],
         work: &mut Vec<f64>,
     ) {
         work.clone_from(if before { &self.before } else { &self.parts });

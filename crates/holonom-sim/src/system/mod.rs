@@ -86,7 +86,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         load.body.as_deref().is_some_and(|name| names.particles.contains_key(name))
     };
     for load in model.loads.iter().filter(|load| !on_particle(load)) {
-        add_load(&mut builder, load, &names, (&elements, &list))?;
+        add_load(&mut builder, load, &names, &elements, &list)?;
     }
     for load in model.loads.iter().filter(on_particle) {
         let particle = names.particles[load.body.as_deref().unwrap_or_default()];
@@ -103,7 +103,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
     let beams = Beams { parts, list };
-    let sensors = Sensors::new(&names, (&mechanism, &dynamics), &beams);
+    let sensors = Sensors::new(&names, &mechanism, &dynamics, &beams);
     Ok(System { beams, mechanism, dynamics, members, sensors })
 }
 
@@ -217,7 +217,8 @@ fn add_load(
     builder: &mut MechanismBuilder,
     load: &holonom_model::Load,
     names: &Names<'_>,
-    (parts, beams): (&BeamElements, &[BeamParts]),
+    parts: &BeamElements,
+    beams: &[BeamParts],
 ) -> Result<(), ModelError> {
     let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
     let history = load.history.time_history();

@@ -126,7 +126,7 @@ pub fn certify_model(
     let best = plan.methods.first().map_or(own, |(method, _)| *method);
     for order in [2, 4] {
         progress(&format!("a step for an accuracy of {accuracy:e}, order {order}"));
-        steps.push(recommend(&subject, (best, order), &rest, accuracy));
+        steps.push(recommend(&subject, best, order, &rest, accuracy));
     }
     Ok(ModelCertificate {
         model: name.clone(),
@@ -213,7 +213,8 @@ fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Measuremen
 /// The step for an accuracy, from the errors at the step of the model and half of it.
 fn recommend(
     subject: &ModelSubject,
-    (method, order): (Method, u32),
+    method: Method,
+    order: u32,
     model: &Model,
     accuracy: f64,
 ) -> Recommendation {
@@ -232,7 +233,7 @@ fn recommend(
         let end = steps as f64 * h;
         let mut found =
             Recommendation { order, end, error: None, step: None, reason: reason.clone() };
-        match error_at((subject, method, order), end, steps) {
+        match error_at(subject, method, order, end, steps) {
             Err(refused) => {
                 found.reason = refused;
                 return found;
@@ -272,7 +273,9 @@ fn recommend(
 
 /// Estimated relative error of `steps` steps; `None` where three runs do not show the order.
 fn error_at(
-    (subject, method, order): (&ModelSubject, Method, u32),
+    subject: &ModelSubject,
+    method: Method,
+    order: u32,
     end: f64,
     steps: u64,
 ) -> Result<Option<f64>, String> {

@@ -242,7 +242,7 @@ pub(super) fn cost(
         for &count in &plan.counts {
             let model = plan.by_count(model, scheme, order, count);
             let expected = per_step.map(|s| s * (parts as u64 * count) as f64);
-            record.work.push(work_point(&model, count, expected, (plan, end)));
+            record.work.push(work_point(&model, count, expected, plan, end));
         }
     }
 }
@@ -290,7 +290,8 @@ fn work_point(
     model: &Model,
     count: u64,
     expected: Option<f64>,
-    (plan, end): (&ComparisonPlan, Option<&Vec<f64>>),
+    plan: &ComparisonPlan,
+    end: Option<&Vec<f64>>,
 ) -> WorkPoint {
     let (order, step) = (model.settings.order, model.settings.step);
     let without = |reason: String| WorkPoint {

@@ -56,7 +56,7 @@ impl AveragedHighOrder {
         self.elements.stations.iter().enumerate().map(move |(k, station)| (station, mu(k)))
     }
 
-    fn add_slot(&self, s: &Interval, (q, sign): (&[f64], f64), scale: f64, out: &mut [f64]) {
+    fn add_slot(&self, s: &Interval, q: &[f64], sign: f64, scale: f64, out: &mut [f64]) {
         for (station, mu) in self.scaled(s.h) {
             let (mean, change) = mean_and_change(station, s);
             let n = station.stiffness().component_mul(&(0.5 * mean + sign * mu * change));
@@ -86,8 +86,8 @@ impl AveragedHighOrder {
         for station in &self.elements.stations {
             let (mean, _) = mean_and_change(station, s);
             let c = 0.5 * scale * station.weight * station.stiffness();
-            let pair = (&station.gradients(&s.q_mid), &station.gradients(&s.q1));
-            station.emit(pair, &c, &c.component_mul(&mean), out);
+            let (left, right) = (station.gradients(&s.q_mid), station.gradients(&s.q1));
+            station.emit(&left, &right, &c, &c.component_mul(&mean), out);
         }
     }
 }
@@ -112,24 +112,24 @@ impl DiscretePotential for AveragedHighOrder {
             for (station, mu) in self.scaled(h) {
                 let c = mu * h * h * station.weight * station.stiffness();
                 let gradients = station.gradients(at.q);
-                station.emit_outer((&gradients, &gradients), &c, out);
+                station.emit_outer(&gradients, &gradients, &c, out);
             }
         }
     }
 
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, (&s.q0, 1.0), scale, out);
+        self.add_slot(s, &s.q0, 1.0, scale, out);
     }
 
     fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, (&s.q1, -1.0), scale, out);
+        self.add_slot(s, &s.q1, -1.0, scale, out);
     }
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for (station, mu) in self.scaled(s.h) {
             let c = (0.25 + mu) * scale * station.weight * station.stiffness();
-            let pair = (&station.gradients(&s.q0), &station.gradients(&s.q1));
-            station.emit_outer(pair, &c, out);
+            let (left, right) = (station.gradients(&s.q0), station.gradients(&s.q1));
+            station.emit_outer(&left, &right, &c, out);
         }
     }
 
@@ -139,7 +139,7 @@ impl DiscretePotential for AveragedHighOrder {
             let (mean, change) = mean_and_change(station, s);
             let n = c.component_mul(&(0.5 * mean + mu * change));
             let gradients = station.gradients(&s.q0);
-            station.emit((&gradients, &gradients), &((0.25 - mu) * c), &n, out);
+            station.emit(&gradients, &gradients, &((0.25 - mu) * c), &n, out);
         }
     }
 

@@ -132,7 +132,7 @@ pub fn start(
     let mut sizes = Sizes::new(n, m);
     sizes.measure(constraints, Configuration::new(t, q));
     if !sizes.are_closed(&g, constraints.allowances(), |row| rows.is_dropped(row)) {
-        q0 = closest(system, constraints, rows, (t, q))?;
+        q0 = closest(system, constraints, rows, t, q)?;
         report.position_moved = distance(&q0, q);
     }
 
@@ -143,7 +143,7 @@ pub fn start(
     report.velocity_residual = norm_inf(&violation);
     let mut v0 = v.to_vec();
     let speed = 1.0 + norm_inf(v);
-    let lengths = row_lengths(constraints, (t, q));
+    let lengths = row_lengths(constraints, t, q);
     let allowances = constraints.allowances();
     let rest = |(i, (rate, length)): (usize, (&f64, &f64))| {
         let nearly = allowances.get(i).filter(|_| rows.is_dropped(i));
@@ -178,7 +178,7 @@ const AT_REST: f64 = 1e-14;
 
 /// One more than the largest of the coordinates that a row depends on, and what they are connected
 /// to, for every row.
-fn row_lengths(constraints: &impl Constraints, (t, q): (f64, &[f64])) -> Vec<f64> {
+fn row_lengths(constraints: &impl Constraints, t: f64, q: &[f64]) -> Vec<f64> {
     struct LargestCoordinate<'a>(&'a [f64], &'a mut [f64]);
     impl Entries for LargestCoordinate<'_> {
         fn add(&mut self, row: usize, column: usize, _value: f64) {
@@ -261,7 +261,8 @@ fn closest(
     system: &impl MechanicalSystem,
     constraints: &impl Constraints,
     rows: &IndependentRows,
-    (t, target): (f64, &[f64]),
+    t: f64,
+    target: &[f64],
 ) -> Result<Vec<f64>, StartError> {
     const MAX_ITERATIONS: usize = 200;
     const SETTLED: f64 = 1e-12;
@@ -320,7 +321,7 @@ fn closest(
             constraints.value(Configuration::new(t, &next), &mut g);
             let after = rows.rows().iter().map(|&i| sizes.excess(i, g[i])).fold(0.0, f64::max);
             let q = if after <= enforced.max(1.0) { next } else { q };
-            return taken_up(constraints, rows, (t, q), &sizes);
+            return taken_up(constraints, rows, t, q, &sizes);
         }
         q = next;
     }
@@ -332,7 +333,8 @@ fn closest(
 fn taken_up(
     constraints: &impl Constraints,
     rows: &IndependentRows,
-    (t, q): (f64, Vec<f64>),
+    t: f64,
+    q: Vec<f64>,
     sizes: &Sizes,
 ) -> Result<Vec<f64>, StartError> {
     const FOLLOWS: f64 = 30.0; // rounding in a row that follows from others, at most

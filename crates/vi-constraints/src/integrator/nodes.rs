@@ -51,7 +51,7 @@ impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let mut v = vec![0.0; constraints.dim()];
         let observer = observer_at(state, observer, start_observer);
-        observer.prescribed_velocity(system, &**constraints, (state, t), &mut v)?;
+        observer.prescribed_velocity(system, &**constraints, state, t, &mut v)?;
         Ok(v)
     }
 
@@ -73,7 +73,7 @@ impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let emit = |out: &mut dyn Entries| stiffness(system, state.configuration(), out);
         let observer = observer_at(state, observer, start_observer);
-        observer.fastest_motions(system, &**constraints, state, (&emit, counted))
+        observer.fastest_motions(system, &**constraints, state, &emit, counted)
     }
 }
 

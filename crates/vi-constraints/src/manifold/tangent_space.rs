@@ -252,8 +252,9 @@ impl<C: Constraints> TangentSpace<C> {
                 (self.0)(row, column);
             }
         }
-        let shape = (self.constraints.len(), q.len());
-        self.group = groups(shape, |visit| self.constraints.jacobian(t, q, &mut Places(visit)));
+        self.group = groups(self.constraints.len(), q.len(), |visit| {
+            self.constraints.jacobian(t, q, &mut Places(visit));
+        });
     }
 
     /// Writes `s.q1`, `s.dq` from `P u` and `ν`.

@@ -11,7 +11,7 @@ use crate::constraints::Constraints;
 use crate::fastest_motion::{ConstrainedMass, FastestMotions, fastest_motion, quotient};
 use crate::legendre::add_constraint_impulse;
 use crate::node_solvers::NodeSolvers;
-use crate::projection::{Projections, hamiltonian, kinetic_energy};
+use crate::projection::{NodeMotion, Projections, hamiltonian, kinetic_energy};
 use crate::reparametrization::Emission;
 use crate::saddle_point::IndependentRows;
 use vi_core::Configuration;
@@ -176,8 +176,8 @@ impl NodeObserver {
         constraints.residual(at, m_work);
         node.position_residual = norm_inf(m_work);
 
-        let solvers = (projections, solvers);
-        velocity(solvers, system, constraints, (state, at.t), (h, &state.p), &mut node.v)?;
+        let mut mass = MassAtNode { projections, solvers, system, constraints, state };
+        mass.velocity(at.t, h, &state.p, &mut node.v)?;
         node.p_projected.fill(0.0);
         system.add_momentum_of_step(at, h, &node.v, &mut node.p_projected); // (40)
         node.hamiltonian_projected = hamiltonian(system, at, &node.v, &node.p_projected); // (53)
@@ -193,12 +193,13 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, t): (&State, f64),
+        state: &State,
+        t: f64,
         v: &mut [f64],
     ) -> Result<(), Singular> {
         let rest = vec![0.0; v.len()];
-        let solvers = (&mut self.projections, &mut self.solvers);
-        velocity(solvers, system, constraints, (state, t), (0.0, &rest), v)
+        let Self { projections, solvers, .. } = self;
+        MassAtNode { projections, solvers, system, constraints, state }.velocity(t, 0.0, &rest, v)
     }
 
     /// The fastest motions about a node: with the stiffness of potentials and constraint forces,
@@ -213,7 +214,8 @@ impl NodeObserver {
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         state: &State,
-        (stiffness, counted): (&Emission<'_>, &dyn Fn(usize) -> bool),
+        stiffness: &Emission<'_>,
+        counted: &dyn Fn(usize) -> bool,
     ) -> Result<FastestMotions, Singular> {
         let (n, m) = (system.dim(), constraints.len());
         let (mut lambda, mut prescribed) = (vec![0.0; m], Vec::new());
@@ -228,7 +230,7 @@ impl NodeObserver {
         }
         if constraints.is_rheonomic() {
             prescribed.resize(n, 0.0);
-            self.prescribed_velocity(system, constraints, (state, state.t), &mut prescribed)?;
+            self.prescribed_velocity(system, constraints, state, state.t, &mut prescribed)?;
         }
         let matrix = |lambda: &[f64], stiffness: &Emission<'_>| {
             SparseMatrix::assemble(n, n, |out| {
@@ -242,7 +244,8 @@ impl NodeObserver {
         }
         let geometric = matrix(&lambda, &|_| ());
         let Self { projections, solvers, .. } = self;
-        let mut mass = MassAtNode { projections, solvers, system, constraints, state, prescribed };
+        let mass = MassAtNode { projections, solvers, system, constraints, state };
+        let mut mass = AllowedMass { mass, prescribed };
         let all = fastest_motion(&whole, &mut mass)?;
         let by_constraint_forces = fastest_motion(&geometric, &mut mass)?;
         let held = quotient(&whole, &by_constraint_forces.velocity) - by_constraint_forces.squared;
@@ -306,11 +309,18 @@ impl NodeObserver {
         self.observe_state(system, constraints, state, 0.0)?;
         let Self { projections, solvers, node, m_work, .. } = self;
         let (at, v) = (state.configuration(), &node.v[..]);
-        let (here, how, out) =
-            ((at, &state.memory), (v, solvers), (&mut *force, lambda.as_deref_mut()));
-        if projections.acceleration_sweeps(system, constraints, here, how, out).is_err() {
+        let here = NodeMotion { at, v, memory: &state.memory };
+        let swept = projections.acceleration_sweeps(
+            system,
+            constraints,
+            here,
+            solvers,
+            force,
+            lambda.as_deref_mut(),
+        );
+        if swept.is_err() {
             let lambda = lambda.unwrap_or(m_work);
-            projections.acceleration_force(system, constraints, (at, v), (force, lambda))?;
+            projections.acceleration_force(system, constraints, at, v, force, lambda)?;
         }
         node.acceleration.clear();
         node.acceleration.extend_from_slice(projections.acceleration());
@@ -318,48 +328,49 @@ impl NodeObserver {
     }
 }
 
-/// `v ← v̂` of a momentum `p` at the configuration of a state and the time `t`, with what is added
-/// to the mass in steps `h`.
-fn velocity(
-    (projections, solvers): (&mut Projections, &mut NodeSolvers),
-    system: &impl DiscreteLagrangian,
-    constraints: &impl Constraints,
-    (state, t): (&State, f64),
-    (h, p): (f64, &[f64]),
-    v: &mut [f64],
-) -> Result<(), Singular> {
-    let at = Configuration { t, ..state.configuration() };
-    let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);
-    if let Some(solver) = &mut solvers.velocity
-        && solver.velocity(&mass, (at, &state.memory), p, v).is_ok()
-    {
-        return Ok(());
-    }
-    projections.velocity(system, constraints, at, h, p, v)
-}
-
-/// The mass of a system on the directions that its constraints allow at a node.
+/// The mass of a system on the directions that its constraints allow at a node, rates of prescribed
+/// motions among them.
 struct MassAtNode<'a, S, C> {
     projections: &'a mut Projections,
     solvers: &'a mut NodeSolvers,
     system: &'a S,
     constraints: &'a C,
     state: &'a State,
+}
+
+impl<S: DiscreteLagrangian, C: Constraints> MassAtNode<'_, S, C> {
+    /// `v ← v̂` of a momentum `p` at the configuration of the state and the time `t`, with what is
+    /// added to the mass in steps `h`.
+    fn velocity(&mut self, t: f64, h: f64, p: &[f64], v: &mut [f64]) -> Result<(), Singular> {
+        let (system, state) = (self.system, self.state);
+        let at = Configuration { t, ..state.configuration() };
+        let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);
+        if let Some(solver) = &mut self.solvers.velocity
+            && solver.velocity(&mass, (at, &state.memory), p, v).is_ok()
+        {
+            return Ok(());
+        }
+        self.projections.velocity(system, self.constraints, at, h, p, v)
+    }
+}
+
+/// The mass on the directions of the tangent space.
+struct AllowedMass<'a, S, C> {
+    mass: MassAtNode<'a, S, C>,
     prescribed: Vec<f64>, // n  v̂ of no momentum; empty where no motion is prescribed
 }
 
-impl<S: DiscreteLagrangian, C: Constraints> ConstrainedMass for MassAtNode<'_, S, C> {
+impl<S: DiscreteLagrangian, C: Constraints> ConstrainedMass for AllowedMass<'_, S, C> {
     fn velocity(&mut self, p: &[f64], v: &mut [f64]) -> Result<(), Singular> {
-        let (system, constraints, state) = (self.system, self.constraints, self.state);
-        let solvers = (&mut *self.projections, &mut *self.solvers);
-        velocity(solvers, system, constraints, (state, state.t), (0.0, p), v)?;
+        self.mass.velocity(self.mass.state.t, 0.0, p, v)?;
         v.iter_mut().zip(&self.prescribed).for_each(|(v, own)| *v -= own);
         Ok(())
     }
 
     fn momentum(&mut self, v: &[f64], p: &mut [f64]) {
         p.fill(0.0);
-        self.system.add_momentum_of_step(self.state.configuration(), 0.0, v, p);
+        let at = self.mass.state.configuration();
+        self.mass.system.add_momentum_of_step(at, 0.0, v, p);
     }
 }
 

@@ -28,6 +28,14 @@ use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 
+/// A node as it moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NodeMotion<'a> {
+    pub(crate) at: Configuration<'a>,
+    pub(crate) v: &'a [f64],
+    pub(crate) memory: &'a Memory, // of its state
+}
+
 /// Applies `R_dᵀ`, `Q` and `M⁻¹`.
 #[derive(Debug)]
 pub struct Projections {
@@ -197,8 +205,8 @@ impl Projections {
         system.add_force(at, v, &mut self.n_work);
     }
 
-    /// `force ← Gᵀλ` of the acceleration level by what a mechanism offers, at a node with the
-    /// `memory` of its state, and `λ` where it is asked for:
+    /// `force ← Gᵀλ` of the acceleration level by what a mechanism offers, and `λ` where it is
+    /// asked for:
     /// ```text
     /// G a_0 = b,   w_0 = f − ∇V − M a_0,   Gᵀλ = w_0 − M P (PᵀMP)⁻¹ Pᵀ w_0                          [5.27]
     /// a = a_0 + P (PᵀMP)⁻¹ Pᵀ w_0
@@ -210,10 +218,12 @@ impl Projections {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        (at, memory): (Configuration<'_>, &Memory),
-        (v, solvers): (&[f64], &mut NodeSolvers),
-        (force, lambda): (&mut [f64], Option<&mut [f64]>),
+        node: NodeMotion<'_>,
+        solvers: &mut NodeSolvers,
+        force: &mut [f64],
+        lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular> {
+        let NodeMotion { at, v, memory } = node;
         let NodeSolvers { velocity, multipliers } = solvers;
         let velocity = velocity.as_mut().ok_or(Singular)?;
         if constraints.rank_tolerance() > RANK_TOLERANCE {
@@ -299,7 +309,7 @@ impl Projections {
     ) -> Result<(), Singular> {
         self.independent_multiplier(system, constraints, at, v, lambda)?;
         let mut force = std::mem::take(&mut self.n_work);
-        self.finish(constraints, at, (&mut force, lambda));
+        self.finish(constraints, at, &mut force, lambda);
         self.n_work = force;
         Ok(())
     }
@@ -310,7 +320,8 @@ impl Projections {
         &mut self,
         constraints: &impl Constraints,
         at: Configuration<'_>,
-        (force, lambda): (&mut [f64], &mut [f64]),
+        force: &mut [f64],
+        lambda: &mut [f64],
     ) {
         let Self { n, x, acceleration, mass_system, jacobian: known, least_norm, .. } = self;
         acceleration.copy_from_slice(&x[..*n]);
@@ -330,11 +341,13 @@ impl Projections {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        (at, v): (Configuration<'_>, &[f64]),
-        (force, lambda): (&mut [f64], &mut [f64]),
+        at: Configuration<'_>,
+        v: &[f64],
+        force: &mut [f64],
+        lambda: &mut [f64],
     ) -> Result<(), Singular> {
         self.independent_multiplier(system, constraints, at, v, lambda)?;
-        self.finish(constraints, at, (force, lambda));
+        self.finish(constraints, at, force, lambda);
         Ok(())
     }
 }

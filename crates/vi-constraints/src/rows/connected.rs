@@ -31,7 +31,8 @@ fn first(set: &mut [usize], mut i: usize) -> usize {
 /// The number of the set of each column: the smallest column that rows connect it to. `entries`
 /// visits `(row, column)`.
 pub(crate) fn groups(
-    (rows, columns): (usize, usize),
+    rows: usize,
+    columns: usize,
     entries: impl FnOnce(&mut dyn FnMut(usize, usize)),
 ) -> Vec<usize> {
     let mut set: Vec<usize> = (0..columns).collect();
@@ -49,7 +50,7 @@ pub(crate) fn groups(
 /// The connected parts of a matrix; rows without entries are parts of their own.
 pub(crate) fn connected(matrix: &SparseMatrix) -> Vec<Part> {
     let (m, n) = matrix.shape();
-    let group = groups((m, n), |visit| matrix.for_each(|i, j, _| visit(i, j)));
+    let group = groups(m, n, |visit| matrix.for_each(|i, j, _| visit(i, j)));
     let mut part_of_row = vec![NONE; m];
     let mut part_of_group = vec![NONE; n];
     let mut parts: Vec<Part> = Vec::new();

@@ -86,7 +86,8 @@ pub trait Scheme<S, C>: Send {
         &mut self,
         _system: &S,
         attempt: usize,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
         x: &mut [f64],
     ) -> Option<Guess> {
         let degree = if attempt == 0 { self.precision().degree } else { Degree::Zero };

@@ -107,7 +107,7 @@ fn solve_step<S, C>(
     let searching = newton.settings.line_search;
     let mut failure = None;
     for attempt in 0.. {
-        let guess = problem.scheme.guess(problem.system, attempt, (step, state), x);
+        let guess = problem.scheme.guess(problem.system, attempt, step, state, x);
         let Some(guess) = guess.filter(|guess| *guess == Guess::Plain || !searching) else { break };
         newton.settings.line_search = searching || guess == Guess::Damped;
         let outcome = newton.solve(problem, x);

@@ -7,7 +7,8 @@ use vi_testkit::Sample;
 /// Groups of several sizes with their blocks, and the same matrix dense; `weight` of the diagonal.
 fn random(
     sample: &mut Sample,
-    (sizes, places): (&[usize], &[[usize; 2]]),
+    sizes: &[usize],
+    places: &[[usize; 2]],
     weight: f64,
 ) -> (Vec<Vec<f64>>, DMatrix<f64>) {
     let first = |group: usize| sizes[..group].iter().sum::<usize>();
@@ -67,7 +68,7 @@ fn it_solves_chains_trees_rings_and_what_fills_in() {
         let mut lu = BlockLu::new(&sizes, &places).unwrap();
         assert!(lu.blocks() == count || count == 0, "{name}: {} blocks", lu.blocks());
         for _ in 0..3 {
-            let (blocks, dense) = random(&mut sample, (&sizes, &places), 8.0);
+            let (blocks, dense) = random(&mut sample, &sizes, &places, 8.0);
             let error = relative_error(&mut lu, &blocks, &places, &dense);
             println!("{name}: {} blocks, backward error {error:.1e}", lu.blocks());
             assert!(error < 1e-14, "{name}: {error:e}");
@@ -79,7 +80,7 @@ fn it_solves_chains_trees_rings_and_what_fills_in() {
 fn a_pivot_block_that_is_too_small_is_refused() {
     let places = both_ways(&[[0, 1]], 2);
     let mut lu = BlockLu::new(&[6, 6], &places).unwrap();
-    let (mut blocks, _) = random(&mut Sample::new(72), (&[6, 6], &places), 0.0);
+    let (mut blocks, _) = random(&mut Sample::new(72), &[6, 6], &places, 0.0);
     let mut factorize = |size: f64| {
         blocks[0].fill(0.0);
         (0..SIZE).for_each(|i| blocks[0][7 * i] = size);

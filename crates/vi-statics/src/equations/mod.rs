@@ -101,11 +101,7 @@ pub(crate) fn separate(mechanism: &Mechanism) -> VelocityLayout {
 
 impl EquilibriumEquations {
     /// At the configuration `q` and the load parameter `t`.
-    pub(crate) fn new(
-        system: SeparableSystem,
-        mechanism: Mechanism,
-        (t, q): (f64, &[f64]),
-    ) -> Self {
+    pub(crate) fn new(system: SeparableSystem, mechanism: Mechanism, t: f64, q: &[f64]) -> Self {
         let layout = separate(&mechanism);
         let (n, d) = (layout.dim(), layout.dof());
         let mut s = Interval::new(n);

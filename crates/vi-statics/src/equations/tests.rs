@@ -55,7 +55,7 @@ fn work(kinds: [PairKind; 3], sample: &mut Sample) -> EquilibriumEquations {
         system = system.force(Box::new(JointForce { coordinate, law }));
     }
     let q = model.configuration();
-    EquilibriumEquations::new(system, mechanism, (0.7, &q))
+    EquilibriumEquations::new(system, mechanism, 0.7, &q)
 }
 
 /// In a steady rotation, with dampers from the ground and between bodies, on points off the axis,

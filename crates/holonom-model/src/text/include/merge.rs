@@ -209,7 +209,7 @@ impl<'a, 'i> Merge<'a, 'i> {
             if !self.is_stated_above(parent, &name) {
                 let place = (self.tree.branches[parent].file, key.span());
                 self.replaced.push((name.clone(), place.0, place.1));
-                self.parameter(parent, &name, (key, value));
+                self.parameter(parent, &name, key, value);
             }
         }
     }
@@ -225,7 +225,7 @@ impl<'a, 'i> Merge<'a, 'i> {
         for (key, value) in own {
             let name = format!("{}{}", self.tree.branches[index].prefix, key.get_ref());
             if !self.is_stated_above(index, &name) {
-                self.parameter(index, &name, (key, value));
+                self.parameter(index, &name, key, value);
             }
         }
     }
@@ -245,7 +245,8 @@ impl<'a, 'i> Merge<'a, 'i> {
         &mut self,
         index: usize,
         name: &str,
-        (key, value): (&'a Spanned<std::borrow::Cow<'i, str>>, &'a Value<'i>),
+        key: &'a Spanned<std::borrow::Cow<'i, str>>,
+        value: &'a Value<'i>,
     ) {
         if self.stated.insert(name.to_owned(), index).is_some() {
             let path = format!("{SECTION}.{name}");

@@ -70,7 +70,7 @@ impl IncludeTree {
                 problems.push((including, problem));
             });
             for (number, entry) in entries.into_iter().enumerate() {
-                if let Err(problem) = tree.include(next, number, &entry, (&mut known, &mut bytes)) {
+                if let Err(problem) = tree.include(next, number, &entry, &mut known, &mut bytes) {
                     problems.push((including, problem.at(Some(entry.place))));
                     if problems.len() >= MAX_PROBLEMS || tree.branches.len() > MOST {
                         return Some(tree);
@@ -88,7 +88,8 @@ impl IncludeTree {
         parent: usize,
         number: usize,
         entry: &IncludeEntry,
-        (known, bytes): (&mut BTreeMap<PathBuf, usize>, &mut usize),
+        known: &mut BTreeMap<PathBuf, usize>,
+        bytes: &mut usize,
     ) -> Result<(), Problem> {
         let wrong = |message: String, help: &str| Problem::new(KEY, message).help(help);
         let branch = &self.branches[parent];

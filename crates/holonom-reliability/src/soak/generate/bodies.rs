@@ -220,7 +220,7 @@ fn planar(model: &mut Model, draw: &mut Draw) {
             true => (JointKind::Prismatic, along(side, draw.between(-1.0, 1.0), up)),
             false => (JointKind::Revolute, axis),
         };
-        push_ring(model, (k, count), kind, place, axis);
+        push_ring(model, k, count, kind, place, axis);
     }
 }
 
@@ -232,14 +232,15 @@ fn spherical(model: &mut Model, draw: &mut Draw) {
     for k in 0..=count {
         let axis = draw.direction();
         let place = along(center, draw.between(0.2, 1.0), axis);
-        push_ring(model, (k, count), JointKind::Revolute, place, axis);
+        push_ring(model, k, count, JointKind::Revolute, place, axis);
     }
 }
 
 /// Joint `k` of a ring of `count` bodies that begins and ends at the ground.
 fn push_ring(
     model: &mut Model,
-    (k, count): (usize, usize),
+    k: usize,
+    count: usize,
     kind: JointKind,
     place: [f64; 3],
     axis: [f64; 3],
@@ -334,7 +335,7 @@ fn spatial(model: &mut Model, draw: &mut Draw) {
     }
     for (k, kind) in chosen.into_iter().enumerate() {
         let (place, axis) = (draw.vector(1.0), draw.direction());
-        push_ring(model, (k, count), kind, place, axis);
+        push_ring(model, k, count, kind, place, axis);
         if let Some(last) = model.joints.last_mut() {
             last.axis2 = kind.has_second_axis().then(|| normal_to(axis, draw));
         }

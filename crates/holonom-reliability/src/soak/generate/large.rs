@@ -66,7 +66,7 @@ impl Addition {
 
 /// A mechanism of `size` members and perhaps one more, the same for a seed.
 #[must_use]
-pub fn large(seed: u64, (base, size): (Topology, usize), member: Option<Addition>) -> Model {
+pub fn large(seed: u64, base: Topology, size: usize, member: Option<Addition>) -> Model {
     let mut draw = Draw::new(seed, size as u64);
     let draw = &mut draw;
     let mut model = empty(format!("{base:?}_{size}").to_lowercase());

@@ -235,7 +235,8 @@ impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNo
         &mut self,
         system: &S,
         attempt: usize,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
         x: &mut [f64],
     ) -> Option<Guess> {
         self.restart();

@@ -76,9 +76,15 @@ impl GalerkinTangent {
         let size = s * (n + r);
         let matrix = SparseMatrix::assemble(size, size, |out| {
             for i in 0..s {
-                (0..s).for_each(|j| self.derivative(system, (i, j + 1), (i * n, j * n), out));
+                let mut block = |column: usize, emit: &dyn Fn(&mut dyn Entries)| {
+                    let (row, column) = (i * n, column * n);
+                    emit(&mut Block { into: out, row, column, scale: 1.0, transposed: false });
+                };
+                for j in 0..s {
+                    block(j, &|out| self.derivative(system, i, j + 1, out));
+                }
                 if i > 0 {
-                    self.curvature(constraints, i, (i * n, (i - 1) * n), out);
+                    block(i - 1, &|out| self.curvature(constraints, i, out));
                 }
             }
             for i in 0..s {
@@ -94,9 +100,9 @@ impl GalerkinTangent {
         let mut right = DMatrix::zeros(size, tangents.dq.ncols());
         for i in 0..s {
             let block = SparseMatrix::assemble(n, n, |out| {
-                self.derivative(system, (i, 0), (0, 0), out);
+                self.derivative(system, i, 0, out);
                 if i == 0 {
-                    self.curvature(constraints, 0, (0, 0), out);
+                    self.curvature(constraints, 0, out);
                 }
             });
             for (mut right, dq) in right.column_iter_mut().zip(tangents.dq.column_iter()) {
@@ -110,9 +116,7 @@ impl GalerkinTangent {
         SparseLu::new(&matrix)?.solve(&matrix, right.as_mut_slice())?;
 
         let last: Vec<SparseMatrix> = (0..=s)
-            .map(|j| {
-                SparseMatrix::assemble(n, n, |out| self.derivative(system, (s, j), (0, 0), out))
-            })
+            .map(|j| SparseMatrix::assemble(n, n, |out| self.derivative(system, s, j, out)))
             .collect();
         for k in 0..tangents.dq.ncols() {
             let mut dp = vec![0.0; n];
@@ -187,40 +191,30 @@ impl GalerkinTangent {
         Ok(())
     }
 
-    /// Emits `∂W_i/∂q_j` [2.31] at `(row, column)`.
+    /// Emits `∂W_i/∂q_j` [2.31].
     fn derivative(
         &self,
         system: &impl DiscreteLagrangian,
-        (i, j): (usize, usize),
-        (row, column): (usize, usize),
+        i: usize,
+        j: usize,
         out: &mut dyn Entries,
     ) {
         let (constants, h) = (self.points.constants(), self.points.h());
         let scale = constants.K[(i, j)];
-        let transposed = false;
-        system.mass().emit(&mut Block { into: &mut *out, row, column, scale, transposed });
+        system.mass().emit(&mut Block { into: out, row: 0, column: 0, scale, transposed: false });
         if let Some(strains) = system.interpolation() {
-            let mut block = Block { into: &mut *out, row, column, scale: 1.0, transposed };
-            strains.add_derivative(&self.points.polynomial(), (i, j), h, &mut block);
+            strains.add_derivative(&self.points.polynomial(), (i, j), h, out);
         }
         for (k, node) in self.points.gauss().iter().enumerate() {
             let weight = node.weight * constants.E[(k, i)] * constants.E[(k, j)];
             let at = Configuration { t: node.t, q: &node.q, angles: &self.points.step().angles };
-            let mut block = Block { into: &mut *out, row, column, scale: 1.0, transposed };
-            system.gauss_hessian(at, -h * h * weight, &mut block);
+            system.gauss_hessian(at, -h * h * weight, out);
         }
     }
 
-    /// Emits `−Σ_c μ_ic D²g_c(q_i)` at `(row, column)`.
-    fn curvature(
-        &self,
-        constraints: &impl Constraints,
-        i: usize,
-        (row, column): (usize, usize),
-        out: &mut dyn Entries,
-    ) {
+    /// Emits `−Σ_c μ_ic D²g_c(q_i)`.
+    fn curvature(&self, constraints: &impl Constraints, i: usize, out: &mut dyn Entries) {
         let Configuration { t, q, .. } = self.at(i);
-        let mut block = Block { into: out, row, column, scale: 1.0, transposed: false };
-        constraints.weighted_hessian(t, q, &self.mu[i], -1.0, &mut block);
+        constraints.weighted_hessian(t, q, &self.mu[i], -1.0, out);
     }
 }
