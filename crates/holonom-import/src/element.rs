@@ -43,6 +43,13 @@ pub(crate) struct XmlElement {
     pub(crate) place: Place,
 }
 
+impl Remarks {
+    /// A remark on an element.
+    pub(crate) fn add(&mut self, message: impl Into<String>, element: &XmlElement) {
+        self.mention(message, element.label(), &element.place);
+    }
+}
+
 impl XmlElement {
     /// The root element of a text, the one of number `file`.
     pub(crate) fn parse(file: usize, text: &str, remarks: &mut Remarks) -> Result<Self> {

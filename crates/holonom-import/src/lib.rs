@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod drafter;
 mod element;
 mod loops;
 mod mass;
@@ -24,6 +25,7 @@ mod mesh;
 mod mjcf;
 mod model;
 mod names;
+mod numbers;
 mod picture;
 mod remark;
 mod repair;
@@ -32,6 +34,7 @@ mod solid;
 mod source;
 mod text;
 mod tree;
+mod tree_body;
 mod urdf;
 
 use std::collections::BTreeMap;

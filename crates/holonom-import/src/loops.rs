@@ -3,10 +3,11 @@
 use holonom_model::{Body, Constraint, Inertia, Joint, JointKind, MotionPath};
 use nalgebra::{Isometry3, Vector3};
 
-use crate::model::{Drafter, plain, vector};
+use crate::drafter::Drafter;
+use crate::numbers::{plain, vector};
 use crate::remark::Remarks;
 use crate::robot::{Gear, LoopJoint, LoopJointKind};
-use crate::tree::Connection;
+use crate::tree_body::Connection;
 
 /// Ends of a loop that are farther apart initially are brought together at the start of a run; m or
 /// rad.

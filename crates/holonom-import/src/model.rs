@@ -8,41 +8,19 @@ use holonom_model::{
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use crate::ImportOptions;
+use crate::drafter::{Draft, Drafter};
 use crate::loops::between;
 use crate::mass::{Mass, ROUNDED};
 use crate::massless::{nothing_moves, some};
 use crate::names::TakenNames;
+use crate::numbers::{plain, quaternion, vector};
 use crate::picture::{finest, is_about, part, shape};
 use crate::remark::Remarks;
 use crate::robot::{Mobility, Robot};
 use crate::solid::PlacedSolid;
 use crate::source::{Refusal, Result};
-use crate::tree::{BodyTree, Connection, TreeBody};
-
-/// A model with the comments of its text.
-#[derive(Debug)]
-pub(crate) struct Draft {
-    pub(crate) model: Model,
-    /// Above each body.
-    pub(crate) on_bodies: Vec<String>,
-    /// Above each joint.
-    pub(crate) on_joints: Vec<String>,
-}
-
-/// A model that grows.
-pub(crate) struct Drafter<'a> {
-    pub(crate) tree: &'a BodyTree,
-    pub(crate) names: TakenNames,
-    /// Of each node the name of its body.
-    pub(crate) bodies: Vec<String>,
-    /// Of each node the frame of its body in space, initially.
-    pub(crate) frames: Vec<Isometry3<f64>>,
-    /// Names of joints, in the description and in the model.
-    pub(crate) joints: BTreeMap<String, String>,
-    /// Meshes with more triangles are drawn as the box around them.
-    finest: usize,
-    pub(crate) draft: Draft,
-}
+use crate::tree::BodyTree;
+use crate::tree_body::{Connection, TreeBody};
 
 /// The model of a robot.
 pub(crate) fn draft(
@@ -236,25 +214,4 @@ fn inertia(tensor: &Matrix3<f64>) -> Inertia {
         return Inertia::Principal([0, 1, 2].map(|i| floor(tensor[(i, i)])));
     }
     Inertia::Tensor([0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j))))
-}
-
-/// Components of unit vectors below it are rounding errors.
-pub(crate) const NOISE: f64 = 4e-16;
-
-/// `[w, x, y, z]` with w >= 0.
-pub(crate) fn quaternion(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
-    let q = rotation.quaternion();
-    let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
-    [q.w, q.i, q.j, q.k].map(|c| if c.abs() <= NOISE { 0.0 } else { plain(sign * c) })
-}
-
-/// A vector without components at round-off of the largest one.
-pub(crate) fn vector(v: &Vector3<f64>) -> [f64; 3] {
-    let size = v.amax();
-    [v.x, v.y, v.z].map(|c| if c.abs() <= NOISE * size { 0.0 } else { plain(c) })
-}
-
-/// Without the sign of zero.
-pub(crate) fn plain(value: f64) -> f64 {
-    value + 0.0
 }

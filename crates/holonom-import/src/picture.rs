@@ -6,7 +6,7 @@ use holonom_model::mesh::MAX_MODEL_TRIANGLES;
 use holonom_model::{Scale, Shape, ShapeKind};
 use nalgebra::{Isometry3, Vector3};
 
-use crate::model::{NOISE, quaternion, vector};
+use crate::numbers::{NOISE, quaternion, vector};
 use crate::remark::Remarks;
 use crate::solid::{PlacedSolid, Solid};
 use crate::tree::BodyTree;

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use holonom_model::LineColumn;
 use serde::Serialize;
 
-use crate::element::XmlElement;
 use crate::source::{Place, Sources};
 
 /// One thing that the model file does not have, or has in another form.
@@ -64,11 +63,6 @@ pub(crate) struct Remarks {
 }
 
 impl Remarks {
-    /// A remark on an element.
-    pub(crate) fn add(&mut self, message: impl Into<String>, element: &XmlElement) {
-        self.mention(message, element.label(), &element.place);
-    }
-
     /// A remark on what has this label and this place.
     pub(crate) fn mention(&mut self, message: impl Into<String>, label: String, place: &Place) {
         let elements = self.elements(message.into());

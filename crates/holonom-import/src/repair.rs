@@ -3,7 +3,7 @@
 use crate::mass::{Mass, ROUNDED};
 use crate::remark::Remarks;
 use crate::solid::Solid;
-use crate::tree::TreeBody;
+use crate::tree_body::TreeBody;
 
 /// Density where nothing tells another one, kg/m³.
 const WATER: f64 = 1000.0;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use holonom_model::{Body, Constraint, Inertia, Joint, Scale, Shape};
 
-use crate::model::Draft;
+use crate::drafter::Draft;
 use crate::remark::Remark;
 
 /// The text of a model file: its head says where it comes from and what it lacks.

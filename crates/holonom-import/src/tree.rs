@@ -11,39 +11,8 @@ use crate::mass::Mass;
 use crate::remark::Remarks;
 use crate::repair::{repaired, short};
 use crate::robot::{Joint, Link, Mobility, Robot};
-use crate::solid::PlacedSolid;
-use crate::source::{Place, Refusal, Result};
-
-/// A body of the model.
-#[derive(Clone, Debug)]
-pub(crate) struct TreeBody {
-    pub(crate) name: String,
-    /// `None`: the ground.
-    pub(crate) parent: Option<usize>,
-    pub(crate) connection: Connection,
-    /// Pose of its frame in space, initially.
-    pub(crate) pose: Isometry3<f64>,
-    /// In its frame.
-    pub(crate) mass: Mass,
-    /// In its frame.
-    pub(crate) solids: Vec<PlacedSolid>,
-    /// Links welded to it.
-    pub(crate) welded: Vec<String>,
-    /// Where its mass comes from, if not from the description.
-    pub(crate) note: Option<String>,
-    pub(crate) place: Place,
-    /// It is left out: nothing has mass there.
-    pub(crate) absent: bool,
-}
-
-/// How a body hangs on the one before it.
-#[derive(Clone, Debug)]
-pub(crate) enum Connection {
-    /// It moves freely.
-    Free,
-    /// By a joint whose axis and point are given in space, initially.
-    Joint { joint: Box<Joint>, axis: Vector3<f64>, point: Vector3<f64> },
-}
+use crate::source::{Refusal, Result};
+use crate::tree_body::{Connection, TreeBody};
 
 /// The bodies of a robot.
 #[derive(Debug, Default)]

@@ -5,13 +5,14 @@ use schemars::schema_for;
 use super::Model;
 use crate::text::include;
 use crate::text::parameters;
+use crate::text::sections::PARAMETERS;
 
 /// The schema.
 pub(super) fn of_models() -> serde_json::Value {
     let mut schema = schema_for!(Model).to_value();
     without_null(&mut schema);
     schema["title"] = "holonom model".into();
-    schema["properties"][parameters::SECTION] = parameters::schema();
+    schema["properties"][PARAMETERS] = parameters::schema();
     schema["properties"][include::KEY] = include::schema();
     schema
 }

@@ -10,7 +10,7 @@
 //! multiply-add where they find it do not have this property.
 #![allow(non_snake_case)] // A, L, U, Q, R
 
-use crate::linear::dot;
+use crate::vectors::dot;
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut};
 use pulp::Arch;
 

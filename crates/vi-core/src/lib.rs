@@ -81,6 +81,7 @@ mod shadow_energy;
 pub mod sparse;
 pub mod sparse_cholesky;
 pub mod state;
+mod vectors;
 
 pub use composition::Composition;
 pub use configuration::Configuration;

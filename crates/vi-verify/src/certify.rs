@@ -8,12 +8,13 @@ use super::fit::power_law;
 use super::horizons::{Horizons, clearest, saturated};
 use super::judge::{
     EXPONENT_TOLERANCE, FORM_TOLERANCE, LEAST_TREND_STEPS, ORDER_TOLERANCE, finding, judge_energy,
-    judge_momentum, judge_order, judge_output, judge_residual, round_off, scientific, sub_steps,
+    judge_momentum, judge_order, judge_output, judge_residual, scientific, sub_steps,
 };
 use super::measure::{
     self, Conditioning, ConstraintResiduals, LongRun, conditioning, distance, long_run, reversal,
 };
 use super::output::outputs;
+use super::round_off::round_off;
 use super::subject::{Method, Nature, Setting, Subject};
 use super::symplectic::symplectic_defect;
 use vi_constraints::SchemeKind;

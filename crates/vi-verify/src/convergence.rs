@@ -5,8 +5,8 @@
 //! order 8, else (with dampers, which do not compose) an extrapolation of runs of order 2 in even
 //! powers of `h`. Its uncertainty is what the last refinement changed.
 
-use super::judge::round_off;
 use super::order::{CLEAR, ErrorAt, NoOrder, ObservedOrder, QuantityScale, observed_order};
+use super::round_off::round_off;
 use super::subject::{GalerkinForm, Method, NodeValues, Setting, Subject};
 use serde::{Deserialize, Serialize};
 use vi_constraints::SchemeKind;

@@ -7,6 +7,7 @@ use super::growth::{Growth, NoGrowth, growth};
 use super::measure::{ConstraintResiduals, LongRun};
 use super::order::{NoOrder, ObservedOrder};
 use super::output::{Compared, LEAST_ORDER};
+use super::round_off::round_off;
 use super::subject::Method;
 use super::trend::{NEGLIGIBLE, Trend, WIDENING, trend};
 use vi_core::Composition;
@@ -66,11 +67,6 @@ pub(super) fn sub_steps(method: Method, order: u32) -> u64 {
         Method::Galerkin(_) => u64::from(order / 2),
         _ => Composition::of_order(order).map_or(1, |c| c.gammas().len() as u64),
     }
-}
-
-/// Round-off of `steps` steps that the motion enlarges: `10 ε √N` times the growth.
-pub(super) fn round_off(steps: u64, growth: f64) -> f64 {
-    10.0 * f64::EPSILON * (steps as f64).sqrt() * growth
 }
 
 /// The order of a quantity: nominal, except for multipliers that are known to be of first order.

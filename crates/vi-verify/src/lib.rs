@@ -39,6 +39,7 @@ pub mod judge;
 pub mod measure;
 pub mod order;
 pub mod output;
+mod round_off;
 pub mod running;
 pub mod subject;
 pub mod symplectic;

@@ -1,7 +1,7 @@
 //! Checks of beams, and of names of their nodes.
 
 use crate::checks::Checker;
-use crate::text::problem::nearest;
+use crate::text::problem::{nearest, some};
 use crate::types::beam::{Beam, BeamMass};
 
 impl Checker<'_> {
@@ -40,7 +40,7 @@ impl Checker<'_> {
             let help = match nearest(beam, beams.iter().copied()) {
                 Some(best) => format!("did you mean `{best}.{}`?", place.unwrap_or_default()),
                 None if beams.is_empty() => "add a [[beam]] first".to_owned(),
-                None => format!("there are: {}", crate::checks::some(&beams)),
+                None => format!("there are: {}", some(&beams)),
             };
             self.report(key, format!("there is no beam named `{beam}`"), help);
             return true;

@@ -3,7 +3,9 @@
 mod beam;
 pub(crate) mod computed;
 mod drive;
+mod load;
 mod order;
+mod sensor;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,7 +16,7 @@ use super::{
     ShapeKind, Spring, SpringLaw,
 };
 use crate::frames::start::{SHORTEST, StartPoints, coincide, is_ground};
-use crate::text::problem::{MAX_PROBLEMS, Problem, nearest};
+use crate::text::problem::{MAX_PROBLEMS, Problem, nearest, some};
 use crate::text::source::Document;
 use crate::types::body::{color_names, rgb};
 use crate::types::orientation::quaternion_fault;
@@ -553,10 +555,4 @@ impl<'a> Checker<'a> {
             self.report(key, message, help);
         }
     }
-}
-
-/// The first few of a list of names.
-pub(super) fn some(names: &[&str]) -> String {
-    let shown = names.iter().take(8).map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
-    if names.len() > 8 { format!("{shown}, … ({} in all)", names.len()) } else { shown }
 }

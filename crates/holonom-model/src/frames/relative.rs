@@ -17,8 +17,7 @@ use nalgebra::Matrix3;
 
 use super::posed;
 use super::start::is_ground;
-use crate::checks::some;
-use crate::text::problem::{MAX_PROBLEMS, Problem, nearest};
+use crate::text::problem::{MAX_PROBLEMS, Problem, nearest, some};
 use crate::text::source::Document;
 use crate::types::reference_frame::MovingFrame;
 use crate::{Constraint, GROUND, Joint, Model};

@@ -10,6 +10,7 @@ mod file;
 mod placed;
 mod primitive;
 mod resolve;
+mod surface;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher;
@@ -23,8 +24,8 @@ use crate::text::read::folder_of;
 use crate::{Body, Model};
 
 pub use file::{MAX_MESH_BYTES, MAX_TRIANGLES, MeshError};
-pub use placed::BodySurface;
 pub(crate) use resolve::resolve;
+pub use surface::BodySurface;
 
 /// The greatest size of all meshes of a model, bytes.
 pub const MAX_MESHES_BYTES: usize = 256 * 1024 * 1024;

@@ -13,8 +13,7 @@ mod text;
 use serde_json::{Map, Value};
 
 use super::Model;
-use crate::text::parameters;
-use crate::text::sections::{LISTS, TABLES};
+use crate::text::sections::{LISTS, PARAMETERS, TABLES};
 
 /// One section of the model file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -113,7 +112,7 @@ impl Section {
     /// Its heading in a model file: `[model]`, `[[joint]]`.
     #[must_use]
     pub fn heading(&self) -> String {
-        let single = TABLES.contains(&self.name) || self.name == parameters::SECTION;
+        let single = TABLES.contains(&self.name) || self.name == PARAMETERS;
         if single { format!("[{}]", self.name) } else { format!("[[{}]]", self.name) }
     }
 }

@@ -7,10 +7,8 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::parameters::SECTION;
-use super::problem::{Problem, nearest};
-use super::sections::{LISTS, TABLES};
-use crate::checks::some;
+use super::problem::{Problem, nearest, some};
+use super::sections::{LISTS, PARAMETERS, TABLES};
 
 const HELP: &str =
     "keys are like simulation.step, model.gravity, body.NAME.mass, particle.NAME.position.0";
@@ -74,14 +72,14 @@ pub(crate) fn set<'i>(
     let wrong = |message: String| Problem::new(key, message).help(HELP);
     let no_key = || {
         let problem = wrong(format!("`{key}` is no key of a value"));
-        let parameters = table.get(SECTION).and_then(|section| section.get_ref().as_table());
+        let parameters = table.get(PARAMETERS).and_then(|section| section.get_ref().as_table());
         match parameters.is_some_and(|parameters| parameters.contains_key(key)) {
-            true => problem.help(format!("did you mean `{SECTION}.{key}`?")),
+            true => problem.help(format!("did you mean `{PARAMETERS}.{key}`?")),
             false => problem,
         }
     };
     let (section, rest) = key.split_once('.').ok_or_else(no_key)?;
-    if TABLES.contains(&section) || section == SECTION {
+    if TABLES.contains(&section) || section == PARAMETERS {
         let entry = table.entry(Spanned::new(base..base, DeString::from(section)));
         let entry =
             entry.or_insert_with(|| Spanned::new(base..base, DeValue::Table(DeTable::new())));
@@ -89,7 +87,7 @@ pub(crate) fn set<'i>(
     }
     let Some(entries) = table.get_mut(section).filter(|v| v.get_ref().is_array()) else {
         let problem = wrong(format!("the model has no section `{section}`"));
-        let known = TABLES.iter().chain(&LISTS).copied().chain([SECTION]);
+        let known = TABLES.iter().chain(&LISTS).copied().chain([PARAMETERS]);
         return Err(match nearest(section, known) {
             Some(best) if best != section => problem.help(format!("did you mean `{best}`?")),
             _ => problem,

@@ -20,10 +20,7 @@ use super::expression::{ExpressionError, evaluate, is_reserved, is_time, names, 
 use super::key_path::below;
 use super::overrides::Override;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
-use super::sections::LISTS;
-
-/// The section.
-pub(crate) const SECTION: &str = "parameters";
+use super::sections::{LISTS, PARAMETERS};
 
 /// The section in the JSON schema.
 pub(crate) fn schema() -> serde_json::Value {
@@ -50,7 +47,7 @@ struct Parameter {
 
 /// Whether a text or an override may hold parameters or expressions at all.
 pub(crate) fn concern(text: &str, overrides: &[Override]) -> bool {
-    let may = |text: &str| ["\"=", "'=", SECTION].iter().any(|word| text.contains(word));
+    let may = |text: &str| ["\"=", "'=", PARAMETERS].iter().any(|word| text.contains(word));
     may(text) || overrides.iter().any(|one| may(&one.key) || one.value.contains('='))
 }
 
@@ -91,7 +88,7 @@ pub(crate) fn values(
 
 /// Removes the section `[parameters]`, and replaces each expression by its value.
 pub(crate) fn substitute<'i>(table: &mut DeTable<'i>, values: &'i [String]) {
-    table.remove(SECTION);
+    table.remove(PARAMETERS);
     if values.is_empty() {
         return; // there are no expressions
     }
@@ -119,16 +116,16 @@ fn written(number: f64) -> String {
 /// The parameters of the file.
 fn take(table: &mut DeTable<'_>, problems: &mut Vec<Problem>) -> BTreeMap<String, Parameter> {
     let mut parameters = BTreeMap::new();
-    let Some(section) = table.remove(SECTION) else { return parameters };
+    let Some(section) = table.remove(PARAMETERS) else { return parameters };
     let place = section.span();
     let DeValue::Table(entries) = section.into_inner() else {
-        let problem = Problem::new(SECTION, "`parameters` must be a table").at(Some(place));
+        let problem = Problem::new(PARAMETERS, "`parameters` must be a table").at(Some(place));
         problems.push(problem.help("write [parameters] with one pair of brackets"));
         return parameters;
     };
     for (key, value) in entries {
         let (name, place) = (key.get_ref().to_string(), value.span());
-        let path = format!("{SECTION}.{name}");
+        let path = format!("{PARAMETERS}.{name}");
         let text = match value.get_ref() {
             DeValue::Float(float) => {
                 Some(float.as_str().replace('_', "")).filter(|number| is_finite(number))
@@ -208,7 +205,7 @@ fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &mut Vec<Prob
             Some(other) => format!("`{name}` depends on `{other}`, which has no value"),
             None => format!("the parameter `{name}` has no value: {}", error.message),
         };
-        let mut problem = Problem::new(format!("{SECTION}.{name}"), message);
+        let mut problem = Problem::new(format!("{PARAMETERS}.{name}"), message);
         problem.help = match on {
             Some(_) => Some("parameters must not depend on each other in a circle".to_owned()),
             None => Some(help(&error, parameters)),
@@ -235,7 +232,7 @@ fn help(error: &ExpressionError, parameters: &BTreeMap<String, Parameter>) -> St
 
 /// The names of the parameters that a text states.
 pub(crate) fn stated(table: &DeTable<'_>) -> BTreeSet<String> {
-    let section = table.get(SECTION).and_then(|section| section.get_ref().as_table());
+    let section = table.get(PARAMETERS).and_then(|section| section.get_ref().as_table());
     section.into_iter().flat_map(|own| own.keys().map(|key| key.get_ref().to_string())).collect()
 }
 
@@ -264,10 +261,10 @@ pub(crate) fn used_in(text: &str) -> BTreeSet<String> {
 
 /// A value for a parameter that no expression uses.
 fn without_effect(name: &str, own: &BTreeSet<String>, used: &BTreeSet<String>) -> Problem {
-    let key = format!("{SECTION}.{name}");
+    let key = format!("{PARAMETERS}.{name}");
     let list = || used.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let help = match nearest(name, used.iter().map(String::as_str)) {
-        Some(best) => format!("did you mean `{SECTION}.{best}`?"),
+        Some(best) => format!("did you mean `{PARAMETERS}.{best}`?"),
         None if used.is_empty() => {
             "set a value of the model itself, such as body.NAME.mass, or let an expression use the parameter".to_owned()
         }

@@ -205,6 +205,12 @@ fn edit_distance(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
+/// The first few of a list of names.
+pub(crate) fn some(names: &[&str]) -> String {
+    let shown = names.iter().take(8).map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+    if names.len() > 8 { format!("{shown}, … ({} in all)", names.len()) } else { shown }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

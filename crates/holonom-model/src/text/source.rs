@@ -16,7 +16,7 @@ use super::overrides::{Override, set};
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::reworded::{buffered_length, quoted, reworded, suggestion, text_for_number};
-use super::sections::{LISTS, TABLES};
+use super::sections::{LISTS, PARAMETERS, TABLES};
 use super::strict::{Strict, list_of};
 use super::syntax;
 use super::wishes;
@@ -125,7 +125,7 @@ impl<'i> Document<'i> {
 
     /// Sections that do not exist.
     pub(crate) fn unknown_sections(&self) -> Vec<Problem> {
-        let known = || TABLES.iter().chain(&LISTS).copied().chain([parameters::SECTION]);
+        let known = || TABLES.iter().chain(&LISTS).copied().chain([PARAMETERS]);
         let unknown = self.table.keys().filter(|key| known().all(|k| k != key.get_ref().as_ref()));
         let problem = |key: &Spanned<std::borrow::Cow<'_, str>>| {
             let name = key.get_ref();
@@ -264,7 +264,7 @@ pub(crate) fn values_of_expressions(
     let mut table = plain(text)?;
     let own = parameters::stated(&table);
     replace(&mut table, text.len(), overrides)?;
-    let set = overrides.iter().filter_map(|one| one.key.strip_prefix(parameters::SECTION));
+    let set = overrides.iter().filter_map(|one| one.key.strip_prefix(PARAMETERS));
     let set: Vec<&str> = set.filter_map(|key| key.strip_prefix('.')).collect();
     parameters::values(table, &own, &set).map_err(|mut problems| {
         // places of overrides are not in the file

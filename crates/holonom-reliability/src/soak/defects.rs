@@ -1,7 +1,7 @@
 //! Defects made on purpose, between the program and the judge: the harness must find each.
 
 use super::fault::FaultKind;
-use super::restated::Statement;
+use super::statement::Statement;
 use super::trace::Trace;
 use holonom::model::{Joint, JointKind};
 use holonom::verification::certificate::{Certificate, Finding, Verdict};

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`generate`], [`draw`] | mechanisms that are valid by construction, the same for a seed on every machine |
 //! | [`judge`](mod@judge), `invariants`, `repeat` | what holds for each of them |
-//! | [`restate`], [`restated`] | the same mechanism turned, moved, reordered, in other units |
+//! | [`statement`], [`restate`], [`restated`] | the same mechanism turned, moved, reordered, in other units |
 //! | [`growth`] | the time of a step: no member costs more than its share |
 //! | [`fault`] | what is wrong |
 //! | [`minimise`](mod@minimise) | the smallest mechanism with the same fault |
@@ -22,6 +22,7 @@ pub mod minimise;
 mod repeat;
 pub mod restate;
 pub mod restated;
+pub mod statement;
 pub mod tally;
 pub mod trace;
 

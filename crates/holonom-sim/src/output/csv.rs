@@ -7,7 +7,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::columns::{self, POSITION_NAMES};
-use super::readable::{Lines, end, number};
+use super::readable::{Lines, end, invalid, number};
 use super::rows::{RowBlocks, RowField};
 use crate::sample::{Member, Sample};
 use holonom_model::Columns;
@@ -231,10 +231,6 @@ impl Trajectory {
         let own = self.columns.get(own).unwrap_or_default();
         own.iter().filter_map(|c| columns::member(c)).collect()
     }
-}
-
-pub(super) fn invalid(message: &str) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
 #[cfg(test)]

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use super::columns::{self, COORDINATE_NAMES, HEAD};
-use super::csv::invalid;
-use super::readable::{self, Lines};
+use super::readable::{self, Lines, invalid};
 use crate::sample::{Member, MemberKind};
 use crate::system::{self, System};
 use holonom_model::{Model, ModelError};

@@ -10,7 +10,6 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Take};
 use std::path::Path;
 use std::str::FromStr;
 
-use super::csv::invalid;
 use csv::{Reader, ReaderBuilder, StringRecord};
 use holonom_model::open_regular;
 
@@ -240,6 +239,10 @@ pub(super) fn end<'a>(mut fields: impl Iterator<Item = &'a [u8]>) -> io::Result<
         None => Ok(()),
         Some(_) => Err(invalid("a row has more fields than there are columns")),
     }
+}
+
+pub(super) fn invalid(message: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use super::csv::invalid;
+use super::readable::invalid;
 use super::written::check_length;
 
 /// A file of rows that is being written.

@@ -2,8 +2,8 @@
 
 use std::io;
 
-use super::csv::{HEAD, invalid};
-use super::readable::{Lines, end, number};
+use super::csv::HEAD;
+use super::readable::{Lines, end, invalid, number};
 
 /// A file of rows read back.
 #[derive(Clone, Debug, Default, PartialEq)]

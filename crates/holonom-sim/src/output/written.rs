@@ -10,7 +10,7 @@ use fnv::FnvHasher;
 use holonom_model::open_regular;
 use serde::{Deserialize, Serialize};
 
-use super::csv::invalid;
+use super::readable::invalid;
 
 /// The first bytes of a file of rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -8,7 +8,6 @@ use super::divided_steps::DividedSteps;
 use super::energy_watch::EnergyWatch;
 use crate::assembly::loops::LoopResiduals;
 use crate::resolution::rotation::FastestSoFar;
-use crate::stepper::Increment;
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::ResumeError;
 use vi_core::State;
@@ -61,6 +60,13 @@ pub(crate) struct Impulse {
     pub(crate) p: Vec<f64>, // n  p̄_n
     pub(crate) v: Vec<f64>, // n  of the step that ended here; the velocity at the start
     pub(crate) h: f64,      // s  of that step; 0 at the start
+}
+
+/// What a step changes the coordinates by.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Increment {
+    pub(crate) dq: Vec<f64>, // n
+    pub(crate) h: f64,       // s; 0: there was no step
 }
 
 /// How far the elements of a beam were bent.

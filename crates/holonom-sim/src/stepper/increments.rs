@@ -6,17 +6,9 @@
 //! The increments of the steps, not differences of coordinates: these are rounded by `ε|q|`, which
 //! `1/h²` would enlarge.
 
-use crate::run::run_state::same_length;
-use serde::{Deserialize, Serialize};
+use crate::run::run_state::{Increment, same_length};
 use vi_constraints::integrator::ResumeError;
 use vi_core::Interval;
-
-/// What a step changes the coordinates by.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Increment {
-    dq: Vec<f64>, // n
-    h: f64,       // s; 0: there was no step
-}
 
 /// Increments of the last two steps.
 #[derive(Debug)]

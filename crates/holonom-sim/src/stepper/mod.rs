@@ -18,7 +18,6 @@ mod increments;
 mod node;
 mod work;
 
-pub(crate) use increments::Increment;
 pub(crate) use node::{NodeOf, NodeView, Wanted};
 
 use crate::run::run_state::{MotionState, same_length};

@@ -1,7 +1,7 @@
 //! From when on a model moves: of a system at rest every property holds, and nothing follows from
 //! that.
 
-use super::subject::ModelSubject;
+use super::subject::{ModelSubject, MovingNode};
 use holonom_model::Model;
 use vi_core::linear::norm_inf;
 use vi_verify::subject::{Method, Setting, Subject};
@@ -14,17 +14,6 @@ const MOVING: f64 = 1e-6;
 const BRIEF: usize = 12;
 /// Steps that are looked at, at most.
 const STEPS: u64 = 20_000;
-
-/// A node at which a model moves.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct MovingNode {
-    /// Its time, s.
-    pub t: f64,
-    /// `q`.
-    pub q: Vec<f64>,
-    /// The velocity there, which meets the constraints.
-    pub v: Vec<f64>,
-}
 
 /// What a model does at first.
 pub(super) enum Beginning {

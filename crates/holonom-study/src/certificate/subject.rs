@@ -1,6 +1,5 @@
 //! A model file as a [`Subject`].
 
-use super::moving::MovingNode;
 use holonom_model::{Model, ModelError, Settings};
 use holonom_sim::system::{self, System};
 use vi_constraints::{InitialValues, Method as Order, Options, SchemeKind};
@@ -11,6 +10,17 @@ use vi_multibody::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_verify::running::Running;
 use vi_verify::subject::{Initial, Method, RunningMotion, Setting, Subject};
+
+/// A node at which a model moves.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MovingNode {
+    /// Its time, s.
+    pub t: f64,
+    /// `q`.
+    pub q: Vec<f64>,
+    /// The velocity there, which meets the constraints.
+    pub v: Vec<f64>,
+}
 
 /// A model whose method and step are chosen by the measurements.
 #[derive(Debug)]

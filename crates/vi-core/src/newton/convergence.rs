@@ -3,9 +3,6 @@
 
 use super::Precision;
 
-/// `√ε/2`, the usual [`crate::newton::Precision::closing_size`].
-pub const CLOSING_SIZE: f64 = 1.0 / (1 << 27) as f64;
-
 /// Where the corrections of a solve are small enough.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {

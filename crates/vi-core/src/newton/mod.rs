@@ -27,8 +27,8 @@ mod precision;
 mod report;
 mod simplified;
 
-pub use convergence::{CLOSING_SIZE, Convergence, Judgement, Limits};
-pub use precision::Precision;
+pub use convergence::{Convergence, Judgement, Limits};
+pub use precision::{CLOSING_SIZE, Precision};
 pub use report::{Fault, NewtonError, NewtonReport};
 
 use crate::linear::norm_inf;

@@ -1,7 +1,9 @@
 //! What is known of the equations of a step: how exactly they can be solved, and from where.
 
-use super::CLOSING_SIZE;
 use crate::predictor::Degree;
+
+/// `√ε/2`, the usual [`Precision::closing_size`].
+pub const CLOSING_SIZE: f64 = 1.0 / (1 << 27) as f64;
 
 /// When Newton's method stops, and what its solution is known to be.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,9 +12,9 @@ use super::tree::{IncludeTree, POSE, parse};
 use super::writer::{Writer, key_as_toml, quoted};
 use crate::frames::start::is_ground;
 use crate::text::expression::renamed;
-use crate::text::parameters::{self, SECTION};
+use crate::text::parameters;
 use crate::text::problem::{MAX_PROBLEMS, Problem, nearest};
-use crate::text::sections::{LISTS, TABLES};
+use crate::text::sections::{LISTS, PARAMETERS, TABLES};
 use crate::text::wishes;
 
 /// Keys of a part that name other parts.
@@ -117,7 +117,7 @@ impl<'a, 'i> Merge<'a, 'i> {
     /// The sections of the model file itself that are no lists: `[model]`, `[simulation]`, and what
     /// does not exist.
     fn root_sections(&mut self) {
-        let own = |key: &str| key != KEY && key != SECTION && !LISTS.contains(&key);
+        let own = |key: &str| key != KEY && key != PARAMETERS && !LISTS.contains(&key);
         let mut sections = Writer::default();
         for (key, value) in self.tables[0].iter().filter(|(key, _)| own(key.get_ref())) {
             match value.get_ref() {
@@ -166,7 +166,7 @@ impl<'a, 'i> Merge<'a, 'i> {
     }
 
     fn unknown_sections(&mut self, index: usize, table: &'a DeTable<'i>) {
-        let known = || TABLES.iter().chain(&LISTS).copied().chain([SECTION, KEY]);
+        let known = || TABLES.iter().chain(&LISTS).copied().chain([PARAMETERS, KEY]);
         for key in table.keys().filter(|key| known().all(|k| k != key.get_ref().as_ref())) {
             let name = key.get_ref();
             let problem = Problem::new(name.as_ref(), format!("unknown section `{name}`"));
@@ -185,7 +185,7 @@ impl<'a, 'i> Merge<'a, 'i> {
     /// Adds the parameters that the including file states for a branch.
     fn overridden(&mut self, index: usize) {
         let Some(parent) = self.tree.branches[index].parent else { return };
-        let value = entry(self.tree, self.tables, index).and_then(|entry| entry.get(SECTION));
+        let value = entry(self.tree, self.tables, index).and_then(|entry| entry.get(PARAMETERS));
         let Some(value) = value else { return };
         let DeValue::Table(table) = value.get_ref() else {
             let problem = Problem::new(KEY, "`parameters` must be a table").at(Some(value.span()));
@@ -216,9 +216,9 @@ impl<'a, 'i> Merge<'a, 'i> {
 
     /// Adds the parameters that a file states, as far as no file above it does.
     fn own_parameters(&mut self, index: usize, table: &'a DeTable<'i>) {
-        let Some(value) = table.get(SECTION) else { return };
+        let Some(value) = table.get(PARAMETERS) else { return };
         let DeValue::Table(own) = value.get_ref() else {
-            let problem = Problem::new(SECTION, "`parameters` must be a table");
+            let problem = Problem::new(PARAMETERS, "`parameters` must be a table");
             let problem = problem.help("write [parameters] with one pair of brackets");
             return self.report(index, problem.at(Some(value.span())));
         };
@@ -249,7 +249,7 @@ impl<'a, 'i> Merge<'a, 'i> {
         value: &'a Value<'i>,
     ) {
         if self.stated.insert(name.to_owned(), index).is_some() {
-            let path = format!("{SECTION}.{name}");
+            let path = format!("{PARAMETERS}.{name}");
             let problem = Problem::new(path, format!("the parameter `{name}` is stated twice"));
             let help =
                 "give the files different prefixes, or state the value in the including file";

@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use toml::de::{DeTable, DeValue};
 
 use super::tree::{IncludeTree, Inclusion};
-use crate::text::parameters::SECTION;
-use crate::text::sections::LISTS;
+use crate::text::sections::{LISTS, PARAMETERS};
 
 /// The name of the frame of an included file, after its prefix.
 pub(super) const FRAME: &str = "frame";
@@ -47,7 +46,7 @@ fn own(table: &DeTable<'_>) -> Scope {
             scope.names.extend(name.map(str::to_owned));
         }
     }
-    if let Some(DeValue::Table(parameters)) = table.get(SECTION).map(|value| value.get_ref()) {
+    if let Some(DeValue::Table(parameters)) = table.get(PARAMETERS).map(|value| value.get_ref()) {
         scope.parameters.extend(parameters.keys().map(|key| key.get_ref().to_string()));
     }
     scope

@@ -1,0 +1,34 @@
+//! A model that grows, part by part.
+
+use std::collections::BTreeMap;
+
+use holonom_model::Model;
+use nalgebra::Isometry3;
+
+use crate::names::TakenNames;
+use crate::tree::BodyTree;
+
+/// A model with the comments of its text.
+#[derive(Debug)]
+pub(crate) struct Draft {
+    pub(crate) model: Model,
+    /// Above each body.
+    pub(crate) on_bodies: Vec<String>,
+    /// Above each joint.
+    pub(crate) on_joints: Vec<String>,
+}
+
+/// A model that grows.
+pub(crate) struct Drafter<'a> {
+    pub(crate) tree: &'a BodyTree,
+    pub(crate) names: TakenNames,
+    /// Of each node the name of its body.
+    pub(crate) bodies: Vec<String>,
+    /// Of each node the frame of its body in space, initially.
+    pub(crate) frames: Vec<Isometry3<f64>>,
+    /// Names of joints, in the description and in the model.
+    pub(crate) joints: BTreeMap<String, String>,
+    /// Meshes with more triangles are drawn as the box around them.
+    pub(crate) finest: usize,
+    pub(crate) draft: Draft,
+}

@@ -1,0 +1,51 @@
+//! Checks of loads.
+
+use crate::checks::Checker;
+use crate::types::load::{Frame, Load};
+
+impl Checker<'_> {
+    /// What a particle cannot take.
+    fn load_on_particle(&mut self, key: &str, load: &Load, name: &str) {
+        let parts = [
+            ("torque", load.torque.iter().any(|x| *x != 0.0), "has no rotation"),
+            ("point", load.point.is_some(), "has no other points"),
+            ("frame", load.frame == Frame::Body, "has no axes of its own"),
+        ];
+        for (part, _, why) in parts.into_iter().filter(|(_, stated, _)| *stated) {
+            let message = format!("`{name}` is a particle, it {why}");
+            self.report(format!("{key}.{part}"), message, format!("remove `{part}`"));
+        }
+    }
+
+    pub(crate) fn load(&mut self, key: &str, load: &Load) {
+        match (&load.body, &load.beam) {
+            (Some(body), None) => {
+                self.reference(format!("{key}.body"), body, &["body", "particle"]);
+                if self.is_particle(body) {
+                    self.load_on_particle(key, load, body);
+                }
+            }
+            (None, Some(beam)) => self.reference(format!("{key}.beam"), beam, &["beam"]),
+            (None, None) => {
+                let help = "add `body = …`, or `beam = …` for a load along a beam";
+                self.report(key, "the load acts on nothing".into(), help);
+            }
+            (Some(_), Some(_)) => {
+                let message = "the load acts on a body and along a beam".to_owned();
+                self.report(format!("{key}.beam"), message, "keep one of them");
+            }
+        }
+        if load.beam.is_some() && load.point.is_some() {
+            let message = "a load along a beam has no point".to_owned();
+            self.report(format!("{key}.point"), message, "remove `point`");
+        }
+        if load.relative_to.is_some() {
+            let message = "the force and the torque have the axes of the body".to_owned();
+            let help = "remove `relative_to`, or write frame = \"space\"";
+            self.report(format!("{key}.relative_to"), message, help);
+        }
+        if let Some(fault) = load.history.fault() {
+            self.report(format!("{key}.history"), fault, "correct the history");
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Checks of sensors.
+
+use crate::checks::Checker;
+use crate::types::beam::Beam;
+use crate::types::connection::{GROUND, Joint, JointKind};
+use crate::types::drive::Constraint;
+use crate::types::sensor::{Sensor, SensorKind};
+
+impl Checker<'_> {
+    pub(crate) fn sensor(&mut self, key: &str, sensor: &Sensor) {
+        let of = format!("{key}.of");
+        match sensor.kind {
+            SensorKind::Position | SensorKind::Velocity | SensorKind::Acceleration => {
+                self.reference(of, &sensor.of, &["body", "particle"]);
+            }
+            SensorKind::Orientation
+            | SensorKind::AngularVelocity
+            | SensorKind::AngularAcceleration => {
+                self.reference(of, &sensor.of, &["body"]);
+            }
+            SensorKind::Distance | SensorKind::DistanceRate => self.sensor_distance(key, sensor),
+            SensorKind::JointCoordinate | SensorKind::JointRate | SensorKind::JointAcceleration => {
+                self.reference(of.clone(), &sensor.of, &["joint"]);
+                let joint = self.model.joints.iter().find(|j| j.name == sensor.of);
+                if joint.is_some_and(|j| j.kind == JointKind::Fixed) {
+                    let message =
+                        format!("`{}` is a fixed joint: it has no degree of freedom", sensor.of);
+                    self.report(of, message, "measure another joint");
+                }
+            }
+            SensorKind::Reaction if self.points.is_fixed(&sensor.of) => {}
+            SensorKind::Reaction if self.model.support(&sensor.of).is_some() => {}
+            SensorKind::Reaction => self.reference(of, &sensor.of, &["joint", "bar"]),
+            SensorKind::SectionForce | SensorKind::Strain => {
+                self.reference(of, &sensor.of, &["beam"]);
+            }
+            SensorKind::Effort => self.sensor_effort(of, sensor),
+            SensorKind::Power => self.sensor_power(of, sensor),
+        }
+        self.sensor_observer(key, sensor);
+        self.sensor_end(key, sensor);
+        self.sensor_frame(key, sensor);
+        self.sensor_point(key, sensor);
+        self.sensor_element(key, sensor);
+        self.sensor_place(key, sensor);
+    }
+
+    /// A distance between two points, or the length of what has two ends.
+    fn sensor_distance(&mut self, key: &str, sensor: &Sensor) {
+        let of = format!("{key}.of");
+        let kinds = ["body", "particle", "spring", "bar", "constraint"];
+        let is_it =
+            |c: &Constraint| c.name() == sensor.of && matches!(c, Constraint::Distance { .. });
+        if !self.refers(of.clone(), &sensor.of, &kinds) {
+            return;
+        }
+        match self.kinds.get(sensor.of.as_str()).copied() {
+            Some("constraint") if !self.model.constraints.iter().any(is_it) => {
+                let message = format!("`{}` is no distance: it has no length", sensor.of);
+                self.report(of, message, "measure a distance, a spring or a bar");
+            }
+            Some("spring" | "bar" | "constraint") => {
+                for (name, stated) in
+                    [("to", sensor.to.is_some()), ("point", sensor.point.is_some())]
+                {
+                    if stated {
+                        let message = format!("`{}` has two ends of its own", sensor.of);
+                        self.report(format!("{key}.{name}"), message, format!("remove `{name}`"));
+                    }
+                }
+            }
+            _ if sensor.to.is_none() => {
+                let message = "the sensor does not say to where the distance is".to_owned();
+                self.report(key, message, "add `to = \"…\"`, a body, a particle or `ground`");
+            }
+            _ => {}
+        }
+    }
+
+    /// The far end of a distance.
+    fn sensor_end(&mut self, key: &str, sensor: &Sensor) {
+        for (name, stated) in [("to", sensor.to.is_some()), ("point_to", sensor.point_to.is_some())]
+        {
+            if stated && !sensor.kind.is_distance() {
+                let message = format!("`{name}` is only for distances");
+                return self.report(format!("{key}.{name}"), message, format!("remove `{name}`"));
+            }
+        }
+        let Some(to) = &sensor.to else {
+            if sensor.point_to.is_some() {
+                let message = "`point_to` is a point of nothing".to_owned();
+                self.report(format!("{key}.point_to"), message, "add `to = \"…\"`");
+            }
+            return;
+        };
+        self.reference(format!("{key}.to"), to, &["body", "particle", GROUND]);
+        if sensor.point_to.is_some() && self.kinds.get(to.as_str()) == Some(&"particle") {
+            let message = format!("`{to}` is a particle, it has no other points");
+            self.report(format!("{key}.point_to"), message, "remove `point_to`");
+        }
+    }
+
+    /// The body in whose frame something is given.
+    fn sensor_observer(&mut self, key: &str, sensor: &Sensor) {
+        let Some(observer) = &sensor.seen_from else { return };
+        let key = format!("{key}.seen_from");
+        if !sensor.kind.is_relative() {
+            let message = "only positions, velocities, orientations and angular velocities are seen from a body";
+            return self.report(key, message.to_owned(), "remove `seen_from`");
+        }
+        self.reference(key, observer, &["body"]);
+    }
+
+    fn sensor_power(&mut self, of: String, sensor: &Sensor) {
+        let known = self.refers(of.clone(), &sensor.of, &["joint", "spring", "load", "constraint"]);
+        let constraint = self.model.constraints.iter().find(|c| c.name() == sensor.of);
+        if known && constraint.is_some_and(|c| !matches!(c, Constraint::Motion { .. })) {
+            let message = format!("`{}` does no work: it prescribes no motion", sensor.of);
+            self.report(of, message, "measure a motion, a joint, a spring or a load");
+        } else if known {
+            self.sensor_acts(of, &sensor.of);
+        }
+    }
+
+    /// Whether anything acts along a joint that is measured.
+    fn sensor_acts(&mut self, of: String, name: &str) {
+        let idle =
+            |joint: &Joint| [joint.spring.is_none(), joint.damper.is_none(), joint.motor.is_none()];
+        let joint = self.model.joints.iter().find(|joint| joint.name == *name);
+        if joint.is_some_and(|joint| idle(joint) == [true; 3]) {
+            let message = format!("joint `{name}` has no spring, no damper and no motor");
+            let help = "measure its reaction, or the [[constraint]] that prescribes its motion";
+            self.report(of, message, help);
+        }
+    }
+
+    fn sensor_effort(&mut self, of: String, sensor: &Sensor) {
+        self.reference(of.clone(), &sensor.of, &["joint", "spring", "constraint"]);
+        let name = &sensor.of;
+        self.sensor_acts(of.clone(), name);
+        let guide = |c: &&Constraint| {
+            matches!(c, Constraint::PointOnLine { .. } | Constraint::PointOnPlane { .. })
+        };
+        let mut guides = self.model.constraints.iter().filter(guide);
+        if guides.any(|constraint| constraint.name() == name) {
+            let message = format!("`{name}` guides a point: it has no single effort");
+            self.report(of, message, "measure a motion, a gear or a distance");
+        }
+    }
+
+    fn sensor_frame(&mut self, key: &str, sensor: &Sensor) {
+        let bar = self.kinds.get(sensor.of.as_str()) == Some(&"bar");
+        if sensor.frame.is_some() && (sensor.kind != SensorKind::Reaction || bar) {
+            let message = "only the reaction of a joint has a frame".to_owned();
+            self.report(format!("{key}.frame"), message, "remove `frame`");
+        }
+    }
+
+    fn sensor_element(&mut self, key: &str, sensor: &Sensor) {
+        let at = format!("{key}.element");
+        let count = self.model.beam(&sensor.of).map_or(0, Beam::element_count);
+        match sensor.element {
+            Some(_) if !sensor.kind.has_element() => {
+                let message = "only section forces and strains are measured at an element";
+                self.report(at, message.to_owned(), "remove `element`");
+            }
+            Some(element) if element >= count && count > 0 => {
+                let message = format!("`{}` has no element {element}", sensor.of);
+                self.report(at, message, format!("its elements are 0 to {}", count - 1));
+            }
+            None if sensor.kind.has_element() && sensor.at.is_none() => {
+                let message = "the sensor does not say where on the beam".to_owned();
+                let help =
+                    "add `at = …`, m from the start of the beam, or `element = …`, counted from 0";
+                self.report(key, message, help);
+            }
+            _ => {}
+        }
+    }
+
+    fn sensor_place(&mut self, key: &str, sensor: &Sensor) {
+        let Some(at) = sensor.at else { return };
+        let key = format!("{key}.at");
+        if !sensor.kind.has_element() {
+            let message = "only section forces and strains are measured at a place of a beam";
+            return self.report(key, message.to_owned(), "remove `at`");
+        }
+        if sensor.element.is_some() {
+            let message = "the sensor says both `at` and `element`".to_owned();
+            return self.report(key, message, "remove one of them");
+        }
+        let meshes = self.model.beam(&sensor.of).map(Beam::meshes);
+        let Some(Ok(meshes)) = meshes else { return }; // reported with the beam
+        let length: f64 = meshes.iter().flat_map(|mesh| &mesh.lengths).sum();
+        if !(0.0..=length * (1.0 + 1e-12)).contains(&at) {
+            let message = format!("`{}` has no place {at} m from its start", sensor.of);
+            self.report(key, message, format!("its length is {length} m"));
+        }
+    }
+
+    fn sensor_point(&mut self, key: &str, sensor: &Sensor) {
+        if sensor.point.is_none() {
+            return;
+        }
+        let key = format!("{key}.point");
+        if !sensor.kind.has_point() {
+            let message =
+                "a point is only for positions, velocities, accelerations and distances".to_owned();
+            self.report(key, message, "remove `point`");
+        } else if self.kinds.get(sensor.of.as_str()) == Some(&"particle") {
+            let message = format!("`{}` is a particle, it has no other points", sensor.of);
+            self.report(key, message, "remove `point`");
+        }
+    }
+}
