@@ -294,7 +294,8 @@ pub(crate) fn cases() -> Vec<Case> {
     cases.extend(em.map(|(name, growth)| scheme(name, growth)));
     cases.extend([
         solver("dense", Solver::Dense),
-        solver("articulated", Solver::Articulated),
+        solver("articulated", Solver::Articulated)
+            .blind("simulation.solver", "what is fastest for a tree of bodies"),
         solver("sparse", Solver::Sparse),
     ]);
     cases.extend([statics(), arc_length(), averaged(), relaxed()]);
