@@ -346,7 +346,7 @@ impl<S: DiscreteLagrangian, C: Constraints> MassAtNode<'_, S, C> {
         let at = Configuration { t, ..state.configuration() };
         let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);
         if let Some(solver) = &mut self.solvers.velocity
-            && solver.velocity(&mass, (at, &state.memory), p, v).is_ok()
+            && solver.velocity(&mass, at, &state.memory, p, v).is_ok()
         {
             return Ok(());
         }

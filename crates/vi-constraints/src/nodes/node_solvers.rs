@@ -25,7 +25,8 @@ pub trait MomentumVelocity: Send {
     fn velocity(
         &mut self,
         mass: &Emission<'_>,
-        at: (Configuration<'_>, &Memory),
+        at: Configuration<'_>,
+        memory: &Memory,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular>;
@@ -124,7 +125,8 @@ impl<O: RateOperators> MomentumVelocity for NodalVelocity<O> {
     fn velocity(
         &mut self,
         mass: &Emission<'_>,
-        (at, memory): (Configuration<'_>, &Memory),
+        at: Configuration<'_>,
+        memory: &Memory,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular> {

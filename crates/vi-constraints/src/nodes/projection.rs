@@ -254,13 +254,13 @@ impl Projections {
         let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, 0.0, out);
         a.iter_mut().for_each(|a| *a = -*a);
         system.add_momentum_of_step(at, 0.0, a, w);
-        velocity.velocity(&mass, (at, memory), w, change)?;
+        velocity.velocity(&mass, at, memory, w, change)?;
         a.iter_mut().zip(&*change).for_each(|(a, change)| *a = change - *a);
         change.iter_mut().for_each(|a| *a = -*a);
         system.add_momentum_of_step(at, 0.0, change, w);
         if constraints.is_rheonomic() {
             force.fill(0.0); // less the velocity of no momentum
-            velocity.velocity(&mass, (at, memory), force, change)?;
+            velocity.velocity(&mass, at, memory, force, change)?;
             system.add_momentum_of_step(at, 0.0, change, w);
             a.iter_mut().zip(&*change).for_each(|(a, change)| *a -= change);
         }

@@ -26,7 +26,14 @@ pub trait NodalEquations<S, C>: Send {
     fn blocks(&self) -> &[Block];
     /// Opens a step at a state: all that depends on `P(q_n)` alone. `carried`: what the last step
     /// has left of its balance, which is written in the basis of this one.
-    fn open(&mut self, system: &S, constraints: &C, step: SubStep, at: (&mut State, &mut [f64]));
+    fn open(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        step: SubStep,
+        state: &mut State,
+        carried: &mut [f64],
+    );
     /// `q_{n+1} = F_d(u, q_n)`.
     ///
     /// # Errors
@@ -50,7 +57,7 @@ pub trait NodalEquations<S, C>: Send {
     }
     /// Moves the state to the end of the step, with what is left of the balance; `carried`: what
     /// was left by the step before.
-    fn finish(&mut self, system: &S, newton: &Newton, at: (&mut State, &[f64]));
+    fn finish(&mut self, system: &S, newton: &Newton, state: &mut State, carried: &[f64]);
     /// How exactly they can be solved.
     fn precision(&self) -> Precision;
     /// See [`vi_core::newton::NewtonProblem::rotation`].
@@ -91,7 +98,7 @@ impl<S, C, E: NodalEquations<S, C>> Scheme<S, C> for Nodal<E> {
             self.carried.resize(blocks.map(|block| block.range.end).max().unwrap_or(0), 0.0);
         }
         state.compensation.open_balance(&mut self.carried);
-        self.equations.open(system, constraints, step, (state, &mut self.carried));
+        self.equations.open(system, constraints, step, state, &mut self.carried);
     }
 
     fn residual(
@@ -141,7 +148,7 @@ impl<S, C, E: NodalEquations<S, C>> Scheme<S, C> for Nodal<E> {
         newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        self.equations.finish(system, newton, (state, &self.carried));
+        self.equations.finish(system, newton, state, &self.carried);
         Ok(())
     }
 

@@ -88,7 +88,8 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators, B: Basis> NodalEq
         _system: &S,
         constraints: &C,
         step: SubStep,
-        (state, carried): (&mut State, &mut [f64]),
+        state: &mut State,
+        carried: &mut [f64],
     ) {
         step.open(&mut self.s, state);
         self.p.copy_from_slice(&state.p);
@@ -122,7 +123,7 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators, B: Basis> NodalEq
         self.operators.solve(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), u, s, x)
     }
 
-    fn finish(&mut self, system: &S, newton: &Newton, (state, _): (&mut State, &[f64])) {
+    fn finish(&mut self, system: &S, newton: &Newton, state: &mut State, _: &[f64]) {
         let Self { operators, s, .. } = self;
         state.compensation.balance.copy_from_slice(newton.residual());
         operators.carry_balance(&mut state.compensation.balance);

@@ -73,10 +73,11 @@ impl NodalEquations<SeparableSystem, Mechanism> for LoopStep {
         system: &SeparableSystem,
         mechanism: &Mechanism,
         step: SubStep,
-        (state, carried): (&mut State, &mut [f64]),
+        state: &mut State,
+        carried: &mut [f64],
     ) {
         self.increments.open(mechanism, &state.q);
-        self.tree.open(system, mechanism, step, (state, carried));
+        self.tree.open(system, mechanism, step, state, carried);
         self.loops.begin(Maps::Sweeps(self.tree.at_links()), &state.q, &state.memory);
         self.fresh = true;
         step.depart(self.rates.as_deref(), state);
@@ -125,10 +126,11 @@ impl NodalEquations<SeparableSystem, Mechanism> for LoopStep {
         &mut self,
         system: &SeparableSystem,
         newton: &Newton,
-        (state, carried): (&mut State, &[f64]),
+        state: &mut State,
+        carried: &[f64],
     ) {
         self.loops.remember(&mut state.memory);
-        self.tree.finish(system, newton, (state, carried));
+        self.tree.finish(system, newton, state, carried);
         let balance = &mut state.compensation.balance;
         let clusters = &self.loops.clusters;
         clusters.iter().for_each(|cluster| cluster.project_balance(balance));

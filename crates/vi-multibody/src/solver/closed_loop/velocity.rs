@@ -39,11 +39,7 @@ impl LoopVelocity {
         Some(Self { tree, loops })
     }
 
-    fn solve(
-        &mut self,
-        (at, memory): (Configuration<'_>, &Memory),
-        p: &[f64],
-    ) -> Result<(), Fault> {
+    fn solve(&mut self, at: Configuration<'_>, memory: &Memory, p: &[f64]) -> Result<(), Fault> {
         let Self { tree, loops } = self;
         tree.stand(at.q, p)?; // q_{n+1} = q_n, Pᵀp
         let TreeVelocity { at: links, rest, nu, .. } = tree;
@@ -65,11 +61,12 @@ impl MomentumVelocity for LoopVelocity {
     fn velocity(
         &mut self,
         _mass: &Emission<'_>,
-        at: (Configuration<'_>, &Memory),
+        at: Configuration<'_>,
+        memory: &Memory,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular> {
-        self.solve(at, p).map_err(|_| Singular)?;
-        self.tree.push_forward(at.0.q, v)
+        self.solve(at, memory, p).map_err(|_| Singular)?;
+        self.tree.push_forward(at.q, v)
     }
 }

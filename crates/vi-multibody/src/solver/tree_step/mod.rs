@@ -179,7 +179,8 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
         system: &SeparableSystem,
         mechanism: &Mechanism,
         step: SubStep,
-        (state, _): (&mut State, &mut [f64]),
+        state: &mut State,
+        _: &mut [f64],
     ) {
         self.increments.reset();
         if self.variable.is_some() {
@@ -236,12 +237,7 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
         self.at.advance(u, None).map(|()| true)
     }
 
-    fn finish(
-        &mut self,
-        system: &SeparableSystem,
-        _: &Newton,
-        (state, carried): (&mut State, &[f64]),
-    ) {
+    fn finish(&mut self, system: &SeparableSystem, _: &Newton, state: &mut State, carried: &[f64]) {
         let Self { tree, at, impulse, efforts, variable, s, .. } = self;
         (state.t, state.step) = (s.t_end(), state.step + 1);
         let constant = variable.is_none().then_some(&impulse[..]);

@@ -73,7 +73,8 @@ impl MomentumVelocity for TreeVelocity {
     fn velocity(
         &mut self,
         _mass: &Emission<'_>,
-        (at, _): (Configuration<'_>, &Memory),
+        at: Configuration<'_>,
+        _: &Memory,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular> {
