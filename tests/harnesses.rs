@@ -2,6 +2,7 @@
 //! packages.
 #![allow(clippy::unwrap_used)] // tests
 
+mod circles;
 mod comments;
 mod packages;
 

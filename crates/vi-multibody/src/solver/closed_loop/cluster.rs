@@ -17,6 +17,7 @@
 
 use super::complement::Complement;
 use super::echelon::{Echelon, Entry};
+use super::enforced_rows::Rows;
 use super::path::{Paths, Placed};
 use crate::pair::Twist;
 use crate::solver::tree_step::part::Links;
@@ -91,15 +92,6 @@ pub(crate) struct Cluster {
     order: Vec<usize>,                   // pivots of U, by their rows
     g: Vec<f64>,                         // of the chosen rows
     complement: Option<Box<Complement>>, // on the sweeps of the tree
-}
-
-/// The rows of a cluster in a step: those that `U` was found from where they are enforced, else `U`.
-pub(super) struct Rows<'a> {
-    pub(super) paths: &'a mut Paths,
-    pub(super) basis: &'a Echelon,  // U
-    pub(super) order: &'a [usize],  // its pivots, by their rows; none of rows that are enforced
-    pub(super) chosen: &'a [usize], // rows enforced at q_{n+1}
-    pub(super) g: &'a [f64],        // of the chosen rows
 }
 
 impl Cluster {

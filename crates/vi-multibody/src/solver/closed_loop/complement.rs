@@ -11,12 +11,12 @@
 //! ([`super::large_matrix`]).
 #![allow(non_snake_case)] // C
 
-use super::cluster::Rows;
 use super::complement_matrix::ComplementMatrix;
 use super::echelon::Entry;
+use super::enforced_rows::Rows;
+use super::four_rows::{Four, held, in_registers, load};
 use super::path::{Paths, Placed};
 use super::relief::{Relief, SIDES, first_side};
-use super::row_sweeps::{Four, held, in_registers, load};
 use crate::pair::Twist;
 use crate::solver::tree_step::part::Links;
 use crate::solver::tree_step::workspace::Workspace;

@@ -20,6 +20,7 @@
 //! At rest, or with a velocity that no branch has, the motion is not determined: refused.
 
 use super::nearly::{self, Nearly};
+use super::random::Random;
 use crate::mechanism::{Mechanism, NearlyRedundant};
 use crate::pair::{Transfer, Twist, VelocityMap};
 use crate::solver::closed_loop::cluster::Cluster;
@@ -337,19 +338,4 @@ fn tree_rates(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
         }
     }
     rates
-}
-
-/// Numbers in [−1, 1), the same in every run.
-pub(super) struct Random(u64);
-
-impl Random {
-    /// The first of them.
-    pub(super) const FIRST: Self = Self(0x9e37_79b9_7f4a_7c15);
-
-    pub(super) fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
 }

@@ -14,9 +14,9 @@
 //! values. Where the walk succeeds, the largest rank met, with pivots above `τ`, is that of the
 //! motion. Prescribed motions stand still on the way.
 use super::cluster::Cluster;
-use super::loop_rank::Random;
 use super::loops::Loops;
 use super::path::{Maps, Placed};
+use super::random::Random;
 use crate::mechanism::{Mechanism, NearlyRedundant};
 use crate::pair::joint::FrameId;
 use std::collections::BTreeMap;

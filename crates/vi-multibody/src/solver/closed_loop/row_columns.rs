@@ -9,7 +9,7 @@
 //! when all is solved.
 #![allow(non_snake_case)] // A, G, S
 
-use super::row_sweeps::{Four, held, load, screw};
+use super::four_rows::{Four, held, load, screw};
 use crate::geometry::matrix::{self, Columns};
 use crate::geometry::members::{Screw, Vector};
 use crate::geometry::one_tree::Held;

@@ -10,34 +10,16 @@
 
 use super::cluster_link::ClusterLink;
 use super::echelon::Entry;
+use super::four_rows::{Four, hold, in_registers, take};
 use super::row_columns::{
     add, enter, get, multiply, pass, pass_transposed, put, rotate, rotate_transposed, zero,
 };
-use crate::geometry::members::{Screw, Vector};
+use crate::geometry::members::Screw;
 use crate::geometry::space::Space;
 use crate::solver::tree_step::part::Links;
 use crate::sweep::columns::{Column, Motion};
 use nalgebra::Vector3;
-use vi_core::lanes::{Lanes, Register};
-
-/// A number of each of four rows.
-pub(super) type Four = [f64; 4];
-
-/// Calls `$run` with the widest registers.
-macro_rules! in_registers {
-    ($lanes:ident => $run:expr) => {{
-        #[cfg(target_arch = "x86_64")]
-        if let Some($lanes) = vi_core::lanes::Wide::detect() {
-            return $lanes.run(
-                #[inline(always)]
-                || $run,
-            );
-        }
-        let $lanes = vi_core::lanes::Plain;
-        $run
-    }};
-}
-pub(super) use in_registers;
+use vi_core::lanes::Register;
 
 /// Rows as they were written last, one after the other.
 pub(super) struct Kept {
@@ -323,40 +305,6 @@ impl RowSweeps {
 /// Numbers links one after the other.
 fn number(links: &[usize], place: &mut [u32]) {
     (0..).zip(links).for_each(|(at, &k)| place[k] = at);
-}
-
-#[inline(always)]
-pub(super) fn load<T: Register>(lanes: T, x: &Four) -> T::Lanes {
-    lanes.gather(
-        #[inline(always)]
-        |row| x[row],
-    )
-}
-
-#[inline(always)]
-pub(super) fn held(x: impl Lanes) -> Four {
-    [x.at(0), x.at(1), x.at(2), x.at(3)]
-}
-
-#[inline(always)]
-fn take<T: Register>(lanes: T, x: &[Four; 6]) -> Screw<T::Lanes> {
-    let [a, b, c, d, e, f] = x;
-    Screw {
-        linear: Vector([load(lanes, a), load(lanes, b), load(lanes, c)]),
-        angular: Vector([load(lanes, d), load(lanes, e), load(lanes, f)]),
-    }
-}
-
-#[inline(always)]
-fn hold<L: Lanes>(x: Screw<L>) -> [Four; 6] {
-    let ([a, b, c], [d, e, f]) = (x.linear.0, x.angular.0);
-    [held(a), held(b), held(c), held(d), held(e), held(f)]
-}
-
-/// The same for all rows.
-#[inline(always)]
-pub(super) fn screw<T: Register>(lanes: T, [linear, angular]: [[f64; 3]; 2]) -> Screw<T::Lanes> {
-    Screw { linear: lanes.vector(linear), angular: lanes.vector(angular) }
 }
 
 #[inline(always)]

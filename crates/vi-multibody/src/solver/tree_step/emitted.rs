@@ -2,7 +2,6 @@
 #![allow(non_snake_case)] // A, B, C
 
 use super::SPACE;
-use super::workspace::Workspace;
 use crate::geometry::matrix::{Columns, Screw, Spatial};
 use crate::geometry::one_tree::{Held, Narrow, One, Xyz};
 use crate::geometry::space::{Space, Vector};
@@ -111,14 +110,4 @@ pub(super) fn wrench(link: &Link<One>, q: &[f64], w: &[f64]) -> Screw<Xyz<Narrow
     let (linear, spin) = (of(&b.as_slice()[..3]), of(&b.as_slice()[3..]));
     let anchor = directors::triad(d) * Vector3::from(link.anchor);
     Screw { linear, angular: spin - of(anchor.as_slice()).cross(linear) }
-}
-
-impl Workspace {
-    /// `r ← P(q_n)ᵀ w`.
-    pub(in crate::solver) fn pull_back_of(&mut self, q: &[f64], w: &[f64], r: &mut [f64]) {
-        for (link, work) in self.links.iter().zip(&mut self.works) {
-            work.wrench = wrench(link, q, w).held();
-        }
-        self.pull_back(r);
-    }
 }

@@ -1,6 +1,6 @@
 //! All links of a tree, and the sweeps over them in the registers of this processor.
 
-use super::emitted::Emitted;
+use super::emitted::{self, Emitted};
 use crate::geometry::matrix::Spatial;
 use crate::geometry::one_tree::{Held, Narrow, One, OneTree, Width, sweep};
 use crate::mechanism::Mechanism;
@@ -78,6 +78,14 @@ impl Workspace {
         if let Some(couplings) = couplings {
             emitted.write_couplings(links, ends, &mut couplings.links);
         }
+    }
+
+    /// `r ← P(q_n)ᵀ w`.
+    pub(in crate::solver) fn pull_back_of(&mut self, q: &[f64], w: &[f64], r: &mut [f64]) {
+        for (link, work) in self.links.iter().zip(&mut self.works) {
+            work.wrench = emitted::wrench(link, q, w).held();
+        }
+        self.pull_back(r);
     }
 
     /// Eliminates and substitutes all links, with what is `added` to their blocks.
