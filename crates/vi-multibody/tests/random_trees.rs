@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 use proptest::prelude::*;
 use vi_constraints::node_solvers::RateOperators;
+use vi_constraints::reparametrization::LastStep;
 use vi_constraints::{Constraints, DenseNodal, NodalOperators, Reparametrization};
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
@@ -212,6 +213,38 @@ proptest! {
         let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         let relative = norm_inf(&off) / norm_inf(&b).max(1e-300);
         prop_assert!(d == 0 || relative <= 1e-11, "relative difference {relative:e}");
+    }
+
+    #[test]
+    fn the_sweeps_have_the_basis_of_a_last_step(bodies in 1_usize..9, seed in any::<u64>()) {
+        let mechanism = random_tree(bodies, seed);
+        let system: SeparableSystem = mechanism.system(Quadrature::Midpoint);
+        let map = TreeMap::new(&mechanism);
+        let (n, d) = (mechanism.dim(), map.dof());
+        let u = [21, 61].map(|k| increments(d, 0.8, seed ^ k));
+        let last = moved(&map, &mechanism.initial_configuration(), &u[0]);
+        let s = moved(&map, &last.q1, &u[1]);
+        let step = LastStep { u: &u[0], s: &last };
+
+        let mut tree = TreeNodal::new(mechanism.tree()).unwrap();
+        let mut dense = DenseNodal::new(n, map);
+        tree.begin(&s, &Memory::default(), Some(step));
+        dense.begin(&s, &Memory::default(), Some(step));
+        let w = increments(n, 1.0, seed ^ 31);
+        let (mut a, mut b) = (vec![0.0; d], vec![0.0; d]);
+        tree.pull_back(&w, &mut a);
+        tree.close(&mut a);
+        dense.pull_back(&w, &mut b);
+        let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+        prop_assert!(norm_inf(&off) < 1e-13 * (1.0 + norm_inf(&b)), "off by {:e}", norm_inf(&off));
+
+        tree.reparametrize(&u[1], &mut s.clone()).unwrap();
+        let mixed = |out: &mut dyn Entries| system.forced_d2_d1(&s, out);
+        tree.solve(&mixed, &u[1], &s, &mut a).unwrap();
+        dense.solve(&mixed, &u[1], &s, &mut b).unwrap();
+        let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+        let relative = norm_inf(&off) / norm_inf(&b).max(1e-300);
+        prop_assert!(d == 0 || relative <= 1e-10, "relative difference {relative:e}");
     }
 
     #[test]
