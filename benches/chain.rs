@@ -4,7 +4,8 @@
 //! The first second of the motion, five times, alternating between the cases; the fastest counts.
 //! Also printed: Newton's iterations a step, and the tip, which shows that the motion is the same.
 //! Then ensembles of such chains, members with rates that are a little different: time for a body,
-//! step and member.
+//! step and member; also with a spring to the ground and a load that varies in time on each body,
+//! beside members that move one after the other, and recorded.
 #![allow(clippy::unwrap_used)] // a bench
 
 use holonom::vi_constraints::{Options, SchemeKind};
@@ -12,14 +13,14 @@ use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
 use holonom::vi_multibody::ensemble::Ensemble;
 use holonom::vi_multibody::run::MechanismIntegrator;
 use holonom::vi_multibody::{BuiltMechanism, FrameId, PairKind};
-use holonom::vi_rigid::Shape;
+use holonom::vi_rigid::{Shape, TimeHistory};
 use std::time::Instant;
 
 fn chain(n: usize, h: f64) -> MechanismIntegrator {
-    model(n, 0.1).integrator(Options::new(SchemeKind::Nodal, h)).unwrap()
+    model(n, 0.1, false).integrator(Options::new(SchemeKind::Nodal, h)).unwrap()
 }
 
-fn model(n: usize, rate: f64) -> BuiltMechanism {
+fn model(n: usize, rate: f64, loaded: bool) -> BuiltMechanism {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let bar = Inertia::shape_of_mass(Shape::Box { lengths: [1.0, 0.1, 0.1] }, 1.0);
     let mut parent = FrameId::Ground;
@@ -30,18 +31,47 @@ fn model(n: usize, rate: f64) -> BuiltMechanism {
         let rate = if turn.is_multiple_of(2) { rate } else { -rate };
         let hinge = builder.joint(&format!("j{i}"), PairKind::Revolute, parent, link);
         hinge.at([i as f64, 0.0, 0.0]).axis(axis).rate(rate);
+        if loaded {
+            let x = i as f64 + 0.5;
+            builder.spring([x, 0.0, 2.0], link.point([0.0, 0.0, 0.05]), 3.0).natural_length(1.0);
+            let history =
+                TimeHistory::Harmonic { frequency: 1.0, phase: x, amplitude: 1.0, offset: 0.0 };
+            builder.load(link).force([0.3, 0.2, 0.1]).history(history);
+        }
         parent = link.into();
     }
     builder.build().unwrap()
 }
 
+/// How members of an ensemble move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Members {
+    Free,
+    Loaded,
+    LoadedAlone,
+    Recorded,
+}
+
 /// Seconds for the steps of an ensemble, and how many of them members have taken alone.
-fn together(n: usize, h: f64, members: usize) -> (f64, u64) {
-    let models = (0..members).map(|k| model(n, 0.1 + 1e-3 * k as f64));
-    let mut ensemble = Ensemble::new(models, Options::new(SchemeKind::Nodal, h)).unwrap();
+fn together(n: usize, h: f64, (members, kind): (usize, Members)) -> (f64, u64) {
+    let loaded = matches!(kind, Members::Loaded | Members::LoadedAlone);
+    let models = (0..members).map(|k| model(n, 0.1 + 1e-3 * k as f64, loaded));
+    let options = Options::new(SchemeKind::Nodal, h);
+    let steps = (1.0 / h).round() as u64;
+    if kind == Members::LoadedAlone {
+        let mut runs: Vec<_> = models.map(|model| model.integrator(options).unwrap()).collect();
+        let begin = Instant::now();
+        for run in &mut runs {
+            (0..steps).for_each(|_| _ = run.step().unwrap());
+        }
+        return (begin.elapsed().as_secs_f64(), steps * members as u64);
+    }
+    let mut ensemble = Ensemble::new(models, options).unwrap();
     assert_eq!(ensemble.in_lanes(), members);
+    let mut ends: Vec<Option<f64>> =
+        (0..members).map(|_| (kind == Members::Recorded).then_some(0.0)).collect();
     let begin = Instant::now();
-    ensemble.advance((1.0 / h).round() as u64);
+    ensemble.record(steps, &mut ends, |end, member| *end = member.transition().after.q[0]);
     let time = begin.elapsed().as_secs_f64();
     assert!(ensemble.failures().all(|failure| failure.is_none()));
     (time, ensemble.steps_alone())
@@ -90,12 +120,14 @@ fn main() {
     let cases: Vec<(usize, f64)> =
         cases.into_iter().filter(|(n, _)| *n <= if quick { 8 } else { 64 }).collect();
     for (n, h) in cases {
-        for members in [4, 8] {
-            let rounds = (0..if quick { 1 } else { 5 }).map(|_| together(n, h, members));
+        let kinds = [Members::Free, Members::Recorded, Members::LoadedAlone, Members::Loaded];
+        for case in [4, 8].into_iter().flat_map(|members| kinds.map(|kind| (members, kind))) {
+            let rounds = (0..if quick { 1 } else { 5 }).map(|_| together(n, h, case));
             let (time, alone) = rounds.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            let (members, kind) = case;
             let one = 1e9 * time * h / (n * members) as f64;
             println!(
-                "{members} chains of {n} bodies, h = {h} s: {one:.0} ns a body, step and member, {alone} steps alone"
+                "{members} chains of {n} bodies, {kind:?}, h = {h} s: {one:.0} ns a body, step and member, {alone} steps alone"
             );
         }
     }

@@ -10,10 +10,12 @@ use harness::models::{overrides, shipped, simulation};
 use holonom::model::Columns;
 use holonom::output::{BeamWriter, EnergyWriter, MomentaWriter, SensorWriter, TrajectoryWriter};
 use holonom::vi_constraints::{Options, SchemeKind};
+use holonom::vi_core::Composition;
 use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
 use holonom::vi_multibody::ensemble::Ensemble;
 use holonom::vi_multibody::joint_force::Viscous;
 use holonom::vi_multibody::{FrameId, PairKind};
+use holonom::vi_rigid::TimeHistory;
 use holonom::{Model, Override, Sample, Simulation};
 use std::fmt::Write;
 use vi_testkit::CountingAllocator;
@@ -170,11 +172,12 @@ fn while_recording(model: &Model) -> usize {
     counts[59] - counts[10]
 }
 
-/// Members are written back when their steps are taken; the steps allocate nothing, however many
-/// they are.
+/// Steps of members in lanes allocate nothing, however many they are: with nothing but gravity, with
+/// springs and dampers of joints, with springs, dampers and loads on bodies; recorded or not, of
+/// order 2 or composed.
 #[test]
 fn no_step_of_an_ensemble_allocates() {
-    let swing = |k: u32, acting: bool| {
+    let swing = |k: u32, acting: &str| {
         let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
         let bar = Inertia::principal(1.0 + 0.1 * f64::from(k), [0.01, 0.1, 0.1]);
         let mut parent = FrameId::Ground;
@@ -182,28 +185,41 @@ fn no_step_of_an_ensemble_allocates() {
             let link = builder.body("link", bar).at([f64::from(i) + 0.5, 0.0, 0.0]).id();
             let hinge = builder.joint("hinge", PairKind::Revolute, parent, link);
             let hinge = hinge.at([f64::from(i), 0.0, 0.0]).axis([0.0, 1.0, 0.0]).id();
-            if acting {
+            if acting == "joints" {
                 builder.joint_spring(hinge.coordinate(0), 3.0, 0.1);
                 builder.joint_force(hinge.coordinate(0), Viscous(0.2));
+            }
+            if acting == "bodies" {
+                builder.spring([1.0, 0.0, 2.0], link.point([0.1; 3]), 5.0).natural_length(0.2);
+                let ramp = TimeHistory::Ramp { start: 0.01, end: 0.2, amplitude: 1.0 };
+                builder.load(link).force([0.3, 0.0, 0.1]).follower().history(ramp);
             }
             parent = link.into();
         }
         builder.build().unwrap()
     };
-    let options = Options::new(SchemeKind::Nodal, 1e-4);
-    for acting in [false, true] {
+    let cases = [("gravity", 2), ("joints", 2), ("bodies", 2), ("gravity", 4), ("bodies", 4)];
+    for ((acting, order), recorded) in cases.into_iter().flat_map(|c| [(c, false), (c, true)]) {
+        let composition = Composition::of_order(order).unwrap();
+        let options = Options::new(SchemeKind::Nodal, 1e-4).composition(composition);
         let mut ensemble = Ensemble::new((0..8).map(|k| swing(k, acting)), options).unwrap();
         assert_eq!(ensemble.in_lanes(), 8);
-        ensemble.advance(10);
+        let mut rows: Vec<Option<Vec<f64>>> =
+            (0..8).map(|_| recorded.then(|| Vec::with_capacity(2000))).collect();
         let mut count = |steps: u64| {
             let before = allocations();
-            ensemble.advance(steps);
+            ensemble.record(steps, &mut rows, |rows, mut member| {
+                rows.push(member.transition().after.q[0]);
+                rows.push(member.node_before().unwrap().hamiltonian_projected.total());
+            });
             allocations() - before
         };
-        let [few, many] = [10, 1000].map(&mut count);
-        let alone = ensemble.steps_alone();
-        println!("{few} in a call of 10 steps, {many} in one of 1000, {alone} steps alone");
-        assert_eq!((few, alone), (many, 8), "acting {acting}");
+        let [_, few, many] = [10, 10, 800].map(&mut count);
+        let (alone, read) =
+            (ensemble.steps_alone(), rows.iter().flatten().map(Vec::len).sum::<usize>());
+        println!("{acting}, order {order}, {read} numbers: {few} and {many}, {alone} steps alone");
+        assert_eq!((few, alone), (many, 8), "{acting}, order {order}, recorded {recorded}");
+        assert_eq!(read, if recorded { 8 * 2 * 820 } else { 0 });
     }
 }
 

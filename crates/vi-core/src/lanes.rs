@@ -33,9 +33,8 @@ pub trait Lanes:
     /// The same but for the first number.
     #[must_use]
     fn with_first(self, x: f64) -> Self;
-    /// The same but for number `k`.
-    #[must_use]
-    fn with(self, k: usize, x: f64) -> Self;
+    /// Writes number `k` where it stands in memory.
+    fn set(&mut self, k: usize, x: f64);
     /// The quotients.
     #[must_use]
     fn over(self, divisor: Self) -> Self;
@@ -87,8 +86,8 @@ impl Lanes for f64 {
         x
     }
     #[inline(always)]
-    fn with(self, _: usize, x: f64) -> Self {
-        x
+    fn set(&mut self, _: usize, x: f64) {
+        *self = x;
     }
     #[inline(always)]
     fn over(self, divisor: Self) -> Self {
@@ -170,9 +169,8 @@ impl Lanes for Four {
         Self([x, self.0[1], self.0[2], self.0[3]])
     }
     #[inline(always)]
-    fn with(mut self, k: usize, x: f64) -> Self {
+    fn set(&mut self, k: usize, x: f64) {
         self.0[k] = x;
-        self
     }
     #[inline(always)]
     fn over(self, divisor: Self) -> Self {
@@ -225,6 +223,7 @@ pub use wide::{Wide, WideFour};
 #[cfg(target_arch = "x86_64")]
 mod wide {
     use super::{Lanes, Register};
+    use pulp::bytemuck::cast_mut;
     use pulp::cast;
     use pulp::x86::V3;
     use std::arch::x86_64::{__m256d, _CMP_GT_OQ, _CMP_LE_OQ};
@@ -297,10 +296,8 @@ mod wide {
             Self { x: avx._mm256_blend_pd::<0b0001>(self.x, avx._mm256_set1_pd(x)), ..self }
         }
         #[inline(always)]
-        fn with(self, k: usize, x: f64) -> Self {
-            let mut all = cast::<__m256d, [f64; 4]>(self.x);
-            all[k] = x;
-            Self { x: cast(all), ..self }
+        fn set(&mut self, k: usize, x: f64) {
+            cast_mut::<__m256d, [f64; 4]>(&mut self.x)[k] = x;
         }
         #[inline(always)]
         fn over(self, divisor: Self) -> Self {
@@ -400,10 +397,10 @@ impl<L: Lanes> Lanes for Pair<L> {
         Self(self.0.with_first(x), self.1)
     }
     #[inline(always)]
-    fn with(self, k: usize, x: f64) -> Self {
+    fn set(&mut self, k: usize, x: f64) {
         match k.checked_sub(L::COUNT) {
-            None => Self(self.0.with(k, x), self.1),
-            Some(k) => Self(self.0, self.1.with(k, x)),
+            None => self.0.set(k, x),
+            Some(k) => self.1.set(k, x),
         }
     }
     #[inline(always)]

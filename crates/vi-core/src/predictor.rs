@@ -222,6 +222,26 @@ impl History {
         self.increments[place * self.unknowns..(place + 1) * self.unknowns].copy_from_slice(u);
     }
 
+    /// Replaces what is known of sub-step `k`: `count` increments of steps of length `h`, written by
+    /// `write(age, increment)`, the newest of age 0. Allocates nothing.
+    pub fn replace(
+        &mut self,
+        k: usize,
+        h: f64,
+        count: usize,
+        mut write: impl FnMut(usize, &mut [f64]),
+    ) {
+        let known = &mut self.sub_steps[k];
+        if known.h.to_bits() != h.to_bits() {
+            self.weights.clear();
+        }
+        *known = Known { h, count: count.min(DEPTH), newest: 0 };
+        for age in 0..known.count {
+            let place = (k * DEPTH + age) * self.unknowns;
+            write(age, &mut self.increments[place..place + self.unknowns]);
+        }
+    }
+
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.sub_steps.iter_mut().for_each(|known| known.count = 0);

@@ -8,6 +8,8 @@ mod closing;
 mod control_points;
 mod dense;
 mod ensemble;
+mod ensemble_forces;
+mod ensemble_recording;
 mod joint_coordinates;
 mod joint_efforts;
 mod loaded_trees;

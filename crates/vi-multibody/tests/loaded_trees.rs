@@ -1,7 +1,7 @@
 //! Random trees for tests of what moves them.
 
 use nalgebra::Vector3;
-use vi_multibody::builder::{Inertia, MechanismBuilder};
+use vi_multibody::builder::{BodyId, Inertia, JointId, MechanismBuilder};
 use vi_multibody::{BuiltMechanism, FrameId, PairKind};
 use vi_testkit::Sample;
 
@@ -13,6 +13,34 @@ pub(crate) fn tree(bodies: usize, loaded: bool, seed: u64) -> BuiltMechanism {
 
 /// The same; `other` changes masses, positions and rates of the bodies, not their topology.
 pub(crate) fn varied_tree(bodies: usize, loaded: bool, seed: u64, other: f64) -> BuiltMechanism {
+    tree_with(bodies, seed, other, |builder, k, part| {
+        if !loaded {
+            return;
+        }
+        let body = part.body;
+        builder.spring([1.0, 0.5, -0.2], body.point([0.1, 0.2, 0.3]), 20.0);
+        builder.load(body).force([1.0, -2.0, 0.5]).torque([0.2, 0.1, -0.3]).follower();
+        if part.kind == PairKind::Revolute && k == 0 {
+            builder.motor(part.joint.coordinate(0), |t| 2.0 * t);
+        }
+    })
+}
+
+/// A body of a tree and the joint that carries it.
+#[derive(Clone, Copy)]
+pub(crate) struct Part {
+    pub(crate) body: BodyId,
+    pub(crate) joint: JointId,
+    pub(crate) kind: PairKind,
+}
+
+/// The same with what `act(builder, k, part)` adds to each part.
+pub(crate) fn tree_with(
+    bodies: usize,
+    seed: u64,
+    other: f64,
+    act: impl Fn(&mut MechanismBuilder, usize, Part),
+) -> BuiltMechanism {
     let mut random = Sample::new(seed);
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
     let mut frames = vec![FrameId::Ground];
@@ -37,13 +65,7 @@ pub(crate) fn varied_tree(bodies: usize, loaded: bool, seed: u64, other: f64) ->
         let joint =
             if count > 0 { joint.rates(&rates.map(|rate| rate - other)[..count]) } else { joint };
         let joint = joint.id();
-        if loaded {
-            builder.spring([1.0, 0.5, -0.2], body.point([0.1, 0.2, 0.3]), 20.0);
-            builder.load(body).force([1.0, -2.0, 0.5]).torque([0.2, 0.1, -0.3]).follower();
-            if kind == PairKind::Revolute && k == 0 {
-                builder.motor(joint.coordinate(0), |t| 2.0 * t);
-            }
-        }
+        act(&mut builder, k, Part { body, joint, kind });
         frames.push(body.into());
     }
     builder.build().unwrap()

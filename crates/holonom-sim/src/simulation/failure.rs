@@ -105,11 +105,7 @@ impl Simulation {
         }
         let unknown = error.unknown()?;
         match self.settings.scheme {
-            Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {
-                let link = mechanism.tree().owner(unknown)?;
-                let body = &mechanism.description().bodies[link.frame].name;
-                Some(format!("body `{body}`, the child of `{}`", link.joint.name))
-            }
+            Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => mechanism.increment_name(unknown),
             _ if unknown < mechanism.dim() => {
                 Some(format!("`{}`", mechanism.coordinate_name(unknown)))
             }

@@ -7,6 +7,7 @@ use super::report::StepReport;
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, Step, Transition};
 use crate::scheme::{StepError, SubStep};
+use vi_core::interval::Interval;
 use vi_core::newton::Precision;
 use vi_core::state::State;
 
@@ -130,6 +131,39 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.before.copy_from(&state);
         self.state = state;
         Ok(())
+    }
+
+    /// Moves to a node of this motion that was computed elsewhere, as that of a member of an
+    /// ensemble; allocates nothing.
+    pub fn place_at(&mut self, node: &State) {
+        self.state.copy_from(node);
+    }
+
+    /// A macro step of this motion that was computed elsewhere, from the present state to `end`,
+    /// with its last (sub-)step `s`, which is exchanged for that of the step before; allocates
+    /// nothing. `meets_constraints`: whether the constraints are known to be met at its end.
+    ///
+    /// # Errors
+    /// [`StepError`] as of [`Integrator::step`]; the state is then what it was.
+    pub fn take_over(
+        &mut self,
+        end: &State,
+        s: &mut Interval,
+        meets_constraints: bool,
+    ) -> Result<(), StepError> {
+        self.before.copy_from(&self.state);
+        self.state.copy_from(end);
+        std::mem::swap(self.scheme.interval_mut(), s);
+        let met = if meets_constraints {
+            Ok(())
+        } else {
+            let Self { watch, constraints, state, .. } = self;
+            watch.check_residuals(&**constraints, state.configuration())
+        };
+        if met.is_err() {
+            self.state.copy_from(&self.before);
+        }
+        met
     }
 
     /// Reverses the direction of time; the next step retraces the last one.

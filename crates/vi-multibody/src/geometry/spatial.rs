@@ -37,10 +37,14 @@ impl SpatialMatrix {
     /// `self −= x yᵀ`.
     #[inline]
     pub(crate) fn sub_outer(&mut self, x: &Twist, y: &Twist) {
-        self.ll -= x.linear * y.linear.transpose();
-        self.la -= x.linear * y.angular.transpose();
-        self.al -= x.angular * y.linear.transpose();
-        self.aa -= x.angular * y.angular.transpose();
+        for j in 0..3 {
+            for i in 0..3 {
+                self.ll[(i, j)] -= x.linear[i] * y.linear[j];
+                self.la[(i, j)] -= x.linear[i] * y.angular[j];
+                self.al[(i, j)] -= x.angular[i] * y.linear[j];
+                self.aa[(i, j)] -= x.angular[i] * y.angular[j];
+            }
+        }
     }
 
     /// `self += m P(a)ᵀ P'(b)` with `P(a) = [I, 0]` of the centre, `[0, −â]` of a director `a`:

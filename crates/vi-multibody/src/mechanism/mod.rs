@@ -326,6 +326,14 @@ impl Mechanism {
         self.description.particles.get(k).map_or("", |p| &p.name)
     }
 
+    /// The body that an increment of the spanning tree moves, and the joint that carries it.
+    #[must_use]
+    pub fn increment_name(&self, unknown: usize) -> Option<String> {
+        let link = self.tree.owner(unknown)?;
+        let body = &self.description.bodies[link.frame].name;
+        Some(format!("body `{body}`, the child of `{}`", link.joint.name))
+    }
+
     /// The joint of the spanning tree that a rate `ν_k` belongs to: its name, for free members
     /// their own, for point masses that of the mass.
     #[must_use]

@@ -2,6 +2,7 @@
 
 mod beside;
 mod body_blocks;
+mod body_forces;
 mod chord;
 pub mod closed_loop;
 mod efforts;

@@ -1,29 +1,32 @@
 //! Members in the lanes of one kernel: their states in and out, steps, failures.
 
-use super::acting::Acting;
 use super::kernel::{Kernel, Lane};
-use super::link::{MOST, put_lane, take_lane};
+use super::link::MOST;
+use super::member::{LaneOf, Member};
 use crate::geometry::one_tree::One;
 use crate::solver::run::MechanismIntegrator;
 use crate::sweep::link::Link;
-use crate::tree::Tree;
 use std::fmt::Debug;
-use vi_constraints::integrator::ResumeError;
+use vi_constraints::Options;
 use vi_constraints::scheme::StepError;
-use vi_constraints::unknowns::Increments;
-use vi_constraints::{Constraints, Options};
-use vi_core::SeparableSystem;
 #[cfg(target_arch = "x86_64")]
 use vi_core::lanes::Wide;
 use vi_core::lanes::{Lanes, Plain, Register, Twice};
-use vi_core::newton::{Fault, NewtonError, NewtonSettings};
-use vi_core::state::State;
+use vi_core::newton::NewtonSettings;
 
 /// What lanes need of a member.
 pub(super) struct Model {
     pub(super) links: Vec<Link<One>>,
     pub(super) weight: Vec<f64>,
     pub(super) sub_steps: Vec<f64>,
+}
+
+/// Reads members after their steps.
+pub(super) trait Reader {
+    /// Whether a member, by its number in the group, is read after each step.
+    fn wants(&self, member: usize) -> bool;
+    /// Reads it.
+    fn read(&mut self, member: usize, run: &mut MechanismIntegrator);
 }
 
 /// Members that move together.
@@ -38,6 +41,7 @@ pub(super) trait Group: Send + Debug {
         members: &mut [MechanismIntegrator],
         failures: &mut [Option<StepError>],
         steps: u64,
+        reader: &mut dyn Reader,
     );
 }
 
@@ -66,19 +70,12 @@ fn boxed<T: Register>(group: Option<Lanewise<T>>) -> Option<Box<dyn Group>> {
 #[derive(Debug)]
 pub(super) struct Lanewise<T: Register> {
     kernel: Kernel<T>,
-    count: usize,
-    alone: u64, // steps
+    own: Vec<Member>, // beside their lanes
+    alone: u64,       // steps
     sub_steps: Vec<f64>,
     newton: NewtonSettings,
-    step: f64,                   // s
-    trees: Vec<Tree>,            // of the members
-    increments: Vec<Increments>, // of the members, for their floors
-    raised: bool,                // the floors, and before the first step
-    origins: Vec<(f64, u64)>,    // time and step from which time is counted
-    at: Vec<(f64, u64)>,         // time and step of the members
-    angles: Vec<Vec<f64>>,       // unwrapped, of the members
-    start_angles: Vec<Vec<f64>>, // the same when the step began
-    q: Vec<f64>,                 // n  scratch
+    step: f64,    // s
+    raised: bool, // the floors, and before the first step
 }
 
 impl<T: Register> Lanewise<T> {
@@ -93,167 +90,150 @@ impl<T: Register> Lanewise<T> {
         let links: Vec<&[Link<One>]> = (0..T::Lanes::COUNT).map(|k| &of(k).links[..]).collect();
         let weights: Vec<Vec<f64>> = (0..T::Lanes::COUNT).map(|k| of(k).weight.clone()).collect();
         let sub_steps = of(0).sub_steps.clone();
-        let trees: Vec<Tree> =
-            members[..count].iter().map(|run| run.constraints().tree().clone()).collect();
-        let systems: Vec<(&[Link<One>], &SeparableSystem)> = models
-            .iter()
-            .zip(&members[..count])
-            .map(|(own, run)| (&own.links[..], run.system()))
-            .collect();
-        let at = (&trees[0], Acting::new(&systems, trees[0].dof()));
-        let kernel = Kernel::new(lanes, (&links, &weights), at, sub_steps.len())?;
-        let origins = members[..count].iter().map(|run| (run.state().t, run.state().step));
-        Some(Self {
-            kernel,
-            count,
-            alone: 0,
-            sub_steps,
-            newton: options.newton,
-            step: options.step,
-            raised: true,
-            increments: trees.iter().map(|tree| Increments::new(tree.blocks())).collect(),
-            at: vec![(0.0, 0); count],
-            angles: vec![Vec::new(); count],
-            start_angles: Vec::new(),
-            q: vec![0.0; members[0].state().q.len()],
-            origins: origins.collect(),
-            trees,
-        })
+        let own: Vec<Member> =
+            models.iter().zip(&members[..count]).map(|(of, run)| Member::new(of, run)).collect();
+        let kernel = Kernel::new(lanes, (&links, &weights), &own, sub_steps.len())?;
+        let (newton, step) = (options.newton, options.step);
+        Some(Self { kernel, own, alone: 0, sub_steps, newton, step, raised: true })
     }
 
-    /// Takes the state of a member into a lane.
-    fn load(&mut self, lane: usize, state: &State) {
-        let Kernel { q, p, compensation, balance, history, what, .. } = &mut self.kernel;
-        put_lane(&state.q, lane, q);
-        put_lane(&state.p, lane, p);
-        put_lane(&state.compensation.q, lane, compensation);
-        // empty before the first step
-        balance.iter_mut().for_each(|all| *all = all.with(lane, 0.0));
-        put_lane(&state.compensation.balance, lane, balance);
-        let (d, sub_steps) = (balance.len(), self.sub_steps.len());
-        let mut known = state.history.clone();
-        known.fit(d, sub_steps, 0..0);
-        history.load(lane, &known);
-        what[lane] = Lane::Solved;
-        self.at[lane] = (state.t, state.step);
-        self.angles[lane].clone_from(&state.angles);
+    /// Takes the state of a member into its lane.
+    fn load(&mut self, lane: usize, run: &MechanismIntegrator) {
+        let Self { kernel, own, sub_steps, .. } = self;
+        let now = &mut own[lane].now;
+        now.copy_from(run.state());
+        now.history.fit(kernel.balance.len(), sub_steps.len(), 0..0);
+        kernel.load(lane, now);
     }
 
-    /// Counts the revolutions of a member on to its present configuration.
-    fn unwrap_angles(&mut self, lane: usize, member: &MechanismIntegrator) {
-        let angles = &mut self.angles[lane];
-        if !angles.is_empty() {
-            take_lane(&self.kernel.q, lane, &mut self.q);
-            member.constraints().unwrap_angles(&self.q, angles);
+    /// Moves the integrator of a member to the start of the macro step, of which `undone` sub-steps
+    /// were taken.
+    fn bring(&mut self, (lane, undone): (usize, usize), run: &mut MechanismIntegrator) {
+        let now = &mut self.own[lane].now;
+        if run.state().step != now.step {
+            self.kernel.write((lane, undone), now);
+            run.place_at(now);
         }
-    }
-
-    /// The state of a lane, after `like`.
-    fn state(&self, lane: usize, like: &State) -> State {
-        let mut state = like.clone();
-        let Kernel { q, p, compensation, balance, history, .. } = &self.kernel;
-        let numbers = |own: &mut Vec<f64>, all: &[T::Lanes]| {
-            own.resize(all.len(), 0.0);
-            take_lane(all, lane, own);
-        };
-        numbers(&mut state.q, q);
-        numbers(&mut state.p, p);
-        numbers(&mut state.compensation.q, compensation);
-        numbers(&mut state.compensation.balance, balance);
-        state.history = history.of(lane);
-        state.angles.clone_from(&self.angles[lane]);
-        (state.t, state.step) = self.at[lane];
-        state
     }
 
     /// The floors of the increments for a sub-step of length `h`.
     fn raise_floors(&mut self, members: &[MechanismIntegrator], h: f64) {
         let (fastest, lanes) = (self.kernel.fastest(), self.kernel.lanes);
-        let raises = |(lane, member): (usize, &MechanismIntegrator)| {
-            member.constraints().raises_floors(h.abs() * fastest.at(lane))
+        let raises = |(lane, (run, own)): (usize, (&MechanismIntegrator, &Member))| {
+            own.has_body_forces() || run.constraints().raises_floors(h.abs() * fastest.at(lane))
         };
-        let raised = members.iter().enumerate().any(raises);
+        let raised = members.iter().zip(&self.own).enumerate().any(raises);
         if !raised && !self.raised {
             return;
         }
         self.raised = raised;
-        for (lane, (member, increments)) in members.iter().zip(&mut self.increments).enumerate() {
-            increments.reset();
-            let distance = h.abs() * fastest.at(lane);
-            member.constraints().raise_floors_by(distance, increments.blocks_mut());
+        for (lane, (run, own)) in members.iter().zip(&mut self.own).enumerate() {
+            own.set_floors(run, h.abs() * fastest.at(lane));
         }
-        let (increments, last) = (&self.increments, self.count - 1);
+        let (own, last) = (&self.own, self.own.len() - 1);
         for (i, floor) in self.kernel.floors.iter_mut().enumerate() {
-            *floor = lanes.gather(|k| increments[k.min(last)].blocks()[i].floor);
+            *floor = lanes.gather(|k| own[k.min(last)].increments.blocks()[i].floor);
         }
+    }
+
+    /// The lanes whose members move.
+    fn moving(&self) -> impl Iterator<Item = usize> + use<T> {
+        let what = self.kernel.what;
+        (0..self.own.len()).filter(move |lane| what[*lane] != Lane::Idle)
     }
 
     /// A macro step of all lanes that are not idle. A member whose lane is refused takes it alone.
-    fn step(&mut self, members: &mut [MechanismIntegrator], failures: &mut [Option<StepError>]) {
-        let sub_steps = self.sub_steps.len();
-        let mut alone = [false; MOST];
-        let mut times = [0.0; MOST];
-        times.iter_mut().zip(&self.at).for_each(|(time, (t, _))| *time = *t);
-        if sub_steps > 1 {
-            self.kernel.keep_start();
-            self.start_angles.clone_from(&self.angles);
-        }
-        for index in 0..sub_steps {
-            let h = self.sub_steps[index] * self.step;
-            self.raise_floors(members, h);
-            for (lane, member) in members.iter().enumerate() {
-                let at = (times[lane], &self.angles[lane][..]);
-                self.kernel.open_lane((lane, member.system()), at, h);
-                times[lane] += h;
+    fn step(
+        &mut self,
+        members: &mut [MechanismIntegrator],
+        failures: &mut [Option<StepError>],
+        reader: &mut dyn Reader,
+    ) {
+        let count = self.sub_steps.len();
+        let (mut alone, mut off) = ([false; MOST], 0);
+        for lane in self.moving() {
+            if self.own[lane].is_read {
+                self.bring((lane, 0), &mut members[lane]);
             }
-            self.kernel.solve((index, h), members, &self.newton);
-            for lane in 0..self.count {
+        }
+        if count > 1 {
+            self.kernel.keep_start();
+            self.own.iter_mut().for_each(Member::keep_start);
+        }
+        for index in 0..count {
+            let h = self.sub_steps[index] * self.step;
+            let last = (index + 1 == count).then_some(self.step);
+            for lane in self.moving() {
+                let (own, run) = (&mut self.own[lane], &members[lane]);
+                if own.is_opened() {
+                    let span = (h, own.end_of(h, last));
+                    own.open(LaneOf { lane, run }, span, self.kernel.coordinates());
+                }
+            }
+            self.raise_floors(members, h);
+            self.kernel.solve((index, h), (members, &mut self.own), &self.newton);
+            for lane in self.moving() {
                 if self.kernel.what[lane] == Lane::Refused {
                     (self.kernel.what[lane], alone[lane]) = (Lane::Idle, true);
-                    if index > 0 {
-                        self.kernel.return_to_start(lane);
-                        self.angles[lane].clone_from(&self.start_angles[lane]);
-                    }
-                    let start = self.state(lane, members[lane].state());
-                    self.alone += 1;
-                    failures[lane] = take_alone(&mut members[lane], start).err();
+                    failures[lane] = self.take_alone((lane, index), &mut members[lane]).err();
                 }
             }
-            self.kernel.end((index, h), members, &self.trees);
-            for (lane, member) in members.iter().enumerate() {
-                if self.kernel.what[lane] != Lane::Idle {
-                    self.unwrap_angles(lane, member);
-                }
+            off = self.kernel.end((index, h), members, &mut self.own);
+            for lane in self.moving() {
+                let (own, run) = (&mut self.own[lane], &members[lane]);
+                let t_end = own.end_of(h, last);
+                own.move_on(LaneOf { lane, run }, (t_end, last.is_some()), &self.kernel.q);
             }
         }
-        for lane in 0..self.count {
+        for lane in 0..self.own.len() {
+            let run = &mut members[lane];
             if alone[lane] && failures[lane].is_none() {
-                self.load(lane, members[lane].state());
-            } else if self.kernel.what[lane] != Lane::Idle {
-                let ((t, from), step) = (self.origins[lane], self.at[lane].1 + 1);
-                self.at[lane] = (t + (step - from) as f64 * self.step, step);
+                self.load(lane, run);
+            } else if self.kernel.what[lane] == Lane::Idle {
+                continue;
+            } else if self.own[lane].is_read {
+                failures[lane] = self.give_back(lane, off & (1 << lane) == 0, run).err();
+            }
+            if failures[lane].is_some() {
+                self.kernel.what[lane] = Lane::Idle;
+            } else if reader.wants(lane) {
+                reader.read(lane, run);
             }
         }
     }
-}
 
-/// A step by the integrator of the member.
-fn take_alone(member: &mut MechanismIntegrator, start: State) -> Result<(), StepError> {
-    put(member, start)?;
-    member.step().map(|_| ())
-}
+    /// Gives the step of a lane to the integrator of the member, as if that had taken it.
+    fn give_back(
+        &mut self,
+        lane: usize,
+        is_clean: bool,
+        run: &mut MechanismIntegrator,
+    ) -> Result<(), StepError> {
+        let own = &mut self.own[lane];
+        own.close(lane, self.kernel.last_change());
+        self.kernel.write((lane, 0), &mut own.now);
+        run.take_over(&own.now, &mut own.s, is_clean)
+    }
 
-/// Moves a member to a state of its motion.
-fn put(member: &mut MechanismIntegrator, state: State) -> Result<(), StepError> {
-    member.resume(state).map_err(|error| match error {
-        ResumeError::Violated(error) => error,
-        _ => StepError::Newton(NewtonError::Refused { fault: Fault::NotFinite, iteration: 0 }),
-    })
+    /// A macro step by the integrator of the member, after `undone` sub-steps in its lane.
+    fn take_alone(
+        &mut self,
+        (lane, undone): (usize, usize),
+        run: &mut MechanismIntegrator,
+    ) -> Result<(), StepError> {
+        self.alone += 1;
+        if undone > 0 {
+            self.kernel.return_to_start(lane);
+            self.own[lane].return_to_start();
+        }
+        self.bring((lane, undone), run);
+        run.step().map(|_| ())
+    }
 }
 
 impl<T: Register> Group for Lanewise<T> {
     fn count(&self) -> usize {
-        self.count
+        self.own.len()
     }
 
     fn alone(&self) -> u64 {
@@ -265,24 +245,22 @@ impl<T: Register> Group for Lanewise<T> {
         members: &mut [MechanismIntegrator],
         failures: &mut [Option<StepError>],
         steps: u64,
+        reader: &mut dyn Reader,
     ) {
         for (lane, (member, failure)) in members.iter().zip(failures.iter()).enumerate() {
-            self.load(lane, member.state());
+            self.load(lane, member);
             if failure.is_some() {
                 self.kernel.what[lane] = Lane::Idle;
             }
         }
-        for _ in 0..steps {
-            if self.kernel.what[..self.count].iter().all(|what| *what == Lane::Idle) {
+        for left in (0..steps).rev() {
+            if self.moving().next().is_none() {
                 break;
             }
-            self.step(members, failures);
-        }
-        for (lane, (member, failure)) in members.iter_mut().zip(failures).enumerate() {
-            if self.kernel.what[lane] != Lane::Idle {
-                let state = self.state(lane, member.state());
-                *failure = put(member, state).err();
+            for (lane, own) in self.own.iter_mut().enumerate() {
+                own.is_read = left == 0 || reader.wants(lane);
             }
+            self.step(members, failures, reader);
         }
     }
 }

@@ -4,6 +4,10 @@ use super::link::{MOST, put_lane, take_lane};
 use vi_core::lanes::{Lanes, Register};
 use vi_core::predictor::{DEPTH, History, NODES, Place, SubStepWeights, Weights, terms};
 
+/// Increments that are kept of a sub-step: one more than are used, for a macro step that is taken
+/// back.
+const SLOTS: usize = DEPTH + 1;
+
 /// The sub-steps before a sub-step.
 struct Others<'a> {
     weights: &'a Weights,
@@ -16,9 +20,10 @@ struct Others<'a> {
 pub(super) struct LaneHistory<T: Register> {
     lanes: T,
     unknowns: usize,
-    newest: Vec<usize>,               // of each sub-step
+    newest: Vec<usize>,                        // of each sub-step
     known: Vec<[(f64, usize); MOST]>, // step and number of increments of each sub-step and lane
-    increments: Vec<T::Lanes>,        // sub-steps × DEPTH × unknowns
+    known_at_start: Vec<[(f64, usize); MOST]>, // of the macro step
+    increments: Vec<T::Lanes>,        // sub-steps × SLOTS × unknowns
     weights: SubStepWeights,
 }
 
@@ -29,14 +34,15 @@ impl<T: Register> LaneHistory<T> {
             unknowns,
             newest: vec![0; sub_steps],
             known: vec![[(0.0, 0); MOST]; sub_steps],
-            increments: vec![lanes.splat(0.0); sub_steps * DEPTH * unknowns],
+            known_at_start: vec![[(0.0, 0); MOST]; sub_steps],
+            increments: vec![lanes.splat(0.0); sub_steps * SLOTS * unknowns],
             weights: SubStepWeights::default(),
         }
     }
 
     /// Where the increment of sub-step `k` of an age begins.
     fn place(&self, k: usize, age: usize) -> usize {
-        (k * DEPTH + (self.newest[k] + age) % DEPTH) * self.unknowns
+        (k * SLOTS + (self.newest[k] + age) % SLOTS) * self.unknowns
     }
 
     /// Whether a lane has increments of sub-step `k` of length `h`.
@@ -58,34 +64,33 @@ impl<T: Register> LaneHistory<T> {
         }
     }
 
-    /// Forgets the increments of a lane.
-    pub(super) fn forget(&mut self, lane: usize) {
-        self.known.iter_mut().for_each(|known| known[lane].1 = 0);
+    /// Keeps what is known where a macro step starts.
+    pub(super) fn keep_start(&mut self) {
+        self.known_at_start.copy_from_slice(&self.known);
     }
 
-    /// The history of a lane.
-    pub(super) fn of(&self, lane: usize) -> History {
-        let mut history = History::new(self.unknowns, self.newest.len());
-        let mut u = vec![0.0; self.unknowns];
+    /// Writes what a lane knew before the last increment of each of the first `undone` sub-steps
+    /// was remembered.
+    pub(super) fn write(&self, lane: usize, undone: usize, out: &mut History) {
+        out.fit(self.unknowns, self.newest.len(), 0..0);
         for k in 0..self.newest.len() {
-            let (h, count) = self.known[k][lane];
-            for age in (0..count).rev() {
-                let place = self.place(k, age);
-                let own = &self.increments[place..place + self.unknowns];
-                take_lane(own, lane, &mut u);
-                history.remember(k, h, false, &u);
-            }
+            let (known, newest) =
+                if k < undone { (&self.known_at_start, 1) } else { (&self.known, 0) };
+            let (h, count) = known[k][lane];
+            out.replace(k, h, count, |age, own| {
+                let place = self.place(k, newest + age);
+                take_lane(&self.increments[place..place + self.unknowns], lane, own);
+            });
         }
-        history
     }
 
     /// Remembers the increments of sub-step `k`.
     pub(super) fn remember(&mut self, k: usize, h: f64, u: &[T::Lanes]) {
-        self.newest[k] = (self.newest[k] + DEPTH - 1) % DEPTH;
+        self.newest[k] = (self.newest[k] + SLOTS - 1) % SLOTS;
         for lane in 0..MOST {
             let (step, count) = self.known[k][lane];
             if count > 0 && step.to_bits() != h.to_bits() {
-                self.forget(lane);
+                self.known.iter_mut().for_each(|known| known[lane].1 = 0);
                 self.weights.clear();
             }
             let (step, count) = &mut self.known[k][lane];

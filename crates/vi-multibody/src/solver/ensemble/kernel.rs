@@ -1,23 +1,23 @@
 //! A step of as many members as there are lanes.
 
-use super::acting::Acting;
 use super::history::LaneHistory;
 use super::link::{self, MOST, put_lane, take_lane};
-use crate::geometry::matrix::Columns;
-use crate::geometry::members::Each;
+use super::member::{LaneOf, Member};
+use crate::geometry::matrix::{Columns, Spatial};
+use crate::geometry::members::{Each, Vector};
 use crate::geometry::one_tree::One;
+use crate::geometry::space::Space;
 use crate::solver::run::MechanismIntegrator;
 use crate::sweep::advance::{Seen, Turn, advance};
 use crate::sweep::eliminate::{Part, eliminate};
-use crate::sweep::finish::{Ends, Next, finish};
+use crate::sweep::finish::{Ends, Next, close, finish};
 use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work, column_mut};
 use crate::sweep::open::open;
 use crate::sweep::pull_back::pull_back;
 use crate::sweep::substitute::substitute;
-use crate::tree::Tree;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::newton::{Block, BlockKind, Convergence, Limits, NewtonSettings, Precision};
-use vi_core::{Configuration, SeparableSystem};
+use vi_core::state::State;
 use vi_rigid::rotation::MAX_ROTATION;
 
 /// What a lane is doing.
@@ -50,7 +50,8 @@ pub(super) struct Kernel<T: Register> {
     pub(super) p: Vec<T::Lanes>,            // n
     pub(super) compensation: Vec<T::Lanes>, // n
     pub(super) balance: Vec<T::Lanes>,      // d  residual of the last balance
-    pub(super) acting: Option<Acting>,
+    acts_along: bool,                       // whether anything acts along unknowns of any member
+    added: Vec<Spatial<Vector<T::Lanes>>>,  // what acts on bodies adds to their blocks, if any does
     pub(super) history: LaneHistory<T>,
     end: Vec<T::Lanes>,               // n  q_{n+1} as the step computed it
     next: Vec<T::Lanes>,              // n  q_{n+1} without round-off
@@ -72,13 +73,18 @@ impl<T: Register> Kernel<T> {
     pub(super) fn new(
         lanes: T,
         (members, weights): (&[&[Link<One>]], &[Vec<f64>]),
-        (tree, acting): (&Tree, Option<Acting>),
+        own: &[Member],
         sub_steps: usize,
     ) -> Option<Self> {
+        let tree = &own[0].tree;
         let links = link::links(lanes, members)?;
         let (n, d, count) = (weights[0].len(), tree.dof(), links.len());
         let (zero, blocks) = (lanes.splat(0.0), tree.blocks());
         let slots = links.iter().filter(|link| link.slot.is_some()).count();
+        let variable = own.iter().any(Member::has_body_forces);
+        // adding −0 changes no bit of a member on which nothing acts
+        let none = Columns([lanes.vector([-0.0; 3]); 3]);
+        let none = Spatial { ll: none, la: none, al: none, aa: none };
         Some(Self {
             lanes,
             works: vec![Work::zero(lanes); count],
@@ -93,7 +99,8 @@ impl<T: Register> Kernel<T> {
             p: vec![zero; n],
             compensation: vec![zero; n],
             balance: vec![zero; d],
-            acting,
+            acts_along: own.iter().any(Member::has_efforts),
+            added: vec![none; if variable { count } else { 0 }],
             history: LaneHistory::new(lanes, d, sub_steps),
             end: vec![zero; n],
             next: vec![zero; n],
@@ -111,23 +118,58 @@ impl<T: Register> Kernel<T> {
         })
     }
 
+    /// Takes the state of a member into a lane.
+    pub(super) fn load(&mut self, lane: usize, state: &State) {
+        let Self { q, p, compensation, balance, history, what, .. } = self;
+        put_lane(&state.q, lane, q);
+        put_lane(&state.p, lane, p);
+        put_lane(&state.compensation.q, lane, compensation);
+        // empty before the first step
+        balance.iter_mut().for_each(|all| all.set(lane, 0.0));
+        put_lane(&state.compensation.balance, lane, balance);
+        history.load(lane, &state.history);
+        what[lane] = Lane::Solved;
+    }
+
+    /// Writes what a lane knows of the state of its member, at the start of a macro step of which
+    /// `undone` sub-steps were taken.
+    pub(super) fn write(&self, (lane, undone): (usize, usize), state: &mut State) {
+        let Self { q, p, compensation, balance, history, .. } = self;
+        take_lane(q, lane, &mut state.q);
+        take_lane(p, lane, &mut state.p);
+        take_lane(compensation, lane, &mut state.compensation.q);
+        state.compensation.balance.resize(balance.len(), 0.0);
+        take_lane(balance, lane, &mut state.compensation.balance);
+        history.write(lane, undone, &mut state.history);
+    }
+
     /// Keeps the node where a composition starts.
     pub(super) fn keep_start(&mut self) {
-        let Self { q, p, compensation, balance, start, .. } = self;
+        let Self { q, p, compensation, balance, start, history, .. } = self;
         for (start, own) in start.iter_mut().zip([q, p, compensation, balance]) {
             start.copy_from_slice(own);
         }
+        history.keep_start();
     }
 
-    /// Moves a lane back to where its composition has started; its increments are forgotten.
+    /// Moves a lane back to where its composition has started, but for its increments.
     pub(super) fn return_to_start(&mut self, lane: usize) {
-        let Self { q, p, compensation, balance, start, history, .. } = self;
+        let Self { q, p, compensation, balance, start, .. } = self;
         for (start, own) in start.iter().zip([q, p, compensation, balance]) {
             for (own, start) in own.iter_mut().zip(start) {
-                *own = own.with(lane, start.at(lane));
+                own.set(lane, start.at(lane));
             }
         }
-        history.forget(lane);
+    }
+
+    /// Coordinates at the start of a sub-step and their rounding errors.
+    pub(super) fn coordinates(&self) -> [&[T::Lanes]; 2] {
+        [&self.q, &self.compensation]
+    }
+
+    /// `q_{n+1}` and `Δq` of the last sub-step.
+    pub(super) fn last_change(&self) -> [&[T::Lanes]; 2] {
+        [&self.end, &self.dq]
     }
 
     /// The largest velocity of a centre of mass along an axis, m/s.
@@ -156,7 +198,7 @@ impl<T: Register> Kernel<T> {
     pub(super) fn solve(
         &mut self,
         (index, h): (usize, f64),
-        members: &[MechanismIntegrator],
+        (members, own): (&[MechanismIntegrator], &mut [Member]),
         settings: &NewtonSettings,
     ) {
         let (lanes, count) = (self.lanes, T::Lanes::COUNT);
@@ -177,7 +219,7 @@ impl<T: Register> Kernel<T> {
                 self.what[lane] = if known { Lane::Running } else { Lane::Refused };
             }
         }
-        let residual = self.evaluate(h, members);
+        let residual = self.evaluate(h, members, own);
         let mut seen: [Convergence; MOST] =
             std::array::from_fn(|k| Convergence::new(if k < count { residual.at(k) } else { 0.0 }));
         let limits = Limits::of(settings.tolerance, &Precision::of_balances(), 0.0);
@@ -185,12 +227,12 @@ impl<T: Register> Kernel<T> {
             if !self.what[..count].contains(&Lane::Running) {
                 return;
             }
-            self.set_slopes(members);
+            self.assemble(members, own);
             let (size, resolved) = lanes.run(
                 #[inline(always)]
                 || self.correct(h),
             );
-            let residual = self.evaluate(h, members);
+            let residual = self.evaluate(h, members, own);
             for lane in 0..count {
                 if self.what[lane] != Lane::Running {
                     continue;
@@ -199,7 +241,7 @@ impl<T: Register> Kernel<T> {
                 let reached = seen[lane].judge(size, next, limits).is_reached;
                 if !(size.is_finite() && next.is_finite()) {
                     self.what[lane] = Lane::Refused;
-                } else if reached || (self.is_affine(lane) && resolved.at(lane) <= 0.0) {
+                } else if reached || (own[lane].is_affine() && resolved.at(lane) <= 0.0) {
                     self.what[lane] = Lane::Solved;
                 } else if iteration == settings.max_iterations {
                     self.what[lane] = Lane::Refused;
@@ -209,20 +251,35 @@ impl<T: Register> Kernel<T> {
     }
 
     /// Residuals at `u`, and the largest entry of each lane; lanes that turn too far are refused.
-    fn evaluate(&mut self, h: f64, members: &[MechanismIntegrator]) -> T::Lanes {
-        let Self { lanes, links, works, columns, turns, u, r, balance, acting, .. } = self;
+    /// Where a lane does not run, nothing acts.
+    fn evaluate(
+        &mut self,
+        h: f64,
+        members: &[MechanismIntegrator],
+        own: &mut [Member],
+    ) -> T::Lanes {
+        let Self { lanes, links, works, columns, turns, u, r, added, .. } = self;
         let seen = lanes.run(
             #[inline(always)]
             || {
                 let seen = advance(*lanes, links, works, (columns, turns), u, Some(h));
-                pull_back(*lanes, links, works, columns, r);
+                if added.is_empty() {
+                    pull_back(*lanes, links, works, columns, r);
+                }
                 seen
             },
         );
-        if let Some(acting) = acting {
-            acting.add_balance(members.iter().map(MechanismIntegrator::system), u, r);
+        self.refuse_large_rotations(seen);
+        if !self.added.is_empty() {
+            self.add_body_forces(h, members, own);
         }
-        let residual = lanes.run(
+        let Self { lanes, u, r, balance, acts_along, what, .. } = self;
+        for (lane, (run, own)) in members.iter().zip(own).enumerate().filter(|_| *acts_along) {
+            if what[lane] == Lane::Running {
+                own.add_efforts(LaneOf { lane, run }, u, r);
+            }
+        }
+        lanes.run(
             #[inline(always)]
             || {
                 let (zero, mut residual) = (lanes.splat(0.0), lanes.splat(0.0));
@@ -234,43 +291,59 @@ impl<T: Register> Kernel<T> {
                 }
                 residual + sum
             },
+        )
+    }
+
+    /// The balances with forces on bodies that vary, at the end of the step as it is now.
+    fn add_body_forces(&mut self, h: f64, members: &[MechanismIntegrator], own: &mut [Member]) {
+        let Self {
+            lanes, links, works, columns, q, compensation, end, dq, r, floors, what, ..
+        } = self;
+        lanes.run(
+            #[inline(always)]
+            || {
+                close(
+                    *lanes,
+                    links,
+                    works,
+                    Ends { h, q0: q, compensation, q1: end, dq, middle: None },
+                )
+            },
         );
-        self.refuse_large_rotations(seen);
-        residual
+        for (lane, (run, own)) in members.iter().zip(own).enumerate() {
+            if what[lane] == Lane::Running && own.has_body_forces() {
+                own.add_wrenches(LaneOf { lane, run }, [end, dq], works);
+                for (floor, block) in floors.iter_mut().zip(own.increments.blocks()) {
+                    floor.set(lane, block.floor);
+                }
+            }
+        }
+        lanes.run(
+            #[inline(always)]
+            || pull_back(*lanes, links, works, columns, r),
+        );
     }
 
-    /// What acts along unknowns adds to the matrix.
-    fn set_slopes(&mut self, members: &[MechanismIntegrator]) {
-        let Self { acting, links, works, columns, .. } = self;
-        let Some(acting) = acting else { return };
-        let systems = members.iter().map(MechanismIntegrator::system);
-        acting.slopes(systems, |lane, link, unknown, slope| {
-            let column = column_mut(&links[link], &mut works[link], columns, unknown);
-            column.slope = column.slope.with(lane, slope);
-        });
-    }
-
-    fn is_affine(&self, lane: usize) -> bool {
-        self.acting.as_ref().is_none_or(|acting| acting.is_affine(lane))
-    }
-
-    /// The configuration of a lane, for what acts along its unknowns.
-    pub(super) fn open_lane(
-        &mut self,
-        (lane, system): (usize, &SeparableSystem),
-        (t, angles): (f64, &[f64]),
-        h: f64,
-    ) {
-        let Self { acting, q, scratch, .. } = self;
-        let Some(acting) = acting else { return };
-        take_lane(q, lane, scratch);
-        let at = Configuration { angles, ..Configuration::new(t, scratch) };
-        acting.open((lane, system), at, h);
+    /// What acts adds to the matrix.
+    fn assemble(&mut self, members: &[MechanismIntegrator], own: &mut [Member]) {
+        let Self { links, works, columns, added, acts_along, what, .. } = self;
+        if added.is_empty() && !*acts_along {
+            return;
+        }
+        for (lane, (run, own)) in members.iter().zip(own).enumerate() {
+            if what[lane] == Lane::Running {
+                own.add_to_matrix(LaneOf { lane, run }, added, |link, unknown, slope| {
+                    let column = column_mut(&links[link], &mut works[link], columns, unknown);
+                    column.slope.set(lane, slope);
+                });
+            }
+        }
     }
 
     fn refuse_large_rotations(&mut self, seen: Seen<T::Lanes>) {
         for lane in 0..T::Lanes::COUNT {
-            let is_in_chart = seen.rotation.at(lane) <= MAX_ROTATION * MAX_ROTATION;
+            let is_in_chart = seen.rotation.at(lane) <= MAX_ROTATION * MAX_ROTATION
+                && seen.finite.at(lane) <= 0.0;
             if self.what[lane] == Lane::Running && !is_in_chart {
                 self.what[lane] = Lane::Refused;
             }
@@ -281,13 +354,13 @@ impl<T: Register> Kernel<T> {
     /// rounding.
     #[inline(always)]
     fn correct(&mut self, h: f64) -> (T::Lanes, T::Lanes) {
-        let Self { lanes, links, works, columns, gains, sums, part, x, u, r, .. } = self;
+        let Self { lanes, links, works, columns, gains, sums, part, added, x, u, r, .. } = self;
         for (x, r) in x.iter_mut().zip(&*r) {
             *x = *r * -h;
         }
         let all = 0..links.len();
         part.links = all.clone();
-        eliminate(*lanes, links, works, (columns, gains), (sums, &[], part), x);
+        eliminate(*lanes, links, works, (columns, gains), (sums, added, part), x);
         let turn = substitute(*lanes, (links, all), works, (columns, gains), u, x);
         let Self { lanes, x, u, blocks, floors, what, .. } = self;
         if what[..T::Lanes::COUNT].iter().any(|what| *what != Lane::Running) {
@@ -322,41 +395,59 @@ impl<T: Register> Kernel<T> {
         (size + sum, left(kinds[0]).larger(left(kinds[1])))
     }
 
-    /// Moves all lanes to the end of the sub-step that was solved.
+    /// Moves all lanes to the end of the sub-step that was solved. Returns those in which a link
+    /// was not as it should be, a bit each.
     pub(super) fn end(
         &mut self,
         (index, h): (usize, f64),
         members: &[MechanismIntegrator],
-        trees: &[Tree],
-    ) {
+        own: &mut [Member],
+    ) -> u8 {
         self.history.remember(index, h, &self.u);
         let Self { lanes, links, works, columns, q, p, compensation, balance, impulse, .. } = self;
-        let Self { end, next, rounding, dq, r, scratch, acting, .. } = self;
-        lanes.run(
+        let Self { end, next, rounding, dq, r, scratch, added, acts_along, what, .. } = self;
+        let bodies = !added.is_empty();
+        for (lane, own) in own.iter_mut().enumerate().filter(|_| bodies) {
+            own.take_momentum(lane, p);
+        }
+        let off = lanes.run(
             #[inline(always)]
             || {
                 let clean = |k: usize, off: u8, q: &mut [T::Lanes]| {
                     let link = &links[k];
                     let frames = (link.frame, link.parent_frame);
-                    clean_lanes((k, frames), (trees, off), q, scratch)
+                    clean_lanes((k, frames), (&*own, off), q, scratch)
                 };
                 let ends = Ends { h, q0: q, compensation, q1: end, dq, middle: None };
                 let next = Next { q: next, rounding, p };
-                finish(*lanes, links, works, clean, Some(impulse), ends, next);
-                pull_back(*lanes, links, works, columns, r);
+                let off = finish(*lanes, links, works, clean, Some(impulse), ends, next);
+                if !bodies {
+                    pull_back(*lanes, links, works, columns, r);
+                }
+                off
             },
         );
-        if let Some(acting) = acting {
-            acting.add_last_balance(r);
-            for (lane, member) in members.iter().enumerate() {
-                acting.add_momentum((lane, member.system()), end, p);
+        let moves = |lane: &usize| what[*lane] != Lane::Idle;
+        if bodies {
+            for lane in (0..own.len()).filter(moves) {
+                let run = &members[lane];
+                own[lane].end_bodies(LaneOf { lane, run }, [end, dq], works, p);
             }
+            lanes.run(
+                #[inline(always)]
+                || pull_back(*lanes, links, works, columns, r),
+            );
+        }
+        for lane in (0..own.len()).filter(|lane| *acts_along && moves(lane)) {
+            let run = &members[lane];
+            own[lane].end_efforts(LaneOf { lane, run }, end, (p, r));
         }
         for (balance, r) in balance.iter_mut().zip(&*r) {
             *balance = *balance + *r;
         }
         std::mem::swap(q, next);
         std::mem::swap(compensation, rounding);
+        off
     }
 }
 
@@ -366,12 +457,13 @@ impl<T: Register> Kernel<T> {
 #[inline(never)]
 fn clean_lanes<L: Lanes>(
     (k, (frame, parent_frame)): (usize, (usize, usize)),
-    (trees, off): (&[Tree], u8),
+    (own, off): (&[Member], u8),
     q: &mut [L],
     scratch: &mut [f64],
 ) -> u8 {
     let mut moved = 0;
-    for (lane, tree) in trees.iter().enumerate().filter(|(lane, _)| off & (1 << lane) != 0) {
+    for (lane, own) in own.iter().enumerate().filter(|(lane, _)| off & (1 << lane) != 0) {
+        let tree = &own.tree;
         for first in [frame, parent_frame] {
             take_lane(&q[first..first + 12], lane, &mut scratch[first..first + 12]);
         }

@@ -1,7 +1,10 @@
-//! Links of all members of an ensemble: topology in common, numbers of each member in a lane.
+//! Numbers of a member in and out of its lane, and the links of all members: topology in common,
+//! numbers of each member in a lane.
 
-use crate::geometry::members::Each;
-use crate::geometry::one_tree::One;
+use crate::geometry::matrix::{Screw, Spatial};
+use crate::geometry::members::{Each, Vector};
+use crate::geometry::one_tree::{Narrow, One, Xyz};
+use crate::geometry::space::Vector as _;
 use crate::sweep::link::Link;
 use vi_core::lanes::{Lanes, Register};
 
@@ -15,7 +18,48 @@ pub(super) fn take_lane<L: Lanes>(all: &[L], lane: usize, own: &mut [f64]) {
 
 /// Writes the numbers of a lane.
 pub(super) fn put_lane<L: Lanes>(own: &[f64], lane: usize, all: &mut [L]) {
-    all.iter_mut().zip(own).for_each(|(all, own)| *all = all.with(lane, *own));
+    all.iter_mut().zip(own).for_each(|(all, own)| all.set(lane, *own));
+}
+
+/// Writes a vector to a lane.
+fn put_vector<L: Lanes>(own: Xyz<Narrow>, lane: usize, all: &mut Vector<L>) {
+    put_lane(&own.components(), lane, &mut all.0);
+}
+
+/// Writes a wrench to a lane.
+pub(super) fn put_screw<L: Lanes>(
+    own: Screw<Xyz<Narrow>>,
+    lane: usize,
+    all: &mut Screw<Vector<L>>,
+) {
+    put_vector(own.linear, lane, &mut all.linear);
+    put_vector(own.angular, lane, &mut all.angular);
+}
+
+/// Adds a wrench to a lane.
+pub(super) fn add_screw<L: Lanes>(
+    own: Screw<Xyz<Narrow>>,
+    lane: usize,
+    all: &mut Screw<Vector<L>>,
+) {
+    for (all, own) in [(&mut all.linear, own.linear), (&mut all.angular, own.angular)] {
+        for (all, own) in all.0.iter_mut().zip(own.components()) {
+            all.set(lane, all.at(lane) + own);
+        }
+    }
+}
+
+/// Writes a 6×6 matrix to a lane.
+pub(super) fn put_spatial<L: Lanes>(
+    own: Spatial<Xyz<Narrow>>,
+    lane: usize,
+    all: &mut Spatial<Vector<L>>,
+) {
+    let Spatial { ll, la, al, aa } = own;
+    let all = [(ll, &mut all.ll), (la, &mut all.la), (al, &mut all.al), (aa, &mut all.aa)];
+    for (own, all) in all {
+        own.0.into_iter().zip(&mut all.0).for_each(|(own, all)| put_vector(own, lane, all));
+    }
 }
 
 /// Whether two links differ in numbers only.

@@ -7,8 +7,14 @@
 //! does not solve from the extrapolated increments (the first step, an event) takes this step by
 //! its own integrator, which tries more.
 //!
-//! Lanes are for trees of bodies, constant forces, springs, dampers and motors of joints, and the
-//! scheme `nodal` of order 2 or composed of it. All other members move one after the other.
+//! | members | how they move |
+//! |---|---|
+//! | trees of bodies, scheme `nodal` of order 2 or composed of it | in lanes |
+//! | with springs, dampers, motors of joints, loads, springs and dampers between a body and the ground, constant or varying | in lanes; what acts is evaluated member by member |
+//! | with springs between two bodies, closed loops, point masses, beams; other schemes | each by its own integrator, one after the other or on several threads |
+//!
+//! A node of a member is read by [`Ensemble::record`] as that of an integrator
+//! ([`Integrator::advance`](vi_constraints::Integrator::advance)), with the same bits.
 //!
 //! ```
 //! use vi_multibody::ensemble::Ensemble;
@@ -31,20 +37,27 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod acting;
+mod failure;
 mod group;
 mod history;
 mod kernel;
 mod link;
+mod member;
+mod recorded;
+
+pub use failure::Failure;
+pub use recorded::Recorded;
 
 use crate::builder::BuiltMechanism;
 use crate::mechanism::Mechanism;
+use crate::solver::body_forces::BodyForces;
 use crate::solver::run::{MechanismIntegrator, Solver, integrator};
 use crate::sweep::link::constants;
-use group::{Group, Model};
+use group::{Group, Model, Reader};
+use recorded::Outputs;
 use std::num::NonZeroUsize;
 use vi_constraints::discretization::Discretization;
-use vi_constraints::integrator::SetupError;
+use vi_constraints::integrator::{ObserveError, SetupError};
 use vi_constraints::node::Node;
 use vi_constraints::scheme::StepError;
 use vi_constraints::{InitialValues, Options, SchemeKind};
@@ -60,25 +73,31 @@ pub struct Ensemble {
     failures: Vec<Option<StepError>>,
     groups: Vec<Box<dyn Group>>, // the first members; the others move alone
     grouped: usize,
+    scheme: SchemeKind,
 }
 
-/// Members that move together, or one that moves alone.
-struct Share<'a> {
+/// Members that move together, or one that moves alone, and where they are recorded.
+struct Share<'a, O, F> {
     group: Option<&'a mut Box<dyn Group>>,
     members: &'a mut [MechanismIntegrator],
     failures: &'a mut [Option<StepError>],
+    outputs: Outputs<'a, O, F>,
 }
 
-impl Share<'_> {
+impl<O, F: Fn(&mut O, Recorded<'_>)> Share<'_, O, F> {
     fn advance(self, steps: u64) {
-        let Self { group, members, failures } = self;
+        let Self { group, members, failures, mut outputs } = self;
         if let Some(group) = group {
-            return group.advance(members, failures, steps);
+            return group.advance(members, failures, steps, &mut outputs);
         }
-        for (member, failure) in members.iter_mut().zip(failures) {
+        for (k, (member, failure)) in members.iter_mut().zip(failures).enumerate() {
             for _ in 0..steps {
-                if failure.is_none() {
-                    *failure = member.step().err();
+                if failure.is_some() {
+                    break;
+                }
+                *failure = member.step().err();
+                if failure.is_none() && outputs.wants(k) {
+                    outputs.read(k, member);
                 }
             }
         }
@@ -127,7 +146,8 @@ impl Ensemble {
             runs.push(integrator(built.mechanism, system, options, Solver::Auto, at)?);
         }
         let failures = runs.iter().map(|_| None).collect();
-        let mut ensemble = Self { members: runs, failures, groups: Vec::new(), grouped: 0 };
+        let (groups, scheme) = (Vec::new(), options.scheme);
+        let mut ensemble = Self { members: runs, failures, groups, grouped: 0, scheme };
         if let Some(models) = models.into_iter().collect::<Option<Vec<_>>>() {
             ensemble.group(&models, &options);
         }
@@ -176,25 +196,81 @@ impl Ensemble {
         self.advance_on(NonZeroUsize::MIN, steps);
     }
 
-    /// The same on several threads, which share the groups of members among them: no bit depends on
-    /// their number.
+    /// The same on several threads, which share the groups of members, and the members that move
+    /// alone, among them: no bit depends on their number.
     pub fn advance_on(&mut self, threads: NonZeroUsize, steps: u64) {
+        self.record_on(threads, steps, &mut [], |(): &mut (), _| {});
+    }
+
+    /// Takes `steps` steps and reads the members that have an output after each of them:
+    /// `read(output, member)`. `outputs`: those of the first members; `None`: a member that is not
+    /// read. Steps allocate nothing; a member that fails is not read any more.
+    ///
+    /// ```
+    /// # use vi_multibody::ensemble::Ensemble;
+    /// # use vi_multibody::builder::{Inertia, MechanismBuilder};
+    /// # use vi_multibody::vi_constraints::{Options, SchemeKind};
+    /// # use vi_multibody::{FrameId, PairKind};
+    /// # let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+    /// # let bar = builder.body("bar", Inertia::principal(1.0, [0.01, 0.1, 0.1])).at([0.5, 0.0, 0.0]).id();
+    /// # builder.joint("hinge", PairKind::Revolute, FrameId::Ground, bar).at([0.0; 3]).axis([0.0, 1.0, 0.0]);
+    /// # let pendulum = builder.build()?;
+    /// let members = vec![pendulum; 8];
+    /// let mut ensemble = Ensemble::new(members, Options::new(SchemeKind::Nodal, 0.01))?;
+    /// let mut heights = [const { None }; 8];
+    /// heights[3] = Some(Vec::with_capacity(100)); // one member alone
+    /// ensemble.record(100, &mut heights, |heights, member| {
+    ///     heights.push(member.transition().after.q[2]);
+    /// });
+    /// assert_eq!(heights[3].as_ref().map(Vec::len), Some(100));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Panics
+    /// When there are more outputs than members.
+    pub fn record<O: Send>(
+        &mut self,
+        steps: u64,
+        outputs: &mut [Option<O>],
+        read: impl Fn(&mut O, Recorded<'_>) + Sync,
+    ) {
+        self.record_on(NonZeroUsize::MIN, steps, outputs, read);
+    }
+
+    /// The same on several threads, each with members and outputs of its own: what is recorded does
+    /// not depend on their number.
+    ///
+    /// # Panics
+    /// When there are more outputs than members.
+    pub fn record_on<O: Send>(
+        &mut self,
+        threads: NonZeroUsize,
+        steps: u64,
+        outputs: &mut [Option<O>],
+        read: impl Fn(&mut O, Recorded<'_>) + Sync,
+    ) {
         let Self { members, failures, groups, .. } = self;
-        let mut shares: Vec<Vec<Share<'_>>> = (0..threads.get()).map(|_| Vec::new()).collect();
+        let given = outputs.len();
+        assert!(given <= members.len(), "{given} outputs for {} members", members.len());
+        let mut shares: Vec<Vec<_>> = (0..threads.get()).map(|_| Vec::new()).collect();
         let (mut members, mut failures) = (&mut members[..], &mut failures[..]);
+        let (mut outputs, mut first) = (outputs, 0);
         let mut groups = groups.iter_mut();
         for turn in (0..threads.get()).cycle() {
             let group = groups.next();
             let count = group.as_ref().map_or(1, |group| group.count()).min(members.len());
-            let (own, rest) = members.split_at_mut(count);
-            let (failed, others) = failures.split_at_mut(count);
-            (members, failures) = (rest, others);
+            let (own, others) = members.split_at_mut(count);
+            let (failed, other_failures) = failures.split_at_mut(count);
+            let (written, other_outputs) = outputs.split_at_mut(count.min(outputs.len()));
+            (members, failures, outputs) = (others, other_failures, other_outputs);
             if own.is_empty() {
                 break;
             }
-            shares[turn].push(Share { group, members: own, failures: failed });
+            let outputs = Outputs { first, outputs: written, read: &read };
+            shares[turn].push(Share { group, members: own, failures: failed, outputs });
+            first += count;
         }
-        let advance = |shares: Vec<Share<'_>>| {
+        let advance = |shares: Vec<Share<'_, O, _>>| {
             shares.into_iter().for_each(|share| share.advance(steps));
         };
         let first = shares.swap_remove(0);
@@ -227,10 +303,30 @@ impl Ensemble {
         self.members[k].observe_state()
     }
 
+    /// Everything at the node of a member, by a step from there on a copy of its state, see
+    /// [`vi_constraints::Integrator::observe`].
+    ///
+    /// # Errors
+    /// [`ObserveError`] when that step fails or the constraints have lost rank.
+    ///
+    /// # Panics
+    /// When there is no such member.
+    pub fn observe(&mut self, k: usize) -> Result<&Node, ObserveError> {
+        self.members[k].observe()
+    }
+
     /// The members, to go on one by one.
     #[must_use]
     pub fn into_members(self) -> Vec<MechanismIntegrator> {
         self.members
+    }
+
+    /// The members that have failed, with the node where they stand: that before the step.
+    pub fn failed(&self) -> impl Iterator<Item = Failure<'_>> {
+        let members = self.members.iter().zip(&self.failures).enumerate();
+        members.filter_map(|(k, (run, failure))| {
+            Some(Failure::new(k, run, (self.scheme, failure.as_ref()?)))
+        })
     }
 
     /// Why members have failed, in their order.
@@ -247,7 +343,7 @@ fn model(mechanism: &Mechanism, system: &SeparableSystem, options: &Options) -> 
         && !mechanism.has_loops()
         && mechanism.description().particles.is_empty()
         && mechanism.description().scalars.is_empty()
-        && !system.has_other_forces();
+        && BodyForces::apply(mechanism, system);
     if !applies {
         return None;
     }

@@ -103,7 +103,7 @@ fn about_references(
 }
 
 /// `P_inᵀ w` of a link about its reference point.
-pub(super) fn wrench(link: &Link<One>, q: &[f64], w: &[f64]) -> Screw<Xyz<Narrow>> {
+pub(in crate::solver) fn wrench(link: &Link<One>, q: &[f64], w: &[f64]) -> Screw<Xyz<Narrow>> {
     let (own, of) = (link.frame..link.frame + 12, |x: &[f64]| SPACE.read(x, 0));
     let d = &q[own.clone()];
     let b = null_space::pull_back(d, &w[own]);

@@ -17,27 +17,25 @@ pub(in crate::solver) mod velocity;
 pub(in crate::solver) mod workspace;
 
 use crate::geometry::matrix::Spatial;
-use crate::geometry::one_tree::{Held, Narrow, One, OneTree};
+use crate::geometry::one_tree::{Held, Narrow, OneTree};
 use crate::mechanism::Mechanism;
-use crate::solver::body_blocks::couples_bodies;
+use crate::solver::body_forces::BodyForces;
 use crate::solver::efforts::{Efforts, Times};
-use crate::sweep::link::{self, Link, Work};
+use crate::sweep::link;
 use crate::tree::{self, Tree};
-use emitted::{Emitted, wrench};
 use part::Links;
 use vi_constraints::Constraints;
 use vi_constraints::nodal::NodalEquations;
 use vi_constraints::scheme::SubStep;
 use vi_constraints::unknowns::Increments;
+use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault, Newton, Precision};
-use vi_core::sparse::Entries;
 use vi_core::state::State;
-use vi_core::{DiscreteLagrangian, SeparableSystem};
 use workspace::Workspace;
 
 /// What is added to the sweeps is computed lane by lane.
-const SPACE: OneTree<Narrow> = OneTree(Narrow);
+pub(in crate::solver) const SPACE: OneTree<Narrow> = OneTree(Narrow);
 
 /// The nodal scheme on a tree of bodies.
 #[derive(Debug)]
@@ -48,7 +46,7 @@ pub struct TreeStep {
     weight: Vec<f64>,  // n  constant forces
     impulse: Vec<f64>, // n  of them in half a step
     efforts: Efforts,
-    variable: Option<Variable>,
+    variable: Option<BodyForces>,
     s: Interval,
     turn: f64,      // rad  largest rotation of a body by the last correction
     is_all: bool,   // the joints of the tree are all constraints
@@ -62,21 +60,6 @@ fn is_all(mechanism: &Mechanism) -> bool {
     mechanism.len() == mechanism.tree().links().iter().map(of_link).sum::<usize>()
 }
 
-/// Whether two bodies are coupled by what acts along no unknown.
-fn couples(mechanism: &Mechanism, system: &SeparableSystem) -> bool {
-    let q = mechanism.initial_configuration();
-    let mut s = Interval::new(q.len());
-    s.open(0.0, 1.0, &q);
-    couples_bodies(&|out: &mut dyn Entries| system.other_d2_d1(&s, out))
-}
-
-/// What acts beside constant forces and along no unknown.
-#[derive(Debug)]
-struct Variable {
-    balance: Vec<f64>, // n  its part of D_1 L_d + f_d^-
-    emitted: Emitted,  // −h times its part of A_α
-}
-
 impl TreeStep {
     /// For a mechanism whose potentials couple no two bodies, but for those along joint coordinates
     /// of the tree; `None` where it does not apply.
@@ -84,13 +67,11 @@ impl TreeStep {
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
         let at = Workspace::new(mechanism, system)?;
         let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
-        let (n, count) = (weight.len(), at.links.len());
-        if system.has_other_forces() && couples(mechanism, system) {
+        let n = weight.len();
+        if !BodyForces::apply(mechanism, system) {
             return None;
         }
-        let variable = system
-            .has_other_forces()
-            .then(|| Variable { balance: vec![0.0; n], emitted: Emitted::new(count, 0) });
+        let variable = BodyForces::new(mechanism, system);
         Some(Self {
             increments: Increments::new(tree.blocks()),
             efforts: Efforts::new(&at.links, system),
@@ -108,7 +89,7 @@ impl TreeStep {
 
     /// The links, what is added to their blocks, and `q_{n+1}`.
     pub(in crate::solver) fn system(&mut self) -> (&mut Workspace, &[Spatial<Held>], &[f64]) {
-        let added = self.variable.as_ref().map_or(&[][..], |variable| &variable.emitted.blocks[..]);
+        let added = self.variable.as_ref().map_or(&[][..], BodyForces::blocks);
         (&mut self.at, added, &self.s.q1)
     }
 
@@ -129,8 +110,7 @@ impl TreeStep {
     pub(in crate::solver) fn assemble(&mut self, system: &SeparableSystem) {
         let Self { at, tree, efforts, variable, s, .. } = self;
         if let Some(variable) = variable {
-            let other = |out: &mut dyn Entries| system.other_d2_d1(s, out);
-            variable.emitted.assemble(&other, (tree, &at.links), [&s.q0, &s.q1], -s.h);
+            variable.assemble(system, s, (tree, &at.links));
         }
         efforts.slopes(system, Times::of(s), |link, unknown, slope| {
             at.column_mut(link, unknown).slope = slope;
@@ -142,30 +122,6 @@ impl TreeStep {
     fn close(&mut self) {
         let Self { at, s, .. } = self;
         at.close(s);
-    }
-}
-
-impl Variable {
-    /// Adds its part to the balances of the links.
-    fn add_balance(
-        &mut self,
-        system: &SeparableSystem,
-        s: &Interval,
-        works: &mut [Work<One>],
-        links: &[Link<One>],
-    ) {
-        system.other_d1(s, &mut self.balance);
-        for (link, work) in links.iter().zip(works) {
-            let own = wrench(link, &s.q0, &self.balance);
-            work.wrench = work.wrench.take(SPACE).plus(own).held();
-        }
-    }
-
-    /// `p̄_n + D_1 L_d + f_d^-`, as momenta have it.
-    fn rest(&mut self, (system, p): (&SeparableSystem, &[f64]), s: &Interval) -> &[f64] {
-        system.forced_d1(s, &mut self.balance);
-        self.balance.iter_mut().zip(p).for_each(|(balance, p)| *balance += p);
-        &self.balance
     }
 }
 
@@ -214,7 +170,10 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
     fn balance(&mut self, system: &SeparableSystem, u: &[f64], r: &mut [f64]) {
         let Self { at, efforts, variable, s, .. } = self;
         if let Some(variable) = variable {
-            variable.add_balance(system, s, &mut at.works, &at.links);
+            let works = &mut at.works;
+            variable.wrenches(system, s, &at.links, |k, own| {
+                works[k].wrench = works[k].wrench.take(SPACE).plus(own).held();
+            });
         }
         at.pull_back(r); // P(q_n)ᵀ
         efforts.evaluate(system, Times::of(s), u);
@@ -245,7 +204,7 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
         // Sweeps and momenta round constants of a body differently: their own balance is what the
         // next step takes over.
         if let Some(variable) = variable {
-            let rest = variable.rest((system, &state.p), s);
+            let rest = variable.rest(system, s, &state.p);
             at.pull_back_of(&s.q0, rest, &mut state.compensation.balance);
             state.move_momentum(system, s);
         } else {
