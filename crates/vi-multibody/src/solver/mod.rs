@@ -2,7 +2,6 @@
 
 mod beside;
 mod body_blocks;
-mod body_forces;
 mod chord;
 pub mod closed_loop;
 mod efforts;

@@ -2,7 +2,7 @@
 
 use super::kernel::{Kernel, Lane};
 use super::link::MOST;
-use super::member::{LaneOf, Member};
+use super::member::{LaneOf, Member, Model};
 use crate::geometry::one_tree::One;
 use crate::solver::run::MechanismIntegrator;
 use crate::sweep::link::Link;
@@ -13,13 +13,6 @@ use vi_constraints::scheme::StepError;
 use vi_core::lanes::Wide;
 use vi_core::lanes::{Lanes, Plain, Register, Twice};
 use vi_core::newton::NewtonSettings;
-
-/// What lanes need of a member.
-pub(super) struct Model {
-    pub(super) links: Vec<Link<One>>,
-    pub(super) weight: Vec<f64>,
-    pub(super) sub_steps: Vec<f64>,
-}
 
 /// Reads members after their steps.
 pub(super) trait Reader {

@@ -4,15 +4,14 @@
 //! Springs, dampers, motors and loads are evaluated one member after the other, by the functions
 //! that its own integrator calls: a member has the bits of that.
 
-use super::group::Model;
 use super::link::{add_screw, put_lane, put_screw, put_spatial, take_lane};
 use crate::geometry::matrix::Spatial;
 use crate::geometry::members::{Each, Vector};
 use crate::geometry::one_tree::One;
-use crate::solver::body_forces::BodyForces;
 use crate::solver::efforts::{Efforts, Times};
 use crate::solver::run::MechanismIntegrator;
 use crate::solver::tree_step::SPACE;
+use crate::solver::tree_step::body_forces::BodyForces;
 use crate::solver::tree_step::emitted::wrench;
 use crate::sweep::link::{Link, Work};
 use crate::tree::Tree;
@@ -22,6 +21,13 @@ use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::lanes::Lanes;
 use vi_core::state::State;
+
+/// What lanes need of a member.
+pub(super) struct Model {
+    pub(super) links: Vec<Link<One>>,
+    pub(super) weight: Vec<f64>,
+    pub(super) sub_steps: Vec<f64>,
+}
 
 /// A lane and the integrator of its member.
 #[derive(Clone, Copy)]

@@ -50,10 +50,11 @@ pub use recorded::Recorded;
 
 use crate::builder::BuiltMechanism;
 use crate::mechanism::Mechanism;
-use crate::solver::body_forces::BodyForces;
 use crate::solver::run::{MechanismIntegrator, Solver, integrator};
+use crate::solver::tree_step::body_forces::BodyForces;
 use crate::sweep::link::constants;
-use group::{Group, Model, Reader};
+use group::{Group, Reader};
+use member::Model;
 use recorded::Outputs;
 use std::num::NonZeroUsize;
 use vi_constraints::discretization::Discretization;

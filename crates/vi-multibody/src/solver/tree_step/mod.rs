@@ -11,6 +11,7 @@
 //! sweeps, and the operators of [`crate::run`].
 #![allow(non_snake_case)] // A, D, E, K, S
 
+pub(in crate::solver) mod body_forces;
 pub(in crate::solver) mod emitted;
 pub(in crate::solver) mod part;
 pub(in crate::solver) mod velocity;
@@ -19,10 +20,10 @@ pub(in crate::solver) mod workspace;
 use crate::geometry::matrix::Spatial;
 use crate::geometry::one_tree::{Held, Narrow, OneTree};
 use crate::mechanism::Mechanism;
-use crate::solver::body_forces::BodyForces;
 use crate::solver::efforts::{Efforts, Times};
 use crate::sweep::link;
 use crate::tree::{self, Tree};
+use body_forces::BodyForces;
 use part::Links;
 use vi_constraints::Constraints;
 use vi_constraints::nodal::NodalEquations;

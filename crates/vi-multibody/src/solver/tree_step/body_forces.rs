@@ -4,11 +4,11 @@
 //! Each body feels it for itself: potentials that couple two bodies are not for the sweeps of a
 //! step.
 
+use super::emitted::{Emitted, wrench};
 use crate::geometry::matrix::{Screw, Spatial};
 use crate::geometry::one_tree::{Held, Narrow, One, Xyz};
 use crate::mechanism::Mechanism;
 use crate::solver::body_blocks::couples_bodies;
-use crate::solver::tree_step::emitted::{Emitted, wrench};
 use crate::sweep::link::Link;
 use crate::tree::Tree;
 use vi_core::interval::Interval;
