@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, non_snake_case)] // a test; letters of the element
 
 use holonom::vi_beam::helicoidal::{Forms, Helicoidal, forms, gradients, weighted_matrix};
-use holonom::vi_beam::strain::{ElementCoordinates as Coordinates, Strain};
+use holonom::vi_beam::strain::{ElementCoordinates, Strain};
 use nalgebra::{DMatrix, Matrix6, SMatrix, Vector3};
 use serde::Deserialize;
 
@@ -47,7 +47,7 @@ fn matrix(rows: &[Vec<f64>]) -> DMatrix<f64> {
 }
 
 /// The velocity map of both nodes: twelve columns, `u_φ` and the spatial `θ` of each.
-fn node_map(x: &Coordinates) -> SMatrix<f64, 24, 12> {
+fn node_map(x: &ElementCoordinates) -> SMatrix<f64, 24, 12> {
     let mut P = SMatrix::<f64, 24, 12>::zeros();
     for node in 0..2 {
         for k in 0..3 {
@@ -62,7 +62,7 @@ fn node_map(x: &Coordinates) -> SMatrix<f64, 24, 12> {
 }
 
 /// `½ (G·θ×(θ×d))` of all directors: what the exponential adds to second derivatives.
-fn of_rotation(x: &Coordinates, slope: &Coordinates) -> SMatrix<f64, 12, 12> {
+fn of_rotation(x: &ElementCoordinates, slope: &ElementCoordinates) -> SMatrix<f64, 12, 12> {
     let mut out = SMatrix::<f64, 12, 12>::zeros();
     for node in 0..2 {
         let mut own = out.fixed_view_mut::<3, 3>(6 * node + 3, 6 * node + 3);
@@ -96,7 +96,7 @@ fn strains_and_derivatives_are_those_of_the_reference() {
         let mut worst = relative(&copy(C_r.as_slice(), 6, 6), &matrix(&case.reduced_stiffness));
         let mut all: Vec<Forms> = Vec::new();
         for state in &case.states {
-            let x = Coordinates::from_iterator(state.q.iter().flatten().copied());
+            let x = ElementCoordinates::from_iterator(state.q.iter().flatten().copied());
             let y = forms(&x, element.length);
             let at = law.at(&y, &reference);
             let eta = at.strain();

@@ -133,7 +133,7 @@ impl StrainDissipation {
     fn forces(&self, s: &Interval, index: usize, own: &dyn Strained) -> Strain {
         let change = own.strain(&s.q1) - own.strain(&s.q0);
         let stress = Strain::from_fn(|i, _| self.filter.step(&variables(s, index, i), change[i]).0);
-        own.stiffness().component_mul(&stress)
+        own.stiffness() * stress
     }
 
     fn add_slot(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
@@ -251,7 +251,7 @@ mod tests {
     fn stored(force: &StrainDissipation, z: &[f64]) -> f64 {
         let mut energy = 0.0;
         force.each(&mut |index, own| {
-            for (i, stiffness) in own.stiffness().iter().enumerate() {
+            for (i, stiffness) in own.stiffness().diagonal().iter().enumerate() {
                 let z = &z[OF_POINT * index + OF_STRAIN * i..][..OF_STRAIN];
                 let form = z[0] * z[0] / M1 + z[1] * z[1] / C2 + z[2] * z[2] / M3;
                 energy += 0.5 * stiffness * form;
@@ -272,7 +272,7 @@ mod tests {
             let mut dissipated = 0.0;
             force.each(&mut |index, own| {
                 let change = own.strain(&q1) - own.strain(&q0);
-                for (i, stiffness) in own.stiffness().iter().enumerate() {
+                for (i, stiffness) in own.stiffness().diagonal().iter().enumerate() {
                     let first = OF_POINT * index + OF_STRAIN * i;
                     let mean = |j: usize| 0.5 * (s.internal[first + j] + next[first + j]);
                     let rate = change[i] - mean(0) / M1 - mean(2) / M3;

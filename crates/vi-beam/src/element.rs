@@ -1,22 +1,32 @@
 //! The two-node element and the elastic energy of a set of elements.
 //!
 //! ```text
-//! V_e   = ½ ℓ Σ C_i ε_i²
-//! ∇V_e  = ℓ Σ C_i ε_i 𝔹_i x
-//! ∇²V_e = ℓ Σ C_i [ 𝔹_i x (𝔹_i x)ᵀ + ε_i 𝔹_i ]
+//! V_e   = ½ ℓ εᵀ C ε
+//! ∇V_e  = ℓ Σ_i (C ε)_i ∇ε_i
+//! ∇²V_e = ℓ Σ_ij C_ij ∇ε_i ∇ε_jᵀ + ℓ Σ_i (C ε)_i ∇²ε_i
 //! M_e   = ℓ [1/3 1/6; 1/6 1/3] ⊗ diag(Aρ, I_1ρ, I_2ρ, I_3ρ) ⊗ I_3         (lumped: ½, ½)
 //! ```
-//! One quadrature point, so shear does not lock. `M_e` is constant and, with `I_3ρ = 0`, singular;
-//! `PᵀMP` is not. The limit of the element: nodes rotated relative to each other by `θ` carry the
-//! moment `EI sin θ cos θ/ℓ` at most, `EI/(2ℓ)` at 45°.
+//! [`StrainLaw`] says what `ε` and `C` are. Strains of mean directors are quadratic forms, `∇ε_i =
+//! 𝔹_i x` and `∇²ε_i = 𝔹_i`; their limit: nodes rotated relative to each other by `θ` carry the
+//! moment `EI sin θ cos θ/ℓ` at most, `EI/(2ℓ)` at 45°, and tension `N ℓ² > 4 EI` makes them
+//! unstable. Helicoidal strains ([`crate::helicoidal`]) have neither limit.
+//!
+//! `M_e` is constant and, with `I_3ρ = 0`, singular; `PᵀMP` is not. The quadratic mass, of order 4,
+//! belongs to the interpolation `φ = φ̄ + ξ Δφ + ½ (ξ² − ¼) ℓ Δd_3` with lumped directors:
+//! ```text
+//! T_e = ½ ℓ { Aρ (|φ̄̇|² + |Δφ̇|²/12 − (ℓ/6) φ̄̇·Δḋ_3 + (ℓ²/120) |Δḋ_3|²) + ½ Σ_I I_Iρ (|ḋ_I^a|² + |ḋ_I^b|²) }
+//! ```
 //!
 //! Source: theory §6.
 #![allow(non_snake_case)] // M, V
 
+use crate::helicoidal::{self, AtForms, FORMS, Forms, Helicoidal};
 use crate::section::Section;
 use crate::strain::{self, ElementCoordinates, SIZE, Strain, StrainGradients};
-use nalgebra::SMatrix;
+use nalgebra::{Matrix4, Matrix6, SMatrix};
 use std::ops::Range;
+use std::sync::Arc;
+use vi_core::interval::Interval;
 use vi_core::potential::Potential;
 use vi_core::sparse::{Entries, OuterProduct};
 
@@ -51,6 +61,15 @@ pub enum ElementError {
         /// Intervals of the mesh.
         intervals: usize,
     },
+    /// Strains of order 4 cannot condense the stiffness of its section.
+    #[error(
+        "the stiffness of the section of element {element} is not positive definite together with \
+         the bending within the element"
+    )]
+    Stiffness {
+        /// Which element.
+        element: usize,
+    },
     /// The section does not exist.
     #[error("element {element} names section {section}, but there are {count}")]
     NoSection {
@@ -63,8 +82,30 @@ pub enum ElementError {
     },
 }
 
+/// What an element measures of its nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum StrainLaw {
+    /// Quadratic forms of mean directors ([`crate::strain`]).
+    #[default]
+    MeanDirectors,
+    /// Of a helix between the nodes, with the stiffness that they condense ([`crate::helicoidal`]).
+    Helicoidal(Arc<Helicoidal>),
+}
+
+impl StrainLaw {
+    /// Which strains they are.
+    #[must_use]
+    pub fn kind(&self) -> ElementKind {
+        match self {
+            Self::MeanDirectors => ElementKind::MeanDirectors,
+            Self::Helicoidal(law) if law.is_of_order_4() => ElementKind::Helicoidal,
+            Self::Helicoidal(_) => ElementKind::Rope,
+        }
+    }
+}
+
 /// Two nodes, a reference length, a section, reference strains.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Element {
     /// Frames `a` and `b`; their coordinates start at 12 times the index.
     pub nodes: [usize; 2],
@@ -76,6 +117,8 @@ pub struct Element {
     pub reference: Strain,
     /// How its mass is distributed.
     pub mass: MassKind,
+    /// What its strains are.
+    pub law: StrainLaw,
 }
 
 impl Element {
@@ -88,54 +131,186 @@ impl Element {
         ElementCoordinates::from_fn(|i, _| if i < 12 { a[i] } else { b[i - 12] })
     }
 
+    /// `(Γ, K)` before those of the stress-free configuration are taken off.
+    #[must_use]
+    pub fn measures(&self, x: &ElementCoordinates) -> Strain {
+        match &self.law {
+            StrainLaw::MeanDirectors => strain::forms(x, self.length),
+            StrainLaw::Helicoidal(law) => law.helix(&helicoidal::forms(x, self.length)),
+        }
+    }
+
+    /// `C`, with which stress resultants are `C ε`: that of its section, or condensed.
+    pub(crate) fn stiffness(&self, section: &Section) -> Matrix6<f64> {
+        match &self.law {
+            StrainLaw::MeanDirectors => section.stiffness_matrix(),
+            StrainLaw::Helicoidal(law) => *law.stiffness(),
+        }
+    }
+
+    /// `V`, with which damping adds `V ε̇` to the stress resultants.
+    pub(crate) fn viscosity(&self, section: &Section) -> Matrix6<f64> {
+        match &self.law {
+            StrainLaw::MeanDirectors => section.viscosity(),
+            StrainLaw::Helicoidal(law) => *law.viscosity(),
+        }
+    }
+
+    fn at<'a>(&'a self, law: &'a Helicoidal, x: &ElementCoordinates) -> AtForms<'a> {
+        law.at(&helicoidal::forms(x, self.length), &self.reference)
+    }
+
     /// `ε(x)`.
     #[must_use]
     pub fn strain(&self, x: &ElementCoordinates) -> Strain {
-        strain::forms(x, self.length) - self.reference
+        match &self.law {
+            StrainLaw::MeanDirectors => strain::forms(x, self.length) - self.reference,
+            StrainLaw::Helicoidal(law) => self.at(law, x).strain(),
+        }
     }
 
-    /// Columns `𝔹_i x`.
+    /// Columns `∇ε_i`.
     #[must_use]
     pub fn gradients(&self, x: &ElementCoordinates) -> StrainGradients {
-        strain::gradients(x, self.length)
+        match &self.law {
+            StrainLaw::MeanDirectors => strain::gradients(x, self.length),
+            StrainLaw::Helicoidal(law) => {
+                let of_forms = helicoidal::gradients(x, self.length);
+                of_forms * self.at(law, x).slopes().transpose()
+            }
+        }
     }
 
-    /// `Σ n_i 𝔹_i x`.
+    /// Columns `∇²ε_i v`: how the gradients change with a velocity `v`.
+    #[must_use]
+    pub fn gradient_rates(
+        &self,
+        x: &ElementCoordinates,
+        v: &ElementCoordinates,
+    ) -> StrainGradients {
+        match &self.law {
+            StrainLaw::MeanDirectors => strain::gradients(v, self.length),
+            StrainLaw::Helicoidal(law) => {
+                let at = self.at(law, x);
+                let [of_x, of_v] = [x, v].map(|x| helicoidal::gradients(x, self.length));
+                let rates = of_x.tr_mul(v);
+                let mut bent = SMatrix::<f64, FORMS, 6>::zeros();
+                for i in 0..6 {
+                    bent.set_column(i, &(at.bends(&Strain::ith(i, 1.0)) * rates));
+                }
+                of_x * bent + of_v * at.slopes().transpose()
+            }
+        }
+    }
+
+    /// `Σ n_i ∇ε_i`.
     #[must_use]
     pub fn force(&self, x: &ElementCoordinates, n: &Strain) -> ElementCoordinates {
-        strain::force(x, self.length, n)
+        match &self.law {
+            StrainLaw::MeanDirectors => strain::force(x, self.length, n),
+            StrainLaw::Helicoidal(law) => {
+                let of_forms = self.at(law, x).slopes().tr_mul(n);
+                helicoidal::force(x, self.length, &of_forms)
+            }
+        }
     }
 
-    /// `Σ c_i (𝔹_i x)(𝔹_i x)ᵀ + Σ n_i 𝔹_i`: material and geometric part of a tangent.
+    /// `Σ c_ij ∇ε_i ∇ε_jᵀ + Σ n_i ∇²ε_i`: material and geometric part of a tangent.
     #[must_use]
     pub fn tangent(
         &self,
         x: &ElementCoordinates,
-        c: &Strain,
+        c: &Matrix6<f64>,
         n: &Strain,
     ) -> SMatrix<f64, SIZE, SIZE> {
-        self.product(x, x, c, n)
+        match &self.law {
+            StrainLaw::MeanDirectors => {
+                let columns = self.gradients(x);
+                let mut K = columns * weighted(&columns, c).transpose();
+                add_scalars(&strain::weighted_matrix(n, self.length), &mut K);
+                K
+            }
+            StrainLaw::Helicoidal(law) => {
+                let at = self.at(law, x);
+                let slopes = at.slopes();
+                let of_forms = slopes.tr_mul(&(c * slopes)) + at.bends(n);
+                self.by_forms([x, x], &of_forms, &slopes.tr_mul(n))
+            }
+        }
     }
 
-    /// `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ + Σ n_i 𝔹_i`.
+    /// `Σ c_ij ∇ε_i (∇²ε_j v)ᵀ + Σ n_i ∇²ε_i`: the derivative of `Σ n_i ∇ε_i` with
+    /// `n_i = Σ c_ij ∇ε_j·v`.
     #[must_use]
-    pub fn product(
+    pub fn tangent_of_rates(
         &self,
-        x: &ElementCoordinates,
-        y: &ElementCoordinates,
-        c: &Strain,
+        [x, v]: [ElementCoordinates; 2],
+        c: &Matrix6<f64>,
         n: &Strain,
     ) -> SMatrix<f64, SIZE, SIZE> {
-        let (columns, mut weighted) = (self.gradients(x), self.gradients(y));
-        for i in 0..6 {
-            weighted.column_mut(i).scale_mut(c[i]);
-        }
-        let mut K = columns * weighted.transpose();
-        let B = strain::weighted_matrix(n, self.length);
-        for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
-            (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
-        }
+        let rates = weighted(&self.gradient_rates(&x, &v), c);
+        self.tangent(&x, &Matrix6::zeros(), n) + self.gradients(&x) * rates.transpose()
+    }
+
+    /// `Σ A_kl 𝔹_k x (𝔹_l y)ᵀ + Σ c_k 𝔹_k` of the forms of helicoidal strains.
+    #[must_use]
+    pub fn by_forms(
+        &self,
+        [x, y]: [&ElementCoordinates; 2],
+        A: &SMatrix<f64, FORMS, FORMS>,
+        c: &Forms,
+    ) -> SMatrix<f64, SIZE, SIZE> {
+        let [left, right] = [x, y].map(|x| helicoidal::gradients(x, self.length));
+        let mut K = left * (right * A.transpose()).transpose();
+        add_scalars(&helicoidal::weighted_matrix(c, self.length), &mut K);
         K
+    }
+
+    /// `Σ n_i ∂̄ε_i`: the discrete gradient of the strains in an interval, `∂̄ε_i·Δx = Δε_i`.
+    #[must_use]
+    pub fn discrete_force(&self, s: &Interval, n: &Strain) -> ElementCoordinates {
+        let middle = self.coordinates(&s.q_mid);
+        match &self.law {
+            StrainLaw::MeanDirectors => self.gradients(&middle) * n,
+            StrainLaw::Helicoidal(law) => {
+                let [from, to] = self.ends(s).map(|x| helicoidal::forms(&x, self.length));
+                let c = law.discrete_slopes([&from, &to], &self.reference).tr_mul(n);
+                helicoidal::force(&middle, self.length, &c)
+            }
+        }
+    }
+
+    /// The derivative of [`Element::discrete_force`] by `x_{n+1}` where `n` changes by
+    /// `Σ_j c_ij ∇ε_j`.
+    #[must_use]
+    pub fn discrete_tangent(
+        &self,
+        s: &Interval,
+        c: &Matrix6<f64>,
+        n: &Strain,
+    ) -> SMatrix<f64, SIZE, SIZE> {
+        let (middle, [start, end]) = (self.coordinates(&s.q_mid), self.ends(s));
+        match &self.law {
+            StrainLaw::MeanDirectors => {
+                let mut K =
+                    self.gradients(&middle) * weighted(&self.gradients(&end), c).transpose();
+                add_scalars(&strain::weighted_matrix(&(0.5 * n), self.length), &mut K);
+                K
+            }
+            StrainLaw::Helicoidal(law) => {
+                let y = [&start, &end].map(|x| helicoidal::forms(x, self.length));
+                let slopes = law.discrete_slopes([&y[0], &y[1]], &self.reference);
+                let of_end = law.at(&y[1], &self.reference).slopes();
+                let A = slopes.tr_mul(&(c * of_end))
+                    + law.discrete_bends([&y[0], &y[1]], &self.reference, n);
+                self.by_forms([&middle, &end], &A, &(0.5 * slopes.tr_mul(n)))
+            }
+        }
+    }
+
+    /// `x` at both ends of a step.
+    pub(crate) fn ends(&self, s: &Interval) -> [ElementCoordinates; 2] {
+        [self.coordinates(&s.q0), self.coordinates(&s.q1)]
     }
 
     /// The coordinate among all frames that the component `row` of `x` is.
@@ -154,18 +329,15 @@ impl Element {
         }
     }
 
-    /// Emits `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ`.
+    /// Emits `Σ c_ij ∇ε_i(x) ∇ε_j(y)ᵀ`.
     pub fn emit_outer(
         &self,
         x: &ElementCoordinates,
         y: &ElementCoordinates,
-        c: &Strain,
+        c: &Matrix6<f64>,
         out: &mut dyn Entries,
     ) {
-        let (mut left, right) = (self.gradients(x), self.gradients(y));
-        for i in 0..6 {
-            left.column_mut(i).scale_mut(c[i]);
-        }
+        let (left, right) = (weighted(&self.gradients(x), &c.transpose()), self.gradients(y));
         let (starts, length) = (&self.nodes.map(|node| 12 * node), 12);
         let (left, right) = (left.as_slice(), right.as_slice());
         out.add_outer(&OuterProduct { starts, length, left, right });
@@ -182,6 +354,24 @@ impl Element {
     }
 }
 
+/// `columns cᵀ`: column `i` is the sum of `c_ij` times column `j`.
+fn weighted(columns: &StrainGradients, c: &Matrix6<f64>) -> StrainGradients {
+    let mut out = StrainGradients::zeros();
+    for (i, j) in (0..6).flat_map(|i| (0..6).map(move |j| (i, j))) {
+        if c[(i, j)] != 0.0 {
+            out.column_mut(i).axpy(c[(i, j)], &columns.column(j), 1.0);
+        }
+    }
+    out
+}
+
+/// `K ← K + B ⊗ I_3`.
+fn add_scalars(B: &SMatrix<f64, 8, 8>, K: &mut SMatrix<f64, SIZE, SIZE>) {
+    for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
+        (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
+    }
+}
+
 /// How the mass of an element is distributed to its nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -191,6 +381,68 @@ pub enum MassKind {
     Consistent,
     /// `½, ½` on the diagonal.
     Lumped,
+    /// `φ` quadratic with `d_3`, directors lumped: of order 4.
+    Quadratic,
+}
+
+impl MassKind {
+    /// The mass between `φ, d_1, d_2, d_3` of both nodes, kg, kg·m, kg·m²: multiples of `I_3`; from
+    /// the length `ℓ` and the mass per length between these four.
+    #[must_use]
+    pub fn matrix(self, length: f64, m: &Matrix4<f64>) -> SMatrix<f64, 8, 8> {
+        const LINEAR: [f64; 2] = [1.0 / 3.0, 1.0 / 6.0];
+        const LUMPED: [f64; 2] = [0.5, 0.0];
+        let weights = |of_center: bool| match self {
+            Self::Consistent => LINEAR,
+            Self::Quadratic if of_center => LINEAR,
+            Self::Lumped | Self::Quadratic => LUMPED,
+        };
+        let mut M = SMatrix::<f64, 8, 8>::zeros();
+        for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+            let ([own, coupling], mass) = (weights(i == 0 || j == 0), length * m[(i, j)]);
+            (M[(i, j)], M[(4 + i, 4 + j)]) = (own * mass, own * mass);
+            (M[(i, 4 + j)], M[(4 + i, j)]) = (coupling * mass, coupling * mass);
+        }
+        if self == Self::Quadratic {
+            let (first, second) = (length * length / 24.0, length * length * length / 120.0);
+            for (d_3, sign) in [(3, 1.0), (7, -1.0)] {
+                for (slot, node) in (0..3).flat_map(|slot| [(slot, slot), (slot, 4 + slot)]) {
+                    M[(d_3, node)] += sign * first * m[(0, slot)];
+                    M[(node, d_3)] += sign * first * m[(0, slot)];
+                }
+                M[(d_3, d_3)] += second * m[(0, 0)];
+                M[(d_3, 10 - d_3)] -= second * m[(0, 0)];
+            }
+        }
+        M
+    }
+}
+
+/// Which strains the elements of a beam have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ElementKind {
+    /// Those of mean directors, of order 2; unstable in tension where `N ℓ² > 4 EI`.
+    #[default]
+    MeanDirectors,
+    /// Helicoidal ones of order 4.
+    Helicoidal,
+    /// Helicoidal ones of order 2, for ropes.
+    Rope,
+}
+
+impl ElementKind {
+    /// The strains of an element of a length; `None` where a stiffness cannot be condensed.
+    fn law(self, length: f64, section: &Section) -> Option<StrainLaw> {
+        let C = section.stiffness_matrix();
+        let law = match self {
+            Self::MeanDirectors => return Some(StrainLaw::MeanDirectors),
+            Self::Rope => Helicoidal::of_order_2(length, C),
+            Self::Helicoidal => Helicoidal::of_order_4(length, &C.try_inverse()?)?,
+        };
+        let law = law.with_viscosity(&section.viscosity());
+        Some(StrainLaw::Helicoidal(Arc::new(law)))
+    }
 }
 
 /// Elements with their sections: one potential for all of them.
@@ -245,10 +497,33 @@ impl Elements {
         q: &[f64],
     ) -> Result<usize, ElementError> {
         let (reference, mass) = (Strain::zeros(), MassKind::Consistent);
-        let index = self.add(Element { nodes, length, section, reference, mass })?;
+        let law = StrainLaw::MeanDirectors;
+        let index = self.add(Element { nodes, length, section, reference, mass, law })?;
         let x = self.elements[index].coordinates(q);
         self.elements[index].reference = strain::forms(&x, length);
         Ok(index)
+    }
+
+    /// Gives some elements, stress-free in the configuration `q`, other strains.
+    ///
+    /// # Errors
+    /// [`ElementError::Stiffness`].
+    pub fn set_strains(
+        &mut self,
+        elements: Range<usize>,
+        kind: ElementKind,
+        q: &[f64],
+    ) -> Result<(), ElementError> {
+        for k in elements {
+            let law = kind.law(self.elements[k].length, self.section(&self.elements[k]));
+            let element = &mut self.elements[k];
+            element.law = law.ok_or(ElementError::Stiffness { element: k })?;
+            element.reference = element.measures(&element.coordinates(q));
+            if kind != ElementKind::MeanDirectors && element.mass == MassKind::Consistent {
+                element.mass = MassKind::Quadratic;
+            }
+        }
+        Ok(())
     }
 
     /// Distributes the mass of some elements by another rule.
@@ -268,33 +543,27 @@ impl Elements {
         &self.sections[element.section]
     }
 
-    /// `C` of an element.
+    /// `C` of an element, with which its stress resultants are `C ε`.
     #[must_use]
-    pub fn stiffness(&self, element: &Element) -> Strain {
-        Strain::from(*self.section(element).stiffness())
+    pub fn stiffness(&self, element: &Element) -> Matrix6<f64> {
+        element.stiffness(self.section(element))
     }
 
     /// Elements with their stiffness `C`.
-    pub fn iter(&self) -> impl Iterator<Item = (&Element, Strain)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&Element, Matrix6<f64>)> {
         self.elements.iter().map(|element| (element, self.stiffness(element)))
     }
 
     /// Emits the mass matrix of all elements.
     pub fn emit_mass(&self, out: &mut dyn Entries) {
         for element in &self.elements {
-            let (own, coupling) = match element.mass {
-                MassKind::Consistent => (1.0 / 3.0, Some(1.0 / 6.0)),
-                MassKind::Lumped => (0.5, None),
-            };
-            for row in 0..12 {
-                let per_length = self.section(element).inertia()[row / 3];
-                let mass = element.length * per_length;
-                let (a, b) = (element.place(row), element.place(12 + row));
-                out.add(a, a, own * mass);
-                out.add(b, b, own * mass);
-                if let Some(coupling) = coupling {
-                    out.add(a, b, coupling * mass);
-                    out.add(b, a, coupling * mass);
+            let M = element.mass.matrix(element.length, &self.section(element).mass_matrix());
+            for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
+                let same = i == j || i % 4 == j % 4 && element.mass != MassKind::Lumped;
+                if same || M[(i, j)] != 0.0 {
+                    for k in 0..3 {
+                        out.add(element.place(3 * i + k), element.place(3 * j + k), M[(i, j)]);
+                    }
                 }
             }
         }
@@ -303,9 +572,9 @@ impl Elements {
 
 impl Potential for Elements {
     fn value(&self, q: &[f64]) -> f64 {
-        let energy = |(element, C): (&Element, Strain)| {
+        let energy = |(element, C): (&Element, Matrix6<f64>)| {
             let eps = element.strain(&element.coordinates(q));
-            0.5 * element.length * C.component_mul(&eps).dot(&eps) // [6.6]
+            0.5 * element.length * (C * eps).dot(&eps) // [6.6]
         };
         self.iter().map(energy).sum()
     }
@@ -313,7 +582,7 @@ impl Potential for Elements {
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         for (element, C) in self.iter() {
             let x = element.coordinates(q);
-            let n = scale * element.length * C.component_mul(&element.strain(&x));
+            let n = scale * element.length * (C * element.strain(&x));
             element.scatter(&element.force(&x, &n), out);
         }
     }
@@ -322,7 +591,7 @@ impl Potential for Elements {
         for (element, C) in self.iter() {
             let x = element.coordinates(q);
             let c = scale * element.length * C;
-            let n = c.component_mul(&element.strain(&x));
+            let n = c * element.strain(&x);
             element.emit(&element.tangent(&x, &c, &n), out);
         }
     }
@@ -345,15 +614,47 @@ pub(crate) mod tests {
             let reference = sample.array::<6>().into();
             let nodes = [[0, 1], [2, 1]][k];
             let mass = MassKind::Consistent;
-            elements.add(Element { nodes, length: 0.8, section, reference, mass }).unwrap();
+            let law = StrainLaw::MeanDirectors;
+            elements.add(Element { nodes, length: 0.8, section, reference, mass, law }).unwrap();
         }
         (elements, q)
     }
 
     #[test]
     fn derivatives_match_central_differences() {
+        for kind in [ElementKind::MeanDirectors, ElementKind::Helicoidal, ElementKind::Rope] {
+            check_derivatives(kind);
+        }
+    }
+
+    /// The same elements with other strains, stress-free elsewhere.
+    pub(crate) fn with_strains(mut elements: Elements, kind: ElementKind, q: &[f64]) -> Elements {
+        let own = 0..elements.list().len();
+        elements.set_strains(own, kind, q).unwrap();
+        elements
+    }
+
+    /// Three nodes as those of [`random_elements`] stand in a beam: triads differ little, the
+    /// second is before the others.
+    pub(crate) fn near_frames(sample: &mut Sample) -> Vec<f64> {
+        let first = sample.frame();
+        let along = [-0.8, 0.0, -0.7];
+        let center = |i: usize| if i % 12 < 3 { along[i / 12] * first[9 + i % 12] } else { 0.0 };
+        (0..36).map(|i| first[i % 12] + center(i) + 0.1 * sample.number()).collect()
+    }
+
+    fn check_derivatives(kind: ElementKind) {
         let mut sample = Sample::new(11);
-        let (elements, q) = random_elements(&mut sample);
+        let (elements, mut q) = random_elements(&mut sample);
+        let elements = match kind {
+            ElementKind::MeanDirectors => elements,
+            _ => {
+                q = near_frames(&mut sample);
+                with_strains(elements, kind, &q)
+            }
+        };
+        let q: Vec<f64> = q.iter().map(|q| q + 0.05 * sample.number()).collect();
+        assert!(elements.value(&q).is_finite());
         let gradient = |q: &[f64]| {
             let mut out = vec![0.0; 36];
             elements.add_gradient(q, 1.0, &mut out);
@@ -377,10 +678,17 @@ pub(crate) mod tests {
                 worst[1] = worst[1].max((bend - hessian[(i, j)]).abs());
             }
         }
-        println!("gradient off by {:.1e}, Hessian by {:.1e}", worst[0], worst[1]);
+        println!("{kind:?}: gradient off by {:.1e}, Hessian by {:.1e}", worst[0], worst[1]);
         assert!(worst[0] < 1e-7 && worst[1] < 1e-7, "{worst:?}");
         let asymmetry = (&hessian - hessian.transpose()).amax();
         assert!(asymmetry < 1e-14, "{asymmetry:e}");
+    }
+
+    /// `∫ f² dξ` of `f = ½(a + b) + ξ (b − a) + ½ (ξ² − ¼) d` by three Gauss points.
+    fn quadratic_mean(a: f64, b: f64, d: f64) -> f64 {
+        let at = |xi: f64| 0.5 * (a + b) + xi * (b - a) + 0.5 * (xi * xi - 0.25) * d;
+        let far = 0.5 * 0.6_f64.sqrt();
+        (5.0 * (at(far).powi(2) + at(-far).powi(2)) + 8.0 * at(0.0).powi(2)) / 18.0
     }
 
     #[test]
@@ -388,7 +696,7 @@ pub(crate) mod tests {
         let mut sample = Sample::new(12);
         let (mut elements, _) = random_elements(&mut sample);
         let v: Vec<f64> = (0..36).map(|_| sample.number()).collect();
-        for kind in [MassKind::Consistent, MassKind::Lumped] {
+        for kind in [MassKind::Consistent, MassKind::Lumped, MassKind::Quadratic] {
             let mut M = DMatrix::zeros(36, 36);
             elements.set_mass(0..elements.list().len(), kind);
             elements.emit_mass(&mut M);
@@ -399,17 +707,18 @@ pub(crate) mod tests {
                 let [a, b] = element.nodes.map(|k| v.rows(12 * k, 12));
                 for row in 0..12 {
                     let m = element.length * elements.section(element).inertia()[row / 3];
-                    let (a, b) = (a[row], b[row]);
+                    let (a, b, d) = (a[row], b[row], b[9 + row % 3] - a[9 + row % 3]);
                     expected += 0.5
                         * m
                         * match kind {
                             MassKind::Consistent => (a * a + a * b + b * b) / 3.0,
-                            MassKind::Lumped => 0.5 * (a * a + b * b),
+                            MassKind::Quadratic if row < 3 => quadratic_mean(a, b, 0.8 * d),
+                            _ => 0.5 * (a * a + b * b),
                         };
                 }
             }
             assert!((energy - expected).abs() < 1e-14, "{kind:?}: {energy} against {expected}");
-            let total = M.view((0, 0), (36, 36)).iter().sum::<f64>();
+            let total = M.iter().sum::<f64>();
             let sum: f64 = 2.0 * 0.8 * 3.0 * (1.3 + 0.2 + 0.4);
             assert!((total - sum).abs() < 1e-13, "{total} against {sum}");
         }

@@ -11,7 +11,7 @@
 //! Mech. (1971).
 #![allow(non_snake_case)] // K, M, P, L
 
-use crate::element::{Elements, MassKind};
+use crate::element::{ElementKind, Elements, MassKind};
 use crate::high_order::HighOrderElements;
 use crate::model::{Beam, BeamElements};
 use crate::section::Section;
@@ -69,6 +69,7 @@ struct ElementKey {
     length: f64, // m
     section: Section,
     mass: MassKind,
+    strains: ElementKind,
 }
 
 /// Frequencies of elements, computed once for neighbours of the same kind.
@@ -99,12 +100,14 @@ impl<'a> Frequencies<'a> {
     fn kind(&self, order: usize, index: usize) -> ElementKey {
         let length = self.model.intervals_of(order, index).sum();
         if order == 1 {
-            let element = self.model.elements.list()[index];
-            let section = *self.model.elements.section(&element);
-            return ElementKey { order, length, section, mass: element.mass };
+            let element = &self.model.elements.list()[index];
+            let section = *self.model.elements.section(element);
+            let (mass, strains) = (element.mass, element.law.kind());
+            return ElementKey { order, length, section, mass, strains };
         }
         let section = *self.model.high_order.section(index);
-        ElementKey { order, length, section, mass: MassKind::Consistent }
+        let (mass, strains) = (MassKind::Consistent, ElementKind::MeanDirectors);
+        ElementKey { order, length, section, mass, strains }
     }
 }
 
@@ -114,10 +117,12 @@ fn element_frequency(model: &BeamElements, order: usize, index: usize, q: &[f64]
     let (mut K, mut M) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     let length = model.intervals_of(order, index).sum();
     if order == 1 {
-        let element = model.elements.list()[index];
+        let element = &model.elements.list()[index];
         let mut alone = Elements::new();
-        let section = alone.add_section(*model.elements.section(&element));
-        if alone.add_stress_free([0, 1], length, section, q).is_err() {
+        let section = alone.add_section(*model.elements.section(element));
+        let added = alone.add_stress_free([0, 1], length, section, q);
+        let kind = element.law.kind();
+        if added.and_then(|own| alone.set_strains(own..own + 1, kind, q)).is_err() {
             return f64::NAN;
         }
         alone.set_mass(0..1, element.mass);

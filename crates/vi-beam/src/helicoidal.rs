@@ -18,7 +18,7 @@
 //! Letters: `ψ` angle between the triads of both nodes, `n` here a vector; the others as in
 //! [`crate::strain`].
 //!
-//! Source: theory §6; helicoidal interpolation: M. Borri, C. Bottasso, IJNME 37 (1994) 2267–2289.
+//! Source: theory §6.16; helicoidal interpolation: M. Borri, C. Bottasso, IJNME 37 (1994) 2267–2289.
 #![allow(non_snake_case)] // G, K, C, S, R
 
 use crate::strain::{self, ElementCoordinates as Coordinates, SIZE, Strain};
@@ -33,19 +33,24 @@ pub type Slopes = SMatrix<f64, 6, FORMS>;
 /// `Σ n_i ∂²η_i/∂y∂y`.
 pub type Bends = SMatrix<f64, FORMS, FORMS>;
 
+/// `|Δy|²` below which the change of the strains is their slope at the middle but for rounding.
+const SMALL_CHANGE: f64 = 1e-10;
+
 /// The strains of an element of a length and a stiffness.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Helicoidal {
     length: f64,               // ℓ, m
     stiffness: Matrix6<f64>,   // C_r
+    viscosity: Matrix6<f64>,   // V_r
     order: Option<Correction>, // None: order 2
 }
 
 /// What order 4 needs.
 #[derive(Clone, Debug, PartialEq)]
 struct Correction {
-    S: Matrix3<f64>, // of bending and twist in C⁻¹
-    R: Matrix2<f64>, // from shear to that of bending
+    compliance: Matrix6<f64>, // C⁻¹
+    S: Matrix3<f64>,          // of bending and twist in C⁻¹
+    R: Matrix2<f64>,          // from shear to that of bending
 }
 
 /// `y` of coordinates.
@@ -76,6 +81,18 @@ pub fn gradients(x: &Coordinates, length: f64) -> SMatrix<f64, SIZE, FORMS> {
     out
 }
 
+/// `Σ_k c_k 𝔹_k x`.
+#[must_use]
+pub fn force(x: &Coordinates, length: f64, c: &Forms) -> Coordinates {
+    let of_mean = Strain::from_fn(|i, _| if i < 3 { c[i] } else { length * c[i] });
+    let mut out = strain::force(x, length, &of_mean);
+    for k in 3..12 {
+        let half = 0.25 * c[6] * (x[12 + k] - x[k]);
+        (out[k], out[12 + k]) = (out[k] - half, out[12 + k] + half);
+    }
+    out
+}
+
 /// `Σ_k c_k B_k` with `𝔹_k = B_k ⊗ I_3`.
 #[must_use]
 pub fn weighted_matrix(c: &Forms, length: f64) -> SMatrix<f64, 8, 8> {
@@ -96,12 +113,17 @@ fn cross_3() -> Matrix3<f64> {
     Vector3::z().cross_matrix()
 }
 
+/// `(ℓ²/12) XᵀSX`.
+fn bending(length: f64, S: &Matrix3<f64>) -> Matrix3<f64> {
+    cross_3().tr_mul(&(S * cross_3())) * (length * length / 12.0)
+}
+
 impl Helicoidal {
     /// Strains of order 2, of an element of the length `ℓ` (m) with the stiffness `C`, symmetric
     /// and positive definite.
     #[must_use]
     pub fn of_order_2(length: f64, C: Matrix6<f64>) -> Self {
-        Self { length, stiffness: C, order: None }
+        Self { length, stiffness: C, viscosity: Matrix6::zeros(), order: None }
     }
 
     /// Strains of order 4 from the compliance `C⁻¹`, whose shears may vanish; `None` where that is
@@ -109,19 +131,48 @@ impl Helicoidal {
     #[must_use]
     pub fn of_order_4(length: f64, compliance: &Matrix6<f64>) -> Option<Self> {
         let S: Matrix3<f64> = compliance.fixed_view::<3, 3>(3, 3).into();
-        let bending = cross_3().tr_mul(&(S * cross_3())) * (length * length / 12.0);
+        let bending = bending(length, &S);
         let mut reduced = *compliance;
         let mut shear = reduced.fixed_view_mut::<3, 3>(0, 0);
         shear += bending;
         let stiffness = reduced.cholesky()?.inverse();
         let R = bending.fixed_view::<2, 2>(0, 0) * stiffness.fixed_view::<2, 2>(0, 0);
-        Some(Self { length, stiffness, order: Some(Correction { S, R }) })
+        let order = Some(Correction { compliance: *compliance, S, R });
+        Some(Self { length, stiffness, viscosity: Matrix6::zeros(), order })
+    }
+
+    /// The same with the viscosity `V` of the section, symmetric and positive semi-definite; of
+    /// first order in the rate it condenses as the stiffness does:
+    /// `V_r = C_r (Y + (ℓ²/12) [XᵀY_mm X 0; 0 0]) C_r`, `Y = C⁻¹VC⁻¹`.
+    #[must_use]
+    pub fn with_viscosity(mut self, V: &Matrix6<f64>) -> Self {
+        self.viscosity = *V;
+        if let Some(Correction { compliance, .. }) = &self.order {
+            let mut Y = compliance * V * compliance;
+            let bending = bending(self.length, &Y.fixed_view::<3, 3>(3, 3).into());
+            let mut shear = Y.fixed_view_mut::<3, 3>(0, 0);
+            shear += bending;
+            self.viscosity = self.stiffness * Y * self.stiffness;
+        }
+        self
     }
 
     /// `C_r`, with which stress resultants are `C_r η` and the energy is `½ ℓ ηᵀC_r η`.
     #[must_use]
     pub fn stiffness(&self) -> &Matrix6<f64> {
         &self.stiffness
+    }
+
+    /// Whether the strains are corrected to order 4.
+    #[must_use]
+    pub fn is_of_order_4(&self) -> bool {
+        self.order.is_some()
+    }
+
+    /// `V_r`, with which damping adds `V_r η̇` to the stress resultants.
+    #[must_use]
+    pub fn viscosity(&self) -> &Matrix6<f64> {
+        &self.viscosity
     }
 
     /// `(G, K)`: the strains of order 2 before those of the stress-free placement are taken off.
@@ -146,16 +197,32 @@ impl Helicoidal {
     /// Source: O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449–467.
     #[must_use]
     pub fn discrete_slopes(&self, [y_0, y_1]: [&Forms; 2], reference: &Strain) -> Slopes {
-        const SMALLEST: f64 = 1e-26; // |Δy|²
         let (mean, change) = (0.5 * (y_0 + y_1), y_1 - y_0);
         let middle = self.at(&mean, reference).slopes();
         let size = change.norm_squared();
-        if size < SMALLEST {
+        if size < SMALL_CHANGE {
             return middle;
         }
         let at = |y: &Forms| self.at(y, reference).strain();
         let rest = at(y_1) - at(y_0) - middle * change;
         middle + rest * change.transpose() / size
+    }
+
+    /// `∂(∂̄ηᵀn)/∂y_1`.
+    #[must_use]
+    pub fn discrete_bends(&self, [y_0, y_1]: [&Forms; 2], reference: &Strain, n: &Strain) -> Bends {
+        let (mean, change) = (0.5 * (y_0 + y_1), y_1 - y_0);
+        let middle = self.at(&mean, reference);
+        let bends = 0.5 * middle.bends(n);
+        let size = change.norm_squared();
+        if size < SMALL_CHANGE {
+            return bends;
+        }
+        let (slopes, end) = (middle.slopes(), self.at(y_1, reference));
+        let rest = n.dot(&(end.strain() - self.at(y_0, reference).strain() - slopes * change));
+        let of_rest = (end.slopes() - slopes).tr_mul(n) - bends * change;
+        let across = of_rest - (2.0 * rest / size) * change;
+        bends + Bends::identity() * (rest / size) + change * across.transpose() / size
     }
 }
 
@@ -303,7 +370,7 @@ fn slope_of_q(rho: f64) -> f64 {
 }
 
 impl Corrected {
-    fn at(law: &Helicoidal, Correction { S, R }: &Correction, xi: &Strain, z: &Strain) -> Self {
+    fn at(law: &Helicoidal, Correction { S, R, .. }: &Correction, xi: &Strain, z: &Strain) -> Self {
         let square = law.length * law.length;
         let (_, K) = split(xi);
         let m_by: SMatrix<f64, 3, 6> = law.stiffness.fixed_rows::<3>(3).into();
@@ -335,7 +402,8 @@ impl Corrected {
         let (G_3, q) = (xi[2], gamma.norm_squared());
         let rho = (G_3 * G_3 + q).sqrt();
         let q_by = 2.0 * gamma.transpose() * gamma_by;
-        eta[2] += q / (rho + G_3) + 0.1 * q; // ρ − G_3 without its cancellation
+        // ρ − G_3 without its cancellation
+        eta[2] += 0.1 * q + if G_3 > 0.0 { q / (rho + G_3) } else { rho - G_3 };
         let mut row = by_xi.fixed_rows_mut::<1>(2);
         row += slope_of_q(rho) * q_by;
         by_xi[(2, 2)] += G_3 / rho - 1.0;
@@ -345,7 +413,7 @@ impl Corrected {
     /// `Σ n_i ∂²η_i/∂ξ∂ξ`.
     fn bends(&self, own: &Correction, law: &Helicoidal, n: &Strain) -> Matrix6<f64> {
         let Self { K, G_3, rho, q, gamma, m_by, w_by, gamma_by, q_by, .. } = self;
-        let Correction { S, R } = own;
+        let Correction { S, R, .. } = own;
         let square = law.length * law.length;
         let (mut N, M) = split(n);
         let extension = N[2];
@@ -419,7 +487,7 @@ mod tests {
         for s in [0.0, 1e-3, 0.049, 0.051, 0.3, 0.7] {
             for law in laws(&mut sample) {
                 let (y, n) = (some_forms(&mut sample, s + 2.0 * e), sample.array::<6>().into());
-                let reference: Strain = (0.1 * Strain::from(sample.array::<6>())).into();
+                let reference = 0.1 * Strain::from(sample.array::<6>());
                 let at = |y: &Forms| law.at(y, &reference);
                 let (slopes, bends) = (at(&y).slopes(), at(&y).bends(&n));
                 for j in 0..FORMS {
@@ -456,6 +524,8 @@ mod tests {
             }
             let error = (product - gradients(&x, 0.4) * c).amax();
             assert!(error < 1e-13, "Σ c 𝔹 x off by {error:e}");
+            let error = (product - force(&x, 0.4, &c)).amax();
+            assert!(error < 1e-13, "force off by {error:e}");
         }
     }
 
@@ -501,12 +571,20 @@ mod tests {
     fn the_discrete_slopes_give_the_change_of_the_strains() {
         let mut sample = Sample::new(34);
         for law in laws(&mut sample) {
-            let reference: Strain = (0.1 * Strain::from(sample.array::<6>())).into();
+            let reference = 0.1 * Strain::from(sample.array::<6>());
             let (from, to) = (some_forms(&mut sample, 0.02), some_forms(&mut sample, 0.2));
             let at = |y: &Forms| law.at(y, &reference).strain();
             let slopes = law.discrete_slopes([&from, &to], &reference);
             let error = (slopes * (to - from) - (at(&to) - at(&from))).amax();
             assert!(error < 1e-14, "{error:e}");
+            let (e, n) = (1e-5, Strain::from(sample.array::<6>()));
+            let bends = law.discrete_bends([&from, &to], &reference, &n);
+            for j in 0..FORMS {
+                let at = |by| law.discrete_slopes([&from, &(to + Forms::ith(j, by))], &reference);
+                let bend = (at(e) - at(-e)).tr_mul(&n) / (2.0 * e);
+                let error = (bend - bends.column(j)).amax();
+                assert!(error < 1e-8, "{error:e}");
+            }
             let same = law.discrete_slopes([&from, &from], &reference);
             let error = (same - law.at(&from, &reference).slopes()).amax();
             assert!(error < 1e-15, "{error:e}");

@@ -23,7 +23,7 @@ use crate::section::Section;
 use crate::section_state::Station;
 use crate::strain::Strain;
 use crate::strained::Strained;
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3};
 use std::ops::Range;
 use vi_core::potential::Potential;
 use vi_core::sparse::{Entries, OuterProduct};
@@ -122,8 +122,8 @@ impl IntegrationPoint {
         out
     }
 
-    fn stiffness(&self) -> Strain {
-        Strain::from(*self.section.stiffness())
+    fn stiffness(&self) -> Matrix6<f64> {
+        self.section.stiffness_matrix()
     }
 
     /// `out ← out + Σ n_i 𝔹_i x`.
@@ -137,21 +137,20 @@ impl IntegrationPoint {
         }
     }
 
-    /// Emits `scale Σ C_i (𝔹_i x)(𝔹_i y)ᵀ + Σ n_i 𝔹_i`.
+    /// Emits `Σ c_ij (𝔹_i x)(𝔹_j y)ᵀ + Σ n_i 𝔹_i`.
     fn emit(
         &self,
-        left: &PointGradients,
-        right: &PointGradients,
-        c: &Strain,
+        [left, right]: [&PointGradients; 2],
+        c: &Matrix6<f64>,
         n: &Strain,
         out: &mut dyn Entries,
     ) {
+        let left = weighted(left, c);
         for ((j, a), (k, b)) in self.members().flat_map(|x| self.members().map(move |y| (x, y))) {
             for (r, s) in (0..4).flat_map(|r| (0..4).map(move |s| (r, s))) {
                 let diagonal = self.geometric(j, r, k, s, n);
                 for (x, y) in (0..3).flat_map(|x| (0..3).map(move |y| (x, y))) {
-                    let product: f64 =
-                        (0..6).map(|i| c[i] * left[i][j][r][x] * right[i][k][s][y]).sum();
+                    let product: f64 = (0..6).map(|i| left[i][j][r][x] * right[i][k][s][y]).sum();
                     let value = product + if x == y { diagonal } else { 0.0 };
                     out.add(12 * a + 3 * r + x, 12 * b + 3 * s + y, value);
                 }
@@ -159,20 +158,20 @@ impl IntegrationPoint {
         }
     }
 
-    /// Emits `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ`.
+    /// Emits `Σ c_ij (𝔹_i x)(𝔹_j y)ᵀ`.
     fn emit_outer(
         &self,
-        left: &PointGradients,
-        right: &PointGradients,
-        c: &Strain,
+        [left, right]: [&PointGradients; 2],
+        c: &Matrix6<f64>,
         out: &mut dyn Entries,
     ) {
+        let left = weighted(left, c);
         let (mut a, mut b) = ([0.0; 12 * 6 * MOST], [0.0; 12 * 6 * MOST]);
         let size = 12 * self.count;
         for i in 0..6 {
             for (j, slot) in (0..self.count).flat_map(|j| (0..4).map(move |slot| (j, slot))) {
                 let at = size * i + 12 * j + 3 * slot;
-                a[at..at + 3].copy_from_slice((c[i] * left[i][j][slot]).as_slice());
+                a[at..at + 3].copy_from_slice(left[i][j][slot].as_slice());
                 b[at..at + 3].copy_from_slice(right[i][j][slot].as_slice());
             }
         }
@@ -200,8 +199,19 @@ impl IntegrationPoint {
     }
 }
 
+/// Gradient `j` of the result is the sum of `c_ij` times gradient `i`.
+fn weighted(gradients: &PointGradients, c: &Matrix6<f64>) -> PointGradients {
+    let mut out = [[[Vector3::zeros(); 4]; MOST]; 6];
+    for (i, j) in (0..6).flat_map(|i| (0..6).map(move |j| (i, j))).filter(|at| c[*at] != 0.0) {
+        for (out, own) in out[j].as_flattened_mut().iter_mut().zip(gradients[i].as_flattened()) {
+            *out += c[(i, j)] * own;
+        }
+    }
+    out
+}
+
 impl Strained for IntegrationPoint {
-    fn stiffness(&self) -> Strain {
+    fn stiffness(&self) -> Matrix6<f64> {
         self.weight * IntegrationPoint::stiffness(self)
     }
 
@@ -209,7 +219,7 @@ impl Strained for IntegrationPoint {
         self.section.is_damped()
     }
 
-    fn viscosity(&self) -> Strain {
+    fn viscosity(&self) -> Matrix6<f64> {
         self.weight * self.section.viscosity()
     }
 
@@ -229,12 +239,18 @@ impl Strained for IntegrationPoint {
         IntegrationPoint::add(self, q, n, out);
     }
 
-    fn emit(&self, a: &[f64], b: &[f64], c: &Strain, n: &Strain, out: &mut dyn Entries) {
-        IntegrationPoint::emit(self, &self.gradients(a), &self.gradients(b), c, n, out);
+    fn emit(&self, q: &[f64], c: &Matrix6<f64>, n: &Strain, out: &mut dyn Entries) {
+        let gradients = self.gradients(q);
+        IntegrationPoint::emit(self, [&gradients; 2], c, n, out);
     }
 
-    fn emit_outer(&self, a: &[f64], b: &[f64], c: &Strain, out: &mut dyn Entries) {
-        IntegrationPoint::emit_outer(self, &self.gradients(a), &self.gradients(b), c, out);
+    fn emit_rates(&self, [q, v]: [&[f64]; 2], c: &Matrix6<f64>, n: &Strain, out: &mut dyn Entries) {
+        // 𝔹 v is the gradient of (𝔹 q)·v
+        IntegrationPoint::emit(self, [&self.gradients(q), &self.gradients(v)], c, n, out);
+    }
+
+    fn emit_outer(&self, a: &[f64], b: &[f64], c: &Matrix6<f64>, out: &mut dyn Entries) {
+        IntegrationPoint::emit_outer(self, [&self.gradients(a), &self.gradients(b)], c, out);
     }
 }
 
@@ -357,7 +373,7 @@ impl HighOrderElements {
                 point: station.sum(q, &station.shape, 0),
                 directors: std::array::from_fn(|i| station.sum(q, &station.shape, 1 + i)),
                 strain,
-                stress: station.stiffness().component_mul(&strain),
+                stress: station.stiffness() * strain,
             }
         })
     }
@@ -388,14 +404,14 @@ impl Potential for HighOrderElements {
     fn value(&self, q: &[f64]) -> f64 {
         let energy = |station: &IntegrationPoint| {
             let eps = station.strain(q);
-            0.5 * station.weight * station.stiffness().component_mul(&eps).dot(&eps)
+            0.5 * station.weight * (station.stiffness() * eps).dot(&eps)
         };
         self.stations.iter().map(energy).sum()
     }
 
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         for station in &self.stations {
-            let n = station.stiffness().component_mul(&station.strain(q));
+            let n = station.stiffness() * station.strain(q);
             station.add(q, &(scale * station.weight * n), out);
         }
     }
@@ -404,8 +420,8 @@ impl Potential for HighOrderElements {
         for station in &self.stations {
             let c = scale * station.weight * station.stiffness();
             let gradients = station.gradients(q);
-            let n = c.component_mul(&station.strain(q));
-            station.emit(&gradients, &gradients, &c, &n, out);
+            let n = c * station.strain(q);
+            station.emit([&gradients; 2], &c, &n, out);
         }
     }
 }

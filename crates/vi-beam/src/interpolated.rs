@@ -1,10 +1,10 @@
 //! Strains in Galerkin steps, interpolated between the control points.
 //!
 //! ```text
-//! U_d      = Σ_e ½ ℓ Σ_i C_i Σ_jl S_jl ε_i(q_j) ε_i(q_l),       S = Eᵀ diag(b) E                   [6.33]
-//! ∂U_d/∂q_j = ℓ Σ_i C_i Σ_l S_jl ε_i(q_l) 𝔹_i q_j
-//! f_j      = −Σ_e ℓ Σ_i C_i τ_i Σ_l N_jl ε_i(q_l) 𝔹_i q_j,      N = Eᵀ diag(b) D                   [6.34]
-//! work     = −(1/h) Σ_e ℓ Σ_i C_i τ_i Σ_jl K_jl ε_i(q_j) ε_i(q_l)
+//! U_d      = Σ_e ½ ℓ Σ_jl S_jl ε(q_j)ᵀC ε(q_l),       S = Eᵀ diag(b) E                   [6.33]
+//! ∂U_d/∂q_j = ℓ Σ_i [C Σ_l S_jl ε(q_l)]_i ∇ε_i(q_j)
+//! f_j      = −Σ_e ℓ Σ_i [V Σ_l N_jl ε(q_l)]_i ∇ε_i(q_j),      N = Eᵀ diag(b) D                   [6.34]
+//! work     = −(1/h) Σ_e ℓ Σ_jl K_jl ε(q_j)ᵀV ε(q_l)
 //! ```
 //! `s = 1` is the averaged strain of [`crate::averaged`] and the damping of [`crate::damping`] with
 //! `θ = 0`. The order is `2s`, as with `V(Q_k)`: the node polynomial of the control points is
@@ -23,7 +23,7 @@ use crate::damping::StrainDamping;
 use crate::high_order::AveragedHighOrder;
 use crate::strain::Strain;
 use crate::strained::Strained;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix6};
 use vi_core::galerkin::Stages;
 use vi_core::interpolation::{StepPolynomial, StrainInterpolation};
 use vi_core::sparse::Entries;
@@ -43,8 +43,8 @@ fn row(A: &DMatrix<f64>, j: usize, strains: &[Strain]) -> Strain {
 }
 
 /// `Σ c_i Σ_jl A_jl ε_i(q_j) ε_i(q_l)`.
-fn form(A: &DMatrix<f64>, c: &Strain, strains: &[Strain]) -> f64 {
-    (0..A.nrows()).map(|j| c.component_mul(&row(A, j, strains)).dot(&strains[j])).sum()
+fn form(A: &DMatrix<f64>, c: &Matrix6<f64>, strains: &[Strain]) -> f64 {
+    (0..A.nrows()).map(|j| (c * row(A, j, strains)).dot(&strains[j])).sum()
 }
 
 /// `out_j ← out_j + Σ_e Σ_i c_i Σ_l A_jl ε_i(q_l) 𝔹_i q_j`.
@@ -52,13 +52,13 @@ fn add_impulses(
     each: &VisitStrained<'_>,
     A: &DMatrix<f64>,
     step: &StepPolynomial<'_>,
-    c: impl Fn(&dyn Strained) -> Strain,
+    c: impl Fn(&dyn Strained) -> Matrix6<f64>,
     out: &mut [Vec<f64>],
 ) {
     each(&mut |own| {
         let (c, strains) = (c(own), strains(own, step));
         for (j, out) in out.iter_mut().enumerate() {
-            own.add(step.q(j), &c.component_mul(&row(A, j, &strains)), out);
+            own.add(step.q(j), &(c * row(A, j, &strains)), out);
         }
     });
 }
@@ -68,7 +68,7 @@ fn add_derivative(
     each: &VisitStrained<'_>,
     A: &DMatrix<f64>,
     step: &StepPolynomial<'_>,
-    c: impl Fn(&dyn Strained) -> Strain,
+    c: impl Fn(&dyn Strained) -> Matrix6<f64>,
     at: (usize, usize),
     out: &mut dyn Entries,
 ) {
@@ -76,8 +76,8 @@ fn add_derivative(
     each(&mut |own| {
         let (c, q) = (c(own), (step.q(j), step.q(l)));
         if j == l {
-            let n = c.component_mul(&row(A, j, &strains(own, step)));
-            own.emit(q.0, q.1, &(A[(j, l)] * c), &n, out);
+            let n = c * row(A, j, &strains(own, step));
+            own.emit(q.0, &(A[(j, l)] * c), &n, out);
         } else {
             own.emit_outer(q.0, q.1, &(A[(j, l)] * c), out);
         }

@@ -1,10 +1,13 @@
 //! Cross-sections: stiffnesses and inertias per unit length.
 //!
 //! ```text
-//! C  = (GA_1, GA_2, EA, EI_1, EI_2, GJ)                      N, N·m²
-//! m  = (Aρ, I_1ρ, I_2ρ, I_3ρ),   I_Iρ = ∫ ρ ξ_I² dA           kg/m, kg·m     Euler moments
+//! C  = diag(GA_1, GA_2, EA, EI_1, EI_2, GJ), or full         N, N·m, N·m²
+//! m  = diag(Aρ, I_1ρ, I_2ρ, I_3ρ),   I_Iρ = ∫ ρ ξ_I² dA       kg/m, kg·m     Euler moments
 //! I_Iρ = ½ tr J − J_I          from the section inertias J_I about the directors
 //! ```
+//! A full `C`, symmetric and positive definite, couples the strains `(Γ, K)` about the line of the
+//! nodes: shear centre and tension centre off it, bending with twist. A full `m` is that between
+//! `φ, d_1, d_2, d_3`: `m_1I = S_I = ∫ ρ ξ_I dA`, the first moments of a centre of mass off the line.
 //! Attention: `EI_1` is bending *about* `d_1`, which moves material along `d_2`; the homogeneous
 //! section therefore has `I_2ρ = ρ EI_1/E`. `I_3ρ = 0` as a rule: `d_3` carries no mass.
 //!
@@ -12,7 +15,7 @@
 //! the rectangle: Timoshenko & Goodier, Theory of Elasticity, §109 (series).
 #![allow(non_snake_case)] // E, G, A: the letters of the field
 
-use crate::strain::Strain;
+use nalgebra::{DMatrix, Matrix4, Matrix6, SMatrix};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -47,6 +50,32 @@ pub enum SectionError {
         /// m.
         outer: f64,
     },
+    /// A matrix is not symmetric, or has entries that are no numbers.
+    #[error(
+        "the {what} matrix of the cross-section is not symmetric: entry ({row}, {column}) is \
+         {}, entry ({column}, {row}) is {}", values[0], values[1]
+    )]
+    NotSymmetric {
+        /// Which matrix.
+        what: &'static str,
+        /// From 1.
+        row: usize,
+        /// From 1.
+        column: usize,
+        /// The entry and the one across.
+        values: [f64; 2],
+    },
+    /// A matrix has a negative eigenvalue, or a stiffness a zero one.
+    #[error(
+        "the {what} matrix of the cross-section is not positive definite: its smallest eigenvalue \
+         is {least:e}"
+    )]
+    NotDefinite {
+        /// Which matrix.
+        what: &'static str,
+        /// The smallest eigenvalue.
+        least: f64,
+    },
     /// One section inertia exceeds the sum of the two others.
     #[error("the section inertias {0:?} belong to no distribution of mass (J_a > J_b + J_c)")]
     Inertia([f64; 3]),
@@ -60,15 +89,14 @@ pub enum SectionError {
 /// // a steel rod of 10 mm radius: EA = E π r², shear stiffness and torsion constant from the shape
 /// let steel = Material::from_poisson(2.1e11, 0.3, 7800.0)?;
 /// let section = Profile::Circle { radius: 0.01 }.section(&steel, &Stated::default())?;
-/// let [_, _, tension, ..] = *section.stiffness();
+/// let [_, _, tension, ..] = section.stiffness();
 /// assert!((tension / (2.1e11 * std::f64::consts::PI * 1e-4) - 1.0).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Section {
-    stiffness: [f64; 6],
-    inertia: [f64; 4],
-    #[serde(default)]
+    stiffness: Matrix6<f64>,
+    mass: Matrix4<f64>,
     damping: [f64; 6],
 }
 
@@ -100,7 +128,27 @@ impl Section {
                 return Err(SectionError::Negative { what, value });
             }
         }
-        Ok(Self { stiffness, inertia, damping: [0.0; 6] })
+        let stiffness = Matrix6::from_diagonal(&stiffness.into());
+        Ok(Self { stiffness, mass: Matrix4::from_diagonal(&inertia.into()), damping: [0.0; 6] })
+    }
+
+    /// From a full stiffness, in the order `(Γ_1, Γ_2, Γ_3, K_1, K_2, K_3)` about the line of the
+    /// nodes (N, N·m, N·m²), and the mass per length between `φ, d_1, d_2, d_3` (kg/m, kg, kg·m).
+    ///
+    /// # Errors
+    /// [`SectionError::NotSymmetric`], [`SectionError::NotDefinite`].
+    pub fn general(stiffness: Matrix6<f64>, mass: Matrix4<f64>) -> Result<Self, SectionError> {
+        let stiffness = symmetric("stiffness", &stiffness)?;
+        if stiffness.cholesky().is_none() {
+            return Err(SectionError::NotDefinite { what: "stiffness", least: least(&stiffness) });
+        }
+        let mass = symmetric("mass", &mass)?;
+        positive(INERTIA_NAMES[0], mass[(0, 0)])?;
+        let eigenvalue = least(&mass);
+        if eigenvalue < -1e-12 * mass.amax() {
+            return Err(SectionError::NotDefinite { what: "mass", least: eigenvalue });
+        }
+        Ok(Self { stiffness, mass, damping: [0.0; 6] })
     }
 
     /// The same with Kelvin–Voigt damping: relaxation times `τ_i` (s) of shear along `d_1` and
@@ -131,10 +179,10 @@ impl Section {
         Ok(moments.map(|E| if E.abs() <= slack { 0.0 } else { E }))
     }
 
-    /// `(GA_1, GA_2, EA, EI_1, EI_2, GJ)`.
+    /// `(GA_1, GA_2, EA, EI_1, EI_2, GJ)`, the diagonal of `C`.
     #[must_use]
-    pub fn stiffness(&self) -> &[f64; 6] {
-        &self.stiffness
+    pub fn stiffness(&self) -> [f64; 6] {
+        self.stiffness.diagonal().into()
     }
 
     /// Relaxation times `τ_i` in the order of [`Section::stiffness`], s; zeros without damping.
@@ -149,16 +197,55 @@ impl Section {
         self.damping.iter().any(|time| *time > 0.0)
     }
 
-    /// `C_i τ_i`, N·s and N·m²·s.
-    pub(crate) fn viscosity(&self) -> Strain {
-        Strain::from_fn(|i, _| self.stiffness[i] * self.damping[i])
+    /// `C`, the same as a matrix.
+    #[must_use]
+    pub fn stiffness_matrix(&self) -> Matrix6<f64> {
+        self.stiffness
     }
 
-    /// `(Aρ, I_1ρ, I_2ρ, I_3ρ)`: mass per length of `φ, d_1, d_2, d_3`.
-    #[must_use]
-    pub fn inertia(&self) -> &[f64; 4] {
-        &self.inertia
+    /// `V`: `C_i τ_i`, N·s and N·m²·s; between strains of unlike times `C_ij √(τ_i τ_j)`.
+    pub(crate) fn viscosity(&self) -> Matrix6<f64> {
+        let time = |i: usize, j: usize| match i == j {
+            true => self.damping[i],
+            false => (self.damping[i] * self.damping[j]).sqrt(),
+        };
+        Matrix6::from_fn(|i, j| self.stiffness[(i, j)] * time(i, j))
     }
+
+    /// `(Aρ, I_1ρ, I_2ρ, I_3ρ)`: mass per length of `φ, d_1, d_2, d_3`, the diagonal of `m`.
+    #[must_use]
+    pub fn inertia(&self) -> [f64; 4] {
+        self.mass.diagonal().into()
+    }
+
+    /// `m`, the mass per length between `φ, d_1, d_2, d_3`.
+    #[must_use]
+    pub fn mass_matrix(&self) -> Matrix4<f64> {
+        self.mass
+    }
+}
+
+/// The smallest eigenvalue of a symmetric matrix.
+fn least<const N: usize>(m: &SMatrix<f64, N, N>) -> f64 {
+    let all = DMatrix::from_column_slice(N, N, m.as_slice()).symmetric_eigenvalues();
+    all.min()
+}
+
+/// The mean of a matrix and its transpose, where they differ by rounding only.
+fn symmetric<const N: usize>(
+    what: &'static str,
+    m: &SMatrix<f64, N, N>,
+) -> Result<SMatrix<f64, N, N>, SectionError> {
+    const TOLERANCE: f64 = 1e-6;
+    for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+        let size = (m[(i, i)] * m[(j, j)]).abs().sqrt();
+        let off = (m[(i, j)] - m[(j, i)]).abs();
+        if !(off <= TOLERANCE * size && m[(i, j)].is_finite()) {
+            let values = [m[(i, j)], m[(j, i)]];
+            return Err(SectionError::NotSymmetric { what, row: i + 1, column: j + 1, values });
+        }
+    }
+    Ok(0.5 * (m + m.transpose()))
 }
 
 fn positive(what: &'static str, value: f64) -> Result<(), SectionError> {
@@ -358,11 +445,11 @@ mod tests {
         let material = Material::from_poisson(2.1e11, 0.3, 7850.0).unwrap();
         let strip = Profile::Rectangle { width: 0.02, height: 0.005 };
         let section = strip.section(&material, &Stated::default()).unwrap();
-        let [_, _, EA, EI1, EI2, _] = *section.stiffness();
+        let [_, _, EA, EI1, EI2, _] = section.stiffness();
         close(EA, 2.1e11 * 1e-4, 1e-14);
         assert!(EI1 < EI2, "thin along d_2: soft about d_1");
         close(EI2 / EI1, 16.0, 1e-13);
-        let [_, I1, I2, I3] = *section.inertia();
+        let [_, I1, I2, I3] = section.inertia();
         close(I2, 7850.0 * EI1 / 2.1e11, 1e-14); // I_2ρ = ρ EI_1/E
         close(I1, 7850.0 * EI2 / 2.1e11, 1e-14);
         assert!(I3 == 0.0);

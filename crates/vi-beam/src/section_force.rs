@@ -48,7 +48,7 @@ pub fn for_each_state(
             point: 0.5 * (center(a) + center(b)),
             directors: std::array::from_fn(|i| 0.5 * (director(a, i) + director(b, i))),
             strain,
-            stress: model.elements.stiffness(element).component_mul(&strain),
+            stress: model.elements.stiffness(element) * strain,
         };
         visit(station.state(k, start));
         start += element.length;

@@ -4,26 +4,29 @@
 use crate::element::Element;
 use crate::section::Section;
 use crate::strain::Strain;
+use nalgebra::Matrix6;
 use vi_core::sparse::Entries;
 
 /// What is strained: a two-node element, or a Gauss point of one of higher order.
 pub(crate) trait Strained {
-    /// `ℓ C_i`, N·m.
-    fn stiffness(&self) -> Strain;
-    /// `ℓ C_i τ_i`, N·m·s.
-    fn viscosity(&self) -> Strain;
+    /// `ℓ C`, N·m.
+    fn stiffness(&self) -> Matrix6<f64>;
+    /// `ℓ V`, N·m·s.
+    fn viscosity(&self) -> Matrix6<f64>;
     /// Whether the section has damping.
     fn is_damped(&self) -> bool;
     /// `ε(q)`.
     fn strain(&self, q: &[f64]) -> Strain;
-    /// `(𝔹_i q)·v`.
+    /// `∇ε_i·v`.
     fn strain_rate(&self, q: &[f64], v: &[f64]) -> Strain;
-    /// `out ← out + Σ n_i 𝔹_i q`.
+    /// `out ← out + Σ n_i ∇ε_i`.
     fn add(&self, q: &[f64], n: &Strain, out: &mut [f64]);
-    /// Emits `Σ c_i (𝔹_i a)(𝔹_i b)ᵀ + Σ n_i 𝔹_i`.
-    fn emit(&self, a: &[f64], b: &[f64], c: &Strain, n: &Strain, out: &mut dyn Entries);
-    /// Emits `Σ c_i (𝔹_i a)(𝔹_i b)ᵀ`.
-    fn emit_outer(&self, a: &[f64], b: &[f64], c: &Strain, out: &mut dyn Entries);
+    /// Emits `Σ c_ij ∇ε_i ∇ε_jᵀ + Σ n_i ∇²ε_i`.
+    fn emit(&self, q: &[f64], c: &Matrix6<f64>, n: &Strain, out: &mut dyn Entries);
+    /// Emits `Σ c_ij ∇ε_i (∇²ε_j v)ᵀ + Σ n_i ∇²ε_i`.
+    fn emit_rates(&self, qv: [&[f64]; 2], c: &Matrix6<f64>, n: &Strain, out: &mut dyn Entries);
+    /// Emits `Σ c_ij ∇ε_i(a) ∇ε_j(b)ᵀ`.
+    fn emit_outer(&self, a: &[f64], b: &[f64], c: &Matrix6<f64>, out: &mut dyn Entries);
 }
 
 /// A two-node element with its section.
@@ -33,12 +36,12 @@ pub(crate) struct TwoNode<'a> {
 }
 
 impl Strained for TwoNode<'_> {
-    fn stiffness(&self) -> Strain {
-        self.element.length * Strain::from(*self.section.stiffness())
+    fn stiffness(&self) -> Matrix6<f64> {
+        self.element.length * self.element.stiffness(self.section)
     }
 
-    fn viscosity(&self) -> Strain {
-        self.element.length * self.section.viscosity()
+    fn viscosity(&self) -> Matrix6<f64> {
+        self.element.length * self.element.viscosity(self.section)
     }
 
     fn is_damped(&self) -> bool {
@@ -59,13 +62,18 @@ impl Strained for TwoNode<'_> {
         element.scatter(&element.force(&element.coordinates(q), n), out);
     }
 
-    fn emit(&self, a: &[f64], b: &[f64], c: &Strain, n: &Strain, out: &mut dyn Entries) {
+    fn emit(&self, q: &[f64], c: &Matrix6<f64>, n: &Strain, out: &mut dyn Entries) {
         let element = self.element;
-        let K = element.product(&element.coordinates(a), &element.coordinates(b), c, n);
+        element.emit(&element.tangent(&element.coordinates(q), c, n), out);
+    }
+
+    fn emit_rates(&self, [q, v]: [&[f64]; 2], c: &Matrix6<f64>, n: &Strain, out: &mut dyn Entries) {
+        let element = self.element;
+        let K = element.tangent_of_rates([q, v].map(|q| element.coordinates(q)), c, n);
         element.emit(&K, out);
     }
 
-    fn emit_outer(&self, a: &[f64], b: &[f64], c: &Strain, out: &mut dyn Entries) {
+    fn emit_outer(&self, a: &[f64], b: &[f64], c: &Matrix6<f64>, out: &mut dyn Entries) {
         let element = self.element;
         element.emit_outer(&element.coordinates(a), &element.coordinates(b), c, out);
     }

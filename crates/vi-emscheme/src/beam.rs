@@ -1,18 +1,25 @@
 //! The discrete derivative of beams: averaged strains.
 //!
 //! ```text
-//! D̄V = Σ_e ℓ Σ_i C_i ε̄_i 𝔹_i x_{n+1/2},      ε̄ = ½ (ε(q_n) + ε(q_{n+1}))
+//! D̄V = Σ_e ℓ Σ_i (C ε̄)_i 𝔹_i x_{n+1/2},      ε̄ = ½ (ε(q_n) + ε(q_{n+1}))
 //! ∂D̄V/∂q_{n+1} = ½ Σ_e ℓ Σ_i C_i [𝔹_i x_{n+1/2} (𝔹_i x_{n+1})ᵀ + ε̄_i 𝔹_i]
 //! ```
 //! Exact, since every strain is quadratic: `Dε(q_{n+1/2}) Δq = Δε`. Equivariant, since strains are
-//! invariant under rigid motions of any `x`.
+//! invariant under rigid motions of any `x`. Helicoidal strains are functions `η(y)` of quadratic
+//! forms `y_k = ½ xᵀ𝔹_k x`, whose discrete derivative `∂̄η` takes the place of a gradient:
+//! ```text
+//! D̄V = Σ_e ℓ Σ_k c_k 𝔹_k x_{n+1/2},   c = ∂̄ηᵀ C η̄,   ∂̄η Δy = Δη,   𝔹_k x_{n+1/2}·Δx = Δy_k
+//! ∂D̄V/∂q_{n+1} = Σ_e ℓ [ 𝔹x_{n+1/2} (½ ∂̄ηᵀ C ∇η + ∂c/∂y) (𝔹x_{n+1})ᵀ + ½ Σ_k c_k 𝔹_k ]
+//! ```
 //!
-//! Letters: `ε_i` strains, `C_i` stiffnesses, `ℓ` length, `𝔹_i x` strain gradients. Source: BL06.
+//! Letters: `ε_i`, `η_i` strains, `C` stiffness, `ℓ` length, `𝔹_i x` gradients of forms. Source:
+//! BL06; O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449–467.
 #![allow(non_snake_case)] // C, K
 
 use crate::discrete_gradient::DiscreteGradient;
 use vi_beam::element::{Element, Elements};
 use vi_beam::high_order::AveragedHighOrder;
+use vi_beam::nalgebra::Matrix6;
 use vi_beam::strain::Strain;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
@@ -23,10 +30,10 @@ use vi_core::sparse::Entries;
 #[derive(Clone, Debug)]
 pub struct BeamGradient(pub Elements);
 
-/// `ℓ C_i ε̄_i`.
-fn mean_forces(element: &Element, C: &Strain, s: &Interval) -> Strain {
+/// `ℓ C ε̄`.
+fn mean_forces(element: &Element, C: &Matrix6<f64>, s: &Interval) -> Strain {
     let at = |q: &[f64]| element.strain(&element.coordinates(q));
-    0.5 * element.length * C.component_mul(&(at(&s.q0) + at(&s.q1)))
+    0.5 * element.length * (C * (at(&s.q0) + at(&s.q1)))
 }
 
 impl DiscreteGradient for BeamGradient {
@@ -41,17 +48,15 @@ impl DiscreteGradient for BeamGradient {
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         for (element, C) in self.0.iter() {
             let n = scale * mean_forces(element, &C, s);
-            element.scatter(&(element.gradients(&element.coordinates(&s.q_mid)) * n), out);
+            element.scatter(&element.discrete_force(s, &n), out);
         }
     }
 
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for (element, C) in self.0.iter() {
-            let [mid, end] = [&s.q_mid, &s.q1].map(|q| element.coordinates(q));
             let c = 0.5 * scale * element.length * C;
-            let n = 0.5 * scale * mean_forces(element, &C, s);
-            let K = element.product(&mid, &end, &c, &n);
-            element.emit(&K, out);
+            let n = scale * mean_forces(element, &C, s);
+            element.emit(&element.discrete_tangent(s, &c, &n), out);
         }
     }
 }
@@ -82,6 +87,7 @@ impl DiscreteGradient for HighOrderGradient {
 mod tests {
     use super::*;
     use nalgebra::{DMatrix, Vector3};
+    use vi_beam::element::ElementKind;
     use vi_beam::section::Section;
     use vi_rigid::{directors, rotation};
 
@@ -114,7 +120,12 @@ mod tests {
     #[test]
     fn it_is_directional_equivariant_and_has_its_derivative() {
         let (elements, q0, q1) = placements();
-        check(&BeamGradient(elements), &q0, &q1);
+        check(&BeamGradient(elements.clone()), &q0, &q1);
+        for kind in [ElementKind::Helicoidal, ElementKind::Rope] {
+            let mut elements = elements.clone();
+            elements.set_strains(0..2, kind, &q0).unwrap();
+            check(&BeamGradient(elements), &q0, &q1);
+        }
         let section = Section::new([3.0, 2.0, 5.0, 1.0, 1.5, 0.7], [1.0, 0.1, 0.2, 0.0]).unwrap();
         let mut high = vi_beam::high_order::HighOrderElements::default();
         high.add_stress_free(&[0, 1, 2], 1.6, &section, &q0);

@@ -282,8 +282,8 @@ impl Section {
             fault("", error.to_string(), "correct the shape or what is stated with it")
         };
         let numbers = shape.profile().section(&solid, &stated).map_err(refuse)?;
-        let [ga1, ga2, ea, ei1, ei2, gj] = *numbers.stiffness();
-        let [rho_a, euler1, euler2, euler3] = *numbers.inertia();
+        let [ga1, ga2, ea, ei1, ei2, gj] = numbers.stiffness();
+        let [rho_a, euler1, euler2, euler3] = numbers.inertia();
         let moments = [euler2 + euler3, euler3 + euler1, euler1 + euler2];
         let [rho_i1, rho_i2, rho_j] = moments;
         Ok([ea, ga1, ga2, ei1, ei2, gj, rho_a, rho_i1, rho_i2, rho_j].map(Some))

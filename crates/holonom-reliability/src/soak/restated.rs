@@ -293,7 +293,7 @@ fn floor(model: &Model) -> impl Fn(&str) -> f64 + use<> {
     let mut rate = 1.0_f64;
     for section in model.beams.iter().filter_map(|beam| beam.section.numbers().ok()) {
         let own = section.stiffness().iter().copied().fold(0.0, f64::max);
-        let [line, euler @ ..] = *section.inertia();
+        let [line, euler @ ..] = section.inertia();
         mass += line * LENGTH;
         stiffness = stiffness.max(own);
         rate = rate.max(4.0 * UNIT * own * h / euler.into_iter().fold(line, f64::min));

@@ -59,14 +59,14 @@ impl AveragedHighOrder {
     fn add_slot(&self, s: &Interval, q: &[f64], sign: f64, scale: f64, out: &mut [f64]) {
         for (station, mu) in self.scaled(s.h) {
             let (mean, change) = mean_and_change(station, s);
-            let n = station.stiffness().component_mul(&(0.5 * mean + sign * mu * change));
+            let n = station.stiffness() * (0.5 * mean + sign * mu * change);
             station.add(q, &(scale * station.weight * n), out);
         }
     }
 }
 
 fn energy(station: &IntegrationPoint, strain: &Strain) -> f64 {
-    0.5 * station.weight * station.stiffness().component_mul(strain).dot(strain)
+    0.5 * station.weight * (station.stiffness() * strain).dot(strain)
 }
 
 /// The discrete derivative `D̄V = D_1 U_d + D_2 U_d` of energy–momentum schemes.
@@ -75,7 +75,7 @@ impl AveragedHighOrder {
     pub fn add_discrete_derivative(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         for station in &self.elements.stations {
             let (mean, _) = mean_and_change(station, s);
-            let n = station.stiffness().component_mul(&mean);
+            let n = station.stiffness() * mean;
             station.add(&s.q_mid, &(scale * station.weight * n), out);
         }
     }
@@ -86,8 +86,8 @@ impl AveragedHighOrder {
         for station in &self.elements.stations {
             let (mean, _) = mean_and_change(station, s);
             let c = 0.5 * scale * station.weight * station.stiffness();
-            let (left, right) = (station.gradients(&s.q_mid), station.gradients(&s.q1));
-            station.emit(&left, &right, &c, &c.component_mul(&mean), out);
+            let pair = [&station.gradients(&s.q_mid), &station.gradients(&s.q1)];
+            station.emit(pair, &c, &(c * mean), out);
         }
     }
 }
@@ -112,7 +112,7 @@ impl DiscretePotential for AveragedHighOrder {
             for (station, mu) in self.scaled(h) {
                 let c = mu * h * h * station.weight * station.stiffness();
                 let gradients = station.gradients(at.q);
-                station.emit_outer(&gradients, &gradients, &c, out);
+                station.emit_outer([&gradients; 2], &c, out);
             }
         }
     }
@@ -128,8 +128,8 @@ impl DiscretePotential for AveragedHighOrder {
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for (station, mu) in self.scaled(s.h) {
             let c = (0.25 + mu) * scale * station.weight * station.stiffness();
-            let (left, right) = (station.gradients(&s.q0), station.gradients(&s.q1));
-            station.emit_outer(&left, &right, &c, out);
+            let pair = [&station.gradients(&s.q0), &station.gradients(&s.q1)];
+            station.emit_outer(pair, &c, out);
         }
     }
 
@@ -137,9 +137,9 @@ impl DiscretePotential for AveragedHighOrder {
         for (station, mu) in self.scaled(s.h) {
             let c = scale * station.weight * station.stiffness();
             let (mean, change) = mean_and_change(station, s);
-            let n = c.component_mul(&(0.5 * mean + mu * change));
+            let n = c * (0.5 * mean + mu * change);
             let gradients = station.gradients(&s.q0);
-            station.emit(&gradients, &gradients, &((0.25 - mu) * c), &n, out);
+            station.emit([&gradients; 2], &((0.25 - mu) * c), &n, out);
         }
     }
 
