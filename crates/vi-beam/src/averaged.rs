@@ -35,7 +35,8 @@
 //! explicit, as with all methods whose strains or constraints are those of nodes, and `μ C` covers
 //! it up to `N ℓ² = 6 EI` of an element only. With a bound `N̂` of its tension
 //! ```text
-//! K_d = Σ_e ½ ℓ Δεᵀ (μ C + T) Δε,   T = diag(N̂, N̂, 0, τ, τ, 0),   τ = N̂ℓ²/32 + h²N̂²/(16 Aρ)     [6.38]
+//! K_d = Σ_e ½ ℓ Δεᵀ (μ C + T) Δε,   T = diag(N̂, N̂, 0, τ, τ, 0)                                   [6.38]
+//! τ = N̂ℓ²/32 + h²N̂²/(16 Aρ)
 //! ```
 //! it is stable at every step: `N̂` ties the directors to the wave of a taut rope, the first part of
 //! `τ` covers the turning of its nodes, the second the wave. `N̂` is a constant of the element, so

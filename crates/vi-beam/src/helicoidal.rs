@@ -18,10 +18,11 @@
 //! Letters: `ψ` angle between the triads of both nodes, `n` here a vector; the others as in
 //! [`crate::strain`].
 //!
-//! Source: theory §6.16; helicoidal interpolation: M. Borri, C. Bottasso, IJNME 37 (1994) 2267–2289.
+//! Source: theory §6.16; helicoidal interpolation: M. Borri, C. Bottasso, IJNME 37 (1994)
+//! 2267–2289.
 #![allow(non_snake_case)] // G, K, C, S, R
 
-use crate::strain::{self, ElementCoordinates as Coordinates, SIZE, Strain};
+use crate::strain::{self, ElementCoordinates, SIZE, Strain};
 use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
 
 /// How many quadratic forms the strains are functions of.
@@ -55,7 +56,7 @@ struct Correction {
 
 /// `y` of coordinates.
 #[must_use]
-pub fn forms(x: &Coordinates, length: f64) -> Forms {
+pub fn forms(x: &ElementCoordinates, length: f64) -> Forms {
     let mean = strain::forms(x, length);
     let mut y = Forms::zeros();
     for i in 0..3 {
@@ -69,7 +70,7 @@ pub fn forms(x: &Coordinates, length: f64) -> Forms {
 
 /// Columns `𝔹_k x`, the gradients of the forms.
 #[must_use]
-pub fn gradients(x: &Coordinates, length: f64) -> SMatrix<f64, SIZE, FORMS> {
+pub fn gradients(x: &ElementCoordinates, length: f64) -> SMatrix<f64, SIZE, FORMS> {
     let mean = strain::gradients(x, length);
     let mut out = SMatrix::<f64, SIZE, FORMS>::zeros();
     out.fixed_columns_mut::<3>(0).copy_from(&mean.fixed_columns::<3>(0));
@@ -83,7 +84,7 @@ pub fn gradients(x: &Coordinates, length: f64) -> SMatrix<f64, SIZE, FORMS> {
 
 /// `Σ_k c_k 𝔹_k x`.
 #[must_use]
-pub fn force(x: &Coordinates, length: f64, c: &Forms) -> Coordinates {
+pub fn force(x: &ElementCoordinates, length: f64, c: &Forms) -> ElementCoordinates {
     let of_mean = Strain::from_fn(|i, _| if i < 3 { c[i] } else { length * c[i] });
     let mut out = strain::force(x, length, &of_mean);
     for k in 3..12 {
@@ -455,7 +456,7 @@ mod tests {
     use vi_testkit::Sample;
 
     /// A node with the triad `exp(ψ n) e_I` at a point.
-    fn node(x: &mut Coordinates, first: usize, center: &Vector3<f64>, triad: &Matrix3<f64>) {
+    fn node(x: &mut ElementCoordinates, first: usize, center: &Vector3<f64>, triad: &Matrix3<f64>) {
         x.fixed_rows_mut::<3>(first).copy_from(center);
         for i in 0..3 {
             x.fixed_rows_mut::<3>(first + 3 + 3 * i).copy_from(&triad.column(i));
@@ -510,13 +511,13 @@ mod tests {
     fn the_gradients_of_the_forms_are_those_of_quadratic_forms() {
         let mut sample = Sample::new(32);
         for _ in 0..50 {
-            let (x, step): (Coordinates, Coordinates) =
+            let (x, step): (ElementCoordinates, ElementCoordinates) =
                 (sample.array::<24>().into(), sample.array::<24>().into());
             let difference = (forms(&(x + step), 0.4) - forms(&(x - step), 0.4)) * 0.5;
             let error = (gradients(&x, 0.4).tr_mul(&step) - difference).amax();
             assert!(error < 1e-13, "𝔹x off by {error:e}");
             let c: Forms = sample.array::<FORMS>().into();
-            let (B, mut product) = (weighted_matrix(&c, 0.4), Coordinates::zeros());
+            let (B, mut product) = (weighted_matrix(&c, 0.4), ElementCoordinates::zeros());
             for (i, j) in (0..8).flat_map(|i| (0..8).map(move |j| (i, j))) {
                 let own = B[(i, j)] * x.fixed_rows::<3>(3 * j);
                 let mut rows = product.fixed_rows_mut::<3>(3 * i);
@@ -535,9 +536,9 @@ mod tests {
         K: &Vector3<f64>,
         length: f64,
         start: &Matrix3<f64>,
-    ) -> Coordinates {
+    ) -> ElementCoordinates {
         let angle = K * length;
-        let mut x = Coordinates::zeros();
+        let mut x = ElementCoordinates::zeros();
         let (first, end) = (Vector3::new(0.3, -0.2, 0.9), start * rotation::exp(&angle));
         // ∫ exp(s K) G ds = ℓ T(ℓK)ᵀ… by its series, ℓ Σ (ℓK̂)^k G/(k+1)!
         let (mut term, mut sum) = (*G * length, *G * length);
@@ -599,7 +600,7 @@ mod tests {
         let compliance =
             Matrix6::from_diagonal(&[0.0, 0.0, 1.0 / EA, 1.0 / EI, 1.0 / EI, 1.0].into());
         let law = Helicoidal::of_order_4(length, &compliance).unwrap();
-        let mut x = Coordinates::zeros();
+        let mut x = ElementCoordinates::zeros();
         let straight = Vector3::new(slope, 0.0, 1.0) * length; // w' = slope, γ = w'
         node(&mut x, 0, &Vector3::zeros(), &Matrix3::identity());
         node(&mut x, 12, &straight, &Matrix3::identity());

@@ -7,7 +7,8 @@
 //! ```
 //! A full `C`, symmetric and positive definite, couples the strains `(Γ, K)` about the line of the
 //! nodes: shear centre and tension centre off it, bending with twist. A full `m` is that between
-//! `φ, d_1, d_2, d_3`: `m_1I = S_I = ∫ ρ ξ_I dA`, the first moments of a centre of mass off the line.
+//! `φ, d_1, d_2, d_3`: `m_1I = S_I = ∫ ρ ξ_I dA`, the first moments of a centre of mass off the
+//! line.
 //! Attention: `EI_1` is bending *about* `d_1`, which moves material along `d_2`; the homogeneous
 //! section therefore has `I_2ρ = ρ EI_1/E`. `I_3ρ = 0` as a rule: `d_3` carries no mass.
 //!
