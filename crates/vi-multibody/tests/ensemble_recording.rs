@@ -8,8 +8,9 @@ use vi_constraints::{Options, SchemeKind};
 use vi_core::Composition;
 use vi_core::interval::Interval;
 use vi_core::state::State;
-use vi_multibody::BuiltMechanism;
+use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::ensemble::Ensemble;
+use vi_multibody::{BuiltMechanism, FrameId, PairKind};
 
 /// What is recorded of a step; numbers are compared by their bits.
 #[derive(Clone, Debug, Default)]
@@ -158,6 +159,59 @@ fn a_recorded_state_continues_the_motion() {
         run.resume(rows[11].after.clone()).unwrap();
         (12..30).for_each(|_| _ = run.step().unwrap());
         assert_eq!(state_bits(run.state()), state_bits(&rows[29].after), "member {k}");
+    }
+}
+
+/// A four-bar linkage of boxes with a spring between two of its bars; `k`: its member, `fast`: how
+/// many times faster it starts.
+fn linkage(k: u32, fast: f64) -> BuiltMechanism {
+    let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
+    let mass = 1.0 + 0.1 * f64::from(k);
+    let mut bar = |name: &str, at: [f64; 3], v: [f64; 3], spin: f64| {
+        let inertia = Inertia::principal(mass, [0.1, 0.05, 0.1]);
+        let body = builder.body(name, inertia).at(at).velocity(v.map(|v| fast * v));
+        body.angular_velocity([0.0, 0.0, fast * spin]).id()
+    };
+    // a parallelogram: cranks turn, the coupler moves without rotation
+    let crank = bar("crank", [0.0, 0.5, 0.0], [-0.5, 0.0, 0.0], 1.0);
+    let coupler = bar("coupler", [1.0, 1.0, 0.0], [-1.0, 0.0, 0.0], 0.0);
+    let rocker = bar("rocker", [2.0, 0.5, 0.0], [-0.5, 0.0, 0.0], 1.0);
+    builder.spring(crank.point([0.1, 0.0, 0.0]), rocker.point([0.0; 3]), 3.0);
+    let mut hinge = |name: &str, parent: FrameId, child: FrameId, at: [f64; 3]| {
+        builder.joint(name, PairKind::Revolute, parent, child).at(at).axis([0.0, 0.0, 1.0]);
+    };
+    hinge("base", FrameId::Ground, crank.into(), [0.0; 3]);
+    hinge("knee", crank.into(), coupler.into(), [0.0, 1.0, 0.0]);
+    hinge("elbow", coupler.into(), rocker.into(), [2.0, 1.0, 0.0]);
+    hinge("foot", rocker.into(), FrameId::Ground, [2.0, 0.0, 0.0]);
+    builder.build().unwrap()
+}
+
+/// Members with closed loops and springs between bodies move by integrators of their own, shared
+/// among threads: with their bits, recorded as they are, one that fails is named.
+#[test]
+fn members_with_closed_loops_move_on_threads_of_their_own() {
+    for threads in 1..=3 {
+        let options = Options::new(SchemeKind::Nodal, 0.01);
+        let fast = |k: u32| if k == 4 { 2000.0 } else { 1.0 };
+        let models: Vec<BuiltMechanism> = (0..7).map(|k| linkage(k, fast(k))).collect();
+        let (ensemble, rows) = together(&models, options, (threads, &[10, 15]), |_| true);
+        assert_eq!(ensemble.in_lanes(), 0);
+        for (k, (model, rows)) in models.into_iter().zip(rows).enumerate() {
+            let (rows, own) = (rows.unwrap(), alone(model, options, 25));
+            assert_eq!((rows.len(), own.len() == 25), (own.len(), k != 4), "member {k}");
+            for (row, own) in rows.iter().zip(&own) {
+                assert_eq!(row.bits(), own.bits(), "member {k}, step {}", own.after.step);
+            }
+        }
+        let named: Vec<String> = ensemble.failed().map(|failure| failure.to_string()).collect();
+        println!("{threads} threads: {named:?}");
+        assert!(
+            named.len() == 1 && named[0].starts_with("member 4, step 0, t = 0 s: "),
+            "{named:?}"
+        );
+        assert!(named[0].contains("(body `"), "{named:?}");
+        assert_eq!(ensemble.member(4).state().step, 0);
     }
 }
 
