@@ -31,7 +31,7 @@ enum Flaw<'a> {
 pub(crate) fn remarks(model: &Model, mechanism: &Mechanism, q: &[f64], dof: usize) -> Vec<String> {
     let nearly = mechanism.nearly_redundant();
     let loops = match has_loops_of_bodies(mechanism) {
-        true => survey(mechanism, (0.0, q), nearly),
+        true => survey(mechanism, 0.0, q, nearly),
         false => Vec::new(),
     };
     let tolerance = model.settings.loop_tolerance;
@@ -77,7 +77,7 @@ pub(crate) fn locks(mechanism: &Mechanism, tolerance: f64) -> Option<String> {
         return None;
     }
     let q = mechanism.initial_configuration();
-    let loops = survey(mechanism, (0.0, &q), mechanism.nearly_redundant());
+    let loops = survey(mechanism, 0.0, &q, mechanism.nearly_redundant());
     let found =
         loops.into_iter().find(|found| found.freedom == 0 && is_slip(mechanism, found, &q))?;
     Some(locked(mechanism, &found, &q, tolerance))
@@ -229,7 +229,7 @@ pub(crate) fn misfit(mechanism: &Mechanism, residual: f64) -> Option<(String, f6
         return None;
     }
     let (joints, q) = (&mechanism.description().joints, mechanism.initial_configuration());
-    let loops = survey(mechanism, (0.0, &q), None);
+    let loops = survey(mechanism, 0.0, &q, None);
     let most = |found: &LoopSurvey| {
         let own = || found.joints.iter().map(|&k| &joints[k]);
         let axes: Vec<Vector3<f64>> = own().filter_map(|joint| turns_about(joint, &q)).collect();

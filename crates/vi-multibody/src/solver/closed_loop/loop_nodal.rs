@@ -108,7 +108,9 @@ impl LoopNodal {
     /// The correction by the sweeps of the tree.
     fn solve_by_sweeps(
         &mut self,
-        (mixed, u, s): (&Emission<'_>, &[f64], &Interval),
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let TreeSolver::Sweeps(tree) = &mut self.solver else { return Err(Fault::SingularTangent) };
@@ -119,7 +121,9 @@ impl LoopNodal {
     /// The correction where `A` is one matrix, bordered by the rows of the loops.
     fn solve_bordered(
         &mut self,
-        (mixed, u, s): (&Emission<'_>, &[f64], &Interval),
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let Self { loops, solver, coupled, .. } = self;
@@ -147,7 +151,9 @@ impl LoopNodal {
     /// `(J' A⁻¹ Uᵀ) μ = g − J' A⁻¹ b`.
     fn solve_coupled(
         &mut self,
-        (mixed, u, s): (&Emission<'_>, &[f64], &Interval),
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let Self { loops, solver, coupled, .. } = self;
@@ -332,11 +338,11 @@ impl NodalOperators for LoopNodal {
         if !kept {
             self.take_tangent(u, s);
             if let TreeSolver::Sweeps(_) = self.solver {
-                self.solve_by_sweeps((mixed, u, s), x)?;
+                self.solve_by_sweeps(mixed, u, s, x)?;
             } else if self.coupled.bordered {
-                self.solve_bordered((mixed, u, s), x)?;
+                self.solve_bordered(mixed, u, s, x)?;
             } else {
-                self.solve_coupled((mixed, u, s), x)?;
+                self.solve_coupled(mixed, u, s, x)?;
             }
         }
         if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }

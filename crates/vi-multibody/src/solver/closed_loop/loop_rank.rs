@@ -83,7 +83,7 @@ impl LoopRank {
         let mut loops = Loops::new(mechanism);
         let d = loops.dof();
         // an overconstrained loop that is not closed has rows in excess
-        let q0 = loops.close(mechanism, (t, q), &vec![0.0; d]).unwrap_or_else(|| q.to_vec());
+        let q0 = loops.close(mechanism, t, q, &vec![0.0; d]).unwrap_or_else(|| q.to_vec());
         let mut ranks = loops.ranks(&q0);
         let at_start = ranks.iter().sum();
         let mut pivots = loops.pivots();
@@ -100,7 +100,7 @@ impl LoopRank {
             let t = t + later;
             let weights = loops.weights().iter();
             let u: Vec<f64> = weights.map(|s| motion * s * random.next()).collect();
-            let Some(near) = loops.close(mechanism, (t, &q0), &u) else { continue };
+            let Some(near) = loops.close(mechanism, t, &q0, &u) else { continue };
             compared = true;
             let found = loops.ranks(&near);
             let there = loops.pivots();
@@ -117,12 +117,12 @@ impl LoopRank {
         let nearly = None;
         let found =
             Self { at_start, generic, pivots, rows, rows_at_start, joint, compared, nearly };
-        found.taking_nearly_redundant(mechanism, (t, q))
+        found.taking_nearly_redundant(mechanism, t, q)
     }
 
     /// The same, with constraints as redundant that nearly are ([`nearly`]).
-    fn taking_nearly_redundant(mut self, mechanism: &Mechanism, at: (f64, &[f64])) -> Self {
-        let Some(found) = nearly::find(mechanism, at, self.compared) else { return self };
+    fn taking_nearly_redundant(mut self, mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
+        let Some(found) = nearly::find(mechanism, t, q, self.compared) else { return self };
         let loops = Loops::new(mechanism);
         let mut at_start = Vec::new();
         for (k, cluster) in found.clusters.into_iter().enumerate() {
@@ -231,7 +231,7 @@ impl LoopRank {
         let d = rates.len();
         let mut side = |e: f64| {
             let u: Vec<f64> = rates.iter().map(|r| e * r).collect();
-            let near = loops.close(mechanism, (t + e, q), &u);
+            let near = loops.close(mechanism, t + e, q, &u);
             let near = near.ok_or_else(|| self.refusal(SingularStart::OffBranch))?;
             if loops.ranks(&near).iter().sum::<usize>() < self.generic {
                 return Err(self.refusal(SingularStart::AtRest)); // the loop itself does not move

@@ -155,7 +155,8 @@ impl Loops {
     pub(crate) fn close(
         &mut self,
         mechanism: &Mechanism,
-        (t, q): (f64, &[f64]),
+        t: f64,
+        q: &[f64],
         u: &[f64],
     ) -> Option<Vec<f64>> {
         const MAX_ITERATIONS: usize = 30;
@@ -163,13 +164,13 @@ impl Loops {
         let mut u = u.to_vec();
         let mut q = q.to_vec();
         let reach = 0.5 + 10.0 * self.largest(&u);
-        let floors = self.floors(mechanism, (t, &q));
+        let floors = self.floors(mechanism, t, &q);
         for iteration in 0..MAX_ITERATIONS {
             s.open(0.0, 1.0, &q);
             self.tree.move_to(&u, &mut s).ok()?;
             q.copy_from_slice(&s.q1);
             mechanism.tree().clean(&mut q);
-            if self.is_closed((t, &q), &floors, 1.0) && (iteration > 0 || norm_inf(&u) == 0.0) {
+            if self.is_closed(t, &q, &floors, 1.0) && (iteration > 0 || norm_inf(&u) == 0.0) {
                 return Some(q);
             }
             let side: Vec<f64> = self.raw_values(t, &q).iter().map(|g| -g).collect();
@@ -187,7 +188,7 @@ impl Loops {
                 return None;
             }
         }
-        self.is_closed((t, &q), &floors, 10.0).then_some(q)
+        self.is_closed(t, &q, &floors, 10.0).then_some(q)
     }
 
     /// `max |u_i|` in units of its weight.
@@ -197,7 +198,7 @@ impl Loops {
 
     /// The rounding of each row of `g_c`: `64 ε` of what it sums, with every point as far away as
     /// the farthest of its component, since positions are summed along the path around the loop.
-    pub(super) fn floors(&self, mechanism: &Mechanism, (t, q): (f64, &[f64])) -> Vec<f64> {
+    pub(super) fn floors(&self, mechanism: &Mechanism, t: f64, q: &[f64]) -> Vec<f64> {
         const PARTS: f64 = 64.0 * f64::EPSILON;
         let mut sizes = vec![0.0; mechanism.len()];
         mechanism.row_sizes(Configuration::new(t, q), &mut sizes);
@@ -205,7 +206,7 @@ impl Loops {
     }
 
     /// Whether all rows of `g_c` are within `factor` times their floors.
-    fn is_closed(&self, (t, q): (f64, &[f64]), floors: &[f64], factor: f64) -> bool {
+    fn is_closed(&self, t: f64, q: &[f64], floors: &[f64], factor: f64) -> bool {
         let values = self.raw_values(t, q);
         values.iter().zip(floors).all(|(g, floor)| g.abs() <= factor * floor)
     }

@@ -69,12 +69,12 @@ pub(super) struct Walk<'a> {
 
 /// Constraints of the loops that nearly follow from others at `(t, q)`; `compared`: whether the
 /// rank of the loops was compared with that of configurations nearby.
-pub(super) fn find(mechanism: &Mechanism, (t, q): (f64, &[f64]), compared: bool) -> Option<Found> {
+pub(super) fn find(mechanism: &Mechanism, t: f64, q: &[f64], compared: bool) -> Option<Found> {
     let tolerance = mechanism.loop_tolerance();
     if tolerance.is_nan() || tolerance <= RANK_TOLERANCE {
         return None;
     }
-    let mut walk = Walk::new(mechanism, (t, q), tolerance);
+    let mut walk = Walk::new(mechanism, t, q, tolerance);
     let (strict, here) = (walk.moving_ranks(q, RANK_TOLERANCE), walk.moving_ranks(q, tolerance));
     if compared && here == strict {
         return None;
@@ -174,7 +174,7 @@ fn size_of(mechanism: &Mechanism, joints: &[usize], q: &[f64]) -> f64 {
 }
 
 impl<'a> Walk<'a> {
-    pub(super) fn new(mechanism: &'a Mechanism, (t, q): (f64, &[f64]), tolerance: f64) -> Self {
+    pub(super) fn new(mechanism: &'a Mechanism, t: f64, q: &[f64], tolerance: f64) -> Self {
         let loops = Loops::new(mechanism);
         let all: Vec<Vec<usize>> =
             loops.clusters.iter().map(|c| (0..c.paths.rows.len()).collect()).collect();
@@ -243,20 +243,21 @@ impl<'a> Walk<'a> {
     fn moving_ranks(&mut self, q: &[f64], tolerance: f64) -> Vec<usize> {
         self.loops.tree.begin(q, None);
         let rows = std::mem::take(&mut self.moving);
-        let ranks = self.eliminate_to(q, (&rows, &[]), tolerance);
+        let ranks = self.eliminate_to(q, &rows, &[], tolerance);
         self.moving = rows;
         ranks
     }
 
     /// The rank of each cluster in some of its rows at `q`, at which the tree stands.
     pub(super) fn eliminate(&mut self, q: &[f64], rows: &[Vec<usize>], side: &[f64]) -> Vec<usize> {
-        self.eliminate_to(q, (rows, side), self.tolerance)
+        self.eliminate_to(q, rows, side, self.tolerance)
     }
 
     fn eliminate_to(
         &mut self,
         q: &[f64],
-        (rows, side): (&[Vec<usize>], &[f64]),
+        rows: &[Vec<usize>],
+        side: &[f64],
         tolerance: f64,
     ) -> Vec<usize> {
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
@@ -281,7 +282,7 @@ impl<'a> Walk<'a> {
         const MAX_ITERATIONS: usize = 30;
         let mut s = Interval::new(q.len());
         let (mut u, mut q, mut corrected) = (u.to_vec(), q.to_vec(), 0.0_f64);
-        let floors = self.loops.floors(self.mechanism, (self.t, &q));
+        let floors = self.loops.floors(self.mechanism, self.t, &q);
         for iteration in 0..MAX_ITERATIONS {
             s.open(0.0, 1.0, &q);
             self.loops.tree.move_to(&u, &mut s).ok()?;
@@ -323,7 +324,7 @@ impl<'a> Walk<'a> {
 
     /// Whether a row of each cluster is left with more than rounding at `q`.
     fn misfits(&self, q: &[f64]) -> Vec<bool> {
-        let floors = self.loops.floors(self.mechanism, (self.t, q));
+        let floors = self.loops.floors(self.mechanism, self.t, q);
         let values = self.loops.raw_values(self.t, q);
         let own = self.loops.clusters.iter().zip(&self.moving);
         let open = |(cluster, moving): (&Cluster, &Vec<usize>)| {

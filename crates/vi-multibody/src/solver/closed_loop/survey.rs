@@ -34,10 +34,11 @@ pub struct LoopSurvey {
 #[must_use]
 pub fn survey(
     mechanism: &Mechanism,
-    (t, q): (f64, &[f64]),
+    t: f64,
+    q: &[f64],
     nearly: Option<&NearlyRedundant>,
 ) -> Vec<LoopSurvey> {
-    let mut walk = Walk::new(mechanism, (t, q), RANK_TOLERANCE);
+    let mut walk = Walk::new(mechanism, t, q, RANK_TOLERANCE);
     walk.loops.tree.begin(q, None);
     let moving = std::mem::take(&mut walk.moving);
     let ranks = walk.eliminate(q, &moving, &[]);
