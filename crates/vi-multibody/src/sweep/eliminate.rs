@@ -18,7 +18,7 @@ pub(crate) struct Part<M: Store> {
     pub(crate) links: Range<usize>,
     pub(crate) forces: Vec<Screw<M::Held>>, // d  Ã S' of joints of columns, none on trees
     pub(crate) rotations: Vec<Rotation<M>>, // of the links, none where loops pass through none
-    pub(crate) unwritten: Vec<usize>,       // slots of sums that no child writes
+    unwritten: Vec<usize>,                  // slots of sums that no child writes
     carried: Sums<M>,                       // by the link before, of its one child
 }
 
@@ -34,6 +34,28 @@ impl<M: Store> Part<M> {
     pub(crate) fn new<S: Space<Store = M>>(s: S) -> Self {
         let (forces, rotations, unwritten) = (Vec::new(), Vec::new(), Vec::new());
         Self { links: 0..0, forces, rotations, unwritten, carried: Sums::zero(s) }
+    }
+
+    /// Gives the links `apexes`, on which closed loops hang, a place for what these add.
+    pub(crate) fn carry<S: Space<Store = M>>(
+        &mut self,
+        s: S,
+        links: &mut [Link<M>],
+        sums: &mut Vec<Sums<M>>,
+        apexes: impl Iterator<Item = usize>,
+    ) {
+        for apex in apexes {
+            if links[apex].slot.is_none() {
+                links[apex].slot = Some(sums.len());
+                self.unwritten.push(sums.len());
+                sums.push(Sums::zero(s));
+            }
+        }
+    }
+
+    /// Before the sweeps of a linear system: nothing hangs on any link.
+    pub(crate) fn release<S: Space<Store = M>>(&self, s: S, sums: &mut [Sums<M>]) {
+        self.unwritten.iter().for_each(|&slot| sums[slot] = Sums::zero(s));
     }
 }
 

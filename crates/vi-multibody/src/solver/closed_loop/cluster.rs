@@ -19,9 +19,10 @@ use super::complement::Complement;
 use super::echelon::{Echelon, Entry};
 use super::enforced_rows::Rows;
 use super::path::{Paths, Placed};
+use crate::geometry::one_tree::One;
 use crate::pair::Twist;
 use crate::solver::tree_step::part::Links;
-use crate::solver::tree_step::workspace::Workspace;
+use crate::sweep::link::Sums;
 use crate::tree::maps::TreeMaps;
 use nalgebra::DMatrix;
 use vi_constraints::null_space::RANK_TOLERANCE;
@@ -449,10 +450,10 @@ impl Cluster {
         complement.eliminate(Rows { paths, basis, order, chosen, g }, at, x)
     }
 
-    /// Relieves the apex.
-    pub(super) fn relieve(&self, at: &mut Workspace) {
-        if let Some((complement, apex)) = self.complement.as_ref().zip(self.apex()) {
-            complement.relieve(apex, at);
+    /// Relieves the apex, by the sums over what hangs on it.
+    pub(super) fn relieve(&self, sums: &mut Sums<One>) {
+        if let Some(complement) = &self.complement {
+            complement.relieve(sums);
         }
     }
 

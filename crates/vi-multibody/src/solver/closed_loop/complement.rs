@@ -17,9 +17,10 @@ use super::enforced_rows::Rows;
 use super::four_rows::{Four, held, in_registers, load};
 use super::path::{Paths, Placed};
 use super::relief::{Relief, SIDES, first_side};
+use crate::geometry::one_tree::One;
 use crate::pair::Twist;
 use crate::solver::tree_step::part::Links;
-use crate::solver::tree_step::workspace::Workspace;
+use crate::sweep::link::Sums;
 use nalgebra::Vector3;
 use vi_core::lanes::Register;
 use vi_core::newton::Fault;
@@ -206,9 +207,9 @@ impl Complement {
         matrix.write_row(i, entries, sides);
     }
 
-    /// Relieves the apex of the cluster.
-    pub(super) fn relieve(&self, apex: usize, at: &mut Workspace) {
-        self.relief.parts().for_each(|part| at.relieve(apex, part));
+    /// Relieves the apex of the cluster, by the sums over what hangs on it.
+    pub(super) fn relieve(&self, sums: &mut Sums<One>) {
+        self.relief.parts().for_each(|part| sums.relieve(part));
     }
 
     /// Adds what the multipliers do to `x`, now that the motion of the apex is known.

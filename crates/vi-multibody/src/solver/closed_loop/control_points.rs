@@ -7,9 +7,8 @@
 //! `Z_i` stands in the same independent unknowns at all control points of a step, so that it
 //! changes little between them: the balance is `P_treeᵀ w_i` less the combination of the rows of
 //! `Ĝ_i` that vanishes in the dependent ones, whose places are taken by `g_c`. Letters and
-//! elimination are those of [`super`]. The tree stands at each control point: with `q_{n+1} = q_n =
-//! q_j` its blocks are those of `A_j = P_treeᵀ M P_tree`, and `δu_j = T(u_j)⁻¹` of what the sweeps
-//! find.
+//! elimination are those of [`super`]. The tree is swept at all control points at once, as without
+//! loops ([`TreeSweeps`]); rows and complements follow point by point.
 
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
@@ -17,59 +16,68 @@ use super::loops::Loops;
 use super::path::{Maps, Placed};
 use super::sweep::{Resolution, SMALLEST_REACH};
 use crate::mechanism::Mechanism;
-use crate::solver::tree_step::velocity::TreeVelocity;
+use crate::solver::tree_step::workspace::Workspace;
+use crate::solver::tree_sweeps::TreeSweeps;
+use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_constraints::galerkin::Sweeps;
 use vi_constraints::galerkin::control_points::ControlPoints;
-use vi_constraints::galerkin::sweeps::mix;
 use vi_constraints::scheme::SubStep;
 use vi_core::SeparableSystem;
 use vi_core::galerkin::Stages;
+use vi_core::lanes::Register;
 use vi_core::linear::norm_inf;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::newton::{Block, Fault};
 use vi_core::state::{Memory, State};
 
-crate::opaque_debug!(LoopSweeps);
-
 /// [`Sweeps`] of a mechanism with closed loops whose bodies no potential has to couple.
-pub struct LoopSweeps {
+pub struct LoopSweeps<T: Register> {
+    tree: TreeSweeps<T>,
     points: Vec<Point>, // s + 1  the control points
     dependent: Vec<bool>,
     fresh: bool,            // rows not chosen yet in this step
     resolution: Resolution, // of the last residual
-    w: Vec<f64>,            // n  balance of a control point
-    r: Vec<f64>,            // s d  residual, while corrections are made of it
+    none: Vec<f64>,         // n  momenta, where these do not count
+    x: Vec<f64>,            // d  right-hand side and solution of a control point
 }
 
-/// The tree and its loops at a control point.
+impl<T: Register> std::fmt::Debug for LoopSweeps<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("LoopSweeps").finish_non_exhaustive()
+    }
+}
+
+/// The loops at a control point, and the links there.
 struct Point {
-    tree: TreeVelocity,
+    at: Workspace,
     loops: Loops,
 }
 
-impl LoopSweeps {
+impl<T: Register> LoopSweeps<T> {
     /// For a mechanism with cut joints, and the generic rank of its loop constraints; `None` where
-    /// the sweeps of the tree do not apply.
+    /// the sweeps of the tree do not apply, or `lanes` are too few.
     #[must_use]
     pub fn new(
+        lanes: T,
         mechanism: &Mechanism,
         system: &SeparableSystem,
         rank: &LoopRank,
         stages: Stages,
     ) -> Option<Self> {
         let s = stages.count();
+        let mut tree = TreeSweeps::new(lanes, mechanism, system, stages)?;
         let point = || {
-            let mut tree = TreeVelocity::new(mechanism, system)?;
-            let mut loops = rank.loops(mechanism);
-            loops.carry(&mut tree.at);
-            Some(Point { tree, loops })
+            let (mut at, mut loops) = (Workspace::new(mechanism, system)?, rank.loops(mechanism));
+            loops.carry(&mut at);
+            Some(Point { at, loops })
         };
         let points: Vec<Point> = (0..=s).map(|_| point()).collect::<Option<_>>()?;
+        tree.carry_loops(points[0].loops.clusters.iter().filter_map(Cluster::apex));
         let d = points[0].loops.dof();
         let (dependent, fresh, resolution) = (vec![false; d], true, Resolution::full());
-        let (w, r) = (vec![0.0; mechanism.dim()], vec![0.0; s * d]);
-        Some(Self { points, dependent, fresh, resolution, w, r })
+        let (none, x) = (vec![0.0; mechanism.dim()], vec![0.0; d]);
+        Some(Self { tree, points, dependent, fresh, resolution, none, x })
     }
 
     /// `Ĝ_j` with the rows that are enforced in this step, and `g_c(q_j)`.
@@ -80,15 +88,15 @@ impl LoopSweeps {
         let first = &mut first[0].loops;
         if std::mem::take(fresh) {
             let reach = norm_inf(u).max(SMALLEST_REACH);
-            let Point { tree, loops } = &rest[s - 1];
-            let at = loops.placed(Maps::Sweeps(tree.at.at_links()), points.q(s));
+            let Point { at, loops } = &rest[s - 1];
+            let at = loops.placed(Maps::Sweeps(at.at_links()), points.q(s));
             first.clusters.iter_mut().for_each(|cluster| _ = cluster.choose_rows(at, reach));
         }
         *resolution = Resolution::full();
-        for (j, Point { tree, loops }) in (1..).zip(rest) {
+        for (j, Point { at, loops }) in (1..).zip(rest) {
             let end = points.point(j).end();
             let Loops { tree: maps, clusters, home, column_of, .. } = loops;
-            let links = Maps::Sweeps(tree.at.at_links());
+            let links = Maps::Sweeps(at.at_links());
             let at = Placed { tree: maps, maps: links, home, column_of, q: end.q, next: false };
             for (cluster, first) in clusters.iter_mut().zip(&first.clusters) {
                 resolution.meet(cluster.take_rows_of(first, at)?);
@@ -98,18 +106,79 @@ impl LoopSweeps {
         Ok(())
     }
 
-    /// `q_j = F_d(u_j, q_n)`.
-    fn move_to(&mut self, points: &mut ControlPoints, u: &[f64]) -> Result<(), Fault> {
-        let at = &mut self.points[0].tree.at;
-        for (j, u) in u.chunks_exact(self.dependent.len()).enumerate() {
-            at.advance(u, None)?;
-            at.close(points.point_mut(j + 1));
+    /// Eliminates cluster `c` at all control points, where the links `own` below its apex have
+    /// been.
+    fn eliminate_cluster(
+        &mut self,
+        c: usize,
+        own: Range<usize>,
+        points: &ControlPoints,
+    ) -> Result<(), Fault> {
+        let Self { tree, points: all, x, .. } = self;
+        for (j, Point { at, loops }) in all.iter_mut().enumerate().skip(1) {
+            tree.write_factors(own.clone(), j, at);
+            let Loops { tree: pairs, clusters, home, column_of, .. } = loops;
+            let (links, q) = (at.at_links(), points.q(j));
+            let maps = Maps::Sweeps(links);
+            let placed = Placed { tree: pairs, maps, home, column_of, q, next: true };
+            let cluster = &mut clusters[c];
+            for &k in &cluster.paths.columns {
+                x[k] = tree.side(j, k);
+            }
+            cluster.eliminate((placed, links), x)?;
+            if let Some(apex) = cluster.apex() {
+                tree.change_sums(apex, j, |sums| cluster.relieve(sums));
+            }
         }
         Ok(())
     }
+
+    /// Adds what the multipliers of cluster `c` do, now that the motion of its apex is known.
+    fn release_cluster(&mut self, c: usize) {
+        let Self { tree, points, x, .. } = self;
+        for (j, Point { loops, .. }) in points.iter_mut().enumerate().skip(1) {
+            let cluster = &mut loops.clusters[c];
+            let twist = cluster.apex().map(|apex| tree.twist(apex, j));
+            for &k in &cluster.paths.columns {
+                x[k] = tree.side(j, k);
+            }
+            cluster.release(twist.as_ref(), x);
+            for &k in &cluster.paths.columns {
+                tree.put_side(j, k, x[k]);
+            }
+        }
+    }
+
+    /// One sweep to the root and one back, clusters at their apexes.
+    fn solve(&mut self, points: &ControlPoints) -> Result<(), Fault> {
+        let count = self.points[0].loops.clusters.len();
+        let mut rest = self.points[0].loops.home.len(); // links that are not eliminated yet
+        self.tree.release_links();
+        for c in 0..count {
+            let first = self.first_below(c);
+            self.tree.eliminate(first..rest)?;
+            self.eliminate_cluster(c, first..rest, points)?;
+            rest = first;
+        }
+        self.tree.eliminate(0..rest)?;
+        let mut done = 0;
+        for c in (0..count).rev() {
+            let first = self.first_below(c);
+            self.tree.substitute(done..first);
+            done = first;
+            self.release_cluster(c);
+        }
+        self.tree.substitute(done..self.points[0].loops.home.len());
+        Ok(())
+    }
+
+    /// The first link behind the apex of cluster `c`.
+    fn first_below(&self, c: usize) -> usize {
+        self.points[0].loops.clusters[c].apex().map_or(0, |apex| apex + 1)
+    }
 }
 
-impl Sweeps for LoopSweeps {
+impl<T: Register> Sweeps for LoopSweeps<T> {
     fn dof(&self) -> usize {
         self.dependent.len()
     }
@@ -124,17 +193,18 @@ impl Sweeps for LoopSweeps {
 
     fn open(
         &mut self,
-        _: &impl MechanicalSystem,
+        system: &impl MechanicalSystem,
         points: &mut ControlPoints,
         step: SubStep,
         state: &State,
     ) {
+        self.tree.open(system, points, step, state);
         points.open(step, state);
-        let Self { points: own, dependent, fresh, .. } = self;
+        let Self { points: own, dependent, fresh, none, .. } = self;
         let (first, rest) = own.split_at_mut(1);
-        let Point { tree, loops } = &mut first[0];
-        tree.open(&state.q);
-        loops.begin(Maps::Sweeps(tree.at.at_links()), &state.q, &state.memory);
+        let Point { at, loops } = &mut first[0];
+        at.open([&state.q, none, none]);
+        loops.begin(Maps::Sweeps(at.at_links()), &state.q, &state.memory);
         dependent.fill(false);
         let unknowns = loops.clusters.iter().flat_map(Cluster::dependent);
         unknowns.for_each(|unknown| dependent[unknown] = true);
@@ -153,18 +223,16 @@ impl Sweeps for LoopSweeps {
         r: &mut [f64],
         _anew: bool,
     ) -> Result<(), Fault> {
-        self.move_to(points, u)?;
+        self.settle(system, points, u)?;
+        self.tree.stand();
         for (j, own) in self.points.iter_mut().enumerate().skip(1) {
-            own.tree.rest_at(points.q(j))?;
+            self.tree.write_joints(j, &mut own.at);
         }
         self.close_loops(points, u)?;
-        points.evaluate(system);
+        self.tree.write_balances(r);
         let (h, d) = (points.h(), self.dof());
         for (i, r) in r.chunks_exact_mut(d).enumerate() {
-            points.balance(system, i, &mut self.w);
-            let Point { tree, loops } = &mut self.points[i];
-            tree.at.pull_back_of(points.q(i), &self.w, r);
-            loops.clusters.iter().for_each(|cluster| cluster.project_balance(r));
+            self.points[i].loops.clusters.iter().for_each(|cluster| cluster.project_balance(r));
             let clusters = &self.points[i + 1].loops.clusters;
             clusters.iter().for_each(|cluster| cluster.put_gaps(h, r));
         }
@@ -177,30 +245,30 @@ impl Sweeps for LoopSweeps {
         points: &mut ControlPoints,
         u: &[f64],
     ) -> Result<(), Fault> {
-        self.move_to(points, u)?;
-        points.evaluate(system);
+        self.tree.settle(system, points, u)?;
+        self.tree.write_points(points);
         Ok(())
     }
 
     fn correction(
         &mut self,
         points: &ControlPoints,
-        u: &[f64],
+        _u: &[f64],
         du: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { points: own, r, dependent, .. } = self;
-        let (h, d) = (points.h(), dependent.len());
-        for (own, r) in own[1..].iter_mut().zip(du.chunks_exact_mut(d)) {
+        let (h, d) = (points.h(), self.dof());
+        for (own, r) in self.points[1..].iter_mut().zip(du.chunks_exact_mut(d)) {
             own.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(h, r))?;
         }
-        r.copy_from_slice(du);
-        for (j, (du, u)) in du.chunks_exact_mut(d).zip(u.chunks_exact(d)).enumerate() {
-            mix(|i| h * points.constants().K_hat_inverse[(j, i)], r, du);
-            let Point { tree, loops } = &mut own[j + 1];
-            tree.at.release_links();
-            loops.solve((&mut tree.at, &[], points.q(j + 1)), u, du)?;
-        }
+        self.tree.take_sides(du);
+        self.solve(points)?;
+        self.tree.write_corrections(du);
         if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
+    }
+
+    fn close(&mut self, _: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]) {
+        self.tree.write_momenta(points, p);
+        points.step_mut().close();
     }
 
     fn remember(&self, memory: &mut Memory) {
@@ -209,11 +277,15 @@ impl Sweeps for LoopSweeps {
         }
     }
 
-    fn compose(&self, first: &[f64], u: &mut [f64]) {
-        self.points[0].loops.tree.tree().compose(first, u);
+    fn write_increments(&self, points: &mut ControlPoints) {
+        self.tree.write_increments(points);
     }
 
-    fn clean(&mut self, _t: f64, q: &mut [f64]) {
-        self.points[0].loops.tree.tree().clean(q);
+    fn compose(&self, first: &[f64], u: &mut [f64]) {
+        self.tree.compose(first, u);
+    }
+
+    fn clean(&mut self, t: f64, q: &mut [f64]) {
+        self.tree.clean(t, q);
     }
 }

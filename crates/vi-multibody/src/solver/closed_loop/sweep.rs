@@ -129,7 +129,9 @@ impl Loops {
             let maps = Maps::Sweeps(links);
             let placed = Placed { tree, maps, home, column_of, q, next: true };
             cluster.eliminate((placed, links), x)?;
-            cluster.relieve(at);
+            if let Some(sums) = cluster.apex().and_then(|apex| at.sums_mut(apex)) {
+                cluster.relieve(sums);
+            }
         }
         at.eliminate(0..rest, added, x)?;
         let mut done = 0;

@@ -5,6 +5,7 @@ use super::structure::{BoxedScheme, Solver, has_many_ancestors};
 use crate::mechanism::Mechanism;
 use crate::solver::body_blocks::couples_bodies;
 use crate::solver::closed_loop::control_points::LoopSweeps;
+use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::sparse_nodal::control_points::CoupledSweeps;
 use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_sweeps::TreeSweeps;
@@ -53,10 +54,10 @@ pub(super) fn galerkin(
                 if rank.is_singular() {
                     return Err(loops.refusal(SingularStart::Scheme));
                 }
-                let Some(sweeps) = LoopSweeps::new(mechanism, system, rank, stages) else {
-                    return constrained_only(OTHER_LOOPS);
-                };
-                Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
+                match in_lanes(mechanism, system, Some(rank), stages) {
+                    Some(scheme) => Ok(scheme),
+                    None => constrained_only(OTHER_LOOPS),
+                }
             }
             _ => constrained_only(OTHER_LOOPS),
         },
@@ -74,7 +75,7 @@ pub(super) fn galerkin(
         }
         SchemeKind::Nodal => {
             let sweeps = (solver != Solver::Dense && bodies())
-                .then(|| tree_sweeps(mechanism, system, stages))
+                .then(|| in_lanes(mechanism, system, None, stages))
                 .flatten();
             if let Some(sweeps) = sweeps {
                 return Ok(sweeps);
@@ -92,32 +93,48 @@ pub(super) fn galerkin(
     }
 }
 
-/// The sweeps of a tree of bodies: all control points at once, in the widest registers there are;
-/// `None` where its mass matrix is not one of bodies.
-fn tree_sweeps(
+/// The sweeps of bodies, with or without closed loops of a rank: all control points at once, in the
+/// widest registers there are; `None` where the mass matrix is not one of bodies.
+fn in_lanes(
     mechanism: &Mechanism,
     system: &SeparableSystem,
+    rank: Option<&LoopRank>,
     stages: Stages,
 ) -> Option<BoxedScheme> {
     #[cfg(target_arch = "x86_64")]
     if let Some(wide) = Wide::detect() {
-        return sweeps_in(wide, mechanism, system, stages);
+        return in_enough(wide, mechanism, system, rank, stages);
     }
-    sweeps_in(Plain, mechanism, system, stages)
+    in_enough(Plain, mechanism, system, rank, stages)
 }
 
 /// The same in four or eight lanes.
-fn sweeps_in<T: Register>(
+fn in_enough<T: Register>(
     lanes: T,
     mechanism: &Mechanism,
     system: &SeparableSystem,
+    rank: Option<&LoopRank>,
+    stages: Stages,
+) -> Option<BoxedScheme> {
+    match stages.count() <= T::Lanes::COUNT {
+        true => sweeps(lanes, mechanism, system, rank, stages),
+        false => sweeps(Twice(lanes), mechanism, system, rank, stages),
+    }
+}
+
+/// The same in lanes of one kind.
+fn sweeps<T: Register>(
+    lanes: T,
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    rank: Option<&LoopRank>,
     stages: Stages,
 ) -> Option<BoxedScheme> {
     let n = mechanism.dim();
-    if stages.count() <= T::Lanes::COUNT {
+    let Some(rank) = rank else {
         let sweeps = TreeSweeps::new(lanes, mechanism, system, stages)?;
         return Some(Box::new(GalerkinNodal::new(n, stages, sweeps)));
-    }
-    let sweeps = TreeSweeps::new(Twice(lanes), mechanism, system, stages)?;
+    };
+    let sweeps = LoopSweeps::new(lanes, mechanism, system, rank, stages)?;
     Some(Box::new(GalerkinNodal::new(n, stages, sweeps)))
 }

@@ -39,6 +39,15 @@ fn screw(t: &Twist) -> Screw<Xyz<Narrow>> {
     Screw { linear: vector(&t.linear), angular: vector(&t.angular) }
 }
 
+impl Sums<One> {
+    /// `Â ← Â − x yᵀ`, `p ← p + z x`: what hangs on a link beside its children.
+    pub(in crate::solver) fn relieve(&mut self, (x, y, z): (&Twist, Twist, f64)) {
+        let (x, y) = (screw(x), screw(&y));
+        self.matrix = self.matrix.take(SPACE).minus_outer(x, 1.0, y).held();
+        self.wrench = self.wrench.take(SPACE).plus(x.times(z)).held();
+    }
+}
+
 impl Workspace {
     /// Prepares for closed loops that hang on the links `apexes`; `turns`: whether they pass
     /// through a rotation vector.
@@ -50,13 +59,7 @@ impl Workspace {
         let Self { links, sums, part, turns: unknowns, .. } = self;
         part.forces = vec![Screw::default(); unknowns.len()];
         part.rotations = vec![Rotation::zero(SPACE); if turns { links.len() } else { 0 }];
-        for apex in apexes {
-            if links[apex].slot.is_none() {
-                links[apex].slot = Some(sums.len());
-                part.unwritten.push(sums.len());
-                sums.push(Sums::zero(SPACE));
-            }
-        }
+        part.carry(SPACE, links, sums, apexes);
     }
 
     /// The links as the last sweeps have left them.
@@ -69,15 +72,12 @@ impl Workspace {
     /// Before the sweeps of a linear system: nothing hangs on any link.
     pub(in crate::solver) fn release_links(&mut self) {
         let Self { sums, part, .. } = self;
-        part.unwritten.iter().for_each(|&slot| sums[slot] = Sums::zero(SPACE));
+        part.release(SPACE, sums);
     }
 
-    /// `Â_k ← Â_k − x yᵀ`, `p_k ← p_k + z x`: what hangs on link `k` beside its children.
-    pub(in crate::solver) fn relieve(&mut self, k: usize, (x, y, z): (&Twist, Twist, f64)) {
-        let Some(slot) = self.links[k].slot else { return };
-        let (sums, x, y) = (&mut self.sums[slot], screw(x), screw(&y));
-        sums.matrix = sums.matrix.take(SPACE).minus_outer(x, 1.0, y).held();
-        sums.wrench = sums.wrench.take(SPACE).plus(x.times(z)).held();
+    /// The sums of link `k` over what hangs on it.
+    pub(in crate::solver) fn sums_mut(&mut self, k: usize) -> Option<&mut Sums<One>> {
+        self.links[k].slot.map(|slot| &mut self.sums[slot])
     }
 
     /// `δt'` of link `k` after the substitution.

@@ -33,18 +33,6 @@ impl TreeVelocity {
         Some(Self { at, rest: zeros(), nu: zeros(), none: vec![0.0; system.dim()] })
     }
 
-    /// Opens a step without momenta at `q`.
-    pub(in crate::solver) fn open(&mut self, q: &[f64]) {
-        let Self { at, none, .. } = self;
-        at.open([q, none, none]);
-    }
-
-    /// Opens the step `u = 0`, `q_{n+1} = q_n = q`, without momenta.
-    pub(in crate::solver) fn rest_at(&mut self, q: &[f64]) -> Result<(), Fault> {
-        self.open(q);
-        self.at.advance(&self.rest, None)
-    }
-
     /// Opens the step `u = 0` of 1 s, `q_{n+1} = q_n = q`, and `ν ← Pᵀp`.
     pub(in crate::solver) fn stand(&mut self, q: &[f64], p: &[f64]) -> Result<(), Fault> {
         let Self { at, rest, nu, none } = self;

@@ -24,12 +24,12 @@ use vi_rigid::rotation::MAX_ROTATION;
 #[derive(Debug)]
 pub(in crate::solver) struct Workspace {
     pub(in crate::solver) links: Vec<Link<One>>,
-    pub(super) works: Vec<Work<One>>,
-    pub(super) columns: Vec<ColumnWork<One>>, // d  of joints of several columns, else empty
-    pub(super) turns: Vec<Turn<f64>>,         // d
-    pub(super) gains: Vec<Gain<One>>,
+    pub(in crate::solver) works: Vec<Work<One>>,
+    pub(in crate::solver) columns: Vec<ColumnWork<One>>, // d  of joints of several columns, else empty
+    pub(super) turns: Vec<Turn<f64>>,                    // d
+    pub(in crate::solver) gains: Vec<Gain<One>>,
     pub(super) sums: Vec<Sums<One>>,
-    pub(super) part: Part<One>,
+    pub(in crate::solver) part: Part<One>,
     couplings: Option<Couplings<One>>, // of links with their parents
 }
 

@@ -9,18 +9,19 @@ use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work};
 use crate::sweep::open::open_at_rest;
 use crate::sweep::right_side::eliminate_side;
 use crate::sweep::substitute::substitute;
+use std::ops::Range;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::newton::Fault;
 
 /// The links where they were factorized.
 #[derive(Debug)]
 pub(super) struct Factors<T: Register> {
-    space: ControlPoints<T>,
-    works: Vec<Work<Points<T::Lanes>>>,
-    columns: Vec<ColumnWork<Points<T::Lanes>>>, // d  of joints of several columns, else empty
-    gains: Vec<Gain<Points<T::Lanes>>>,
-    sums: Vec<Sums<Points<T::Lanes>>>,
-    part: Part<Points<T::Lanes>>,
+    pub(super) space: ControlPoints<T>,
+    pub(super) works: Vec<Work<Points<T::Lanes>>>,
+    pub(super) columns: Vec<ColumnWork<Points<T::Lanes>>>, // d  of joints of several columns, else empty
+    pub(super) gains: Vec<Gain<Points<T::Lanes>>>,
+    pub(super) sums: Vec<Sums<Points<T::Lanes>>>,
+    pub(super) part: Part<Points<T::Lanes>>,
     outdated: bool,
 }
 
@@ -33,7 +34,6 @@ impl<T: Register> Factors<T> {
     ) -> Self {
         let slots = links.iter().filter(|link| link.slot.is_some()).count();
         let mut part = Part::new(space);
-        part.links = 0..links.len();
         part.rotations = vec![Rotation::zero(space); links.len()];
         Self {
             space,
@@ -61,17 +61,41 @@ impl<T: Register> Factors<T> {
         u: &[T::Lanes],
         x: &mut [T::Lanes],
     ) -> Result<(), Fault> {
-        let Self { space, works, columns, gains, sums, part, outdated } = self;
-        if *outdated {
-            let pivots = eliminate(*space, links, works, (columns, gains), (sums, &[], part), x);
-            if !pivots.are_at_most(0.0) {
-                return Err(Fault::SingularTangent);
-            }
-            *outdated = false;
+        if self.outdated {
+            self.eliminate(links, 0..links.len(), x)?;
+            self.outdated = false;
         } else {
+            let Self { space, works, columns, gains, part, .. } = self;
             eliminate_side(*space, links, works, (columns, gains, &part.rotations), x);
         }
-        substitute(*space, (links, 0..links.len()), works, (columns, gains), u, x);
+        self.substitute(links, 0..links.len(), u, x);
         Ok(())
+    }
+
+    /// Eliminates a range of links with the right-hand sides `x`.
+    #[inline(always)]
+    pub(super) fn eliminate(
+        &mut self,
+        links: &[Link<Points<T::Lanes>>],
+        range: Range<usize>,
+        x: &mut [T::Lanes],
+    ) -> Result<(), Fault> {
+        let Self { space, works, columns, gains, sums, part, .. } = self;
+        part.links = range;
+        let pivots = eliminate(*space, links, works, (columns, gains), (sums, &[], part), x);
+        if pivots.are_at_most(0.0) { Ok(()) } else { Err(Fault::SingularTangent) }
+    }
+
+    /// Substitutes a range of links at the increments `u`.
+    #[inline(always)]
+    pub(super) fn substitute(
+        &mut self,
+        links: &[Link<Points<T::Lanes>>],
+        range: Range<usize>,
+        u: &[T::Lanes],
+        x: &mut [T::Lanes],
+    ) {
+        let Self { space, works, columns, gains, .. } = self;
+        substitute(*space, (links, range), works, (columns, gains), u, x);
     }
 }

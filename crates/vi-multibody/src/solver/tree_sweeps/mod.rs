@@ -15,6 +15,7 @@
 #![allow(non_snake_case)] // K
 
 mod factors;
+mod lane;
 mod step;
 mod weights;
 
@@ -36,6 +37,7 @@ use vi_constraints::galerkin::control_points;
 use vi_core::galerkin::{GaussLobatto, Stages};
 use vi_core::lanes::{Lanes, Register};
 use vi_core::newton::{Block, Fault};
+use vi_core::state::State;
 use vi_core::{MechanicalSystem, SeparableSystem};
 use vi_rigid::rotation::MAX_ROTATION;
 use weights::{Weights, control_point};
@@ -58,10 +60,12 @@ pub struct TreeSweeps<T: Register> {
     dq: Vec<T::Lanes>,                          // n  Δ_j
     base: Vec<T::Lanes>,                        // n  w_i without the momenta of the increments
     factors: Factors<T>,
-    q: Vec<T::Lanes>, // n  q_j of the factors
-    u: Vec<T::Lanes>, // d
-    r: Vec<T::Lanes>, // d
-    x: Vec<T::Lanes>, // d  corrections
+    q0: Vec<T::Lanes>,    // n  q_n
+    error: Vec<T::Lanes>, // n  its rounding error
+    q: Vec<T::Lanes>,     // n  q_j
+    u: Vec<T::Lanes>,     // d
+    r: Vec<T::Lanes>,     // d
+    x: Vec<T::Lanes>,     // d  corrections
 }
 
 impl<T: Register> TreeSweeps<T> {
@@ -99,6 +103,8 @@ impl<T: Register> TreeSweeps<T> {
             dq: vec![zero; n],
             base: vec![zero; n],
             factors: Factors::new(space, &links, columns),
+            q0: vec![zero; n],
+            error: vec![zero; n],
             q: vec![zero; n],
             u: vec![zero; d],
             r: vec![zero; d],
@@ -135,11 +141,14 @@ impl<T: Register> TreeSweeps<T> {
 
     /// Everything at `q_n`.
     #[inline(always)]
-    fn open_at(&mut self, q: &[f64]) {
-        let Self { space, links, works, columns, start, q: all, .. } = self;
-        start.copy_from_slice(q);
-        all.iter_mut().zip(q).for_each(|(all, q)| *all = space.number(*q));
-        open_joints(*space, links, works, columns, all);
+    fn open_at(&mut self, state: &State) {
+        let Self { space, links, works, columns, start, q0, error, .. } = self;
+        start.copy_from_slice(&state.q);
+        for i in 0..start.len() {
+            q0[i] = space.number(state.q[i]);
+            error[i] = space.number(state.compensation.q[i]);
+        }
+        open_joints(*space, links, works, columns, q0);
     }
 
     /// Root → leaf: increments of the control points; whether all are in the chart.
@@ -158,17 +167,17 @@ impl<T: Register> TreeSweeps<T> {
     /// Factors at the control points.
     #[inline(always)]
     fn move_factors(&mut self) {
-        let Self { space, links, factors, start, dq, q, .. } = self;
-        for ((q, start), dq) in q.iter_mut().zip(start).zip(dq) {
-            *q = space.number(*start) + *dq;
+        let Self { links, factors, q0, dq, q, .. } = self;
+        for ((q, q0), dq) in q.iter_mut().zip(q0).zip(dq) {
+            *q = *q0 + *dq;
         }
         factors.move_to(links, q);
     }
 
-    /// Leaf → root: residuals, and the right-hand sides of the corrections.
+    /// Leaf → root: residuals.
     #[inline(always)]
     fn balance(&mut self) {
-        let Self { space: s, links, weights, works, columns, start, dq, base, r, x, .. } = self;
+        let Self { space: s, links, weights, works, columns, start, dq, base, r, .. } = self;
         for (k, link) in links.iter().enumerate() {
             let (work, m) = (&mut works[k], &weights.masses[k]);
             let (delta, mut w) = (s.read_frame(dq, link.frame), s.read_frame(base, link.frame));
@@ -199,15 +208,61 @@ impl<T: Register> TreeSweeps<T> {
             column.axis_next = with_first(column.axis_next, column.axis);
         }
         pull_back(*s, links, works, columns, r);
-        for (x, r) in x.iter_mut().zip(r) {
-            *x = weights.solve(*r);
+    }
+
+    /// Residuals, `r_i ← P(q_i)ᵀ w_i`.
+    pub(in crate::solver) fn write_balances(&mut self, r: &mut [f64]) {
+        self.space.0.run(
+            #[inline(always)]
+            || self.balance(),
+        );
+        for (i, r) in r.chunks_exact_mut(self.r.len()).enumerate() {
+            r.iter_mut().zip(&self.r).for_each(|(r, all)| *r = all.at(i));
+        }
+    }
+
+    /// `p ← p̄_{n+1} = w_s`.
+    pub(in crate::solver) fn write_momenta(
+        &self,
+        points: &control_points::ControlPoints,
+        p: &mut [f64],
+    ) {
+        let Self { links, weights, dq, force, constant, .. } = self;
+        for (k, link) in links.iter().enumerate() {
+            let own = link.frame..link.frame + 12;
+            let mut mixed = [0.0; 12];
+            for (mixed, dq) in mixed.iter_mut().zip(&dq[own.clone()]) {
+                *mixed = weights.last.iter().enumerate().map(|(l, K)| K * dq.at(l)).sum();
+            }
+            for (i, at) in own.enumerate() {
+                let force = |k: usize| if *constant { force[at] } else { points.force(k)[at] };
+                let weighed = weights.of_last.iter().enumerate();
+                let impulse: f64 = weighed.map(|(k, weight)| weight * force(k)).sum();
+                let momentum: f64 =
+                    (0..4).map(|v| weights.masses[k][i / 3][v] * mixed[3 * v + i % 3]).sum();
+                p[at] = impulse + momentum; // [2.29]
+            }
+        }
+    }
+
+    /// Corrections of all control points.
+    pub(in crate::solver) fn write_corrections(&self, du: &mut [f64]) {
+        let (d, s) = (self.x.len(), self.stages);
+        for place in 0..s {
+            let j = control_point(place, s);
+            for (du, x) in du[(j - 1) * d..j * d].iter_mut().zip(&self.x) {
+                *du = x.at(place);
+            }
         }
     }
 
     /// Corrections.
     #[inline(always)]
     fn correct(&mut self) -> Result<(), Fault> {
-        let Self { links, factors, u, x, .. } = self;
+        let Self { links, weights, factors, u, r, x, .. } = self;
+        for (x, r) in x.iter_mut().zip(r) {
+            *x = weights.solve(*r);
+        }
         factors.solve(links, u, x)
     }
 

@@ -1,5 +1,4 @@
 //! A step by the sweeps: opened, solved, closed.
-#![allow(non_snake_case)] // K
 
 use super::TreeSweeps;
 use super::weights::{Weights, control_point};
@@ -35,7 +34,7 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         let lanes = self.space.0;
         lanes.run(
             #[inline(always)]
-            || self.open_at(&state.q),
+            || self.open_at(state),
         );
         self.constant = system.has_constant_force();
         if self.constant {
@@ -57,20 +56,13 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         anew: bool,
     ) -> Result<(), Fault> {
         self.settle(system, points, u)?;
-        self.space.0.run(
-            #[inline(always)]
-            || {
-                if anew {
-                    self.move_factors();
-                }
-                self.balance();
-            },
-        );
-        for (i, r) in r.chunks_exact_mut(self.r.len()).enumerate() {
-            for (r, lanes) in r.iter_mut().zip(&self.r) {
-                *r = lanes.at(i);
-            }
+        if anew {
+            self.space.0.run(
+                #[inline(always)]
+                || self.move_factors(),
+            );
         }
+        self.write_balances(r);
         Ok(())
     }
 
@@ -110,13 +102,7 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
             #[inline(always)]
             || self.correct(),
         )?;
-        let (d, s) = (self.x.len(), self.stages);
-        for place in 0..s {
-            let j = control_point(place, s);
-            for (du, x) in du[(j - 1) * d..j * d].iter_mut().zip(&self.x) {
-                *du = x.at(place);
-            }
-        }
+        self.write_corrections(du);
         Ok(())
     }
 
@@ -126,23 +112,10 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         points: &mut ControlPoints,
         p: &mut [f64],
     ) {
-        let Self { links, weights, dq, force, constant, tree, .. } = self;
+        self.write_momenta(points, p);
+        let Self { links, dq, tree, .. } = self;
         for (k, link) in links.iter().enumerate() {
-            let own = link.frame..link.frame + 12;
-            let dq = &dq[own.clone()];
-            let mut mixed = [0.0; 12];
-            for (mixed, dq) in mixed.iter_mut().zip(dq) {
-                *mixed = weights.last.iter().enumerate().map(|(l, K)| K * dq.at(l)).sum();
-            }
-            for (i, at) in own.enumerate() {
-                let force = |k: usize| if *constant { force[at] } else { points.force(k)[at] };
-                let weighed = weights.of_last.iter().enumerate();
-                let impulse: f64 = weighed.map(|(k, weight)| weight * force(k)).sum();
-                let momentum: f64 =
-                    (0..4).map(|v| weights.masses[k][i / 3][v] * mixed[3 * v + i % 3]).sum();
-                p[at] = impulse + momentum; // [2.29]
-            }
-            let at = |v: usize| three!(i => dq[3 * v + i].at(0));
+            let at = |v: usize| three!(i => dq[link.frame + 3 * v + i].at(0));
             tree.move_link(k, &at(0), &three!(i => at(i + 1)), points.step_mut());
         }
         points.step_mut().close();
