@@ -4,6 +4,7 @@
 use crate::dense::off_dense;
 use vi_constraints::{Options, SchemeKind};
 use vi_core::Quadrature;
+use vi_core::galerkin::Stages;
 use vi_multibody::builder::{BodyId, Inertia};
 use vi_multibody::closed_loop::step::LoopStep;
 use vi_multibody::loop_rank::LoopRank;
@@ -151,6 +152,19 @@ fn apart(built: &BuiltMechanism) -> f64 {
     off_dense(built, Options::new(SchemeKind::Nodal, 0.005)).0
 }
 
+/// By how much Galerkin steps by the sweeps differ from those in constrained form, by one matrix of
+/// all control points; the most iterations of a step by the sweeps.
+fn galerkin_apart(built: &BuiltMechanism, stages: usize) -> (f64, usize) {
+    let [(nodal, iterations), (constrained, _)] =
+        [SchemeKind::Nodal, SchemeKind::Constrained].map(|kind| {
+            let options = Options::new(kind, 0.005).galerkin(Stages::new(stages).unwrap());
+            let mut run = built.clone().integrator(options).unwrap();
+            let most = (0..5).map(|_| run.step().unwrap().iterations).max();
+            (run.state().q.clone(), most.unwrap())
+        });
+    (nodal.iter().zip(&constrained).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max), iterations)
+}
+
 /// Rank and apex of the clusters that the sweeps solve.
 fn clusters(built: &BuiltMechanism) -> Vec<(usize, Option<usize>)> {
     let system = built.system(Quadrature::Midpoint);
@@ -202,6 +216,30 @@ fn steps_are_those_of_dense_matrices_with_loops_on_free_bodies() {
     let off = apart(&built);
     println!("states off by {off:.1e}, clusters {found:?}");
     assert!(off < 1e-11, "off by {off:e}");
+}
+
+#[test]
+fn galerkin_steps_are_those_in_constrained_form() {
+    use PairKind::{Cylindrical, Planar, Prismatic, Revolute, Screw, Spherical, Universal};
+    let screw = Screw(vi_multibody::pair::screw::Pitch::new(0.05));
+    let loops = [
+        windows(3, false),
+        scissors(3),
+        clusters_on_bodies(),
+        floating_clusters(),
+        loop_of([Revolute, Spherical, Spherical, Revolute], true),
+        loop_of([Planar, Universal, Cylindrical, Revolute], true),
+        loop_of([screw, Universal, Spherical, Prismatic], false),
+    ];
+    for (i, built) in loops.iter().enumerate() {
+        for stages in [2, 6] {
+            let (off, iterations) = galerkin_apart(built, stages);
+            let what = format!("mechanism {i}, {stages} control points");
+            println!("{what}: configurations off by {off:.1e}, {iterations} iterations");
+            assert!(off < 1e-11, "{what}: off by {off:e}");
+            assert!(iterations <= 12, "{what}: {iterations} iterations"); // factors are right
+        }
+    }
 }
 
 #[test]
