@@ -18,7 +18,7 @@ use vi_core::newton::Fault;
 pub(super) struct Factors<T: Register> {
     pub(super) space: ControlPoints<T>,
     pub(super) works: Vec<Work<Points<T::Lanes>>>,
-    pub(super) columns: Vec<ColumnWork<Points<T::Lanes>>>, // d  of joints of several columns, else empty
+    pub(super) columns: Vec<ColumnWork<Points<T::Lanes>>>, // d  of joints of several, else none
     pub(super) gains: Vec<Gain<Points<T::Lanes>>>,
     pub(super) sums: Vec<Sums<Points<T::Lanes>>>,
     pub(super) part: Part<Points<T::Lanes>>,
