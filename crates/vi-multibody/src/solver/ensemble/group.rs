@@ -144,7 +144,8 @@ impl<T: Register> Lanewise<T> {
     ) {
         let count = self.sub_steps.len();
         let (mut alone, mut off) = ([false; MOST], 0);
-        for lane in self.moving() {
+        let reads = self.own.iter().any(|own| own.is_read);
+        for lane in self.moving().filter(|_| reads) {
             if self.own[lane].is_read {
                 self.bring((lane, 0), &mut members[lane]);
             }
@@ -156,7 +157,7 @@ impl<T: Register> Lanewise<T> {
         for index in 0..count {
             let h = self.sub_steps[index] * self.step;
             let last = (index + 1 == count).then_some(self.step);
-            for lane in self.moving() {
+            for lane in self.moving().filter(|_| reads || self.kernel.acts()) {
                 let (own, run) = (&mut self.own[lane], &members[lane]);
                 if own.is_opened() {
                     let span = (h, own.end_of(h, last));
@@ -189,7 +190,7 @@ impl<T: Register> Lanewise<T> {
             }
             if failures[lane].is_some() {
                 self.kernel.what[lane] = Lane::Idle;
-            } else if reader.wants(lane) {
+            } else if reads && reader.wants(lane) {
                 reader.read(lane, run);
             }
         }
@@ -246,12 +247,15 @@ impl<T: Register> Group for Lanewise<T> {
                 self.kernel.what[lane] = Lane::Idle;
             }
         }
+        for (lane, own) in self.own.iter_mut().enumerate() {
+            own.is_read = reader.wants(lane);
+        }
         for left in (0..steps).rev() {
             if self.moving().next().is_none() {
                 break;
             }
-            for (lane, own) in self.own.iter_mut().enumerate() {
-                own.is_read = left == 0 || reader.wants(lane);
+            if left == 0 {
+                self.own.iter_mut().for_each(|own| own.is_read = true);
             }
             self.step(members, failures, reader);
         }

@@ -162,6 +162,11 @@ impl<T: Register> Kernel<T> {
         }
     }
 
+    /// Whether anything acts beside constant forces.
+    pub(super) fn acts(&self) -> bool {
+        self.acts_along || !self.added.is_empty()
+    }
+
     /// Coordinates at the start of a sub-step and their rounding errors.
     pub(super) fn coordinates(&self) -> [&[T::Lanes]; 2] {
         [&self.q, &self.compensation]
@@ -227,7 +232,9 @@ impl<T: Register> Kernel<T> {
             if !self.what[..count].contains(&Lane::Running) {
                 return;
             }
-            self.assemble(members, own);
+            if self.acts() {
+                self.assemble(members, own);
+            }
             let (size, resolved) = lanes.run(
                 #[inline(always)]
                 || self.correct(h),
@@ -326,10 +333,7 @@ impl<T: Register> Kernel<T> {
 
     /// What acts adds to the matrix.
     fn assemble(&mut self, members: &[MechanismIntegrator], own: &mut [Member]) {
-        let Self { links, works, columns, added, acts_along, what, .. } = self;
-        if added.is_empty() && !*acts_along {
-            return;
-        }
+        let Self { links, works, columns, added, what, .. } = self;
         for (lane, (run, own)) in members.iter().zip(own).enumerate() {
             if what[lane] == Lane::Running {
                 own.add_to_matrix(LaneOf { lane, run }, added, |link, unknown, slope| {
