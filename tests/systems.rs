@@ -64,8 +64,6 @@ mod beams {
     mod dissipative_strains;
     mod driven_beams;
     mod flexible_multibody;
-    mod helicoidal_beams;
-    mod helicoidal_element;
     mod material_damping;
     mod stiff_beams;
 }

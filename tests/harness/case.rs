@@ -1,6 +1,6 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
-use super::{beam, galerkin, pendulum, rigid};
+use super::{beam, galerkin, helicoidal, pendulum, rigid};
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use std::path::Path;
@@ -129,6 +129,7 @@ pub enum Case {
     Rigid(Box<rigid::RigidCase>),
     Beam(Box<beam::BeamCase>),
     Galerkin(Box<galerkin::GalerkinCase>),
+    Helicoidal(Box<helicoidal::HelicoidalCase>),
     Coefficients(galerkin::Coefficients),
 }
 
@@ -151,6 +152,9 @@ impl Case {
         match kind.as_str() {
             "pendulum2d" => Ok(Self::Pendulum(serde_json::from_str(&text).map_err(unreadable)?)),
             "rigid" => Ok(Self::Rigid(serde_json::from_str(&text).map_err(unreadable)?)),
+            "element" | "static" | "modes" | "dynamic" if value.get("strain_rule").is_some() => {
+                Ok(Self::Helicoidal(serde_json::from_str(&text).map_err(unreadable)?))
+            }
             "beam" => Ok(Self::Beam(serde_json::from_str(&text).map_err(unreadable)?)),
             _ => Err(format!("unknown kind `{kind}`")),
         }
@@ -162,7 +166,7 @@ impl Case {
         match self {
             Self::Pendulum(case) => case.legendre(),
             Self::Rigid(case) => case.legendre(),
-            Self::Beam(_) | Self::Galerkin(_) | Self::Coefficients(_) => None,
+            Self::Beam(_) | Self::Galerkin(_) | Self::Helicoidal(_) | Self::Coefficients(_) => None,
         }
     }
 
@@ -172,6 +176,7 @@ impl Case {
             Self::Rigid(case) => case.run(),
             Self::Beam(case) => case.run(),
             Self::Galerkin(case) => case.run(),
+            Self::Helicoidal(case) => case.run(),
             Self::Coefficients(table) => table.run(),
         }
     }

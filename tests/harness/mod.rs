@@ -5,6 +5,7 @@ pub mod beam;
 pub mod case;
 pub mod em;
 pub mod galerkin;
+pub mod helicoidal;
 pub mod hostile;
 pub mod legendre;
 pub mod models;
