@@ -172,8 +172,8 @@ fn while_recording(model: &Model) -> usize {
     counts[59] - counts[10]
 }
 
-/// Steps of members in lanes allocate nothing, however many they are: with nothing but gravity, with
-/// springs and dampers of joints, with springs, dampers and loads on bodies; recorded or not, of
+/// Steps of members in lanes allocate nothing, however many they are: with nothing but gravity,
+/// with springs and dampers of joints, with springs, dampers and loads on bodies; recorded or not, of
 /// order 2 or composed.
 #[test]
 fn no_step_of_an_ensemble_allocates() {

@@ -6,7 +6,8 @@
 //! ```
 //! Both formats become the same `Robot`: links with joints. What has no counterpart in a model file
 //! is listed as a [`Remark`]; nothing is dropped silently. The initial configuration is the one
-//! that the description draws, with all joints at zero, unless [`ImportOptions::values`] says otherwise.
+//! that the description draws, with all joints at zero, unless [`ImportOptions::values`] says
+//! otherwise.
 //!
 //! | type | is |
 //! |---|---|

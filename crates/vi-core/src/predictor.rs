@@ -222,8 +222,8 @@ impl History {
         self.increments[place * self.unknowns..(place + 1) * self.unknowns].copy_from_slice(u);
     }
 
-    /// Replaces what is known of sub-step `k`: `count` increments of steps of length `h`, written by
-    /// `write(age, increment)`, the newest of age 0. Allocates nothing.
+    /// Replaces what is known of sub-step `k`: `count` increments of steps of length `h`, written
+    /// by `write(age, increment)`, the newest of age 0. Allocates nothing.
     pub fn replace(
         &mut self,
         k: usize,

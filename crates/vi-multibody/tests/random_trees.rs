@@ -1,6 +1,6 @@
 //! Identities on random trees of all joint types: `G P = 0`, the pair maps stay on the constraints,
-//! tangents against differences, the sweeps of emitted matrices and the descriptor form against dense
-//! matrices.
+//! tangents against differences, the sweeps of emitted matrices and the descriptor form against
+//! dense matrices.
 
 #![allow(clippy::unwrap_used)] // a test
 

@@ -1,7 +1,7 @@
 //! What is verified, as the measurements see it.
 //!
-//! A [`Subject`] can be started with any method and step; the [`RunningMotion`] it gives is stepped,
-//! reversed and asked. Integrators become motions by [`crate::running`]; model files are
+//! A [`Subject`] can be started with any method and step; the [`RunningMotion`] it gives is
+//! stepped, reversed and asked. Integrators become motions by [`crate::running`]; model files are
 //! subjects, and so is a deliberately broken integrator.
 
 use super::equations::{Equations, ReactionWrench};

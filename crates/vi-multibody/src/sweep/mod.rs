@@ -23,9 +23,9 @@
 //! `Â − Â S' D⁻¹ Sᵀ Â = diag(Â_ll − Â_la Â_aa⁻¹ Â_al, 0)` of a spherical joint is without `T`: that
 //! enters last, `δθ = T⁻¹ δω`.
 //!
-//! At the control points of a Galerkin step balances are projected at the end of the motion, and the
-//! tree of a linear system stands still there: `S = S'`, matrices are symmetric, and the factors
-//! serve several right-hand sides ([`right_side`]).
+//! At the control points of a Galerkin step balances are projected at the end of the motion, and
+//! the tree of a linear system stands still there: `S = S'`, matrices are symmetric, and the
+//! factors serve several right-hand sides ([`right_side`]).
 //!
 //! A sweep judges nothing: it returns the largest rotation, and a sum that is not a number where
 //! something is not finite. Its caller refuses the step.

@@ -3,7 +3,8 @@
 use super::echelon::Echelon;
 use super::path::Paths;
 
-/// The rows of a cluster in a step: those that `U` was found from where they are enforced, else `U`.
+/// The rows of a cluster in a step: those that `U` was found from where they are enforced, else
+/// `U`.
 pub(super) struct Rows<'a> {
     pub(super) paths: &'a mut Paths,
     pub(super) basis: &'a Echelon,  // U

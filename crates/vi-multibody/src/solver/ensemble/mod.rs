@@ -13,8 +13,8 @@
 //! | with springs, dampers, motors of joints, loads, springs and dampers between a body and the ground, constant or varying | in lanes; what acts is evaluated member by member |
 //! | with springs between two bodies, closed loops, point masses, beams; other schemes | each by its own integrator, one after the other or on several threads |
 //!
-//! Lanes halve the time of the sweeps; where springs and loads on bodies take most of the time, they
-//! gain nothing. Threads ([`Ensemble::advance_on`]) serve all members.
+//! Lanes halve the time of the sweeps; where springs and loads on bodies take most of the time,
+//! they gain nothing. Threads ([`Ensemble::advance_on`]) serve all members.
 //!
 //! A node of a member is read by [`Ensemble::record`] as that of an integrator
 //! ([`Integrator::advance`](vi_constraints::Integrator::advance)), with the same bits.

@@ -25,7 +25,7 @@ use vi_rigid::rotation::MAX_ROTATION;
 pub(in crate::solver) struct Workspace {
     pub(in crate::solver) links: Vec<Link<One>>,
     pub(in crate::solver) works: Vec<Work<One>>,
-    pub(in crate::solver) columns: Vec<ColumnWork<One>>, // d  of joints of several columns, else empty
+    pub(in crate::solver) columns: Vec<ColumnWork<One>>, // d  of joints of several columns
     pub(super) turns: Vec<Turn<f64>>,                    // d
     pub(in crate::solver) gains: Vec<Gain<One>>,
     pub(super) sums: Vec<Sums<One>>,
