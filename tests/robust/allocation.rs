@@ -173,8 +173,8 @@ fn while_recording(model: &Model) -> usize {
 }
 
 /// Steps of members in lanes allocate nothing, however many they are: with nothing but gravity,
-/// with springs and dampers of joints, with springs, dampers and loads on bodies; recorded or not, of
-/// order 2 or composed.
+/// with springs and dampers of joints, with springs, dampers and loads on bodies; recorded or not,
+/// of order 2 or composed.
 #[test]
 fn no_step_of_an_ensemble_allocates() {
     let swing = |k: u32, acting: &str| {

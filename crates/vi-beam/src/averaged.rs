@@ -39,8 +39,8 @@
 //! τ = N̂ℓ²/32 + h²N̂²/(16 Aρ)
 //! ```
 //! it is stable at every step: `N̂` ties the directors to the wave of a taut rope, the first part
-//! of `τ` covers the turning of its nodes, the second the wave. `N̂` is a constant of the element, so
-//! the map is symplectic and reversible, its order is 2 and momenta are exact; a resolved wave
+//! of `τ` covers the turning of its nodes, the second the wave. `N̂` is a constant of the element,
+//! so the map is symplectic and reversible, its order is 2 and momenta are exact; a resolved wave
 //! changes its frequency by the part `(hω)⁴/32` for `N̂` close to the tension.
 //!
 //! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94;

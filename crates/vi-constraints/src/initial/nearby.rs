@@ -160,8 +160,8 @@ pub enum RankNearby {
 
 impl IndependentRows {
     /// [`IndependentRows::find`], unless more are independent in configurations nearby
-    /// ([`crate::nearby`]): then `(t, q)` is singular, and the rank nearby is the error. Rows that many coordinates connect
-    /// must all be independent.
+    /// ([`crate::nearby`]): then `(t, q)` is singular, and the rank nearby is the error. Rows that
+    /// many coordinates connect must all be independent.
     ///
     /// # Errors
     /// The rank nearby; no rank when no closed configuration was found there, or the dense matrices
