@@ -7,7 +7,7 @@
 //! ```
 //! See [`mod@vi_statics::modes`], [`mod@vi_statics::vibrations`], [`vi_statics::rotation`]. Modes
 //! without stiffness (rigid-body motions, spins, idle degrees of freedom) have `ω = 0`. Initial
-//! velocities count for [`About::RotationReport`] alone.
+//! velocities count for [`About::Rotation`] alone.
 
 mod campbell;
 mod report;
