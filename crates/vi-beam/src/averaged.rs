@@ -285,10 +285,13 @@ mod tests {
 
     fn check_slot_derivatives(scaling: f64, kind: ElementKind) {
         let mut sample = Sample::new(21);
-        let (elements, _) = random_elements(&mut sample);
-        let q0 = near_frames(&mut sample);
-        let elements = with_strains(elements, kind, &q0);
-        let q1: Vec<f64> = q0.iter().map(|q| q + 0.05 * sample.number()).collect();
+        let (mut elements, mut q0) = random_elements(&mut sample);
+        let mut reach = 0.3;
+        if kind != ElementKind::MeanDirectors {
+            (q0, reach) = (near_frames(&mut sample), 0.05); // ψ < π
+            elements = with_strains(elements, kind, &q0);
+        }
+        let q1: Vec<f64> = q0.iter().map(|q| q + reach * sample.number()).collect();
         let mut U_d = AveragedStrains::mass_scaled(elements, scaling, vec![0.0, 1e-3]);
         if scaling > 0.0 {
             U_d = U_d.with_tension_mass(vec![0.7, 2.0]);

@@ -231,7 +231,7 @@ pub(crate) mod tests {
     }
 
     pub(crate) fn moved(q: &[f64], sample: &mut Sample) -> Vec<f64> {
-        q.iter().map(|q| q + 0.1 * sample.number()).collect()
+        q.iter().map(|q| q + 0.3 * sample.number()).collect()
     }
 
     fn change(q: &[f64], i: usize, by: f64) -> Vec<f64> {
@@ -272,7 +272,10 @@ pub(crate) mod tests {
                 2 => damped_helix(&mut sample),
                 _ => damped(&mut sample, kind == 1),
             };
-            let (q1, v) = (moved(&q0, &mut sample), moved(&q0, &mut sample));
+            let (mut q1, v) = (moved(&q0, &mut sample), moved(&q0, &mut sample));
+            if kind == 2 {
+                q1.iter_mut().zip(&q0).for_each(|(q1, q0)| *q1 = q0 + (*q1 - q0) / 3.0); // ψ < π
+            }
             let assemble = |emit: &dyn Fn(&mut dyn Entries)| SparseMatrix::assemble(N, N, emit);
             let s = Interval::between(0.0, 1.0, &q0, &q1);
             let by_end = difference(&assemble(&|out| damping.add_minus_d2(&s, out)), &q1, |q1| {
