@@ -29,7 +29,7 @@ pub struct Deviation {
     pub momentum: f64,
 }
 
-fn raise(worst: &mut f64, value: f64) {
+pub fn raise(worst: &mut f64, value: f64) {
     if value > *worst || value.is_nan() {
         *worst = value;
     }

@@ -1,7 +1,7 @@
 //! Cases of helicoidal beam elements: one element, equilibria, modes, motions.
 #![allow(non_snake_case)] // letters of the element
 
-use super::case::{Deviation, Runs, Tolerance};
+use super::case::{Deviation, Runs, Tolerance, raise};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Matrix6, Vector3, Vector6};
 use serde::Deserialize;
 use std::sync::Arc;
@@ -11,6 +11,7 @@ use vi_beam::helicoidal::{Forms, Helicoidal, forms};
 use vi_beam::strain::{ElementCoordinates, Strain};
 use vi_beam::{BeamModel, Elements, MassKind, Mesh, Section};
 use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_core::linear::norm_inf;
 use vi_core::potential::Potential;
 use vi_core::{Quadrature, SparseMatrix};
 use vi_emscheme::beam::BeamGradient;
@@ -123,13 +124,7 @@ fn relative(found: &DMatrix<f64>, expected: &DMatrix<f64>) -> f64 {
     if found.shape() != expected.shape() {
         return f64::NAN;
     }
-    let largest = |m: DMatrix<f64>| m.iter().fold(0.0, |worst, x| larger(worst, x.abs()));
-    largest(found - expected) / largest(expected.clone())
-}
-
-/// The larger of two; NaN stays.
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b || a.is_nan() { a } else { b }
+    norm_inf((found - expected).as_slice()) / norm_inf(expected.as_slice())
 }
 
 /// `P`, the velocity map of all nodes: `u_φ` and the spatial `θ` of each.
@@ -240,7 +235,7 @@ impl HelicoidalCase {
         elements.emit_mass(&mut M);
         let M = DMatrix::from_fn(8, 8, |i, j| M[(3 * i, 3 * j)]);
         let expected = self.mass_matrix.as_ref().ok_or_else(|| missing("mass_matrix"))?;
-        worst = larger(worst, relative(&M, &matrix(expected)));
+        raise(&mut worst, relative(&M, &matrix(expected)));
         let n = Strain::from(self.weights.ok_or_else(|| missing("weights"))?);
         let mut all: Vec<Forms> = Vec::new();
         for state in &self.states {
@@ -253,26 +248,26 @@ impl HelicoidalCase {
                 (eta.as_slice(), &state.strain[..]),
             ] {
                 let n = expected.len();
-                worst = larger(worst, relative(&copy(found, n, 1), &copy(expected, n, 1)));
+                raise(&mut worst, relative(&copy(found, n, 1), &copy(expected, n, 1)));
             }
             let energy = 0.5 * element.length * eta.dot(&(C_r * eta));
-            worst = larger(worst, (energy / state.energy - 1.0).abs());
+            raise(&mut worst, (energy / state.energy - 1.0).abs());
             let P = node_map(x.as_slice());
             let gradient = element.force(&x, &(element.length * C_r * eta));
             let gradient = P.tr_mul(&copy(gradient.as_slice(), 24, 1));
-            worst = larger(worst, relative(&gradient, &copy(&state.gradient, 12, 1)));
+            raise(&mut worst, relative(&gradient, &copy(&state.gradient, 12, 1)));
             let H = element.tangent(&x, &Matrix6::zeros(), &n);
             let mut H = P.tr_mul(&(copy(H.as_slice(), 24, 24) * &P));
             add_curvature(x.as_slice(), element.force(&x, &n).as_slice(), &mut H);
             let expected = matrix(&state.hessian_of_weighted_strains);
-            worst = larger(worst, relative(&H, &expected));
+            raise(&mut worst, relative(&H, &expected));
             all.push(y);
         }
         let [from, to] = &all[..] else { return Err(missing("one of two states")) };
         let between = law.discrete_slopes([from, to], &reference);
         let expected = self.discrete_derivative.as_ref();
         let expected = matrix(expected.ok_or_else(|| missing("discrete_derivative"))?);
-        worst = larger(worst, relative(&copy(between.as_slice(), 6, 7), &expected));
+        raise(&mut worst, relative(&copy(between.as_slice(), 6, 7), &expected));
         Ok(Deviation { q: worst / self.tolerance, ..Deviation::default() })
     }
 
@@ -401,7 +396,7 @@ impl HelicoidalCase {
         let (elements, mechanism) = (self.elements()?, self.mechanism()?);
         let mass = self.mass(&mechanism, &elements);
         let mu = self.mu.as_ref().ok_or("mu is missing")?;
-        let most = mu.iter().copied().fold(0.0, larger);
+        let most = norm_inf(mu);
         let slowness = mu.iter().map(|mu| (most - mu) * h * h).collect(); // μ = most − slowness/h²
         let mut strains = AveragedStrains::mass_scaled(elements, most, slowness);
         if let Some(bounds) = &self.tension_mass {
@@ -447,7 +442,8 @@ impl HelicoidalCase {
         let Some(free) = energies.get(after..).filter(|free| !free.is_empty()) else {
             return Ok(deviation);
         };
-        let drift = free.iter().map(|e| (e / free[0] - 1.0).abs()).fold(0.0, larger);
+        let drifts: Vec<f64> = free.iter().map(|e| e / free[0] - 1.0).collect();
+        let drift = norm_inf(&drifts);
         Ok(Deviation { energy: drift / 1e-12, ..deviation })
     }
 }

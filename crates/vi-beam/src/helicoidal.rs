@@ -82,11 +82,15 @@ pub fn gradients(x: &ElementCoordinates, length: f64) -> SMatrix<f64, SIZE, FORM
     out
 }
 
+/// The factors of the strains of mean directors in `Σ_k c_k 𝔹_k`.
+fn of_mean(c: &Forms, length: f64) -> Strain {
+    Strain::from_fn(|i, _| if i < 3 { c[i] } else { length * c[i] })
+}
+
 /// `Σ_k c_k 𝔹_k x`.
 #[must_use]
 pub fn force(x: &ElementCoordinates, length: f64, c: &Forms) -> ElementCoordinates {
-    let of_mean = Strain::from_fn(|i, _| if i < 3 { c[i] } else { length * c[i] });
-    let mut out = strain::force(x, length, &of_mean);
+    let mut out = strain::force(x, length, &of_mean(c, length));
     for k in 3..12 {
         let half = 0.25 * c[6] * (x[12 + k] - x[k]);
         (out[k], out[12 + k]) = (out[k] - half, out[12 + k] + half);
@@ -97,8 +101,7 @@ pub fn force(x: &ElementCoordinates, length: f64, c: &Forms) -> ElementCoordinat
 /// `Σ_k c_k B_k` with `𝔹_k = B_k ⊗ I_3`.
 #[must_use]
 pub fn weighted_matrix(c: &Forms, length: f64) -> SMatrix<f64, 8, 8> {
-    let of_mean = Strain::from_fn(|i, _| if i < 3 { c[i] } else { length * c[i] });
-    let mut B = strain::weighted_matrix(&of_mean, length);
+    let mut B = strain::weighted_matrix(&of_mean(c, length), length);
     for director in 1..4 {
         let (a, b) = (director, 4 + director);
         B[(a, a)] += 0.25 * c[6];
@@ -227,20 +230,23 @@ impl Helicoidal {
     }
 }
 
+/// `c_1, c_2, …` of `f = Σ c_j s^j`: `c_0 = 1`, `c_{j+1} = c_j (2j + 2)/(2j + 3)`.
+const SERIES: [f64; 20] = {
+    let (mut c, mut last, mut j) = ([0.0; 20], 1.0, 0);
+    while j < c.len() {
+        last *= (2 * j + 2) as f64 / (2 * j + 3) as f64;
+        c[j] = last;
+        j += 1;
+    }
+    c
+};
+
 /// `k = (f − 1)/s` and two derivatives; `f = 1 + s k`.
 fn gap(s: f64) -> [f64; 3] {
-    const TERMS: usize = 20;
     const SERIES_BELOW: f64 = 0.05;
     if s < SERIES_BELOW {
-        // f = Σ c_j s^j,  c_0 = 1,  c_{j+1} = c_j (2j+2)/(2j+3)
-        let mut c = [0.0; TERMS];
-        let mut last = 1.0;
-        for (j, c) in c.iter_mut().enumerate() {
-            last *= (2 * j + 2) as f64 / (2 * j + 3) as f64;
-            *c = last;
-        }
         let mut k = [0.0; 3];
-        for c in c.iter().rev() {
+        for c in SERIES.iter().rev() {
             k = [k[0] * s + c, k[1] * s + k[0], k[2] * s + 2.0 * k[1]];
         }
         return k;
