@@ -56,6 +56,7 @@ use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
+use vi_core::strain_energy::StrainEnergy;
 
 /// The largest `μ` of [`crate::StrainRule::MassScaled`].
 pub const MASS_SCALING: f64 = 0.125;
@@ -249,6 +250,10 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.elements.add_hessian(at.q, scale, out);
+    }
+
+    fn strain_energy(&self) -> Option<&dyn StrainEnergy> {
+        Some(&self.elements)
     }
 
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {

@@ -29,6 +29,7 @@ use std::sync::Arc;
 use vi_core::interval::Interval;
 use vi_core::potential::Potential;
 use vi_core::sparse::{Entries, OuterProduct};
+use vi_core::strain_energy::StrainEnergy;
 
 /// An element that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -593,6 +594,53 @@ impl Potential for Elements {
             let c = scale * element.length * C;
             let n = c * element.strain(&x);
             element.emit(&element.tangent(&x, &c, &n), out);
+        }
+    }
+
+    fn strain_energy(&self) -> Option<&dyn StrainEnergy> {
+        Some(self)
+    }
+}
+
+impl StrainEnergy for Elements {
+    fn stress_count(&self) -> usize {
+        6 * self.elements.len()
+    }
+
+    fn stresses(&self, q: &[f64], sigma: &mut [f64]) {
+        for ((element, C), own) in self.iter().zip(sigma.chunks_exact_mut(6)) {
+            own.copy_from_slice((C * element.strain(&element.coordinates(q))).as_slice());
+        }
+    }
+
+    fn stress_rates(&self, q: &[f64], v: &[f64], sigma: &mut [f64]) {
+        for ((element, C), own) in self.iter().zip(sigma.chunks_exact_mut(6)) {
+            let [x, v] = [q, v].map(|q| element.coordinates(q));
+            own.copy_from_slice((C * element.gradients(&x).tr_mul(&v)).as_slice());
+        }
+    }
+
+    fn add_stress_force(&self, q: &[f64], sigma: &[f64], scale: f64, out: &mut [f64]) {
+        for (element, own) in self.elements.iter().zip(sigma.chunks_exact(6)) {
+            let n = scale * element.length * Strain::from_column_slice(own);
+            element.scatter(&element.force(&element.coordinates(q), &n), out);
+        }
+    }
+
+    fn add_stressed_hessian(&self, q: &[f64], sigma: &[f64], scale: f64, out: &mut dyn Entries) {
+        for ((element, C), own) in self.iter().zip(sigma.chunks_exact(6)) {
+            let weight = scale * element.length;
+            let n = weight * Strain::from_column_slice(own);
+            let x = element.coordinates(q);
+            element.emit(&element.tangent(&x, &(weight * C), &n), out);
+        }
+    }
+
+    fn add_geometric_stiffness(&self, q: &[f64], sigma: &[f64], scale: f64, out: &mut dyn Entries) {
+        for (element, own) in self.elements.iter().zip(sigma.chunks_exact(6)) {
+            let n = scale * element.length * Strain::from_column_slice(own);
+            let x = element.coordinates(q);
+            element.emit(&element.tangent(&x, &Matrix6::zeros(), &n), out);
         }
     }
 }

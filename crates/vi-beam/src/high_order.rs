@@ -27,6 +27,7 @@ use nalgebra::{Matrix6, Vector3};
 use std::ops::Range;
 use vi_core::potential::Potential;
 use vi_core::sparse::{Entries, OuterProduct};
+use vi_core::strain_energy::StrainEnergy;
 
 const MOST: usize = 4; // nodes of an element
 /// Gauss points and weights on `[−1, 1]`.
@@ -120,6 +121,17 @@ impl IntegrationPoint {
             }
         }
         out
+    }
+
+    /// `∇ε·v`.
+    fn strain_rates(&self, q: &[f64], v: &[f64]) -> Strain {
+        let gradients = self.gradients(q);
+        let mut rates = Strain::zeros();
+        for ((j, node), slot) in self.members().flat_map(|at| (0..4).map(move |slot| (at, slot))) {
+            let own = vector(v, node, slot);
+            rates.iter_mut().zip(&gradients).for_each(|(rate, g)| *rate += g[j][slot].dot(&own));
+        }
+        rates
     }
 
     fn stiffness(&self) -> Matrix6<f64> {
@@ -422,6 +434,49 @@ impl Potential for HighOrderElements {
             let gradients = station.gradients(q);
             let n = c * station.strain(q);
             station.emit([&gradients; 2], &c, &n, out);
+        }
+    }
+
+    fn strain_energy(&self) -> Option<&dyn StrainEnergy> {
+        Some(self)
+    }
+}
+
+impl StrainEnergy for HighOrderElements {
+    fn stress_count(&self) -> usize {
+        6 * self.stations.len()
+    }
+
+    fn stresses(&self, q: &[f64], sigma: &mut [f64]) {
+        for (station, own) in self.stations.iter().zip(sigma.chunks_exact_mut(6)) {
+            own.copy_from_slice((station.stiffness() * station.strain(q)).as_slice());
+        }
+    }
+
+    fn stress_rates(&self, q: &[f64], v: &[f64], sigma: &mut [f64]) {
+        for (station, own) in self.stations.iter().zip(sigma.chunks_exact_mut(6)) {
+            own.copy_from_slice((station.stiffness() * station.strain_rates(q, v)).as_slice());
+        }
+    }
+
+    fn add_stress_force(&self, q: &[f64], sigma: &[f64], scale: f64, out: &mut [f64]) {
+        for (station, own) in self.stations.iter().zip(sigma.chunks_exact(6)) {
+            station.add(q, &(scale * station.weight * Strain::from_column_slice(own)), out);
+        }
+    }
+
+    fn add_stressed_hessian(&self, q: &[f64], sigma: &[f64], scale: f64, out: &mut dyn Entries) {
+        for (station, own) in self.stations.iter().zip(sigma.chunks_exact(6)) {
+            let (weight, gradients) = (scale * station.weight, station.gradients(q));
+            let n = weight * Strain::from_column_slice(own);
+            station.emit([&gradients; 2], &(weight * station.stiffness()), &n, out);
+        }
+    }
+
+    fn add_geometric_stiffness(&self, q: &[f64], sigma: &[f64], scale: f64, out: &mut dyn Entries) {
+        for (station, own) in self.stations.iter().zip(sigma.chunks_exact(6)) {
+            let n = scale * station.weight * Strain::from_column_slice(own);
+            station.emit([&station.gradients(q); 2], &Matrix6::zeros(), &n, out);
         }
     }
 }

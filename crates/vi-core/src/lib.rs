@@ -81,6 +81,7 @@ mod shadow_energy;
 pub mod sparse;
 pub mod sparse_cholesky;
 pub mod state;
+pub mod strain_energy;
 mod vectors;
 
 pub use composition::Composition;

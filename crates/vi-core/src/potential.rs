@@ -18,6 +18,7 @@ use crate::interpolation::StrainInterpolation;
 use crate::interval::Interval;
 use crate::linear::dot;
 use crate::sparse::{Block, Entries};
+use crate::strain_energy::StrainEnergy;
 use num_dual::{Dual64, DualNum, HyperDual64};
 
 /// A potential energy `V(q)`, J.
@@ -30,6 +31,10 @@ pub trait Potential: Send + Sync {
     fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries);
     /// `w` where `V(q) = −w·q` is linear, shape `n`.
     fn constant_force(&self) -> Option<&[f64]> {
+        None
+    }
+    /// The same energy with its stresses apart, where it is one of strains.
+    fn strain_energy(&self) -> Option<&dyn StrainEnergy> {
         None
     }
 }
@@ -79,6 +84,10 @@ pub trait DiscretePotential: Send + Sync {
     }
     /// Its effort where it acts along an unknown of a step.
     fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
+        None
+    }
+    /// The energy `V` with its stresses apart, where it is one of strains.
+    fn strain_energy(&self) -> Option<&dyn StrainEnergy> {
         None
     }
     /// The form in Galerkin steps of a potential of strains; `None` where `V` is evaluated at Gauss
@@ -141,6 +150,9 @@ impl<V: Potential> DiscretePotential for Midpoint<V> {
     fn constant_force(&self) -> Option<&[f64]> {
         self.0.constant_force()
     }
+    fn strain_energy(&self) -> Option<&dyn StrainEnergy> {
+        self.0.strain_energy()
+    }
 }
 
 /// `U_d = ½ V(q_n) + ½ V(q_{n+1})`.
@@ -174,6 +186,9 @@ impl<V: Potential> DiscretePotential for Trapezoidal<V> {
     }
     fn constant_force(&self) -> Option<&[f64]> {
         self.0.constant_force()
+    }
+    fn strain_energy(&self) -> Option<&dyn StrainEnergy> {
+        self.0.strain_energy()
     }
 }
 

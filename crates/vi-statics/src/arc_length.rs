@@ -19,7 +19,7 @@ use crate::path::{Equilibrium, StaticError, StaticPath};
 use crate::problem::StaticProblem;
 use crate::step_bounds::{StepBounds, StepFailure};
 use serde::{Deserialize, Serialize};
-use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
+use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings, Precision};
 
 /// How to follow a path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -98,7 +98,12 @@ impl NewtonProblem for Bordered<'_> {
         let change = (arc[0] - dot(a, du)) / (b - dot(a, self.column));
         arc[0] = change;
         du.iter_mut().zip(&*self.column).for_each(|(x, y)| *x -= change * y);
+        self.work.follow_stresses(du);
         Ok(())
+    }
+
+    fn precision(&self) -> Precision {
+        self.work.precision()
     }
 }
 
@@ -249,8 +254,10 @@ impl StaticProblem {
         x[d..rest].copy_from_slice(&self.mu);
         x[rest] = length * tangent.b * full * full;
         let work = &mut self.work;
+        work.tangent_stresses = None;
         let mut problem = Bordered { blocks, work, tangent, length, last, column };
         let solved = newton.solve(&mut problem, x).map_err(StepFailure::Newton);
+        self.work.tangent_stresses = None;
         let outcome = solved.and_then(|report| {
             self.refuse_jump(&self.bounds)?;
             // off the tangent by less than 60°

@@ -9,5 +9,6 @@ mod frequency_bound;
 mod lost_stability;
 mod modes;
 mod rotation;
+mod slender;
 mod stability;
 mod statics;

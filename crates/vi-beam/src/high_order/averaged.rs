@@ -8,6 +8,7 @@ use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
+use vi_core::strain_energy::StrainEnergy;
 
 /// `U_d` and `K_d` of [`HighOrderElements`]; see [`crate::averaged`].
 #[derive(Clone, Debug)]
@@ -153,6 +154,10 @@ impl DiscretePotential for AveragedHighOrder {
 
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.elements.add_hessian(at.q, scale, out);
+    }
+
+    fn strain_energy(&self) -> Option<&dyn StrainEnergy> {
+        Some(&self.elements)
     }
 
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {

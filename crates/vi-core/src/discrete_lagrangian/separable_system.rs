@@ -13,6 +13,7 @@ use crate::isotropic::IsotropicBlocks;
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::{DiscretePotential, LinearPotential, Potential, Quadrature};
 use crate::sparse::{Entries, SparseMatrix};
+use crate::strain_energy::StrainEnergy;
 
 /// A system with constant mass matrix, gravity, any number of discrete potentials and discrete
 /// forces.
@@ -231,6 +232,34 @@ impl SeparableSystem {
     /// Not symmetric where a force has no potential.
     pub fn stiffness(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
         self.potential_hessian(at, 1.0, out);
+        self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
+    }
+
+    /// The elastic energies of strains among the potentials, in the order in which they were added.
+    pub fn strain_energies(&self) -> impl Iterator<Item = &dyn StrainEnergy> {
+        self.potentials().filter_map(|potential| potential.strain_energy())
+    }
+
+    /// [`SeparableSystem::stiffness`] with these stresses of all
+    /// [`SeparableSystem::strain_energies`], one after the other, in the place of `C ε(q)`; the
+    /// same places in the same order.
+    pub fn stressed_stiffness(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        mut sigma: &[f64],
+        out: &mut dyn Entries,
+    ) {
+        for potential in self.potentials() {
+            match potential.strain_energy() {
+                Some(energy) => {
+                    let (own, rest) = sigma.split_at(energy.stress_count());
+                    energy.add_stressed_hessian(at.q, own, 1.0, out);
+                    sigma = rest;
+                }
+                None => potential.add_hessian(at, 1.0, out),
+            }
+        }
         self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
     }
 

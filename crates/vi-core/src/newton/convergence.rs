@@ -15,6 +15,8 @@ pub struct Limits {
     /// Contraction of the residual that the largest of its entries may hide; see
     /// [`crate::newton::NewtonProblem::rotation`].
     pub least_ratio: f64,
+    /// See [`crate::newton::Precision::is_judged_by_corrections`].
+    pub by_corrections: bool,
 }
 
 impl Limits {
@@ -23,15 +25,21 @@ impl Limits {
     pub fn of(tolerance: f64, precision: &Precision, least_ratio: f64) -> Self {
         let Precision { noise, closing_size, resolution, .. } = *precision;
         let tolerance = tolerance.max(resolution * f64::EPSILON);
-        Self { tolerance, noise, closing_size, least_ratio }
+        let by_corrections = precision.is_judged_by_corrections;
+        Self { tolerance, noise, closing_size, least_ratio, by_corrections }
     }
 }
+
+/// Size of corrections that have stopped to fall above which that is no rounding, where they alone
+/// are judged: slender beams leave so much.
+const LEVEL: f64 = 1e-6;
 
 /// What the corrections of a solve say of its convergence.
 #[derive(Clone, Copy, Debug)]
 pub struct Convergence {
     pub(crate) residual: f64, // |r|_∞ before the next correction
     stalled: usize,
+    size: f64, // of the last correction; NaN before the first
 }
 
 /// What a correction says of a solve.
@@ -47,13 +55,20 @@ impl Convergence {
     /// Of a solve that begins with this `|r|_∞`.
     #[must_use]
     pub fn new(residual: f64) -> Self {
-        Self { residual, stalled: 0 }
+        Self { residual, stalled: 0, size: f64::NAN }
     }
 
     /// Takes in a correction of a relative `size` and `|r|_∞` after it.
     pub fn judge(&mut self, size: f64, next: f64, limits: Limits) -> Judgement {
         let ratio = if next > 0.0 { next / self.residual } else { 0.0 };
         self.residual = next;
+        let fall = size / std::mem::replace(&mut self.size, size);
+        if limits.by_corrections {
+            // corrections that fall as squares leave size · fall²
+            let converged = fall < 1.0 && size * fall * fall <= limits.tolerance;
+            let level = fall > 0.5 && size <= LEVEL || size <= 4.0 * f64::EPSILON;
+            return Judgement { ratio, is_reached: converged || level };
+        }
         self.stalled = if ratio > 0.5 && size <= limits.noise { self.stalled + 1 } else { 0 };
         let converged = ratio < 1.0 && size * ratio.max(limits.least_ratio) <= limits.tolerance;
         let enough = if size <= 1e-9 { 1 } else { 3 };

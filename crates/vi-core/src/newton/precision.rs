@@ -25,6 +25,9 @@ pub struct Precision {
     /// Whether corrections only approximate those of Newton's method: they contract by a constant
     /// ratio.
     pub is_simplified: bool,
+    /// Whether the corrections alone say how far the solution is: of equations whose residual is
+    /// ruled by what is stiff, so that it falls to nothing long before what is soft has moved.
+    pub is_judged_by_corrections: bool,
     /// Of which degree initial guesses are extrapolated.
     pub degree: Degree,
     /// Whether a step never finds the mirror image of a body.
@@ -42,6 +45,7 @@ impl Default for Precision {
             closing_size: 0.0,
             turn: f64::INFINITY,
             is_simplified: false,
+            is_judged_by_corrections: false,
             degree: Degree::Cubic,
             keeps_orientation: false,
             meets_constraints: false,

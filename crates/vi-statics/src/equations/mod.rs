@@ -25,7 +25,7 @@ use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::{SparseLu, norm_inf};
-use vi_core::newton::{Block, BlockKind, Fault, NewtonProblem};
+use vi_core::newton::{Block, BlockKind, Fault, NewtonProblem, Precision};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{MechanicalSystem, SeparableSystem};
 use vi_multibody::mechanism::{Description, Mechanism};
@@ -33,6 +33,7 @@ use vi_multibody::sparse_nodal::{MapColumns, ReducedMatrix, ReducedRows, Velocit
 use vi_rigid::directors::director;
 use vi_rigid::rotation::skew;
 
+mod mixed;
 mod rows;
 mod scale;
 mod solve;
@@ -68,6 +69,7 @@ pub(crate) struct EquilibriumEquations {
     right: MapColumns, // ∂F_d/∂u
     g: Vec<f64>,       // m
     spin: Vec<Matrix6<f64>>,
+    pub(crate) tangent_stresses: Option<Vec<f64>>, // ν; none: those of the configuration
     stiffness: ReducedMatrix,
     upper: ReducedRows, // G P_in
     lower: ReducedRows, // G ∂F_d/∂u
@@ -121,6 +123,7 @@ impl EquilibriumEquations {
             right: layout.columns(),
             g: vec![0.0; m],
             spin: vec![Matrix6::zeros(); frames],
+            tangent_stresses: None,
             stiffness: ReducedMatrix::default(),
             upper: ReducedRows::default(),
             lower: ReducedRows::default(),
@@ -212,9 +215,10 @@ impl EquilibriumEquations {
 
     /// `Σ_I ŵ_I d̂_I` of each frame: the derivative of `P_in` in the direction of a rotation.
     fn fill_spin(&mut self) {
+        let force = self.tangent_force().into_owned();
         let q = &self.s.q1;
         for (k, spin) in self.spin.iter_mut().enumerate() {
-            let (frame, w) = (&q[12 * k..12 * k + 12], &self.force[12 * k..12 * k + 12]);
+            let (frame, w) = (&q[12 * k..12 * k + 12], &force[12 * k..12 * k + 12]);
             let hats = (0..3).map(|i| skew(&director(w, i)) * skew(&director(frame, i)));
             spin.fixed_view_mut::<3, 3>(3, 3).copy_from(&hats.sum::<Matrix3<f64>>());
         }
@@ -227,7 +231,10 @@ impl EquilibriumEquations {
 
     /// `∇²V − ∂f/∂q + M W² − ∂f/∂v W + Σ μ_i D²g_i` at the point last evaluated.
     fn emit_stiffness(&self, out: &mut dyn Entries) {
-        self.system.stiffness(self.here(), &self.v, out);
+        match &self.tangent_stresses {
+            Some(nu) => self.system.stressed_stiffness(self.here(), &self.v, nu, out),
+            None => self.system.stiffness(self.here(), &self.v, out),
+        }
         if let Some(field) = &self.rotation {
             field.emit_stiffness(self.system.mass(), out);
             let dampers = |out: &mut dyn Entries| {
@@ -443,11 +450,13 @@ pub(crate) struct EquilibriumProblem<'a> {
 
 impl<'a> EquilibriumProblem<'a> {
     pub(crate) fn of(blocks: &'a [Block], work: &'a mut EquilibriumEquations) -> Self {
+        work.tangent_stresses = None;
         Self { blocks, work, first: Vec::new() }
     }
 
     /// The increment `(u, …)` predicted by the tangent at the last equilibrium.
     pub(crate) fn into_prediction(self) -> Vec<f64> {
+        self.work.tangent_stresses = None;
         self.first
     }
 }
@@ -467,7 +476,12 @@ impl NewtonProblem for EquilibriumProblem<'_> {
         if self.first.is_empty() {
             self.first = dx.iter().map(|dx| -dx).collect();
         }
+        self.work.follow_stresses(dx);
         Ok(())
+    }
+
+    fn precision(&self) -> Precision {
+        self.work.precision()
     }
 }
 
