@@ -18,6 +18,7 @@
 #![deny(missing_docs)]
 
 mod checks;
+pub mod expression;
 mod frames;
 pub mod mesh;
 pub mod reference;

@@ -1,7 +1,6 @@
 //! The text of a model: values with their places, expressions, included files, and what can be
 //! wrong with it.
 
-pub(crate) mod expression;
 pub(crate) mod include;
 pub(crate) mod key_path;
 pub(crate) mod overrides;

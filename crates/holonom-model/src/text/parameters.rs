@@ -16,11 +16,11 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::expression::{ExpressionError, evaluate, is_reserved, is_time, names, vocabulary};
 use super::key_path::below;
 use super::overrides::Override;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::sections::{LISTS, PARAMETERS};
+use crate::expression::{ExpressionError, evaluate, is_reserved, is_time, names, vocabulary};
 
 /// The section in the JSON schema.
 pub(crate) fn schema() -> serde_json::Value {

@@ -1,9 +1,9 @@
 //! What is wrong with the text of a model as TOML, and with words in the place of numbers: in which
 //! way it can be put right.
 
-use super::expression::evaluate;
 use super::problem::Problem;
 use super::sections::{LISTS, TABLES};
+use crate::expression::evaluate;
 
 /// What a line of a model file is.
 const LINE: &str = "a line is `key = value`: texts in quotes, numbers with a decimal point and without units, lists in brackets";

@@ -1,0 +1,263 @@
+//! A compiled expression: operations in the order of evaluation.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::function::{Binary, Unary};
+
+/// Operations of an expression at most.
+pub(super) const MOST: usize = 4096;
+
+/// One operation; its operands are earlier ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Operation {
+    Constant(f64),
+    Input(usize),
+    Unary(Unary, usize),
+    Binary(Binary, [usize; 2]),
+    /// `a` where `c > 0`, else `b`.
+    Select([usize; 3]),
+}
+
+/// An expression that is ready to be evaluated. Clones share it.
+#[derive(Clone)]
+pub struct Program {
+    pub(super) text: Arc<str>,
+    pub(super) operations: Arc<[Operation]>,
+    pub(super) spans: Arc<[Range<usize>]>,
+}
+
+impl fmt::Debug for Program {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Program").field(&self.text).finish()
+    }
+}
+
+impl PartialEq for Program {
+    fn eq(&self, other: &Self) -> bool {
+        self.text == other.text && self.operations == other.operations
+    }
+}
+
+/// A part of an expression that is no finite number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Undefined {
+    /// Its text.
+    pub part: String,
+    /// Whether it is not defined; else it is infinite.
+    pub is_nan: bool,
+    /// The numbers it was computed from.
+    pub arguments: Vec<f64>,
+}
+
+impl fmt::Display for Undefined {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = if self.is_nan { "is not defined" } else { "is not finite" };
+        write!(f, "`{}` {what}", self.part)
+    }
+}
+
+thread_local! {
+    /// Values and adjoints of the operations; grows to the longest expression once.
+    static WORKSPACE: RefCell<(Vec<f64>, Vec<f64>)> = const { RefCell::new((Vec::new(), Vec::new())) };
+}
+
+impl Program {
+    /// The text it was compiled from.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Whether it reads this input.
+    #[must_use]
+    pub fn reads(&self, input: usize) -> bool {
+        self.operations.contains(&Operation::Input(input))
+    }
+
+    /// The value if it reads nothing.
+    #[must_use]
+    pub fn constant(&self) -> Option<f64> {
+        match self.operations.last() {
+            Some(Operation::Constant(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// Its value at `inputs`.
+    ///
+    /// # Errors
+    /// [`Undefined`] names the first part that is no finite number.
+    pub fn value(&self, inputs: &[f64]) -> Result<f64, Undefined> {
+        WORKSPACE.with_borrow_mut(|(values, _)| self.forward(inputs, values))
+    }
+
+    /// Its value at `inputs`; `slopes ←` the derivatives by each of them, of the same length.
+    ///
+    /// # Errors
+    /// [`Undefined`], also where a slope is no finite number (`sqrt` at 0).
+    pub fn gradient(&self, inputs: &[f64], slopes: &mut [f64]) -> Result<f64, Undefined> {
+        WORKSPACE.with_borrow_mut(|(values, adjoints)| {
+            slopes.fill(0.0);
+            let value = self.forward(inputs, values)?;
+            adjoints.clear();
+            adjoints.resize(self.operations.len(), 0.0);
+            adjoints[self.operations.len() - 1] = 1.0;
+            for (k, operation) in self.operations.iter().enumerate().rev() {
+                let adjoint = adjoints[k];
+                if adjoint == 0.0 {
+                    continue;
+                }
+                match *operation {
+                    Operation::Constant(_) => {}
+                    Operation::Input(input) => slopes[input] += adjoint,
+                    Operation::Unary(function, x) => {
+                        adjoints[x] += adjoint * function.slope(values[x], values[k]);
+                    }
+                    Operation::Binary(function, [x, y]) => {
+                        let at = [values[x], values[y]];
+                        let [by_x, by_y] = function.slopes(at, values[k], self.is_constant(y));
+                        adjoints[x] += adjoint * by_x;
+                        adjoints[y] += adjoint * by_y;
+                    }
+                    Operation::Select([c, a, b]) => {
+                        adjoints[if values[c] > 0.0 { a } else { b }] += adjoint;
+                    }
+                }
+                if let Some(bad) = self.operands(k).find(|operand| !adjoints[*operand].is_finite())
+                {
+                    let mut undefined = self.undefined(k, values);
+                    undefined.is_nan = adjoints[bad].is_nan();
+                    undefined.part = format!("the slope of {}", undefined.part);
+                    return Err(undefined);
+                }
+            }
+            Ok(value)
+        })
+    }
+
+    /// Value, first and second derivative of a function of one input, the time.
+    ///
+    /// # Errors
+    /// As [`Program::gradient`].
+    pub fn taylor(&self, t: f64) -> Result<[f64; 3], Undefined> {
+        let mut jets: Vec<[f64; 3]> = Vec::with_capacity(self.operations.len());
+        for (k, operation) in self.operations.iter().enumerate() {
+            let jet = match *operation {
+                Operation::Constant(value) => [value, 0.0, 0.0],
+                Operation::Input(_) => [t, 1.0, 0.0],
+                Operation::Unary(function, x) => {
+                    let [x, dx, ddx] = jets[x];
+                    let f = function.value(x);
+                    let slope = function.slope(x, f);
+                    let bend = if dx == 0.0 { 0.0 } else { function.bend(x, f) * dx * dx };
+                    [f, slope * dx, slope * ddx + bend]
+                }
+                Operation::Binary(function, [x, y]) => {
+                    let constant = self.is_constant(y);
+                    let ([x, dx, ddx], [y, dy, ddy]) = (jets[x], jets[y]);
+                    let f = function.value(x, y);
+                    let ([fx, fy], [fxx, fxy, fyy]) = function.partials([x, y], f, constant);
+                    let bend = fxx * dx * dx + 2.0 * fxy * dx * dy + fyy * dy * dy;
+                    [f, fx * dx + fy * dy, fx * ddx + fy * ddy + bend]
+                }
+                Operation::Select([c, a, b]) => jets[if jets[c][0] > 0.0 { a } else { b }],
+            };
+            jets.push(jet);
+            if !jet.iter().all(|x| x.is_finite()) {
+                let values: Vec<f64> = jets.iter().map(|jet| jet[0]).collect();
+                return Err(self.undefined(k, &values));
+            }
+        }
+        Ok(jets.last().copied().unwrap_or_default())
+    }
+
+    fn forward(&self, inputs: &[f64], values: &mut Vec<f64>) -> Result<f64, Undefined> {
+        values.clear();
+        for (k, operation) in self.operations.iter().enumerate() {
+            let value = match *operation {
+                Operation::Constant(value) => value,
+                Operation::Input(input) => inputs[input],
+                Operation::Unary(function, x) => function.value(values[x]),
+                Operation::Binary(function, [x, y]) => function.value(values[x], values[y]),
+                Operation::Select([c, a, b]) => values[if values[c] > 0.0 { a } else { b }],
+            };
+            values.push(value);
+            if !value.is_finite() {
+                return Err(self.undefined(k, values));
+            }
+        }
+        Ok(values.last().copied().unwrap_or_default())
+    }
+
+    fn is_constant(&self, operation: usize) -> bool {
+        matches!(self.operations[operation], Operation::Constant(_))
+    }
+
+    fn operands(&self, k: usize) -> impl Iterator<Item = usize> + use<> {
+        let all: [Option<usize>; 3] = match self.operations[k] {
+            Operation::Constant(_) | Operation::Input(_) => [None; 3],
+            Operation::Unary(_, x) => [Some(x), None, None],
+            Operation::Binary(_, [x, y]) => [Some(x), Some(y), None],
+            Operation::Select(all) => all.map(Some),
+        };
+        all.into_iter().flatten()
+    }
+
+    fn undefined(&self, k: usize, values: &[f64]) -> Undefined {
+        Undefined {
+            part: self.text[self.spans[k].clone()].trim().to_owned(),
+            is_nan: values[k].is_nan(),
+            arguments: self.operands(k).map(|operand| values[operand]).collect(),
+        }
+    }
+
+    /// The functions in it that jump where their argument crosses a number, each once: `sign`,
+    /// `floor`, `select`; without those that are multiplied by what they switch on, as
+    /// `select(v, 2, 1)*v`.
+    #[must_use]
+    pub fn jumps(&self) -> Vec<&'static str> {
+        let mut found = Vec::new();
+        for k in 0..self.operations.len() {
+            let (name, switch) = match self.operations[k] {
+                Operation::Unary(Unary::Floor, x) => ("floor", x),
+                Operation::Unary(Unary::Sign, x) => ("sign", x),
+                Operation::Select([c, a, b]) if self.operations[a] != self.operations[b] => {
+                    ("select", c)
+                }
+                _ => continue,
+            };
+            if !found.contains(&name) && (name == "floor" || !self.vanishes(k, switch)) {
+                found.push(name);
+            }
+        }
+        found
+    }
+
+    /// Whether the result has the factor `switch` wherever it has the factor `k`.
+    fn vanishes(&self, k: usize, switch: usize) -> bool {
+        let mut users = (0..self.operations.len()).filter(|j| self.operands(*j).any(|x| x == k));
+        let (Some(user), None) = (users.next(), users.next()) else { return false };
+        match self.operations[user] {
+            Operation::Unary(Unary::Negative, _) => self.vanishes(user, switch),
+            Operation::Binary(Binary::Product, [x, y]) => {
+                let other = if x == k { y } else { x };
+                self.has_factor(other, switch) || self.vanishes(user, switch)
+            }
+            Operation::Binary(Binary::Quotient, [x, _]) => x == k && self.vanishes(user, switch),
+            _ => false,
+        }
+    }
+
+    fn has_factor(&self, product: usize, factor: usize) -> bool {
+        let of = |k: usize| self.has_factor(k, factor);
+        product == factor
+            || match self.operations[product] {
+                Operation::Binary(Binary::Product, [x, y]) => of(x) || of(y),
+                Operation::Unary(Unary::Negative | Unary::Abs | Unary::Integer(_), x) => of(x),
+                _ => false,
+            }
+    }
+}

@@ -1,0 +1,277 @@
+#![allow(clippy::unwrap_used, clippy::float_cmp)] // exactly representable numbers
+
+use super::*;
+use proptest::prelude::*;
+
+fn of(text: &str) -> Result<f64, ExpressionError> {
+    evaluate(text, &mut |name| match name {
+        "x" => Some(3.0),
+        "e1" => Some(0.5),
+        _ => None,
+    })
+}
+
+#[test]
+fn signs_powers_and_products_bind_as_in_mathematics() {
+    for (text, value) in [
+        ("-x^2", -9.0),
+        ("2*-x^2", -18.0),
+        ("2^3^2", 512.0),
+        ("2^-1", 0.5),
+        ("10 - 4 - 3", 3.0),
+        ("24 / 4 / 2", 3.0),
+        ("1 + 2*x", 7.0),
+        ("(1 + 2)*x", 9.0),
+        ("1e-3*1E3 + .5", 1.5),
+        ("e1*2 - --1", 0.0),
+        ("180*deg", std::f64::consts::PI),
+        ("hypot(3, 4) + max(1, x) + floor(2.9)", 10.0),
+        ("cos(pi)", -1.0),
+    ] {
+        assert_eq!(of(text), Ok(value), "{text}");
+    }
+}
+
+#[test]
+fn what_is_no_expression_says_why() {
+    for (text, why) in [
+        ("", "it ends where"),
+        ("1 +", "it ends where"),
+        ("(1", "closing bracket"),
+        ("1)", "`)` at character 2"),
+        ("2 x", "`x` at character 3"),
+        ("1..2", "`1..2` is no number"),
+        ("y", "no parameter `y`"),
+        ("sin(1, 2)", "a function of one number"),
+        ("atan2(1)", "a function of two numbers"),
+        ("sine(1)", "`sine` is no function"),
+        ("1 % 2", "`%` at character 3"),
+    ] {
+        let ExpressionError { message, help, .. } = of(text).unwrap_err();
+        assert!(message.contains(why), "{text}: {message}");
+        assert!(!help.is_empty(), "{text}: {message}");
+    }
+    for deep in ["(".repeat(100_000), "2^".repeat(100_000) + "2", "-".repeat(100_000)] {
+        assert!(of(&deep).is_err());
+    }
+}
+
+/// Functions and operations that are finite for an argument which is not.
+#[test]
+fn what_is_not_a_finite_number_does_not_disappear() {
+    for (text, part) in [
+        ("min(1, 0/0)", "`0/0` is not defined"),
+        ("max(sqrt(-x), 1)", "`sqrt(-x)` is not defined"),
+        ("1^(0/0)", "`0/0` is not defined"),
+        ("(0/0)^0", "`0/0` is not defined"),
+        ("hypot(1/0, 2)", "`1/0` is not finite"),
+        ("atan(1/0)", "`1/0` is not finite"),
+        ("1/(1/(x - 3))", "`1/(x - 3)` is not finite"),
+        ("exp(-1e200*1e200)", "`-1e200*1e200` is not finite"),
+        ("min(1, 1e999)", "`1e999` is not finite"),
+        ("0*ln(0)", "`ln(0)` is not finite"),
+        ("atan(1e308 + 1e308)", "`1e308 + 1e308` is not finite"),
+        ("min(asin(2), 3)", "`asin(2)` is not defined"),
+        ("max(1, (-8)^(1/3))", "`(-8)^(1/3)` is not defined"),
+    ] {
+        let message = of(text).unwrap_err().message;
+        assert_eq!(message, part, "{text}");
+    }
+}
+
+#[test]
+fn functions_of_time_are_not_expressions() {
+    let help = of("sin(t)").unwrap_err().help;
+    assert!(help.contains("history") && help.contains("motion"), "{help}");
+    assert!(of("sine(1)").unwrap_err().help.contains("`sin`"));
+}
+
+#[test]
+fn names_of_parameters_are_replaced() {
+    assert_eq!(names("x/2 + 1e3*sin(x1) - pi*e"), ["x", "x1", "e"]);
+    let new = |text: &str| renamed(text, &mut |name| format!("a_{name}"));
+    assert_eq!(new("= x/2 + 1e3*sin(x1) - pi*e"), "= a_x/2 + 1e3*sin(a_x1) - pi*a_e");
+    assert_eq!(new("=2E-5*x^min(y, 3)"), "=2E-5*a_x^min(a_y, 3)");
+}
+
+proptest! {
+    #[test]
+    fn any_text_is_answered(text in "[-+*/^()., 0-9a-zé]{0,40}") {
+        let _ = of(&text);
+    }
+
+    #[test]
+    fn numbers_are_read_as_they_are_written(x in any::<f64>().prop_filter("finite", |x| x.is_finite())) {
+        prop_assert_eq!(of(&format!("{x:?}")), Ok(x));
+    }
+}
+
+/// Names that tests of slopes use: `x` and `y` change, `k` is a number.
+fn program(text: &str) -> Program {
+    let mut known = |name: &str| match name {
+        "x" => Some(Known::Input(0)),
+        "y" => Some(Known::Input(1)),
+        "k" => Some(Known::Constant(2.5)),
+        _ => None,
+    };
+    Program::parse(text, &mut known).unwrap_or_else(|error| panic!("{text}: {error:?}"))
+}
+
+/// Functions with each branch of each kink.
+const SMOOTH: [&str; 40] = [
+    "-2.0e4*x - 6.0e5*x^3",
+    "k*x*y/(1 + x^2)",
+    "sqrt(x + 1)",
+    "abs(x - 2) + abs(x)",
+    "exp(-x*y)",
+    "ln(x + k)",
+    "sin(x)*cos(y)",
+    "tan(x/2)",
+    "asin(x/3)",
+    "acos(y/3)",
+    "atan(x*y)",
+    "sinh(x) + cosh(y)",
+    "tanh(k*x)",
+    "floor(x) + sign(y)*x",
+    "atan2(y, x)",
+    "atan2(-x, y)",
+    "hypot(x, y)",
+    "min(x, y)*max(x, y)^2",
+    "max(x - 5, 0)^2 + max(x, -1)^3",
+    "clamp(x, -1, 1)",
+    "clamp(x, -10, 10)^2",
+    "clamp(x, 3, y + 4)",
+    "select(x, y^2, 3)",
+    "select(-x, y^2, 3*x)",
+    "smooth(x, 0, 2)",
+    "smooth(x, -1, y + 1)",
+    "smooth(x, 5, 6) + smooth(x, -6, -5)",
+    "x^y",
+    "x^k",
+    "k^x",
+    "x^-2",
+    "x^0.5",
+    "(x*y)^7",
+    "x^1",
+    "x^0",
+    "-(-x)^2",
+    "2^-x",
+    "x/y/k",
+    "x - y - k",
+    "sqrt(x^2 + y^2 + 1e-2)",
+];
+
+/// Complex steps are no help with kinks, so derivatives are compared with central differences of
+/// Richardson's kind: of order 4.
+fn difference(f: impl Fn(f64) -> f64, x: f64) -> f64 {
+    let central = |e: f64| (f(x + e) - f(x - e)) / (2.0 * e);
+    (4.0 * central(1e-3) - central(2e-3)) / 3.0
+}
+
+#[test]
+fn slopes_agree_with_differences() {
+    let mut worst: f64 = 0.0;
+    for text in SMOOTH {
+        let own = program(text);
+        for at in [[0.7, 1.3], [1.4, 0.6], [0.35, 0.25]] {
+            let mut slopes = [f64::NAN; 2];
+            let value = own.gradient(&at, &mut slopes).unwrap();
+            assert_eq!(value.to_bits(), own.value(&at).unwrap().to_bits(), "{text}");
+            for k in 0..2 {
+                let moved = |x: f64| {
+                    let mut at = at;
+                    at[k] = x;
+                    own.value(&at).unwrap()
+                };
+                let expected = difference(moved, at[k]);
+                let error = (slopes[k] - expected).abs() / (1.0 + expected.abs());
+                assert!(error < 1e-8, "{text} at {at:?}, input {k}: {} {expected}", slopes[k]);
+                worst = worst.max(error);
+            }
+        }
+    }
+    println!("largest error of a slope: {worst:.1e}");
+}
+
+#[test]
+fn taylor_coefficients_agree_with_differences_of_slopes() {
+    for text in SMOOTH {
+        let moving = "(0.4 + x^2/3)";
+        let text = renamed(text, &mut |name| if name == "y" { moving } else { name }.to_owned());
+        let own = program(&text);
+        for t in [0.7, 1.4, 0.35] {
+            let [value, rate, acceleration] = own.taylor(t).unwrap();
+            let mut slopes = [0.0; 2];
+            let expected = own.gradient(&[t, 0.0], &mut slopes).unwrap();
+            assert_eq!(value.to_bits(), expected.to_bits(), "{text}");
+            assert!((rate - slopes[0]).abs() < 1e-12 * (1.0 + rate.abs()), "{text}: {rate}");
+            let slope = |t: f64| {
+                let mut slopes = [0.0; 2];
+                own.gradient(&[t, 0.0], &mut slopes).unwrap();
+                slopes[0]
+            };
+            let expected = difference(slope, t);
+            let error = (acceleration - expected).abs() / (1.0 + expected.abs());
+            assert!(error < 1e-6, "{text} at {t}: {acceleration} {expected}");
+        }
+    }
+}
+
+#[test]
+fn at_a_kink_the_slope_is_that_of_the_branch_taken() {
+    let slope = |text: &str, x: f64| {
+        let mut slopes = [0.0; 2];
+        program(text).gradient(&[x, 0.0], &mut slopes).unwrap();
+        slopes[0]
+    };
+    assert_eq!(slope("abs(x)", 0.0), 1.0);
+    assert_eq!(slope("max(3*x, x)", 0.0), 3.0);
+    assert_eq!(slope("min(3*x, x)", 0.0), 3.0);
+    assert_eq!(slope("select(x, 2*x, 5*x)", 0.0), 5.0);
+    assert_eq!(slope("select(x, 2*x, 5*x)", 1e-300), 2.0);
+    assert_eq!(slope("sign(x)*x", -1.0), -1.0);
+}
+
+#[test]
+fn what_is_not_finite_names_its_part_and_its_arguments() {
+    let undefined = |text: &str, at: [f64; 2]| program(text).value(&at).unwrap_err();
+    let fault = undefined("min(1, sqrt(x - 0.02))", [0.0, 0.0]);
+    assert_eq!((fault.part.as_str(), fault.is_nan), ("sqrt(x - 0.02)", true));
+    assert_eq!(fault.arguments, [-0.02]);
+    let fault = undefined("x + 1/(y - 1)", [3.0, 1.0]);
+    assert_eq!((fault.part.as_str(), fault.is_nan), ("1/(y - 1)", false));
+    assert_eq!(fault.arguments, [1.0, 0.0]);
+    let slope = program("sqrt(x)").gradient(&[0.0; 2], &mut [0.0; 2]).unwrap_err();
+    assert_eq!(slope.part, "the slope of sqrt(x)");
+}
+
+#[test]
+fn functions_that_jump_are_named_unless_they_vanish_where_they_jump() {
+    for (text, jumps) in [
+        ("sign(x)", vec!["sign"]),
+        ("-3*sign(x)*abs(x)", vec![]),
+        ("-select(x, 2000, 1100)*x", vec![]),
+        ("-select(x, 2000, 1100)*y", vec!["select"]),
+        ("select(x, 2, 2)*y", vec![]),
+        ("floor(x)*x + sign(y)/y", vec!["floor", "sign"]),
+        ("max(x, 0)^2", vec![]),
+        ("sign(x)*x^2*3", vec![]),
+        ("sign(x)*x + sign(x)", vec!["sign"]),
+    ] {
+        assert_eq!(program(text).jumps(), jumps, "{text}");
+    }
+}
+
+#[test]
+fn equal_parts_are_computed_once() {
+    let own = program("sin(x*y)^2 + cos(x*y)^2 + 0*sin(x*y)");
+    assert_eq!(own.operations.len(), 11, "{:?}", own.operations);
+    assert_eq!(program("3*k + sin(pi/2)").constant(), Some(8.5));
+}
+
+#[test]
+fn long_expressions_are_refused() {
+    let text = (0..5000).map(|k| format!("x*{k}.5")).collect::<Vec<_>>().join(" + ");
+    let error = Program::parse(&text, &mut |_| Some(Known::Input(0))).unwrap_err();
+    assert!(error.message.contains("4096 operations"), "{}", error.message);
+}
