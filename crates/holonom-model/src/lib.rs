@@ -37,14 +37,14 @@ pub use types::beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, 
 pub use types::body::{Body, Particle};
 pub use types::columns::Columns;
 pub use types::connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
+pub use types::damping::{Damping, LossFactor, RelaxationTimes};
 pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring};
 pub use types::load::{Frame, History, Load};
 pub use types::motion_path::{MotionPath, Move, PathTable};
 pub use types::orientation::Euler;
+pub use types::outline::{Material, Outline, OutlineKind};
 pub use types::reference_frame::ReferenceFrame;
-pub use types::section::{
-    Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section,
-};
+pub use types::section::Section;
 pub use types::sensor::{ReactionFrame, Sensor, SensorKind};
 pub use types::settings::{
     Family, Header, HighOrder, LinearSolver, MAX_STEPS, OnFailure, Quadrature, Scheme, Settings,

@@ -23,7 +23,9 @@
 use crate::helicoidal::{self, AtForms, FORMS, Forms, Helicoidal};
 use crate::section::Section;
 use crate::strain::{self, ElementCoordinates, SIZE, Strain, StrainGradients};
+use crate::varying::{MassPoint, SectionPoint, mass_along};
 use nalgebra::{Matrix4, Matrix6, SMatrix};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 use vi_core::interval::Interval;
@@ -65,7 +67,7 @@ pub enum ElementError {
     /// Strains of order 4 cannot condense the stiffness of its section.
     #[error(
         "the stiffness of the section of element {element} is not positive definite together with \
-         the bending within the element"
+         the bending within the element, or rigid in shear where strains of order 4 alone can be"
     )]
     Stiffness {
         /// Which element.
@@ -435,11 +437,11 @@ pub enum ElementKind {
 impl ElementKind {
     /// The strains of an element of a length; `None` where a stiffness cannot be condensed.
     fn law(self, length: f64, section: &Section) -> Option<StrainLaw> {
-        let C = section.stiffness_matrix();
         let law = match self {
+            Self::MeanDirectors | Self::Rope if section.is_rigid_in_shear() => return None,
             Self::MeanDirectors => return Some(StrainLaw::MeanDirectors),
-            Self::Rope => Helicoidal::of_order_2(length, C),
-            Self::Helicoidal => Helicoidal::of_order_4(length, &C.try_inverse()?)?,
+            Self::Rope => Helicoidal::of_order_2(length, section.stiffness_matrix()),
+            Self::Helicoidal => Helicoidal::of_order_4(length, &section.compliance())?,
         };
         let law = law.with_viscosity(&section.viscosity());
         Some(StrainLaw::Helicoidal(Arc::new(law)))
@@ -451,6 +453,7 @@ impl ElementKind {
 pub struct Elements {
     sections: Vec<Section>,
     elements: Vec<Element>,
+    varying: BTreeMap<usize, Vec<MassPoint>>, // elements along which the mass changes
 }
 
 impl Elements {
@@ -527,6 +530,20 @@ impl Elements {
         Ok(())
     }
 
+    /// Gives an element, stress-free in the configuration `q`, a section that changes along it: its
+    /// compliance is the mean, its mass that of the interpolation. Strains are set afterwards.
+    ///
+    /// # Panics
+    /// When there is no such element, or no point.
+    pub fn set_section_along(&mut self, element: usize, points: &[SectionPoint]) {
+        let weighted: Vec<(f64, Section)> = points.iter().map(|p| (p.weight, p.section)).collect();
+        self.elements[element].section = self.add_section(Section::mean(&weighted));
+        if points.iter().any(|point| point.section.mass_matrix() != points[0].section.mass_matrix())
+        {
+            self.varying.insert(element, points.iter().map(SectionPoint::mass).collect());
+        }
+    }
+
     /// Distributes the mass of some elements by another rule.
     pub fn set_mass(&mut self, elements: Range<usize>, kind: MassKind) {
         self.elements[elements].iter_mut().for_each(|element| element.mass = kind);
@@ -557,8 +574,11 @@ impl Elements {
 
     /// Emits the mass matrix of all elements.
     pub fn emit_mass(&self, out: &mut dyn Entries) {
-        for element in &self.elements {
-            let M = element.mass.matrix(element.length, &self.section(element).mass_matrix());
+        for (k, element) in self.elements.iter().enumerate() {
+            let M = match self.varying.get(&k) {
+                None => element.mass.matrix(element.length, &self.section(element).mass_matrix()),
+                Some(points) => mass_along(element.mass, element.length, points),
+            };
             for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
                 let same = i == j || i % 4 == j % 4 && element.mass != MassKind::Lumped;
                 if same || M[(i, j)] != 0.0 {

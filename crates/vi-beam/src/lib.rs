@@ -44,12 +44,14 @@ pub mod high_order;
 pub mod interpolated;
 pub mod mesh;
 pub mod model;
+pub mod profile;
 pub mod section;
 pub mod section_force;
 mod section_state;
 pub mod strain;
 mod strained;
 mod system;
+pub mod varying;
 
 // What the interface of this crate speaks of, for those who depend on it alone.
 pub use nalgebra;
@@ -61,4 +63,5 @@ pub use vi_rigid;
 pub use element::{Element, Elements, MassKind};
 pub use mesh::{FrameRule, Mesh};
 pub use model::{Beam, BeamBuilder, BeamElements, BeamModel, StrainRule};
-pub use section::{Material, Profile, Section, Stated};
+pub use profile::{Material, Profile, Stated, Walls};
+pub use section::{Centers, Section, SectionError};

@@ -9,16 +9,21 @@
 //! nodes: shear centre and tension centre off it, bending with twist. A full `m` is that between
 //! `φ, d_1, d_2, d_3`: `m_1I = S_I = ∫ ρ ξ_I dA`, the first moments of a centre of mass off the
 //! line.
+//! ```text
+//! C = AᵀC_0A,   Γ_1 − y_s K_3,   Γ_2 + x_s K_3,   Γ_3 + y_t K_1 − x_t K_2      strains at both centres   [6.39]
+//! m_IJ ↦ m_IJ + Aρ c_I c_J,   m_1I = Aρ c_I                                    centre of mass c          [6.40]
+//! C⁻¹ = Σ_g w_g C_g⁻¹,   Y = Σ_g w_g C_g⁻¹V_gC_g⁻¹,   V = C Y C                along an element          [6.41]
+//! ```
+//! Without shear (Euler and Bernoulli) the shear rows of `C⁻¹` vanish; `C` then holds zeros there,
+//! and only elements of order 4 take it, which need `C⁻¹` alone.
+//!
 //! Attention: `EI_1` is bending *about* `d_1`, which moves material along `d_2`; the homogeneous
 //! section therefore has `I_2ρ = ρ EI_1/E`. `I_3ρ = 0` as a rule: `d_3` carries no mass.
 //!
-//! Source: theory §6. Shear factors: Cowper, J. Appl. Mech. 33 (1966) 335–340; torsion constant of
-//! the rectangle: Timoshenko & Goodier, Theory of Elasticity, §109 (series).
-#![allow(non_snake_case)] // E, G, A: the letters of the field
+//! Source: theory §6. Shapes: [`crate::profile`].
+#![allow(non_snake_case)] // E, G, A, C, V: the letters of the field
 
-use nalgebra::{DMatrix, Matrix4, Matrix6, SMatrix};
-use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
+use nalgebra::{DMatrix, Matrix2, Matrix3, Matrix4, Matrix6, Rotation3, SMatrix, Vector3};
 
 /// A section no beam has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -51,6 +56,14 @@ pub enum SectionError {
         /// m.
         outer: f64,
     },
+    /// Walls do not fit into the outline.
+    #[error("walls of {thickness} m do not fit into {size} m")]
+    Walls {
+        /// Of both walls together, m.
+        thickness: f64,
+        /// m.
+        size: f64,
+    },
     /// A matrix is not symmetric, or has entries that are no numbers.
     #[error(
         "the {what} matrix of the cross-section is not symmetric: entry ({row}, {column}) is \
@@ -66,16 +79,42 @@ pub enum SectionError {
         /// The entry and the one across.
         values: [f64; 2],
     },
-    /// A matrix has a negative eigenvalue, or a stiffness a zero one.
+    /// A stiffness has an eigenvalue that is not positive, a damping a negative one.
     #[error(
-        "the {what} matrix of the cross-section is not positive definite: its smallest eigenvalue \
-         is {least:e}"
+        "the {what} matrix of the cross-section is not positive definite: {motion} has {} energy",
+        if *least < 0.0 { "negative" } else { "no" }
     )]
     NotDefinite {
         /// Which matrix.
         what: &'static str,
-        /// The smallest eigenvalue.
+        /// The strains of the eigenvector, in words.
+        motion: String,
+        /// The smallest eigenvalue of the matrix with its diagonal scaled to 1.
         least: f64,
+    },
+    /// A mass has no distribution: its centre lies beyond its own radius of gyration.
+    #[error(
+        "no distribution of mass has this mass matrix: about its centre of mass, at ({:.4}, {:.4}) \
+         m, its inertia is negative", center[0], center[1]
+    )]
+    Mass {
+        /// Along `d_1` and `d_2`, m.
+        center: [f64; 2],
+    },
+    /// An entry of a 6×6 mass does not fit the others.
+    #[error(
+        "entry ({row}, {column}) of the mass matrix of the cross-section is {value}; with the \
+         others it must be {expected}"
+    )]
+    MassEntry {
+        /// From 1.
+        row: usize,
+        /// From 1.
+        column: usize,
+        /// The entry.
+        value: f64,
+        /// What fits.
+        expected: f64,
     },
     /// One section inertia exceeds the sum of the two others.
     #[error("the section inertias {0:?} belong to no distribution of mass (J_a > J_b + J_c)")]
@@ -97,8 +136,28 @@ pub enum SectionError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Section {
     stiffness: Matrix6<f64>,
+    compliance: Matrix6<f64>,
+    viscosity: Matrix6<f64>,
     mass: Matrix4<f64>,
-    damping: [f64; 6],
+    shear: Shear,
+}
+
+/// Whether a section shears.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shear {
+    Soft,
+    Rigid,
+}
+
+/// Where the centres of a section are along `d_1` and `d_2`, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Centers {
+    /// Where a tension makes no curvature.
+    pub tension: [f64; 2],
+    /// Where shear forces make no twist.
+    pub shear: [f64; 2],
+    /// Of the mass.
+    pub mass: [f64; 2],
 }
 
 const STIFFNESS_NAMES: [&str; 6] = ["GA1", "GA2", "EA", "EI1", "EI2", "GJ"];
@@ -110,6 +169,15 @@ const DAMPING_NAMES: [&str; 6] = [
     "relaxation time of EI1",
     "relaxation time of EI2",
     "relaxation time of GJ",
+];
+/// What the strains are in words.
+const STRAIN_NAMES: [&str; 6] = [
+    "shear along d_1",
+    "shear along d_2",
+    "extension",
+    "bending about d_1",
+    "bending about d_2",
+    "twist",
 ];
 
 impl Section {
@@ -123,37 +191,62 @@ impl Section {
         for (what, value) in STIFFNESS_NAMES.into_iter().zip(stiffness) {
             positive(what, value)?;
         }
-        positive(INERTIA_NAMES[0], inertia[0])?;
-        for (what, value) in INERTIA_NAMES.into_iter().zip(inertia).skip(1) {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(SectionError::Negative { what, value });
-            }
+        let mass = Matrix4::from_diagonal(&euler(inertia)?.into());
+        Ok(Self::of_soft(Matrix6::from_diagonal(&stiffness.into()), mass))
+    }
+
+    /// Without shear: from `(EA, EI_1, EI_2, GJ)` and the inertias of [`Section::new`].
+    ///
+    /// # Errors
+    /// As [`Section::new`].
+    pub fn rigid_in_shear(stiffness: [f64; 4], inertia: [f64; 4]) -> Result<Self, SectionError> {
+        for (what, value) in STIFFNESS_NAMES.into_iter().skip(2).zip(stiffness) {
+            positive(what, value)?;
         }
-        let stiffness = Matrix6::from_diagonal(&stiffness.into());
-        Ok(Self { stiffness, mass: Matrix4::from_diagonal(&inertia.into()), damping: [0.0; 6] })
+        let mass = Matrix4::from_diagonal(&euler(inertia)?.into());
+        let [a, b, c, d] = stiffness;
+        let diagonal = |of: [f64; 6]| Matrix6::from_diagonal(&of.into());
+        Ok(Self {
+            stiffness: diagonal([0.0, 0.0, a, b, c, d]),
+            compliance: diagonal([0.0, 0.0, 1.0 / a, 1.0 / b, 1.0 / c, 1.0 / d]),
+            viscosity: Matrix6::zeros(),
+            mass,
+            shear: Shear::Rigid,
+        })
     }
 
     /// From a full stiffness, in the order `(Γ_1, Γ_2, Γ_3, K_1, K_2, K_3)` about the line of the
     /// nodes (N, N·m, N·m²), and the mass per length between `φ, d_1, d_2, d_3` (kg/m, kg, kg·m).
     ///
     /// # Errors
-    /// [`SectionError::NotSymmetric`], [`SectionError::NotDefinite`].
+    /// [`SectionError::NotSymmetric`], [`SectionError::NotDefinite`], [`SectionError::Mass`].
     pub fn general(stiffness: Matrix6<f64>, mass: Matrix4<f64>) -> Result<Self, SectionError> {
         let stiffness = symmetric("stiffness", &stiffness)?;
-        if stiffness.cholesky().is_none() {
-            return Err(SectionError::NotDefinite { what: "stiffness", least: least(&stiffness) });
-        }
+        definite("stiffness", &stiffness)?;
+        Self::of_soft(stiffness, mass).with_mass(mass)
+    }
+
+    /// The same with another mass per length between `φ, d_1, d_2, d_3`, kg/m, kg, kg·m.
+    ///
+    /// # Errors
+    /// [`SectionError::NotSymmetric`], [`SectionError::NotPositive`], [`SectionError::Mass`].
+    pub fn with_mass(self, mass: Matrix4<f64>) -> Result<Self, SectionError> {
         let mass = symmetric("mass", &mass)?;
         positive(INERTIA_NAMES[0], mass[(0, 0)])?;
-        let eigenvalue = least(&mass);
-        if eigenvalue < -1e-12 * mass.amax() {
-            return Err(SectionError::NotDefinite { what: "mass", least: eigenvalue });
-        }
-        Ok(Self { stiffness, mass, damping: [0.0; 6] })
+        possible(&mass)?;
+        Ok(Self { mass, ..self })
+    }
+
+    fn of_soft(stiffness: Matrix6<f64>, mass: Matrix4<f64>) -> Self {
+        let compliance =
+            stiffness.try_inverse().expect("a positive definite matrix has an inverse");
+        let (viscosity, shear) = (Matrix6::zeros(), Shear::Soft);
+        Self { stiffness, compliance, viscosity, mass, shear }
     }
 
     /// The same with Kelvin–Voigt damping: relaxation times `τ_i` (s) of shear along `d_1` and
-    /// `d_2`, extension, bending about `d_1` and `d_2`, twist. The viscosity is `C_i τ_i`.
+    /// `d_2`, extension, bending about `d_1` and `d_2`, twist. The viscosity is `C_i τ_i`, between
+    /// strains of unlike times `C_ij √(τ_i τ_j)`.
     ///
     /// # Errors
     /// [`SectionError::Negative`].
@@ -163,7 +256,153 @@ impl Section {
                 return Err(SectionError::Negative { what, value });
             }
         }
-        Ok(Self { damping: times, ..self })
+        let time = |i: usize, j: usize| match i == j {
+            true => times[i],
+            false => (times[i] * times[j]).sqrt(),
+        };
+        let viscosity = Matrix6::from_fn(|i, j| self.stiffness[(i, j)] * time(i, j));
+        Ok(Self { viscosity, ..self })
+    }
+
+    /// The same with a full viscosity `V`, in the order of [`Section::general`], N·s, N·m·s,
+    /// N·m²·s.
+    ///
+    /// # Errors
+    /// [`SectionError::NotSymmetric`], [`SectionError::NotDefinite`] when it has a negative
+    /// eigenvalue.
+    pub fn with_viscosity(self, V: Matrix6<f64>) -> Result<Self, SectionError> {
+        let viscosity = symmetric("damping", &V)?;
+        semidefinite("damping", &viscosity)?;
+        Ok(Self { viscosity, ..self })
+    }
+
+    /// The same section turned by an angle (rad) about `d_3`, from `d_1` to `d_2`.
+    #[must_use]
+    pub fn turned(self, angle: f64) -> Self {
+        let R: Matrix3<f64> = about_3(angle);
+        let mut T = Matrix6::zeros();
+        T.fixed_view_mut::<3, 3>(0, 0).copy_from(&R);
+        T.fixed_view_mut::<3, 3>(3, 3).copy_from(&R);
+        let mut U = Matrix4::identity();
+        U.fixed_view_mut::<3, 3>(1, 1).copy_from(&R);
+        Self { mass: even(&(U * self.mass * U.transpose())), ..self.seen_by(&T, &T) }
+    }
+
+    /// The same with its own strains of bending and extension at the tension centre and those of
+    /// shear and twist at the shear centre, both along `d_1` and `d_2`, m. [6.39]
+    #[must_use]
+    pub fn with_centers(self, tension: [f64; 2], shear: [f64; 2]) -> Self {
+        let ([x_t, y_t], [x_s, y_s]) = (tension, shear);
+        let own = |sign: f64| {
+            let mut A = Matrix6::identity();
+            A[(0, 5)] = -sign * y_s;
+            A[(1, 5)] = sign * x_s;
+            A[(2, 3)] = sign * y_t;
+            A[(2, 4)] = -sign * x_t;
+            A
+        };
+        self.seen_by(&own(1.0).transpose(), &own(-1.0)) // A² of the parts off the diagonal vanishes
+    }
+
+    /// `TCTᵀ`, `TVTᵀ` and `BC⁻¹Bᵀ`.
+    fn seen_by(self, T: &Matrix6<f64>, B: &Matrix6<f64>) -> Self {
+        let by = |T: &Matrix6<f64>, of: &Matrix6<f64>| even(&(T * of * T.transpose()));
+        Self {
+            stiffness: by(T, &self.stiffness),
+            compliance: by(B, &self.compliance),
+            viscosity: by(T, &self.viscosity),
+            ..self
+        }
+    }
+
+    /// The same with a centre of mass at `c` along `d_1` and `d_2`, m, in the place of the line of
+    /// the nodes. [6.40]
+    #[must_use]
+    pub fn with_mass_center(self, c: [f64; 2]) -> Self {
+        let mut mass = self.mass;
+        let (line, c) = (mass[(0, 0)], [1.0, c[0], c[1]]);
+        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).skip(1) {
+            mass[(i, j)] += line * c[i] * c[j];
+        }
+        Self { mass, ..self }
+    }
+
+    /// The mass between `φ, d_1, d_2, d_3` (kg/m, kg, kg·m) from that between velocities and
+    /// angular velocities about the directors, 6×6 about the line of the nodes; and by which part
+    /// its inertia about `d_3` misses that of a plane section. Up to 1 % it is taken for one.
+    ///
+    /// # Errors
+    /// [`SectionError::NotSymmetric`], [`SectionError::MassEntry`], [`SectionError::Inertia`].
+    pub fn mass_of_velocities(M: &Matrix6<f64>) -> Result<(Matrix4<f64>, f64), SectionError> {
+        const PLANE: f64 = 0.01;
+        const TOLERANCE: f64 = 1e-6;
+        let M = symmetric("mass", M)?;
+        let line = M[(0, 0)];
+        positive(INERTIA_NAMES[0], line)?;
+        let [S_1, S_2] = [-M[(2, 4)], M[(2, 3)]];
+        let mut expected = M;
+        for (i, j) in (0..3).flat_map(|i| (0..6).map(move |j| (i, j))) {
+            let value = match (i, j) {
+                _ if i == j => line,
+                (0, 5) => -S_2,
+                (1, 5) => S_1,
+                (2, 3) => S_2,
+                (2, 4) => -S_1,
+                _ => 0.0,
+            };
+            (expected[(i, j)], expected[(j, i)]) = (value, value);
+        }
+        for k in [3, 4] {
+            (expected[(k, 5)], expected[(5, k)]) = (0.0, 0.0);
+        }
+        for (row, column) in (0..6).flat_map(|i| (i..6).map(move |j| (i, j))) {
+            let (value, fit) = (M[(row, column)], expected[(row, column)]);
+            let size = (M[(row, row)] * M[(column, column)]).abs().sqrt();
+            if !((value - fit).abs() <= TOLERANCE * size) {
+                let (row, column) = (row + 1, column + 1);
+                return Err(SectionError::MassEntry { row, column, value, expected: fit });
+            }
+        }
+        let J = [M[(3, 3)], M[(4, 4)], M[(5, 5)]];
+        let miss = (J[2] - J[0] - J[1]).abs() / J[2].max(f64::MIN_POSITIVE);
+        let I = match miss <= PLANE {
+            true => [J[1], J[0], 0.0],
+            false => Self::euler_moments(J)?,
+        };
+        let product = -M[(3, 4)];
+        #[rustfmt::skip]
+        let mass = Matrix4::new(
+            line, S_1, S_2, 0.0,
+            S_1, I[0], product, 0.0,
+            S_2, product, I[1], 0.0,
+            0.0, 0.0, 0.0, I[2],
+        );
+        Ok((mass, miss))
+    }
+
+    /// The section of an element along which it changes: from weights, whose sum is 1, with the
+    /// sections there. Compliances add. [6.41]
+    ///
+    /// # Panics
+    /// When there is none.
+    #[must_use]
+    pub fn mean(parts: &[(f64, Self)]) -> Self {
+        let first = parts.first().expect("an element has a section").1;
+        if parts.iter().all(|(_, section)| *section == first) {
+            return first;
+        }
+        let (mut compliance, mut Y) = (Matrix6::zeros(), Matrix6::zeros());
+        let mut mass = Matrix4::zeros();
+        for (weight, own) in parts {
+            compliance += *weight * own.compliance;
+            Y += *weight * own.compliance * own.viscosity * own.compliance;
+            mass += *weight * own.mass;
+        }
+        let rigid = parts.iter().all(|(_, own)| own.shear == Shear::Rigid);
+        let shear = if rigid { Shear::Rigid } else { Shear::Soft };
+        let stiffness = even(&inverse_of_compliance(&compliance));
+        let viscosity = even(&(stiffness * Y * stiffness));
+        Self { stiffness, compliance, viscosity, mass, shear }
     }
 
     /// `I_Iρ = ½ tr J − J_I` from section inertias `J_I` about the directors, kg·m.
@@ -186,16 +425,36 @@ impl Section {
         self.stiffness.diagonal().into()
     }
 
-    /// Relaxation times `τ_i` in the order of [`Section::stiffness`], s; zeros without damping.
-    #[must_use]
-    pub fn damping(&self) -> &[f64; 6] {
-        &self.damping
-    }
-
     /// Whether any strain is damped.
     #[must_use]
     pub fn is_damped(&self) -> bool {
-        self.damping.iter().any(|time| *time > 0.0)
+        self.viscosity.amax() > 0.0
+    }
+
+    /// Whether it has no shear: its shear stiffnesses are infinite, and stand as zeros in `C`.
+    #[must_use]
+    pub fn is_rigid_in_shear(&self) -> bool {
+        self.shear == Shear::Rigid
+    }
+
+    /// Whether it behaves the same in all directions across the beam.
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        let quarter = self.turned(std::f64::consts::FRAC_PI_2);
+        let eighth = self.turned(std::f64::consts::FRAC_PI_4);
+        let same = |a: &[f64], b: &[f64], sizes: &dyn Fn(usize) -> f64| {
+            a.iter().zip(b).enumerate().all(|(k, (a, b))| (a - b).abs() <= 1e-9 * sizes(k))
+        };
+        let of_strains =
+            |k: usize| (self.stiffness[(k % 6, k % 6)] * self.stiffness[(k / 6, k / 6)]).sqrt();
+        let of_rates = |k: usize| (self.mass[(k % 4, k % 4)] * self.mass[(k / 4, k / 4)]).sqrt();
+        let size = |of: f64, least: f64| if of > 0.0 { of } else { least };
+        [quarter, eighth].iter().all(|turned| {
+            let least = f64::MIN_POSITIVE;
+            same(self.stiffness.as_slice(), turned.stiffness.as_slice(), &|k| {
+                size(of_strains(k), least)
+            }) && same(self.mass.as_slice(), turned.mass.as_slice(), &|k| size(of_rates(k), least))
+        })
     }
 
     /// `C`, the same as a matrix.
@@ -204,13 +463,44 @@ impl Section {
         self.stiffness
     }
 
-    /// `V`: `C_i τ_i`, N·s and N·m²·s; between strains of unlike times `C_ij √(τ_i τ_j)`.
-    pub(crate) fn viscosity(&self) -> Matrix6<f64> {
-        let time = |i: usize, j: usize| match i == j {
-            true => self.damping[i],
-            false => (self.damping[i] * self.damping[j]).sqrt(),
-        };
-        Matrix6::from_fn(|i, j| self.stiffness[(i, j)] * time(i, j))
+    /// `C⁻¹`.
+    #[must_use]
+    pub fn compliance(&self) -> Matrix6<f64> {
+        self.compliance
+    }
+
+    /// `V`, N·s, N·m·s and N·m²·s.
+    #[must_use]
+    pub fn viscosity(&self) -> Matrix6<f64> {
+        self.viscosity
+    }
+
+    /// The condition number of `C` with its diagonal scaled to 1.
+    #[must_use]
+    pub fn condition(&self) -> f64 {
+        let of_shear = if self.is_rigid_in_shear() { 2 } else { 0 };
+        let C = scaled(&self.stiffness);
+        let rest = C.view((of_shear, of_shear), (6 - of_shear, 6 - of_shear)).into_owned();
+        let values = rest.symmetric_eigenvalues();
+        values.max() / values.min()
+    }
+
+    /// Where its centres are, from `C⁻¹` and `m`.
+    #[must_use]
+    pub fn centers(&self) -> Centers {
+        let (F, m) = (&self.compliance, &self.mass);
+        // curvatures of a tension at (x, y): F_43 + F_44 y − F_45 x and F_53 + F_54 y − F_55 x
+        let bending = Matrix2::new(-F[(3, 4)], F[(3, 3)], -F[(4, 4)], F[(4, 3)]);
+        let tension = bending.try_inverse().unwrap_or_else(Matrix2::zeros)
+            * nalgebra::Vector2::new(-F[(3, 2)], -F[(4, 2)]);
+        let shear = [-F[(5, 1)] / F[(5, 5)], F[(5, 0)] / F[(5, 5)]];
+        let mass = [1, 2].map(|i| m[(0, i)] / m[(0, 0)]);
+        let one_zero = |x: f64| x + 0.0;
+        Centers {
+            tension: [tension.x, tension.y].map(one_zero),
+            shear: shear.map(one_zero),
+            mass: mass.map(one_zero),
+        }
     }
 
     /// `(Aρ, I_1ρ, I_2ρ, I_3ρ)`: mass per length of `φ, d_1, d_2, d_3`, the diagonal of `m`.
@@ -226,10 +516,86 @@ impl Section {
     }
 }
 
-/// The smallest eigenvalue of a symmetric matrix.
-fn least<const N: usize>(m: &SMatrix<f64, N, N>) -> f64 {
-    let all = DMatrix::from_column_slice(N, N, m.as_slice()).symmetric_eigenvalues();
-    all.min()
+/// Inertias that may be.
+fn euler(inertia: [f64; 4]) -> Result<[f64; 4], SectionError> {
+    positive(INERTIA_NAMES[0], inertia[0])?;
+    for (what, value) in INERTIA_NAMES.into_iter().zip(inertia).skip(1) {
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(SectionError::Negative { what, value });
+        }
+    }
+    Ok(inertia)
+}
+
+/// The rotation by an angle about `d_3`.
+fn about_3(angle: f64) -> Matrix3<f64> {
+    let (s, c) = (libm::sin(angle), libm::cos(angle));
+    Rotation3::from_basis_unchecked(&[
+        Vector3::new(c, s, 0.0),
+        Vector3::new(-s, c, 0.0),
+        Vector3::z(),
+    ])
+    .into_inner()
+}
+
+/// `C` of `C⁻¹`, where that has one: shears may have no compliance.
+fn inverse_of_compliance(F: &Matrix6<f64>) -> Matrix6<f64> {
+    const NOTHING: f64 = 1e-12;
+    let scale = |i: usize| if F[(i, i)] > 0.0 { F[(i, i)].sqrt() } else { 1.0 };
+    let of_scaled = Matrix6::from_fn(|i, j| F[(i, j)] / (scale(i) * scale(j)));
+    let inverse = of_scaled.pseudo_inverse(NOTHING).expect("the tolerance is not negative");
+    Matrix6::from_fn(|i, j| inverse[(i, j)] / (scale(i) * scale(j)))
+}
+
+/// The symmetric part.
+fn even<const N: usize>(m: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    0.5 * (m + m.transpose())
+}
+
+/// With a diagonal of 1; rows without a positive diagonal stay.
+fn scaled<const N: usize>(m: &SMatrix<f64, N, N>) -> DMatrix<f64> {
+    let scale = |i: usize| if m[(i, i)] > 0.0 { m[(i, i)].sqrt() } else { 1.0 };
+    DMatrix::from_fn(N, N, |i, j| m[(i, j)] / (scale(i) * scale(j)))
+}
+
+/// The smallest eigenvalue of a scaled matrix of strains with its eigenvector in words.
+fn weakest(m: &Matrix6<f64>) -> (f64, String) {
+    let eigen = scaled(m).symmetric_eigen();
+    let (k, least) = eigen.eigenvalues.argmin();
+    let vector = eigen.eigenvectors.column(k);
+    let mut order: Vec<usize> = (0..6).filter(|i| vector[*i].abs() > 0.3).collect();
+    let size = |i: usize| (1e6 * vector[i].abs()).round(); // equal parts in their order
+    order.sort_by(|i, j| size(*j).total_cmp(&size(*i)));
+    let names: Vec<&str> = order.into_iter().map(|i| STRAIN_NAMES[i]).collect();
+    (least, names.join(" with "))
+}
+
+fn definite(what: &'static str, m: &Matrix6<f64>) -> Result<(), SectionError> {
+    let (least, motion) = weakest(m);
+    match least > 1e-14 && m.cholesky().is_some() {
+        true => Ok(()),
+        false => Err(SectionError::NotDefinite { what, motion, least }),
+    }
+}
+
+fn semidefinite(what: &'static str, m: &Matrix6<f64>) -> Result<(), SectionError> {
+    let (least, motion) = weakest(m);
+    match least >= -1e-12 {
+        true => Ok(()),
+        false => Err(SectionError::NotDefinite { what, motion, least }),
+    }
+}
+
+/// Whether a mass between `φ, d_1, d_2, d_3` has a distribution: its inertia about its own centre
+/// is not negative.
+fn possible(m: &Matrix4<f64>) -> Result<(), SectionError> {
+    let first = m.fixed_view::<3, 1>(1, 0);
+    let own = m.fixed_view::<3, 3>(1, 1) - first * first.transpose() / m[(0, 0)];
+    let own = DMatrix::from_column_slice(3, 3, own.as_slice());
+    match own.symmetric_eigenvalues().min() >= -1e-9 * m.fixed_view::<3, 3>(1, 1).amax() {
+        true => Ok(()),
+        false => Err(SectionError::Mass { center: [1, 2].map(|i| m[(0, i)] / m[(0, 0)]) }),
+    }
 }
 
 /// The mean of a matrix and its transpose, where they differ by rounding only.
@@ -249,7 +615,7 @@ fn symmetric<const N: usize>(
     Ok(0.5 * (m + m.transpose()))
 }
 
-fn positive(what: &'static str, value: f64) -> Result<(), SectionError> {
+pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), SectionError> {
     if value.is_finite() && value > 0.0 {
         Ok(())
     } else {
@@ -257,237 +623,5 @@ fn positive(what: &'static str, value: f64) -> Result<(), SectionError> {
     }
 }
 
-/// An isotropic material.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Material {
-    /// `E`, Pa.
-    pub young: f64,
-    /// `G`, Pa.
-    pub shear: f64,
-    /// `ρ`, kg/m³.
-    pub density: f64,
-}
-
-impl Material {
-    /// `G = E / (2(1 + ν))`.
-    ///
-    /// # Errors
-    /// [`SectionError::Poisson`].
-    pub fn from_poisson(young: f64, nu: f64, density: f64) -> Result<Self, SectionError> {
-        if !(nu > -1.0 && nu <= 0.5) {
-            return Err(SectionError::Poisson(nu));
-        }
-        Ok(Self { young, shear: young / (2.0 * (1.0 + nu)), density })
-    }
-
-    /// `ν = E/(2G) − 1`.
-    #[must_use]
-    pub fn poisson(&self) -> f64 {
-        self.young / (2.0 * self.shear) - 1.0
-    }
-}
-
-/// Shape of a homogeneous cross-section.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "shape", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Profile {
-    /// A rectangle.
-    Rectangle {
-        /// Extent along `d_1`, m.
-        width: f64,
-        /// Extent along `d_2`, m.
-        height: f64,
-    },
-    /// A full circle.
-    Circle {
-        /// m.
-        radius: f64,
-    },
-    /// A circular tube.
-    Tube {
-        /// m.
-        outer: f64,
-        /// m.
-        inner: f64,
-    },
-    /// Anything, by its numbers.
-    General {
-        /// `A`, m².
-        area: f64,
-        /// `I_1 = ∫ ξ_2² dA`, bending about `d_1`, m⁴.
-        second_moment_1: f64,
-        /// `I_2 = ∫ ξ_1² dA`, bending about `d_2`, m⁴.
-        second_moment_2: f64,
-        /// `J_t`, m⁴.
-        torsion_constant: f64,
-    },
-}
-
-/// What of a profile may be stated instead of computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Stated {
-    /// Shear factors `(k_1, k_2)`; without: Cowper's.
-    pub shear_factors: Option<[f64; 2]>,
-    /// Torsion constant `J_t`, m⁴; without: Saint-Venant's.
-    pub torsion_constant: Option<f64>,
-}
-
-impl Profile {
-    /// The section of a homogeneous profile:
-    /// `(k_1GA, k_2GA, EA, EI_1, EI_2, GJ_t)`, `ρ(A, I_2, I_1, 0)`.
-    ///
-    /// # Errors
-    /// [`SectionError`].
-    pub fn section(&self, material: &Material, stated: &Stated) -> Result<Section, SectionError> {
-        self.validate()?;
-        let Material { young: E, shear: G, density: rho } = *material;
-        for (what, value) in [("Young's modulus", E), ("the shear modulus", G), ("density", rho)] {
-            positive(what, value)?;
-        }
-        let (A, [I1, I2]) = (self.area(), self.second_moments());
-        let Jt = stated.torsion_constant.unwrap_or_else(|| self.torsion_constant());
-        let k = stated.shear_factors.unwrap_or_else(|| self.shear_factors(material.poisson()));
-        Section::new(
-            [k[0] * G * A, k[1] * G * A, E * A, E * I1, E * I2, G * Jt],
-            [rho * A, rho * I2, rho * I1, 0.0],
-        )
-    }
-
-    fn validate(&self) -> Result<(), SectionError> {
-        match *self {
-            Self::Rectangle { width, height } => {
-                positive("width", width)?;
-                positive("height", height)
-            }
-            Self::Circle { radius } => positive("radius", radius),
-            Self::Tube { outer, inner } => {
-                positive("outer radius", outer)?;
-                positive("inner radius", inner)?;
-                if inner < outer { Ok(()) } else { Err(SectionError::Tube { inner, outer }) }
-            }
-            Self::General { area, second_moment_1, second_moment_2, torsion_constant } => {
-                positive("area", area)?;
-                positive("second moment 1", second_moment_1)?;
-                positive("second moment 2", second_moment_2)?;
-                positive("torsion constant", torsion_constant)
-            }
-        }
-    }
-
-    /// `A`, m².
-    #[must_use]
-    pub fn area(&self) -> f64 {
-        match *self {
-            Self::Rectangle { width, height } => width * height,
-            Self::Circle { radius } => PI * radius * radius,
-            Self::Tube { outer, inner } => PI * (outer * outer - inner * inner),
-            Self::General { area, .. } => area,
-        }
-    }
-
-    /// `(I_1, I_2) = (∫ ξ_2² dA, ∫ ξ_1² dA)`, m⁴.
-    #[must_use]
-    pub fn second_moments(&self) -> [f64; 2] {
-        match *self {
-            Self::Rectangle { width: b, height: h } => [b * h.powi(3) / 12.0, h * b.powi(3) / 12.0],
-            Self::Circle { radius } => [0.25 * PI * radius.powi(4); 2],
-            Self::Tube { outer, inner } => [0.25 * PI * (outer.powi(4) - inner.powi(4)); 2],
-            Self::General { second_moment_1, second_moment_2, .. } => {
-                [second_moment_1, second_moment_2]
-            }
-        }
-    }
-
-    /// Saint-Venant's torsion constant, m⁴.
-    #[must_use]
-    pub fn torsion_constant(&self) -> f64 {
-        match *self {
-            Self::Rectangle { width, height } => rectangle_torsion(width, height),
-            Self::General { torsion_constant, .. } => torsion_constant,
-            _ => self.second_moments().iter().sum(),
-        }
-    }
-
-    /// Cowper's shear factors; 1 for general profiles.
-    #[must_use]
-    pub fn shear_factors(&self, nu: f64) -> [f64; 2] {
-        let k = match *self {
-            Self::Rectangle { .. } => 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu),
-            Self::Circle { .. } => 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu),
-            Self::Tube { outer, inner } => {
-                let m2 = (inner / outer).powi(2);
-                let square = (1.0 + m2).powi(2);
-                6.0 * (1.0 + nu) * square / ((7.0 + 6.0 * nu) * square + (20.0 + 12.0 * nu) * m2)
-            }
-            Self::General { .. } => 1.0,
-        };
-        [k; 2]
-    }
-}
-
-/// `a b³ [1/3 − (64/π⁵)(b/a) Σ_{k odd} tanh(kπa/2b)/k⁵]` with `a ≥ b`.
-fn rectangle_torsion(width: f64, height: f64) -> f64 {
-    let (a, b) = (width.max(height), width.min(height));
-    let term = |k: f64| libm::tanh(0.5 * k * PI * a / b) / k.powi(5);
-    let sum: f64 = (0..200).rev().map(|i| term(f64::from(2 * i + 1))).sum();
-    a * b.powi(3) * (1.0 / 3.0 - 64.0 / PI.powi(5) * (b / a) * sum)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn close(a: f64, b: f64, tolerance: f64) {
-        assert!((a / b - 1.0).abs() < tolerance, "{a} against {b}");
-    }
-
-    #[test]
-    fn a_rectangle_bends_about_the_right_axis() {
-        let material = Material::from_poisson(2.1e11, 0.3, 7850.0).unwrap();
-        let strip = Profile::Rectangle { width: 0.02, height: 0.005 };
-        let section = strip.section(&material, &Stated::default()).unwrap();
-        let [_, _, EA, EI1, EI2, _] = section.stiffness();
-        close(EA, 2.1e11 * 1e-4, 1e-14);
-        assert!(EI1 < EI2, "thin along d_2: soft about d_1");
-        close(EI2 / EI1, 16.0, 1e-13);
-        let [_, I1, I2, I3] = section.inertia();
-        close(I2, 7850.0 * EI1 / 2.1e11, 1e-14); // I_2ρ = ρ EI_1/E
-        close(I1, 7850.0 * EI2 / 2.1e11, 1e-14);
-        assert!(I3 == 0.0);
-    }
-
-    #[test]
-    fn tables_of_constants() {
-        // Timoshenko & Goodier, §109: k_1 for a/b = 1, 2, 10
-        for (ratio, factor) in [(1.0, 0.1406), (2.0, 0.229), (10.0, 0.312)] {
-            close(rectangle_torsion(ratio, 1.0) / ratio, factor, 2e-3);
-        }
-        let circle = Profile::Circle { radius: 0.1 };
-        let tube = Profile::Tube { outer: 0.1, inner: 1e-9 };
-        close(circle.shear_factors(0.3)[0], 0.886, 1e-3);
-        close(tube.shear_factors(0.3)[1], circle.shear_factors(0.3)[1], 1e-12);
-        close(tube.torsion_constant(), 0.5 * PI * 1e-4, 1e-12);
-        let moments = Section::euler_moments([10.0, 10.0, 20.0]).unwrap();
-        assert_eq!(moments, [10.0, 10.0, 0.0]);
-        let stated = Stated { shear_factors: Some([1.0; 2]), torsion_constant: Some(2e-9) };
-        let material = Material { young: 3.0, shear: 2.0, density: 1.0 };
-        let section = circle.section(&material, &stated).unwrap();
-        close(section.stiffness()[5], 4e-9, 1e-15);
-        close(section.stiffness()[0], 2.0 * circle.area(), 1e-15);
-    }
-
-    #[test]
-    fn impossible_sections_are_refused() {
-        let message = Section::new([1.0, 1.0, -2.0, 1.0, 1.0, 1.0], [1.0; 4]).unwrap_err();
-        let expected = "EA of the cross-section is -2; it must be a positive finite number";
-        assert_eq!(message.to_string(), expected);
-        assert!(Section::euler_moments([1.0, 1.0, 3.0]).is_err());
-        assert!(Material::from_poisson(1.0, 0.7, 1.0).is_err());
-        let material = Material { young: 3.0, shear: 2.0, density: 1.0 };
-        let tube = Profile::Tube { outer: 0.1, inner: 0.2 };
-        let refused = tube.section(&material, &Stated::default()).unwrap_err().to_string();
-        assert!(refused.contains("0.2 m"), "{refused}");
-        let strange = Section::new([1.0; 6], [1.0, f64::NAN, 0.0, 0.0]);
-        assert!(matches!(strange, Err(SectionError::Negative { what: "rhoI1", .. })));
-    }
-}
+mod tests;

@@ -12,6 +12,7 @@ mod curves;
 mod defects;
 pub(crate) mod forces;
 mod frames;
+mod general_sections;
 mod joints;
 mod judged;
 mod methods;
@@ -232,7 +233,7 @@ impl Found {
 /// A subject with its cases.
 type Subject = (&'static str, fn() -> Vec<Case>);
 
-const SUBJECTS: [Subject; 12] = [
+const SUBJECTS: [Subject; 13] = [
     ("bodies", bodies::cases),
     ("pictures", pictures::cases),
     ("forces", forces::cases),
@@ -241,6 +242,7 @@ const SUBJECTS: [Subject; 12] = [
     ("frames", frames::cases),
     ("beams", beams::cases),
     ("sections", sections::cases),
+    ("general_sections", general_sections::cases),
     ("curves", curves::cases),
     ("sensors", sensors::cases),
     ("methods", methods::cases),

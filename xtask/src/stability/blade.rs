@@ -2,7 +2,7 @@
 
 use holonom::nalgebra::Vector3;
 use holonom::vi_beam::averaged::AveragedStrains;
-use holonom::vi_beam::section::{Material, Profile, Stated};
+use holonom::vi_beam::profile::{Material, Profile, Stated};
 use holonom::vi_beam::{BeamModel, FrameRule, Mesh, StrainRule};
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_core::legendre::discrete_energy;

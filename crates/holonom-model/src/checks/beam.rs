@@ -20,6 +20,11 @@ impl Checker<'_> {
                 "add `normal = [x, y, z]`, the direction of its first axis d_1",
             );
         }
+        if beam.order > 1 && beam.section.is_general() {
+            let message = format!("elements of order {} take no such section", beam.order);
+            let help = "write order = 1, or a section without matrices, centres and angle that shears";
+            self.report(format!("{key}.order"), message, help);
+        }
         if beam.order > 1 && beam.mass == BeamMass::Lumped {
             let message = format!("elements of order {} have no lumped mass", beam.order);
             self.report(format!("{key}.mass"), message, "write order = 1 or mass = \"consistent\"");

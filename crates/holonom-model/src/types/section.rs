@@ -1,134 +1,19 @@
 //! `section` of a beam: stiffness and inertia per length, stated or from shape and material.
 //!
-//! A stated number is used as it is; what is not stated follows from shape and material.
+//! A stated number is used as it is; what is not stated follows from shape and material. Numbers
+//! hold about own axes and centres; [`Section::numbers`] brings them to the line of the nodes.
 
 use crate::text::problem::{Problem, fault};
+use crate::types::damping::{Damping, matrix};
+use crate::types::outline::{Material, Outline, OutlineKind};
+use nalgebra::Matrix4;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use vi_beam::section::{Material as Solid, Profile, Section as Numbers, SectionError, Stated};
+use vi_beam::profile::Stated;
+use vi_beam::section::{Section as Numbers, SectionError};
 
-/// Kind of a cross-section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum OutlineKind {
-    /// `dimensions = [width, height]`: along `d_1` and along `d_2`, m.
-    Rectangle,
-    /// `dimensions = [radius]`, m.
-    Circle,
-    /// `dimensions = [outer, inner]`: radii, m.
-    Tube,
-}
-
-/// `shape` of a section.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Outline {
-    /// Kind of the cross-section.
-    #[serde(rename = "type")]
-    pub kind: OutlineKind,
-    /// Its dimensions, m: rectangle `[width, height]` along `d_1` and `d_2`, circle `[radius]`,
-    /// tube `[outer, inner]` radii.
-    pub dimensions: Vec<f64>,
-}
-
-/// `material` of a section: isotropic, elastic.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Material {
-    /// Young's modulus, Pa.
-    #[serde(rename = "E")]
-    pub young: f64,
-    /// Shear modulus, Pa.
-    #[serde(default, rename = "G", skip_serializing_if = "Option::is_none")]
-    pub shear: Option<f64>,
-    /// Poisson's ratio, instead of `G`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub nu: Option<f64>,
-    /// Density, kg/m³.
-    pub density: f64,
-}
-
-/// `damping` of a section: Kelvin–Voigt, the stress is `C (ε + τ ε̇)`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    deny_unknown_fields,
-    expecting = "damping is a relaxation time in s, a table { EA, GA1, GA2, EI1, EI2, GJ } of them, or \
-                 { loss_factor, frequency }"
-)]
-pub enum Damping {
-    /// The relaxation time `τ` of all strains, s.
-    Time(f64),
-    /// `η = 2π f τ` at a frequency `f`, for all strains.
-    LossFactor(LossFactor),
-    /// The relaxation time of each strain, s; zero where it is not stated.
-    Times(RelaxationTimes),
-}
-
-/// A loss factor with its frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LossFactor {
-    /// `η`, twice the damping ratio of a vibration at `frequency`.
-    pub loss_factor: f64,
-    /// `f`, Hz.
-    pub frequency: f64,
-}
-
-/// Relaxation times, s, under the names of the stiffnesses.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default, rename_all = "UPPERCASE")]
-pub struct RelaxationTimes {
-    /// Of the extension, s.
-    pub ea: f64,
-    /// Of the shear along `d_1`, s.
-    pub ga1: f64,
-    /// Of the shear along `d_2`, s.
-    pub ga2: f64,
-    /// Of the bending about `d_1`, s.
-    pub ei1: f64,
-    /// Of the bending about `d_2`, s.
-    pub ei2: f64,
-    /// Of the twist, s.
-    pub gj: f64,
-}
-
-impl Damping {
-    /// Relaxation times in the order of the stiffnesses of the elements, s.
-    fn times(&self) -> Result<[f64; 6], Problem> {
-        let not_negative = |key: &str, value: f64, unit: &str| {
-            let message = format!("{key} = {value} is negative");
-            let help = format!("write a positive number{unit}, or 0 for no damping");
-            if value < 0.0 { Err(fault(key, message, help)) } else { Ok(value) }
-        };
-        match self {
-            Self::Time(time) => Ok([not_negative("damping", *time, " of seconds")?; 6]),
-            Self::LossFactor(LossFactor { loss_factor, frequency }) => {
-                if *frequency <= 0.0 {
-                    let message = format!("frequency = {frequency} is not positive");
-                    let help = "write the frequency at which the loss factor holds, in Hz";
-                    return Err(fault("damping.frequency", message, help));
-                }
-                let eta = not_negative("damping.loss_factor", *loss_factor, "")?;
-                Ok([eta / (std::f64::consts::TAU * frequency); 6]) // η = 2π f τ
-            }
-            Self::Times(RelaxationTimes { ea, ga1, ga2, ei1, ei2, gj }) => {
-                let named = [
-                    ("damping.GA1", ga1),
-                    ("damping.GA2", ga2),
-                    ("damping.EA", ea),
-                    ("damping.EI1", ei1),
-                    ("damping.EI2", ei2),
-                    ("damping.GJ", gj),
-                ];
-                for (key, value) in named {
-                    not_negative(key, *value, " of seconds")?;
-                }
-                Ok(named.map(|(_, value)| *value))
-            }
-        }
-    }
-}
+/// How many of the stated numbers are stiffnesses; the others are masses.
+const OF_STIFFNESS: usize = 6;
 
 /// `section`: of a beam. `d_1` and `d_2` lie in the section, `d_3` is normal to it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -140,16 +25,19 @@ pub struct Section {
     /// Its material.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
-    /// Shear factors `[k_1, k_2]` of the shape: `GA1 = k_1 G A`; Cowper's by default.
+    /// Shear factors `[k_1, k_2]` of the shape: `GA1 = k_1 G A`; Cowper's by default, of thin walls
+    /// those of the energy of their shear flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shear_factors: Option<[f64; 2]>,
-    /// Torsion constant of the shape, m⁴: `GJ = G J_t`; Saint-Venant's by default.
+    /// Torsion constant of the shape, m⁴: `GJ = G J_t`; Saint-Venant's by default, of
+    /// thin walls that of their middle lines.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torsion_constant: Option<f64>,
     /// Extensional stiffness, N.
     #[serde(default, rename = "EA", skip_serializing_if = "Option::is_none")]
     pub ea: Option<f64>,
-    /// Shear stiffness along `d_1`, N.
+    /// Shear stiffness along `d_1`, N. A section without `GA1` and `GA2`, and without a shape, does
+    /// not shear (Euler and Bernoulli).
     #[serde(default, rename = "GA1", skip_serializing_if = "Option::is_none")]
     pub ga1: Option<f64>,
     /// Shear stiffness along `d_2`, N.
@@ -177,79 +65,43 @@ pub struct Section {
     /// section.
     #[serde(default, rename = "rhoJ", skip_serializing_if = "Option::is_none")]
     pub rho_j: Option<f64>,
-    /// Material damping: a relaxation time `τ` (s), one for each strain, or a loss factor at a
-    /// frequency; none by default.
+    /// The whole stiffness, 6 lists of 6 numbers: between shears along `d_1` and `d_2`, extension,
+    /// curvatures about `d_1` and `d_2`, twist, about the line of the nodes; N, N·m, N·m². In the
+    /// place of `EA`, `GA1`, `GA2`, `EI1`, `EI2`, `GJ`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<[[f64; 6]; 6]>,
+    /// The whole mass per length, 6 lists of 6 numbers: between velocities along and angular
+    /// velocities about `d_1`, `d_2`, `d_3`, about the line of the nodes; kg/m, kg, kg·m. In the
+    /// place of `rhoA`, `rhoI1`, `rhoI2`, `rhoJ`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<[[f64; 6]; 6]>,
+    /// Where tension bends nothing, along `d_1` and `d_2` from the line of the nodes, m: `EI1` and
+    /// `EI2` hold there; `[0, 0]` by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tension_center: Option<[f64; 2]>,
+    /// Where shear forces twist nothing, m: `GA1`, `GA2` and `GJ` hold there; that of the shape
+    /// beside its `tension_center` by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_center: Option<[f64; 2]>,
+    /// The centre of mass, m: `rhoI1`, `rhoI2` and `rhoJ` hold there; the tension centre by
+    /// default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_center: Option<[f64; 2]>,
+    /// Angle about `d_3` from `d_1` to the axis in whose place shape, stiffnesses, masses and
+    /// matrices have theirs, rad; centres are along `d_1` and `d_2`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle: Option<f64>,
+    /// Material damping: a relaxation time `τ` (s), one for each strain, a loss factor at a
+    /// frequency, or a matrix; none by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Damping>,
-}
-
-impl Outline {
-    /// What its dimensions are.
-    fn dimension_names(&self) -> &'static [&'static str] {
-        match self.kind {
-            OutlineKind::Rectangle => &["width", "height"],
-            OutlineKind::Circle => &["radius"],
-            OutlineKind::Tube => &["outer", "inner"],
-        }
-    }
-
-    /// Premise: as many dimensions as the kind has.
-    fn profile(&self) -> Profile {
-        let at = |i: usize| self.dimensions.get(i).copied().unwrap_or_default();
-        match self.kind {
-            OutlineKind::Rectangle => Profile::Rectangle { width: at(0), height: at(1) },
-            OutlineKind::Circle => Profile::Circle { radius: at(0) },
-            OutlineKind::Tube => Profile::Tube { outer: at(0), inner: at(1) },
-        }
-    }
-
-    fn fault(&self) -> Option<Problem> {
-        let names = self.dimension_names();
-        if self.dimensions.len() != names.len() {
-            let message = format!("{} dimension(s) for this shape", self.dimensions.len());
-            let help = format!("write dimensions = [{}], in m", names.join(", "));
-            return Some(fault("shape.dimensions", message, help));
-        }
-        let bad = self.dimensions.iter().find(|d| **d <= 0.0)?;
-        let message = format!("the dimension {bad} m is not positive");
-        Some(fault("shape.dimensions", message, "write positive lengths in m"))
-    }
-}
-
-impl Material {
-    fn solid(&self) -> Result<Solid, Problem> {
-        let positive =
-            [("E", Some(self.young)), ("G", self.shear), ("density", Some(self.density))];
-        for (key, value) in positive {
-            if let Some(value) = value.filter(|v| *v <= 0.0) {
-                let message = format!("{key} = {value} is not positive");
-                return Err(fault(&format!("material.{key}"), message, "write a positive number"));
-            }
-        }
-        match (self.shear, self.nu) {
-            (Some(shear), None) => Ok(Solid { young: self.young, shear, density: self.density }),
-            (None, Some(nu)) => {
-                let solid = Solid::from_poisson(self.young, nu, self.density);
-                solid.map_err(|e| fault("material.nu", e.to_string(), "write 0.3 for steel"))
-            }
-            (Some(_), Some(_)) => {
-                let message = "the shear modulus is stated twice: by `G` and by `nu`";
-                Err(fault("material.nu", message, "keep one of them"))
-            }
-            (None, None) => {
-                let message = "the material has no shear modulus";
-                Err(fault("material", message, "add `G = …` (Pa) or `nu = …`"))
-            }
-        }
-    }
 }
 
 impl Section {
     /// Whether a strain has a relaxation time.
     #[must_use]
     pub fn is_damped(&self) -> bool {
-        let times = self.damping.as_ref().and_then(|damping| damping.times().ok());
-        times.is_some_and(|times| times.iter().any(|time| *time > 0.0))
+        self.damping.as_ref().is_some_and(Damping::is_any)
     }
 
     /// The ten stated numbers with their keys:
@@ -269,38 +121,58 @@ impl Section {
         ]
     }
 
-    /// What shape and material give for the ten numbers.
-    fn computed(&self) -> Result<[Option<f64>; 10], Problem> {
+    /// What shape and material give for the ten numbers, and the shear centre.
+    fn computed(&self) -> Result<([Option<f64>; 10], [f64; 2]), Problem> {
         if let Some(fault) = self.shape.as_ref().and_then(Outline::fault) {
             return Err(fault);
         }
         let solid = self.material.as_ref().map(Material::solid).transpose()?;
-        let (Some(shape), Some(solid)) = (&self.shape, solid) else { return Ok([None; 10]) };
+        let (Some(shape), Some(solid)) = (&self.shape, solid) else {
+            return Ok(([None; 10], [0.0; 2]));
+        };
         let stated =
             Stated { shear_factors: self.shear_factors, torsion_constant: self.torsion_constant };
         let refuse = |error: SectionError| {
             fault("", error.to_string(), "correct the shape or what is stated with it")
         };
-        let numbers = shape.profile().section(&solid, &stated).map_err(refuse)?;
+        let profile = shape.profile();
+        let numbers = profile.about_centers(&solid, &stated).map_err(refuse)?;
         let [ga1, ga2, ea, ei1, ei2, gj] = numbers.stiffness();
         let [rho_a, euler1, euler2, euler3] = numbers.inertia();
         let moments = [euler2 + euler3, euler3 + euler1, euler1 + euler2];
         let [rho_i1, rho_i2, rho_j] = moments;
-        Ok([ea, ga1, ga2, ei1, ei2, gj, rho_a, rho_i1, rho_i2, rho_j].map(Some))
+        let all = [ea, ga1, ga2, ei1, ei2, gj, rho_a, rho_i1, rho_i2, rho_j];
+        Ok((all.map(Some), profile.shear_center()))
     }
 
-    /// This section with all ten numbers.
+    /// This section with all numbers that its matrices do not hold.
     pub(crate) fn resolved(&self) -> Result<Self, Problem> {
-        let mut section = self.clone();
-        let computed = self.computed()?;
-        for ((_, stated), computed) in section.stated().into_iter().zip(computed) {
-            *stated = stated.or(computed);
+        if let Some(problem) = self.stated_twice() {
+            return Err(problem);
         }
-        if section.rho_j.is_none() {
+        let mut section = self.clone();
+        let (computed, beside) = self.computed()?;
+        let (of_stiffness, of_mass) = (self.stiffness.is_none(), self.mass.is_none());
+        let open = |k: usize| if k < OF_STIFFNESS { of_stiffness } else { of_mass };
+        for (k, ((_, stated), computed)) in section.stated().into_iter().zip(computed).enumerate() {
+            if open(k) {
+                *stated = stated.or(computed);
+            }
+        }
+        if of_stiffness && section.shear_center.is_none() && beside != [0.0; 2] {
+            let [x, y] = self.tension_center.unwrap_or_default();
+            let (s, c) = self.angle.map_or((0.0, 1.0), libm::sincos);
+            let [a, b] = beside;
+            section.shear_center = Some([x + c * a - s * b, y + s * a + c * b]);
+        }
+        if of_mass && section.rho_j.is_none() {
             section.rho_j = section.rho_i1.zip(section.rho_i2).map(|(a, b)| a + b);
         }
-        let missing: Vec<&str> =
-            section.stated().into_iter().filter(|s| s.1.is_none()).map(|s| s.0).collect();
+        let no_shear = self.shape.is_none() && section.ga1.is_none() && section.ga2.is_none();
+        let may_lack = |k: usize, key: &str| !open(k) || no_shear && key.starts_with("GA");
+        let missing = section.stated().into_iter().enumerate();
+        let missing = missing.filter(|(k, (key, value))| value.is_none() && !may_lack(*k, key));
+        let missing: Vec<&str> = missing.map(|(_, (key, _))| key).collect();
         if missing.is_empty() {
             return Ok(section);
         }
@@ -318,37 +190,125 @@ impl Section {
     /// [`Problem`] with its key below that of the section.
     pub fn numbers(&self) -> Result<Numbers, Problem> {
         let mut section = self.resolved()?;
-        let values = section.stated().map(|(key, value)| (key, value.unwrap_or_default()));
-        for (key, value) in values {
-            if value <= 0.0 {
+        for (key, value) in section.stated() {
+            if let Some(value) = value.filter(|value| *value <= 0.0) {
                 let message = format!("{key} = {value} is not positive");
                 return Err(fault(key, message, "write a positive number"));
             }
         }
-        let [ea, ga1, ga2, ei1, ei2, gj, rho_a, i1, i2, j] = values.map(|v| v.1);
         let refuse =
             |key: &str, error: SectionError, help: &str| fault(key, error.to_string(), help);
-        let moments = Numbers::euler_moments([i1, i2, j]).map_err(|error| {
+        let mass = section.own_mass()?;
+        let numbers = match &self.stiffness {
+            Some(rows) => Numbers::general(matrix(rows), Matrix4::from_diagonal_element(1.0))
+                .map_err(|error| {
+                    let help = "write a symmetric, positive definite matrix in the order shear along \
+                                d_1, shear along d_2, extension, bending about d_1, bending about d_2, twist";
+                    refuse("stiffness", error, help)
+                })?,
+            None => {
+                let of = |value: Option<f64>| value.unwrap_or_default();
+                let rest = [of(section.ea), of(section.ei1), of(section.ei2), of(section.gj)];
+                let [ea, ei1, ei2, gj] = rest;
+                let one = [1.0; 4];
+                match (section.ga1, section.ga2) {
+                    (Some(ga1), Some(ga2)) => Numbers::new([ga1, ga2, ea, ei1, ei2, gj], one),
+                    _ => Numbers::rigid_in_shear(rest, one),
+                }
+                .map_err(|error| refuse("", error, "correct the numbers of the section"))?
+            }
+        };
+        let numbers = numbers.with_mass(mass).map_err(|error| {
+            let help =
+                "write the mass and the inertias of one distribution, about the line of the nodes";
+            refuse(if self.mass.is_some() { "mass" } else { "" }, error, help)
+        })?;
+        let numbers = self.damping.as_ref().map_or(Ok(numbers), |damping| damping.of(numbers))?;
+        Ok(section.placed(numbers))
+    }
+
+    /// `m` about its own axes.
+    fn own_mass(&self) -> Result<Matrix4<f64>, Problem> {
+        let refuse =
+            |key: &str, error: SectionError, help: &str| fault(key, error.to_string(), help);
+        if let Some(rows) = &self.mass {
+            let (mass, _) = Numbers::mass_of_velocities(&matrix(rows)).map_err(|error| {
+                let help = "write m on the diagonal of velocities, the moments of the centre of mass between \
+                            velocities and angular velocities, and the inertias about the line of the nodes";
+                refuse("mass", error, help)
+            })?;
+            return Ok(mass);
+        }
+        let of = |value: Option<f64>| value.unwrap_or_default();
+        let inertias = [of(self.rho_i1), of(self.rho_i2), of(self.rho_j)];
+        let [e1, e2, e3] = Numbers::euler_moments(inertias).map_err(|error| {
             refuse("rhoJ", error, "each of rhoI1, rhoI2, rhoJ is at most the sum of the others")
         })?;
-        let [e1, e2, e3] = moments;
-        let times = self.damping.as_ref().map_or(Ok([0.0; 6]), Damping::times)?;
-        Numbers::new([ga1, ga2, ea, ei1, ei2, gj], [rho_a, e1, e2, e3])
-            .and_then(|numbers| numbers.with_damping(times))
-            .map_err(|error| refuse("", error, "correct the numbers of the section"))
+        Ok(Matrix4::from_diagonal(&[of(self.rho_a), e1, e2, e3].into()))
+    }
+
+    /// What is stated about own axes and centres, in the axes of the nodes. Of a resolved section.
+    fn placed(&self, own: Numbers) -> Numbers {
+        let mut numbers = own;
+        if let Some(angle) = self.angle.filter(|angle| *angle != 0.0) {
+            numbers = numbers.turned(angle);
+        }
+        let tension = self.tension_center.unwrap_or_default();
+        let shear = self.shear_center.unwrap_or(tension);
+        let mass = self.mass_center.unwrap_or(tension);
+        if self.stiffness.is_none() && [tension, shear] != [[0.0; 2]; 2] {
+            numbers = numbers.with_centers(tension, shear);
+        }
+        if self.mass.is_none() && mass != [0.0; 2] {
+            numbers = numbers.with_mass_center(mass);
+        }
+        numbers
+    }
+
+    /// Whether it says more than a diagonal: centres, own axes, matrices, no shear.
+    #[must_use]
+    pub fn is_general(&self) -> bool {
+        let centers = [self.tension_center, self.shear_center, self.mass_center];
+        let no_shear = self.shape.is_none() && self.ga1.is_none() && self.ga2.is_none();
+        self.stiffness.is_some()
+            || self.mass.is_some()
+            || self.angle.is_some()
+            || centers.iter().any(Option::is_some)
+            || no_shear
+            || self.shape.as_ref().is_some_and(|shape| shape.kind == OutlineKind::Channel)
+    }
+
+    /// What a stated matrix holds already.
+    fn stated_twice(&self) -> Option<Problem> {
+        let named = |key: &'static str, stated: bool| stated.then_some(key);
+        let of_stiffness = [
+            named("EA", self.ea.is_some()),
+            named("GA1", self.ga1.is_some()),
+            named("GA2", self.ga2.is_some()),
+            named("EI1", self.ei1.is_some()),
+            named("EI2", self.ei2.is_some()),
+            named("GJ", self.gj.is_some()),
+            named("tension_center", self.tension_center.is_some()),
+            named("shear_center", self.shear_center.is_some()),
+        ];
+        let of_mass = [
+            named("rhoA", self.rho_a.is_some()),
+            named("rhoI1", self.rho_i1.is_some()),
+            named("rhoI2", self.rho_i2.is_some()),
+            named("rhoJ", self.rho_j.is_some()),
+            named("mass_center", self.mass_center.is_some()),
+        ];
+        let find = |matrix: &str, stated: bool, keys: &[Option<&'static str>]| {
+            let key = keys.iter().flatten().next().filter(|_| stated)?;
+            let message = format!("`{key}` is stated twice: the matrix `{matrix}` holds it");
+            Some(fault(key, message, format!("remove `{key}`, or the matrix")))
+        };
+        find("stiffness", self.stiffness.is_some(), &of_stiffness)
+            .or_else(|| find("mass", self.mass.is_some(), &of_mass))
     }
 
     /// Whether it behaves the same in all directions across the beam.
     pub(crate) fn is_isotropic(&self) -> bool {
-        let Ok(section) = self.resolved() else { return true };
-        let pairs = [
-            (section.ga1, section.ga2),
-            (section.ei1, section.ei2),
-            (section.rho_i1, section.rho_i2),
-        ];
-        pairs.into_iter().all(|(a, b)| match (a, b) {
-            (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs().max(b.abs()),
-            _ => true,
-        })
+        self.numbers().map_or(true, |numbers| numbers.is_isotropic())
     }
 }

@@ -104,6 +104,21 @@ impl Units {
         body.shape.iter_mut().chain(&mut body.picture).for_each(|shape| self.shape(shape));
     }
 
+    fn rows(self, rows: &mut Option<[[f64; 6]; 6]>, powers: [i32; 3]) {
+        rows.iter_mut().for_each(|rows| self.matrix(rows, powers));
+    }
+
+    /// A matrix between forces and moments, or what they work on; the first entry has these powers
+    /// of a length, a mass and a time.
+    fn matrix(self, rows: &mut [[f64; 6]; 6], [length, mass, time]: [i32; 3]) {
+        for (i, row) in rows.iter_mut().enumerate() {
+            for (j, x) in row.iter_mut().enumerate() {
+                let arms = i32::from(i >= 3) + i32::from(j >= 3);
+                *x *= self.of(length + arms, mass, time);
+            }
+        }
+    }
+
     fn section(self, section: &mut Section) {
         section.shape.iter_mut().for_each(|outline| self.length(&mut outline.dimensions));
         if let Some(material) = &mut section.material {
@@ -129,7 +144,13 @@ impl Units {
         for (value, factor) in stated {
             value.iter_mut().for_each(|x| *x *= factor);
         }
+        let centers =
+            [&mut section.tension_center, &mut section.shear_center, &mut section.mass_center];
+        centers.into_iter().flatten().for_each(|center| self.length(center));
+        self.rows(&mut section.stiffness, [1, 1, -2]);
+        self.rows(&mut section.mass, [-1, 1, 0]);
         match &mut section.damping {
+            Some(Damping::Viscosity(rows)) => self.matrix(rows, [1, 1, -1]),
             Some(Damping::Time(time)) => *time *= self.time,
             Some(Damping::LossFactor(loss)) => loss.frequency /= self.time,
             Some(Damping::Times(times)) => {

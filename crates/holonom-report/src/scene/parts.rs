@@ -454,7 +454,9 @@ fn section(beam: &holonom_model::Beam) -> (bool, [f64; 2]) {
     if let Some(shape) = &beam.section.shape {
         let at = |i: usize| shape.dimensions.get(i).copied().unwrap_or_default();
         return match shape.kind {
-            OutlineKind::Rectangle => (false, [0.5 * at(0), 0.5 * at(1)]),
+            OutlineKind::Rectangle | OutlineKind::Box | OutlineKind::I | OutlineKind::Channel => {
+                (false, [0.5 * at(0), 0.5 * at(1)])
+            }
             OutlineKind::Circle | OutlineKind::Tube => (true, [at(0); 2]),
         };
     }
