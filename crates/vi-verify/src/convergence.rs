@@ -3,7 +3,8 @@
 //! Errors are largest deviations over four nodes of the run, relative to the largest entry of the
 //! quantity there. The reference is the exact motion where the subject knows it, else a fine run of
 //! order 8, else (with dampers, which do not compose) an extrapolation of runs of order 2 in even
-//! powers of `h`. Its uncertainty is what the last refinement changed.
+//! powers of `h`. Its uncertainty is what the last refinement changed, and at the size of rounding
+//! what Galerkin steps of order 12 differ by.
 
 use super::order::{CLEAR, ErrorAt, NoOrder, ObservedOrder, QuantityScale, observed_order};
 use super::round_off::round_off;
@@ -196,8 +197,10 @@ const ROUND_OFF: f64 = 1e-14;
 
 /// The schemes that a reference may be computed by, the best first.
 const BY: [Method; 2] = [Method::NODAL, Method::Variational(SchemeKind::Constrained)];
-/// A reference less certain than that is held against one by Galerkin steps, which are larger.
+/// A reference less certain than that may be replaced by one of Galerkin steps, which are larger.
 const WELL_KNOWN: f64 = 1e-13;
+/// References of two schemes that differ by less are the same motion, apart from rounding.
+const SAME_MOTION: f64 = 100.0 * ROUND_OFF;
 
 impl ReferenceMotion {
     /// The exact motion, or a fine one.
@@ -213,7 +216,7 @@ impl ReferenceMotion {
         let mut refused = String::new();
         for method in BY {
             match Self::composed(subject, method, 8, horizon) {
-                Ok(reference) => return Ok(reference.or_better(subject, horizon)),
+                Ok(reference) => return Ok(reference.held_against_galerkin(subject, horizon)),
                 Err(error) => refused = error,
             }
         }
@@ -226,15 +229,20 @@ impl ReferenceMotion {
         Err(refused)
     }
 
-    /// This one, or that by Galerkin steps of order 12 where these are known better and agree with
-    /// this one to its uncertainty.
-    fn or_better(self, subject: &dyn Subject, horizon: Horizon) -> Self {
-        if norm_inf(&self.uncertainty) <= WELL_KNOWN {
-            return self;
-        }
+    /// This one, held against that by Galerkin steps of order 12.
+    ///
+    /// Rounding that all refinements of a scheme have in common does not show in their change. Two
+    /// well-known references of different schemes are known as well as they agree, no better; where
+    /// they are further apart than rounding explains, one is wrong, and no uncertainty may hide it.
+    /// Of two less certain ones that agree to the uncertainty of this one, the better is taken.
+    fn held_against_galerkin(mut self, subject: &dyn Subject, horizon: Horizon) -> Self {
         let by = Method::Galerkin(GalerkinForm::Nodal);
         let Ok(other) = Self::composed(subject, by, 12, horizon) else { return self };
         let apart = uncertainty(&self.nodes, &other.nodes);
+        if norm_inf(&self.uncertainty) <= WELL_KNOWN {
+            self.uncertainty = with_rounding(self.uncertainty, apart);
+            return self;
+        }
         let agrees = apart.iter().zip(self.uncertainty).all(|(apart, own)| *apart <= 2.0 * own);
         let better = norm_inf(&other.uncertainty) < norm_inf(&self.uncertainty);
         if agrees && better { other } else { self }
@@ -337,6 +345,12 @@ fn uncertainty(coarse: &[NodeValues], fine: &[NodeValues]) -> [f64; 3] {
         .map(|quantity| relative_error(quantity, coarse, fine).unwrap_or(0.0))
 }
 
+/// Uncertainties of a reference that another one is `apart` from.
+fn with_rounding(own: [f64; 3], apart: [f64; 3]) -> [f64; 3] {
+    let both = |k: usize| if apart[k] <= SAME_MOTION { own[k].max(apart[k]) } else { own[k] };
+    std::array::from_fn(both)
+}
+
 /// Errors of a method at shrinking steps, for every quantity that it has.
 ///
 /// Runs that fail (steps too coarse) are left out. Orders above 2 are refined by a factor of `√2`
@@ -404,4 +418,16 @@ fn is_settled(errors: &[Vec<ErrorAt>], reference: &ReferenceMotion) -> bool {
 /// floor.
 fn at_round_off(errors: &[ErrorAt], floor: f64) -> bool {
     matches!(errors, [.., a, b] if a.error <= CLEAR * floor && b.error <= CLEAR * floor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_that_refinements_share_is_uncertain_and_a_wrong_motion_is_not() {
+        let own = [1e-15, 2e-15, 6e-14];
+        assert_eq!(with_rounding(own, [1.4e-13, 1e-16, 5e-14]), [1.4e-13, 2e-15, 6e-14]);
+        assert_eq!(with_rounding(own, [1e-9, f64::NAN, f64::INFINITY]), own);
+    }
 }
