@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // tests
 
 mod statics {
+    mod critical_loads;
     mod equilibria_and_modes;
 }
 

@@ -3,9 +3,12 @@
 
 use std::fmt::Write;
 
-use holonom::modes::{About, Campbell, ModalAnalysis, Mode, ModeKind, ModesError, Report};
+use holonom::modes::{
+    About, BucklingFacts, Campbell, ModalAnalysis, Mode, ModeKind, ModesError, Report,
+};
 use holonom::output::OutputError;
 use holonom::report::{campbell_diagram, campbell_page, mode_page, mode_picture, rounded};
+use holonom::vi_statics::BucklingError;
 use holonom::{Model, RunFailure, RunFolder};
 
 use crate::arguments::{At, ModesArguments, Speeds};
@@ -16,6 +19,8 @@ use crate::{stderr, stdout};
 
 /// Files of an analysis, beside its pictures.
 const FILES: [&str; 3] = ["modes.json", "modes.csv", "modes.html"];
+/// Those of critical loads.
+const BUCKLING_FILES: [&str; 3] = ["buckling.json", "buckling.csv", "buckling.html"];
 /// Modes that have a picture.
 const PICTURES: usize = 20;
 
@@ -31,13 +36,19 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
         At::Rotation => About::Rotation,
     };
     let (model, (analysis, report)) = analysed(arguments, |model| {
+        if arguments.buckling {
+            let mut analysis = ModalAnalysis::of_loads(model, about)?;
+            let report = analysis.buckling(arguments.number)?;
+            return Ok((analysis, report));
+        }
         let mut analysis = ModalAnalysis::new(model, about)?;
         let report = analysis.modes(arguments.number)?;
         Ok((analysis, report))
     })?;
+    let files = if arguments.buckling { BUCKLING_FILES } else { FILES };
     report.warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
     if let Some(folder) = &arguments.output {
-        RunFolder::vacant(folder, &FILES, arguments.force)?;
+        RunFolder::vacant(folder, &files, arguments.force)?;
         let page = match mode_page(&model, &report, &command()) {
             Ok(page) => page,
             Err(error) => {
@@ -45,12 +56,16 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
                 return Err(Input::new(&arguments.model, overrides, arguments.json).refused(error)?);
             }
         };
-        write(&RunFolder::open(folder), &analysis, &report, &page)?;
+        write(&RunFolder::open(folder), files, (&analysis, &report), &page)?;
     }
     if arguments.json {
         return stdout::json(&serde_json::to_value(&report).unwrap_or_default());
     }
-    stdout::bytes(stderr::visible(&table(&report, arguments.number)).as_bytes())
+    let text = match &report.buckling {
+        Some(path) => loads(&report, path),
+        None => table(&report, arguments.number),
+    };
+    stdout::bytes(stderr::visible(&text).as_bytes())
 }
 
 /// What an analysis of the model finds; errors of the model with their lines.
@@ -81,6 +96,24 @@ fn failure(error: Option<ModesError>) -> Failure {
     let message = error.as_ref().map_or_else(|| "no modes were found".into(), ToString::to_string);
     match error {
         Some(ModesError::Statics(failure)) => Failure::Run { failure, files: Vec::new() },
+        Some(ModesError::Buckling(error)) => {
+            let remedy = match error {
+                BucklingError::Unstable(_) => "begin at a smaller load: --at start, or a smaller `simulation.end`",
+                BucklingError::Unjudged => "use --at start or --at static without a rotation",
+                BucklingError::Neutral => {
+                    "constrain what moves freely by a joint or a spring"
+                }
+                BucklingError::NoPotential(_) => {
+                    "judge equilibria along the path by `holonom modes --at static`, which finds growth and flutter"
+                }
+                BucklingError::NoLoad => {
+                    "state a [[load]] or motor without a constant history; what acts from the beginning is not scaled"
+                }
+                _ => "state stiffnesses of more alike sizes, or use more elements",
+            };
+            let failure = RunFailure { step: 0, t: 0.0, message, remedy: remedy.into() };
+            Failure::Run { failure, files: Vec::new() }
+        }
         Some(ModesError::Uncertain(_) | ModesError::Nothing(_)) => {
             let remedy = "ask for more modes (-n), state stiffnesses and masses of more alike sizes, or use more elements";
             let failure = RunFailure { step: 0, t: 0.0, message, remedy: remedy.into() };
@@ -133,24 +166,25 @@ fn campbell(arguments: &ModesArguments, model: &Model, diagram: &Campbell) -> Re
 /// Writes `modes.json`, `modes.csv`, the page and the pictures of the first modes.
 fn write(
     folder: &RunFolder,
-    analysis: &ModalAnalysis,
-    report: &Report,
+    files: [&str; 3],
+    (analysis, report): (&ModalAnalysis, &Report),
     page: &str,
 ) -> Result<(), Failure> {
     let json = format!("{:#}\n", serde_json::to_value(report).unwrap_or_default());
-    for (name, text) in FILES.into_iter().zip([&json, &report.csv(), page]) {
+    for (name, text) in files.into_iter().zip([&json, &report.csv(), page]) {
         folder.write(name, text)?;
     }
     let pictures = report.modes.len().min(PICTURES);
     for k in 0..pictures {
-        let name = format!("modes/mode_{:02}.svg", k + 1);
+        let stem = if report.buckling.is_some() { "buckling/shape" } else { "modes/mode" };
+        let name = format!("{stem}_{:02}.svg", k + 1);
         let picture = mode_picture(report, k, analysis.members(), analysis.beams());
         let svg =
             picture.svg().map_err(|reason| OutputError::Plot { name: name.clone(), reason })?;
         folder.write_picture(&name, &svg)?;
     }
     let place = folder.path().display();
-    stderr::line(&format!("written to {place}: {}, {pictures} pictures", FILES.join(", ")));
+    stderr::line(&format!("written to {place}: {}, {pictures} pictures", files.join(", ")));
     Ok(())
 }
 
@@ -211,7 +245,7 @@ fn table(report: &Report, count: usize) -> String {
                 "  {number:4}       unstable  {:>8.4} 1/s {ratio}  {most}",
                 mode.growth
             ),
-            ModeKind::Zero => Ok(()), // counted above
+            ModeKind::Zero | ModeKind::Buckling => Ok(()), // counted above, and of loads()
             ModeKind::Vibration => writeln!(
                 text,
                 "  {number:4}  {:>13}  {:>13}{ratio}  {most}",
@@ -224,6 +258,31 @@ fn table(report: &Report, count: usize) -> String {
                 seven(mode.decay)
             ),
         };
+    }
+    text
+}
+
+/// The critical loads.
+fn loads(report: &Report, path: &BucklingFacts) -> String {
+    let about = match report.about {
+        About::Static => format!("the equilibrium at t = {}", report.t),
+        _ => "the equilibrium at t = 0".to_owned(),
+    };
+    let (model, dof, end) = (&report.model, report.dof, path.end);
+    let mut text = format!(
+        "{model}: {dof} degrees of freedom; critical loads about {about}\n  load factor 1: the loads at t = {end}; residual \
+         {:.1e}\n",
+        report.residual
+    );
+    if let Some(factor) = path.reversed {
+        let _ = writeln!(text, "  reversed loads: {}", seven(factor));
+    }
+    if !report.modes.is_empty() {
+        text += "  shape    load factor  moves most\n";
+    }
+    for (k, mode) in report.modes.iter().enumerate() {
+        let factor = seven(mode.load_factor.unwrap_or_default());
+        let _ = writeln!(text, "  {:5}  {factor:>13}  {}", k + 1, mode.moves_most());
     }
     text
 }

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use holonom_model::{Model, ModelError};
-use holonom_sim::modes::{About, Campbell, Mode, ModeKind, Report};
+use holonom_sim::modes::{About, BucklingFacts, Campbell, Mode, ModeKind, Report};
 
 use super::facts::{counted, rounded};
 use super::mode_shapes::campbell_diagram;
@@ -16,7 +16,8 @@ use super::scene::Scene;
 /// # Errors
 /// [`ModelError`] when the model cannot be assembled.
 pub fn mode_page(model: &Model, report: &Report, command: &str) -> Result<String, ModelError> {
-    let title = format!("{}: modes", report.model);
+    let what = if report.buckling.is_some() { "critical loads" } else { "modes" };
+    let title = format!("{}: {what}", report.model);
     let mut html = head(&title);
     let about = format!(
         "{}; about {}",
@@ -27,8 +28,13 @@ pub fn mode_page(model: &Model, report: &Report, command: &str) -> Result<String
     push_warnings(&mut html, &report.warnings);
     html += &Scene::of_modes(model, report)?.map_or_else(String::new, |scene| scene.html());
     push_list(&mut html, facts(report));
-    html += "<h2>Modes</h2>\n";
-    push_table(&mut html, report);
+    if report.buckling.is_some() {
+        html += "<h2>Critical loads</h2>\n";
+        push_loads(&mut html, report);
+    } else {
+        html += "<h2>Modes</h2>\n";
+        push_table(&mut html, report);
+    }
     push_model(&mut html, &model.to_toml());
     foot(&mut html, env!("CARGO_PKG_VERSION"));
     Ok(html)
@@ -83,6 +89,14 @@ fn about(report: &Report) -> String {
 }
 
 fn facts(report: &Report) -> Vec<(&'static str, String)> {
+    if let Some(BucklingFacts { end, reversed }) = report.buckling {
+        let beyond = reversed.map_or_else(|| "none".to_owned(), |factor| rounded(factor, 7));
+        return vec![
+            ("load factor 1", format!("the loads at t = {end}")),
+            ("reversed loads", format!("first critical load factor: {beyond}")),
+            ("residual", format!("{:.1e}, relative to the shape", report.residual)),
+        ];
+    }
     let of = |kind: ModeKind| report.modes.iter().filter(|mode| mode.kind == kind).count();
     vec![
         ("unstable", counted(report.unstable as u64, "mode", "modes")),
@@ -122,6 +136,19 @@ fn push_table(html: &mut String, report: &Report) {
         "</table></div>\n<p class=\"note\">δ: rate of e^(−δt), of unstable modes of e^(δt).</p>\n";
 }
 
+fn push_loads(html: &mut String, report: &Report) {
+    *html += "<div class=\"scroll\"><table class=\"grid modes\">\n<tr><th>shape</th><th>load factor</th><th>moves most</th></tr>\n";
+    for (k, mode) in report.modes.iter().enumerate() {
+        let (number, most) = (k + 1, escape(&mode.moves_most()));
+        let factor = rounded(mode.load_factor.unwrap_or_default(), 7);
+        let _ = writeln!(
+            html,
+            "<tr data-mode=\"{number}\"><td><button>{number}</button></td><td>{factor}</td><td>{most}</td></tr>"
+        );
+    }
+    *html += "</table></div>\n<p class=\"note\">The critical loads are the load factor times the loads at the end of the path, beside what is constant.</p>\n";
+}
+
 fn cells(mode: &Mode) -> [String; 6] {
     let number = |value: f64, known: bool| if known { rounded(value, 7) } else { String::new() };
     let vibrates = mode.omega > 0.0;
@@ -130,6 +157,7 @@ fn cells(mode: &Mode) -> [String; 6] {
         ModeKind::Zero => "without stiffness",
         ModeKind::Vibration => "vibration",
         ModeKind::Decay => "dies out",
+        ModeKind::Buckling => "buckles",
     };
     [
         number(mode.frequency, vibrates || mode.kind == ModeKind::Zero),

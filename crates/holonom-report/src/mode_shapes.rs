@@ -51,6 +51,9 @@ pub fn mode_picture(report: &Report, k: usize, members: &[Member], beams: &Beams
         ModeKind::Zero => "without stiffness".to_owned(),
         ModeKind::Decay => format!("dies out at {:.4} 1/s", mode.decay),
         ModeKind::Vibration => format!("{:.6} Hz", mode.frequency),
+        ModeKind::Buckling => {
+            format!("buckles at {:.6} × load", mode.load_factor.unwrap_or_default())
+        }
     };
     Picture { title: format!("Mode {}: {what}", k + 1), width: 640.0, items }
 }

@@ -137,6 +137,12 @@ impl Statics {
         }
     }
 
+    /// Time of the loads at the end of the path, s.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.settings.end
+    }
+
     /// The members, in the order of their coordinates.
     #[must_use]
     pub fn members(&self) -> &[Member] {

@@ -13,6 +13,7 @@
 //! | [`relaxation`] | an initial configuration that is no equilibrium; directions without stiffness |
 //! | [`mod@modes`] | small vibrations about an equilibrium |
 //! | [`mod@vibrations`] | the same with damping and gyroscopic terms |
+//! | [`buckling`] | critical loads of a static state |
 //! | `lowest` | the lowest modes of a large system |
 //! | [`path`] | equilibria, paths, why a path ends |
 //! | [`rotation`] | steady rotation of a whole system |
@@ -37,6 +38,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod arc_length;
+pub mod buckling;
 mod equations;
 mod jump;
 pub mod limit;
@@ -59,6 +61,7 @@ pub use vi_multibody;
 pub use vi_rigid;
 
 pub use arc_length::{ArcLengthSettings, Continuation};
+pub use buckling::{Buckling, BucklingError};
 pub use limit::LimitReport;
 pub use modes::{Linearization, ModeError, Modes, modes};
 pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};

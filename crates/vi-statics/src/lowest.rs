@@ -47,8 +47,8 @@ const SETTLED: f64 = 1e-12;
 const HIGH: f64 = 1e-4;
 
 /// The pencil with a factorization at a shift.
-struct Pencil {
-    matrices: FrameMatrices,
+pub(crate) struct Pencil {
+    pub(crate) matrices: FrameMatrices,
     sigma: f64,
     factors: Option<(SparseMatrix, SparseLu)>,
 }
@@ -67,7 +67,7 @@ impl Linearization {
         let signs =
             TangentStiffness::new(matrices.K.clone(), matrices.B.clone(), problem.work.metric());
         let asymmetry = asymmetry(&matrices.K);
-        let mut pencil = Pencil { matrices, sigma: 0.0, factors: None };
+        let mut pencil = Pencil::new(matrices);
         let dof = pencil.size() - pencil.matrices.B.shape().0;
         let mut is_second_order = asymmetry > SYMMETRIC;
         pencil.matrices.C.for_each(|_, _, value| is_second_order |= value != 0.0);
@@ -158,6 +158,10 @@ struct ModeCounts {
 }
 
 impl Pencil {
+    pub(crate) fn new(matrices: FrameMatrices) -> Self {
+        Self { matrices, sigma: 0.0, factors: None }
+    }
+
     fn size(&self) -> usize {
         self.matrices.K.shape().0
     }
@@ -173,7 +177,7 @@ impl Pencil {
     }
 
     /// `Y` of `[K + σM, Bᵀ; B, 0] [Y; ·] = [R; 0]`.
-    fn solve(&mut self, R: &DMatrix<f64>) -> Result<DMatrix<f64>, ModeError> {
+    pub(crate) fn solve(&mut self, R: &DMatrix<f64>) -> Result<DMatrix<f64>, ModeError> {
         let FrameMatrices { K, M, B, .. } = &self.matrices;
         let (d, rows, sigma) = (K.shape().0, B.shape().0, self.sigma);
         let scale = 1.0 / largest_diagonal(K).max(f64::MIN_POSITIVE);
@@ -203,7 +207,7 @@ impl Pencil {
     fn round(&mut self, X: &DMatrix<f64>) -> Result<(DMatrix<f64>, Eigen), ModeError> {
         let Y = self.solve(&product(&self.matrices.M, X))?;
         let none = DMatrix::zeros(X.nrows(), 0);
-        let Y = self.orthonormal(&none, Y.column_iter().map(|y| y.into_owned()));
+        let Y = orthonormal(&self.matrices.M, &none, Y.column_iter().map(|y| y.into_owned()));
         let (K, M) = (congruence(&self.matrices.K, &Y), congruence(&self.matrices.M, &Y));
         let found = generalized_eigen(&(0.5 * (&K + K.transpose())), &M)?;
         Ok((Y * &found.vectors, found))
@@ -312,50 +316,49 @@ impl Pencil {
                 break;
             }
             let both = (0..pairs.len()).flat_map(|k| [re.column(k), im.column(k)]);
-            basis = self.orthonormal(&X, both.map(|column| column.into_owned()));
+            basis = orthonormal(&self.matrices.M, &X, both.map(|column| column.into_owned()));
         }
         Ok((basis, residual))
     }
+}
 
-    /// `X` with what is new in `columns`, `M`-orthonormal.
-    fn orthonormal(
-        &self,
-        X: &DMatrix<f64>,
-        columns: impl Iterator<Item = DVector<f64>>,
-    ) -> DMatrix<f64> {
-        const NEW: f64 = 1e-9;
-        let M = &self.matrices.M;
-        let norm = |x: &DVector<f64>| M.bilinear(x.as_slice(), x.as_slice()).sqrt();
-        let mut basis: Vec<DVector<f64>> = X.column_iter().map(|x| x.into_owned()).collect();
-        // twice: the first leaves what is lost to cancellation
-        for column in columns {
-            let mut x = column;
-            let size = norm(&x);
-            for _ in 0..2 {
-                let mut Mx = vec![0.0; x.len()];
-                M.mul_add(1.0, x.as_slice(), &mut Mx);
-                let Mx = DVector::from_vec(Mx);
-                let parts: Vec<f64> = basis.iter().map(|own| own.dot(&Mx)).collect();
-                basis.iter().zip(parts).for_each(|(own, part)| x.axpy(-part, own, 1.0));
-            }
-            let left = norm(&x);
-            if left > NEW * size {
-                basis.push(x / left);
-            }
+/// `X` with what is new in `columns`, `M`-orthonormal.
+pub(crate) fn orthonormal(
+    M: &SparseMatrix,
+    X: &DMatrix<f64>,
+    columns: impl Iterator<Item = DVector<f64>>,
+) -> DMatrix<f64> {
+    const NEW: f64 = 1e-9;
+    let norm = |x: &DVector<f64>| M.bilinear(x.as_slice(), x.as_slice()).sqrt();
+    let mut basis: Vec<DVector<f64>> = X.column_iter().map(|x| x.into_owned()).collect();
+    // twice: the first leaves what is lost to cancellation
+    for column in columns {
+        let mut x = column;
+        let size = norm(&x);
+        for _ in 0..2 {
+            let mut Mx = vec![0.0; x.len()];
+            M.mul_add(1.0, x.as_slice(), &mut Mx);
+            let Mx = DVector::from_vec(Mx);
+            let parts: Vec<f64> = basis.iter().map(|own| own.dot(&Mx)).collect();
+            basis.iter().zip(parts).for_each(|(own, part)| x.axpy(-part, own, 1.0));
         }
-        DMatrix::from_columns(&basis)
+        let left = norm(&x);
+        if left > NEW * size {
+            basis.push(x / left);
+        }
     }
+    DMatrix::from_columns(&basis)
 }
 
 /// `A X`.
-fn product(A: &SparseMatrix, X: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn product(A: &SparseMatrix, X: &DMatrix<f64>) -> DMatrix<f64> {
     let mut out = DMatrix::zeros(A.shape().0, X.ncols());
     A.mul_dense_add(1.0, X, &mut out);
     out
 }
 
 /// `XᵀAX`.
-fn congruence(A: &SparseMatrix, X: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn congruence(A: &SparseMatrix, X: &DMatrix<f64>) -> DMatrix<f64> {
     X.tr_mul(&product(A, X))
 }
 

@@ -73,7 +73,7 @@ impl StaticProblem {
         norm_inf(&g) <= AT_REST
     }
 
-    fn is_neutral_here(&mut self) -> bool {
+    pub(crate) fn is_neutral_here(&mut self) -> bool {
         let d = self.work.unknowns();
         self.x[..d].fill(0.0);
         self.x[d..].copy_from_slice(&self.mu);

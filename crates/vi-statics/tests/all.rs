@@ -3,6 +3,7 @@
 
 mod common;
 
+mod buckling;
 mod circulation;
 mod equilibria;
 mod frequency_bound;

@@ -37,8 +37,14 @@ pub(crate) struct ModesArguments {
     /// Follow the modes over N speeds of rotation from A to B, rad/s: the Campbell diagram
     #[arg(long, value_name = "A:B:N", value_parser = speeds, conflicts_with = "at")]
     pub(crate) speeds: Option<Speeds>,
+    /// The lowest critical load factors and the shapes in which the system buckles, from the
+    /// equilibrium at t = 0 or, with --at static, from that at the end: the loads of the path are
+    /// scaled, constant ones kept; a factor of 1 is the loads at the end
+    #[arg(long, conflicts_with = "speeds")]
+    pub(crate) buckling: bool,
     /// Write modes.json, modes.csv, modes.html with the moving shapes, and pictures of them into
-    /// this folder; with --speeds campbell.json, campbell.csv, campbell.svg and the page modes.html
+    /// this folder; with --speeds campbell.json, campbell.csv, campbell.svg and the page modes.html; with
+    /// --buckling buckling.json, buckling.csv, buckling.html
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Replace files of an earlier call

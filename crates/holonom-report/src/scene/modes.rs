@@ -70,6 +70,9 @@ fn short(mode: &Mode) -> String {
         ModeKind::Zero => "0 Hz".to_owned(),
         ModeKind::Vibration => format!("{} Hz", rounded(mode.frequency, 5)),
         ModeKind::Decay => "dies out".to_owned(),
+        ModeKind::Buckling => {
+            format!("{} × load", rounded(mode.load_factor.unwrap_or_default(), 5))
+        }
     }
 }
 
@@ -95,5 +98,9 @@ fn words(mode: &Mode) -> String {
         ),
         ModeKind::Vibration => format!("vibration of {frequency} Hz."),
         ModeKind::Decay => format!("dies out as e^(−δt), δ = {decay} 1/s, without a vibration."),
+        ModeKind::Buckling => format!(
+            "buckles at {} times the loads. Drawn to and fro to show the shape.",
+            rounded(mode.load_factor.unwrap_or_default(), 7)
+        ),
     }
 }

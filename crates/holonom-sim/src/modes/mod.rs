@@ -9,11 +9,12 @@
 //! without stiffness (rigid-body motions, spins, idle degrees of freedom) have `ω = 0`. Initial
 //! velocities count for [`About::Rotation`] alone.
 
+mod buckling;
 mod campbell;
 mod report;
 
 pub use campbell::{Campbell, Speed};
-pub use report::{About, MemberShape, Mode, ModeKind, Report, RotationReport};
+pub use report::{About, BucklingFacts, MemberShape, Mode, ModeKind, Report, RotationReport};
 
 use crate::digits::rounded;
 use crate::experiment::Experiment as _;
@@ -24,7 +25,9 @@ use crate::system::beams::Beams;
 use holonom_model::{Model, ModelError};
 use nalgebra::{Complex, Vector3};
 use vi_statics::modes::{ModeError, Modes};
-use vi_statics::{Linearization, MotionKind, RotationError, SteadyRotation, Vibration, Vibrations};
+use vi_statics::{
+    BucklingError, Linearization, MotionKind, RotationError, SteadyRotation, Vibration, Vibrations,
+};
 
 /// Residual force, as a part of the largest one, above which a configuration is no equilibrium.
 const BALANCED: f64 = 1e-6;
@@ -50,6 +53,9 @@ pub enum ModesError {
     /// No mode was found of a system that can move.
     #[error("no mode was found of {0} degrees of freedom")]
     Nothing(usize),
+    /// There are no critical loads.
+    #[error(transparent)]
+    Buckling(#[from] BucklingError),
     /// No axis is known.
     #[error("the initial velocities are zero: there is no rotation to take modes about")]
     NoRotation,
@@ -175,6 +181,7 @@ impl ModalAnalysis {
             orthogonality: found.orthogonality,
             unstable_by_inertia: by_inertia,
             warnings: self.ignored.iter().cloned().chain(warnings(&found)).collect(),
+            buckling: None,
             configuration,
         })
     }
@@ -272,6 +279,7 @@ fn mode(place: &Place<'_>, kind: ModeKind, value: Complex<f64>, v: &[Complex<f64
         growth: value.re.max(0.0),
         decay: (-value.re).max(0.0),
         damping_ratio: if size > 0.0 { (-value.re).max(0.0) / size } else { 0.0 },
+        load_factor: None,
         shape: report::shape(place.members, place.q, v),
     }
 }

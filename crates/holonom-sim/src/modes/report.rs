@@ -31,6 +31,8 @@ pub enum ModeKind {
     Vibration,
     /// It dies out without a vibration.
     Decay,
+    /// The shape in which it buckles at a critical load.
+    Buckling,
 }
 
 /// How a component moves in a mode.
@@ -74,6 +76,9 @@ pub struct Mode {
     /// `ζ = δ/√(ω² + δ²)`.
     #[serde(default)]
     pub damping_ratio: f64,
+    /// The critical load as a multiple of the loads at the end of the path; of buckling shapes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load_factor: Option<f64>,
     /// The shape, scaled so that the largest displacement is 1 m; where nothing is displaced, the
     /// largest rotation is 1 rad.
     pub shape: Vec<MemberShape>,
@@ -88,6 +93,15 @@ pub struct RotationReport {
     pub axis: [f64; 3],
     /// A point of the axis, m.
     pub point: [f64; 3],
+}
+
+/// The path whose loads become critical.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BucklingFacts {
+    /// Time of the loads at the end of the path, s: where the load factor is 1.
+    pub end: f64,
+    /// The first critical load factor of reversed loads.
+    pub reversed: Option<f64>,
 }
 
 /// Modes about a configuration.
@@ -120,6 +134,9 @@ pub struct Report {
     /// and where only the lowest modes are computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unstable_by_inertia: Option<usize>,
+    /// Of critical loads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub buckling: Option<BucklingFacts>,
     /// Coordinates of the configuration, components one after the other.
     pub configuration: Vec<f64>,
     /// What is worth knowing.
@@ -154,6 +171,7 @@ impl ModeKind {
             Self::Zero => "zero",
             Self::Vibration => "vibration",
             Self::Decay => "decay",
+            Self::Buckling => "buckling",
         }
     }
 }
@@ -162,6 +180,9 @@ impl Report {
     /// `modes.csv`: a row for each mode and member.
     #[must_use]
     pub fn csv(&self) -> String {
+        if let Some(buckling) = &self.buckling {
+            return self.buckling_csv(buckling);
+        }
         let mut text = String::from(
             "mode,kind,omega_squared,frequency,member,ux,uy,uz,rx,ry,rz,decay,damping_ratio,\
              ux_before,uy_before,uz_before,rx_before,ry_before,rz_before\n",
@@ -180,6 +201,23 @@ impl Report {
                     text,
                     "{number},{kind},{squared},{frequency},{name}{now},{decay},{ratio}{before}"
                 );
+            }
+        }
+        text
+    }
+}
+
+impl Report {
+    /// `buckling.csv`: a row for each critical load and member.
+    fn buckling_csv(&self, path: &BucklingFacts) -> String {
+        let mut text = String::from("mode,load_factor,time,member,ux,uy,uz,rx,ry,rz\n");
+        for (k, mode) in self.modes.iter().enumerate() {
+            let (number, factor) = (k + 1, mode.load_factor.unwrap_or(f64::NAN));
+            let time = factor * path.end;
+            for MemberShape { name, translation, rotation, .. } in &mode.shape {
+                let numbers: String =
+                    translation.iter().chain(rotation).map(|x| format!(",{x}")).collect();
+                let _ = writeln!(text, "{number},{factor},{time},{name}{numbers}");
             }
         }
         text

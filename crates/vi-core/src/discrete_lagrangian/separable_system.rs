@@ -263,6 +263,30 @@ impl SeparableSystem {
         self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
     }
 
+    /// [`SeparableSystem::net_force`] without [`SeparableSystem::strain_energies`].
+    pub fn net_force_beside_strains(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        self.add_force(at, v, out);
+        out.iter_mut().for_each(|f| *f = -*f);
+        self.beside_strains().for_each(|potential| potential.add_gradient(at, 1.0, out));
+    }
+
+    /// Emits its derivative, [`SeparableSystem::stiffness`] without
+    /// [`SeparableSystem::strain_energies`].
+    pub fn stiffness_beside_strains(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        out: &mut dyn Entries,
+    ) {
+        self.beside_strains().for_each(|potential| potential.add_hessian(at, 1.0, out));
+        self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
+    }
+
+    fn beside_strains(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
+        self.potentials().filter(|potential| potential.strain_energy().is_none())
+    }
+
     /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order.
     pub fn damping(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
         self.forces.iter().for_each(|force| force.add_damping(at, v, -1.0, out));

@@ -34,6 +34,7 @@ use vi_rigid::directors::director;
 use vi_rigid::rotation::skew;
 
 mod mixed;
+mod path_stiffness;
 mod rows;
 mod scale;
 mod solve;
@@ -215,9 +216,15 @@ impl EquilibriumEquations {
 
     /// `Σ_I ŵ_I d̂_I` of each frame: the derivative of `P_in` in the direction of a rotation.
     fn fill_spin(&mut self) {
-        let force = self.tangent_force().into_owned();
+        let mut spin = std::mem::take(&mut self.spin);
+        self.spin_of(&self.tangent_force(), &mut spin);
+        self.spin = spin;
+    }
+
+    /// The same of any force, shape `n`.
+    pub(super) fn spin_of(&self, force: &[f64], spin: &mut [Matrix6<f64>]) {
         let q = &self.s.q1;
-        for (k, spin) in self.spin.iter_mut().enumerate() {
+        for (k, spin) in spin.iter_mut().enumerate() {
             let (frame, w) = (&q[12 * k..12 * k + 12], &force[12 * k..12 * k + 12]);
             let hats = (0..3).map(|i| skew(&director(w, i)) * skew(&director(frame, i)));
             spin.fixed_view_mut::<3, 3>(3, 3).copy_from(&hats.sum::<Matrix3<f64>>());
@@ -225,7 +232,7 @@ impl EquilibriumEquations {
     }
 
     /// The configuration last evaluated.
-    fn here(&self) -> Configuration<'_> {
+    pub(super) fn here(&self) -> Configuration<'_> {
         Configuration { t: self.t, ..self.s.end() }
     }
 
@@ -402,7 +409,11 @@ impl EquilibriumEquations {
         (K, B)
     }
 
-    fn frame_matrix(&self, emit: &dyn Fn(&mut dyn Entries), spin: &[Matrix6<f64>]) -> SparseMatrix {
+    pub(super) fn frame_matrix(
+        &self,
+        emit: &dyn Fn(&mut dyn Entries),
+        spin: &[Matrix6<f64>],
+    ) -> SparseMatrix {
         let (d, mut matrix) = (self.unknowns(), ReducedMatrix::default());
         matrix.fill(&self.layout, emit, &self.left, &self.left, spin);
         SparseMatrix::assemble(d, d, |out| matrix.emit(out))

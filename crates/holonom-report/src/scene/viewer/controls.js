@@ -10,7 +10,7 @@
     if (!modes.length) return `t = ${state.t.toFixed(decimals)} s`;
     const { kind } = modes[state.mode];
     if (kind === "vibration") return `phase ${Math.round(360 * state.t)}°`;
-    if (kind === "zero") return `${Math.round(100 * factors(modes[state.mode], state.t)[0])} %`;
+    if (kind === "zero" || kind === "buckling") return `${Math.round(100 * factors(modes[state.mode], state.t)[0])} %`;
     return `t = ${(SPAN * (kind === "decay" ? state.t : state.t - 1)).toFixed(2)}/δ`;
   };
   const refresh = () => {

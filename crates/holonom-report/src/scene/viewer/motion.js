@@ -62,7 +62,7 @@
     const envelope = { decay: Math.exp(-SPAN * s), unstable: Math.exp(SPAN * (s - 1)) }[mode.kind] ?? 1;
     const cycles = mode.kind === "unstable" || mode.kind === "decay" ? (mode.vibrates ? CYCLES : 0) : 1;
     const angle = 2 * Math.PI * cycles * s;
-    return [envelope * Math.cos(angle), mode.kind === "zero" ? 0 : -envelope * Math.sin(angle)];
+    return [envelope * Math.cos(angle), mode.kind === "zero" || mode.kind === "buckling" ? 0 : -envelope * Math.sin(angle)];
   };
   // the tangent of the angle is proportional to the displacement, as it is along the axis of a beam
   const displaced = (mode, member, { c, q }, [now, before]) => {

@@ -1,0 +1,110 @@
+//! The program on a column: critical loads, their files, refusals.
+#![allow(clippy::unwrap_used)] // a test
+
+use std::f64::consts::PI;
+use std::fs;
+use std::path::PathBuf;
+
+use crate::program::command::{code, holonom, pendulum_folder, words};
+use serde_json::Value;
+
+fn folder(case: &str) -> PathBuf {
+    pendulum_folder("critical_loads", case)
+}
+
+/// A strut of `EI = 350 N m²` and `1400 N m²` under 1000 N at the end of the path.
+const COLUMN: &str = r#"
+[model]
+name = "column"
+
+[simulation]
+step = 0.5
+end = 2.0
+scheme = "static"
+
+[[beam]]
+name = "strut"
+points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+elements = 32
+normal = [0.0, 0.0, 1.0]
+section = { EA = 1e9, GA1 = 1e9, GA2 = 1e9, EI1 = 1400.0, EI2 = 350.0, GJ = 300.0, rhoA = 1.0, rhoI1 = 1e-4, rhoI2 = 1e-4 }
+start = "clamped"
+
+[[load]]
+name = "press"
+body = "strut.end"
+force = [-1000.0, 0.0, 0.0]
+
+[[load]]
+name = "rest"
+body = "strut.end"
+force = [-200.0, 0.0, 0.0]
+history = { type = "constant" }
+"#;
+
+#[test]
+fn load_factors_are_those_of_euler_beside_a_constant_load() {
+    let folder = folder("factors");
+    fs::write(folder.join("column.toml"), COLUMN).unwrap();
+    let output =
+        holonom(&folder, &["modes", "column.toml", "--buckling", "-n", "3", "--json", "-o", "out"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let factors: Vec<f64> = report["modes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|m| m["load_factor"].as_f64().unwrap())
+        .collect();
+    let euler = |ei: f64, k: f64| (k * k * PI * PI / 4.0 * ei - 200.0) / 1000.0;
+    let exact = [euler(350.0, 1.0), euler(1400.0, 1.0), euler(350.0, 3.0)];
+    println!("load factors {factors:?}, closed form {exact:?}");
+    for (found, exact) in factors.iter().zip(exact) {
+        assert!((found / exact - 1.0).abs() < 0.02, "{found} against {exact}");
+    }
+    assert_eq!(report["buckling"]["end"], 2.0);
+    assert!(report["buckling"]["reversed"].is_null(), "{}", report["buckling"]);
+    let csv = fs::read_to_string(folder.join("out/buckling.csv")).unwrap();
+    let mut rows = csv.lines();
+    assert_eq!(rows.next(), Some("mode,load_factor,time,member,ux,uy,uz,rx,ry,rz"));
+    // the tip moves by 1 m across, along the thin side
+    let row = rows.find(|row| row.starts_with("1,") && row.contains(",strut.32,")).unwrap();
+    let cells: Vec<&str> = row.split(',').collect();
+    let number = |k: usize| cells[k].parse::<f64>().unwrap();
+    assert!((number(1) - factors[0]).abs() < 1e-12 && (number(2) - 2.0 * factors[0]).abs() < 1e-12);
+    assert!(number(4).abs() < 1e-9 && (number(5).hypot(number(6)) - 1.0).abs() < 1e-9, "{row}");
+    assert!((number(7).hypot(number(8)).hypot(number(9)) - PI / 2.0).abs() < 0.01, "{row}");
+    let page = fs::read_to_string(folder.join("out/buckling.html")).unwrap();
+    assert!(page.contains("Critical loads") && page.contains("load factor"), "no table");
+    assert!(folder.join("out/buckling/shape_03.svg").exists());
+    assert_eq!(code(&folder, &["modes", "column.toml", "--buckling", "-o", "out"]), 2);
+    // from half of the load on: the same critical load
+    let half = ["modes", "column.toml", "--buckling", "--at", "static", "-n", "1", "--json"];
+    let output =
+        holonom(&folder, &[&half[..], &["--set", "load.press.force=[-400.0, 0.0, 0.0]"]].concat());
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found = 400.0 * report["modes"][0]["load_factor"].as_f64().unwrap();
+    assert!((found / (1000.0 * factors[0]) - 1.0).abs() < 1e-4, "{found}");
+}
+
+#[test]
+fn states_without_critical_loads_say_why() {
+    let folder = folder("refusals");
+    let refused = |model: String, extra: &[&str], expected: [&str; 2]| {
+        fs::write(folder.join("column.toml"), model).unwrap();
+        let output =
+            holonom(&folder, &[&["modes", "column.toml", "--buckling"][..], extra].concat());
+        let text = words(&output);
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        expected.iter().for_each(|word| assert!(text.contains(word), "{text}"));
+    };
+    let press = "force = [-1000.0, 0.0, 0.0]";
+    let with = |line: &str| COLUMN.replace(press, line);
+    let heavy = with("force = [-1500.0, 0.0, 0.0]");
+    refused(heavy, &["--at", "static"], ["unstable already", "--at start"]);
+    let constant = with("force = [-100.0, 0.0, 0.0]\nhistory = { type = \"constant\" }");
+    refused(constant, &[], ["no load that changes", "[[load]]"]);
+    refused(COLUMN.into(), &["--at", "rotation"], ["steady rotation", "--at start"]);
+    let follower = with("force = [0.0, 0.0, -1000.0]\nframe = \"body\"");
+    refused(follower, &[], ["no potential", "--at static"]);
+}
