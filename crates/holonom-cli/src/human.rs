@@ -132,14 +132,17 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
             stiffness.element,
             stiffness.beam
         );
-        rows.insert(
-            2,
-            ("beams, elements", format!("{}, {}", report.counts.beams, report.counts.elements)),
-        );
+        rows.insert(2, ("beams, elements", elements(report)));
         rows.push(("h ω_max of beams", found));
     }
     rows.extend(report.strains.map(|variant| ("strains of beams", variant.name().to_owned())));
     rows
+}
+
+/// Numbers of beams and elements, and what these measure.
+fn elements(report: &AssemblyReport) -> String {
+    let kinds: Vec<&str> = report.element_kinds.iter().map(|kind| kind.name()).collect();
+    format!("{}, {} ({})", report.counts.beams, report.counts.elements, kinds.join(", "))
 }
 
 /// The same as lines for a terminal.

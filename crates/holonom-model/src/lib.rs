@@ -33,7 +33,9 @@ pub use text::overrides::Override;
 pub use text::places::{LineColumn, line_column, locate};
 pub use text::problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use text::read::{open_regular, read_regular, read_regular_text, read_text};
-pub use types::beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist};
+pub use types::beam::{
+    Beam, BeamElement, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist,
+};
 pub use types::body::{Body, Particle};
 pub use types::columns::Columns;
 pub use types::connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};

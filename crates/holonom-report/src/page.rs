@@ -313,8 +313,9 @@ fn push_table(html: &mut String, summary: &Summary) {
     ];
     let alone = summary.step_seconds.map(|step| ("time per step", format!("{step:.3e} s")));
     let rows = rows.into_iter().chain(alone);
-    let beams =
-        ("beams, elements", format!("{}, {}", summary.counts.beams, summary.counts.elements));
+    let kinds: Vec<&str> = summary.element_kinds.iter().map(|kind| kind.name()).collect();
+    let (beams, elements) = (summary.counts.beams, summary.counts.elements);
+    let beams = ("beams, elements", format!("{beams}, {elements} ({})", kinds.join(", ")));
     let rows = rows.chain((summary.counts.beams > 0).then_some(beams));
     html.push_str("<table>\n");
     for (name, value) in rows {

@@ -21,7 +21,7 @@ pub use crate::run::outcome::StaticFacts;
 use crate::run::outcome::{RunFailure, RunOutcome};
 use crate::sample::{Member, Residuals, Sample};
 use crate::sensor::{Sensors, View};
-use crate::system::beams::Beams;
+use crate::system::beams::{Beams, bending_bounds};
 use crate::system::{self, System};
 use holonom_model::{Columns, History, Model, ModelError, Scheme, Settings};
 use std::io;
@@ -90,6 +90,8 @@ impl Statics {
         let mechanism = mechanism.accepting(nearly.and_then(|loops| loops.nearly_redundant()));
         let problem =
             StaticProblem::new(system, mechanism.clone()).with_elements(beams.parts.neighbours());
+        let kinds = beams.parts.elements.list().iter().map(|element| element.law.kind());
+        let problem = problem.with_bounds(kinds.map(bending_bounds));
         let internal = 6 * mechanism.description().bodies.len();
         let chosen: Vec<usize> =
             (0..internal).chain(problem.rows().rows().iter().copied()).collect();

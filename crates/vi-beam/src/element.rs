@@ -435,6 +435,16 @@ pub enum ElementKind {
 }
 
 impl ElementKind {
+    /// Its name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MeanDirectors => "mean_directors",
+            Self::Helicoidal => "helicoidal",
+            Self::Rope => "rope",
+        }
+    }
+
     /// The strains of an element of a length; `None` where a stiffness cannot be condensed.
     fn law(self, length: f64, section: &Section) -> Option<StrainLaw> {
         let law = match self {

@@ -60,7 +60,7 @@ pub use vi_core;
 pub use vi_multibody;
 pub use vi_rigid;
 
-pub use element::{Element, Elements, MassKind};
+pub use element::{Element, ElementKind, Elements, MassKind};
 pub use mesh::{FrameRule, Mesh};
 pub use model::{Beam, BeamBuilder, BeamElements, BeamModel, StrainRule};
 pub use profile::{Material, Profile, Stated, Walls};

@@ -33,7 +33,7 @@ impl StaticProblem {
     /// Refuses a configuration last evaluated that is too far from the last equilibrium.
     pub(crate) fn refuse_jump(&self, bounds: &StepBounds) -> Result<(), StepFailure> {
         let s = &self.work.s;
-        for (element, nodes) in self.neighbours.iter().enumerate() {
+        for (element, (nodes, _)) in self.neighbours.iter().enumerate() {
             let change = angle_between(*nodes, &s.q1) - angle_between(*nodes, &s.q0);
             if change.abs() > bounds.bending {
                 let what = format!("element {element} bends by {change:.3} rad in one step");

@@ -62,7 +62,7 @@ pub use vi_rigid;
 
 pub use arc_length::{ArcLengthSettings, Continuation};
 pub use buckling::{Buckling, BucklingError};
-pub use limit::LimitReport;
+pub use limit::{BendingBounds, LimitReport};
 pub use modes::{Linearization, ModeError, Modes, modes};
 pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 pub use problem::StaticProblem;

@@ -16,7 +16,7 @@
 //! Source: theory §6.9.
 
 use crate::equations::{EquilibriumEquations, EquilibriumProblem};
-use crate::limit::LimitReport;
+use crate::limit::{BendingBounds, LimitReport};
 use crate::path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 use crate::rotation::{RotationError, SteadyRotation};
 use crate::step_bounds::{StepBounds, StepFailure};
@@ -58,7 +58,7 @@ pub struct StaticProblem {
     pub(crate) work: EquilibriumEquations,
     pub(crate) neutral: bool, // some direction has no stiffness: steps are relaxed
     pub(crate) unstable: Option<usize>, // directions at the last equilibrium of a path
-    pub(crate) neighbours: Vec<[usize; 2]>, // nodes of elements
+    pub(crate) neighbours: Vec<([usize; 2], BendingBounds)>, // nodes of elements
     pub(crate) elastic: Vec<bool>, // frames that are nodes of elements
 }
 
@@ -104,7 +104,17 @@ impl StaticProblem {
     #[must_use]
     pub fn with_elements(mut self, neighbours: Vec<[usize; 2]>) -> Self {
         neighbours.iter().flatten().for_each(|&node| self.elastic[node] = true);
-        self.neighbours = neighbours;
+        let bounded = neighbours.into_iter().map(|nodes| (nodes, BendingBounds::default()));
+        self.neighbours = bounded.collect();
+        self
+    }
+
+    /// With bounds for the bending of each element, in the order of
+    /// [`StaticProblem::with_elements`]; those of mean directors otherwise.
+    #[must_use]
+    pub fn with_bounds(mut self, bounds: impl IntoIterator<Item = BendingBounds>) -> Self {
+        let own = self.neighbours.iter_mut().zip(bounds);
+        own.for_each(|((_, own), bounds)| *own = bounds);
         self
     }
 

@@ -2,7 +2,8 @@
 
 use crate::checks::Checker;
 use crate::text::problem::{nearest, some};
-use crate::types::beam::{Beam, BeamMass};
+use crate::types::beam::{Beam, BeamElement, BeamMass};
+use crate::types::settings::Strain;
 
 impl Checker<'_> {
     pub(crate) fn beam(&mut self, key: &str, beam: &Beam) {
@@ -28,6 +29,31 @@ impl Checker<'_> {
         if beam.order > 1 && beam.mass == BeamMass::Lumped {
             let message = format!("elements of order {} have no lumped mass", beam.order);
             self.report(format!("{key}.mass"), message, "write order = 1 or mass = \"consistent\"");
+        }
+        self.element(key, beam);
+    }
+
+    /// Helicoidal strains are those of two nodes, in configurations on the constraints.
+    fn element(&mut self, key: &str, beam: &Beam) {
+        let (key, settings) = (format!("{key}.element"), &self.model.settings);
+        if matches!(beam.element, None | Some(BeamElement::MeanDirectors)) {
+            return;
+        }
+        if beam.order > 1 {
+            let message =
+                format!("elements of order {} have strains of mean directors", beam.order);
+            self.report(
+                key,
+                message,
+                "write order = 1, whose elements are of order 4, or remove `element`",
+            );
+        } else if settings.strain == Strain::Midpoint {
+            let message =
+                "the mean of two configurations, of which strain = \"midpoint\" takes the \
+                           strains, has no orthonormal directors, which these elements need"
+                    .to_owned();
+            let help = "write element = \"mean_directors\", or remove `strain`";
+            self.report(key, message, help);
         }
     }
 

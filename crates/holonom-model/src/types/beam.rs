@@ -7,10 +7,12 @@
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vi_beam::ElementKind;
 use vi_beam::mesh::{CurveError, FrameRule, Mesh};
 use vi_multibody::joint::complete_axis;
 
 use super::section::Section;
+use super::settings::{Settings, Strain};
 use crate::text::problem::{Problem, fault};
 
 /// Intervals between nodes that a beam may have at most.
@@ -49,6 +51,31 @@ pub enum BeamMass {
     Consistent,
     /// Half at each end; two-node elements only.
     Lumped,
+}
+
+/// What the elements of a beam measure of their nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BeamElement {
+    /// Helicoidal strains, of order 4 with two nodes: stable in any tension, exact in constant
+    /// strain, bent by up to 150°.
+    Helicoidal,
+    /// Quadratic forms of mean directors, of order 2, LMO08 section 6.2: unstable in a tension
+    /// beyond `4 EI/ℓ²` of an element, bent by up to 90°.
+    MeanDirectors,
+    /// Helicoidal strains without the bending within an element, of order 2: for ropes, whose
+    /// bending stiffness is nearly zero, and for large moments of inertia of the section.
+    Rope,
+}
+
+impl From<BeamElement> for ElementKind {
+    fn from(element: BeamElement) -> Self {
+        match element {
+            BeamElement::Helicoidal => Self::Helicoidal,
+            BeamElement::MeanDirectors => Self::MeanDirectors,
+            BeamElement::Rope => Self::Rope,
+        }
+    }
 }
 
 /// One number of elements, or one for each leg.
@@ -125,7 +152,11 @@ pub struct Beam {
     pub curve: Option<Curve>,
     /// Elements of each leg, or a list with one number for each leg.
     pub elements: Count,
-    /// Order of the elements: 1 (two nodes), 2 or 3 (three or four nodes, reduced quadrature).
+    /// What its elements measure: `helicoidal` for elements with two nodes, `mean_directors` for
+    /// those with more and with `strain = "midpoint"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<BeamElement>,
+    /// Intervals of an element: 1 (two nodes), 2 or 3 (three or four nodes, reduced quadrature).
     #[serde(default = "one")]
     pub order: usize,
     /// Direction of `d_1`, the first axis of the section, as far as it lies across the centre line;
@@ -177,6 +208,14 @@ impl Beam {
             Count::Each(count) => *count,
             Count::Legs(counts) => counts.get(leg).copied().unwrap_or_default(),
         }
+    }
+
+    /// What its elements measure, as stated or by default.
+    #[must_use]
+    pub fn element_kind(&self, settings: &Settings) -> ElementKind {
+        let mean = self.order > 1 || settings.strain == Strain::Midpoint;
+        let default = if mean { ElementKind::MeanDirectors } else { ElementKind::Helicoidal };
+        self.element.map_or(default, ElementKind::from)
     }
 
     /// Elements of the whole beam.

@@ -18,6 +18,7 @@ use holonom_model::{
 use measures::Measures;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use vi_beam::ElementKind;
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
 use vi_constraints::integrator::{SetupError, SingularStart};
@@ -78,6 +79,9 @@ pub struct AssemblyReport {
     /// Whether the strains of beams dissipate; `None` without beams and in statics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strains: Option<StrainVariant>,
+    /// What the elements of beams measure, each kind once; empty without beams.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub element_kinds: Vec<ElementKind>,
     /// Distance of the projection of the initial configuration onto the constraints, m; `None` when
     /// it was not.
     pub projected: Option<f64>,
@@ -290,7 +294,15 @@ pub(crate) fn counts(
         dof: n - rows.len(),
     };
     let strains = StrainVariant::of(model);
-    AssemblyReport { counts, redundant, closure, strains, ..AssemblyReport::default() }
+    let mut element_kinds: Vec<ElementKind> = Vec::new();
+    for beam in &beams.list {
+        if !element_kinds.contains(&beam.kind) {
+            element_kinds.push(beam.kind);
+        }
+    }
+    let report =
+        AssemblyReport { counts, redundant, closure, strains, ..AssemblyReport::default() };
+    AssemblyReport { element_kinds, ..report }
 }
 
 /// A refused set-up of an energy–momentum scheme as an error of the model.

@@ -10,6 +10,7 @@ use crate::run::outcome::StaticFacts;
 use crate::run::outcome::{RunFailure, RunOutcome};
 use crate::sample::Sample;
 use holonom_model::{Family, HighOrder, Model};
+use vi_beam::ElementKind;
 use vi_core::momentum_map::Momentum;
 
 /// How a run ended.
@@ -160,6 +161,9 @@ pub struct Summary {
     /// Whether the strains of beams dissipate; absent without beams and in statics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strains: Option<StrainVariant>,
+    /// What the elements of beams measure, each kind once; absent without beams.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub element_kinds: Vec<ElementKind>,
     /// Newton iterations.
     pub newton_iterations: NewtonSummary,
     /// Time the run took, s, writing included.
@@ -327,6 +331,7 @@ impl SummaryBuilder {
             recorded: self.recorded,
             counts: assembly.counts,
             strains: assembly.strains,
+            element_kinds: assembly.element_kinds.clone(),
             newton_iterations: NewtonSummary {
                 mean: self.newton_sum / steps_recorded,
                 max: self.newton_max,

@@ -9,7 +9,7 @@ use crate::system::beams::{BeamParts, Beams};
 use holonom_model::{Family, Settings, Strain};
 use serde::{Deserialize, Serialize};
 use vi_beam::frequency::highest_frequency;
-use vi_statics::limit::{STOP, WARN, angle_between};
+use vi_statics::limit::{BendingBounds, angle_between};
 
 /// The stiffest element of all beams, against the step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -99,6 +99,7 @@ pub(crate) struct FoldedElement<'a> {
     pub(crate) beam: &'a str,
     pub(crate) element: usize,
     pub(crate) angle: f64, // rad  between its nodes
+    pub(crate) bounds: BendingBounds,
 }
 
 /// The elements of one beam, and how far they were bent.
@@ -106,6 +107,7 @@ pub(crate) struct FoldedElement<'a> {
 struct Watched {
     beam: String,
     pairs: Vec<(usize, [usize; 2])>,
+    bounds: BendingBounds,
     bent: Bent,
 }
 
@@ -120,6 +122,7 @@ impl LimitWatch {
         let watched = |beam: &BeamParts| Watched {
             beam: beam.name.clone(),
             pairs: beams.pairs(beam).collect(),
+            bounds: beam.bounds(),
             bent: Bent::default(),
         };
         Self { beams: beams.list.iter().map(watched).collect() }
@@ -133,14 +136,14 @@ impl LimitWatch {
         for watched in &mut self.beams {
             for &(element, pair) in &watched.pairs {
                 let angle = angle_between(pair, q);
-                let bent = &mut watched.bent;
+                let (bent, bounds) = (&mut watched.bent, watched.bounds);
                 if angle > bent.largest.1 {
                     bent.largest = (element, angle, t);
-                    if angle > WARN {
+                    if angle > bounds.warn {
                         bent.first.get_or_insert((element, t));
                     }
-                    if angle > STOP {
-                        return Err(FoldedElement { beam: &watched.beam, element, angle });
+                    if angle > bounds.stop {
+                        return Err(FoldedElement { beam: &watched.beam, element, angle, bounds });
                     }
                 }
             }
@@ -169,10 +172,11 @@ impl LimitWatch {
             let (first, begin) = watched.bent.first?;
             let (element, angle, t) = watched.bent.largest;
             let (begin, t) = (twelve_digits(begin), twelve_digits(t));
+            let warn = watched.bounds.warn.to_degrees();
+            let consequence = watched.bounds.consequence(watched.bounds.warn.next_up())?;
             Some(format!(
-                "beam `{}`: element {first} is bent by more than 45° between its nodes at t = {begin} s, element \
-                 {element} by {:.1}° at t = {t} s; beyond 45° the bending moment of an element decreases the more it \
-                 bends: write more elements",
+                "beam `{}`: element {first} is bent by more than {warn:.0}° between its nodes at t = {begin} s, element \
+                 {element} by {:.1}° at t = {t} s; {consequence}: write more elements",
                 watched.beam,
                 angle.to_degrees()
             ))

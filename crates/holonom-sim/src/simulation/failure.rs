@@ -12,11 +12,11 @@ use vi_core::{Configuration, State};
 
 /// The error for an element that is bent too far, with its remedy.
 pub(super) fn bent_too_far(folded: &FoldedElement<'_>) -> (String, String) {
-    let FoldedElement { beam, element, angle } = folded;
+    let FoldedElement { beam, element, angle, bounds } = folded;
+    let consequence = bounds.consequence(*angle).unwrap_or_default();
     let angle = angle.to_degrees();
     let message = format!(
-        "element {element} of beam `{beam}` is bent by {angle:.1}° between its nodes; beyond 90° an element \
-         folds without resistance"
+        "element {element} of beam `{beam}` is bent by {angle:.1}° between its nodes; {consequence}"
     );
     (message, "write more elements".into())
 }

@@ -1,14 +1,17 @@
 //! Beams of a model as numbers: nodes, elements, supports, corners.
 
-use holonom_model::{BeamMass, End, Model, ModelError, Problem};
+use holonom_model::{BeamMass, End, Model, ModelError, Problem, Settings};
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::sync::Arc;
+use vi_beam::element::ElementError;
 use vi_beam::section_force::{SectionState, for_each_state};
-use vi_beam::{BeamBuilder, BeamElements, MassKind};
+use vi_beam::{BeamBuilder, BeamElements, ElementKind, MassKind};
 use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::joint::FrameId;
+use vi_multibody::mechanism::BodySpec;
 use vi_multibody::pair::PairKind;
+use vi_statics::limit::BendingBounds;
 
 /// What one `[[beam]]` became.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,6 +22,23 @@ pub struct BeamParts {
     pub nodes: Range<usize>,
     /// Its legs.
     pub legs: Vec<vi_beam::Beam>,
+    /// What its elements measure.
+    pub kind: ElementKind,
+}
+
+impl BeamParts {
+    /// How far its elements may be bent.
+    pub(crate) fn bounds(&self) -> BendingBounds {
+        bending_bounds(self.kind)
+    }
+}
+
+/// How far elements may be bent.
+pub(crate) fn bending_bounds(kind: ElementKind) -> BendingBounds {
+    match kind {
+        ElementKind::MeanDirectors => BendingBounds::MEAN_DIRECTORS,
+        ElementKind::Helicoidal | ElementKind::Rope => BendingBounds::HELICOIDAL,
+    }
 }
 
 /// The beams of a system, with all of its elements.
@@ -94,7 +114,7 @@ pub(crate) struct Added {
 pub(crate) fn add(model: &Model, builder: &mut MechanismBuilder) -> Result<Added, ModelError> {
     let mut added = Added::default();
     for beam in &model.beams {
-        let parts = add_beam(beam, builder, &mut added)?;
+        let parts = add_beam(beam, &model.settings, builder, &mut added)?;
         builder.start_together(parts.nodes.clone());
         added.list.push(parts);
     }
@@ -103,6 +123,7 @@ pub(crate) fn add(model: &Model, builder: &mut MechanismBuilder) -> Result<Added
 
 fn add_beam(
     beam: &holonom_model::Beam,
+    settings: &Settings,
     builder: &mut MechanismBuilder,
     Added { elements, supports, .. }: &mut Added,
 ) -> Result<BeamParts, ModelError> {
@@ -114,7 +135,7 @@ fn add_beam(
     };
     let meshes = beam.meshes().map_err(below(""))?;
     let section = beam.section.numbers().map_err(below(".section"))?;
-    let first = builder.frame_count();
+    let (first, kind) = (builder.frame_count(), beam.element_kind(settings));
     let (origin, omega) = (meshes[0].centers[0], Vector3::from(beam.angular_velocity));
     let mut legs: Vec<vi_beam::Beam> = Vec::new();
     for mesh in &meshes {
@@ -124,11 +145,17 @@ fn add_beam(
             node.velocity = Vector3::from(beam.velocity) + omega.cross(&(node.center - origin));
             node.omega = omega;
         }
-        let leg = builder.beam_of_nodes(elements, nodes, mesh, section, beam.order);
-        let leg = leg.map_err(|error| {
+        let mut q = vec![0.0; 12 * builder.frame_count()]; // only its own nodes are read
+        q.extend(nodes.iter().flat_map(BodySpec::frame));
+        let refused = |error: ElementError| {
             let problem = Problem::new(format!("{member}.elements"), error.to_string());
             ModelError::Assembly(vec![problem.help(String::new())])
-        })?;
+        };
+        let leg = builder.beam_of_nodes(elements, nodes, mesh, section, beam.order);
+        let leg = leg.map_err(refused)?;
+        if kind != ElementKind::MeanDirectors {
+            elements.elements.set_strains(leg.elements.clone(), kind, &q).map_err(refused)?;
+        }
         if beam.mass == BeamMass::Lumped {
             elements.elements.set_mass(leg.elements.clone(), MassKind::Lumped);
         }
@@ -163,5 +190,5 @@ fn add_beam(
             point: point.copied().unwrap_or_default(),
         });
     }
-    Ok(BeamParts { name: name.clone(), nodes, legs })
+    Ok(BeamParts { name: name.clone(), nodes, legs, kind })
 }

@@ -72,6 +72,7 @@ fn beam(name: &str, from: [f64; 3], start: End, draw: &mut Draw) -> Beam {
         points,
         curve,
         elements: Count::Each(draw.count(1, 3)),
+        element: None,
         order,
         normal: Some(normals),
         twist: Twist::Normal,
