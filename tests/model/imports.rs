@@ -222,7 +222,7 @@ fn acceleration(
 ) -> DVector<f64> {
     let (n, m) = (mechanism.dim(), mechanism.len());
     let angles = mechanism.principal_angles(q);
-    let at = Configuration { t: 0.0, q, angles: &angles };
+    let at = Configuration { t: 0.0, q, angles: &angles, internal: &[] };
     let mut G = DMatrix::zeros(m, n);
     mechanism.jacobian(0.0, q, &mut G);
     let mut right = DVector::zeros(n + m);

@@ -69,7 +69,7 @@ fn violation(simulation: &Simulation, t: f64) -> f64 {
     let (mut g, mut sizes) = (vec![0.0; m], vec![0.0; m]);
     // few steps of a small angle: no joint makes a revolution
     let angles = mechanism.principal_angles(q);
-    let at = Configuration { t, q, angles: &angles };
+    let at = Configuration { t, q, angles: &angles, internal: &[] };
     mechanism.value(at, &mut g);
     mechanism.row_sizes(at, &mut sizes);
     let ratio = |(g, size): (&f64, &f64)| g.abs() / size;

@@ -277,7 +277,8 @@ impl Statics {
 
     /// Whether an equilibrium satisfies all constraints.
     fn check(&mut self, point: &Equilibrium) -> Result<(), RunFailure> {
-        let at = Configuration { t: point.factor, q: &point.q, angles: &point.angles };
+        let at =
+            Configuration { t: point.factor, q: &point.q, angles: &point.angles, internal: &[] };
         self.watch.check(&self.mechanism, at).map_err(|error| {
             let name = error.constraint().map_or("", |row| self.mechanism.constraint_name(row));
             RunFailure {

@@ -39,18 +39,22 @@
 //! τ = N̂ℓ²/32 + h²N̂²/(16 Aρ)
 //! ```
 //! it is stable at every step: `N̂` ties the directors to the wave of a taut rope, the first part
-//! of `τ` covers the turning of its nodes, the second the wave. `N̂` is a constant of the element,
-//! so the map is symplectic and reversible, its order is 2 and momenta are exact; a resolved wave
-//! changes its frequency by the part `(hω)⁴/32` for `N̂` close to the tension.
+//! of `τ` covers the turning of its nodes, the second the wave. A resolved wave changes its
+//! frequency by the part `(hω)⁴/32` for `N̂` close to the tension.
+//!
+//! `N̂` is stated, or an internal variable: 1.25 times the tension of the configuration at the start,
+//! and, where the tension `(C ε̄)_3` of a finished step exceeds it, 1.25 times that from the next
+//! step on. While it is constant the map is symplectic and reversible; momenta are exact always.
 //!
 //! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94;
 //! selective mass scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.
 #![allow(non_snake_case)] // U_d, C
 
-use crate::element::{Element, Elements};
+use crate::element::{Element, Elements, StrainLaw};
 use crate::strain::{ElementCoordinates, Strain};
 use crate::strained::{Strained, TwoNode};
 use nalgebra::Matrix6;
+use std::ops::Range;
 use vi_core::Configuration;
 use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::Interval;
@@ -71,10 +75,22 @@ pub(crate) fn scaling(most: f64, slowness: f64, h: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub struct AveragedStrains {
     elements: Elements,
-    most: f64,          // largest μ
-    slowness: Vec<f64>, // elements  1/ω², s²
-    tension: Vec<f64>,  // elements  N̂, N; none without tension mass
+    most: f64,           // largest μ
+    slowness: Vec<f64>,  // elements  1/ω², s²
+    tension: Vec<Bound>, // elements; empty without tension mass
 }
+
+/// The bound `N̂` of the tension of an element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Bound {
+    /// N.
+    Constant(f64),
+    /// An internal variable, and which.
+    Follows(usize),
+}
+
+/// How much larger `N̂` is than the tension it is taken from.
+const MARGIN: f64 = 1.25;
 
 /// The share of the wave in the tension mass of curvatures.
 const OF_WAVE: f64 = 1.0 / 16.0;
@@ -135,8 +151,47 @@ impl AveragedStrains {
     #[must_use]
     pub fn with_tension_mass(mut self, bounds: Vec<f64>) -> Self {
         assert_eq!(self.elements.list().len(), bounds.len(), "one bound for each element");
-        self.tension = bounds;
+        self.tension = bounds.into_iter().map(Bound::Constant).collect();
         self
+    }
+
+    /// The same with bounds that follow the tension of helicoidal elements, but for those that are
+    /// stated, with the elements they belong to; elements of mean directors have no tension mass.
+    #[must_use]
+    pub fn with_following_tension_mass(mut self, stated: &[(Range<usize>, f64)]) -> Self {
+        let mut variables = 0;
+        let bound = |(k, element): (usize, &Element)| {
+            if element.law == StrainLaw::MeanDirectors {
+                return Bound::Constant(0.0);
+            }
+            match stated.iter().find(|(own, _)| own.contains(&k)) {
+                Some((_, bound)) => Bound::Constant(*bound),
+                None => {
+                    variables += 1;
+                    Bound::Follows(variables - 1)
+                }
+            }
+        };
+        let bounds: Vec<Bound> = self.elements.list().iter().enumerate().map(bound).collect();
+        if bounds.iter().any(|bound| *bound != Bound::Constant(0.0)) {
+            self.tension = bounds;
+        }
+        self
+    }
+
+    /// The bounds that follow the tension, with their elements.
+    fn following(&self) -> impl Iterator<Item = (usize, &Element, Matrix6<f64>)> {
+        let all = self.tension.iter().zip(self.elements.iter());
+        all.filter_map(|(bound, (element, C))| match bound {
+            Bound::Follows(variable) => Some((*variable, element, C)),
+            Bound::Constant(_) => None,
+        })
+    }
+
+    /// The own ones of all internal variables; empty where they are not listed.
+    fn own<'a>(&self, internal: &'a [f64]) -> &'a [f64] {
+        let first = internal.len().checked_sub(self.internal_variables());
+        first.map_or(&[], |first| &internal[first..])
     }
 
     /// All elements.
@@ -146,20 +201,25 @@ impl AveragedStrains {
         }
     }
 
-    /// The elements in a step `h`.
-    fn scaled(&self, h: f64) -> impl Iterator<Item = Scaled<'_>> {
+    /// The elements in a step `h`, with all internal variables.
+    fn scaled<'a>(&'a self, h: f64, internal: &'a [f64]) -> impl Iterator<Item = Scaled<'a>> {
+        let own = self.own(internal);
+        let bound = move |bound: &Bound| match *bound {
+            Bound::Constant(bound) => bound,
+            Bound::Follows(variable) => own.get(variable).copied().unwrap_or_default(),
+        };
         let mu =
             move |k: usize| self.slowness.get(k).map_or(0.0, |own| scaling(self.most, *own, h));
         self.elements.iter().enumerate().map(move |(k, (element, stiffness))| {
             let line = self.elements.section(element).inertia()[0];
             let tension = self.tension.get(k);
-            let tension = tension.map(|bound| tension_mass(*bound, element.length, h, line));
+            let tension = tension.map(|own| tension_mass(bound(own), element.length, h, line));
             Scaled { element, stiffness, mu: mu(k), tension }
         })
     }
 
     fn add_slot(&self, s: &Interval, slot: usize, sign: f64, scale: f64, out: &mut [f64]) {
-        for own in self.scaled(s.h) {
+        for own in self.scaled(s.h, &s.internal) {
             let Scaled { element, stiffness: C, mu, tension } = own;
             let ends = element.ends(s);
             let (mean, change) = mean_and_change(element, &ends);
@@ -189,7 +249,7 @@ impl DiscretePotential for AveragedStrains {
             let half = 0.5 * own.element.length;
             half * own.mu * (own.stiffness * change).dot(&change) + half * of_tension // [6.22]
         };
-        self.scaled(s.h).map(energy).sum()
+        self.scaled(s.h, &s.internal).map(energy).sum()
     }
 
     fn adds_mass(&self) -> bool {
@@ -198,7 +258,7 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_mass(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
         if self.adds_mass() {
-            for own in self.scaled(h) {
+            for own in self.scaled(h, at.internal) {
                 let weight = h * h * own.element.length;
                 let x = own.element.coordinates(at.q);
                 let mass = own.sum(own.mu * h * h * own.element.length, weight);
@@ -216,7 +276,7 @@ impl DiscretePotential for AveragedStrains {
     }
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for own in self.scaled(s.h) {
+        for own in self.scaled(s.h, &s.internal) {
             let [x_n, x_next] = own.element.ends(s);
             let weight = scale * own.element.length;
             let c = own.sum((0.25 + own.mu) * scale * own.element.length, weight);
@@ -225,7 +285,7 @@ impl DiscretePotential for AveragedStrains {
     }
 
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for own in self.scaled(s.h) {
+        for own in self.scaled(s.h, &s.internal) {
             let element = own.element;
             let (x, weight) = (element.coordinates(&s.q0), scale * element.length);
             let (mean, change) = mean_and_change(element, &element.ends(s));
@@ -237,6 +297,37 @@ impl DiscretePotential for AveragedStrains {
                 c -= Matrix6::from_diagonal(&(weight * tension));
             }
             element.emit(&element.tangent(&x, &c, &n), out);
+        }
+    }
+
+    /// `N̂` of each element whose bound follows, N, and how often any of them was raised.
+    fn internal_variables(&self) -> usize {
+        match self.tension.iter().filter(|own| matches!(own, Bound::Follows(_))).count() {
+            0 => 0,
+            bounds => bounds + 1,
+        }
+    }
+
+    fn begin(&self, q: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for (variable, element, C) in self.following() {
+            let tension = (C * element.strain(&element.coordinates(q)))[2];
+            out[variable] = MARGIN * tension.max(0.0);
+        }
+    }
+
+    fn advance(&self, s: &Interval, out: &mut [f64]) {
+        let mut raised = false;
+        for (variable, element, C) in self.following() {
+            let (mean, _) = mean_and_change(element, &element.ends(s));
+            let tension = (C * mean)[2];
+            if tension > out[variable] {
+                out[variable] = MARGIN * tension;
+                raised = true;
+            }
+        }
+        if let (true, Some(count)) = (raised, out.last_mut()) {
+            *count += 1.0;
         }
     }
 

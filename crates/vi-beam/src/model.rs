@@ -54,6 +54,9 @@ pub struct BeamElements {
     pub elements: Elements,
     /// Elements with three or four nodes.
     pub high_order: HighOrderElements,
+    /// Bounds of the tension of some two-node elements that are stated, N; those of the others
+    /// follow their tension ([`crate::averaged`]).
+    pub tension: Vec<(Range<usize>, f64)>,
 }
 
 /// Beams in the description of a mechanism.

@@ -69,7 +69,14 @@ impl BeamElements {
             _ if elements.list().is_empty() => system,
             true => system.potential(elements),
             false => {
-                system.discrete_potential(Box::new(AveragedStrains::mass_scaled(elements, mu, two)))
+                let averaged = AveragedStrains::mass_scaled(elements, mu, two);
+                let averaged = match rule {
+                    StrainRule::MassScaled | StrainRule::Dissipative => {
+                        averaged.with_following_tension_mass(&self.tension)
+                    }
+                    StrainRule::Averaged | StrainRule::Midpoint => averaged,
+                };
+                system.discrete_potential(Box::new(averaged))
             }
         }
     }

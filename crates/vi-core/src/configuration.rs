@@ -1,6 +1,7 @@
 //! A configuration at a time.
 
-/// `(t, q)` with the joint angles that tell how many revolutions `q` leaves open.
+/// `(t, q)` with the joint angles that tell how many revolutions `q` leaves open, and the internal
+/// variables.
 ///
 /// ```
 /// use vi_core::Configuration;
@@ -21,13 +22,15 @@ pub struct Configuration<'a> {
     /// one next to these is meant. An angle that is not listed has its principal value, in
     /// `[−π, π]`.
     pub angles: &'a [f64],
+    /// Internal variables at `q` ([`crate::State::internal`]); those that are not listed are zero.
+    pub internal: &'a [f64],
 }
 
 impl<'a> Configuration<'a> {
     /// `(t, q)` with principal angles.
     #[must_use]
     pub fn new(t: f64, q: &'a [f64]) -> Self {
-        Self { t, q, angles: &[] }
+        Self { t, q, angles: &[], internal: &[] }
     }
 
     /// The number `k` of whole revolutions with which `θ + 2πk` of angle `slot` is next to its

@@ -236,19 +236,29 @@ impl Interval {
     /// `(t_n, q_n)`.
     #[must_use]
     pub fn start(&self) -> Configuration<'_> {
-        Configuration { t: self.t, q: &self.q0, angles: &self.angles }
+        Configuration { t: self.t, q: &self.q0, angles: &self.angles, internal: &self.internal }
     }
 
     /// `(t_{n+1/2}, q_{n+1/2})`.
     #[must_use]
     pub fn mid(&self) -> Configuration<'_> {
-        Configuration { t: self.t_mid(), q: &self.q_mid, angles: &self.angles }
+        Configuration {
+            t: self.t_mid(),
+            q: &self.q_mid,
+            angles: &self.angles,
+            internal: &self.internal,
+        }
     }
 
     /// `(t_{n+1}, q_{n+1})`.
     #[must_use]
     pub fn end(&self) -> Configuration<'_> {
-        Configuration { t: self.t_end(), q: &self.q1, angles: &self.angles }
+        Configuration {
+            t: self.t_end(),
+            q: &self.q1,
+            angles: &self.angles,
+            internal: &self.internal,
+        }
     }
 
     /// Number of coordinates.

@@ -72,6 +72,15 @@ pub trait DiscretePotential: Send + Sync {
     fn add_d2_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         self.add_d1_d1(&s.exchanged(), scale, out);
     }
+    /// Number of internal variables: constants of a step that follow from the steps before it; zero
+    /// for most. They are the last ones of [`Interval::internal`] and [`Configuration::internal`].
+    fn internal_variables(&self) -> usize {
+        0
+    }
+    /// `out ←` the internal variables at the start of a motion from `q`.
+    fn begin(&self, _q: &[f64], _out: &mut [f64]) {}
+    /// `out ←` the internal variables at the end of a step, whose own are in `out`.
+    fn advance(&self, _s: &Interval, _out: &mut [f64]) {}
     /// The continuous `V(q)` that `U_d` approximates, J.
     fn potential(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale ∇V(q)`.

@@ -35,8 +35,9 @@ pub struct State {
     pub v: Vec<f64>,
     /// Unwrapped joint angles at `q_n`, rad; see [`crate::Configuration::angles`].
     pub angles: Vec<f64>,
-    /// Internal variables of discrete forces with memory at `q_n`; empty for most systems. See
-    /// [`crate::force::DiscreteForce::advance`].
+    /// Internal variables at `q_n` of a discrete force with memory, then of a discrete potential;
+    /// empty for most systems. See [`crate::force::DiscreteForce::advance`] and
+    /// [`crate::potential::DiscretePotential::advance`].
     pub internal: Vec<f64>,
     /// Rounding errors that the next step takes into account.
     pub compensation: Compensation,
@@ -104,7 +105,12 @@ impl State {
     /// `(t_n, q_n)` with the angles.
     #[must_use]
     pub fn configuration(&self) -> crate::Configuration<'_> {
-        crate::Configuration { t: self.t, q: &self.q, angles: &self.angles }
+        crate::Configuration {
+            t: self.t,
+            q: &self.q,
+            angles: &self.angles,
+            internal: &self.internal,
+        }
     }
 
     /// Opens a step of length `h` (s) here, with the angles, internal variables and compensation.

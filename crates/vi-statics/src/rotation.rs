@@ -146,8 +146,8 @@ impl SteadyRotation {
         let start = mechanism.principal_angles(q);
         let mut angles = start.clone();
         mechanism.unwrap_angles(&turned, &mut angles);
-        let before = Configuration { t: 0.0, q, angles: &start };
-        let after = Configuration { t, q: &turned, angles: &angles };
+        let before = Configuration { t: 0.0, q, angles: &start, internal: &[] };
+        let after = Configuration { t, q: &turned, angles: &angles, internal: &[] };
         self.check_constraints(mechanism, [before, after], &turn)?;
         let field = Field::new(self, mechanism.description());
         let net = |at: Configuration<'_>| {

@@ -95,7 +95,19 @@ impl TurningStep<'_> {
     /// `(R⁻¹q, q)` and `(q, Rq)`.
     fn intervals(&self, q: &[f64]) -> [Interval; 2] {
         let (before, after) = (self.back.of_configuration(q), self.forth.of_configuration(q));
-        [Interval::between(-self.h, self.h, &before, q), Interval::between(0.0, self.h, q, &after)]
+        let ends = [(-self.h, &before[..], q), (0.0, q, &after[..])];
+        ends.map(|(t, from, to)| {
+            let mut s = Interval::between(t, self.h, from, to);
+            s.internal = self.internal(q);
+            s
+        })
+    }
+
+    /// The internal variables of a motion that starts at `q`.
+    fn internal(&self, q: &[f64]) -> Vec<f64> {
+        let mut internal = vec![0.0; self.system.internal_variables()];
+        self.system.begin_internal(q, &mut internal);
+        internal
     }
 
     /// The critical point of `S` near `q` [6.31] by Newton's method; directions in which `S` does
@@ -188,6 +200,8 @@ impl TurningStep<'_> {
         let reduced = |emit: &dyn Fn(&mut dyn Entries)| P.tr_mul(&(square(n, emit) * P));
         let K = reduced(&|out| self.system.stiffness(at, &vec![0.0; n], out));
         let M = reduced(&|out| self.system.mass().emit(out));
+        let internal = self.internal(q);
+        let at = Configuration { internal: &internal, ..at };
         let added = reduced(&|out| self.system.add_mass_of_step(at, self.h, out));
         let modes = generalized_eigen(&K, &M).ok()?;
         // the rotation, or what the last step of the angle resolves

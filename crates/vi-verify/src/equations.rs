@@ -165,7 +165,7 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
     }
 
     fn energy(&self, q: &[f64], v: &[f64]) -> f64 {
-        let at = Configuration { t: 0.0, q, angles: self.angles };
+        let at = Configuration { t: 0.0, q, angles: self.angles, internal: &[] };
         self.system.kinetic_energy(v) + self.system.potential_energy(at)
     }
 

@@ -4,6 +4,7 @@ use crate::checks::Checker;
 use crate::text::problem::{nearest, some};
 use crate::types::beam::{Beam, BeamElement, BeamMass};
 use crate::types::settings::Strain;
+use vi_beam::ElementKind;
 
 impl Checker<'_> {
     pub(crate) fn beam(&mut self, key: &str, beam: &Beam) {
@@ -31,6 +32,16 @@ impl Checker<'_> {
             self.report(format!("{key}.mass"), message, "write order = 1 or mass = \"consistent\"");
         }
         self.element(key, beam);
+        if let Some(tension) = beam.tension {
+            let key = format!("{key}.tension");
+            if tension < 0.0 {
+                let message = format!("the largest tension {tension} N is negative");
+                self.report(key, message, "write 0 or more, or remove it");
+            } else if beam.element_kind(&self.model.settings) == ElementKind::MeanDirectors {
+                let message = "elements of mean directors have no tension mass".to_owned();
+                self.report(key, message, "remove it, or write element = \"helicoidal\"");
+            }
+        }
     }
 
     /// Helicoidal strains are those of two nodes, in configurations on the constraints.

@@ -116,12 +116,12 @@ fn constraints(model: &Model, simulation: &Simulation, found: &Trace) -> Result<
     let (mut worst, mut misreported) = (0.0_f64, None);
     if let Some(sample) = found.samples.last() {
         let angles = mechanism.principal_angles(&sample.q);
-        let at = Configuration { t: sample.t, q: &sample.q, angles: &angles };
+        let at = Configuration { t: sample.t, q: &sample.q, angles: &angles, internal: &[] };
         mechanism.row_sizes(at, &mut sizes); // changes little in so few steps
     }
     for sample in &found.samples {
         let angles = mechanism.principal_angles(&sample.q);
-        let at = Configuration { t: sample.t, q: &sample.q, angles: &angles };
+        let at = Configuration { t: sample.t, q: &sample.q, angles: &angles, internal: &[] };
         mechanism.value(at, &mut g);
         let told = sample.residuals.position;
         if unwrapped(model) {

@@ -250,7 +250,7 @@ pub(crate) fn residuals(mechanism: &Mechanism, q: &[f64]) -> (f64, f64) {
     let Some(nearly) = mechanism.nearly_redundant() else { return (0.0, 0.0) };
     let mut g = vec![0.0; mechanism.len()];
     let angles = mechanism.principal_angles(q);
-    mechanism.residual(Configuration { t: 0.0, q, angles: &angles }, &mut g);
+    mechanism.residual(Configuration { t: 0.0, q, angles: &angles, internal: &[] }, &mut g);
     let first = mechanism.len() - mechanism.rows().len();
     let (mut rad, mut m) = (0.0_f64, 0.0_f64);
     for (row, g) in g.iter().enumerate().filter(|(row, _)| nearly.allowances[*row] > 0.0) {

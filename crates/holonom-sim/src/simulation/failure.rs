@@ -77,8 +77,11 @@ impl Simulation {
         let (mechanism, (_, t, q)) = (self.stepper.mechanism(), self.stepper.place());
         let angles = mechanism.principal_angles(q); // gradients do not depend on revolutions
         let rows = self.stepper.rows();
-        let mut dependence =
-            Dependence::new(mechanism, rows, Configuration { t, q, angles: &angles });
+        let mut dependence = Dependence::new(
+            mechanism,
+            rows,
+            Configuration { t, q, angles: &angles, internal: &[] },
+        );
         let mut with = |row: usize| [vec![row], dependence.partners(row)].concat();
         let all = match rows.rows().contains(&row) {
             false => with(row),

@@ -149,7 +149,7 @@ impl Work {
         if let Some(polynomial) = polynomial {
             system.add_interpolated_work(&polynomial, &mut self.parts);
             for node in gauss {
-                let at = Configuration { t: node.t, q: &node.q, angles: &s.angles };
+                let at = Configuration { t: node.t, q: &node.q, angles: &s.angles, internal: &[] };
                 let scale = s.h * node.weight;
                 system.add_power(at, &node.v, scale, &mut self.force, &mut self.parts);
             }
@@ -196,7 +196,7 @@ impl Work {
         for (k, at) in gauss.iter().enumerate() {
             force.fill(0.0);
             let angles = &polynomial.step().angles;
-            let place = Configuration { t: at.t, q: &at.q, angles };
+            let place = Configuration { t: at.t, q: &at.q, angles, internal: &[] };
             system.add_gauss_force(place, &at.v, force);
             for (i, w) in balances.iter_mut().enumerate() {
                 let impulse = h * at.weight * constants.E[(k, i)];

@@ -156,6 +156,9 @@ fn add_beam(
         if kind != ElementKind::MeanDirectors {
             elements.elements.set_strains(leg.elements.clone(), kind, &q).map_err(refused)?;
         }
+        if let Some(bound) = beam.tension {
+            elements.tension.push((leg.elements.clone(), bound));
+        }
         if beam.mass == BeamMass::Lumped {
             elements.elements.set_mass(leg.elements.clone(), MassKind::Lumped);
         }

@@ -62,14 +62,15 @@ pub fn followers<C: Constraints>(
     let mut sizes = vec![0.0; q.len()];
     constraints.coordinate_sizes(q, &mut sizes);
     let start = constraints.principal_angles(q);
-    let mut watch = ClosureWatch::new(constraints, Configuration { t, q, angles: &start }, 0.0);
+    let mut watch =
+        ClosureWatch::new(constraints, Configuration { t, q, angles: &start, internal: &[] }, 0.0);
     let (mut answer, mut g) = (Nearby::Unknown, vec![0.0; m]);
     for trial in 0..2 {
         let mut near = scattered(q, &sizes, trial);
         for _ in 0..MAX_ITERATIONS {
             let mut angles = start.clone();
             constraints.unwrap_angles(&near, &mut angles);
-            let at = Configuration { t, q: &near, angles: &angles };
+            let at = Configuration { t, q: &near, angles: &angles, internal: &[] };
             constraints.value(at, &mut g);
             let mut dependence = Dependence::new(constraints, rows, at);
             let own = rows.rows().iter();

@@ -47,7 +47,7 @@ impl<'a> Step<'a> {
             return legendre::discrete_energy(system, self.s).total();
         }
         let energy = |node: &GaussPoint| {
-            let at = Configuration { t: node.t, q: &node.q, angles: &self.s.angles };
+            let at = Configuration { t: node.t, q: &node.q, angles: &self.s.angles, internal: &[] };
             node.weight * (system.kinetic_energy(&node.v) + system.gauss_energy(at))
         };
         let strains = system.interpolation().zip(self.polynomial);
@@ -149,6 +149,7 @@ impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
 
     fn begin(&self, state: &mut State, _v: &[f64]) {
         state.internal = vec![0.0; self.internal_variables()];
+        self.begin_internal(&state.q, &mut state.internal);
     }
 
     fn discrete_energy(&self, step: Step<'_>) -> Option<f64> {

@@ -85,8 +85,13 @@ impl SeparableSystem {
     }
 
     /// Adds a discrete potential of its own kind.
+    ///
+    /// # Panics
+    /// When it is the second potential with internal variables.
     #[must_use]
     pub fn discrete_potential(mut self, potential: Box<dyn DiscretePotential>) -> Self {
+        let known = self.potential_with_memory().is_some();
+        assert!(!known || potential.internal_variables() == 0, "one potential has memory");
         self.potentials.push(potential);
         self
     }
@@ -106,11 +111,20 @@ impl SeparableSystem {
     /// When it is the second force with internal variables.
     #[must_use]
     pub fn force_of(mut self, source: Source, force: Box<dyn DiscreteForce>) -> Self {
-        let known = self.internal_variables();
+        let known = self.variables_of_forces();
         assert!(known == 0 || force.internal_variables() == 0, "one force has internal variables");
         self.forces.push(force);
         self.sources.push(source);
         self
+    }
+
+    /// Internal variables of the forces; those of the potentials follow.
+    fn variables_of_forces(&self) -> usize {
+        self.forces.iter().map(|force| force.internal_variables()).sum()
+    }
+
+    fn potential_with_memory(&self) -> Option<&dyn DiscretePotential> {
+        self.potentials().find(|own| own.internal_variables() > 0)
     }
 
     /// The mass matrix as multiples of `I_3` and single entries.

@@ -36,11 +36,14 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn add_force_plus(&self, _s: &Interval, _out: &mut [f64]) {}
     /// Emits `D_2 f_d^-`, shape `n × n`; always the same places in the same order.
     fn force_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
-    /// Number of internal variables of the forces.
+    /// Number of internal variables of forces and potentials.
     fn internal_variables(&self) -> usize {
         0
     }
-    /// `out ← z_{n+1}`, the internal variables at the end of a step; shape
+    /// `out ← z_0`, the internal variables at the start of a motion from `q`; shape
+    /// [`Self::internal_variables`].
+    fn begin_internal(&self, _q: &[f64], _out: &mut [f64]) {}
+    /// `out ← z_{n+1}`, the internal variables at the end of a step, from `z_n`; shape
     /// [`Self::internal_variables`].
     fn advance_internal(&self, _s: &Interval, _out: &mut [f64]) {}
     /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, LMO08 (52).

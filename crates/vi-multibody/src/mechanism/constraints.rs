@@ -149,7 +149,7 @@ impl Constraints for Mechanism {
 
     fn unwrap_angles(&self, q: &[f64], angles: &mut [f64]) {
         for (slot, coordinate) in self.angles.iter().enumerate() {
-            angles[slot] = coordinate.at(Configuration { t: 0.0, q, angles });
+            angles[slot] = coordinate.at(Configuration { t: 0.0, q, angles, internal: &[] });
         }
     }
 

@@ -78,6 +78,7 @@ fn beam(name: &str, from: [f64; 3], start: End, draw: &mut Draw) -> Beam {
         twist: Twist::Normal,
         section: section(draw),
         mass,
+        tension: None,
         start,
         end: End::Free,
         relative_to: None,

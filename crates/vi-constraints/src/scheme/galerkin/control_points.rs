@@ -184,7 +184,7 @@ impl ControlPoints {
         let Self { constants, points, gauss, forces, impulses, .. } = self;
         let angles = &points[points.len() - 1].angles;
         for (node, force) in gauss.iter().zip(forces) {
-            let at = Configuration { t: node.t, q: &node.q, angles };
+            let at = Configuration { t: node.t, q: &node.q, angles, internal: &[] };
             force.fill(0.0);
             system.add_gauss_force(at, &node.v, force);
         }

@@ -207,7 +207,12 @@ impl GalerkinTangent {
         }
         for (k, node) in self.points.gauss().iter().enumerate() {
             let weight = node.weight * constants.E[(k, i)] * constants.E[(k, j)];
-            let at = Configuration { t: node.t, q: &node.q, angles: &self.points.step().angles };
+            let at = Configuration {
+                t: node.t,
+                q: &node.q,
+                angles: &self.points.step().angles,
+                internal: &[],
+            };
             system.gauss_hessian(at, -h * h * weight, out);
         }
     }

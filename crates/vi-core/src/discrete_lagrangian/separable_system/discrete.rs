@@ -5,6 +5,7 @@ use crate::configuration::Configuration;
 use crate::discrete_lagrangian::slot_derivatives::DiscreteLagrangian;
 use crate::interval::Interval;
 use crate::mechanical_system::MechanicalSystem;
+use crate::potential::DiscretePotential;
 use crate::sparse::Entries;
 
 impl DiscreteLagrangian for SeparableSystem {
@@ -77,12 +78,25 @@ impl DiscreteLagrangian for SeparableSystem {
     }
 
     fn internal_variables(&self) -> usize {
-        self.forces.iter().map(|force| force.internal_variables()).sum()
+        let of_potentials = self.potentials().map(DiscretePotential::internal_variables);
+        self.variables_of_forces() + of_potentials.sum::<usize>()
+    }
+
+    fn begin_internal(&self, q: &[f64], out: &mut [f64]) {
+        let (of_force, of_potential) = out.split_at_mut(self.variables_of_forces());
+        of_force.fill(0.0);
+        if let Some(own) = self.potential_with_memory() {
+            own.begin(q, of_potential);
+        }
     }
 
     fn advance_internal(&self, s: &Interval, out: &mut [f64]) {
+        let (of_force, of_potential) = out.split_at_mut(self.variables_of_forces());
         if let Some(force) = self.forces.iter().find(|force| force.internal_variables() > 0) {
-            force.advance(s, out);
+            force.advance(s, of_force);
+        }
+        if let Some(own) = self.potential_with_memory() {
+            own.advance(s, of_potential);
         }
     }
 
