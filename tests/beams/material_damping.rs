@@ -177,7 +177,7 @@ fn damping_is_read_in_all_its_forms() {
 fn two_legs() -> String {
     heavy("legs", [6.0, 9.0, -12.0], "step = 1e-4, end = 0.05")
         + &beam("beam", &[[0.0; 3], [0.6, 0.0, 0.0], [0.6, 0.4, 0.3]], 4)
-        + "normal = [0, 0, 1]\nstart = \"clamped\"\n"
+        + "element = \"mean_directors\"\nnormal = [0, 0, 1]\nstart = \"clamped\"\n"
         + &damped_section()
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Rotation3, Vector3};
-use vi_testkit::model::{beam, frame, head, heavy, part, soft_section};
+use vi_testkit::model::{along, beam, frame, head, heavy, load, part, soft_section};
 
 type Vector = Vector3<f64>;
 
@@ -160,6 +160,53 @@ fn ends() -> Case {
     .blind("model.gravity", "that it moves is enough")
 }
 
+/// One element whose end slides across it under a force, `w_n = (1 − cos nϑ) f/k`, `cos ϑ = 1 −
+/// ½h²k/m` with the mass `m = ρAℓ/3 + h²(¼k + N̂/ℓ)` and the stiffness `k = GA_1/ℓ`, of order 4 that of the shear
+/// and the bending in a row.
+fn tension() -> Case {
+    const LENGTH: f64 = 0.5;
+    let slider = |name: &str, y: f64, element: &str, bound: f64| {
+        let end = format!("{name}.end");
+        [
+            beam(name, &[[0.0, y, 0.0], [LENGTH, y, 0.0]], 1),
+            format!("element = \"{element}\"\ntension = {bound:?}\n"),
+            "normal = [0.0, 1.0, 0.0]\nstart = \"clamped\"\n".into(),
+            soft_section(),
+            along(
+                [0.0, 1.0, 0.0],
+                "prismatic",
+                &format!("{name}_slide"),
+                ["ground", &end],
+                [LENGTH, y, 0.0],
+            ),
+            load(&format!("{name}_push"), &end, [[0.0, 1e-5, 0.0], [0.0; 3]]),
+        ]
+        .concat()
+    };
+    let text = [
+        head("tension", "step = 1e-3, end = 0.02"),
+        slider("rope", 0.0, "rope", 2e4),
+        slider("stiff", 1.0, "helicoidal", 5e4),
+    ]
+    .concat();
+    Case::new("tension mass", text, |run| {
+        let mut checks = Checks::default();
+        let (h, last) = (1e-3, run.last());
+        let condensed = 1.0 / (1.0 / 25.0 + LENGTH * LENGTH / (12.0 * 0.7));
+        for (name, y, shear, bound) in [("rope", 0.0, 25.0, 2e4), ("stiff", 1.0, condensed, 5e4)] {
+            let (stiffness, inertia) = (shear / LENGTH, 0.1 * LENGTH / 3.0);
+            let mass = inertia + h * h * (0.25 * stiffness + bound / LENGTH);
+            let angle = (1.0 - 0.5 * h * h * stiffness / mass).acos();
+            let expected = 1e-5 / stiffness * (1.0 - (20.0 * angle).cos());
+            let place = run.place(&format!("{name}.1"), last).y - y;
+            checks.near(name, place / expected, 1.0, 1e-8);
+        }
+        checks
+    })
+    .blind("beam.normal", "a direction of any length")
+    .blind("joint.axis", "a direction of any length")
+}
+
 pub(crate) fn cases() -> Vec<Case> {
-    vec![legs(), masses(), ends()]
+    vec![legs(), masses(), ends(), tension()]
 }

@@ -71,6 +71,7 @@ fn held(name: &str, section: &str, expected: Expected) -> Case {
     let text = [
         head("section", &format!("step = {step:e}, end = {end:e}")),
         beam("held", &[[0.0, 0.0, 0.0], [0.6, 0.0, 0.0]], ELEMENTS),
+        "element = \"mean_directors\"\n".into(),
         format!("normal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\n{section}\n"),
         load("pull", "held.end", [force, torque]),
         format!("history = {{ type = \"ramp\", start = 0.0, end = {end:e} }}\n"),

@@ -141,7 +141,7 @@ fn reactions() -> Case {
 fn places() -> Case {
     let beam = |name: &str, y: f64| {
         format!(
-            "[[beam]]\nname = \"{name}\"\npoints = [[0.0, {y:?}, 0.0], [0.6, {y:?}, 0.0], [0.6, {:?}, 0.3]]\nelements = 4\nnormal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\nsection = {{ EA = 60.0, GA1 = 25.0, GA2 = 40.0, EI1 = 0.4, EI2 = 0.7, GJ = 0.3, rhoA = {:?}, rhoI1 = 1e-3, rhoI2 = 2e-3 }}\n",
+            "[[beam]]\nname = \"{name}\"\npoints = [[0.0, {y:?}, 0.0], [0.6, {y:?}, 0.0], [0.6, {:?}, 0.3]]\nelements = 4\nelement = \"mean_directors\"\nnormal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\nsection = {{ EA = 60.0, GA1 = 25.0, GA2 = 40.0, EI1 = 0.4, EI2 = 0.7, GJ = 0.3, rhoA = {:?}, rhoI1 = 1e-3, rhoI2 = 2e-3 }}\n",
             y + 0.4,
             0.1 + 0.01 * y,
         )

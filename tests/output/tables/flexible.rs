@@ -25,7 +25,7 @@ fn text(settings: &str) -> String {
     let element = |kind: &str| sensor(kind, kind, "beam") + "element = 1\n";
     [
         heavy("beam", [0.3, -0.4, -0.9], &format!("step = 2.5e-4, end = 0.15, {settings}")),
-        beam("beam", &CORNERS, 1) + "normal = [0.3, 0.2, 1.0]\n",
+        beam("beam", &CORNERS, 1) + "normal = [0.3, 0.2, 1.0]\nelement = \"mean_directors\"\n",
         format!("velocity = {VELOCITY:?}\nangular_velocity = {SPIN:?}\n"),
         damped_section(),
         load("pull", "beam.end", [FORCE, TORQUE]),
