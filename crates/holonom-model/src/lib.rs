@@ -19,13 +19,17 @@
 
 mod checks;
 pub mod expression;
+mod formula;
 mod frames;
+mod hermite;
 pub mod mesh;
 pub mod reference;
 mod schema;
+mod table_files;
 mod text;
 mod types;
 
+pub use formula::{ALONG, Curves, TIME};
 pub use frames::start::StartPoints;
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
 pub use text::include::{LocatedProblem, ModelText, SourceFile};
@@ -41,6 +45,7 @@ pub use types::columns::Columns;
 pub use types::connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use types::damping::{Damping, LossFactor, RelaxationTimes};
 pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring};
+pub use types::law::{Formula, Law};
 pub use types::load::{Frame, History, Load};
 pub use types::motion_path::{MotionPath, Move, PathTable};
 pub use types::orientation::Euler;
@@ -53,6 +58,7 @@ pub use types::settings::{
     Start, Strain,
 };
 pub use types::shape::{Inertia, Scale, Shape, ShapeKind};
+pub use types::table::{Interpolation, Outside, Table};
 
 use frames::relative;
 use frames::start::{coincide, distance, inconsistencies};
@@ -104,6 +110,12 @@ pub struct Model {
     /// `[[load]]`: loads on bodies.
     #[serde(default, rename = "load", skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<Load>,
+    /// `[[law]]`: forces by expressions of time and state.
+    #[serde(default, rename = "law", skip_serializing_if = "Vec::is_empty")]
+    pub laws: Vec<Law>,
+    /// `[[table]]`: functions that expressions call.
+    #[serde(default, rename = "table", skip_serializing_if = "Vec::is_empty")]
+    pub tables: Vec<Table>,
     /// `[[sensor]]`: what is written to `sensors.csv`.
     #[serde(default, rename = "sensor", skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<Sensor>,
@@ -131,6 +143,8 @@ impl Model {
             constraints: Vec::new(),
             springs: Vec::new(),
             loads: Vec::new(),
+            laws: Vec::new(),
+            tables: Vec::new(),
             sensors: Vec::new(),
             meshes: Meshes::default(),
             remarks: Vec::new(),
@@ -184,6 +198,8 @@ impl Model {
             document.list("spring", &mut problems),
             document.list("load", &mut problems),
         );
+        let laws = document.list("law", &mut problems);
+        let tables = document.list("table", &mut problems);
         let sensors = document.list("sensor", &mut problems);
         let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
             return Err(ModelError::invalid(problems));
@@ -201,11 +217,22 @@ impl Model {
             constraints,
             springs,
             loads,
+            laws,
+            tables,
             sensors,
             meshes,
             remarks: document.turns(),
         };
         let problems = relative::resolve(&mut model, &document);
+        if !problems.is_empty() {
+            return Err(ModelError::invalid(problems));
+        }
+        let place = |(i, problem): (usize, Problem)| {
+            let problem = problem.below(document.label("table", i));
+            let span = document.span(&problem.key);
+            problem.at(span)
+        };
+        let problems: Vec<_> = table_files::resolve(&mut model).into_iter().map(place).collect();
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));
         }
@@ -305,13 +332,16 @@ impl Model {
         self.particles.iter().find(|p| p.name == name)
     }
 
-    /// The time from which no load acts, s: 0 without loads, `None` when one never ends.
+    /// The time from which no load acts, s: 0 without loads, `None` when one never ends, or a law acts.
     #[must_use]
     pub fn loads_end(&self) -> Option<f64> {
+        if !self.laws.is_empty() {
+            return None;
+        }
         self.loads.iter().try_fold(0.0_f64, |end, load| Some(end.max(load.history.end()?)))
     }
 
-    /// Whether nothing but weight, springs and elastic beams does work: no load, motor, damper,
+    /// Whether nothing but weight, springs and elastic beams does work: no load, law, motor, damper,
     /// damping of a section, algorithmic dissipation or prescribed motion.
     #[must_use]
     pub fn is_conservative(&self) -> bool {
@@ -322,6 +352,7 @@ impl Model {
                     .is_none_or(|m| m.effort == 0.0 && m.proportional == 0.0 && m.derivative == 0.0)
         };
         self.loads.is_empty()
+            && self.laws.is_empty()
             && !self.dissipates_algorithmically()
             && !self.beams.iter().any(|beam| beam.section.is_damped())
             && self.springs.iter().all(|spring| spring.damping == 0.0)
@@ -342,7 +373,7 @@ impl Model {
     }
 
     /// The names of all parts, by section.
-    fn names(&self) -> [(&'static str, Vec<&str>); 10] {
+    fn names(&self) -> [(&'static str, Vec<&str>); 12] {
         [
             ("frame", self.frames.iter().map(|m| m.name.as_str()).collect()),
             ("body", self.bodies.iter().map(|m| m.name.as_str()).collect()),
@@ -353,6 +384,8 @@ impl Model {
             ("constraint", self.constraints.iter().map(Constraint::name).collect()),
             ("spring", self.springs.iter().map(|m| m.name.as_str()).collect()),
             ("load", self.loads.iter().map(|m| m.name.as_str()).collect()),
+            ("law", self.laws.iter().map(|m| m.name.as_str()).collect()),
+            ("table", self.tables.iter().map(|m| m.name.as_str()).collect()),
             ("sensor", self.sensors.iter().map(|m| m.name.as_str()).collect()),
         ]
     }

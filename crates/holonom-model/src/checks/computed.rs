@@ -33,12 +33,14 @@ fn too_large(model: &Model) -> Vec<Problem> {
     list("body", &model.bodies, &mut problems);
     list("constraint", &model.constraints, &mut problems);
     list("joint", &model.joints, &mut problems);
+    list("law", &model.laws, &mut problems);
     list("load", &model.loads, &mut problems);
     part("model", &model.header, &mut problems);
     list("particle", &model.particles, &mut problems);
     list("sensor", &model.sensors, &mut problems);
     part("simulation", &model.settings, &mut problems);
     list("spring", &model.springs, &mut problems);
+    list("table", &model.tables, &mut problems);
     problems
 }
 

@@ -3,6 +3,7 @@
 mod beam;
 pub(crate) mod computed;
 mod drive;
+mod law;
 mod load;
 mod order;
 mod sensor;
@@ -15,6 +16,7 @@ use super::{
     Bar, Body, Columns, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
     ShapeKind, Spring, SpringLaw,
 };
+use crate::formula::Curves;
 use crate::frames::start::{SHORTEST, StartPoints, coincide, is_ground};
 use crate::text::problem::{MAX_PROBLEMS, Problem, nearest, some};
 use crate::text::source::Document;
@@ -43,6 +45,10 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     model.joints.iter().enumerate().for_each(|(i, j)| checker.joint(&each(i, "joint"), j));
     model.springs.iter().enumerate().for_each(|(i, s)| checker.spring(&each(i, "spring"), s));
     model.loads.iter().enumerate().for_each(|(i, l)| checker.load(&each(i, "load"), l));
+    let curves = Curves::new(model);
+    model.tables.iter().enumerate().for_each(|(i, t)| checker.table(&each(i, "table"), t));
+    let laws = model.laws.iter().enumerate();
+    laws.for_each(|(i, law)| checker.law(&each(i, "law"), law, &curves));
     model.sensors.iter().enumerate().for_each(|(i, s)| checker.sensor(&each(i, "sensor"), s));
     model
         .constraints

@@ -23,12 +23,14 @@
 mod function;
 mod parse;
 mod program;
+mod table;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use parse::evaluate;
 pub use parse::{ExpressionError, Known};
 pub use program::{Program, Undefined};
+pub use table::Curve;
 
 use function::{BINARY, TERNARY, UNARY};
 
@@ -75,17 +77,34 @@ pub(crate) fn names(text: &str) -> Vec<String> {
 
 /// An expression with other names for its parameters.
 pub(crate) fn renamed(text: &str, name: &mut dyn FnMut(&str) -> String) -> String {
+    words(text, &mut |token, called| match token.contains('.') || called {
+        true => token.to_owned(),
+        false => name(token),
+    })
+}
+
+/// An expression with other names for its parameters, for the tables that it calls, and for the
+/// parts before a point: `knee.rate`.
+pub(crate) fn renamed_parts(text: &str, name: &mut dyn FnMut(&str) -> String) -> String {
+    words(text, &mut |token, _| match token.split_once('.') {
+        Some((part, of)) => format!("{}.{of}", name(part)),
+        None => name(token),
+    })
+}
+
+/// An expression with other words in it, except for its own functions and constants; `word` gets a
+/// word and whether it is called.
+fn words(text: &str, word: &mut dyn FnMut(&str, bool) -> String) -> String {
     let (mut out, mut rest) = (String::new(), text);
     while let Some(first) = rest.chars().next() {
-        let word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let belongs = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
         let end = match first {
-            c if word(c) => rest.find(|c: char| !word(c)).unwrap_or(rest.len()),
+            c if belongs(c) => rest.find(|c: char| !belongs(c)).unwrap_or(rest.len()),
             c => c.len_utf8(),
         };
         let (token, after) = rest.split_at(end);
-        let own = (first.is_alphabetic() || first == '_') && !token.contains('.');
-        match own && !is_reserved(token) && !after.trim_start().starts_with('(') {
-            true => out += &name(token),
+        match (first.is_alphabetic() || first == '_') && !is_reserved(token) {
+            true => out += &word(token, after.trim_start().starts_with('(')),
             false => out += token,
         }
         rest = after;

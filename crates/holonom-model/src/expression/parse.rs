@@ -14,7 +14,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::function::{BINARY, Binary, TERNARY, UNARY, Unary};
-use super::program::{MOST, Operation, Program, Undefined};
+use super::program::{MOST, Operation, Program, words};
+use super::table::Curve;
 use super::{CONSTANTS, functions, is_time, vocabulary};
 use crate::text::problem::nearest;
 
@@ -30,6 +31,8 @@ pub enum Known {
     Constant(f64),
     /// The input of this index.
     Input(usize),
+    /// A function of one number, which is called.
+    Curve(Curve),
 }
 
 /// What is wrong with an expression, and where in it.
@@ -53,14 +56,22 @@ impl Program {
         text: &str,
         known: &mut dyn FnMut(&str) -> Option<Known>,
     ) -> Result<Self, ExpressionError> {
-        let mut parser =
-            Parser { text, at: 0, depth: 0, known, operations: Vec::new(), spans: Vec::new() };
+        let mut parser = Parser {
+            text,
+            at: 0,
+            depth: 0,
+            known,
+            operations: Vec::new(),
+            spans: Vec::new(),
+            curves: Vec::new(),
+        };
         let result = parser.sum()?;
         if let Some(c) = parser.peek() {
             return Err(parser.unexpected(c));
         }
         let (operations, spans) = (parser.operations, parser.spans);
-        Ok(Self { text: text.into(), ..reachable(&operations, &spans, result) })
+        let curves = parser.curves.into();
+        Ok(Self { text: text.into(), curves, ..reachable(&operations, &spans, result) })
     }
 }
 
@@ -72,7 +83,7 @@ fn reachable(operations: &[Operation], spans: &[Range<usize>], result: usize) ->
         if used[k] {
             match operations[k] {
                 Operation::Constant(_) | Operation::Input(_) => {}
-                Operation::Unary(_, x) => used[x] = true,
+                Operation::Unary(_, x) | Operation::Curve(_, x) => used[x] = true,
                 Operation::Binary(_, all) => all.iter().for_each(|x| used[*x] = true),
                 Operation::Select(all) => all.iter().for_each(|x| used[*x] = true),
             }
@@ -86,11 +97,13 @@ fn reachable(operations: &[Operation], spans: &[Range<usize>], result: usize) ->
             Operation::Unary(f, x) => Operation::Unary(f, place[x]),
             Operation::Binary(f, all) => Operation::Binary(f, all.map(|x| place[x])),
             Operation::Select(all) => Operation::Select(all.map(|x| place[x])),
+            Operation::Curve(curve, x) => Operation::Curve(curve, place[x]),
             leaf => leaf,
         });
         places.push(spans[k].clone());
     }
-    Program { text: "".into(), operations: Arc::from(kept), spans: Arc::from(places) }
+    let (operations, spans) = (Arc::from(kept), Arc::from(places));
+    Program { text: "".into(), operations, spans, curves: Arc::from([]) }
 }
 
 /// The value of an expression of parameters alone.
@@ -109,6 +122,7 @@ struct Parser<'a> {
     known: &'a mut dyn FnMut(&str) -> Option<Known>,
     operations: Vec<Operation>,
     spans: Vec<Range<usize>>,
+    curves: Vec<Curve>,
 }
 
 impl Parser<'_> {
@@ -148,7 +162,7 @@ impl Parser<'_> {
         };
         let folded = match operation {
             Operation::Constant(value) => Some(value),
-            Operation::Input(_) => None,
+            Operation::Input(_) | Operation::Curve(..) => None,
             Operation::Unary(function, x) => number(x).map(|x| function.value(x)),
             Operation::Binary(function, [x, y]) => {
                 number(x).zip(number(y)).map(|(x, y)| function.value(x, y))
@@ -159,14 +173,12 @@ impl Parser<'_> {
         };
         let operation = folded.map_or(operation, Operation::Constant);
         if let Some(value) = folded.filter(|value| !value.is_finite()) {
-            let part = self.text[start..self.at].trim().to_owned();
-            let fault = Undefined { part, is_nan: value.is_nan(), arguments: Vec::new() };
-            let help = match fault.is_nan {
+            let message = words(self.text[start..self.at].trim(), value);
+            let help = match value.is_nan() {
                 true => "let its arguments stay where it is defined",
                 false => "let its value stay finite: no division by zero, no overflow",
             };
-            let (message, help) = (fault.to_string(), help.to_owned());
-            return Err(ExpressionError { message, unknown: None, help });
+            return Err(ExpressionError { message, unknown: None, help: help.to_owned() });
         }
         let bits = |operation: &Operation| match operation {
             Operation::Constant(value) => value.to_bits(),
@@ -328,6 +340,11 @@ impl Parser<'_> {
         match (self.known)(name) {
             Some(Known::Constant(value)) => self.push(start, Operation::Constant(value)),
             Some(Known::Input(input)) => self.push(start, Operation::Input(input)),
+            Some(Known::Curve(_)) => {
+                let help = format!("write {name}(x), with its argument");
+                let message = format!("`{name}` is a table");
+                Err(ExpressionError { message, unknown: None, help })
+            }
             None => Err(no_parameter(name)),
         }
     }
@@ -351,7 +368,16 @@ impl Parser<'_> {
                     self.push(start, Operation::Unary(Unary::Smooth, part))
                 }
             },
-            (None, None, _) if !TERNARY.contains(&name) => Err(no_function(name)),
+            (None, None, _) if !TERNARY.contains(&name) => match ((self.known)(name), x) {
+                (Some(Known::Curve(curve)), [x]) => {
+                    self.curves.push(curve);
+                    self.push(start, Operation::Curve(self.curves.len() - 1, *x))
+                }
+                (Some(Known::Curve(_)), _) => {
+                    self.wrong(format!("the table `{name}` is a function of one number"))
+                }
+                _ => Err(no_function(name)),
+            },
             _ => {
                 let count = match (unary, binary) {
                     (Some(_), _) => "one number",

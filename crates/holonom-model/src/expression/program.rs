@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::function::{Binary, Unary};
+use super::table::Curve;
 
 /// Operations of an expression at most.
 pub(super) const MOST: usize = 4096;
@@ -19,6 +20,8 @@ pub(super) enum Operation {
     Binary(Binary, [usize; 2]),
     /// `a` where `c > 0`, else `b`.
     Select([usize; 3]),
+    /// The table of this index.
+    Curve(usize, usize),
 }
 
 /// An expression that is ready to be evaluated. Clones share it.
@@ -27,6 +30,7 @@ pub struct Program {
     pub(super) text: Arc<str>,
     pub(super) operations: Arc<[Operation]>,
     pub(super) spans: Arc<[Range<usize>]>,
+    pub(super) curves: Arc<[Curve]>,
 }
 
 impl fmt::Debug for Program {
@@ -37,25 +41,30 @@ impl fmt::Debug for Program {
 
 impl PartialEq for Program {
     fn eq(&self, other: &Self) -> bool {
-        self.text == other.text && self.operations == other.operations
+        self.text == other.text
+            && self.operations == other.operations
+            && self.curves == other.curves
     }
 }
 
 /// A part of an expression that is no finite number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Undefined {
-    /// Its text.
-    pub part: String,
-    /// Whether it is not defined; else it is infinite.
-    pub is_nan: bool,
+    /// Its text and what is wrong with it: `sqrt(x)` is not defined.
+    pub message: String,
     /// The numbers it was computed from.
     pub arguments: Vec<f64>,
 }
 
+/// What is wrong with a part that has this value.
+pub(super) fn words(part: &str, value: f64) -> String {
+    let what = if value.is_nan() { "is not defined" } else { "is not finite" };
+    format!("`{part}` {what}")
+}
+
 impl fmt::Display for Undefined {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = if self.is_nan { "is not defined" } else { "is not finite" };
-        write!(f, "`{}` {what}", self.part)
+        f.write_str(&self.message)
     }
 }
 
@@ -125,13 +134,16 @@ impl Program {
                     Operation::Select([c, a, b]) => {
                         adjoints[if values[c] > 0.0 { a } else { b }] += adjoint;
                     }
+                    Operation::Curve(curve, x) => {
+                        let [_, slope, _] = self.curve(curve, values[x]);
+                        adjoints[x] += adjoint * slope;
+                    }
                 }
                 if let Some(bad) = self.operands(k).find(|operand| !adjoints[*operand].is_finite())
                 {
-                    let mut undefined = self.undefined(k, values);
-                    undefined.is_nan = adjoints[bad].is_nan();
-                    undefined.part = format!("the slope of {}", undefined.part);
-                    return Err(undefined);
+                    let message = words(self.part(k), adjoints[bad]);
+                    let message = format!("the slope of {message}");
+                    return Err(Undefined { message, ..self.undefined(k, values) });
                 }
             }
             Ok(value)
@@ -164,6 +176,11 @@ impl Program {
                     [f, fx * dx + fy * dy, fx * ddx + fy * ddy + bend]
                 }
                 Operation::Select([c, a, b]) => jets[if jets[c][0] > 0.0 { a } else { b }],
+                Operation::Curve(curve, x) => {
+                    let [x, dx, ddx] = jets[x];
+                    let [f, slope, bend] = self.curve(curve, x);
+                    [f, slope * dx, slope * ddx + bend * dx * dx]
+                }
             };
             jets.push(jet);
             if !jet.iter().all(|x| x.is_finite()) {
@@ -183,6 +200,7 @@ impl Program {
                 Operation::Unary(function, x) => function.value(values[x]),
                 Operation::Binary(function, [x, y]) => function.value(values[x], values[y]),
                 Operation::Select([c, a, b]) => values[if values[c] > 0.0 { a } else { b }],
+                Operation::Curve(curve, x) => self.curve(curve, values[x])[0],
             };
             values.push(value);
             if !value.is_finite() {
@@ -199,19 +217,58 @@ impl Program {
     fn operands(&self, k: usize) -> impl Iterator<Item = usize> + use<> {
         let all: [Option<usize>; 3] = match self.operations[k] {
             Operation::Constant(_) | Operation::Input(_) => [None; 3],
-            Operation::Unary(_, x) => [Some(x), None, None],
+            Operation::Unary(_, x) | Operation::Curve(_, x) => [Some(x), None, None],
             Operation::Binary(_, [x, y]) => [Some(x), Some(y), None],
             Operation::Select(all) => all.map(Some),
         };
         all.into_iter().flatten()
     }
 
+    fn curve(&self, curve: usize, x: f64) -> [f64; 3] {
+        self.curves[curve].at(x).unwrap_or([f64::NAN; 3])
+    }
+
+    fn part(&self, k: usize) -> &str {
+        self.text[self.spans[k].clone()].trim()
+    }
+
     fn undefined(&self, k: usize, values: &[f64]) -> Undefined {
-        Undefined {
-            part: self.text[self.spans[k].clone()].trim().to_owned(),
-            is_nan: values[k].is_nan(),
-            arguments: self.operands(k).map(|operand| values[operand]).collect(),
+        let message = match self.operations[k] {
+            Operation::Curve(curve, x) => {
+                let ([first, last], name) = (self.curves[curve].range(), self.curves[curve].name());
+                format!("`{name}`: {} is outside of {first} … {last}", values[x])
+            }
+            _ => words(self.part(k), values[k]),
+        };
+        let arguments = self.operands(k).map(|operand| values[operand]).collect();
+        Undefined { message, arguments }
+    }
+
+    /// Whether it is a polynomial of degree 0 or 1 in the inputs of which `counts` is true; the
+    /// others may come in any way.
+    #[must_use]
+    pub fn is_affine(&self, counts: impl Fn(usize) -> bool) -> bool {
+        let mut degrees: Vec<u8> = Vec::with_capacity(self.operations.len()); // 2: any
+        for operation in self.operations.iter() {
+            let free = |degree: u8| if degree == 0 { 0 } else { 2 };
+            degrees.push(match *operation {
+                Operation::Constant(_) => 0,
+                Operation::Input(input) => u8::from(counts(input)),
+                Operation::Unary(Unary::Negative | Unary::Integer(1), x) => degrees[x],
+                Operation::Unary(_, x) | Operation::Curve(_, x) => free(degrees[x]),
+                Operation::Binary(function, [x, y]) => {
+                    let (x, y) = (degrees[x], degrees[y]);
+                    match function {
+                        Binary::Sum | Binary::Difference => x.max(y),
+                        Binary::Product => (x + y).min(2),
+                        Binary::Quotient if y == 0 => x,
+                        _ => free(x.max(y)),
+                    }
+                }
+                Operation::Select([c, a, b]) => free(degrees[c]).max(degrees[a].max(degrees[b])),
+            });
         }
+        degrees.last().is_none_or(|degree| *degree < 2)
     }
 
     /// The functions in it that jump where their argument crosses a number, each once: `sign`,

@@ -236,13 +236,13 @@ fn at_a_kink_the_slope_is_that_of_the_branch_taken() {
 fn what_is_not_finite_names_its_part_and_its_arguments() {
     let undefined = |text: &str, at: [f64; 2]| program(text).value(&at).unwrap_err();
     let fault = undefined("min(1, sqrt(x - 0.02))", [0.0, 0.0]);
-    assert_eq!((fault.part.as_str(), fault.is_nan), ("sqrt(x - 0.02)", true));
+    assert_eq!(fault.message, "`sqrt(x - 0.02)` is not defined");
     assert_eq!(fault.arguments, [-0.02]);
     let fault = undefined("x + 1/(y - 1)", [3.0, 1.0]);
-    assert_eq!((fault.part.as_str(), fault.is_nan), ("1/(y - 1)", false));
+    assert_eq!(fault.message, "`1/(y - 1)` is not finite");
     assert_eq!(fault.arguments, [1.0, 0.0]);
     let slope = program("sqrt(x)").gradient(&[0.0; 2], &mut [0.0; 2]).unwrap_err();
-    assert_eq!(slope.part, "the slope of sqrt(x)");
+    assert_eq!(slope.message, "the slope of `sqrt(x)` is not finite");
 }
 
 #[test]
@@ -274,4 +274,86 @@ fn long_expressions_are_refused() {
     let text = (0..5000).map(|k| format!("x*{k}.5")).collect::<Vec<_>>().join(" + ");
     let error = Program::parse(&text, &mut |_| Some(Known::Input(0))).unwrap_err();
     assert!(error.message.contains("4096 operations"), "{}", error.message);
+}
+
+fn curve(interpolation: &str, outside: &str) -> Curve {
+    let text = format!(
+        "name = \"f\"\npoints = [[0, 0], [1, 1], [2.5, 1.5], [3, 4], [4, 3.5]]\n\
+         interpolation = \"{interpolation}\"\noutside = \"{outside}\"\n"
+    );
+    Curve::new(&toml::from_str(&text).unwrap())
+}
+
+#[test]
+fn tables_are_what_their_interpolation_says() {
+    for kind in ["pchip", "linear", "spline"] {
+        let own = curve(kind, "slope");
+        let e = 1e-5;
+        for x in [0.3, 0.99, 1.7, 2.6, 3.4, 3.99, -0.5, 4.5] {
+            let [_, slope, bend] = own.at(x).unwrap();
+            let at = |x: f64| own.at(x).unwrap();
+            let expected = (at(x + e)[0] - at(x - e)[0]) / (2.0 * e);
+            assert!((slope - expected).abs() < 1e-8, "{kind} at {x}: {slope} {expected}");
+            let expected = (at(x + e)[1] - at(x - e)[1]) / (2.0 * e);
+            assert!((bend - expected).abs() < 1e-6, "{kind} at {x}: {bend} {expected}");
+        }
+        for (x, y) in [(0.0, 0.0), (1.0, 1.0), (2.5, 1.5), (3.0, 4.0), (4.0, 3.5)] {
+            assert!((own.at(x).unwrap()[0] - y).abs() < 1e-14, "{kind} at {x}");
+        }
+    }
+    let linear = curve("linear", "hold");
+    assert_eq!(linear.at(1.75).unwrap(), [1.25, 0.5 / 1.5, 0.0]);
+    assert_eq!([-1.0, 9.0].map(|x| linear.at(x).unwrap()), [[0.0; 3], [3.5, 0.0, 0.0]]);
+    assert!(curve("pchip", "error").at(4.01).is_none());
+    // the second derivative of a spline is continuous, and 0 at the ends
+    let spline = curve("spline", "slope");
+    for x in [0.0, 1.0, 2.5, 3.0, 4.0] {
+        let jump = spline.at(x + 1e-12).unwrap()[2] - spline.at(x - 1e-12).unwrap()[2];
+        assert!(jump.abs() < 1e-9, "at {x}: {jump}");
+    }
+    // monotone where the points are
+    let pchip = curve("pchip", "hold");
+    let values: Vec<f64> = (0..=300).map(|k| pchip.at(0.01 * f64::from(k)).unwrap()[0]).collect();
+    assert!(values.windows(2).all(|pair| pair[0] <= pair[1]));
+    assert_eq!(pchip.at(3.0).unwrap()[1], 0.0, "an extremum");
+    // h = 1, 1.5 and m = 1, 1/3: (w_0 + w_1)/(w_0/m_0 + w_1/m_1) with w = 4, 3.5
+    assert!((pchip.at(1.0).unwrap()[1] - 7.5 / 14.5).abs() < 1e-15);
+    // ((2 h_0 + h_1) m_0 − h_0 m_1)/(h_0 + h_1)
+    assert!((pchip.at(0.0).unwrap()[1] - (3.5 - 1.0 / 3.0) / 2.5).abs() < 1e-15);
+}
+
+#[test]
+fn a_table_is_called_by_its_name() {
+    let mut known = |name: &str| match name {
+        "x" => Some(Known::Input(0)),
+        "f" => Some(Known::Curve(curve("pchip", "error"))),
+        _ => None,
+    };
+    let own = Program::parse("2*f(x^2) - f(1)", &mut known).unwrap();
+    let mut slopes = [0.0];
+    let value = own.gradient(&[1.2], &mut slopes).unwrap();
+    let [f, slope, bend] = curve("pchip", "error").at(1.44).unwrap();
+    assert!((value - (2.0 * f - 1.0)).abs() < 1e-14 && (slopes[0] - 4.8 * slope).abs() < 1e-13);
+    let [_, rate, acceleration] = own.taylor(1.2).unwrap();
+    assert!((rate - slopes[0]).abs() < 1e-14);
+    assert!((acceleration - (4.0 * slope + 11.52 * bend)).abs() < 1e-12);
+    let outside = own.value(&[2.1]).unwrap_err();
+    assert_eq!(outside.message, "`f`: 4.41 is outside of 0 … 4");
+    for (text, why) in
+        [("f", "is a table"), ("f(x, 1)", "function of one"), ("g(x)", "no function")]
+    {
+        let error = Program::parse(text, &mut known).unwrap_err();
+        assert!(error.message.contains(why), "{text}: {}", error.message);
+    }
+}
+
+#[test]
+fn affine_functions_are_known() {
+    let affine = |text: &str| program(text).is_affine(|input| input == 0);
+    for text in ["-3*x + sin(y)", "x/k*y^2", "select(y, 2*x, x - 1)", "-(x - y)*y", "7"] {
+        assert!(affine(text), "{text}");
+    }
+    for text in ["x*x", "abs(x)", "x^2", "y/x", "select(x, 1, 2)", "max(x, 0)", "2^x"] {
+        assert!(!affine(text), "{text}");
+    }
 }

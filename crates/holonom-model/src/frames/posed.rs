@@ -7,7 +7,9 @@ use vi_multibody::joint::complete_axis;
 use super::start::is_ground;
 use crate::types::load::Frame;
 use crate::types::reference_frame::MovingFrame;
-use crate::{Bar, Beam, Body, Constraint, Curve, Joint, Load, Normal, Particle, Spring, Twist};
+use crate::{
+    Bar, Beam, Body, Constraint, Curve, Joint, Law, Load, Normal, Particle, Spring, Twist,
+};
 
 /// A body; with `by_joints`, its velocities follow from its joints unless it states some.
 pub(crate) fn body(body: &mut Body, frame: &MovingFrame, by_joints: bool) {
@@ -152,6 +154,20 @@ pub(crate) fn spring(spring: &mut Spring, frame: &MovingFrame) {
     let ends = [(&spring.from, &mut spring.point_from), (&spring.to, &mut spring.point_to)];
     for (end, held) in ends {
         if is_ground(end) {
+            ground_point(held, frame);
+        }
+    }
+}
+
+/// A law: the points of the ground that hold it. One along a joint is left to the checks.
+pub(crate) fn law(law: &mut Law, frame: &MovingFrame) {
+    if law.joint.is_some() {
+        return;
+    }
+    law.relative_to = None;
+    let ends = [(&law.from, &mut law.point_from), (&law.to, &mut law.point_to)];
+    for (end, held) in ends {
+        if end.as_deref().is_some_and(is_ground) {
             ground_point(held, frame);
         }
     }

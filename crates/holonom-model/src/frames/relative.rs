@@ -101,6 +101,7 @@ fn parts(model: &Model) -> impl Iterator<Item = Part> + use<> {
         ("constraint", model.constraints.len()),
         ("spring", model.springs.len()),
         ("load", model.loads.len()),
+        ("law", model.laws.len()),
     ];
     counts.into_iter().flat_map(|(section, count)| (0..count).map(move |index| (section, index)))
 }
@@ -116,6 +117,7 @@ fn target(model: &Model, (section, index): Part) -> Option<&str> {
         "joint" => &model.joints[index].relative_to,
         "spring" => &model.springs[index].relative_to,
         "load" => &model.loads[index].relative_to,
+        "law" => &model.laws[index].relative_to,
         _ => match &model.constraints[index] {
             Constraint::Distance { relative_to, .. }
             | Constraint::PointOnLine { relative_to, .. }
@@ -138,6 +140,7 @@ fn names(model: &Model) -> BTreeMap<String, Part> {
             "joint" => &model.joints[index].name,
             "spring" => &model.springs[index].name,
             "load" => &model.loads[index].name,
+            "law" => &model.laws[index].name,
             _ => return model.constraints[index].name().to_owned(),
         }
         .clone()
@@ -316,6 +319,7 @@ impl Resolver<'_> {
             "joint" => posed::joint(&mut self.model.joints[index], frame),
             "spring" => posed::spring(&mut self.model.springs[index], frame),
             "load" => posed::load(&mut self.model.loads[index], frame),
+            "law" => posed::law(&mut self.model.laws[index], frame),
             "constraint" => posed::constraint(&mut self.model.constraints[index], frame),
             _ => {}
         }

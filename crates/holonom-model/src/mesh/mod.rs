@@ -167,7 +167,7 @@ impl Meshes {
     }
 
     /// The path of a file, as the model states it.
-    fn path(&self, file: &str) -> Result<PathBuf, MeshError> {
+    pub(crate) fn path(&self, file: &str) -> Result<PathBuf, MeshError> {
         match &self.folder {
             Some(folder) => Ok(folder.join(file)),
             None if Path::new(file).is_absolute() => Ok(file.into()),

@@ -65,7 +65,7 @@ macro_rules! examples {
     ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
 }
 
-const EXAMPLES: [(&str, &str); 13] = examples![
+const EXAMPLES: [(&str, &str); 15] = examples![
     "model",
     "simulation",
     "parameters",
@@ -78,6 +78,8 @@ const EXAMPLES: [(&str, &str); 13] = examples![
     "constraint",
     "spring",
     "load",
+    "law",
+    "table",
     "sensor"
 ];
 

@@ -16,11 +16,15 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::include::writer::quoted;
 use super::key_path::below;
 use super::overrides::Override;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
-use super::sections::{LISTS, PARAMETERS};
-use crate::expression::{ExpressionError, evaluate, is_reserved, is_time, names, vocabulary};
+use super::sections::{LISTS, PARAMETERS, is_formula};
+use crate::expression::{
+    ExpressionError, evaluate, is_reserved, is_time, names, renamed, vocabulary,
+};
+use crate::formula::ALONG;
 
 /// The section in the JSON schema.
 pub(crate) fn schema() -> serde_json::Value {
@@ -69,6 +73,18 @@ pub(crate) fn values(
     }
     if problems.is_empty() {
         each(&mut table, &mut |path, expression, value| {
+            if is_formula(path)
+                && !value.get_ref().as_str().is_some_and(|text| text.starts_with('='))
+            {
+                match with_values(expression, &parameters) {
+                    Ok(text) => values.push(quoted(&text)),
+                    Err(problem) if problems.len() < MAX_PROBLEMS => {
+                        problems.push(problem.below(path).at(Some(value.span())));
+                    }
+                    Err(_) => {}
+                }
+                return;
+            }
             let known = &mut |name: &str| parameters.get(name).and_then(|own| own.value);
             let fault = match evaluate(expression, known) {
                 Ok(number) if number.is_finite() => return values.push(written(number)),
@@ -84,6 +100,27 @@ pub(crate) fn values(
         });
     }
     if problems.is_empty() { Ok(values) } else { Err(problems) }
+}
+
+/// An expression that is evaluated along the run, with numbers in the place of parameters.
+fn with_values(text: &str, parameters: &BTreeMap<String, Parameter>) -> Result<String, Problem> {
+    let mut clash = None;
+    let text = renamed(text, &mut |name| match parameters.get(name).and_then(|own| own.value) {
+        Some(_) if ALONG.contains(&name) => {
+            clash = Some(name.to_owned());
+            name.to_owned()
+        }
+        Some(value) if value.is_sign_negative() => format!("({value:?})"),
+        Some(value) => format!("{value:?}"),
+        None => name.to_owned(),
+    });
+    match clash {
+        None => Ok(text),
+        Some(name) => {
+            let message = format!("`{name}` is a variable of the law and a parameter");
+            Err(Problem::new("", message).help("give the parameter another name"))
+        }
+    }
 }
 
 /// Removes the section `[parameters]`, and replaces each expression by its value.
@@ -277,7 +314,8 @@ fn without_effect(name: &str, own: &BTreeSet<String>, used: &BTreeSet<String>) -
     Problem::new(key, message).help(help)
 }
 
-/// Visits all expressions: key path, what follows the `=`, the value.
+/// Visits all expressions: key path, what follows the `=` or an expression that is evaluated along
+/// the run, the value.
 fn each<'i>(table: &mut DeTable<'i>, visit: &mut dyn FnMut(&str, &str, &mut Spanned<DeValue<'i>>)) {
     for (key, value) in table.iter_mut() {
         expressions(&mut key.get_ref().to_string(), value, visit);
@@ -308,7 +346,8 @@ fn expressions<'i>(
             }
         }
         DeValue::String(text) if !path.ends_with(".description") => {
-            if let Some(expression) = text.strip_prefix('=') {
+            let along = is_formula(path).then_some(text.as_ref());
+            if let Some(expression) = text.strip_prefix('=').or(along) {
                 let expression = expression.to_owned();
                 visit(path, &expression, value);
             }

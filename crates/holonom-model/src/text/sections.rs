@@ -3,7 +3,29 @@
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
 /// Sections that are lists of named components.
-pub(crate) const LISTS: [&str; 10] =
-    ["frame", "body", "beam", "particle", "bar", "joint", "constraint", "spring", "load", "sensor"];
+pub(crate) const LISTS: [&str; 12] = [
+    "frame",
+    "body",
+    "beam",
+    "particle",
+    "bar",
+    "joint",
+    "constraint",
+    "spring",
+    "load",
+    "law",
+    "table",
+    "sensor",
+];
+
+/// Whether a text at this key path is an expression that is evaluated along the run.
+pub(crate) fn is_formula(path: &str) -> bool {
+    let mut parts = path.split('.');
+    let (section, _, key) = (parts.next(), parts.next(), parts.next());
+    section == Some("law") && key.is_some_and(|key| FORMULAS.contains(&key))
+}
+
+/// Keys of a law that are such expressions.
+pub(crate) const FORMULAS: [&str; 2] = ["effort", "tension"];
 /// The section of parameters.
 pub(crate) const PARAMETERS: &str = "parameters";

@@ -11,6 +11,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
+use crate::hermite::{Ends, Hermite};
+
 /// A smooth function of time, a sum of what is stated:
 /// `offset + rate t + ½ acceleration t² + amplitude (sin(2π frequency t + phase) − sin(phase))`,
 /// moves from rest to rest, a table.
@@ -84,7 +86,7 @@ impl MotionPath {
     /// Value, rate and acceleration as a function of the time (s).
     pub fn function(&self) -> impl Fn(f64) -> [f64; 3] + Send + Sync + use<> {
         let path = self.clone();
-        let spline = self.table.as_ref().map(Spline::new);
+        let spline = self.table.as_ref().map(PathTable::spline);
         move |t| {
             let parts = path.moves.iter().map(|part| part.at(t));
             let parts = parts.chain(spline.as_ref().map(|spline| spline.at(t)));
@@ -125,6 +127,13 @@ impl MotionPath {
     }
 }
 
+impl PathTable {
+    fn spline(&self) -> Hermite {
+        let points = self.times.iter().zip(&self.values).map(|(t, x)| [*t, *x]);
+        Hermite::spline(points, Ends::Clamped(self.rates))
+    }
+}
+
 impl Move {
     fn at(&self, t: f64) -> [f64; 3] {
         let duration = self.end - self.start;
@@ -134,58 +143,6 @@ impl Move {
             self.by * x * x * x * (10.0 - 15.0 * x + 6.0 * x * x),
             self.by / duration * 30.0 * x * x * y * y,
             self.by / (duration * duration) * 60.0 * x * y * (y - x),
-        ]
-    }
-}
-
-/// A cubic spline: values and rates at the knots.
-#[derive(Clone, Debug)]
-struct Spline {
-    knots: Vec<[f64; 3]>, // time, value, rate
-}
-
-impl Spline {
-    /// Rates with a continuous second derivative, by elimination:
-    ///
-    /// ```text
-    /// r_{k−1}/h_{k−1} + 2 (1/h_{k−1} + 1/h_k) r_k + r_{k+1}/h_k = 3 (Δ_{k−1}/h_{k−1}² + Δ_k/h_k²)
-    /// ```
-    fn new(PathTable { times, values, rates }: &PathTable) -> Self {
-        let n = times.len();
-        let mut knots: Vec<[f64; 3]> =
-            times.iter().zip(values).map(|(t, x)| [*t, *x, 0.0]).collect();
-        (knots[0][2], knots[n - 1][2]) = (rates[0], rates[1]);
-        let mut lead = vec![0.0; n]; // factor of the next rate, after elimination of the one before
-        for k in 1..n - 1 {
-            let [before, own, next] = [k - 1, k, k + 1].map(|k| knots[k]);
-            let (a, b) = (1.0 / (own[0] - before[0]), 1.0 / (next[0] - own[0]));
-            let right = 3.0 * (a * a * (own[1] - before[1]) + b * b * (next[1] - own[1]));
-            let pivot = 2.0 * (a + b) - a * lead[k - 1];
-            lead[k] = b / pivot;
-            knots[k][2] = (right - a * before[2]) / pivot;
-        }
-        for k in (1..n - 1).rev() {
-            knots[k][2] -= lead[k] * knots[k + 1][2];
-        }
-        Self { knots }
-    }
-
-    fn at(&self, t: f64) -> [f64; 3] {
-        let after = self.knots.partition_point(|knot| knot[0] <= t);
-        if after == 0 || after == self.knots.len() {
-            let [time, value, rate] = self.knots[after.saturating_sub(1)];
-            return [value + rate * (t - time), rate, 0.0];
-        }
-        let ([t0, x0, r0], [t1, x1, r1]) = (self.knots[after - 1], self.knots[after]);
-        let h = t1 - t0;
-        let s = (t - t0) / h;
-        let slope = (x1 - x0) / h;
-        // x0 + h s (r0 + s (c + s d))
-        let (c, d) = (3.0 * slope - 2.0 * r0 - r1, r0 + r1 - 2.0 * slope);
-        [
-            x0 + h * s * (r0 + s * (c + s * d)),
-            r0 + s * (2.0 * c + 3.0 * s * d),
-            (2.0 * c + 6.0 * s * d) / h,
         ]
     }
 }

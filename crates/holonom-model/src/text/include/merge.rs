@@ -10,11 +10,12 @@ use super::KEY;
 use super::scope::{FRAME, Scope, meant, scopes};
 use super::tree::{IncludeTree, POSE, parse};
 use super::writer::{Writer, key_as_toml, quoted};
-use crate::expression::renamed;
+use crate::expression::{renamed, renamed_parts};
+use crate::formula::ALONG;
 use crate::frames::start::is_ground;
 use crate::text::parameters;
 use crate::text::problem::{MAX_PROBLEMS, Problem, nearest};
-use crate::text::sections::{LISTS, PARAMETERS, TABLES};
+use crate::text::sections::{FORMULAS, LISTS, PARAMETERS, TABLES};
 use crate::text::wishes;
 
 /// Keys of a part that name other parts.
@@ -124,7 +125,7 @@ impl<'a, 'i> Merge<'a, 'i> {
                 DeValue::Table(table) => {
                     let start = sections.text.len();
                     sections.text += &format!("\n[{}]\n", key_as_toml(key.get_ref()));
-                    self.lines(&mut sections, 0, table);
+                    self.lines(&mut sections, 0, key.get_ref(), table);
                     sections.piece(start, 0, value.span());
                 }
                 _ => {
@@ -314,10 +315,11 @@ impl<'a, 'i> Merge<'a, 'i> {
         };
         let mut out = Writer::default();
         out.text += &format!("\n[[{section}]]\n");
-        self.lines(&mut out, index, table);
+        self.lines(&mut out, index, section, table);
         let kind = table.get("type").and_then(|kind| kind.get_ref().as_str());
         let posed = match section {
-            "sensor" => false,
+            "sensor" | "table" => false,
+            "law" => table.contains_key("from"),
             "load" => table.get("frame").is_none_or(|f| f.get_ref().as_str() != Some("body")),
             "constraint" => kind.is_some_and(|kind| {
                 ["distance", "point_on_line", "point_on_plane"].contains(&kind)
@@ -335,13 +337,15 @@ impl<'a, 'i> Merge<'a, 'i> {
     }
 
     /// Adds the keys of a section or part, one on each line.
-    fn lines(&self, out: &mut Writer, index: usize, table: &'a DeTable<'i>) {
+    fn lines(&self, out: &mut Writer, index: usize, section: &str, table: &'a DeTable<'i>) {
         for (key, value) in table {
             out.key(key.get_ref(), self.tree.branches[index].file, key.span());
             let role = match key.get_ref().as_ref() {
                 "name" => Role::Name,
                 "description" => Role::Text,
                 "shape" | "picture" => Role::Shape,
+                "file" if section == "table" => Role::File,
+                key if section == "law" && FORMULAS.contains(&key) => Role::Formula,
                 key if REFERENCES.contains(&key) => Role::Reference,
                 _ => Role::Plain,
             };
@@ -389,7 +393,16 @@ impl<'a, 'i> Merge<'a, 'i> {
                 node.map_or(name.clone(), |node| format!("{name}.{node}"))
             }
             Role::File if index > 0 => self.tree.as_seen_from_root(index, text),
-            Role::Plain if text.starts_with('=') => {
+            Role::Formula if !text.starts_with('=') => renamed_parts(text, &mut |name| {
+                let Scope { names, parameters } = &self.scopes[index];
+                let own =
+                    ALONG.contains(&name) && !names.contains(name) && !parameters.contains(name);
+                let defines = |k: usize, name: &str| {
+                    self.scopes[k].names.contains(name) || self.scopes[k].parameters.contains(name)
+                };
+                if own { name.to_owned() } else { meant(self.tree, index, name, defines) }
+            }),
+            Role::Plain | Role::Formula if text.starts_with('=') => {
                 let defines = |k: usize, name: &str| self.scopes[k].parameters.contains(name);
                 renamed(text, &mut |name| meant(self.tree, index, name, defines))
             }
@@ -407,6 +420,8 @@ enum Role {
     Reference,
     /// Words, or expressions.
     Plain,
+    /// An expression that is evaluated along the run.
+    Formula,
     /// A description.
     Text,
     /// A shape.

@@ -10,7 +10,7 @@
 mod merge;
 mod scope;
 mod tree;
-mod writer;
+pub(super) mod writer;
 
 use std::collections::BTreeSet;
 use std::ops::Range;

@@ -1,0 +1,71 @@
+//! Functions that an expression calls by name: values at points, interpolated.
+
+use std::sync::Arc;
+
+use crate::hermite::{Ends, Hermite};
+use crate::types::table::{Interpolation, Outside, Table};
+
+/// A table that is ready to be evaluated. Clones share it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve(Arc<Parts>);
+
+#[derive(Debug, PartialEq)]
+struct Parts {
+    name: String,
+    hermite: Hermite,
+    linear: bool,
+    outside: Outside,
+}
+
+impl Curve {
+    /// Of a table with at least two points and increasing arguments.
+    #[must_use]
+    pub fn new(table: &Table) -> Self {
+        let points = table.points.iter().copied();
+        let hermite = match table.interpolation {
+            Interpolation::Spline => Hermite::spline(points, Ends::Natural),
+            Interpolation::Pchip | Interpolation::Linear => Hermite::monotone(points),
+        };
+        let linear = table.interpolation == Interpolation::Linear;
+        Self(Arc::new(Parts { name: table.name.clone(), hermite, linear, outside: table.outside }))
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// The first and the last argument.
+    #[must_use]
+    pub fn range(&self) -> [f64; 2] {
+        let knots = &self.0.hermite.knots;
+        [knots[0][0], knots[knots.len() - 1][0]]
+    }
+
+    /// Value, first and second derivative; `None` outside of a table that ends there.
+    #[must_use]
+    pub fn at(&self, x: f64) -> Option<[f64; 3]> {
+        let [first, last] = self.range();
+        let beyond = x < first || x > last;
+        match self.0.outside {
+            Outside::Error if beyond => return None,
+            Outside::Hold if beyond => {
+                let knots = &self.0.hermite.knots;
+                let end = if x < first { knots[0] } else { knots[knots.len() - 1] };
+                return Some([end[1], 0.0, 0.0]);
+            }
+            _ => {}
+        }
+        Some(if self.0.linear { self.on_line(x) } else { self.0.hermite.at(x) })
+    }
+
+    /// On the straight line through two neighbours.
+    fn on_line(&self, x: f64) -> [f64; 3] {
+        let knots = &self.0.hermite.knots;
+        let after = knots.partition_point(|knot| knot[0] <= x).clamp(1, knots.len() - 1);
+        let (a, b) = (knots[after - 1], knots[after]);
+        let slope = (b[1] - a[1]) / (b[0] - a[0]);
+        [a[1] + slope * (x - a[0]), slope, 0.0]
+    }
+}

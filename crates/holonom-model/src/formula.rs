@@ -1,0 +1,48 @@
+//! What the names in the expressions of a model stand for.
+
+use std::collections::BTreeMap;
+
+use crate::Model;
+use crate::expression::{Curve, ExpressionError, Known, Program};
+use crate::text::problem::nearest;
+use crate::types::law::Formula;
+use crate::types::table::Table;
+
+/// The names of a law along a coordinate or between two points: time, coordinate, rate.
+pub const ALONG: [&str; 3] = ["t", "x", "v"];
+/// The name of a function of time.
+pub const TIME: [&str; 1] = ["t"];
+
+/// The tables of a model, by their names.
+#[derive(Clone, Debug)]
+pub struct Curves<'a>(BTreeMap<&'a str, Curve>);
+
+impl<'a> Curves<'a> {
+    /// Those of a model whose tables are valid.
+    #[must_use]
+    pub fn new(model: &'a Model) -> Self {
+        let valid = model.tables.iter().filter(|table| table.fault().is_none());
+        Self(valid.map(|table: &Table| (table.name.as_str(), Curve::new(table))).collect())
+    }
+
+    /// Compiles an expression of these inputs, which is how many its program reads.
+    ///
+    /// # Errors
+    /// [`ExpressionError`].
+    pub fn compile(&self, formula: &Formula, own: &[&str]) -> Result<Program, ExpressionError> {
+        let text = formula.0.as_str();
+        let mut known = |name: &str| {
+            let input = own.iter().position(|own| *own == name).map(Known::Input);
+            input.or_else(|| self.0.get(name).cloned().map(Known::Curve))
+        };
+        Program::parse(text, &mut known).map_err(|error| {
+            let Some(name) = error.unknown.clone() else { return error };
+            let names = || own.iter().copied().chain(self.0.keys().copied());
+            let help = match nearest(&name, names().filter(|own| own.len() > 1)) {
+                Some(best) => format!("did you mean `{best}`?"),
+                None => format!("this law knows {}, and [parameters]", own.join(" ")),
+            };
+            ExpressionError { message: format!("`{name}` is not known"), help, ..error }
+        })
+    }
+}

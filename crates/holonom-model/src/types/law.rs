@@ -1,0 +1,89 @@
+//! `[[law]]`: forces and torques by expressions of time and state.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize};
+
+/// An expression that is evaluated along the run: a text without `=`, or a number.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct Formula(pub String);
+
+impl<'de> Deserialize<'de> for Formula {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "a law is a text, such as \"-200*x\", or a number")]
+        enum Stated {
+            Number(f64),
+            Text(String),
+        }
+        Ok(Self(match Stated::deserialize(deserializer)? {
+            Stated::Number(number) => format!("{number:?}"),
+            Stated::Text(text) => text,
+        }))
+    }
+}
+
+impl JsonSchema for Formula {
+    fn inline_schema() -> bool {
+        true
+    }
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Formula".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": ["string", "number"] })
+    }
+}
+
+/// `[[law]]`: a force or torque by an expression of time and state, along a joint coordinate
+/// (`joint`, `effort`) or between two points (`from`, `to`, `tension`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Law {
+    /// Its name, unique in the model; its work is listed under it.
+    pub name: String,
+    /// The joint along whose coordinate it acts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<String>,
+    /// Which degree of freedom of the joint, counted from 0: displacements first, then angles.
+    #[serde(default)]
+    pub freedom: usize,
+    /// Force, N, or torque, N·m, on the child of the joint, equal and opposite on its parent: of
+    /// `t`, the coordinate `x` and its rate `v`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effort: Option<Formula>,
+    /// A body, a particle, or `ground`: the first of two points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// A body, a particle, or `ground`: the second.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<String>,
+    /// Where it is held at `from`, m: body components from the centre of mass, or a point of the
+    /// ground; the centre or the origin by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point_from: Option<Vec<f64>>,
+    /// Where it is held at `to`, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point_to: Option<Vec<f64>>,
+    /// The frame of points of the ground: a body, a node of a beam, a joint or a `[[frame]]`; the
+    /// inertial frame by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
+    /// Force with which the points pull each other, N: of `t`, the distance `x` and its rate `v`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tension: Option<Formula>,
+    /// A law that reads `v` is taken for one that dissipates, whichever way time runs, and refused
+    /// by composition methods; this one does not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
+    pub conservative: bool,
+}
+
+impl Law {
+    /// The key of its expression and the expression.
+    #[must_use]
+    pub fn formula(&self) -> Option<(&'static str, &Formula)> {
+        let effort = self.effort.as_ref().map(|formula| ("effort", formula));
+        effort.or(self.tension.as_ref().map(|formula| ("tension", formula)))
+    }
+}
