@@ -4,6 +4,7 @@ use super::{RunFailure, Simulation};
 use crate::assembly::agreement;
 use crate::resolution::limits::FoldedElement;
 use crate::stepper::NodeOf;
+use crate::system::law::{self, LawFault};
 use holonom_model::{ModelError, Problem, Scheme};
 use vi_constraints::Constraints;
 use vi_constraints::agreement::Dependence;
@@ -28,6 +29,20 @@ pub(super) fn bent_at_start(folded: FoldedElement<'_>) -> ModelError {
     ModelError::Assembly(vec![Problem::new(key, message).help(help)])
 }
 
+/// The error for a law that has no value at the start.
+pub(super) fn law_at_start(fault: LawFault) -> ModelError {
+    ModelError::Assembly(vec![Problem::new("", fault.message).help(UNDEFINED)])
+}
+
+/// What to do where a law has no value.
+const UNDEFINED: &str =
+    "let its arguments stay where it is defined, by max, clamp or a smaller step";
+
+fn law_fault(step: u64, t: f64, fault: LawFault) -> RunFailure {
+    let message = format!("{} at t = {:.6} s", fault.message, fault.t);
+    RunFailure { step, t, message, remedy: UNDEFINED.into() }
+}
+
 impl Simulation {
     /// A node that could not be read.
     pub(super) fn lost(&self, which: NodeOf, message: &str) -> RunFailure {
@@ -42,6 +57,9 @@ impl Simulation {
         self.rotation.failed = true;
         let (step, t, _) = self.stepper.place();
         let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
+        if let Some(fault) = law::fault_within(&self.laws, t, self.settings.step) {
+            return law_fault(step, t, fault);
+        }
         let resolved = match error {
             StepError::Newton(_) | StepError::RankLost => self.remedy_of_step(),
             _ => None,

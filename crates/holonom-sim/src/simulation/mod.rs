@@ -37,6 +37,7 @@ use crate::sensor::Sensors;
 use crate::start::StartValues;
 use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::beams::Beams;
+use crate::system::law::{self, Laws};
 use crate::system::{self, System};
 use begun::{Begun, StatedStart};
 use holonom_model::{Columns, Family, Model, ModelError, Settings};
@@ -59,6 +60,7 @@ pub struct Simulation {
     assembly: AssemblyReport,
     members: Vec<Member>,
     sensors: Sensors,
+    laws: Laws,
     beams: Beams,
     limits: LimitWatch,
     energies: EnergyTerms,
@@ -96,11 +98,16 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
-        let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
+        let System { mechanism, dynamics, members, mut sensors, beams, laws } =
+            system::build(model)?;
+        let h = model.settings.step;
         let (stated, start) = (StatedStart::of(&mechanism), StartValues::of(model, &mechanism)?);
         let at = InitialValues::new(0.0, &start.q, &start.v);
         let mut stepper = stepper(mechanism, &dynamics, model, at, solver, sensors.wanted())?;
-        stepper.observe(NodeOf::State).map_err(|_| assembly::without_mass(model))?;
+        stepper.observe(NodeOf::State).map_err(|_| match law::fault_within(&laws, 0.0, h) {
+            Some(fault) => failure::law_at_start(fault),
+            None => assembly::without_mass(model),
+        })?;
         let (settings, q) = (model.settings.clone(), stepper.place().2);
         agreement::paths(stepper.mechanism(), stepper.rows(), q, settings.end)?;
         let mut limits = LimitWatch::new(&beams);
@@ -120,6 +127,7 @@ impl Simulation {
             assembly,
             members,
             sensors,
+            laws,
             beams,
             limits,
             watch: EnergyWatch::default(),

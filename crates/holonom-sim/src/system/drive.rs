@@ -7,7 +7,7 @@ use vi_multibody::builder::{CoordinateId, JointId, MechanismBuilder};
 use vi_multibody::joint_force::{JointLaw, Motor, PdControl, Setpoint, Viscous};
 
 /// Degree of freedom `freedom` of joint `id`.
-fn coordinate(
+pub(super) fn coordinate(
     joint: &holonom_model::Joint,
     id: JointId,
     freedom: usize,

@@ -3,6 +3,7 @@
 pub(crate) mod beams;
 pub(crate) mod drive;
 pub mod dynamics;
+pub(crate) mod law;
 pub(crate) mod names;
 
 use crate::dynamics::Dynamics;
@@ -35,6 +36,8 @@ pub struct System {
     pub members: Vec<Member>,
     /// What is measured along a run.
     pub sensors: Sensors,
+    /// The laws of the model, which know why they have no value.
+    pub(crate) laws: law::Laws,
 }
 
 /// Builds the system of a model.
@@ -82,6 +85,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     for joint in &model.joints {
         drive::add_joint_forces(&mut builder, joint, names.joints[joint.name.as_str()].1)?;
     }
+    let laws = law::add_laws(&mut builder, model, &names)?;
     let on_particle = |load: &&holonom_model::Load| {
         load.body.as_deref().is_some_and(|name| names.particles.contains_key(name))
     };
@@ -104,7 +108,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
     let beams = Beams { parts, list };
     let sensors = Sensors::new(&names, &mechanism, &dynamics, &beams);
-    Ok(System { beams, mechanism, dynamics, members, sensors })
+    Ok(System { beams, mechanism, dynamics, members, sensors, laws })
 }
 
 /// Compositions need resolved vibrations, which have no added mass; for others it would not help.

@@ -1,7 +1,7 @@
 //! From the parts of a builder to a description, a mechanism, and its force elements.
 
 use super::error::{finite, positive};
-use super::force::{ElementForce, JointElementKind, LoadPart, ParticleLoadPart};
+use super::force::{ElementForce, JointElementKind, LoadPart, ParticleLoadPart, TensionPart};
 use super::joint::direction;
 use super::{
     BuildError, BuiltMechanism, ConstraintKind, ConstraintPart, CoordinateId, ForceElements, Guide,
@@ -12,6 +12,7 @@ use crate::constraint::scalar_constraint::ScalarConstraint;
 use crate::force::joint_force::{JointForce, JointSpring};
 use crate::force::particle_load::ParticleLoad;
 use crate::force::spring::{Damper, Spring, SpringLaw};
+use crate::force::tension::Tension;
 use crate::geometry::form::Form;
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::{Attachment, Bar, BarEnd, Description, joint_at};
@@ -188,6 +189,19 @@ impl MechanismBuilder {
             let dimension = mechanism.description().dimension;
             let load = ParticleLoad { offset, dimension, force, history };
             forces.add(&name, ElementForce::Coordinates(Arc::new(load)));
+        }
+        for (k, TensionPart { name, from, to, law }) in self.tensions.iter().enumerate() {
+            let element = || match name.as_str() {
+                "" => format!("tension {k} between points"),
+                name => format!("`{name}`"),
+            };
+            let [from, to] = self.ends(element, from, to)?;
+            let (a, b) = (from.at(&q), to.at(&q));
+            if (b - a).norm() <= 8.0 * f64::EPSILON * a.amax().max(b.amax()) {
+                return Err(BuildError::NoDirection { element: element() });
+            }
+            let tension = Tension { between: to.minus(&from), law: law.clone() };
+            forces.add(name, ElementForce::Coordinates(Arc::new(tension)));
         }
         for own in &self.own_forces {
             forces.add(&own.name, ElementForce::Coordinates(own.force.clone()));

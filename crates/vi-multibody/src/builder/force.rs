@@ -216,6 +216,15 @@ pub(super) enum LoadPart {
     Given(String, Load),
 }
 
+/// A law between two points.
+#[derive(Clone, Debug)]
+pub(super) struct TensionPart {
+    pub(super) name: String,
+    pub(super) from: PointOn,
+    pub(super) to: PointOn,
+    pub(super) law: Arc<dyn JointLaw>,
+}
+
 /// A force on any coordinates.
 #[derive(Clone)]
 pub(super) struct OwnForce {

@@ -28,6 +28,7 @@ use crate::pair::joint::{FrameId, Joint};
 use body::BodyPart;
 use force::{
     JointElementKind, JointForceElement, LoadPart, OwnForce, ParticleLoadPart, PointElement,
+    TensionPart,
 };
 pub(crate) use id::PointPlace;
 use joint::JointPart;
@@ -76,6 +77,7 @@ pub struct MechanismBuilder {
     joint_elements: Vec<JointForceElement>,
     loads: Vec<LoadPart>,
     particle_loads: Vec<ParticleLoadPart>,
+    tensions: Vec<TensionPart>,
     own_forces: Vec<OwnForce>,
     beams: Vec<Range<usize>>,
 }
@@ -359,6 +361,19 @@ impl MechanismBuilder {
     pub fn force(&mut self, force: impl Force + 'static) -> ForceEntry<'_> {
         let own = OwnForce { name: String::new(), force: Arc::new(force) };
         ForceEntry { name: &mut added(&mut self.own_forces, own).name }
+    }
+
+    /// Adds a tension between two points by a law of their distance (m) and its rate (m/s), N:
+    /// positive where it pulls them together.
+    pub fn tension(
+        &mut self,
+        from: impl Into<PointOn>,
+        to: impl Into<PointOn>,
+        law: impl JointLaw + 'static,
+    ) -> ForceEntry<'_> {
+        let (name, law): (_, Arc<dyn JointLaw>) = (String::new(), Arc::new(law));
+        let part = TensionPart { name, from: from.into(), to: to.into(), law };
+        ForceEntry { name: &mut added(&mut self.tensions, part).name }
     }
 
     /// Adds a load on a body; the entry takes force, torque, point and time history.

@@ -4,3 +4,4 @@ pub mod held_effort;
 pub mod joint_force;
 pub mod particle_load;
 pub mod spring;
+pub mod tension;

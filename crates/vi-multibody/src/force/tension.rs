@@ -1,0 +1,158 @@
+//! Laws of the distance of two points and its rate.
+//!
+//! ```text
+//! D = X_b − X_a,  l = |D|,  e = D/l,  l̇ = e·Ḋ
+//! f = −T(t, l, l̇) e  on X_b, opposite on X_a
+//! ∂f/∂D = −T_l e eᵀ − T_v e ((Ḋ − l̇ e)/l)ᵀ − (T/l) (I − e eᵀ),   ∂f/∂Ḋ = −T_v e eᵀ
+//! ```
+//! The pair of a step passes along the line of the midpoint `D`: momentum maps are exact.
+
+use super::joint_force::JointLaw;
+use crate::geometry::form::Form;
+use nalgebra::{Matrix3, Vector3};
+use std::sync::Arc;
+use vi_core::force::Force;
+use vi_core::sparse::Entries;
+
+/// `T(t, l, l̇)` between two points: positive where it pulls them together.
+#[derive(Clone, Debug)]
+pub struct Tension {
+    /// `D = X_b − X_a`.
+    pub between: Form,
+    /// `T`, N; [`JointLaw::effort`] of the distance (m) and its rate (m/s).
+    pub law: Arc<dyn JointLaw>,
+}
+
+/// Where the points are to each other.
+struct Line {
+    length: f64,
+    along: Vector3<f64>,    // e
+    rate: f64,              // l̇
+    velocity: Vector3<f64>, // Ḋ
+}
+
+impl Tension {
+    fn line(&self, q: &[f64], v: &[f64]) -> Line {
+        let (d, velocity) = (self.between.at(q), self.between.rate(v));
+        let length = d.norm();
+        let along = d / length;
+        Line { length, along, rate: along.dot(&velocity), velocity }
+    }
+
+    /// `T`, N, and the rate of the distance, m/s.
+    #[must_use]
+    pub fn tension_and_rate(&self, t: f64, q: &[f64], v: &[f64]) -> [f64; 2] {
+        let Line { length, rate, .. } = self.line(q, v);
+        [self.law.effort(t, length, rate), rate]
+    }
+}
+
+impl Force for Tension {
+    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        let Line { length, along, rate, .. } = self.line(q, v);
+        let tension = self.law.effort(t, length, rate);
+        self.between.add_transposed(&(-scale * tension * along), out);
+    }
+
+    fn power(&self, t: f64, q: &[f64], v: &[f64], _scratch: &mut [f64]) -> f64 {
+        let [tension, rate] = self.tension_and_rate(t, q, v);
+        -tension * rate
+    }
+
+    fn add_position_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let Line { length, along, rate, velocity } = self.line(q, v);
+        let tension = self.law.effort(t, length, rate);
+        let slopes = self.law.slopes(t, length, rate);
+        let outer = along * along.transpose();
+        let turning = (velocity - rate * along) / length;
+        let w = slopes.by_coordinate * outer
+            + slopes.by_rate * along * turning.transpose()
+            + tension / length * (Matrix3::identity() - outer);
+        self.between.emit_congruence(&(-scale * w), out);
+    }
+
+    fn add_velocity_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let Line { length, along, rate, .. } = self.line(q, v);
+        let slope = self.law.slopes(t, length, rate).by_rate;
+        self.between.emit_congruence(&(-scale * slope * along * along.transpose()), out);
+    }
+
+    fn acts_from_ground(&self) -> bool {
+        self.between.is_seen_from_ground()
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.law.is_dissipative()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::force::joint_force::EffortSlopes;
+    use nalgebra::DMatrix;
+
+    /// `T = 3 l² + 0.7 l l̇ + sin t`.
+    struct Curved;
+
+    impl JointLaw for Curved {
+        fn effort(&self, t: f64, l: f64, rate: f64) -> f64 {
+            3.0 * l * l + 0.7 * l * rate + libm::sin(t)
+        }
+        fn slopes(&self, _t: f64, l: f64, rate: f64) -> EffortSlopes {
+            EffortSlopes { by_coordinate: 6.0 * l + 0.7 * rate, by_rate: 0.7 * l }
+        }
+        fn is_dissipative(&self) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn derivatives_against_central_differences() {
+        let between = Form::point(0, &Vector3::new(0.3, -0.2, 0.1)).minus(&Form::particle(12, 3));
+        let force = Tension { between, law: Arc::new(Curved) };
+        let q = [0.1, 0.2, -0.3, 0.9, 0.1, 0.0, -0.1, 0.8, 0.3, 0.2, 0.1, 1.0, 1.1, -0.7, 0.4];
+        let v: Vec<f64> = (0..15).map(|i| 0.1 * f64::from(i) - 0.5).collect();
+        let (t, e) = (0.4, 1e-6);
+        let value = |q: &[f64], v: &[f64]| {
+            let mut out = vec![0.0; 15];
+            force.add(t, q, v, 1.0, &mut out);
+            out
+        };
+        let (mut by_q, mut by_v) = (DMatrix::zeros(15, 15), DMatrix::zeros(15, 15));
+        force.add_position_derivative(t, &q, &v, 1.0, &mut by_q);
+        force.add_velocity_derivative(t, &q, &v, 1.0, &mut by_v);
+        let shift = |x: &[f64], i: usize, by: f64| {
+            let mut x = x.to_vec();
+            x[i] += by;
+            x
+        };
+        let mut worst: f64 = 0.0;
+        for i in 0..15 {
+            let (fp, fm) = (value(&shift(&q, i, e), &v), value(&shift(&q, i, -e), &v));
+            let (gp, gm) = (value(&q, &shift(&v, i, e)), value(&q, &shift(&v, i, -e)));
+            for j in 0..15 {
+                worst = worst.max(((fp[j] - fm[j]) / (2.0 * e) - by_q[(j, i)]).abs());
+                worst = worst.max(((gp[j] - gm[j]) / (2.0 * e) - by_v[(j, i)]).abs());
+            }
+        }
+        println!("largest error of a derivative: {worst:.1e}");
+        assert!(worst < 1e-7);
+        let power: f64 = value(&q, &v).iter().zip(&v).map(|(f, v)| f * v).sum();
+        assert!((power - force.power(t, &q, &v, &mut [0.0; 15])).abs() < 1e-13);
+    }
+}
