@@ -81,6 +81,7 @@ mod model {
     mod import_inertia;
     mod imports;
     pub(crate) mod keys;
+    mod laws;
     mod model_file;
     mod parameters;
     mod relative_frames;

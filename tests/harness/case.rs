@@ -1,6 +1,6 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
-use super::{beam, galerkin, helicoidal, pendulum, rigid};
+use super::{beam, galerkin, helicoidal, laws, pendulum, rigid};
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use std::path::Path;
@@ -131,6 +131,9 @@ pub enum Case {
     Galerkin(Box<galerkin::GalerkinCase>),
     Helicoidal(Box<helicoidal::HelicoidalCase>),
     Coefficients(galerkin::Coefficients),
+    Laws(Box<laws::LawCase>),
+    /// What it needs, in words.
+    Missing(&'static str),
 }
 
 /// Deviation of each scheme that applies.
@@ -145,6 +148,16 @@ impl Case {
         let unreadable = |e: serde_json::Error| format!("does not fit its kind `{kind}`: {e}");
         if value.get("stages").is_some() {
             return Ok(Self::Galerkin(Box::new(galerkin::GalerkinCase::read(&value)?)));
+        }
+        match value.get("id").and_then(|id| id.as_str()) {
+            Some(_) if value.get("speeds").is_some() => {
+                return Ok(Self::Missing("wheels that roll"));
+            }
+            Some(_) if value.get("threshold").is_some() => {
+                return Ok(Self::Missing("bearings with cross coupling"));
+            }
+            Some(_) => return Ok(Self::Laws(Box::new(laws::LawCase::read(file, value)?))),
+            None => {}
         }
         if value.get("coefficients").is_some() {
             return Ok(Self::Coefficients(serde_json::from_str(&text).map_err(unreadable)?));
@@ -166,7 +179,21 @@ impl Case {
         match self {
             Self::Pendulum(case) => case.legendre(),
             Self::Rigid(case) => case.legendre(),
-            Self::Beam(_) | Self::Galerkin(_) | Self::Helicoidal(_) | Self::Coefficients(_) => None,
+            Self::Beam(_)
+            | Self::Galerkin(_)
+            | Self::Helicoidal(_)
+            | Self::Coefficients(_)
+            | Self::Laws(_)
+            | Self::Missing(_) => None,
+        }
+    }
+
+    /// What the case needs and the program does not have: it is then not taken.
+    pub fn missing(&self) -> Option<String> {
+        match self {
+            Self::Laws(case) => case.missing(),
+            Self::Missing(what) => Some((*what).to_owned()),
+            _ => None,
         }
     }
 
@@ -178,6 +205,8 @@ impl Case {
             Self::Galerkin(case) => case.run(),
             Self::Helicoidal(case) => case.run(),
             Self::Coefficients(table) => table.run(),
+            Self::Laws(case) => case.run(),
+            Self::Missing(what) => Err(format!("not taken: {what}")),
         }
     }
 }

@@ -7,6 +7,7 @@ pub mod em;
 pub mod galerkin;
 pub mod helicoidal;
 pub mod hostile;
+pub mod laws;
 pub mod legendre;
 pub mod models;
 pub mod pendulum;

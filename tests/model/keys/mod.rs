@@ -15,6 +15,7 @@ mod frames;
 mod general_sections;
 mod joints;
 mod judged;
+mod laws;
 mod methods;
 mod pictures;
 mod schema;
@@ -123,7 +124,8 @@ enum Verdict {
 
 /// Keys for which no defect reaches the judgement, or of which nothing can be judged, each with the
 /// reason.
-const EXCEPTIONS: [(&str, &str); 5] = [
+const EXCEPTIONS: [(&str, &str); 6] = [
+    ("law.conservative", "without it compositions refuse the law"),
     ("model.dimension", "refused: positions have as many numbers"),
     ("simulation.arc_length", "without it the run ends at the limit point"),
     ("simulation.on_failure", "without it the run fails"),
@@ -238,6 +240,7 @@ const SUBJECTS: [Subject; 13] = [
     ("pictures", pictures::cases),
     ("forces", forces::cases),
     ("joints", joints::cases),
+    ("laws", laws::cases),
     ("connections", connections::cases),
     ("frames", frames::cases),
     ("beams", beams::cases),

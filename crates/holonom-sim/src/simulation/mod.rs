@@ -116,6 +116,7 @@ impl Simulation {
         let (stated, start) = (&stated, &start);
         let begun = Begun { model, stated, start, stepper: &stepper, beams: &beams, mass };
         let mut assembly = begun.report(&limits);
+        assembly.warnings.extend(law::warnings(&laws));
         limits.begin();
         let (forces, node) = (stepper.sources(), stepper.node());
         let energies = EnergyTerms::new(model, stepper.mechanism(), &dynamics, mass, forces, &node);

@@ -116,6 +116,19 @@ pub(super) fn add_laws(
     Ok(laws)
 }
 
+/// What is worth knowing of them.
+pub(crate) fn warnings(laws: &Laws) -> impl Iterator<Item = String> {
+    laws.iter().filter_map(|law| {
+        let jumps = law.program.jumps();
+        let (name, list) = (&law.name, jumps.join(" and "));
+        (!jumps.is_empty()).then(|| {
+            format!(
+                "law `{name}` jumps ({list}): the method has order 1 across a jump; smooth(x, a, b) changes from 0 to 1 without one"
+            )
+        })
+    })
+}
+
 /// The fault of a law within a step from `t` to `t + h`, the last of the first that has one.
 pub(crate) fn fault_within(laws: &Laws, t: f64, h: f64) -> Option<LawFault> {
     let (first, last) = (t.min(t + h), t.max(t + h));

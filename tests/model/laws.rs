@@ -1,0 +1,224 @@
+//! Laws of the model file: what they are beside springs, what they keep, what is refused, where
+//! they have no value.
+
+#![allow(clippy::unwrap_used)] // a test
+
+use holonom::run::prepare;
+use holonom::{Model, RunOutcome, Sample};
+use vi_testkit::model::{body, head, heavy, part, two_links};
+
+fn run(text: &str) -> Result<Vec<Sample>, String> {
+    let model = Model::from_toml(text).map_err(|error| format!("{error:?}"))?;
+    let mut run = prepare(&model).map_err(|error| format!("{error:?}"))?;
+    let mut nodes = Vec::new();
+    let mut observe = |sample: &Sample| {
+        nodes.push(sample.clone());
+        Ok(())
+    };
+    match run.run(&mut observe, &mut |_, _| {}).unwrap() {
+        RunOutcome::Done => Ok(nodes),
+        RunOutcome::Failed(failure) => Err(format!("{}; {}", failure.message, failure.remedy)),
+    }
+}
+
+/// The largest difference of coordinates over all nodes.
+fn apart(a: &[Sample], b: &[Sample]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let pairs = a.iter().zip(b).flat_map(|(a, b)| a.q.iter().zip(&b.q));
+    pairs.fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()))
+}
+
+/// Two links under gravity with what acts on them.
+fn links(settings: &str, acting: &str) -> String {
+    heavy("links", [0.0, 0.0, -9.81], &format!("step = 5e-3, end = 0.25, {settings}"))
+        + &two_links(
+            [2.0, 1.0],
+            [[0.01, 0.2, 0.2], [0.01, 0.1, 0.1]],
+            ["rate = 0.3\n", "rate = -2.0\n"],
+        )
+        + acting
+}
+
+const SCHEMES: [&str; 7] = [
+    "scheme = \"nodal\"",
+    "scheme = \"constrained\"",
+    "scheme = \"dalembert\"",
+    "scheme = \"reduced\"",
+    "scheme = \"em-nodal\"",
+    "scheme = \"em-constrained\"",
+    "method = \"galerkin\", order = 4",
+];
+
+/// Expressions of a spring and a damper give their motion, along joints and between points, where
+/// springs are evaluated at the same places.
+#[test]
+fn a_law_that_is_a_spring_with_a_damper_moves_as_they_do() {
+    let spring = "[[spring]]\nname = \"cord\"\nfrom = \"ground\"\nto = \"lower\"\n\
+                  point_from = [0.5, 0.2, 0.7]\nstiffness = 60.0\nnatural_length = 0.8\ndamping = 1.5\n";
+    let law = "[[law]]\nname = \"cord\"\nfrom = \"ground\"\nto = \"lower\"\n\
+               point_from = [0.5, 0.2, 0.7]\ntension = \"60*(x - 0.8) + 1.5*v\"\n";
+    for scheme in &SCHEMES[..4] {
+        let [a, b] = [spring, law].map(|acting| run(&links(scheme, acting)).unwrap());
+        let distance = apart(&a, &b);
+        println!("{scheme}, between points: {distance:.1e}");
+        assert!(distance < 1e-11, "{scheme}: {distance:e}");
+    }
+    for scheme in SCHEMES {
+        let text = links(scheme, "");
+        let own = text.replacen(
+            "rate = -2.0\n",
+            "rate = -2.0\nspring = { stiffness = 30.0, rest = 0.2 }\ndamper = { damping = 0.7 }\n",
+            1,
+        );
+        assert_ne!(own, text);
+        let law =
+            "[[law]]\nname = \"both\"\njoint = \"elbow\"\neffort = \"-30*(x - 0.2) - 0.7*v\"\n";
+        let [a, b] = [own, links(scheme, law)].map(|text| run(&text).unwrap());
+        let distance = apart(&a, &b);
+        println!("{scheme}, along a joint: {distance:.1e}");
+        // energy–momentum schemes and Galerkin's discretize potentials otherwise than forces
+        let bound =
+            if scheme.contains("em-") || scheme.contains("galerkin") { 1e-4 } else { 1e-11 };
+        assert!(distance < bound, "{scheme}: {distance:e}");
+    }
+}
+
+/// Free bodies: whatever a law reads, momentum maps are constant; its work is what the energy
+/// changes by, to order 2.
+#[test]
+fn laws_between_bodies_keep_momenta_and_account_for_the_energy() {
+    let text = |step: f64| {
+        [
+            head("free", &format!("step = {step:?}, end = 0.8")),
+            body("a", 2.0, [0.1, 0.2, 0.25]) + "angular_velocity = [0.5, -1.0, 2.0]\n",
+            body("b", 1.0, [0.03, 0.02, 0.04]) + "position = [1.0, 0.3, 0.2]\nvelocity = [0.0, 1.0, 0.4]\n",
+            part("table", "f") + "points = [[0.0, -2.0], [1.0, 3.0], [3.0, 4.0]]\n",
+            part("law", "odd")
+                + "from = \"a\"\nto = \"b\"\npoint_from = [0.2, 0.1, 0.0]\npoint_to = [0.0, -0.2, 0.1]\n\
+                   tension = \"f(x)*(1 + 0.3*sin(5*t)) + 0.8*tanh(3*v) + max(x - 1, 0)^2\"\n",
+        ]
+        .concat()
+    };
+    let mut balances = Vec::new();
+    for step in [0.01, 0.005, 0.0025] {
+        let nodes = run(&text(step)).unwrap();
+        let (first, last) = (&nodes[0], &nodes[nodes.len() - 1]);
+        let drift = |of: fn(&Sample) -> [f64; 3]| {
+            (0..3).map(|i| (of(last)[i] - of(first)[i]).abs()).fold(0.0, f64::max)
+        };
+        let linear = drift(|node| node.momentum.linear.into());
+        let angular = drift(|node| node.momentum.angular.into());
+        println!("step {step}: linear momentum {linear:.1e}, angular {angular:.1e}");
+        assert!(linear < 1e-13 && angular < 1e-12);
+        balances.push(last.energies.last().unwrap().abs());
+    }
+    let orders: Vec<f64> = balances.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    println!("balance {balances:?}: orders {orders:?}");
+    assert!(orders.iter().all(|order| (1.8..2.3).contains(order)), "{orders:?}");
+}
+
+#[test]
+fn what_is_no_law_is_refused_at_its_place() {
+    let joint = |keys: &str| format!("[[law]]\nname = \"motor\"\n{keys}");
+    let table = |keys: &str| {
+        joint("joint = \"elbow\"\neffort = \"f(t)\"\n") + "[[table]]\nname = \"f\"\n" + keys
+    };
+    for (acting, key, why) in [
+        (joint("joint = \"elbow\"\neffort = \"3*y\"\n"), "law.motor.effort", "`y` is not known"),
+        (joint("joint = \"elbow\"\neffort = \"3*(x\"\n"), "law.motor.effort", "closing bracket"),
+        (joint("joint = \"elbow\"\neffort = \"= 3*x\"\n"), "law.motor.effort", "no parameter `x`"),
+        (joint("joint = \"elbow\"\neffort = \"g(x)\"\n"), "law.motor.effort", "`g` is no function"),
+        (joint("joint = \"elbow\"\n"), "law.motor", "no expression"),
+        (joint("joint = \"wrist\"\neffort = \"1\"\n"), "law.motor.joint", "wrist"),
+        (
+            joint("joint = \"elbow\"\nfreedom = 1\neffort = \"1\"\n"),
+            "law.motor.freedom",
+            "no coordinate 1",
+        ),
+        (joint("effort = \"1\"\n"), "law.motor", "acts on nothing"),
+        (
+            joint("joint = \"elbow\"\nto = \"lower\"\neffort = \"1\"\n"),
+            "law.motor.joint",
+            "and between points",
+        ),
+        (joint("joint = \"elbow\"\ntension = \"1\"\n"), "law.motor.tension", "a law of points"),
+        (joint("from = \"ground\"\ntension = \"1\"\n"), "law.motor", "no `to`"),
+        (joint("from = \"lower\"\nto = \"lower\"\ntension = \"1\"\n"), "law.motor.to", "lower"),
+        (
+            joint("from = \"ground\"\nto = \"upper\"\npoint_from = [0.5, 0, 0]\ntension = \"1\"\n"),
+            "law.motor",
+            "no direction",
+        ),
+        (
+            joint("joint = \"elbow\"\nconservative = true\neffort = \"x\"\n"),
+            "law.motor.conservative",
+            "anyway",
+        ),
+        (table("points = [[0, 1]]\n"), "table.f.points", "at least two"),
+        (table("points = [[0, 1], [0, 2]]\n"), "table.f.points", "0 in row 1 is followed by 0"),
+        (table("file = \"none.csv\"\n"), "table.f.file", "no folder"),
+        (
+            table("points = [[0, 1], [1, 2]]\ncolumns = [\"a\", \"b\"]\n"),
+            "table.f.columns",
+            "only a file",
+        ),
+        (
+            joint("joint = \"elbow\"\neffort = \"sin(t)\"\n")
+                + "[[table]]\nname = \"sin\"\npoints = [[0, 1], [1, 2]]\n",
+            "table.sin.name",
+            "cannot call",
+        ),
+        (
+            "[parameters]\nx = 2.0\n".to_owned() + &joint("joint = \"elbow\"\neffort = \"3*x\"\n"),
+            "law.motor.effort",
+            "a variable of the law and a parameter",
+        ),
+    ] {
+        let error = run(&links("", &acting)).unwrap_err();
+        assert!(error.contains(why) && error.contains(&format!("\"{key}\"")), "{acting}\n{error}");
+    }
+    let damped = joint("joint = \"elbow\"\neffort = \"-v\"\n");
+    let error = run(&links("order = 4", &damped)).unwrap_err();
+    assert!(error.contains("dissip"), "{error}");
+    assert!(run(&links("order = 4", &(damped + "conservative = true\n"))).is_ok());
+}
+
+/// The run ends with the name of the law and its arguments; a law without a value at the start is
+/// an error before.
+#[test]
+fn a_law_without_a_value_is_named() {
+    let law = |effort: &str| {
+        format!("[[law]]\nname = \"motor\"\njoint = \"elbow\"\neffort = \"{effort}\"\n")
+    };
+    let error = run(&links("", &law("sqrt(x + 0.1)"))).unwrap_err();
+    println!("{error}");
+    assert!(error.contains("law `motor`: `sqrt(x + 0.1)` is not defined, x = -0.1"), "{error}");
+    assert!(error.contains(" at t = 0."), "{error}");
+    let table = "[[table]]\nname = \"f\"\npoints = [[-0.1, 1], [1, 2]]\noutside = \"error\"\n";
+    let error = run(&links("", &(law("f(x)") + table))).unwrap_err();
+    assert!(
+        error.contains("law `motor`: `f`: -0.1") && error.contains("outside of -0.1 … 1"),
+        "{error}"
+    );
+    let error = run(&links("", &law("1/(t - t)"))).unwrap_err();
+    println!("{error}");
+    assert!(error.contains("law `motor`: `1/(t - t)` is not finite"), "{error}");
+}
+
+/// Parameters stand in a law after overrides, and the resolved text gives the same model.
+#[test]
+fn a_law_is_data() {
+    let text = links(
+        "",
+        "[parameters]\nk = -3.5\n[[law]]\nname = \"motor\"\njoint = \"elbow\"\neffort = \"k*x - k^2*v\"\n",
+    );
+    let model = Model::from_toml(&text).unwrap();
+    assert_eq!(model.laws[0].effort.as_ref().unwrap().0, "(-3.5)*x - (-3.5)^2*v");
+    assert_eq!(Model::from_toml(&model.to_toml()).unwrap(), model);
+    let set = [holonom::model::Override::new("parameters.k", "2")];
+    let model = Model::from_toml_with(&text, &set).unwrap();
+    assert_eq!(model.laws[0].effort.as_ref().unwrap().0, "2.0*x - 2.0^2*v");
+    let set = [holonom::model::Override::new("law.motor.effort", "-7*x")];
+    let model = Model::from_toml_with(&text, &set).unwrap();
+    assert_eq!(model.laws[0].effort.as_ref().unwrap().0, "-7*x");
+}
