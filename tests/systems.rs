@@ -65,6 +65,7 @@ mod beams {
     mod driven_beams;
     mod flexible_multibody;
     mod material_damping;
+    mod stations;
     mod stiff_beams;
 }
 

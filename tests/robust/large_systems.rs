@@ -174,6 +174,7 @@ fn beam(n: usize) -> Model {
         normal: None,
         twist: Twist::Normal,
         section,
+        stations: None,
         mass: BeamMass::Consistent,
         tension: None,
         start: End::Free,

@@ -59,6 +59,7 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "satellite",
     "whirling_shaft",
     "soft_arm",
+    "wind_turbine_blade",
     "quadruped",
     "panda",
 ];

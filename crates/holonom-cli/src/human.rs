@@ -135,6 +135,13 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
         rows.insert(2, ("beams, elements", elements(report)));
         rows.push(("h ω_max of beams", found));
     }
+    for own in &report.sections {
+        let place = |[x, y]: [f64; 2]| format!("({}, {})", rounded(x, 4), rounded(y, 4));
+        let [tension, shear, mass] = [own.tension, own.shear, own.mass].map(place);
+        let (beam, at) = (&own.beam, rounded(own.at, 4));
+        let found = format!("{beam} at {at} m: tension {tension}, shear {shear}, mass {mass} m");
+        rows.push(("centres of the section", found));
+    }
     rows.extend(report.strains.map(|variant| ("strains of beams", variant.name().to_owned())));
     rows
 }

@@ -25,6 +25,7 @@ mod hermite;
 pub mod mesh;
 pub mod reference;
 mod schema;
+mod stations;
 mod table_files;
 mod text;
 mod types;
@@ -58,6 +59,7 @@ pub use types::settings::{
     Start, Strain,
 };
 pub use types::shape::{Inertia, Scale, Shape, ShapeKind};
+pub use types::station::{Station, Stations};
 pub use types::table::{Interpolation, Outside, Table};
 
 use frames::relative;
@@ -236,6 +238,15 @@ impl Model {
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));
         }
+        let beam = |(i, problem): (usize, Problem)| {
+            let problem = problem.below(document.label("beam", i));
+            let span = document.span(&problem.key);
+            problem.at(span)
+        };
+        let problems: Vec<_> = stations::resolve(&mut model).into_iter().map(beam).collect();
+        if !problems.is_empty() {
+            return Err(ModelError::invalid(problems));
+        }
         let problems = checks::problems(&model, &document);
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));
@@ -354,7 +365,7 @@ impl Model {
         self.loads.is_empty()
             && self.laws.is_empty()
             && !self.dissipates_algorithmically()
-            && !self.beams.iter().any(|beam| beam.section.is_damped())
+            && !self.beams.iter().any(Beam::is_damped)
             && self.springs.iter().all(|spring| spring.damping == 0.0)
             && self.joints.iter().all(passive)
             && !self.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }))
@@ -405,7 +416,7 @@ impl Model {
             body.mass = Some(body.mass());
             body.inertia.get_or_insert(Inertia::Principal([tensor.m11, tensor.m22, tensor.m33]));
         }
-        for beam in &mut self.beams {
+        for beam in self.beams.iter_mut().filter(|beam| beam.stations.is_none()) {
             if let Ok(section) = beam.section.resolved() {
                 beam.section = section;
             }

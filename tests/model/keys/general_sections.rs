@@ -144,7 +144,7 @@ fn held(name: &str, section: &str, expected: Expected) -> Case {
     let text = [
         head("section", &format!("step = {step:e}, end = {end:e}")),
         beam("held", &[[0.0, 0.0, 0.0], [0.6, 0.0, 0.0]], ELEMENTS),
-        format!("normal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\n{section}\n"),
+        format!("element = \"mean_directors\"\nnormal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\n{section}\n"),
         load("pull", "held.end", [force, torque]),
         format!("history = {{ type = \"ramp\", start = 0.0, end = {end:e} }}\n"),
         sensors.collect(),
@@ -219,6 +219,62 @@ fn full() -> Matrix6<f64> {
     C
 }
 
+/// Elements of a beam of 0.8 m with stations at 0, 0.3 (a jump) and 0.8 m.
+const PARTS: usize = 2;
+
+/// Twist of the nodes and momentum of a rigid motion: `rhoA` is linear between stations.
+fn stations() -> Case {
+    let text = [
+        head("stations", "step = 1e-6, end = 1e-6"),
+        beam("free", &[[0.0, 2.0, 0.0], [0.0, 2.0, 0.8]], PARTS),
+        "normal = [1.0, 0.0, 0.0]\nvelocity = [0.4, -0.2, 0.9]\n".into(),
+        format!("section = {{ {} }}\n", STATED.trim().replace('\n', ", ")),
+        "stations = [ { at = 0.0, twist = 0.2 }, { at = 0.3, twist = 0.8, section = { rhoA = 0.3 } },\n".into(),
+        "{ at = 0.3, twist = 0.8, section = { rhoA = 0.7 } }, { at = 0.8, twist = -0.1, section = { rhoA = 0.2 } } ]\n".into(),
+    ]
+    .concat();
+    let case = Case::new("stations of a beam", text, |run| {
+        let mut checks = Checks::default();
+        let mass = 0.3 * 0.5 * (0.1 + 0.3) + 0.5 * 0.5 * (0.7 + 0.2);
+        let momentum = mass * Vector::new(0.4, -0.2, 0.9);
+        checks.vector("momentum", run.linear_momentum(0), momentum, 1e-12);
+        let between = 0.8 - 0.9 * 0.1 / 0.5;
+        for (k, twist) in [0.2, between, -0.1].into_iter().enumerate() {
+            let turned = Rotation3::from_axis_angle(&Vector::z_axis(), twist).into_inner();
+            checks.matrix("directors", run.directors(&format!("free.{k}"), 0), turned, 1e-12);
+        }
+        checks
+    });
+    case.only("beam.stations")
+}
+
+/// Extension of an element whose stiffness is linear along it: compliances add.
+fn tapered() -> Case {
+    let of = |kind: &str| sensor(kind, kind, "held") + "element = 0\n";
+    let text = [
+        head("taper", "step = 1e-3, end = 0.02"),
+        beam("held", &[[0.0, 0.0, 0.0], [0.6, 0.0, 0.0]], 1),
+        format!(
+            "normal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\nsection = {{ {} }}\n",
+            STATED.trim().replace('\n', ", ")
+        ),
+        "stations = [ { at = 0.0 }, { at = 0.6, section = { EA = 130.0 } } ]\n".into(),
+        load("pull", "held.end", [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+            .replace("force = [0.0, 0.0, 0.0]", "force = [5.0, 0.0, 0.0]"),
+        of("strain") + &of("section_force"),
+    ]
+    .concat();
+    let case = Case::new("tapered beam", text, |run| {
+        let mut checks = Checks::default();
+        let (strain, force) = (run.column("strain.Gamma3"), run.column("section_force.N3"));
+        let last = run.last();
+        let mean = (130.0 - 90.0) / (130.0_f64 / 90.0).ln();
+        checks.near("tension", force[last] / strain[last] / mean, 1.0, 1e-5);
+        checks
+    });
+    case.only("beam.stations")
+}
+
 pub(crate) fn cases() -> Vec<Case> {
     let table = |keys: &str| format!("[beam.section]\n{STATED}{keys}");
     let centers = "tension_center = [0.03, -0.02]\nshear_center = [-0.04, 0.05]\nmass_center = [0.02, 0.06]\n";
@@ -280,5 +336,5 @@ pub(crate) fn cases() -> Vec<Case> {
         case("i", &own(&walls("i"), ""), of(1.0, i_2, open(b))),
         case("channel", &own(&walls("channel"), ""), channel),
     ];
-    cases.into_iter().flatten().collect()
+    cases.into_iter().flatten().chain([stations(), tapered()]).collect()
 }

@@ -67,7 +67,10 @@ impl Keys {
                 if required.contains(key.as_str()) {
                     self.required.insert(below.clone());
                 }
-                self.walk(schema, &below, property);
+                // what a station states of a section are the keys of `section`
+                if below != "beam.stations.section" {
+                    self.walk(schema, &below, property);
+                }
             }
         }
     }

@@ -11,9 +11,16 @@ impl Checker<'_> {
         if let Err(problem) = beam.meshes() {
             self.add(problem.below(key));
         }
-        if let Err(problem) = beam.section.numbers() {
-            self.add(problem.below(&format!("{key}.section")));
-        } else if beam.normal.is_none() && !beam.section.is_isotropic() {
+        let varies = beam.stations.is_some();
+        let numbers = match varies {
+            false => beam.section.numbers().map_err(|problem| problem.below("section")),
+            true => beam.mean_section(),
+        };
+        if let Err(problem) = numbers {
+            if !varies {
+                self.add(problem.below(key));
+            }
+        } else if numbers.is_ok_and(|own| beam.normal.is_none() && !own.is_isotropic()) {
             let message =
                 "the section is not the same in all directions across the beam".to_owned();
             self.report(
@@ -22,9 +29,10 @@ impl Checker<'_> {
                 "add `normal = [x, y, z]`, the direction of its first axis d_1",
             );
         }
-        if beam.order > 1 && beam.section.is_general() {
+        if beam.order > 1 && (varies || beam.section.is_general()) {
             let message = format!("elements of order {} take no such section", beam.order);
-            let help = "write order = 1, or a section without matrices, centres and angle that shears";
+            let help =
+                "write order = 1, or a section without matrices, centres and angle that shears";
             self.report(format!("{key}.order"), message, help);
         }
         if beam.order > 1 && beam.mass == BeamMass::Lumped {
@@ -32,6 +40,12 @@ impl Checker<'_> {
             self.report(format!("{key}.mass"), message, "write order = 1 or mass = \"consistent\"");
         }
         self.element(key, beam);
+        let kind = beam.element_kind(&self.model.settings);
+        if beam.order == 1 && kind != ElementKind::Helicoidal && beam.lacks_shear() {
+            let message = "the section lacks GA1, GA2, and these elements shear".to_owned();
+            let help = "state them, or write element = \"helicoidal\", which need not shear";
+            self.report(format!("{key}.section"), message, help);
+        }
         if let Some(tension) = beam.tension {
             let key = format!("{key}.tension");
             if tension < 0.0 {

@@ -9,10 +9,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vi_beam::ElementKind;
 use vi_beam::mesh::{CurveError, FrameRule, Mesh};
+use vi_beam::section::Section as Numbers;
+use vi_beam::varying::SectionPoint;
 use vi_multibody::joint::complete_axis;
 
 use super::section::Section;
 use super::settings::{Settings, Strain};
+use super::station::{Along, Stations};
 use crate::text::problem::{Problem, fault};
 
 /// Intervals between nodes that a beam may have at most.
@@ -167,8 +170,12 @@ pub struct Beam {
     /// Rotation of the section about a curved centre line.
     #[serde(default)]
     pub twist: Twist,
-    /// Stiffness and inertia of its section.
+    /// Stiffness and inertia of its section; with `stations`, what they do not state.
+    #[serde(default)]
     pub section: Section,
+    /// Sections and twist at places along it, or a file of them; numbers are linear between.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stations: Option<Stations>,
     /// Distribution of its mass.
     #[serde(default)]
     pub mass: BeamMass,
@@ -275,6 +282,97 @@ impl Beam {
     /// # Errors
     /// [`Problem`] with its key below that of the beam.
     pub fn meshes(&self) -> Result<Vec<Mesh>, Problem> {
+        let mut meshes = self.plain_meshes()?;
+        if let Some(along) = self.along(&meshes)? {
+            let mut start = 0.0;
+            for mesh in &mut meshes {
+                along.turn(mesh, start);
+                start += mesh.lengths.iter().sum::<f64>();
+            }
+        }
+        Ok(meshes)
+    }
+
+    /// Its stations, if it has any, on these meshes.
+    fn along(&self, meshes: &[Mesh]) -> Result<Option<Along>, Problem> {
+        let Some(Stations::Rows(rows)) = &self.stations else { return Ok(None) };
+        let length = meshes.iter().flat_map(|mesh| &mesh.lengths).sum();
+        Along::new(rows, &self.section, length).map(Some)
+    }
+
+    /// Sections along each element, where it has stations.
+    ///
+    /// # Errors
+    /// [`Problem`] with its key below that of the beam.
+    pub fn sections_along(
+        &self,
+        meshes: &[Mesh],
+    ) -> Result<Option<Vec<Vec<SectionPoint>>>, Problem> {
+        let Some(along) = self.along(meshes)? else { return Ok(None) };
+        let mut start = 0.0;
+        let element = |length: &f64| {
+            let from = start;
+            start += length;
+            along.points(from, start)
+        };
+        meshes
+            .iter()
+            .flat_map(|mesh| &mesh.lengths)
+            .map(element)
+            .collect::<Result<_, _>>()
+            .map(Some)
+    }
+
+    /// Its section at an arc length, m.
+    ///
+    /// # Errors
+    /// [`Problem`] with its key below that of the beam.
+    pub fn section_at(&self, s: f64) -> Result<Numbers, Problem> {
+        match self.along(&self.plain_meshes()?)? {
+            Some(along) => along.section(s),
+            None => self.section.numbers().map_err(|problem| problem.below("section")),
+        }
+    }
+
+    /// What its section is, or the mean of its sections.
+    ///
+    /// # Errors
+    /// [`Problem`] with its key below that of the beam.
+    pub fn mean_section(&self) -> Result<Numbers, Problem> {
+        let meshes = self.plain_meshes()?;
+        let Some(sections) = self.sections_along(&meshes)? else {
+            return self.section.numbers().map_err(|problem| problem.below("section"));
+        };
+        let lengths: Vec<f64> = meshes.iter().flat_map(|mesh| &mesh.lengths).copied().collect();
+        let total: f64 = lengths.iter().sum();
+        let parts = sections.iter().zip(&lengths).flat_map(|(points, length)| {
+            points.iter().map(move |point| (point.weight * length / total, point.section))
+        });
+        Ok(Numbers::mean(&parts.collect::<Vec<_>>()))
+    }
+
+    /// Whether a section along it does not shear.
+    pub(crate) fn lacks_shear(&self) -> bool {
+        let Ok(meshes) = self.plain_meshes() else { return false };
+        match self.sections_along(&meshes) {
+            Ok(Some(all)) => all.iter().flatten().any(|own| own.section.is_rigid_in_shear()),
+            _ => self.section.numbers().is_ok_and(|own| own.is_rigid_in_shear()),
+        }
+    }
+
+    /// Whether a strain is damped.
+    #[must_use]
+    pub fn is_damped(&self) -> bool {
+        let rows = match &self.stations {
+            Some(Stations::Rows(rows)) => rows.as_slice(),
+            _ => &[],
+        };
+        let own = rows.iter().filter_map(|row| row.section.as_ref());
+        self.section.is_damped() || own.into_iter().any(Section::is_damped)
+    }
+
+    /// The same before its stations twist it.
+    pub(crate) fn plain_meshes(&self) -> Result<Vec<Mesh>, Problem> {
         self.counts()?;
         let point = |x: &[f64; 3]| Vector3::from(*x);
         let intervals = |leg: usize| self.order * self.elements_of(leg);

@@ -16,4 +16,5 @@ pub(crate) mod section;
 pub(crate) mod sensor;
 pub(crate) mod settings;
 pub(crate) mod shape;
+pub(crate) mod station;
 pub(crate) mod table;

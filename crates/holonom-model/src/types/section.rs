@@ -98,6 +98,18 @@ pub struct Section {
 }
 
 impl Section {
+    /// What it states, and what `base` states otherwise.
+    pub(crate) fn over(&self, base: &Self) -> Self {
+        let mut own = self.clone();
+        macro_rules! or {
+            ($($key:ident),*) => { $(if own.$key.is_none() { own.$key = base.$key.clone(); })* };
+        }
+        or!(shape, material, shear_factors, torsion_constant, ea, ga1, ga2, ei1, ei2, gj);
+        or!(rho_a, rho_i1, rho_i2, rho_j, stiffness, mass, tension_center, shear_center);
+        or!(mass_center, angle, damping);
+        own
+    }
+
     /// Whether a strain has a relaxation time.
     #[must_use]
     pub fn is_damped(&self) -> bool {
@@ -278,6 +290,14 @@ impl Section {
             || self.shape.as_ref().is_some_and(|shape| shape.kind == OutlineKind::Channel)
     }
 
+    /// By which part the inertia about `d_3` of a stated mass misses that of a plane section, where
+    /// that is not for rounding.
+    #[must_use]
+    pub fn misses_plane(&self) -> Option<f64> {
+        let (_, miss) = Numbers::mass_of_velocities(&matrix(self.mass.as_ref()?)).ok()?;
+        (miss > 0.01).then_some(miss)
+    }
+
     /// What a stated matrix holds already.
     fn stated_twice(&self) -> Option<Problem> {
         let named = |key: &'static str, stated: bool| stated.then_some(key);
@@ -305,10 +325,5 @@ impl Section {
         };
         find("stiffness", self.stiffness.is_some(), &of_stiffness)
             .or_else(|| find("mass", self.mass.is_some(), &of_mass))
-    }
-
-    /// Whether it behaves the same in all directions across the beam.
-    pub(crate) fn is_isotropic(&self) -> bool {
-        self.numbers().map_or(true, |numbers| numbers.is_isotropic())
     }
 }

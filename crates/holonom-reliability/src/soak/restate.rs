@@ -6,7 +6,7 @@
 use holonom::Model;
 use holonom::model::{
     Beam, Body, Constraint, Curve, Damping, Frame, GROUND, History, Inertia, Joint, Load,
-    MotionPath, Normal, Section, Shape, Spring, SpringLaw,
+    MotionPath, Normal, Section, Shape, Spring, SpringLaw, Stations,
 };
 use holonom::nalgebra::{Matrix3, Vector3};
 
@@ -168,6 +168,12 @@ impl Units {
             *pitch *= self.length;
         }
         self.section(&mut beam.section);
+        if let Some(Stations::Rows(rows)) = &mut beam.stations {
+            for row in rows {
+                row.at *= self.length;
+                row.section.iter_mut().for_each(|section| self.section(section));
+            }
+        }
         self.vector(&mut beam.velocity, [1, 0, -1]);
         self.vector(&mut beam.angular_velocity, [0, 0, -1]);
     }

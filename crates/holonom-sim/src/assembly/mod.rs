@@ -5,6 +5,9 @@ mod bar_loops;
 pub(crate) mod loops;
 pub(crate) mod measures;
 mod plausibility;
+mod section_centers;
+
+pub use section_centers::SectionCenters;
 
 use crate::digits::rounded;
 use crate::resolution::Resolution;
@@ -76,6 +79,9 @@ pub struct AssemblyReport {
     /// nothing turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fastest_rotation: Option<FastestRotation>,
+    /// Where the centres of sections are, of beams with one off the line of the nodes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sections: Vec<SectionCenters>,
     /// Whether the strains of beams dissipate; `None` without beams and in statics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strains: Option<StrainVariant>,
@@ -94,6 +100,8 @@ impl AssemblyReport {
     pub(crate) fn measure(&mut self, model: &Model, mechanism: &Mechanism, mass: &SparseMatrix) {
         self.measures = Measures::of(model, mechanism, mass);
         self.warnings.extend(measures::slips(model, mechanism, &self.measures));
+        self.sections = section_centers::of(model);
+        self.warnings.extend(section_centers::remarks(model));
         self.warnings.extend(plausibility::remarks(model, mechanism, &self.measures));
     }
 

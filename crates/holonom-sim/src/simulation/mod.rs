@@ -18,7 +18,7 @@ mod nodes;
 mod resolved;
 
 pub use crate::assembly::measures::Measures;
-pub use crate::assembly::{AssemblyReport, Closure, StrainVariant};
+pub use crate::assembly::{AssemblyReport, Closure, SectionCenters, StrainVariant};
 pub use crate::run::divided_steps::DividedSteps;
 pub use crate::run::outcome::{RunFailure, RunOutcome};
 

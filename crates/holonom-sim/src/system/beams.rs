@@ -134,7 +134,8 @@ fn add_beam(
         move |problem: Problem| ModelError::Assembly(vec![problem.below(&prefix)])
     };
     let meshes = beam.meshes().map_err(below(""))?;
-    let section = beam.section.numbers().map_err(below(".section"))?;
+    let section = beam.mean_section().map_err(below(""))?;
+    let mut along = beam.sections_along(&meshes).map_err(below(""))?.into_iter().flatten();
     let (first, kind) = (builder.frame_count(), beam.element_kind(settings));
     let (origin, omega) = (meshes[0].centers[0], Vector3::from(beam.angular_velocity));
     let mut legs: Vec<vi_beam::Beam> = Vec::new();
@@ -153,6 +154,9 @@ fn add_beam(
         };
         let leg = builder.beam_of_nodes(elements, nodes, mesh, section, beam.order);
         let leg = leg.map_err(refused)?;
+        for (element, points) in leg.elements.clone().zip(along.by_ref()) {
+            elements.elements.set_section_along(element, &points);
+        }
         if kind != ElementKind::MeanDirectors {
             elements.elements.set_strains(leg.elements.clone(), kind, &q).map_err(refused)?;
         }

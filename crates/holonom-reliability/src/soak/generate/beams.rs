@@ -77,6 +77,7 @@ fn beam(name: &str, from: [f64; 3], start: End, draw: &mut Draw) -> Beam {
         normal: Some(normals),
         twist: Twist::Normal,
         section: section(draw),
+        stations: None,
         mass,
         tension: None,
         start,

@@ -1,0 +1,56 @@
+//! Stations of beams from files: tables with commas, blade files of BeamDyn.
+
+mod beamdyn;
+mod csv;
+
+use std::path::Path;
+
+use crate::Model;
+use crate::text::problem::{Problem, fault};
+use crate::text::read::read_regular_text;
+use crate::types::beam::Beam;
+use crate::types::station::{Station, Stations};
+
+/// The greatest size of a table of stations, bytes.
+const MAX_BYTES: u64 = 16 * 1024 * 1024;
+
+/// Reads the files of stations of all beams; problems have the number of the beam and a key below
+/// it.
+pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
+    let mut problems = Vec::new();
+    let Model { beams, meshes, .. } = model;
+    for (k, beam) in beams.iter_mut().enumerate() {
+        let Some(Stations::File(name)) = &beam.stations else { continue };
+        let read = meshes.path(name).map_err(|error| error.to_string());
+        let rows = match read {
+            Ok(path) => rows(&path, beam),
+            Err(error) => Err(format!("the table cannot be read: {error}")),
+        };
+        match rows {
+            Ok(rows) => beam.stations = Some(Stations::Rows(rows)),
+            Err(message) => {
+                let name = name.escape_debug();
+                let help =
+                    "name a table with commas, or the blade file or the primary file of BeamDyn";
+                problems.push((k, fault("stations", format!("`{name}`: {message}"), help)));
+            }
+        }
+    }
+    problems
+}
+
+fn text(path: &Path) -> Result<String, String> {
+    read_regular_text(path, MAX_BYTES).map_err(|error| format!("the table cannot be read: {error}"))
+}
+
+fn rows(path: &Path, beam: &Beam) -> Result<Vec<Station>, String> {
+    let text = text(path)?;
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
+        return csv::rows(&text);
+    }
+    // a beam without a centre line is refused by itself
+    let length =
+        beam.plain_meshes().map(|meshes| meshes.iter().flat_map(|mesh| &mesh.lengths).sum());
+    let length = length.unwrap_or(1.0);
+    beamdyn::rows(&text, path, length)
+}

@@ -1,0 +1,188 @@
+//! `stations` of a beam: sections and twist at places along it.
+//!
+//! ```text
+//! every number that two neighbouring stations state is linear between them;
+//! a place that is repeated is a jump
+//! ```
+
+use crate::text::problem::{Problem, fault};
+use crate::types::section::Section;
+use nalgebra::Matrix3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use toml::Value;
+use vi_beam::mesh::Mesh;
+use vi_beam::section::Section as Numbers;
+use vi_beam::varying::{SectionPoint, quadrature};
+
+/// A station may miss the end of the beam by this part of its length.
+const MISSED: f64 = 1e-6;
+
+/// `stations` of a beam.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "stations is a list of tables { at, section, twist }, or the name of a file"
+)]
+pub enum Stations {
+    /// From the start of the beam to its end.
+    Rows(Vec<Station>),
+    /// A table with commas (`.csv`) whose heading names `at`, `twist` and keys of a section; or the
+    /// blade file of BeamDyn, or its primary file, whose twist is then taken, too. Relative to the
+    /// folder of the model file.
+    File(String),
+}
+
+/// A place along a beam.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Station {
+    /// Arc length from the start of the stress-free beam, m; the same twice where the section
+    /// jumps.
+    pub at: f64,
+    /// What it states of the section in the place of the `section` of the beam.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub section: Option<Section>,
+    /// Angle about `d_3` by which `d_1` and `d_2` are turned from where `normal` has them, rad.
+    #[serde(default)]
+    pub twist: f64,
+}
+
+/// Sections along a beam.
+pub(crate) struct Along {
+    places: Vec<f64>,
+    twists: Vec<f64>,
+    sections: Vec<Value>,
+}
+
+impl Along {
+    /// Of stations that rise from 0 to the length of the beam, and the section where they state
+    /// none.
+    pub(crate) fn new(rows: &[Station], base: &Section, length: f64) -> Result<Self, Problem> {
+        let key = |k: usize| format!("stations[{k}]");
+        let help =
+            "stations rise from 0 to the length of the beam; repeat one where the section jumps";
+        let [Some(first), Some(last)] = [rows.first(), rows.last()] else {
+            return Err(fault("stations", "there are no stations", help));
+        };
+        for (k, at, end) in [(0, first.at, 0.0), (rows.len() - 1, last.at, length)] {
+            if !((at - end).abs() <= MISSED * length) {
+                let message = format!("the stations end at {at} m, the beam at {end} m");
+                return Err(fault(&format!("{}.at", key(k)), message, help));
+            }
+        }
+        let (mut places, mut sections) = (Vec::new(), Vec::new());
+        for (k, row) in rows.iter().enumerate() {
+            if k > 0 && row.at < rows[k - 1].at {
+                let message = format!("{} m comes after {} m", row.at, rows[k - 1].at);
+                return Err(fault(&format!("{}.at", key(k)), message, help));
+            }
+            if k > 1 && row.at == rows[k - 2].at {
+                let message = format!("the place {} m is stated three times", row.at);
+                return Err(fault(&format!("{}.at", key(k)), message, help));
+            }
+            let section = row.section.as_ref().map_or_else(|| base.clone(), |own| own.over(base));
+            let below = format!("{}.section", key(k));
+            section.numbers().map_err(|problem| problem.below(&below))?;
+            places.push(row.at);
+            sections.push(Value::try_from(&section).expect("a section is TOML"));
+        }
+        let twists = rows.iter().map(|row| row.twist).collect();
+        let along = Self { places, twists, sections };
+        for k in 1..rows.len() {
+            let jump = along.places[k] == along.places[k - 1];
+            if jump && along.twists[k] != along.twists[k - 1] {
+                let message = "the beam is not twisted by a jump";
+                return Err(fault(
+                    &format!("{}.twist", key(k)),
+                    message,
+                    "write the same twist on both sides",
+                ));
+            }
+            if !jump && between(&along.sections[k - 1], &along.sections[k], 0.5).is_none() {
+                let message = "the stations before and after state different keys or shapes";
+                let help =
+                    "state the same keys at both, or repeat a station where the section jumps";
+                return Err(fault(&format!("{}.section", key(k)), message, help));
+            }
+        }
+        Ok(along)
+    }
+
+    /// The last station at or before `s` that is not the last of all, and the part of the way to
+    /// the next one.
+    fn interval(&self, s: f64) -> (usize, f64) {
+        let last = self.places.len().saturating_sub(2);
+        let k = self.places.partition_point(|at| *at <= s).saturating_sub(1).min(last);
+        let Some(next) = self.places.get(k + 1) else { return (k, 0.0) };
+        let length = next - self.places[k];
+        (k, if length > 0.0 { ((s - self.places[k]) / length).clamp(0.0, 1.0) } else { 0.0 })
+    }
+
+    /// The section at an arc length.
+    pub(crate) fn section(&self, s: f64) -> Result<Numbers, Problem> {
+        let (k, t) = self.interval(s);
+        let (a, b) = (&self.sections[k], &self.sections[(k + 1).min(self.sections.len() - 1)]);
+        let value = between(a, b, t).unwrap_or_else(|| a.clone());
+        let section: Section = value.try_into().expect("between sections are sections");
+        section.numbers().map_err(|problem| problem.below(&format!("stations[{k}].section")))
+    }
+
+    /// The angle of the directors at an arc length, rad.
+    fn twist(&self, s: f64) -> f64 {
+        let (k, t) = self.interval(s);
+        let (a, b) = (self.twists[k], self.twists[(k + 1).min(self.twists.len() - 1)]);
+        a + t * (b - a)
+    }
+
+    /// Sections of an element from one arc length to another: three Gauss points between stations.
+    pub(crate) fn points(&self, from: f64, to: f64) -> Result<Vec<SectionPoint>, Problem> {
+        let slack = MISSED * (to - from);
+        let inner = self.places.iter().filter(|at| **at > from + slack && **at < to - slack);
+        let mut cuts: Vec<f64> = std::iter::once(from).chain(inner.copied()).collect();
+        cuts.dedup();
+        cuts.push(to);
+        let (start, length) = (from, to - from);
+        let mut points = Vec::new();
+        for ends in cuts.windows(2) {
+            let [from, to] = [ends[0], ends[1]].map(|s| (s - start) / length - 0.5);
+            for [place, weight] in quadrature(from, to) {
+                let section = self.section(start + (place + 0.5) * length)?;
+                points.push(SectionPoint { place, weight, section });
+            }
+        }
+        Ok(points)
+    }
+
+    /// Turns the triads of a mesh that begins at an arc length.
+    pub(crate) fn turn(&self, mesh: &mut Mesh, start: f64) {
+        if self.twists.iter().all(|twist| *twist == 0.0) {
+            return;
+        }
+        let mut s = start;
+        let lengths = mesh.lengths.iter().copied().chain([0.0]);
+        for (triad, length) in mesh.triads.iter_mut().zip(lengths) {
+            let (sin, cos) = libm::sincos(self.twist(s));
+            let [d1, d2, d3] = [0, 1, 2].map(|i| triad.column(i).into_owned());
+            *triad = Matrix3::from_columns(&[cos * d1 + sin * d2, cos * d2 - sin * d1, d3]);
+            s += length;
+        }
+    }
+}
+
+/// Numbers in proportion to `t` between those of two values that are otherwise the same; `None`
+/// where they are not.
+fn between(a: &Value, b: &Value, t: f64) -> Option<Value> {
+    match (a, b) {
+        (Value::Float(a), Value::Float(b)) => Some(Value::Float(a + t * (b - a))),
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            let entries = a.iter().zip(b).map(|(a, b)| between(a, b, t));
+            entries.collect::<Option<Vec<_>>>().map(Value::Array)
+        }
+        (Value::Table(a), Value::Table(b)) if a.len() == b.len() => {
+            let entries = a.iter().map(|(key, a)| Some((key.clone(), between(a, b.get(key)?, t)?)));
+            entries.collect::<Option<toml::Table>>().map(Value::Table)
+        }
+        (a, b) => (a == b).then(|| a.clone()),
+    }
+}
