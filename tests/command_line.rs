@@ -4,6 +4,7 @@
 mod statics {
     mod critical_loads;
     mod equilibria_and_modes;
+    mod harmonic_response;
 }
 
 mod model {

@@ -5,8 +5,8 @@ use clap::CommandFactory;
 use crate::arguments::{Cli, Verb};
 use crate::failure::Failure;
 use crate::{
-    bench, check, compare, examples, export, import, modes, plot, resume, run, schema, stdout,
-    sweep, verify, view,
+    bench, check, compare, examples, export, import, modes, plot, response, resume, run, schema,
+    stdout, sweep, verify, view,
 };
 
 /// Does what a verb asks for; the exit code.
@@ -24,6 +24,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::Compare(arguments) => compare::compare(&arguments),
         Verb::Bench(arguments) => bench::bench(&arguments),
         Verb::Modes(arguments) => modes::modes(&arguments),
+        Verb::Response(arguments) => response::response(&arguments),
         Verb::Verify(arguments) => verify::verify(&arguments),
         Verb::View(arguments) => view::view(&arguments),
         Verb::Export(arguments) => export::export(&arguments),

@@ -30,6 +30,7 @@ mod picture;
 mod plot;
 mod progress;
 mod reproduce;
+mod response;
 mod resume;
 mod run;
 mod schema;

@@ -33,6 +33,7 @@ pub mod digits;
 pub mod modes;
 pub mod output;
 mod resolution;
+pub mod response;
 mod run;
 pub mod sensor;
 pub mod simulation;

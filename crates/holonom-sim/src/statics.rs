@@ -24,6 +24,7 @@ use crate::sensor::{Sensors, View};
 use crate::system::beams::{Beams, bending_bounds};
 use crate::system::{self, System};
 use holonom_model::{Columns, History, Model, ModelError, Scheme, Settings};
+use nalgebra::Complex;
 use std::io;
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
@@ -137,6 +138,56 @@ impl Statics {
             Scheme::Static => Self::new(model),
             _ => Self::with_loads_as_stated(&as_static(model)),
         }
+    }
+
+    /// From this configuration instead of the initial one.
+    pub(crate) fn from_configuration(self, q: &[f64]) -> Self {
+        Self { problem: self.problem.starting_at(q), ..self }
+    }
+
+    /// `∂y/∂q δq + ∂y/∂v iω δq − ∂y/∂a ω² δq` of all numbers of sensors in the present state, by
+    /// central differences over displacements of a `part` of the size of the system.
+    pub(crate) fn sensor_amplitudes(
+        &mut self,
+        omega: f64,
+        dq: &[Complex<f64>],
+        part: f64,
+    ) -> Vec<Complex<f64>> {
+        let q = self.problem.configuration().to_vec();
+        let reach = q.iter().fold(0.0, |largest: f64, x| largest.max(x.abs())).max(1e-6);
+        let mut derivative = |pick: &dyn Fn(&Complex<f64>) -> f64| -> Vec<f64> {
+            let i_omega = Complex::new(0.0, omega);
+            let [u, v, a] = [0, 1, 2].map(|order| -> Vec<f64> {
+                dq.iter().map(|dq| pick(&(i_omega.powu(order) * dq))).collect()
+            });
+            let largest = u.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+            let fast = v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+            if largest.max(fast) == 0.0 {
+                return vec![0.0; self.sensors.columns().len()];
+            }
+            // a phase in which nothing is displaced still moves
+            let step = part * reach / if largest > 0.0 { largest } else { fast };
+            let mut at = |sign: f64| {
+                let scaled =
+                    |x: &[f64]| -> Vec<f64> { x.iter().map(|x| sign * step * x).collect() };
+                let q: Vec<f64> = q.iter().zip(scaled(&u)).map(|(q, u)| q + u).collect();
+                self.read_sensors(&q, &scaled(&v), &scaled(&a))
+            };
+            let (after, before) = (at(1.0), at(-1.0));
+            after.iter().zip(&before).map(|(a, b)| (a - b) / (2.0 * step)).collect()
+        };
+        let (re, im) = (derivative(&|x| x.re), derivative(&|x| x.im));
+        self.sensors.follow(&q);
+        re.into_iter().zip(im).map(|(re, im)| Complex::new(re, im)).collect()
+    }
+
+    fn read_sensors(&mut self, q: &[f64], v: &[f64], a: &[f64]) -> Vec<f64> {
+        let mut values = Vec::new();
+        let rest = vec![0.0; q.len()];
+        self.sensors.follow(q);
+        let view = View { t: self.problem.factor(), q, v, a, force: &rest };
+        self.sensors.read(&self.mechanism, &self.rows, view, &mut values);
+        values
     }
 
     /// Time of the loads at the end of the path, s.

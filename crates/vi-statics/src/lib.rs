@@ -14,6 +14,7 @@
 //! | [`mod@modes`] | small vibrations about an equilibrium |
 //! | [`mod@vibrations`] | the same with damping and gyroscopic terms |
 //! | [`buckling`] | critical loads of a static state |
+//! | [`harmonic`] | harmonic response about a state |
 //! | `lowest` | the lowest modes of a large system |
 //! | [`path`] | equilibria, paths, why a path ends |
 //! | [`rotation`] | steady rotation of a whole system |
@@ -40,6 +41,7 @@
 pub mod arc_length;
 pub mod buckling;
 mod equations;
+pub mod harmonic;
 mod jump;
 pub mod limit;
 mod lowest;
@@ -62,6 +64,7 @@ pub use vi_rigid;
 
 pub use arc_length::{ArcLengthSettings, Continuation};
 pub use buckling::{Buckling, BucklingError};
+pub use harmonic::{AddedDamping, HarmonicResponse};
 pub use limit::{BendingBounds, LimitReport};
 pub use modes::{Linearization, ModeError, Modes, modes};
 pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};

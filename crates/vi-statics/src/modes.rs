@@ -253,6 +253,11 @@ impl Linearization {
         }
     }
 
+    /// [`Linearization::modes`], whatever the inertia says.
+    pub(crate) fn modes_without_confirmation(&self) -> Result<Modes, ModeError> {
+        Ok(self.modes_of(&generalized_eigen(&self.symmetric_stiffness(), &self.M)?))
+    }
+
     pub(crate) fn modes_of(&self, found: &Eigen) -> Modes {
         let ForceBalance { unbalanced, applied, round_off, .. } = self.balance;
         let noise = self.noise(found);

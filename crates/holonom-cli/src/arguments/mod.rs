@@ -4,6 +4,7 @@
 mod configuration;
 mod model_files;
 mod plot;
+mod response;
 mod results;
 mod run;
 mod shared;
@@ -13,6 +14,7 @@ mod sweep;
 pub(crate) use configuration::{At, CheckArguments, ModesArguments, Speeds};
 pub(crate) use model_files::{ExamplesArguments, ImportArguments, SchemaArguments};
 pub(crate) use plot::{PlotArguments, PlotStyle};
+pub(crate) use response::ResponseArguments;
 pub(crate) use results::{ExportArguments, ViewArguments};
 pub(crate) use run::{ResumeArguments, RunArguments, Talk};
 pub(crate) use shared::ModelArguments;
@@ -80,6 +82,8 @@ pub(crate) enum Verb {
     Bench(BenchArguments),
     /// Natural frequencies and mode shapes about the initial configuration or an equilibrium
     Modes(ModesArguments),
+    /// Harmonic response of the sensors over a band of frequencies: amplitude and phase
+    Response(ResponseArguments),
     /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
     Verify(VerifyArguments),
     /// Show a finished run in the browser: the animated scene, charts, facts

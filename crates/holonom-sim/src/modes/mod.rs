@@ -115,6 +115,11 @@ impl ModalAnalysis {
         Ok(Self { statics, about: About::Rotation, name, rotation, ignored: None })
     }
 
+    /// The state.
+    pub(crate) fn statics(&mut self) -> &mut Statics {
+        &mut self.statics
+    }
+
     /// The beams.
     #[must_use]
     pub fn beams(&self) -> &Beams {

@@ -9,12 +9,12 @@
 #![allow(non_snake_case)] // K
 
 use super::EquilibriumEquations;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use vi_constraints::Constraints;
-use vi_core::Configuration;
 use vi_core::linear::norm_inf;
 use vi_core::newton::Fault;
 use vi_core::sparse::{Block, Entries, SparseMatrix};
+use vi_core::{Configuration, MechanicalSystem};
 
 impl EquilibriumEquations {
     /// `K_1` in the velocities of all frames and point masses, per unit of the load parameter, at
@@ -75,6 +75,15 @@ impl EquilibriumEquations {
             }
         };
         Ok(self.frame_matrix(&emit, &spin))
+    }
+
+    /// `P_inᵀ M v` at the point last evaluated.
+    pub(crate) fn mass_times(&self, v: &[f64]) -> DVector<f64> {
+        let mut momentum = vec![0.0; v.len()];
+        self.system.mass().mul_add(1.0, v, &mut momentum);
+        let mut out = DVector::zeros(self.unknowns());
+        self.layout.pull_back(&self.left, &momentum, out.as_mut_slice());
+        out
     }
 
     /// Columns `v = P_in x` of all coordinates at the point last evaluated, shape `n × k`.

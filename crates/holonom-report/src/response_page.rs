@@ -1,0 +1,111 @@
+//! `response.html`: the harmonic response of a model, its charts and its peaks.
+
+use std::fmt::Write;
+
+use holonom_model::Model;
+use holonom_sim::modes::About;
+use holonom_sim::response::{Response, ResponseColumn};
+
+use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::facts::{counted, rounded};
+use super::page::{escape, foot, head, heading, inline, push_list, push_model, push_warnings};
+
+/// The charts of a response with their names: amplitudes and phases of each quantity.
+#[must_use]
+pub fn response_charts(response: &Response) -> Vec<(String, Chart)> {
+    let mut groups: Vec<(&str, &str)> = Vec::new();
+    for column in &response.columns {
+        let own = (column.quantity.as_str(), column.unit.as_str());
+        if !groups.contains(&own) {
+            groups.push(own);
+        }
+    }
+    let mut charts = Vec::new();
+    for (quantity, unit) in groups {
+        let own = response.columns.iter();
+        // what does not answer has no logarithm
+        let own: Vec<&ResponseColumn> = own
+            .filter(|c| (c.quantity.as_str(), c.unit.as_str()) == (quantity, unit))
+            .filter(|c| c.amplitude.iter().any(|a| *a > 0.0))
+            .collect();
+        let stem: String =
+            quantity.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        let curves = |of: fn(&ResponseColumn) -> &[f64]| -> Vec<Series> {
+            let points = |c: &ResponseColumn| {
+                let pairs = response.frequencies.iter().copied().zip(of(c).iter().copied());
+                pairs.collect::<Vec<_>>()
+            };
+            own.iter().map(|c| Series { name: c.name.clone(), points: points(c) }).collect()
+        };
+        let chart = |title: &str, y: ChartAxis, curves: Vec<Series>| Chart {
+            title: format!("{quantity}: {title}"),
+            x: ChartAxis::linear("frequency", "Hz"),
+            y,
+            strokes: Strokes::Line,
+            resolution: 0.0,
+            curves,
+        };
+        let amplitude = ChartAxis::logarithmic("amplitude", unit);
+        charts.push((
+            format!("{stem}_amplitude"),
+            chart("amplitude", amplitude, curves(|c| &c.amplitude)),
+        ));
+        let phase = ChartAxis::linear("phase", "°");
+        charts.push((format!("{stem}_phase"), chart("phase", phase, curves(|c| &c.phase))));
+    }
+    charts
+}
+
+/// The page of a response; `command` makes it again.
+#[must_use]
+pub fn response_page(model: &Model, response: &Response, command: &str) -> String {
+    let title = format!("{}: harmonic response", response.model);
+    let mut html = head(&title);
+    let about = match response.about {
+        About::Start => "the initial configuration",
+        About::Static => "the equilibrium under the loads",
+        About::Rotation => "the steady rotation, in its frame",
+    };
+    let dof = counted(response.dof as u64, "degree of freedom", "degrees of freedom");
+    html += &heading(&title, &[format!("{dof}; about {about}")], command);
+    push_warnings(&mut html, &response.warnings);
+    let inputs: Vec<String> = response.inputs.iter().map(ToString::to_string).collect();
+    let [alpha, beta] = response.rayleigh;
+    let ratios: Vec<String> = response.damping_ratios.iter().map(|z| rounded(*z, 6)).collect();
+    let mut facts = vec![("inputs", inputs.join(", "))];
+    if alpha != 0.0 || beta != 0.0 {
+        let [alpha, beta] = [alpha, beta].map(|x| rounded(x, 6));
+        facts.push(("Rayleigh damping", format!("α = {alpha} 1/s, β = {beta} s")));
+    }
+    if !ratios.is_empty() {
+        facts.push(("damping ratios of the modes", ratios.join(", ")));
+    }
+    push_list(&mut html, facts);
+    for (_, chart) in response_charts(response) {
+        let _ = writeln!(html, "<figure>\n{}</figure>", inline(&chart.svg(), &chart.title));
+    }
+    html +=
+        "<p class=\"note\">Phases are those against a cosine of the input.</p>\n<h2>Peaks</h2>\n";
+    html += "<div class=\"scroll\"><table class=\"grid\">\n<tr><th>sensor</th><th>largest amplitude</th><th>unit</th>\
+             <th>at (Hz)</th><th>phase (°)</th></tr>\n";
+    for column in &response.columns {
+        let k = column.peak();
+        let [amplitude, frequency, phase] =
+            [column.amplitude[k], response.frequencies[k], column.phase[k]].map(|x| rounded(x, 6));
+        let (name, unit) = (escape(&column.name), escape(&column.unit));
+        let _ = writeln!(
+            html,
+            "<tr><td>{name}</td><td>{amplitude}</td><td>{unit}</td><td>{frequency}</td><td>{phase}</td></tr>"
+        );
+    }
+    html += "</table></div>\n<h2>Resonances</h2>\n<div class=\"scroll\"><table class=\"grid\">\n<tr><th>f (Hz)</th>\
+             <th>damping ratio</th></tr>\n";
+    for own in &response.resonances {
+        let [f, ratio] = [own.frequency, own.damping_ratio].map(|x| rounded(x, 7));
+        let _ = writeln!(html, "<tr><td>{f}</td><td>{ratio}</td></tr>");
+    }
+    html += "</table></div>\n";
+    push_model(&mut html, &model.to_toml());
+    foot(&mut html, env!("CARGO_PKG_VERSION"));
+    html
+}
