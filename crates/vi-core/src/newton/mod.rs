@@ -11,7 +11,7 @@
 //!            or turn_k |δx|_∞ ≤ ε/4 |x|_∞ of each kind      no body turns by more than turn_k: turn_k δx is left
 //! at floor   when the correction is round-off: size_k ≤ 4ε, or the residual no longer contracts and
 //!            size_k ≤ 1e-9 (three times in a row with size_k ≤ noise where the problem is ill-conditioned)
-//! by corrections alone    size_k³/size_{k-1}² ≤ ε/4, or size_k > size_{k-1}/2 and size_k ≤ 1e-6
+//! by corrections alone    size_k³/size_{k-1}², size_k² ≤ ε/4, or size_k > size_{k-1}/2 and size_k ≤ 1e-6
 //! ```
 //! The last line is for equations whose residual is ruled by stiff unknowns
 //! ([`Precision::is_judged_by_corrections`]).
