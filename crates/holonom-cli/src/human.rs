@@ -31,15 +31,20 @@ pub(crate) fn paragraph(words: &str, indent: &str) -> String {
     text + &line + "\n"
 }
 
-/// The summary of a run.
-pub(crate) fn summary(finished: &Finished) -> String {
-    let summary: &Summary = &finished.summary;
+/// The summary of a run, and the width of its subjects.
+pub(crate) fn run(summary: &Summary) -> (String, usize) {
     let mut text = format!("{}: {}\n", summary.model, counts(summary));
     let facts = facts(summary);
     let width = facts.iter().map(|f| f.subject.chars().count()).max().unwrap_or(0);
     for fact in &facts {
         let _ = writeln!(text, "  {:width$}  {}", fact.subject, fact.finding);
     }
+    (text, width)
+}
+
+/// The same with the files that were written.
+pub(crate) fn summary(finished: &Finished) -> String {
+    let (mut text, width) = run(&finished.summary);
     let folder = finished.files.first().and_then(|f| f.parent());
     let names = finished.files.iter().map(|f| match folder.and_then(|d| f.strip_prefix(d).ok()) {
         Some(relative) => relative.display().to_string(),

@@ -38,12 +38,15 @@ mod signals;
 mod stderr;
 mod stdout;
 mod sweep;
+pub mod text;
 mod verify;
 mod view;
 
 pub use call::Call;
 pub use captured::Called;
+pub use memory::shortage;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use arguments::Cli;
@@ -51,12 +54,18 @@ use arguments::Cli;
 /// Does what the command line of this process asks for.
 #[must_use]
 pub fn main() -> ExitCode {
-    let cli = match Cli::read(std::env::args_os()) {
+    ExitCode::from(main_with(std::env::args_os()))
+}
+
+/// The same with a command line, the name of the program first; the exit code.
+#[must_use]
+pub fn main_with(words: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::read(words) {
         Ok(cli) => cli,
         Err(error) => {
             let _ = error.print(); // a closed terminal is no reason to fail differently
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
-    ExitCode::from(dispatch::code(cli.verb))
+    dispatch::code(cli.verb)
 }

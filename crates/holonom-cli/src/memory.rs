@@ -12,10 +12,13 @@ const EACH: u64 = 8_000;
 
 /// Refuses a model that needs more memory than there is, where the system tells how much that is.
 pub(crate) fn check(model: &Model) -> Result<(), Failure> {
-    match available() {
-        Some(available) => fits(members(model), available),
-        None => Ok(()),
-    }
+    shortage(model).map_or(Ok(()), |message| Err(Failure::Memory { message }))
+}
+
+/// What a model lacks of memory, in words; `None` where it fits or the system does not tell.
+#[must_use]
+pub fn shortage(model: &Model) -> Option<String> {
+    lack(members(model), available()?)
 }
 
 fn members(model: &Model) -> u64 {
@@ -23,19 +26,17 @@ fn members(model: &Model) -> u64 {
     (model.bodies.len() + model.particles.len() + nodes) as u64
 }
 
-fn fits(members: u64, available: u64) -> Result<(), Failure> {
+fn lack(members: u64, available: u64) -> Option<String> {
     let needed = members.saturating_mul(EACH);
     if needed <= available {
-        return Ok(());
+        return None;
     }
     let [needed, available] =
         [needed, available].map(|bytes| format!("{:.1} GB", bytes as f64 / 1e9));
-    Err(Failure::Memory {
-        message: format!(
-            "the {members} bodies, nodes and point masses of the model take at least {needed} of memory, and {available} are \
-             available"
-        ),
-    })
+    Some(format!(
+        "the {members} bodies, nodes and point masses of the model take at least {needed} of memory, and {available} are \
+         available"
+    ))
 }
 
 /// Memory that this process may still take, bytes: of the machine, of its group, of its address
@@ -66,8 +67,8 @@ mod tests {
 
     #[test]
     fn a_model_that_does_not_fit_is_refused_in_words() {
-        assert!(fits(1_000_000, 16 << 30).is_ok());
-        let refused = fits(1_000_000, 4 << 30).expect_err("too large").to_string();
+        assert_eq!(lack(1_000_000, 16 << 30), None);
+        let refused = lack(1_000_000, 4 << 30).expect("too large");
         assert!(refused.contains("1000000 bodies") && refused.contains("8.0 GB"), "{refused}");
         let text = "MemTotal:       24678 kB\nMemAvailable:   16777216 kB\n";
         assert_eq!(number(text, "MemAvailable:"), Some(16_777_216));

@@ -189,7 +189,7 @@ fn write(
 }
 
 /// The unstable modes and `count` others: vibrations, or all of these and decays.
-fn table(report: &Report, count: usize) -> String {
+pub(crate) fn table(report: &Report, count: usize) -> String {
     let dof = match report.dof {
         1 => "1 degree of freedom".to_owned(),
         number => format!("{number} degrees of freedom"),

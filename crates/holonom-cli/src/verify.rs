@@ -52,7 +52,7 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
 
 /// The certificate for a terminal: the verdict, recommended steps, what fails; all tables and
 /// remarks where they are asked for.
-fn words(certificate: &ModelCertificate, all: bool) -> String {
+pub(crate) fn words(certificate: &ModelCertificate, all: bool) -> String {
     let mut text = paragraph(&format!("{}: {}", certificate.model, verdict(certificate)), "");
     rest(certificate).iter().for_each(|said| text += &paragraph(said, "  "));
     for step in &certificate.steps {

@@ -149,4 +149,5 @@ pub use holonom_sim::output::{RunFolder, Summary};
 pub use holonom_sim::sample::{Member, MemberKind, Momenta, MomentaNames, Residuals, Sample};
 pub use holonom_sim::simulation::{AssemblyReport, RunFailure, RunOutcome, Simulation};
 pub use holonom_sim::statics::{StaticFacts, Statics};
+pub use holonom_sim::system::held::{Input, InputPlace};
 pub use holonom_sim::{BeamParts, Beams, Counts, RunState, Stiffness};

@@ -134,8 +134,9 @@ pub fn resume(
     Ok(RecordedRun { model, text, folder, recorder, clock, last }.go(simulation, control)?)
 }
 
-/// Elapsed time.
-struct Stopwatch {
+/// Elapsed time of a run.
+#[derive(Debug)]
+pub struct Stopwatch {
     begin: Instant,
     first: u64,             // step that this part of the run begins with
     before: f64,            // s  of the parts of the run before this one
@@ -143,7 +144,9 @@ struct Stopwatch {
 }
 
 impl Stopwatch {
-    fn new(simulation: &dyn Experiment, before: f64) -> Self {
+    /// Starts; `before`: what earlier parts of the run have taken, s.
+    #[must_use]
+    pub fn new(simulation: &dyn Experiment, before: f64) -> Self {
         let (first, recording) = (simulation.place().0, simulation.recording_seconds());
         Self { begin: Instant::now(), first, before, recording }
     }
@@ -157,6 +160,25 @@ impl Stopwatch {
 
     fn seconds(&self) -> f64 {
         self.before + self.begin.elapsed().as_secs_f64()
+    }
+
+    /// A run in numbers, of the nodes that `builder` has seen.
+    #[must_use]
+    pub fn summary(
+        &self,
+        builder: &SummaryBuilder,
+        model: &Model,
+        simulation: &dyn Experiment,
+        ended: Ended<'_>,
+    ) -> Summary {
+        let mut summary = builder.so_far(model, simulation.assembly(), ended, self.seconds());
+        summary.warnings = simulation.warnings();
+        summary.statics = simulation.statics();
+        summary.divided_steps = simulation.divided_steps();
+        summary.loop_residual = simulation.loop_residuals();
+        summary.fastest_rotation = simulation.fastest_rotation();
+        summary.step_seconds = self.step_seconds(simulation);
+        summary
     }
 }
 
@@ -262,14 +284,7 @@ impl RecordedRun<'_> {
         simulation: &dyn Experiment,
         ended: Ended<'_>,
     ) -> Result<Summary, OutputError> {
-        let (builder, wall) = (self.recorder.summary(), self.clock.seconds());
-        let mut summary = builder.so_far(self.model, simulation.assembly(), ended, wall);
-        summary.warnings = simulation.warnings();
-        summary.statics = simulation.statics();
-        summary.divided_steps = simulation.divided_steps();
-        summary.loop_residual = simulation.loop_residuals();
-        summary.fastest_rotation = simulation.fastest_rotation();
-        summary.step_seconds = self.clock.step_seconds(simulation);
+        let summary = self.clock.summary(self.recorder.summary(), self.model, simulation, ended);
         self.folder.write_summary(&summary)?;
         Ok(summary)
     }

@@ -166,6 +166,24 @@ impl Meshes {
         self.known.values().map(AsRef::as_ref)
     }
 
+    /// All meshes, each with its file as the model states it.
+    pub fn named(&self) -> impl Iterator<Item = (&str, &Mesh)> {
+        self.known.iter().map(|(file, mesh)| (file.as_str(), mesh.as_ref()))
+    }
+
+    /// With a mesh that is known beside those of files.
+    ///
+    /// # Errors
+    /// [`MeshError::TooLargeTogether`].
+    pub fn with(mut self, file: impl Into<String>, mesh: Mesh) -> Result<Self, MeshError> {
+        self.bytes += mesh.bytes.len();
+        if self.bytes > MAX_MESHES_BYTES {
+            return Err(MeshError::TooLargeTogether);
+        }
+        self.known.insert(file.into(), Arc::new(mesh));
+        Ok(self)
+    }
+
     /// The path of a file, as the model states it.
     pub(crate) fn path(&self, file: &str) -> Result<PathBuf, MeshError> {
         match &self.folder {

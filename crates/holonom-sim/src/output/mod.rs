@@ -50,7 +50,7 @@ pub use folder::{Readable, RunFolder};
 pub use folder_checkpoints::FoundCheckpoint;
 pub use frames::{FrameReader, Frames, MemberColumns, Snapshot, coordinates, members};
 pub use lock::Lock;
-pub use momenta::MomentaWriter;
+pub use momenta::{MomentaWriter, momenta_columns, momenta_values};
 pub use readable::{LeftOut, Lines, RowReader};
 pub use recorder::Recorder;
 pub use row_file::RowFile;

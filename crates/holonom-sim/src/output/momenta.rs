@@ -9,11 +9,48 @@
 
 use std::io::{self, Write};
 
-use super::columns::{MOMENTUM, MULTIPLIERS, NODE_ENERGIES, NODE_PARTS, PROJECTED, REDUCED};
+use super::columns::{
+    Column, MOMENTUM, MULTIPLIERS, NODE_ENERGIES, NODE_PARTS, PROJECTED, REDUCED,
+};
 use super::csv::HEAD;
 use super::rows::{RowBlocks, RowField};
 use crate::sample::{Momenta, MomentaNames, Sample};
 use vi_core::Energies;
+
+/// Names of the columns after `step` and `t`.
+#[must_use]
+pub fn momenta_columns(names: &MomentaNames) -> Vec<String> {
+    let of = |(group, names): (Column, &Vec<String>)| {
+        names.iter().map(|name| format!("{}.{name}", group.name)).collect::<Vec<_>>()
+    };
+    let parts = |energy: &str| NODE_PARTS.map(|part| format!("{energy}.{}", part.name));
+    let energies = NODE_ENERGIES.into_iter().flat_map(parts);
+    groups(names).into_iter().flat_map(of).chain(energies).collect()
+}
+
+/// The numbers of these columns at a node; `None` where they are not defined.
+pub fn momenta_values(found: &Momenta, names: &MomentaNames) -> impl Iterator<Item = Option<f64>> {
+    values(found, sizes(names))
+}
+
+fn groups(names: &MomentaNames) -> [(Column, &Vec<String>); 4] {
+    let MomentaNames { constraints, coordinates, rates } = names;
+    let momenta = [(MOMENTUM, coordinates), (PROJECTED, coordinates)];
+    [(MULTIPLIERS, constraints), momenta[0], momenta[1], (REDUCED, rates)]
+}
+
+fn sizes(names: &MomentaNames) -> [usize; 4] {
+    groups(names).map(|(_, names)| names.len())
+}
+
+fn values(found: &Momenta, sizes: [usize; 4]) -> impl Iterator<Item = Option<f64>> {
+    let vectors = [&found.lambda, &found.p, &found.p_projected, &found.p_reduced];
+    let energies = [found.discrete_energy, found.hamiltonian, found.hamiltonian_projected];
+    let vectors = vectors.into_iter().zip(sizes);
+    let vectors = vectors.flat_map(|(values, size)| (0..size).map(|i| values.get(i).copied()));
+    let parts = |e: Option<Energies>| [e.map(|e| e.kinetic), e.map(|e| e.potential)];
+    vectors.chain(energies.into_iter().flat_map(parts))
+}
 
 /// Writes `momenta.csv`, whole rows only.
 #[derive(Debug)]
@@ -28,23 +65,9 @@ impl<W: Write> MomentaWriter<W> {
     /// # Errors
     /// Errors of the file.
     pub fn new(sink: W, names: &MomentaNames) -> io::Result<Self> {
-        let MomentaNames { constraints, coordinates, rates } = names;
-        let groups = [
-            (MULTIPLIERS, constraints),
-            (MOMENTUM, coordinates),
-            (PROJECTED, coordinates),
-            (REDUCED, rates),
-        ];
-        let mut header: Vec<String> = HEAD.map(str::to_owned).into();
-        for (group, names) in groups {
-            header.extend(names.iter().map(|name| format!("{}.{name}", group.name)));
-        }
-        for energy in NODE_ENERGIES {
-            header.extend(NODE_PARTS.map(|part| format!("{energy}.{}", part.name)));
-        }
-        let mut writer =
-            Self { rows: RowBlocks::new(sink), sizes: groups.map(|(_, names)| names.len()) };
-        writer.rows.push(|row| row.write_record(&header))?;
+        let header = HEAD.map(str::to_owned).into_iter().chain(momenta_columns(names));
+        let mut writer = Self { rows: RowBlocks::new(sink), sizes: sizes(names) };
+        writer.rows.push(|row| row.write_record(header.collect::<Vec<_>>()))?;
         writer.rows.flush()?; // a run that fails at once leaves a file with a header
         Ok(writer)
     }
@@ -56,13 +79,8 @@ impl<W: Write> MomentaWriter<W> {
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
         let none = Momenta::default();
         let found = sample.momenta.as_deref().unwrap_or(&none);
-        let vectors = [&found.lambda, &found.p, &found.p_projected, &found.p_reduced];
-        let energies = [found.discrete_energy, found.hamiltonian, found.hamiltonian_projected];
         let field = |value: Option<f64>| value.map_or(RowField::Empty, RowField::Number);
-        let vectors = vectors.into_iter().zip(self.sizes);
-        let vectors = vectors.flat_map(|(values, size)| (0..size).map(|i| values.get(i).copied()));
-        let parts = |e: Option<Energies>| [e.map(|e| e.kinetic), e.map(|e| e.potential)];
-        let fields = vectors.chain(energies.into_iter().flat_map(parts)).map(field);
+        let fields = values(found, self.sizes).map(field);
         self.rows.fields(sample.step, std::iter::once(RowField::Number(sample.t)).chain(fields))
     }
 

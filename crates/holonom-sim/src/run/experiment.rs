@@ -15,7 +15,7 @@ use holonom_model::Columns;
 use vi_constraints::integrator::ResumeError;
 
 /// What can be run: a motion, or a continuation of equilibria.
-pub trait Experiment {
+pub trait Experiment: Send {
     /// What the assembly found.
     fn assembly(&self) -> &AssemblyReport;
     /// The members, in the order of their coordinates.

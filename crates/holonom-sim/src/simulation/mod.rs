@@ -37,6 +37,7 @@ use crate::sensor::Sensors;
 use crate::start::StartValues;
 use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::beams::Beams;
+use crate::system::held::Input;
 use crate::system::law::{self, Laws};
 use crate::system::{self, System};
 use begun::{Begun, StatedStart};
@@ -98,8 +99,20 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
+        Self::assembled(model, solver, &[])
+    }
+
+    /// The same with inputs that are set between steps. The simulation holds clones of them.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`], and for an input that acts on nothing.
+    pub fn with_inputs(model: &Model, inputs: &[Input]) -> Result<Self, ModelError> {
+        Self::assembled(model, model.settings.solver.into(), inputs)
+    }
+
+    fn assembled(model: &Model, solver: Solver, inputs: &[Input]) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, laws } =
-            system::build(model)?;
+            system::build_with(model, inputs)?;
         let h = model.settings.step;
         let (stated, start) = (StatedStart::of(&mechanism), StartValues::of(model, &mechanism)?);
         let at = InitialValues::new(0.0, &start.q, &start.v);

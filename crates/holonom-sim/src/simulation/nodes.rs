@@ -97,6 +97,28 @@ impl Simulation {
         Ok((!paused).then_some(RunOutcome::Done))
     }
 
+    /// Takes one step of a run that knows no end, with all that is followed along it: unwrapped
+    /// angles, limits, steps that are refused as a whole.
+    ///
+    /// # Errors
+    /// [`RunFailure`]; a step that was not found leaves the state as it was.
+    pub fn step_on(&mut self) -> Result<(), RunFailure> {
+        self.advance(false).1
+    }
+
+    /// Reads the present node, before the step from it; what the run depends on stays as it is.
+    ///
+    /// # Errors
+    /// [`RunFailure`].
+    pub fn observe(&mut self) -> Result<&Sample, RunFailure> {
+        let followed = (self.watch.clone(), self.rotation.fastest, self.loops);
+        // accelerations and constraint forces are those of the step from the node
+        let which = if self.sensors.wanted().any() { NodeOf::Last } else { NodeOf::State };
+        let found = self.fill(which);
+        (self.watch, self.rotation.fastest, self.loops) = followed;
+        found.map(|()| &self.sample)
+    }
+
     /// Goes on to the next recorded node; `proceed(step, of)` is asked before every step, and
     /// `false` ends the iteration there. Another one continues.
     fn next_node(

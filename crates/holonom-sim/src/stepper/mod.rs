@@ -143,7 +143,10 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
                 true
             }
             NodeOf::Last if of_steps => {
-                if self.wanted.accelerations {
+                let at_start = self.run.state().step == 0 && self.wanted.any();
+                if at_start {
+                    of_level = self.find_acceleration().is_ok();
+                } else if self.wanted.accelerations {
                     self.find_acceleration()?;
                 }
                 self.run.observe().is_ok()

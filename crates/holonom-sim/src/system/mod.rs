@@ -3,6 +3,7 @@
 pub(crate) mod beams;
 pub(crate) mod drive;
 pub mod dynamics;
+pub mod held;
 pub(crate) mod law;
 pub(crate) mod names;
 
@@ -11,6 +12,7 @@ use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
 use crate::system::names::Names;
 use beams::{Added, BeamParts, Beams};
+use held::Input;
 use holonom_model::{Frame, Model, ModelError, Problem, Settings, StartPoints, Strain};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -45,6 +47,14 @@ pub struct System {
 /// # Errors
 /// [`ModelError`] for what only shows when numbers meet: inertias, loads.
 pub fn build(model: &Model) -> Result<System, ModelError> {
+    build_with(model, &[])
+}
+
+/// The same with what acts from outside.
+///
+/// # Errors
+/// [`ModelError`]; also for an input that acts on nothing.
+pub fn build_with(model: &Model, inputs: &[Input]) -> Result<System, ModelError> {
     let planar = model.header.dimension == 2;
     let builder = if planar { MechanismBuilder::planar() } else { MechanismBuilder::new() };
     let mut builder = builder.gravity(model.gravity());
@@ -86,6 +96,9 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         drive::add_joint_forces(&mut builder, joint, names.joints[joint.name.as_str()].1)?;
     }
     let laws = law::add_laws(&mut builder, model, &names)?;
+    for input in inputs {
+        held::add_joint_input(&mut builder, input, &names)?;
+    }
     let on_particle = |load: &&holonom_model::Load| {
         load.body.as_deref().is_some_and(|name| names.particles.contains_key(name))
     };
@@ -100,7 +113,8 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let description = builder.description().map_err(refusal)?;
     let mechanism = Mechanism::new(description);
     let mut mechanism = mechanism.with_loop_tolerance(model.settings.loop_tolerance);
-    let forces = builder.forces(&mut mechanism).map_err(refusal)?;
+    let mut forces = builder.forces(&mut mechanism).map_err(refusal)?;
+    forces.forces.extend(held::wrenches(inputs, &names, &mechanism)?);
     let settings = &model.settings;
     let members = members(model, &mechanism);
     let parts = Arc::new(elements);

@@ -113,6 +113,12 @@ impl ModelText {
         }
     }
 
+    /// The same of a text that is at hand; what it includes is looked for beside `path`.
+    #[must_use]
+    pub fn from_text(path: &Path, text: impl Into<String>) -> Self {
+        Self::of(SourceFile { path: path.to_owned(), text: text.into() })
+    }
+
     fn of(file: SourceFile) -> Self {
         let mut problems = Vec::new();
         let Some(tree) = IncludeTree::read(&file, &mut problems) else {

@@ -1,0 +1,80 @@
+"""Constrained mechanical systems in Python.
+
+A model is a text: a file, a string or a dictionary. A run is a function of it and gives numpy
+arrays. All units are SI, angles are in rad. ``import holonom as hn``.
+
+==================================  ==============================================================
+``load``, ``Model``                 a valid model; values replaced
+``simulate``, ``Result``            a run, as arrays by the names of the columns of its files
+``Stepper``                         one step after another, with inputs held over a step
+``sweep``, ``plan``, ``rollout``    many runs
+``check``, ``statics``, ``modes``   what ``holonom check`` and so on find
+``verify``, ``compare``             properties of a model, measured; schemes side by side
+``import_robot``, ``schema``        a model of a robot description; the keys of model files
+==================================  ==============================================================
+"""
+
+from ._core import __version__
+from ._errors import (
+    AnalysisFailed,
+    HolonomError,
+    HolonomWarning,
+    ImportFailed,
+    InternalError,
+    InvalidModel,
+    MemoryLack,
+    OutputExists,
+    OutputFailed,
+    Problem,
+    RunFailed,
+    StateMismatch,
+    UnknownName,
+)
+from ._model import Model, load
+from ._result import Beam, Member, Momentum, Result, Table, open_folder as open
+from ._simulate import simulate, statics
+from ._stepper import Stepper
+from ._sweep import Plan, SweepTable, plan, rollout, run_point, sweep
+from ._verbs import Answer, Imported, check, compare, import_robot, modes, schema, verify
+
+__all__ = [
+    "AnalysisFailed",
+    "Answer",
+    "Beam",
+    "HolonomError",
+    "HolonomWarning",
+    "ImportFailed",
+    "Imported",
+    "InternalError",
+    "InvalidModel",
+    "Member",
+    "MemoryLack",
+    "Model",
+    "Momentum",
+    "OutputExists",
+    "OutputFailed",
+    "Plan",
+    "Problem",
+    "Result",
+    "RunFailed",
+    "StateMismatch",
+    "Stepper",
+    "SweepTable",
+    "Table",
+    "UnknownName",
+    "__version__",
+    "check",
+    "compare",
+    "import_robot",
+    "load",
+    "modes",
+    "open",
+    "plan",
+    "rollout",
+    "run_point",
+    "schema",
+    "simulate",
+    "statics",
+    "sweep",
+    "verify",
+]

@@ -1,0 +1,151 @@
+"""Exceptions. All are ``HolonomError``, have the words of the program and can be pickled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+if TYPE_CHECKING:
+    from ._result import Result
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class HolonomWarning(UserWarning):
+    """What is worth knowing of a model or a run."""
+
+
+class HolonomError(Exception):
+    """Any failure of this package; with what to do instead in ``remedy``, where that is known."""
+
+    def __init__(self, message: str, remedy: str = "") -> None:
+        super().__init__(message, remedy)
+        self.message = message
+        self.remedy = remedy
+
+    def __str__(self) -> str:
+        return f"{self.message}\n  help: {self.remedy}" if self.remedy else self.message
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with a model.
+
+    Attributes
+    ----------
+    message : what is wrong.
+    key : where, by names: ``body.top.mass``; empty for the model as a whole.
+    help : what to write instead.
+    file, line, column : where it stands in a text; ``None`` of values that were set.
+    set : the value that was set, ``KEY=VALUE``.
+    """
+
+    message: str
+    key: str = ""
+    help: str | None = None
+    file: str | None = None
+    line: int | None = None
+    column: int | None = None
+    set: str | None = None
+
+    def __str__(self) -> str:
+        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
+        head = ": ".join(part for part in (place, self.key, self.message) if part)
+        head += f" (set: {self.set})" if self.set else ""
+        return f"{head}\n  help: {self.help}" if self.help else head
+
+
+class InvalidModel(HolonomError, ValueError):
+    """A text that is no valid model; ``problems`` has all of them."""
+
+    def __init__(self, problems: Sequence[dict[str, Any] | Problem]) -> None:
+        found = [p if isinstance(p, Problem) else Problem(**p) for p in problems]
+        super().__init__("\n".join(str(problem) for problem in found))
+        self.problems = found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.problems,)
+
+
+class RunFailed(HolonomError, RuntimeError):
+    """A run that did not reach its end.
+
+    Attributes
+    ----------
+    step, t : the step, and its time in s.
+    message, remedy : why, and what helps.
+    result : what was recorded up to there, where there is any.
+    """
+
+    def __init__(
+        self, step: int, t: float, message: str, remedy: str, result: Result | None = None
+    ) -> None:
+        super().__init__(f"the run failed in step {step}, at t = {t:g} s: {message}", remedy)
+        self.step, self.t, self.reason, self.result = step, t, message, result
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.step, self.t, self.reason, self.remedy, self.result)
+
+
+class StateMismatch(HolonomError, ValueError):
+    """A state of another model, or no state."""
+
+
+class UnknownName(HolonomError, KeyError):
+    """A name that is none of the model or of a result."""
+
+    __str__ = HolonomError.__str__
+
+
+class OutputExists(HolonomError, FileExistsError):
+    """Files stand where others would be written."""
+
+    __str__ = HolonomError.__str__
+
+
+class OutputFailed(HolonomError, OSError):
+    """A file cannot be read or written."""
+
+    __str__ = HolonomError.__str__
+
+
+class MemoryLack(HolonomError, MemoryError):
+    """More memory is needed than there is."""
+
+
+class AnalysisFailed(HolonomError, ValueError):
+    """There is no such analysis of this model."""
+
+
+class ImportFailed(HolonomError, ValueError):
+    """A robot description that cannot be translated; ``problems`` has the reasons."""
+
+    def __init__(self, message: str, problems: Sequence[str] = ()) -> None:
+        super().__init__("\n".join([message, *problems]))
+        self.first, self.problems = message, list(problems)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.first, self.problems)
+
+
+class InternalError(HolonomError):
+    """A panic: a defect of this package."""
+
+
+def no_panic(function: Callable[P, T]) -> Callable[P, T]:
+    """The function with a panic of Rust as an :class:`InternalError`."""
+
+    @wraps(function)
+    def safe(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return function(*args, **kwargs)
+        except BaseException as error:
+            if type(error).__name__ != "PanicException":
+                raise
+            remedy = "this is a defect of holonom: please report it with the model"
+            raise InternalError(f"internal error: {error}", remedy) from None
+
+    return safe

@@ -1,0 +1,176 @@
+"""Models: valid, immutable, picklable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+from . import _core, _toml
+from ._errors import no_panic
+
+ModelLike = "Model | str | PathLike[str] | Mapping[str, Any]"
+"""What stands for a model: one, the path of a file, or a dictionary of sections."""
+
+
+class Model:
+    """A valid model.
+
+    It does not change: :meth:`replace` gives another one. It can be pickled and shared among
+    threads.
+    """
+
+    __slots__ = ("_core",)
+
+    def __init__(self, core: _core.Model) -> None:
+        self._core = core
+
+    @classmethod
+    @no_panic
+    def from_toml(cls, text: str, folder: str | PathLike[str] | None = None) -> Model:
+        """The model of a text.
+
+        Parameters
+        ----------
+        text : a model file.
+        folder : where included files and meshes are looked for.
+
+        Raises
+        ------
+        InvalidModel
+
+        Examples
+        --------
+        >>> model = Model.from_toml('''
+        ... model = { name = "pendulum", dimension = 2, gravity = [0.0, -9.81] }
+        ... particle = [{ name = "bob", mass = 1.0, position = [1.0, 0.0] }]
+        ... bar = [{ name = "rod", from = "ground", to = "bob" }]
+        ... simulation = { step = 0.01, end = 1.0 }
+        ... ''')
+        >>> model.name, model.steps
+        ('pendulum', 100)
+        """
+        place = None if folder is None else fspath(folder)
+        return cls(_core.Model.parse(text, place, [], []))
+
+    @classmethod
+    def from_dict(cls, sections: Mapping[str, Any], folder: str | PathLike[str] | None = None) -> Model:
+        """The model of a dictionary of sections, as a model file has them; arrays are lists."""
+        return cls.from_toml(_toml.document(sections), folder)
+
+    @no_panic
+    def replace(self, values: Mapping[str, Any]) -> Model:
+        """This model with values replaced: ``{"body.arm.mass": 2.5}``.
+
+        Keys are those of ``holonom run --set``. Numbers, texts, lists and arrays are values.
+
+        Raises
+        ------
+        InvalidModel
+        """
+        return Model(self._core.replace(_toml.pairs(values)))
+
+    def to_toml(self) -> str:
+        """The text of this model, everything resolved."""
+        return self._core.to_toml()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as a dictionary of sections."""
+        found: dict[str, Any] = self._core.to_dict()
+        return found
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes :meth:`to_toml` to a file."""
+        Path(path).write_text(self.to_toml(), encoding="utf-8")
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._core.name
+
+    @property
+    def steps(self) -> int:
+        """Number of steps to the end of its run."""
+        return self._core.steps
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The section ``[simulation]``, resolved; a copy."""
+        return dict(self.to_dict()["simulation"])
+
+    def _named(self, section: str) -> dict[str, dict[str, Any]]:
+        return {entry["name"]: entry for entry in self.to_dict().get(section, [])}
+
+    @property
+    def bodies(self) -> dict[str, dict[str, Any]]:
+        """Bodies by their names, resolved; copies."""
+        return self._named("body")
+
+    @property
+    def beams(self) -> dict[str, dict[str, Any]]:
+        """Beams by their names; copies."""
+        return self._named("beam")
+
+    @property
+    def particles(self) -> dict[str, dict[str, Any]]:
+        """Point masses by their names; copies."""
+        return self._named("particle")
+
+    @property
+    def joints(self) -> dict[str, dict[str, Any]]:
+        """Joints by their names; copies."""
+        return self._named("joint")
+
+    @property
+    def sensors(self) -> dict[str, dict[str, Any]]:
+        """Sensors by their names; copies."""
+        return self._named("sensor")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Model) and self._core.equals(other._core)
+
+    def __hash__(self) -> int:
+        return hash(self.to_toml())
+
+    def __repr__(self) -> str:
+        return f"<holonom.Model {self.name!r}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, self._core.parts()
+
+
+def _rebuilt(
+    text: str, folder: str | None, values: list[tuple[str, str]], meshes: list[tuple[str, bytes]]
+) -> Model:
+    return Model(_core.Model.parse(text, folder, values, meshes))
+
+
+@no_panic
+def load(path: str | PathLike[str], values: Mapping[str, Any] | None = None) -> Model:
+    """Reads a model file with all that it includes.
+
+    Parameters
+    ----------
+    path : the file.
+    values : values that are replaced, as by :meth:`Model.replace`.
+
+    Raises
+    ------
+    InvalidModel
+        With the file, the line and what to write instead.
+    """
+    return Model(_core.Model.read(fspath(path), _toml.pairs(values or {})))
+
+
+def model_of(given: Any, values: Mapping[str, Any] | None = None) -> Model:
+    """The model that is meant, with values replaced."""
+    if isinstance(given, Model):
+        return given.replace(values) if values else given
+    if isinstance(given, Mapping):
+        model = Model.from_dict(given)
+        return model.replace(values) if values else model
+    if isinstance(given, (str, PathLike)):
+        return load(given, values)
+    kind = type(given).__name__
+    raise TypeError(f"a model is a Model, the path of a file or a dictionary, not a {kind}")

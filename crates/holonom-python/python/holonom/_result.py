@@ -1,0 +1,426 @@
+"""Results: arrays by the names of the columns of the files of a run."""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+import webbrowser
+from collections.abc import Iterator
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._errors import HolonomError, HolonomWarning, RunFailed, UnknownName, no_panic
+from ._model import Model, load
+
+Array = NDArray[np.float64]
+
+HEAD = ("step", "t")
+SECTION = [f"{what}{k}" for what in ("Gamma", "K", "N", "M") for k in (1, 2, 3)]
+
+
+class Table:
+    """Columns over time: ``table["kinetic"]`` is a column ``(K,)``, ``table["bearing"]`` all
+    columns ``(K, m)`` of a name with dots below it.
+
+    Attributes
+    ----------
+    columns : names of the columns.
+    values : shape ``(K, columns)``.
+    """
+
+    def __init__(self, columns: list[str], values: Array) -> None:
+        self.columns, self.values = columns, values
+
+    def names(self) -> list[str]:
+        """What stands before the dots, each once."""
+        return list(dict.fromkeys(column.rsplit(".", 1)[0] for column in self.columns))
+
+    def below(self, name: str) -> tuple[list[str], slice | list[int]]:
+        """Parts of a name, and where their columns are."""
+        places = [k for k, column in enumerate(self.columns) if column.rsplit(".", 1)[0] == name]
+        parts = [self.columns[k].rsplit(".", 1)[-1] for k in places]
+        if places and places == list(range(places[0], places[-1] + 1)):
+            return parts, slice(places[0], places[-1] + 1)
+        return parts, places
+
+    def __getitem__(self, name: str) -> Array:
+        if name in self.columns:
+            column: Array = self.values[:, self.columns.index(name)]
+            return column
+        parts, places = self.below(name)
+        if parts:
+            group: Array = self.values[:, places]
+            return group
+        raise unknown(name, self.names())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns or name in self.names()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    def __repr__(self) -> str:
+        return f"<holonom.Table {self.values.shape[0]} rows: {', '.join(self.columns)}>"
+
+
+def unknown(name: str, known: list[str]) -> UnknownName:
+    """There is no such name."""
+    import difflib
+
+    near = difflib.get_close_matches(name, known, 1)
+    remedy = f"did you mean `{near[0]}`?" if near else f"there are: {', '.join(known)}"
+    return UnknownName(f"there is no `{name}`", remedy)
+
+
+class Member:
+    """A body, a node of a beam or a point mass over time; views of ``q``, but the quaternions.
+
+    Attributes
+    ----------
+    name : its name.
+    q : its coordinates, shape ``(K, 12)``: position and directors; of a point mass the position.
+    """
+
+    def __init__(self, name: str, q: Array) -> None:
+        self.name, self.q = name, q
+
+    @property
+    def position(self) -> Array:
+        """Position of the centre of mass, m, shape ``(K, 3)``; in the plane ``(K, 2)``."""
+        return self.q[:, :3]
+
+    @property
+    def directors(self) -> Array:
+        """Directors, shape ``(K, 3, 3)``: ``directors[k, i]`` is the ``i``-th one in space."""
+        if self.q.shape[1] != 12:
+            raise UnknownName(f"`{self.name}` has no directors", "only bodies and nodes of beams have")
+        return self.q[:, 3:].reshape(-1, 3, 3)
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation matrices, shape ``(K, 3, 3)``: directors are the columns."""
+        return self.directors.swapaxes(1, 2)
+
+    @property
+    def quaternion(self) -> Array:
+        """Unit quaternions ``w, x, y, z`` with a continuous sign, shape ``(K, 4)``."""
+        r = self.rotation
+        trace = np.trace(r, axis1=1, axis2=2)
+        diagonal = np.stack([trace, *(r[:, i, i] for i in range(3))])
+        best = np.argmax(diagonal, axis=0)
+        found = np.empty((len(r), 4))
+        for kind in range(4):
+            rows = np.flatnonzero(best == kind)
+            m = r[rows]
+            if kind == 0:
+                w = 1.0 + trace[rows]
+                part = [w, m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]]
+            else:
+                i = kind - 1
+                j, k = (i + 1) % 3, (i + 2) % 3
+                part = [m[:, k, j] - m[:, j, k]] * 4
+                part[1 + i] = 1.0 + m[:, i, i] - m[:, j, j] - m[:, k, k]
+                part[1 + j] = m[:, j, i] + m[:, i, j]
+                part[1 + k] = m[:, k, i] + m[:, i, k]
+            found[rows] = np.stack(part, axis=1)
+        found /= np.linalg.norm(found, axis=1, keepdims=True)
+        turn = np.sign(np.sum(found[1:] * found[:-1], axis=1))
+        found[1:] *= np.cumprod(np.where(turn < 0, -1.0, 1.0))[:, None]
+        return found
+
+    def __repr__(self) -> str:
+        return f"<holonom.Member {self.name!r}>"
+
+
+class Beam:
+    """Sections of a beam over time, at the middle of each element, along its directors.
+
+    Attributes
+    ----------
+    element : number of the element of each section, shape ``(m,)``.
+    s : arc length of the stress-free beam, m, shape ``(m,)``.
+    values : strains, curvatures, forces and moments, shape ``(K, m, 12)``.
+    """
+
+    def __init__(self, element: NDArray[Any], s: Array, values: Array) -> None:
+        self.element, self.s, self.values = element, s, values
+
+    @property
+    def strain(self) -> Array:
+        """Shear and extension, shape ``(K, m, 3)``."""
+        return self.values[:, :, 0:3]
+
+    @property
+    def curvature(self) -> Array:
+        """Change of curvature, 1/m, shape ``(K, m, 3)``."""
+        return self.values[:, :, 3:6]
+
+    @property
+    def force(self) -> Array:
+        """Section force, N, shape ``(K, m, 3)``."""
+        return self.values[:, :, 6:9]
+
+    @property
+    def moment(self) -> Array:
+        """Section moment, N·m, shape ``(K, m, 3)``."""
+        return self.values[:, :, 9:12]
+
+
+class Momentum:
+    """Momentum maps over time.
+
+    Attributes
+    ----------
+    linear : kg·m/s, shape ``(K, 3)``.
+    angular : about the origin, kg·m²/s, shape ``(K, 3)``.
+    """
+
+    def __init__(self, linear: Array, angular: Array) -> None:
+        self.linear, self.angular = linear, angular
+
+
+class Result:
+    """A run as arrays over ``K`` recorded nodes.
+
+    Attributes
+    ----------
+    model : the model that ran.
+    step : index of each node, shape ``(K,)``.
+    t : time of each node, s, shape ``(K,)``; in statics the time of the loads.
+    q : coordinates, shape ``(K, n)``; their names are ``tables["q"].columns``.
+    tables : ``q``, ``tail``, ``residuals``, ``energy``, ``sensors``, ``momenta``; those there are.
+    beams : sections by the names of beams.
+    summary : the object of ``summary.json``.
+    text : the sentences that the program prints.
+    """
+
+    def __init__(self, model: Model, found: dict[str, Any], folder: Path | None = None) -> None:
+        self.model = model
+        self.step: NDArray[np.uint64] = found["step"]
+        self.t: Array = found["t"]
+        names = ("q", "tail", "residuals", "energy", "sensors", "momenta")
+        self.tables: dict[str, Table] = {n: Table(*found[n]) for n in names if n in found}
+        self.beams: dict[str, Beam] = {n: Beam(*b) for n, b in found.get("beams", {}).items()}
+        self.summary: dict[str, Any] = found["summary"]
+        self.text: str = found["text"]
+        self.folder = folder
+
+    @property
+    def q(self) -> Array:
+        """Coordinates, members one after the other, shape ``(K, n)``."""
+        return self._table("q").values
+
+    @property
+    def energy(self) -> Table:
+        """Parts of the energy and work done, J: ``energy["kinetic"]``, shape ``(K,)``."""
+        return self._table("energy")
+
+    @property
+    def sensors(self) -> Table:
+        """What sensors measure: ``sensors["angle"]``, shape ``(K,)`` or ``(K, parts)``."""
+        return self._table("sensors")
+
+    @property
+    def residuals(self) -> Table:
+        """Constraint residuals and Newton iterations."""
+        return self._table("residuals")
+
+    @property
+    def momenta(self) -> Table:
+        """Multipliers and momenta, where the model asks for them; NaN where there are none."""
+        return self._table("momenta")
+
+    @property
+    def momentum(self) -> Momentum:
+        """Momentum maps."""
+        values = self.tables["tail"].values
+        return Momentum(values[:, 5:8], values[:, 2:5])
+
+    @property
+    def members(self) -> list[str]:
+        """Names of bodies, nodes of beams and point masses."""
+        return self._table("q").names()
+
+    @property
+    def failure(self) -> dict[str, Any] | None:
+        """Why the run ended before its time: ``step``, ``t``, ``message``, ``remedy``."""
+        found: dict[str, Any] | None = self.summary.get("failure")
+        return found
+
+    def _table(self, name: str) -> Table:
+        if name not in self.tables:
+            remedy = f"the model has none, or `record` leaves them out; there are: {', '.join(self.tables)}"
+            raise UnknownName(f"this result has no {name}", remedy)
+        return self.tables[name]
+
+    def __getitem__(self, name: str) -> Member:
+        table = self._table("q")
+        parts, places = table.below(name)
+        if not parts:
+            raise unknown(name, table.names())
+        return Member(name, table.values[:, places])
+
+    def table(self, name: str) -> Table:
+        """The table of a file, with all its columns: ``trajectory``, ``energy``, ``sensors``,
+        ``residuals``, ``momenta``, after ``step`` and ``t``."""
+        parts = ["q", "tail"] if name == "trajectory" else [name]
+        tables = [self._table(part) for part in parts]
+        columns = [*HEAD, *(column for table in tables for column in table.columns)]
+        head = np.stack([self.step.astype(np.float64), self.t], axis=1)
+        return Table(columns, np.hstack([head, *(table.values for table in tables)]))
+
+    def to_pandas(self, table: str = "trajectory") -> Any:
+        """A table as a ``pandas.DataFrame`` over ``t``."""
+        import pandas  # type: ignore[import-untyped,unused-ignore]
+
+        found = self.table(table)
+        return pandas.DataFrame(found.values, columns=found.columns).set_index("t")
+
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset``: a variable for each member and each column over ``t``."""
+        import xarray  # type: ignore[import-not-found,unused-ignore]
+
+        variables: dict[str, Any] = {}
+        for name in self.members if "q" in self.tables else []:
+            own = self[name]
+            columns = ["x", "y", "z"][: own.position.shape[1]]
+            variables[f"{name}.position"] = (("t", "component"), own.position, {"units": "m"})
+            if own.q.shape[1] == 12:
+                variables[f"{name}.directors"] = (("t", "director", "component"), own.directors)
+            elif len(columns) == 2:
+                padded = np.pad(own.position, ((0, 0), (0, 1)))
+                variables[f"{name}.position"] = (("t", "component"), padded, {"units": "m"})
+        for part in ("energy", "sensors"):
+            if part in self.tables:
+                units = {"units": "J"} if part == "energy" else {}
+                for column in self.tables[part].columns:
+                    variables[f"{part}.{column}"] = ("t", self.tables[part][column], units)
+        coordinates = {"t": ("t", self.t, {"units": "s"}), "component": ["x", "y", "z"]}
+        return xarray.Dataset(variables, coordinates, {"model": self.model.name})
+
+    def to_npz(self, path: str | PathLike[str]) -> None:
+        """Writes ``t``, ``step`` and all tables to a file of ``numpy.load``."""
+        arrays = {name: table.values for name, table in self.tables.items()}
+        names = {f"{n}_columns": np.array(table.columns) for n, table in self.tables.items()}
+        np.savez(fspath(path), t=self.t, step=self.step, **arrays, **names)  # type: ignore[arg-type]
+
+    def plot(self, *names: str) -> Any:
+        """Draws columns of sensors or energies over time by matplotlib; its axes."""
+        import matplotlib.pyplot as plt
+
+        axes = plt.figure().add_subplot()
+        for name in names or ["total"]:
+            where = self.sensors if "sensors" in self.tables and name in self.sensors else self.energy
+            parts, _ = where.below(name)
+            values = where[name]
+            labels = [f"{name}.{part}" for part in parts] if values.ndim == 2 else [name]
+            axes.plot(self.t, values, label=labels)
+        axes.set_xlabel("t [s]")
+        axes.legend()
+        return axes
+
+    @no_panic
+    def page(self) -> str:
+        """The page of the run, as ``holonom run`` writes it: HTML that needs no other file.
+
+        A result in memory runs once more into a folder of its own, which is removed.
+        """
+        if self.folder is not None:
+            return Path(_core.write_page(fspath(self.folder))).read_text(encoding="utf-8")
+        with tempfile.TemporaryDirectory() as folder:
+            _core.simulate_into(self.model._core, fspath(Path(folder) / "run"), False, None, None)
+            return (Path(folder) / "run" / "report.html").read_text(encoding="utf-8")
+
+    def view(self) -> Any:
+        """Shows the page: in a notebook a frame, elsewhere the browser."""
+        html = self.page()
+        try:
+            from IPython.core.getipython import get_ipython  # type: ignore[import-not-found]
+            from IPython.display import HTML  # type: ignore[import-not-found]
+
+            if get_ipython() is not None:
+                return HTML(frame(html))
+        except ImportError:
+            pass
+        file = Path(tempfile.mkdtemp(prefix="holonom-")) / f"{self.model.name}.html"
+        file.write_text(html, encoding="utf-8")
+        webbrowser.open(file.as_uri())
+        return None
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __repr__(self) -> str:
+        return f"<holonom.Result {self.model.name!r}: {len(self.t)} nodes, {self.summary['status']}>"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(self.text)}</pre>"
+
+
+def frame(html: str) -> str:
+    """A page in a frame that runs its scripts alone."""
+    from html import escape
+
+    page = escape(html, quote=True)
+    size = 'width="100%" height="640" style="border:0"'
+    return f'<iframe sandbox="allow-scripts" {size} srcdoc="{page}"></iframe>'
+
+
+@no_panic
+def open_folder(folder: str | PathLike[str]) -> Result:
+    """Reads a folder of ``holonom run`` or of ``simulate(out=…)``.
+
+    Raises
+    ------
+    OutputFailed, InvalidModel
+    """
+    path = Path(folder)
+    if not (path / "summary.json").is_file():
+        raise HolonomError(f"{path} holds no run", "name the folder that `holonom run` wrote")
+    summary, text = _core.summary(fspath(path))
+    found: dict[str, Any] = {"summary": summary, "text": text}
+    read = _core.read_table(fspath(path), "trajectory")
+    if read is None:
+        raise HolonomError(f"{path} holds no trajectory", "run the model again")
+    columns, values, _ = read
+    found["step"], found["t"] = values[:, 0].astype(np.uint64), np.ascontiguousarray(values[:, 1])
+    found["q"] = (columns[2:-8], values[:, 2:-8])
+    found["tail"] = (columns[-8:], values[:, -8:])
+    for name in ("residuals", "energy", "sensors", "momenta"):
+        read = _core.read_table(fspath(path), name)
+        if read is not None:
+            found[name] = (read[0][2:], read[1][:, 2:])
+    read = _core.read_table(fspath(path), "beams")
+    if read is not None:
+        columns, values, owners = read
+        names = np.array(owners)
+        beams = {}
+        for name in dict.fromkeys(owners):
+            own = values[names == name].reshape(len(found["t"]), -1, len(columns))
+            beams[name] = (own[0, :, 2].astype(np.uint64), own[0, :, 3], own[:, :, 4:])
+        found["beams"] = beams
+    return Result(load(path / "model.toml"), found, path)
+
+
+def told(result: Result, on_failure: str) -> Result:
+    """The result with its warnings given; a failed run raises."""
+    for words in result.summary.get("warnings", []):
+        warnings.warn(words, HolonomWarning, stacklevel=4)
+    failure = result.failure
+    if failure is not None and on_failure == "raise":
+        words = failure["message"], failure["remedy"]
+        raise RunFailed(failure["step"], failure["t"], *words, result)
+    return result

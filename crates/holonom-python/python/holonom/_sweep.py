@@ -1,0 +1,482 @@
+"""Many runs: each is a pure function of a text and values, so that they can be anywhere."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import pickle
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core, _toml
+from ._errors import HolonomError, InvalidModel, OutputExists, RunFailed, no_panic
+from ._model import Model, model_of
+from ._result import Result
+from ._stepper import Stepper
+
+Array = NDArray[np.float64]
+Outputs = Mapping[str, Callable[[Result], Any]]
+Row = dict[str, Any]
+
+BATCH_SECONDS = 0.2
+"""How long a task for another process lasts."""
+TRIES = 3
+"""How often a task whose process died is tried."""
+
+
+class Executor(Protocol):
+    """What runs tasks: ``concurrent.futures``, a ``distributed.Client``, and the like."""
+
+    def submit(self, function: Callable[..., Any], /, *args: Any) -> Any:
+        """Begins a task; its result is that of ``.result()``."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Values of keys at the points of a sweep.
+
+    Attributes
+    ----------
+    keys : the keys that vary.
+    points : for each point the values of the keys, as texts of TOML.
+    """
+
+    keys: tuple[str, ...]
+    points: tuple[tuple[str, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def values(self, k: int) -> dict[str, Any]:
+        """The values of a point, as numbers where they are."""
+        return {key: _number(text) for key, text in zip(self.keys, self.points[k], strict=True)}
+
+
+@no_panic
+def plan(
+    keys: Mapping[str, Any], *, sample: str = "grid", n: int | None = None, seed: int = 0
+) -> Plan:
+    """The points of a sweep, those of ``holonom sweep`` with the same seed.
+
+    Parameters
+    ----------
+    keys : for each key a list or an array of values, or with samples ``(least, largest)``.
+    sample : ``"grid"``: every combination, the last key varies first; ``"random"``, ``"latin"`` or
+        ``"sobol"``: ``n`` points.
+
+    Examples
+    --------
+    >>> plan({"body.arm.mass": [1.0, 2.0], "model.gravity.2": [-9.81, -1.62]}).points
+    (('1.0', '-9.81'), ('1.0', '-1.62'), ('2.0', '-9.81'), ('2.0', '-1.62'))
+    """
+    varied: list[tuple[str, list[str] | tuple[float, float]]] = []
+    for key, values in keys.items():
+        if sample != "grid" and isinstance(values, tuple) and len(values) == 2:
+            varied.append((key, (float(values[0]), float(values[1]))))
+        else:
+            varied.append((key, [_toml.value(value) for value in values]))
+    points = _core.plan(varied, sample, n, seed)
+    return Plan(tuple(keys), tuple(tuple(point) for point in points))
+
+
+class SweepTable(Sequence[Row]):
+    """A row for each point: ``point``, the keys, ``status``, ``message``, the outputs.
+
+    ``status`` is ``"done"``, ``"failed"`` (the run), ``"invalid"`` (the model), ``"error"`` (an
+    output) or ``"lost"`` (its process died again and again).
+    """
+
+    def __init__(self, columns: list[str], rows: list[Row]) -> None:
+        self.columns, self.rows = columns, rows
+
+    def __getitem__(self, k: Any) -> Any:
+        if isinstance(k, str):
+            return np.array([row.get(k, np.nan) for row in self.rows])
+        return self.rows[k]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, SweepTable) and pickle.dumps(self.csv()) == pickle.dumps(other.csv())
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def failed(self) -> list[Row]:
+        """The points that have no outputs."""
+        return [row for row in self.rows if row["status"] != "done"]
+
+    def csv(self) -> str:
+        """The table as text; numbers read back as the same numbers."""
+        text = io.StringIO()
+        writer = csv.DictWriter(text, self.columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(self.rows)
+        return text.getvalue()
+
+    def to_pandas(self) -> Any:
+        """The table as a ``pandas.DataFrame`` over ``point``."""
+        import pandas  # type: ignore[import-untyped,unused-ignore]
+
+        return pandas.DataFrame(self.rows, columns=self.columns).set_index("point")
+
+
+def run_point(
+    model: Model,
+    values: Sequence[tuple[str, str]],
+    outputs: Outputs,
+    progress: Callable[[int, int], object] | None = None,
+) -> Row:
+    """Runs a model with values replaced; ``status``, ``message`` and the outputs.
+
+    Parameters
+    ----------
+    values : keys and texts of TOML.
+    outputs : functions of the :class:`Result`, called where the run was.
+    """
+    try:
+        whole = no_panic(lambda: Model(model._core.replace(list(values))))()
+        found = no_panic(lambda: _core.simulate(whole._core, None, progress))()
+    except InvalidModel as error:
+        return {"status": "invalid", "message": str(error)}
+    except HolonomError as error:
+        return {"status": "failed", "message": str(error)}
+    result = Result(whole, found)
+    if result.failure is not None:
+        failure = result.failure
+        words = RunFailed(*(failure[k] for k in ("step", "t", "message", "remedy")))
+        return {"status": "failed", "message": str(words)}
+    row: Row = {"status": "done", "message": ""}
+    try:
+        for name, output in outputs.items():
+            row[name] = _plain(output(result))
+    except Exception as error:
+        return {"status": "error", "message": f"{name}: {type(error).__name__}: {error}"}
+    return row
+
+
+def _run_points(
+    model: Model, points: Sequence[tuple[int, Sequence[tuple[str, str]]]], outputs: Outputs
+) -> list[tuple[int, Row, float]]:
+    found = []
+    for number, values in points:
+        begin = time.perf_counter()
+        row = run_point(model, values, outputs)
+        found.append((number, row, time.perf_counter() - begin))
+    return found
+
+
+def sweep(
+    model: Any,
+    plan: Plan | Mapping[str, Any],
+    outputs: Outputs,
+    *,
+    executor: Executor | None = None,
+    threads: int | None = None,
+    out: str | PathLike[str] | None = None,
+    batch: int | str = "auto",
+    progress: Callable[[int, int], object] | None = None,
+) -> SweepTable:
+    """Runs a model at all points of a plan; the same table, bit for bit, wherever they run.
+
+    Parameters
+    ----------
+    model : a :class:`Model`, the path of a file, or a dictionary of sections.
+    plan : a :class:`Plan`, or keys with lists of values for a grid.
+    outputs : names and functions of the :class:`Result` of a point: numbers travel, not runs.
+    executor : anything with ``submit(function, *args)``: ``concurrent.futures``, a
+        ``distributed.Client``; without one ``threads`` of this process.
+    out : a folder that keeps finished points: they are never run again.
+    batch : points of a task of the executor; ``"auto"``: such that it takes about 0.2 s.
+    progress : called with the points that have ended and all points.
+
+    Returns
+    -------
+    SweepTable
+        A point that fails is a row, not an exception.
+    """
+    whole = model_of(model)
+    points = plan if isinstance(plan, Plan) else globals()["plan"](plan)
+    work = [
+        (k, list(zip(points.keys, values, strict=True))) for k, values in enumerate(points.points)
+    ]
+    store = _Store(out, whole, points, outputs)
+    rows = dict(store.rows)
+
+    def ended(number: int, row: Row) -> None:
+        rows[number] = row
+        store.add(number, row)
+        if progress is not None:
+            progress(len(rows), len(work))
+
+    rest = [task for task in work if task[0] not in rows]
+    if executor is None:
+        _on_threads(whole, rest, outputs, threads, ended)
+    else:
+        _on_executor(whole, rest, outputs, executor, batch, ended)
+    columns = ["point", *points.keys, "status", "message", *outputs]
+    table = [{"point": k, **points.values(k), **rows[k]} for k in range(len(points))]
+    return SweepTable(columns, table)
+
+
+def _on_threads(
+    model: Model,
+    work: Sequence[tuple[int, Sequence[tuple[str, str]]]],
+    outputs: Outputs,
+    threads: int | None,
+    ended: Callable[[int, Row], None],
+) -> None:
+    stop = threading.Event()
+
+    def go_on(_step: int, _of: int) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+
+    count = threads or len(os.sched_getaffinity(0))
+    with ThreadPoolExecutor(count) as pool:
+        try:
+            tasks = {pool.submit(run_point, model, v, outputs, go_on): k for k, v in work}
+            for task in as_completed(tasks):
+                ended(tasks[task], task.result())
+        except BaseException:
+            stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def _on_executor(
+    model: Model,
+    work: Sequence[tuple[int, Sequence[tuple[str, str]]]],
+    outputs: Outputs,
+    executor: Executor,
+    batch: int | str,
+    ended: Callable[[int, Row], None],
+) -> None:
+    options: dict[str, Any] = {}
+    if hasattr(executor, "scheduler_info"):  # a client of Dask runs the tasks of dead workers again
+        options = {"retries": TRIES - 1, "pure": False}
+
+    def submit(points: Sequence[tuple[int, Sequence[tuple[str, str]]]]) -> Any:
+        return executor.submit(_run_points, model, points, outputs, **options)
+
+    rest = list(work)
+    size = batch if isinstance(batch, int) else 1
+    if batch == "auto" and rest:
+        first, rest = rest[:1], rest[1:]
+        seconds = _collect(first, submit(first), submit, ended)
+        size = max(1, min(int(BATCH_SECONDS / max(seconds, 1e-6)), -(-len(rest) // 8), 1000))
+    elif not isinstance(batch, int) or batch < 1:
+        raise ValueError(f'batch: a number from 1 on or "auto", not {batch!r}')
+    batches = [rest[k : k + size] for k in range(0, len(rest), size)]
+    tasks = [(part, submit(part)) for part in batches]
+    for part, task in tasks:
+        _collect(part, task, submit, ended)
+
+
+def _collect(
+    points: Sequence[tuple[int, Sequence[tuple[str, str]]]],
+    task: Future[Any],
+    submit: Callable[[Sequence[tuple[int, Sequence[tuple[str, str]]]]], Any],
+    ended: Callable[[int, Row], None],
+) -> float:
+    """Waits for a task; what dies with its process is tried again, point by point."""
+    seconds = 0.0
+    try:
+        for number, found, taken in task.result():
+            seconds += taken
+            ended(number, found)
+        return seconds
+    except KeyboardInterrupt:
+        raise
+    except Exception as error:
+        if not _process_died(error):
+            raise
+        lost = error
+    for point in points:
+        words = f"its process died: {type(lost).__name__}: {lost}"
+        row: Row = {"status": "lost", "message": words}
+        for _ in range(TRIES if len(points) > 1 else TRIES - 1):
+            try:
+                ((_, row, taken),) = submit([point]).result()
+                seconds += taken
+                break
+            except Exception as again:
+                if not _process_died(again):
+                    raise
+                if type(again).__name__ == "BrokenProcessPool":
+                    raise HolonomError(
+                        f"the executor died: {again}",
+                        "give `out` a folder and sweep again with a new executor: finished points are kept",
+                    ) from again
+        ended(point[0], row)
+    return seconds
+
+
+def _process_died(error: BaseException) -> bool:
+    names = {kind.__name__ for kind in type(error).__mro__}
+    return bool(names & {"KilledWorker", "BrokenExecutor", "CancelledError", "FutureCancelledError"})
+
+
+class _Store:
+    """Finished points in ``points.jsonl`` of a folder, each a line."""
+
+    def __init__(
+        self, out: str | PathLike[str] | None, model: Model, plan: Plan, outputs: Outputs
+    ) -> None:
+        self.rows: dict[int, Row] = {}
+        self.file: Path | None = None
+        if out is None:
+            return
+        folder = Path(out)
+        folder.mkdir(parents=True, exist_ok=True)
+        about = {"model": model.to_toml(), "keys": plan.keys, "points": plan.points}
+        about["outputs"] = list(outputs)
+        text = json.dumps(about, ensure_ascii=False, indent=1) + "\n"
+        what = folder / "plan.json"
+        if what.exists() and what.read_text(encoding="utf-8") != text:
+            raise OutputExists(f"{folder} holds another sweep", "choose another folder")
+        if not what.exists() and any(folder.iterdir()):
+            raise OutputExists(f"{folder} holds other files", "choose another folder")
+        what.write_text(text, encoding="utf-8")
+        self.file = folder / "points.jsonl"
+        if self.file.exists():
+            whole = self.file.read_text(encoding="utf-8")
+            kept = whole[: whole.rfind("\n") + 1]  # a line that was cut off is run again
+            if kept != whole:
+                self.file.write_text(kept, encoding="utf-8")
+            for line in kept.splitlines():
+                entry = json.loads(line)
+                self.rows[entry.pop("point")] = entry
+
+    def add(self, number: int, row: Row) -> None:
+        """Keeps a point; one that was lost is run again another time."""
+        if self.file is not None and row["status"] != "lost":
+            with self.file.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"point": number, **row}, ensure_ascii=False) + "\n")
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Runs of ``M`` members side by side.
+
+    Attributes
+    ----------
+    t : times, s, shape ``(M, K)``.
+    q : coordinates, shape ``(M, K, n)``; NaN after a member has failed.
+    y : what is observed, shape ``(M, K, k)``; likewise.
+    failures : exceptions by the numbers of the members that failed.
+    """
+
+    t: Array
+    q: Array
+    y: Array
+    failures: dict[int, BaseException]
+
+
+@no_panic
+def rollout(
+    model: Any,
+    *,
+    inputs: Sequence[str] = (),
+    controls: ArrayLike | None = None,
+    set: Sequence[Mapping[str, Any]] | None = None,
+    states: Sequence[bytes] | None = None,
+    observe: Sequence[str] = (),
+    steps: int | None = None,
+    every: int = 1,
+    threads: int | None = None,
+) -> Rollout:
+    """Runs ``M`` members for the same number of steps on threads; the number of threads changes no
+    bit.
+
+    Parameters
+    ----------
+    inputs : where inputs act, as of :class:`Stepper`.
+    controls : inputs of each step, shape ``(M, N, m)``; or ``(N, m)`` for all members.
+    set : values that each member replaces.
+    states : a state of a :class:`Stepper` from which each member begins.
+    observe : what is read, as of :class:`Stepper`.
+    steps : number of steps; by default ``N``, or those of the model.
+    every : steps from one recorded node to the next; the last node is always recorded.
+    threads : how many; by default the processors that this process may use.
+    """
+    whole = model_of(model)
+    rows = None if controls is None else np.ascontiguousarray(controls, dtype=np.float64)
+    counts = [len(given) for given in (set, states) if given is not None]
+    if rows is not None and rows.ndim == 3:
+        counts.append(len(rows))
+    members = counts[0] if counts else 1
+    if any(count != members for count in counts):
+        raise ValueError(f"set, states and controls are of {counts} members")
+    if rows is not None and rows.ndim not in (2, 3):
+        raise ValueError(f"controls: shape (M, N, m) or (N, m), not {rows.shape}")
+    if every < 1:
+        raise ValueError(f"every: 1 or more, not {every}")
+    given = rows.shape[-2] if rows is not None else None
+    taken = steps if steps is not None else (given if given is not None else whole.steps)
+    if given is not None and taken > given:
+        raise ValueError(f"steps: {taken}, and controls have {given}")
+    stop = threading.Event()
+
+    def go_on(_step: int, _of: int) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+
+    def one(k: int) -> Any:
+        own = whole if set is None else whole.replace(set[k])
+        stepper = Stepper(own, inputs, observe)
+        if states is not None:
+            stepper.state = states[k]
+        width = stepper._core.width
+        if rows is not None and rows.shape[-1] != width:
+            raise ValueError(f"controls: {width} columns, not {rows.shape[-1]}")
+        mine = None if rows is None else (rows[k] if rows.ndim == 3 else rows)
+        return stepper._core.advance(mine, taken, every, go_on)
+
+    nodes = len(range(0, taken, every)) + 1
+    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+        try:
+            found = list(pool.map(one, range(members)))
+        except BaseException:
+            stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+    def whole_rows(part: int) -> Array:
+        arrays = [member[part] for member in found]
+        full = np.full((members, nodes, *arrays[0].shape[1:]), np.nan)
+        for k, array in enumerate(arrays):
+            full[k, : len(array)] = array
+        return full
+
+    failures = {k: member[3] for k, member in enumerate(found) if member[3] is not None}
+    return Rollout(whole_rows(0), whole_rows(1), whole_rows(2), failures)
+
+
+def _number(text: str) -> Any:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return value
+
+

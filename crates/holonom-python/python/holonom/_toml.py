@@ -1,0 +1,59 @@
+"""Values of Python as TOML text. Floats keep all bits."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def value(given: Any) -> str:
+    """A number, a truth, a text, or lists, arrays and dictionaries of them, as TOML."""
+    if isinstance(given, np.ndarray):
+        given = given.tolist()
+    elif isinstance(given, np.generic):
+        given = given.item()
+    if isinstance(given, bool):
+        return "true" if given else "false"
+    if isinstance(given, int):
+        return str(given)
+    if isinstance(given, float):
+        return _float(given)
+    if isinstance(given, str):
+        return json.dumps(given, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(given, Mapping):
+        pairs = (f"{_key(key)} = {value(item)}" for key, item in given.items())
+        return "{ " + ", ".join(pairs) + " }"
+    if isinstance(given, Sequence):
+        return "[" + ", ".join(value(item) for item in given) + "]"
+    raise TypeError(f"a {type(given).__name__} is no value of a model: {given!r}")
+
+
+def document(given: Mapping[str, Any]) -> str:
+    """The sections of a model, each on a line of its own."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"a model is a dictionary of sections, not a {type(given).__name__}")
+    return "".join(f"{_key(key)} = {value(item)}\n" for key, item in given.items())
+
+
+def pairs(given: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Keys with the text of their values."""
+    return [(key, value(item)) for key, item in given.items()]
+
+
+def _float(given: float) -> str:
+    if math.isfinite(given):
+        return repr(given)
+    return "nan" if math.isnan(given) else "inf" if given > 0 else "-inf"
+
+
+def _key(key: Any) -> str:
+    if not isinstance(key, str):
+        raise TypeError(f"a key is a text, not {key!r}")
+    return key if _BARE.fullmatch(key) else json.dumps(key, ensure_ascii=False)

@@ -1,0 +1,199 @@
+"""The other verbs of the program: their JSON as objects, their words as texts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._errors import no_panic
+from ._model import Model, model_of
+
+
+class Answer(Mapping[str, Any]):
+    """What a verb found: the JSON that the program prints, and its words.
+
+    ``answer["dof"]`` is a value, ``answer.to_dict()`` all of them, ``str(answer)`` the text.
+    """
+
+    def __init__(self, found: dict[str, Any], text: str) -> None:
+        self._found, self.text = found, text
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object of ``--json``."""
+        return self._found
+
+    def __getitem__(self, key: str) -> Any:
+        return self._found[key]
+
+    def __iter__(self) -> Any:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def __str__(self) -> str:
+        return self.text
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(self.text)}</pre>"
+
+
+class Modes(Answer):
+    """Modes about a configuration: vibrations, decays, what is unstable."""
+
+    def _of(self, key: str) -> NDArray[np.float64]:
+        return np.array([mode[key] for mode in self["modes"]], dtype=np.float64)
+
+    @property
+    def frequencies(self) -> NDArray[np.float64]:
+        """Hz, shape ``(modes,)``; zero of what does not vibrate."""
+        return self._of("frequency")
+
+    @property
+    def damping(self) -> NDArray[np.float64]:
+        """Damping ratios, shape ``(modes,)``."""
+        return self._of("damping_ratio")
+
+
+@no_panic
+def check(model: Any) -> Answer:
+    """What ``holonom check`` finds: degrees of freedom, redundant joints by name, warnings.
+
+    Raises
+    ------
+    InvalidModel
+
+    Examples
+    --------
+    >>> found = check({
+    ...     "model": {"name": "free"},
+    ...     "body": [{"name": "stone", "mass": 1.0, "inertia": [1.0, 1.0, 1.0]}],
+    ...     "simulation": {"step": 0.1, "end": 1.0},
+    ... })
+    >>> found["assembly"]["dof"]
+    6
+    """
+    return Answer(*_core.check(model_of(model)._core))
+
+
+@no_panic
+def modes(model: Any, *, at: str = "start", count: int = 10) -> Modes:
+    """Small vibrations about the start, an equilibrium (``"static"``) or a steady rotation.
+
+    Parameters
+    ----------
+    model : as of :func:`simulate`.
+    at : ``"start"``, ``"static"`` or ``"rotation"``.
+    count : how many, beside what is unstable.
+
+    Raises
+    ------
+    InvalidModel, AnalysisFailed
+    """
+    return Modes(*_core.modes(model_of(model)._core, at, count))
+
+
+@no_panic
+def verify(
+    model: Any, *, accuracy: float = 1e-6, progress: Callable[[str], object] | None = None
+) -> Answer:
+    """Measures what the schemes promise on this model: orders, invariants, errors.
+
+    Parameters
+    ----------
+    accuracy : for which steps are recommended, relative.
+    progress : called with words as each part begins; it may raise.
+    """
+    return Answer(*_core.verify(model_of(model)._core, accuracy, progress))
+
+
+@no_panic
+def compare(
+    model: Any,
+    *,
+    schemes: Sequence[str] = (),
+    steps: Sequence[float] = (),
+    orders: Sequence[int] = (),
+    end: float | None = None,
+    progress: Callable[[str], object] | None = None,
+) -> Answer:
+    """Schemes side by side: errors, invariants, effort.
+
+    Parameters
+    ----------
+    schemes, steps (s), orders : what is compared; without them those of ``holonom compare``.
+    end : s.
+    progress : called with words as each part begins; it may raise.
+    """
+    whole = model_of(model)._core
+    return Answer(*_core.compare(whole, list(schemes), list(steps), list(orders), end, progress))
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A model of a robot description.
+
+    Attributes
+    ----------
+    model : the model.
+    text : its model file, with comments.
+    remarks : what has no counterpart, with the line of the file.
+    """
+
+    model: Model
+    text: str
+    remarks: list[str] = field(default_factory=list)
+
+
+@no_panic
+def import_robot(
+    path: str | PathLike[str],
+    *,
+    joints: Mapping[str, float] | None = None,
+    free_base: bool = False,
+    density: float | None = None,
+    repair_inertia: bool = False,
+    step: float | None = None,
+    end: float = 1.0,
+) -> Imported:
+    """The model of a robot: URDF or MJCF.
+
+    Parameters
+    ----------
+    path : the file.
+    joints : initial coordinates of joints, m or rad.
+    free_base, density (kg/m³), repair_inertia : as of ``holonom import``.
+    step, end : s.
+
+    Raises
+    ------
+    ImportFailed
+    """
+    given = list((joints or {}).items())
+    options: dict[str, Any] = {"free_base": free_base, "density": density, "step": step, "end": end}
+    text, remarks = _core.import_robot(
+        fspath(path), joints=given, repair_inertia=repair_inertia, **options
+    )
+    return Imported(Model.from_toml(text, Path(path).parent), text, remarks)
+
+
+def schema(section: str | None = None) -> dict[str, Any]:
+    """The JSON schema of model files, or of one section: ``schema("joint")``."""
+    whole = _core.schema()
+    if section is None:
+        return whole
+    found = whole["properties"].get(section)
+    if found is None:
+        raise KeyError(f"there is no section `{section}`: {', '.join(whole['properties'])}")
+    reference = found.get("items", found).get("$ref", "")
+    definition: dict[str, Any] = whole["$defs"].get(reference.rsplit("/", 1)[-1], found)
+    return definition

@@ -1,0 +1,49 @@
+//! The compiled part of the Python package `holonom`.
+//!
+//! The package is a typed layer of Python over this module, `holonom._core`: models, runs into
+//! arrays, one step after another, the other verbs as their JSON and their words.
+//!
+//! | file | concept |
+//! |---|---|
+//! | `errors` | exceptions, which are defined in Python |
+//! | `model` | a valid model with the text that it was made of |
+//! | `recording` | the nodes of a run, as arrays |
+//! | `simulate` | a run from its start to its end, in memory or with files |
+//! | `stepper` | one step after another, with inputs held over a step |
+//! | `folder` | the tables of a folder |
+//! | `watch` | Ctrl-C and progress, while the interpreter is free |
+//! | `verbs` | the other verbs of the program |
+//!
+//! The interpreter is released wherever no function of Python is called.
+#![deny(missing_docs)]
+
+mod errors;
+mod folder;
+mod model;
+mod recording;
+mod simulate;
+mod stepper;
+mod verbs;
+mod watch;
+
+use pyo3::exceptions::PyImportError;
+use pyo3::prelude::*;
+
+/// The compiled part of the package `holonom`; use that.
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    if cfg!(panic = "abort") {
+        let words = "this build of holonom ends the interpreter at a panic: build the wheel with the profile `unwinding`";
+        return Err(PyImportError::new_err(words));
+    }
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<model::Model>()?;
+    module.add_class::<stepper::Stepper>()?;
+    module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(simulate::simulate_into, module)?)?;
+    module.add_function(wrap_pyfunction!(simulate::resume, module)?)?;
+    module.add_function(wrap_pyfunction!(folder::read_table, module)?)?;
+    module.add_function(wrap_pyfunction!(folder::summary, module)?)?;
+    module.add_function(wrap_pyfunction!(folder::write_page, module)?)?;
+    verbs::add(module)
+}

@@ -1,0 +1,233 @@
+//! The other verbs of the program: their JSON and their words.
+
+use crate::errors::{json, no_word, raise};
+use crate::model::Model;
+use holonom::certificate::{Provenance, certify_model, now};
+use holonom::compare::{CompareError, Request, compare as compared, table};
+use holonom::import::{Base, ImportError, ImportOptions, JointValue, import as translate};
+use holonom::modes::{About, ModalAnalysis, ModesError};
+use holonom::output::OutputSize;
+use holonom::run::prepare;
+use holonom::sweep::{Plan, Sampling, Values, Variation};
+use holonom_cli::text;
+use pyo3::prelude::*;
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// A JSON object and its words.
+type Answer<'py> = (Bound<'py, PyAny>, String);
+
+/// Adds these functions.
+pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(schema, module)?)?;
+    module.add_function(wrap_pyfunction!(check, module)?)?;
+    module.add_function(wrap_pyfunction!(modes, module)?)?;
+    module.add_function(wrap_pyfunction!(verify, module)?)?;
+    module.add_function(wrap_pyfunction!(compare, module)?)?;
+    module.add_function(wrap_pyfunction!(import_robot, module)?)?;
+    module.add_function(wrap_pyfunction!(plan, module)?)?;
+    module.add_function(wrap_pyfunction!(panic, module)?)
+}
+
+/// The program, with the words of its command line; its exit code.
+#[pyfunction]
+fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
+    py.detach(|| holonom_cli::main_with(words))
+}
+
+/// The JSON schema of model files.
+#[pyfunction]
+fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    json(py, &holonom::Model::schema())
+}
+
+/// What `holonom check` finds.
+#[pyfunction]
+fn check<'py>(py: Python<'py>, model: &Model) -> PyResult<Answer<'py>> {
+    let found = py.detach(|| {
+        let experiment = prepare(&model.model)?;
+        let size = OutputSize::of(&*experiment, &model.model.settings);
+        Ok((experiment.assembly().clone(), size))
+    });
+    let (report, size) = found.map_err(|error| model.refused(py, &error))?;
+    let words = text::assembly(&model.model, &report, size);
+    let mut assembly = report;
+    assembly.warnings.extend(size.warning());
+    let value = serde_json::json!({
+        "valid": true,
+        "model": model.model.header.name,
+        "steps": model.model.settings.steps(),
+        "assembly": assembly,
+        "output": size,
+    });
+    Ok((json(py, &value)?, words))
+}
+
+/// What `holonom modes` finds, `count` of them, about the start, an equilibrium or a rotation.
+#[pyfunction]
+fn modes<'py>(py: Python<'py>, model: &Model, at: &str, count: usize) -> PyResult<Answer<'py>> {
+    let about = match at {
+        "start" => About::Start,
+        "static" => About::Static,
+        "rotation" => About::Rotation,
+        other => {
+            return Err(no_word("at", other, &["start", "static", "rotation"]));
+        }
+    };
+    let found = py.detach(|| ModalAnalysis::new(&model.model, about)?.modes(count));
+    let report = found.map_err(|error| match error {
+        ModesError::Model(error) => model.refused(py, &error),
+        other => raise(py, "AnalysisFailed", (other.to_string(),)),
+    })?;
+    let value = serde_json::to_value(&report).unwrap_or_default();
+    Ok((json(py, &value)?, text::modes(&report, count)))
+}
+
+/// What `holonom verify` finds.
+#[pyfunction]
+fn verify<'py>(
+    py: Python<'py>,
+    model: &Model,
+    accuracy: f64,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Answer<'py>> {
+    let mut told = Told { progress, failed: None };
+    let found = py.detach(|| certify_model(&model.model, accuracy, &mut |words| told.tell(words)));
+    told.failed.map_or(Ok(()), Err)?;
+    let mut certificate = found.map_err(|words| raise(py, "AnalysisFailed", (words,)))?;
+    let command = "holonom.verify".to_owned();
+    certificate.provenance =
+        Some(Provenance::new(command, now(), model.merged(), &model.overrides));
+    let value = serde_json::to_value(&certificate).unwrap_or_default();
+    Ok((json(py, &value)?, text::certificate(&certificate, true)))
+}
+
+/// What `holonom compare` finds.
+#[pyfunction]
+fn compare<'py>(
+    py: Python<'py>,
+    model: &Model,
+    schemes: Vec<String>,
+    steps: Vec<f64>,
+    orders: Vec<u32>,
+    end: Option<f64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Answer<'py>> {
+    let named = |word: &String| {
+        let value = serde_json::Value::String(word.clone());
+        serde_json::from_value(value)
+            .map_err(|error| raise(py, "AnalysisFailed", (format!("schemes: {error}"),)))
+    };
+    let schemes = schemes.iter().map(named).collect::<PyResult<_>>()?;
+    let request = Request { schemes, steps, orders, end, ..Request::default() };
+    let mut told = Told { progress, failed: None };
+    let found = py.detach(|| compared(&model.model, &request, &mut |words| told.tell(words)));
+    told.failed.map_or(Ok(()), Err)?;
+    let comparison = found.map_err(|error| match error {
+        CompareError::Model(error) => model.refused(py, &error),
+        other => raise(py, "AnalysisFailed", (other.to_string(),)),
+    })?;
+    let value = serde_json::to_value(&comparison).unwrap_or_default();
+    Ok((json(py, &value)?, table::text(&comparison)))
+}
+
+/// Tells Python which part of a measurement begins.
+struct Told {
+    progress: Option<Py<PyAny>>,
+    failed: Option<PyErr>,
+}
+
+impl Told {
+    fn tell(&mut self, words: &str) {
+        if let (None, Some(progress)) = (&self.failed, &self.progress) {
+            self.failed = Python::attach(|py| progress.call1(py, (words,))).err();
+        }
+    }
+}
+
+/// The model file of a robot description: its text, what has no counterpart, the folder of meshes.
+#[pyfunction]
+#[pyo3(signature = (path, *, joints, free_base, density, repair_inertia, step, end))]
+fn import_robot(
+    py: Python<'_>,
+    path: PathBuf,
+    joints: Vec<(String, f64)>,
+    free_base: bool,
+    density: Option<f64>,
+    repair_inertia: bool,
+    step: Option<f64>,
+    end: f64,
+) -> PyResult<(String, Vec<String>)> {
+    let options = ImportOptions {
+        base: if free_base { Base::Free } else { Base::Fixed },
+        values: joints.into_iter().map(|(joint, value)| JointValue { joint, value }).collect(),
+        density,
+        repair_inertia,
+        step,
+        end,
+        folder: path.parent().map(PathBuf::from),
+        ..ImportOptions::default()
+    };
+    let imported = py.detach(|| translate(&path, &options)).map_err(|error| {
+        let problems: Vec<String> = match &error {
+            ImportError::Invalid { problems, .. } => {
+                problems.iter().map(ToString::to_string).collect()
+            }
+            _ => Vec::new(),
+        };
+        raise(py, "ImportFailed", (error.to_string(), problems))
+    })?;
+    Ok((imported.text, imported.remarks.iter().map(ToString::to_string).collect()))
+}
+
+/// Values of a key: a list of texts, or a range.
+#[derive(FromPyObject)]
+enum Varied {
+    Range(f64, f64),
+    List(Vec<String>),
+}
+
+/// The values of the keys at all points of a sweep, as texts.
+#[pyfunction]
+fn plan(
+    py: Python<'_>,
+    variations: Vec<(String, Varied)>,
+    sample: &str,
+    count: Option<usize>,
+    seed: u64,
+) -> PyResult<Vec<Vec<String>>> {
+    let variations = variations.into_iter().map(|(key, varied)| Variation {
+        key,
+        values: match varied {
+            Varied::Range(from, to) => Values::Range { from, to },
+            Varied::List(values) => Values::List(values),
+        },
+    });
+    let sampling = Sampling::ALL.into_iter().find(|sampling| sampling.name() == sample);
+    let Some(sampling) = sampling else {
+        return Err(no_word("sample", sample, &Sampling::ALL.map(Sampling::name)));
+    };
+    let made = match (sampling, count) {
+        (Sampling::Grid, None) => Plan::grid(variations.collect()),
+        (Sampling::Grid, Some(_)) => {
+            let words = "n is the number of samples, and a grid has none";
+            let help = r#"write sample="random", "latin" or "sobol", or leave n out"#;
+            return Err(raise(py, "HolonomError", (words, help)));
+        }
+        (_, None) => {
+            let words = format!("how many samples `{sample}` takes is not said");
+            return Err(raise(py, "HolonomError", (words, "add n=POINTS")));
+        }
+        (sampling, Some(count)) => Plan::samples(variations.collect(), sampling, count, seed),
+    };
+    let plan = made.map_err(|error| raise(py, "HolonomError", (error.message, error.help)))?;
+    Ok(plan.values())
+}
+
+/// Panics, so that tests see what becomes of it.
+#[pyfunction]
+#[pyo3(name = "_panic")]
+fn panic(py: Python<'_>) {
+    py.detach(|| panic!("asked for by a test"));
+}

@@ -1,0 +1,67 @@
+//! The Python package: its tests, its stubs and its types, by an interpreter with NumPy and pytest.
+//!
+//! `HOLONOM_PYTHON` names the interpreter; without one that has NumPy and pytest there is a notice.
+//! The compiled part is the library of this build, which stands beside the executable of the test.
+
+#![allow(clippy::unwrap_used)] // tests
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Interpreters that are tried.
+fn interpreter() -> Option<PathBuf> {
+    let named = std::env::var_os("HOLONOM_PYTHON").map(PathBuf::from);
+    let built = folder().join("../../target/python/bin/python");
+    let tried = named.into_iter().chain([built, "python3".into()]);
+    let words = "import sys, numpy, pytest; assert sys.version_info >= (3, 11)";
+    tried.into_iter().find(|python| {
+        let asked = Command::new(python).args(["-c", words]).output();
+        asked.is_ok_and(|answer| answer.status.success())
+    })
+}
+
+fn folder() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let target = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            copy(&path, &target);
+        } else {
+            std::fs::copy(&path, &target).unwrap();
+        }
+    }
+}
+
+/// The package with the library of this build.
+fn staged() -> PathBuf {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("package");
+    let _ = std::fs::remove_dir_all(&place);
+    copy(&folder().join("python/holonom"), &place.join("holonom"));
+    let test = std::env::current_exe().unwrap();
+    let name = format!("{}_core{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let module = if cfg!(windows) { "_core.pyd" } else { "_core.abi3.so" };
+    std::fs::copy(test.with_file_name(&name), place.join("holonom").join(module)).unwrap();
+    place
+}
+
+#[test]
+fn the_package_passes_its_tests() {
+    let Some(python) = interpreter() else {
+        println!("no Python 3.11 with NumPy and pytest: the package is not tested");
+        return;
+    };
+    let place = staged();
+    let mut pytest = Command::new(&python);
+    pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=8"]);
+    pytest.arg(folder().join("tests")).current_dir(&place);
+    pytest.env("PYTHONPATH", &place).env("PYTHONDONTWRITEBYTECODE", "1").env("RUST_BACKTRACE", "0");
+    let answer = pytest.output().unwrap();
+    let said = String::from_utf8_lossy(&answer.stdout).into_owned();
+    println!("{said}{}", String::from_utf8_lossy(&answer.stderr));
+    assert!(answer.status.success(), "pytest: {}", answer.status);
+}

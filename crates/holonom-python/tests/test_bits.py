@@ -1,0 +1,93 @@
+"""The same bits as the program, whichever way a model is run; a folder read back is the arrays."""
+
+import pickle
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import DOUBLE, MODELS, program
+
+import holonom as hn
+
+STEPS = 12
+
+
+def equal(a: hn.Result, b: hn.Result) -> None:
+    assert np.array_equal(a.t, b.t) and np.array_equal(a.step, b.step)
+    assert set(a.tables) == set(b.tables)
+    for name, table in a.tables.items():
+        other = b.tables[name]
+        if name == "q":  # a file may leave columns out
+            values = np.stack([table[column] for column in other.columns], axis=1) if other.columns else other.values
+        else:
+            assert table.columns == other.columns, name
+            values = table.values
+        assert np.array_equal(values, other.values, equal_nan=True), name
+    assert set(a.beams) == set(b.beams)
+    for name, beam in a.beams.items():
+        assert np.array_equal(beam.values, b.beams[name].values), name
+        assert np.array_equal(beam.s, b.beams[name].s) and np.array_equal(beam.element, b.beams[name].element)
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def test_arrays_files_and_steps_are_equal(path: Path, tmp_path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        model = hn.load(path)
+        static = model.settings["scheme"] == "static"
+        end = model.settings["end"] if static else STEPS * model.settings["step"]
+        model = model.replace({"simulation.end": end, "simulation.every": 1})
+        result = hn.simulate(model)
+        written = hn.simulate(model, out=tmp_path / "run")
+    equal(result, written)
+    assert pickle.loads(pickle.dumps(model)) == model
+    if static:
+        return
+    stepper = hn.Stepper(model)
+    for row in result.q:
+        assert np.array_equal(stepper.q, row)
+        if stepper.n == len(result) // 2:  # a state that travels goes on bit for bit
+            stepper = pickle.loads(pickle.dumps(stepper))
+        if stepper.n < len(result) - 1:
+            stepper.step()
+    t, q, _ = hn.Stepper(model).run(np.empty((len(result) - 1, 0)))
+    assert np.array_equal(q, result.q) and np.array_equal(t, result.t)
+
+
+def test_the_program_and_an_interrupted_run_give_the_same_files(tmp_path: Path) -> None:
+    file = tmp_path / "double.toml"
+    file.write_text(DOUBLE)
+    said = program("run", str(file), "-o", str(tmp_path / "program"), "-q")
+    assert said.returncode == 0, said.stderr
+    result = hn.simulate(file, out=tmp_path / "package")
+
+    def stop(step: int, of: int) -> None:
+        if step > 0:
+            raise KeyboardInterrupt
+
+    big = {"simulation.step": 2e-6}
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        hn.simulate(file, set=big, out=tmp_path / "stopped", progress=stop)
+    assert "resume" in stopped.value.__notes__[0]
+    rest = hn.simulate(None, resume=tmp_path / "stopped")
+    whole = hn.simulate(file, set=big)
+    equal(whole, rest)
+    for name in ("trajectory", "residuals", "energy", "sensors"):
+        own = (tmp_path / "package" / f"{name}.csv").read_bytes()
+        assert own == (tmp_path / "program" / f"{name}.csv").read_bytes(), name
+    equal(result, hn.open(tmp_path / "program"))
+
+
+def test_members_of_a_rollout_do_not_depend_on_threads(double: str) -> None:
+    model = hn.Model.from_toml(double)
+    controls = np.random.default_rng(1).normal(size=(5, 60, 2))
+    runs = [
+        hn.rollout(model, inputs=["shoulder", "elbow"], controls=controls, threads=n, every=7)
+        for n in (1, 2)
+    ]
+    assert np.array_equal(runs[0].q, runs[1].q) and runs[0].q.shape[:2] == (5, 10)
+    stepper = hn.Stepper(model, ["shoulder", "elbow"])
+    for row in controls[3]:
+        stepper.step(row)
+    assert np.array_equal(stepper.q, runs[0].q[3, -1])

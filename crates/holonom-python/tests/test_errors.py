@@ -1,0 +1,114 @@
+"""Bad input: an exception with the words of the program and a remedy, never a dead interpreter."""
+
+import json
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT, program
+
+import holonom as hn
+
+HOSTILE = sorted((ROOT / "tests" / "hostile").rglob("*.toml"))
+
+
+@pytest.mark.parametrize("error", [
+    hn.HolonomError("a", "b"),
+    hn.InvalidModel([hn.Problem("wrong", "body.a.mass", "write a mass", "m.toml", 3, 1)]),
+    hn.RunFailed(3, 0.1, "no", "reduce the step"),
+    hn.StateMismatch("a"),
+    hn.UnknownName("a", "b"),
+    hn.OutputExists("a", "b"),
+    hn.OutputFailed("a", "b"),
+    hn.MemoryLack("a"),
+    hn.AnalysisFailed("a"),
+    hn.ImportFailed("a", ["b"]),
+    hn.InternalError("a"),
+], ids=lambda error: type(error).__name__)
+def test_errors_travel(error: hn.HolonomError) -> None:
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is type(error) and str(again) == str(error) and str(again)
+    assert vars(again) == vars(error)
+
+
+def test_problems_of_files_are_those_of_the_program(tmp_path: Path) -> None:
+    seen = 0
+    bad = tmp_path / "bad.toml"
+    texts = [path.read_text(errors="replace") for path in HOSTILE]
+    texts += ["", "[model]\nname = 1\n", "x = ", '[simulation]\nstep = -1.0\nend = "a"\n[model]\nname="n"\nfoo=1\n']
+    for text in texts[-40:]:
+        bad.write_text(text)
+        try:
+            hn.check(bad)
+        except hn.InvalidModel as error:
+            said = json.loads(program("check", str(bad), "--json").stdout)
+            keys = ("message", "key", "help", "line", "column")
+            ours = [{key: getattr(problem, key) for key in keys} for problem in error.problems]
+            theirs = [{key: problem[key] for key in keys} for problem in said["problems"]]
+            assert ours == theirs
+            assert all(problem.message in str(error) for problem in error.problems)
+            pickle.loads(pickle.dumps(error))
+            seen += 1
+    assert seen >= 4
+
+
+def test_values_that_are_set_are_named(double: str) -> None:
+    model = hn.Model.from_toml(double)
+    with pytest.raises(hn.InvalidModel, match="set: body.upper.mass=-1.0") as error:
+        model.replace({"body.upper.mass": -1.0})
+    assert error.value.problems[0].line is None
+    with pytest.raises(hn.InvalidModel, match="did you mean `body.upper`"):
+        model.replace({"body.uper.mass": 1.0})
+    with pytest.raises(hn.InvalidModel):
+        model.replace({"body.upper.mass": np.nan})
+    with pytest.raises(TypeError, match="no value of a model"):
+        model.replace({"body.upper.mass": object()})
+    for wrong in (3, None, ["a"]):
+        with pytest.raises(TypeError, match="a model is"):
+            hn.simulate(wrong)
+    with pytest.raises(ValueError, match="on_failure"):
+        hn.simulate(model, on_failure="ignore")
+
+
+def test_a_run_that_fails_keeps_what_it_has(double: str, tmp_path: Path) -> None:
+    model = hn.Model.from_toml(double)
+    wild = {"simulation.step": 0.5, "simulation.end": 50.0, "joint.elbow.rate": 300.0}
+    with pytest.raises(hn.RunFailed) as error:
+        with pytest.warns(hn.HolonomWarning):
+            hn.simulate(model, set=wild)
+    failed = error.value
+    assert failed.result is not None and len(failed.result) == failed.step + 1
+    assert failed.remedy and np.isfinite(failed.result.q).all()
+    with pytest.warns(hn.HolonomWarning):
+        kept = hn.simulate(model, set=wild, on_failure="return")
+    assert kept.failure is not None and kept.failure["step"] == failed.step
+    assert pickle.loads(pickle.dumps(failed)).step == failed.step
+
+
+def test_nothing_is_overwritten(double: str, tmp_path: Path) -> None:
+    model = hn.Model.from_toml(double)
+    hn.simulate(model, end=0.01, out=tmp_path / "run")
+    with pytest.raises(hn.OutputExists):
+        hn.simulate(model, end=0.01, out=tmp_path / "run")
+    hn.simulate(model, end=0.01, out=tmp_path / "run", force=True)
+    with pytest.raises(hn.HolonomError, match="holds no run"):
+        hn.open(tmp_path / "nowhere")
+
+
+def test_a_panic_is_an_exception() -> None:
+    from holonom._errors import no_panic
+
+    with pytest.raises(hn.InternalError, match="asked for by a test"):
+        no_panic(hn._core._panic)()
+    script = "import holonom\ntry: holonom._core._panic()\nexcept BaseException: print('alive')"
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert said.returncode == 0 and "alive" in said.stdout
+
+
+def test_nothing_large_is_imported() -> None:
+    script = "import sys, holonom; print([m for m in ('pandas', 'xarray', 'dask', 'matplotlib', 'gymnasium') if m in sys.modules])"
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert said.stdout.strip() == "[]"

@@ -1,0 +1,80 @@
+"""What a result holds: shapes, names, values that follow from one another."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import holonom as hn
+
+
+def test_names_shapes_and_views(double: str) -> None:
+    result = hn.simulate(hn.Model.from_toml(double))
+    assert len(result) == 201 and result.t[-1] == 0.4
+    assert result.members == ["upper", "lower"]
+    upper = result["upper"]
+    assert upper.position.shape == (201, 3) and np.shares_memory(upper.position, result.q)
+    directors = upper.directors
+    assert directors.shape == (201, 3, 3) and np.shares_memory(directors, result.q)
+    gram = directors @ directors.swapaxes(1, 2)
+    assert np.abs(gram - np.eye(3)).max() < 1e-13
+    assert np.array_equal(directors[:, 0], upper.rotation[:, :, 0])
+    q = upper.quaternion  # about -y by the angle of the shoulder
+    turned = 1 - 2 * (q[:, 2] ** 2 + q[:, 3] ** 2)
+    assert np.abs(turned - upper.rotation[:, 0, 0]).max() < 1e-13
+    crossed = 2 * (q[:, 1] * q[:, 3] + q[:, 0] * q[:, 2])
+    assert np.abs(crossed - upper.rotation[:, 0, 2]).max() < 1e-13
+    assert result.sensors["angle"].shape == (201,)
+    assert result.sensors["bearing"].shape[1] >= 6
+    assert result.sensors.columns[0] == "angle" and "bearing.fx" in result.sensors.columns
+    parts = result.energy["kinetic"] + result.energy["gravity"]
+    assert np.abs(parts - result.energy["total"]).max() < 1e-12
+    assert np.abs(result.energy["balance"]).max() < 1e-3
+    weight = np.array([0.0, 0.0, -1.5 * 9.81])
+    held = np.linalg.norm(np.diff(result.momentum.linear, axis=0) / 0.002 - weight, axis=1)
+    bearing = np.linalg.norm(result.sensors["bearing"][:, :3], axis=1)
+    assert np.abs(held - 0.5 * (bearing[1:] + bearing[:-1]))[1:-1].max() < 1e-3 * bearing.max()
+    assert result.residuals["position"].max() < 1e-13
+    assert result.table("trajectory").columns[:3] == ["step", "t", "upper.x"]
+    with pytest.raises(hn.UnknownName, match="did you mean `upper`"):
+        result["uper"]
+    assert str(result).startswith("double: 2 degrees of freedom")
+
+
+def test_parts_of_a_record(double: str) -> None:
+    result = hn.simulate(hn.Model.from_toml(double), record=["q"], end=0.02, every=5)
+    assert set(result.tables) == {"tail", "q"}
+    assert result.q.shape == (3, 24) and result.step.tolist() == [0, 5, 10]
+    with pytest.raises(hn.UnknownName, match="record"):
+        result.energy
+    with pytest.raises(TypeError, match="everything"):
+        hn.simulate(hn.Model.from_toml(double), record=["everything"])
+
+
+def test_a_beam_in_equilibrium() -> None:
+    result = hn.statics(ROOT / "examples" / "models" / "princeton.toml")
+    (name, beam), *_ = result.beams.items()
+    assert beam.values.shape == (len(result), len(beam.s), 12)
+    assert np.array_equal(beam.moment, beam.values[:, :, 9:]) and beam.force.shape[2] == 3
+    assert np.abs(beam.moment[-1]).max() > 0 and np.all(np.diff(beam.s) > 0), name
+    assert "unstable" in result.residuals.columns
+
+
+def test_tables_for_others(double: str, tmp_path: Path) -> None:
+    result = hn.simulate(hn.Model.from_toml(double), end=0.02)
+    result.to_npz(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as stored:
+        assert np.array_equal(stored["q"], result.q) and stored["q_columns"][0] == "upper.x"
+    pandas = pytest.importorskip("pandas")
+    frame = result.to_pandas("energy")
+    assert isinstance(frame, pandas.DataFrame) and np.array_equal(frame["total"], result.energy["total"])
+    pytest.importorskip("xarray")
+    data = result.to_xarray()
+    assert data["upper.position"].dims == ("t", "component") and data["upper.position"].units == "m"
+    assert np.array_equal(data["sensors.angle"], result.sensors["angle"])
+
+
+def test_the_page_stands_alone(double: str) -> None:
+    page = hn.simulate(hn.Model.from_toml(double), end=0.02).page()
+    assert page.startswith("<!") and "double" in page and "</html>" in page

@@ -1,0 +1,211 @@
+"""Steps by hand: inputs that are held, observations, states, threads."""
+
+import copy
+import pickle
+import threading
+
+import numpy as np
+import pytest
+
+import holonom as hn
+
+MOTOR = '\n[joint.motor]\neffort = 1.25\n'
+
+
+def with_motor(text: str) -> str:
+    """The model with a constant motor of the file on the elbow."""
+    at = text.index("[[sensor]]")
+    return text[:at] + MOTOR + text[at:]
+
+
+def test_a_constant_input_is_a_motor_of_the_file(double: str) -> None:
+    result = hn.simulate(hn.Model.from_toml(with_motor(double)))
+    stepper = hn.Stepper(hn.Model.from_toml(double), inputs=["elbow"])
+    stepper.step([1.25], n=0)
+    for row in result.q:
+        assert np.array_equal(stepper.q, row)
+        stepper.step()
+    free = hn.simulate(hn.Model.from_toml(double))
+    assert np.abs(free.q - result.q).max() > 1e-2  # it does something
+
+
+def balance(text: str, step: float) -> float:
+    model = hn.Model.from_toml(text).replace({"simulation.step": step})
+    stepper = hn.Stepper(model, inputs=["shoulder", "lower.force", "upper.torque"])
+    worst = 0.0
+    while stepper.t < 0.4 - step / 2:
+        t = stepper.t + step / 2
+        stepper.step([np.sin(9 * t), np.cos(5 * t), 0.3, -t, 0.0, 0.8 * np.sin(7 * t), 0.0])
+        energy = stepper.energy
+        worst = max(worst, abs(energy["balance"]))
+    assert {"work.shoulder.input", "work.lower.force", "work.upper.torque"} <= set(energy)
+    assert all(abs(energy[f"work.{name}"]) > 1e-3 for name in ("shoulder.input", "lower.force", "upper.torque"))
+    return worst
+
+
+def test_the_energy_balance_with_inputs_closes_to_second_order(double: str) -> None:
+    coarse, fine = balance(double, 0.004), balance(double, 0.002)
+    order = np.log2(coarse / fine)
+    print(f"balance {coarse:.2e} and {fine:.2e} J: order {order:.2f}")
+    assert 1.8 < order < 2.2
+
+
+def test_a_force_accelerates_the_centre_and_a_torque_turns() -> None:
+    """A free body: x = F t² / 2m exactly at nodes up to the first step, θ = M t² / 2I."""
+    body = {"name": "stone", "mass": 2.0, "inertia": [0.5, 0.5, 0.5]}
+    for scheme in ("nodal", "constrained", "em-nodal"):
+        model = hn.Model.from_dict({
+            "model": {"name": "free"},
+            "body": [body],
+            "simulation": {"step": 0.001, "end": 1.0, "scheme": scheme},
+        })
+        stepper = hn.Stepper(model, inputs=["stone.force", "stone.torque"])
+        stepper.step([4.0, 0.0, 0.0, 0.0, 0.0, 0.25], n=1000)
+        q = stepper.q
+        assert abs(q[0] - 1.0) < 1e-6, scheme  # 4 t² / (2·2)
+        assert abs(np.arctan2(q[4], q[3]) - 0.25) < 1e-6, scheme  # 0.25 t² / (2·0.5)
+
+
+def test_particles_take_forces() -> None:
+    stepper = hn.Stepper({
+        "model": {"name": "flat", "dimension": 2},
+        "particle": [{"name": "bob", "mass": 0.5, "position": [0.0, 0.0]}],
+        "simulation": {"step": 0.01, "end": 1.0},
+    }, inputs=["bob.force"])
+    stepper.step([0.0, 1.0, 0.0], n=100)
+    assert np.abs(stepper.q - [0.0, 1.0]).max() < 1e-12
+
+
+@pytest.mark.parametrize("travel", [copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))])
+def test_a_state_goes_on_bit_for_bit(double: str, travel) -> None:  # type: ignore[no-untyped-def]
+    model = hn.Model.from_toml(double)
+    stepper = hn.Stepper(model, inputs=["elbow"], observe=["angle", "elbow.rate"])
+    stepper.step([0.7], n=30)
+    other = travel(stepper)
+    state = stepper.state
+    stepper.step(n=40)
+    other.step(n=40)
+    assert np.array_equal(stepper.q, other.q) and np.array_equal(stepper.observe(), other.observe())
+    there = stepper.q
+    stepper.step([-3.0], n=5)
+    stepper.state = state
+    assert stepper.n == 30
+    stepper.step(n=40)
+    assert np.array_equal(stepper.q, there)
+    stepper.reset()
+    assert stepper.n == 0 and stepper.t == 0.0
+    stepper.step([0.7], n=70)
+    assert np.array_equal(stepper.q, there)
+
+
+def test_observations_are_the_sensors_and_change_nothing(double: str) -> None:
+    model = hn.Model.from_toml(double)
+    result = hn.simulate(model)
+    names = ["angle", "bearing.fx", "bearing", "shoulder", "elbow.rate"]
+    stepper = hn.Stepper(model, observe=names)
+    rates = []
+    for k in range(101):
+        seen = stepper.observe()
+        assert seen[0] == result.sensors["angle"][k]
+        assert seen[1] == seen[2]
+        assert np.abs(seen[2:8] - result.sensors["bearing"][k][:6]).max() < 1e-8
+        rates.append(seen[-1])
+        assert np.array_equal(stepper.q, result.q[k])
+        stepper.step()
+    slope = (result.sensors["angle"][2:101] - result.sensors["angle"][:99]) / 0.004
+    assert np.abs(np.array(rates)[1:100] - slope).max() < 1e-3
+    out = np.empty_like(seen)
+    assert stepper.observe(out) is out
+
+
+def test_bad_input_is_refused_and_changes_nothing(double: str) -> None:
+    model = hn.Model.from_toml(double)
+    stepper = hn.Stepper(model, inputs=["elbow", "lower.force"])
+    with pytest.raises(ValueError, match=r"inputs: shape \(4,\), not \(2,\)"):
+        stepper.step([1.0, 2.0])
+    with pytest.raises(ValueError, match="not finite"):
+        stepper.step([np.nan, 0.0, 0.0, 0.0])
+    with pytest.raises(ValueError, match=r"shape \(m,\)"):
+        stepper.step(np.zeros((2, 2)))
+    with pytest.raises(ValueError, match="controls: shape"):
+        stepper.run(np.zeros((3, 2)))
+    with pytest.raises(ValueError, match="cannot be taken"):
+        stepper.step(n=-1)
+    assert stepper.n == 0
+    for name, words in [
+        ("elbo", "did you mean `elbow`"),
+        ("lowr.force", "did you mean `lower`"),
+        ("elbow.1", "no coordinate 1"),
+        ("ground.force", "there is no body"),
+    ]:
+        with pytest.raises(hn.InvalidModel, match=words):
+            hn.Stepper(model, inputs=[name])
+    with pytest.raises(hn.UnknownName, match="neither a sensor"):
+        hn.Stepper(model, observe=["wrist"])
+    with pytest.raises(hn.StateMismatch):
+        stepper.state = b"nothing"
+    with pytest.raises(hn.StateMismatch):
+        stepper.state = hn.Stepper(model).state
+    other = hn.Stepper({
+        "model": {"name": "flat", "dimension": 2},
+        "particle": [{"name": "bob", "mass": 0.5, "position": [0.0, 0.0]}],
+        "simulation": {"step": 0.01, "end": 1.0},
+    })
+    with pytest.raises(hn.StateMismatch):
+        hn.Stepper(model).state = other.state
+    static = model.replace({"simulation.scheme": "static"})
+    with pytest.raises(hn.InvalidModel, match="static"):
+        hn.Stepper(static)
+
+
+def test_a_failed_step_leaves_the_state(double: str) -> None:
+    model = hn.Model.from_toml(double).replace({"simulation.step": 0.02})
+    stepper = hn.Stepper(model, inputs=["elbow"])
+    before = stepper.q
+    with pytest.raises(hn.RunFailed) as failed:
+        stepper.step([1e9])
+    assert failed.value.step == 0 and np.array_equal(stepper.q, before) and stepper.n == 0
+    stepper.step([0.0])
+    assert stepper.n == 1
+
+
+def test_two_threads_and_one_stepper(double: str) -> None:
+    model = hn.Model.from_toml(double)
+    whole = hn.Stepper(model)
+    whole.step(n=4000)
+    steppers = [hn.Stepper(model), hn.Stepper(model)]
+    threads = [threading.Thread(target=s.step, kwargs={"n": 4000}) for s in steppers]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(s.q, whole.q) for s in steppers)
+    busy, refused = steppers[0], 0
+    thread = threading.Thread(target=busy.step, kwargs={"n": 200_000})
+    thread.start()
+    while thread.is_alive():
+        try:
+            busy.step()
+        except RuntimeError as error:
+            assert "another call" in str(error)
+            refused += 1
+            break
+    thread.join()
+    assert refused == 1
+
+
+def test_a_busy_run_leaves_the_interpreter_free(double: str) -> None:
+    """While a run takes its steps another thread counts."""
+    counted, done = [0], threading.Event()
+
+    def count() -> None:
+        while not done.is_set():
+            counted[0] += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    hn.simulate(hn.Model.from_toml(double), end=20.0, every=100)
+    during = counted[0]
+    done.set()
+    thread.join()
+    assert during > 1000

@@ -1,0 +1,211 @@
+//! What acts from outside: efforts of joints, forces and torques, held over a step.
+//!
+//! ```text
+//! joint     f_d^± = (h/2) u ∇θ                     as a motor of the effort u
+//! force     f_d^± = (h/2) (u, 0, 0, 0)             at the centre of mass, components in space
+//! torque    f_d^± = (h/2) (0, ½ u×d̄_I)             directors of the midpoint, of second order
+//! ```
+
+use super::drive::coordinate;
+use super::names::Names;
+use holonom_model::{ModelError, Problem, nearest};
+use nalgebra::Vector3;
+use std::sync::Arc;
+use vi_core::force::Force;
+use vi_core::sparse::Entries;
+use vi_multibody::builder::{ElementForce, MechanismBuilder, NamedForce};
+use vi_multibody::held_effort::HeldEffort;
+use vi_multibody::mechanism::Mechanism;
+use vi_rigid::load::{Wrench, add_wrench};
+
+/// The key of inputs in what is said of them.
+const KEY: &str = "inputs";
+/// Coordinates of a body.
+const FRAME: usize = 12;
+
+/// Where an input acts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum InputPlace {
+    /// On a coordinate of a joint, N or N·m.
+    Joint {
+        /// The joint.
+        name: String,
+        /// Which of its coordinates.
+        freedom: usize,
+    },
+    /// On a body, a node of a beam (at the centre of mass) or a point mass, N, in space.
+    Force(String),
+    /// On a body or a node of a beam, N·m, in space.
+    Torque(String),
+}
+
+/// An input: what it holds acts on all steps until it is set again. Clones are the same input.
+#[derive(Clone, Debug)]
+pub struct Input {
+    place: InputPlace,
+    values: [HeldEffort; 3],
+}
+
+impl Input {
+    /// An input that is zero.
+    #[must_use]
+    pub fn new(place: InputPlace) -> Self {
+        Self { place, values: Default::default() }
+    }
+
+    /// Where it acts.
+    #[must_use]
+    pub fn place(&self) -> &InputPlace {
+        &self.place
+    }
+
+    /// How many values it has: 1 of a joint, 3 of a force or a torque.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        if matches!(self.place, InputPlace::Joint { .. }) { 1 } else { 3 }
+    }
+
+    /// Never.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// Holds these values from now on.
+    pub fn set(&self, values: &[f64]) {
+        for (own, value) in self.values.iter().zip(values) {
+            own.set(*value);
+        }
+    }
+
+    /// The values held, the first [`Input::len`] of these.
+    #[must_use]
+    pub fn values(&self) -> [f64; 3] {
+        std::array::from_fn(|k| self.values[k].get())
+    }
+
+    fn source(&self) -> String {
+        match &self.place {
+            InputPlace::Joint { name, freedom: 0 } => format!("{name}.input"),
+            InputPlace::Joint { name, freedom } => format!("{name}.{freedom}.input"),
+            InputPlace::Force(name) => format!("{name}.force"),
+            InputPlace::Torque(name) => format!("{name}.torque"),
+        }
+    }
+}
+
+/// Adds an input of a joint.
+pub(super) fn add_joint_input(
+    builder: &mut MechanismBuilder,
+    input: &Input,
+    names: &Names<'_>,
+) -> Result<(), ModelError> {
+    let InputPlace::Joint { name, freedom } = &input.place else { return Ok(()) };
+    let Some((joint, id)) = names.joint(name) else {
+        return Err(nothing(name, "joint", names.joints.keys().copied()));
+    };
+    let coordinate = coordinate(joint, id, *freedom, KEY.into())?;
+    builder.joint_force(coordinate, input.values[0].clone()).named(&input.source());
+    Ok(())
+}
+
+/// The inputs of bodies and point masses.
+pub(super) fn wrenches(
+    inputs: &[Input],
+    names: &Names<'_>,
+    mechanism: &Mechanism,
+) -> Result<Vec<NamedForce>, ModelError> {
+    let mut forces = Vec::new();
+    for input in inputs {
+        let (name, torque) = match &input.place {
+            InputPlace::Joint { .. } => continue,
+            InputPlace::Force(name) => (name.as_str(), false),
+            InputPlace::Torque(name) => (name.as_str(), true),
+        };
+        let particle = names.particles.get(name).filter(|_| !torque);
+        let (offset, size) = match (names.index(name), particle) {
+            (Some(k), _) => (FRAME * names.frames[k].index(), FRAME),
+            (_, Some(particle)) => {
+                let dimension = mechanism.description().dimension;
+                (mechanism.particle_offset(particle.index()), dimension)
+            }
+            _ => {
+                let particles = names.particles.keys().copied().filter(|_| !torque);
+                let known = names.bodies.keys().copied().chain(particles);
+                return Err(nothing(name, "body", known));
+            }
+        };
+        let force = HeldWrench { input: input.clone(), torque, offset, size };
+        let force = ElementForce::Coordinates(Arc::new(force));
+        forces.push(NamedForce { name: input.source(), force });
+    }
+    Ok(forces)
+}
+
+fn nothing<'a>(name: &str, what: &str, known: impl Iterator<Item = &'a str>) -> ModelError {
+    let known: Vec<&str> = known.collect();
+    let problem = Problem::new(KEY, format!("there is no {what} named `{name}`"));
+    let problem = match nearest(name, known.iter().copied()) {
+        Some(best) => problem.help(format!("did you mean `{best}`?")),
+        None => problem.help(format!("there are: {}", known.join(", "))),
+    };
+    ModelError::Assembly(vec![problem])
+}
+
+/// The force or torque of an input on the coordinates of a body or point mass.
+struct HeldWrench {
+    input: Input,
+    torque: bool,
+    offset: usize,
+    size: usize, // coordinates
+}
+
+impl Force for HeldWrench {
+    fn add(&self, _t: f64, q: &[f64], _v: &[f64], scale: f64, out: &mut [f64]) {
+        let values = self.input.values();
+        let place = self.offset..self.offset + self.size;
+        if !self.torque {
+            let own = out[place].iter_mut().take(3);
+            own.zip(values).for_each(|(out, value)| *out += scale * value);
+            return;
+        }
+        let wrench = Wrench { force: Vector3::zeros(), torque: values.into() };
+        add_wrench(scale, wrench, &q[place.clone()], &mut out[place]);
+    }
+
+    fn add_position_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        if !self.torque {
+            return;
+        }
+        let torque = self.input.values().map(|value| 0.5 * scale * value);
+        for director in 0..3 {
+            let first = self.offset + 3 + 3 * director;
+            for k in 0..3 {
+                let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+                out.add(first + next, first + last, -torque[k]); // of d ↦ τ × d
+                out.add(first + last, first + next, torque[k]);
+            }
+        }
+    }
+
+    fn add_velocity_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut dyn Entries,
+    ) {
+    }
+
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+}
