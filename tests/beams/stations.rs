@@ -170,6 +170,35 @@ fn stations_that_cannot_be_are_refused() {
     }
 }
 
+/// One element without shear under a small load per length across it.
+fn under_line_load(frame: &str) -> Model {
+    let settings = "scheme = \"static\", step = 1.0, end = 1.0";
+    let section = "section = { EA = 1e5, EI1 = 2.0, EI2 = 3.0, GJ = 1.0, rhoA = 1.0, rhoI1 = 1e-4, rhoI2 = 1e-4 }\n";
+    let text = [
+        head("bent", settings),
+        beam("beam", &[[0.0; 3], [1.0, 0.0, 0.0]], 1),
+        format!("normal = [0.0, 0.0, 1.0]\nstart = \"clamped\"\n{section}"),
+        format!("[[load]]\nname = \"line\"\nbeam = \"beam\"\nforce = {frame}\n"),
+    ];
+    Model::from_toml(&text.concat()).unwrap()
+}
+
+#[test]
+fn a_load_along_one_element_bends_it_as_the_beam_does() {
+    // q L⁴/8EI about d_1 = z, and the same pressure that follows: d_2 = −y
+    for force in ["[0.0, 8e-5, 0.0]", "[0.0, -8e-5, 0.0]\nframe = \"body\""] {
+        let mut end = 0.0;
+        let mut observe = |sample: &holonom::Sample| {
+            end = sample.q[13];
+            Ok(())
+        };
+        prepare(&under_line_load(force)).unwrap().run(&mut observe, &mut |_, _| {}).unwrap();
+        let exact = 8e-5 / (8.0 * 2.0);
+        println!("{force}: {end:e} m against {exact:e} m");
+        assert!((end / exact - 1.0).abs() < 1e-6, "{force}: {end} against {exact}");
+    }
+}
+
 /// A cantilever of 1 m with a force across its end, `EI1 = 2`, `EI2 = 3` N·m².
 fn without_shear(element: &str) -> Result<Model, holonom::ModelError> {
     let text = [

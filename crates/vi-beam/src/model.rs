@@ -4,7 +4,7 @@
 //! add their mass and energy on top. A clamp is a fixed joint to the ground; a rigid corner is a
 //! fixed joint between two coincident nodes. A loop closed only through elements is a tree for `P`.
 
-use crate::element::{ElementError, Elements};
+use crate::element::{ElementError, Elements, MassKind};
 use crate::high_order::HighOrderElements;
 use crate::mesh::Mesh;
 use crate::section::Section;
@@ -166,7 +166,10 @@ impl BeamElements {
     }
 
     /// A load per length along a beam, force (N/m) and torque (N·m/m): `∫ N_j ds` of it at the
-    /// nodes of each element, `ℓ/2` at both ends of a two-node one.
+    /// nodes of each element, `ℓ/2` at both ends of a two-node one. Where `φ` is interpolated with
+    /// `d_3`, the force has also `±ℓ²/12` of itself on `d_3` of both nodes: the moments of a beam
+    /// that is clamped at both ends, which cancel between equal elements. They are levers along
+    /// `d_3`.
     ///
     /// # Errors
     /// [`LoadError`].
@@ -178,7 +181,7 @@ impl BeamElements {
         torque: Vector3<f64>,
         history: &TimeHistory,
     ) -> Result<Vec<Load>, LoadError> {
-        let mut shares = vec![0.0; beam.nodes.end];
+        let (mut shares, mut moments) = (vec![0.0; beam.nodes.end], vec![0.0; beam.nodes.end]);
         let weights: &[f64] = match beam.order {
             1 => &[0.5, 0.5],
             2 => &[1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0],
@@ -188,10 +191,60 @@ impl BeamElements {
             let length: f64 = self.intervals(beam, index).sum();
             let first = beam.nodes.start + k * beam.order;
             weights.iter().enumerate().for_each(|(j, w)| shares[first + j] += w * length);
+            if self.bends_within(beam, index) {
+                moments[first] += length * length / 12.0;
+                moments[first + 1] -= length * length / 12.0;
+            }
         }
         let loaded = shares.iter().enumerate().filter(|(_, share)| **share > 0.0);
         let load = |(node, share): (usize, &f64)| {
-            Load::new(12 * node, kind, *share * force, *share * torque, history.clone())
+            let own = Load::new(12 * node, kind, *share * force, *share * torque, history.clone())?;
+            own.at(Vector3::new(0.0, 0.0, moments[node] / share))
+        };
+        loaded.map(load).collect()
+    }
+
+    /// Whether `φ` of an element is interpolated with `d_3`.
+    fn bends_within(&self, beam: &Beam, element: usize) -> bool {
+        beam.order == 1 && self.elements.list()[element].mass == MassKind::Quadratic
+    }
+
+    /// A force (N) and a torque (N·m) at the arc length `along` (m) from the start of a beam of
+    /// two-node elements: `½ ∓ ξ` of them at both nodes of the element there and, where `φ` is
+    /// interpolated with `d_3`, `±½ (¼ − ξ²) ℓ` of the force on `d_3`.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn load_at(
+        &self,
+        beam: &Beam,
+        along: f64,
+        kind: LoadKind,
+        [force, torque]: [Vector3<f64>; 2],
+        history: &TimeHistory,
+    ) -> Result<Vec<Load>, LoadError> {
+        let (mut start, last) = (0.0, beam.elements.len() - 1);
+        let length = |index: usize| self.intervals(beam, index).sum::<f64>();
+        let (k, index) = beam
+            .elements
+            .clone()
+            .enumerate()
+            .find(|(k, index)| {
+                let end = start + length(*index);
+                let found = along < end || *k == last;
+                start = if found { start } else { end };
+                found
+            })
+            .expect("the last element is found");
+        let own = length(index);
+        let xi = ((along - start) / own - 0.5).clamp(-0.5, 0.5);
+        let bend = if self.bends_within(beam, index) { 0.5 * (0.25 - xi * xi) * own } else { 0.0 };
+        let first = beam.nodes.start + k * beam.order;
+        let ends = [(first, 0.5 - xi, bend), (first + beam.order, 0.5 + xi, -bend)];
+        let loaded = ends.into_iter().filter(|(_, share, _)| *share > 0.0);
+        let load = |(node, share, moment): (usize, f64, f64)| {
+            let own = Load::new(12 * node, kind, share * force, share * torque, history.clone())?;
+            own.at(Vector3::new(0.0, 0.0, moment / share))
         };
         loaded.map(load).collect()
     }

@@ -275,6 +275,27 @@ fn tapered() -> Case {
     case.only("beam.stations")
 }
 
+/// A force at a place of a beam of two legs: its angular momentum after a short time.
+fn load_at_place() -> Case {
+    let text = [
+        head("place", "step = 1e-6, end = 1e-6"),
+        beam("free", &[[0.0; 3], [0.6, 0.0, 0.0], [0.6, 0.5, 0.0]], 2),
+        format!("normal = [0.0, 0.0, 1.0]\nsection = {{ {} }}\n", STATED.trim().replace('\n', ", ")),
+        "[[load]]\nname = \"push\"\nbeam = \"free\"\nat = 0.73\nforce = [3.0, -2.0, 5.0]\ntorque = [0.3, 0.2, -0.1]\n".into(),
+    ]
+    .concat();
+    let case = Case::new("load at a place", text, |run| {
+        let mut checks = Checks::default();
+        let (force, torque) = (Vector::new(3.0, -2.0, 5.0), Vector::new(0.3, 0.2, -0.1));
+        let (last, time) = (run.last(), 1e-6);
+        checks.vector("momentum", run.linear_momentum(last) / time, force, 1e-6);
+        let moment = Vector::new(0.6, 0.13, 0.0).cross(&force) + torque;
+        checks.vector("angular momentum", run.angular_momentum(last) / time, moment, 1e-6);
+        checks
+    });
+    case.only("load.at")
+}
+
 pub(crate) fn cases() -> Vec<Case> {
     let table = |keys: &str| format!("[beam.section]\n{STATED}{keys}");
     let centers = "tension_center = [0.03, -0.02]\nshear_center = [-0.04, 0.05]\nmass_center = [0.02, 0.06]\n";
@@ -336,5 +357,5 @@ pub(crate) fn cases() -> Vec<Case> {
         case("i", &own(&walls("i"), ""), of(1.0, i_2, open(b))),
         case("channel", &own(&walls("channel"), ""), channel),
     ];
-    cases.into_iter().flatten().chain([stations(), tapered()]).collect()
+    cases.into_iter().flatten().chain([stations(), tapered(), load_at_place()]).collect()
 }

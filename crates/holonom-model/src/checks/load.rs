@@ -17,6 +17,28 @@ impl Checker<'_> {
         }
     }
 
+    /// A place along a beam of two-node elements.
+    fn place_of_load(&mut self, key: &str, load: &Load, at: f64) {
+        let beam = load.beam.as_deref().and_then(|name| self.model.beam(name));
+        let Some(beam) = beam else {
+            if load.beam.is_none() {
+                let message = "a body has no places along it".to_owned();
+                self.report(key, message, "write `beam`, or `point` in the place of `at`");
+            }
+            return;
+        };
+        if beam.order > 1 {
+            let message = format!("elements of order {} take loads at nodes alone", beam.order);
+            self.report(key, message, "write order = 1, or name a node as `body`");
+        }
+        let meshes = beam.meshes().unwrap_or_default();
+        let length: f64 = meshes.iter().flat_map(|mesh| &mesh.lengths).sum();
+        if !(0.0..=length * (1.0 + 1e-9)).contains(&at) && length > 0.0 {
+            let message = format!("the beam has no place at {at} m: it is {length} m long");
+            self.report(key, message, format!("write a length from 0 to {length}"));
+        }
+    }
+
     pub(crate) fn load(&mut self, key: &str, load: &Load) {
         match (&load.body, &load.beam) {
             (Some(body), None) => {
@@ -34,6 +56,9 @@ impl Checker<'_> {
                 let message = "the load acts on a body and along a beam".to_owned();
                 self.report(format!("{key}.beam"), message, "keep one of them");
             }
+        }
+        if let Some(at) = load.at {
+            self.place_of_load(&format!("{key}.at"), load, at);
         }
         if load.beam.is_some() && load.point.is_some() {
             let message = "a load along a beam has no point".to_owned();

@@ -351,6 +351,21 @@ impl Beam {
         Ok(Numbers::mean(&parts.collect::<Vec<_>>()))
     }
 
+    /// The node next to an arc length, m.
+    #[must_use]
+    pub fn nearest_node(&self, s: f64) -> usize {
+        let (mut at, mut places) = (0.0, Vec::new());
+        for mesh in &self.plain_meshes().unwrap_or_default() {
+            places.push(at);
+            places.extend(mesh.lengths.iter().map(|length| {
+                at += length;
+                at
+            }));
+        }
+        let away = |k: &usize| (places[*k] - s).abs();
+        (0..places.len()).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or_default()
+    }
+
     /// Whether a section along it does not shear.
     pub(crate) fn lacks_shear(&self) -> bool {
         let Ok(meshes) = self.plain_meshes() else { return false };

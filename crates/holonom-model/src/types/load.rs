@@ -168,10 +168,14 @@ pub struct Load {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
     /// The beam along which it is distributed, instead of `body`; force and torque are then per
-    /// length of the stress-free beam.
+    /// length of the stress-free beam, unless `at` states a place.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub beam: Option<String>,
-    /// Force, N, at `point`; N/m along a beam.
+    /// A place of the beam: its arc length from the start of the stress-free beam, m. Force and
+    /// torque then act there alone, N and N·m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
+    /// Force, N, at `point`; N/m along a beam; with `frame = "body"` a pressure that follows.
     #[serde(default)]
     pub force: [f64; 3],
     /// Where the force acts: body components from the centre of mass, m; the centre by default. The

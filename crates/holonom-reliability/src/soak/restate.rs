@@ -227,7 +227,8 @@ impl Units {
     }
 
     fn load(self, load: &mut Load) {
-        let per_length = if load.beam.is_some() { 1 } else { 0 };
+        let per_length = if load.beam.is_some() && load.at.is_none() { 1 } else { 0 };
+        load.at.iter_mut().for_each(|at| *at *= self.length);
         self.vector(&mut load.force, [1 - per_length, 1, -2]);
         self.vector(&mut load.torque, [2 - per_length, 1, -2]);
         load.point.iter_mut().for_each(|x| self.length(x));

@@ -398,8 +398,9 @@ impl<'a> SceneParts<'a> {
             let name = load.beam.as_deref()?;
             let (first, nodes) =
                 (self.model.frame(&format!("{name}.0"))?, self.model.beam(name)?.node_count());
-            let shown = (0..nodes).step_by(nodes.div_ceil(24));
-            ends.extend(shown.map(|node| at(first + node, Vector3::zeros())));
+            let place = load.at.map(|at| self.model.beam(name).map_or(0, |b| b.nearest_node(at)));
+            let shown = (0..nodes).step_by(nodes.div_ceil(24)).filter(|_| place.is_none());
+            ends.extend(shown.chain(place).map(|node| at(first + node, Vector3::zeros())));
         }
         let history = match (self.model.settings.scheme, load.history.clone()) {
             (Scheme::Static, History::Unstated) => {

@@ -186,7 +186,7 @@ fn applied(model: &Model, size: f64) -> f64 {
     let norm = |x: &[f64; 3]| x.iter().fold(0.0, |sum: f64, x| sum.max(x.abs()));
     let end = model.settings.end;
     let loads = model.loads.iter().map(|load| {
-        let length = if load.beam.is_some() { size } else { 1.0 };
+        let length = if load.beam.is_some() && load.at.is_none() { size } else { 1.0 };
         length * load.history.peak(end) * (norm(&load.force) * size + norm(&load.torque))
     });
     let motors = model.joints.iter().filter_map(|joint| joint.motor.as_ref());

@@ -251,8 +251,19 @@ fn add_load(
     }
     let kind = if follower { LoadKind::Follower } else { LoadKind::Dead };
     let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());
-    for leg in beam.flat_map(|b| &b.legs) {
-        let along = parts.line_load(leg, kind, force, torque, &history).map_err(|error| {
+    let mut start = 0.0;
+    let legs: Vec<&vi_beam::Beam> = beam.flat_map(|b| &b.legs).collect();
+    for (k, leg) in legs.iter().enumerate() {
+        let length: f64 = leg.elements.clone().flat_map(|e| parts.intervals(leg, e)).sum();
+        let own = load.at.map(|at| at - start);
+        start += length;
+        let along = match own {
+            // at a corner on the leg that begins there
+            Some(at) if at < 0.0 || (at >= length && k + 1 < legs.len()) => continue,
+            Some(at) => parts.load_at(leg, at, kind, [force, torque], &history),
+            None => parts.line_load(leg, kind, force, torque, &history),
+        };
+        let along = along.map_err(|error| {
             let key = format!("load.{}", load.name);
             ModelError::Assembly(vec![Problem::new(key, error.to_string()).help(CORRECT)])
         })?;

@@ -141,6 +141,7 @@ fn load(model: &mut Model, draw: &mut Draw) {
         name: format!("load{}", model.loads.len()),
         body: (!along).then_some(target),
         beam: along.then(|| model.beams[0].name.clone()),
+        at: None,
         force: draw.vector(1.0),
         point: (!along && draw.chance(0.5)).then(|| draw.vector(0.3)),
         torque: if draw.chance(0.5) { draw.vector(0.05) } else { [0.0; 3] },
