@@ -66,6 +66,7 @@ mod beams {
     mod flexible_multibody;
     mod material_damping;
     mod stations;
+    mod ropes;
     mod stiff_beams;
 }
 

@@ -24,6 +24,9 @@ const GEARS: &str = include_str!("../models/gears.toml");
 /// A torsion spring that is wound by more than five revolutions when the state is stored.
 const TORSION: &str = include_str!("../models/torsion.toml");
 
+/// A rope that is released: its tension and the bound of that grow.
+const SWINGING: &str = include_str!("../hostile/swinging_rope.toml");
+
 /// A nut on a screw that makes several revolutions, and a body that hangs on it.
 const SCREW: &str = include_str!("../models/screw.toml");
 
@@ -31,7 +34,9 @@ const SCREW: &str = include_str!("../models/screw.toml");
 fn coarse(name: &str) -> String {
     let line = |line: &str| match line.strip_prefix("elements = ") {
         Some(count) => format!("elements = {}\n", count.parse::<u32>().unwrap().div_ceil(4)),
-        None if line.starts_with("element = ") => "element = 1\n".to_owned(),
+        None if line.starts_with("element = ") && !line.ends_with('"') => {
+            "element = 1\n".to_owned()
+        }
         None => format!("{line}\n"),
     };
     shipped(name).lines().map(line).collect()
@@ -57,6 +62,7 @@ fn models() -> Vec<(&'static str, String)> {
         ("beam", coarse("flying_beam")),
         ("beam between bodies", coarse("flexible_multibody")),
         ("loop with a beam", coarse("flexible_four_bar")),
+        ("rope whose tension grows", SWINGING.replace("elements = 40", "elements = 6")),
     ]
 }
 

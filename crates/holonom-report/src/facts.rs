@@ -108,7 +108,11 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
         ("time", elapsed),
     ];
     if let Some(variant) = summary.strains {
-        facts.insert(4, ("strains of beams", variant.name().to_owned()));
+        let raised = summary.tension_raised.filter(|count| *count > 0);
+        let raised = raised.map_or_else(String::new, |count| {
+            format!("; bound of the tension raised in {count} steps")
+        });
+        facts.insert(4, ("strains of beams", format!("{}{raised}", variant.name())));
     }
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
 }

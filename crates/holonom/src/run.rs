@@ -176,6 +176,7 @@ impl Stopwatch {
         summary.statics = simulation.statics();
         summary.divided_steps = simulation.divided_steps();
         summary.loop_residual = simulation.loop_residuals();
+        summary.tension_raised = simulation.tension_raised();
         summary.fastest_rotation = simulation.fastest_rotation();
         summary.step_seconds = self.step_seconds(simulation);
         summary

@@ -119,6 +119,12 @@ impl Scaled<'_> {
     }
 }
 
+/// How often bounds were raised so far, from the internal variables of the discrete potential.
+#[must_use]
+pub fn times_raised(variables: &[f64]) -> Option<u64> {
+    variables.last().map(|count| *count as u64)
+}
+
 /// `ε̄` and `Δε`.
 fn mean_and_change(element: &Element, ends: &[ElementCoordinates; 2]) -> (Strain, Strain) {
     let (start, end) = (element.strain(&ends[0]), element.strain(&ends[1]));

@@ -168,7 +168,9 @@ impl Element {
     pub fn strain(&self, x: &ElementCoordinates) -> Strain {
         match &self.law {
             StrainLaw::MeanDirectors => strain::forms(x, self.length) - self.reference,
-            StrainLaw::Helicoidal(law) => self.at(law, x).strain(),
+            StrainLaw::Helicoidal(law) => {
+                law.strain(&helicoidal::forms(x, self.length), &self.reference)
+            }
         }
     }
 

@@ -185,6 +185,14 @@ impl Helicoidal {
         Helix::at(y, self.length).xi
     }
 
+    /// The same without derivatives.
+    #[must_use]
+    pub fn strain(&self, y: &Forms, reference: &Strain) -> Strain {
+        let xi = Helix::at(y, self.length).xi;
+        let z = xi - reference;
+        self.order.as_ref().map_or(z, |own| Values::at(self, own, &xi, &z).eta)
+    }
+
     /// The strains at `y` of an element that is stress-free with `(G, K)_0 = reference`, with all
     /// that their derivatives need.
     #[must_use]
@@ -218,8 +226,7 @@ impl Helicoidal {
         const CLOSE: f64 = 1e-6;
         let (mean, change) = (0.5 * (y_0 + y_1), y_1 - y_0);
         if change.norm_squared() > CLOSE {
-            let at = |y: &Forms| self.at(y, reference).strain();
-            return at(y_1) - at(y_0) - middle * change;
+            return self.strain(y_1, reference) - self.strain(y_0, reference) - middle * change;
         }
         let step = change * (0.5 / 3.0_f64.sqrt());
         let slopes = |y: &Forms| self.at(y, reference).slopes();
@@ -391,41 +398,65 @@ fn slope_of_q(rho: f64) -> f64 {
     0.5 / rho + 0.1
 }
 
-impl Corrected {
+/// The strains of order 4 with what they are made of.
+#[derive(Clone, Copy, Debug)]
+struct Values {
+    K: Vector3<f64>,
+    m: Vector3<f64>,
+    w: Vector3<f64>,
+    gamma: Vector2<f64>, // γ_b
+    rho: f64,
+    q: f64,
+    eta: Strain,
+}
+
+impl Values {
     fn at(law: &Helicoidal, Correction { S, R, .. }: &Correction, xi: &Strain, z: &Strain) -> Self {
         let square = law.length * law.length;
         let (_, K) = split(xi);
+        let m: Vector3<f64> = law.stiffness.fixed_rows::<3>(3) * z;
+        let w = S * K.cross(&m);
+        let mut eta = *z;
+        let shear = square / 12.0;
+        (eta[0], eta[1]) = (z[0] - shear * w[1], z[1] + shear * w[0]); // − (ℓ²/12) w×e_3
+        let bent = (square / 24.0) * K.cross(&w);
+        for i in 0..3 {
+            eta[3 + i] += bent[i];
+        }
+        let gamma = R * Vector2::new(eta[0], eta[1]);
+        let (G_3, q) = (xi[2], gamma.norm_squared());
+        let rho = (G_3 * G_3 + q).sqrt();
+        // ρ − G_3 without its cancellation
+        eta[2] += 0.1 * q + if G_3 > 0.0 { q / (rho + G_3) } else { rho - G_3 };
+        Self { K, m, w, gamma, rho, q, eta }
+    }
+}
+
+impl Corrected {
+    fn at(law: &Helicoidal, own: &Correction, xi: &Strain, z: &Strain) -> Self {
+        let Correction { S, R, .. } = own;
+        let Values { K, m, w, gamma, rho, q, eta } = Values::at(law, own, xi, z);
+        let square = law.length * law.length;
         let m_by: SMatrix<f64, 3, 6> = law.stiffness.fixed_rows::<3>(3).into();
-        let m = m_by * z;
-        let (w, of_K) = (S * K.cross(&m), K.cross_matrix());
+        let of_K = K.cross_matrix();
         let mut k_by = of_K * m_by; // ∂(K×m)/∂ξ
         let mut right = k_by.fixed_columns_mut::<3>(3);
         right -= m.cross_matrix();
         let w_by = S * k_by;
-        let mut eta = *z;
         let mut by_xi = Matrix6::identity();
         let shear = square / 12.0;
-        (eta[0], eta[1]) = (z[0] - shear * w[1], z[1] + shear * w[0]); // − (ℓ²/12) w×e_3
         let mut rows = by_xi.fixed_rows_mut::<1>(0);
         rows -= shear * w_by.row(1);
         let mut rows = by_xi.fixed_rows_mut::<1>(1);
         rows += shear * w_by.row(0);
-        let bent = (square / 24.0) * K.cross(&w);
         let mut bent_by = (square / 24.0) * (of_K * w_by);
         let mut right = bent_by.fixed_columns_mut::<3>(3);
         right -= (square / 24.0) * w.cross_matrix();
-        for i in 0..3 {
-            eta[3 + i] += bent[i];
-        }
         let mut rows = by_xi.fixed_rows_mut::<3>(3);
         rows += bent_by;
-        let gamma = R * Vector2::new(eta[0], eta[1]);
         let gamma_by = R * by_xi.fixed_rows::<2>(0);
-        let (G_3, q) = (xi[2], gamma.norm_squared());
-        let rho = (G_3 * G_3 + q).sqrt();
+        let G_3 = xi[2];
         let q_by = 2.0 * gamma.transpose() * gamma_by;
-        // ρ − G_3 without its cancellation
-        eta[2] += 0.1 * q + if G_3 > 0.0 { q / (rho + G_3) } else { rho - G_3 };
         let mut row = by_xi.fixed_rows_mut::<1>(2);
         row += slope_of_q(rho) * q_by;
         by_xi[(2, 2)] += G_3 / rho - 1.0;

@@ -192,6 +192,9 @@ pub struct Summary {
     /// are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loop_residual: Option<LoopResiduals>,
+    /// In how many steps a bound of the tension of beams was raised; absent where none can be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tension_raised: Option<u64>,
     /// The fastest rotation of what no prescribed motion turns, against the step; absent where
     /// nothing turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -345,6 +348,7 @@ impl SummaryBuilder {
             statics: None,
             divided_steps: None,
             loop_residual: None,
+            tension_raised: None,
             fastest_rotation: None,
             warnings: assembly.warnings.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -45,6 +45,10 @@ pub trait Experiment: Send {
     fn loop_residuals(&self) -> Option<LoopResiduals> {
         None
     }
+    /// How often a bound of the tension of beams was raised; `None` where none can be.
+    fn tension_raised(&self) -> Option<u64> {
+        None
+    }
     /// Steps of a motion that were taken in smaller parts; `None` where there were none.
     fn divided_steps(&self) -> Option<DividedSteps> {
         None

@@ -248,6 +248,12 @@ impl Simulation {
         self.stepper.condition()
     }
 
+    /// In how many steps a bound of the tension of beams was raised; `None` where none can be.
+    #[must_use]
+    pub fn tension_raised(&self) -> Option<u64> {
+        self.stepper.tension_raised()
+    }
+
     /// The state of the run at the present node: between two calls of [`Simulation::run_while`] all
     /// that the rest of the run depends on.
     #[must_use]
@@ -323,6 +329,9 @@ impl Experiment for Simulation {
     }
     fn loop_residuals(&self) -> Option<LoopResiduals> {
         self.mechanism().nearly_redundant().map(|_| self.loops)
+    }
+    fn tension_raised(&self) -> Option<u64> {
+        self.tension_raised()
     }
     fn fastest_rotation(&self) -> Option<FastestRotation> {
         self.rotation.so_far(&self.settings)

@@ -25,6 +25,7 @@ use crate::sample::Momenta;
 use holonom_model::Settings;
 use increments::LastIncrements;
 use node::LastRead;
+use vi_beam::averaged::times_raised;
 use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::{ResumeError, StepReport, When};
@@ -317,6 +318,13 @@ impl AnyStepper {
     pub(crate) fn place(&self) -> (u64, f64, &[f64]) {
         let state = self.at(When::After);
         (state.step, state.t, &state.q)
+    }
+
+    /// How often a bound of the tension of beams was raised; `None` where none can be.
+    pub(crate) fn tension_raised(&self) -> Option<u64> {
+        let Self::Variational(own) = self else { return None };
+        let system = own.run.system();
+        times_raised(system.variables_of_potentials(&self.at(When::After).internal))
     }
 
     /// The state of the motion, with the sums along its steps.

@@ -123,6 +123,12 @@ impl SeparableSystem {
         self.forces.iter().map(|force| force.internal_variables()).sum()
     }
 
+    /// Those of all internal variables that are of a potential.
+    #[must_use]
+    pub fn variables_of_potentials<'a>(&self, internal: &'a [f64]) -> &'a [f64] {
+        internal.get(self.variables_of_forces()..).unwrap_or_default()
+    }
+
     fn potential_with_memory(&self) -> Option<&dyn DiscretePotential> {
         self.potentials().find(|own| own.internal_variables() > 0)
     }
