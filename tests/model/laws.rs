@@ -117,6 +117,84 @@ fn laws_between_bodies_keep_momenta_and_account_for_the_energy() {
     assert!(orders.iter().all(|order| (1.8..2.3).contains(order)), "{orders:?}");
 }
 
+/// A closed loop starts at rest.
+fn at_rest(more: &str, text: String) -> String {
+    match more.is_empty() {
+        true => text,
+        false => text.replace("rate = 0.3\n", "").replace("rate = -2.0\n", ""),
+    }
+}
+
+/// A law that is a load moves as the load, in space and in the body, on trees and in loops of a
+/// body that is held.
+#[test]
+fn a_law_that_is_a_load_moves_as_the_load() {
+    let load = |frame: &str| {
+        format!(
+            "[[load]]\nname = \"push\"\nbody = \"lower\"\npoint = [0.2, 0.1, 0.0]\nforce = [4.0, 1.0, -2.0]\n\
+                 torque = [0.1, 0.7, -0.3]\nframe = \"{frame}\"\nhistory = {{ type = \"linear\", end = 0.5 }}\n"
+        )
+    };
+    let law = |axes: &str| {
+        format!(
+            "[[law]]\nname = \"push\"\non = \"lower\"\npoint = [0.2, 0.1, 0.0]\naxes = \"{axes}\"\n\
+                 force = [\"8*t\", \"2*t\", \"-4*t\"]\ntorque = [\"0.2*t\", \"1.4*t\", \"-0.6*t\"]\n"
+        )
+    };
+    let held = "[[constraint]]\nname = \"rod\"\ntype = \"distance\"\nfrom = \"ground\"\nto = \"lower\"\n\
+                point_from = [0.3, 0.0, 1.9]\n";
+    for scheme in &SCHEMES[..4] {
+        for axes in ["space", "body"] {
+            for more in ["", held] {
+                let [a, b] = [load(axes), law(axes)].map(|own| {
+                    run(&at_rest(more, links(scheme, &(own + more))))
+                        .unwrap_or_else(|e| panic!("{more}: {e}"))
+                });
+                let distance = apart(&a, &b);
+                println!("{scheme}, {axes}, {}: {distance:.1e}", more.len());
+                assert!(distance < 1e-11, "{scheme}, {axes}: {distance:e}");
+                let worst = |run: &[Sample]| {
+                    run.iter().map(|node| node.newton_iterations).fold(0.0, f64::max)
+                };
+                let iterations = [worst(&a), worst(&b)];
+                println!("iterations at most {iterations:?}");
+                assert!(iterations[1] <= iterations[0] + 1.0, "{scheme}: {iterations:?}");
+            }
+        }
+    }
+    let error = run(&links("scheme = \"em-nodal\"", &law("space"))).unwrap_err();
+    assert!(error.contains("has no laws on bodies"), "{error}");
+}
+
+/// Drag by the velocity of a point and the rotation of the step: order 2, and its work is what the
+/// energy changes by.
+#[test]
+fn drag_on_a_spinning_body_keeps_order_two() {
+    let end = |step: f64| {
+        let text = [
+            heavy("drag", [0.0, 0.0, -9.81], &format!("step = {step:?}, end = 0.64")),
+            body("top", 2.0, [0.1, 0.2, 0.25]) + "angular_velocity = [0.5, -3.0, 2.0]\nvelocity = [2.0, 0.0, 3.0]\n",
+            part("law", "drag")
+                + "on = \"top\"\npoint = [0.3, 0.1, -0.2]\n\
+                   force = [\"-0.9*vx*hypot(vx, vy)\", \"-0.9*vy*hypot(vx, vy)\", \"-2*vz - 5*x\"]\n\
+                   torque = [\"-0.2*wx\", \"-0.1*wy*abs(wy)\", \"-0.3*wz + 0.5*sin(3*t)\"]\n",
+        ]
+        .concat();
+        let nodes = run(&text).unwrap();
+        let last = nodes.last().unwrap();
+        (last.q.clone(), last.energies.last().unwrap().abs())
+    };
+    let runs = [0.04, 0.02, 0.01, 0.005].map(end);
+    let apart = |k: usize| {
+        let pairs = runs[k].0.iter().zip(&runs[k + 1].0);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let order = (apart(1) / apart(2)).log2();
+    let balance = (runs[2].1 / runs[3].1).log2();
+    println!("order of the end {order:.2}, of the balance {balance:.2} ({:.1e} J)", runs[3].1);
+    assert!((1.9..2.1).contains(&order) && (1.8..2.3).contains(&balance));
+}
+
 #[test]
 fn what_is_no_law_is_refused_at_its_place() {
     let joint = |keys: &str| format!("[[law]]\nname = \"motor\"\n{keys}");
@@ -154,6 +232,12 @@ fn what_is_no_law_is_refused_at_its_place() {
             "law.motor.conservative",
             "anyway",
         ),
+        (joint("on = \"lower\"\neffort = \"1\"\nforce = [\"1\", \"0\", \"0\"]\n"), "law.motor.effort", "points or a joint"),
+        (joint("on = \"lower\"\n"), "law.motor", "no expression"),
+        (joint("on = \"lower\"\nforce = [\"1\", \"v\", \"0\"]\n"), "law.motor.force[1]", "`v` is not known"),
+        (joint("joint = \"elbow\"\neffort = \"1\"\npoint = [0.0, 0.0, 1.0]\n"), "law.motor.point", "a law of a body"),
+        ("[[spring]]\nname = \"motor\"\nfrom = \"ground\"\nto = \"lower\"\nstiffness = 10.0\ntension = 50.0\n".into(), "spring.motor.tension", "natural length would be"),
+        ("[[spring]]\nname = \"motor\"\nfrom = \"ground\"\nto = \"lower\"\nstiffness = 0.0\ntension = 5.0\n".into(), "spring.motor.tension", "cannot have a tension"),
         (table("points = [[0, 1]]\n"), "table.f.points", "at least two"),
         (table("points = [[0, 1], [0, 2]]\n"), "table.f.points", "0 in row 1 is followed by 0"),
         (table("file = \"none.csv\"\n"), "table.f.file", "no folder"),

@@ -67,6 +67,7 @@ fn hinge(model: &mut Model, [parent, child]: [&str; 2], [x, y]: [f64; 2], axis: 
 
 fn spring(model: &mut Model, from: String, to: String) {
     model.springs.push(Spring {
+        tension: None,
         name: format!("{from}_{to}"),
         from,
         to,

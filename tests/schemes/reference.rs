@@ -177,7 +177,7 @@ fn cases_of_laws_are_taken_or_named() {
 }
 
 /// Cases that the program can run.
-const TAKEN: [&str; 2] = ["p09_motor_table", "p10_measured_torque"];
+const TAKEN: [&str; 3] = ["p09_motor_table", "p10_measured_torque", "p15_tension"];
 
 /// A field or a kind that is not known is a failure that names it.
 #[test]

@@ -10,6 +10,11 @@ use crate::types::table::Table;
 
 /// The names of a law along a coordinate or between two points: time, coordinate, rate.
 pub const ALONG: [&str; 3] = ["t", "x", "v"];
+/// The names of a law on a body or a point mass: time, the point where it acts, its velocity, the
+/// angular velocity of the body, in space.
+pub const MOTION: [&str; 10] = ["t", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"];
+/// Every name of a law that is its own.
+pub(crate) const OWN: [&str; 11] = ["t", "x", "v", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"];
 /// The name of a function of time.
 pub const TIME: [&str; 1] = ["t"];
 

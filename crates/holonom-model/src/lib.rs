@@ -30,7 +30,7 @@ mod table_files;
 mod text;
 mod types;
 
-pub use formula::{ALONG, Curves, TIME};
+pub use formula::{ALONG, Curves, MOTION, TIME};
 pub use frames::start::StartPoints;
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
 pub use text::include::{LocatedProblem, ModelText, SourceFile};
@@ -429,7 +429,8 @@ impl Model {
             bar.length.get_or_insert(start);
         }
         for (spring, start) in self.springs.iter_mut().zip(springs) {
-            spring.natural_length.get_or_insert(start);
+            let stretch = spring.tension.take().map_or(0.0, |tension| tension / spring.stiffness);
+            spring.natural_length.get_or_insert(start - stretch);
         }
     }
 }

@@ -127,6 +127,7 @@ impl EmSystem {
                 ElementForce::Coordinates(force) => self.load_of(own.source(), AtMidpoint(force)),
                 ElementForce::Joint(force) => self.load_of(own.source(), force),
                 ElementForce::Body(load) => self.load_of(own.source(), load),
+                ElementForce::Wrench(force) => self.load_of(own.source(), AtMidpoint(force)),
             };
         }
         self

@@ -290,6 +290,7 @@ fn the_force_elements_are_data() {
         ElementForce::Coordinates(_) => "damper",
         ElementForce::Joint(_) => "joint",
         ElementForce::Body(_) => "load",
+        ElementForce::Wrench(_) => "wrench",
     });
     assert!(kinds.eq(["damper", "damper", "joint", "load"]));
     assert_eq!((forces.springs.len(), forces.joint_springs.len()), (1, 1));

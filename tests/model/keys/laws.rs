@@ -99,6 +99,82 @@ fn along_joints() -> Case {
     .only("law")
 }
 
+/// On bodies, along their axes and those of space, and on a point mass.
+fn on_members() -> Case {
+    let (point, at) = ([0.1, -0.3, 0.2], [-0.2, 0.1, 0.4]);
+    let accelerations = |k: &str, body: &str| {
+        sensor(&format!("a{k}"), "acceleration", body)
+            + &sensor(&format!("r{k}"), "angular_acceleration", body)
+    };
+    let text = [
+        head("laws", "step = 1e-4, end = 2e-4"),
+        FIRST.text("first"),
+        SECOND.text("second"),
+        particle("ball", 0.6, [1.0, 2.0, 2.0]) + "velocity = [0.4, -0.2, 0.9]\n",
+        part("law", "gust") + &format!("on = \"first\"\npoint = {point:?}\naxes = \"body\"\n"),
+        "force = [\"3-2*vx\", \"1.5*z+7*t\", \"-0.4*wy\"]\n".into(),
+        "torque = [\"0.2*wz\", \"x-0.3\", \"0.1*vy\"]\n".into(),
+        part("law", "stream") + &format!("on = \"second\"\npoint = {at:?}\naxes = \"space\"\n"),
+        "force = [\"vz-y\", 2.5, \"wx\"]\ntorque = [\"0.3*vx\", \"-0.2*wz\", 0.7]\n".into(),
+        part("law", "drag") + "on = \"ball\"\nforce = [\"-2*vx\", \"x*z\", \"4-vy\"]\n",
+        accelerations("1", "first"),
+        accelerations("2", "second"),
+        sensor("a3", "acceleration", "ball"),
+    ]
+    .concat();
+    Case::new("laws on members", text, move |run| {
+        let mut checks = Checks::default();
+        let work = |name: &str| run.energy(name)[run.last()] / run.t(run.last());
+        let (x, v, w) = (FIRST.place(point), FIRST.rate(point), Vector::from(FIRST.spin));
+        let force = Vector::new(3.0 - 2.0 * v.x, 1.5 * x.z, -0.4 * w.y);
+        let torque = Vector::new(0.2 * w.z, x.x - 0.3, 0.1 * v.y);
+        let own = FIRST.rotation();
+        let first = (FIRST, point, own * force, own * torque);
+        let (x, v, w) = (SECOND.place(at), SECOND.rate(at), Vector::from(SECOND.spin));
+        let force = Vector::new(v.z - x.y, 2.5, w.x);
+        let second = (SECOND, at, force, Vector::new(0.3 * v.x, -0.2 * w.z, 0.7));
+        for (k, (body, point, force, torque)) in [first, second].into_iter().enumerate() {
+            let [a, r] = body.accelerations(point, force, torque);
+            let name = |what: &str| format!("{what}{}", k + 1);
+            checks.vector("acceleration", run.vector(&name("a"), 0), a, 1e-9);
+            checks.vector("angular acceleration", run.vector(&name("r"), 0), r, 1e-9);
+            let power = force.dot(&body.rate(point)) + torque.dot(&Vector::from(body.spin));
+            let name = ["work.gust", "work.stream"][k];
+            checks.near("power", work(name), power, 0.05 * (1.0 + power.abs()));
+        }
+        let force = Vector::new(-2.0 * 0.4, 2.0, 4.2);
+        checks.vector("ball", run.vector("a3", 0), force / 0.6, 1e-9);
+        checks.near("drag", work("work.drag"), force.dot(&Vector::new(0.4, -0.2, 0.9)), 0.05);
+        checks
+    })
+    .only("law")
+    .blind("law.axes dropped", "the default of the stream")
+    .blind("law.axes of entry 1 moved", "the default")
+    .blind("law.force", "numbers are judged by the other entries")
+}
+
+/// The tension of a spring at the start.
+fn tension_of_a_spring() -> Case {
+    let text = [
+        head("tension", "step = 1e-3, end = 2e-3"),
+        particle("ball", 0.6, [1.0, 2.0, 2.0]),
+        particle("stone", 0.7, [1.0, -2.0, 2.0]),
+        between("spring", "stay", ["ground", "ball"]) + "stiffness = 40.0\ntension = 12.0\n",
+        between("spring", "cord", ["ground", "stone"]) + "stiffness = 40.0\n",
+        sensor("a", "acceleration", "ball"),
+        sensor("b", "acceleration", "stone"),
+    ]
+    .concat();
+    Case::new("tension of a spring", text, |run| {
+        let mut checks = Checks::default();
+        let pull = -12.0 / 0.6 * Vector::new(1.0, 2.0, 2.0) / 3.0;
+        checks.vector("ball", run.vector("a", 0), pull, 1e-9);
+        checks.vector("stone", run.vector("b", 0), Vector::zeros(), 1e-9);
+        checks
+    })
+    .only("spring.tension")
+}
+
 /// A law that reads the rate and does no work over a period, composed.
 fn conservative() -> Case {
     let text = [
@@ -223,7 +299,8 @@ fn tables() -> Vec<Case> {
 }
 
 pub(crate) fn cases() -> Vec<Case> {
-    let mut cases = vec![between_points(), along_joints(), conservative()];
+    let mut cases =
+        vec![between_points(), along_joints(), on_members(), tension_of_a_spring(), conservative()];
     cases.extend(tables());
     cases
 }

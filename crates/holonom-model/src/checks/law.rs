@@ -1,12 +1,13 @@
 //! Checks of laws and tables.
 
-use crate::GROUND;
 use crate::checks::Checker;
 use crate::expression::{Program, is_reserved};
-use crate::formula::{ALONG, Curves};
-use crate::frames::start::coincide;
+use crate::formula::{ALONG, Curves, MOTION};
+use crate::frames::start::{coincide, distance};
 use crate::types::law::{Formula, Law};
+use crate::types::load::Frame;
 use crate::types::table::Table;
+use crate::{GROUND, Spring, SpringLaw};
 
 impl Checker<'_> {
     pub(crate) fn table(&mut self, key: &str, table: &Table) {
@@ -29,6 +30,19 @@ impl Checker<'_> {
     }
 
     pub(crate) fn law(&mut self, key: &str, law: &Law, curves: &Curves<'_>) {
+        if law.on.is_some() {
+            return self.law_on(key, law, curves);
+        }
+        self.unwanted(
+            key,
+            "a body",
+            &[
+                ("point", law.point.is_some()),
+                ("force", law.force.is_some()),
+                ("torque", law.torque.is_some()),
+                ("axes", law.axes != Frame::Space),
+            ],
+        );
         let points = law.from.is_some() || law.to.is_some();
         match (&law.joint, points) {
             (Some(joint), false) => {
@@ -57,8 +71,7 @@ impl Checker<'_> {
                 self.report(format!("{key}.joint"), message, "write two laws");
             }
             (None, false) => {
-                let help =
-                    "add `joint = …` with `effort = …`, or `from = …`, `to = …` with `tension = …`";
+                let help = "add `joint = …` with `effort = …`, `from = …` and `to = …` with `tension = …`, or `on = …` with `force = […]`";
                 self.report(key, "the law acts on nothing".into(), help);
             }
         }
@@ -78,6 +91,92 @@ impl Checker<'_> {
                 let help = format!("add `{name} = \"…\"`, an expression of t, x and v");
                 self.report(key, "the law has no expression".into(), help);
             }
+        }
+    }
+
+    /// On a body or a particle.
+    fn law_on(&mut self, key: &str, law: &Law, curves: &Curves<'_>) {
+        self.unwanted(
+            key,
+            "points or a joint",
+            &[
+                ("joint", law.joint.is_some()),
+                ("freedom", law.freedom != 0),
+                ("effort", law.effort.is_some()),
+                ("from", law.from.is_some()),
+                ("to", law.to.is_some()),
+                ("point_from", law.point_from.is_some()),
+                ("point_to", law.point_to.is_some()),
+                ("relative_to", law.relative_to.is_some()),
+                ("tension", law.tension.is_some()),
+            ],
+        );
+        let on = law.on.as_deref().unwrap_or_default();
+        self.reference(format!("{key}.on"), on, &["body", "particle"]);
+        let particle = self.is_particle(on);
+        let parts = [
+            ("torque", law.torque.is_some(), "has no rotation"),
+            ("point", law.point.is_some(), "has no other points"),
+            ("axes", law.axes == Frame::Body, "has no axes of its own"),
+        ];
+        for (part, _, why) in parts.into_iter().filter(|(_, stated, _)| particle && *stated) {
+            let message = format!("`{on}` is a particle, it {why}");
+            self.report(format!("{key}.{part}"), message, format!("remove `{part}`"));
+        }
+        if law.force.is_none() && law.torque.is_none() {
+            let help = "add `force = [\"…\", \"…\", \"…\"]`, or `torque`";
+            self.report(key, "the law has no expression".into(), help);
+        }
+        if !particle && self.model.settings.scheme.is_energy_momentum() {
+            let scheme = self.model.settings.scheme.name();
+            let message = format!("the scheme {scheme} has no laws on bodies");
+            let help = "write a variational scheme, such as \"nodal\"";
+            self.report(format!("{key}.on"), message, help);
+        }
+        let known = &MOTION[..if particle { 7 } else { MOTION.len() }];
+        let mut reads_rates = false;
+        for (name, vector) in [("force", &law.force), ("torque", &law.torque)] {
+            for (k, formula) in vector.iter().flatten().enumerate() {
+                let key = format!("{key}.{name}[{k}]");
+                let program = self.formula(&key, formula, known, curves);
+                let reads = |own: Program| (4..known.len()).any(|input| own.reads(input));
+                reads_rates |= program.is_none_or(reads);
+            }
+        }
+        if law.conservative && !reads_rates {
+            let message = "a law that reads no rate is conservative anyway".to_owned();
+            self.report(format!("{key}.conservative"), message, "remove `conservative`");
+        }
+    }
+
+    /// The tension of a spring at the start, from which its natural length follows.
+    pub(crate) fn initial_tension(&mut self, key: &str, spring: &Spring) {
+        let Some(tension) = spring.tension else { return };
+        let [a, b] = self.points.spring(spring);
+        let length = distance([a, b]);
+        let natural = length - tension / spring.stiffness;
+        let fault = match () {
+            () if spring.natural_length.is_some() => {
+                Some("the length is stated, too: remove `natural_length`")
+            }
+            () if spring.law != SpringLaw::Linear => {
+                Some("the spring is not linear: write `natural_length`")
+            }
+            () if spring.stiffness <= 0.0 => {
+                Some("a spring without stiffness has none: write a [[law]]")
+            }
+            () if coincide(&[a, b]) => Some("both ends start at the same point: move one of them"),
+            () => None,
+        };
+        if let Some(fault) = fault {
+            let message = format!("the spring cannot have a tension of {tension} N at the start");
+            return self.report(format!("{key}.tension"), message, fault);
+        }
+        if natural < 0.0 {
+            let message = format!("the natural length would be {natural} m");
+            let most = spring.stiffness * length;
+            let help = format!("write at most {most} N, a greater stiffness, or a [[law]]");
+            self.report(format!("{key}.tension"), message, help);
         }
     }
 

@@ -551,6 +551,7 @@ impl<'a> Checker<'a> {
                 self.report(format!("{key}.{name}"), message, help);
             }
         }
+        self.initial_tension(key, spring);
         let rest = spring.natural_length.filter(|_| spring.law == SpringLaw::Linear);
         let directed = rest.is_some_and(|length| length > 0.0) || spring.damping > 0.0;
         let coincident = || coincide(&self.points.spring(spring));

@@ -159,9 +159,9 @@ pub(crate) fn spring(spring: &mut Spring, frame: &MovingFrame) {
     }
 }
 
-/// A law: the points of the ground that hold it. One along a joint is left to the checks.
+/// A law: the points of the ground that hold it. Others are left to the checks.
 pub(crate) fn law(law: &mut Law, frame: &MovingFrame) {
-    if law.joint.is_some() {
+    if law.from.is_none() {
         return;
     }
     law.relative_to = None;

@@ -24,7 +24,7 @@ use super::sections::{LISTS, PARAMETERS, is_formula};
 use crate::expression::{
     ExpressionError, evaluate, is_reserved, is_time, names, renamed, vocabulary,
 };
-use crate::formula::ALONG;
+use crate::formula::OWN;
 
 /// The section in the JSON schema.
 pub(crate) fn schema() -> serde_json::Value {
@@ -106,7 +106,7 @@ pub(crate) fn values(
 fn with_values(text: &str, parameters: &BTreeMap<String, Parameter>) -> Result<String, Problem> {
     let mut clash = None;
     let text = renamed(text, &mut |name| match parameters.get(name).and_then(|own| own.value) {
-        Some(_) if ALONG.contains(&name) => {
+        Some(_) if OWN.contains(&name) => {
             clash = Some(name.to_owned());
             name.to_owned()
         }

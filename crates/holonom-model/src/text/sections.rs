@@ -26,6 +26,6 @@ pub(crate) fn is_formula(path: &str) -> bool {
 }
 
 /// Keys of a law that are such expressions.
-pub(crate) const FORMULAS: [&str; 2] = ["effort", "tension"];
+pub(crate) const FORMULAS: [&str; 4] = ["effort", "tension", "force", "torque"];
 /// The section of parameters.
 pub(crate) const PARAMETERS: &str = "parameters";

@@ -230,6 +230,10 @@ pub struct Spring {
     /// Natural length `l0`, m; the initial distance by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub natural_length: Option<f64>,
+    /// Force with which it pulls in the initial configuration, N, negative where it pushes; instead
+    /// of `natural_length`, for a linear spring.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tension: Option<f64>,
     /// Its energy as a function of its length.
     #[serde(default)]
     pub law: SpringLaw,

@@ -3,6 +3,8 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::load::Frame;
+
 /// An expression that is evaluated along the run: a text without `=`, or a number.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
@@ -36,7 +38,8 @@ impl JsonSchema for Formula {
 }
 
 /// `[[law]]`: a force or torque by an expression of time and state, along a joint coordinate
-/// (`joint`, `effort`) or between two points (`from`, `to`, `tension`).
+/// (`joint`, `effort`), between two points (`from`, `to`, `tension`), or on a body or a particle
+/// (`on`, `force`, `torque`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Law {
@@ -72,7 +75,24 @@ pub struct Law {
     /// Force with which the points pull each other, N: of `t`, the distance `x` and its rate `v`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tension: Option<Formula>,
-    /// A law that reads `v` is taken for one that dissipates, whichever way time runs, and refused
+    /// A body or a particle: force and torque act on it alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on: Option<String>,
+    /// Where the force acts on a body: components along its axes from its centre of mass, m; the
+    /// centre by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 3]>,
+    /// Force, N, three expressions: of `t`, the place `x`, `y`, `z` of the point (m) and its velocity
+    /// `vx`, `vy`, `vz` (m/s), the angular velocity `wx`, `wy`, `wz` of the body (rad/s), in space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<[Formula; 3]>,
+    /// Torque, N·m, on a body, three expressions of the same names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque: Option<[Formula; 3]>,
+    /// The axes along which force and torque have these components: fixed in space or in the body.
+    #[serde(default)]
+    pub axes: Frame,
+    /// A law that reads a rate is taken for one that dissipates, whichever way time runs, and refused
     /// by composition methods; this one does not.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = false))]

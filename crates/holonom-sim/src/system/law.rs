@@ -3,10 +3,11 @@
 use super::drive::coordinate;
 use super::names::Names;
 use holonom_model::expression::{Program, Undefined};
-use holonom_model::{ALONG, Curves, Formula, Law, Model, ModelError, Problem};
+use holonom_model::{ALONG, Curves, Formula, Frame, Law, MOTION, Model, ModelError, Problem};
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::joint_force::{EffortSlopes, JointLaw};
+use vi_multibody::wrench_law::{INPUTS, WrenchLaw, WrenchSlopes};
 
 /// An expression of time, coordinate and rate, N or N·m.
 #[derive(Debug)]
@@ -27,33 +28,16 @@ pub(crate) struct LawFault {
 
 impl ExpressionLaw {
     fn new(law: &Law, formula: &Formula, curves: &Curves<'_>) -> Result<Self, ModelError> {
-        let program = curves.compile(formula, &ALONG).map_err(|error| {
-            let problem = Problem::new(format!("law.{}", law.name), error.message);
-            ModelError::Assembly(vec![problem.help(error.help)])
-        })?;
+        let program = compiled(law, formula, &ALONG, curves)?;
         let (name, fault) = (law.name.clone(), Mutex::default());
         let dissipative = program.reads(2) && !law.conservative;
         let affine = program.is_affine(|input| input > 0);
         Ok(Self { name, program, dissipative, affine, fault })
     }
 
-    /// The last fault.
-    pub(crate) fn fault(&self) -> Option<LawFault> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
     #[cold]
     fn note(&self, at: [f64; 3], undefined: &Undefined) {
-        let (mut message, [t, x, v]) = (format!("law `{}`: {undefined}", self.name), at);
-        for (k, (name, value)) in [("x", x), ("v", v)].into_iter().enumerate() {
-            if self.program.reads(1 + k) {
-                message += &format!(", {name} = {value:.6}");
-            }
-        }
-        if t.is_finite() && x.is_finite() && v.is_finite() {
-            let fault = Some(LawFault { t, message });
-            *self.fault.lock().unwrap_or_else(PoisonError::into_inner) = fault;
-        }
+        note(&self.fault, &self.name, (&self.program, undefined), &ALONG, &at);
     }
 }
 
@@ -86,8 +70,131 @@ impl JointLaw for ExpressionLaw {
     }
 }
 
+/// Force and torque of time and motion, six expressions.
+#[derive(Debug)]
+pub(crate) struct MotionLaw {
+    name: String,
+    programs: [Option<Program>; 6],
+    dissipative: bool,
+    fault: Mutex<Option<LawFault>>, // the last one; no part of the state
+}
+
+impl MotionLaw {
+    fn new(law: &Law, curves: &Curves<'_>) -> Result<Self, ModelError> {
+        let mut programs = [const { None }; 6];
+        for (first, vector) in [(0, &law.force), (3, &law.torque)] {
+            for (k, formula) in vector.iter().flatten().enumerate() {
+                let program = compiled(law, formula, &MOTION, curves)?;
+                programs[first + k] = Some(program).filter(|own| own.constant() != Some(0.0));
+            }
+        }
+        let reads = |own: &Program| (4..MOTION.len()).any(|input| own.reads(input));
+        let reads_rates = programs.iter().flatten().any(reads);
+        let (name, fault) = (law.name.clone(), Mutex::default());
+        Ok(Self { name, programs, dissipative: reads_rates && !law.conservative, fault })
+    }
+
+    #[cold]
+    fn note(&self, y: &[f64], program: &Program, undefined: &Undefined) {
+        note(&self.fault, &self.name, (program, undefined), &MOTION, y);
+    }
+}
+
+/// Not a number where an expression has no value: the step is then refused.
+impl WrenchLaw for MotionLaw {
+    fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6] {
+        self.programs.each_ref().map(|program| {
+            let Some(program) = program else { return 0.0 };
+            program.value(y).unwrap_or_else(|undefined| {
+                self.note(y, program, &undefined);
+                f64::NAN
+            })
+        })
+    }
+
+    fn gradient(&self, y: &[f64; INPUTS], slopes: &mut WrenchSlopes) -> [f64; 6] {
+        slopes.fill(0.0);
+        std::array::from_fn(|k| {
+            let Some(program) = &self.programs[k] else { return 0.0 };
+            let mut row = [0.0; INPUTS];
+            let value = program.gradient(y, &mut row).unwrap_or_else(|undefined| {
+                self.note(y, program, &undefined);
+                row = [f64::NAN; INPUTS];
+                f64::NAN
+            });
+            (0..INPUTS).for_each(|i| slopes[(k, i)] = row[i]);
+            value
+        })
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.dissipative
+    }
+}
+
+/// A law of a model.
+#[derive(Clone, Debug)]
+pub(crate) enum OwnLaw {
+    /// Of a coordinate or a distance.
+    Along(Arc<ExpressionLaw>),
+    /// Of the motion of a body or a point mass.
+    Motion(Arc<MotionLaw>),
+}
+
+impl OwnLaw {
+    fn fault(&self) -> Option<LawFault> {
+        let fault = match self {
+            Self::Along(law) => &law.fault,
+            Self::Motion(law) => &law.fault,
+        };
+        fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Its name, and what jumps in it.
+    fn jumps(&self) -> (&str, Vec<&'static str>) {
+        match self {
+            Self::Along(law) => (&law.name, law.program.jumps()),
+            Self::Motion(law) => {
+                (&law.name, law.programs.iter().flatten().flat_map(Program::jumps).collect())
+            }
+        }
+    }
+}
+
 /// The laws of a model, in its order.
-pub(crate) type Laws = Vec<Arc<ExpressionLaw>>;
+pub(crate) type Laws = Vec<OwnLaw>;
+
+fn compiled(
+    law: &Law,
+    formula: &Formula,
+    own: &[&str],
+    curves: &Curves<'_>,
+) -> Result<Program, ModelError> {
+    curves.compile(formula, own).map_err(|error| {
+        let problem = Problem::new(format!("law.{}", law.name), error.message);
+        ModelError::Assembly(vec![problem.help(error.help)])
+    })
+}
+
+/// Keeps why an expression has no value where its inputs have one.
+fn note(
+    fault: &Mutex<Option<LawFault>>,
+    name: &str,
+    (program, undefined): (&Program, &Undefined),
+    names: &[&str],
+    at: &[f64],
+) {
+    let mut message = format!("law `{name}`: {undefined}");
+    for (k, (name, value)) in names.iter().zip(at).enumerate().skip(1) {
+        if program.reads(k) {
+            message += &format!(", {name} = {value:.6}");
+        }
+    }
+    if at.iter().all(|input| input.is_finite()) {
+        let found = Some(LawFault { t: at[0], message });
+        *fault.lock().unwrap_or_else(PoisonError::into_inner) = found;
+    }
+}
 
 /// Adds the laws of a model.
 pub(super) fn add_laws(
@@ -98,9 +205,16 @@ pub(super) fn add_laws(
     let curves = Curves::new(model);
     let mut laws = Vec::new();
     for law in &model.laws {
+        if let Some(on) = &law.on {
+            let own = Arc::new(MotionLaw::new(law, &curves)?);
+            laws.push(OwnLaw::Motion(own.clone()));
+            let at = names.point(on, law.point.unwrap_or_default());
+            builder.wrench(at, law.axes == Frame::Body, own).named(&law.name);
+            continue;
+        }
         let Some((_, formula)) = law.formula() else { continue }; // refused by the checks
         let own = Arc::new(ExpressionLaw::new(law, formula, &curves)?);
-        laws.push(own.clone());
+        laws.push(OwnLaw::Along(own.clone()));
         let own: Arc<dyn JointLaw> = own;
         if let Some((joint, id)) = law.joint.as_deref().and_then(|joint| names.joint(joint)) {
             let key = format!("law.{}.freedom", law.name);
@@ -119,8 +233,9 @@ pub(super) fn add_laws(
 /// What is worth knowing of them.
 pub(crate) fn warnings(laws: &Laws) -> impl Iterator<Item = String> {
     laws.iter().filter_map(|law| {
-        let jumps = law.program.jumps();
-        let (name, list) = (&law.name, jumps.join(" and "));
+        let (name, mut jumps) = law.jumps();
+        jumps.dedup();
+        let list = jumps.join(" and ");
         (!jumps.is_empty()).then(|| {
             format!(
                 "law `{name}` jumps ({list}): the method has order 1 across a jump; smooth(x, a, b) changes from 0 to 1 without one"
@@ -133,5 +248,5 @@ pub(crate) fn warnings(laws: &Laws) -> impl Iterator<Item = String> {
 pub(crate) fn fault_within(laws: &Laws, t: f64, h: f64) -> Option<LawFault> {
     let (first, last) = (t.min(t + h), t.max(t + h));
     let within = |fault: &LawFault| (first..=last).contains(&fault.t);
-    laws.iter().filter_map(|law| law.fault()).find(within)
+    laws.iter().filter_map(OwnLaw::fault).find(within)
 }

@@ -1,7 +1,9 @@
 //! From the parts of a builder to a description, a mechanism, and its force elements.
 
 use super::error::{finite, positive};
-use super::force::{ElementForce, JointElementKind, LoadPart, ParticleLoadPart, TensionPart};
+use super::force::{
+    ElementForce, JointElementKind, LoadPart, ParticleLoadPart, TensionPart, WrenchPart,
+};
 use super::joint::direction;
 use super::{
     BuildError, BuiltMechanism, ConstraintKind, ConstraintPart, CoordinateId, ForceElements, Guide,
@@ -13,6 +15,7 @@ use crate::force::joint_force::{JointForce, JointSpring};
 use crate::force::particle_load::ParticleLoad;
 use crate::force::spring::{Damper, Spring, SpringLaw};
 use crate::force::tension::Tension;
+use crate::force::wrench_law::{ActsOn, WrenchForce};
 use crate::geometry::form::Form;
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::{Attachment, Bar, BarEnd, Description, joint_at};
@@ -202,6 +205,25 @@ impl MechanismBuilder {
             }
             let tension = Tension { between: to.minus(&from), law: law.clone() };
             forces.add(name, ElementForce::Coordinates(Arc::new(tension)));
+        }
+        for WrenchPart { name, at, follows, law } in &self.wrenches {
+            let element = || format!("`{name}`");
+            let on = match at.member {
+                Attachment::Body(k) => {
+                    known(element, "body", k, self.bodies.len())?;
+                    let axes = self.bodies[k].resolve()?.1.transpose();
+                    let point = self.components(at)?;
+                    finite(element, "point", point.as_slice())?;
+                    ActsOn::Frame { offset: 12 * k, point, axes: follows.then_some(axes) }
+                }
+                Attachment::Particle(k) => {
+                    known(element, "particle", k, self.particles.len())?;
+                    let dimension = mechanism.description().dimension;
+                    ActsOn::Particle { offset: mechanism.particle_offset(k), dimension }
+                }
+                Attachment::Ground => continue, // nothing moves
+            };
+            forces.add(name, ElementForce::Wrench(WrenchForce { on, law: law.clone() }));
         }
         for own in &self.own_forces {
             forces.add(&own.name, ElementForce::Coordinates(own.force.clone()));

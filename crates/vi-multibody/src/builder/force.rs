@@ -5,6 +5,7 @@ use super::{BodyId, BuildError, CoordinateId, ParticleId, PointOn, PointPlace};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
 use crate::force::spring::{Spring, SpringLaw};
+use crate::force::wrench_law::{WrenchForce, WrenchLaw};
 use crate::mechanism::Mechanism;
 use crate::solver::run::{MechanismIntegrator, Solver, integrator};
 use nalgebra::Vector3;
@@ -46,6 +47,8 @@ pub enum ElementForce {
     Joint(JointForce<Arc<dyn JointLaw>>),
     /// On a body.
     Body(Load),
+    /// On a body or a point mass, by a law of its motion.
+    Wrench(WrenchForce),
 }
 
 impl std::fmt::Debug for ElementForce {
@@ -54,6 +57,7 @@ impl std::fmt::Debug for ElementForce {
             Self::Coordinates(_) => f.debug_struct("Coordinates").finish_non_exhaustive(),
             Self::Joint(force) => f.debug_tuple("Joint").field(force).finish(),
             Self::Body(load) => f.debug_tuple("Body").field(load).finish(),
+            Self::Wrench(force) => f.debug_tuple("Wrench").field(force).finish(),
         }
     }
 }
@@ -99,6 +103,7 @@ impl ForceElements {
                 ElementForce::Coordinates(force) => Box::new(MidpointForce(force)),
                 ElementForce::Joint(force) => Box::new(force),
                 ElementForce::Body(load) => Box::new(load),
+                ElementForce::Wrench(force) => Box::new(force),
             };
             system = system.force_of(own.source(), discrete);
         }
@@ -223,6 +228,15 @@ pub(super) struct TensionPart {
     pub(super) from: PointOn,
     pub(super) to: PointOn,
     pub(super) law: Arc<dyn JointLaw>,
+}
+
+/// A law on a body or a point mass.
+#[derive(Clone)]
+pub(super) struct WrenchPart {
+    pub(super) name: String,
+    pub(super) at: PointOn,
+    pub(super) follows: bool,
+    pub(super) law: Arc<dyn WrenchLaw>,
 }
 
 /// A force on any coordinates.

@@ -22,13 +22,14 @@ pub use joint::JointEntry;
 
 use crate::constraint::scalar_constraint::Reference;
 use crate::force::joint_force::{JointLaw, Motor};
+use crate::force::wrench_law::WrenchLaw;
 use crate::mechanism::description::{BarEnd, BodySpec, ParticleSpec};
 use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint};
 use body::BodyPart;
 use force::{
     JointElementKind, JointForceElement, LoadPart, OwnForce, ParticleLoadPart, PointElement,
-    TensionPart,
+    TensionPart, WrenchPart,
 };
 pub(crate) use id::PointPlace;
 use joint::JointPart;
@@ -78,6 +79,7 @@ pub struct MechanismBuilder {
     loads: Vec<LoadPart>,
     particle_loads: Vec<ParticleLoadPart>,
     tensions: Vec<TensionPart>,
+    wrenches: Vec<WrenchPart>,
     own_forces: Vec<OwnForce>,
     beams: Vec<Range<usize>>,
 }
@@ -374,6 +376,18 @@ impl MechanismBuilder {
         let (name, law): (_, Arc<dyn JointLaw>) = (String::new(), Arc::new(law));
         let part = TensionPart { name, from: from.into(), to: to.into(), law };
         ForceEntry { name: &mut added(&mut self.tensions, part).name }
+    }
+
+    /// Adds a force (N) at a point of a body or on a point mass, and a torque (N·m), by a law of its
+    /// motion: components in space, or along the axes of the body for one that `follows`.
+    pub fn wrench(
+        &mut self,
+        at: impl Into<PointOn>,
+        follows: bool,
+        law: impl WrenchLaw + 'static,
+    ) -> ForceEntry<'_> {
+        let part = WrenchPart { name: String::new(), at: at.into(), follows, law: Arc::new(law) };
+        ForceEntry { name: &mut added(&mut self.wrenches, part).name }
     }
 
     /// Adds a load on a body; the entry takes force, torque, point and time history.

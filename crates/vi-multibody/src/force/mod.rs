@@ -5,3 +5,4 @@ pub mod joint_force;
 pub mod particle_load;
 pub mod spring;
 pub mod tension;
+pub mod wrench_law;

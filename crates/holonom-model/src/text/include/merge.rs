@@ -11,7 +11,7 @@ use super::scope::{FRAME, Scope, meant, scopes};
 use super::tree::{IncludeTree, POSE, parse};
 use super::writer::{Writer, key_as_toml, quoted};
 use crate::expression::{renamed, renamed_parts};
-use crate::formula::ALONG;
+use crate::formula::OWN;
 use crate::frames::start::is_ground;
 use crate::text::parameters;
 use crate::text::problem::{MAX_PROBLEMS, Problem, nearest};
@@ -19,7 +19,7 @@ use crate::text::sections::{FORMULAS, LISTS, PARAMETERS, TABLES};
 use crate::text::wishes;
 
 /// Keys of a part that name other parts.
-const REFERENCES: [&str; 11] = [
+const REFERENCES: [&str; 12] = [
     "from",
     "to",
     "parent",
@@ -31,6 +31,7 @@ const REFERENCES: [&str; 11] = [
     "of",
     "relative_to",
     "seen_from",
+    "on",
 ];
 
 type Value<'i> = Spanned<DeValue<'i>>;
@@ -396,7 +397,7 @@ impl<'a, 'i> Merge<'a, 'i> {
             Role::Formula if !text.starts_with('=') => renamed_parts(text, &mut |name| {
                 let Scope { names, parameters } = &self.scopes[index];
                 let own =
-                    ALONG.contains(&name) && !names.contains(name) && !parameters.contains(name);
+                    OWN.contains(&name) && !names.contains(name) && !parameters.contains(name);
                 let defines = |k: usize, name: &str| {
                     self.scopes[k].names.contains(name) || self.scopes[k].parameters.contains(name)
                 };

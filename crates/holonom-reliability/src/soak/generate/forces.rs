@@ -67,6 +67,7 @@ fn spring(model: &mut Model, draw: &mut Draw) {
     let damping = if draw.chance(0.25) { draw.magnitude(&[0.01, 0.1, 1.0]) } else { 0.0 };
     let name = format!("spring{}", model.springs.len());
     model.springs.push(Spring {
+        tension: None,
         name,
         from,
         to,

@@ -169,6 +169,7 @@ fn add(model: &mut Model, member: Addition, draw: &mut Draw) {
     };
     let point_from = (from == GROUND).then(|| vec![0.0, 3.0, 3.0]);
     model.springs.push(Spring {
+        tension: None,
         name: "added_spring".into(),
         from,
         to,

@@ -1,0 +1,508 @@
+//! Forces and torques on a body or a point mass by laws of its own motion.
+//!
+//! ```text
+//! y = (t, X, Ẋ, w)      in a step at t_{n+1/2}: X = X(q_{n+1/2}), Ẋ = X(Δq)/h, w = θ/h
+//! θ                     rotation vector of the step: θ = g s, g = φ/σ, φ = atan2(σ, κ), σ = |s|
+//!                       s = ½ Σ d_I(q_n) × d_I(q_{n+1}),   κ = ½ (Σ d_I(q_n)·d_I(q_{n+1}) − 1)
+//! δθ = g δs + s (A s·δs − δκ/N),   N = σ² + κ²,   A = (κ/N − g)/σ²  → −2/3
+//! f_d^∓ = (h/2) (f, ϱ_I f + ½ τ×d_I)    with the directors of q_n | q_{n+1}, as loads
+//! (f, τ) = law(y)        along the axes of space, or Σ (B law)_I d̄_I along those of the body
+//! ```
+//! `X = φ + ϱ_I d_I` the point where the force acts, `w` the angular velocity, in space. The work
+//! of a step is exact in the increments, so the energy is a balance to second order.
+//!
+//! Source: LMO08 §4 for the director form; Marsden & West 2001, part 3, for the discrete forces.
+#![allow(non_snake_case)] // A, B, N, X: the letters above
+
+use nalgebra::{Matrix3, SMatrix, Vector3};
+use std::sync::Arc;
+use vi_core::Configuration;
+use vi_core::force::{DiscreteForce, Force};
+use vi_core::interval::Interval;
+use vi_core::sparse::Entries;
+use vi_rigid::directors::{FRAME, director};
+
+/// Inputs of a law: `t`, `X`, `Ẋ`, `w`.
+pub const INPUTS: usize = 10;
+/// `∂(f, τ)/∂y`.
+pub type WrenchSlopes = SMatrix<f64, 6, INPUTS>;
+type Wrench6 = SMatrix<f64, 6, 1>;
+type Rows = SMatrix<f64, INPUTS, FRAME>;
+type Block12 = SMatrix<f64, FRAME, FRAME>;
+
+/// A force (N) and a torque (N·m) by time and motion.
+pub trait WrenchLaw: Send + Sync {
+    /// `(f, τ)` at `y`.
+    fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6];
+    /// `(f, τ)` and its derivatives by `y`.
+    fn gradient(&self, y: &[f64; INPUTS], slopes: &mut WrenchSlopes) -> [f64; 6];
+    /// Whether it dissipates energy.
+    fn is_dissipative(&self) -> bool;
+}
+
+impl<L: WrenchLaw + ?Sized> WrenchLaw for Arc<L> {
+    fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6] {
+        (**self).evaluate(y)
+    }
+    fn gradient(&self, y: &[f64; INPUTS], slopes: &mut WrenchSlopes) -> [f64; 6] {
+        (**self).gradient(y, slopes)
+    }
+    fn is_dissipative(&self) -> bool {
+        (**self).is_dissipative()
+    }
+}
+
+/// What a law acts on.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ActsOn {
+    /// The frame at coordinate `offset`, at the point `ϱ_I d_I` from its centre (m); with `axes`,
+    /// which takes components of the law to those along the directors, it follows the frame.
+    Frame {
+        /// First coordinate.
+        offset: usize,
+        /// `ϱ_I`, m.
+        point: Vector3<f64>,
+        /// `B`.
+        axes: Option<Matrix3<f64>>,
+    },
+    /// The point mass at coordinate `offset`.
+    Particle {
+        /// First coordinate.
+        offset: usize,
+        /// Of the space: 2 or 3.
+        dimension: usize,
+    },
+}
+
+/// A [`WrenchLaw`] on a member, as a discrete force pair.
+#[derive(Clone)]
+pub struct WrenchForce {
+    /// The member.
+    pub on: ActsOn,
+    /// The law.
+    pub law: Arc<dyn WrenchLaw>,
+}
+
+impl std::fmt::Debug for WrenchForce {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("WrenchForce").field("on", &self.on).finish_non_exhaustive()
+    }
+}
+
+/// The rotation of a step and how it changes with its end.
+struct Turn {
+    theta: Vector3<f64>,
+    s: Vector3<f64>,
+    g: f64,
+    A: f64,
+    N: f64,
+}
+
+impl Turn {
+    fn of(start: &[f64], end: &[f64]) -> Self {
+        let (mut s, mut trace) = (Vector3::zeros(), 0.0);
+        for i in 0..3 {
+            let (a, b) = (director(start, i), director(end, i));
+            s += 0.5 * a.cross(&b);
+            trace += a.dot(&b);
+        }
+        let (sine, cosine) = (s.norm(), 0.5 * (trace - 1.0));
+        let N = sine * sine + cosine * cosine;
+        let g = if sine < 1e-9 { 1.0 } else { libm::atan2(sine, cosine) / sine };
+        let A = if sine < 1e-3 { -2.0 / 3.0 } else { (cosine / N - g) / (sine * sine) };
+        Self { theta: g * s, s, g, A, N }
+    }
+
+    /// `∂θ/∂d_I(q_{n+1})` where `d_I` is that of the start.
+    fn by_director(&self, d: &Vector3<f64>) -> Matrix3<f64> {
+        let Self { s, g, A, N, .. } = self;
+        // row k of δs: ½ e_k × d, so that δs = −½ [d]× ᵀ …
+        let across = 0.5 * d.cross_matrix();
+        let along = 0.5 * *A * s.cross(d) - 0.5 / N * d;
+        *g * across + s * along.transpose()
+    }
+}
+
+impl WrenchForce {
+    fn size(&self) -> usize {
+        match self.on {
+            ActsOn::Frame { .. } => FRAME,
+            ActsOn::Particle { dimension, .. } => dimension,
+        }
+    }
+
+    fn offset(&self) -> usize {
+        match self.on {
+            ActsOn::Frame { offset, .. } | ActsOn::Particle { offset, .. } => offset,
+        }
+    }
+
+    /// Its coordinates among all, those of a point mass followed by zeros.
+    fn own(&self, q: &[f64]) -> [f64; FRAME] {
+        let mut own = [0.0; FRAME];
+        own[..self.size()].copy_from_slice(&q[self.offset()..self.offset() + self.size()]);
+        own
+    }
+
+    /// `X`, linear in the coordinates.
+    fn point(&self, own: &[f64; FRAME]) -> Vector3<f64> {
+        let center = Vector3::new(own[0], own[1], own[2]);
+        match &self.on {
+            ActsOn::Frame { point, .. } => {
+                center + (0..3).map(|i| point[i] * director(own, i)).sum::<Vector3<f64>>()
+            }
+            ActsOn::Particle { .. } => center,
+        }
+    }
+
+    /// Adds `scale ∂X/∂q` to three rows.
+    fn point_rows(&self, scale: f64, first: usize, rows: &mut Rows) {
+        for k in 0..3 {
+            rows[(first + k, k)] += scale;
+            if let ActsOn::Frame { point, .. } = &self.on {
+                (0..3).for_each(|i| rows[(first + k, 3 + 3 * i + k)] += scale * point[i]);
+            }
+        }
+    }
+
+    /// `y` by `t`, `X`, `Ẋ`, `w`.
+    fn inputs(t: f64, x: &Vector3<f64>, v: &Vector3<f64>, w: &Vector3<f64>) -> [f64; INPUTS] {
+        [t, x.x, x.y, x.z, v.x, v.y, v.z, w.x, w.y, w.z]
+    }
+
+    /// `y` in a step, and its derivative by the end.
+    fn in_step(&self, s: &Interval, rows: Option<&mut Rows>) -> [f64; INPUTS] {
+        let (mid, rate) = (self.own(&s.q_mid), self.own(&s.v_mid));
+        let (x, v) = (self.point(&mid), self.point(&rate));
+        let frame = matches!(self.on, ActsOn::Frame { .. });
+        let start = self.own(&s.q0);
+        let turn = frame.then(|| Turn::of(&start, &self.own(&s.q1)));
+        let w = turn.as_ref().map_or_else(Vector3::zeros, |turn| turn.theta / s.h);
+        if let Some(rows) = rows {
+            self.point_rows(0.5, 1, rows);
+            self.point_rows(1.0 / s.h, 4, rows);
+            if let Some(turn) = turn {
+                for i in 0..3 {
+                    let by = turn.by_director(&director(&start, i)) / s.h;
+                    rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
+                }
+            }
+        }
+        Self::inputs(s.t_mid(), &x, &v, &w)
+    }
+
+    /// `y` at a node.
+    fn at_node(&self, t: f64, own: &[f64; FRAME], rate: &[f64; FRAME]) -> [f64; INPUTS] {
+        let mut w = Vector3::zeros();
+        if matches!(self.on, ActsOn::Frame { .. }) {
+            w = (0..3).map(|i| 0.5 * director(own, i).cross(&director(rate, i))).sum();
+        }
+        Self::inputs(t, &self.point(own), &self.point(rate), &w)
+    }
+
+    /// `(f, τ)` in space of what the law gives, with the directors of `own`.
+    fn spatial(&self, wrench: [f64; 6], own: &[f64; FRAME]) -> [Vector3<f64>; 2] {
+        let [f, m] = [0, 3].map(|k| Vector3::new(wrench[k], wrench[k + 1], wrench[k + 2]));
+        match &self.on {
+            ActsOn::Frame { axes: Some(axes), .. } => {
+                let turned = |c: Vector3<f64>| -> Vector3<f64> {
+                    let c = axes * c;
+                    (0..3).map(|i| c[i] * director(own, i)).sum()
+                };
+                [turned(f), turned(m)]
+            }
+            _ => [f, m],
+        }
+    }
+
+    /// `out ← out + scale (f, ϱ_I f + ½ τ×d_I)` with the directors of `own`.
+    fn add_wrench(
+        &self,
+        scale: f64,
+        [f, m]: [Vector3<f64>; 2],
+        own: &[f64; FRAME],
+        out: &mut [f64],
+    ) {
+        let out = &mut out[self.offset()..self.offset() + self.size()];
+        (0..self.size().min(3)).for_each(|k| out[k] += scale * f[k]);
+        if let ActsOn::Frame { point, .. } = &self.on {
+            for i in 0..3 {
+                let d = point[i] * f + 0.5 * m.cross(&director(own, i));
+                (0..3).for_each(|k| out[3 + 3 * i + k] += scale * d[k]);
+            }
+        }
+    }
+
+    /// `∂(coordinates)/∂(f, τ)` with the directors of `own`.
+    fn columns(&self, own: &[f64; FRAME]) -> SMatrix<f64, FRAME, 6> {
+        let mut columns = SMatrix::<f64, FRAME, 6>::zeros();
+        for k in 0..3 {
+            columns[(k, k)] = 1.0;
+        }
+        if let ActsOn::Frame { point, .. } = &self.on {
+            for i in 0..3 {
+                let by_force = Matrix3::identity() * point[i];
+                columns.fixed_view_mut::<3, 3>(3 + 3 * i, 0).copy_from(&by_force);
+                let by_torque = -0.5 * director(own, i).cross_matrix();
+                columns.fixed_view_mut::<3, 3>(3 + 3 * i, 3).copy_from(&by_torque);
+            }
+        }
+        columns
+    }
+
+    /// `∂(f, τ)/∂q` where `y` changes by `rows` and the axes with the directors by `share`.
+    fn wrench_rows(
+        &self,
+        y: &[f64; INPUTS],
+        own: &[f64; FRAME],
+        rows: &Rows,
+        share: f64,
+    ) -> SMatrix<f64, 6, FRAME> {
+        let mut slopes = WrenchSlopes::zeros();
+        let wrench = self.law.gradient(y, &mut slopes);
+        let by_law = slopes * rows;
+        let ActsOn::Frame { axes: Some(axes), .. } = &self.on else { return by_law };
+        let directors = Matrix3::from_columns(&[0, 1, 2].map(|i| director(own, i))) * axes;
+        let mut all = SMatrix::<f64, 6, FRAME>::zeros();
+        let wrench = Wrench6::from(wrench);
+        for k in [0, 3] {
+            let turned = directors * by_law.fixed_rows::<3>(k);
+            all.fixed_rows_mut::<3>(k).copy_from(&turned);
+            let c = axes * wrench.fixed_rows::<3>(k);
+            for i in 0..3 {
+                for l in 0..3 {
+                    all[(k + l, 3 + 3 * i + l)] += share * c[i];
+                }
+            }
+        }
+        all
+    }
+
+    fn emit(&self, scale: f64, block: &Block12, out: &mut dyn Entries) {
+        let (first, size) = (self.offset(), self.size());
+        for i in 0..size {
+            for j in 0..size {
+                out.add(first + i, first + j, scale * block[(i, j)]);
+            }
+        }
+    }
+
+    /// Half the impulse of a step with the directors of the end `q`.
+    fn add_half(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
+        let wrench = self.law.evaluate(&self.in_step(s, None));
+        let wrench = self.spatial(wrench, &self.own(&s.q_mid));
+        self.add_wrench(0.5 * s.h, wrench, &self.own(q), out);
+    }
+}
+
+/// The continuous force; at averaged directors, as energy–momentum schemes take it, of order 2.
+impl Force for WrenchForce {
+    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        let (own, rate) = (self.own(q), self.own(v));
+        let wrench = self.law.evaluate(&self.at_node(t, &own, &rate));
+        self.add_wrench(scale, self.spatial(wrench, &own), &own, out);
+    }
+
+    fn add_position_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let (own, rate) = (self.own(q), self.own(v));
+        let y = self.at_node(t, &own, &rate);
+        let mut rows = Rows::zeros();
+        self.point_rows(1.0, 1, &mut rows);
+        let frame = matches!(self.on, ActsOn::Frame { .. });
+        for i in (0..3).filter(|_| frame) {
+            let by = -0.5 * director(&rate, i).cross_matrix(); // ½ δd × ḋ
+            rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
+        }
+        let mut block = self.columns(&own) * self.wrench_rows(&y, &own, &rows, 1.0);
+        let [_, torque] = self.spatial(self.law.evaluate(&y), &own);
+        for i in (0..3).filter(|_| frame) {
+            let mut part = block.fixed_view_mut::<3, 3>(3 + 3 * i, 3 + 3 * i);
+            part += 0.5 * torque.cross_matrix(); // ½ τ × δd
+        }
+        self.emit(scale, &block, out);
+    }
+
+    fn add_velocity_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let (own, rate) = (self.own(q), self.own(v));
+        let y = self.at_node(t, &own, &rate);
+        let mut rows = Rows::zeros();
+        self.point_rows(1.0, 4, &mut rows);
+        for i in (0..3).filter(|_| matches!(self.on, ActsOn::Frame { .. })) {
+            let by = 0.5 * director(&own, i).cross_matrix();
+            rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
+        }
+        let block = self.columns(&own) * self.wrench_rows(&y, &own, &rows, 0.0);
+        self.emit(scale, &block, out);
+    }
+
+    fn acts_from_ground(&self) -> bool {
+        true
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.law.is_dissipative()
+    }
+}
+
+impl DiscreteForce for WrenchForce {
+    fn add_minus(&self, s: &Interval, out: &mut [f64]) {
+        self.add_half(s, &s.q0, out);
+    }
+
+    fn add_plus(&self, s: &Interval, out: &mut [f64]) {
+        self.add_half(s, &s.q1, out);
+    }
+
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        let mut rows = Rows::zeros();
+        let y = self.in_step(s, Some(&mut rows));
+        let by_end = self.wrench_rows(&y, &self.own(&s.q_mid), &rows, 0.5);
+        self.emit(0.5 * s.h, &(self.columns(&self.own(&s.q0)) * by_end), out);
+    }
+
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.add(at.t, at.q, v, 1.0, out);
+    }
+
+    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.add_position_derivative(at.t, at.q, v, scale, out);
+    }
+
+    fn acts_from_ground(&self) -> bool {
+        true
+    }
+
+    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.add_velocity_derivative(at.t, at.q, v, scale, out);
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.law.is_dissipative()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, Rotation3};
+
+    /// Of all inputs, with curvature.
+    struct Curved;
+
+    impl WrenchLaw for Curved {
+        fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6] {
+            std::array::from_fn(|k| {
+                (0..INPUTS)
+                    .map(|i| (0.3 + 0.1 * (k * i % 7) as f64) * y[i] * y[(i + k) % INPUTS])
+                    .sum()
+            })
+        }
+        fn gradient(&self, y: &[f64; INPUTS], slopes: &mut WrenchSlopes) -> [f64; 6] {
+            slopes.fill(0.0);
+            for k in 0..6 {
+                for i in 0..INPUTS {
+                    let c = 0.3 + 0.1 * (k * i % 7) as f64;
+                    slopes[(k, i)] += c * y[(i + k) % INPUTS];
+                    slopes[(k, (i + k) % INPUTS)] += c * y[i];
+                }
+            }
+            self.evaluate(y)
+        }
+        fn is_dissipative(&self) -> bool {
+            true
+        }
+    }
+
+    fn frame(at: [f64; 3], turned: [f64; 3]) -> Vec<f64> {
+        let rotation = Rotation3::new(Vector3::from(turned)).into_inner();
+        at.into_iter().chain(rotation.iter().copied()).collect()
+    }
+
+    fn forces() -> [WrenchForce; 3] {
+        let point = Vector3::new(0.3, -0.2, 0.1);
+        let axes = Some(Rotation3::new(Vector3::new(0.2, 0.4, -0.1)).into_inner());
+        [
+            ActsOn::Frame { offset: 0, point, axes: None },
+            ActsOn::Frame { offset: 0, point, axes },
+            ActsOn::Particle { offset: 0, dimension: 3 },
+        ]
+        .map(|on| WrenchForce { on, law: Arc::new(Curved) })
+    }
+
+    fn differences(n: usize, q: &[f64], f: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {
+        let e = 1e-6;
+        let mut all = DMatrix::zeros(n, n);
+        for j in 0..n {
+            let moved = |by: f64| {
+                let mut q = q.to_vec();
+                q[j] += by;
+                f(&q)
+            };
+            let (plus, minus) = (moved(e), moved(-e));
+            (0..n).for_each(|i| all[(i, j)] = (plus[i] - minus[i]) / (2.0 * e));
+        }
+        all
+    }
+
+    #[test]
+    fn derivatives_against_central_differences() {
+        let q0 = frame([0.1, 0.2, -0.3], [0.3, -0.5, 0.2]);
+        let v: Vec<f64> = (0..12).map(|i| 0.1 * f64::from(i) - 0.5).collect();
+        for (k, force) in forces().into_iter().enumerate() {
+            let n = force.size();
+            for turned in [[0.5, -0.3, 0.4], [0.3, -0.5, 0.2], [0.3, -0.5, 0.2001]] {
+                let q1 = frame([0.15, 0.1, -0.2], turned);
+                let expected = differences(n, &q1, |q1| {
+                    let mut out = vec![0.0; 12];
+                    force.add_minus(&Interval::between(0.4, 0.1, &q0, q1), &mut out);
+                    out
+                });
+                let mut found = DMatrix::zeros(n, n);
+                force.add_minus_d2(&Interval::between(0.4, 0.1, &q0, &q1), &mut found);
+                let error = (found - &expected).amax() / expected.amax();
+                println!("law {k}, D_2 f_d^-: {error:.1e}");
+                assert!(error < 1e-7);
+            }
+            let value = |q: &[f64], v: &[f64]| {
+                let mut out = vec![0.0; 12];
+                force.add(0.4, q, v, 1.0, &mut out);
+                out
+            };
+            let [mut by_q, mut by_v] = [DMatrix::zeros(n, n), DMatrix::zeros(n, n)];
+            force.add_position_derivative(0.4, &q0, &v, 1.0, &mut by_q);
+            force.add_velocity_derivative(0.4, &q0, &v, 1.0, &mut by_v);
+            let errors = [
+                (by_q - differences(n, &q0, |q| value(q, &v))).amax(),
+                (by_v - differences(n, &v, |v| value(&q0, v))).amax(),
+            ];
+            println!("law {k}, slopes: {errors:?}");
+            assert!(errors.iter().all(|error| *error < 1e-7));
+        }
+    }
+
+    #[test]
+    fn the_turn_of_a_step_is_its_rotation_vector() {
+        let q0 = frame([0.0; 3], [0.3, -0.5, 0.2]);
+        for turned in [[0.0, 0.0, 1e-12], [1e-5, 0.0, 2e-5], [0.4, -1.0, 2.0], [0.0, 3.0, 0.0]] {
+            let first = Rotation3::new(Vector3::new(0.3, -0.5, 0.2));
+            let own = (Rotation3::new(Vector3::from(turned)) * first).into_inner();
+            let q1: Vec<f64> = [0.0; 3].into_iter().chain(own.iter().copied()).collect();
+            let error = (Turn::of(&q0, &q1).theta - Vector3::from(turned)).amax();
+            assert!(error < 1e-14, "{turned:?}: {error:e}");
+        }
+    }
+}
