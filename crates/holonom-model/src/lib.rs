@@ -343,7 +343,8 @@ impl Model {
         self.particles.iter().find(|p| p.name == name)
     }
 
-    /// The time from which no load acts, s: 0 without loads, `None` when one never ends, or a law acts.
+    /// The time from which no load acts, s: 0 without loads, `None` when one never ends, or a law
+    /// acts.
     #[must_use]
     pub fn loads_end(&self) -> Option<f64> {
         if !self.laws.is_empty() {
@@ -352,8 +353,8 @@ impl Model {
         self.loads.iter().try_fold(0.0_f64, |end, load| Some(end.max(load.history.end()?)))
     }
 
-    /// Whether nothing but weight, springs and elastic beams does work: no load, law, motor, damper,
-    /// damping of a section, algorithmic dissipation or prescribed motion.
+    /// Whether nothing but weight, springs and elastic beams does work: no load, law, motor,
+    /// damper, damping of a section, algorithmic dissipation or prescribed motion.
     #[must_use]
     pub fn is_conservative(&self) -> bool {
         let passive = |joint: &Joint| {

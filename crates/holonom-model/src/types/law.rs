@@ -82,8 +82,9 @@ pub struct Law {
     /// centre by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<[f64; 3]>,
-    /// Force, N, three expressions: of `t`, the place `x`, `y`, `z` of the point (m) and its velocity
-    /// `vx`, `vy`, `vz` (m/s), the angular velocity `wx`, `wy`, `wz` of the body (rad/s), in space.
+    /// Force, N, three expressions: of `t`, the place `x`, `y`, `z` of the point (m) and its
+    /// velocity `vx`, `vy`, `vz` (m/s), the angular velocity `wx`, `wy`, `wz` of the body (rad/s),
+    /// in space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<[Formula; 3]>,
     /// Torque, N·m, on a body, three expressions of the same names.
@@ -92,8 +93,8 @@ pub struct Law {
     /// The axes along which force and torque have these components: fixed in space or in the body.
     #[serde(default)]
     pub axes: Frame,
-    /// A law that reads a rate is taken for one that dissipates, whichever way time runs, and refused
-    /// by composition methods; this one does not.
+    /// A law that reads a rate is taken for one that dissipates, whichever way time runs, and
+    /// refused by composition methods; this one does not.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = false))]
     pub conservative: bool,

@@ -378,8 +378,8 @@ impl MechanismBuilder {
         ForceEntry { name: &mut added(&mut self.tensions, part).name }
     }
 
-    /// Adds a force (N) at a point of a body or on a point mass, and a torque (N·m), by a law of its
-    /// motion: components in space, or along the axes of the body for one that `follows`.
+    /// Adds a force (N) at a point of a body or on a point mass, and a torque (N·m), by a law of
+    /// its motion: components in space, or along the axes of the body for one that `follows`.
     pub fn wrench(
         &mut self,
         at: impl Into<PointOn>,
