@@ -55,8 +55,8 @@ pub use types::reference_frame::ReferenceFrame;
 pub use types::section::Section;
 pub use types::sensor::{ReactionFrame, Sensor, SensorKind};
 pub use types::settings::{
-    Family, Header, HighOrder, LinearSolver, MAX_STEPS, OnFailure, Quadrature, Scheme, Settings,
-    Start, Strain,
+    Bifurcation, Family, Header, HighOrder, LinearSolver, MAX_STEPS, OnFailure, Quadrature, Scheme,
+    Settings, Start, Strain,
 };
 pub use types::shape::{Inertia, Scale, Shape, ShapeKind};
 pub use types::station::{Station, Stations};

@@ -23,7 +23,7 @@ use crate::sample::{Member, Residuals, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::beams::{Beams, bending_bounds};
 use crate::system::{self, System};
-use holonom_model::{Columns, History, Model, ModelError, Scheme, Settings};
+use holonom_model::{Bifurcation, Columns, History, Model, ModelError, Scheme, Settings};
 use nalgebra::Complex;
 use std::io;
 use vi_constraints::Constraints;
@@ -357,8 +357,12 @@ impl Statics {
         proceed: &mut dyn FnMut(u64, u64) -> bool,
     ) -> io::Result<Result<Reached, RunFailure>> {
         let steps = self.settings.steps();
-        let settings =
-            StaticSettings { first_step: 1.0, newton: self.newton(), ..StaticSettings::default() };
+        let settings = StaticSettings {
+            first_step: 1.0,
+            switches_branch: self.switches_branch(),
+            newton: self.newton(),
+            ..StaticSettings::default()
+        };
         for n in 1..=steps {
             if !proceed(n, steps) {
                 return Ok(Ok(Reached::Paused));
@@ -371,6 +375,7 @@ impl Statics {
             };
             let path = path.unwrap_or_default();
             self.facts.halvings += path.halvings as u64;
+            self.facts.switched = path.switched.or(self.facts.switched);
             let recorded = n.is_multiple_of(self.settings.every) || n == steps || error.is_some();
             for point in &path.points {
                 if let Err(failure) = self.check(point) {
@@ -400,6 +405,7 @@ impl Statics {
             first_length: 0.2 * length,
             largest_length: length,
             full_load: end,
+            switches_branch: self.switches_branch(),
             newton: vi_core::NewtonSettings { max_iterations: 15, ..self.newton() },
             ..ArcLengthSettings::default()
         };
@@ -416,6 +422,7 @@ impl Statics {
                 return Ok(Err(failure));
             }
             self.facts.halvings = continuation.halvings() as u64;
+            self.facts.switched = continuation.switched();
             if point.factor >= end {
                 let settings =
                     StaticSettings { newton: self.newton(), ..StaticSettings::default() };
@@ -433,6 +440,10 @@ impl Statics {
         }
         let factor = self.problem.factor();
         Ok(Err(self.failure(&StaticError::TooLong { factor, equilibria: MOST })))
+    }
+
+    fn switches_branch(&self) -> bool {
+        self.settings.bifurcation == Bifurcation::Switch
     }
 
     fn newton(&self) -> vi_core::NewtonSettings {
@@ -483,6 +494,7 @@ impl Experiment for Statics {
     fn warnings(&self) -> Vec<String> {
         let stability =
             self.facts.stability_warning().into_iter().chain(self.facts.unjudged_warning());
+        let stability = stability.chain(self.facts.branch_note());
         self.assembly
             .warnings
             .iter()

@@ -32,6 +32,8 @@ pub struct ArcLengthSettings {
     pub largest_length: f64,
     /// Load parameter `T` of all of the load.
     pub full_load: f64,
+    /// Whether to leave the path for the branch that bifurcates where it loses its stability.
+    pub switches_branch: bool,
     /// Most steps.
     pub steps: usize,
     /// Bounds of the change of one step.
@@ -48,6 +50,7 @@ impl Default for ArcLengthSettings {
             smallest_length: 1e-7,
             largest_length: 0.1,
             full_load: 1.0,
+            switches_branch: false,
             steps: 200,
             bounds: StepBounds::default(),
             newton,
@@ -59,18 +62,18 @@ impl Default for ArcLengthSettings {
 const LOCATED: f64 = 1e-3;
 
 /// The unit tangent of the path.
-struct Tangent {
-    a: Vec<f64>, // d, divided by s²
-    b: f64,      // divided by T²
+pub(crate) struct Tangent {
+    pub(crate) a: Vec<f64>, // d, divided by s²
+    pub(crate) b: f64,      // divided by T²
 }
 
-struct Bordered<'a> {
-    blocks: &'a [Block],
-    work: &'a mut EquilibriumEquations,
-    tangent: &'a Tangent,
-    length: f64, // Δs
-    last: f64,   // t_last
-    column: &'a mut [f64],
+pub(crate) struct Bordered<'a> {
+    pub(crate) blocks: &'a [Block],
+    pub(crate) work: &'a mut EquilibriumEquations,
+    pub(crate) tangent: &'a Tangent,
+    pub(crate) length: f64, // Δs
+    pub(crate) last: f64,   // t_last
+    pub(crate) column: &'a mut [f64],
 }
 
 impl NewtonProblem for Bordered<'_> {
@@ -117,6 +120,7 @@ pub struct Continuation {
     forwards: Vec<f64>, // the last step
     length: f64,
     halvings: usize,
+    switched: Option<f64>,
 }
 
 impl std::fmt::Debug for Continuation {
@@ -126,6 +130,12 @@ impl std::fmt::Debug for Continuation {
 }
 
 impl Continuation {
+    /// Load parameter of the first equilibrium on the branch that was switched to last.
+    #[must_use]
+    pub fn switched(&self) -> Option<f64> {
+        self.switched
+    }
+
     /// Steps that were halved so far.
     #[must_use]
     pub fn halvings(&self) -> usize {
@@ -183,6 +193,7 @@ impl StaticProblem {
             forwards,
             length: settings.first_length,
             halvings: 0,
+            switched: None,
         }
     }
 
@@ -217,6 +228,18 @@ impl StaticProblem {
                     path.halvings += 1;
                 }
                 Ok(point) => {
+                    let leaves = path.settings.switches_branch
+                        && self.loses_stability(&point)
+                        && !self.turns(path, &tangent);
+                    if leaves {
+                        self.return_to(before);
+                        let (point, x) = self.switch_branch(path.settings.full_load)?;
+                        self.unstable = point.unstable;
+                        path.forwards.copy_from_slice(&x);
+                        path.switched = Some(point.factor);
+                        path.length = path.settings.first_length;
+                        return Ok(point);
+                    }
                     self.unstable = point.unstable;
                     path.forwards.copy_from_slice(&path.x);
                     let grown = if point.iterations <= 6 { 1.5 } else { 1.0 } * path.length;
@@ -309,7 +332,7 @@ impl StaticProblem {
         self.work.metric().iter().map(|s| many * size * size / s).collect()
     }
 
-    fn arc_blocks(&self, full: f64) -> Vec<Block> {
+    pub(crate) fn arc_blocks(&self, full: f64) -> Vec<Block> {
         let rest = self.x.len();
         let mut blocks = self.blocks.clone();
         let range = rest..rest + 1;

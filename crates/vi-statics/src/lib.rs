@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`problem`] | load stepping |
 //! | [`arc_length`] | continuation by arc length, through limit points |
+//! | `branch` | from a path that turns unstable to the branch it meets there |
 //! | [`relaxation`] | an initial configuration that is no equilibrium; directions without stiffness |
 //! | [`mod@modes`] | small vibrations about an equilibrium |
 //! | [`mod@vibrations`] | the same with damping and gyroscopic terms |
@@ -39,6 +40,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod arc_length;
+mod branch;
 pub mod buckling;
 mod equations;
 pub mod harmonic;

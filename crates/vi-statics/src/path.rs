@@ -15,6 +15,8 @@ pub struct StaticSettings {
     /// Step down to which a place where the equilibrium loses its stability is located, as a part
     /// of the difference.
     pub located: f64,
+    /// Whether to leave the path for the branch that bifurcates where it loses its stability.
+    pub switches_branch: bool,
     /// What one step may change.
     pub bounds: StepBounds,
     /// Newton's method.
@@ -25,7 +27,9 @@ impl Default for StaticSettings {
     fn default() -> Self {
         let newton = NewtonSettings { max_iterations: 25, ..NewtonSettings::default() };
         let bounds = StepBounds::default();
-        Self { first_step: 0.25, smallest_step: 1e-4, located: 1.0 / 64.0, bounds, newton }
+        let switches_branch = false;
+        let (first_step, smallest_step, located) = (0.25, 1e-4, 1.0 / 64.0);
+        Self { first_step, smallest_step, located, switches_branch, bounds, newton }
     }
 }
 
@@ -65,6 +69,9 @@ pub struct StaticPath {
     pub points: Vec<Equilibrium>,
     /// Steps that were halved.
     pub halvings: usize,
+    /// Load parameter of the first equilibrium on the branch that was switched to last.
+    #[serde(default)]
+    pub switched: Option<f64>,
 }
 
 /// Why a path ended early; the problem stands at its last equilibrium.

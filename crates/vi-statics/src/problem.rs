@@ -201,6 +201,20 @@ impl StaticProblem {
                         step *= 0.5;
                         path.halvings += 1;
                     }
+                    Ok(point) if self.loses_stability(&point) && settings.switches_branch => {
+                        // the path itself turns unstable between `before` and here
+                        self.return_to(before);
+                        let (point, _) =
+                            match self.switch_branch(change.abs().max(f64::MIN_POSITIVE)) {
+                                Ok(found) => found,
+                                Err(refused) => return Err(self.failure(refused, path)),
+                            };
+                        self.unstable = point.unstable;
+                        path.switched = Some(point.factor);
+                        done = ((point.factor - start) / change).min(1.0 - settings.smallest_step);
+                        step = settings.located;
+                        path.points.push(point);
+                    }
                     Ok(point) => {
                         self.unstable = point.unstable;
                         let easy = point.iterations <= 8;
@@ -235,7 +249,7 @@ impl StaticProblem {
         }
     }
 
-    fn loses_stability(&self, point: &Equilibrium) -> bool {
+    pub(crate) fn loses_stability(&self, point: &Equilibrium) -> bool {
         let pair = self.unstable.zip(point.unstable);
         pair.is_some_and(|(before, after)| after > before)
     }

@@ -3,6 +3,7 @@
 
 mod common;
 
+mod branch;
 mod buckling;
 mod circulation;
 mod equilibria;

@@ -22,7 +22,7 @@ use crate::text::problem::{MAX_PROBLEMS, Problem, nearest, some};
 use crate::text::source::Document;
 use crate::types::body::{color_names, rgb};
 use crate::types::orientation::quaternion_fault;
-use crate::types::settings::Strain;
+use crate::types::settings::{Bifurcation, Strain};
 
 /// All problems of a model that could be read.
 pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
@@ -175,6 +175,10 @@ impl<'a> Checker<'a> {
         if settings.arc_length && !statics {
             let message = "a motion has no path of equilibria to follow".to_owned();
             self.report("simulation.arc_length", message, "write scheme = \"static\" with it");
+        }
+        if settings.bifurcation == Bifurcation::Switch && !statics {
+            let message = "a motion has no path of equilibria that bifurcates".to_owned();
+            self.report("simulation.bifurcation", message, "write scheme = \"static\" with it");
         }
         if statics && settings.order != 2 {
             let message = "equilibria have no order of accuracy in time".to_owned();

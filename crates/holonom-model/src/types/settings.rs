@@ -182,6 +182,17 @@ pub enum HighOrder {
     Galerkin,
 }
 
+/// What a path of equilibria does at a bifurcation point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Bifurcation {
+    /// It goes on along itself, unstable, with a warning.
+    #[default]
+    Pass,
+    /// It leaves for the branch that it meets there.
+    Switch,
+}
+
 /// What happens where a step is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -296,6 +307,10 @@ pub struct Settings {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = false))]
     pub arc_length: bool,
+    /// Statics: what a path does at a bifurcation point, where it turns unstable.
+    #[serde(default, skip_serializing_if = "is_pass")]
+    #[schemars(extend("default" = "pass"))]
+    pub bifurcation: Bifurcation,
     /// Relative tolerance of Newton's method; 0 iterates to the round-off floor.
     #[serde(default)]
     pub newton_tolerance: f64,
@@ -308,6 +323,9 @@ pub struct Settings {
     pub on_failure: OnFailure,
 }
 
+fn is_pass(own: &Bifurcation) -> bool {
+    *own == Bifurcation::Pass
+}
 fn one() -> u64 {
     1
 }
@@ -345,6 +363,7 @@ impl Settings {
             start_tolerance: start_tolerance(),
             loop_tolerance: loop_tolerance(),
             arc_length: false,
+            bifurcation: Bifurcation::default(),
             newton_tolerance: 0.0,
             newton_max_iterations: thirty(),
             on_failure: OnFailure::default(),

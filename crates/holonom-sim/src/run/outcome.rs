@@ -48,6 +48,9 @@ pub struct StaticFacts {
     /// Where the path first turned unstable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lost_stability: Option<LostStability>,
+    /// Time of the loads where the path was left for a branch that bifurcates, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub switched: Option<f64>,
     /// Time of the last equilibrium, s.
     #[serde(skip)]
     pub last_time: Option<f64>,
@@ -64,6 +67,19 @@ pub struct LostStability {
     pub at: f64,
     /// How many directions are unstable.
     pub directions: usize,
+    /// What the path has passed: not the place where it begins.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<CriticalPoint>,
+}
+
+/// A point of a path where its stiffness vanishes in a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CriticalPoint {
+    /// The load turns back.
+    Limit,
+    /// Another branch leaves the path, and the load goes on.
+    Bifurcation,
 }
 
 impl StaticFacts {
@@ -73,7 +89,17 @@ impl StaticFacts {
         self.unstable += u64::from(directions > 0);
         self.unjudged += u64::from(unstable.is_none());
         if directions > 0 && self.lost_stability.is_none() {
-            self.lost_stability = Some(LostStability { after: self.last_time, at: t, directions });
+            let point = self.last_time.map(|_| CriticalPoint::Bifurcation);
+            let after = self.last_time;
+            self.lost_stability = Some(LostStability { after, at: t, directions, point });
+        }
+        // the load turns back at the first unstable equilibrium, or right after it
+        if let Some(lost) = &mut self.lost_stability {
+            let here = self.last_time.is_some_and(|last| t < last)
+                && (lost.at == t || self.last_time == Some(lost.at));
+            if here && lost.point.is_some() {
+                lost.point = Some(CriticalPoint::Limit);
+            }
         }
         self.last_time = Some(t);
     }
@@ -90,17 +116,33 @@ impl StaticFacts {
         })
     }
 
+    /// That the path was left for a branch, in words.
+    pub(crate) fn branch_note(&self) -> Option<String> {
+        let at = twelve_digits(self.switched?);
+        Some(format!(
+            "the path meets a bifurcation point and goes on along the branch that leaves it, from t = {at} on"
+        ))
+    }
+
     /// That the path turns unstable, in words.
     pub(crate) fn stability_warning(&self) -> Option<String> {
-        let LostStability { after, at, directions } = self.lost_stability?;
+        let LostStability { after, at, directions, point } = self.lost_stability?;
         let ways =
             if directions == 1 { "one direction" } else { &format!("{directions} directions") };
         let at = twelve_digits(at);
         Some(match after {
             Some(after) => format!(
-                "between t = {} and t = {at} the equilibrium turns unstable, in {ways}: a limit or bifurcation point is \
-                 there, and beyond it the real system leaves this path; a small load across shows where to",
-                twelve_digits(after)
+                "between t = {} and t = {at} the equilibrium turns unstable, in {ways}: {}",
+                twelve_digits(after),
+                match point {
+                    Some(CriticalPoint::Limit) => {
+                        "a limit point is there, where the load turns back; under a load that goes on the real system jumps"
+                    }
+                    _ => {
+                        "a bifurcation point is there, and beyond it the real system leaves this path; \
+                         bifurcation = \"switch\" in [simulation] follows the branch, or a small load across shows it"
+                    }
+                }
             ),
             None => format!(
                 "the first equilibrium, at t = {at}, is unstable, in {ways}: the least disturbance leads away from it"
