@@ -122,7 +122,10 @@ fn failure(error: Option<ModesError>) -> Failure {
         _ => Failure::Usage {
             message,
             help: "a steady rotation needs joints, supports and forces that are the same from all directions \
-                   about its axis; state it by the initial velocities or the `rate` of a joint"
+                   about its axis; state it by the initial velocities or the `rate` of a joint; with gravity across \
+                   the axis, and with unequal bearings, the equations are periodic: their modes need Floquet's theory, \
+                   or Coleman's coordinates where the rotor itself is alike in all directions, neither of which is \
+                   there; run the motion in time"
                 .into(),
         },
     }
