@@ -66,7 +66,7 @@ def test_the_program_and_an_interrupted_run_give_the_same_files(tmp_path: Path) 
         if step > 0:
             raise KeyboardInterrupt
 
-    big = {"simulation.step": 2e-6}
+    big = {"simulation.step": 8e-6}
     with pytest.raises(KeyboardInterrupt) as stopped:
         hn.simulate(file, set=big, out=tmp_path / "stopped", progress=stop)
     assert "resume" in stopped.value.__notes__[0]

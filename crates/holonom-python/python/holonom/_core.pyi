@@ -1,5 +1,5 @@
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ _Table: TypeAlias = tuple[list[str], NDArray[np.float64]]
 _Told: TypeAlias = Callable[[int, int], object] | None
 _Said: TypeAlias = Callable[[str], object] | None
 
+@final
 class Model:
     @staticmethod
     def read(path: str, set: list[tuple[str, str]]) -> Model: ...
@@ -32,6 +33,7 @@ class Model:
     @property
     def steps(self) -> int: ...
 
+@final
 class Stepper:
     def __new__(cls, model: Model, inputs: list[str], observe: list[str]) -> Stepper: ...
     def step(self, inputs: NDArray[np.float64] | None, count: int) -> float: ...

@@ -1,0 +1,102 @@
+"""Ctrl-C, progress that raises, memory."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import holonom as hn
+
+SCRIPT = """
+import sys, time, holonom as hn
+model = hn.Model.from_toml(open(sys.argv[1]).read())
+stepper = hn.Stepper(model)
+verbs = {
+    "simulate": lambda: hn.simulate(model, end=1e5, every=1000),
+    "out": lambda: hn.simulate(model, end=1e5, every=1000, out=sys.argv[3]),
+    "step": lambda: stepper.step(n=10**9),
+    "sweep": lambda: hn.sweep(model, {"body.lower.mass": [1.0, 2.0, 3.0]}, {}, threads=2),
+}
+if sys.argv[2] == "sweep":
+    model = model.replace({"simulation.end": 1e5, "simulation.every": 1000})
+print("ready", flush=True)
+try:
+    verbs[sys.argv[2]]()
+except KeyboardInterrupt:
+    print(time.monotonic(), flush=True)
+"""
+
+
+@pytest.mark.parametrize("verb", ["simulate", "out", "step", "sweep"])
+def test_ctrl_c_ends_it(verb: str, double: str, tmp_path: Path) -> None:
+    file = tmp_path / "double.toml"
+    file.write_text(double)
+    words = [sys.executable, "-c", SCRIPT, str(file), verb, str(tmp_path / "out")]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None and process.stdout.readline() == "ready\n"
+        time.sleep(0.3)
+        sent = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        heard = process.stdout.readline()
+        assert process.wait(20) == 0
+    print(f"{verb}: {1e3 * (float(heard) - sent):.0f} ms")  # no timed assertion
+    if verb == "out":
+        assert hn.open(tmp_path / "out").summary["status"] == "interrupted"
+
+
+def test_progress_is_told_and_may_raise(double: str) -> None:
+    model = hn.Model.from_toml(double)
+    told: list[tuple[int, int]] = []
+    hn.simulate(model, end=20.0, progress=lambda step, of: told.append((step, of)))
+    assert told[-1] == (10_000, 10_000) and told == sorted(told)
+
+    def wrong(step: int, of: int) -> None:
+        raise LookupError("here")
+
+    with pytest.raises(LookupError, match="here"):
+        hn.simulate(model, end=20.0, progress=wrong)
+
+
+def resident() -> int:
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="no /proc")
+def test_steps_and_runs_keep_no_memory(double: str) -> None:
+    model = hn.Model.from_toml(double)
+    stepper = hn.Stepper(model, inputs=["elbow"], observe=["angle"])
+    u = np.array([0.1])
+
+    def steps(count: int) -> None:
+        for _ in range(count):
+            stepper.step(u)
+            stepper.observe()
+
+    def runs(count: int) -> None:
+        for _ in range(count):
+            hn.simulate(model, end=0.02)
+
+    steps(2000)
+    runs(20)
+    tracemalloc.start()
+    before, traced = resident(), tracemalloc.get_traced_memory()[0]
+    steps(20_000)
+    runs(200)
+    grown, kept = resident() - before, tracemalloc.get_traced_memory()[0] - traced
+    tracemalloc.stop()
+    print(f"{grown / 1024:.0f} kB more in the process, {kept / 1024:.0f} kB of Python")
+    assert grown < 4 << 20 and kept < 200_000
+
+
+def test_arrays_outlive_their_result(double: str) -> None:
+    position = hn.simulate(hn.Model.from_toml(double))["upper"].position
+    again = hn.simulate(hn.Model.from_toml(double))
+    assert np.array_equal(position, again["upper"].position)
+    position[0, 0] = 7.0  # they are writable and belong to the user
+    assert again["upper"].position[0, 0] != 7.0

@@ -1,0 +1,50 @@
+"""Stubs, types, docstrings with their examples."""
+
+import doctest
+import importlib
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import holonom as hn
+
+PACKAGE = Path(hn.__file__).parent
+MODULES = ["_model", "_result", "_simulate", "_stepper", "_sweep", "_verbs"]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_of_docstrings_run(name: str) -> None:
+    module = importlib.import_module(f"holonom.{name}")
+    found = doctest.testmod(module, extraglobs={key: getattr(hn, key) for key in hn.__all__})
+    assert found.failed == 0
+    print(f"{name}: {found.attempted} lines")
+
+
+def test_every_public_name_says_what_it_is() -> None:
+    for name in hn.__all__:
+        thing = getattr(hn, name)
+        if name.startswith("__"):
+            continue
+        assert inspect.getdoc(thing), name
+        if inspect.isclass(thing) and thing.__module__.startswith("holonom"):
+            for key, member in vars(thing).items():
+                if not key.startswith("_") and (callable(member) or isinstance(member, property)):
+                    assert inspect.getdoc(member), f"{name}.{key}"
+
+
+def test_the_types_are_strict() -> None:
+    for needed in ("mypy", "gymnasium"):
+        pytest.importorskip(needed)
+    words = [sys.executable, "-m", "mypy", "--strict", "--no-incremental", "--cache-dir", "/dev/null", str(PACKAGE)]
+    said = subprocess.run(words, capture_output=True, text=True)
+    assert said.returncode == 0, said.stdout
+
+
+def test_the_stub_is_that_of_the_module() -> None:
+    pytest.importorskip("mypy")
+    words = [sys.executable, "-m", "mypy.stubtest", "holonom._core", "--ignore-missing-stub"]
+    said = subprocess.run(words, capture_output=True, text=True, cwd=PACKAGE.parent)
+    assert said.returncode == 0, said.stdout
