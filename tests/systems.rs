@@ -65,8 +65,8 @@ mod beams {
     mod driven_beams;
     mod flexible_multibody;
     mod material_damping;
-    mod stations;
     mod ropes;
+    mod stations;
     mod stiff_beams;
 }
 

@@ -4,6 +4,7 @@
 use crate::benchmark::model;
 use holonom::experiment::Experiment;
 use holonom::model::Model;
+use holonom::nalgebra::Vector3;
 use holonom::run::prepare;
 use holonom::statics::Statics;
 use holonom::{RunOutcome, Sample};
@@ -232,4 +233,43 @@ fn a_rigid_crank_between_elastic_parts_walks_with_steps_of_any_size() {
         assert_eq!(outcome, RunOutcome::Done, "step {step}");
         assert_eq!(last.t.to_bits(), 4.0_f64.to_bits());
     }
+}
+
+/// Helicoidal elements approach the limit with order 4; force and moment at the clamp, of order 2,
+/// are those of the load.
+#[test]
+fn helicoidal_elements_are_of_order_4_and_right_at_clamps() {
+    let own =
+        |count: &'static str| [("beam.0.elements", count), ("beam.0.element", "\"helicoidal\"")];
+    let ends = |name: &str, beam: &str, counts: [&'static str; 3]| {
+        counts.map(|count| {
+            let changes = own(count).map(|(key, value)| (key.replace('0', beam), value));
+            let changes: Vec<(&str, &str)> = changes.iter().map(|(k, v)| (&**k, *v)).collect();
+            Vector3::from_column_slice(&end_of(name, &changes).sensors[..3])
+        })
+    };
+    let bend = ends("bend_45", "bend", ["4", "8", "16"]);
+    let exact = Vector3::new(15.684_800_53, 47.150_438_57, 53.474_858_79);
+    let errors = bend.map(|end| (end - exact).norm());
+    let order = (errors[0] / errors[1]).log2();
+    println!("45 degree bend, 4, 8, 16 elements: off by {errors:?} m, order {order:.2}");
+    assert!((order - 4.0).abs() < 0.3 && errors[1] < 1e-3, "{errors:?}");
+    let strip = ends("princeton", "strip", ["2", "4", "8"]);
+    let changes = [(strip[0] - strip[1]).norm(), (strip[1] - strip[2]).norm()];
+    let order = (changes[0] / changes[1]).log2();
+    println!("Princeton beam: changes by {changes:?} m, order {order:.2}");
+    assert!((order - 4.0).abs() < 0.5 && changes[1] < 2e-5, "{changes:?}");
+
+    let sensors =
+        "[[sensor]]\nname = \"clamp\"\ntype = \"section_force\"\nof = \"bend\"\nat = 0.0\n";
+    let text = text("bend_45").replace("[simulation]", &format!("{sensors}\n[simulation]"));
+    let changes = [("beam.bend.elements", "8"), ("beam.bend.element", "\"helicoidal\"")];
+    let (samples, _) = rows(&model(&text, &changes));
+    let found = &samples.last().unwrap().sensors;
+    let part = |first: usize| Vector3::from_column_slice(&found[first..first + 3]);
+    let (tip, force, moment) = (part(0), part(3), part(6));
+    let load = Vector3::new(0.0, 0.0, 600.0);
+    let off = [force.norm() / load.norm() - 1.0, moment.norm() / tip.cross(&load).norm() - 1.0];
+    println!("at the clamp: force and moment off by {off:?} (relative)");
+    assert!(off[0].abs() < 1e-2 && off[1].abs() < 1e-3, "{off:?}");
 }

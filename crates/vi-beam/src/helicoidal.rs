@@ -193,6 +193,14 @@ impl Helicoidal {
         self.order.as_ref().map_or(z, |own| Values::at(self, own, &xi, &z).eta)
     }
 
+    /// The triad half-way between the nodes of `x`, from the mean of their triads, whose stretch is
+    /// `cos(ψ/2)` across the axis of `ψ`.
+    pub(crate) fn middle(&self, x: &ElementCoordinates, mean: &Matrix3<f64>) -> Matrix3<f64> {
+        let y = forms(x, self.length);
+        let (a, c) = (Vector3::new(y[3], y[4], y[5]), (1.0 - y[6]).sqrt());
+        mean * (Matrix3::identity() / c - a * a.transpose() / (4.0 * c * c * c * (1.0 + c)))
+    }
+
     /// The strains at `y` of an element that is stress-free with `(G, K)_0 = reference`, with all
     /// that their derivatives need.
     #[must_use]
@@ -493,11 +501,11 @@ impl Corrected {
     }
 }
 
-fn join(G: &Vector3<f64>, K: &Vector3<f64>) -> Strain {
+pub(crate) fn join(G: &Vector3<f64>, K: &Vector3<f64>) -> Strain {
     Strain::new(G[0], G[1], G[2], K[0], K[1], K[2])
 }
 
-fn split(strain: &Strain) -> (Vector3<f64>, Vector3<f64>) {
+pub(crate) fn split(strain: &Strain) -> (Vector3<f64>, Vector3<f64>) {
     (strain.fixed_rows::<3>(0).into(), strain.fixed_rows::<3>(3).into())
 }
 

@@ -509,6 +509,11 @@ impl Section {
         self.mass.diagonal().into()
     }
 
+    /// `C⁻¹`.
+    pub(crate) fn compliance_matrix(&self) -> Matrix6<f64> {
+        self.compliance
+    }
+
     /// `m`, the mass per length between `φ, d_1, d_2, d_3`.
     #[must_use]
     pub fn mass_matrix(&self) -> Matrix4<f64> {

@@ -5,16 +5,21 @@
 //! (M_1, M_2, M_3) = (EI_1K_1, EI_2K_2, GJK_3)       bending moments, twisting moment
 //! n = N_I d̄_I,   m = M_I d̄_I                        spatial
 //! ```
-//! One value for each two-node element, at its middle, where it is of second order (the ends are
-//! first order); one for each Gauss point of an element of higher order. The centre line of an
+//! One value for each two-node element, at its middle, where it is of second order; within a
+//! helicoidal element the moment is linear, `m' = −K×m − G×n`; one for each Gauss point of an element of higher order. The centre line of an
 //! element is its chord; for pictures, [`center_line`] draws a cubic through the nodes with the
 //! mean slope of both neighbours.
 
+#![allow(non_snake_case)] // R, G, K
+
+use crate::element::{ElementKind, StrainLaw};
+use crate::helicoidal::{join, split};
 use crate::model::{Beam, BeamElements};
 pub use crate::section_state::SectionState;
 use crate::section_state::Station;
 use nalgebra::Vector3;
-use vi_rigid::directors::{center, director};
+use vi_rigid::directors::{self, center};
+use vi_rigid::rotation;
 
 /// The states along a beam in the configuration `q`.
 #[must_use]
@@ -39,20 +44,37 @@ pub fn for_each_state(
             start += model.high_order.length(index);
             continue;
         }
-        let element = &model.elements.list()[index];
-        let strain = element.strain(&element.coordinates(q));
-        let [a, b] = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
-        let station = Station {
-            along: 0.5 * element.length,
-            length: element.length,
-            point: 0.5 * (center(a) + center(b)),
-            directors: std::array::from_fn(|i| 0.5 * (director(a, i) + director(b, i))),
-            strain,
-            stress: model.elements.stiffness(element) * strain,
-        };
-        visit(station.state(k, start));
-        start += element.length;
+        let length = model.elements.list()[index].length;
+        visit(two_node(model, index, q, 0.0).state(k, start));
+        start += length;
     }
+}
+
+/// The section of a two-node element that is `off` its middle, m; of helicoidal elements with the
+/// moment that is linear along them, others are constant.
+fn two_node(model: &BeamElements, index: usize, q: &[f64], off: f64) -> Station {
+    let element = &model.elements.list()[index];
+    let x = element.coordinates(q);
+    let strain = element.strain(&x);
+    let stress = model.elements.stiffness(element) * strain;
+    let [a, b] = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
+    let point = 0.5 * (center(a) + center(b));
+    let mean = 0.5 * (directors::triad(a) + directors::triad(b));
+    let (along, length) = (0.5 * element.length + off, element.length);
+    let StrainLaw::Helicoidal(law) = &element.law else {
+        let directors = std::array::from_fn(|i| mean.column(i).into());
+        return Station { along, length, point, directors, strain, stress };
+    };
+    let R = law.middle(&x, &mean);
+    let (G, K) = split(&element.measures(&x));
+    let (n, m) = split(&stress);
+    let turn = rotation::exp(&(off * K)); // from the middle to the section
+    let here = |v: Vector3<f64>| turn.tr_mul(&v);
+    let moved = join(&here(n), &here(m - off * G.cross(&n))); // m' = −K×m − G×n
+    let strain = strain + model.elements.section(element).compliance_matrix() * (moved - stress);
+    let (point, R) = (point + off * (R * G), R * turn);
+    let directors = std::array::from_fn(|i| R.column(i).into());
+    Station { along, length, point, directors, strain, stress: moved }
 }
 
 /// A place of a beam where strains and section forces are read: weights of the sections next to it.
@@ -60,6 +82,7 @@ pub fn for_each_state(
 pub struct SectionPlace {
     part: Beam,
     weights: Vec<f64>, // of the sections of the part
+    off: f64,          // m  from the middle of a helicoidal element
 }
 
 impl SectionPlace {
@@ -74,14 +97,14 @@ impl SectionPlace {
         let states = section_states(model, &part, q);
         let length: f64 = states.iter().map(|state| state.length).sum();
         let weights = states.iter().map(|state| state.length / length).collect();
-        Self { part, weights }
+        Self { part, weights, off: 0.0 }
     }
 
     /// In the initial configuration `q` at the reference arc length `along` from the start of the
-    /// beam, m. The polynomial through
-    /// the Gauss points of an element of higher order; between two-node elements linear through
-    /// their middles. Of order 2 in the length of the elements where section forces are smooth; a
-    /// load on a node smears over its two elements.
+    /// beam, m. Within a helicoidal element with its linear moment; between elements of mean
+    /// directors linear through their middles, where a load on a node smears over its two elements;
+    /// the polynomial through the Gauss points of an element of higher order. Of order 2 in the
+    /// length of two-node elements where section forces are smooth.
     ///
     /// # Panics
     /// When the beam has no elements.
@@ -93,6 +116,12 @@ impl SectionPlace {
         while element + 1 < count && along > start + length(element) {
             start += length(element);
             element += 1;
+        }
+        let index = beam.elements.start + element;
+        let law = model.elements.list().get(index).map(|element| element.law.kind());
+        if beam.order == 1 && law != Some(ElementKind::MeanDirectors) {
+            let off = along - start - 0.5 * length(element);
+            return Self { part: part(beam, element..element + 1), weights: vec![1.0], off };
         }
         let elements = match (beam.order, count) {
             (1, 2..) => {
@@ -110,7 +139,7 @@ impl SectionPlace {
             let others = s.iter().enumerate().filter(|(j, _)| *j != i);
             others.map(|(_, other)| (along - other) / (s[i] - other)).product()
         };
-        Self { part, weights: (0..s.len()).map(lagrange).collect() }
+        Self { part, weights: (0..s.len()).map(lagrange).collect(), off: 0.0 }
     }
 
     /// A quantity of a section there, in the configuration `q`.
@@ -121,6 +150,9 @@ impl SectionPlace {
         q: &[f64],
         quantity: impl Fn(&SectionState) -> [f64; N],
     ) -> [f64; N] {
+        if self.off != 0.0 {
+            return quantity(&two_node(model, self.part.elements.start, q, self.off).state(0, 0.0));
+        }
         let (mut sum, mut weights) = ([0.0; N], self.weights.iter());
         for_each_state(model, &self.part, q, |state| {
             let weight = weights.next().copied().unwrap_or_default();
