@@ -42,6 +42,23 @@ def test_names_shapes_and_views(double: str) -> None:
     assert str(result).startswith("double: 2 degrees of freedom")
 
 
+def test_quaternions_are_the_rotations_and_continuous() -> None:
+    """A body that tumbles about all axes: ``R = I + 2 w [v] + 2 [v]²``."""
+    body = {"name": "stone", "mass": 1.0, "inertia": [1.0, 2.0, 3.0], "angular_velocity": [0.3, 3.0, 0.2]}
+    settings = {"step": 0.01, "end": 30.0}
+    result = hn.simulate(hn.Model.from_dict({"model": {"name": "tumble"}, "body": [body], "simulation": settings}))
+    q, rotation = result["stone"].quaternion, result["stone"].rotation
+    skew = np.zeros((len(q), 3, 3))
+    for i in range(3):
+        skew[:, (i + 2) % 3, (i + 1) % 3] = q[:, 1 + i]
+        skew[:, (i + 1) % 3, (i + 2) % 3] = -q[:, 1 + i]
+    found = np.eye(3) + 2 * q[:, :1, None] * skew + 2 * skew @ skew
+    assert np.abs(found - rotation).max() < 1e-12
+    assert np.linalg.norm(np.diff(q, axis=0), axis=1).max() < 0.05  # no jump of the sign
+    largest = np.argmax(np.abs(q), axis=1)
+    assert set(largest) == {0, 1, 2, 3}  # all cases of the formula
+
+
 def test_parts_of_a_record(double: str) -> None:
     result = hn.simulate(hn.Model.from_toml(double), record=["q"], end=0.02, every=5)
     assert set(result.tables) == {"tail", "q"}
