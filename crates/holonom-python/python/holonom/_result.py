@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 import warnings
-import webbrowser
 from collections.abc import Iterator
 from os import PathLike, fspath
 from pathlib import Path
@@ -335,12 +333,17 @@ class Result:
         """
         if self.folder is not None:
             return Path(_core.write_page(fspath(self.folder))).read_text(encoding="utf-8")
+        import tempfile
+
         with tempfile.TemporaryDirectory() as folder:
             _core.simulate_into(self.model._core, fspath(Path(folder) / "run"), False, None, None)
             return (Path(folder) / "run" / "report.html").read_text(encoding="utf-8")
 
     def view(self) -> Any:
         """Shows the page: in a notebook a frame, elsewhere the browser."""
+        import tempfile
+        import webbrowser
+
         html = self.page()
         try:
             from IPython.core.getipython import get_ipython  # type: ignore[import-not-found]

@@ -10,11 +10,10 @@ import pickle
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +23,9 @@ from ._errors import HolonomError, InvalidModel, OutputExists, RunFailed, no_pan
 from ._model import Model, model_of
 from ._result import Result
 from ._stepper import Stepper
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 Array = NDArray[np.float64]
 Outputs = Mapping[str, Callable[[Result], Any]]
@@ -238,6 +240,8 @@ def _on_threads(
     threads: int | None,
     ended: Callable[[int, Row], None],
 ) -> None:
+    from concurrent.futures import ThreadPoolExecutor, as_completed
+
     stop = threading.Event()
 
     def go_on(_step: int, _of: int) -> None:
@@ -412,6 +416,8 @@ def rollout(
     every : steps from one recorded node to the next; the last node is always recorded.
     threads : how many; by default the processors that this process may use.
     """
+    from concurrent.futures import ThreadPoolExecutor
+
     whole = model_of(model)
     rows = None if controls is None else np.ascontiguousarray(controls, dtype=np.float64)
     counts = [len(given) for given in (set, states) if given is not None]
