@@ -110,7 +110,8 @@ fn unresolved_vibrations_die_out_within_tens_of_steps() {
     for order in ["1", "2", "3"] {
         for times in [3.0, 10.0, 30.0, 1e3, 1e5] {
             let step = format!("{:e}", times / omega);
-            let own = [("simulation.step", step.as_str()), ("beam.beam.order", order)];
+            let element = ("beam.beam.element", "mean_directors");
+            let own = [("simulation.step", step.as_str()), ("beam.beam.order", order), element];
             let mut simulation = disturbed(&soft_cantilever(), &own);
             let mut energies = Vec::new();
             for _ in 0..=40 {

@@ -106,8 +106,8 @@ fn laws_between_bodies_keep_momenta_and_account_for_the_energy() {
         let drift = |of: fn(&Sample) -> [f64; 3]| {
             (0..3).map(|i| (of(last)[i] - of(first)[i]).abs()).fold(0.0, f64::max)
         };
-        let linear = drift(|node| node.momentum.linear.into());
-        let angular = drift(|node| node.momentum.angular.into());
+        let linear = drift(|node| node.momentum.linear);
+        let angular = drift(|node| node.momentum.angular);
         println!("step {step}: linear momentum {linear:.1e}, angular {angular:.1e}");
         assert!(linear < 1e-13 && angular < 1e-12);
         balances.push(last.energies.last().unwrap().abs());

@@ -33,8 +33,8 @@ fn statics_writes_a_row_for_each_equilibrium() {
 fn statics_that_stops_keeps_its_rows_and_says_what_to_do() {
     let folder = folder("static_failure");
     fs::write(folder.join("rod.toml"), ROD).unwrap();
-    // a moment beyond the largest one of two-node elements, EI/2l = 4 N m
-    let torque = ["--set", "load.pull.torque=[0, 0, 20]", "--set", "load.pull.force=[0, 0, 0]"];
+    // a moment that bends each element by more than 150°
+    let torque = ["--set", "load.pull.torque=[0, 0, 25]", "--set", "load.pull.force=[0, 0, 0]"];
     let output = holonom(&folder, &[&["run", "rod.toml"][..], &torque].concat());
     assert_eq!(output.status.code(), Some(1), "{}", words(&output));
     let text = words(&output);
@@ -42,7 +42,8 @@ fn statics_that_stops_keeps_its_rows_and_says_what_to_do() {
     let text = fs::read_to_string(folder.join("rod-out/summary.json")).unwrap();
     let summary: Value = serde_json::from_str(&text).unwrap();
     let t = summary["failure"]["t"].as_f64().unwrap();
-    assert!((t - 0.2).abs() < 1e-3, "EI/2l = {t} of 20 N m");
+    let expected = 150_f64.to_radians() * 8.0 / 25.0; // EI/l = 8 N m
+    assert!((t - expected).abs() < 1e-3, "150° EI/l = {t} of 25 N m, not {expected}");
     let csv = fs::read_to_string(folder.join("rod-out/trajectory.csv")).unwrap();
     let last: f64 = csv.lines().last().unwrap().split(',').nth(1).unwrap().parse().unwrap();
     assert!((last - t).abs() < 1e-15);
@@ -87,7 +88,7 @@ fn modes_that_cannot_be_say_why() {
     assert_eq!(code(&folder, &["modes", "nothing.toml"]), 3);
     assert_eq!(code(&folder, &["modes", "rod.toml", "--at", "somewhere"]), 2);
     assert_eq!(code(&folder, &["modes", "rod.toml", "-n", "-1"]), 2);
-    let torque = ["--set", "load.pull.torque=[0, 0, 20]", "--at", "static"];
+    let torque = ["--set", "load.pull.torque=[0, 0, 25]", "--at", "static"];
     let output = holonom(&folder, &[&["modes", "rod.toml"][..], &torque].concat());
     assert_eq!(output.status.code(), Some(1), "{}", words(&output));
     assert!(words(&output).contains("load factor") && output.stdout.is_empty());

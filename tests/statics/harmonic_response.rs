@@ -238,7 +238,7 @@ fn a_long_run_in_time_has_the_same_amplitude_and_phase() {
     println!(
         "in time {found:.6}, by its frequency {expected:.6}: off by {off:.1e} of {count} steps"
     );
-    assert_eq!(count, 4000.0);
+    assert!((count - 4000.0).abs() < 0.5, "{count}");
     assert!(off < 2e-4, "{off:e}");
 }
 

@@ -149,6 +149,7 @@ impl Told {
 /// The model file of a robot description: its text, what has no counterpart, the folder of meshes.
 #[pyfunction]
 #[pyo3(signature = (path, *, joints, free_base, density, repair_inertia, step, end))]
+#[allow(clippy::too_many_arguments)] // keywords of Python
 fn import_robot(
     py: Python<'_>,
     path: PathBuf,

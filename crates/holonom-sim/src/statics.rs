@@ -141,7 +141,7 @@ impl Statics {
     }
 
     /// From this configuration instead of the initial one.
-    pub(crate) fn from_configuration(self, q: &[f64]) -> Self {
+    pub(crate) fn beginning_at(self, q: &[f64]) -> Self {
         Self { problem: self.problem.starting_at(q), ..self }
     }
 

@@ -358,7 +358,8 @@ impl Section {
         for (row, column) in (0..6).flat_map(|i| (i..6).map(move |j| (i, j))) {
             let (value, fit) = (M[(row, column)], expected[(row, column)]);
             let size = (M[(row, row)] * M[(column, column)]).abs().sqrt();
-            if !((value - fit).abs() <= TOLERANCE * size) {
+            let apart = (value - fit).abs();
+            if apart.is_nan() || apart > TOLERANCE * size {
                 let (row, column) = (row + 1, column + 1);
                 return Err(SectionError::MassEntry { row, column, value, expected: fit });
             }

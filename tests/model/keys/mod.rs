@@ -124,10 +124,11 @@ enum Verdict {
 
 /// Keys for which no defect reaches the judgement, or of which nothing can be judged, each with the
 /// reason.
-const EXCEPTIONS: [(&str, &str); 6] = [
+const EXCEPTIONS: [(&str, &str); 7] = [
     ("law.conservative", "without it compositions refuse the law"),
     ("model.dimension", "refused: positions have as many numbers"),
     ("simulation.arc_length", "without it the run ends at the limit point"),
+    ("simulation.bifurcation", "which branch a path follows: `statics/critical_loads`"),
     ("simulation.on_failure", "without it the run fails"),
     ("body.picture.density", "refused: pictures weigh nothing"),
     ("simulation.project_start", "without it such a start is refused"),

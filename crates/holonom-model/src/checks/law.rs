@@ -228,7 +228,7 @@ impl Checker<'_> {
         curves: &Curves<'_>,
     ) -> Option<Program> {
         if let Some(rest) = formula.0.trim_start().strip_prefix('=') {
-            let message = format!("a law has no `=`: it is evaluated along the run, not once");
+            let message = "a law has no `=`: it is evaluated along the run, not once".to_owned();
             self.report(key, message, format!("write \"{}\"", rest.trim()));
             return None;
         }

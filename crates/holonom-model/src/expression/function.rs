@@ -203,7 +203,7 @@ impl Binary {
             Self::Product => [0.0, 1.0, 0.0],
             Self::Quotient => [0.0, -1.0 / (y * y), 2.0 * f / (y * y)],
             Self::Power => {
-                let flat = y == 0.0 || y == 1.0;
+                let flat = y * (y - 1.0) == 0.0;
                 let bend = if flat { 0.0 } else { y * (y - 1.0) * libm::pow(x, y - 2.0) };
                 if constant || f == 0.0 {
                     [bend, 0.0, 0.0]

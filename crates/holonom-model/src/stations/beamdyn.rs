@@ -176,6 +176,7 @@ mod tests {
     }
 
     #[test]
+    #[allow(clippy::float_cmp)] // the numbers of the file
     fn a_blade_file_gives_matrices_and_dampings() {
         let rows = blade(&blade_text(), 8.0).unwrap();
         assert_eq!(rows.iter().map(|row| row.at).collect::<Vec<_>>(), [0.0, 8.0]);

@@ -14,6 +14,7 @@ use vi_beam::section::{Section as Numbers, SectionError};
     expecting = "damping is a relaxation time in s, a table { EA, GA1, GA2, EI1, EI2, GJ } of them, \
                  { loss_factor, frequency }, or a matrix of 6 lists of 6 numbers"
 )]
+#[allow(clippy::large_enum_variant)] // read once for each section
 pub enum Damping {
     /// The relaxation time `τ` of all strains, s.
     Time(f64),

@@ -171,7 +171,7 @@ impl Section {
                 *stated = stated.or(computed);
             }
         }
-        if of_stiffness && section.shear_center.is_none() && beside != [0.0; 2] {
+        if of_stiffness && section.shear_center.is_none() && beside.iter().any(|x| *x != 0.0) {
             let [x, y] = self.tension_center.unwrap_or_default();
             let (s, c) = self.angle.map_or((0.0, 1.0), libm::sincos);
             let [a, b] = beside;
@@ -268,10 +268,10 @@ impl Section {
         let tension = self.tension_center.unwrap_or_default();
         let shear = self.shear_center.unwrap_or(tension);
         let mass = self.mass_center.unwrap_or(tension);
-        if self.stiffness.is_none() && [tension, shear] != [[0.0; 2]; 2] {
+        if self.stiffness.is_none() && tension.iter().chain(&shear).any(|x| *x != 0.0) {
             numbers = numbers.with_centers(tension, shear);
         }
-        if self.mass.is_none() && mass != [0.0; 2] {
+        if self.mass.is_none() && mass.iter().any(|x| *x != 0.0) {
             numbers = numbers.with_mass_center(mass);
         }
         numbers

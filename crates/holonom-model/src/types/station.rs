@@ -66,7 +66,8 @@ impl Along {
             return Err(fault("stations", "there are no stations", help));
         };
         for (k, at, end) in [(0, first.at, 0.0), (rows.len() - 1, last.at, length)] {
-            if !((at - end).abs() <= MISSED * length) {
+            let missed = (at - end).abs();
+            if missed.is_nan() || missed > MISSED * length {
                 let message = format!("the stations end at {at} m, the beam at {end} m");
                 return Err(fault(&format!("{}.at", key(k)), message, help));
             }
@@ -77,7 +78,7 @@ impl Along {
                 let message = format!("{} m comes after {} m", row.at, rows[k - 1].at);
                 return Err(fault(&format!("{}.at", key(k)), message, help));
             }
-            if k > 1 && row.at == rows[k - 2].at {
+            if k > 1 && row.at <= rows[k - 2].at {
                 let message = format!("the place {} m is stated three times", row.at);
                 return Err(fault(&format!("{}.at", key(k)), message, help));
             }
@@ -90,8 +91,8 @@ impl Along {
         let twists = rows.iter().map(|row| row.twist).collect();
         let along = Self { places, twists, sections };
         for k in 1..rows.len() {
-            let jump = along.places[k] == along.places[k - 1];
-            if jump && along.twists[k] != along.twists[k - 1] {
+            let jump = along.places[k] <= along.places[k - 1];
+            if jump && along.twists[k] - along.twists[k - 1] != 0.0 {
                 let message = "the beam is not twisted by a jump";
                 return Err(fault(
                     &format!("{}.twist", key(k)),

@@ -171,7 +171,7 @@ impl Excitation {
         let q = statics.problem().configuration().to_vec();
         let force = |model: &Model| -> Result<Vec<f64>, ResponseError> {
             let statics = Statics::with_loads_as_stated(model)?;
-            Ok(statics.from_configuration(&q).problem().applied_force())
+            Ok(statics.beginning_at(&q).problem().applied_force())
         };
         let (with, without) = (force(&loaded)?, force(&free)?);
         for (f, (with, without)) in self.constant.iter_mut().zip(with.iter().zip(&without)) {

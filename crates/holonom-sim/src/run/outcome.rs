@@ -96,7 +96,7 @@ impl StaticFacts {
         // the load turns back at the first unstable equilibrium, or right after it
         if let Some(lost) = &mut self.lost_stability {
             let here = self.last_time.is_some_and(|last| t < last)
-                && (lost.at == t || self.last_time == Some(lost.at));
+                && (Some(lost.at) == Some(t) || self.last_time == Some(lost.at));
             if here && lost.point.is_some() {
                 lost.point = Some(CriticalPoint::Limit);
             }
