@@ -1,4 +1,5 @@
-//! Sections that change along a beam: closed forms of tapers, tables in files, a wind-turbine blade.
+//! Sections that change along a beam: closed forms of tapers, tables in files, a blade of a wind
+//! turbine.
 #![allow(clippy::unwrap_used)] // a test
 
 use holonom::model::{Meshes, Model, Stations};
@@ -22,7 +23,8 @@ fn frequencies(model: &Model, count: usize) -> Vec<f64> {
 fn the_blade_of_the_reference_turbine_has_its_frequencies() {
     let model = Model::from_toml(BLADE).unwrap();
     let found = frequencies(&model, 3);
-    // NREL/TP-500-38060, table 9-1, of the rotor: asymmetric flapwise pitch 0.6675 Hz, edgewise 1.0793 Hz
+    // NREL/TP-500-38060, table 9-1, of the rotor: asymmetric flapwise pitch 0.6675 Hz, edgewise
+    // 1.0793 Hz
     let published = [0.6675, 1.0793];
     println!("blade: {found:.4?} Hz, published {published:?} Hz of the rotor");
     assert!((found[0] / published[0] - 1.0).abs() < 0.01, "flapwise {}", found[0]);

@@ -42,9 +42,10 @@
 //! of `τ` covers the turning of its nodes, the second the wave. A resolved wave changes its
 //! frequency by the part `(hω)⁴/32` for `N̂` close to the tension.
 //!
-//! `N̂` is stated, or an internal variable: 1.25 times the tension of the configuration at the start,
-//! and, where the tension `(C ε̄)_3` of a finished step exceeds it, 1.25 times that from the next
-//! step on. While it is constant the map is symplectic and reversible; momenta are exact always.
+//! `N̂` is stated, or an internal variable: 1.25 times the tension of the configuration at the
+//! start, and, where the tension `(C ε̄)_3` of a finished step exceeds it, 1.25 times that from the
+//! next step on. While it is constant the map is symplectic and reversible; momenta are exact
+//! always.
 //!
 //! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94;
 //! selective mass scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.

@@ -21,10 +21,11 @@
 #![allow(non_snake_case)] // M, V
 
 use crate::helicoidal::{self, AtForms, FORMS, Forms, Helicoidal};
+use crate::mass_kind::MassKind;
 use crate::section::Section;
 use crate::strain::{self, ElementCoordinates, SIZE, Strain, StrainGradients};
 use crate::varying::{MassPoint, SectionPoint, mass_along};
-use nalgebra::{Matrix4, Matrix6, SMatrix};
+use nalgebra::{Matrix6, SMatrix};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -374,52 +375,6 @@ fn weighted(columns: &StrainGradients, c: &Matrix6<f64>) -> StrainGradients {
 fn add_scalars(B: &SMatrix<f64, 8, 8>, K: &mut SMatrix<f64, SIZE, SIZE>) {
     for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
         (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
-    }
-}
-
-/// How the mass of an element is distributed to its nodes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum MassKind {
-    /// `[1/3 1/6; 1/6 1/3]`: of the linear interpolation.
-    #[default]
-    Consistent,
-    /// `½, ½` on the diagonal.
-    Lumped,
-    /// `φ` quadratic with `d_3`, directors lumped: of order 4.
-    Quadratic,
-}
-
-impl MassKind {
-    /// The mass between `φ, d_1, d_2, d_3` of both nodes, kg, kg·m, kg·m²: multiples of `I_3`; from
-    /// the length `ℓ` and the mass per length between these four.
-    #[must_use]
-    pub fn matrix(self, length: f64, m: &Matrix4<f64>) -> SMatrix<f64, 8, 8> {
-        const LINEAR: [f64; 2] = [1.0 / 3.0, 1.0 / 6.0];
-        const LUMPED: [f64; 2] = [0.5, 0.0];
-        let weights = |of_center: bool| match self {
-            Self::Consistent => LINEAR,
-            Self::Quadratic if of_center => LINEAR,
-            Self::Lumped | Self::Quadratic => LUMPED,
-        };
-        let mut M = SMatrix::<f64, 8, 8>::zeros();
-        for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
-            let ([own, coupling], mass) = (weights(i == 0 || j == 0), length * m[(i, j)]);
-            (M[(i, j)], M[(4 + i, 4 + j)]) = (own * mass, own * mass);
-            (M[(i, 4 + j)], M[(4 + i, j)]) = (coupling * mass, coupling * mass);
-        }
-        if self == Self::Quadratic {
-            let (first, second) = (length * length / 24.0, length * length * length / 120.0);
-            for (d_3, sign) in [(3, 1.0), (7, -1.0)] {
-                for (slot, node) in (0..3).flat_map(|slot| [(slot, slot), (slot, 4 + slot)]) {
-                    M[(d_3, node)] += sign * first * m[(0, slot)];
-                    M[(node, d_3)] += sign * first * m[(0, slot)];
-                }
-                M[(d_3, d_3)] += second * m[(0, 0)];
-                M[(d_3, 10 - d_3)] -= second * m[(0, 0)];
-            }
-        }
-        M
     }
 }
 

@@ -11,8 +11,9 @@
 //! Mech. (1971).
 #![allow(non_snake_case)] // K, M, P, L
 
-use crate::element::{ElementKind, Elements, MassKind};
+use crate::element::{ElementKind, Elements};
 use crate::high_order::HighOrderElements;
+use crate::mass_kind::MassKind;
 use crate::model::{Beam, BeamElements};
 use crate::section::Section;
 use nalgebra::DMatrix;

@@ -42,6 +42,7 @@ pub mod frequency;
 pub mod helicoidal;
 pub mod high_order;
 pub mod interpolated;
+pub mod mass_kind;
 pub mod mesh;
 pub mod model;
 pub mod profile;
@@ -60,7 +61,8 @@ pub use vi_core;
 pub use vi_multibody;
 pub use vi_rigid;
 
-pub use element::{Element, ElementKind, Elements, MassKind};
+pub use element::{Element, ElementKind, Elements};
+pub use mass_kind::MassKind;
 pub use mesh::{FrameRule, Mesh};
 pub use model::{Beam, BeamBuilder, BeamElements, BeamModel, StrainRule};
 pub use profile::{Material, Profile, Stated, Walls};

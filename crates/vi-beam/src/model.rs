@@ -4,8 +4,9 @@
 //! add their mass and energy on top. A clamp is a fixed joint to the ground; a rigid corner is a
 //! fixed joint between two coincident nodes. A loop closed only through elements is a tree for `P`.
 
-use crate::element::{ElementError, Elements, MassKind};
+use crate::element::{ElementError, Elements};
 use crate::high_order::HighOrderElements;
+use crate::mass_kind::MassKind;
 use crate::mesh::Mesh;
 use crate::section::Section;
 use nalgebra::{Matrix3, Vector3};

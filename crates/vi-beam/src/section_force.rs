@@ -6,9 +6,9 @@
 //! n = N_I d̄_I,   m = M_I d̄_I                        spatial
 //! ```
 //! One value for each two-node element, at its middle, where it is of second order; within a
-//! helicoidal element the moment is linear, `m' = −K×m − G×n`; one for each Gauss point of an element of higher order. The centre line of an
-//! element is its chord; for pictures, [`center_line`] draws a cubic through the nodes with the
-//! mean slope of both neighbours.
+//! helicoidal element the moment is linear, `m' = −K×m − G×n`; one for each Gauss point of an
+//! element of higher order. The centre line of an element is its chord; for pictures,
+//! [`center_line`] draws a cubic through the nodes with the mean slope of both neighbours.
 
 #![allow(non_snake_case)] // R, G, K
 

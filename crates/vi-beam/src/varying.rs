@@ -11,7 +11,7 @@
 //! Source: theory §6.17.
 #![allow(non_snake_case)] // M, N
 
-use crate::element::MassKind;
+use crate::mass_kind::MassKind;
 use crate::section::Section;
 use nalgebra::{Matrix4, SMatrix, SVector};
 

@@ -136,7 +136,9 @@ mod tests {
             directors::set_triad(&mut q[12..], &turn);
             let report = LimitReport::new(&[([0, 1], bounds)], &q);
             let error = (report.largest_angle.to_degrees() - degrees).abs();
-            assert!(error < 1e-13, "{report:?}");
+            // the angle is read from sin(ψ/2), which is flat near 180°
+            let flat = (0.5 * degrees.to_radians()).cos();
+            assert!(error < 1e-13 / flat, "{report:?}");
             assert_eq!(report.is_exceeded(), degrees.to_radians() > bounds.stop);
             let beyond = usize::from(degrees.to_radians() > bounds.warn);
             assert_eq!(report.beyond_warning.len(), beyond);

@@ -169,7 +169,8 @@ fn a_portal_frame_sways() {
 
 #[test]
 fn a_ring_under_dead_radial_loads_buckles() {
-    // radial loads that keep their direction: q = 4 EI/R³ (a fluid's pressure: 3, towards the centre: 4.5)
+    // radial loads that keep their direction: q = 4 EI/R³ (a fluid's pressure: 3, towards the
+    // centre: 4.5)
     let elements = 32;
     let rule = FrameRule::Normal(Vector3::z());
     let mesh =

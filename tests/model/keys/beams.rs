@@ -161,8 +161,8 @@ fn ends() -> Case {
 }
 
 /// One element whose end slides across it under a force, `w_n = (1 − cos nϑ) f/k`, `cos ϑ = 1 −
-/// ½h²k/m` with the mass `m = ρAℓ/3 + h²(¼k + N̂/ℓ)` and the stiffness `k = GA_1/ℓ`, of order 4 that of the shear
-/// and the bending in a row.
+/// ½h²k/m` with the mass `m = ρAℓ/3 + h²(¼k + N̂/ℓ)` and the stiffness `k = GA_1/ℓ`, of order 4
+/// that of the shear and the bending in a row.
 fn tension() -> Case {
     const LENGTH: f64 = 0.5;
     let slider = |name: &str, y: f64, element: &str, bound: f64| {

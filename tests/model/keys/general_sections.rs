@@ -1,5 +1,6 @@
-//! Sections with full matrices, centres off the line of the nodes, axes of their own, without shear;
-//! shapes with walls: stresses over strains, momenta of a rigid motion, the work of the damping.
+//! Sections with full matrices, centres off the line of the nodes, axes of their own, without
+//! shear; shapes with walls: stresses over strains, momenta of a rigid motion, the work of the
+//! damping.
 
 #![allow(non_snake_case)] // A, C, K, M, R, T: matrices
 

@@ -284,7 +284,9 @@ fn every_key_has_a_judgement_that_finds_defects() {
     };
     let judged = keys.all().filter(|key| below(key)).cloned().collect();
     let (stated, judged) = (missing(&all.stated), missing(&judged));
-    let words: Vec<String> = keys.all_words().filter(|word| !all.words.contains(word)).collect();
+    let excepted_word = |word: &str| excepted(word.split(" = ").next().unwrap_or(word));
+    let words: Vec<String> =
+        keys.all_words().filter(|word| !all.words.contains(word) && !excepted_word(word)).collect();
     println!(
         "{} keys, {} words, {} defects",
         keys.all().count(),

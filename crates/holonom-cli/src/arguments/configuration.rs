@@ -43,8 +43,8 @@ pub(crate) struct ModesArguments {
     #[arg(long, conflicts_with = "speeds")]
     pub(crate) buckling: bool,
     /// Write modes.json, modes.csv, modes.html with the moving shapes, and pictures of them into
-    /// this folder; with --speeds campbell.json, campbell.csv, campbell.svg and the page modes.html; with
-    /// --buckling buckling.json, buckling.csv, buckling.html
+    /// this folder; with --speeds campbell.json, campbell.csv, campbell.svg and the page
+    /// modes.html; with --buckling buckling.json, buckling.csv, buckling.html
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Replace files of an earlier call

@@ -7,8 +7,8 @@
 //! Its axes are `x` toward the suction side, `y` toward the trailing edge, `z` along the blade,
 //! those of moments are the same: they are `d_1, d_2, d_3` and the matrices those of a section. The
 //! twist is about `−z`. `η` is the part of the length of the blade. A damping `μ_i` is a relaxation
-//! time; between strains of unlike ones BeamDyn takes `μ_i K_ij`, which is not symmetric, here it is
-//! `K_ij √(μ_i μ_j)`.
+//! time; between strains of unlike ones BeamDyn takes `μ_i K_ij`, which is not symmetric, here it
+//! is `K_ij √(μ_i μ_j)`.
 //!
 //! Source: BeamDyn user's guide and theory manual, National Renewable Energy Laboratory.
 

@@ -179,8 +179,8 @@ pub struct Beam {
     /// Distribution of its mass.
     #[serde(default)]
     pub mass: BeamMass,
-    /// Largest tension to be expected, N: the bound of the tension mass of helicoidal elements, then
-    /// constant; by default it follows the tension.
+    /// Largest tension to be expected, N: the bound of the tension mass of helicoidal elements,
+    /// then constant; by default it follows the tension.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tension: Option<f64>,
     /// How the ground holds its start.

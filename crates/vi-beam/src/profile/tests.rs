@@ -98,8 +98,8 @@ fn areas_and_second_moments_are_those_of_the_walls() {
 /// A line of the middle of a wall: from, to, thickness, shear flow per shear force at its start.
 type Wall = ([f64; 2], [f64; 2], f64, f64);
 
-/// `(1/A_s, e)` of thin walls under a shear force of 1 N, by steps along them: the flow is integrated
-/// from `q' = −t ξ/I`, its energy and its moment about the origin are summed.
+/// `(1/A_s, e)` of thin walls under a shear force of 1 N, by steps along them: the flow is
+/// integrated from `q' = −t ξ/I`, its energy and its moment about the origin are summed.
 fn flow(walls: &[Wall], along: usize, moment: f64) -> (f64, f64) {
     const N: usize = 20_000;
     let (mut energy, mut torque) = (0.0, 0.0);
@@ -151,8 +151,9 @@ fn shear_of_thin_walls_is_that_of_their_flow() {
     let (energy, torque) = channel(1, I1);
     close(factor(profile, 1), 1.0 / energy, 1e-3);
     // the force along d_2 acts where its moment is that of the flow
-    let centroid = channel_centroid(&WALLS) - 0.5 * web; // of full walls, from the middle of the web
-    close(profile.shear_center()[0], torque - x_c - centroid, 1e-3);
+    // of full walls, from the middle of the web
+    let centroid = channel_centroid(&WALLS) - 0.5 * web;
+    close(profile.shear_center()[0], torque + x_c - centroid, 1e-3);
     let (energy, torque) = channel(0, I2);
     close(factor(profile, 0), 1.0 / energy, 1e-3);
     assert!(torque.abs() < 1e-9, "{torque:e}");

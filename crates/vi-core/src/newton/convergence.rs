@@ -64,7 +64,8 @@ impl Convergence {
         self.residual = next;
         let fall = size / std::mem::replace(&mut self.size, size);
         if limits.by_corrections {
-            // corrections that fall as squares leave size · fall², and stretch what is stiff by size²
+            // corrections that fall as squares leave size · fall², and stretch what is stiff by
+            // size²
             let left = size * (fall * fall).max(size);
             let converged = fall < 1.0 && left <= limits.tolerance;
             let level = fall > 0.5 && size <= LEVEL || size <= 4.0 * f64::EPSILON;
