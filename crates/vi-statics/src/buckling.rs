@@ -5,11 +5,11 @@
 //! −K_1 x = θ K_0 x,   θ = 1/λ           K_0 positive definite: all θ are real
 //! ```
 //! `K_0` is the stiffness at the state with all that acts there; `K_1` that of the stresses that
-//! the loads of the path add ([`crate::equations`], in the geometry of the state). Constant loads
-//! keep their part of `K_0`. The prediction is exact where the stresses grow in proportion to the
-//! loads and the configuration hardly moves before it buckles; from a state nearer to the critical
-//! load it is better. The largest `|θ|` are found by subspace iteration with `K_0⁻¹K_1`, linear in
-//! the size of the system.
+//! the loads of the path add (in the geometry of the state). Constant loads keep their part of
+//! `K_0`. The prediction is exact where the stresses grow in proportion to the loads and the
+//! configuration hardly moves before it buckles; from a state nearer to the critical load it is
+//! better. The largest `|θ|` are found by subspace iteration with `K_0⁻¹K_1`, linear in the size of
+//! the system.
 //!
 //! Source: theory §6.9; K.-J. Bathe, Finite Element Procedures (1996), §6.8.2, §11.6.
 #![allow(non_snake_case)] // K, X, Y, A
