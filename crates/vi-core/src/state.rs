@@ -35,7 +35,7 @@ pub struct State {
     pub v: Vec<f64>,
     /// Unwrapped joint angles at `q_n`, rad; see [`crate::Configuration::angles`].
     pub angles: Vec<f64>,
-    /// Internal variables at `q_n` of a discrete force with memory, then of a discrete potential;
+    /// Internal variables at `q_n` of discrete forces with memory, then of a discrete potential;
     /// empty for most systems. See [`crate::force::DiscreteForce::advance`] and
     /// [`crate::potential::DiscretePotential::advance`].
     pub internal: Vec<f64>,

@@ -128,6 +128,8 @@ impl EmSystem {
                 ElementForce::Joint(force) => self.load_of(own.source(), force),
                 ElementForce::Body(load) => self.load_of(own.source(), load),
                 ElementForce::Wrench(force) => self.load_of(own.source(), AtMidpoint(force)),
+                ElementForce::Law(force) => self.load_of(own.source(), AtMidpoint(force)),
+                ElementForce::Signals(_) => self, // no state: refused by who reads models
             };
         }
         self

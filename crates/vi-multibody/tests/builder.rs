@@ -291,6 +291,8 @@ fn the_force_elements_are_data() {
         ElementForce::Joint(_) => "joint",
         ElementForce::Body(_) => "load",
         ElementForce::Wrench(_) => "wrench",
+        ElementForce::Law(_) => "law",
+        ElementForce::Signals(_) => "signals",
     });
     assert!(kinds.eq(["damper", "damper", "joint", "load"]));
     assert_eq!((forces.springs.len(), forces.joint_springs.len()), (1, 1));

@@ -106,7 +106,7 @@ impl TurningStep<'_> {
     /// The internal variables of a motion that starts at `q`.
     fn internal(&self, q: &[f64]) -> Vec<f64> {
         let mut internal = vec![0.0; self.system.internal_variables()];
-        self.system.begin_internal(q, &mut internal);
+        self.system.begin_internal(Configuration::new(0.0, q), &vec![0.0; q.len()], &mut internal);
         internal
     }
 

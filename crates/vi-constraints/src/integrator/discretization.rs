@@ -87,6 +87,12 @@ pub trait Discretization<C>: MechanicalSystem + Sized {
     /// Adds to the state of a start what the schemes of this family need beside `(t, q_0, p_0)`;
     /// `v`: the consistent velocity, shape `n`.
     fn begin(&self, _state: &mut State, _v: &[f64]) {}
+    /// Whether values that are held over steps change at a node, before the step from there.
+    fn samples(&self, _state: &State) -> bool {
+        false
+    }
+    /// Changes them; `v`: the velocity of `ᵠp_n`.
+    fn sample(&self, _state: &mut State, _v: &[f64]) {}
     /// `E_d` of a (sub-)step, J; `None` where a family has no discrete Lagrangian.
     fn discrete_energy(&self, _step: Step<'_>) -> Option<f64> {
         None
@@ -147,9 +153,20 @@ impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
         NodeObserver::new(self, m, rows)
     }
 
-    fn begin(&self, state: &mut State, _v: &[f64]) {
-        state.internal = vec![0.0; self.internal_variables()];
-        self.begin_internal(&state.q, &mut state.internal);
+    fn begin(&self, state: &mut State, v: &[f64]) {
+        let mut internal = vec![0.0; self.internal_variables()];
+        self.begin_internal(state.configuration(), v, &mut internal);
+        state.internal = internal;
+    }
+
+    fn samples(&self, state: &State) -> bool {
+        DiscreteLagrangian::samples(self, state.step, &state.internal)
+    }
+
+    fn sample(&self, state: &mut State, v: &[f64]) {
+        let State { step, t, q, angles, internal, .. } = state;
+        let at = Configuration { t: *t, q, angles, internal: &[] };
+        DiscreteLagrangian::sample(self, *step, at, v, internal);
     }
 
     fn discrete_energy(&self, step: Step<'_>) -> Option<f64> {

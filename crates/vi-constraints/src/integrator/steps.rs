@@ -5,7 +5,7 @@ use super::error::ResumeError;
 use super::origin::Origin;
 use super::report::StepReport;
 use crate::constraints::Constraints;
-use crate::discretization::{Discretization, Step, Transition};
+use crate::discretization::{Discretization, ObserveNode, Step, Transition};
 use crate::scheme::{StepError, SubStep};
 use vi_core::interval::Interval;
 use vi_core::newton::Precision;
@@ -73,11 +73,27 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
     ) -> Result<StepReport, StepError> {
         self.before.copy_from(&self.state);
-        let taken = self.take_sub_steps(parts, each);
+        let taken = self.take_sub_steps(parts, each).and_then(|report| {
+            self.sample()?;
+            Ok(report)
+        });
         if taken.is_err() {
             self.state.copy_from(&self.before);
         }
         taken
+    }
+
+    /// Changes the values that are held from the present node on, where any are sampled there.
+    fn sample(&mut self) -> Result<(), StepError> {
+        if !self.system.samples(&self.state) {
+            return Ok(());
+        }
+        let h = if self.reads_states() { 0.0 } else { self.step };
+        let Self { observer, system, constraints, state, .. } = self;
+        let node = observer.observe_state(system, &**constraints, state, h);
+        let node = node.map_err(|_| StepError::RankLost)?;
+        system.sample(state, &node.v);
+        Ok(())
     }
 
     fn take_sub_steps(

@@ -97,29 +97,23 @@ impl SeparableSystem {
     }
 
     /// Adds a discrete force without a name.
-    ///
-    /// # Panics
-    /// When it is the second force with internal variables.
     #[must_use]
     pub fn force(self, force: Box<dyn DiscreteForce>) -> Self {
         self.force_of(Source::default(), force)
     }
 
-    /// Adds a discrete force with what exerts it.
-    ///
-    /// # Panics
-    /// When it is the second force with internal variables.
+    /// Adds a discrete force with what exerts it. Its internal variables follow those of the forces
+    /// before it.
     #[must_use]
     pub fn force_of(mut self, source: Source, force: Box<dyn DiscreteForce>) -> Self {
-        let known = self.variables_of_forces();
-        assert!(known == 0 || force.internal_variables() == 0, "one force has internal variables");
         self.forces.push(force);
         self.sources.push(source);
         self
     }
 
     /// Internal variables of the forces; those of the potentials follow.
-    fn variables_of_forces(&self) -> usize {
+    #[must_use]
+    pub fn variables_of_forces(&self) -> usize {
         self.forces.iter().map(|force| force.internal_variables()).sum()
     }
 

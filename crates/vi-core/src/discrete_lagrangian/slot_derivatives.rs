@@ -40,9 +40,15 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn internal_variables(&self) -> usize {
         0
     }
-    /// `out ← z_0`, the internal variables at the start of a motion from `q`; shape
-    /// [`Self::internal_variables`].
-    fn begin_internal(&self, _q: &[f64], _out: &mut [f64]) {}
+    /// `out ← z_0`, the internal variables at the start of a motion from `q` with the velocity `v`;
+    /// shape [`Self::internal_variables`].
+    fn begin_internal(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut [f64]) {}
+    /// Whether internal variables change at the node of this number, before the step from there.
+    fn samples(&self, _step: u64, _internal: &[f64]) -> bool {
+        false
+    }
+    /// Changes them at a node with the velocity `v`, of `ᵠp_n`; `at` has no internal variables.
+    fn sample(&self, _step: u64, _at: Configuration<'_>, _v: &[f64], _internal: &mut [f64]) {}
     /// `out ← z_{n+1}`, the internal variables at the end of a step, from `z_n`; shape
     /// [`Self::internal_variables`].
     fn advance_internal(&self, _s: &Interval, _out: &mut [f64]) {}

@@ -228,6 +228,7 @@ impl MechanismBuilder {
         for own in &self.own_forces {
             forces.add(&own.name, ElementForce::Coordinates(own.force.clone()));
         }
+        self.add_laws(mechanism, &mut forces)?;
         Ok(forces)
     }
 
@@ -322,7 +323,7 @@ impl MechanismBuilder {
     }
 
     /// Two points as forms.
-    fn ends(
+    pub(super) fn ends(
         &self,
         element: impl Fn() -> String,
         from: &PointOn,
@@ -348,7 +349,7 @@ impl MechanismBuilder {
     }
 
     /// The components of a point along the directors of its member, from its centre.
-    fn components(&self, point: &PointOn) -> Result<Vector3<f64>, BuildError> {
+    pub(super) fn components(&self, point: &PointOn) -> Result<Vector3<f64>, BuildError> {
         let Attachment::Body(k) = point.member else {
             return Ok(match point.place {
                 PointPlace::Components(x) | PointPlace::Space(x) => x,
@@ -362,7 +363,7 @@ impl MechanismBuilder {
     }
 
     /// A joint coordinate whose revolutions the mechanism counts.
-    fn listed(
+    pub(super) fn listed(
         &self,
         id: CoordinateId,
         mechanism: &mut Mechanism,

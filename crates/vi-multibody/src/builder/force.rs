@@ -4,6 +4,7 @@ use super::error::finite;
 use super::{BodyId, BuildError, CoordinateId, ParticleId, PointOn, PointPlace};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
+use crate::force::law::{LawForce, SignalStates};
 use crate::force::spring::{Spring, SpringLaw};
 use crate::force::wrench_law::{WrenchForce, WrenchLaw};
 use crate::mechanism::Mechanism;
@@ -49,6 +50,10 @@ pub enum ElementForce {
     Body(Load),
     /// On a body or a point mass, by a law of its motion.
     Wrench(WrenchForce),
+    /// By a law of anything that moves.
+    Law(LawForce),
+    /// The states of signals.
+    Signals(SignalStates),
 }
 
 impl std::fmt::Debug for ElementForce {
@@ -58,6 +63,8 @@ impl std::fmt::Debug for ElementForce {
             Self::Joint(force) => f.debug_tuple("Joint").field(force).finish(),
             Self::Body(load) => f.debug_tuple("Body").field(load).finish(),
             Self::Wrench(force) => f.debug_tuple("Wrench").field(force).finish(),
+            Self::Law(force) => f.debug_tuple("Law").field(force).finish(),
+            Self::Signals(states) => f.debug_tuple("Signals").field(states).finish(),
         }
     }
 }
@@ -98,12 +105,21 @@ impl ForceElements {
         for spring in &self.joint_springs {
             system = system.discrete_potential(Box::new(spring.clone()));
         }
+        let first = system.variables_of_forces(); // of signals
         for own in &self.forces {
             let discrete: Box<dyn DiscreteForce> = match own.force.clone() {
                 ElementForce::Coordinates(force) => Box::new(MidpointForce(force)),
                 ElementForce::Joint(force) => Box::new(force),
                 ElementForce::Body(load) => Box::new(load),
                 ElementForce::Wrench(force) => Box::new(force),
+                ElementForce::Law(mut force) => {
+                    force.reading.first = first;
+                    Box::new(force)
+                }
+                ElementForce::Signals(mut states) => {
+                    states.reading.first = first;
+                    Box::new(states)
+                }
             };
             system = system.force_of(own.source(), discrete);
         }

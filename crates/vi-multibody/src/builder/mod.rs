@@ -11,6 +11,7 @@ mod error;
 mod force;
 mod id;
 mod joint;
+mod law;
 
 pub use body::{BodyEntry, Inertia};
 pub use error::BuildError;
@@ -19,6 +20,7 @@ pub use force::{
 };
 pub use id::{BodyId, CoordinateId, JointId, ParticleId, PointOn};
 pub use joint::JointEntry;
+pub use law::{ActOn, Read};
 
 use crate::constraint::scalar_constraint::Reference;
 use crate::force::joint_force::{JointLaw, Motor};
@@ -33,6 +35,7 @@ use force::{
 };
 pub(crate) use id::PointPlace;
 use joint::JointPart;
+use law::{LawPart, SignalsPart};
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -81,6 +84,8 @@ pub struct MechanismBuilder {
     tensions: Vec<TensionPart>,
     wrenches: Vec<WrenchPart>,
     own_forces: Vec<OwnForce>,
+    laws: Vec<LawPart>,
+    signals: Option<SignalsPart>,
     beams: Vec<Range<usize>>,
 }
 

@@ -335,8 +335,15 @@ impl JointCoordinate {
     pub fn emit_rate_slope(&self, q: &[f64], v: &[f64], scale: f64, out: &mut dyn Entries) {
         if let Value::Length(row) = &self.value {
             row.for_each_slope(q, |i, left| {
-                row.for_each_bend(v, |j, right| out.add(i, j, scale * left * right));
+                self.for_each_rate_slope(v, |j, right| out.add(i, j, scale * left * right));
             });
+        }
+    }
+
+    /// The entries of `D²u v` of a length, always in the same order; none of an angle.
+    pub fn for_each_rate_slope(&self, v: &[f64], visit: impl FnMut(usize, f64)) {
+        if let Value::Length(row) = &self.value {
+            row.for_each_bend(v, visit);
         }
     }
 

@@ -2,6 +2,7 @@
 
 pub mod held_effort;
 pub mod joint_force;
+pub mod law;
 pub mod particle_load;
 pub mod spring;
 pub mod tension;

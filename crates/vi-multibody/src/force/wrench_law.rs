@@ -90,8 +90,8 @@ impl std::fmt::Debug for WrenchForce {
 }
 
 /// The rotation of a step and how it changes with its end.
-struct Turn {
-    theta: Vector3<f64>,
+pub(super) struct Turn {
+    pub(super) theta: Vector3<f64>,
     s: Vector3<f64>,
     g: f64,
     A: f64,
@@ -99,7 +99,7 @@ struct Turn {
 }
 
 impl Turn {
-    fn of(start: &[f64], end: &[f64]) -> Self {
+    pub(super) fn of(start: &[f64], end: &[f64]) -> Self {
         let (mut s, mut trace) = (Vector3::zeros(), 0.0);
         for i in 0..3 {
             let (a, b) = (director(start, i), director(end, i));
@@ -114,7 +114,7 @@ impl Turn {
     }
 
     /// `∂θ/∂d_I(q_{n+1})` where `d_I` is that of the start.
-    fn by_director(&self, d: &Vector3<f64>) -> Matrix3<f64> {
+    pub(super) fn by_director(&self, d: &Vector3<f64>) -> Matrix3<f64> {
         let Self { s, g, A, N, .. } = self;
         // row k of δs: ½ e_k × d, so that δs = −½ [d]× ᵀ …
         let across = 0.5 * d.cross_matrix();
@@ -123,31 +123,31 @@ impl Turn {
     }
 }
 
-impl WrenchForce {
-    fn size(&self) -> usize {
-        match self.on {
+impl ActsOn {
+    pub(super) fn size(&self) -> usize {
+        match self {
             ActsOn::Frame { .. } => FRAME,
-            ActsOn::Particle { dimension, .. } => dimension,
+            ActsOn::Particle { dimension, .. } => *dimension,
         }
     }
 
-    fn offset(&self) -> usize {
-        match self.on {
-            ActsOn::Frame { offset, .. } | ActsOn::Particle { offset, .. } => offset,
+    pub(super) fn offset(&self) -> usize {
+        match self {
+            ActsOn::Frame { offset, .. } | ActsOn::Particle { offset, .. } => *offset,
         }
     }
 
     /// Its coordinates among all, those of a point mass followed by zeros.
-    fn own(&self, q: &[f64]) -> [f64; FRAME] {
+    pub(super) fn own(&self, q: &[f64]) -> [f64; FRAME] {
         let mut own = [0.0; FRAME];
         own[..self.size()].copy_from_slice(&q[self.offset()..self.offset() + self.size()]);
         own
     }
 
     /// `X`, linear in the coordinates.
-    fn point(&self, own: &[f64; FRAME]) -> Vector3<f64> {
+    pub(super) fn point(&self, own: &[f64; FRAME]) -> Vector3<f64> {
         let center = Vector3::new(own[0], own[1], own[2]);
-        match &self.on {
+        match self {
             ActsOn::Frame { point, .. } => {
                 center + (0..3).map(|i| point[i] * director(own, i)).sum::<Vector3<f64>>()
             }
@@ -156,15 +156,67 @@ impl WrenchForce {
     }
 
     /// Adds `scale ∂X/∂q` to three rows.
-    fn point_rows(&self, scale: f64, first: usize, rows: &mut Rows) {
+    pub(super) fn point_rows(&self, scale: f64, first: usize, rows: &mut Rows) {
         for k in 0..3 {
             rows[(first + k, k)] += scale;
-            if let ActsOn::Frame { point, .. } = &self.on {
+            if let ActsOn::Frame { point, .. } = self {
                 (0..3).for_each(|i| rows[(first + k, 3 + 3 * i + k)] += scale * point[i]);
             }
         }
     }
 
+    /// `(f, τ)` in space of what the law gives, with the directors of `own`.
+    pub(super) fn spatial(&self, wrench: [f64; 6], own: &[f64; FRAME]) -> [Vector3<f64>; 2] {
+        let [f, m] = [0, 3].map(|k| Vector3::new(wrench[k], wrench[k + 1], wrench[k + 2]));
+        match self {
+            ActsOn::Frame { axes: Some(axes), .. } => {
+                let turned = |c: Vector3<f64>| -> Vector3<f64> {
+                    let c = axes * c;
+                    (0..3).map(|i| c[i] * director(own, i)).sum()
+                };
+                [turned(f), turned(m)]
+            }
+            _ => [f, m],
+        }
+    }
+
+    /// `out ← out + scale (f, ϱ_I f + ½ τ×d_I)` with the directors of `own`.
+    pub(super) fn add_wrench(
+        &self,
+        scale: f64,
+        [f, m]: [Vector3<f64>; 2],
+        own: &[f64; FRAME],
+        out: &mut [f64],
+    ) {
+        let out = &mut out[self.offset()..self.offset() + self.size()];
+        (0..self.size().min(3)).for_each(|k| out[k] += scale * f[k]);
+        if let ActsOn::Frame { point, .. } = self {
+            for i in 0..3 {
+                let d = point[i] * f + 0.5 * m.cross(&director(own, i));
+                (0..3).for_each(|k| out[3 + 3 * i + k] += scale * d[k]);
+            }
+        }
+    }
+
+    /// `∂(coordinates)/∂(f, τ)` with the directors of `own`.
+    pub(super) fn columns(&self, own: &[f64; FRAME]) -> SMatrix<f64, FRAME, 6> {
+        let mut columns = SMatrix::<f64, FRAME, 6>::zeros();
+        for k in 0..3 {
+            columns[(k, k)] = 1.0;
+        }
+        if let ActsOn::Frame { point, .. } = self {
+            for i in 0..3 {
+                let by_force = Matrix3::identity() * point[i];
+                columns.fixed_view_mut::<3, 3>(3 + 3 * i, 0).copy_from(&by_force);
+                let by_torque = -0.5 * director(own, i).cross_matrix();
+                columns.fixed_view_mut::<3, 3>(3 + 3 * i, 3).copy_from(&by_torque);
+            }
+        }
+        columns
+    }
+}
+
+impl WrenchForce {
     /// `y` by `t`, `X`, `Ẋ`, `w`.
     fn inputs(t: f64, x: &Vector3<f64>, v: &Vector3<f64>, w: &Vector3<f64>) -> [f64; INPUTS] {
         [t, x.x, x.y, x.z, v.x, v.y, v.z, w.x, w.y, w.z]
@@ -172,15 +224,15 @@ impl WrenchForce {
 
     /// `y` in a step, and its derivative by the end.
     fn in_step(&self, s: &Interval, rows: Option<&mut Rows>) -> [f64; INPUTS] {
-        let (mid, rate) = (self.own(&s.q_mid), self.own(&s.v_mid));
-        let (x, v) = (self.point(&mid), self.point(&rate));
+        let (mid, rate) = (self.on.own(&s.q_mid), self.on.own(&s.v_mid));
+        let (x, v) = (self.on.point(&mid), self.on.point(&rate));
         let frame = matches!(self.on, ActsOn::Frame { .. });
-        let start = self.own(&s.q0);
-        let turn = frame.then(|| Turn::of(&start, &self.own(&s.q1)));
+        let start = self.on.own(&s.q0);
+        let turn = frame.then(|| Turn::of(&start, &self.on.own(&s.q1)));
         let w = turn.as_ref().map_or_else(Vector3::zeros, |turn| turn.theta / s.h);
         if let Some(rows) = rows {
-            self.point_rows(0.5, 1, rows);
-            self.point_rows(1.0 / s.h, 4, rows);
+            self.on.point_rows(0.5, 1, rows);
+            self.on.point_rows(1.0 / s.h, 4, rows);
             if let Some(turn) = turn {
                 for i in 0..3 {
                     let by = turn.by_director(&director(&start, i)) / s.h;
@@ -197,57 +249,7 @@ impl WrenchForce {
         if matches!(self.on, ActsOn::Frame { .. }) {
             w = (0..3).map(|i| 0.5 * director(own, i).cross(&director(rate, i))).sum();
         }
-        Self::inputs(t, &self.point(own), &self.point(rate), &w)
-    }
-
-    /// `(f, τ)` in space of what the law gives, with the directors of `own`.
-    fn spatial(&self, wrench: [f64; 6], own: &[f64; FRAME]) -> [Vector3<f64>; 2] {
-        let [f, m] = [0, 3].map(|k| Vector3::new(wrench[k], wrench[k + 1], wrench[k + 2]));
-        match &self.on {
-            ActsOn::Frame { axes: Some(axes), .. } => {
-                let turned = |c: Vector3<f64>| -> Vector3<f64> {
-                    let c = axes * c;
-                    (0..3).map(|i| c[i] * director(own, i)).sum()
-                };
-                [turned(f), turned(m)]
-            }
-            _ => [f, m],
-        }
-    }
-
-    /// `out ← out + scale (f, ϱ_I f + ½ τ×d_I)` with the directors of `own`.
-    fn add_wrench(
-        &self,
-        scale: f64,
-        [f, m]: [Vector3<f64>; 2],
-        own: &[f64; FRAME],
-        out: &mut [f64],
-    ) {
-        let out = &mut out[self.offset()..self.offset() + self.size()];
-        (0..self.size().min(3)).for_each(|k| out[k] += scale * f[k]);
-        if let ActsOn::Frame { point, .. } = &self.on {
-            for i in 0..3 {
-                let d = point[i] * f + 0.5 * m.cross(&director(own, i));
-                (0..3).for_each(|k| out[3 + 3 * i + k] += scale * d[k]);
-            }
-        }
-    }
-
-    /// `∂(coordinates)/∂(f, τ)` with the directors of `own`.
-    fn columns(&self, own: &[f64; FRAME]) -> SMatrix<f64, FRAME, 6> {
-        let mut columns = SMatrix::<f64, FRAME, 6>::zeros();
-        for k in 0..3 {
-            columns[(k, k)] = 1.0;
-        }
-        if let ActsOn::Frame { point, .. } = &self.on {
-            for i in 0..3 {
-                let by_force = Matrix3::identity() * point[i];
-                columns.fixed_view_mut::<3, 3>(3 + 3 * i, 0).copy_from(&by_force);
-                let by_torque = -0.5 * director(own, i).cross_matrix();
-                columns.fixed_view_mut::<3, 3>(3 + 3 * i, 3).copy_from(&by_torque);
-            }
-        }
-        columns
+        Self::inputs(t, &self.on.point(own), &self.on.point(rate), &w)
     }
 
     /// `∂(f, τ)/∂q` where `y` changes by `rows` and the axes with the directors by `share`.
@@ -279,7 +281,7 @@ impl WrenchForce {
     }
 
     fn emit(&self, scale: f64, block: &Block12, out: &mut dyn Entries) {
-        let (first, size) = (self.offset(), self.size());
+        let (first, size) = (self.on.offset(), self.on.size());
         for i in 0..size {
             for j in 0..size {
                 out.add(first + i, first + j, scale * block[(i, j)]);
@@ -290,17 +292,17 @@ impl WrenchForce {
     /// Half the impulse of a step with the directors of the end `q`.
     fn add_half(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
         let wrench = self.law.evaluate(&self.in_step(s, None));
-        let wrench = self.spatial(wrench, &self.own(&s.q_mid));
-        self.add_wrench(0.5 * s.h, wrench, &self.own(q), out);
+        let wrench = self.on.spatial(wrench, &self.on.own(&s.q_mid));
+        self.on.add_wrench(0.5 * s.h, wrench, &self.on.own(q), out);
     }
 }
 
 /// The continuous force; at averaged directors, as energy–momentum schemes take it, of order 2.
 impl Force for WrenchForce {
     fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
-        let (own, rate) = (self.own(q), self.own(v));
+        let (own, rate) = (self.on.own(q), self.on.own(v));
         let wrench = self.law.evaluate(&self.at_node(t, &own, &rate));
-        self.add_wrench(scale, self.spatial(wrench, &own), &own, out);
+        self.on.add_wrench(scale, self.on.spatial(wrench, &own), &own, out);
     }
 
     fn add_position_derivative(
@@ -311,17 +313,17 @@ impl Force for WrenchForce {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let (own, rate) = (self.own(q), self.own(v));
+        let (own, rate) = (self.on.own(q), self.on.own(v));
         let y = self.at_node(t, &own, &rate);
         let mut rows = Rows::zeros();
-        self.point_rows(1.0, 1, &mut rows);
+        self.on.point_rows(1.0, 1, &mut rows);
         let frame = matches!(self.on, ActsOn::Frame { .. });
         for i in (0..3).filter(|_| frame) {
             let by = -0.5 * director(&rate, i).cross_matrix(); // ½ δd × ḋ
             rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
         }
-        let mut block = self.columns(&own) * self.wrench_rows(&y, &own, &rows, 1.0);
-        let [_, torque] = self.spatial(self.law.evaluate(&y), &own);
+        let mut block = self.on.columns(&own) * self.wrench_rows(&y, &own, &rows, 1.0);
+        let [_, torque] = self.on.spatial(self.law.evaluate(&y), &own);
         for i in (0..3).filter(|_| frame) {
             let mut part = block.fixed_view_mut::<3, 3>(3 + 3 * i, 3 + 3 * i);
             part += 0.5 * torque.cross_matrix(); // ½ τ × δd
@@ -337,15 +339,15 @@ impl Force for WrenchForce {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let (own, rate) = (self.own(q), self.own(v));
+        let (own, rate) = (self.on.own(q), self.on.own(v));
         let y = self.at_node(t, &own, &rate);
         let mut rows = Rows::zeros();
-        self.point_rows(1.0, 4, &mut rows);
+        self.on.point_rows(1.0, 4, &mut rows);
         for i in (0..3).filter(|_| matches!(self.on, ActsOn::Frame { .. })) {
             let by = 0.5 * director(&own, i).cross_matrix();
             rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
         }
-        let block = self.columns(&own) * self.wrench_rows(&y, &own, &rows, 0.0);
+        let block = self.on.columns(&own) * self.wrench_rows(&y, &own, &rows, 0.0);
         self.emit(scale, &block, out);
     }
 
@@ -370,8 +372,8 @@ impl DiscreteForce for WrenchForce {
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         let mut rows = Rows::zeros();
         let y = self.in_step(s, Some(&mut rows));
-        let by_end = self.wrench_rows(&y, &self.own(&s.q_mid), &rows, 0.5);
-        self.emit(0.5 * s.h, &(self.columns(&self.own(&s.q0)) * by_end), out);
+        let by_end = self.wrench_rows(&y, &self.on.own(&s.q_mid), &rows, 0.5);
+        self.emit(0.5 * s.h, &(self.on.columns(&self.on.own(&s.q0)) * by_end), out);
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
@@ -463,7 +465,7 @@ mod tests {
         let q0 = frame([0.1, 0.2, -0.3], [0.3, -0.5, 0.2]);
         let v: Vec<f64> = (0..12).map(|i| 0.1 * f64::from(i) - 0.5).collect();
         for (k, force) in forces().into_iter().enumerate() {
-            let n = force.size();
+            let n = force.on.size();
             for turned in [[0.5, -0.3, 0.4], [0.3, -0.5, 0.2], [0.3, -0.5, 0.2001]] {
                 let q1 = frame([0.15, 0.1, -0.2], turned);
                 let expected = differences(n, &q1, |q1| {

@@ -82,18 +82,46 @@ impl DiscreteLagrangian for SeparableSystem {
         self.variables_of_forces() + of_potentials.sum::<usize>()
     }
 
-    fn begin_internal(&self, q: &[f64], out: &mut [f64]) {
-        let (of_force, of_potential) = out.split_at_mut(self.variables_of_forces());
-        of_force.fill(0.0);
+    fn begin_internal(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        let mut rest = out;
+        for force in &self.forces {
+            let (own, others) = rest.split_at_mut(force.internal_variables());
+            force.begin(at, v, own);
+            rest = others;
+        }
         if let Some(own) = self.potential_with_memory() {
-            own.begin(q, of_potential);
+            own.begin(at.q, rest);
+        }
+    }
+
+    fn samples(&self, step: u64, internal: &[f64]) -> bool {
+        let mut rest = internal;
+        self.forces.iter().any(|force| {
+            let (own, others) = rest.split_at(force.internal_variables());
+            rest = others;
+            force.samples(step, own)
+        })
+    }
+
+    fn sample(&self, step: u64, at: Configuration<'_>, v: &[f64], internal: &mut [f64]) {
+        let mut rest = internal;
+        for force in &self.forces {
+            let (own, others) = rest.split_at_mut(force.internal_variables());
+            if force.samples(step, own) {
+                force.sample(step, at, v, own);
+            }
+            rest = others;
         }
     }
 
     fn advance_internal(&self, s: &Interval, out: &mut [f64]) {
-        let (of_force, of_potential) = out.split_at_mut(self.variables_of_forces());
-        if let Some(force) = self.forces.iter().find(|force| force.internal_variables() > 0) {
-            force.advance(s, of_force);
+        let (mut of_forces, of_potential) = out.split_at_mut(self.variables_of_forces());
+        for force in &self.forces {
+            let (own, others) = of_forces.split_at_mut(force.internal_variables());
+            if !own.is_empty() {
+                force.advance(s, own);
+            }
+            of_forces = others;
         }
         if let Some(own) = self.potential_with_memory() {
             own.advance(s, of_potential);

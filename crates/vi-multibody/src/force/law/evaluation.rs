@@ -1,0 +1,258 @@
+//! A law evaluated in a step and at a node, its states eliminated.
+
+use super::input::Input;
+use nalgebra::DMatrix;
+use std::sync::{Arc, Mutex, PoisonError};
+use vi_core::Configuration;
+use vi_core::interval::Interval;
+use vi_core::linear::DenseLu;
+
+/// Newton iterations for the states of a step at most; more mean that kinks alternate.
+const ITERATIONS: usize = 40;
+/// A correction below this part of a state is round-off.
+const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+
+/// Efforts and rates of states by inputs and states.
+pub trait Law: Send + Sync {
+    /// How many efforts.
+    fn efforts(&self) -> usize;
+    /// `values ← (τ, φ)` at `(y, z)`; not a number where it has no value.
+    fn evaluate(&self, y: &[f64], z: &[f64], values: &mut [f64]);
+    /// The same with `slopes ← ∂(τ, φ)/∂(y, z)`: rows of efforts, then of states; columns of
+    /// inputs, then of states.
+    fn gradient(&self, y: &[f64], z: &[f64], values: &mut [f64], slopes: &mut DMatrix<f64>);
+    /// Whether it dissipates energy.
+    fn is_dissipative(&self) -> bool;
+}
+
+/// A law with what it reads.
+pub struct Reading {
+    /// The law.
+    pub law: Arc<dyn Law>,
+    /// `y`.
+    pub inputs: Vec<Input>,
+    /// Where `z` stands among the internal variables of signals.
+    pub states: Vec<usize>,
+    /// Where these start among all of a system.
+    pub first: usize,
+    work: Mutex<Work>,
+}
+
+impl Clone for Reading {
+    fn clone(&self) -> Self {
+        let (law, inputs) = (self.law.clone(), self.inputs.clone());
+        Self { first: self.first, ..Self::new(law, inputs, self.states.clone()) }
+    }
+}
+
+impl std::fmt::Debug for Reading {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { inputs, states, .. } = self;
+        let mut shown = f.debug_struct("Reading");
+        shown.field("inputs", inputs).field("states", states).finish_non_exhaustive()
+    }
+}
+
+/// Numbers of an evaluation.
+#[derive(Debug)]
+pub(super) struct Work {
+    efforts: usize,
+    y: Vec<f64>,
+    start: Vec<f64>, // z_n
+    z: Vec<f64>,     // z̄, or z at a node
+    values: Vec<f64>,
+    slopes: DMatrix<f64>,
+    last: DMatrix<f64>,   // φ_z of the iteration before
+    matrix: DMatrix<f64>, // I − (h/2) φ_z
+    lu: DenseLu,
+    change: Vec<f64>,
+}
+
+impl Work {
+    /// `τ`.
+    pub(super) fn efforts(&self) -> &[f64] {
+        &self.values[..self.efforts]
+    }
+
+    /// `z̄`.
+    pub(super) fn middle(&self) -> &[f64] {
+        &self.z
+    }
+
+    /// `dτ_k/dy_j`.
+    pub(super) fn slope(&self, k: usize, j: usize) -> f64 {
+        self.slopes[(k, j)]
+    }
+
+    /// `z̄` of a step `h`, with the slopes there; not a number where none is found.
+    fn find_states(&mut self, law: &dyn Law, h: f64) {
+        let (first, inputs) = (self.efforts, self.y.len());
+        self.z.copy_from_slice(&self.start);
+        for iteration in 0..ITERATIONS {
+            law.gradient(&self.y, &self.z, &mut self.values, &mut self.slopes);
+            let mut same = true;
+            for i in 0..self.z.len() {
+                self.change[i] = self.z[i] - self.start[i] - 0.5 * h * self.values[first + i];
+                for j in 0..self.z.len() {
+                    let slope = self.slopes[(first + i, inputs + j)];
+                    same &= self.last[(i, j)].to_bits() == slope.to_bits();
+                    self.last[(i, j)] = slope;
+                    self.matrix[(i, j)] = f64::from(u8::from(i == j)) - 0.5 * h * slope;
+                }
+            }
+            self.lu.factorize(&self.matrix);
+            if self.lu.solve_factorized(&mut self.change).is_err() {
+                break;
+            }
+            let small = |i: usize| {
+                let size = self.start[i].abs()
+                    + self.z[i].abs()
+                    + (0.5 * h * self.values[first + i]).abs();
+                self.change[i].abs() <= ROUND_OFF * size
+            };
+            if iteration > 0 && (same || (0..self.z.len()).all(small)) {
+                return;
+            }
+            self.z.iter_mut().zip(&self.change).for_each(|(z, change)| *z -= change);
+        }
+        self.z.fill(f64::NAN);
+        self.values.fill(f64::NAN);
+        self.slopes.fill(f64::NAN);
+    }
+
+    /// Takes `δz̄/δy` into the slopes of the efforts; `self.lu` has `I − (h/2) φ_z`.
+    fn eliminate_states(&mut self, h: f64) {
+        let (first, inputs) = (self.efforts, self.y.len());
+        for j in 0..inputs {
+            for i in 0..self.z.len() {
+                self.change[i] = 0.5 * h * self.slopes[(first + i, j)];
+            }
+            if self.lu.solve_factorized(&mut self.change).is_err() {
+                self.change.fill(f64::NAN);
+            }
+            for k in 0..first {
+                for i in 0..self.z.len() {
+                    let by_state = self.slopes[(k, inputs + i)];
+                    self.slopes[(k, j)] += by_state * self.change[i];
+                }
+            }
+        }
+    }
+}
+
+impl Reading {
+    /// A law of these inputs and states, all of them among the internal variables of signals.
+    #[must_use]
+    pub fn new(law: Arc<dyn Law>, inputs: Vec<Input>, states: Vec<usize>) -> Self {
+        let (efforts, n, m) = (law.efforts(), states.len(), inputs.len());
+        let work = Work {
+            efforts,
+            y: vec![0.0; m],
+            start: vec![0.0; n],
+            z: vec![0.0; n],
+            values: vec![0.0; efforts + n],
+            slopes: DMatrix::zeros(efforts + n, m + n),
+            last: DMatrix::from_element(n, n, f64::NAN),
+            matrix: DMatrix::zeros(n, n),
+            lu: DenseLu::new(n),
+            change: vec![0.0; n],
+        };
+        Self { law, inputs, states, first: 0, work: Mutex::new(work) }
+    }
+
+    fn own<'a>(&self, internal: &'a [f64]) -> &'a [f64] {
+        internal.get(self.first..).unwrap_or_default()
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Work> {
+        self.work.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn take_states(&self, held: &[f64], to: &mut [f64]) {
+        for (to, place) in to.iter_mut().zip(&self.states) {
+            *to = held.get(*place).copied().unwrap_or(0.0);
+        }
+    }
+
+    fn read_step(&self, s: &Interval, work: &mut Work) {
+        let held = self.own(&s.internal);
+        for (y, input) in work.y.iter_mut().zip(&self.inputs) {
+            *y = input.in_step(s, held);
+        }
+        self.take_states(held, &mut work.start);
+    }
+
+    fn read_node(&self, at: Configuration<'_>, v: &[f64], work: &mut Work) {
+        let held = self.own(at.internal);
+        for (y, input) in work.y.iter_mut().zip(&self.inputs) {
+            *y = input.at_node(at, v, held);
+        }
+        self.take_states(held, &mut work.z);
+    }
+
+    /// With the inputs at a node, from which internal variables of signals follow.
+    pub(super) fn with_inputs(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        held: &mut [f64],
+        then: impl FnOnce(&[f64], &mut [f64]),
+    ) {
+        let work = &mut *self.lock();
+        for (y, input) in work.y.iter_mut().zip(&self.inputs) {
+            *y = input.at_node(at, v, held);
+        }
+        then(&work.y, held);
+    }
+
+    /// With the efforts of a step, and `z̄`.
+    pub(super) fn with_values_in_step<T>(&self, s: &Interval, then: impl FnOnce(&Work) -> T) -> T {
+        let work = &mut *self.lock();
+        self.read_step(s, work);
+        if self.states.is_empty() {
+            self.law.evaluate(&work.y, &[], &mut work.values);
+        } else {
+            work.find_states(&*self.law, s.h);
+        }
+        then(work)
+    }
+
+    /// With the efforts of a step and their slopes by the inputs.
+    pub(super) fn with_slopes_in_step<T>(&self, s: &Interval, then: impl FnOnce(&Work) -> T) -> T {
+        let work = &mut *self.lock();
+        self.read_step(s, work);
+        if self.states.is_empty() {
+            self.law.gradient(&work.y, &[], &mut work.values, &mut work.slopes);
+        } else {
+            work.find_states(&*self.law, s.h);
+            work.eliminate_states(s.h);
+        }
+        then(work)
+    }
+
+    /// With the efforts at a node.
+    pub(super) fn with_values_at_node<T>(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        then: impl FnOnce(&Work) -> T,
+    ) -> T {
+        let work = &mut *self.lock();
+        self.read_node(at, v, work);
+        self.law.evaluate(&work.y, &work.z, &mut work.values);
+        then(work)
+    }
+
+    /// With the efforts at a node and their slopes by the inputs, states held.
+    pub(super) fn with_slopes_at_node<T>(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        then: impl FnOnce(&Work) -> T,
+    ) -> T {
+        let work = &mut *self.lock();
+        self.read_node(at, v, work);
+        self.law.gradient(&work.y, &work.z, &mut work.values, &mut work.slopes);
+        then(work)
+    }
+}

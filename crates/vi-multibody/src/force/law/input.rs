@@ -1,0 +1,233 @@
+//! What a law reads: values and slopes over a step, and at a node.
+//!
+//! ```text
+//!            in a step at t_{n+1/2}                    ∂/∂q_{n+1}
+//! x          ½ (θ(q_n) + θ(q_{n+1}))                   ½ ∇θ(q_{n+1})
+//! v          Δθ/h                                      (1/h) ∇θ(q_{n+1})
+//! X, Ẋ       X(q_{n+1/2}), X(Δq)/h                     ½ ∂X, (1/h) ∂X
+//! l, l̇       |D|, D̂·Ḋ  of D(q_{n+1/2}), D(Δq)/h        ½ D̂, (1/h) D̂ + ½ (Ḋ − l̇ D̂)/l
+//! w          θ/h, θ the rotation vector of the step    (1/h) ∂θ/∂d_I
+//! ```
+//! At a node the same of `q` and `v`, with `w = ½ Σ d_I × ḋ_I`.
+
+use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::force::wrench_law::Turn;
+use crate::geometry::form::Form;
+use nalgebra::Vector3;
+use vi_core::Configuration;
+use vi_core::interval::Interval;
+use vi_rigid::directors::{FRAME, director};
+
+/// A quantity that a law reads.
+#[derive(Clone, Debug)]
+pub enum Input {
+    /// `t`, s.
+    Time,
+    /// A joint coordinate, m or rad, with its revolutions.
+    Coordinate(JointCoordinate),
+    /// Its rate, m/s or rad/s.
+    Rate(JointCoordinate),
+    /// A component of a point, m, in space.
+    Point(Form, usize),
+    /// A component of its velocity, m/s.
+    PointRate(Form, usize),
+    /// The length of a form, m: the distance of two points.
+    Length(Form),
+    /// Its rate, m/s.
+    LengthRate(Form),
+    /// A component in space of the angular velocity, rad/s, of the frame at this coordinate.
+    Spin(usize, usize),
+    /// A value that is held over a step, among the internal variables of signals.
+    Held(usize),
+}
+
+/// A length, its direction, its rate and the rate of the direction.
+struct Line {
+    length: f64,
+    along: Vector3<f64>,
+    rate: f64,
+    turning: Vector3<f64>,
+}
+
+impl Line {
+    fn of(form: &Form, q: &[f64], v: &[f64]) -> Self {
+        let (d, velocity) = (form.at(q), form.rate(v));
+        let length = d.norm();
+        let along = d / length;
+        let rate = along.dot(&velocity);
+        Self { length, along, rate, turning: (velocity - rate * along) / length }
+    }
+}
+
+/// Visits `scale ∂(f·form)/∂q`.
+fn for_each_of_form(form: &Form, f: &Vector3<f64>, visit: &mut dyn FnMut(usize, f64)) {
+    for term in form.terms() {
+        for i in 0..term.dimension {
+            visit(term.offset + i, term.coefficient * f[i]);
+        }
+    }
+}
+
+/// Visits a row by three vectors of a frame: `Σ a_I·d_I`.
+fn for_each_of_frame(offset: usize, rows: [Vector3<f64>; 3], visit: &mut dyn FnMut(usize, f64)) {
+    for (i, row) in rows.iter().enumerate() {
+        for k in 0..3 {
+            visit(offset + 3 + 3 * i + k, row[k]);
+        }
+    }
+}
+
+fn unit(axis: usize, scale: f64) -> Vector3<f64> {
+    Vector3::ith(axis, scale)
+}
+
+impl Input {
+    /// Whether it is a velocity or a rate.
+    #[must_use]
+    pub fn is_rate(&self) -> bool {
+        matches!(self, Self::Rate(_) | Self::PointRate(..) | Self::LengthRate(_) | Self::Spin(..))
+    }
+
+    /// Whether its rate in a steady rotation changes with the configuration:
+    /// [`vi_core::force::DiscreteForce::acts_from_ground`].
+    #[must_use]
+    pub fn is_seen_from_ground(&self) -> bool {
+        match self {
+            Self::Time | Self::Held(_) => false,
+            Self::Coordinate(own) | Self::Rate(own) => own.is_length_from_ground(),
+            Self::Point(..) | Self::PointRate(..) | Self::Spin(..) => true,
+            Self::Length(form) | Self::LengthRate(form) => form.is_seen_from_ground(),
+        }
+    }
+
+    /// Its value in a step; `held`: internal variables of signals.
+    #[must_use]
+    pub fn in_step(&self, s: &Interval, held: &[f64]) -> f64 {
+        match self {
+            Self::Time => s.t_mid(),
+            Self::Coordinate(own) => own.change(s).mean,
+            Self::Rate(own) => own.change(s).difference / s.h,
+            Self::Point(form, axis) => form.at(&s.q_mid)[*axis],
+            Self::PointRate(form, axis) => form.rate(&s.v_mid)[*axis],
+            Self::Length(form) => form.at(&s.q_mid).norm(),
+            Self::LengthRate(form) => Line::of(form, &s.q_mid, &s.v_mid).rate,
+            Self::Spin(offset, axis) => {
+                let own = *offset..*offset + FRAME;
+                Turn::of(&s.q0[own.clone()], &s.q1[own]).theta[*axis] / s.h
+            }
+            Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
+        }
+    }
+
+    /// The entries of its derivative by the end of a step, always in the same order; a coordinate
+    /// may come several times.
+    pub fn for_each_slope(&self, s: &Interval, visit: &mut dyn FnMut(usize, f64)) {
+        let by_rate = 1.0 / s.h;
+        match self {
+            Self::Time | Self::Held(_) => {}
+            Self::Coordinate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, 0.5 * a)),
+            Self::Rate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, by_rate * a)),
+            Self::Point(form, axis) => for_each_of_form(form, &unit(*axis, 0.5), visit),
+            Self::PointRate(form, axis) => for_each_of_form(form, &unit(*axis, by_rate), visit),
+            Self::Length(form) => {
+                let along = Line::of(form, &s.q_mid, &s.v_mid).along;
+                for_each_of_form(form, &(0.5 * along), visit);
+            }
+            Self::LengthRate(form) => {
+                let Line { along, turning, .. } = Line::of(form, &s.q_mid, &s.v_mid);
+                for_each_of_form(form, &(by_rate * along + 0.5 * turning), visit);
+            }
+            Self::Spin(offset, axis) => {
+                let own = *offset..*offset + FRAME;
+                let start = &s.q0[own.clone()];
+                let turn = Turn::of(start, &s.q1[own]);
+                let rows = [0, 1, 2].map(|i| {
+                    let by = turn.by_director(&director(start, i));
+                    by_rate * by.row(*axis).transpose()
+                });
+                for_each_of_frame(*offset, rows, visit);
+            }
+        }
+    }
+
+    /// Its value at a node with the velocity `v`; `held`: internal variables of signals.
+    #[must_use]
+    pub fn at_node(&self, at: Configuration<'_>, v: &[f64], held: &[f64]) -> f64 {
+        match self {
+            Self::Time => at.t,
+            Self::Coordinate(own) => own.at(at),
+            Self::Rate(own) => own.rate(at.q, v),
+            Self::Point(form, axis) => form.at(at.q)[*axis],
+            Self::PointRate(form, axis) => form.rate(v)[*axis],
+            Self::Length(form) => form.at(at.q).norm(),
+            Self::LengthRate(form) => Line::of(form, at.q, v).rate,
+            Self::Spin(offset, axis) => {
+                let [own, rate] = [at.q, v].map(|x| &x[*offset..*offset + FRAME]);
+                let spin = |i| director(own, i).cross(&director(rate, i));
+                0.5 * (0..3).map(spin).sum::<Vector3<f64>>()[*axis]
+            }
+            Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
+        }
+    }
+
+    /// The entries of its derivative by `q` at a node with the velocity `v`; an angle has a rate
+    /// that does not change with it ([`JointCoordinate::emit_rate_slope`]).
+    pub fn for_each_slope_by_position(
+        &self,
+        q: &[f64],
+        v: &[f64],
+        visit: &mut dyn FnMut(usize, f64),
+    ) {
+        match self {
+            Self::Time | Self::Held(_) | Self::PointRate(..) => {}
+            Self::Coordinate(own) => own.for_each_slope(q, visit),
+            Self::Rate(own) => own.for_each_rate_slope(v, visit),
+            Self::Point(form, axis) => for_each_of_form(form, &unit(*axis, 1.0), visit),
+            Self::Length(form) => for_each_of_form(form, &Line::of(form, q, v).along, visit),
+            Self::LengthRate(form) => {
+                for_each_of_form(form, &Line::of(form, q, v).turning, visit);
+            }
+            Self::Spin(offset, axis) => {
+                let rate = &v[*offset..*offset + FRAME];
+                let axis = unit(*axis, -0.5); // −½ (ḋ × δd)·e = −½ δd·(e × ḋ)
+                for_each_of_frame(
+                    *offset,
+                    [0, 1, 2].map(|i| axis.cross(&director(rate, i))),
+                    visit,
+                );
+            }
+        }
+    }
+
+    /// The entries of its derivative by `v` at a node.
+    pub fn for_each_slope_by_velocity(
+        &self,
+        q: &[f64],
+        v: &[f64],
+        visit: &mut dyn FnMut(usize, f64),
+    ) {
+        match self {
+            Self::Rate(own) => own.for_each_slope(q, visit),
+            Self::PointRate(form, axis) => for_each_of_form(form, &unit(*axis, 1.0), visit),
+            Self::LengthRate(form) => for_each_of_form(form, &Line::of(form, q, v).along, visit),
+            Self::Spin(offset, axis) => {
+                let own = &q[*offset..*offset + FRAME];
+                let axis = unit(*axis, 0.5); // ½ (d × δḋ)·e = ½ δḋ·(e × d)
+                for_each_of_frame(*offset, [0, 1, 2].map(|i| axis.cross(&director(own, i))), visit);
+            }
+            Self::Time
+            | Self::Held(_)
+            | Self::Coordinate(_)
+            | Self::Point(..)
+            | Self::Length(_) => {}
+        }
+    }
+}
+
+impl Input {
+    /// The direction of a length, and `(I − D̂ D̂ᵀ)/l`, at `q`.
+    pub(super) fn direction(form: &Form, q: &[f64]) -> (Vector3<f64>, nalgebra::Matrix3<f64>) {
+        let Line { length, along, .. } = Line::of(form, q, q);
+        (along, (nalgebra::Matrix3::identity() - along * along.transpose()) / length)
+    }
+}

@@ -1,0 +1,185 @@
+//! Forces by laws of anything that moves: coordinates of other joints, other members, signals.
+//!
+//! ```text
+//! f_d^∓ = (h/2) Σ_k τ_k e_k(q_n | q_{n+1}),     τ = τ(y, z̄),   y of [`Input`], e_k of [`Target`]
+//! D_2 f_d^- = (h/2) Σ_k [ e_k (dτ_k/dy ∂y/∂q_{n+1})ᵀ + τ_k ∂e_k/∂q_{n+1} ]
+//! ```
+//! States of signals follow the implicit midpoint rule within the step and are eliminated there:
+//! ```text
+//! z̄ = z_n + (h/2) φ(y, z̄),   z_{n+1} = 2 z̄ − z_n
+//! (I − (h/2) φ_z) δz̄ = (h/2) φ_y δy,   dτ/dy = τ_y + τ_z δz̄/δy
+//! ```
+//!
+//! Source: Marsden & West 2001, part 3; Hairer, Lubich & Wanner 2006, II.1, for the midpoint rule.
+
+mod evaluation;
+pub mod input;
+pub mod signals;
+mod target;
+
+pub use evaluation::{Law, Reading};
+pub use input::Input;
+pub use signals::{Sampler, SignalStates};
+pub use target::Target;
+
+use evaluation::Work;
+use target::Place;
+use vi_core::Configuration;
+use vi_core::force::{DiscreteForce, Force};
+use vi_core::interval::Interval;
+use vi_core::sparse::Entries;
+
+/// A law with what it reads and what it acts on.
+#[derive(Clone, Debug)]
+pub struct LawForce {
+    /// What it acts on.
+    pub target: Target,
+    /// What it reads, and how its efforts follow.
+    pub reading: Reading,
+}
+
+impl LawForce {
+    /// Emits `scale Σ_k e_k (dτ_k/dy ∂y)ᵀ`, where `each` visits `∂y` of an input.
+    fn emit_slopes(
+        &self,
+        at: Place<'_>,
+        scale: f64,
+        work: &Work,
+        each: impl Fn(&Input, &mut dyn FnMut(usize, f64)),
+        out: &mut dyn Entries,
+    ) {
+        for k in 0..self.target.count() {
+            for (j, input) in self.reading.inputs.iter().enumerate() {
+                let slope = scale * work.slope(k, j);
+                self.target.for_each_direction(at, k, &mut |row, left| {
+                    each(input, &mut |column, right| out.add(row, column, slope * left * right));
+                });
+            }
+        }
+    }
+
+    fn is_seen_from_ground(&self) -> bool {
+        let inputs = &self.reading.inputs;
+        self.target.is_seen_from_ground() || inputs.iter().any(Input::is_seen_from_ground)
+    }
+}
+
+impl DiscreteForce for LawForce {
+    fn add_minus(&self, s: &Interval, out: &mut [f64]) {
+        self.reading.with_values_in_step(s, |work| {
+            self.target.add(Place::start(s), 0.5 * s.h, work.efforts(), out);
+        });
+    }
+
+    fn add_plus(&self, s: &Interval, out: &mut [f64]) {
+        self.reading.with_values_in_step(s, |work| {
+            self.target.add(Place::end(s), 0.5 * s.h, work.efforts(), out);
+        });
+    }
+
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        self.reading.with_slopes_in_step(s, |work| {
+            let (at, scale) = (Place::start(s), 0.5 * s.h);
+            self.emit_slopes(at, scale, work, |input, visit| input.for_each_slope(s, visit), out);
+            self.target.emit_turning(at, (0.5, false), scale, work.efforts(), out);
+        });
+    }
+
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.reading.with_values_at_node(at, v, |work| {
+            self.target.add(Place::node(at.q), 1.0, work.efforts(), out);
+        });
+    }
+
+    fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
+        scratch.fill(0.0);
+        self.reading.with_values_in_step(s, |work| {
+            self.target.add(Place::start(s), 0.5 * s.h, work.efforts(), scratch);
+            self.target.add(Place::end(s), 0.5 * s.h, work.efforts(), scratch);
+        });
+        scratch.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum()
+    }
+
+    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
+        let rest;
+        let v = if self.is_seen_from_ground() {
+            v
+        } else {
+            rest = vec![0.0; v.len()];
+            &rest[..]
+        };
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let place = Place::node(at.q);
+            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
+                input.for_each_slope_by_position(at.q, v, visit);
+            };
+            self.emit_slopes(place, scale, work, each, out);
+            self.target.emit_turning(place, (1.0, true), scale, work.efforts(), out);
+        });
+    }
+
+    fn acts_from_ground(&self) -> bool {
+        self.is_seen_from_ground()
+    }
+
+    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
+                input.for_each_slope_by_velocity(at.q, v, visit);
+            };
+            self.emit_slopes(Place::node(at.q), scale, work, each, out);
+        });
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.reading.law.is_dissipative()
+    }
+}
+
+/// At averaged directors, as energy–momentum schemes take it, of order 2.
+impl Force for LawForce {
+    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        self.reading.with_values_at_node(Configuration::new(t, q), v, |work| {
+            self.target.add(Place::node(q), scale, work.efforts(), out);
+        });
+    }
+
+    fn add_position_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.reading.with_slopes_at_node(Configuration::new(t, q), v, |work| {
+            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
+                input.for_each_slope_by_position(q, v, visit);
+            };
+            self.emit_slopes(Place::node(q), scale, work, each, out);
+            self.target.emit_turning(Place::node(q), (1.0, true), scale, work.efforts(), out);
+        });
+    }
+
+    fn add_velocity_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.add_damping(Configuration::new(t, q), v, scale, out);
+    }
+
+    fn acts_from_ground(&self) -> bool {
+        self.is_seen_from_ground()
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.reading.law.is_dissipative()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,172 @@
+//! What a law acts on: the coordinates of its efforts, at both ends of a step and at a node.
+//!
+//! ```text
+//! joint     f_d^∓ = (h/2) τ ∇θ(q_n | q_{n+1})
+//! points    f_d^∓ = −(h/2) T D̂(q_{n+1/2})  on X_b, opposite on X_a
+//! member    as crate::wrench_law
+//! ```
+
+use super::input::Input;
+use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::force::wrench_law::ActsOn;
+use crate::geometry::form::Form;
+use nalgebra::{Matrix3, SMatrix};
+use vi_core::interval::Interval;
+use vi_core::sparse::Entries;
+use vi_rigid::directors::{FRAME, director};
+
+/// What a law acts on.
+#[derive(Clone, Debug)]
+pub enum Target {
+    /// A joint coordinate: an effort along it, N or N·m.
+    Coordinate(JointCoordinate),
+    /// Two points, `D = X_b − X_a`: a tension, N, that pulls them together.
+    Points(Form),
+    /// A body or a point mass: force (N) and torque (N·m).
+    Member(ActsOn),
+}
+
+/// Where the directions of efforts are taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place<'a> {
+    /// Of levers and gradients.
+    pub(super) own: &'a [f64],
+    /// Of directions that turn with a member or a line.
+    pub(super) mid: &'a [f64],
+}
+
+impl<'a> Place<'a> {
+    pub(super) fn start(s: &'a Interval) -> Self {
+        Self { own: &s.q0, mid: &s.q_mid }
+    }
+    pub(super) fn end(s: &'a Interval) -> Self {
+        Self { own: &s.q1, mid: &s.q_mid }
+    }
+    pub(super) fn node(q: &'a [f64]) -> Self {
+        Self { own: q, mid: q }
+    }
+}
+
+impl Target {
+    /// How many efforts it takes.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Coordinate(_) | Self::Points(_) => 1,
+            Self::Member(_) => 6,
+        }
+    }
+
+    /// Whether it pushes against the ground or a direction that is fixed in space.
+    pub(super) fn is_seen_from_ground(&self) -> bool {
+        match self {
+            Self::Coordinate(own) => own.is_length_from_ground(),
+            Self::Points(form) => form.is_seen_from_ground(),
+            Self::Member(_) => true,
+        }
+    }
+
+    /// `out ← out + scale Σ_k effort_k direction_k`.
+    pub(super) fn add(&self, at: Place<'_>, scale: f64, efforts: &[f64], out: &mut [f64]) {
+        match self {
+            Self::Coordinate(own) => own.add_gradient(at.own, scale * efforts[0], out),
+            Self::Points(form) => {
+                let (along, _) = Input::direction(form, at.mid);
+                form.add_transposed(&(-scale * efforts[0] * along), out);
+            }
+            Self::Member(on) => {
+                let wrench = std::array::from_fn(|k| efforts[k]);
+                let wrench = on.spatial(wrench, &on.own(at.mid));
+                on.add_wrench(scale, wrench, &on.own(at.own), out);
+            }
+        }
+    }
+
+    /// The entries of `direction_k`, always in the same order.
+    pub(super) fn for_each_direction(
+        &self,
+        at: Place<'_>,
+        k: usize,
+        visit: &mut dyn FnMut(usize, f64),
+    ) {
+        match self {
+            Self::Coordinate(own) => own.for_each_slope(at.own, visit),
+            Self::Points(form) => {
+                let (along, _) = Input::direction(form, at.mid);
+                for term in form.terms() {
+                    for i in 0..term.dimension {
+                        visit(term.offset + i, -term.coefficient * along[i]);
+                    }
+                }
+            }
+            Self::Member(on) => {
+                let mut unit = [0.0; 6];
+                unit[k] = 1.0;
+                let [f, m] = on.spatial(unit, &on.own(at.mid));
+                let columns = on.columns(&on.own(at.own));
+                for i in 0..on.size() {
+                    let of = |first: usize, x: nalgebra::Vector3<f64>| {
+                        (0..3).map(|j| columns[(i, first + j)] * x[j]).sum::<f64>()
+                    };
+                    visit(on.offset() + i, of(0, f) + of(3, m));
+                }
+            }
+        }
+    }
+
+    /// Emits `scale Σ_k effort_k ∂direction_k/∂q` where directions at `mid` move by `share δq` and
+    /// those of `own` by δq where they `follow`.
+    pub(super) fn emit_turning(
+        &self,
+        at: Place<'_>,
+        (share, follows): (f64, bool),
+        scale: f64,
+        efforts: &[f64],
+        out: &mut dyn Entries,
+    ) {
+        match self {
+            Self::Coordinate(own) => {
+                if follows {
+                    own.emit_second(at.own, scale * efforts[0], out);
+                }
+            }
+            Self::Points(form) => {
+                let (_, turning) = Input::direction(form, at.mid);
+                form.emit_congruence(&(-scale * share * efforts[0] * turning), out);
+            }
+            Self::Member(on) => {
+                let ActsOn::Frame { axes, .. } = on else { return };
+                let wrench: [f64; 6] = std::array::from_fn(|k| efforts[k]);
+                let mut block = SMatrix::<f64, FRAME, FRAME>::zeros();
+                let own = on.own(at.own);
+                if let Some(axes) = axes {
+                    let mut turned = SMatrix::<f64, 6, FRAME>::zeros();
+                    for k in [0, 3] {
+                        let c = nalgebra::Vector3::new(wrench[k], wrench[k + 1], wrench[k + 2]);
+                        let c = axes * c;
+                        for i in 0..3 {
+                            for l in 0..3 {
+                                turned[(k + l, 3 + 3 * i + l)] = share * c[i];
+                            }
+                        }
+                    }
+                    block = on.columns(&own) * turned;
+                }
+                if follows {
+                    let [_, torque] = on.spatial(wrench, &on.own(at.mid));
+                    let by: Matrix3<f64> = 0.5 * torque.cross_matrix(); // ½ τ × δd
+                    for i in 0..3 {
+                        let mut part = block.fixed_view_mut::<3, 3>(3 + 3 * i, 3 + 3 * i);
+                        part += by;
+                    }
+                }
+                debug_assert!(director(&own, 0).iter().all(|x| x.is_finite()));
+                for i in 0..FRAME {
+                    for j in 0..FRAME {
+                        out.add(on.offset() + i, on.offset() + j, scale * block[(i, j)]);
+                    }
+                }
+            }
+        }
+    }
+}
