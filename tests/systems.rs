@@ -66,6 +66,7 @@ mod beams {
     mod flexible_multibody;
     mod material_damping;
     mod ropes;
+    mod section_forces;
     mod stations;
     mod stiff_beams;
 }

@@ -5,20 +5,35 @@
 //! (M_1, M_2, M_3) = (EI_1K_1, EI_2K_2, GJK_3)       bending moments, twisting moment
 //! n = N_I d̄_I,   m = M_I d̄_I                        spatial
 //! ```
-//! One value for each two-node element, at its middle, where it is of second order; within a
-//! helicoidal element the moment is linear, `m' = −K×m − G×n`; one for each Gauss point of an
-//! element of higher order. The centre line of an element is its chord; for pictures,
-//! [`center_line`] draws a cubic through the nodes with the mean slope of both neighbours.
+//! One value for each two-node element, at its middle, where it is of second order; one for each
+//! Gauss point of an element of higher order. Those of a helicoidal element are in equilibrium with
+//! the forces `F` and torques `T` that it exchanges with its nodes `a` and `b` and with what acts
+//! along it ([`LineLoads`]), `s` from its middle, all spatial:
+//! ```text
+//! n' = −f              n(s) = F_b − s f,                               F_b = −F_a
+//! m' = −φ'×n − c       m(s) = ½ (T_b − T_a) − (φ − φ̄)×F_b + ½ (s² − ℓ²/12) φ'×f − s c
+//! ```
+//! and a force `P` and a torque `Q` at `ξ ℓ` from the middle add
+//! ```text
+//! n += w P             w = ½ − ξ, and 1 less beyond the place
+//! m += w Q + (b − (½ − ξ)(s + ½ℓ) + (s − ξℓ)_+) φ'×P,                  b = ½ (¼ − ξ²) ℓ
+//! ```
+//! Strains are those of the section under them. At a clamp they are its reaction; exact for a
+//! straight beam under a constant load. Loads that are lumped at the nodes have `ℓ²/4` in place of
+//! `ℓ²/12` and no `b`. The centre line of an element is its chord; for pictures, [`center_line`] draws a cubic
+//! through the nodes with the mean slope of both neighbours.
 
-#![allow(non_snake_case)] // R, G, K
+#![allow(non_snake_case)] // R, G, K, M
 
-use crate::element::{ElementKind, StrainLaw};
+use crate::element::{Element, ElementKind, StrainLaw};
 use crate::helicoidal::{join, split};
+use crate::mass_kind::MassKind;
 use crate::model::{Beam, BeamElements};
 pub use crate::section_state::SectionState;
 use crate::section_state::Station;
 use nalgebra::Vector3;
 use vi_rigid::directors::{self, center};
+use vi_rigid::load::{Load, Wrench};
 use vi_rigid::rotation;
 
 /// The states along a beam in the configuration `q`.
@@ -45,36 +60,130 @@ pub fn for_each_state(
             continue;
         }
         let length = model.elements.list()[index].length;
-        visit(two_node(model, index, q, 0.0).state(k, start));
+        visit(two_node(model, index, q, None).state(k, start));
         start += length;
     }
 }
 
-/// The section of a two-node element that is `off` its middle, m; of helicoidal elements with the
-/// moment that is linear along them, others are constant.
-fn two_node(model: &BeamElements, index: usize, q: &[f64], off: f64) -> Station {
+/// What acts along a beam: weight, inertia, loads.
+///
+/// ```text
+/// f = −Σ_j m_0j u_j + …,   c = −Σ_i d̄_i × Σ_j m_ij u_j + …,   u = (φ̈ − γ, d̈_1, d̈_2, d̈_3)
+/// ```
+/// with the mass `m` of the section per length; dots are the loads.
+#[derive(Clone, Copy, Debug)]
+pub struct LineLoads<'a> {
+    /// Time of the histories, s.
+    pub t: f64,
+    /// `q̈` of all frames; empty at rest.
+    pub acceleration: &'a [f64],
+    /// `γ`, m/s².
+    pub gravity: Vector3<f64>,
+    /// Loads; their frames are not read.
+    pub loads: &'a [BeamLoad],
+}
+
+/// A load of an element that is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BeamLoad {
+    /// Where it acts, from the middle of the element, m; `None`: along all of it, by its length.
+    pub place: Option<f64>,
+    /// N and N·m, or N/m and N·m/m.
+    pub load: Load,
+}
+
+impl LineLoads<'_> {
+    /// What it adds to `n` and `m`, spatial, at the distance `s` from the middle of an element
+    /// with the slope `φ'`, m.
+    fn at(
+        &self,
+        (model, element): (&BeamElements, &Element),
+        q: &[f64],
+        (s, slope): (f64, &Vector3<f64>),
+    ) -> Wrench {
+        let mean = |all: &[f64]| -> [f64; 12] {
+            let [a, b] = element.nodes.map(|node| 12 * node);
+            std::array::from_fn(|i| 0.5 * (all[a + i] + all[b + i]))
+        };
+        let (length, frame) = (element.length, mean(q));
+        let bends = element.mass == MassKind::Quadratic;
+        let mut u = if self.acceleration.is_empty() { [0.0; 12] } else { mean(self.acceleration) };
+        (0..3).for_each(|i| u[i] -= self.gravity[i]);
+        let M = model.elements.section(element).mass_matrix();
+        let inertia = |i: usize| -> Vector3<f64> {
+            (0..4).map(|j| M[(i, j)] * Vector3::from_column_slice(&u[3 * j..3 * j + 3])).sum()
+        };
+        let spin = |i: usize| directors::director(&frame, i).cross(&inertia(i + 1));
+        let (mut f, mut c) = (-inertia(0), -(0..3).map(spin).sum::<Vector3<f64>>());
+        let (mut n, mut m) = (Vector3::zeros(), Vector3::zeros());
+        for BeamLoad { place, load } in self.loads {
+            let Wrench { force, torque } = load.wrench(self.t, &frame);
+            let Some(place) = place else {
+                (f, c) = (f + force, c + torque);
+                continue;
+            };
+            let (xi, beyond) = (place / length, s > *place);
+            let bend = if bends { 0.5 * (0.25 - xi * xi) * length } else { 0.0 };
+            let weight = 0.5 - xi - f64::from(u8::from(beyond));
+            let lever = bend - (0.5 - xi) * (s + 0.5 * length) + (s - place).max(0.0);
+            n += weight * force;
+            m += weight * torque + lever * slope.cross(&force);
+        }
+        let held = if bends { 1.0 / 12.0 } else { 0.25 };
+        n -= s * f;
+        m += 0.5 * (s * s - held * length * length) * slope.cross(&f) - s * c;
+        Wrench { force: n, torque: m }
+    }
+}
+
+/// The section of a two-node element at its middle; of a helicoidal one also at a distance from it,
+/// m, under what acts along it.
+fn two_node(
+    model: &BeamElements,
+    index: usize,
+    q: &[f64],
+    place: Option<(f64, &LineLoads<'_>)>,
+) -> Station {
     let element = &model.elements.list()[index];
     let x = element.coordinates(q);
     let strain = element.strain(&x);
     let stress = model.elements.stiffness(element) * strain;
-    let [a, b] = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
-    let point = 0.5 * (center(a) + center(b));
-    let mean = 0.5 * (directors::triad(a) + directors::triad(b));
-    let (along, length) = (0.5 * element.length + off, element.length);
+    let ends = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
+    let point = 0.5 * (center(ends[0]) + center(ends[1]));
+    let mean = 0.5 * (directors::triad(ends[0]) + directors::triad(ends[1]));
+    let length = element.length;
     let StrainLaw::Helicoidal(law) = &element.law else {
-        let directors = std::array::from_fn(|i| mean.column(i).into());
+        let (along, directors) = (0.5 * length, std::array::from_fn(|i| mean.column(i).into()));
         return Station { along, length, point, directors, strain, stress };
     };
-    let R = law.middle(&x, &mean);
+    let forces = element.force(&x, &(length * stress));
+    let part = |k: usize| -> Vector3<f64> { forces.fixed_rows::<3>(k).into() };
+    let torque = |node: usize| -> Vector3<f64> {
+        let own = |i: usize| directors::director(ends[node], i).cross(&part(12 * node + 3 + 3 * i));
+        (0..3).map(own).sum()
+    };
+    let s = place.map_or(0.0, |(s, _)| s);
     let (G, K) = split(&element.measures(&x));
-    let (n, m) = split(&stress);
-    let turn = rotation::exp(&(off * K)); // from the middle to the section
-    let here = |v: Vector3<f64>| turn.tr_mul(&v);
-    let moved = join(&here(n), &here(m - off * G.cross(&n))); // m' = −K×m − G×n
-    let strain = strain + model.elements.section(element).compliance_matrix() * (moved - stress);
-    let (point, R) = (point + off * (R * G), R * turn);
+    let middle = law.middle(&x, &mean);
+    let R = middle * rotation::exp(&(s * K));
+    let slope = (center(ends[1]) - center(ends[0])) / length;
+    let arc = s * slope + 0.5 * (s * s - 0.25 * length * length) * (middle * K.cross(&G)); // φ − φ̄
+    let own = place.map(|(s, loads)| loads.at((model, element), q, (s, &slope)));
+    let (f, c) = own.map_or_else(Default::default, |own| (own.force, own.torque));
+    let n = part(12) + f;
+    let m = 0.5 * (torque(1) - torque(0)) - arc.cross(&part(12)) + c;
+    let stress = join(&R.tr_mul(&n), &R.tr_mul(&m));
+    let strain = model.elements.section(element).compliance_matrix() * stress;
     let directors = std::array::from_fn(|i| R.column(i).into());
-    Station { along, length, point, directors, strain, stress: moved }
+    Station { along: 0.5 * length + s, length, point: point + arc, directors, strain, stress }
+}
+
+/// A place within a helicoidal element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Off {
+    middle: f64, // of the element, from the start of the beam, m
+    s: f64,      // of the place, from the middle, m
+    length: f64, // of the element, m
 }
 
 /// A place of a beam where strains and section forces are read: weights of the sections next to it.
@@ -82,7 +191,7 @@ fn two_node(model: &BeamElements, index: usize, q: &[f64], off: f64) -> Station 
 pub struct SectionPlace {
     part: Beam,
     weights: Vec<f64>, // of the sections of the part
-    off: f64,          // m  from the middle of a helicoidal element
+    off: Option<Off>,
 }
 
 impl SectionPlace {
@@ -97,11 +206,11 @@ impl SectionPlace {
         let states = section_states(model, &part, q);
         let length: f64 = states.iter().map(|state| state.length).sum();
         let weights = states.iter().map(|state| state.length / length).collect();
-        Self { part, weights, off: 0.0 }
+        Self { part, weights, off: None }
     }
 
     /// In the initial configuration `q` at the reference arc length `along` from the start of the
-    /// beam, m. Within a helicoidal element with its linear moment; between elements of mean
+    /// beam, m. Within a helicoidal element by what acts along it; between elements of mean
     /// directors linear through their middles, where a load on a node smears over its two elements;
     /// the polynomial through the Gauss points of an element of higher order. Of order 2 in the
     /// length of two-node elements where section forces are smooth.
@@ -120,7 +229,8 @@ impl SectionPlace {
         let index = beam.elements.start + element;
         let law = model.elements.list().get(index).map(|element| element.law.kind());
         if beam.order == 1 && law != Some(ElementKind::MeanDirectors) {
-            let off = along - start - 0.5 * length(element);
+            let (middle, length) = (start + 0.5 * length(element), length(element));
+            let off = Some(Off { middle, s: along - middle, length });
             return Self { part: part(beam, element..element + 1), weights: vec![1.0], off };
         }
         let elements = match (beam.order, count) {
@@ -139,7 +249,23 @@ impl SectionPlace {
             let others = s.iter().enumerate().filter(|(j, _)| *j != i);
             others.map(|(_, other)| (along - other) / (s[i] - other)).product()
         };
-        Self { part, weights: (0..s.len()).map(lagrange).collect(), off: 0.0 }
+        Self { part, weights: (0..s.len()).map(lagrange).collect(), off: None }
+    }
+
+    /// Whether what acts along the beam enters.
+    #[must_use]
+    pub fn is_within_element(&self) -> bool {
+        self.off.is_some()
+    }
+
+    /// A load at the arc length `along` from the start of the beam, m, or along all of it; `None`
+    /// where it does not enter.
+    #[must_use]
+    pub fn load(&self, along: Option<f64>, load: Load) -> Option<BeamLoad> {
+        let Off { middle, length, .. } = self.off?;
+        let place = along.map(|along| along - middle);
+        let inside = place.is_none_or(|place| place.abs() <= 0.5 * length);
+        inside.then_some(BeamLoad { place, load })
     }
 
     /// A quantity of a section there, in the configuration `q`.
@@ -148,10 +274,12 @@ impl SectionPlace {
         &self,
         model: &BeamElements,
         q: &[f64],
+        loads: &LineLoads<'_>,
         quantity: impl Fn(&SectionState) -> [f64; N],
     ) -> [f64; N] {
-        if self.off != 0.0 {
-            return quantity(&two_node(model, self.part.elements.start, q, self.off).state(0, 0.0));
+        if let Some(Off { s, .. }) = self.off {
+            let station = two_node(model, self.part.elements.start, q, Some((s, loads)));
+            return quantity(&station.state(0, 0.0));
         }
         let (mut sum, mut weights) = ([0.0; N], self.weights.iter());
         for_each_state(model, &self.part, q, |state| {

@@ -26,11 +26,13 @@
 //! | `observer` | what is seen from a body |
 //! | `effort` | springs, dampers, motors, prescribed motions |
 //! | `power` | what these and loads put into the system |
+//! | `section` | section forces and strains of beams |
 
 mod columns;
 mod effort;
 mod observer;
 mod power;
+mod section;
 mod view;
 
 pub use columns::{Column, REACTION, UNIQUE, columns};
@@ -39,6 +41,7 @@ pub(crate) use view::View;
 use effort::Effort;
 use observer::Observer;
 use power::Power;
+use section::SectionGauge;
 
 use crate::dynamics::Dynamics;
 use crate::run::run_state::same_length;
@@ -48,9 +51,6 @@ use crate::system::names::Names;
 use holonom_model::{Constraint, GROUND, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use vi_beam::section_force::SectionPlace;
-use vi_beam::{Beam, BeamElements};
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
@@ -90,26 +90,6 @@ fn length_rate(between: &Form, at: &View<'_>) -> f64 {
     let (d, rate) = (between.at(at.q), between.rate(at.v));
     let length = d.norm();
     if length > 0.0 { d.dot(&rate) / length } else { rate.norm() }
-}
-
-/// Section forces or strains at a place of a beam.
-#[derive(Clone, Debug)]
-struct SectionGauge {
-    parts: Arc<BeamElements>,
-    place: SectionPlace,
-    strains: bool,
-}
-
-impl SectionGauge {
-    fn read(&self, q: &[f64], out: &mut Vec<f64>) {
-        out.extend(self.place.read(&self.parts, q, |state| -> [f64; 6] {
-            let [[a, b, c], [d, e, f]] = match self.strains {
-                false => [state.force, state.moment],
-                true => [state.shear_extension, state.curvature],
-            };
-            [a, b, c, d, e, f]
-        }));
-    }
 }
 
 /// The orientation of a body with a sign that does not jump.
@@ -173,7 +153,7 @@ impl Sensors {
                 Gauge::Acceleration(..)
                     | Gauge::AngularAcceleration(_)
                     | Gauge::JointAcceleration(_)
-            )
+            ) || matches!(gauge, Gauge::Section(section) if section.needs_acceleration())
         });
         let observer = reactions.then(|| ReactionObserver::new(mechanism));
         Self { columns: columns(model), gauges, observer, accelerations }
@@ -335,7 +315,7 @@ impl Gauge {
             }
             Self::Effort(effort) => effort.read(at, reactions, out),
             Self::Power(power) => power.read(at, reactions, out),
-            Self::Section(section) => section.read(at.q, out),
+            Self::Section(section) => section.read(at, out),
         }
     }
 }
@@ -413,36 +393,6 @@ impl Builder<'_> {
         Some(Observer::new(12 * k, &self.names.principal[k]))
     }
 
-    fn section(&self, sensor: &Sensor) -> Option<SectionGauge> {
-        let beam = self.beams.list.iter().find(|beam| beam.name == sensor.of)?;
-        let parts = &self.beams.parts;
-        let place = match (sensor.element, sensor.at) {
-            (Some(mut element), _) => {
-                let leg = beam.legs.iter().find(|leg| {
-                    let inside = element < leg.elements.len();
-                    element -= if inside { 0 } else { leg.elements.len() };
-                    inside
-                })?;
-                SectionPlace::of_element(parts, leg, element, &self.q)
-            }
-            (None, Some(mut along)) => {
-                let length = |leg: &Beam| -> f64 {
-                    leg.elements.clone().flat_map(|e| parts.intervals(leg, e)).sum()
-                };
-                let (last, legs) = beam.legs.split_last()?;
-                let leg = legs.iter().find(|leg| {
-                    let (own, inside) = (length(leg), along <= length(leg));
-                    along -= if inside { 0.0 } else { own };
-                    inside
-                });
-                SectionPlace::at(parts, leg.unwrap_or(last), along, &self.q)
-            }
-            (None, None) => return None,
-        };
-        let strains = sensor.kind == SensorKind::Strain;
-        Some(SectionGauge { parts: Arc::clone(parts), place, strains })
-    }
-
     /// `None` only when the model is not valid.
     fn gauge(&self, sensor: &Sensor) -> Option<Gauge> {
         let of = sensor.of.as_str();
@@ -474,7 +424,9 @@ impl Builder<'_> {
             SensorKind::JointCoordinate => Gauge::Coordinate(JointMotion::new(joint()?, &self.q)),
             SensorKind::JointRate => Gauge::Rate(joint()?),
             SensorKind::JointAcceleration => Gauge::JointAcceleration(joint()?),
-            SensorKind::SectionForce | SensorKind::Strain => Gauge::Section(self.section(sensor)?),
+            SensorKind::SectionForce | SensorKind::Strain => {
+                Gauge::Section(SectionGauge::of(sensor, self)?)
+            }
             SensorKind::Reaction => match self.names.model.bars.iter().position(|b| b.name == of) {
                 Some(bar) => Gauge::Tension(bar),
                 None => Gauge::Reaction(self.joint(of)?, sensor.frame.unwrap_or_default()),

@@ -230,6 +230,11 @@ fn add_spring(builder: &mut MechanismBuilder, spring: &holonom_model::Spring, na
     entry.damping(spring.damping).natural_length(spring.natural_length.unwrap_or_default());
 }
 
+/// Which components of a `[[load]]` stay fixed.
+pub(crate) fn load_kind(load: &holonom_model::Load) -> LoadKind {
+    if load.frame == Frame::Body { LoadKind::Follower } else { LoadKind::Dead }
+}
+
 /// Adds a `[[load]]`: one, or one for each node of a beam.
 fn add_load(
     builder: &mut MechanismBuilder,
@@ -240,16 +245,15 @@ fn add_load(
 ) -> Result<(), ModelError> {
     let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
     let history = load.history.time_history();
-    let follower = load.frame == Frame::Body;
+    let kind = load_kind(load);
     if let Some(k) = load.body.as_deref().and_then(|body| names.index(body)) {
         let entry = builder.load(names.frames[k]).force(force).torque(torque).history(history);
         let entry = entry.named(&load.name).point(load.point.unwrap_or_default());
-        if follower {
+        if kind == LoadKind::Follower {
             entry.follower();
         }
         return Ok(());
     }
-    let kind = if follower { LoadKind::Follower } else { LoadKind::Dead };
     let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());
     let mut start = 0.0;
     let legs: Vec<&vi_beam::Beam> = beam.flat_map(|b| &b.legs).collect();

@@ -1,0 +1,86 @@
+//! Section forces and strains at a place of a beam.
+
+use super::Builder;
+use super::view::View;
+use crate::system::load_kind;
+use holonom_model::{Sensor, SensorKind};
+use nalgebra::Vector3;
+use std::sync::Arc;
+use vi_beam::section_force::{BeamLoad, LineLoads, SectionPlace};
+use vi_beam::{Beam, BeamElements};
+use vi_rigid::Load;
+
+/// What a sensor of section forces or strains reads.
+#[derive(Clone, Debug)]
+pub(super) struct SectionGauge {
+    parts: Arc<BeamElements>,
+    place: SectionPlace,
+    strains: bool,
+    gravity: Vector3<f64>, // γ, m/s²
+    loads: Vec<BeamLoad>,
+}
+
+impl SectionGauge {
+    /// That of a sensor; `None` when the model is not valid.
+    pub(super) fn of(sensor: &Sensor, from: &Builder<'_>) -> Option<Self> {
+        let beam = from.beams.list.iter().find(|beam| beam.name == sensor.of)?;
+        let (parts, model) = (&from.beams.parts, from.names.model);
+        let mut along = sensor.at.unwrap_or_default(); // from the start of the leg
+        let place = match (sensor.element, sensor.at) {
+            (Some(mut element), _) => {
+                let leg = beam.legs.iter().find(|leg| {
+                    let inside = element < leg.elements.len();
+                    element -= if inside { 0 } else { leg.elements.len() };
+                    inside
+                })?;
+                SectionPlace::of_element(parts, leg, element, &from.q)
+            }
+            (None, Some(_)) => {
+                let length = |leg: &Beam| -> f64 {
+                    leg.elements.clone().flat_map(|e| parts.intervals(leg, e)).sum()
+                };
+                let (last, legs) = beam.legs.split_last()?;
+                let leg = legs.iter().find(|leg| {
+                    let (own, inside) = (length(leg), along <= length(leg));
+                    along -= if inside { 0.0 } else { own };
+                    inside
+                });
+                SectionPlace::at(parts, leg.unwrap_or(last), along, &from.q)
+            }
+            (None, None) => return None,
+        };
+        let leg_start = sensor.at.unwrap_or_default() - along;
+        let own = |load: &holonom_model::Load| {
+            let [force, torque] = [load.force, load.torque].map(Vector3::from);
+            let history = load.history.time_history();
+            let found = Load::new(0, load_kind(load), force, torque, history).ok()?;
+            place.load(load.at.map(|at| at - leg_start), found)
+        };
+        let on_beam = model.loads.iter().filter(|load| load.beam.as_deref() == Some(&beam.name));
+        let loads = on_beam.filter_map(own).collect();
+        Some(Self {
+            parts: Arc::clone(parts),
+            place,
+            strains: sensor.kind == SensorKind::Strain,
+            gravity: Vector3::from(model.gravity()),
+            loads,
+        })
+    }
+
+    /// Whether the inertia of the beam enters.
+    pub(super) fn needs_acceleration(&self) -> bool {
+        self.place.is_within_element()
+    }
+
+    pub(super) fn read(&self, at: &View<'_>, out: &mut Vec<f64>) {
+        let (t, gravity, loads) = (at.t, self.gravity, &self.loads);
+        let loads = LineLoads { t, acceleration: at.a, gravity, loads };
+        out.extend(self.place.read(&self.parts, at.q, &loads, |state| -> [f64; 6] {
+            let [[a, b, c], [d, e, f]] = match self.strains {
+                false => [state.force, state.moment],
+                true => [state.shear_extension, state.curvature],
+            };
+            [a, b, c, d, e, f]
+        }));
+    }
+}
