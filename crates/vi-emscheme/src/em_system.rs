@@ -122,6 +122,9 @@ impl EmSystem {
         for spring in &elements.joint_springs {
             self = self.gradient(spring.clone());
         }
+        for own in &elements.bushings {
+            self = self.potential(own.spring.clone());
+        }
         for own in &elements.forces {
             self = match own.force.clone() {
                 ElementForce::Coordinates(force) => self.load_of(own.source(), AtMidpoint(force)),
@@ -130,6 +133,7 @@ impl EmSystem {
                 ElementForce::Wrench(force) => self.load_of(own.source(), AtMidpoint(force)),
                 ElementForce::Law(force) => self.load_of(own.source(), AtMidpoint(force)),
                 ElementForce::Signals(_) => self, // no state: refused by who reads models
+                ElementForce::Six(force) => self.load_of(own.source(), AtMidpoint(force)),
             };
         }
         self

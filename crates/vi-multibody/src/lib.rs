@@ -82,8 +82,10 @@ pub use vi_core;
 pub use vi_rigid;
 
 pub use constraint::{joint_coordinate, scalar_constraint};
-pub use force::{held_effort, joint_force, law, particle_load, spring, tension, wrench_law};
-pub use geometry::{form, spatial};
+pub use force::{
+    bushing, held_effort, joint_force, law, particle_load, spring, tension, wrench_law,
+};
+pub use geometry::{form, six_coordinates, spatial};
 pub use mechanism::{description, initial_rates, prescribed};
 pub use output::{joint_motion, reaction, tree_multipliers};
 pub use pair::joint;

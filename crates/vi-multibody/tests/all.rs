@@ -4,6 +4,7 @@
 mod beside;
 mod builder;
 mod builder_refusals;
+mod bushings;
 mod closing;
 mod control_points;
 mod dense;

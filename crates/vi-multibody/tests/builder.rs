@@ -293,6 +293,7 @@ fn the_force_elements_are_data() {
         ElementForce::Wrench(_) => "wrench",
         ElementForce::Law(_) => "law",
         ElementForce::Signals(_) => "signals",
+        ElementForce::Six(_) => "bushing",
     });
     assert!(kinds.eq(["damper", "damper", "joint", "load"]));
     assert_eq!((forces.springs.len(), forces.joint_springs.len()), (1, 1));

@@ -225,6 +225,7 @@ impl MechanismBuilder {
             };
             forces.add(name, ElementForce::Wrench(WrenchForce { on, law: law.clone() }));
         }
+        self.add_bushings(mechanism, &mut forces)?;
         for own in &self.own_forces {
             forces.add(&own.name, ElementForce::Coordinates(own.force.clone()));
         }
@@ -242,7 +243,7 @@ impl MechanismBuilder {
         Ok(self.bodies[body.index()].resolve()?.1)
     }
 
-    fn check_frames(
+    pub(super) fn check_frames(
         &self,
         element: impl Fn() -> String,
         frames: [FrameId; 2],

@@ -1,12 +1,15 @@
 //! Force elements: springs, dampers, motors, loads, as parts of a builder and as numbers.
 
+use super::bushing::NamedSixSpring;
 use super::error::finite;
 use super::{BodyId, BuildError, CoordinateId, ParticleId, PointOn, PointPlace};
 use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::force::bushing::SixForce;
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
 use crate::force::law::{LawForce, SignalStates};
 use crate::force::spring::{Spring, SpringLaw};
 use crate::force::wrench_law::{WrenchForce, WrenchLaw};
+use crate::geometry::six_coordinates::{SixCoordinates, Vector6};
 use crate::mechanism::Mechanism;
 use crate::solver::run::{MechanismIntegrator, Solver, integrator};
 use nalgebra::Vector3;
@@ -15,7 +18,7 @@ use vi_constraints::InitialValues;
 use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
 use vi_core::force::{DiscreteForce, Force, MidpointForce, Source};
-use vi_core::{Quadrature, SeparableSystem};
+use vi_core::{Configuration, Quadrature, SeparableSystem};
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 
@@ -26,6 +29,8 @@ pub struct ForceElements {
     pub springs: Vec<Spring>,
     /// Springs on joint coordinates.
     pub joint_springs: Vec<JointSpring>,
+    /// The energies of bushings.
+    pub bushings: Vec<NamedSixSpring>,
     /// Everything else, in the order in which systems list it.
     pub forces: Vec<NamedForce>,
 }
@@ -54,6 +59,8 @@ pub enum ElementForce {
     Law(LawForce),
     /// The states of signals.
     Signals(SignalStates),
+    /// Along six coordinates between two frames: bushings, bearings.
+    Six(SixForce),
 }
 
 impl std::fmt::Debug for ElementForce {
@@ -65,6 +72,7 @@ impl std::fmt::Debug for ElementForce {
             Self::Wrench(force) => f.debug_tuple("Wrench").field(force).finish(),
             Self::Law(force) => f.debug_tuple("Law").field(force).finish(),
             Self::Signals(states) => f.debug_tuple("Signals").field(states).finish(),
+            Self::Six(force) => f.debug_tuple("Six").field(force).finish(),
         }
     }
 }
@@ -81,7 +89,34 @@ impl ForceElements {
     /// Whether any of them stores energy.
     #[must_use]
     pub fn has_springs(&self) -> bool {
-        !(self.springs.is_empty() && self.joint_springs.is_empty())
+        !(self.springs.is_empty() && self.joint_springs.is_empty() && self.bushings.is_empty())
+    }
+
+    /// The efforts of the bushing of this name on its second frame, N and N·m; `None` where there
+    /// is none that acts.
+    #[must_use]
+    pub fn bushing_efforts(&self, name: &str, at: Configuration<'_>, v: &[f64]) -> Option<Vector6> {
+        let springs = self.bushings.iter().filter(|own| own.name == name);
+        let springs = springs.map(|own| own.spring.efforts(at.t, at.q));
+        let forces = self.forces.iter().filter(|own| own.name == name);
+        let forces = forces.filter_map(|own| match &own.force {
+            ElementForce::Six(force) => Some(force.efforts(at, v)),
+            _ => None,
+        });
+        springs.chain(forces).reduce(|sum, efforts| sum + efforts)
+    }
+
+    /// The coordinates of the bushing of this name.
+    #[must_use]
+    pub fn bushing_coordinates(&self, name: &str) -> Option<&SixCoordinates> {
+        let springs = self.bushings.iter().filter(|own| own.name == name);
+        let mut forces = self.forces.iter().filter(|own| own.name == name);
+        springs.map(|own| &own.spring.coordinates).next().or_else(|| {
+            forces.find_map(|own| match &own.force {
+                ElementForce::Six(force) => Some(&force.coordinates),
+                _ => None,
+            })
+        })
     }
 
     /// The loads on bodies of this name, one for each place where they act.
@@ -106,6 +141,9 @@ impl ForceElements {
             system = system.discrete_potential(Box::new(spring.clone()));
         }
         let first = system.variables_of_forces(); // of signals
+        for own in &self.bushings {
+            system = system.discrete_potential(Box::new(own.spring.clone()));
+        }
         for own in &self.forces {
             let discrete: Box<dyn DiscreteForce> = match own.force.clone() {
                 ElementForce::Coordinates(force) => Box::new(MidpointForce(force)),
@@ -120,6 +158,7 @@ impl ForceElements {
                     states.reading.first = first;
                     Box::new(states)
                 }
+                ElementForce::Six(force) => Box::new(force.with_signals_from(first)),
             };
             system = system.force_of(own.source(), discrete);
         }

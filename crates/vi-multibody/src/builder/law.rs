@@ -156,7 +156,7 @@ impl MechanismBuilder {
         Ok(to.minus(&from))
     }
 
-    fn inputs(
+    pub(super) fn inputs(
         &self,
         name: &str,
         reads: &[Read],

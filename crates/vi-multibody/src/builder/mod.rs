@@ -7,6 +7,7 @@
 
 mod assembly;
 mod body;
+mod bushing;
 mod error;
 mod force;
 mod id;
@@ -14,6 +15,7 @@ mod joint;
 mod law;
 
 pub use body::{BodyEntry, Inertia};
+pub use bushing::{BushingEntry, NamedSixSpring};
 pub use error::BuildError;
 pub use force::{
     BuiltMechanism, ElementForce, ForceElements, ForceEntry, LoadEntry, NamedForce, SpringEntry,
@@ -29,6 +31,7 @@ use crate::mechanism::description::{BarEnd, BodySpec, ParticleSpec};
 use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint};
 use body::BodyPart;
+use bushing::BushingPart;
 use force::{
     JointElementKind, JointForceElement, LoadPart, OwnForce, ParticleLoadPart, PointElement,
     TensionPart, WrenchPart,
@@ -83,6 +86,7 @@ pub struct MechanismBuilder {
     particle_loads: Vec<ParticleLoadPart>,
     tensions: Vec<TensionPart>,
     wrenches: Vec<WrenchPart>,
+    bushings: Vec<BushingPart>,
     own_forces: Vec<OwnForce>,
     laws: Vec<LawPart>,
     signals: Option<SignalsPart>,
@@ -393,6 +397,16 @@ impl MechanismBuilder {
     ) -> ForceEntry<'_> {
         let part = WrenchPart { name: String::new(), at: at.into(), follows, law: Arc::new(law) };
         ForceEntry { name: &mut added(&mut self.wrenches, part).name }
+    }
+
+    /// Adds a bushing between two frames: the entry takes its place, its axes and its efforts.
+    pub fn bushing(
+        &mut self,
+        from: impl Into<FrameId>,
+        to: impl Into<FrameId>,
+    ) -> BushingEntry<'_> {
+        let part = BushingPart::new(from.into(), to.into());
+        BushingEntry::new(added(&mut self.bushings, part))
     }
 
     /// Adds a load on a body; the entry takes force, torque, point and time history.

@@ -1,5 +1,6 @@
-//! Springs, dampers, motors, forces on point masses.
+//! Springs, dampers, bushings, motors, forces on point masses.
 
+pub mod bushing;
 pub mod held_effort;
 pub mod joint_force;
 pub mod law;

@@ -2,9 +2,8 @@
 //!
 //! ```text
 //! y = (t, X, Ẋ, w)      in a step at t_{n+1/2}: X = X(q_{n+1/2}), Ẋ = X(Δq)/h, w = θ/h
-//! θ                     rotation vector of the step: θ = g s, g = φ/σ, φ = atan2(σ, κ), σ = |s|
+//! θ(s, κ)               rotation vector of the step, see `crate::geometry::rotation_vector`
 //!                       s = ½ Σ d_I(q_n) × d_I(q_{n+1}),   κ = ½ (Σ d_I(q_n)·d_I(q_{n+1}) − 1)
-//! δθ = g δs + s (A s·δs − δκ/N),   N = σ² + κ²,   A = (κ/N − g)/σ²  → −2/3
 //! f_d^∓ = (h/2) (f, ϱ_I f + ½ τ×d_I)    with the directors of q_n | q_{n+1}, as loads
 //! (f, τ) = law(y)        along the axes of space, or Σ (B law)_I d̄_I along those of the body
 //! ```
@@ -12,8 +11,9 @@
 //! of a step is exact in the increments, so the energy is a balance to second order.
 //!
 //! Source: LMO08 §4 for the director form; Marsden & West 2001, part 3, for the discrete forces.
-#![allow(non_snake_case)] // A, B, N, X: the letters above
+#![allow(non_snake_case)] // B, X: the letters above
 
+use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use std::sync::Arc;
 use vi_core::Configuration;
@@ -86,40 +86,6 @@ pub struct WrenchForce {
 impl std::fmt::Debug for WrenchForce {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("WrenchForce").field("on", &self.on).finish_non_exhaustive()
-    }
-}
-
-/// The rotation of a step and how it changes with its end.
-pub(super) struct Turn {
-    pub(super) theta: Vector3<f64>,
-    s: Vector3<f64>,
-    g: f64,
-    A: f64,
-    N: f64,
-}
-
-impl Turn {
-    pub(super) fn of(start: &[f64], end: &[f64]) -> Self {
-        let (mut s, mut trace) = (Vector3::zeros(), 0.0);
-        for i in 0..3 {
-            let (a, b) = (director(start, i), director(end, i));
-            s += 0.5 * a.cross(&b);
-            trace += a.dot(&b);
-        }
-        let (sine, cosine) = (s.norm(), 0.5 * (trace - 1.0));
-        let N = sine * sine + cosine * cosine;
-        let g = if sine < 1e-9 { 1.0 } else { libm::atan2(sine, cosine) / sine };
-        let A = if sine < 1e-3 { -2.0 / 3.0 } else { (cosine / N - g) / (sine * sine) };
-        Self { theta: g * s, s, g, A, N }
-    }
-
-    /// `∂θ/∂d_I(q_{n+1})` where `d_I` is that of the start.
-    pub(super) fn by_director(&self, d: &Vector3<f64>) -> Matrix3<f64> {
-        let Self { s, g, A, N, .. } = self;
-        // row k of δs: ½ e_k × d, so that δs = −½ [d]× ᵀ …
-        let across = 0.5 * d.cross_matrix();
-        let along = 0.5 * *A * s.cross(d) - 0.5 / N * d;
-        *g * across + s * along.transpose()
     }
 }
 
@@ -228,7 +194,7 @@ impl WrenchForce {
         let (x, v) = (self.on.point(&mid), self.on.point(&rate));
         let frame = matches!(self.on, ActsOn::Frame { .. });
         let start = self.on.own(&s.q0);
-        let turn = frame.then(|| Turn::of(&start, &self.on.own(&s.q1)));
+        let turn = frame.then(|| RotationVector::of_step(&start, &self.on.own(&s.q1)));
         let w = turn.as_ref().map_or_else(Vector3::zeros, |turn| turn.theta / s.h);
         if let Some(rows) = rows {
             self.on.point_rows(0.5, 1, rows);
@@ -503,7 +469,7 @@ mod tests {
             let first = Rotation3::new(Vector3::new(0.3, -0.5, 0.2));
             let own = (Rotation3::new(Vector3::from(turned)) * first).into_inner();
             let q1: Vec<f64> = [0.0; 3].into_iter().chain(own.iter().copied()).collect();
-            let error = (Turn::of(&q0, &q1).theta - Vector3::from(turned)).amax();
+            let error = (RotationVector::of_step(&q0, &q1).theta - Vector3::from(turned)).amax();
             assert!(error < 1e-14, "{turned:?}: {error:e}");
         }
     }

@@ -11,8 +11,8 @@
 //! At a node the same of `q` and `v`, with `w = ½ Σ d_I × ḋ_I`.
 
 use crate::constraint::joint_coordinate::JointCoordinate;
-use crate::force::wrench_law::Turn;
 use crate::geometry::form::Form;
+use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::Vector3;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
@@ -113,7 +113,7 @@ impl Input {
             Self::LengthRate(form) => Line::of(form, &s.q_mid, &s.v_mid).rate,
             Self::Spin(offset, axis) => {
                 let own = *offset..*offset + FRAME;
-                Turn::of(&s.q0[own.clone()], &s.q1[own]).theta[*axis] / s.h
+                RotationVector::of_step(&s.q0[own.clone()], &s.q1[own]).theta[*axis] / s.h
             }
             Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
         }
@@ -140,7 +140,7 @@ impl Input {
             Self::Spin(offset, axis) => {
                 let own = *offset..*offset + FRAME;
                 let start = &s.q0[own.clone()];
-                let turn = Turn::of(start, &s.q1[own]);
+                let turn = RotationVector::of_step(start, &s.q1[own]);
                 let rows = [0, 1, 2].map(|i| {
                     let by = turn.by_director(&director(start, i));
                     by_rate * by.row(*axis).transpose()
