@@ -107,11 +107,11 @@ fn disturbed(text: &str, overrides: &[(&str, &str)]) -> Simulation {
 #[test]
 fn unresolved_vibrations_die_out_within_tens_of_steps() {
     let omega = lowest(&model(&soft_cantilever(), &[]));
-    for order in ["1", "2", "3"] {
+    for order in ["1", "2", "3", "mean_directors", "rope"] {
         for times in [3.0, 10.0, 30.0, 1e3, 1e5] {
             let step = format!("{:e}", times / omega);
-            let element = ("beam.beam.element", "mean_directors");
-            let own = [("simulation.step", step.as_str()), ("beam.beam.order", order), element];
+            let key = if order.len() > 1 { "beam.beam.element" } else { "beam.beam.order" };
+            let own = [("simulation.step", step.as_str()), (key, order)];
             let mut simulation = disturbed(&soft_cantilever(), &own);
             let mut energies = Vec::new();
             for _ in 0..=40 {
@@ -120,7 +120,7 @@ fn unresolved_vibrations_die_out_within_tens_of_steps() {
                 simulation.step().unwrap();
             }
             let parts = [10, 20, 40].map(|k| energies[k] / energies[0]);
-            println!("order {order}, hω from {times} on: {:.1e} J, left {parts:?}", energies[0]);
+            println!("{order}, hω from {times} on: {:.1e} J, left {parts:?}", energies[0]);
             assert!(parts[2] < 1e-6, "{parts:?}");
         }
     }
@@ -139,10 +139,15 @@ fn conservative_strains_do_not_let_them_die_out() {
     assert!(energies[399] > 0.5 * energies[0], "{} of {} J", energies[399], energies[0]);
 }
 
-/// Models at which conservative strains without mass scaling fail.
+/// Models at which conservative strains without mass scaling fail. The averaged strains beside the
+/// dissipation keep their own energy where they are quadratic forms of the coordinates; that of
+/// helicoidal ones in two elements of a ruler that folds comes back to the order of the step.
 #[test]
 fn stiff_beams_run_at_any_step() {
-    for (name, text) in [("blade", BLADE), ("explosion", EXPLOSION)] {
+    let helicoidal = EXPLOSION.replace("mean_directors", "helicoidal");
+    let cases =
+        [("blade", BLADE, 0.02), ("explosion", EXPLOSION, 0.02), ("helix", &helicoidal, 0.06)];
+    for (name, text, bound) in cases {
         for h in [1e-4, 3e-4, 1e-3, 3e-3, 1e-2] {
             let steps = if h < 1e-3 { 600.0 } else { 300.0 };
             let (step, end) = (format!("{h:e}"), format!("{:e}", h * steps));
@@ -168,7 +173,7 @@ fn stiff_beams_run_at_any_step() {
             );
             assert_eq!(outcome, RunOutcome::Done, "{name}, h = {h}");
             assert!(
-                work.0 <= 0.0 && balance.abs() < 0.02,
+                work.0 <= 0.0 && balance.abs() < bound,
                 "{name}, h = {h}: {work:?}, {balance:e}"
             );
             assert!(simulation.warnings().iter().all(|w| !w.contains("left its band")));

@@ -36,11 +36,13 @@
 //! it up to `N ℓ² = 6 EI` of an element only. With a bound `N̂` of its tension
 //! ```text
 //! K_d = Σ_e ½ ℓ Δεᵀ (μ C + T) Δε,   T = diag(N̂, N̂, 0, τ, τ, 0)                                   [6.38]
-//! τ = N̂ℓ²/32 + h²N̂²/(16 Aρ)
+//! τ = N̂ℓ²/32 + min(h²N̂²/(16 Aρ), (2/7) N̂L²)
 //! ```
 //! it is stable at every step: `N̂` ties the directors to the wave of a taut rope, the first part
 //! of `τ` covers the turning of its nodes, the second the wave. A resolved wave changes its
-//! frequency by the part `(hω)⁴/32` for `N̂` close to the tension.
+//! frequency by the part `(hω)⁴/32` for `N̂` close to the tension. `L` is the length of all
+//! elements: no wave has a wave number below `k = π/(2L)`, and `τk² ≥ (3/8) N` is enough at any step.
+//! More would make unresolved bending slow, which dissipative strains would take for resolved.
 //!
 //! `N̂` is stated, or an internal variable: 1.25 times the tension of the configuration at the
 //! start, and, where the tension `(C ε̄)_3` of a finished step exceeds it, 1.25 times that from the
@@ -79,6 +81,7 @@ pub struct AveragedStrains {
     most: f64,           // largest μ
     slowness: Vec<f64>,  // elements  1/ω², s²
     tension: Vec<Bound>, // elements; empty without tension mass
+    reach: f64,          // L, m
 }
 
 /// The bound `N̂` of the tension of an element.
@@ -95,12 +98,15 @@ const MARGIN: f64 = 1.25;
 
 /// The share of the wave in the tension mass of curvatures.
 const OF_WAVE: f64 = 1.0 / 16.0;
+/// The same of the longest wave at a step that does not resolve it: `(16/9) (3/8) (2/π)²` and a margin.
+const OF_LONGEST_WAVE: f64 = 2.0 / 7.0;
 /// The share of turning nodes.
 const OF_TURNING: f64 = 1.0 / 32.0;
 
-/// `T`, from `N̂`, `ℓ`, `h` and `Aρ`.
-fn tension_mass(bound: f64, length: f64, h: f64, line: f64) -> Strain {
-    let tau = OF_TURNING * bound * length * length + OF_WAVE * h * h * bound * bound / line;
+/// `T`, from `N̂`, `ℓ`, `L`, `h` and `Aρ`.
+fn tension_mass(bound: f64, [length, reach]: [f64; 2], h: f64, line: f64) -> Strain {
+    let wave = (OF_WAVE * h * h * bound / line).min(OF_LONGEST_WAVE * reach * reach);
+    let tau = bound * (OF_TURNING * length * length + wave);
     Strain::new(bound, bound, 0.0, tau, tau, 0.0)
 }
 
@@ -136,7 +142,9 @@ impl AveragedStrains {
     /// Averaged strains, `μ = 0`.
     #[must_use]
     pub fn new(elements: Elements) -> Self {
-        Self { elements, most: 0.0, slowness: Vec::new(), tension: Vec::new() }
+        let reach = elements.list().iter().map(|element| element.length).sum();
+        let (slowness, tension) = (Vec::new(), Vec::new());
+        Self { elements, most: 0.0, slowness, tension, reach }
     }
 
     /// Averaged strains with selective mass scaling; `most`: the largest `μ`, usually
@@ -148,7 +156,7 @@ impl AveragedStrains {
     #[must_use]
     pub fn mass_scaled(elements: Elements, most: f64, slowness: Vec<f64>) -> Self {
         assert_eq!(elements.list().len(), slowness.len(), "one frequency for each element");
-        Self { elements, most, slowness, tension: Vec::new() }
+        Self { most, slowness, ..Self::new(elements) }
     }
 
     /// The same with the tension mass of bounds `N̂ ≥ 0` of the tension of each element, N.
@@ -220,7 +228,8 @@ impl AveragedStrains {
         self.elements.iter().enumerate().map(move |(k, (element, stiffness))| {
             let line = self.elements.section(element).inertia()[0];
             let tension = self.tension.get(k);
-            let tension = tension.map(|own| tension_mass(bound(own), element.length, h, line));
+            let lengths = [element.length, self.reach];
+            let tension = tension.map(|own| tension_mass(bound(own), lengths, h, line));
             Scaled { element, stiffness, mu: mu(k), tension }
         })
     }
