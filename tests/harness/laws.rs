@@ -103,6 +103,9 @@ impl Run {
 
     /// A quantity as expressions name it: `pin`, `pin.rate`, `ball.x`, `ball.vx`.
     fn value(&self, name: &str, node: usize) -> Option<f64> {
+        if let Some(signal) = self.sensor(name, node) {
+            return Some(signal);
+        }
         let (part, of) = name.split_once('.').unwrap_or((name, ""));
         let (sensor, axis) = match of {
             "" => ("joint_coordinate", ""),
@@ -190,7 +193,9 @@ impl LawCase {
         for (name, value) in &self.discrete.values {
             let value = number(name, value)?;
             let found = run.value(name, self.steps).ok_or_else(|| format!("no value `{name}`"))?;
-            let rate = name.ends_with(".rate") || name.contains(".v") || name.contains(".w");
+            let signal = run.sensor(name, self.steps).is_some();
+            let rate =
+                signal || name.ends_with(".rate") || name.contains(".v") || name.contains(".w");
             let tolerance = self.discrete.tolerance * if rate { RATES } else { 1.0 };
             raise(&mut nodal.q, (found - value).abs() / tolerance);
         }
@@ -208,8 +213,9 @@ impl LawCase {
         let (tolerance, k) = (self.discrete.tolerance, node.step);
         let sample = run.nodes.get(k).ok_or_else(|| format!("no node {k}"))?;
         raise(&mut worst.q, (sample.t - node.t).abs() / 1e-12);
-        if let Some(name) = node.signal.keys().next() {
-            return Err(format!("the signal `{name}` is not compared"));
+        for (name, expected) in &node.signal {
+            let found = run.sensor(name, k).ok_or_else(|| format!("no signal `{name}`"))?;
+            raise(&mut worst.p, (found - expected).abs() / (RATES * tolerance));
         }
         let each = |expected: &Vectors, kind: &str, tolerance: f64, worst: &mut f64| {
             for (body, expected) in expected {

@@ -30,6 +30,17 @@ impl<'a> Curves<'a> {
         Self(valid.map(|table: &Table| (table.name.as_str(), Curve::new(table))).collect())
     }
 
+    /// The table of this name.
+    #[must_use]
+    pub fn curve(&self, name: &str) -> Option<Curve> {
+        self.0.get(name).cloned()
+    }
+
+    /// Their names.
+    pub fn names(&self) -> impl Iterator<Item = &'a str> {
+        self.0.keys().copied()
+    }
+
     /// Compiles an expression of these inputs, which is how many its program reads.
     ///
     /// # Errors

@@ -23,6 +23,7 @@ mod formula;
 mod frames;
 mod hermite;
 pub mod mesh;
+mod quantity;
 pub mod reference;
 mod schema;
 mod stations;
@@ -33,6 +34,7 @@ mod types;
 pub use formula::{ALONG, Curves, MOTION, TIME};
 pub use frames::start::StartPoints;
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
+pub use quantity::{Quantities, Quantity};
 pub use text::include::{LocatedProblem, ModelText, SourceFile};
 pub use text::overrides::Override;
 pub use text::places::{LineColumn, line_column, locate};
@@ -59,6 +61,7 @@ pub use types::settings::{
     Settings, Start, Strain,
 };
 pub use types::shape::{Inertia, Scale, Shape, ShapeKind};
+pub use types::signal::{Delay, Filter, Pid, Signal, Transfer};
 pub use types::station::{Station, Stations};
 pub use types::table::{Interpolation, Outside, Table};
 
@@ -118,6 +121,9 @@ pub struct Model {
     /// `[[table]]`: functions that expressions call.
     #[serde(default, rename = "table", skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<Table>,
+    /// `[[signal]]`: numbers that laws read.
+    #[serde(default, rename = "signal", skip_serializing_if = "Vec::is_empty")]
+    pub signals: Vec<Signal>,
     /// `[[sensor]]`: what is written to `sensors.csv`.
     #[serde(default, rename = "sensor", skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<Sensor>,
@@ -147,6 +153,7 @@ impl Model {
             loads: Vec::new(),
             laws: Vec::new(),
             tables: Vec::new(),
+            signals: Vec::new(),
             sensors: Vec::new(),
             meshes: Meshes::default(),
             remarks: Vec::new(),
@@ -202,6 +209,7 @@ impl Model {
         );
         let laws = document.list("law", &mut problems);
         let tables = document.list("table", &mut problems);
+        let signals = document.list("signal", &mut problems);
         let sensors = document.list("sensor", &mut problems);
         let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
             return Err(ModelError::invalid(problems));
@@ -221,6 +229,7 @@ impl Model {
             loads,
             laws,
             tables,
+            signals,
             sensors,
             meshes,
             remarks: document.turns(),
@@ -385,7 +394,7 @@ impl Model {
     }
 
     /// The names of all parts, by section.
-    fn names(&self) -> [(&'static str, Vec<&str>); 12] {
+    fn names(&self) -> [(&'static str, Vec<&str>); 13] {
         [
             ("frame", self.frames.iter().map(|m| m.name.as_str()).collect()),
             ("body", self.bodies.iter().map(|m| m.name.as_str()).collect()),
@@ -398,6 +407,7 @@ impl Model {
             ("load", self.loads.iter().map(|m| m.name.as_str()).collect()),
             ("law", self.laws.iter().map(|m| m.name.as_str()).collect()),
             ("table", self.tables.iter().map(|m| m.name.as_str()).collect()),
+            ("signal", self.signals.iter().map(|m| m.name.as_str()).collect()),
             ("sensor", self.sensors.iter().map(|m| m.name.as_str()).collect()),
         ]
     }

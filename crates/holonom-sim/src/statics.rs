@@ -185,7 +185,8 @@ impl Statics {
         let mut values = Vec::new();
         let rest = vec![0.0; q.len()];
         self.sensors.follow(q);
-        let view = View { t: self.problem.factor(), q, v, a, force: &rest };
+        let (angles, signals) = (&[][..], &[][..]); // as at the start
+        let view = View { t: self.problem.factor(), q, angles, signals, v, a, force: &rest };
         self.sensors.read(&self.mechanism, &self.rows, view, &mut values);
         values
     }
@@ -299,7 +300,16 @@ impl Statics {
         self.facts.follow_stability(point.factor, point.unstable);
         let rest = vec![0.0; point.q.len()];
         let force = self.constraint_force(point);
-        let view = View { t: point.factor, q: &point.q, v: &rest, a: &rest, force: &force };
+        let (angles, signals) = (&point.angles[..], &[][..]); // as at the start
+        let view = View {
+            t: point.factor,
+            q: &point.q,
+            angles,
+            signals,
+            v: &rest,
+            a: &rest,
+            force: &force,
+        };
         let mut sample = Sample {
             step: self.step,
             t: point.factor,

@@ -72,17 +72,6 @@ pub trait DiscreteForce: Send + Sync {
     /// `out ← z_{n+1}`, the internal variables at the end of a step that started with
     /// [`Interval::internal`].
     fn advance(&self, _s: &Interval, _out: &mut [f64]) {}
-    /// `out ← z_0`, the internal variables at the start of a motion with the velocity `v`.
-    fn begin(&self, _at: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-    }
-    /// Whether its internal variables change at the node of this number, before the step that
-    /// starts there: what is sampled and held.
-    fn samples(&self, _step: u64, _internal: &[f64]) -> bool {
-        false
-    }
-    /// Changes them at a node with the velocity `v`, of `ᵠp_n`; `at` has no internal variables.
-    fn sample(&self, _step: u64, _at: Configuration<'_>, _v: &[f64], _internal: &mut [f64]) {}
     /// Its effort where it acts along an unknown of a step.
     fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
         None

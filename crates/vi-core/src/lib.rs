@@ -78,6 +78,7 @@ pub mod potential;
 pub mod predictor;
 pub mod quadratic_eigen;
 mod shadow_energy;
+pub mod signals;
 pub mod sparse;
 pub mod sparse_cholesky;
 pub mod state;

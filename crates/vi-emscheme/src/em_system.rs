@@ -132,7 +132,6 @@ impl EmSystem {
                 ElementForce::Body(load) => self.load_of(own.source(), load),
                 ElementForce::Wrench(force) => self.load_of(own.source(), AtMidpoint(force)),
                 ElementForce::Law(force) => self.load_of(own.source(), AtMidpoint(force)),
-                ElementForce::Signals(_) => self, // no state: refused by who reads models
                 ElementForce::Six(force) => self.load_of(own.source(), AtMidpoint(force)),
             };
         }

@@ -292,7 +292,6 @@ fn the_force_elements_are_data() {
         ElementForce::Body(_) => "load",
         ElementForce::Wrench(_) => "wrench",
         ElementForce::Law(_) => "law",
-        ElementForce::Signals(_) => "signals",
         ElementForce::Six(_) => "bushing",
     });
     assert!(kinds.eq(["damper", "damper", "joint", "load"]));

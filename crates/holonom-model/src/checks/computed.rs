@@ -38,6 +38,7 @@ fn too_large(model: &Model) -> Vec<Problem> {
     part("model", &model.header, &mut problems);
     list("particle", &model.particles, &mut problems);
     list("sensor", &model.sensors, &mut problems);
+    list("signal", &model.signals, &mut problems);
     part("simulation", &model.settings, &mut problems);
     list("spring", &model.springs, &mut problems);
     list("table", &model.tables, &mut problems);

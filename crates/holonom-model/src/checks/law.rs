@@ -2,8 +2,9 @@
 
 use crate::checks::Checker;
 use crate::expression::{Program, is_reserved};
-use crate::formula::{ALONG, Curves, MOTION};
+use crate::formula::{ALONG, MOTION};
 use crate::frames::start::{coincide, distance};
+use crate::quantity::{Quantities, Quantity};
 use crate::types::law::{Formula, Law};
 use crate::types::load::Frame;
 use crate::types::table::Table;
@@ -29,9 +30,9 @@ impl Checker<'_> {
         }
     }
 
-    pub(crate) fn law(&mut self, key: &str, law: &Law, curves: &Curves<'_>) {
+    pub(crate) fn law(&mut self, key: &str, law: &Law, known: &Quantities<'_>) {
         if law.on.is_some() {
-            return self.law_on(key, law, curves);
+            return self.law_on(key, law, known);
         }
         self.unwanted(
             key,
@@ -78,11 +79,13 @@ impl Checker<'_> {
         match law.formula() {
             Some((name, formula)) => {
                 let at = format!("{key}.{name}");
-                if let Some(program) = self.formula(&at, formula, &ALONG, curves)
+                let mut reads = Vec::new();
+                if let Some(program) = self.formula(&at, formula, &ALONG, known, &mut reads)
                     && law.conservative
                     && !program.reads(2)
+                    && !reads.iter().any(Quantity::is_rate)
                 {
-                    let message = "a law that does not read `v` is conservative anyway".to_owned();
+                    let message = "a law that reads no rate is conservative anyway".to_owned();
                     self.report(format!("{key}.conservative"), message, "remove `conservative`");
                 }
             }
@@ -95,7 +98,7 @@ impl Checker<'_> {
     }
 
     /// On a body or a particle.
-    fn law_on(&mut self, key: &str, law: &Law, curves: &Curves<'_>) {
+    fn law_on(&mut self, key: &str, law: &Law, known: &Quantities<'_>) {
         self.unwanted(
             key,
             "points or a joint",
@@ -133,14 +136,14 @@ impl Checker<'_> {
             let help = "write a variational scheme, such as \"nodal\"";
             self.report(format!("{key}.on"), message, help);
         }
-        let known = &MOTION[..if particle { 7 } else { MOTION.len() }];
-        let mut reads_rates = false;
+        let own = &MOTION[..if particle { 7 } else { MOTION.len() }];
+        let (mut reads_rates, mut reads) = (false, Vec::new());
         for (name, vector) in [("force", &law.force), ("torque", &law.torque)] {
             for (k, formula) in vector.iter().flatten().enumerate() {
                 let key = format!("{key}.{name}[{k}]");
-                let program = self.formula(&key, formula, known, curves);
-                let reads = |own: Program| (4..known.len()).any(|input| own.reads(input));
-                reads_rates |= program.is_none_or(reads);
+                let program = self.formula(&key, formula, own, known, &mut reads);
+                let rates = |program: Program| (4..own.len()).any(|input| program.reads(input));
+                reads_rates |= program.is_none_or(rates) || reads.iter().any(Quantity::is_rate);
             }
         }
         if law.conservative && !reads_rates {
@@ -225,14 +228,15 @@ impl Checker<'_> {
         key: &str,
         formula: &Formula,
         own: &[&str],
-        curves: &Curves<'_>,
+        known: &Quantities<'_>,
+        reads: &mut Vec<Quantity>,
     ) -> Option<Program> {
         if let Some(rest) = formula.0.trim_start().strip_prefix('=') {
             let message = "a law has no `=`: it is evaluated along the run, not once".to_owned();
             self.report(key, message, format!("write \"{}\"", rest.trim()));
             return None;
         }
-        match curves.compile(formula, own) {
+        match known.compile(formula, own, reads) {
             Ok(program) => Some(program),
             Err(error) => {
                 let message = format!("the expression `{}`: {}", formula.0.trim(), error.message);

@@ -7,6 +7,7 @@ mod law;
 mod load;
 mod order;
 mod sensor;
+mod signal;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,8 +17,8 @@ use super::{
     Bar, Body, Columns, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
     ShapeKind, Spring, SpringLaw,
 };
-use crate::formula::Curves;
 use crate::frames::start::{SHORTEST, StartPoints, coincide, is_ground};
+use crate::quantity::Quantities;
 use crate::text::problem::{MAX_PROBLEMS, Problem, nearest, some};
 use crate::text::source::Document;
 use crate::types::body::{color_names, rgb};
@@ -45,10 +46,13 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     model.joints.iter().enumerate().for_each(|(i, j)| checker.joint(&each(i, "joint"), j));
     model.springs.iter().enumerate().for_each(|(i, s)| checker.spring(&each(i, "spring"), s));
     model.loads.iter().enumerate().for_each(|(i, l)| checker.load(&each(i, "load"), l));
-    let curves = Curves::new(model);
+    let known = Quantities::new(model);
     model.tables.iter().enumerate().for_each(|(i, t)| checker.table(&each(i, "table"), t));
     let laws = model.laws.iter().enumerate();
-    laws.for_each(|(i, law)| checker.law(&each(i, "law"), law, &curves));
+    let signals = model.signals.iter().enumerate();
+    signals.for_each(|(i, own)| checker.signal(&each(i, "signal"), own, &known));
+    checker.signal_loops(&known);
+    laws.for_each(|(i, law)| checker.law(&each(i, "law"), law, &known));
     model.sensors.iter().enumerate().for_each(|(i, s)| checker.sensor(&each(i, "sensor"), s));
     model
         .constraints

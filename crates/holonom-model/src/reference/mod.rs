@@ -65,7 +65,7 @@ macro_rules! examples {
     ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
 }
 
-const EXAMPLES: [(&str, &str); 15] = examples![
+const EXAMPLES: [(&str, &str); 16] = examples![
     "model",
     "simulation",
     "parameters",
@@ -80,6 +80,7 @@ const EXAMPLES: [(&str, &str); 15] = examples![
     "load",
     "law",
     "table",
+    "signal",
     "sensor"
 ];
 

@@ -3,7 +3,7 @@
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
 /// Sections that are lists of named components.
-pub(crate) const LISTS: [&str; 12] = [
+pub(crate) const LISTS: [&str; 13] = [
     "frame",
     "body",
     "beam",
@@ -15,6 +15,7 @@ pub(crate) const LISTS: [&str; 12] = [
     "load",
     "law",
     "table",
+    "signal",
     "sensor",
 ];
 
@@ -22,10 +23,19 @@ pub(crate) const LISTS: [&str; 12] = [
 pub(crate) fn is_formula(path: &str) -> bool {
     let mut parts = path.split('.');
     let (section, _, key) = (parts.next(), parts.next(), parts.next());
-    section == Some("law") && key.is_some_and(|key| FORMULAS.contains(&key))
+    key.is_some_and(|key| match section {
+        Some("law") => FORMULAS.contains(&key),
+        Some("signal") => match parts.next() {
+            None => ["value", "rate"].contains(&key),
+            Some(within) => OF_SIGNALS.contains(&within),
+        },
+        _ => false,
+    })
 }
 
 /// Keys of a law that are such expressions.
 pub(crate) const FORMULAS: [&str; 4] = ["effort", "tension", "force", "torque"];
+/// Keys within those of a signal that are such expressions.
+pub(crate) const OF_SIGNALS: [&str; 2] = ["of", "feedforward"];
 /// The section of parameters.
 pub(crate) const PARAMETERS: &str = "parameters";

@@ -16,5 +16,6 @@ pub(crate) mod section;
 pub(crate) mod sensor;
 pub(crate) mod settings;
 pub(crate) mod shape;
+pub(crate) mod signal;
 pub(crate) mod station;
 pub(crate) mod table;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::output::columns::{self as output, POSITION_NAMES, SECTION, STRAINS};
 use crate::system::drive::joint_elements;
-use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind};
+use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind, Signal};
 use vi_multibody::pair::PairKind;
 
 /// The part of a sensor that is 1 where its numbers are unique, else 0.
@@ -43,7 +43,22 @@ impl Column {
     }
 }
 
-/// The columns of all sensors of a model, in order.
+/// The numbers of a signal, the value first: of a controller the error `e`, the output `u` before
+/// its limits, the integral `i` and the filtered error `d`.
+pub(crate) fn parts_of_signal(signal: &Signal) -> Vec<&'static str> {
+    let Some(pid) = &signal.pid else { return vec![""] };
+    let sampled = signal.every.is_some();
+    let stated = [
+        ("", true),
+        ("e", true),
+        ("u", !sampled),
+        ("i", sampled || pid.integral != 0.0),
+        ("d", sampled || pid.derivative != 0.0),
+    ];
+    stated.into_iter().filter_map(|(part, stated)| stated.then_some(part)).collect()
+}
+
+/// The columns of all signals and sensors of a model, in order.
 #[must_use]
 pub fn columns(model: &Model) -> Vec<Column> {
     let members = SensedParts::of(model);
@@ -52,7 +67,15 @@ pub fn columns(model: &Model) -> Vec<Column> {
             |(part, quantity, unit)| Column { sensor: sensor.name.clone(), part, quantity, unit };
         members.parts(sensor).into_iter().map(column).collect::<Vec<_>>()
     };
-    model.sensors.iter().flat_map(of).collect()
+    let signals = model.signals.iter().flat_map(|signal| {
+        parts_of_signal(signal).into_iter().map(|part| Column {
+            sensor: signal.name.clone(),
+            part: part.to_owned(),
+            quantity: "signal",
+            unit: "",
+        })
+    });
+    signals.chain(model.sensors.iter().flat_map(of)).collect()
 }
 
 /// Part, quantity and unit of a number.

@@ -35,6 +35,7 @@ mod power;
 mod section;
 mod view;
 
+pub(crate) use columns::parts_of_signal;
 pub use columns::{Column, REACTION, UNIQUE, columns};
 pub(crate) use view::View;
 
@@ -48,6 +49,7 @@ use crate::run::run_state::same_length;
 use crate::stepper::Wanted;
 use crate::system::beams::Beams;
 use crate::system::names::Names;
+use crate::system::signal::output::{SignalGauge, SignalNetwork};
 use holonom_model::{Constraint, GROUND, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
@@ -120,6 +122,7 @@ pub struct Sensors {
     gauges: Vec<Gauge>,
     observer: Option<ReactionObserver>, // where sensors ask for reactions
     accelerations: bool,                // whether any asks for them
+    signals: Option<SignalGauge>,
 }
 
 impl Sensors {
@@ -128,7 +131,7 @@ impl Sensors {
         names: &Names<'_>,
         mechanism: &Mechanism,
         dynamics: &Dynamics,
-        beams: &Beams,
+        (beams, signals): (&Beams, Option<SignalNetwork>),
     ) -> Self {
         let model = names.model;
         let joints = mechanism.description().joints.iter();
@@ -156,13 +159,22 @@ impl Sensors {
             ) || matches!(gauge, Gauge::Section(section) if section.needs_acceleration())
         });
         let observer = reactions.then(|| ReactionObserver::new(mechanism));
-        Self { columns: columns(model), gauges, observer, accelerations }
+        let signals = signals.zip(dynamics.forces.signals.clone());
+        let signals = signals.map(|(own, states)| SignalGauge::new(own, states));
+        Self { columns: columns(model), gauges, observer, accelerations, signals }
     }
 
     /// The columns of `sensors.csv`; empty without sensors.
     #[must_use]
     pub fn columns(&self) -> &[Column] {
         &self.columns
+    }
+
+    /// The numbers that only events change: signals with `start` alone, and where each is held
+    /// among the internal variables of signals ([`vi_core::SeparableSystem::places_of_signals`]).
+    #[must_use]
+    pub fn numbers(&self) -> &[(String, usize)] {
+        self.signals.as_ref().map_or(&[], SignalGauge::numbers)
     }
 
     /// What is needed of a node.
@@ -256,6 +268,10 @@ impl Sensors {
         let observer = self.observer.as_mut();
         let reactions = observer.map(|all| all.observe(mechanism, node, at.force, rows));
         values.clear();
+        if let Some(signals) = &self.signals {
+            let View { t, q, angles, signals: internal, v, .. } = at;
+            signals.read(Configuration { t, q, angles, internal }, v, values);
+        }
         for gauge in &self.gauges {
             gauge.read(&at, reactions.as_ref(), values);
         }

@@ -7,6 +7,10 @@ pub(crate) struct View<'a> {
     pub(crate) t: f64,
     /// `q_n`.
     pub(crate) q: &'a [f64],
+    /// Unwrapped joint angles at `q_n`, rad.
+    pub(crate) angles: &'a [f64],
+    /// Internal variables of signals.
+    pub(crate) signals: &'a [f64],
     /// `v̂`.
     pub(crate) v: &'a [f64],
     /// `q̈`; read only by sensors of accelerations.

@@ -203,7 +203,8 @@ impl Simulation {
         let (at, mechanism) = (stepper.node(), stepper.mechanism());
         let (state, node) = (at.state, at.node);
         let Configuration { t, q, .. } = at.configuration();
-        let view = View { t, q, v: &node.v, a: at.acceleration, force: at.force };
+        let (angles, signals) = (&state.angles[..], stepper.signals(state));
+        let view = View { t, q, angles, signals, v: &node.v, a: at.acceleration, force: at.force };
         loops.follow(mechanism, q);
         sensors.read(mechanism, stepper.rows(), view, &mut sample.sensors);
         energies.read(&at, &mut sample.energies);

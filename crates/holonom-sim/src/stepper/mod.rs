@@ -320,6 +320,12 @@ impl AnyStepper {
         (state.step, state.t, &state.q)
     }
 
+    /// The internal variables of signals in a state.
+    pub(crate) fn signals<'a>(&self, state: &'a State) -> &'a [f64] {
+        let Self::Variational(own) = self else { return &[] };
+        state.internal.get(own.run.system().places_of_signals()).unwrap_or_default()
+    }
+
     /// How often a bound of the tension of beams was raised; `None` where none can be.
     pub(crate) fn tension_raised(&self) -> Option<u64> {
         let Self::Variational(own) = self else { return None };

@@ -2,10 +2,12 @@
 
 use super::drive::coordinate;
 use super::names::Names;
+use super::signal::network::{Network, Source};
+use super::signal::{Needed, Terms, refusal};
 use holonom_model::expression::{Program, Undefined};
-use holonom_model::{ALONG, Curves, Formula, Frame, Law, MOTION, Model, ModelError, Problem};
+use holonom_model::{ALONG, Formula, Frame, Law, MOTION, Model, ModelError, Quantities};
 use std::sync::{Arc, Mutex, PoisonError};
-use vi_multibody::builder::MechanismBuilder;
+use vi_multibody::builder::{ActOn, MechanismBuilder, Read};
 use vi_multibody::joint_force::{EffortSlopes, JointLaw};
 use vi_multibody::wrench_law::{INPUTS, WrenchLaw, WrenchSlopes};
 
@@ -27,17 +29,17 @@ pub(crate) struct LawFault {
 }
 
 impl ExpressionLaw {
-    fn new(law: &Law, formula: &Formula, curves: &Curves<'_>) -> Result<Self, ModelError> {
-        let program = compiled(law, formula, &ALONG, curves)?;
+    fn new(law: &Law, program: Program) -> Self {
         let (name, fault) = (law.name.clone(), Mutex::default());
         let dissipative = program.reads(2) && !law.conservative;
         let affine = program.is_affine(|input| input > 0);
-        Ok(Self { name, program, dissipative, affine, fault })
+        Self { name, program, dissipative, affine, fault }
     }
 
     #[cold]
     fn note(&self, at: [f64; 3], undefined: &Undefined) {
-        note(&self.fault, &self.name, (&self.program, undefined), &ALONG, &at);
+        let owner = format!("law `{}`", self.name);
+        keep(&self.fault, &owner, (&self.program, undefined), &ALONG, (&at, at[0]));
     }
 }
 
@@ -80,23 +82,18 @@ pub(crate) struct MotionLaw {
 }
 
 impl MotionLaw {
-    fn new(law: &Law, curves: &Curves<'_>) -> Result<Self, ModelError> {
-        let mut programs = [const { None }; 6];
-        for (first, vector) in [(0, &law.force), (3, &law.torque)] {
-            for (k, formula) in vector.iter().flatten().enumerate() {
-                let program = compiled(law, formula, &MOTION, curves)?;
-                programs[first + k] = Some(program).filter(|own| own.constant() != Some(0.0));
-            }
-        }
+    fn new(law: &Law, programs: [Option<Program>; 6]) -> Self {
+        let programs = programs.map(|program| program.filter(|own| own.constant() != Some(0.0)));
         let reads = |own: &Program| (4..MOTION.len()).any(|input| own.reads(input));
         let reads_rates = programs.iter().flatten().any(reads);
         let (name, fault) = (law.name.clone(), Mutex::default());
-        Ok(Self { name, programs, dissipative: reads_rates && !law.conservative, fault })
+        Self { name, programs, dissipative: reads_rates && !law.conservative, fault }
     }
 
     #[cold]
     fn note(&self, y: &[f64], program: &Program, undefined: &Undefined) {
-        note(&self.fault, &self.name, (program, undefined), &MOTION, y);
+        let owner = format!("law `{}`", self.name);
+        keep(&self.fault, &owner, (program, undefined), &MOTION, (y, y[0]));
     }
 }
 
@@ -139,6 +136,8 @@ pub(crate) enum OwnLaw {
     Along(Arc<ExpressionLaw>),
     /// Of the motion of a body or a point mass.
     Motion(Arc<MotionLaw>),
+    /// Of anything that moves, and of signals.
+    Network(Arc<Network>),
 }
 
 impl OwnLaw {
@@ -146,16 +145,22 @@ impl OwnLaw {
         let fault = match self {
             Self::Along(law) => &law.fault,
             Self::Motion(law) => &law.fault,
+            Self::Network(network) => return network.fault(),
         };
         fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Its name, and what jumps in it.
-    fn jumps(&self) -> (&str, Vec<&'static str>) {
+    /// What jumps in it, and in what it reads: of which law or signal.
+    fn jumps(&self) -> Vec<(String, Vec<&'static str>)> {
         match self {
-            Self::Along(law) => (&law.name, law.program.jumps()),
+            Self::Along(law) => vec![(format!("law `{}`", law.name), law.program.jumps())],
             Self::Motion(law) => {
-                (&law.name, law.programs.iter().flatten().flat_map(Program::jumps).collect())
+                let all = law.programs.iter().flatten().flat_map(Program::jumps);
+                vec![(format!("law `{}`", law.name), all.collect())]
+            }
+            Self::Network(network) => {
+                let stated = network.terms.iter().filter(|term| !term.is_own);
+                stated.map(|term| (term.owner.clone(), term.program.jumps())).collect()
             }
         }
     }
@@ -164,84 +169,157 @@ impl OwnLaw {
 /// The laws of a model, in its order.
 pub(crate) type Laws = Vec<OwnLaw>;
 
-fn compiled(
-    law: &Law,
-    formula: &Formula,
-    own: &[&str],
-    curves: &Curves<'_>,
-) -> Result<Program, ModelError> {
-    curves.compile(formula, own).map_err(|error| {
-        let problem = Problem::new(format!("law.{}", law.name), error.message);
-        ModelError::Assembly(vec![problem.help(error.help)])
-    })
-}
-
 /// Keeps why an expression has no value where its inputs have one.
-fn note(
+pub(crate) fn keep(
     fault: &Mutex<Option<LawFault>>,
-    name: &str,
+    owner: &str,
     (program, undefined): (&Program, &Undefined),
     names: &[&str],
-    at: &[f64],
+    (at, t): (&[f64], f64),
 ) {
-    let mut message = format!("law `{name}`: {undefined}");
-    for (k, (name, value)) in names.iter().zip(at).enumerate().skip(1) {
-        if program.reads(k) {
+    let mut message = format!("{owner}: {undefined}");
+    for (k, (name, value)) in names.iter().zip(at).enumerate() {
+        if program.reads(k) && *name != "t" {
             message += &format!(", {name} = {value:.6}");
         }
     }
     if at.iter().all(|input| input.is_finite()) {
-        let found = Some(LawFault { t: at[0], message });
+        let found = Some(LawFault { t, message });
         *fault.lock().unwrap_or_else(PoisonError::into_inner) = found;
     }
 }
 
 /// Adds the laws of a model.
-pub(super) fn add_laws(
+pub(super) fn add_laws<'a>(
     builder: &mut MechanismBuilder,
-    model: &Model,
-    names: &Names<'_>,
+    model: &'a Model,
+    names: &'a Names<'a>,
+    quantities: &Quantities<'_>,
+    terms: &mut Terms<'a>,
 ) -> Result<Laws, ModelError> {
-    let curves = Curves::new(model);
     let mut laws = Vec::new();
     for law in &model.laws {
-        if let Some(on) = &law.on {
-            let own = Arc::new(MotionLaw::new(law, &curves)?);
-            laws.push(OwnLaw::Motion(own.clone()));
-            let at = names.point(on, law.point.unwrap_or_default());
-            builder.wrench(at, law.axes == Frame::Body, own).named(&law.name);
-            continue;
-        }
-        let Some((_, formula)) = law.formula() else { continue }; // refused by the checks
-        let own = Arc::new(ExpressionLaw::new(law, formula, &curves)?);
-        laws.push(OwnLaw::Along(own.clone()));
-        let own: Arc<dyn JointLaw> = own;
-        if let Some((joint, id)) = law.joint.as_deref().and_then(|joint| names.joint(joint)) {
-            let key = format!("law.{}.freedom", law.name);
-            builder.joint_force(coordinate(joint, id, law.freedom, key)?, own).named(&law.name);
-        } else if let (Some(from), Some(to)) = (&law.from, &law.to) {
-            let end = |name: &str, point: &Option<Vec<f64>>| {
-                names.point(name, holonom_model::spatial(point.as_deref().unwrap_or_default()))
-            };
-            let (from, to) = (end(from, &law.point_from), end(to, &law.point_to));
-            builder.tension(from, to, own).named(&law.name);
+        match &law.on {
+            Some(on) => laws.push(law_on(builder, law, on, names, quantities, terms)?),
+            None => laws.extend(law_along(builder, law, names, quantities, terms)?),
         }
     }
     Ok(laws)
 }
 
+/// On a body or a point mass.
+fn law_on<'a>(
+    builder: &mut MechanismBuilder,
+    law: &'a Law,
+    on: &str,
+    names: &Names<'_>,
+    quantities: &Quantities<'_>,
+    terms: &mut Terms<'a>,
+) -> Result<OwnLaw, ModelError> {
+    let (mut reads, mut programs) = (Vec::new(), [const { None }; 6]);
+    let list = [("force", 0, &law.force), ("torque", 3, &law.torque)];
+    let stated = list.into_iter().flat_map(|(key, first, vector)| {
+        let each = vector.iter().flatten().enumerate();
+        each.map(move |(k, formula)| (format!("law.{}.{key}[{k}]", law.name), first + k, formula))
+    });
+    let stated: Vec<(String, usize, &Formula)> = stated.collect();
+    for (key, place, formula) in &stated {
+        let program = quantities.compile(formula, &MOTION, &mut reads);
+        programs[*place] = Some(program.map_err(|error| refusal(key, error))?);
+    }
+    let at = names.point(on, law.point.unwrap_or_default());
+    let follows = law.axes == Frame::Body;
+    if reads.is_empty() {
+        let own = Arc::new(MotionLaw::new(law, programs));
+        builder.wrench(at, follows, own.clone()).named(&law.name);
+        return Ok(OwnLaw::Motion(own));
+    }
+    let own = terms.of_point(at, names.index(on));
+    let mut efforts = [None; 6];
+    for (key, place, formula) in stated {
+        efforts[place] = Some(terms.formula((&label(law), &key), formula, &own)?);
+    }
+    Ok(add(builder, law, ActOn::Member { at, follows }, terms, &efforts))
+}
+
+/// Along a joint coordinate or between two points.
+fn law_along<'a>(
+    builder: &mut MechanismBuilder,
+    law: &'a Law,
+    names: &Names<'_>,
+    quantities: &Quantities<'_>,
+    terms: &mut Terms<'a>,
+) -> Result<Option<OwnLaw>, ModelError> {
+    let Some((name, formula)) = law.formula() else { return Ok(None) }; // refused by the checks
+    let key = format!("law.{}.{name}", law.name);
+    let mut reads = Vec::new();
+    let program = quantities.compile(formula, &ALONG, &mut reads);
+    let program = program.map_err(|error| refusal(&key, error))?;
+    let on = if let Some((joint, id)) = law.joint.as_deref().and_then(|joint| names.joint(joint)) {
+        let key = format!("law.{}.freedom", law.name);
+        ActOn::Coordinate(coordinate(joint, id, law.freedom, key)?)
+    } else if let (Some(from), Some(to)) = (&law.from, &law.to) {
+        let end = |name: &str, point: &Option<Vec<f64>>| {
+            names.point(name, holonom_model::spatial(point.as_deref().unwrap_or_default()))
+        };
+        ActOn::Points([end(from, &law.point_from), end(to, &law.point_to)])
+    } else {
+        return Ok(None);
+    };
+    if reads.is_empty() {
+        let own = Arc::new(ExpressionLaw::new(law, program));
+        let force: Arc<dyn JointLaw> = own.clone();
+        match on {
+            ActOn::Coordinate(at) => builder.joint_force(at, force).named(&law.name),
+            ActOn::Points([from, to]) => builder.tension(from, to, force).named(&law.name),
+            ActOn::Member { .. } => {}
+        }
+        return Ok(Some(OwnLaw::Along(own)));
+    }
+    let (x, v) = match on {
+        ActOn::Points(ends) => (Read::Distance(ends), Read::DistanceRate(ends)),
+        ActOn::Coordinate(at) => (Read::Coordinate(at), Read::Rate(at)),
+        ActOn::Member { .. } => return Ok(None),
+    };
+    let own = [
+        ("t", Source::Input(0)),
+        ("x", terms.input(x, "x".to_owned())),
+        ("v", terms.input(v, "v".to_owned())),
+    ];
+    let effort = terms.formula((&label(law), &key), formula, &own)?;
+    Ok(Some(add(builder, law, on, terms, &[Some(effort)])))
+}
+
+fn add(
+    builder: &mut MechanismBuilder,
+    law: &Law,
+    on: ActOn,
+    terms: &Terms<'_>,
+    efforts: &[Option<Source>],
+) -> OwnLaw {
+    let Needed { network, reads, states } = terms.needed(efforts, law.conservative);
+    builder.law(on, reads, states, network.clone()).named(&law.name);
+    OwnLaw::Network(network)
+}
+
+fn label(law: &Law) -> String {
+    format!("law `{}`", law.name)
+}
+
 /// What is worth knowing of them.
-pub(crate) fn warnings(laws: &Laws) -> impl Iterator<Item = String> {
-    laws.iter().filter_map(|law| {
-        let (name, mut jumps) = law.jumps();
+pub(crate) fn warnings(laws: &Laws) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (owner, mut jumps) in laws.iter().flat_map(OwnLaw::jumps) {
         jumps.dedup();
         let list = jumps.join(" and ");
-        (!jumps.is_empty()).then(|| {
-            format!(
-                "law `{name}` jumps ({list}): the method has order 1 across a jump; smooth(x, a, b) changes from 0 to 1 without one"
-            )
-        })
-    })
+        let warning = format!(
+            "{owner} jumps ({list}): the method has order 1 across a jump; smooth(x, a, b) changes from 0 to 1 without one"
+        );
+        if !jumps.is_empty() && !warnings.contains(&warning) {
+            warnings.push(warning);
+        }
+    }
+    warnings
 }
 
 /// The fault of a law within a step from `t` to `t + h`, the last of the first that has one.

@@ -6,6 +6,7 @@ pub mod dynamics;
 pub mod held;
 pub(crate) mod law;
 pub(crate) mod names;
+pub(crate) mod signal;
 
 use crate::dynamics::Dynamics;
 use crate::sample::{Member, MemberKind};
@@ -13,7 +14,7 @@ use crate::sensor::Sensors;
 use crate::system::names::Names;
 use beams::{Added, BeamParts, Beams};
 use held::Input;
-use holonom_model::{Frame, Model, ModelError, Problem, Settings, StartPoints, Strain};
+use holonom_model::{Frame, Model, ModelError, Problem, Quantities, Settings, StartPoints, Strain};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -95,7 +96,10 @@ pub fn build_with(model: &Model, inputs: &[Input]) -> Result<System, ModelError>
     for joint in &model.joints {
         drive::add_joint_forces(&mut builder, joint, names.joints[joint.name.as_str()].1)?;
     }
-    let laws = law::add_laws(&mut builder, model, &names)?;
+    let quantities = Quantities::new(model);
+    let mut terms = signal::Terms::new(&names, &quantities)?;
+    let laws = law::add_laws(&mut builder, model, &names, &quantities, &mut terms)?;
+    let signals = terms.finish(&mut builder)?;
     for input in inputs {
         held::add_joint_input(&mut builder, input, &names)?;
     }
@@ -121,7 +125,7 @@ pub fn build_with(model: &Model, inputs: &[Input]) -> Result<System, ModelError>
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
     let beams = Beams { parts, list };
-    let sensors = Sensors::new(&names, &mechanism, &dynamics, &beams);
+    let sensors = Sensors::new(&names, &mechanism, &dynamics, (&beams, signals));
     Ok(System { beams, mechanism, dynamics, members, sensors, laws })
 }
 

@@ -160,7 +160,7 @@ impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
     }
 
     fn samples(&self, state: &State) -> bool {
-        DiscreteLagrangian::samples(self, state.step, &state.internal)
+        DiscreteLagrangian::samples(self, state.step)
     }
 
     fn sample(&self, state: &mut State, v: &[f64]) {

@@ -12,8 +12,10 @@ use crate::interval::Interval;
 use crate::isotropic::IsotropicBlocks;
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::{DiscretePotential, LinearPotential, Potential, Quadrature};
+use crate::signals::Signals;
 use crate::sparse::{Entries, SparseMatrix};
 use crate::strain_energy::StrainEnergy;
+use std::ops::Range;
 
 /// A system with constant mass matrix, gravity, any number of discrete potentials and discrete
 /// forces.
@@ -25,6 +27,7 @@ pub struct SeparableSystem {
     potentials: Vec<Box<dyn DiscretePotential>>, // the others
     forces: Vec<Box<dyn DiscreteForce>>,
     sources: Vec<Source>, // of each force
+    signals: Option<Box<dyn Signals>>,
 }
 
 impl std::fmt::Debug for SeparableSystem {
@@ -49,7 +52,8 @@ impl SeparableSystem {
         assert_eq!(mass.shape().0, mass.shape().1, "the mass matrix must be square");
         let (inertia, quadrature) = (IsotropicBlocks::of(&mass), Quadrature::Midpoint);
         let (potentials, forces, sources) = (Vec::new(), Vec::new(), Vec::new());
-        Self { mass, inertia, quadrature, gravity: None, potentials, forces, sources }
+        let (gravity, signals) = (None, None);
+        Self { mass, inertia, quadrature, gravity, potentials, forces, sources, signals }
     }
 
     /// A free system with a diagonal mass matrix.
@@ -97,21 +101,50 @@ impl SeparableSystem {
     }
 
     /// Adds a discrete force without a name.
+    ///
+    /// # Panics
+    /// When it is the second force with internal variables.
     #[must_use]
     pub fn force(self, force: Box<dyn DiscreteForce>) -> Self {
         self.force_of(Source::default(), force)
     }
 
-    /// Adds a discrete force with what exerts it. Its internal variables follow those of the forces
-    /// before it.
+    /// Adds a discrete force with what exerts it.
+    ///
+    /// # Panics
+    /// When it is the second force with internal variables.
     #[must_use]
     pub fn force_of(mut self, source: Source, force: Box<dyn DiscreteForce>) -> Self {
+        let known = self.variables_of_forces();
+        assert!(known == 0 || force.internal_variables() == 0, "one force has internal variables");
         self.forces.push(force);
         self.sources.push(source);
         self
     }
 
-    /// Internal variables of the forces; those of the potentials follow.
+    /// With signals beside the motion, whose internal variables follow those of the forces: these
+    /// are added before.
+    #[must_use]
+    pub fn signals(mut self, signals: Box<dyn Signals>) -> Self {
+        self.signals = Some(signals);
+        self
+    }
+
+    fn variable_count_of_signals(&self) -> usize {
+        self.signals.as_ref().map_or(0, |signals| signals.count())
+    }
+
+    fn variables_before_potentials(&self) -> usize {
+        self.variables_of_forces() + self.variable_count_of_signals()
+    }
+
+    /// Where the signals stand among all internal variables.
+    #[must_use]
+    pub fn places_of_signals(&self) -> Range<usize> {
+        self.variables_of_forces()..self.variables_before_potentials()
+    }
+
+    /// Internal variables of the forces; those of signals and of a potential follow.
     #[must_use]
     pub fn variables_of_forces(&self) -> usize {
         self.forces.iter().map(|force| force.internal_variables()).sum()
@@ -120,7 +153,7 @@ impl SeparableSystem {
     /// Those of all internal variables that are of a potential.
     #[must_use]
     pub fn variables_of_potentials<'a>(&self, internal: &'a [f64]) -> &'a [f64] {
-        internal.get(self.variables_of_forces()..).unwrap_or_default()
+        internal.get(self.variables_before_potentials()..).unwrap_or_default()
     }
 
     fn potential_with_memory(&self) -> Option<&dyn DiscretePotential> {
@@ -146,7 +179,7 @@ impl SeparableSystem {
     /// Whether anything acts beside constant forces.
     #[must_use]
     pub fn has_variable_forces(&self) -> bool {
-        !self.forces.is_empty() || self.variable().next().is_some()
+        !self.forces.is_empty() || self.signals.is_some() || self.variable().next().is_some()
     }
 
     /// Gravity and the other potentials, in the order in which they were added.
@@ -177,11 +210,12 @@ impl SeparableSystem {
         )
     }
 
-    /// Whether anything acts beside constant forces and [`SeparableSystem::along_unknowns`].
+    /// Whether anything acts beside constant forces and [`SeparableSystem::along_unknowns`], or
+    /// signals go on beside the motion.
     #[must_use]
     pub fn has_other_forces(&self) -> bool {
         let (mut potentials, mut forces) = self.other();
-        potentials.next().is_some() || forces.next().is_some()
+        self.signals.is_some() || potentials.next().is_some() || forces.next().is_some()
     }
 
     /// `out ←` what [`DiscreteLagrangian::forced_d1`] has beside inertia, constant forces and

@@ -44,7 +44,7 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     /// shape [`Self::internal_variables`].
     fn begin_internal(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut [f64]) {}
     /// Whether internal variables change at the node of this number, before the step from there.
-    fn samples(&self, _step: u64, _internal: &[f64]) -> bool {
+    fn samples(&self, _step: u64) -> bool {
         false
     }
     /// Changes them at a node with the velocity `v`, of `ᵠp_n`; `at` has no internal variables.

@@ -33,6 +33,8 @@ pub struct ForceElements {
     pub bushings: Vec<NamedSixSpring>,
     /// Everything else, in the order in which systems list it.
     pub forces: Vec<NamedForce>,
+    /// States and held values that laws read.
+    pub signals: Option<SignalStates>,
 }
 
 /// A force with the name of its element.
@@ -57,8 +59,6 @@ pub enum ElementForce {
     Wrench(WrenchForce),
     /// By a law of anything that moves.
     Law(LawForce),
-    /// The states of signals.
-    Signals(SignalStates),
     /// Along six coordinates between two frames: bushings, bearings.
     Six(SixForce),
 }
@@ -71,7 +71,6 @@ impl std::fmt::Debug for ElementForce {
             Self::Body(load) => f.debug_tuple("Body").field(load).finish(),
             Self::Wrench(force) => f.debug_tuple("Wrench").field(force).finish(),
             Self::Law(force) => f.debug_tuple("Law").field(force).finish(),
-            Self::Signals(states) => f.debug_tuple("Signals").field(states).finish(),
             Self::Six(force) => f.debug_tuple("Six").field(force).finish(),
         }
     }
@@ -154,13 +153,13 @@ impl ForceElements {
                     force.reading.first = first;
                     Box::new(force)
                 }
-                ElementForce::Signals(mut states) => {
-                    states.reading.first = first;
-                    Box::new(states)
-                }
                 ElementForce::Six(force) => Box::new(force.with_signals_from(first)),
             };
             system = system.force_of(own.source(), discrete);
+        }
+        if let Some(mut signals) = self.signals.clone() {
+            signals.reading.first = first;
+            system = system.signals(Box::new(signals));
         }
         system
     }

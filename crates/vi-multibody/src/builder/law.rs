@@ -3,6 +3,7 @@
 use super::error::finite;
 use super::force::{ElementForce, ForceElements, ForceEntry};
 use super::{BodyId, BuildError, CoordinateId, MechanismBuilder, PointOn, added};
+use crate::force::law::input::Past;
 use crate::force::law::{Input, Law, LawForce, Reading, Sampler, SignalStates, Target};
 use crate::force::wrench_law::ActsOn;
 use crate::geometry::form::Form;
@@ -31,6 +32,8 @@ pub enum Read {
     AngularVelocity(BodyId, usize),
     /// A value that is held over a step, among the internal variables of signals.
     Held(usize),
+    /// A value of the past.
+    Past(Past),
 }
 
 /// What a law acts on: [`Target`] of the parts of a builder.
@@ -97,17 +100,19 @@ impl MechanismBuilder {
         mechanism: &mut Mechanism,
         forces: &mut ForceElements,
     ) -> Result<(), BuildError> {
+        let start = self.signals.as_ref().map(|own| own.sampler.start()).unwrap_or_default();
         for LawPart { name, on, reads, states, law } in &self.laws {
             let target = self.target(name, *on, mechanism)?;
             let inputs = self.inputs(name, reads, mechanism)?;
-            let reading = Reading::new(law.clone(), inputs, states.clone());
+            let mut reading = Reading::new(law.clone(), inputs, states.clone());
+            reading.start = start.clone();
             forces.add(name, ElementForce::Law(LawForce { target, reading }));
         }
         if let Some(SignalsPart { reads, states, law, sampler }) = &self.signals {
             let inputs = self.inputs("signals", reads, mechanism)?;
-            let reading = Reading::new(law.clone(), inputs, states.clone());
-            let states = SignalStates { reading, sampler: sampler.clone() };
-            forces.add("", ElementForce::Signals(states));
+            let mut reading = Reading::new(law.clone(), inputs, states.clone());
+            reading.start = start;
+            forces.signals = Some(SignalStates { reading, sampler: sampler.clone() });
         }
         Ok(())
     }
@@ -178,6 +183,7 @@ impl MechanismBuilder {
                 Read::DistanceRate(ends) => Input::LengthRate(self.between(name, ends, mechanism)?),
                 Read::AngularVelocity(body, axis) => Input::Spin(12 * body.index(), axis),
                 Read::Held(place) => Input::Held(place),
+                Read::Past(past) => Input::Past(past),
             });
         }
         Ok(inputs)

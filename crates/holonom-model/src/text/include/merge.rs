@@ -15,7 +15,7 @@ use crate::formula::OWN;
 use crate::frames::start::is_ground;
 use crate::text::parameters;
 use crate::text::problem::{MAX_PROBLEMS, Problem, nearest};
-use crate::text::sections::{FORMULAS, LISTS, PARAMETERS, TABLES};
+use crate::text::sections::{FORMULAS, LISTS, OF_SIGNALS, PARAMETERS, TABLES};
 use crate::text::wishes;
 
 /// Keys of a part that name other parts.
@@ -319,7 +319,7 @@ impl<'a, 'i> Merge<'a, 'i> {
         self.lines(&mut out, index, section, table);
         let kind = table.get("type").and_then(|kind| kind.get_ref().as_str());
         let posed = match section {
-            "sensor" | "table" => false,
+            "sensor" | "table" | "signal" => false,
             "law" => table.contains_key("from"),
             "load" => table.get("frame").is_none_or(|f| f.get_ref().as_str() != Some("body")),
             "constraint" => kind.is_some_and(|kind| {
@@ -347,6 +347,8 @@ impl<'a, 'i> Merge<'a, 'i> {
                 "shape" | "picture" => Role::Shape,
                 "file" if section == "table" => Role::File,
                 key if section == "law" && FORMULAS.contains(&key) => Role::Formula,
+                "value" | "rate" if section == "signal" => Role::Formula,
+                _ if section == "signal" => Role::Signal,
                 key if REFERENCES.contains(&key) => Role::Reference,
                 _ => Role::Plain,
             };
@@ -373,8 +375,12 @@ impl<'a, 'i> Merge<'a, 'i> {
                 for (k, (key, entry)) in table.iter().enumerate() {
                     out.text += if k > 0 { ", " } else { " " };
                     out.key(key.get_ref(), file, key.span());
-                    let is_file = matches!(role, Role::Shape) && key.get_ref() == "file";
-                    self.value(out, index, entry, if is_file { Role::File } else { Role::Plain });
+                    let role = match (role, key.get_ref().as_ref()) {
+                        (Role::Shape, "file") => Role::File,
+                        (Role::Signal, key) if OF_SIGNALS.contains(&key) => Role::Formula,
+                        _ => Role::Plain,
+                    };
+                    self.value(out, index, entry, role);
                 }
                 out.text += " }";
             }
@@ -403,7 +409,7 @@ impl<'a, 'i> Merge<'a, 'i> {
                 };
                 if own { name.to_owned() } else { meant(self.tree, index, name, defines) }
             }),
-            Role::Plain | Role::Formula if text.starts_with('=') => {
+            Role::Plain | Role::Formula | Role::Signal if text.starts_with('=') => {
                 let defines = |k: usize, name: &str| self.scopes[k].parameters.contains(name);
                 renamed(text, &mut |name| meant(self.tree, index, name, defines))
             }
@@ -423,6 +429,8 @@ enum Role {
     Plain,
     /// An expression that is evaluated along the run.
     Formula,
+    /// A part of a signal, with such expressions in it.
+    Signal,
     /// A description.
     Text,
     /// A shape.

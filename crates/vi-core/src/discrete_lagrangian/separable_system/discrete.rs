@@ -79,49 +79,40 @@ impl DiscreteLagrangian for SeparableSystem {
 
     fn internal_variables(&self) -> usize {
         let of_potentials = self.potentials().map(DiscretePotential::internal_variables);
-        self.variables_of_forces() + of_potentials.sum::<usize>()
+        self.variables_before_potentials() + of_potentials.sum::<usize>()
     }
 
     fn begin_internal(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        let mut rest = out;
-        for force in &self.forces {
-            let (own, others) = rest.split_at_mut(force.internal_variables());
-            force.begin(at, v, own);
-            rest = others;
+        let (of_forces, rest) = out.split_at_mut(self.variables_of_forces());
+        let (of_signals, of_potential) = rest.split_at_mut(self.variable_count_of_signals());
+        of_forces.fill(0.0);
+        if let Some(signals) = &self.signals {
+            signals.begin(at, v, of_signals);
         }
         if let Some(own) = self.potential_with_memory() {
-            own.begin(at.q, rest);
+            own.begin(at.q, of_potential);
         }
     }
 
-    fn samples(&self, step: u64, internal: &[f64]) -> bool {
-        let mut rest = internal;
-        self.forces.iter().any(|force| {
-            let (own, others) = rest.split_at(force.internal_variables());
-            rest = others;
-            force.samples(step, own)
-        })
+    fn samples(&self, step: u64) -> bool {
+        self.signals.as_ref().is_some_and(|signals| signals.samples(step))
     }
 
     fn sample(&self, step: u64, at: Configuration<'_>, v: &[f64], internal: &mut [f64]) {
-        let mut rest = internal;
-        for force in &self.forces {
-            let (own, others) = rest.split_at_mut(force.internal_variables());
-            if force.samples(step, own) {
-                force.sample(step, at, v, own);
-            }
-            rest = others;
+        if let Some(signals) = &self.signals {
+            let first = self.variables_of_forces();
+            signals.sample(step, at, v, &mut internal[first..first + signals.count()]);
         }
     }
 
     fn advance_internal(&self, s: &Interval, out: &mut [f64]) {
-        let (mut of_forces, of_potential) = out.split_at_mut(self.variables_of_forces());
-        for force in &self.forces {
-            let (own, others) = of_forces.split_at_mut(force.internal_variables());
-            if !own.is_empty() {
-                force.advance(s, own);
-            }
-            of_forces = others;
+        let (of_force, rest) = out.split_at_mut(self.variables_of_forces());
+        let (of_signals, of_potential) = rest.split_at_mut(self.variable_count_of_signals());
+        if let Some(force) = self.forces.iter().find(|force| force.internal_variables() > 0) {
+            force.advance(s, of_force);
+        }
+        if let Some(signals) = &self.signals {
+            signals.advance(s, of_signals);
         }
         if let Some(own) = self.potential_with_memory() {
             own.advance(s, of_potential);

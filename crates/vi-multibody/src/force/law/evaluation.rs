@@ -35,13 +35,16 @@ pub struct Reading {
     pub states: Vec<usize>,
     /// Where these start among all of a system.
     pub first: usize,
+    /// What they are at the start, and where they are not listed.
+    pub start: Arc<[f64]>,
     work: Mutex<Work>,
 }
 
 impl Clone for Reading {
     fn clone(&self) -> Self {
         let (law, inputs) = (self.law.clone(), self.inputs.clone());
-        Self { first: self.first, ..Self::new(law, inputs, self.states.clone()) }
+        let (first, start) = (self.first, self.start.clone());
+        Self { first, start, ..Self::new(law, inputs, self.states.clone()) }
     }
 }
 
@@ -157,11 +160,13 @@ impl Reading {
             lu: DenseLu::new(n),
             change: vec![0.0; n],
         };
-        Self { law, inputs, states, first: 0, work: Mutex::new(work) }
+        let work = Mutex::new(work);
+        Self { law, inputs, states, first: 0, start: Arc::default(), work }
     }
 
-    fn own<'a>(&self, internal: &'a [f64]) -> &'a [f64] {
-        internal.get(self.first..).unwrap_or_default()
+    fn own<'a>(&'a self, internal: &'a [f64]) -> &'a [f64] {
+        let listed = internal.get(self.first..self.first + self.start.len());
+        listed.unwrap_or(&self.start)
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Work> {
@@ -188,6 +193,21 @@ impl Reading {
             *y = input.at_node(at, v, held);
         }
         self.take_states(held, &mut work.z);
+    }
+
+    /// With the inputs at a node where `held` are the internal variables of signals.
+    pub fn read_inputs(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        held: &[f64],
+        then: impl FnOnce(&[f64]),
+    ) {
+        let work = &mut *self.lock();
+        for (y, input) in work.y.iter_mut().zip(&self.inputs) {
+            *y = input.at_node(at, v, held);
+        }
+        then(&work.y);
     }
 
     /// With the inputs at a node, from which internal variables of signals follow.

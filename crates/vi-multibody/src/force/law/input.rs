@@ -39,6 +39,45 @@ pub enum Input {
     Spin(usize, usize),
     /// A value that is held over a step, among the internal variables of signals.
     Held(usize),
+    /// A value of the past.
+    Past(Past),
+}
+
+/// A number as it was `delay` ago, linear between nodes; before the first node that one's.
+///
+/// ```text
+/// internal variables from `first` on:   t_n, x_n, x_{n−1}, …, x_{n−count+1}
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Past {
+    /// Where the time of the last node stands among the internal variables of signals.
+    pub first: usize,
+    /// How many nodes are kept.
+    pub count: usize,
+    /// The time between them, s.
+    pub step: f64,
+    /// How long ago, s.
+    pub delay: f64,
+}
+
+impl Past {
+    /// The number at `t − delay`.
+    #[must_use]
+    pub fn at(&self, t: f64, internal: &[f64]) -> f64 {
+        let Some(own) = internal.get(self.first..=self.first + self.count) else { return 0.0 };
+        let back = ((own[0] - (t - self.delay)) / self.step).clamp(0.0, (self.count - 1) as f64);
+        let whole = (back.floor() as usize).min(self.count - 2);
+        let part = back - whole as f64;
+        own[1 + whole] + part * (own[2 + whole] - own[1 + whole])
+    }
+
+    /// Adds the number of a node at the time `t`, in the place of the oldest.
+    pub fn push(&self, t: f64, value: f64, internal: &mut [f64]) {
+        let own = &mut internal[self.first..=self.first + self.count];
+        own[0] = t;
+        own.copy_within(1..self.count, 2);
+        own[1] = value;
+    }
 }
 
 /// A length, its direction, its rate and the rate of the direction.
@@ -93,7 +132,7 @@ impl Input {
     #[must_use]
     pub fn is_seen_from_ground(&self) -> bool {
         match self {
-            Self::Time | Self::Held(_) => false,
+            Self::Time | Self::Held(_) | Self::Past(_) => false,
             Self::Coordinate(own) | Self::Rate(own) => own.is_length_from_ground(),
             Self::Point(..) | Self::PointRate(..) | Self::Spin(..) => true,
             Self::Length(form) | Self::LengthRate(form) => form.is_seen_from_ground(),
@@ -116,6 +155,7 @@ impl Input {
                 RotationVector::of_step(&s.q0[own.clone()], &s.q1[own]).theta[*axis] / s.h
             }
             Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
+            Self::Past(past) => past.at(s.t_mid(), held),
         }
     }
 
@@ -124,7 +164,7 @@ impl Input {
     pub fn for_each_slope(&self, s: &Interval, visit: &mut dyn FnMut(usize, f64)) {
         let by_rate = 1.0 / s.h;
         match self {
-            Self::Time | Self::Held(_) => {}
+            Self::Time | Self::Held(_) | Self::Past(_) => {}
             Self::Coordinate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, 0.5 * a)),
             Self::Rate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, by_rate * a)),
             Self::Point(form, axis) => for_each_of_form(form, &unit(*axis, 0.5), visit),
@@ -167,6 +207,7 @@ impl Input {
                 0.5 * (0..3).map(spin).sum::<Vector3<f64>>()[*axis]
             }
             Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
+            Self::Past(past) => past.at(at.t, held),
         }
     }
 
@@ -179,7 +220,7 @@ impl Input {
         visit: &mut dyn FnMut(usize, f64),
     ) {
         match self {
-            Self::Time | Self::Held(_) | Self::PointRate(..) => {}
+            Self::Time | Self::Held(_) | Self::Past(_) | Self::PointRate(..) => {}
             Self::Coordinate(own) => own.for_each_slope(q, visit),
             Self::Rate(own) => own.for_each_rate_slope(v, visit),
             Self::Point(form, axis) => for_each_of_form(form, &unit(*axis, 1.0), visit),
@@ -217,6 +258,7 @@ impl Input {
             }
             Self::Time
             | Self::Held(_)
+            | Self::Past(_)
             | Self::Coordinate(_)
             | Self::Point(..)
             | Self::Length(_) => {}

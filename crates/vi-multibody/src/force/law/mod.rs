@@ -18,7 +18,7 @@ pub mod signals;
 mod target;
 
 pub use evaluation::{Law, Reading};
-pub use input::Input;
+pub use input::{Input, Past};
 pub use signals::{Sampler, SignalStates};
 pub use target::Target;
 

@@ -1,18 +1,19 @@
-//! The states of signals: internal variables of a force that does nothing but advance them.
+//! The states and held values of signals.
 
 use super::evaluation::Reading;
 use std::sync::Arc;
 use vi_core::Configuration;
-use vi_core::force::DiscreteForce;
 use vi_core::interval::Interval;
-use vi_core::sparse::Entries;
+use vi_core::signals::Signals;
 
 /// What happens at nodes: values that are sampled there and held, values of the past.
 pub trait Sampler: Send + Sync {
     /// How many internal variables there are: states and held values.
     fn count(&self) -> usize;
+    /// What they are at the start, before anything is sampled.
+    fn start(&self) -> Arc<[f64]>;
     /// Whether it has anything to do at the node of this number.
-    fn is_due(&self, step: u64, internal: &[f64]) -> bool;
+    fn is_due(&self, step: u64) -> bool;
     /// Updates held values at a node where `y` are the inputs.
     fn sample(&self, step: u64, y: &[f64], internal: &mut [f64]);
     /// `internal ←` the values at the start of a motion.
@@ -34,35 +35,23 @@ impl std::fmt::Debug for SignalStates {
     }
 }
 
-impl DiscreteForce for SignalStates {
-    fn add_minus(&self, _: &Interval, _: &mut [f64]) {}
-    fn add_plus(&self, _: &Interval, _: &mut [f64]) {}
-    fn add_minus_d2(&self, _: &Interval, _: &mut dyn Entries) {}
-    fn add_continuous(&self, _: Configuration<'_>, _: &[f64], _: &mut [f64]) {}
-    fn work(&self, _: &Interval, _: &mut [f64]) -> f64 {
-        0.0
-    }
-    fn add_stiffness(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
-    fn add_damping(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
-
-    /// The forces that read them say it.
-    fn is_dissipative(&self) -> bool {
-        self.reading.law.is_dissipative()
-    }
-
-    fn internal_variables(&self) -> usize {
+impl Signals for SignalStates {
+    fn count(&self) -> usize {
         self.sampler.count()
     }
 
     fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         out.fill(0.0);
-        self.reading.with_inputs(at, v, out, |y, internal| self.sampler.begin(y, internal));
+        self.reading.with_inputs(at, v, out, |y, own| self.sampler.begin(y, own));
     }
 
     /// `z_{n+1} = 2 z̄ − z_n`; what is held stays.
     fn advance(&self, s: &Interval, out: &mut [f64]) {
         let first = self.reading.first;
         out.copy_from_slice(&s.internal[first..first + out.len()]);
+        if self.reading.states.is_empty() {
+            return;
+        }
         self.reading.with_values_in_step(s, |work| {
             for (place, middle) in self.reading.states.iter().zip(work.middle()) {
                 out[*place] = 2.0 * middle - out[*place];
@@ -70,8 +59,8 @@ impl DiscreteForce for SignalStates {
         });
     }
 
-    fn samples(&self, step: u64, internal: &[f64]) -> bool {
-        self.sampler.is_due(step, internal)
+    fn samples(&self, step: u64) -> bool {
+        self.sampler.is_due(step)
     }
 
     fn sample(&self, step: u64, at: Configuration<'_>, v: &[f64], internal: &mut [f64]) {

@@ -1,0 +1,219 @@
+//! What the names of other members stand for in the expressions of a model.
+//!
+//! ```text
+//! knee, knee.1                 coordinates of a joint: the first, the one of freedom 1
+//! knee.rate, knee.1.rate       their rates
+//! speed                        a signal
+//! arm.x  arm.vx  arm.wx        centre of a body, a node of a beam, a particle; velocities; in space
+//! ```
+
+use crate::Model;
+use crate::expression::{ExpressionError, Known, Program};
+use crate::formula::Curves;
+use crate::text::problem::nearest;
+use crate::types::law::Formula;
+
+/// A quantity of a mechanism that expressions read by its name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A coordinate of a joint, m or rad, revolutions counted.
+    Coordinate {
+        /// The joint.
+        joint: String,
+        /// Which of its coordinates.
+        freedom: usize,
+    },
+    /// Its rate, m/s or rad/s.
+    Rate {
+        /// The joint.
+        joint: String,
+        /// Which of its coordinates.
+        freedom: usize,
+    },
+    /// A signal.
+    Signal(String),
+    /// A component of the centre of a body, a node or a particle, m, in space.
+    Position {
+        /// The member.
+        of: String,
+        /// 0 to 2.
+        axis: usize,
+    },
+    /// A component of its velocity, m/s.
+    Velocity {
+        /// The member.
+        of: String,
+        /// 0 to 2.
+        axis: usize,
+    },
+    /// A component of the angular velocity of a body or a node, rad/s, in space.
+    AngularVelocity {
+        /// The member.
+        of: String,
+        /// 0 to 2.
+        axis: usize,
+    },
+}
+
+impl Quantity {
+    /// Its name in expressions.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let numbered = |joint: &str, freedom: usize| match freedom {
+            0 => joint.to_owned(),
+            _ => format!("{joint}.{freedom}"),
+        };
+        match self {
+            Self::Coordinate { joint, freedom } => numbered(joint, *freedom),
+            Self::Rate { joint, freedom } => numbered(joint, *freedom) + ".rate",
+            Self::Signal(name) => name.clone(),
+            Self::Position { of, axis } => format!("{of}.{}", ENDS[*axis]),
+            Self::Velocity { of, axis } => format!("{of}.{}", ENDS[3 + axis]),
+            Self::AngularVelocity { of, axis } => format!("{of}.{}", ENDS[6 + axis]),
+        }
+    }
+
+    /// Whether it is a rate or a velocity.
+    #[must_use]
+    pub fn is_rate(&self) -> bool {
+        matches!(self, Self::Rate { .. } | Self::Velocity { .. } | Self::AngularVelocity { .. })
+    }
+}
+
+/// Ends of names of members: what they are of, and along which axis.
+const ENDS: [&str; 9] = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"];
+
+/// What expressions of a model may name.
+#[derive(Debug)]
+pub struct Quantities<'a> {
+    model: &'a Model,
+    curves: Curves<'a>,
+}
+
+impl<'a> Quantities<'a> {
+    /// Those of a model.
+    #[must_use]
+    pub fn new(model: &'a Model) -> Self {
+        Self { model, curves: Curves::new(model) }
+    }
+
+    /// The tables.
+    #[must_use]
+    pub fn curves(&self) -> &Curves<'a> {
+        &self.curves
+    }
+
+    /// What a name stands for.
+    #[must_use]
+    pub fn quantity(&self, name: &str) -> Option<Quantity> {
+        let joint = |name: &str| self.model.joints.iter().find(|joint| joint.name == name);
+        let (of, is_rate) = match name.strip_suffix(".rate") {
+            Some(of) => (of, true),
+            None => (name, false),
+        };
+        let numbered = || {
+            let (of, freedom) = of.rsplit_once('.')?;
+            Some((joint(of)?, freedom.parse().ok()?))
+        };
+        if let Some((joint, freedom)) = joint(of).map(|joint| (joint, 0)).or_else(numbered) {
+            let (count, joint) = (joint.pair().coordinate_count(), joint.name.clone());
+            return (freedom < count).then_some(match is_rate {
+                true => Quantity::Rate { joint, freedom },
+                false => Quantity::Coordinate { joint, freedom },
+            });
+        }
+        if self.model.signals.iter().any(|signal| signal.name == name) {
+            return Some(Quantity::Signal(name.to_owned()));
+        }
+        let (of, end) = name.rsplit_once('.')?;
+        let place = ENDS.iter().position(|own| *own == end)?;
+        let (axis, of) = (place % 3, of.to_owned());
+        let (particle, frame) = (self.model.particle(&of), self.model.frame(&of));
+        match (place / 3, particle.is_some(), frame.is_some()) {
+            (0, true, _) | (0, _, true) => Some(Quantity::Position { of, axis }),
+            (1, true, _) | (1, _, true) => Some(Quantity::Velocity { of, axis }),
+            (2, false, true) => Some(Quantity::AngularVelocity { of, axis }),
+            _ => None,
+        }
+    }
+
+    /// Compiles an expression whose inputs are its own ones, then `reads`, to which what it names
+    /// beside is added.
+    ///
+    /// # Errors
+    /// [`ExpressionError`].
+    pub fn compile(
+        &self,
+        formula: &Formula,
+        own: &[&str],
+        reads: &mut Vec<Quantity>,
+    ) -> Result<Program, ExpressionError> {
+        let mut known = |name: &str| {
+            let input = own.iter().position(|own| *own == name).map(Known::Input);
+            input.or_else(|| self.curves.curve(name).map(Known::Curve)).or_else(|| {
+                let quantity = self.quantity(name)?;
+                let at = reads.iter().position(|own| *own == quantity).unwrap_or_else(|| {
+                    reads.push(quantity);
+                    reads.len() - 1
+                });
+                Some(Known::Input(own.len() + at))
+            })
+        };
+        let program = Program::parse(&formula.0, &mut known);
+        program.map_err(|error| self.explained(error, own))
+    }
+
+    fn explained(&self, error: ExpressionError, own: &[&str]) -> ExpressionError {
+        let Some(name) = error.unknown.clone() else { return error };
+        let message = format!("`{name}` is not known");
+        if let Some(help) = self.beside(&name) {
+            return ExpressionError { message, help, ..error };
+        }
+        let model = self.model;
+        let joints = model.joints.iter().filter(|own| own.pair().coordinate_count() > 0);
+        let mut all: Vec<String> = own.iter().map(|own| (*own).to_owned()).collect();
+        all.extend(self.curves.names().map(str::to_owned));
+        all.extend(model.signals.iter().map(|own| own.name.clone()));
+        all.extend(joints.flat_map(|own| [own.name.clone(), format!("{}.rate", own.name)]));
+        let members = model.bodies.iter().map(|own| &own.name);
+        let members = members.chain(model.particles.iter().map(|own| &own.name));
+        all.extend(members.flat_map(|of| ENDS.map(|end| format!("{of}.{end}"))));
+        let help = match nearest(&name, all.iter().map(String::as_str).filter(|own| own.len() > 1))
+        {
+            Some(best) => format!("did you mean `{best}`?"),
+            None => format!(
+                "there are {}, [parameters], tables, signals, joint coordinates (`knee`, `knee.rate`), \
+                 members (`arm.x`, `arm.vx`, `arm.wx`)",
+                own.join(" ")
+            ),
+        };
+        ExpressionError { message, help, ..error }
+    }
+
+    /// What to write in the place of a name that is nearly one.
+    fn beside(&self, name: &str) -> Option<String> {
+        let model = self.model;
+        let first = name.split('.').next()?;
+        if let Some(joint) = model.joints.iter().find(|joint| joint.name == first) {
+            let kind = joint.pair();
+            return Some(match kind.coordinate_count() {
+                0 => format!(
+                    "a {} joint has no coordinates: read the bodies, `NAME.x` or `NAME.wx`",
+                    kind.name()
+                ),
+                1 => format!("`{first}` has one coordinate: `{first}` and `{first}.rate`"),
+                count => format!(
+                    "`{first}` has the coordinates `{first}` and `{first}.1` to `{first}.{}`, each with `.rate`",
+                    count - 1
+                ),
+            });
+        }
+        let of = name.rsplit_once('.').map_or(name, |(of, _)| of);
+        let particle = model.particle(of).is_some();
+        (particle || model.frame(of).is_some()).then(|| {
+            let ends = &ENDS[..if particle { 6 } else { 9 }];
+            let list: Vec<String> = ends.iter().map(|end| format!("{of}.{end}")).collect();
+            format!("`{of}` has {}", list.join(" "))
+        })
+    }
+}

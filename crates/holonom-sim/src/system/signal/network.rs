@@ -1,0 +1,198 @@
+//! Expressions that read one another: efforts of a law, values and rates of signals.
+//!
+//! ```text
+//! y, z ── terms in the order of their dependence ── τ, φ
+//!         each with the row of its slopes by (y, z)
+//! ```
+
+use crate::system::law::{LawFault, keep};
+use holonom_model::expression::{Program, Undefined};
+use nalgebra::DMatrix;
+use std::sync::{Mutex, PoisonError};
+use vi_multibody::law::Law;
+
+/// Where a number comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// An input.
+    Input(usize),
+    /// A state.
+    State(usize),
+    /// An earlier term.
+    Term(usize),
+}
+
+/// An expression of inputs, states and earlier terms.
+#[derive(Clone, Debug)]
+pub(crate) struct Term {
+    /// Law or signal, for messages.
+    pub(crate) owner: String,
+    pub(crate) program: Program,
+    /// What its inputs are, and their names.
+    pub(crate) from: Vec<(Source, String)>,
+    /// How it is discontinuous in time, in the place of what `program` says: none of the parts of
+    /// a controller is.
+    pub(crate) is_own: bool,
+}
+
+impl Term {
+    pub(crate) fn reads(&self) -> impl Iterator<Item = Source> {
+        let read = |(k, _): &(usize, &(Source, String))| self.program.reads(*k);
+        self.from.iter().enumerate().filter(read).map(|(_, (source, _))| *source)
+    }
+}
+
+/// Terms with their efforts and the rates of states.
+#[derive(Debug)]
+pub(crate) struct Network {
+    pub(crate) terms: Vec<Term>,
+    /// `None`: zero.
+    pub(crate) efforts: Vec<Option<Source>>,
+    pub(crate) rates: Vec<Source>,
+    inputs: usize,
+    dissipative: bool,
+    fault: Mutex<Option<LawFault>>, // the last one; no part of the state
+    work: Mutex<Work>,
+}
+
+#[derive(Debug)]
+struct Work {
+    values: Vec<f64>, // of the terms
+    arguments: Vec<f64>,
+    slopes: Vec<f64>,
+    rows: DMatrix<f64>, // terms × (y, z)
+}
+
+impl Network {
+    pub(crate) fn new(
+        terms: Vec<Term>,
+        efforts: Vec<Option<Source>>,
+        rates: Vec<Source>,
+        inputs: usize,
+        dissipative: bool,
+    ) -> Self {
+        let widest = terms.iter().map(|term| term.from.len()).max().unwrap_or(0);
+        let work = Work {
+            values: vec![0.0; terms.len()],
+            arguments: vec![0.0; widest],
+            slopes: vec![0.0; widest],
+            rows: DMatrix::zeros(terms.len(), inputs + rates.len()),
+        };
+        let (fault, work) = (Mutex::default(), Mutex::new(work));
+        Self { terms, efforts, rates, inputs, dissipative, fault, work }
+    }
+
+    /// The last fault.
+    pub(crate) fn fault(&self) -> Option<LawFault> {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The value of `source` at `(y, z)`; not a number where it has none.
+    pub(crate) fn value(&self, source: Source, y: &[f64], z: &[f64]) -> f64 {
+        let work = &mut *self.work.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = if let Source::Term(k) = source { k + 1 } else { 0 };
+        for k in 0..last {
+            self.evaluate_term(k, y, z, work);
+        }
+        taken(source, y, z, &work.values)
+    }
+
+    fn evaluate_term(&self, k: usize, y: &[f64], z: &[f64], work: &mut Work) {
+        let term = &self.terms[k];
+        let count = term.from.len();
+        for (argument, (source, _)) in work.arguments.iter_mut().zip(&term.from) {
+            *argument = taken(*source, y, z, &work.values);
+        }
+        let arguments = &work.arguments[..count];
+        work.values[k] = term.program.value(arguments).unwrap_or_else(|undefined| {
+            self.note(term, &undefined, arguments, y[0]);
+            f64::NAN
+        });
+    }
+
+    /// The value of a term and the row of its slopes.
+    fn differentiate_term(&self, k: usize, y: &[f64], z: &[f64], work: &mut Work) {
+        let term = &self.terms[k];
+        let count = term.from.len();
+        let Work { values, arguments, slopes, rows } = work;
+        for (argument, (source, _)) in arguments.iter_mut().zip(&term.from) {
+            *argument = taken(*source, y, z, values);
+        }
+        let (arguments, slopes) = (&arguments[..count], &mut slopes[..count]);
+        values[k] = term.program.gradient(arguments, slopes).unwrap_or_else(|undefined| {
+            self.note(term, &undefined, arguments, y[0]);
+            slopes.fill(f64::NAN);
+            f64::NAN
+        });
+        for j in 0..rows.ncols() {
+            rows[(k, j)] = 0.0;
+        }
+        for ((source, _), slope) in term.from.iter().zip(slopes) {
+            match *source {
+                Source::Input(i) => rows[(k, i)] += *slope,
+                Source::State(i) => rows[(k, self.inputs + i)] += *slope,
+                Source::Term(i) => {
+                    for j in 0..rows.ncols() {
+                        rows[(k, j)] += *slope * rows[(i, j)];
+                    }
+                }
+            }
+        }
+    }
+
+    #[cold]
+    fn note(&self, term: &Term, undefined: &Undefined, arguments: &[f64], t: f64) {
+        let names: Vec<&str> = term.from.iter().map(|(_, name)| name.as_str()).collect();
+        keep(&self.fault, &term.owner, (&term.program, undefined), &names, (arguments, t));
+    }
+}
+
+fn taken(source: Source, y: &[f64], z: &[f64], values: &[f64]) -> f64 {
+    match source {
+        Source::Input(i) => y[i],
+        Source::State(i) => z[i],
+        Source::Term(i) => values[i],
+    }
+}
+
+/// Not a number where an expression has no value: the step is then refused.
+impl Law for Network {
+    fn efforts(&self) -> usize {
+        self.efforts.len()
+    }
+
+    fn evaluate(&self, y: &[f64], z: &[f64], values: &mut [f64]) {
+        let work = &mut *self.work.lock().unwrap_or_else(PoisonError::into_inner);
+        for k in 0..self.terms.len() {
+            self.evaluate_term(k, y, z, work);
+        }
+        let all = self.efforts.iter().copied().chain(self.rates.iter().map(|rate| Some(*rate)));
+        for (value, source) in values.iter_mut().zip(all) {
+            *value = source.map_or(0.0, |source| taken(source, y, z, &work.values));
+        }
+    }
+
+    fn gradient(&self, y: &[f64], z: &[f64], values: &mut [f64], slopes: &mut DMatrix<f64>) {
+        let work = &mut *self.work.lock().unwrap_or_else(PoisonError::into_inner);
+        for k in 0..self.terms.len() {
+            self.differentiate_term(k, y, z, work);
+        }
+        slopes.fill(0.0);
+        let all = self.efforts.iter().copied().chain(self.rates.iter().map(|rate| Some(*rate)));
+        for (row, source) in all.enumerate() {
+            values[row] = source.map_or(0.0, |source| taken(source, y, z, &work.values));
+            match source {
+                None => {}
+                Some(Source::Input(i)) => slopes[(row, i)] = 1.0,
+                Some(Source::State(i)) => slopes[(row, self.inputs + i)] = 1.0,
+                Some(Source::Term(k)) => {
+                    (0..slopes.ncols()).for_each(|j| slopes[(row, j)] = work.rows[(k, j)]);
+                }
+            }
+        }
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.dissipative
+    }
+}

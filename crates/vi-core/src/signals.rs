@@ -1,0 +1,21 @@
+//! States and held values of signals beside a motion: filters, integrals, what is sampled.
+//!
+//! They are internal variables of the [`crate::State`] between those of forces and those of a
+//! potential. Laws read them; they exert nothing themselves.
+
+use crate::configuration::Configuration;
+use crate::interval::Interval;
+
+/// How the internal variables of signals change.
+pub trait Signals: Send + Sync {
+    /// How many there are.
+    fn count(&self) -> usize;
+    /// `out ←` them at the start of a motion with the velocity `v`.
+    fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
+    /// `out ←` them at the end of a step that started with those of [`Interval::internal`].
+    fn advance(&self, s: &Interval, out: &mut [f64]);
+    /// Whether any is sampled at the node of this number.
+    fn samples(&self, step: u64) -> bool;
+    /// Samples at a node with the velocity `v`, of `ᵠp_n`; `at` has no internal variables.
+    fn sample(&self, step: u64, at: Configuration<'_>, v: &[f64], internal: &mut [f64]);
+}
