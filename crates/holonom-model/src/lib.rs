@@ -379,6 +379,13 @@ impl Model {
             && self.springs.iter().all(|spring| spring.damping == 0.0)
             && self.joints.iter().all(passive)
             && !self.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }))
+            && !self.has_velocity_constraints()
+    }
+
+    /// Whether velocities are constrained: rolling, blades.
+    #[must_use]
+    pub fn has_velocity_constraints(&self) -> bool {
+        self.constraints.iter().any(Constraint::is_of_velocities)
     }
 
     /// Whether vibrations of beams that the step does not resolve are dissipated.

@@ -5,6 +5,7 @@
 //! at the start satisfies `G v + ∂g/∂t = 0`.
 
 use vi_core::Configuration;
+use vi_core::interval::Interval;
 use vi_core::newton::Block;
 use vi_core::sparse::{Entries, Product};
 
@@ -65,6 +66,12 @@ pub trait Constraints: Send + Sync {
     /// `out ← out + G(q, t) v`, shape `m`; forms no matrix.
     fn add_rates(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
         self.jacobian(t, q, &mut Product { v, out });
+    }
+    /// `out ← G(q_{n+1/2}) Δq/h`, shape `m`, (45); of constraints on velocities what the step leaves
+    /// of them.
+    fn step_rates(&self, s: &Interval, out: &mut [f64]) {
+        out.fill(0.0);
+        self.add_rates(s.t_mid(), &s.q_mid, &s.v_mid, out);
     }
     /// `out ← ∂g/∂t`, shape `m`; zero for scleronomic constraints.
     fn time_derivative(&self, _t: f64, _q: &[f64], out: &mut [f64]) {

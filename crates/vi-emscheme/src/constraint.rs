@@ -101,6 +101,8 @@ impl DiscreteConstraints for Mechanism {
                 ScalarRow::Motion { coordinate, .. } => {
                     coordinate::for_each_slope(coordinate, s, |j, slope| out.add(at, j, slope));
                 }
+                // refused when the integrator is made
+                ScalarRow::Height(_) | ScalarRow::Velocity(_) => {}
             }
         }
     }
@@ -121,6 +123,7 @@ impl DiscreteConstraints for Mechanism {
                 ScalarRow::Motion { coordinate, .. } => {
                     coordinate::emit_derivative(coordinate, s, *weight, out);
                 }
+                ScalarRow::Height(_) | ScalarRow::Velocity(_) => {}
             }
         }
     }

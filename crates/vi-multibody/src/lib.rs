@@ -81,7 +81,7 @@ pub use vi_constraints;
 pub use vi_core;
 pub use vi_rigid;
 
-pub use constraint::{joint_coordinate, scalar_constraint};
+pub use constraint::{joint_coordinate, rolling, scalar_constraint, velocity_constraint};
 pub use force::{
     bushing, held_effort, joint_force, law, particle_load, spring, tension, wrench_law,
 };

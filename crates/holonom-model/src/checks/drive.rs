@@ -86,6 +86,16 @@ impl Checker<'_> {
                 self.reference(format!("{key}.joint"), joint, &["joint"]);
                 self.path(&format!("{key}.path"), path);
             }
+            Constraint::Rolling { .. } => self.rolling(key, constraint),
+            Constraint::Blade { body, axis, .. } => {
+                self.of_velocities(key);
+                self.reference(format!("{key}.body"), body, &["body"]);
+                if axis_of(axis) {
+                    let help = "write the direction in which it does not slide, such as [0, 1, 0]";
+                    let message = "the axis has zero length".to_owned();
+                    self.report(format!("{key}.axis"), message, help);
+                }
+            }
         }
     }
 

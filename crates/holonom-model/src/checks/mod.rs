@@ -6,6 +6,7 @@ mod drive;
 mod law;
 mod load;
 mod order;
+mod rolling;
 mod sensor;
 mod signal;
 

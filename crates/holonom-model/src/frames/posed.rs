@@ -200,6 +200,17 @@ pub(crate) fn constraint(constraint: &mut Constraint, frame: &MovingFrame) {
             point(position, frame);
             direction(axis, frame);
         }
+        Constraint::Rolling { axis, plane, relative_to, .. } => {
+            *relative_to = None;
+            axis.iter_mut().for_each(|axis| direction(axis, frame));
+            point(&mut plane.position, frame);
+            direction(&mut plane.normal, frame);
+        }
+        Constraint::Blade { position, axis, relative_to, .. } => {
+            *relative_to = None;
+            point(position, frame);
+            direction(axis, frame);
+        }
         Constraint::Gear { .. } | Constraint::Motion { .. } => {}
     }
 }

@@ -121,7 +121,9 @@ fn target(model: &Model, (section, index): Part) -> Option<&str> {
         _ => match &model.constraints[index] {
             Constraint::Distance { relative_to, .. }
             | Constraint::PointOnLine { relative_to, .. }
-            | Constraint::PointOnPlane { relative_to, .. } => relative_to,
+            | Constraint::PointOnPlane { relative_to, .. }
+            | Constraint::Rolling { relative_to, .. }
+            | Constraint::Blade { relative_to, .. } => relative_to,
             Constraint::Gear { .. } | Constraint::Motion { .. } => &None,
         },
     };

@@ -321,7 +321,7 @@ const SECTIONS: [Wish; 8] = [
          `path`",
     ),
     (
-        &["motion", "distance", "gear", "point_on_line", "point_on_plane"],
+        &["motion", "distance", "gear", "point_on_line", "point_on_plane", "rolling", "blade"],
         "it is a [[constraint]] with this `type`",
     ),
     (

@@ -4,6 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::connection::GROUND;
 use super::load::History;
 use super::motion_path::MotionPath;
 
@@ -142,6 +143,81 @@ pub enum Constraint {
         /// The path; its rate at t = 0 must be the initial one.
         path: MotionPath,
     },
+    /// A wheel or a sphere rolls on a plane without slip; it neither lifts off nor slides.
+    Rolling {
+        /// Its name, unique in the model.
+        name: String,
+        /// The body that rolls; the centre of the wheel or sphere is its centre of mass.
+        body: String,
+        /// The axis of a wheel in space, initially; without it a sphere rolls.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<[f64; 3]>,
+        /// The outer radius, m.
+        radius: f64,
+        /// The radius of the section of a tyre, part of `radius`, m; 0 is a disc with a sharp edge.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        tube: f64,
+        /// The plane; z = 0 of the ground by default.
+        #[serde(default)]
+        plane: RollingPlane,
+        /// The frame of axis and plane: a body, a node of a beam, a joint or a `[[frame]]`; the
+        /// inertial frame by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        relative_to: Option<String>,
+    },
+    /// A point of a body has no velocity along an axis of the body: a blade on ice, a keel, a wheel
+    /// of which only the direction counts.
+    Blade {
+        /// Its name, unique in the model.
+        name: String,
+        /// The body.
+        body: String,
+        /// The point of the body, in space, initially, m.
+        position: [f64; 3],
+        /// The axis of the body along which the point does not move, in space, initially.
+        axis: [f64; 3],
+        /// The frame of position and axis: a body, a node of a beam, a joint or a `[[frame]]`; the
+        /// inertial frame by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        relative_to: Option<String>,
+    },
+}
+
+/// `plane` of a `[[constraint]]` of type `rolling`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RollingPlane {
+    /// A point of it, in space, m; it turns about its normal through this point.
+    #[serde(default)]
+    pub position: [f64; 3],
+    /// Its normal in space, on the side of the wheel.
+    #[serde(default = "upwards")]
+    pub normal: [f64; 3],
+    /// Its angular velocity about the normal, rad/s: a turntable.
+    #[serde(default)]
+    pub spin: f64,
+    /// What carries it: `ground`, or a body that is fixed.
+    #[serde(default = "ground")]
+    pub on: String,
+}
+
+impl Default for RollingPlane {
+    fn default() -> Self {
+        Self { position: [0.0; 3], normal: upwards(), spin: 0.0, on: ground() }
+    }
+}
+
+fn upwards() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+fn ground() -> String {
+    GROUND.to_owned()
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde calls it
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl Constraint {
@@ -153,7 +229,15 @@ impl Constraint {
             | Self::PointOnLine { name, .. }
             | Self::PointOnPlane { name, .. }
             | Self::Gear { name, .. }
-            | Self::Motion { name, .. } => name,
+            | Self::Motion { name, .. }
+            | Self::Rolling { name, .. }
+            | Self::Blade { name, .. } => name,
         }
+    }
+
+    /// Whether it constrains velocities, not only configurations: rolling, blades.
+    #[must_use]
+    pub fn is_of_velocities(&self) -> bool {
+        matches!(self, Self::Rolling { .. } | Self::Blade { .. })
     }
 }

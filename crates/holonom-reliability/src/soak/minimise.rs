@@ -109,5 +109,6 @@ fn forget(model: &mut Model, name: &str) {
         | Constraint::PointOnPlane { parent, child, .. } => !lost(parent) && !lost(child),
         Constraint::Gear { joints, .. } => !joints.iter().any(lost),
         Constraint::Motion { joint, .. } => !lost(joint),
+        Constraint::Rolling { body, .. } | Constraint::Blade { body, .. } => !lost(body),
     });
 }

@@ -268,8 +268,14 @@ pub fn in_units(model: &Model, units: Units) -> Model {
                 length.iter_mut().for_each(|x| *x *= units.length);
             }
             Constraint::PointOnLine { position, .. }
-            | Constraint::PointOnPlane { position, .. } => {
+            | Constraint::PointOnPlane { position, .. }
+            | Constraint::Blade { position, .. } => {
                 units.length(position);
+            }
+            Constraint::Rolling { radius, tube, plane, .. } => {
+                units.length(&mut plane.position);
+                (*radius, *tube) = (*radius * units.length, *tube * units.length);
+                plane.spin /= units.time;
             }
             Constraint::Gear { joints: [a, b], freedoms, ratio, .. } => {
                 *ratio *= size(a, freedoms[0]) / size(b, freedoms[1]);
@@ -399,9 +405,15 @@ pub fn displaced(model: &Model, by: &Displacement) -> Model {
                 }
             }
             Constraint::PointOnLine { position, axis, .. }
-            | Constraint::PointOnPlane { position, axis, .. } => {
+            | Constraint::PointOnPlane { position, axis, .. }
+            | Constraint::Blade { position, axis, .. } => {
                 by.point(position);
                 by.direction(axis);
+            }
+            Constraint::Rolling { axis, plane, .. } => {
+                axis.iter_mut().for_each(|axis| by.direction(axis));
+                by.point(&mut plane.position);
+                by.direction(&mut plane.normal);
             }
             Constraint::Gear { .. } | Constraint::Motion { .. } => {}
         }

@@ -67,6 +67,7 @@ pub fn observed(model: &Model) -> Model {
                 true
             }
             Constraint::PointOnLine { .. } | Constraint::PointOnPlane { .. } => false,
+            Constraint::Rolling { .. } | Constraint::Blade { .. } => false,
         };
         if effort {
             add(SensorKind::Effort, constraint.name(), None);

@@ -360,6 +360,9 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
         SetupError::DissipativeComposition => {
             unsupported("simulation.order", "write order = 2, or method = \"galerkin\"")
         }
+        SetupError::VelocityConstraints => {
+            unsupported("simulation.scheme", "write scheme = \"nodal\"")
+        }
         SetupError::NoGalerkin { instead, .. } => unsupported("simulation.method", instead),
         SetupError::RankAtStart { .. } => {
             unsupported("simulation.scheme", "displace a point mass or a body slightly")

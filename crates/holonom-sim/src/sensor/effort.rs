@@ -51,7 +51,7 @@ impl Effort {
         let row = mechanism.scalar_rows(k).start;
         let factor = match description.scalars[k].rows.first()? {
             ScalarRow::Product(distance) => -distance.target.sqrt(), // −l, c = l²
-            ScalarRow::Gear { .. } | ScalarRow::Motion { .. } => 1.0,
+            _ => 1.0,
         };
         Some(Self::Row(row, factor))
     }

@@ -2,8 +2,9 @@
 
 use super::names::Names;
 use holonom_model::{Constraint, ModelError, Problem};
+use nalgebra::Vector3;
 use std::sync::Arc;
-use vi_multibody::builder::{CoordinateId, JointId, MechanismBuilder};
+use vi_multibody::builder::{CoordinateId, JointId, MechanismBuilder, RollingPart};
 use vi_multibody::joint_force::{JointLaw, Motor, PdControl, Setpoint, Viscous};
 
 /// Degree of freedom `freedom` of joint `id`.
@@ -152,6 +153,20 @@ pub(crate) fn add_constraint(
         Constraint::Motion { name, joint, freedom, path } => {
             if let Some(coordinate) = of(joint, *freedom, "freedom")? {
                 builder.motion(name, coordinate, path.function());
+            }
+        }
+        Constraint::Rolling { name, body, axis, radius, tube, plane, .. } => {
+            if let Some(body) = names.body(body) {
+                let axis = axis.map(Vector3::from);
+                let (origin, normal) = (plane.position.into(), plane.normal.into());
+                let (radius, tube, spin) = (*radius, *tube, plane.spin);
+                let part = RollingPart { body, axis, radius, tube, origin, normal, spin };
+                builder.rolling(name, part);
+            }
+        }
+        Constraint::Blade { name, body, position, axis, .. } => {
+            if let Some(body) = names.body(body) {
+                builder.blade(name, body, *position, *axis);
             }
         }
     }

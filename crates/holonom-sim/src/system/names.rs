@@ -29,6 +29,11 @@ impl Names<'_> {
         self.index(name).map_or(FrameId::Ground, |k| self.frames[k].into())
     }
 
+    /// A body, or a node of a beam.
+    pub(crate) fn body(&self, name: &str) -> Option<BodyId> {
+        self.index(name).map(|k| self.frames[k])
+    }
+
     /// A point of a member by its own components; of the ground in space.
     pub(crate) fn point(&self, name: &str, components: [f64; 3]) -> PointOn {
         match (self.index(name), self.particles.get(name)) {

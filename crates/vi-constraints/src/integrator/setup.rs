@@ -126,6 +126,11 @@ pub enum SetupError {
         /// What to write instead.
         instead: &'static str,
     },
+    /// Constraints on velocities by another scheme than the nodal one.
+    #[error(
+        "constraints on velocities (rolling, blades) are integrated by the scheme `nodal` alone"
+    )]
+    VelocityConstraints,
     /// The start is a configuration in which the constraints of a loop lose rank.
     #[error("the start is a singular configuration (the loop closed by `{joint}`) {reason}")]
     SingularStart {

@@ -133,8 +133,7 @@ impl NodeObserver {
             constraints.residual(s.end(), m_work);
             norm_inf(m_work) / s.h.abs()
         } else {
-            m_work.fill(0.0);
-            constraints.add_rates(s.t_mid(), &s.q_mid, &s.v_mid, m_work);
+            constraints.step_rates(s, m_work);
             norm_inf(m_work) // (45)
         };
         Ok(&self.node)

@@ -86,7 +86,7 @@ pub trait RateOperators: NodalOperators {
     }
     /// Makes the balance of rates of a pulled back momentum: where loops are closed, `J ν = −∂g/∂t`
     /// takes the place of as many balances. Premise: the step of the interval is 1 s.
-    fn close_rates(&mut self, _t: f64, _r: &mut [f64]) {}
+    fn close_rates(&mut self, _at: Configuration<'_>, _r: &mut [f64]) {}
     /// `v ← P(q_n) ν`, shape `n`.
     fn push_forward(&mut self, nu: &[f64], v: &mut [f64]);
 }
@@ -95,8 +95,8 @@ impl<O: RateOperators + ?Sized> RateOperators for Box<O> {
     fn stand(&mut self, s: &mut Interval, memory: &Memory, rest: &[f64]) -> Result<(), Fault> {
         (**self).stand(s, memory, rest)
     }
-    fn close_rates(&mut self, t: f64, r: &mut [f64]) {
-        (**self).close_rates(t, r);
+    fn close_rates(&mut self, at: Configuration<'_>, r: &mut [f64]) {
+        (**self).close_rates(at, r);
     }
     fn push_forward(&mut self, nu: &[f64], v: &mut [f64]) {
         (**self).push_forward(nu, v);
@@ -135,7 +135,7 @@ impl<O: RateOperators> MomentumVelocity for NodalVelocity<O> {
         s.angles.extend_from_slice(at.angles);
         operators.stand(s, memory, rest).map_err(|_| Singular)?; // q_{n+1} = q_n
         operators.pull_back(p, nu); // Pᵀp
-        operators.close_rates(at.t, nu);
+        operators.close_rates(at, nu);
         operators.solve(mass, rest, s, nu).map_err(|_| Singular)?; // ν
         operators.push_forward(nu, v); // v̂ = P ν
         if v.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Singular) }

@@ -7,9 +7,10 @@ use super::force::{
 use super::joint::direction;
 use super::{
     BuildError, BuiltMechanism, ConstraintKind, ConstraintPart, CoordinateId, ForceElements, Guide,
-    MechanismBuilder, PointOn, PointPlace,
+    MechanismBuilder, PointOn, PointPlace, RollingPart,
 };
 use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::constraint::rolling::{Plane, Rolling};
 use crate::constraint::scalar_constraint::ScalarConstraint;
 use crate::force::joint_force::{JointForce, JointSpring};
 use crate::force::particle_load::ParticleLoad;
@@ -320,7 +321,39 @@ impl MechanismBuilder {
                 finite(element, "reference at t = 0", &reference(0.0))?;
                 ScalarConstraint::motion(name, coordinate(id)?, reference.clone())
             }
+            ConstraintKind::Rolling(part) => {
+                ScalarConstraint::rolling(name, self.rolls(element, part)?)
+            }
+            ConstraintKind::Blade { body, point, axis } => {
+                self.check_frames(element, [FrameId::Ground, (*body).into()])?;
+                finite(element, "point", point.as_slice())?;
+                let axis = direction(element, "axis", axis)?;
+                let (body, offset) = (&description.bodies[body.index()], 12 * body.index());
+                let along = Form::vector(offset, &body.triad.tr_mul(&axis));
+                let arm = body.triad.tr_mul(&(point - body.center));
+                ScalarConstraint::blade(name, along, Form::point(offset, &arm))
+            }
         })
+    }
+
+    /// A wheel or a sphere with its plane.
+    fn rolls(
+        &self,
+        element: impl Fn() -> String + Copy,
+        part: &RollingPart,
+    ) -> Result<Rolling, BuildError> {
+        self.check_frames(element, [FrameId::Ground, part.body.into()])?;
+        finite(element, "numbers", &[part.tube, part.spin])?;
+        finite(element, "point of the plane", part.origin.as_slice())?;
+        positive(element, "radius", part.radius)?;
+        let axes = complete_axis(&direction(element, "normal", &part.normal)?);
+        let axis = part.axis.map(|axis| direction(element, "axis", &axis)).transpose()?;
+        let body = &self.bodies[part.body.index()].resolve()?.0;
+        let plane = Plane { origin: part.origin, axes, spin: part.spin };
+        let circle = if axis.is_some() { part.radius - part.tube } else { 0.0 };
+        let section = part.radius - circle;
+        let axis = axis.map(|axis| body.triad.tr_mul(&axis));
+        Ok(Rolling { frame: part.body.index(), axis, circle, section, plane })
     }
 
     /// Two points as forms.

@@ -114,6 +114,27 @@ enum ConstraintKind {
     PointOnPlane(Guide),
     Gear { a: CoordinateId, b: CoordinateId, ratio: f64 },
     Motion { coordinate: CoordinateId, reference: Reference },
+    Rolling(RollingPart),
+    Blade { body: BodyId, point: Vector3<f64>, axis: Vector3<f64> },
+}
+
+/// A wheel or a sphere on a plane, as it stands initially.
+#[derive(Clone, Debug)]
+pub struct RollingPart {
+    /// What rolls.
+    pub body: BodyId,
+    /// Axis of a wheel, in space; `None`: a sphere.
+    pub axis: Option<Vector3<f64>>,
+    /// Outer radius, m.
+    pub radius: f64,
+    /// Radius of the section of the tyre, part of `radius`, m.
+    pub tube: f64,
+    /// A point of the plane, m.
+    pub origin: Vector3<f64>,
+    /// Its normal.
+    pub normal: Vector3<f64>,
+    /// It turns about its normal through this point, rad/s.
+    pub spin: f64,
 }
 
 /// A point of the child on a line or a plane of the parent.
@@ -308,6 +329,24 @@ impl MechanismBuilder {
     ) {
         let reference: Reference = Arc::new(reference);
         self.constraint(name, ConstraintKind::Motion { coordinate, reference });
+    }
+
+    /// A wheel or a sphere rolls on a plane of the ground.
+    pub fn rolling(&mut self, name: &str, part: RollingPart) {
+        self.constraint(name, ConstraintKind::Rolling(part));
+    }
+
+    /// The point of a body at `point` has no velocity along `axis` of the body, both in space in
+    /// the initial configuration: a blade, a keel.
+    pub fn blade(
+        &mut self,
+        name: &str,
+        body: BodyId,
+        point: impl Into<Vector3<f64>>,
+        axis: impl Into<Vector3<f64>>,
+    ) {
+        let (point, axis) = (point.into(), axis.into());
+        self.constraint(name, ConstraintKind::Blade { body, point, axis });
     }
 
     /// Adds a spring between two points: stiffness in N/m, natural length 0 until the entry says

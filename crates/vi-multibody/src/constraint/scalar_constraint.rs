@@ -6,10 +6,14 @@
 //! point on plane  n·r = 0                                  plane through the parent's anchor
 //! gear            θ_a + ρ θ_b − c = 0                      gears, racks, screws of two coordinates
 //! motion          θ − θ_ref(t) = 0                         rheonomic
+//! height          n·(φ − o) − b − R_c c(a) = 0             of a wheel ([`super::rolling`])
+//! velocity        A(q) v = b(t, q)                         no value ([`super::velocity_constraint`])
 //! ```
 //! They act on top of the spanning tree like the joints that close loops.
 
 use crate::constraint::joint_coordinate::{JointCoordinate, Unwrapped};
+use crate::constraint::rolling::{Rolling, Slip};
+use crate::constraint::velocity_constraint::{Pace, Paces, VelocityConstraint};
 use crate::geometry::form::{Form, Row};
 use crate::pair::constraints::PairConstraint;
 use crate::pair::joint::Joint;
@@ -17,6 +21,7 @@ use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use vi_core::Configuration;
+use vi_core::interval::Interval;
 use vi_core::sparse::{Entries, Product};
 
 /// `θ_ref`, `θ̇_ref` and `θ̈_ref` at time `t`.
@@ -45,6 +50,10 @@ pub enum ScalarRow {
         /// `θ_ref` with its derivatives.
         reference: Reference,
     },
+    /// `n·(φ − o) − b − R_c c(a)`.
+    Height(Arc<Rolling>),
+    /// `A(q) v = b(t, q)`: the value is zero at every configuration.
+    Velocity(Arc<dyn VelocityConstraint>),
 }
 
 impl std::fmt::Debug for ScalarRow {
@@ -53,6 +62,8 @@ impl std::fmt::Debug for ScalarRow {
             Self::Product(_) => "product",
             Self::Gear { .. } => "gear",
             Self::Motion { .. } => "motion",
+            Self::Height(_) => "height",
+            Self::Velocity(_) => "velocity",
         })
     }
 }
@@ -80,7 +91,38 @@ impl ScalarRow {
                 let Unwrapped { principal, revolutions } = coordinate.unwrapped(at);
                 principal + TAU.mul_add(revolutions, -reference(at.t)[0])
             }
+            Self::Height(rolling) => rolling.height(at.q),
+            Self::Velocity(_) => 0.0,
         }
+    }
+
+    /// What a step has to close: `g(q_{n+1}, t_{n+1})`; of a velocity constraint `h A_d`.
+    #[must_use]
+    pub fn gap(&self, s: &Interval) -> f64 {
+        match self {
+            Self::Velocity(row) => row.residual(s),
+            _ => self.value(s.end()),
+        }
+    }
+
+    /// The derivative of the gap by the end of a step, as wrenches on the frames.
+    pub fn for_each_wrench_of_step(&self, s: &Interval, mut visit: impl FnMut(usize, Twist)) {
+        match self {
+            Self::Velocity(row) => row.for_each_wrench_of_step(s, &mut visit),
+            _ => self.for_each_wrench(&s.q1, visit),
+        }
+    }
+
+    /// Whether it constrains velocities, not configurations.
+    #[must_use]
+    pub fn is_of_velocities(&self) -> bool {
+        matches!(self, Self::Velocity(_))
+    }
+
+    /// Whether a velocity constraint is driven: `b` may be other than zero.
+    #[must_use]
+    pub fn is_driven(&self) -> bool {
+        matches!(self, Self::Velocity(row) if row.is_driven())
     }
 
     /// Emits its row of `G`.
@@ -92,6 +134,8 @@ impl ScalarRow {
                 b.emit(q, row, *ratio, out);
             }
             Self::Motion { coordinate, .. } => coordinate.emit(q, row, 1.0, out),
+            Self::Height(rolling) => rolling.emit_height(q, row, out),
+            Self::Velocity(velocity) => velocity.emit(q, row, 1.0, out),
         }
     }
 
@@ -114,6 +158,8 @@ impl ScalarRow {
                 });
             }
             Self::Motion { coordinate, .. } => coordinate.for_each_wrench(q, visit),
+            Self::Height(rolling) => rolling.for_each_wrench_of_height(q, visit),
+            Self::Velocity(row) => row.for_each_wrench(q, &mut visit),
         }
     }
 
@@ -133,13 +179,15 @@ impl ScalarRow {
         })
     }
 
-    /// `D²g[v, w]`.
+    /// `D²g[v, w]`; `DA[v] w` of a velocity constraint.
     #[must_use]
     pub fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
         match self {
             Self::Product(row) => row.second(v, w),
             Self::Gear { a, b, ratio, .. } => a.second(q, v, w) + ratio * b.second(q, v, w),
             Self::Motion { coordinate, .. } => coordinate.second(q, v, w),
+            Self::Height(rolling) => rolling.second_of_height(q, v, w),
+            Self::Velocity(row) => row.second(q, v, w),
         }
     }
 
@@ -152,6 +200,8 @@ impl ScalarRow {
                 b.emit_second(q, ratio * scale, out);
             }
             Self::Motion { coordinate, .. } => coordinate.emit_second(q, scale, out),
+            Self::Height(rolling) => rolling.emit_second_of_height(q, scale, out),
+            Self::Velocity(row) => row.emit_second(q, scale, out),
         }
     }
 
@@ -167,13 +217,32 @@ impl ScalarRow {
         }
     }
 
+    /// `∂g/∂t`, `−b` of a velocity constraint: the velocities allowed satisfy `G v = −∂g/∂t`.
+    #[must_use]
+    pub fn drift(&self, at: Configuration<'_>) -> f64 {
+        match self {
+            Self::Velocity(row) if row.is_driven() => -row.rate(at),
+            _ => self.time_derivatives(at.t)[0],
+        }
+    }
+
+    /// The part of the second derivative of `g` in time that is explicit in time, along `v`.
+    #[must_use]
+    pub fn drift_change(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+        match self {
+            Self::Velocity(row) if row.is_driven() => -row.rate_change(at, v),
+            _ => self.time_derivatives(at.t)[1],
+        }
+    }
+
     /// The size of what the coordinates are compared with beside their own: whole revolutions,
     /// which are known to `ε` of their number, and the reference at `t`.
     #[must_use]
     pub fn target_size(&self, at: Configuration<'_>) -> f64 {
         let rotated = |c: &JointCoordinate| TAU * c.unwrapped(at).revolutions.abs();
         match self {
-            Self::Product(_) => 0.0,
+            Self::Product(_) | Self::Velocity(_) => 0.0,
+            Self::Height(rolling) => rolling.circle + rolling.section,
             Self::Gear { a, b, ratio, target } => {
                 rotated(a) + ratio.abs() * rotated(b) + target.abs()
             }
@@ -183,7 +252,7 @@ impl ScalarRow {
         }
     }
 
-    /// Whether it depends on time.
+    /// Whether it is a motion prescribed in time.
     #[must_use]
     pub fn is_rheonomic(&self) -> bool {
         matches!(self, Self::Motion { .. })
@@ -192,7 +261,7 @@ impl ScalarRow {
     /// Lists its angles.
     pub(crate) fn list_angles(&mut self, angles: &mut Vec<JointCoordinate>) {
         match self {
-            Self::Product(_) => {}
+            Self::Product(_) | Self::Height(_) | Self::Velocity(_) => {}
             Self::Gear { a, b, .. } => {
                 a.list(angles);
                 b.list(angles);
@@ -252,5 +321,29 @@ impl ScalarConstraint {
     pub fn motion(name: &str, coordinate: JointCoordinate, reference: Reference) -> Self {
         let coordinate = Box::new(coordinate);
         Self::new(name, vec![ScalarRow::Motion { coordinate, reference }])
+    }
+
+    /// A wheel or a sphere rolls: its height, its slip along two directions.
+    #[must_use]
+    pub fn rolling(name: &str, rolling: Rolling) -> Self {
+        let rolling = Arc::new(rolling);
+        let slip = |direction| -> Arc<dyn VelocityConstraint> {
+            Arc::new(Slip { rolling: rolling.clone(), direction })
+        };
+        let [first, second] = [0, 1].map(slip).map(ScalarRow::Velocity);
+        Self::new(name, vec![ScalarRow::Height(rolling), first, second])
+    }
+
+    /// A point fixed in a body has no velocity along a direction fixed in it.
+    #[must_use]
+    pub fn blade(name: &str, direction: Form, point: Form) -> Self {
+        let terms = vec![(1.0, Pace::Along { direction, point })];
+        Self::velocity(name, Paces { terms, value: None })
+    }
+
+    /// A constraint on velocities.
+    #[must_use]
+    pub fn velocity(name: &str, row: impl VelocityConstraint + 'static) -> Self {
+        Self::new(name, vec![ScalarRow::Velocity(Arc::new(row))])
     }
 }

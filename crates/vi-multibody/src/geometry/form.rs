@@ -140,6 +140,27 @@ impl Form {
         }
     }
 
+    /// A force on it as wrenches on the frames it touches (coordinates in twelves): force at `φ`
+    /// and torque, term by term.
+    #[inline]
+    pub fn for_each_wrench(
+        &self,
+        q: &[f64],
+        f: &Vector3<f64>,
+        mut visit: impl FnMut(usize, Twist),
+    ) {
+        for term in &self.terms {
+            let f = term.coefficient * f;
+            let (frame, local) = (term.offset / 12, term.offset % 12);
+            if local == 0 {
+                visit(frame, Twist::new(f, Vector3::zeros()));
+            } else {
+                let d = Vector3::from_column_slice(&q[term.offset..term.offset + 3]);
+                visit(frame, Twist::new(Vector3::zeros(), d.cross(&f)));
+            }
+        }
+    }
+
     /// Emits `(∂form/∂q)ᵀ W (∂form/∂q)` for a 3×3 matrix `W`.
     pub fn emit_congruence(&self, w: &nalgebra::Matrix3<f64>, out: &mut dyn Entries) {
         for a in &self.terms {
@@ -236,17 +257,7 @@ impl Row {
             if form.terms().is_empty() {
                 continue; // constant: nothing moves with it
             }
-            let f = self.scale * other.at(q);
-            for term in form.terms() {
-                let f = term.coefficient * f;
-                let (frame, local) = (term.offset / 12, term.offset % 12);
-                if local == 0 {
-                    visit(frame, Twist::new(f, Vector3::zeros()));
-                } else {
-                    let d = Vector3::from_column_slice(&q[term.offset..term.offset + 3]);
-                    visit(frame, Twist::new(Vector3::zeros(), d.cross(&f)));
-                }
-            }
+            form.for_each_wrench(q, &(self.scale * other.at(q)), &mut visit);
         }
     }
 

@@ -2,12 +2,12 @@
 //! constraints.
 
 use super::Mechanism;
-use crate::constraint::scalar_constraint::ScalarRow;
 use crate::pair::residual::{add_rates, residuals};
 use vi_constraints::Constraints;
 use vi_constraints::constraints::RowSums;
 use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_core::Configuration;
+use vi_core::interval::Interval;
 use vi_core::newton::Block;
 use vi_core::sparse::Entries;
 use vi_rigid::directors::{self, FRAME};
@@ -88,11 +88,20 @@ impl Constraints for Mechanism {
         }
     }
 
-    fn time_derivative(&self, t: f64, _q: &[f64], out: &mut [f64]) {
+    fn time_derivative(&self, t: f64, q: &[f64], out: &mut [f64]) {
         let first = 6 * self.description.bodies.len();
         out[..first].fill(0.0);
         for (row, g) in self.rows.iter().zip(&mut out[first..]) {
-            *g = row.time_derivatives(t)[0];
+            *g = row.drift(Configuration::new(t, q));
+        }
+    }
+
+    fn step_rates(&self, s: &Interval, out: &mut [f64]) {
+        out.fill(0.0);
+        self.add_rates(s.t_mid(), &s.q_mid, &s.v_mid, out);
+        let first = 6 * self.description.bodies.len();
+        for &row in &self.velocity_rows {
+            out[first + row] = self.rows[row].gap(s) / s.h;
         }
     }
 
@@ -100,12 +109,12 @@ impl Constraints for Mechanism {
         self.second_derivative(t, q, v, v, out);
         let first = 6 * self.description.bodies.len();
         for (row, g) in self.rows.iter().zip(&mut out[first..]) {
-            *g += row.time_derivatives(t)[1];
+            *g += row.drift_change(Configuration::new(t, q), v);
         }
     }
 
     fn is_rheonomic(&self) -> bool {
-        self.rows.iter().any(ScalarRow::is_rheonomic)
+        self.rows.iter().any(|row| row.is_rheonomic() || row.is_driven())
     }
 
     /// Directors have size 1; points have that of the farthest one that constraints connect them

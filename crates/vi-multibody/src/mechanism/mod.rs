@@ -59,6 +59,7 @@ pub struct Mechanism {
     description: Description,
     rows: Vec<ScalarRow>,         // joints, then bars, then scalar constraints
     other_rows: Vec<usize>,       // those of `rows` that are no products of a joint
+    velocity_rows: Vec<usize>,    // those of `rows` that constrain velocities
     angles: Vec<JointCoordinate>, // whose revolutions count
     coordinates: BTreeMap<(usize, usize), JointCoordinate>, // asked for: joint, freedom
     joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
@@ -102,6 +103,7 @@ impl Mechanism {
             !(of_joint && matches!(rows[row], ScalarRow::Product(_)))
         };
         let other_rows = (0..rows.len()).filter(other).collect();
+        let velocity_rows = (0..rows.len()).filter(|&k| rows[k].is_of_velocities()).collect();
         let mut angles = Vec::new();
         rows.iter_mut().for_each(|row| row.list_angles(&mut angles));
         let components = Components::find(&description, &rows, &description.configuration());
@@ -112,6 +114,7 @@ impl Mechanism {
             description,
             rows,
             other_rows,
+            velocity_rows,
             angles,
             coordinates: BTreeMap::new(),
             joint_rows,
@@ -235,6 +238,12 @@ impl Mechanism {
     #[must_use]
     pub fn has_loops_of_bodies(&self) -> bool {
         !(self.cut_joints.is_empty() && self.description.scalars.is_empty())
+    }
+
+    /// Whether it has constraints on velocities: rolling, blades.
+    #[must_use]
+    pub fn has_velocity_constraints(&self) -> bool {
+        !self.velocity_rows.is_empty()
     }
 
     /// Whether no constraint has coordinates of bodies and of point masses.

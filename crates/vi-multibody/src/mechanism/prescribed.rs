@@ -50,7 +50,7 @@ pub fn path_conflict(
     if motions.is_empty() || rows.redundant().next().is_none() {
         return None;
     }
-    let coordinates = of(|row| !matches!(row, ScalarRow::Product(_)));
+    let coordinates = of(|row| matches!(row, ScalarRow::Gear { .. } | ScalarRow::Motion { .. }));
     let paths = PrescribedPaths { mechanism, first, times };
     let dependent = relations(mechanism, &coordinates, q).into_iter().find_map(|weights| {
         let mut own: Vec<(usize, f64)> =

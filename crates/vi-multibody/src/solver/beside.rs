@@ -16,6 +16,7 @@ use std::sync::Arc;
 use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, NodalOperators};
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault, Precision, largest_rotation};
 use vi_core::predictor::Degree;
@@ -275,9 +276,10 @@ impl<O: RateOperators + ?Sized> RateOperators for Beside<O> {
         Ok(())
     }
 
-    fn close_rates(&mut self, t: f64, r: &mut [f64]) {
+    fn close_rates(&mut self, at: Configuration<'_>, r: &mut [f64]) {
         for OwnOperators { share, operators, .. } in &mut self.parts {
-            operators.close_rates(t, &mut r[share.u.clone()]);
+            let own = Configuration { q: &at.q[share.q.clone()], ..at };
+            operators.close_rates(own, &mut r[share.u.clone()]);
         }
     }
 

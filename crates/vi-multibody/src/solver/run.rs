@@ -64,6 +64,10 @@ pub fn integrator(
     solver: Solver,
     at: InitialValues<'_>,
 ) -> Result<MechanismIntegrator, SetupError> {
+    let steps = options.scheme == SchemeKind::Nodal && options.method.stages().is_none();
+    if mechanism.has_velocity_constraints() && !steps {
+        return Err(SetupError::VelocityConstraints);
+    }
     let loops = Loops::find(&mechanism, at.t, at.q)?;
     let mechanism = Arc::new(mechanism.accepting(loops.nearly_redundant()));
     let rows = loops.rows.clone();

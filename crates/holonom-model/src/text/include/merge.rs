@@ -323,7 +323,7 @@ impl<'a, 'i> Merge<'a, 'i> {
             "law" => table.contains_key("from"),
             "load" => table.get("frame").is_none_or(|f| f.get_ref().as_str() != Some("body")),
             "constraint" => kind.is_some_and(|kind| {
-                ["distance", "point_on_line", "point_on_plane"].contains(&kind)
+                ["distance", "point_on_line", "point_on_plane", "rolling", "blade"].contains(&kind)
             }),
             _ => true,
         };

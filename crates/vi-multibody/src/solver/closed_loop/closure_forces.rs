@@ -80,7 +80,7 @@ impl ClosureForces {
         constraints.iter().for_each(|&row| lambda[row] = 0.0);
         let outside = OUTSIDE * size(c, arms);
         let Loops { tree, clusters, home, column_of, weights, .. } = loops;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         for ((cluster, form), rank) in clusters.iter_mut().zip(forms).zip(ranks) {
             let paths = &mut cluster.paths;
             eliminate(paths, (form, *rank), at);

@@ -27,6 +27,7 @@ use crate::tree::maps::TreeMaps;
 use nalgebra::DMatrix;
 use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_core::Configuration;
+use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
 use vi_core::newton::Fault;
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -368,15 +369,20 @@ impl Cluster {
         Ok(self.basis.smallest())
     }
 
+    /// What a step leaves of the chosen rows: `g_c`, `h A_d`.
+    pub(crate) fn close_step(&mut self, s: &Interval) {
+        self.paths.gaps(&self.chosen, s, &mut self.g);
+    }
+
     /// `g_c` of the chosen rows.
     pub(crate) fn close(&mut self, at: Configuration<'_>) {
         self.paths.values(&self.chosen, at, &mut self.g);
     }
 
     /// `−∂g_c/∂t` of the chosen rows in the place of `g_c`: the rates `ν` satisfy `J ν = −∂g_c/∂t`.
-    pub(crate) fn close_rates(&mut self, t: f64) {
+    pub(crate) fn close_rates(&mut self, at: Configuration<'_>) {
         for (g, &i) in self.g.iter_mut().zip(&self.chosen) {
-            *g = -self.paths.rows[i].row.time_derivatives(t)[0];
+            *g = -self.paths.rows[i].row.drift(at);
         }
     }
 

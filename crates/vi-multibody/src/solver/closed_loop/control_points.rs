@@ -97,7 +97,15 @@ impl<T: Register> LoopSweeps<T> {
             let end = points.point(j).end();
             let Loops { tree: maps, clusters, home, column_of, .. } = loops;
             let links = Maps::Sweeps(at.at_links());
-            let at = Placed { tree: maps, maps: links, home, column_of, q: end.q, next: false };
+            let at = Placed {
+                tree: maps,
+                maps: links,
+                home,
+                column_of,
+                q: end.q,
+                next: false,
+                step: None,
+            };
             for (cluster, first) in clusters.iter_mut().zip(&first.clusters) {
                 resolution.meet(cluster.take_rows_of(first, at)?);
                 cluster.close(end);
@@ -120,7 +128,7 @@ impl<T: Register> LoopSweeps<T> {
             let Loops { tree: pairs, clusters, home, column_of, .. } = loops;
             let (links, q) = (at.at_links(), points.q(j));
             let maps = Maps::Sweeps(links);
-            let placed = Placed { tree: pairs, maps, home, column_of, q, next: true };
+            let placed = Placed { tree: pairs, maps, home, column_of, q, next: true, step: None };
             let cluster = &mut clusters[c];
             for &k in &cluster.paths.columns {
                 x[k] = tree.side(j, k);

@@ -4,7 +4,7 @@
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
 use super::loops::{Loops, with_floors};
-use super::path::{Maps, Placed};
+use super::path::{Enforced, Maps, Placed};
 use super::sweep::Resolution;
 use crate::mechanism::Mechanism;
 use crate::solver::chord::Chord;
@@ -15,6 +15,7 @@ use nalgebra::DMatrix;
 use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{DenseNodal, NodalOperators};
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault, Precision, largest_rotation};
@@ -43,8 +44,9 @@ pub struct LoopNodal {
     elements: bool,   // between frames
     h: f64,
     resolution: Resolution,
-    fresh: bool,   // rows not chosen yet in this step
-    current: bool, // the tangent maps are those of the last trial
+    fresh: bool,    // rows not chosen yet in this step
+    standing: bool, // rows are those of a node: rates are asked for
+    current: bool,  // the tangent maps are those of the last trial
 }
 
 /// The complement of all loops together, where `A` is one matrix.
@@ -82,7 +84,20 @@ impl LoopNodal {
         };
         let (h, resolution) = (1.0, Resolution::full());
         let (fresh, current, elements) = (true, false, mechanism.has_nodes());
-        Self { loops, blocks, dof, solver, coupled, elements, h, resolution, fresh, current }
+        let standing = false;
+        Self {
+            loops,
+            blocks,
+            dof,
+            solver,
+            coupled,
+            elements,
+            h,
+            resolution,
+            fresh,
+            standing,
+            current,
+        }
     }
 
     /// The first node is a singular configuration: its null space is that of the branch, `Z_0`.
@@ -115,7 +130,8 @@ impl LoopNodal {
     ) -> Result<(), Fault> {
         let TreeSolver::Sweeps(tree) = &mut self.solver else { return Err(Fault::SingularTangent) };
         let (at, added) = tree.assemble(mixed, s);
-        self.loops.solve((at, added, &s.q1), u, x)
+        let enforced = Enforced::of(s, self.standing);
+        self.loops.solve((at, added, enforced), u, x)
     }
 
     /// The correction where `A` is one matrix, bordered by the rows of the loops.
@@ -126,12 +142,13 @@ impl LoopNodal {
         s: &Interval,
         x: &mut [f64],
     ) -> Result<(), Fault> {
+        let (q, step) = Enforced::of(s, self.standing).place();
         let Self { loops, solver, coupled, .. } = self;
         let TreeSolver::Sparse(sparse) = solver else { return Err(Fault::SingularTangent) };
         sparse.assemble(mixed, u, s);
         let Loops { tree, clusters, home, column_of, .. } = loops;
         let maps = Maps::Columns(sparse);
-        let at = Placed { tree, maps, home, column_of, q: &s.q1, next: true };
+        let at = Placed { tree, maps, home, column_of, q, next: true, step };
         let (mut basis, mut enforced): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
         coupled.mu.clear();
         for cluster in clusters {
@@ -156,6 +173,7 @@ impl LoopNodal {
         s: &Interval,
         x: &mut [f64],
     ) -> Result<(), Fault> {
+        let (q, step) = Enforced::of(s, self.standing).place();
         let Self { loops, solver, coupled, .. } = self;
         let Coupled { solutions, complement, lu, mu, chord, .. } = coupled;
         let (d, rank) = (x.len(), mu.len());
@@ -184,7 +202,7 @@ impl LoopNodal {
         }
         let Loops { tree, clusters, home, column_of, .. } = loops;
         let maps = solver.maps();
-        let at = Placed { tree, maps, home, column_of, q: &s.q1, next: true };
+        let at = Placed { tree, maps, home, column_of, q, next: true, step };
         complement.fill(0.0);
         let mut first = 0;
         for cluster in clusters {
@@ -208,13 +226,14 @@ impl LoopNodal {
     }
 
     /// The same correction with the factors that the last one by a matrix has left.
-    fn solve_by_factors(&mut self, q: &[f64], x: &mut [f64]) -> Result<(), Fault> {
+    fn solve_by_factors(&mut self, s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
+        let (q, step) = Enforced::of(s, self.standing).place();
         let Self { loops, solver, coupled, .. } = self;
         let Coupled { solutions, lu, mu, .. } = coupled;
         let TreeSolver::Sparse(sparse) = solver else { return Err(Fault::SingularTangent) };
         sparse.solve_again(x)?;
         let Loops { tree, clusters, home, column_of, .. } = loops;
-        let at = Placed { tree, maps: solver.maps(), home, column_of, q, next: true };
+        let at = Placed { tree, maps: solver.maps(), home, column_of, q, next: true, step };
         let mut first = 0;
         for cluster in clusters {
             mu[first..first + cluster.rank()].copy_from_slice(cluster.gaps());
@@ -286,7 +305,7 @@ impl NodalOperators for LoopNodal {
             self.loops.tree.begin(&s.q0, last);
         }
         self.loops.begin(self.solver.maps(), &s.q0, memory);
-        (self.fresh, self.current) = (true, false);
+        (self.fresh, self.standing, self.current) = (true, false, false);
         self.coupled.chord.forget();
     }
 
@@ -303,7 +322,7 @@ impl NodalOperators for LoopNodal {
             self.resolution = loops.choose_rows(solver.maps(), &s.q1, u);
             self.fresh = false;
         }
-        self.loops.clusters.iter_mut().for_each(|cluster| cluster.close(s.end()));
+        self.loops.clusters.iter_mut().for_each(|cluster| cluster.close_step(s));
         Ok(())
     }
 
@@ -333,7 +352,7 @@ impl NodalOperators for LoopNodal {
         }
         self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(self.h, x))?;
         let mut chord = std::mem::take(&mut self.coupled.chord);
-        let kept = chord.correct(u, x, |x| self.solve_by_factors(&s.q1, x));
+        let kept = chord.correct(u, x, |x| self.solve_by_factors(s, x));
         self.coupled.chord = chord;
         if !kept {
             self.take_tangent(u, s);
@@ -374,14 +393,15 @@ impl NodalOperators for LoopNodal {
 impl RateOperators for LoopNodal {
     fn stand(&mut self, s: &mut Interval, memory: &Memory, rest: &[f64]) -> Result<(), Fault> {
         self.begin(s, memory, None);
+        self.standing = true;
         let regular = self.loops.clusters.iter_mut().all(Cluster::take_rows_of_basis);
         self.fresh = !(regular && matches!(self.solver, TreeSolver::Sweeps(_)));
         self.reparametrize(rest, s)
     }
 
-    fn close_rates(&mut self, t: f64, r: &mut [f64]) {
+    fn close_rates(&mut self, at: Configuration<'_>, r: &mut [f64]) {
         for cluster in &mut self.loops.clusters {
-            cluster.close_rates(t);
+            cluster.close_rates(at);
             cluster.project(self.h, r);
         }
     }

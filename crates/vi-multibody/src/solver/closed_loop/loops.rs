@@ -78,7 +78,7 @@ impl Loops {
     /// Where rows are evaluated at `q`, with the maps of the tree there.
     pub(super) fn placed<'a>(&'a self, maps: Maps<'a>, q: &'a [f64]) -> Placed<'a> {
         let Self { tree, home, column_of, .. } = self;
-        Placed { tree, maps, home, column_of, q, next: false }
+        Placed { tree, maps, home, column_of, q, next: false, step: None }
     }
 
     /// Degrees of freedom of the tree.
@@ -104,7 +104,7 @@ impl Loops {
     pub(crate) fn ranks(&mut self, q: &[f64]) -> Vec<usize> {
         self.tree.begin(q, None);
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         clusters.iter_mut().map(|cluster| cluster.rank_here(at, &[])).collect()
     }
 
@@ -126,7 +126,7 @@ impl Loops {
     /// The rank of some rows of `g_c` alone, at the configuration taken up last.
     pub(crate) fn rank_of(&mut self, rows: std::ops::Range<usize>, q: &[f64]) -> usize {
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         let of = |cluster: &mut Cluster| {
             let own = cluster.paths.rows.iter().enumerate();
             let own = own.filter(|(_, row)| rows.contains(&row.number)).map(|(i, _)| i);
@@ -177,7 +177,8 @@ impl Loops {
             self.tree.begin(&q, None);
             u.fill(0.0);
             let Self { tree, clusters, home, column_of, weights, .. } = self;
-            let at = Placed { tree, maps: Maps::Pairs, home, column_of, q: &q, next: false };
+            let at =
+                Placed { tree, maps: Maps::Pairs, home, column_of, q: &q, next: false, step: None };
             let mut rank = 0;
             for cluster in clusters {
                 rank += cluster.rank_here(at, &side);

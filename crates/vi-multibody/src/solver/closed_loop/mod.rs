@@ -57,7 +57,7 @@ mod loop_nodal;
 pub mod loop_rank;
 pub(crate) mod loops;
 mod nearly;
-mod path;
+pub(super) mod path;
 mod pending;
 mod random;
 mod relief;

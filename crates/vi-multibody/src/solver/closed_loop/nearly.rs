@@ -215,7 +215,8 @@ impl<'a> Walk<'a> {
             for (row, (force, moment)) in cluster.paths.rows.iter().zip(sizes) {
                 let unit = if force > 0.0 { force * arm } else { moment };
                 let scale = if unit > 0.0 { 1.0 / unit } else { 1.0 };
-                self.scales[row.number] = if row.row.is_rheonomic() { 0.0 } else { scale };
+                self.scales[row.number] =
+                    if row.row.is_rheonomic() || row.row.is_of_velocities() { 0.0 } else { scale };
                 scales.push(scale);
             }
             let columns = &cluster.paths.columns;
@@ -225,7 +226,9 @@ impl<'a> Walk<'a> {
             let weights: Vec<f64> = columns.iter().map(|&unknown| self.weights[unknown]).collect();
             cluster.measure(&scales, &weights);
             let own = cluster.paths.rows.iter().enumerate();
-            let moving = own.filter(|(_, row)| !row.row.is_rheonomic()).map(|(i, _)| i);
+            let moving = own
+                .filter(|(_, row)| !(row.row.is_rheonomic() || row.row.is_of_velocities()))
+                .map(|(i, _)| i);
             self.moving.push(moving.collect());
         }
     }
@@ -261,7 +264,7 @@ impl<'a> Walk<'a> {
         tolerance: f64,
     ) -> Vec<usize> {
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         let own = clusters.iter_mut().zip(rows);
         own.map(|(cluster, rows)| cluster.rank_within(rows, (at, side), tolerance)).collect()
     }
@@ -362,7 +365,7 @@ impl<'a> Walk<'a> {
     fn rates(&mut self, q: &[f64], z: &[f64]) -> Vec<f64> {
         let mut rates = vec![0.0; self.scales.len()];
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         for cluster in clusters {
             let columns = cluster.paths.columns.clone();
             for i in 0..cluster.paths.rows.len() {
@@ -398,7 +401,7 @@ impl<'a> Walk<'a> {
         const SMALLEST: f64 = 1e-9;
         self.loops.tree.begin(q, None);
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         let (mut clear, mut near) = (1.0_f64, SMALLEST);
         let own = clusters.iter_mut().zip(&self.all).zip(ranks);
         for ((cluster, rows), rank) in own.filter_map(|(own, rank)| Some((own, (*rank)?))) {

@@ -14,6 +14,7 @@ use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_step::part::Links;
 use crate::tree::maps::TreeMaps;
 use vi_core::Configuration;
+use vi_core::interval::Interval;
 use vi_rigid::directors::FRAME;
 
 /// A row of `g_c` with the links that feel it.
@@ -58,6 +59,43 @@ pub(crate) struct Placed<'a> {
     pub(crate) q: &'a [f64],
     /// `S'` of `q_{n+1}` instead of `S` of `q_n`.
     pub(crate) next: bool,
+    /// The step that ends at `q`, where its rows are meant.
+    pub(crate) step: Option<&'a Interval>,
+}
+
+impl Placed<'_> {
+    /// The gradient of a row, or its derivative by the end of the step, as wrenches.
+    #[inline]
+    fn for_each_wrench(&self, row: &ScalarRow, visit: impl FnMut(usize, Twist)) {
+        match self.step {
+            Some(s) => row.for_each_wrench_of_step(s, visit),
+            None => row.for_each_wrench(self.q, visit),
+        }
+    }
+}
+
+/// Where rows are enforced.
+#[derive(Clone, Copy)]
+pub(in crate::solver) enum Enforced<'a> {
+    /// At a node `q`: rates.
+    Node(&'a [f64]),
+    /// At the end of a step.
+    Step(&'a Interval),
+}
+
+impl<'a> Enforced<'a> {
+    /// At the end of a step, or for rates at the node that it stands on.
+    pub(super) fn of(s: &'a Interval, standing: bool) -> Self {
+        if standing { Self::Node(&s.q1) } else { Self::Step(s) }
+    }
+
+    /// `q`, and the step that ends there.
+    pub(super) fn place(self) -> (&'a [f64], Option<&'a Interval>) {
+        match self {
+            Self::Node(q) => (q, None),
+            Self::Step(s) => (&s.q1, Some(s)),
+        }
+    }
 }
 
 /// The rows and links of a cluster.
@@ -139,6 +177,15 @@ impl Paths {
         }
     }
 
+    /// What the step leaves of some rows: `g_c`, `h A_d`.
+    pub(super) fn gaps(&self, rows: &[usize], s: &Interval, g: &mut [f64]) {
+        let mut last = LastForm::NONE;
+        for (g, &i) in g.iter_mut().zip(rows) {
+            let closure = self.closures.value(i, &s.q1, &mut last);
+            *g = closure.unwrap_or_else(|| self.rows[i].row.gap(s));
+        }
+    }
+
     /// Row `i` of `G_c P_tree`: its wrenches carried to its apex.
     pub(super) fn write_row(&mut self, i: usize, at: Placed<'_>) -> &[Entry] {
         match at.maps {
@@ -148,10 +195,11 @@ impl Paths {
         &self.row
     }
 
-    fn carry_row(&mut self, i: usize, Placed { tree, home, q, next, .. }: Placed<'_>) {
+    fn carry_row(&mut self, i: usize, at: Placed<'_>) {
+        let Placed { tree, home, next, .. } = at;
         let Self { rows, links, wrenches, row: out, .. } = self;
         let row = &rows[i];
-        row.row.for_each_wrench(q, |frame, wrench| {
+        at.for_each_wrench(&row.row, |frame, wrench| {
             let link = tree.link_of(frame);
             if Some(link) != row.apex {
                 wrenches[home[link].1].add_scaled(1.0, &wrench);
@@ -174,7 +222,7 @@ impl Paths {
     fn gather_row(&mut self, i: usize, at: Placed<'_>, maps: &SparseNodal) {
         let Self { rows, links, values, row: out, .. } = self;
         let row = &rows[i];
-        row.row.for_each_wrench(at.q, |frame, wrench| {
+        at.for_each_wrench(&row.row, |frame, wrench| {
             let link = at.tree.link_of(frame);
             maps.add_wrench(at.next, link, row.apex, &wrench, |unknown, value| {
                 values[at.column_of[unknown]] += value;
@@ -270,7 +318,7 @@ impl Paths {
                 if closures.for_each_wrench(own[row], (at.q, &mut last), put) {
                     continue;
                 }
-                rows[own[row]].row.for_each_wrench(at.q, |frame, wrench| {
+                at.for_each_wrench(&rows[own[row]].row, |frame, wrench| {
                     let link = at.tree.link_of(frame);
                     if Some(link) != rows[i].apex {
                         let wrench = links.about_reference(link, at.q, &wrench);

@@ -107,7 +107,7 @@ impl NodalEquations<SeparableSystem, Mechanism> for LoopStep {
         let s = self.tree.interval();
         self.increments.reach(mechanism, &s.q1);
         for cluster in &mut self.loops.clusters {
-            cluster.close(s.end());
+            cluster.close_step(s);
             cluster.project(s.h, r);
         }
     }

@@ -4,7 +4,7 @@
 use super::cluster::{Cluster, Recall};
 use super::cluster_link::ClusterLink;
 use super::loops::Loops;
-use super::path::{Maps, Placed};
+use super::path::{Enforced, Maps, Placed};
 use crate::geometry::matrix::Spatial;
 use crate::geometry::one_tree::Held;
 use crate::solver::tree_step::workspace::Workspace;
@@ -96,29 +96,30 @@ impl Loops {
     pub(super) fn begin(&mut self, maps: Maps<'_>, q: &[f64], memory: &Memory) {
         let Self { tree, clusters, home, column_of, initial, .. } = self;
         let mut recall = Recall::new(if memory.indices.is_empty() { initial } else { memory });
-        let at = Placed { tree, maps, home, column_of, q, next: false };
+        let at = Placed { tree, maps, home, column_of, q, next: false, step: None };
         clusters.iter_mut().for_each(|cluster| cluster.begin(at, &mut recall));
     }
 
     /// The rows to enforce, from the first trial `u` of the step and its `q_{n+1}`.
     pub(super) fn choose_rows(&mut self, maps: Maps<'_>, q: &[f64], u: &[f64]) -> Resolution {
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, maps, home, column_of, q, next: true };
+        let at = Placed { tree, maps, home, column_of, q, next: true, step: None };
         let reach = norm_inf(u).max(SMALLEST_REACH);
         let smallest = clusters.iter_mut().map(|cluster| cluster.choose_rows(at, reach));
         Resolution { sigma: smallest.fold(1.0, f64::min), reach }
     }
 
     /// One sweep to the root and one back, clusters at their apexes. Solves at the increments `u`,
-    /// with what is `added` to the blocks of the links, and rows at `q`: `x` is the right-hand side
+    /// with what is `added` to the blocks of the links, and the rows `enforced`: `x` is the right-hand side
     /// of these blocks, then `δ`.
     pub(super) fn solve(
         &mut self,
-        (at, added, q): (&mut Workspace, &[Spatial<Held>], &[f64]),
+        (at, added, enforced): (&mut Workspace, &[Spatial<Held>], Enforced<'_>),
         u: &[f64],
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let Self { tree, clusters, home, column_of, .. } = self;
+        let (q, step) = enforced.place();
         let after = |apex: Option<usize>| apex.map_or(0, |apex| apex + 1);
         let mut rest = home.len(); // links that are not eliminated yet
         for cluster in &mut *clusters {
@@ -127,7 +128,7 @@ impl Loops {
             rest = first;
             let links = at.at_links();
             let maps = Maps::Sweeps(links);
-            let placed = Placed { tree, maps, home, column_of, q, next: true };
+            let placed = Placed { tree, maps, home, column_of, q, next: true, step };
             cluster.eliminate((placed, links), x)?;
             if let Some(sums) = cluster.apex().and_then(|apex| at.sums_mut(apex)) {
                 cluster.relieve(sums);
@@ -214,7 +215,7 @@ mod tests {
             let mut x = side.to_vec();
             loops.clusters.iter_mut().for_each(|cluster| cluster.split(1.0, &mut x).unwrap());
             at.release_links();
-            loops.solve((&mut at, &blocks, &q), &rest, &mut x).unwrap();
+            loops.solve((&mut at, &blocks, Enforced::Node(&q)), &rest, &mut x).unwrap();
             x
         });
         let apart = few.iter().zip(&many).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -8,7 +8,7 @@
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
 use super::loops::Loops;
-use super::path::Maps;
+use super::path::{Enforced, Maps};
 use crate::mechanism::Mechanism;
 use crate::solver::tree_step::velocity::TreeVelocity;
 use vi_constraints::node_solvers::MomentumVelocity;
@@ -48,12 +48,12 @@ impl LoopVelocity {
             loops.choose_rows(Maps::Sweeps(links.at_links()), at.q, rest);
         }
         for cluster in &mut loops.clusters {
-            cluster.close_rates(at.t);
+            cluster.close_rates(at);
             cluster.project(1.0, nu);
             cluster.split(1.0, nu)?;
         }
         links.release_links();
-        loops.solve((links, &[], at.q), rest, nu) // ν
+        loops.solve((links, &[], Enforced::Node(at.q)), rest, nu) // ν
     }
 }
 

@@ -20,6 +20,7 @@ pub(in crate::solver) mod workspace;
 use crate::geometry::matrix::Spatial;
 use crate::geometry::one_tree::{Held, Narrow, OneTree};
 use crate::mechanism::Mechanism;
+use crate::solver::closed_loop::path::Enforced;
 use crate::solver::efforts::{Efforts, Times};
 use crate::sweep::link;
 use crate::tree::{self, Tree};
@@ -88,10 +89,10 @@ impl TreeStep {
         })
     }
 
-    /// The links, what is added to their blocks, and `q_{n+1}`.
-    pub(in crate::solver) fn system(&mut self) -> (&mut Workspace, &[Spatial<Held>], &[f64]) {
+    /// The links, what is added to their blocks, and the end of the step.
+    pub(in crate::solver) fn system(&mut self) -> (&mut Workspace, &[Spatial<Held>], Enforced<'_>) {
         let added = self.variable.as_ref().map_or(&[][..], BodyForces::blocks);
-        (&mut self.at, added, &self.s.q1)
+        (&mut self.at, added, Enforced::Step(&self.s))
     }
 
     /// The links as the last sweeps have left them.

@@ -1,0 +1,239 @@
+//! Constraints on velocities, `A(q) v = b(t, q)`, and their discrete form over a step.
+//!
+//! ```text
+//! variations        A(q_n) δq = 0                                          rows of `U`
+//! step              h A_d(q_n, q_{n+1}) = 0                                in the place of as many balances
+//! node              A(q_n) v = b(t_n, q_n)
+//! ```
+//! `A_d` agrees with `A Δq/h − b` at the midpoint up to `O(h²)` and is symmetric,
+//! `A_d(q, q'; h) = A_d(q', q; −h)`: the step is then of order 2 and reversible. A row of `A` is
+//! given by wrenches on the frames; in coordinates it is `(f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)`.
+//!
+//! ```text
+//! paces    h A_d = Σ_k c_k Δx_k − h b(t_{n+1/2}),      A = Σ_k c_k ∇x_k
+//!          Δx: change of a joint coordinate, or ½ (n_n + n_{n+1})·(X_{n+1} − X_n)
+//! ```
+//! A blade is one term: `n` and `X` are fixed in the body, `c = 1`, `b = 0`.
+//!
+//! Source: J. Cortés, S. Martínez, Nonlinearity 14 (2001) 1365 (discrete Lagrange–d'Alembert
+//! principle).
+
+use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::geometry::form::Form;
+use crate::pair::Twist;
+use std::sync::Arc;
+use vi_core::Configuration;
+use vi_core::interval::Interval;
+use vi_core::sparse::Entries;
+use vi_rigid::directors::{self, FRAME};
+
+/// Visits wrenches on frames: number of the frame, force and torque about its centre.
+pub type WrenchVisitor<'a> = dyn FnMut(usize, Twist) + 'a;
+
+/// One row `A(q) v = b(t, q)`.
+pub trait VelocityConstraint: Send + Sync {
+    /// The row of `A(q)`, as wrenches.
+    fn for_each_wrench(&self, q: &[f64], visit: &mut WrenchVisitor<'_>);
+    /// Emits `scale` times the row of `A(q)`, always the same places in the same order.
+    fn emit(&self, q: &[f64], row: usize, scale: f64, out: &mut dyn Entries);
+    /// `DA(q)[v] w`.
+    fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64;
+    /// Emits `scale ∂A_i/∂q_j` at row `i` and column `j`, always the same places in the same order.
+    fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries);
+    /// `b(t, q)`.
+    fn rate(&self, at: Configuration<'_>) -> f64;
+    /// `ḃ` along the velocity `v`.
+    fn rate_change(&self, at: Configuration<'_>, v: &[f64]) -> f64;
+    /// Emits `scale ∂b/∂q` as row `row`.
+    fn emit_rate_slope(&self, at: Configuration<'_>, row: usize, scale: f64, out: &mut dyn Entries);
+    /// Whether `b` may be other than zero.
+    fn is_driven(&self) -> bool;
+    /// `h A_d`, in the unit of the row times s.
+    fn residual(&self, s: &Interval) -> f64;
+    /// The derivative of `h A_d` by the end of the step, as wrenches.
+    fn for_each_wrench_of_step(&self, s: &Interval, visit: &mut WrenchVisitor<'_>);
+}
+
+/// The coordinates of a frame.
+#[inline]
+pub(super) fn frame_of(q: &[f64], frame: usize) -> &[f64] {
+    &q[FRAME * frame..FRAME * (frame + 1)]
+}
+
+/// Emits `scale (f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)` of a wrench on a frame.
+pub(super) fn emit_wrench(
+    (q, frame): (&[f64], usize),
+    (row, scale): (usize, f64),
+    wrench: &Twist,
+    out: &mut dyn Entries,
+) {
+    let (own, first) = (frame_of(q, frame), FRAME * frame);
+    (0..3).for_each(|k| out.add(row, first + k, scale * wrench.linear[k]));
+    for i in 0..3 {
+        let part = 0.5 * wrench.angular.cross(&directors::director(own, i));
+        (0..3).for_each(|k| out.add(row, first + 3 + 3 * i + k, scale * part[k]));
+    }
+}
+
+/// A quantity whose change over a step is constrained.
+#[derive(Clone, Debug)]
+pub enum Pace {
+    /// A joint coordinate.
+    Joint(Box<JointCoordinate>),
+    /// The part of the motion of a point `X` along a vector `n`.
+    Along {
+        /// `n`.
+        direction: Form,
+        /// `X`.
+        point: Form,
+    },
+}
+
+impl Pace {
+    /// `Δx` over a step.
+    fn change(&self, s: &Interval) -> f64 {
+        match self {
+            Self::Joint(coordinate) => coordinate.change(s).difference,
+            Self::Along { direction, point } => {
+                let mean = 0.5 * (direction.at(&s.q0) + direction.at(&s.q1));
+                mean.dot(&point.rate(&s.dq))
+            }
+        }
+    }
+
+    /// `∇x` at `q`, as wrenches.
+    fn for_each_wrench(&self, q: &[f64], visit: &mut WrenchVisitor<'_>) {
+        match self {
+            Self::Joint(coordinate) => coordinate.for_each_wrench(q, visit),
+            Self::Along { direction, point } => point.for_each_wrench(q, &direction.at(q), visit),
+        }
+    }
+
+    /// The derivative of `Δx` by the end of the step, as wrenches.
+    fn for_each_wrench_of_step(&self, s: &Interval, visit: &mut WrenchVisitor<'_>) {
+        match self {
+            Self::Joint(coordinate) => coordinate.for_each_wrench(&s.q1, visit),
+            Self::Along { direction, point } => {
+                let mean = 0.5 * (direction.at(&s.q0) + direction.at(&s.q1));
+                point.for_each_wrench(&s.q1, &mean, &mut *visit);
+                direction.for_each_wrench(&s.q1, &(0.5 * point.rate(&s.dq)), visit);
+            }
+        }
+    }
+
+    /// The entries of `∇x(q)`.
+    fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
+        match self {
+            Self::Joint(coordinate) => coordinate.for_each_slope(q, visit),
+            Self::Along { direction, point } => {
+                let n = direction.at(q);
+                for term in point.terms() {
+                    for k in 0..term.dimension {
+                        visit(term.offset + k, term.coefficient * n[k]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// `∇x·v`.
+    #[must_use]
+    pub fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
+        match self {
+            Self::Joint(coordinate) => coordinate.rate(q, v),
+            Self::Along { direction, point } => direction.at(q).dot(&point.rate(v)),
+        }
+    }
+
+    /// `D(∇x)[v] w`.
+    fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
+        match self {
+            Self::Joint(coordinate) => coordinate.second(q, v, w),
+            Self::Along { direction, point } => direction.rate(v).dot(&point.rate(w)),
+        }
+    }
+
+    fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        match self {
+            Self::Joint(coordinate) => coordinate.emit_second(q, scale, out),
+            Self::Along { direction, point } => {
+                for a in point.terms() {
+                    for b in direction.terms() {
+                        let value = scale * a.coefficient * b.coefficient;
+                        let dimension = a.dimension.min(b.dimension);
+                        (0..dimension).for_each(|k| out.add(a.offset + k, b.offset + k, value));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// `Σ_k c_k ẋ_k = b(t)` with constant factors.
+#[derive(Clone)]
+pub struct Paces {
+    /// `c_k` and the quantities whose rates are weighed.
+    pub terms: Vec<(f64, Pace)>,
+    /// `b` and `ḃ`; `None` of zero.
+    pub value: Option<RateInTime>,
+}
+
+/// `b(t)` and `ḃ(t)`.
+pub type RateInTime = Arc<dyn Fn(f64) -> [f64; 2] + Send + Sync>;
+
+impl std::fmt::Debug for Paces {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Paces").field("terms", &self.terms).finish_non_exhaustive()
+    }
+}
+
+impl VelocityConstraint for Paces {
+    fn for_each_wrench(&self, q: &[f64], visit: &mut WrenchVisitor<'_>) {
+        for (factor, pace) in &self.terms {
+            pace.for_each_wrench(q, &mut |frame, w| visit(frame, scaled(*factor, &w)));
+        }
+    }
+
+    fn emit(&self, q: &[f64], row: usize, scale: f64, out: &mut dyn Entries) {
+        for (factor, pace) in &self.terms {
+            pace.for_each_slope(q, |i, slope| out.add(row, i, scale * factor * slope));
+        }
+    }
+
+    fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
+        self.terms.iter().map(|(factor, pace)| factor * pace.second(q, v, w)).sum()
+    }
+
+    fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.terms.iter().for_each(|(factor, pace)| pace.emit_second(q, scale * factor, out));
+    }
+
+    fn rate(&self, at: Configuration<'_>) -> f64 {
+        self.value.as_ref().map_or(0.0, |value| value(at.t)[0])
+    }
+
+    fn rate_change(&self, at: Configuration<'_>, _v: &[f64]) -> f64 {
+        self.value.as_ref().map_or(0.0, |value| value(at.t)[1])
+    }
+
+    fn emit_rate_slope(&self, _: Configuration<'_>, _: usize, _: f64, _: &mut dyn Entries) {}
+
+    fn is_driven(&self) -> bool {
+        self.value.is_some()
+    }
+
+    fn residual(&self, s: &Interval) -> f64 {
+        let change: f64 = self.terms.iter().map(|(factor, pace)| factor * pace.change(s)).sum();
+        change - s.h * self.value.as_ref().map_or(0.0, |value| value(s.t_mid())[0])
+    }
+
+    fn for_each_wrench_of_step(&self, s: &Interval, visit: &mut WrenchVisitor<'_>) {
+        for (factor, pace) in &self.terms {
+            pace.for_each_wrench_of_step(s, &mut |frame, w| visit(frame, scaled(*factor, &w)));
+        }
+    }
+}
+
+fn scaled(factor: f64, w: &Twist) -> Twist {
+    Twist::new(factor * w.linear, factor * w.angular)
+}
