@@ -23,6 +23,7 @@ mod schemes {
     mod recording;
     mod reference;
     mod restart;
+    mod rolling;
     mod shadow_energy;
     mod step_resolution;
     mod substeps;

@@ -84,6 +84,15 @@ impl Statics {
     /// # Errors
     /// [`ModelError`].
     pub fn with_loads_as_stated(model: &Model) -> Result<Self, ModelError> {
+        if let Some(constraint) = model.constraints.iter().find(|c| c.is_of_velocities()) {
+            let what = "equilibria, modes and responses of what rolls or slides on a blade are not \
+                        computed: they depend on the motion";
+            return Err(ModelError::Unsupported {
+                key: format!("constraint.{}", constraint.name()),
+                what: what.into(),
+                help: "integrate the motion with `holonom run`".into(),
+            });
+        }
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let system = dynamics.variational(&mechanism);
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
@@ -185,8 +194,9 @@ impl Statics {
         let mut values = Vec::new();
         let rest = vec![0.0; q.len()];
         self.sensors.follow(q);
-        let (angles, signals) = (&[][..], &[][..]); // as at the start
-        let view = View { t: self.problem.factor(), q, angles, signals, v, a, force: &rest };
+        let (angles, signals, slips) = (&[][..], &[][..], &[][..]); // as at the start
+        let t = self.problem.factor();
+        let view = View { t, q, angles, signals, v, a, force: &rest, slips };
         self.sensors.read(&self.mechanism, &self.rows, view, &mut values);
         values
     }
@@ -309,6 +319,7 @@ impl Statics {
             v: &rest,
             a: &rest,
             force: &force,
+            slips: &[],
         };
         let mut sample = Sample {
             step: self.step,

@@ -85,6 +85,11 @@ pub trait Constraints: Send + Sync {
     fn is_rheonomic(&self) -> bool {
         false
     }
+    /// Whether rows constrain velocities that no configuration is left out by (rolling): no
+    /// symplectic form is conserved then, and no theorem bounds the energy.
+    fn constrains_velocities(&self) -> bool {
+        false
+    }
     /// Raises the floors of increments of a reparametrization to what the rounding of `q` makes of
     /// them: far from the origin forces know positions to `ε |q|`, and an increment is not resolved
     /// any further. The unknowns of several control points may follow one another. The default

@@ -59,6 +59,9 @@ pub fn integrator_at(
     at: InitialValues<'_>,
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
     check_shapes(&system, &mechanism, at)?;
+    if mechanism.has_velocity_constraints() {
+        return Err(SetupError::VelocityConstraints.into());
+    }
     let loops = Loops::find(&mechanism, at.t, at.q)?;
     let mechanism = mechanism.accepting(loops.nearly_redundant());
     let start = loops.singular_start(&system, &mechanism, at, options.scheme == EmForm::Nodal)?;

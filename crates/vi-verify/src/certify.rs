@@ -372,6 +372,11 @@ impl Certifier<'_> {
 
     fn symplectic(&mut self, method: Method, order: u32) {
         let mut found = finding(Criterion::Symplecticity, method, order, "change of Ω");
+        if self.nature().is_some_and(|nature| nature.nonholonomic) {
+            found.verdict = Verdict::NotApplicable;
+            found.reason = "constraints on velocities: no symplectic form is conserved".into();
+            return self.push(found);
+        }
         if self.nature().is_some_and(|nature| nature.forced || nature.dissipative) {
             found.verdict = Verdict::NotApplicable;
             found.reason =

@@ -185,6 +185,12 @@ pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> F
 /// energy–momentum schemes.
 pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
     let mut found = finding(Criterion::Energy, method, order, "H_d");
+    if run.nature.nonholonomic {
+        found.verdict = Verdict::NotApplicable;
+        found.reason =
+            "constraints on velocities: no theorem bounds the energy, it is recorded alone".into();
+        return found;
+    }
     if !run.nature.conservative {
         found.verdict = Verdict::NotApplicable;
         found.reason = "forces or prescribed motions do work".into();

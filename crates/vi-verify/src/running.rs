@@ -118,6 +118,7 @@ fn nature(
         conservative: norm_inf(&force) == 0.0 && !constraints.is_rheonomic(),
         forced: norm_inf(&force) != 0.0,
         dissipative: system.is_dissipative(),
+        nonholonomic: constraints.constrains_velocities(),
     }
 }
 

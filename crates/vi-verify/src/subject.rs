@@ -170,6 +170,8 @@ pub struct Nature {
     pub forced: bool,
     /// A force takes energy out.
     pub dissipative: bool,
+    /// Velocities are constrained beyond what configurations allow: rolling, blades.
+    pub nonholonomic: bool,
 }
 
 /// Configuration and velocity of other initial values than those of the subject.

@@ -327,6 +327,7 @@ fn control((name, path, value): Path) -> Case {
 
 pub(crate) fn cases() -> Vec<Case> {
     let mut cases = vec![bars(), distances(), guides(), gears()];
+    cases.extend(super::rolling::cases());
     cases.extend(PATHS.map(motions));
     cases.extend(PATHS.map(control));
     cases

@@ -18,6 +18,7 @@ mod judged;
 mod laws;
 mod methods;
 mod pictures;
+mod rolling;
 mod schema;
 mod sections;
 mod sensors;
@@ -124,7 +125,8 @@ enum Verdict {
 
 /// Keys for which no defect reaches the judgement, or of which nothing can be judged, each with the
 /// reason.
-const EXCEPTIONS: [(&str, &str); 8] = [
+const EXCEPTIONS: [(&str, &str); 9] = [
+    ("constraint[rolling].plane.on", "a fixed body is one with the ground"),
     ("law.conservative", "without it compositions refuse the law"),
     ("model.dimension", "refused: positions have as many numbers"),
     ("simulation.arc_length", "without it the run ends at the limit point"),

@@ -30,7 +30,16 @@ impl Checker<'_> {
             }
             SensorKind::Reaction if self.points.is_fixed(&sensor.of) => {}
             SensorKind::Reaction if self.model.support(&sensor.of).is_some() => {}
+            SensorKind::Reaction if self.holds_velocities(&sensor.of) => {}
             SensorKind::Reaction => self.reference(of, &sensor.of, &["joint", "bar"]),
+            SensorKind::Slip => {
+                let known = self.refers(of.clone(), &sensor.of, &["constraint"]);
+                if known && !self.holds_velocities(&sensor.of) {
+                    let message = format!("`{}` does not roll, and is no blade", sensor.of);
+                    let help = "measure a [[constraint]] of type \"rolling\" or \"blade\"";
+                    self.report(of, message, help);
+                }
+            }
             SensorKind::SectionForce | SensorKind::Strain => {
                 self.reference(of, &sensor.of, &["beam"]);
             }
@@ -43,6 +52,11 @@ impl Checker<'_> {
         self.sensor_point(key, sensor);
         self.sensor_element(key, sensor);
         self.sensor_place(key, sensor);
+    }
+
+    /// Whether this is what rolls, or a blade.
+    fn holds_velocities(&self, name: &str) -> bool {
+        self.model.constraints.iter().any(|c| c.name() == name && c.is_of_velocities())
     }
 
     /// A distance between two points, or the length of what has two ends.
@@ -138,6 +152,10 @@ impl Checker<'_> {
         self.reference(of.clone(), &sensor.of, &["joint", "spring", "constraint"]);
         let name = &sensor.of;
         self.sensor_acts(of.clone(), name);
+        if self.holds_velocities(name) {
+            let message = format!("`{name}` has no single effort");
+            return self.report(of, message, "write type = \"reaction\"");
+        }
         let guide = |c: &&Constraint| {
             matches!(c, Constraint::PointOnLine { .. } | Constraint::PointOnPlane { .. })
         };
@@ -149,7 +167,8 @@ impl Checker<'_> {
     }
 
     fn sensor_frame(&mut self, key: &str, sensor: &Sensor) {
-        let bar = self.kinds.get(sensor.of.as_str()) == Some(&"bar");
+        let bar =
+            self.kinds.get(sensor.of.as_str()) == Some(&"bar") || self.holds_velocities(&sensor.of);
         if sensor.frame.is_some() && (sensor.kind != SensorKind::Reaction || bar) {
             let message = "only the reaction of a joint has a frame".to_owned();
             self.report(format!("{key}.frame"), message, "remove `frame`");

@@ -7,7 +7,7 @@ use vi_multibody::joint::complete_axis_in;
 use vi_multibody::pair::constraints::PairConstraint;
 
 use crate::text::problem::{Inconsistency, Level};
-use crate::{Bar, Beam, Body, GROUND, Joint, Model, Particle, Spring, spatial};
+use crate::{Bar, Beam, Body, Constraint, GROUND, Joint, Model, Particle, Spring, spatial};
 
 /// `φ` and the triad of a node.
 type NodeFrame = (Vector3<f64>, Matrix3<f64>);
@@ -154,7 +154,27 @@ pub(crate) fn inconsistencies(model: &Model) -> Vec<Inconsistency> {
         );
         missed(format!("joint.{}.anchor_child", joint.name), distance, tolerance, detail)
     });
-    bars.chain(joints).collect()
+    let wheels = model.constraints.iter().filter_map(|constraint| {
+        let height = height(constraint, &points)?;
+        let side = if height > 0.0 { "above" } else { "below" };
+        let detail = format!("it starts {} m {side} the plane", short(height.abs()));
+        missed(format!("constraint.{}", constraint.name()), height.abs(), tolerance, detail)
+    });
+    bars.chain(joints).chain(wheels).collect()
+}
+
+/// The height of the lowest point of what rolls above its plane, m.
+fn height(constraint: &Constraint, points: &StartPoints<'_>) -> Option<f64> {
+    let Constraint::Rolling { body, axis, radius, tube, plane, .. } = constraint else {
+        return None;
+    };
+    let normal = Vector3::from(plane.normal).normalize();
+    let center = points.point(body, None);
+    let reach = axis.map_or(*radius, |axis| {
+        let along = normal.dot(&Vector3::from(axis).normalize());
+        tube + (radius - tube) * (1.0 - along * along).max(0.0).sqrt()
+    });
+    Some(normal.dot(&(center - Vector3::from(plane.position))) - reach)
 }
 
 fn missed(key: String, distance: f64, tolerance: f64, detail: String) -> Option<Inconsistency> {

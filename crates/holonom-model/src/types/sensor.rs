@@ -38,7 +38,8 @@ pub enum SensorKind {
     JointAcceleration,
     /// Of a joint: the force (N) and the moment about the joint's place on the child (N·m) that the
     /// joint exerts on the child, in the joint frame of the parent; of a fixed body the same of
-    /// what holds it; of a bar its tension (N).
+    /// what holds it; of a bar its tension (N); of a rolling constraint or a blade the force on the
+    /// body, along the axes of space (N).
     Reaction,
     /// What drives or resists a motion, N or N·m: of a joint the efforts of its spring, damper and
     /// motor along its coordinate; of a `[[spring]]` its tension, with its damper; of a
@@ -49,6 +50,9 @@ pub enum SensorKind {
     /// its spring, damper and motor; of a `[[spring]]`, with its damper; of a `[[load]]`; of a
     /// `[[constraint]]` by a prescribed motion.
     Power,
+    /// Of a `[[constraint]]` of type `rolling` or `blade`: the slip of the step that ended, m/s; of
+    /// what rolls in space, of a blade along its axis.
+    Slip,
     /// Of a beam at `element`: the shear forces `N1, N2` and the normal force `N3`, N, and the
     /// moments about its directors, `M1, M2` bending and `M3` twisting, N·m.
     SectionForce,

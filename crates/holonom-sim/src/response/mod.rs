@@ -270,7 +270,7 @@ fn without_amplitudes(model: &mut Model) -> Vec<String> {
     let constraints: Vec<String> =
         model.constraints.iter().map(|constraint| constraint.name().to_owned()).collect();
     let has_none = |sensor: &holonom_model::Sensor| match sensor.kind {
-        SensorKind::Reaction | SensorKind::Power => true,
+        SensorKind::Reaction | SensorKind::Power | SensorKind::Slip => true,
         SensorKind::Effort => constraints.contains(&sensor.of),
         _ => false,
     };

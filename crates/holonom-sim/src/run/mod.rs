@@ -5,5 +5,6 @@ pub(crate) mod energies;
 pub(crate) mod energy_watch;
 pub mod experiment;
 pub(crate) mod outcome;
+pub(crate) mod rolling;
 pub(crate) mod run_state;
 pub mod sample;

@@ -6,6 +6,7 @@
 
 use super::divided_steps::DividedSteps;
 use super::energy_watch::EnergyWatch;
+use super::rolling::RollingState;
 use crate::assembly::loops::LoopResiduals;
 use crate::resolution::rotation::FastestSoFar;
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,8 @@ pub struct RunState {
     pub(crate) divided: DividedSteps,
     #[serde(default)]
     pub(crate) loops: LoopResiduals,
+    #[serde(default)]
+    pub(crate) rolling: RollingState,
     pub(crate) iterations: f64, // of Newton's method in the last step
 }
 

@@ -133,6 +133,8 @@ impl<'a> SensedParts<'a> {
             SensorKind::Reaction => {
                 let mut parts = if self.bars.contains(of) {
                     named(&["tension"], "tension", "N")
+                } else if self.constraints.get(of).is_some_and(|c| c.is_of_velocities()) {
+                    named(&REACTION[..3], "force", "N")
                 } else {
                     let mut parts = named(&REACTION[..3], "force", "N");
                     parts.extend(named(&REACTION[3..], "moment", "N·m"));
@@ -141,6 +143,10 @@ impl<'a> SensedParts<'a> {
                 parts.extend(named(&[UNIQUE], "", ""));
                 parts
             }
+            SensorKind::Slip => match self.constraints.get(of) {
+                Some(Constraint::Rolling { .. }) => named(&POSITION_NAMES, "slip", "m/s"),
+                _ => named(&[""], "slip", "m/s"),
+            },
             SensorKind::Effort => self.effort_parts(of),
             SensorKind::Power => match self.joints.get(of) {
                 Some(joint) => {

@@ -61,6 +61,7 @@ use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::{JointMotion, joint_accelerations, joint_rates};
 use vi_multibody::mechanism::{Attachment, Mechanism};
 use vi_multibody::reaction::{NodeReactions, ReactionObserver};
+use vi_multibody::scalar_constraint::ScalarRow;
 use vi_rigid::directors;
 
 /// What a sensor needs to know of the mechanism.
@@ -79,8 +80,11 @@ enum Gauge {
     Coordinate(JointMotion),
     Rate(Joint),
     JointAcceleration(Joint),
-    Reaction(usize, ReactionFrame), // joint of the description
-    Tension(usize),                 // bar of the description
+    Reaction(usize, ReactionFrame),   // joint of the description
+    Tension(usize),                   // bar of the description
+    Held(usize),                      // scalar constraint of the description
+    Slip(Vec<(usize, Vector3<f64>)>), // of what rolls: rows among those of velocities, directions
+    BladeSlip(usize),
     Effort(Effort),
     Power(Power),
     Section(SectionGauge),
@@ -145,7 +149,7 @@ impl Sensors {
         };
         let gauges: Vec<Gauge> = model.sensors.iter().filter_map(|s| builder.gauge(s)).collect();
         let reactions = gauges.iter().any(|gauge| match gauge {
-            Gauge::Reaction(..) | Gauge::Tension(_) => true,
+            Gauge::Reaction(..) | Gauge::Tension(_) | Gauge::Held(_) => true,
             Gauge::Effort(effort) => effort.needs_force(),
             Gauge::Power(power) => power.needs_force(),
             _ => false,
@@ -329,6 +333,19 @@ impl Gauge {
                 out.push(if tension.unique { tension.force } else { f64::NAN });
                 out.push(f64::from(u8::from(tension.unique)));
             }
+            Self::Held(scalar) => {
+                let Some(reactions) = reactions else { return };
+                let (force, unique) = reactions.scalar_force(*scalar);
+                out.extend((0..3).map(|k| if unique[k] { force[k] } else { f64::NAN }));
+                out.push(f64::from(u8::from(unique == [true; 3])));
+            }
+            Self::Slip(rows) => {
+                let slip = |(row, along): &(usize, Vector3<f64>)| {
+                    at.slips.get(*row).copied().unwrap_or(0.0) * along
+                };
+                out.extend(&rows.iter().map(slip).sum::<Vector3<f64>>());
+            }
+            Self::BladeSlip(row) => out.push(at.slips.get(*row).copied().unwrap_or(0.0)),
             Self::Effort(effort) => effort.read(at, reactions, out),
             Self::Power(power) => power.read(at, reactions, out),
             Self::Section(section) => section.read(at, out),
@@ -350,6 +367,26 @@ impl Builder<'_> {
     /// The joint of this name; what holds a fixed body or the end of a beam has the name of that.
     fn joint(&self, name: &str) -> Option<usize> {
         self.joints.get(name).copied()
+    }
+
+    /// The scalar constraint of this name.
+    fn scalar(&self, name: &str) -> Option<usize> {
+        self.mechanism.description().scalars.iter().position(|own| own.name == name)
+    }
+
+    /// The slip of what rolls, or of a blade.
+    fn slip(&self, name: &str) -> Option<Gauge> {
+        let k = self.scalar(name)?;
+        let own = self.mechanism.scalar_rows(k);
+        let rows = self.mechanism.velocity_rows().enumerate();
+        let places: Vec<usize> =
+            rows.filter(|(_, (row, _))| own.contains(row)).map(|(place, _)| place).collect();
+        let first = self.mechanism.description().scalars[k].rows.first()?;
+        let ScalarRow::Height(rolling) = first else {
+            return places.first().map(|place| Gauge::BladeSlip(*place));
+        };
+        let along = |(place, i)| (place, rolling.plane.axes.column(i).into_owned());
+        Some(Gauge::Slip(places.into_iter().zip(0..2).map(along).collect()))
     }
 
     /// A point of a body or node by its own components, of the ground in space, or a particle.
@@ -445,8 +482,12 @@ impl Builder<'_> {
             }
             SensorKind::Reaction => match self.names.model.bars.iter().position(|b| b.name == of) {
                 Some(bar) => Gauge::Tension(bar),
-                None => Gauge::Reaction(self.joint(of)?, sensor.frame.unwrap_or_default()),
+                None => match self.joint(of) {
+                    Some(joint) => Gauge::Reaction(joint, sensor.frame.unwrap_or_default()),
+                    None => Gauge::Held(self.scalar(of)?),
+                },
             },
+            SensorKind::Slip => self.slip(of)?,
             SensorKind::Effort => Gauge::Effort(Effort::of(of, self)?),
             SensorKind::Power => Gauge::Power(Power::of(of, self)?),
         })

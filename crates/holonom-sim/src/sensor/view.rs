@@ -17,4 +17,6 @@ pub(crate) struct View<'a> {
     pub(crate) a: &'a [f64],
     /// `G(q_n)ᵀλ_n`, N; read only by sensors of reactions.
     pub(crate) force: &'a [f64],
+    /// `A_d` of the step that ended here, of each constraint on velocities, m/s.
+    pub(crate) slips: &'a [f64],
 }

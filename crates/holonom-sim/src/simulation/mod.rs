@@ -31,6 +31,7 @@ use crate::resolution::limits::LimitWatch;
 use crate::resolution::rotation::{FastestRotation, RotationWatch};
 use crate::run::energies::EnergyTerms;
 use crate::run::energy_watch::EnergyWatch;
+use crate::run::rolling::RollingWatch;
 use crate::run::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
@@ -71,6 +72,7 @@ pub struct Simulation {
     stepper: AnyStepper,
     divided: DividedSteps,
     loops: LoopResiduals,
+    rolling: RollingWatch,
     iterations: f64,     // of the step that led to the present node
     sample: Sample,      // recorded last
     recording: Duration, // of all nodes read and handed out
@@ -116,7 +118,10 @@ impl Simulation {
         let h = model.settings.step;
         let (stated, start) = (StatedStart::of(&mechanism), StartValues::of(model, &mechanism)?);
         let at = InitialValues::new(0.0, &start.q, &start.v);
-        let mut stepper = stepper(mechanism, &dynamics, model, at, solver, sensors.wanted())?;
+        let rolling = RollingWatch::new(&mechanism);
+        let mut wanted = sensors.wanted();
+        wanted.forces |= rolling.needs_forces();
+        let mut stepper = stepper(mechanism, &dynamics, model, at, solver, wanted)?;
         stepper.observe(NodeOf::State).map_err(|_| match law::fault_within(&laws, 0.0, h) {
             Some(fault) => failure::law_at_start(fault),
             None => assembly::without_mass(model),
@@ -151,6 +156,7 @@ impl Simulation {
             stepper,
             divided: DividedSteps::default(),
             loops: LoopResiduals::default(),
+            rolling,
             iterations: 0.0,
             sample: Sample::default(),
             recording: Duration::ZERO,
@@ -202,7 +208,8 @@ impl Simulation {
         let found = self.limits.warnings().into_iter().chain(energy);
         let found = found.chain(self.rotation_warning());
         let divided = self.divided.warning().into_iter();
-        known.chain(found).chain(divided).collect()
+        let rolling = self.rolling.warnings(self.mechanism());
+        known.chain(found).chain(divided).chain(rolling).collect()
     }
 
     /// The integrator of a variational scheme at its present node; from now on nodes have
@@ -266,6 +273,7 @@ impl Simulation {
             rotation: self.rotation.fastest,
             divided: self.divided,
             loops: self.loops,
+            rolling: self.rolling.state().clone(),
             iterations: self.iterations,
         }
     }
@@ -284,6 +292,7 @@ impl Simulation {
             rotation,
             divided,
             loops,
+            rolling,
             iterations,
         } = state;
         self.sensors.check(&followed)?;
@@ -292,6 +301,7 @@ impl Simulation {
         self.limits.resume(&limits);
         (self.watch, self.divided, self.loops) = (energy, divided, loops);
         self.rotation.fastest = rotation;
+        self.rolling.resume(rolling);
         self.sensors.resume(&followed);
         self.iterations = iterations;
         Ok(())

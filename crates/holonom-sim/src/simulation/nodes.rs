@@ -111,11 +111,13 @@ impl Simulation {
     /// # Errors
     /// [`RunFailure`].
     pub fn observe(&mut self) -> Result<&Sample, RunFailure> {
+        let rolling = self.rolling.state().clone();
         let followed = (self.watch.clone(), self.rotation.fastest, self.loops);
         // accelerations and constraint forces are those of the step from the node
         let which = if self.sensors.wanted().any() { NodeOf::Last } else { NodeOf::State };
         let found = self.fill(which);
         (self.watch, self.rotation.fastest, self.loops) = followed;
+        self.rolling.resume(rolling);
         found.map(|()| &self.sample)
     }
 
@@ -158,6 +160,7 @@ impl Simulation {
             (Ok(_), Err(failure)) => return (false, Err(failure)),
             (Ok(report), Ok(())) => report,
         };
+        self.rolling.follow_step(self.stepper.mechanism(), self.stepper.interval());
         let (step, t, q) = self.stepper.place();
         self.sensors.follow(q);
         if let Err(folded) = self.limits.follow(t, q) {
@@ -198,15 +201,20 @@ impl Simulation {
         if let Err(error) = self.stepper.observe(which) {
             return Err(self.lost(which, &error.to_string()));
         }
-        let Self { stepper, sample, sensors, energies, watch, rotation, loops, iterations, .. } =
-            self;
+        let Self { stepper, sample, sensors, energies, watch, .. } = self;
+        let Self { rotation, loops, rolling, iterations, .. } = self;
         let (at, mechanism) = (stepper.node(), stepper.mechanism());
         let (state, node) = (at.state, at.node);
         let Configuration { t, q, .. } = at.configuration();
         let (angles, signals) = (&state.angles[..], stepper.signals(state));
-        let view = View { t, q, angles, signals, v: &node.v, a: at.acceleration, force: at.force };
+        let (v, a, force) = (&node.v, at.acceleration, at.force);
+        let slips = &rolling.state().slips;
+        let view = View { t, q, angles, signals, v, a, force, slips };
         loops.follow(mechanism, q);
         sensors.read(mechanism, stepper.rows(), view, &mut sample.sensors);
+        let kinetic = node.hamiltonian_projected.kinetic;
+        let here = Configuration::new(t, q);
+        rolling.follow_node(mechanism, here, (at.force, kinetic), stepper.rows());
         energies.read(&at, &mut sample.energies);
         rotation.follow(t, &node.v);
         sample.notice = watch.follow(&at, energies, &sample.energies);

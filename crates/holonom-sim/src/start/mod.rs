@@ -11,6 +11,7 @@
 //! is otherwise the same, and its consistent initial values are taken. Rates that contradict each
 //! other or the constraints are refused with their names.
 
+mod rolling;
 mod rough_start;
 
 use crate::assembly;
@@ -67,6 +68,7 @@ impl StartValues {
         }
         if !model.settings.project_start {
             offer_rates(model, mechanism, &mut missed);
+            rolling::offer_rolling(model, mechanism, (&q, &v), &mut missed);
             return Err(ModelError::InconsistentStart(missed));
         }
         if model.joints.iter().any(|joint| joint.rate.is_some()) {

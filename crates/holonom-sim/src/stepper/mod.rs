@@ -33,6 +33,7 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, Integrator, Reparametrization};
 use vi_core::force::Source;
+use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::{SeparableSystem, State, shadow_energy};
 use vi_emscheme::{EmIntegrator, EmSystem};
@@ -292,6 +293,11 @@ impl AnyStepper {
     /// Takes a step as so many equal parts; where it is refused, the state stays what it was.
     pub(crate) fn step(&mut self, parts: u32) -> Result<StepReport, StepError> {
         either!(self, own => own.step(parts))
+    }
+
+    /// The interval of the last (sub-)step.
+    pub(crate) fn interval(&self) -> &Interval {
+        either!(self, own => own.run.interval())
     }
 
     /// Reads a node.

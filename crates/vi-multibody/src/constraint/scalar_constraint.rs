@@ -105,6 +105,21 @@ impl ScalarRow {
         }
     }
 
+    /// What a step changes: `g(q_{n+1}) − g(q_n)`; of a velocity constraint `h A_d`.
+    #[must_use]
+    pub fn change(&self, s: &Interval) -> f64 {
+        match self {
+            Self::Velocity(row) => row.residual(s),
+            _ => self.value(s.end()) - self.value(s.start()),
+        }
+    }
+
+    /// Whether what a step does to it is no matter of the midpoint: of rolling, of velocities.
+    #[must_use]
+    pub fn is_of_a_step(&self) -> bool {
+        matches!(self, Self::Velocity(_) | Self::Height(_))
+    }
+
     /// The derivative of the gap by the end of a step, as wrenches on the frames.
     pub fn for_each_wrench_of_step(&self, s: &Interval, mut visit: impl FnMut(usize, Twist)) {
         match self {

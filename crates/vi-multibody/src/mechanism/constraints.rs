@@ -100,8 +100,8 @@ impl Constraints for Mechanism {
         out.fill(0.0);
         self.add_rates(s.t_mid(), &s.q_mid, &s.v_mid, out);
         let first = 6 * self.description.bodies.len();
-        for &row in &self.velocity_rows {
-            out[first + row] = self.rows[row].gap(s) / s.h;
+        for &row in &self.step_rows {
+            out[first + row] = self.rows[row].change(s) / s.h;
         }
     }
 
@@ -115,6 +115,10 @@ impl Constraints for Mechanism {
 
     fn is_rheonomic(&self) -> bool {
         self.rows.iter().any(|row| row.is_rheonomic() || row.is_driven())
+    }
+
+    fn constrains_velocities(&self) -> bool {
+        self.has_velocity_constraints()
     }
 
     /// Directors have size 1; points have that of the farthest one that constraints connect them

@@ -59,7 +59,7 @@ pub struct Mechanism {
     description: Description,
     rows: Vec<ScalarRow>,         // joints, then bars, then scalar constraints
     other_rows: Vec<usize>,       // those of `rows` that are no products of a joint
-    velocity_rows: Vec<usize>,    // those of `rows` that constrain velocities
+    step_rows: Vec<usize>, // those of `rows` that the midpoint does not know: of rolling, of velocities
     angles: Vec<JointCoordinate>, // whose revolutions count
     coordinates: BTreeMap<(usize, usize), JointCoordinate>, // asked for: joint, freedom
     joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
@@ -103,7 +103,7 @@ impl Mechanism {
             !(of_joint && matches!(rows[row], ScalarRow::Product(_)))
         };
         let other_rows = (0..rows.len()).filter(other).collect();
-        let velocity_rows = (0..rows.len()).filter(|&k| rows[k].is_of_velocities()).collect();
+        let step_rows = (0..rows.len()).filter(|&k| rows[k].is_of_a_step()).collect();
         let mut angles = Vec::new();
         rows.iter_mut().for_each(|row| row.list_angles(&mut angles));
         let components = Components::find(&description, &rows, &description.configuration());
@@ -114,7 +114,7 @@ impl Mechanism {
             description,
             rows,
             other_rows,
-            velocity_rows,
+            step_rows,
             angles,
             coordinates: BTreeMap::new(),
             joint_rows,
@@ -243,7 +243,14 @@ impl Mechanism {
     /// Whether it has constraints on velocities: rolling, blades.
     #[must_use]
     pub fn has_velocity_constraints(&self) -> bool {
-        !self.velocity_rows.is_empty()
+        !self.step_rows.is_empty()
+    }
+
+    /// The constraints on velocities, as numbered among all constraints, and what they are.
+    pub fn velocity_rows(&self) -> impl Iterator<Item = (usize, &ScalarRow)> {
+        let first = directors::INTERNAL * self.description.bodies.len();
+        let rows = self.step_rows.iter().map(move |&k| (first + k, &self.rows[k]));
+        rows.filter(|(_, row)| row.is_of_velocities())
     }
 
     /// Whether no constraint has coordinates of bodies and of point masses.
@@ -264,6 +271,12 @@ impl Mechanism {
     #[must_use]
     pub fn rows(&self) -> &[ScalarRow] {
         &self.rows
+    }
+
+    /// How many internal constraints of bodies stand before them.
+    #[must_use]
+    pub fn len_internal(&self) -> usize {
+        directors::INTERNAL * self.description.bodies.len()
     }
 
     /// The constraints of joint `k`.

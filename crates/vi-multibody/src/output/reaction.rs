@@ -269,6 +269,24 @@ impl<'a> NodeReactions<'a> {
         self.tension(self.row_size(row), |at| -at.multiplier(row))
     }
 
+    /// The force of scalar constraint `k` on the body that it holds to the ground, in space, N, and
+    /// which of its components are unique.
+    #[must_use]
+    pub fn scalar_force(&self, k: usize) -> (Vector3<f64>, [bool; 3]) {
+        const PART: f64 = 1e-9;
+        let Self { mechanism, q, .. } = *self;
+        let (mut force, mut unique) = (Vector3::zeros(), [true; 3]);
+        for row in mechanism.scalar_rows(k) {
+            let Tension { force: size, unique: own } = self.scalar_row(row);
+            let mut along = Vector3::zeros();
+            mechanism.rows()[row - mechanism.len_internal()]
+                .for_each_wrench(q, |_, w| along += w.linear);
+            force += size * along;
+            (0..3).for_each(|i| unique[i] &= own || along[i].abs() < PART);
+        }
+        (force, unique)
+    }
+
     /// The length of a row in units of the coordinates.
     fn row_size(&self, row: usize) -> f64 {
         let Self { mechanism, q, .. } = *self;

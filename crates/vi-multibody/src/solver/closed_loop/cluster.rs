@@ -86,6 +86,7 @@ impl<'a> Recall<'a> {
 pub(crate) struct Cluster {
     pub(crate) paths: Paths,
     rank: usize,                         // generic
+    positions: Vec<usize>,               // rows that configurations have to satisfy
     nearly: bool,                        // whether other rows nearly follow from as many
     basis: Echelon,                      // U: rows of J at q_n
     is_of_chosen: bool,                  // whether they are the chosen ones
@@ -104,6 +105,7 @@ impl Cluster {
         let echelon = || Echelon::new(rows, own.clone(), 1).of_unit_rows(); // scaled so
         Self {
             rank: 0,
+            positions: Vec::new(),
             nearly: false,
             basis: echelon(),
             is_of_chosen: false,
@@ -157,6 +159,16 @@ impl Cluster {
     /// Finds the rank of `J`; `side` gives a right-hand side for each row of `g_c`.
     pub(crate) fn rank_here(&mut self, at: Placed<'_>, side: &[f64]) -> usize {
         self.paths.fill(&mut self.next, at, side);
+        self.next.eliminate(usize::MAX, RANK_TOLERANCE)
+    }
+
+    /// The same with the rows that configurations have to satisfy: all but those of velocities.
+    pub(crate) fn rank_of_positions(&mut self, at: Placed<'_>, side: &[f64]) -> usize {
+        self.positions.clear();
+        let rows = self.paths.rows.iter().enumerate();
+        let rows = rows.filter(|(_, row)| !row.row.is_of_velocities()).map(|(i, _)| i);
+        self.positions.extend(rows);
+        self.paths.fill_with(&mut self.next, self.positions.iter().copied(), at, side);
         self.next.eliminate(usize::MAX, RANK_TOLERANCE)
     }
 

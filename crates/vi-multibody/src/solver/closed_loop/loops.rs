@@ -181,7 +181,7 @@ impl Loops {
                 Placed { tree, maps: Maps::Pairs, home, column_of, q: &q, next: false, step: None };
             let mut rank = 0;
             for cluster in clusters {
-                rank += cluster.rank_here(at, &side);
+                rank += cluster.rank_of_positions(at, &side);
                 cluster.add_shortest(weights, &mut u);
             }
             let step = self.largest(&u);
