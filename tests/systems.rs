@@ -90,6 +90,7 @@ mod model {
     mod parameters;
     mod relative_frames;
     mod shipped_models;
+    mod signals;
     mod slips;
 }
 

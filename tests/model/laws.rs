@@ -7,7 +7,7 @@ use holonom::run::prepare;
 use holonom::{Model, RunOutcome, Sample};
 use vi_testkit::model::{body, head, heavy, part, two_links};
 
-fn run(text: &str) -> Result<Vec<Sample>, String> {
+pub(super) fn run(text: &str) -> Result<Vec<Sample>, String> {
     let model = Model::from_toml(text).map_err(|error| format!("{error:?}"))?;
     let mut run = prepare(&model).map_err(|error| format!("{error:?}"))?;
     let mut nodes = Vec::new();
@@ -22,14 +22,14 @@ fn run(text: &str) -> Result<Vec<Sample>, String> {
 }
 
 /// The largest difference of coordinates over all nodes.
-fn apart(a: &[Sample], b: &[Sample]) -> f64 {
+pub(super) fn apart(a: &[Sample], b: &[Sample]) -> f64 {
     assert_eq!(a.len(), b.len());
     let pairs = a.iter().zip(b).flat_map(|(a, b)| a.q.iter().zip(&b.q));
     pairs.fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()))
 }
 
 /// Two links under gravity with what acts on them.
-fn links(settings: &str, acting: &str) -> String {
+pub(super) fn links(settings: &str, acting: &str) -> String {
     heavy("links", [0.0, 0.0, -9.81], &format!("step = 5e-3, end = 0.25, {settings}"))
         + &two_links(
             [2.0, 1.0],

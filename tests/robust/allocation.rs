@@ -26,6 +26,9 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const TRIANGLE: &str = include_str!("../models/triangle_of_bars.toml");
 
+const PID_ARM: &str = include_str!("../reference/laws/p01_pid_arm.toml");
+const SAMPLED_PID: &str = include_str!("../reference/laws/p02_sampled_pid.toml");
+
 const SPRUNG: &str = include_str!("../models/sprung_chain.toml");
 
 #[test]
@@ -220,6 +223,41 @@ fn no_step_of_an_ensemble_allocates() {
         println!("{acting}, order {order}, {read} numbers: {few} and {many}, {alone} steps alone");
         assert_eq!((few, alone), (many, 8), "{acting}, order {order}, recorded {recorded}");
         assert_eq!(read, if recorded { 8 * 2 * 820 } else { 0 });
+    }
+}
+
+/// A law of signals of every kind, of another joint and of its own coordinate.
+#[test]
+fn no_step_with_laws_and_signals_allocates() {
+    for (name, text) in [("continuous", PID_ARM), ("sampled", SAMPLED_PID)] {
+        let more = "[[signal]]\nname = \"past\"\ndelay = { of = \"shoulder\", time = 0.0125 }\n\
+                    [[law]]\nname = \"own\"\njoint = \"shoulder\"\neffort = \"-0.1*abs(v)*v\"\n\
+                    [[law]]\nname = \"wind\"\non = \"arm\"\nforce = [\"past - shoulder.rate\", \"0\", \"-vz\"]\n";
+        for scheme in ["nodal", "reduced", "dalembert"] {
+            let set = [("simulation.scheme", scheme.to_owned())];
+            let text = format!("{text}\n{more}");
+            let model = Model::from_toml_with(&text, &overrides(&set)).unwrap();
+            let mut simulation = Simulation::new(&model).unwrap();
+            for _ in 0..10 {
+                simulation.step().unwrap();
+            }
+            let before = allocations();
+            for _ in 0..150 {
+                simulation.step().unwrap();
+            }
+            let allocated = allocations() - before;
+            println!("{name}, {scheme}: {allocated} in 150 steps");
+            assert_eq!(allocated, 0, "{name}, {scheme}");
+            let set = [
+                ("simulation.scheme", scheme.to_owned()),
+                ("simulation.every", "1".to_owned()),
+                ("simulation.end", "0.3".to_owned()),
+            ];
+            let model = Model::from_toml_with(&text, &overrides(&set)).unwrap();
+            let allocated = while_recording(&model);
+            println!("{name}, {scheme}: {allocated} in 49 nodes");
+            assert_eq!(allocated, 0, "{name}, {scheme}");
+        }
     }
 }
 

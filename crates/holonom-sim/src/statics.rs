@@ -70,6 +70,42 @@ pub struct InOwnRotation {
     pub rotation: Option<SteadyRotation>,
 }
 
+/// An integral rests only where what it integrates vanishes: that is no equation of positions.
+fn refuse_integrals(model: &Model) -> Result<(), ModelError> {
+    for signal in &model.signals {
+        let name = &signal.name;
+        let pid = signal.pid.as_ref().filter(|_| signal.every.is_none());
+        let (kind, what) = match (pid, &signal.rate) {
+            (Some(pid), _) if pid.integral != 0.0 => ("pid.integral", "a controller integrates"),
+            (_, Some(_)) => ("rate", "a rate integrates"),
+            _ => continue,
+        };
+        return Err(ModelError::Unsupported {
+            key: format!("signal.{name}.{kind}"),
+            what: format!("the signal `{name}` has no equilibrium of its own: {what}"),
+            help: "remove the integral for statics, or write a `filter`; an equilibrium under control is the end \
+                   of a damped motion"
+                .into(),
+        });
+    }
+    Ok(())
+}
+
+/// Continuous states of signals have no place in the second-order equations of modes.
+pub(crate) fn refuse_states(model: &Model) -> Result<(), ModelError> {
+    let Some(signal) = model.signals.iter().find(|signal| signal.has_states()) else {
+        return Ok(());
+    };
+    let (name, kind) = (&signal.name, signal.kinds()[0]);
+    Err(ModelError::Unsupported {
+        key: format!("signal.{name}.{kind}"),
+        what: format!("modes have no continuous states, and the signal `{name}` by `{kind}` has one"),
+        help: "write it as a `value` for modes, such as proportional and rate gains, or sample it by `every`: it is \
+               then held"
+            .into(),
+    })
+}
+
 impl Statics {
     /// Assembles the system of a validated model, whatever its scheme.
     ///
@@ -93,6 +129,7 @@ impl Statics {
                 help: "integrate the motion with `holonom run`".into(),
             });
         }
+        refuse_integrals(model)?;
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let system = dynamics.variational(&mechanism);
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());

@@ -35,7 +35,11 @@ pub trait MechanicalSystem: Send + Sync {
     fn is_dissipative(&self) -> bool {
         false
     }
-    /// Whether a force has internal variables.
+    /// Whether values are sampled at nodes and held, or kept for later: a motion is not retraced.
+    fn is_sampled(&self) -> bool {
+        false
+    }
+    /// Whether a force, a potential or a signal has internal variables that follow a step.
     fn has_memory(&self) -> bool {
         false
     }

@@ -10,6 +10,10 @@ use crate::interval::Interval;
 pub trait Signals: Send + Sync {
     /// How many there are.
     fn count(&self) -> usize;
+    /// Whether any is a continuous state.
+    fn has_states(&self) -> bool;
+    /// Whether any is sampled at nodes, or kept for later: such a motion is not retraced.
+    fn is_sampled(&self) -> bool;
     /// `out ←` them at the start of a motion with the velocity `v`.
     fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// `out ←` them at the end of a step that started with those of [`Interval::internal`].

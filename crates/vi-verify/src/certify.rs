@@ -341,7 +341,7 @@ impl Certifier<'_> {
         let mut found = finding(Criterion::Reversal, method, order, "q after N steps and back");
         if self.nature().is_some_and(|nature| nature.dissipative) {
             found.verdict = Verdict::NotApplicable;
-            found.reason = "not reversible: the system is dissipative".into();
+            found.reason = "not reversible: a force dissipates, or signals are sampled".into();
             self.push(found);
             return;
         }

@@ -117,7 +117,7 @@ fn nature(
         symmetries: symmetries(&momentum, &jacobian, [&gradient, &force]),
         conservative: norm_inf(&force) == 0.0 && !constraints.is_rheonomic(),
         forced: norm_inf(&force) != 0.0,
-        dissipative: system.is_dissipative(),
+        dissipative: system.is_dissipative() || system.is_sampled(),
         nonholonomic: constraints.constrains_velocities(),
     }
 }

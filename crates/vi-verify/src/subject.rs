@@ -168,7 +168,7 @@ pub struct Nature {
     pub conservative: bool,
     /// A force without a potential acts.
     pub forced: bool,
-    /// A force takes energy out.
+    /// A force takes energy out, or values are sampled and held: a motion is not retraced.
     pub dissipative: bool,
     /// Velocities are constrained beyond what configurations allow: rolling, blades.
     pub nonholonomic: bool,

@@ -23,6 +23,7 @@ mod schema;
 mod sections;
 mod sensors;
 mod settings;
+mod signals;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -239,12 +240,13 @@ impl Found {
 /// A subject with its cases.
 type Subject = (&'static str, fn() -> Vec<Case>);
 
-const SUBJECTS: [Subject; 14] = [
+const SUBJECTS: [Subject; 15] = [
     ("bodies", bodies::cases),
     ("pictures", pictures::cases),
     ("forces", forces::cases),
     ("joints", joints::cases),
     ("laws", laws::cases),
+    ("signals", signals::cases),
     ("connections", connections::cases),
     ("frames", frames::cases),
     ("beams", beams::cases),

@@ -68,8 +68,11 @@ impl fmt::Display for Undefined {
     }
 }
 
+/// Operations of an expression whose values are kept on the stack.
+const SHORT: usize = 32;
+
 thread_local! {
-    /// Values and adjoints of the operations; grows to the longest expression once.
+    /// Values and adjoints of longer ones; grows to the longest expression once.
     static WORKSPACE: RefCell<(Vec<f64>, Vec<f64>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
@@ -100,7 +103,10 @@ impl Program {
     /// # Errors
     /// [`Undefined`] names the first part that is no finite number.
     pub fn value(&self, inputs: &[f64]) -> Result<f64, Undefined> {
-        WORKSPACE.with_borrow_mut(|(values, _)| self.forward(inputs, values))
+        self.with_numbers(|values, _| {
+            let finite = self.forward(inputs, values);
+            self.defined(finite, values)
+        })
     }
 
     /// Its value at `inputs`; `slopes ←` the derivatives by each of them, of the same length.
@@ -108,46 +114,113 @@ impl Program {
     /// # Errors
     /// [`Undefined`], also where a slope is no finite number (`sqrt` at 0).
     pub fn gradient(&self, inputs: &[f64], slopes: &mut [f64]) -> Result<f64, Undefined> {
-        WORKSPACE.with_borrow_mut(|(values, adjoints)| {
+        self.with_numbers(|values, adjoints| {
             slopes.fill(0.0);
-            let value = self.forward(inputs, values)?;
-            adjoints.clear();
-            adjoints.resize(self.operations.len(), 0.0);
-            adjoints[self.operations.len() - 1] = 1.0;
-            for (k, operation) in self.operations.iter().enumerate().rev() {
-                let adjoint = adjoints[k];
-                if adjoint == 0.0 {
-                    continue;
-                }
-                match *operation {
-                    Operation::Constant(_) => {}
-                    Operation::Input(input) => slopes[input] += adjoint,
-                    Operation::Unary(function, x) => {
-                        adjoints[x] += adjoint * function.slope(values[x], values[k]);
-                    }
-                    Operation::Binary(function, [x, y]) => {
-                        let at = [values[x], values[y]];
-                        let [by_x, by_y] = function.slopes(at, values[k], self.is_constant(y));
-                        adjoints[x] += adjoint * by_x;
-                        adjoints[y] += adjoint * by_y;
-                    }
-                    Operation::Select([c, a, b]) => {
-                        adjoints[if values[c] > 0.0 { a } else { b }] += adjoint;
-                    }
-                    Operation::Curve(curve, x) => {
-                        let [_, slope, _] = self.curve(curve, values[x]);
-                        adjoints[x] += adjoint * slope;
-                    }
-                }
-                if let Some(bad) = self.operands(k).find(|operand| !adjoints[*operand].is_finite())
-                {
-                    let message = words(self.part(k), adjoints[bad]);
-                    let message = format!("the slope of {message}");
-                    return Err(Undefined { message, ..self.undefined(k, values) });
-                }
+            let finite = self.forward(inputs, values);
+            let value = self.defined(finite, values)?;
+            if self.backward(values, adjoints, slopes) == 0.0 {
+                return Ok(value);
             }
-            Ok(value)
+            adjoints.fill(0.0);
+            slopes.fill(0.0);
+            Err(self.undefined_slope(values, adjoints, slopes))
         })
+    }
+
+    /// With room for the values and the adjoints, zero, of all operations.
+    fn with_numbers<T>(&self, then: impl FnOnce(&mut [f64], &mut [f64]) -> T) -> T {
+        let count = self.operations.len();
+        if count <= SHORT {
+            let [mut values, mut adjoints] = [[0.0; SHORT]; 2];
+            return then(&mut values[..count], &mut adjoints[..count]);
+        }
+        WORKSPACE.with_borrow_mut(|(values, adjoints)| {
+            for numbers in [&mut *values, &mut *adjoints] {
+                numbers.clear();
+                numbers.resize(count, 0.0);
+            }
+            then(values, adjoints)
+        })
+    }
+
+    /// The value, where all parts are finite: `finite` is zero.
+    fn defined(&self, finite: f64, values: &[f64]) -> Result<f64, Undefined> {
+        if finite == 0.0 {
+            return Ok(values.last().copied().unwrap_or_default());
+        }
+        let first = values.iter().position(|value| !value.is_finite()).unwrap_or(0);
+        Err(self.undefined(first, values))
+    }
+
+    /// Adds the slopes of an operation to the adjoints of its operands.
+    #[inline(always)]
+    fn pull_back(&self, k: usize, values: &[f64], adjoints: &mut [f64], slopes: &mut [f64]) -> f64 {
+        let adjoint = adjoints[k];
+        match self.operations[k] {
+            Operation::Constant(_) => 0.0,
+            Operation::Input(input) => {
+                slopes[input] += adjoint;
+                0.0
+            }
+            Operation::Unary(function, x) => {
+                adjoints[x] += adjoint * function.slope(values[x], values[k]);
+                adjoints[x] * 0.0
+            }
+            Operation::Binary(function, [x, y]) => {
+                let at = [values[x], values[y]];
+                let [by_x, by_y] = function.slopes(at, values[k], self.is_constant(y));
+                adjoints[x] += adjoint * by_x;
+                adjoints[y] += adjoint * by_y;
+                (adjoints[x] + adjoints[y]) * 0.0
+            }
+            Operation::Select([c, a, b]) => {
+                let taken = if values[c] > 0.0 { a } else { b };
+                adjoints[taken] += adjoint;
+                adjoints[taken] * 0.0
+            }
+            Operation::Curve(curve, x) => {
+                let [_, slope, _] = self.curve(curve, values[x]);
+                adjoints[x] += adjoint * slope;
+                adjoints[x] * 0.0
+            }
+        }
+    }
+
+    /// The reverse sweep; zero where all adjoints are finite, else not a number.
+    fn backward(&self, values: &[f64], adjoints: &mut [f64], slopes: &mut [f64]) -> f64 {
+        let count = self.operations.len();
+        adjoints[count - 1] = 1.0;
+        let mut finite = 0.0;
+        for k in (0..count).rev() {
+            if adjoints[k] != 0.0 {
+                finite += self.pull_back(k, values, adjoints, slopes);
+            }
+        }
+        finite
+    }
+
+    /// The first slope that is not finite, from the end of the expression.
+    #[cold]
+    fn undefined_slope(
+        &self,
+        values: &[f64],
+        adjoints: &mut [f64],
+        slopes: &mut [f64],
+    ) -> Undefined {
+        let count = self.operations.len();
+        adjoints[count - 1] = 1.0;
+        for k in (0..count).rev() {
+            if adjoints[k] == 0.0 {
+                continue;
+            }
+            self.pull_back(k, values, adjoints, slopes);
+            if let Some(bad) = self.operands(k).find(|operand| !adjoints[*operand].is_finite()) {
+                let message = words(self.part(k), adjoints[bad]);
+                let message = format!("the slope of {message}");
+                return Undefined { message, ..self.undefined(k, values) };
+            }
+        }
+        self.undefined(count - 1, values)
     }
 
     /// Value, first and second derivative of a function of one input, the time.
@@ -191,8 +264,9 @@ impl Program {
         Ok(jets.last().copied().unwrap_or_default())
     }
 
-    fn forward(&self, inputs: &[f64], values: &mut Vec<f64>) -> Result<f64, Undefined> {
-        values.clear();
+    /// The values of all operations; zero where all are finite, else not a number.
+    fn forward(&self, inputs: &[f64], values: &mut [f64]) -> f64 {
+        let mut finite = 0.0;
         for (k, operation) in self.operations.iter().enumerate() {
             let value = match *operation {
                 Operation::Constant(value) => value,
@@ -202,12 +276,10 @@ impl Program {
                 Operation::Select([c, a, b]) => values[if values[c] > 0.0 { a } else { b }],
                 Operation::Curve(curve, x) => self.curve(curve, values[x])[0],
             };
-            values.push(value);
-            if !value.is_finite() {
-                return Err(self.undefined(k, values));
-            }
+            values[k] = value;
+            finite += value * 0.0;
         }
-        Ok(values.last().copied().unwrap_or_default())
+        finite
     }
 
     fn is_constant(&self, operation: usize) -> bool {

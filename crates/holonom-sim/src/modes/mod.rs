@@ -20,7 +20,7 @@ use crate::digits::rounded;
 use crate::experiment::Experiment as _;
 use crate::run::outcome::RunFailure;
 use crate::sample::Member;
-use crate::statics::{InOwnRotation, Statics};
+use crate::statics::{InOwnRotation, Statics, refuse_states};
 use crate::system::beams::Beams;
 use holonom_model::{Model, ModelError};
 use nalgebra::{Complex, Vector3};
@@ -77,6 +77,7 @@ impl ModalAnalysis {
     /// # Errors
     /// [`ModesError`].
     pub fn new(model: &Model, about: About) -> Result<Self, ModesError> {
+        refuse_states(model)?;
         let statics = match about {
             About::Static => {
                 let mut statics = Statics::along_loads(model)?;
@@ -101,6 +102,7 @@ impl ModalAnalysis {
         rotation: SteadyRotation,
         from: Option<&[f64]>,
     ) -> Result<Self, ModesError> {
+        refuse_states(model)?;
         let statics = Statics::at_start(model)?.in_rotation(&rotation, from);
         Self::relaxed(model, statics, rotation)
     }
@@ -208,11 +210,15 @@ fn ignored(model: &Model) -> Option<String> {
     let particles = model.particles.iter().map(|p| moves(&p.velocity));
     let moving = bodies.chain(rates).chain(particles).any(|moves| moves)
         || model.beams.iter().any(|beam| moves(&beam.velocity) || moves(&beam.angular_velocity));
-    moving.then(|| {
+    let held = model.signals.iter().any(|signal| signal.every.is_some() || signal.delay.is_some());
+    let held =
+        held.then(|| "signals that are sampled or delayed are held at their start".to_owned());
+    let moving = moving.then(|| {
         "initial velocities take no part: these are the modes of the system at rest, without centrifugal \
          stiffening and gyroscopic forces; --at rotation takes those of the steady rotation"
-            .into()
-    })
+            .to_owned()
+    });
+    moving.into_iter().chain(held).reduce(|all, more| format!("{all}; {more}"))
 }
 
 fn refusal(error: ModeError) -> ModesError {

@@ -40,6 +40,7 @@ use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::beams::Beams;
 use crate::system::held::Input;
 use crate::system::law::{self, Laws};
+use crate::system::signal;
 use crate::system::{self, System};
 use begun::{Begun, StatedStart};
 use holonom_model::{Columns, Family, Model, ModelError, Settings};
@@ -135,6 +136,7 @@ impl Simulation {
         let begun = Begun { model, stated, start, stepper: &stepper, beams: &beams, mass };
         let mut assembly = begun.report(&limits);
         assembly.warnings.extend(law::warnings(&laws));
+        assembly.warnings.extend(signal::warnings(model));
         limits.begin();
         let (forces, node) = (stepper.sources(), stepper.node());
         let energies = EnergyTerms::new(model, stepper.mechanism(), &dynamics, mass, forces, &node);

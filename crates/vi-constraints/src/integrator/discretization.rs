@@ -47,7 +47,8 @@ impl<'a> Step<'a> {
             return legendre::discrete_energy(system, self.s).total();
         }
         let energy = |node: &GaussPoint| {
-            let at = Configuration { t: node.t, q: &node.q, angles: &self.s.angles, internal: &[] };
+            let (angles, internal) = (&self.s.angles, &self.s.internal);
+            let at = Configuration { t: node.t, q: &node.q, angles, internal };
             node.weight * (system.kinetic_energy(&node.v) + system.gauss_energy(at))
         };
         let strains = system.interpolation().zip(self.polynomial);

@@ -17,11 +17,12 @@ pub(crate) mod network;
 pub(crate) mod output;
 mod sampler;
 
+use crate::digits::rounded;
 use crate::sensor::parts_of_signal;
 use crate::system::names::Names;
 use holonom_model::expression::{ExpressionError, Known, Program};
 use holonom_model::{
-    Formula, MOTION, ModelError, Pid, Problem, Quantities, Quantity, Signal, Transfer,
+    Formula, MOTION, Model, ModelError, Pid, Problem, Quantities, Quantity, Signal, Transfer,
 };
 use network::{Network, Source, Term};
 use sampler::{Due, Gains, Held, NodeTasks, Task};
@@ -586,6 +587,25 @@ fn label(name: &str) -> String {
 
 fn key(name: &str, key: &str) -> String {
     format!("signal.{name}.{key}")
+}
+
+/// Time constants that the step does not resolve.
+pub(crate) fn warnings(model: &Model) -> Vec<String> {
+    let step = model.settings.step;
+    let warning = |signal: &Signal| {
+        let filter = signal.filter.as_ref().map(|own| own.time_constant);
+        let pid = signal.pid.as_ref().filter(|_| signal.every.is_none());
+        let time = filter.or(pid.and_then(|own| own.filter))?;
+        (step > 0.5 * time).then(|| {
+            format!(
+                "signal `{}`: its time constant is {time} s, of which a step of {step} s is more than half: it \
+                 oscillates from step to step; step = {} would resolve it",
+                signal.name,
+                rounded(0.5 * time, 3)
+            )
+        })
+    };
+    model.signals.iter().filter_map(warning).collect()
 }
 
 /// An expression that is none.

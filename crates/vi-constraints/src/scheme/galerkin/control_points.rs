@@ -182,9 +182,9 @@ impl ControlPoints {
     pub fn evaluate(&mut self, system: &impl MechanicalSystem) {
         self.interpolate();
         let Self { constants, points, gauss, forces, impulses, .. } = self;
-        let angles = &points[points.len() - 1].angles;
+        let Interval { angles, internal, .. } = &points[points.len() - 1];
         for (node, force) in gauss.iter().zip(forces) {
-            let at = Configuration { t: node.t, q: &node.q, angles, internal: &[] };
+            let at = Configuration { t: node.t, q: &node.q, angles, internal };
             force.fill(0.0);
             system.add_gauss_force(at, &node.v, force);
         }

@@ -211,7 +211,7 @@ impl GalerkinTangent {
                 t: node.t,
                 q: &node.q,
                 angles: &self.points.step().angles,
-                internal: &[],
+                internal: &self.points.step().internal,
             };
             system.gauss_hessian(at, -h * h * weight, out);
         }

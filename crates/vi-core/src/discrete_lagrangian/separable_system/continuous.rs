@@ -59,7 +59,12 @@ impl MechanicalSystem for SeparableSystem {
     }
 
     fn has_memory(&self) -> bool {
-        self.internal_variables() > 0
+        let held = self.signals.as_ref().filter(|signals| !signals.has_states());
+        self.internal_variables() > held.map_or(0, |signals| signals.count())
+    }
+
+    fn is_sampled(&self) -> bool {
+        self.signals.as_ref().is_some_and(|signals| signals.is_sampled())
     }
 
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {

@@ -91,6 +91,7 @@ impl Work {
     fn find_states(&mut self, law: &dyn Law, h: f64) {
         let (first, inputs) = (self.efforts, self.y.len());
         self.z.copy_from_slice(&self.start);
+        self.last.fill(f64::NAN);
         for iteration in 0..ITERATIONS {
             law.gradient(&self.y, &self.z, &mut self.values, &mut self.slopes);
             let mut same = true;
@@ -121,6 +122,42 @@ impl Work {
         self.z.fill(f64::NAN);
         self.values.fill(f64::NAN);
         self.slopes.fill(f64::NAN);
+    }
+
+    /// `z` where it rests, `φ(y, z) = 0`, with the slopes there; not a number where there is no such
+    /// place, as of an integral.
+    fn find_rest(&mut self, law: &dyn Law) {
+        let (first, inputs) = (self.efforts, self.y.len());
+        self.last.fill(f64::NAN);
+        for iteration in 0..ITERATIONS {
+            law.gradient(&self.y, &self.z, &mut self.values, &mut self.slopes);
+            let mut same = true;
+            for i in 0..self.z.len() {
+                self.change[i] = self.values[first + i];
+                for j in 0..self.z.len() {
+                    let slope = self.slopes[(first + i, inputs + j)];
+                    same &= self.last[(i, j)].to_bits() == slope.to_bits();
+                    self.last[(i, j)] = slope;
+                    self.matrix[(i, j)] = slope;
+                }
+            }
+            self.lu.factorize(&self.matrix);
+            if self.lu.solve_factorized(&mut self.change).is_err() {
+                break;
+            }
+            if iteration > 0 && same {
+                return;
+            }
+            self.z.iter_mut().zip(&self.change).for_each(|(z, change)| *z -= change);
+        }
+        self.z.fill(f64::NAN);
+        self.values.fill(f64::NAN);
+        self.slopes.fill(f64::NAN);
+    }
+
+    /// Takes `δz/δy = −φ_z⁻¹ φ_y` into the slopes of the efforts; `self.lu` has `φ_z`.
+    fn eliminate_rest(&mut self) {
+        self.eliminate_states(-2.0);
     }
 
     /// Takes `δz̄/δy` into the slopes of the efforts; `self.lu` has `I − (h/2) φ_z`.
@@ -167,6 +204,11 @@ impl Reading {
     fn own<'a>(&'a self, internal: &'a [f64]) -> &'a [f64] {
         let listed = internal.get(self.first..self.first + self.start.len());
         listed.unwrap_or(&self.start)
+    }
+
+    /// Whether states are not listed: they are then where they rest, as in an equilibrium.
+    fn rests(&self, internal: &[f64]) -> bool {
+        !self.states.is_empty() && internal.len() < self.first + self.start.len()
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Work> {
@@ -250,7 +292,7 @@ impl Reading {
         then(work)
     }
 
-    /// With the efforts at a node.
+    /// With the efforts at a node; states that are not listed are where they rest.
     pub(super) fn with_values_at_node<T>(
         &self,
         at: Configuration<'_>,
@@ -259,11 +301,15 @@ impl Reading {
     ) -> T {
         let work = &mut *self.lock();
         self.read_node(at, v, work);
-        self.law.evaluate(&work.y, &work.z, &mut work.values);
+        if self.rests(at.internal) {
+            work.find_rest(&*self.law);
+        } else {
+            self.law.evaluate(&work.y, &work.z, &mut work.values);
+        }
         then(work)
     }
 
-    /// With the efforts at a node and their slopes by the inputs, states held.
+    /// With the efforts at a node and their slopes by the inputs, states as listed, or resting.
     pub(super) fn with_slopes_at_node<T>(
         &self,
         at: Configuration<'_>,
@@ -272,7 +318,12 @@ impl Reading {
     ) -> T {
         let work = &mut *self.lock();
         self.read_node(at, v, work);
-        self.law.gradient(&work.y, &work.z, &mut work.values, &mut work.slopes);
+        if self.rests(at.internal) {
+            work.find_rest(&*self.law);
+            work.eliminate_rest();
+        } else {
+            self.law.gradient(&work.y, &work.z, &mut work.values, &mut work.slopes);
+        }
         then(work)
     }
 }

@@ -40,6 +40,14 @@ impl Signals for SignalStates {
         self.sampler.count()
     }
 
+    fn has_states(&self) -> bool {
+        !self.reading.states.is_empty()
+    }
+
+    fn is_sampled(&self) -> bool {
+        self.sampler.is_due(0)
+    }
+
     fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         self.reading.with_inputs(at, v, out, |y, own| self.sampler.begin(y, own));

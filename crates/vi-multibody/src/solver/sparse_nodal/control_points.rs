@@ -84,7 +84,7 @@ impl Sweeps for CoupledSweeps {
         points.open(step, state);
         let Self { layout, factors, start, rest, .. } = self;
         layout.null_space_by_screws(&state.q, start);
-        let at = Configuration { t: state.t, q: &state.q, angles: &state.angles, internal: &[] };
+        let at = state.configuration();
         let mass = |out: &mut dyn Entries| system.mass().emit(out);
         let damping = |out: &mut dyn Entries| system.force_damping(at, rest, out);
         let stiffness = |out: &mut dyn Entries| system.potential_stiffness(at, out);
