@@ -60,6 +60,8 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "whirling_shaft",
     "soft_arm",
     "wind_turbine_blade",
+    "pid_arm",
+    "swing_up",
     "quadruped",
     "panda",
 ];
