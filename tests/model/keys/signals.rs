@@ -1,6 +1,6 @@
 //! Signals: each by its recurrence, written out.
 
-use super::{Case, Checks, Run};
+use super::{Case, Checks};
 use holonom::nalgebra::{Matrix2, Vector2};
 use vi_testkit::model::{head, part, slider};
 

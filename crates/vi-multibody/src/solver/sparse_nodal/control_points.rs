@@ -16,7 +16,6 @@ use vi_constraints::galerkin::Sweeps;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::galerkin::sweeps::mix;
 use vi_constraints::scheme::SubStep;
-use vi_core::Configuration;
 use vi_core::galerkin::{GaussLobatto, Stages};
 use vi_core::galerkin_pencil::GalerkinPencil;
 use vi_core::mechanical_system::MechanicalSystem;
