@@ -80,6 +80,7 @@ mod statics {
 }
 
 mod model {
+    mod events;
     mod foreign_words;
     mod import_dialects;
     mod import_inertia;

@@ -5,11 +5,12 @@
 //! it.
 
 use super::case::{Deviation, Runs, raise};
+use holonom::model::Body;
 use holonom::model::ModelText;
 use holonom::model::{Constraint, Joint, JointKind, Override};
 use holonom::run::prepare;
 use holonom::sensor::Column;
-use holonom::{Model, RunOutcome, Sample};
+use holonom::{EventRecord, Model, RunOutcome, Sample};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -68,11 +69,24 @@ struct Discrete {
     #[serde(default)]
     values: Quantities,
     #[serde(default)]
-    events: Vec<Value>,
+    events: Vec<EventCase>,
     tolerance: f64,
     constraint_residual: f64,
     #[serde(rename = "newton")]
     _newton: Option<Value>,
+}
+
+/// An event: velocities of all bodies one after the other, linear and angular.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EventCase {
+    name: String,
+    t: f64,
+    #[serde(default)]
+    velocity_before: Vec<f64>,
+    #[serde(default)]
+    velocity_after: Vec<f64>,
+    energy_lost: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -112,6 +126,7 @@ struct Run {
     names: Vec<String>,
     angles: Vec<String>, // joints that turn
     nodes: Vec<Sample>,
+    events: Vec<EventRecord>,
 }
 
 impl Run {
@@ -128,6 +143,19 @@ impl Run {
     fn vector(&self, name: &str, node: usize) -> Vec<f64> {
         let part = |axis: &str| self.sensor(&format!("{name}.{axis}"), node).unwrap_or(f64::NAN);
         ["x", "y", "z"].map(part).to_vec()
+    }
+
+    /// Velocities of all bodies at a node, linear and angular.
+    fn velocities(&self, bodies: &[Body], node: usize) -> Vec<f64> {
+        let kinds = ["velocity", "angular_velocity"];
+        let of =
+            |body: &Body| kinds.map(|kind| self.vector(&format!("{kind} {}", body.name), node));
+        bodies.iter().flat_map(of).flatten().collect()
+    }
+
+    /// Energy that events took out.
+    fn lost(&self) -> f64 {
+        self.events.iter().map(|event| event.energy_lost).sum()
     }
 
     /// A quantity as expressions name it: `pin`, `pin.rate`, `ball.x`, `ball.vx`.
@@ -154,9 +182,17 @@ impl Run {
     }
 }
 
-/// A quantity that is one number.
-fn number(name: &str, value: &Value) -> Result<f64, String> {
-    value.as_f64().ok_or_else(|| format!("the list `{name}` is not compared"))
+/// How far two values of a quantity are apart.
+fn apart(name: &str, found: f64, expected: f64) -> f64 {
+    if name == HEADING { angle_apart(found, expected) } else { (found - expected).abs() }
+}
+
+/// The numbers of a quantity.
+fn numbers(name: &str, value: &Value) -> Result<Vec<f64>, String> {
+    let list = value.as_array().map_or_else(|| vec![value], |list| list.iter().collect());
+    let number = |value: &&Value| value.as_f64();
+    let all: Option<Vec<f64>> = list.iter().map(number).collect();
+    all.ok_or_else(|| format!("`{name}` is no list of numbers"))
 }
 
 impl LawCase {
@@ -182,7 +218,26 @@ impl LawCase {
     }
 
     fn run_by(&self, step: f64, steps: usize) -> Result<Run, String> {
+        let run = Self::run_model(&self.model(step)?)?;
+        let found = run.nodes.len();
+        if found != steps + 1 {
+            return Err(format!("{found} nodes, expected {}", steps + 1));
+        }
+        Ok(run)
+    }
+
+    /// A run that ends at the first event, before or after its action.
+    fn run_to_event(&self, step: f64, after: bool) -> Result<Run, String> {
         let mut model = self.model(step)?;
+        let event = model.events.first_mut().ok_or("the model has no event")?;
+        if !after {
+            (event.release, event.lock) = (Vec::new(), Vec::new());
+        }
+        event.end = true;
+        Self::run_model(&model)
+    }
+
+    fn run_model(model: &Model) -> Result<Run, String> {
         let mut text = model.to_toml();
         let mut add = |kind: &str, of: &str| text += &sensor(kind, of);
         for body in &model.bodies {
@@ -206,10 +261,11 @@ impl LawCase {
                 add(kind, &joint.name);
             }
         }
-        model = Model::from_toml(&text).map_err(|error| error.to_string())?;
+        let model = Model::from_toml(&text).map_err(|error| error.to_string())?;
         let mut run = prepare(&model).map_err(|error| error.to_string())?;
-        let mut nodes = Vec::new();
+        let (mut nodes, mut events) = (Vec::new(), Vec::new());
         let mut observe = |sample: &Sample| {
+            events.extend(sample.events.iter().cloned());
             nodes.push(sample.clone());
             Ok(())
         };
@@ -217,35 +273,86 @@ impl LawCase {
             RunOutcome::Done => {}
             RunOutcome::Failed(failure) => return Err(failure.message),
         }
-        if nodes.len() != steps + 1 {
-            return Err(format!("{} nodes, expected {}", nodes.len(), steps + 1));
-        }
         let names = run.sensors().columns().iter().map(Column::name).collect();
         let turns = |joint: &&Joint| joint.kind == JointKind::Revolute;
         let angles = model.joints.iter().filter(turns).map(|joint| joint.name.clone()).collect();
-        Ok(Run { names, angles, nodes })
+        Ok(Run { names, angles, nodes, events })
+    }
+
+    /// A quantity at the end, or at events: `release`, `latched`, `switches` are their times,
+    /// `release.ball.vx` is of the node there, `rate.after` the rate of a joint after a lock.
+    fn quantity(&self, name: &str, run: &Run, step: f64) -> Result<Vec<f64>, String> {
+        let none = || format!("no value `{name}`");
+        let time = |event: &EventRecord| event.t;
+        if let Some(value) = run.value(name, run.nodes.len() - 1) {
+            return Ok(vec![value]);
+        }
+        if let Some(of) = name.strip_prefix("release.") {
+            let at = self.run_to_event(step, false)?;
+            return at.value(of, at.nodes.len() - 1).map(|value| vec![value]).ok_or_else(none);
+        }
+        Ok(match name {
+            "release" | "latched" => vec![run.events.first().map(time).ok_or_else(none)?],
+            "switches" => run.events.iter().map(time).collect(),
+            "energy.lost" => vec![run.lost()],
+            "rate.after" => {
+                let at = self.run_to_event(step, true)?;
+                let joint = self.model(step)?.joints[0].name.clone();
+                let rate = at.value(&format!("{joint}.rate"), at.nodes.len() - 1);
+                vec![rate.ok_or_else(none)?]
+            }
+            _ => return Err(none()),
+        })
+    }
+
+    /// Times, velocities and losses of events.
+    fn compare_events(&self, run: &Run, worst: &mut Deviation) -> Result<(), String> {
+        let tolerance = self.discrete.tolerance;
+        let (found, expected) = (run.events.len(), self.discrete.events.len());
+        if found != expected {
+            return Err(format!("{found} events, expected {expected}"));
+        }
+        for (found, expected) in run.events.iter().zip(&self.discrete.events) {
+            if found.event != expected.name {
+                return Err(format!("event `{}` where `{}` acts", found.event, expected.name));
+            }
+            raise(&mut worst.q, (found.t - expected.t).abs() / tolerance);
+            if let Some(lost) = expected.energy_lost {
+                raise(&mut worst.p, (found.energy_lost - lost).abs() / (RATES * tolerance));
+            }
+        }
+        let Some(first) = self.discrete.events.first() else { return Ok(()) };
+        let velocities = [(false, &first.velocity_before), (true, &first.velocity_after)];
+        for (after, expected) in velocities.into_iter().filter(|(_, all)| !all.is_empty()) {
+            let at = self.run_to_event(self.step, after)?;
+            let found = at.velocities(&self.model(self.step)?.bodies, at.nodes.len() - 1);
+            for (found, expected) in found.iter().zip(expected) {
+                raise(&mut worst.p, (found - expected).abs() / (RATES * tolerance));
+            }
+        }
+        Ok(())
     }
 
     pub fn run(&self) -> Result<Runs, String> {
-        if !self.discrete.events.is_empty() {
-            return Err("events are not compared".to_owned());
-        }
         let run = self.run_by(self.step, self.steps)?;
         let mut nodal = Deviation::default();
         for node in &self.discrete.nodes {
             self.compare(node, &run, &mut nodal)?;
         }
         for (name, value) in &self.discrete.values {
-            let value = number(name, value)?;
-            let found = run.value(name, self.steps).ok_or_else(|| format!("no value `{name}`"))?;
             let signal = run.sensor(name, self.steps).is_some();
-            let rate =
-                signal || name.ends_with(".rate") || name.contains(".v") || name.contains(".w");
+            let rate = name.contains("rate") || name.contains(".v") || name.contains(".w");
+            let rate = signal || rate || name.starts_with("energy");
             let tolerance = self.discrete.tolerance * if rate { RATES } else { 1.0 };
-            let apart =
-                if name == HEADING { angle_apart(found, value) } else { (found - value).abs() };
-            raise(&mut nodal.q, apart / tolerance);
+            let (found, expected) = (self.quantity(name, &run, self.step)?, numbers(name, value)?);
+            if found.len() != expected.len() {
+                return Err(format!("`{name}` has {} numbers", found.len()));
+            }
+            for (found, expected) in found.iter().zip(&expected) {
+                raise(&mut nodal.q, apart(name, *found, *expected) / tolerance);
+            }
         }
+        self.compare_events(&run, &mut nodal)?;
         let largest = |sample: &Sample| sample.residuals.position;
         let residual = run.nodes.iter().map(largest).fold(0.0, f64::max);
         raise(&mut nodal.force, residual / (self.discrete.constraint_residual + 1e-13));
@@ -315,10 +422,10 @@ impl LawCase {
                 .strip_prefix("h/")
                 .and_then(|parts| parts.parse().ok())
                 .ok_or_else(|| format!("unknown step `{division}`"))?;
-            let steps = self.steps * parts;
+            let (steps, step) = (self.steps * parts, self.step / parts as f64);
             let finer = match parts {
                 1 => None,
-                _ => Some(self.run_by(self.step / parts as f64, steps)?),
+                _ => Some(self.run_by(step, steps)?),
             };
             let run = finer.as_ref().unwrap_or(first);
             let mut error: f64 = 0.0;
@@ -326,13 +433,10 @@ impl LawCase {
             let values = exact.values.iter();
             for (name, value) in values.filter(|(name, _)| self.discrete.values.contains_key(*name))
             {
-                let value = number(name, value)?;
-                let found = run.value(name, steps).ok_or_else(|| format!("no value `{name}`"))?;
-                error = error.max(if name == HEADING {
-                    angle_apart(found, value)
-                } else {
-                    (found - value).abs()
-                });
+                let found = self.quantity(name, run, step)?;
+                for (found, value) in found.iter().zip(numbers(name, value)?) {
+                    error = error.max(apart(name, *found, value));
+                }
             }
             println!("{} {division}: error {error:.4e}, reference {expected:.4e}", self.id);
             raise(&mut worst.q, (error / expected - 1.0).abs() / SAME_ERROR);

@@ -23,6 +23,7 @@ mod formula;
 mod frames;
 mod hermite;
 pub mod mesh;
+mod observed;
 mod quantity;
 pub mod reference;
 mod schema;
@@ -34,6 +35,7 @@ mod types;
 pub use formula::{ALONG, Curves, MOTION, TIME};
 pub use frames::start::StartPoints;
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
+pub use observed::{Observed, Part, Reading};
 pub use quantity::{Quantities, Quantity};
 pub use text::include::{LocatedProblem, ModelText, SourceFile};
 pub use text::overrides::Override;
@@ -48,6 +50,7 @@ pub use types::columns::Columns;
 pub use types::connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use types::damping::{Damping, LossFactor, RelaxationTimes};
 pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring};
+pub use types::event::{Event, Locate, coordinate_of};
 pub use types::law::{Formula, Law};
 pub use types::load::{Frame, History, Load};
 pub use types::motion_path::{MotionPath, Move, PathTable};
@@ -127,6 +130,9 @@ pub struct Model {
     /// `[[sensor]]`: what is written to `sensors.csv`.
     #[serde(default, rename = "sensor", skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<Sensor>,
+    /// `[[event]]`: changes of the mechanism along the run.
+    #[serde(default, rename = "event", skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<Event>,
     /// The meshes of its bodies.
     #[serde(skip)]
     pub meshes: Meshes,
@@ -155,6 +161,7 @@ impl Model {
             tables: Vec::new(),
             signals: Vec::new(),
             sensors: Vec::new(),
+            events: Vec::new(),
             meshes: Meshes::default(),
             remarks: Vec::new(),
         }
@@ -211,6 +218,7 @@ impl Model {
         let tables = document.list("table", &mut problems);
         let signals = document.list("signal", &mut problems);
         let sensors = document.list("sensor", &mut problems);
+        let events = document.list("event", &mut problems);
         let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
             return Err(ModelError::invalid(problems));
         };
@@ -231,6 +239,7 @@ impl Model {
             tables,
             signals,
             sensors,
+            events,
             meshes,
             remarks: document.turns(),
         };
@@ -373,6 +382,7 @@ impl Model {
                     .is_none_or(|m| m.effort == 0.0 && m.proportional == 0.0 && m.derivative == 0.0)
         };
         self.loads.is_empty()
+            && self.events.is_empty()
             && self.laws.is_empty()
             && !self.dissipates_algorithmically()
             && !self.beams.iter().any(Beam::is_damped)
@@ -401,7 +411,7 @@ impl Model {
     }
 
     /// The names of all parts, by section.
-    fn names(&self) -> [(&'static str, Vec<&str>); 13] {
+    fn names(&self) -> [(&'static str, Vec<&str>); 14] {
         [
             ("frame", self.frames.iter().map(|m| m.name.as_str()).collect()),
             ("body", self.bodies.iter().map(|m| m.name.as_str()).collect()),
@@ -416,6 +426,7 @@ impl Model {
             ("table", self.tables.iter().map(|m| m.name.as_str()).collect()),
             ("signal", self.signals.iter().map(|m| m.name.as_str()).collect()),
             ("sensor", self.sensors.iter().map(|m| m.name.as_str()).collect()),
+            ("event", self.events.iter().map(|m| m.name.as_str()).collect()),
         ]
     }
 

@@ -30,6 +30,7 @@
 
 mod assembly;
 pub mod digits;
+mod event;
 pub mod modes;
 pub mod output;
 mod resolution;
@@ -43,6 +44,7 @@ mod stepper;
 pub mod system;
 
 pub use assembly::{Counts, is_note};
+pub use event::EventRecord;
 pub use resolution::limits::Stiffness;
 pub use resolution::rotation::FastestRotation;
 pub use resolution::unstable_steps::UnstableSteps;

@@ -150,4 +150,4 @@ pub use holonom_sim::sample::{Member, MemberKind, Momenta, MomentaNames, Residua
 pub use holonom_sim::simulation::{AssemblyReport, RunFailure, RunOutcome, Simulation};
 pub use holonom_sim::statics::{StaticFacts, Statics};
 pub use holonom_sim::system::held::{Input, InputPlace};
-pub use holonom_sim::{BeamParts, Beams, Counts, RunState, Stiffness};
+pub use holonom_sim::{BeamParts, Beams, Counts, EventRecord, RunState, Stiffness};

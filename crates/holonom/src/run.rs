@@ -177,6 +177,7 @@ impl Stopwatch {
         summary.divided_steps = simulation.divided_steps();
         summary.loop_residual = simulation.loop_residuals();
         summary.tension_raised = simulation.tension_raised();
+        summary.events = simulation.events().unwrap_or_default().into_iter().collect();
         summary.fastest_rotation = simulation.fastest_rotation();
         summary.step_seconds = self.step_seconds(simulation);
         summary

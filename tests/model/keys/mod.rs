@@ -10,6 +10,7 @@ mod bodies;
 mod connections;
 mod curves;
 mod defects;
+mod events;
 pub(crate) mod forces;
 mod frames;
 mod general_sections;
@@ -256,6 +257,7 @@ const SUBJECTS: [Subject; 15] = [
     ("sensors", sensors::cases),
     ("methods", methods::cases),
     ("settings", settings::cases),
+    ("events", events::cases),
 ];
 
 #[test]

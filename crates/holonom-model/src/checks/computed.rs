@@ -32,6 +32,7 @@ fn too_large(model: &Model) -> Vec<Problem> {
     list("beam", &model.beams, &mut problems);
     list("body", &model.bodies, &mut problems);
     list("constraint", &model.constraints, &mut problems);
+    list("event", &model.events, &mut problems);
     list("joint", &model.joints, &mut problems);
     list("law", &model.laws, &mut problems);
     list("load", &model.loads, &mut problems);

@@ -3,6 +3,7 @@
 mod beam;
 pub(crate) mod computed;
 mod drive;
+mod event;
 mod law;
 mod load;
 mod order;
@@ -60,6 +61,8 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
         .iter()
         .enumerate()
         .for_each(|(i, c)| checker.constraint(&each(i, "constraint"), c));
+    let events = model.events.iter().enumerate();
+    events.for_each(|(i, event)| checker.event(&each(i, "event"), event, &known));
     checker.problems
 }
 

@@ -55,9 +55,10 @@ pub(crate) fn vocabulary() -> String {
     )
 }
 
-/// Whether a name is that of a constant or function.
+/// Whether a name is that of a constant or function, or joins conditions.
 pub(crate) fn is_reserved(name: &str) -> bool {
-    functions().chain(CONSTANTS.iter().map(|c| c.0)).any(|own| own == name)
+    let own = functions().chain(CONSTANTS.iter().map(|c| c.0));
+    own.chain(["and", "or"]).any(|own| own == name)
 }
 
 /// Whether a name is meant as the time.

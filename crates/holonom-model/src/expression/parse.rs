@@ -10,6 +10,8 @@
 //! ```
 //! Equal parts become one operation; parts without inputs become their value.
 
+mod condition;
+
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -56,6 +58,14 @@ impl Program {
         text: &str,
         known: &mut dyn FnMut(&str) -> Option<Known>,
     ) -> Result<Self, ExpressionError> {
+        Self::compile(text, known, |parser| parser.sum())
+    }
+
+    fn compile(
+        text: &str,
+        known: &mut dyn FnMut(&str) -> Option<Known>,
+        whole: fn(&mut Parser<'_>) -> Result<usize, ExpressionError>,
+    ) -> Result<Self, ExpressionError> {
         let mut parser = Parser {
             text,
             at: 0,
@@ -65,7 +75,7 @@ impl Program {
             spans: Vec::new(),
             curves: Vec::new(),
         };
-        let result = parser.sum()?;
+        let result = whole(&mut parser)?;
         if let Some(c) = parser.peek() {
             return Err(parser.unexpected(c));
         }

@@ -65,7 +65,7 @@ macro_rules! examples {
     ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
 }
 
-const EXAMPLES: [(&str, &str); 16] = examples![
+const EXAMPLES: [(&str, &str); 17] = examples![
     "model",
     "simulation",
     "parameters",
@@ -81,7 +81,8 @@ const EXAMPLES: [(&str, &str); 16] = examples![
     "law",
     "table",
     "signal",
-    "sensor"
+    "sensor",
+    "event"
 ];
 
 impl Section {

@@ -24,7 +24,7 @@ use super::sections::{LISTS, PARAMETERS, is_formula};
 use crate::expression::{
     ExpressionError, evaluate, is_reserved, is_time, names, renamed, vocabulary,
 };
-use crate::formula::OWN;
+use crate::formula::{OWN, TIME};
 
 /// The section in the JSON schema.
 pub(crate) fn schema() -> serde_json::Value {
@@ -76,7 +76,7 @@ pub(crate) fn values(
             if is_formula(path)
                 && !value.get_ref().as_str().is_some_and(|text| text.starts_with('='))
             {
-                match with_values(expression, &parameters) {
+                match with_values(expression, variables_at(path), &parameters) {
                     Ok(text) => values.push(quoted(&text)),
                     Err(problem) if problems.len() < MAX_PROBLEMS => {
                         problems.push(problem.below(path).at(Some(value.span())));
@@ -102,11 +102,20 @@ pub(crate) fn values(
     if problems.is_empty() { Ok(values) } else { Err(problems) }
 }
 
+/// The variables of the expression at a key path.
+fn variables_at(path: &str) -> &'static [&'static str] {
+    if path.starts_with("law.") { &OWN } else { &TIME }
+}
+
 /// An expression that is evaluated along the run, with numbers in the place of parameters.
-fn with_values(text: &str, parameters: &BTreeMap<String, Parameter>) -> Result<String, Problem> {
+fn with_values(
+    text: &str,
+    own: &[&str],
+    parameters: &BTreeMap<String, Parameter>,
+) -> Result<String, Problem> {
     let mut clash = None;
     let text = renamed(text, &mut |name| match parameters.get(name).and_then(|own| own.value) {
-        Some(_) if OWN.contains(&name) => {
+        Some(_) if own.contains(&name) => {
             clash = Some(name.to_owned());
             name.to_owned()
         }
@@ -117,7 +126,7 @@ fn with_values(text: &str, parameters: &BTreeMap<String, Parameter>) -> Result<S
     match clash {
         None => Ok(text),
         Some(name) => {
-            let message = format!("`{name}` is a variable of the law and a parameter");
+            let message = format!("`{name}` is a variable here and a parameter");
             Err(Problem::new("", message).help("give the parameter another name"))
         }
     }

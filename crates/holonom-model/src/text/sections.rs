@@ -3,7 +3,7 @@
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
 /// Sections that are lists of named components.
-pub(crate) const LISTS: [&str; 13] = [
+pub(crate) const LISTS: [&str; 14] = [
     "frame",
     "body",
     "beam",
@@ -17,6 +17,7 @@ pub(crate) const LISTS: [&str; 13] = [
     "table",
     "signal",
     "sensor",
+    "event",
 ];
 
 /// Whether a text at this key path is an expression that is evaluated along the run.
@@ -29,6 +30,7 @@ pub(crate) fn is_formula(path: &str) -> bool {
             None => ["value", "rate"].contains(&key),
             Some(within) => OF_SIGNALS.contains(&within),
         },
+        Some("event") => key == "when",
         _ => false,
     })
 }

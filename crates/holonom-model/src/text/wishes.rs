@@ -94,8 +94,8 @@ const WISHES: [Wish; 28] = [
             "unlock",
             "fuse",
         ],
-        "nothing is released or connected during a run. End it at that time, and write positions and velocities of its last row \
-         as initial values of a model without the connection",
+        "an [[event]] releases joints, bars, constraints, springs and laws, and locks joint coordinates, when a condition becomes \
+         true",
     ),
     (
         &[
@@ -109,8 +109,8 @@ const WISHES: [Wish; 28] = [
             "terminate",
             "halt",
         ],
-        "there are no events and no conditions. What changes in time is the `history` of a [[load]] or of a motor, or the `path` \
-         of a motion",
+        "an [[event]] acts `when` a condition becomes true, or `at` a time: it releases, locks, enables, disables parts, or ends the \
+         run. A load and a motor have a `history` of their own, a motion has a `path`",
     ),
     (
         &["armature", "rotor_inertia", "reflected_inertia", "motor_inertia", "gear_ratio"],

@@ -6,6 +6,7 @@ pub(crate) mod columns;
 pub(crate) mod connection;
 pub(crate) mod damping;
 pub(crate) mod drive;
+pub(crate) mod event;
 pub(crate) mod law;
 pub(crate) mod load;
 pub(crate) mod motion_path;

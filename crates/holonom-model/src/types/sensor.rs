@@ -62,6 +62,22 @@ pub enum SensorKind {
 }
 
 impl SensorKind {
+    /// Whether it follows from time, configuration and velocity of a node alone; an effort or a
+    /// power unless it is of a constraint.
+    #[must_use]
+    pub fn is_of_state(self) -> bool {
+        !matches!(
+            self,
+            Self::Acceleration
+                | Self::AngularAcceleration
+                | Self::JointAcceleration
+                | Self::Reaction
+                | Self::Slip
+                | Self::SectionForce
+                | Self::Strain
+        )
+    }
+
     /// Whether it is measured at an element of a beam.
     #[must_use]
     pub fn has_element(self) -> bool {

@@ -5,6 +5,7 @@
 //! | `trajectory.csv` | `MEMBER.` and [`COORDINATES`] of each member, then [`TAIL`] |
 //! | `residuals.csv` | [`RESIDUALS`]; in statics [`UNSTABLE`] |
 //! | `energy.csv` | [`KINETIC`], [`GRAVITY`], [`ELASTIC`], [`SPRINGS`], [`TOTAL`], [`work`] of each source, [`BALANCE`] |
+//! | `events.csv` | [`EVENT_COLUMNS`], without [`HEAD`] |
 //! | `sensors.csv` | those of [`crate::sensor::Column`] |
 //! | `beams.csv` | [`PLACE`], [`SECTION`] |
 //! | `momenta.csv` | the groups [`MULTIPLIERS`], [`MOMENTUM`], [`PROJECTED`], [`REDUCED`]; `ENERGY.kinetic` and `ENERGY.potential` of [`NODE_ENERGIES`] |
@@ -140,6 +141,17 @@ pub const WORK: Column = number("work", "work", "J");
 pub const BALANCE: Column = number("balance", "energy", "J");
 /// What does the work of prescribed motions.
 pub const MOTIONS: Source = Source::System("motions");
+/// What changes the energy at events.
+pub const EVENTS: Source = Source::System("events");
+
+/// The columns of `events.csv`.
+pub const EVENT_COLUMNS: [Column; 5] = [
+    number("t", "time", "s"),
+    Column { kind: FieldKind::Text, ..number("event", "event", "") },
+    Column { kind: FieldKind::Text, ..number("action", "action", "") },
+    number("energy_lost", "energy", "J"),
+    number("impulse", "impulse", "N·s or N·m·s"),
+];
 
 /// The name of a beam.
 pub const BEAM: Column = Column { kind: FieldKind::Text, ..number("beam", "beam", "") };

@@ -10,6 +10,7 @@ use super::beams::BeamWriter;
 use super::checkpoint::{self, Checkpoint};
 use super::csv::{Trajectory, TrajectoryWriter};
 use super::energy::EnergyWriter;
+use super::events::{self, EventWriter};
 use super::file::{LARGEST, OutputError, at, write_atomically};
 use super::frames::{FrameReader, Frames};
 use super::lock::Lock;
@@ -22,19 +23,21 @@ use super::sensors::SensorWriter;
 use super::summary::{Status, Summary};
 use super::time_series::TimeSeries;
 use super::written::Written;
+use crate::event::EventRecord;
 use crate::sample::{Member, MomentaNames};
 use crate::sensor::Column;
 use crate::system::beams::Beams;
 use holonom_model::{Columns, read_regular_text};
 
 /// Files that make a folder one of ours.
-const FILES: [&str; 9] = [
+const FILES: [&str; 10] = [
     "trajectory.csv",
     "residuals.csv",
     "sensors.csv",
     "beams.csv",
     "momenta.csv",
     "energy.csv",
+    EVENTS,
     "summary.json",
     MODEL,
     "report.html",
@@ -43,7 +46,10 @@ const FILES: [&str; 9] = [
 /// The file of the model.
 pub(super) const MODEL: &str = "model.toml";
 
-/// So many of them, the first, hold rows.
+/// What events did; one row for each action.
+const EVENTS: &str = "events.csv";
+
+/// So many of them, the first, have a row for each node.
 const ROWS: usize = 6;
 
 /// The folder of a run, as far as it can be read.
@@ -293,6 +299,27 @@ impl RunFolder {
         }
         let writer = self.rows("energy.csv").and_then(|file| EnergyWriter::new(file, columns));
         writer.map(Some).map_err(|e| at(&self.path.join("energy.csv"), e))
+    }
+
+    /// Begins `events.csv`.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn events(&self) -> Result<EventWriter<RowFile>, OutputError> {
+        let writer = self.rows(EVENTS).and_then(EventWriter::new);
+        writer.map_err(|e| at(&self.path.join(EVENTS), e))
+    }
+
+    /// Reads `events.csv`; empty where the run has none.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn read_events(&self) -> Result<Vec<EventRecord>, OutputError> {
+        let path = self.path.join(EVENTS);
+        if !path.exists() {
+            return Ok(Vec::new());
+        }
+        self.open_rows(EVENTS).and_then(events::read).map_err(|e| at(&path, e))
     }
 
     /// Reads `sensors.csv`; `None` when the run has none.

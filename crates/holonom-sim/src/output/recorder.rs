@@ -6,6 +6,7 @@ use super::beams::BeamWriter;
 use super::checkpoint::Checkpoint;
 use super::csv::TrajectoryWriter;
 use super::energy::EnergyWriter;
+use super::events::EventWriter;
 use super::file::{OutputError, at};
 use super::folder::RunFolder;
 use super::momenta::MomentaWriter;
@@ -26,6 +27,7 @@ pub struct Recorder {
     beams: Option<BeamWriter<RowFile>>,
     momenta: Option<MomentaWriter<RowFile>>,
     energies: Option<EnergyWriter<RowFile>>,
+    events: Option<EventWriter<RowFile>>,
     summary: SummaryBuilder,
     files: Vec<&'static str>,
     written: Vec<Written>, // of the files, at the last checkpoint
@@ -49,17 +51,30 @@ impl Recorder {
         let beams = folder.beams(experiment.beams())?;
         let momenta = folder.momenta(experiment.momenta_names().as_ref())?;
         let energies = folder.energies(experiment.energy_columns())?;
+        let events = experiment.events().map(|_| folder.events()).transpose()?;
         let others = [
             (sensors.is_some(), "sensors.csv"),
             (beams.is_some(), "beams.csv"),
             (momenta.is_some(), "momenta.csv"),
             (energies.is_some(), "energy.csv"),
+            (events.is_some(), "events.csv"),
         ];
         let mut files = vec!["trajectory.csv", "residuals.csv"];
         files.extend(others.into_iter().filter(|(there, _)| *there).map(|(_, name)| name));
         let written = files.iter().map(|name| folder.written(name)).collect();
         let folder = folder.clone();
-        Ok(Self { folder, trajectory, sensors, beams, momenta, energies, summary, files, written })
+        Ok(Self {
+            folder,
+            trajectory,
+            sensors,
+            beams,
+            momenta,
+            energies,
+            events,
+            summary,
+            files,
+            written,
+        })
     }
 
     /// Names of the files.
@@ -84,6 +99,7 @@ impl Recorder {
         self.beams.as_mut().map_or(Ok(()), |beams| beams.record(sample))?;
         self.momenta.as_mut().map_or(Ok(()), |momenta| momenta.record(sample))?;
         self.energies.as_mut().map_or(Ok(()), |energies| energies.record(sample))?;
+        self.events.as_mut().map_or(Ok(()), |events| events.record(&sample.events))?;
         self.summary.record(sample);
         Ok(())
     }
@@ -98,7 +114,8 @@ impl Recorder {
             self.sensors.as_mut().map_or(Ok(()), SensorWriter::flush)?;
             self.beams.as_mut().map_or(Ok(()), BeamWriter::flush)?;
             self.momenta.as_mut().map_or(Ok(()), MomentaWriter::flush)?;
-            self.energies.as_mut().map_or(Ok(()), EnergyWriter::flush)
+            self.energies.as_mut().map_or(Ok(()), EnergyWriter::flush)?;
+            self.events.as_mut().map_or(Ok(()), EventWriter::flush)
         };
         flush().map_err(|e| at(self.folder.path(), e))
     }

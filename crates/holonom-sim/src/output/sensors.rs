@@ -97,6 +97,7 @@ mod tests {
             momenta: None,
             unstable: None,
             notice: None,
+            events: Vec::new(),
         };
         writer.record(&sample).unwrap();
         sample.sensors = vec![7.0, 1e-300, 1.0];

@@ -1,6 +1,7 @@
 //! `summary.json`: a run in numbers, accumulated node by node.
 
 use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::BTreeMap;
 
 use crate::assembly::loops::LoopResiduals;
 use crate::assembly::{AssemblyReport, Counts, StrainVariant};
@@ -195,6 +196,9 @@ pub struct Summary {
     /// In how many steps a bound of the tension of beams was raised; absent where none can be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tension_raised: Option<u64>,
+    /// How often each event has acted; absent without events.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub events: BTreeMap<String, u64>,
     /// The fastest rotation of what no prescribed motion turns, against the step; absent where
     /// nothing turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -349,6 +353,7 @@ impl SummaryBuilder {
             divided_steps: None,
             loop_residual: None,
             tension_raised: None,
+            events: BTreeMap::new(),
             fastest_rotation: None,
             warnings: assembly.warnings.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),

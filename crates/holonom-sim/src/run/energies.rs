@@ -8,7 +8,9 @@
 //! motor and damper, and of all prescribed motions together (see [`crate::stepper`]).
 
 use crate::dynamics::Dynamics;
-use crate::output::columns::{BALANCE, ELASTIC, GRAVITY, KINETIC, MOTIONS, SPRINGS, TOTAL, work};
+use crate::output::columns::{
+    BALANCE, ELASTIC, EVENTS, GRAVITY, KINETIC, MOTIONS, SPRINGS, TOTAL, work,
+};
 use crate::stepper::NodeView;
 use holonom_model::Model;
 use std::collections::BTreeMap;
@@ -35,7 +37,9 @@ pub(crate) struct EnergyTerms {
     works: Vec<usize>, // column of each force, among those of works
     sources: usize,    // columns of works
     motions: bool,
-    initial: f64, // J
+    events: bool,
+    carried: Vec<f64>, // J  work of earlier phases: of each column, of motions, of events
+    initial: f64,      // J
     rounding: Rounding,
 }
 
@@ -71,6 +75,8 @@ impl EnergyTerms {
         let sources = names.len();
         columns.extend(names);
         columns.extend(motions.then(|| work(&MOTIONS)));
+        let events = !model.events.is_empty();
+        columns.extend(events.then(|| work(&EVENTS)));
         columns.push(BALANCE.name.into());
         Self {
             columns,
@@ -81,6 +87,8 @@ impl EnergyTerms {
             works,
             sources,
             motions,
+            events,
+            carried: vec![0.0; sources + 2],
             initial: start.hamiltonian(),
         }
     }
@@ -92,7 +100,49 @@ impl EnergyTerms {
 
     /// What the energy has changed by since the start, and no work accounts for, J.
     pub(crate) fn balance(&self, energy: f64, work: &[f64]) -> f64 {
-        energy - self.initial - work.iter().sum::<f64>()
+        energy - self.initial - self.total(work)
+    }
+
+    /// All work since the start, with the `work` of the present phase, J; events do what they change
+    /// the energy by.
+    pub(crate) fn total(&self, work: &[f64]) -> f64 {
+        work.iter().chain(&self.carried).sum()
+    }
+
+    /// A phase ends after this work.
+    pub(crate) fn carry(&mut self, work: &[f64]) {
+        let (forces, motions) = work.split_at(self.works.len());
+        for (column, work) in self.works.iter().zip(forces) {
+            self.carried[*column] += work;
+        }
+        self.carried[self.sources] += motions.iter().sum::<f64>();
+    }
+
+    /// An event takes this energy out, J.
+    pub(crate) fn lose(&mut self, lost: f64) {
+        self.carried[self.sources + 1] -= lost;
+    }
+
+    /// What earlier phases have left.
+    pub(crate) fn carried(&self) -> &[f64] {
+        &self.carried
+    }
+
+    /// Continues after earlier phases that have left this; nothing: there were none.
+    pub(crate) fn take_up(&mut self, carried: &[f64]) {
+        self.carried.fill(0.0);
+        self.carried.iter_mut().zip(carried).for_each(|(own, work)| *own = *work);
+    }
+
+    /// Goes on with other forces, all among those of the model.
+    pub(crate) fn act_by(&mut self, sources: &[Source], forces: &ForceElements) {
+        let first = self.columns.iter().position(|name| *name == TOTAL.name).map_or(0, |k| k + 1);
+        let place = |name: String| self.columns[first..].iter().position(|own| *own == name);
+        self.works = sources.iter().filter_map(|source| place(work(source))).collect();
+        debug_assert_eq!(self.works.len(), sources.len(), "a column for each source");
+        if let Some(springs) = &mut self.springs {
+            springs.clone_from(forces);
+        }
     }
 
     /// What rounding leaves of an energy (J), with the largest `elastic` one (J): see [`Rounding`].
@@ -129,7 +179,10 @@ impl EnergyTerms {
         for (column, work) in self.works.iter().zip(forces) {
             out[first + column] += work;
         }
-        out.extend(motions.iter().filter(|_| self.motions));
+        let (earlier, others) = self.carried.split_at(self.sources);
+        out[first..].iter_mut().zip(earlier).for_each(|(work, earlier)| *work += earlier);
+        out.extend(motions.iter().filter(|_| self.motions).map(|work| work + others[0]));
+        out.extend(self.events.then_some(others[1]));
         out.push(self.balance(node.hamiltonian(), node.work));
     }
 }

@@ -53,6 +53,10 @@ pub trait Experiment: Send {
     fn divided_steps(&self) -> Option<DividedSteps> {
         None
     }
+    /// The events of a motion, and how often each has acted; `None` where the model has none.
+    fn events(&self) -> Option<Vec<(String, u64)>> {
+        None
+    }
     /// The fastest rotation of a motion so far, against the step; `None` where nothing turns.
     fn fastest_rotation(&self) -> Option<FastestRotation> {
         None

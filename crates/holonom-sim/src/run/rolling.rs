@@ -54,6 +54,13 @@ impl RollingWatch {
         Self { state, wheels, observer }
     }
 
+    /// For another mechanism, with what was followed where its rows are those of this one.
+    pub(crate) fn continued(&self, mechanism: &Mechanism) -> Self {
+        let mut next = Self::new(mechanism);
+        next.resume(self.state.clone());
+        next
+    }
+
     /// Whether constraint forces are needed.
     pub(crate) fn needs_forces(&self) -> bool {
         self.observer.is_some()

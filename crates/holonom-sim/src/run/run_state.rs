@@ -8,6 +8,7 @@ use super::divided_steps::DividedSteps;
 use super::energy_watch::EnergyWatch;
 use super::rolling::RollingState;
 use crate::assembly::loops::LoopResiduals;
+use crate::event::switches::Switches;
 use crate::resolution::rotation::FastestSoFar;
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::ResumeError;
@@ -30,7 +31,8 @@ pub struct RunState {
     pub(crate) loops: LoopResiduals,
     #[serde(default)]
     pub(crate) rolling: RollingState,
-    pub(crate) iterations: f64, // of Newton's method in the last step
+    pub(crate) switches: Option<Switches>, // of a model with events
+    pub(crate) iterations: f64,            // of Newton's method in the last step
 }
 
 impl RunState {

@@ -1,5 +1,6 @@
 //! What a run delivers at a node: the types between the simulation and everything that writes.
 
+use crate::event::EventRecord;
 use crate::output::columns::COORDINATE_NAMES;
 use serde::{Deserialize, Serialize};
 use vi_core::Energies;
@@ -151,6 +152,9 @@ pub struct Sample {
     /// [`crate::simulation::Simulation::warnings`] from here on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub notice: Option<String>,
+    /// What events did since the node before, and in the step from here.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<EventRecord>,
 }
 
 impl Sample {

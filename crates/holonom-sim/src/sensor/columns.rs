@@ -62,20 +62,23 @@ pub(crate) fn parts_of_signal(signal: &Signal) -> Vec<&'static str> {
 #[must_use]
 pub fn columns(model: &Model) -> Vec<Column> {
     let members = SensedParts::of(model);
-    let of = |sensor: &Sensor| {
-        let column =
-            |(part, quantity, unit)| Column { sensor: sensor.name.clone(), part, quantity, unit };
-        members.parts(sensor).into_iter().map(column).collect::<Vec<_>>()
-    };
-    let signals = model.signals.iter().flat_map(|signal| {
-        parts_of_signal(signal).into_iter().map(|part| Column {
-            sensor: signal.name.clone(),
-            part: part.to_owned(),
-            quantity: "signal",
-            unit: "",
-        })
-    });
-    signals.chain(model.sensors.iter().flat_map(of)).collect()
+    let signals = model.signals.iter().flat_map(columns_of_signal);
+    signals.chain(model.sensors.iter().flat_map(|sensor| members.columns(sensor))).collect()
+}
+
+/// The columns of a signal.
+pub(crate) fn columns_of_signal(signal: &Signal) -> impl Iterator<Item = Column> {
+    parts_of_signal(signal).into_iter().map(|part| Column {
+        sensor: signal.name.clone(),
+        part: part.to_owned(),
+        quantity: "signal",
+        unit: "",
+    })
+}
+
+/// The columns of a sensor of a model.
+pub(crate) fn columns_of(model: &Model, sensor: &Sensor) -> Vec<Column> {
+    SensedParts::of(model).columns(sensor)
 }
 
 /// Part, quantity and unit of a number.
@@ -99,6 +102,12 @@ impl<'a> SensedParts<'a> {
             joints: model.joints.iter().map(|joint| (joint.name.as_str(), joint)).collect(),
             constraints: model.constraints.iter().map(|c| (c.name(), c)).collect(),
         }
+    }
+
+    fn columns(&self, sensor: &Sensor) -> Vec<Column> {
+        let column =
+            |(part, quantity, unit)| Column { sensor: sensor.name.clone(), part, quantity, unit };
+        self.parts(sensor).into_iter().map(column).collect()
     }
 
     /// Part, quantity and unit of each number of a sensor.

@@ -16,6 +16,7 @@ use super::{Builder, length_rate};
 use crate::system::drive::{JointDrive, joint_elements};
 use crate::system::names::Names;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
+use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::{NodeReactions, Tension};
 use vi_multibody::scalar_constraint::ScalarRow;
 use vi_multibody::spring::{Damper, Spring};
@@ -29,6 +30,13 @@ pub(crate) enum Effort {
     Spring(Box<Spring>, Box<Damper>),
     /// A constraint, and the factor of `−λ`.
     Row(usize, f64),
+}
+
+/// The first row of a scalar constraint.
+pub(super) fn row_of(name: &str, mechanism: &Mechanism) -> Option<usize> {
+    let scalars = &mechanism.description().scalars;
+    let k = scalars.iter().position(|scalar| scalar.name == name)?;
+    Some(mechanism.scalar_rows(k).start)
 }
 
 impl Effort {
@@ -59,6 +67,24 @@ impl Effort {
     /// Whether a constraint force is needed.
     pub(crate) fn needs_force(&self) -> bool {
         matches!(self, Self::Row(..))
+    }
+
+    /// Goes on with the parts of another mechanism, `idle(name, part)` of them without effect;
+    /// whether nothing of it acts.
+    pub(super) fn act_by(
+        &mut self,
+        name: &str,
+        mechanism: &Mechanism,
+        idle: &dyn Fn(&str, &str) -> bool,
+    ) -> bool {
+        match self {
+            Self::Joint(elements, _) => {
+                elements.iter_mut().for_each(|element| element.idle = idle(name, element.part));
+                false
+            }
+            Self::Spring(..) => idle(name, ""),
+            Self::Row(row, _) => row_of(name, mechanism).map(|own| *row = own).is_none(),
+        }
     }
 
     pub(crate) fn begin(&mut self, q: &[f64]) {
@@ -101,7 +127,7 @@ impl Effort {
                     let own = elements.iter().filter(|element| element.part == part);
                     let effort = |element: &JointDrive| {
                         let freedom = element.freedom;
-                        element.law.effort(at.t, motion.values()[freedom], rates[freedom])
+                        element.effort(at.t, motion.values()[freedom], rates[freedom])
                     };
                     out.extend(own.map(effort).reduce(|sum, effort| sum + effort));
                 }
@@ -129,7 +155,7 @@ impl Effort {
                     let power = |element: &JointDrive| {
                         let (value, rate) =
                             (motion.values()[element.freedom], rates[element.freedom]);
-                        rate * element.law.effort(at.t, value, rate)
+                        rate * element.effort(at.t, value, rate)
                     };
                     out.extend(own.map(power).reduce(|sum, power| sum + power));
                 }

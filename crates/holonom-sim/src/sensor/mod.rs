@@ -35,8 +35,8 @@ mod power;
 mod section;
 mod view;
 
-pub(crate) use columns::parts_of_signal;
 pub use columns::{Column, REACTION, UNIQUE, columns};
+pub(crate) use columns::{columns_of, columns_of_signal, parts_of_signal};
 pub(crate) use view::View;
 
 use effort::Effort;
@@ -53,6 +53,7 @@ use crate::system::signal::output::{SignalGauge, SignalNetwork};
 use holonom_model::{Constraint, GROUND, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
@@ -119,11 +120,20 @@ impl Attitude {
     }
 }
 
+/// The part that a sensor is of.
+#[derive(Debug)]
+struct MeasuredPart {
+    name: String,
+    columns: Range<usize>,
+    idle: bool, // whether it is gone, or does not act
+}
+
 /// The sensors of a model, ready to read.
 #[derive(Debug, Default)]
 pub struct Sensors {
     columns: Vec<Column>,
     gauges: Vec<Gauge>,
+    of: Vec<MeasuredPart>,              // of each gauge
     observer: Option<ReactionObserver>, // where sensors ask for reactions
     accelerations: bool,                // whether any asks for them
     signals: Option<SignalGauge>,
@@ -147,7 +157,16 @@ impl Sensors {
             joints: joints.map(|joint| joint.name.as_str()).zip(0..).collect(),
             q: mechanism.initial_configuration(),
         };
-        let gauges: Vec<Gauge> = model.sensors.iter().filter_map(|s| builder.gauge(s)).collect();
+        let (mut gauges, mut of) = (Vec::new(), Vec::new());
+        let mut columns: Vec<Column> = model.signals.iter().flat_map(columns_of_signal).collect();
+        for sensor in &model.sensors {
+            let Some(gauge) = builder.gauge(sensor) else { continue };
+            let first = columns.len();
+            columns.extend(columns_of(model, sensor));
+            let columns = first..columns.len();
+            gauges.push(gauge);
+            of.push(MeasuredPart { name: sensor.of.clone(), columns, idle: false });
+        }
         let reactions = gauges.iter().any(|gauge| match gauge {
             Gauge::Reaction(..) | Gauge::Tension(_) | Gauge::Held(_) => true,
             Gauge::Effort(effort) => effort.needs_force(),
@@ -165,7 +184,7 @@ impl Sensors {
         let observer = reactions.then(|| ReactionObserver::new(mechanism));
         let signals = signals.zip(dynamics.forces.signals.clone());
         let signals = signals.map(|(own, states)| SignalGauge::new(own, states));
-        Self { columns: columns(model), gauges, observer, accelerations, signals }
+        Self { columns, gauges, of, observer, accelerations, signals }
     }
 
     /// The columns of `sensors.csv`; empty without sensors.
@@ -184,6 +203,36 @@ impl Sensors {
     /// What is needed of a node.
     pub(crate) fn wanted(&self) -> Wanted {
         Wanted { forces: self.observer.is_some(), accelerations: self.accelerations }
+    }
+
+    /// Reads signals as these sensors do, which are of the mechanism in force.
+    pub(crate) fn read_signals_as(&mut self, other: &Self) {
+        self.signals.clone_from(&other.signals);
+    }
+
+    /// Goes on with another mechanism of the same members; `idle(name, part)`: what is gone or does
+    /// not act.
+    pub(crate) fn act_by(&mut self, mechanism: &Mechanism, idle: &dyn Fn(&str, &str) -> bool) {
+        let description = mechanism.description();
+        let joint = |name: &str| description.joints.iter().position(|joint| joint.name == name);
+        let bar = |name: &str| description.bars.iter().position(|bar| bar.name == name);
+        let scalar = |name: &str| description.scalars.iter().position(|own| own.name == name);
+        for (gauge, of) in self.gauges.iter_mut().zip(&mut self.of) {
+            of.idle = match gauge {
+                Gauge::Slip(_) | Gauge::BladeSlip(_) => {
+                    let next = scalar(&of.name).and_then(|k| slip_of(mechanism, k));
+                    next.map(|own| *gauge = own).is_none()
+                }
+                Gauge::Reaction(k, _) => joint(&of.name).map(|own| *k = own).is_none(),
+                Gauge::Tension(k) => bar(&of.name).map(|own| *k = own).is_none(),
+                Gauge::Effort(effort) => effort.act_by(&of.name, mechanism, idle),
+                Gauge::Power(power) => power.act_by(&of.name, mechanism, idle),
+                _ => false,
+            };
+        }
+        if let Some(observer) = &mut self.observer {
+            *observer = ReactionObserver::new(mechanism);
+        }
     }
 
     /// Begins to count at the configuration `q`.
@@ -276,8 +325,13 @@ impl Sensors {
             let View { t, q, angles, signals: internal, v, .. } = at;
             signals.read(Configuration { t, q, angles, internal }, v, values);
         }
-        for gauge in &self.gauges {
-            gauge.read(&at, reactions.as_ref(), values);
+        for (gauge, of) in self.gauges.iter().zip(&self.of) {
+            if of.idle {
+                let own = self.columns[of.columns.clone()].iter();
+                values.extend(own.map(|column| f64::from(u8::from(column.is_flag()))));
+            } else {
+                gauge.read(&at, reactions.as_ref(), values);
+            }
         }
     }
 }
@@ -353,6 +407,20 @@ impl Gauge {
     }
 }
 
+/// The slip of what rolls, or of a blade, scalar constraint `k`.
+fn slip_of(mechanism: &Mechanism, k: usize) -> Option<Gauge> {
+    let own = mechanism.scalar_rows(k);
+    let rows = mechanism.velocity_rows().enumerate();
+    let places: Vec<usize> =
+        rows.filter(|(_, (row, _))| own.contains(row)).map(|(place, _)| place).collect();
+    let first = mechanism.description().scalars[k].rows.first()?;
+    let ScalarRow::Height(rolling) = first else {
+        return places.first().map(|place| Gauge::BladeSlip(*place));
+    };
+    let along = |(place, i)| (place, rolling.plane.axes.column(i).into_owned());
+    Some(Gauge::Slip(places.into_iter().zip(0..2).map(along).collect()))
+}
+
 /// Finds what sensors name.
 struct Builder<'a> {
     names: &'a Names<'a>,
@@ -372,21 +440,6 @@ impl Builder<'_> {
     /// The scalar constraint of this name.
     fn scalar(&self, name: &str) -> Option<usize> {
         self.mechanism.description().scalars.iter().position(|own| own.name == name)
-    }
-
-    /// The slip of what rolls, or of a blade.
-    fn slip(&self, name: &str) -> Option<Gauge> {
-        let k = self.scalar(name)?;
-        let own = self.mechanism.scalar_rows(k);
-        let rows = self.mechanism.velocity_rows().enumerate();
-        let places: Vec<usize> =
-            rows.filter(|(_, (row, _))| own.contains(row)).map(|(place, _)| place).collect();
-        let first = self.mechanism.description().scalars[k].rows.first()?;
-        let ScalarRow::Height(rolling) = first else {
-            return places.first().map(|place| Gauge::BladeSlip(*place));
-        };
-        let along = |(place, i)| (place, rolling.plane.axes.column(i).into_owned());
-        Some(Gauge::Slip(places.into_iter().zip(0..2).map(along).collect()))
     }
 
     /// A point of a body or node by its own components, of the ground in space, or a particle.
@@ -487,7 +540,7 @@ impl Builder<'_> {
                     None => Gauge::Held(self.scalar(of)?),
                 },
             },
-            SensorKind::Slip => self.slip(of)?,
+            SensorKind::Slip => slip_of(self.mechanism, self.scalar(of)?)?,
             SensorKind::Effort => Gauge::Effort(Effort::of(of, self)?),
             SensorKind::Power => Gauge::Power(Power::of(of, self)?),
         })

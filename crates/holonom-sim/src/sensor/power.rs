@@ -11,11 +11,12 @@
 //! work that the steps have done, to second order in the step.
 
 use super::Builder;
-use super::effort::Effort;
+use super::effort::{Effort, row_of};
 use super::view::View;
 use holonom_model::Constraint;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::joint_rates;
+use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::NodeReactions;
 use vi_rigid::Load;
 
@@ -52,6 +53,20 @@ impl Power {
     /// Whether a constraint force is needed.
     pub(super) fn needs_force(&self) -> bool {
         matches!(self, Self::Motion(..))
+    }
+
+    /// Goes on with the parts of another mechanism, as [`Effort::act_by`].
+    pub(super) fn act_by(
+        &mut self,
+        name: &str,
+        mechanism: &Mechanism,
+        idle: &dyn Fn(&str, &str) -> bool,
+    ) -> bool {
+        match self {
+            Self::Effort(effort) => effort.act_by(name, mechanism, idle),
+            Self::Loads(_) => idle(name, ""),
+            Self::Motion(row, ..) => row_of(name, mechanism).map(|own| *row = own).is_none(),
+        }
     }
 
     /// What follows joint coordinates.

@@ -38,6 +38,11 @@ pub(super) fn law_at_start(fault: LawFault) -> ModelError {
 const UNDEFINED: &str =
     "let its arguments stay where it is defined, by max, clamp or a smaller step";
 
+/// The error for a condition of an event that has no value at the start.
+pub(super) fn event_at_start(failure: RunFailure) -> ModelError {
+    ModelError::Assembly(vec![Problem::new("", failure.message).help(failure.remedy)])
+}
+
 fn law_fault(step: u64, t: f64, fault: LawFault) -> RunFailure {
     let message = format!("{} at t = {:.6} s", fault.message, fault.t);
     RunFailure { step, t, message, remedy: UNDEFINED.into() }
@@ -45,7 +50,7 @@ fn law_fault(step: u64, t: f64, fault: LawFault) -> RunFailure {
 
 impl Simulation {
     /// A node that could not be read.
-    pub(super) fn lost(&self, which: NodeOf, message: &str) -> RunFailure {
+    pub(crate) fn lost(&self, which: NodeOf, message: &str) -> RunFailure {
         let State { step, t, .. } = *self.stepper.at(which.when());
         let remedy =
             "look for a singular configuration near the last rows of the trajectory".into();
@@ -53,7 +58,7 @@ impl Simulation {
     }
 
     /// A step that was not found.
-    pub(super) fn failure(&mut self, error: &StepError) -> RunFailure {
+    pub(crate) fn failure(&mut self, error: &StepError) -> RunFailure {
         self.rotation.failed = true;
         let (step, t, _) = self.stepper.place();
         let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));

@@ -26,6 +26,8 @@ use crate::assembly;
 use crate::assembly::agreement;
 use crate::assembly::loops::LoopResiduals;
 use crate::dynamics::Dynamics;
+use crate::event::Events;
+use crate::event::switches::PhaseStart;
 use crate::experiment::Experiment;
 use crate::resolution::limits::LimitWatch;
 use crate::resolution::rotation::{FastestRotation, RotationWatch};
@@ -47,7 +49,7 @@ use holonom_model::{Columns, Family, Model, ModelError, Settings};
 use std::io;
 use std::time::Duration;
 pub use vi_constraints::integrator::ResumeError;
-use vi_constraints::integrator::StepReport;
+use vi_constraints::integrator::{StepReport, When};
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, InitialValues, Options};
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
@@ -59,21 +61,22 @@ const DIVISIONS: u32 = 10;
 
 /// A system that can be run.
 pub struct Simulation {
-    settings: Settings,
+    pub(crate) settings: Settings,
     assembly: AssemblyReport,
     members: Vec<Member>,
-    sensors: Sensors,
-    laws: Laws,
+    pub(crate) sensors: Sensors,
+    pub(crate) laws: Laws,
     beams: Beams,
     limits: LimitWatch,
-    energies: EnergyTerms,
+    pub(crate) energies: EnergyTerms,
     watch: EnergyWatch,
-    rotation: RotationWatch,
+    pub(crate) rotation: RotationWatch,
     bodies: usize, // of the model, fixed ones included: the first frames
-    stepper: AnyStepper,
-    divided: DividedSteps,
+    pub(crate) stepper: AnyStepper,
+    pub(crate) divided: DividedSteps,
     loops: LoopResiduals,
-    rolling: RollingWatch,
+    pub(crate) rolling: RollingWatch,
+    pub(crate) events: Option<Box<Events>>,
     iterations: f64,     // of the step that led to the present node
     sample: Sample,      // recorded last
     recording: Duration, // of all nodes read and handed out
@@ -143,7 +146,17 @@ impl Simulation {
         let mut rotation = RotationWatch::new(model, stepper.mechanism(), &beams);
         resolved::judge(model, &mut stepper, at, &mut rotation, &mut assembly);
         sensors.begin(stepper.place().2);
-        Ok(Self {
+        let events = match model.events.is_empty() {
+            true => None,
+            false => {
+                let internal = stepper.at(When::After).internal.clone();
+                let (q, v) = (start.q.clone(), start.v.clone());
+                let first = PhaseStart { step: 0, t: 0.0, q, v, internal };
+                let events = Events::new(model, inputs, solver, stepper.mechanism(), first)?;
+                Some(Box::new(events))
+            }
+        };
+        let mut simulation = Self {
             settings,
             assembly,
             members,
@@ -159,10 +172,13 @@ impl Simulation {
             divided: DividedSteps::default(),
             loops: LoopResiduals::default(),
             rolling,
+            events,
             iterations: 0.0,
             sample: Sample::default(),
             recording: Duration::ZERO,
-        })
+        };
+        simulation.begin_events().map_err(failure::event_at_start)?;
+        Ok(simulation)
     }
 
     /// What the assembly found.
@@ -211,7 +227,8 @@ impl Simulation {
         let found = found.chain(self.rotation_warning());
         let divided = self.divided.warning().into_iter();
         let rolling = self.rolling.warnings(self.mechanism());
-        known.chain(found).chain(divided).chain(rolling).collect()
+        let events = self.events.iter().flat_map(|events| events.warnings());
+        known.chain(found).chain(divided).chain(rolling).chain(events).collect()
     }
 
     /// The integrator of a variational scheme at its present node; from now on nodes have
@@ -276,6 +293,7 @@ impl Simulation {
             divided: self.divided,
             loops: self.loops,
             rolling: self.rolling.state().clone(),
+            switches: self.events.as_ref().map(|events| events.switches.clone()),
             iterations: self.iterations,
         }
     }
@@ -295,10 +313,14 @@ impl Simulation {
             divided,
             loops,
             rolling,
+            switches,
             iterations,
         } = state;
         self.sensors.check(&followed)?;
         same_length("the list of beams", limits.len(), self.limits.state().len())?;
+        let given = usize::from(switches.is_some());
+        same_length("the state of events", given, usize::from(self.events.is_some()))?;
+        self.resume_events(switches)?;
         self.stepper.resume(motion)?;
         self.limits.resume(&limits);
         (self.watch, self.divided, self.loops) = (energy, divided, loops);
@@ -344,6 +366,10 @@ impl Experiment for Simulation {
     }
     fn tension_raised(&self) -> Option<u64> {
         self.tension_raised()
+    }
+    fn events(&self) -> Option<Vec<(String, u64)>> {
+        let counts = self.events.as_ref()?.counts();
+        Some(counts.map(|(name, count)| (name.to_owned(), count)).collect())
     }
     fn fastest_rotation(&self) -> Option<FastestRotation> {
         self.rotation.so_far(&self.settings)
@@ -391,7 +417,7 @@ fn counted<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
 }
 
 /// The scheme of the settings, ready to step.
-fn stepper(
+pub(crate) fn stepper(
     mechanism: Mechanism,
     dynamics: &Dynamics,
     model: &Model,

@@ -132,9 +132,11 @@ impl Simulation {
         while !course.done && course.failure.is_none() {
             let n = self.stepper.place().0;
             let paused = !proceed(n, steps);
-            if n >= steps {
+            if n >= steps || self.was_ended() {
                 course.done = true;
-                return Some(self.read(NodeOf::Last));
+                let last = self.read(NodeOf::Last);
+                self.hand_out_events();
+                return Some(last);
             }
             if paused {
                 break;
@@ -142,6 +144,7 @@ impl Simulation {
             let (found, taken) = self.advance(n.is_multiple_of(self.settings.every));
             course.failure = taken.err();
             if found {
+                self.hand_out_events();
                 return Some(Ok(()));
             }
         }
@@ -151,6 +154,9 @@ impl Simulation {
 
     /// Takes one step; whether the node it started from was found, where it is to be recorded.
     fn advance(&mut self, recorded: bool) -> (bool, Result<(), RunFailure>) {
+        if self.events.is_some() {
+            return self.advance_by_events(recorded);
+        }
         let whole = self.stepper.step(1);
         // of a step that is refused as a whole nothing belongs to the node where it starts
         let start = NodeOf::Start { whole: whole.is_ok() };
@@ -160,19 +166,32 @@ impl Simulation {
             (Ok(_), Err(failure)) => return (false, Err(failure)),
             (Ok(report), Ok(())) => report,
         };
+        (recorded, self.follow_step(report))
+    }
+
+    /// Follows what is followed to the end of a step.
+    pub(crate) fn follow_step(&mut self, report: StepReport) -> Result<(), RunFailure> {
         self.rolling.follow_step(self.stepper.mechanism(), self.stepper.interval());
         let (step, t, q) = self.stepper.place();
         self.sensors.follow(q);
         if let Err(folded) = self.limits.follow(t, q) {
             let (message, remedy) = bent_too_far(&folded);
-            return (recorded, Err(RunFailure { step, t, message, remedy }));
+            return Err(RunFailure { step, t, message, remedy });
         }
         self.iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
-        (recorded, Ok(()))
+        Ok(())
+    }
+
+    /// The sample gets what events did since the last one was handed out.
+    fn hand_out_events(&mut self) {
+        self.sample.events.clear();
+        if let Some(events) = &mut self.events {
+            self.sample.events.append(&mut events.switches.pending);
+        }
     }
 
     /// A step that was refused as a whole, in ever smaller parts, where the model asks for that.
-    fn step_in_parts(&mut self, refused: StepError) -> Result<StepReport, StepError> {
+    pub(crate) fn step_in_parts(&mut self, refused: StepError) -> Result<StepReport, StepError> {
         if self.settings.on_failure == OnFailure::Stop {
             return Err(refused);
         }
@@ -190,7 +209,7 @@ impl Simulation {
     }
 
     /// Reads a node into the sample.
-    fn read(&mut self, which: NodeOf) -> Result<(), RunFailure> {
+    pub(crate) fn read(&mut self, which: NodeOf) -> Result<(), RunFailure> {
         let begin = Instant::now();
         let found = self.fill(which);
         self.recording += begin.elapsed();
@@ -222,7 +241,7 @@ impl Simulation {
         sample.q.clone_from(&state.q);
         sample.energy = node.discrete_energy.total();
         (sample.hamiltonian, sample.shadow) = (at.hamiltonian(), at.shadow);
-        sample.work = at.work.iter().sum();
+        sample.work = energies.total(at.work);
         sample.momentum = mechanism.momentum(q, &node.p_projected);
         sample.residuals = at.residuals();
         sample.newton_iterations = *iterations;

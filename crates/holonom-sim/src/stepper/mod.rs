@@ -29,13 +29,13 @@ use vi_beam::averaged::times_raised;
 use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::{ResumeError, StepReport, When};
-use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, Integrator, Reparametrization};
 use vi_core::force::Source;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
-use vi_core::{SeparableSystem, State, shadow_energy};
+use vi_core::{Entries, SeparableSystem, State, shadow_energy};
 use vi_emscheme::{EmIntegrator, EmSystem};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
@@ -44,6 +44,13 @@ use work::Work;
 
 /// Adds the work of a (sub-)step.
 type AddWork<S> = fn(&mut Work, &S, &Mechanism, Step<'_>);
+
+/// Takes a step, each (sub-)step of which is seen.
+type TakeStep<'a, S> = dyn FnMut(
+        &mut Integrator<S, Mechanism>,
+        &mut dyn FnMut(&S, &Mechanism, Step<'_>),
+    ) -> Result<StepReport, StepError>
+    + 'a;
 
 /// An integrator of one of the families.
 pub(crate) struct Stepper<S: Discretization<Mechanism>> {
@@ -58,6 +65,7 @@ pub(crate) struct Stepper<S: Discretization<Mechanism>> {
     work: Work,
     increments: Option<LastIncrements>, // at order 2, where accelerations are asked for
     seen: LastRead,
+    began: f64, // s  where the motion of this mechanism began
 }
 
 impl<S: Discretization<Mechanism>> Stepper<S> {
@@ -83,6 +91,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let differences = wanted.accelerations && !composed;
         let increments = differences.then(|| LastIncrements::new(run.state().q.len()));
         let (ended, seen) = ([None; 2], LastRead::default());
+        let began = run.state().t;
         Self {
             run,
             add_work,
@@ -95,18 +104,61 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
             work,
             increments,
             seen,
+            began,
         }
     }
 
     /// Takes a step as so many equal parts; where it is refused, the state stays what it was.
     fn step(&mut self, parts: u32) -> Result<StepReport, StepError> {
+        self.take(&mut |run, each| run.step_in_parts(parts, each))
+    }
+
+    /// Takes a step of another length, to the time `t_end`; it counts where it `ends` one of the
+    /// own length. Where it is refused, the state stays what it was.
+    fn step_of(&mut self, h: f64, t_end: f64, ends: bool) -> Result<StepReport, StepError> {
+        self.take(&mut |run, each| run.step_of(h, t_end, ends, each))
+    }
+
+    /// Goes back to where the last step started.
+    fn take_back(&mut self) {
+        self.run.take_back();
+        self.work.take_back();
+        self.increments.iter_mut().for_each(LastIncrements::take_back);
+        self.ended[1] = self.ended[0];
+    }
+
+    /// The impulse of a scalar constraint that stops the velocity `v`, N·s or N·m·s, and the rate
+    /// of its coordinate before; `None` where it follows from others.
+    fn impulse(&self, constraint: &str, v: &[f64]) -> Option<(f64, f64)> {
+        let (mechanism, rows) = (self.run.constraints(), self.run.rows());
+        let scalars = &mechanism.description().scalars;
+        let k = scalars.iter().position(|scalar| scalar.name == constraint)?;
+        let row = mechanism.scalar_rows(k).start;
+        let place = rows.rows().iter().position(|own| *own == row)?;
+        let (n, at) = (v.len(), self.run.state().configuration());
+        let mut rates = vec![0.0; mechanism.len()];
+        mechanism.time_derivative(at.t, at.q, &mut rates);
+        let mut x = vec![0.0; n + rows.len()];
+        self.run.system().mass().mul_add(1.0, v, &mut x[..n]);
+        rows.gather(&rates, &mut x[n..]);
+        x[n..].iter_mut().for_each(|rate| *rate = -*rate);
+        let mass = |out: &mut dyn Entries| self.run.system().mass().emit(out);
+        let mut saddle = SaddlePoint::new(n, rows.clone());
+        saddle.solve(mechanism, &mass, at, 1.0, at, &mut x).ok()?;
+        let mut rate = 0.0;
+        let first = mechanism.len() - mechanism.rows().len();
+        mechanism.rows()[row - first].add_rate(at.q, v, &mut rate);
+        Some((-x[n + place], rate))
+    }
+
+    fn take(&mut self, take: &mut TakeStep<'_, S>) -> Result<StepReport, StepError> {
         let Self { run, add_work, work, ended, increments, .. } = self;
         let composed = run.reads_states();
         work.begin();
         increments.iter_mut().for_each(LastIncrements::begin);
         ended[0] = ended[1];
         let (mut action_rate, mut length) = (Some(0.0), 0.0); // E_d = −∂/∂h of the action
-        let taken = run.step_in_parts(parts, &mut |system, mechanism, step| {
+        let taken = take(run, &mut |system, mechanism, step| {
             add_work(work, system, mechanism, step);
             increments.iter_mut().for_each(|increments| increments.add(step.s));
             if composed {
@@ -136,7 +188,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         self.seen.with_step = match which {
             NodeOf::Start { whole } if whole && of_steps => {
                 // at the start the multipliers of the step are of first order and no step ends
-                let at_start = self.run.before().step == 0 && self.wanted.any();
+                let at_start = self.run.before().t <= self.began && self.wanted.any();
                 of_level = at_start && self.find_acceleration().is_ok();
                 self.run.node_before()?;
                 if let Some(increments) = &self.increments {
@@ -145,7 +197,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
                 true
             }
             NodeOf::Last if of_steps => {
-                let at_start = self.run.state().step == 0 && self.wanted.any();
+                let at_start = self.run.state().t <= self.began && self.wanted.any();
                 if at_start {
                     of_level = self.find_acceleration().is_ok();
                 } else if self.wanted.accelerations {
@@ -300,6 +352,47 @@ impl AnyStepper {
         either!(self, own => own.run.interval())
     }
 
+    /// Takes a step of another length, to the time `t_end`; it counts where it `ends` one of the
+    /// own length. Where it is refused, the state stays what it was.
+    pub(crate) fn step_of(
+        &mut self,
+        h: f64,
+        t_end: f64,
+        ends: bool,
+    ) -> Result<StepReport, StepError> {
+        either!(self, own => own.step_of(h, t_end, ends))
+    }
+
+    /// Goes back to where the last step started.
+    pub(crate) fn take_back(&mut self) {
+        either!(self, own => own.take_back());
+    }
+
+    /// The impulse of a scalar constraint that stops the velocity `v`, N·s or N·m·s, and the rate
+    /// of its coordinate before.
+    pub(crate) fn impulse(&self, constraint: &str, v: &[f64]) -> Option<(f64, f64)> {
+        either!(self, own => own.impulse(constraint, v))
+    }
+
+    /// The time of node `n`, s.
+    pub(crate) fn time_of(&self, n: u64) -> f64 {
+        either!(self, own => own.run.time_of(n))
+    }
+
+    /// Continues a motion that another mechanism has brought to here, see
+    /// [`Integrator::continue_from`].
+    pub(crate) fn continue_from(&mut self, step: u64, t: f64, angles: &[f64], internal: &[f64]) {
+        either!(self, own => {
+            own.run.continue_from(step, 0.0, angles, internal);
+            own.began = t;
+        });
+    }
+
+    /// The present node, between two of the grid, counts as the next.
+    pub(crate) fn end_here(&mut self) {
+        either!(self, own => own.run.end_here());
+    }
+
     /// Reads a node.
     pub(crate) fn observe(&mut self, which: NodeOf) -> Result<(), Singular> {
         either!(self, own => own.observe(which))
@@ -328,8 +421,15 @@ impl AnyStepper {
 
     /// The internal variables of signals in a state.
     pub(crate) fn signals<'a>(&self, state: &'a State) -> &'a [f64] {
-        let Self::Variational(own) = self else { return &[] };
-        state.internal.get(own.run.system().places_of_signals()).unwrap_or_default()
+        state.internal.get(self.places_of_signals()).unwrap_or_default()
+    }
+
+    /// Where the internal variables of signals are among those of a state.
+    pub(crate) fn places_of_signals(&self) -> std::ops::Range<usize> {
+        match self {
+            Self::Variational(own) => own.run.system().places_of_signals(),
+            Self::EnergyMomentum(_) => 0..0,
+        }
     }
 
     /// How often a bound of the tension of beams was raised; `None` where none can be.

@@ -38,6 +38,15 @@ pub(crate) struct JointDrive {
     pub(crate) freedom: usize,
     /// Its effort.
     pub(crate) law: ElementLaw,
+    /// Whether it does not act.
+    pub(crate) idle: bool,
+}
+
+impl JointDrive {
+    /// `τ(t, θ, θ̇)`.
+    pub(crate) fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        if self.idle { 0.0 } else { self.law.effort(t, coordinate, rate) }
+    }
 }
 
 /// The effort of a force element along a joint coordinate, N or N·m.
@@ -65,7 +74,8 @@ impl ElementLaw {
 /// Spring, damper, motor and control of a joint, in this order.
 pub(crate) fn joint_elements(joint: &holonom_model::Joint) -> Vec<JointDrive> {
     let mut elements = Vec::new();
-    let mut add = |part, freedom, law| elements.push(JointDrive { part, freedom, law });
+    let mut add =
+        |part, freedom, law| elements.push(JointDrive { part, freedom, law, idle: false });
     if let Some(spring) = &joint.spring {
         let (stiffness, rest) = (spring.stiffness, spring.rest);
         add("spring", spring.freedom, ElementLaw::Spring { stiffness, rest });
@@ -103,7 +113,7 @@ pub(crate) fn add_joint_forces(
     joint: &holonom_model::Joint,
     id: JointId,
 ) -> Result<(), ModelError> {
-    for JointDrive { part, freedom, law } in joint_elements(joint) {
+    for JointDrive { part, freedom, law, .. } in joint_elements(joint) {
         let key = format!("joint.{}.{part}.freedom", joint.name);
         let at = coordinate(joint, id, freedom, key)?;
         match law {

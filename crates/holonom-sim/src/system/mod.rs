@@ -9,6 +9,7 @@ pub(crate) mod names;
 pub(crate) mod signal;
 
 use crate::dynamics::Dynamics;
+use crate::event::switches::Lock;
 use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
 use crate::system::names::Names;
@@ -56,6 +57,15 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
 /// # Errors
 /// [`ModelError`]; also for an input that acts on nothing.
 pub fn build_with(model: &Model, inputs: &[Input]) -> Result<System, ModelError> {
+    build_with_locks(model, inputs, &[])
+}
+
+/// The same with joint coordinates that are held.
+pub(crate) fn build_with_locks(
+    model: &Model,
+    inputs: &[Input],
+    locks: &[Lock],
+) -> Result<System, ModelError> {
     let planar = model.header.dimension == 2;
     let builder = if planar { MechanismBuilder::planar() } else { MechanismBuilder::new() };
     let mut builder = builder.gravity(model.gravity());
@@ -91,6 +101,11 @@ pub fn build_with(model: &Model, inputs: &[Input]) -> Result<System, ModelError>
     model.bars.iter().for_each(|bar| add_bar(&mut builder, bar, &start, &names));
     for constraint in &model.constraints {
         drive::add_constraint(&mut builder, constraint, &names)?;
+    }
+    for lock in locks {
+        if let Some((_, id)) = names.joint(&lock.joint) {
+            builder.hold(&lock.name(), id.coordinate(lock.freedom), lock.value);
+        }
     }
     model.springs.iter().for_each(|spring| add_spring(&mut builder, spring, &names));
     for joint in &model.joints {

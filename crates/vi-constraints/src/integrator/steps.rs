@@ -99,12 +99,25 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     fn take_sub_steps(
         &mut self,
         parts: u32,
-        mut each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
+        each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
     ) -> Result<StepReport, StepError> {
         let step = self.state.step + 1;
         let next = self.origin.time(step, self.step);
+        self.take_length(self.step, next, step, parts, each)
+    }
+
+    /// A macro step of the length `length` as `parts` of it, to the time `next` and the node
+    /// `step`.
+    fn take_length(
+        &mut self,
+        length: f64,
+        next: f64,
+        step: u64,
+        parts: u32,
+        mut each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
+    ) -> Result<StepReport, StepError> {
         let Self { system, constraints, scheme, solver, state, gammas, .. } = self;
-        let (count, part) = (gammas.len(), self.step / f64::from(parts));
+        let (count, part) = (gammas.len(), length / f64::from(parts));
         let sub_steps = parts as usize * count;
         let mut total = StepReport { sub_steps, ..StepReport::default() };
         for taken in 0..sub_steps {
@@ -133,6 +146,58 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         }
         state.step = step;
         Ok(total)
+    }
+
+    /// A macro step of the length `h` (s) in the place of the own one, to the time `t_end`; it
+    /// counts as a step where `ends` says so. The structure is that of a step `h`.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before.
+    pub fn step_of(
+        &mut self,
+        h: f64,
+        t_end: f64,
+        ends: bool,
+        each: &mut dyn FnMut(&S, &C, Step<'_>),
+    ) -> Result<StepReport, StepError> {
+        self.before.copy_from(&self.state);
+        self.state.history.clear(); // of steps of another length
+        let step = self.state.step + u64::from(ends);
+        let taken = self.take_length(h, t_end, step, 1, Some(each));
+        if taken.is_err() {
+            self.state.copy_from(&self.before);
+        }
+        taken
+    }
+
+    /// Goes back to the node where the last macro step started.
+    pub fn take_back(&mut self) {
+        self.state.copy_from(&self.before);
+    }
+
+    /// The time of node `n`, s.
+    #[must_use]
+    pub fn time_of(&self, n: u64) -> f64 {
+        self.origin.time(n, self.step)
+    }
+
+    /// Continues a motion that another mechanism of the same coordinates has brought to here: its
+    /// number of steps, whose nodes are counted from `t_0` (s), its angles, and its internal
+    /// variables where they are those of this system.
+    pub fn continue_from(&mut self, step: u64, t_0: f64, angles: &[f64], internal: &[f64]) {
+        self.origin = Origin { t: t_0, step: 0 };
+        let state = &mut self.state;
+        state.step = step;
+        state.angles.copy_from_slice(angles);
+        if internal.len() == state.internal.len() {
+            state.internal.copy_from_slice(internal);
+        }
+        self.before.copy_from(state);
+    }
+
+    /// The motion ends here, between two nodes: the present one counts as the next.
+    pub fn end_here(&mut self) {
+        self.state.step += 1;
     }
 
     /// Continues from a state of this motion, for example one that was stored: the next steps are,

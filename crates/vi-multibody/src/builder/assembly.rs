@@ -317,6 +317,10 @@ impl MechanismBuilder {
                 finite(element, "ratio", &[*ratio])?;
                 ScalarConstraint::gear(name, coordinate(a)?, coordinate(b)?, *ratio, q)
             }
+            ConstraintKind::Held { coordinate: id, target } => {
+                finite(element, "target", &[*target])?;
+                ScalarConstraint::held(name, coordinate(id)?, *target)
+            }
             ConstraintKind::Motion { coordinate: id, reference } => {
                 finite(element, "reference at t = 0", &reference(0.0))?;
                 ScalarConstraint::motion(name, coordinate(id)?, reference.clone())

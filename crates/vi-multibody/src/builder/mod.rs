@@ -114,6 +114,7 @@ enum ConstraintKind {
     PointOnPlane(Guide),
     Gear { a: CoordinateId, b: CoordinateId, ratio: f64 },
     Motion { coordinate: CoordinateId, reference: Reference },
+    Held { coordinate: CoordinateId, target: f64 },
     Rolling(RollingPart),
     Blade { body: BodyId, point: Vector3<f64>, axis: Vector3<f64> },
 }
@@ -317,6 +318,11 @@ impl MechanismBuilder {
     /// gears that rotate in opposite directions), racks.
     pub fn gear(&mut self, name: &str, a: CoordinateId, b: CoordinateId, ratio: f64) {
         self.constraint(name, ConstraintKind::Gear { a, b, ratio });
+    }
+
+    /// The coordinate keeps the value `target` (m or rad, revolutions counted).
+    pub fn hold(&mut self, name: &str, coordinate: CoordinateId, target: f64) {
+        self.constraint(name, ConstraintKind::Held { coordinate, target });
     }
 
     /// The coordinate follows `θ_ref(t)`; `reference` gives `θ_ref`, `θ̇_ref` and `θ̈_ref`. The

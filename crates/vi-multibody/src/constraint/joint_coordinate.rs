@@ -55,7 +55,7 @@ pub struct Change {
 const UNLISTED: usize = usize::MAX;
 
 /// What a joint coordinate is a function of: products of linear forms of `q`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// `u`.
     Length(Row),

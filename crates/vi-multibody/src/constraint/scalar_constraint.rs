@@ -331,6 +331,14 @@ impl ScalarConstraint {
         Self::new(name, vec![ScalarRow::Gear { a, b, ratio, target }])
     }
 
+    /// The coordinate keeps the value `target`, revolutions counted: a gear without a second one.
+    #[must_use]
+    pub fn held(name: &str, coordinate: JointCoordinate, target: f64) -> Self {
+        let a = Box::new(coordinate);
+        let row = ScalarRow::Gear { b: a.clone(), a, ratio: 0.0, target };
+        Self::new(name, vec![row])
+    }
+
     /// The coordinate follows `θ_ref(t)`.
     #[must_use]
     pub fn motion(name: &str, coordinate: JointCoordinate, reference: Reference) -> Self {

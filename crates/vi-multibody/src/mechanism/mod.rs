@@ -180,6 +180,12 @@ impl Mechanism {
         Some(coordinate)
     }
 
+    /// The angles whose revolutions count, in the order of [`vi_core::Configuration::angles`].
+    #[must_use]
+    pub fn angles(&self) -> &[JointCoordinate] {
+        &self.angles
+    }
+
     /// Whether a step in which a body moves by a distance, m, raises floors of increments.
     pub(crate) fn raises_floors(&self, distance: f64) -> bool {
         self.round_off.matters(distance)

@@ -19,7 +19,7 @@ use crate::text::sections::{FORMULAS, LISTS, OF_SIGNALS, PARAMETERS, TABLES};
 use crate::text::wishes;
 
 /// Keys of a part that name other parts.
-const REFERENCES: [&str; 12] = [
+const REFERENCES: [&str; 16] = [
     "from",
     "to",
     "parent",
@@ -32,6 +32,10 @@ const REFERENCES: [&str; 12] = [
     "relative_to",
     "seen_from",
     "on",
+    "release",
+    "lock",
+    "enable",
+    "disable",
 ];
 
 type Value<'i> = Spanned<DeValue<'i>>;
@@ -319,7 +323,7 @@ impl<'a, 'i> Merge<'a, 'i> {
         self.lines(&mut out, index, section, table);
         let kind = table.get("type").and_then(|kind| kind.get_ref().as_str());
         let posed = match section {
-            "sensor" | "table" | "signal" => false,
+            "sensor" | "table" | "signal" | "event" => false,
             "law" => table.contains_key("from"),
             "load" => table.get("frame").is_none_or(|f| f.get_ref().as_str() != Some("body")),
             "constraint" => kind.is_some_and(|kind| {
@@ -349,6 +353,8 @@ impl<'a, 'i> Merge<'a, 'i> {
                 key if section == "law" && FORMULAS.contains(&key) => Role::Formula,
                 "value" | "rate" if section == "signal" => Role::Formula,
                 _ if section == "signal" => Role::Signal,
+                "when" if section == "event" => Role::Formula,
+                "set" if section == "event" => Role::Settings,
                 key if REFERENCES.contains(&key) => Role::Reference,
                 _ => Role::Plain,
             };
@@ -374,7 +380,13 @@ impl<'a, 'i> Merge<'a, 'i> {
                 out.text.push('{');
                 for (k, (key, entry)) in table.iter().enumerate() {
                     out.text += if k > 0 { ", " } else { " " };
-                    out.key(key.get_ref(), file, key.span());
+                    match role {
+                        Role::Settings => {
+                            let name = self.word(index, key.get_ref(), Role::Reference);
+                            out.key(&name, file, key.span());
+                        }
+                        _ => out.key(key.get_ref(), file, key.span()),
+                    }
                     let role = match (role, key.get_ref().as_ref()) {
                         (Role::Shape, "file") => Role::File,
                         (Role::Signal, key) if OF_SIGNALS.contains(&key) => Role::Formula,
@@ -431,6 +443,8 @@ enum Role {
     Formula,
     /// A part of a signal, with such expressions in it.
     Signal,
+    /// Values under the names of other parts.
+    Settings,
     /// A description.
     Text,
     /// A shape.

@@ -1,0 +1,202 @@
+//! Checks of events.
+
+use std::collections::BTreeSet;
+
+use crate::Scheme;
+use crate::checks::Checker;
+use crate::expression::renamed_parts;
+use crate::observed::Observed;
+use crate::quantity::Quantities;
+use crate::types::event::{Event, Locate, coordinate_of};
+use crate::types::law::{Formula, Law};
+
+fn formulas_of(law: &Law) -> impl Iterator<Item = &Formula> {
+    let vectors = law.force.iter().chain(&law.torque).flatten();
+    law.effort.iter().chain(&law.tension).chain(vectors)
+}
+
+impl Checker<'_> {
+    pub(crate) fn event(&mut self, key: &str, event: &Event, quantities: &Quantities<'_>) {
+        if self.model.settings.scheme == Scheme::Static {
+            let message = "equilibria know no events".to_owned();
+            return self.report(key, message, "remove the event, or take another scheme");
+        }
+        self.event_condition(key, event, quantities);
+        if event.actions().next().is_none() {
+            let help = "add `release`, `lock`, `set`, `enable`, `disable` or `end = true`";
+            self.report(key, "the event does nothing".into(), help);
+        }
+        let released = ["joint", "bar", "constraint", "spring", "law"];
+        self.event_parts(&format!("{key}.release"), &event.release, &released);
+        self.event_parts(&format!("{key}.enable"), &event.enable, &["law", "load", "joint"]);
+        self.event_parts(&format!("{key}.disable"), &event.disable, &["law", "load", "joint"]);
+        for name in event.set.keys() {
+            let key = format!("{key}.set.{name}");
+            let known = self.refers(key.clone(), name, &["signal"]);
+            let signal = self.model.signals.iter().find(|signal| signal.name == *name);
+            if known && signal.is_some_and(|signal| !signal.kinds().is_empty()) {
+                let message = format!("`{name}` has a value of its own");
+                self.report(key, message, "set a signal with `start` alone");
+            }
+        }
+        for (list, names) in [("enable", &event.enable), ("disable", &event.disable)] {
+            self.event_motors(&format!("{key}.{list}"), names);
+        }
+        if let Some(name) = event.enable.iter().find(|name| event.disable.contains(name)) {
+            let message = format!("`{name}` is both enabled and disabled");
+            self.report(format!("{key}.enable"), message, "remove it from one of the lists");
+        }
+        self.event_locks(&format!("{key}.lock"), &event.lock);
+        for (list, names) in [("release", &event.release), ("lock", &event.lock)] {
+            if !event.once && !names.is_empty() {
+                let message = format!("`{list}` is done once, and the event acts again");
+                self.report(format!("{key}.once"), message, "remove `once = false`");
+            }
+        }
+        self.event_twice(key, event);
+        for joint in &event.release {
+            self.event_readers(&format!("{key}.release"), joint, event);
+        }
+    }
+
+    /// Laws and signals that read a joint which is released.
+    fn event_readers(&mut self, key: &str, joint: &str, event: &Event) {
+        if !self.model.joints.iter().any(|own| own.name == joint) {
+            return;
+        }
+        let reads = |text: &str| {
+            let mut found = false;
+            renamed_parts(text, &mut |part| {
+                found |= part == joint;
+                part.to_owned()
+            });
+            found
+        };
+        let stays =
+            |law: &&Law| law.joint.as_deref() != Some(joint) && !event.release.contains(&law.name);
+        let laws = self.model.laws.iter().filter(stays);
+        let laws = laws.filter(|law| formulas_of(law).any(|formula| reads(&formula.0)));
+        let signals = self.model.signals.iter();
+        let signals = signals.filter(|own| own.formulas().any(|(_, formula)| reads(&formula.0)));
+        let names = laws.map(|law| &law.name).chain(signals.map(|signal| &signal.name));
+        if let Some(name) = names.cloned().next() {
+            let message = format!("`{name}` reads the joint `{joint}`");
+            let help = "let it read positions and velocities of the body, or release it, too";
+            self.report(key, message, help);
+        }
+    }
+
+    fn event_condition(&mut self, key: &str, event: &Event, quantities: &Quantities<'_>) {
+        match (&event.when, event.at) {
+            (Some(_), Some(_)) => {
+                let message = "the event has a condition and a time".to_owned();
+                self.report(format!("{key}.at"), message, "write two events");
+            }
+            (None, None) => {
+                let help = "add `when = \"…\"`, such as \"knee > 0.5\", or `at = …`, s";
+                self.report(key, "the event does not say when it acts".into(), help);
+            }
+            (None, Some(at)) if at < 0.0 => {
+                let message = format!("{at} s is before the start");
+                self.report(format!("{key}.at"), message, "write 0 or a later time");
+            }
+            (None, Some(_)) if !event.once => {
+                let message = "a time comes once".to_owned();
+                self.report(
+                    format!("{key}.once"),
+                    message,
+                    "remove `once = false`, or write `when`",
+                );
+            }
+            (None, Some(_)) if event.locate == Locate::Step => {
+                let message = "a time is met exactly".to_owned();
+                self.report(format!("{key}.locate"), message, "remove `locate`");
+            }
+            (None, Some(_)) => {}
+            (Some(text), None) => self.event_when(&format!("{key}.when"), text, quantities),
+        }
+    }
+
+    fn event_when(&mut self, key: &str, text: &str, quantities: &Quantities<'_>) {
+        match Observed::condition(text, self.model, quantities) {
+            Ok(found) if found.program.constant().is_some() => {
+                let message = format!("the condition `{}` never changes", text.trim());
+                self.report(key, message, "compare something that depends on time or state");
+            }
+            Ok(_) => {}
+            Err(error) => {
+                let message = format!("the condition `{}`: {}", text.trim(), error.message);
+                self.report(key, message, error.help);
+            }
+        }
+    }
+
+    fn event_parts(&mut self, key: &str, names: &[String], kinds: &[&'static str]) {
+        let mut known = BTreeSet::new();
+        for name in names {
+            self.reference(key.to_owned(), name, kinds);
+            if !known.insert(name) {
+                let message = format!("`{name}` stands twice in the list");
+                self.report(key, message, "remove one of them");
+            }
+        }
+    }
+
+    /// Joints stand for their motors.
+    fn event_motors(&mut self, key: &str, names: &[String]) {
+        for name in names {
+            let joint = self.model.joints.iter().find(|joint| joint.name == *name);
+            if joint.is_some_and(|joint| joint.motor.is_none()) {
+                let message = format!("joint `{name}` has no motor");
+                let help = "name a joint with a `motor`, a law or a load";
+                self.report(key, message, help);
+            }
+        }
+    }
+
+    fn event_locks(&mut self, key: &str, names: &[String]) {
+        let mut known = BTreeSet::new();
+        for name in names {
+            let (of, freedom) = coordinate_of(name);
+            let Some(joint) = self.model.joints.iter().find(|joint| joint.name == of) else {
+                self.reference(key.to_owned(), name, &["joint"]);
+                continue;
+            };
+            let count = joint.pair().coordinate_count();
+            if freedom >= count {
+                let kind = joint.pair().name();
+                let message = format!("a {kind} joint has no coordinate {freedom} to hold");
+                let help = match count {
+                    0 => "lock joints with angles or displacements: revolute, prismatic, …"
+                        .to_owned(),
+                    1 => format!("write `{of}`"),
+                    _ => format!("its coordinates are `{of}` to `{of}.{}`", count - 1),
+                };
+                self.report(key, message, help);
+            } else if !known.insert((of, freedom)) {
+                self.report(key, format!("`{name}` stands twice"), "remove one of them");
+            }
+        }
+    }
+
+    /// What an earlier event releases or locks already.
+    fn event_twice(&mut self, key: &str, event: &Event) {
+        let others = || self.model.events.iter().take_while(|other| other.name != event.name);
+        let mut found = Vec::new();
+        for name in &event.release {
+            if let Some(other) = others().find(|other| other.release.contains(name)) {
+                found.push(("release", format!("`{name}` is released by `{}`, too", other.name)));
+            }
+        }
+        for name in &event.lock {
+            let same = |own: &String| coordinate_of(own) == coordinate_of(name);
+            if let Some(other) = others().find(|other| other.lock.iter().any(same)) {
+                found.push(("lock", format!("`{name}` is locked by `{}`, too", other.name)));
+            }
+        }
+        for (list, message) in found {
+            let help = "write one event, with both conditions joined by `or`";
+            self.report(format!("{key}.{list}"), message, help);
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Expressions of what can be read at a node: time, joint coordinates, bodies, sensors.
+
+use std::cell::RefCell;
+
+use crate::Model;
+use crate::expression::{ExpressionError, Known, Program};
+use crate::quantity::{Quantities, Quantity};
+use crate::text::problem::nearest;
+use crate::types::sensor::{Sensor, SensorKind};
+
+/// A number of a node.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reading {
+    /// The value of a signal.
+    Signal(String),
+    /// One of the numbers of a sensor, of the model or of what a name means.
+    Sensor(Sensor, Part),
+}
+
+/// One of the numbers of a sensor.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Counted from 0.
+    Number(usize),
+    /// By its heading, after the name of the sensor.
+    Heading(String),
+}
+
+/// An expression of what can be read at a node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observed {
+    /// The expression: its first input is the time, the others are the readings.
+    pub program: Program,
+    /// What it reads.
+    pub readings: Vec<Reading>,
+}
+
+impl Observed {
+    /// Compiles a condition, which is true where it is positive.
+    ///
+    /// # Errors
+    /// [`ExpressionError`].
+    pub fn condition(
+        text: &str,
+        model: &Model,
+        quantities: &Quantities<'_>,
+    ) -> Result<Self, ExpressionError> {
+        Self::compile(text, model, quantities, Program::condition)
+    }
+
+    fn compile(
+        text: &str,
+        model: &Model,
+        quantities: &Quantities<'_>,
+        parse: fn(&str, &mut dyn FnMut(&str) -> Option<Known>) -> Result<Program, ExpressionError>,
+    ) -> Result<Self, ExpressionError> {
+        let (readings, refused) = (RefCell::new(Vec::<Reading>::new()), RefCell::new(None));
+        let mut known = |name: &str| {
+            if name == "t" {
+                return Some(Known::Input(0));
+            }
+            if let Some(curve) = quantities.curves().curve(name) {
+                return Some(Known::Curve(curve));
+            }
+            let reading = match reading(quantities, model, name)? {
+                Ok(reading) => reading,
+                Err(why) => {
+                    refused.replace(Some(why));
+                    return None;
+                }
+            };
+            let mut all = readings.borrow_mut();
+            let place = all.iter().position(|own| *own == reading).unwrap_or_else(|| {
+                all.push(reading);
+                all.len() - 1
+            });
+            Some(Known::Input(1 + place))
+        };
+        let program = parse(text, &mut known).map_err(|error| {
+            let Some(name) = error.unknown.clone() else { return error };
+            if let Some(why) = refused.take() {
+                let help = "read a position, a velocity or a joint coordinate".to_owned();
+                return ExpressionError { message: why, help, ..error };
+            }
+            let help = match nearest(&name, names(model).iter().map(String::as_str)) {
+                Some(best) => format!("did you mean `{best}`?"),
+                None => "it may read t, joints (`knee`, `knee.rate`), bodies (`arm.x` to `arm.z`, `arm.vx`, \
+                         `arm.wx`, …), sensors (`tip.x`), and [parameters]"
+                    .to_owned(),
+            };
+            ExpressionError { message: format!("`{name}` is not known"), help, ..error }
+        })?;
+        Ok(Self { program, readings: readings.into_inner() })
+    }
+}
+
+/// What a name means; `Err` where it cannot be read at a node.
+fn reading(
+    quantities: &Quantities<'_>,
+    model: &Model,
+    name: &str,
+) -> Option<Result<Reading, String>> {
+    let of_kind = |kind: SensorKind, of: String, number: usize| {
+        let sensor = Sensor::new(format!("{kind:?} of {of}"), kind, of);
+        Some(Ok(Reading::Sensor(sensor, Part::Number(number))))
+    };
+    match quantities.quantity(name) {
+        Some(Quantity::Signal(signal)) => return Some(Ok(Reading::Signal(signal))),
+        Some(Quantity::Coordinate { joint, freedom }) => {
+            return of_kind(SensorKind::JointCoordinate, joint, freedom);
+        }
+        Some(Quantity::Rate { joint, freedom }) => {
+            return of_kind(SensorKind::JointRate, joint, freedom);
+        }
+        Some(Quantity::Position { of, axis }) => return of_kind(SensorKind::Position, of, axis),
+        Some(Quantity::Velocity { of, axis }) => return of_kind(SensorKind::Velocity, of, axis),
+        Some(Quantity::AngularVelocity { of, axis }) => {
+            return of_kind(SensorKind::AngularVelocity, of, axis);
+        }
+        None => {}
+    }
+    let (of, part) = name.split_once('.').unwrap_or((name, ""));
+    let sensor = model.sensors.iter().find(|sensor| sensor.name == of)?;
+    let constrained = model.constraints.iter().any(|c| c.name() == sensor.of);
+    let effort = matches!(sensor.kind, SensorKind::Effort | SensorKind::Power);
+    if !sensor.kind.is_of_state() || effort && constrained {
+        let why =
+            format!("`{of}` cannot be read by an expression: it depends on the step that follows");
+        return Some(Err(why));
+    }
+    Some(Ok(Reading::Sensor(sensor.clone(), Part::Heading(part.to_owned()))))
+}
+
+/// Names that may be meant.
+fn names(model: &Model) -> Vec<String> {
+    let joints = model.joints.iter().flat_map(|joint| {
+        let name = &joint.name;
+        [name.clone(), format!("{name}.rate")]
+    });
+    let members = model.bodies.iter().map(|body| &body.name);
+    let members = members.chain(model.particles.iter().map(|particle| &particle.name));
+    let members = members.flat_map(|name| {
+        let axes = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"];
+        axes.map(|axis| format!("{name}.{axis}"))
+    });
+    let sensors = model.sensors.iter().map(|sensor| sensor.name.clone());
+    let signals = model.signals.iter().map(|signal| signal.name.clone());
+    joints.chain(members).chain(sensors).chain(signals).collect()
+}

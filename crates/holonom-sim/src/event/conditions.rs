@@ -1,0 +1,128 @@
+//! Conditions of events at a node.
+
+use crate::sensor::{Column, Sensors, View, columns_of, columns_of_signal};
+use crate::system;
+use holonom_model::expression::Program;
+use holonom_model::{
+    Event, Locate, Model, ModelError, Observed, Part, Problem, Quantities, Reading,
+};
+use vi_constraints::saddle_point::IndependentRows;
+use vi_multibody::mechanism::Mechanism;
+
+/// When the events of a model act.
+#[derive(Debug)]
+pub(super) struct Conditions {
+    events: Vec<When>,
+    sensors: Sensors, // of what is read
+    values: Vec<f64>, // of their columns, scratch
+    inputs: Vec<f64>, // of an expression, scratch
+}
+
+/// When an event acts.
+#[derive(Debug)]
+struct When {
+    name: String,
+    at: Option<f64>, // s
+    program: Option<Program>,
+    reads: Vec<usize>, // columns, in the order of its inputs after the time
+}
+
+impl Conditions {
+    pub(super) fn new(model: &Model, events: &[Event]) -> Result<Self, ModelError> {
+        let quantities = Quantities::new(model);
+        let (mut watched, mut first) = (Vec::new(), Vec::new());
+        // the columns of signals come first
+        let signals: Vec<Column> = model.signals.iter().flat_map(columns_of_signal).collect();
+        let mut count = signals.len();
+        let mut all = Vec::new();
+        for event in events {
+            let (mut program, mut reads) = (None, Vec::new());
+            if let Some(text) = &event.when {
+                let key = format!("event.{}.when", event.name);
+                let refused = |message: String, help: String| {
+                    ModelError::Assembly(vec![Problem::new(key.clone(), message).help(help)])
+                };
+                let found = Observed::condition(text, model, &quantities)
+                    .map_err(|error| refused(error.message, error.help))?;
+                for reading in found.readings {
+                    let (sensor, part) = match reading {
+                        Reading::Signal(name) => {
+                            reads.extend(signals.iter().position(|column| column.name() == name));
+                            continue;
+                        }
+                        Reading::Sensor(sensor, part) => (sensor, part),
+                    };
+                    let columns = columns_of(model, &sensor);
+                    let place = watched.iter().position(|own| *own == sensor);
+                    let start = place.map_or(count, |place| first[place]);
+                    let own = match &part {
+                        Part::Number(k) => Some(*k),
+                        Part::Heading(part) => {
+                            columns.iter().position(|column| column.part == *part)
+                        }
+                    };
+                    let Some(own) = own else {
+                        let known: Vec<String> = columns.iter().map(Column::name).collect();
+                        let message = format!("`{}` has no number of this name", sensor.name);
+                        return Err(refused(message, format!("it has {}", known.join(", "))));
+                    };
+                    if place.is_none() {
+                        first.push(count);
+                        count += columns.len();
+                        watched.push(sensor);
+                    }
+                    reads.push(start + own);
+                }
+                program = Some(found.program);
+            }
+            all.push(When { name: event.name.clone(), at: event.at, program, reads });
+        }
+        let mut read = model.clone();
+        read.sensors = watched;
+        let sensors = system::build(&read)?.sensors;
+        Ok(Self { events: all, sensors, values: Vec::new(), inputs: Vec::new() })
+    }
+
+    /// The time at which an event acts, s; `None` of one with a condition.
+    pub(super) fn time(&self, event: usize) -> Option<f64> {
+        self.events[event].at
+    }
+
+    pub(super) fn sensors(&mut self) -> &mut Sensors {
+        &mut self.sensors
+    }
+
+    /// `sides ←` the value of each condition at a node, 0 of times.
+    ///
+    /// # Errors
+    /// The name of the event whose condition has no value there, and why.
+    pub(super) fn read(
+        &mut self,
+        mechanism: &Mechanism,
+        rows: &IndependentRows,
+        at: View<'_>,
+        sides: &mut Vec<f64>,
+    ) -> Result<(), String> {
+        let Self { events, sensors, values, inputs } = self;
+        let t = at.t;
+        sensors.read(mechanism, rows, at, values);
+        sides.clear();
+        for When { name, program, reads, .. } in events {
+            let Some(program) = program else {
+                sides.push(0.0);
+                continue;
+            };
+            inputs.clear();
+            inputs.push(t);
+            inputs.extend(reads.iter().map(|column| values[*column]));
+            let value = program.value(inputs);
+            sides.push(value.map_err(|undefined| format!("event `{name}`: {undefined}"))?);
+        }
+        Ok(())
+    }
+}
+
+/// Whether an event is located within a step.
+pub(super) fn is_located(event: &Event) -> bool {
+    event.locate == Locate::Root
+}

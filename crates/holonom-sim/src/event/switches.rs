@@ -1,0 +1,87 @@
+//! The state of events: what is in force, and what their conditions have seen.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+use vi_core::State;
+
+/// All that events add to the state of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Switches {
+    /// Where the mechanism in force began; `None` for the one that the model states.
+    pub(crate) phase: Option<Box<PhaseStart>>,
+    /// Parts that are gone.
+    pub(crate) released: BTreeSet<String>,
+    /// Laws, loads and motors, by their joint, that do not act.
+    pub(crate) disabled: BTreeSet<String>,
+    /// Joint coordinates that are held.
+    pub(crate) locks: Vec<Lock>,
+    /// Whether each event acts when its condition becomes true next.
+    pub(crate) ready: Vec<bool>,
+    /// The value of each condition at the present node; of times 0.
+    pub(crate) sides: Vec<f64>,
+    /// How often each event has acted.
+    pub(crate) counts: Vec<u64>,
+    /// What is followed for the conditions.
+    pub(crate) readings: Vec<Vec<f64>>,
+    /// Angles with their revolutions, rad, that the parts of the whole model refer to.
+    pub(crate) turns: Vec<f64>,
+    /// Work of the earlier phases, J: of each column, of prescribed motions, of events.
+    pub(crate) works: Vec<f64>,
+    /// What events did since a node was handed out.
+    pub(crate) pending: Vec<EventRecord>,
+    /// Steps in which there were more events than are located.
+    pub(crate) crowded: u64,
+    /// An event has ended the run.
+    pub(crate) ended: bool,
+}
+
+/// Where a mechanism began.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct PhaseStart {
+    pub(crate) step: u64,
+    pub(crate) t: f64,             // s
+    pub(crate) q: Vec<f64>,        // n
+    pub(crate) v: Vec<f64>,        // n  of the projected momentum before
+    pub(crate) internal: Vec<f64>, // internal variables
+}
+
+impl PhaseStart {
+    pub(crate) fn new(state: &State, v: &[f64]) -> Self {
+        let (q, internal) = (state.q.clone(), state.internal.clone());
+        Self { step: state.step, t: state.t, q, v: v.to_vec(), internal }
+    }
+}
+
+/// A joint coordinate that is held.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Lock {
+    pub(crate) joint: String,
+    pub(crate) freedom: usize,
+    pub(crate) value: f64, // m or rad, revolutions counted
+}
+
+impl Lock {
+    /// The name of its constraint.
+    pub(crate) fn name(&self) -> String {
+        match self.freedom {
+            0 => format!("{}.lock", self.joint),
+            k => format!("{}.{k}.lock", self.joint),
+        }
+    }
+}
+
+/// What an event did to a part: a row of `events.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EventRecord {
+    /// When, s.
+    pub t: f64,
+    /// The event.
+    pub event: String,
+    /// The action and the part: `release sling`.
+    pub action: String,
+    /// What the energy is less than before, J: of a lock by its impact, of all else at this time in
+    /// the first row.
+    pub energy_lost: f64,
+    /// The impulse of a lock along its coordinate, N·s or N·m·s.
+    pub impulse: Option<f64>,
+}

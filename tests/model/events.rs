@@ -1,0 +1,338 @@
+//! Events of the model file: where they act, what they change, what is kept across them, what is
+//! refused.
+
+#![allow(clippy::unwrap_used)] // a test
+
+use holonom::run::prepare;
+use holonom::{EventRecord, Model, RunState, Sample, Simulation};
+use vi_testkit::model::{body, head, heavy, part};
+
+/// The nodes of a run that does not fail.
+fn run(text: &str) -> Vec<Sample> {
+    let model = Model::from_toml(text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let mut simulation = Simulation::new(&model).unwrap_or_else(|error| panic!("{error}"));
+    simulation.samples().map(|sample| sample.unwrap_or_else(|f| panic!("{}", f.message))).collect()
+}
+
+fn events(nodes: &[Sample]) -> Vec<EventRecord> {
+    nodes.iter().flat_map(|node| node.events.iter().cloned()).collect()
+}
+
+/// A rod on a hinge, with what happens to it.
+fn rod(settings: &str, event: &str) -> String {
+    heavy("rod", [0.0, 0.0, -9.81], &format!("step = 0.01, end = 0.9, {settings}"))
+        + &body("rod", 1.2, [0.002, 0.05, 0.05])
+        + "position = [0.4, 0.0, 0.0]\n"
+        + &part("joint", "pin")
+        + "type = \"revolute\"\nparent = \"ground\"\nchild = \"rod\"\nposition = [0.0, 0.0, 0.0]\n\
+           axis = [0.0, 1.0, 0.0]\nrate = 0.7\n"
+        + &part("sensor", "angle")
+        + "type = \"joint_coordinate\"\nof = \"pin\"\n"
+        + &part("sensor", "hold")
+        + "type = \"reaction\"\nof = \"pin\"\n"
+        + &part("sensor", "speed")
+        + "type = \"velocity\"\nof = \"rod\"\n"
+        + event
+}
+
+/// The same text with other actions for the same event.
+fn ending(text: &str, action: &str) -> String {
+    let changed = text.replace(action, "end = true\n");
+    assert_ne!(changed, text);
+    changed
+}
+
+/// What is let go flies in the parabola of its place and velocity there, through the rest of the
+/// step and all that follow; its joint has a coordinate and no reaction.
+#[test]
+fn a_released_body_flies_in_a_parabola() {
+    let release = "release = [\"pin\"]\n";
+    for scheme in ["nodal", "reduced", "constrained", "dalembert", "em-nodal"] {
+        let event = part("event", "throw") + "when = \"rod.x < 0.1 and pin.rate > 0\"\n" + release;
+        let text = rod(&format!("scheme = \"{scheme}\""), &event);
+        let (nodes, stopped) = (run(&text), run(&ending(&text, release)));
+        let (acted, last) = (events(&nodes), stopped.last().unwrap());
+        assert_eq!(acted.len(), 1, "{acted:?}");
+        assert_eq!((nodes.len(), last.t.to_bits()), (91, acted[0].t.to_bits()));
+        assert!((last.q[0] - 0.1).abs() < 1e-13, "x = {}", last.q[0]);
+        let velocity = &last.sensors[8..11];
+        let mut worst = 0.0_f64;
+        for node in nodes.iter().filter(|node| node.t > acted[0].t) {
+            let s = node.t - acted[0].t;
+            let z = last.q[2] + velocity[2] * s - 0.5 * 9.81 * s * s;
+            worst = worst.max((node.q[0] - last.q[0] - velocity[0] * s).abs());
+            worst = worst.max((node.q[2] - z).abs());
+            assert!(node.sensors[1..7].iter().all(|r| *r == 0.0), "{:?}", node.sensors);
+            assert!(node.sensors[0] > last.sensors[0], "the angle goes on");
+        }
+        let balance = nodes.last().unwrap().energies.last().unwrap().abs();
+        println!("{scheme}: at {}, apart {worst:.1e} m, balance {balance:.1e} J", acted[0].t);
+        assert!(worst < 1e-12, "{scheme}: {worst:e}");
+        // velocities of energy–momentum schemes may miss the constraints by `O(h²)`
+        let lost = acted[0].energy_lost;
+        println!("{scheme}: lost {lost:.1e} J");
+        assert!(if scheme.starts_with("em-") { lost.abs() < 1e-3 } else { lost == 0.0 });
+        assert!(acted[0].impulse.is_none());
+    }
+}
+
+/// Two discs on one axis after many revolutions: both turn with the same momentum, and what is lost
+/// is that of a plastic impact.
+#[test]
+fn a_lock_is_a_plastic_impact() {
+    let (a, b, speed): (f64, f64, f64) = (0.3, 0.2, 30.0);
+    for scheme in ["nodal", "constrained", "em-nodal", "em-constrained"] {
+        let text = head("clutch", &format!("step = 0.01, end = 0.6, scheme = \"{scheme}\""))
+            + &body("a", 2.0, [0.2, 0.2, a])
+            + &body("b", 1.0, [0.1, 0.1, b])
+            + &part("joint", "shaft")
+            + "type = \"revolute\"\nparent = \"ground\"\nchild = \"a\"\nposition = [0.0, 0.0, 0.0]\n\
+               axis = [0.0, 0.0, 1.0]\n"
+            + &part("joint", "clutch")
+            + "type = \"revolute\"\nparent = \"a\"\nchild = \"b\"\nposition = [0.0, 0.0, 0.0]\n\
+               axis = [0.0, 0.0, 1.0]\nrate = 30.0\n"
+            + &part("sensor", "slip")
+            + "type = \"joint_coordinate\"\nof = \"clutch\"\n"
+            + &part("sensor", "rate")
+            + "type = \"joint_rate\"\nof = \"shaft\"\n"
+            + &part("event", "engage")
+            + "when = \"clutch > 8.0\"\nlock = [\"clutch\"]\n";
+        let nodes = run(&text);
+        let acted = events(&nodes);
+        let last = nodes.last().unwrap();
+        let common = b * speed / (a + b);
+        let reduced = a * b / (a + b);
+        let loss = 0.5 * reduced * speed * speed;
+        println!("{scheme}: {acted:?}, rate {}, slip {}", last.sensors[1], last.sensors[0]);
+        // a step turns by Δθ with sin Δθ = h ω
+        assert!((acted[0].t - 8.0 / speed).abs() < 0.02 * acted[0].t);
+        assert!((acted[0].energy_lost - loss).abs() < 1e-10 * loss);
+        assert!((acted[0].impulse.unwrap() + reduced * speed).abs() < 1e-11);
+        assert!((last.sensors[1] - common).abs() < 1e-10, "{}", last.sensors[1] - common);
+        assert!((last.sensors[0] - 8.0).abs() < 1e-11, "{}", last.sensors[0] - 8.0);
+        let drift = (last.momentum.angular[2] - nodes[0].momentum.angular[2]).abs();
+        assert!(drift < 1e-12 && last.energies.last().unwrap().abs() < 1e-9, "{drift:e}");
+        assert!((last.work + loss).abs() < 1e-10 * loss, "work {}", last.work);
+    }
+}
+
+/// A hoist that parts of its drive leave above and join below: each acts again after its condition
+/// was false. The times are those of exponentials, to order 2.
+#[test]
+fn hysteresis_is_two_events() {
+    let exact = [0.6905977984144821, 2.357154564903995];
+    let text = |step: f64, more: &str| {
+        heavy("hoist", [0.0, 0.0, -9.81], &format!("step = {step:?}, end = 3.0"))
+            + &body("load", 1.0, [0.01; 3])
+            + &part("joint", "height")
+            + "type = \"prismatic\"\nparent = \"ground\"\nchild = \"load\"\nposition = [0.0, 0.0, 0.0]\n\
+               axis = [0.0, 0.0, 1.0]\n"
+            + &part("law", "weight")
+            + "joint = \"height\"\neffort = \"8.81 - 0.8*v\"\n"
+            + &part("law", "hoist")
+            + "joint = \"height\"\neffort = \"2.5\"\n"
+            + &part("event", "off")
+            + "when = \"height > 0.3\"\ndisable = [\"hoist\"]\nonce = false\n"
+            + more
+            + &part("event", "on")
+            + "when = \"height < 0.1\"\nenable = [\"hoist\"]\nonce = false\n"
+            + more
+    };
+    let mut errors = Vec::new();
+    for step in [0.02, 0.01, 0.005] {
+        let acted = events(&run(&text(step, "")));
+        let names: Vec<&str> = acted.iter().map(|event| event.event.as_str()).collect();
+        assert_eq!(names, ["off", "on"]);
+        let pairs = acted.iter().zip(exact);
+        errors.push(pairs.fold(0.0, |worst: f64, (own, t)| worst.max((own.t - t).abs())));
+    }
+    let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    println!("errors {errors:?}: orders {orders:?}");
+    assert!(orders.iter().all(|order| (1.9..2.1).contains(order)) && errors[1] < 2.2e-5);
+    // at the ends of steps: of first order
+    let acted = events(&run(&text(0.01, "locate = \"step\"\n")));
+    let steps: Vec<f64> = acted.iter().map(|event| event.t / 0.01).collect();
+    println!("located at the ends of steps {steps:?}");
+    assert!(steps.iter().all(|step| (step - step.round()).abs() < 1e-9));
+    assert!(acted[0].t > exact[0] && acted[0].t < exact[0] + 0.0101);
+}
+
+/// The order of a composition holds through a release.
+#[test]
+fn the_order_of_a_composition_holds_through_a_release() {
+    let place = |step: f64| {
+        let event =
+            part("event", "throw") + "when = \"pin > 1.3 or pin < -4\"\nrelease = [\"pin\"]\n";
+        let text = rod("order = 4", &event).replace("step = 0.01", &format!("step = {step:?}"));
+        run(&text).last().unwrap().q.clone()
+    };
+    let exact = place(0.005);
+    let errors: Vec<f64> = [0.1, 0.05, 0.025]
+        .map(|step| {
+            let found = place(step);
+            found.iter().zip(&exact).fold(0.0, |w: f64, (a, b)| w.max((a - b).abs()))
+        })
+        .to_vec();
+    let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    println!("errors {errors:?}: orders {orders:?}");
+    assert!(orders[1] > 3.7, "{orders:?}");
+}
+
+/// Times are met exactly, at nodes and between them, in their order; the run ends where it is told.
+#[test]
+fn times_are_met() {
+    let event = part("event", "late")
+        + "at = 0.4321\nend = true\n"
+        + &part("event", "early")
+        + "at = 0.2\nlock = [\"pin\"]\n"
+        + &part("event", "first")
+        + "at = 0.0\ndisable = [\"push\"]\n"
+        + &part("load", "push")
+        + "body = \"rod\"\nforce = [0.0, 3.0, 9.0]\n";
+    let nodes = run(&rod("order = 2", &event));
+    let acted = events(&nodes);
+    let found: Vec<(&str, f64)> = acted.iter().map(|e| (e.action.as_str(), e.t)).collect();
+    println!("{found:?}");
+    assert_eq!(found, [("disable push", 0.0), ("lock pin", 0.2), ("end", 0.4321)]);
+    let last = nodes.last().unwrap();
+    assert_eq!((last.t, last.step, nodes.len()), (0.4321, 44, 45));
+    assert!(last.hamiltonian.is_finite() && (last.sensors[0] - nodes[20].sensors[0]).abs() < 1e-13);
+    assert!(last.work + acted[1].energy_lost < 1e-9, "the load does nothing: {}", last.work);
+    assert!(acted[1].energy_lost > 0.1);
+}
+
+/// A swinging chain that is let go, locked and switched: continued from any node, in data, it takes
+/// the steps that it would have taken.
+#[test]
+fn a_run_with_events_continues_bit_for_bit() {
+    let text = heavy("chain", [0.0, 0.0, -9.81], "step = 0.01, end = 1.0")
+        + &body("upper", 1.0, [0.001, 0.0208, 0.0208])
+        + "position = [0.25, 0.0, 0.0]\n"
+        + &body("lower", 0.8, [0.001, 0.0107, 0.0107])
+        + "position = [0.5, 0.0, 0.2]\n"
+        + &part("joint", "shoulder")
+        + "type = \"revolute\"\nparent = \"ground\"\nchild = \"upper\"\nposition = [0.0, 0.0, 0.0]\n\
+           axis = [0.0, 1.0, 0.0]\nmotor = { proportional = 3.0, derivative = 0.1 }\n"
+        + &part("joint", "elbow")
+        + "type = \"revolute\"\nparent = \"upper\"\nchild = \"lower\"\nposition = [0.5, 0.0, 0.0]\n\
+           axis = [0.0, 1.0, 0.0]\n"
+        + &part("sensor", "angles")
+        + "type = \"joint_coordinate\"\nof = \"elbow\"\n"
+        + &part("sensor", "shakes")
+        + "type = \"acceleration\"\nof = \"lower\"\n"
+        + &part("event", "idle")
+        + "when = \"upper.vz < -0.5\"\ndisable = [\"shoulder\"]\nonce = false\n"
+        + &part("event", "drive")
+        + "when = \"shoulder > 0.9\"\nenable = [\"shoulder\"]\nonce = false\n"
+        + &part("event", "latch")
+        + "when = \"abs(elbow) > 0.7\"\nlock = [\"elbow\"]\n"
+        + &part("event", "drop")
+        + "at = 0.613\nrelease = [\"shoulder\"]\n";
+    let model = Model::from_toml(&text).unwrap();
+    let mut simulation = Simulation::new(&model).unwrap();
+    let mut states = vec![simulation.state()];
+    let mut whole = Vec::new();
+    let mut observe = |sample: &Sample| {
+        whole.push(sample.clone());
+        Ok::<(), ()>(())
+    };
+    // paused at each node
+    while simulation
+        .run_while(&mut observe, &mut |step, _| step < states.len() as u64)
+        .unwrap()
+        .is_none()
+    {
+        states.push(simulation.state());
+    }
+    let acted = events(&whole);
+    let names: Vec<&str> = acted.iter().map(|event| event.action.as_str()).collect();
+    println!("{names:?}");
+    for action in ["disable shoulder", "lock elbow", "release shoulder"] {
+        assert!(names.contains(&action), "{action}: {names:?}");
+    }
+    let expected = run(&text);
+    assert_eq!(whole, expected, "pauses change nothing");
+    for state in states.iter().step_by(9) {
+        let data = serde_json::to_string(state).unwrap();
+        let state: RunState = serde_json::from_str(&data).unwrap();
+        let mut other = Simulation::new(&model).unwrap();
+        let first = state.step() as usize;
+        other.resume(state).unwrap();
+        let rest: Vec<Sample> = other.samples().map(|sample| sample.unwrap()).collect();
+        assert_eq!(rest, expected[first..], "from node {first}");
+        // and back again, with the mechanism of the start
+        other.resume(states[0].clone()).unwrap();
+        let again = other.samples().next().unwrap().unwrap();
+        assert_eq!(again, expected[0], "from the start, after node {first}");
+    }
+}
+
+/// Two conditions that become true at one place act together, in the order of the file, and one
+/// that the first makes true acts there, too.
+#[test]
+fn events_at_one_place_act_together() {
+    let event = part("event", "both")
+        + "when = \"rod.x < 0.2\"\nlock = [\"pin\"]\n"
+        + &part("event", "other")
+        + "when = \"0.2 > rod.x\"\ndisable = [\"push\"]\n"
+        + &part("event", "stopped")
+        + "when = \"abs(pin.rate) < 0.01\"\nend = true\n"
+        + &part("load", "push")
+        + "body = \"rod\"\nforce = [0.0, 3.0, 0.0]\n";
+    let nodes = run(&rod("order = 2", &event));
+    let acted = events(&nodes);
+    let found: Vec<&str> = acted.iter().map(|event| event.action.as_str()).collect();
+    assert_eq!(found, ["lock pin", "disable push", "end"]);
+    assert!(acted.iter().all(|event| event.t.to_bits() == acted[0].t.to_bits()));
+    assert_eq!(nodes.last().unwrap().t.to_bits(), acted[0].t.to_bits());
+}
+
+/// Each refusal names the place and what to write.
+#[test]
+fn events_that_make_no_sense_are_refused() {
+    let lock = "lock = [\"pin\"]\n";
+    let cases = [
+        ("when = \"pin > 1\"\n".to_owned(), "the event does nothing"),
+        (lock.to_owned(), "does not say when it acts"),
+        (format!("at = 0.1\nwhen = \"pin > 1\"\n{lock}"), "a condition and a time"),
+        (format!("at = -0.1\n{lock}"), "before the start"),
+        (format!("when = \"pin\"\n{lock}"), "compares two numbers"),
+        (format!("when = \"pim > 1\"\n{lock}"), "`pim` is not known: did you mean `pin`?"),
+        (format!("when = \"rod.q > 1\"\n{lock}"), "`rod.q` is not known"),
+        (format!("when = \"= pin > 1\"\n{lock}"), "there is no parameter `pin`"),
+        (format!("when = \"2 > 1\"\n{lock}"), "never changes"),
+        (format!("when = \"hold.fx > 1\"\n{lock}"), "depends on the step that follows"),
+        (format!("when = \"speed.q > 1\"\n{lock}"), "has no number of this name"),
+        ("at = 0.1\nrelease = [\"pit\"]\n".to_owned(), "named `pit`: did you mean `pin`?"),
+        ("at = 0.1\nrelease = [\"pin\", \"pin\"]\n".to_owned(), "stands twice"),
+        ("at = 0.1\nrelease = [\"rod\"]\n".to_owned(), "`rod` is a body"),
+        ("at = 0.1\ndisable = [\"pin\"]\n".to_owned(), "has no motor"),
+        ("at = 0.1\nlock = [\"pin.1\"]\n".to_owned(), "no coordinate 1"),
+        ("at = 0.1\nset = { power = 1.0 }\n".to_owned(), "named `power`"),
+        (format!("when = \"pin > 1\"\nonce = false\n{lock}"), "is done once"),
+        (
+            format!("at = 0.1\n{lock}") + &part("event", "again") + "at = 0.2\n" + lock,
+            "locked by `odd`, too",
+        ),
+        (format!("at = 0.1\nlocate = \"node\"\n{lock}"), "unknown value"),
+    ];
+    for (event, expected) in cases {
+        let text = rod("order = 2", &(part("event", "odd") + &event));
+        let refused = Model::from_toml(&text).and_then(|model| prepare(&model).map(|_| ()));
+        let message = refused.err().map_or_else(|| "accepted".to_owned(), |e| format!("{e:?}"));
+        println!("{message}");
+        let found = expected.split(": ").all(|part| message.contains(part));
+        assert!(found && message.contains("event."), "{event}\n{message}");
+    }
+}
+
+/// A condition without a value ends the run with the name of the event.
+#[test]
+fn a_condition_without_a_value_ends_the_run() {
+    let event = part("event", "odd") + "when = \"sqrt(rod.x) > 7\"\nend = true\n";
+    let model = Model::from_toml(&rod("order = 2", &event)).unwrap();
+    let mut simulation = Simulation::new(&model).unwrap();
+    let failure = simulation.samples().find_map(Result::err).unwrap();
+    println!("{} {}", failure.message, failure.remedy);
+    assert!(failure.message.contains("event `odd`: `sqrt(rod.x)` is not defined at t = "));
+}
