@@ -114,6 +114,15 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
         });
         facts.insert(4, ("strains of beams", format!("{}{raised}", variant.name())));
     }
+    if !summary.events.is_empty() {
+        let words = |(name, count): (&String, &u64)| match count {
+            0 => format!("{name} never"),
+            1 => format!("{name} once"),
+            _ => format!("{name} {count} times"),
+        };
+        let words: Vec<String> = summary.events.iter().map(words).collect();
+        facts.insert(4, ("events", words.join(", ")));
+    }
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
 }
 

@@ -99,7 +99,6 @@ const WISHES: [Wish; 28] = [
     ),
     (
         &[
-            "event",
             "trigger",
             "switch",
             "condition",
