@@ -241,7 +241,7 @@ impl Found {
 /// A subject with its cases.
 type Subject = (&'static str, fn() -> Vec<Case>);
 
-const SUBJECTS: [Subject; 15] = [
+const SUBJECTS: [Subject; 16] = [
     ("bodies", bodies::cases),
     ("pictures", pictures::cases),
     ("forces", forces::cases),
