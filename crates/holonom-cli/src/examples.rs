@@ -64,6 +64,8 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "swing_up",
     "quadruped",
     "panda",
+    "rolling_disc",
+    "bicycle",
 ];
 
 pub(crate) fn examples(arguments: &ExamplesArguments) -> Result<(), Failure> {

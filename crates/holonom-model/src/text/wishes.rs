@@ -78,8 +78,8 @@ const WISHES: [Wish; 28] = [
             "knife_edge",
             "skate",
         ],
-        "rolling without slip is not modelled (nonholonomic constraints are not). A rack and its pinion, or two gears, are a \
-         [[constraint]] of type \"gear\"",
+        "a wheel or a sphere that rolls on a plane is a [[constraint]] of type \"rolling\", an edge that does not slide \
+         sideways one of type \"blade\". A rack and its pinion, or two gears, are one of type \"gear\"",
     ),
     (
         &[

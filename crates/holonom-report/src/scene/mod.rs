@@ -22,7 +22,7 @@ use holonom_sim::output::{Frames, TimeSeries};
 use holonom_sim::sample::MemberKind;
 use modes::SceneMode;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use parts::{SceneBeam, SceneBody, SceneJoint, SceneLine, SceneLoad, SceneParts};
+use parts::{SceneBeam, SceneBody, SceneJoint, SceneLine, SceneLoad, SceneParts, ScenePlane};
 use reactions::{AxialForce, JointReaction, SensorReadings};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -109,6 +109,8 @@ pub struct Scene {
     /// Bars and distances.
     bars: Vec<SceneLine>,
     springs: Vec<SceneLine>,
+    /// Planes on which something rolls.
+    planes: Vec<ScenePlane>,
     loads: Vec<SceneLoad>,
     reactions: Vec<JointReaction>,
     tensions: Vec<AxialForce>,
@@ -213,6 +215,7 @@ impl Scene {
             joints,
             bars,
             springs,
+            planes: parts.planes(),
             loads: parts.loads(),
             reactions: sensors.map_or_else(Vec::new, |s| s.reactions(&parts, model)),
             tensions: sensors.map_or_else(Vec::new, |s| s.tensions(&parts, model)),

@@ -7,7 +7,7 @@ use holonom_model::{
 };
 use holonom_sim::output::Frames;
 use holonom_sim::sample::{Member, MemberKind};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -63,6 +63,25 @@ pub struct SceneBody {
     pub opacity: f64,
     /// Whether it is drawn.
     pub visible: bool,
+}
+
+/// Width of a wheel without a tyre, as a part of its radius.
+const WIDTH: f64 = 0.06;
+
+/// What a rolling body is drawn as.
+struct Wheel {
+    kind: ShapeKind,
+    dimensions: Vec<f64>,
+    rotation: Matrix3<f64>, // from its shape to its directors
+}
+
+/// A plane on which something rolls.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ScenePlane {
+    /// A point of it, m.
+    pub position: [f64; 3],
+    /// Its normal.
+    pub normal: [f64; 3],
 }
 
 /// Size of a symbol on a body, as a part of the reach of the body.
@@ -200,9 +219,11 @@ impl<'a> SceneParts<'a> {
             let own = directors.tr_mul(&body.rotation());
             let surface = self.model.surface(body);
             let solid = body.shape.as_ref().filter(|shape| shape.kind != ShapeKind::Mesh);
-            let kind = match &surface {
-                Some(_) => Some(ShapeKind::Mesh),
-                None => solid.map(|shape| shape.kind),
+            let wheel = if body.shape.is_none() { self.wheel(member, &body.name) } else { None };
+            let kind = match (&surface, &wheel) {
+                (Some(_), _) => Some(ShapeKind::Mesh),
+                (None, Some(wheel)) => Some(wheel.kind),
+                (None, None) => solid.map(|shape| shape.kind),
             };
             let anchors: Vec<[f64; 3]> = if kind.is_none() && !body.fixed {
                 let own = held.get(body.name.as_str()).into_iter().flatten();
@@ -213,10 +234,14 @@ impl<'a> SceneParts<'a> {
             let dimensions = match (&surface, solid) {
                 (Some(_), _) => Vec::new(),
                 (None, Some(shape)) => shape.dimensions.clone(),
+                (None, None) if wheel.is_some() => {
+                    wheel.iter().flat_map(|wheel| wheel.dimensions.clone()).collect()
+                }
                 (None, None) => {
                     semi_axes(body.mass(), &(own * body.inertia_tensor() * own.transpose()))
                 }
             };
+            let own = wheel.map_or(own, |wheel| wheel.rotation);
             let apart = |a: &[f64; 3]| (Vector3::from(*a) - Vector3::from(anchors[0])).norm();
             let link = anchors.iter().any(|a| apart(a) > 0.0);
             let extent = match &surface {
@@ -243,6 +268,46 @@ impl<'a> SceneParts<'a> {
             }
         };
         self.model.bodies.iter().enumerate().map(body).collect()
+    }
+
+    /// What a body without a shape is drawn as where it rolls: a disc, a sphere.
+    fn wheel(&self, member: usize, name: &str) -> Option<Wheel> {
+        let directors = self.poses[member].1;
+        self.model.constraints.iter().find_map(|constraint| {
+            let Constraint::Rolling { body, axis, radius, tube, .. } = constraint else {
+                return None;
+            };
+            if body != name {
+                return None;
+            }
+            let Some(axis) = axis else {
+                let (kind, dimensions) = (ShapeKind::Sphere, vec![*radius]);
+                return Some(Wheel { kind, dimensions, rotation: Matrix3::identity() });
+            };
+            let along = directors.tr_mul(&Vector3::from(*axis)).normalize();
+            let rotation = Rotation3::rotation_between(&Vector3::z(), &along)
+                .map_or(Matrix3::identity(), Rotation3::into_inner);
+            let dimensions = vec![*radius, (2.0 * tube).max(WIDTH * radius)];
+            Some(Wheel { kind: ShapeKind::Cylinder, dimensions, rotation })
+        })
+    }
+
+    /// The planes on which something rolls.
+    #[must_use]
+    pub fn planes(&self) -> Vec<ScenePlane> {
+        let plane = |constraint: &Constraint| match constraint {
+            Constraint::Rolling { plane, .. } => {
+                Some(ScenePlane { position: plane.position, normal: plane.normal })
+            }
+            _ => None,
+        };
+        let mut planes: Vec<ScenePlane> = Vec::new();
+        for plane in self.model.constraints.iter().filter_map(plane) {
+            if !planes.contains(&plane) {
+                planes.push(plane);
+            }
+        }
+        planes
     }
 
     /// The beams; `moments`: bending moments at the instants of the frames.

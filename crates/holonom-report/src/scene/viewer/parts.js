@@ -151,14 +151,23 @@
     }
     if (modes.length) for (const member of data.bodies.map((b) => b.member).concat(data.points)) polyline([centre(motion, member, 0), now[member].c], color);
   };
-  const grid = (() => {
-    const spacing = 10 ** Math.floor(Math.log10(radius)), count = Math.ceil((2.2 * radius) / spacing);
-    const e1 = unit(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up)), e2 = cross(up, e1);
-    const foot = add(middle, scale(up, level - dot(middle, up) - 1e-3 * radius)), v = [];
+  // lines on a plane
+  const squares = (foot, normal, spacing, count) => {
+    const e1 = unit(cross(Math.abs(normal[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], normal)), e2 = cross(normal, e1), v = [];
     const corner = (i, j) => v.push(...add(foot, add(scale(e1, i * spacing), scale(e2, j * spacing))), 0, 0, 0, 1, 1, 1);
     for (let i = -count; i <= count; i++) { corner(i, -count); corner(i, count); corner(-count, i); corner(count, i); }
     return upload({}, v, null);
+  };
+  const grid = (() => {
+    const spacing = 10 ** Math.floor(Math.log10(radius)), count = Math.ceil((2.2 * radius) / spacing);
+    const foot = add(middle, scale(up, level - dot(middle, up) - 1e-3 * radius));
+    return squares(foot, up, spacing, count);
   })();
+  // planes on which something rolls, about the middle of the picture
+  const planes = data.planes.map(({ position, normal }) => {
+    const n = unit(normal), off = dot(sub(position, middle), n);
+    return squares(add(middle, scale(n, off)), n, radius / 6, 6);
+  });
   // the projection along `up` onto the ground
   const squash = new Float32Array(16);
   for (let c = 0; c < 4; c++) for (let r = 0; r < 4; r++) {

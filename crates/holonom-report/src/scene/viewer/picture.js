@@ -55,6 +55,7 @@
     stage.turn(0, 1);
     if (options.grid && camera.pitch > -0.05) {
       draw(grid, identity, colors.grid, { lines: "pairs" });
+      planes.forEach((plane) => draw(plane, identity, colors.grid, { lines: "pairs" }));
       if (data.grounded) stage.shadows(squash, colors.shadow, () => moved.forEach((motion) => everything(place(motion))));
     }
     stage.shadeless(false);
