@@ -29,7 +29,7 @@ fn what_is_not_modelled_is_answered_as_section_as_key_and_as_type() {
         ("Limit", "joint_coordinate"),
         ("range", "joint_coordinate"),
         ("bushing", "[[spring]]"),
-        ("rolling", "rolling without slip is not modelled"),
+        ("nonholonomic", "of type \"rolling\""),
         ("release", "nothing is released"),
         ("armature", "[[constraint]] of type \"gear\""),
         ("mimic", "[[constraint]] of type \"gear\""),

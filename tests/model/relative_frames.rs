@@ -201,6 +201,8 @@ fn elsewhere(model: &Model, turned: &Matrix3<f64>, place: Vector) -> Model {
     dead.for_each(|part| part.relative_to = relative());
     for constraint in &mut other.constraints {
         if let Constraint::Distance { relative_to, .. }
+        | Constraint::Rolling { relative_to, .. }
+        | Constraint::Blade { relative_to, .. }
         | Constraint::PointOnLine { relative_to, .. }
         | Constraint::PointOnPlane { relative_to, .. } = constraint
         {
