@@ -343,6 +343,24 @@ fn what_is_no_signal_is_refused_at_its_place() {
     let error = run(&links("", &(signal("value = \"1/(t - t)\"") + &law("u")))).unwrap_err();
     println!("{error}");
     assert!(error.contains("signal `u`: `1/(t - t)` is not finite"), "{error}");
+    for (effort, why) in [
+        ("-4e6*x", Some("h² k/m")),
+        ("-4e6*elbow", Some("h² k/m")),
+        ("-2e4*v", Some("h c/m")),
+        ("-400*x - 20*v", None),
+    ] {
+        let model = Model::from_toml(&links("", &law(effort))).unwrap();
+        let warnings = Simulation::new(&model).unwrap().warnings();
+        let found = warnings.iter().find(|own| own.contains("is stiff"));
+        println!("{effort}: {found:?}");
+        match why {
+            Some(why) => {
+                let found = found.unwrap();
+                assert!(found.contains("law `motor`") && found.contains(why), "{found}");
+            }
+            None => assert!(found.is_none(), "{found:?}"),
+        }
+    }
     let model = Model::from_toml(&links("", &filter.replace("0.1 }", "0.004 }"))).unwrap();
     let warnings = Simulation::new(&model).unwrap().warnings();
     assert!(

@@ -12,6 +12,7 @@ pub(crate) mod limits;
 pub(crate) mod rotation;
 pub(crate) mod rotation_stability;
 pub(crate) mod rotor;
+pub(crate) mod stiff_laws;
 pub(crate) mod unstable_steps;
 
 use crate::digits::rounded;

@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::assembly::AssemblyReport;
 use crate::resolution::rotation::RotationWatch;
-use crate::resolution::{RESOLVED, Resolution, probe};
+use crate::resolution::{RESOLVED, Resolution, probe, stiff_laws};
 use crate::stepper::{AnyStepper, NodeOf};
 use holonom_model::Model;
 use vi_constraints::{Constraints, InitialValues};
@@ -45,6 +45,9 @@ pub(super) fn judge(
             match Resolution::at(run, model.bodies.len(), settings) {
                 Ok(found) => assembly.fastest_motion = Some(found),
                 Err(why) => assembly.fastest_motion_unknown = Some(why),
+            }
+            if !model.laws.is_empty() {
+                assembly.warnings.extend(stiff_laws::warnings(run, model));
             }
         }
     }

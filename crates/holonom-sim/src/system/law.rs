@@ -54,13 +54,18 @@ impl JointLaw for ExpressionLaw {
     }
 
     fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
+        self.effort_and_slopes(t, coordinate, rate).1
+    }
+
+    fn effort_and_slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, EffortSlopes) {
         let (at, mut slopes) = ([t, coordinate, rate], [0.0; 3]);
-        if let Err(undefined) = self.program.gradient(&at, &mut slopes) {
+        let effort = self.program.gradient(&at, &mut slopes).unwrap_or_else(|undefined| {
             self.note(at, &undefined);
             slopes = [f64::NAN; 3];
-        }
+            f64::NAN
+        });
         let [_, by_coordinate, by_rate] = slopes;
-        EffortSlopes { by_coordinate, by_rate }
+        (effort, EffortSlopes { by_coordinate, by_rate })
     }
 
     fn is_dissipative(&self) -> bool {

@@ -335,6 +335,28 @@ impl SeparableSystem {
         self.potentials().filter(|potential| potential.strain_energy().is_none())
     }
 
+    /// Emits `−∂f/∂q` of one force at `v`, in the order of [`SeparableSystem::sources`].
+    pub fn stiffness_of(
+        &self,
+        force: usize,
+        at: Configuration<'_>,
+        v: &[f64],
+        out: &mut dyn Entries,
+    ) {
+        self.forces[force].add_stiffness(at, v, -1.0, out);
+    }
+
+    /// Emits `−∂f/∂v` of one force, in the order of [`SeparableSystem::sources`].
+    pub fn damping_of(
+        &self,
+        force: usize,
+        at: Configuration<'_>,
+        v: &[f64],
+        out: &mut dyn Entries,
+    ) {
+        self.forces[force].add_damping(at, v, -1.0, out);
+    }
+
     /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order.
     pub fn damping(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
         self.forces.iter().for_each(|force| force.add_damping(at, v, -1.0, out));

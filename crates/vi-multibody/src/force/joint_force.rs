@@ -115,6 +115,10 @@ pub trait JointLaw: Send + Sync {
     fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64;
     /// `(∂τ/∂θ, ∂τ/∂θ̇)`.
     fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes;
+    /// `τ` and its derivatives.
+    fn effort_and_slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, EffortSlopes) {
+        (self.effort(t, coordinate, rate), self.slopes(t, coordinate, rate))
+    }
     /// Whether it dissipates energy.
     fn is_dissipative(&self) -> bool;
     /// Whether `τ` is an affine function of `θ` and `θ̇`.
@@ -136,6 +140,9 @@ impl JointLaw for Arc<dyn JointLaw> {
     }
     fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
         (**self).slopes(t, coordinate, rate)
+    }
+    fn effort_and_slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, EffortSlopes) {
+        (**self).effort_and_slopes(t, coordinate, rate)
     }
     fn is_dissipative(&self) -> bool {
         (**self).is_dissipative()

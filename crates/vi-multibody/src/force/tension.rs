@@ -68,8 +68,7 @@ impl Force for Tension {
         out: &mut dyn Entries,
     ) {
         let Line { length, along, rate, velocity } = self.line(q, v);
-        let tension = self.law.effort(t, length, rate);
-        let slopes = self.law.slopes(t, length, rate);
+        let (tension, slopes) = self.law.effort_and_slopes(t, length, rate);
         let outer = along * along.transpose();
         let turning = (velocity - rate * along) / length;
         let w = slopes.by_coordinate * outer
