@@ -320,7 +320,7 @@ const SECTIONS: [Wish; 8] = [
          `path`",
     ),
     (
-        &["motion", "distance", "gear", "point_on_line", "point_on_plane", "rolling", "blade"],
+        &["motion", "distance", "gear", "point_on_line", "point_on_plane", "blade"],
         "it is a [[constraint]] with this `type`",
     ),
     (
