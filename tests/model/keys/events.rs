@@ -54,7 +54,7 @@ pub(super) fn cases() -> Vec<Case> {
         event("low", "when = \"sin(12*t) < 0.1\"\nenable = [\"pull\"]\nonce = false\n"),
         event("late", "when = \"f_rail > 0.363\"\nlock = [\"f_rail\"]\nlocate = \"step\"\n"),
         event("weaken", "at = 0.607\nset = { power = -0.5 }\n"),
-        event("last", &format!("at = {END:?}\nend = true\n")),
+        event("last", &format!("at = {END:?}\nend = true\ndisable = [\"drive\"]\n")),
     ]
     .concat();
     let case = Case::new("events", text, |run| {

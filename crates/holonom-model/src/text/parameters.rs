@@ -126,7 +126,8 @@ fn with_values(
     match clash {
         None => Ok(text),
         Some(name) => {
-            let message = format!("`{name}` is a variable here and a parameter");
+            let of = if own.len() > 1 { "law" } else { "expression" };
+            let message = format!("`{name}` is a variable of the {of} and a parameter");
             Err(Problem::new("", message).help("give the parameter another name"))
         }
     }

@@ -98,16 +98,7 @@ const WISHES: [Wish; 28] = [
          true",
     ),
     (
-        &[
-            "trigger",
-            "switch",
-            "condition",
-            "when",
-            "if",
-            "zero_crossing",
-            "terminate",
-            "halt",
-        ],
+        &["trigger", "switch", "condition", "when", "if", "zero_crossing", "terminate", "halt"],
         "an [[event]] acts `when` a condition becomes true, or `at` a time: it releases, locks, enables, disables parts, or ends the \
          run. A load and a motor have a `history` of their own, a motion has a `path`",
     ),

@@ -1,6 +1,7 @@
 //! The certificate of a user's model: the same properties, and a recommended step for a given
 //! accuracy.
 
+mod across;
 mod date;
 mod moving;
 pub mod page;
@@ -121,7 +122,11 @@ pub fn certify_model(
     }
     let plan = plan(&subject, &rest, own)?;
     let name = &model.header.name;
-    let certificate = certify(&subject, name, &plan, progress);
+    let mut certificate = certify(&subject, name, &plan, progress);
+    if !model.events.is_empty() {
+        progress("across events");
+        certificate.findings.extend(across::findings(model, own));
+    }
     let mut steps = Vec::new();
     let best = plan.methods.first().map_or(own, |(method, _)| *method);
     for order in [2, 4] {
