@@ -196,10 +196,14 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
         found.reason = "forces or prescribed motions do work".into();
         return found;
     }
+    let whole = run;
+    let run = &whole.of_last_map();
+    let last_map = whole.times.get(whole.since).filter(|_| whole.since > 0).copied();
     let trend = match trend(&run.energies(), &run.shadow_energies()) {
         Ok(trend) => trend,
         Err(refused) => {
-            found.reason = refused.to_string();
+            let since = if whole.since > 0 { " since internal variables changed last" } else { "" };
+            found.reason = format!("{refused}{since}");
             return found;
         }
     };
@@ -220,6 +224,9 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
         return found;
     }
     found.measured = band(&trend, relative, run);
+    if let Some(t) = last_map {
+        found.measured += &format!(", from t = {t:.3} s on, since internal variables changed last");
+    }
     // the random walk of round-off is in the medians, too
     let stays = trend.is_bounded() || trend.variation <= round_off * size;
     found.verdict = if variational && stays { Verdict::Pass } else { Verdict::Fail };

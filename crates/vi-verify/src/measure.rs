@@ -29,6 +29,8 @@ pub struct LongRun {
     pub nature: Nature,
     /// The fastest motion at the beginning or the end, rad/s; `None` where it is not known.
     pub frequency: Option<f64>,
+    /// The first sample of the last map: internal variables stay as they are from there on.
+    pub since: usize,
 }
 
 /// Steps from one sample to the next.
@@ -46,11 +48,16 @@ pub fn long_run(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<L
     let mut nature = motion.nature()?;
     let frequency = motion.frequency()?;
     let (mut times, mut samples) = (Vec::new(), Vec::new());
+    let (mut internal, mut since) = (motion.internal().to_vec(), 0);
     for step in 0..steps {
         motion.step().map_err(|error| format!("step {step}: {error}"))?;
         if step.is_multiple_of(every) {
             times.push(step as f64 * setting.step);
             samples.push(motion.invariants()?);
+        }
+        if internal != motion.internal() {
+            internal.copy_from_slice(motion.internal());
+            since = samples.len();
         }
         if step.is_multiple_of((steps / 8).max(1)) {
             let here = motion.nature()?;
@@ -71,10 +78,20 @@ pub fn long_run(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<L
         samples,
         nature,
         frequency,
+        since,
     })
 }
 
 impl LongRun {
+    /// The part of it that is made of steps of one map, from `since` on.
+    #[must_use]
+    pub fn of_last_map(&self) -> Self {
+        let own = self.since..;
+        let (times, samples) = (self.times[own.clone()].to_vec(), self.samples[own].to_vec());
+        let steps = self.steps - (self.since as u64 * every(self.steps)).min(self.steps);
+        Self { times, samples, steps, since: 0, ..*self }
+    }
+
     /// Energies of all samples, J.
     #[must_use]
     pub fn energies(&self) -> Vec<f64> {

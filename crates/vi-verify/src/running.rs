@@ -148,6 +148,10 @@ impl<F: VerifiedFamily<C>, C: Observed> RunningMotion for Running<F, C> {
         self.run.state().t
     }
 
+    fn internal(&self) -> &[f64] {
+        &self.run.state().internal
+    }
+
     fn p(&self) -> Vec<f64> {
         self.run.state().p.clone()
     }

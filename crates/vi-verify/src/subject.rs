@@ -216,6 +216,8 @@ pub trait RunningMotion {
     fn q(&self) -> &[f64];
     /// The time of the present node, s.
     fn time(&self) -> f64;
+    /// Internal variables of the system, on which the map of a step depends.
+    fn internal(&self) -> &[f64];
     /// The momentum that the next step begins with: `p̄_n`, of energy–momentum schemes `M v_n`.
     fn p(&self) -> Vec<f64>;
     /// The velocity at the present node, tangential: `v̂` of the projected momentum, or `v_n`.

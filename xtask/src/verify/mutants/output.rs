@@ -73,6 +73,9 @@ impl RunningMotion for Misreporting {
     fn time(&self) -> f64 {
         self.inner.time()
     }
+    fn internal(&self) -> &[f64] {
+        self.inner.internal()
+    }
     fn p(&self) -> Vec<f64> {
         let mut p = self.inner.p();
         if let OutputDefect::PhaseSpace(part) = self.defect {
