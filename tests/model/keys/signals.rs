@@ -149,7 +149,7 @@ fn sampled() -> Case {
                 let slope = (e - d) / (0.004 + 0.002);
                 d += 0.002 * slope;
                 let w: f64 = 3.0 * e + 50.0 * i + 0.06 * slope + held;
-                u = w.max(-0.5).min(1.1);
+                u = w.clamp(-0.5, 1.1);
                 i += 0.002 * (e + (u - w) / (50.0 * 0.02));
             }
             let mut near = |name: &str, value: f64| {

@@ -46,7 +46,7 @@ impl Checker<'_> {
             if (count - whole).abs() > 1e-9 * whole {
                 let (less, more) = (count.floor().max(1.0), count.ceil());
                 let message = format!("`every = {every}` is {} steps", rounded(count));
-                let times = match less == more {
+                let times = match count < 1.0 {
                     true => format!("{}", rounded(less * step)),
                     false => format!("{}, {}", rounded(less * step), rounded(more * step)),
                 };
