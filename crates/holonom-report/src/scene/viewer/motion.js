@@ -120,8 +120,8 @@
   const travels = data.fixed.length === 0 && !data.bodies.some((b) => b.fixed) && radius > 2.5 * half(momentary);
   const up = data.up;
   // a plane on which something rolls is the ground where it is level
-  const ground = data.planes.find(({ normal }) => dot(unit(normal), up) > 1 - 1e-9);
-  const level = ground ? dot(ground.position, up) : Math.min(...[low, high].flatMap((a) => [low, high].flatMap((b) => [low, high].map((c) => dot([a[0], b[1], c[2]], up)))));
+  const rolledOn = data.planes.find(({ normal }) => dot(unit(normal), up) > 1 - 1e-9);
+  const level = rolledOn ? dot(rolledOn.position, up) : Math.min(...[low, high].flatMap((a) => [low, high].flatMap((b) => [low, high].map((c) => dot([a[0], b[1], c[2]], up)))));
 
   // ---- where everything is now ---------------------------------------------------------------------------------
   // modes begin with the first that is not without stiffness

@@ -164,7 +164,7 @@
     return squares(foot, up, spacing, count);
   })();
   // planes on which something rolls, about the middle of the picture
-  const planes = data.planes.filter((plane) => plane !== ground).map(({ position, normal }) => {
+  const planes = data.planes.filter((plane) => plane !== rolledOn).map(({ position, normal }) => {
     const n = unit(normal), off = dot(sub(position, middle), n);
     return squares(add(middle, scale(n, off)), n, radius / 6, 6);
   });
