@@ -62,6 +62,8 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "wind_turbine_blade",
     "pid_arm",
     "swing_up",
+    "trebuchet",
+    "clock",
     "quadruped",
     "panda",
     "rolling_disc",
