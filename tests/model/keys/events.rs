@@ -84,6 +84,8 @@ pub(super) fn cases() -> Vec<Case> {
             "high", "off", "low", "free", "hold", "late", "stop", "on", "high", "weaken", "low",
             "last",
         ];
+        let at_last = run.nodes[last].events.iter().chain(&run.nodes[last - 1].events);
+        checks.holds("at last", at_last.into_iter().any(|e| e.action == "disable drive"));
         checks.near("names", f64::from(u8::from(acted == expected)), 1.0, 0.5);
         checks
     });
