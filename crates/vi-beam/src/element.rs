@@ -305,10 +305,9 @@ impl Element {
             }
             StrainLaw::Helicoidal(law) => {
                 let y = [&start, &end].map(|x| helicoidal::forms(x, self.length));
-                let slopes = law.discrete_slopes([&y[0], &y[1]], &self.reference);
+                let (slopes, bends) = law.discrete_derivatives([&y[0], &y[1]], &self.reference, n);
                 let of_end = law.at(&y[1], &self.reference).slopes();
-                let A = slopes.tr_mul(&(c * of_end))
-                    + law.discrete_bends([&y[0], &y[1]], &self.reference, n);
+                let A = slopes.tr_mul(&(c * of_end)) + bends;
                 self.by_forms([&middle, &end], &A, &(0.5 * slopes.tr_mul(n)))
             }
         }

@@ -242,21 +242,28 @@ impl Helicoidal {
         away * change
     }
 
-    /// `∂(∂̄ηᵀn)/∂y_1`.
+    /// `∂̄η` and `∂(∂̄ηᵀn)/∂y_1`.
     #[must_use]
-    pub fn discrete_bends(&self, [y_0, y_1]: [&Forms; 2], reference: &Strain, n: &Strain) -> Bends {
+    pub fn discrete_derivatives(
+        &self,
+        [y_0, y_1]: [&Forms; 2],
+        reference: &Strain,
+        n: &Strain,
+    ) -> (Slopes, Bends) {
         let (mean, change) = (0.5 * (y_0 + y_1), y_1 - y_0);
         let middle = self.at(&mean, reference);
-        let bends = 0.5 * middle.bends(n);
+        let (slopes, bends) = (middle.slopes(), 0.5 * middle.bends(n));
         let size = change.norm_squared();
         if size < SMALL_CHANGE {
-            return bends;
+            return (slopes, bends);
         }
-        let (slopes, end) = (middle.slopes(), self.at(y_1, reference));
-        let rest = n.dot(&self.rest([y_0, y_1], &slopes, reference));
+        let rest = self.rest([y_0, y_1], &slopes, reference);
+        let discrete = slopes + rest * change.transpose() / size;
+        let (rest, end) = (n.dot(&rest), self.at(y_1, reference));
         let of_rest = (end.slopes() - slopes).tr_mul(n) - bends * change;
         let across = of_rest - (2.0 * rest / size) * change;
-        bends + Bends::identity() * (rest / size) + change * across.transpose() / size
+        let by_end = Bends::identity() * (rest / size) + change * across.transpose() / size;
+        (discrete, bends + by_end)
     }
 }
 
@@ -639,7 +646,8 @@ mod tests {
             let error = (slopes * (to - from) - (at(&to) - at(&from))).amax();
             assert!(error < 1e-14, "{error:e}");
             let (e, n) = (1e-5, Strain::from(sample.array::<6>()));
-            let bends = law.discrete_bends([&from, &to], &reference, &n);
+            let (same, bends) = law.discrete_derivatives([&from, &to], &reference, &n);
+            assert_eq!(same, slopes);
             for j in 0..FORMS {
                 let at = |by| law.discrete_slopes([&from, &(to + Forms::ith(j, by))], &reference);
                 let bend = (at(e) - at(-e)).tr_mul(&n) / (2.0 * e);
