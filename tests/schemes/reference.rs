@@ -177,9 +177,11 @@ fn cases_of_laws_are_taken_or_named() {
 }
 
 /// Cases that the program can run.
-const TAKEN: [&str; 9] = [
+const TAKEN: [&str; 11] = [
+    "p04_bearing_rotor",
     "p06_rolling_disc",
     "p07_bicycle",
+    "p08_car_corner",
     "p09_motor_table",
     "p10_measured_torque",
     "p12_sleigh",

@@ -13,8 +13,19 @@ pub const ALONG: [&str; 3] = ["t", "x", "v"];
 /// The names of a law on a body or a point mass: time, the point where it acts, its velocity, the
 /// angular velocity of the body, in space.
 pub const MOTION: [&str; 10] = ["t", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"];
+/// The names of a bushing: time, its six coordinates, their rates.
+pub const SIX: [&str; 13] =
+    ["t", "x1", "x2", "x3", "x4", "x5", "x6", "v1", "v2", "v3", "v4", "v5", "v6"];
 /// Every name of a law that is its own.
 pub(crate) const OWN: [&str; 11] = ["t", "x", "v", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"];
+/// The names that expressions of a section have of their own.
+pub(crate) fn own_names(section: &str) -> &'static [&'static str] {
+    match section {
+        "law" => &OWN,
+        "bushing" => &SIX,
+        _ => &TIME,
+    }
+}
 /// The name of a function of time.
 pub const TIME: [&str; 1] = ["t"];
 

@@ -32,7 +32,7 @@ mod table_files;
 mod text;
 mod types;
 
-pub use formula::{ALONG, Curves, MOTION, TIME};
+pub use formula::{ALONG, Curves, MOTION, SIX, TIME};
 pub use frames::start::StartPoints;
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
 pub use observed::{Observed, Part, Reading};
@@ -46,6 +46,7 @@ pub use types::beam::{
     Beam, BeamElement, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist,
 };
 pub use types::body::{Body, Particle};
+pub use types::bushing::{Bushing, BushingRotation, Coefficients};
 pub use types::columns::Columns;
 pub use types::connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use types::damping::{Damping, LossFactor, RelaxationTimes};
@@ -115,6 +116,9 @@ pub struct Model {
     /// `[[spring]]`: springs and dampers.
     #[serde(default, rename = "spring", skip_serializing_if = "Vec::is_empty")]
     pub springs: Vec<Spring>,
+    /// `[[bushing]]`: elastic bearings with full matrices between two frames.
+    #[serde(default, rename = "bushing", skip_serializing_if = "Vec::is_empty")]
+    pub bushings: Vec<Bushing>,
     /// `[[load]]`: loads on bodies.
     #[serde(default, rename = "load", skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<Load>,
@@ -156,6 +160,7 @@ impl Model {
             joints: Vec::new(),
             constraints: Vec::new(),
             springs: Vec::new(),
+            bushings: Vec::new(),
             loads: Vec::new(),
             laws: Vec::new(),
             tables: Vec::new(),
@@ -214,6 +219,7 @@ impl Model {
             document.list("spring", &mut problems),
             document.list("load", &mut problems),
         );
+        let bushings = document.list("bushing", &mut problems);
         let laws = document.list("law", &mut problems);
         let tables = document.list("table", &mut problems);
         let signals = document.list("signal", &mut problems);
@@ -234,6 +240,7 @@ impl Model {
             joints,
             constraints,
             springs,
+            bushings,
             loads,
             laws,
             tables,
@@ -365,7 +372,7 @@ impl Model {
     /// acts.
     #[must_use]
     pub fn loads_end(&self) -> Option<f64> {
-        if !self.laws.is_empty() {
+        if !self.laws.is_empty() || self.bushings.iter().any(|own| !own.is_linear()) {
             return None;
         }
         self.loads.iter().try_fold(0.0_f64, |end, load| Some(end.max(load.history.end()?)))
@@ -384,6 +391,7 @@ impl Model {
         self.loads.is_empty()
             && self.events.is_empty()
             && self.laws.is_empty()
+            && self.bushings.iter().all(Bushing::is_conservative)
             && !self.dissipates_algorithmically()
             && !self.beams.iter().any(Beam::is_damped)
             && self.springs.iter().all(|spring| spring.damping == 0.0)
@@ -411,7 +419,7 @@ impl Model {
     }
 
     /// The names of all parts, by section.
-    fn names(&self) -> [(&'static str, Vec<&str>); 14] {
+    fn names(&self) -> [(&'static str, Vec<&str>); 15] {
         [
             ("frame", self.frames.iter().map(|m| m.name.as_str()).collect()),
             ("body", self.bodies.iter().map(|m| m.name.as_str()).collect()),
@@ -421,6 +429,7 @@ impl Model {
             ("joint", self.joints.iter().map(|m| m.name.as_str()).collect()),
             ("constraint", self.constraints.iter().map(Constraint::name).collect()),
             ("spring", self.springs.iter().map(|m| m.name.as_str()).collect()),
+            ("bushing", self.bushings.iter().map(|m| m.name.as_str()).collect()),
             ("load", self.loads.iter().map(|m| m.name.as_str()).collect()),
             ("law", self.laws.iter().map(|m| m.name.as_str()).collect()),
             ("table", self.tables.iter().map(|m| m.name.as_str()).collect()),

@@ -31,6 +31,7 @@ fn too_large(model: &Model) -> Vec<Problem> {
     list("bar", &model.bars, &mut problems);
     list("beam", &model.beams, &mut problems);
     list("body", &model.bodies, &mut problems);
+    list("bushing", &model.bushings, &mut problems);
     list("constraint", &model.constraints, &mut problems);
     list("event", &model.events, &mut problems);
     list("joint", &model.joints, &mut problems);

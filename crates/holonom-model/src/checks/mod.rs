@@ -1,6 +1,7 @@
 //! What a readable model may still get wrong.
 
 mod beam;
+mod bushing;
 pub(crate) mod computed;
 mod drive;
 mod event;
@@ -55,6 +56,8 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     signals.for_each(|(i, own)| checker.signal(&each(i, "signal"), own, &known));
     checker.signal_loops(&known);
     laws.for_each(|(i, law)| checker.law(&each(i, "law"), law, &known));
+    let bushings = model.bushings.iter().enumerate();
+    bushings.for_each(|(i, own)| checker.bushing(&each(i, "bushing"), own, &known));
     model.sensors.iter().enumerate().for_each(|(i, s)| checker.sensor(&each(i, "sensor"), s));
     model
         .constraints

@@ -8,7 +8,7 @@ use super::start::is_ground;
 use crate::types::load::Frame;
 use crate::types::reference_frame::MovingFrame;
 use crate::{
-    Bar, Beam, Body, Constraint, Curve, Joint, Law, Load, Normal, Particle, Spring, Twist,
+    Bar, Beam, Body, Bushing, Constraint, Curve, Joint, Law, Load, Normal, Particle, Spring, Twist,
 };
 
 /// A body; with `by_joints`, its velocities follow from its joints unless it states some.
@@ -156,6 +156,20 @@ pub(crate) fn spring(spring: &mut Spring, frame: &MovingFrame) {
         if is_ground(end) {
             ground_point(held, frame);
         }
+    }
+}
+
+/// A bushing: its place and its axes.
+pub(crate) fn bushing(bushing: &mut Bushing, frame: &MovingFrame) {
+    bushing.relative_to = None;
+    if bushing.orientation().fault().is_some() {
+        return; // reported by the checks
+    }
+    point(&mut bushing.position, frame);
+    if frame.rotation != Matrix3::identity() {
+        let axes = frame.rotation * bushing.axes();
+        bushing.matrix = Some(std::array::from_fn(|i| std::array::from_fn(|j| axes[(i, j)])));
+        (bushing.quaternion, bushing.rotation_vector, bushing.euler) = (None, None, None);
     }
 }
 

@@ -100,6 +100,7 @@ fn parts(model: &Model) -> impl Iterator<Item = Part> + use<> {
         ("joint", model.joints.len()),
         ("constraint", model.constraints.len()),
         ("spring", model.springs.len()),
+        ("bushing", model.bushings.len()),
         ("load", model.loads.len()),
         ("law", model.laws.len()),
     ];
@@ -116,6 +117,7 @@ fn target(model: &Model, (section, index): Part) -> Option<&str> {
         "bar" => &model.bars[index].relative_to,
         "joint" => &model.joints[index].relative_to,
         "spring" => &model.springs[index].relative_to,
+        "bushing" => &model.bushings[index].relative_to,
         "load" => &model.loads[index].relative_to,
         "law" => &model.laws[index].relative_to,
         _ => match &model.constraints[index] {
@@ -141,6 +143,7 @@ fn names(model: &Model) -> BTreeMap<String, Part> {
             "bar" => &model.bars[index].name,
             "joint" => &model.joints[index].name,
             "spring" => &model.springs[index].name,
+            "bushing" => &model.bushings[index].name,
             "load" => &model.loads[index].name,
             "law" => &model.laws[index].name,
             _ => return model.constraints[index].name().to_owned(),
@@ -320,6 +323,7 @@ impl Resolver<'_> {
             "bar" => posed::bar(&mut self.model.bars[index], frame),
             "joint" => posed::joint(&mut self.model.joints[index], frame),
             "spring" => posed::spring(&mut self.model.springs[index], frame),
+            "bushing" => posed::bushing(&mut self.model.bushings[index], frame),
             "load" => posed::load(&mut self.model.loads[index], frame),
             "law" => posed::law(&mut self.model.laws[index], frame),
             "constraint" => posed::constraint(&mut self.model.constraints[index], frame),

@@ -65,7 +65,7 @@ macro_rules! examples {
     ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
 }
 
-const EXAMPLES: [(&str, &str); 17] = examples![
+const EXAMPLES: [(&str, &str); 18] = examples![
     "model",
     "simulation",
     "parameters",
@@ -77,6 +77,7 @@ const EXAMPLES: [(&str, &str); 17] = examples![
     "joint",
     "constraint",
     "spring",
+    "bushing",
     "load",
     "law",
     "table",

@@ -24,7 +24,7 @@ use super::sections::{LISTS, PARAMETERS, is_formula};
 use crate::expression::{
     ExpressionError, evaluate, is_reserved, is_time, names, renamed, vocabulary,
 };
-use crate::formula::{OWN, TIME};
+use crate::formula::own_names;
 
 /// The section in the JSON schema.
 pub(crate) fn schema() -> serde_json::Value {
@@ -104,7 +104,7 @@ pub(crate) fn values(
 
 /// The variables of the expression at a key path.
 fn variables_at(path: &str) -> &'static [&'static str] {
-    if path.starts_with("law.") { &OWN } else { &TIME }
+    own_names(path.split('.').next().unwrap_or_default())
 }
 
 /// An expression that is evaluated along the run, with numbers in the place of parameters.

@@ -3,7 +3,7 @@
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
 /// Sections that are lists of named components.
-pub(crate) const LISTS: [&str; 14] = [
+pub(crate) const LISTS: [&str; 15] = [
     "frame",
     "body",
     "beam",
@@ -12,6 +12,7 @@ pub(crate) const LISTS: [&str; 14] = [
     "joint",
     "constraint",
     "spring",
+    "bushing",
     "load",
     "law",
     "table",
@@ -24,19 +25,23 @@ pub(crate) const LISTS: [&str; 14] = [
 pub(crate) fn is_formula(path: &str) -> bool {
     let mut parts = path.split('.');
     let (section, _, key) = (parts.next(), parts.next(), parts.next());
-    key.is_some_and(|key| match section {
-        Some("law") => FORMULAS.contains(&key),
-        Some("signal") => match parts.next() {
-            None => ["value", "rate"].contains(&key),
-            Some(within) => OF_SIGNALS.contains(&within),
-        },
-        Some("event") => key == "when",
-        _ => false,
+    section.zip(key).is_some_and(|(section, key)| match parts.next() {
+        Some(within) if section == "signal" => OF_SIGNALS.contains(&within),
+        _ => has_formulas(section, key),
     })
 }
 
-/// Keys of a law that are such expressions.
-pub(crate) const FORMULAS: [&str; 4] = ["effort", "tension", "force", "torque"];
+/// Whether the key of a section holds such expressions.
+pub(crate) fn has_formulas(section: &str, key: &str) -> bool {
+    match section {
+        "law" => ["effort", "tension", "force", "torque"].contains(&key),
+        "bushing" => ["stiffness", "damping", "force"].contains(&key),
+        "signal" => ["value", "rate"].contains(&key),
+        "event" => key == "when",
+        _ => false,
+    }
+}
+
 /// Keys within those of a signal that are such expressions.
 pub(crate) const OF_SIGNALS: [&str; 2] = ["of", "feedforward"];
 /// The section of parameters.

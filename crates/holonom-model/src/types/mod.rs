@@ -2,6 +2,7 @@
 
 pub(crate) mod beam;
 pub(crate) mod body;
+pub(crate) mod bushing;
 pub(crate) mod columns;
 pub(crate) mod connection;
 pub(crate) mod damping;

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `trajectory.csv` | `MEMBER.` and [`COORDINATES`] of each member, then [`TAIL`] |
 //! | `residuals.csv` | [`RESIDUALS`]; in statics [`UNSTABLE`] |
-//! | `energy.csv` | [`KINETIC`], [`GRAVITY`], [`ELASTIC`], [`SPRINGS`], [`TOTAL`], [`work`] of each source, [`BALANCE`] |
+//! | `energy.csv` | [`KINETIC`], [`GRAVITY`], [`ELASTIC`], [`SPRINGS`], [`energy`] of each bushing, [`TOTAL`], [`work`] of each source, [`BALANCE`] |
 //! | `events.csv` | [`EVENT_COLUMNS`], without [`HEAD`] |
 //! | `sensors.csv` | those of [`crate::sensor::Column`] |
 //! | `beams.csv` | [`PLACE`], [`SECTION`] |
@@ -133,6 +133,8 @@ pub const ELASTIC: Column = number("elastic", "energy", "J");
 pub const SPRINGS: Column = number("springs", "energy", "J");
 /// The parts of the energy, those that a model has.
 pub const PARTS: [Column; 4] = [KINETIC, GRAVITY, ELASTIC, SPRINGS];
+/// `V` of a bushing, `energy.NAME`.
+pub const ENERGY: Column = number("energy", "energy", "J");
 /// Their sum.
 pub const TOTAL: Column = number("total", "energy", "J");
 /// Work since the start, `work.NAME` of force elements.
@@ -216,6 +218,12 @@ pub fn work(source: &Source) -> String {
     }
 }
 
+/// The column of the energy of a bushing.
+#[must_use]
+pub fn energy(name: &str) -> String {
+    format!("{}.{name}", ENERGY.name)
+}
+
 /// The source that a column of `energy.csv` is the work of, in words; `None` of the others.
 #[must_use]
 pub fn source_of_work(column: &str) -> Option<String> {
@@ -290,6 +298,11 @@ impl RowTable {
         let found = own(&HEAD).or_else(|| match self {
             Self::Trajectory => own(&TAIL).or_else(|| of(&COORDINATES)),
             Self::Residuals => own(&RESIDUALS).or_else(|| own(&[UNSTABLE])),
+            Self::Energy
+                if name.strip_prefix(ENERGY.name).is_some_and(|rest| rest.starts_with('.')) =>
+            {
+                Some(ENERGY)
+            }
             Self::Energy if source_of_work(name).is_some() => Some(WORK),
             Self::Energy => own(&PARTS).or_else(|| own(&[TOTAL, BALANCE])),
             Self::Sensors => None,
@@ -327,7 +340,10 @@ mod tests {
         for (table, names) in [
             (RowTable::Trajectory, "step t bob.x rod.0.z arm.d2y E H Ly Pz"),
             (RowTable::Residuals, "step position momentum newton_iterations unstable"),
-            (RowTable::Energy, "kinetic springs total work.arm.motor work_of_motions balance"),
+            (
+                RowTable::Energy,
+                "kinetic springs energy.bearing total work.arm.motor work_of_motions balance",
+            ),
             (RowTable::Sensors, "t E beam"),
             (RowTable::Beams, "beam element s Gamma3 rod.0.K1 N2 M1"),
             (

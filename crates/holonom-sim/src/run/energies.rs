@@ -1,7 +1,7 @@
 //! Parts of the energy of a node and the work done since the start: the columns of `energy.csv`.
 //!
 //! ```text
-//! total    H = T + V,     V = gravity + elastic (beams) + springs
+//! total    H = T + V,     V = gravity + elastic (beams) + springs + bushings
 //! balance  H(t) − H(0) − Σ work      of second order in the time step; round-off for energy–momentum schemes
 //! ```
 //! `T` and `H` are those of the projected momentum. Works are sums over all steps, of each load,
@@ -9,7 +9,7 @@
 
 use crate::dynamics::Dynamics;
 use crate::output::columns::{
-    BALANCE, ELASTIC, EVENTS, GRAVITY, KINETIC, MOTIONS, SPRINGS, TOTAL, work,
+    BALANCE, ELASTIC, EVENTS, GRAVITY, KINETIC, MOTIONS, SPRINGS, TOTAL, energy, work,
 };
 use crate::stepper::NodeView;
 use holonom_model::Model;
@@ -21,7 +21,7 @@ use vi_core::SparseMatrix;
 use vi_core::force::Source;
 use vi_core::linear::dot;
 use vi_core::potential::{DiscretePotential, LinearPotential, Potential};
-use vi_multibody::builder::ForceElements;
+use vi_multibody::builder::{ForceElements, NamedSixSpring};
 use vi_multibody::mechanism::Mechanism;
 
 /// Rounding errors, relative to what they are errors of.
@@ -34,6 +34,7 @@ pub(crate) struct EnergyTerms {
     gravity: Option<LinearPotential>, // of the weight
     beams: Option<Arc<BeamElements>>,
     springs: Option<ForceElements>,
+    bushings: Vec<NamedSixSpring>,
     works: Vec<usize>, // column of each force, among those of works
     sources: usize,    // columns of works
     motions: bool,
@@ -71,6 +72,7 @@ impl EnergyTerms {
             [(gravity.is_some(), GRAVITY), (beams, ELASTIC), (springs, SPRINGS)].into_iter();
         let mut columns = vec![KINETIC.name.to_owned()];
         columns.extend(parts_of_potential.filter(|p| p.0).map(|p| p.1.name.to_owned()));
+        columns.extend(forces.bushings.iter().map(|own| energy(&own.name)));
         columns.push(TOTAL.name.into());
         let sources = names.len();
         columns.extend(names);
@@ -84,6 +86,7 @@ impl EnergyTerms {
             gravity,
             beams: beams.then(|| parts.clone()),
             springs: springs.then(|| forces.clone()),
+            bushings: forces.bushings.clone(),
             works,
             sources,
             motions,
@@ -151,10 +154,11 @@ impl EnergyTerms {
         constant.max(ROUNDING * (2.0 * elastic.max(0.0) * stiffness).sqrt())
     }
 
-    /// The energy of beams and springs among the numbers of all columns, J.
+    /// The energy of beams, springs and bushings among the numbers of all columns, J.
     pub(crate) fn elastic(&self, columns: &[f64]) -> f64 {
         let first = 1 + usize::from(self.gravity.is_some());
         let count = usize::from(self.beams.is_some()) + usize::from(self.springs.is_some());
+        let count = count + self.bushings.len();
         columns.iter().skip(first).take(count).sum()
     }
 
@@ -171,6 +175,7 @@ impl EnergyTerms {
             let springs: f64 = forces.springs.iter().map(|spring| spring.value(at.q)).sum();
             springs + forces.joint_springs.iter().map(|spring| spring.potential(at)).sum::<f64>()
         }));
+        out.extend(self.bushings.iter().map(|own| own.spring.potential(at)));
         out.push(node.hamiltonian());
         let first = out.len();
         out.resize(first + self.sources, 0.0);
@@ -218,7 +223,8 @@ impl Rounding {
         let kinetic = step * step * dot(&sizes, &momentum);
         let weight = gravity.iter().flat_map(|weight| &weight.force);
         let weight: f64 = weight.zip(&sizes).map(|(force, size)| force.abs() * size).sum();
-        let stiffness = match model.beams.is_empty() && !dynamics.forces.has_springs() {
+        let elastic = dynamics.forces.has_springs() || !dynamics.forces.bushings.is_empty();
+        let stiffness = match model.beams.is_empty() && !elastic {
             true => 0.0,
             false => {
                 let system = dynamics.variational(mechanism);

@@ -40,6 +40,7 @@ use crate::sensor::Sensors;
 use crate::start::StartValues;
 use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::beams::Beams;
+use crate::system::bushing;
 use crate::system::held::Input;
 use crate::system::law::{self, Laws};
 use crate::system::signal;
@@ -140,6 +141,7 @@ impl Simulation {
         let mut assembly = begun.report(&limits);
         assembly.warnings.extend(law::warnings(&laws));
         assembly.warnings.extend(signal::warnings(model));
+        assembly.warnings.extend(bushing::warnings(model));
         limits.begin();
         let (forces, node) = (stepper.sources(), stepper.node());
         let energies = EnergyTerms::new(model, stepper.mechanism(), &dynamics, mass, forces, &node);

@@ -1,5 +1,6 @@
 //! `[[law]]` of a model as forces of the mechanism.
 
+use super::bushing::{BushingLaw, Range};
 use super::drive::coordinate;
 use super::names::Names;
 use super::signal::network::{Network, Source};
@@ -143,6 +144,10 @@ pub(crate) enum OwnLaw {
     Motion(Arc<MotionLaw>),
     /// Of anything that moves, and of signals.
     Network(Arc<Network>),
+    /// Of the coordinates of a bushing.
+    Bushing(Arc<BushingLaw>),
+    /// The angle that a bushing allows.
+    Range(Arc<Range>),
 }
 
 impl OwnLaw {
@@ -151,6 +156,8 @@ impl OwnLaw {
             Self::Along(law) => &law.fault,
             Self::Motion(law) => &law.fault,
             Self::Network(network) => return network.fault(),
+            Self::Bushing(law) => return law.fault(),
+            Self::Range(range) => return range.fault(),
         };
         fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -163,6 +170,8 @@ impl OwnLaw {
                 let all = law.programs.iter().flatten().flat_map(Program::jumps);
                 vec![(format!("law `{}`", law.name), all.collect())]
             }
+            Self::Bushing(law) => vec![law.jumps()],
+            Self::Range(_) => Vec::new(),
             Self::Network(network) => {
                 let stated = network.terms.iter().filter(|term| !term.is_own);
                 stated.map(|term| (term.owner.clone(), term.program.jumps())).collect()

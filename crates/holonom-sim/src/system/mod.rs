@@ -1,6 +1,7 @@
 //! From a validated model to numbers: mechanism, system, members.
 
 pub(crate) mod beams;
+pub(crate) mod bushing;
 pub(crate) mod drive;
 pub mod dynamics;
 pub mod held;
@@ -113,8 +114,9 @@ pub(crate) fn build_with_locks(
     }
     let quantities = Quantities::new(model);
     let mut terms = signal::Terms::new(&names, &quantities)?;
-    let laws = law::add_laws(&mut builder, model, &names, &quantities, &mut terms)?;
+    let mut laws = law::add_laws(&mut builder, model, &names, &quantities, &mut terms)?;
     let signals = terms.finish(&mut builder)?;
+    laws.extend(bushing::add_bushings(&mut builder, model, &names)?);
     for input in inputs {
         held::add_joint_input(&mut builder, input, &names)?;
     }
@@ -133,6 +135,7 @@ pub(crate) fn build_with_locks(
     let mechanism = Mechanism::new(description);
     let mut mechanism = mechanism.with_loop_tolerance(model.settings.loop_tolerance);
     let mut forces = builder.forces(&mut mechanism).map_err(refusal)?;
+    laws.extend(bushing::Range::of(model, &forces));
     forces.forces.extend(held::wrenches(inputs, &names, &mechanism)?);
     let settings = &model.settings;
     let members = members(model, &mechanism);

@@ -85,10 +85,10 @@ impl NamedForce {
 }
 
 impl ForceElements {
-    /// Whether any of them stores energy.
+    /// Whether there are springs between points or on joints.
     #[must_use]
     pub fn has_springs(&self) -> bool {
-        !(self.springs.is_empty() && self.joint_springs.is_empty() && self.bushings.is_empty())
+        !(self.springs.is_empty() && self.joint_springs.is_empty())
     }
 
     /// The efforts of the bushing of this name on its second frame, N and N·m; `None` where there

@@ -11,11 +11,11 @@ use super::scope::{FRAME, Scope, meant, scopes};
 use super::tree::{IncludeTree, POSE, parse};
 use super::writer::{Writer, key_as_toml, quoted};
 use crate::expression::{renamed, renamed_parts};
-use crate::formula::OWN;
+use crate::formula::own_names;
 use crate::frames::start::is_ground;
 use crate::text::parameters;
 use crate::text::problem::{MAX_PROBLEMS, Problem, nearest};
-use crate::text::sections::{FORMULAS, LISTS, OF_SIGNALS, PARAMETERS, TABLES};
+use crate::text::sections::{LISTS, OF_SIGNALS, PARAMETERS, TABLES, has_formulas};
 use crate::text::wishes;
 
 /// Keys of a part that name other parts.
@@ -350,10 +350,8 @@ impl<'a, 'i> Merge<'a, 'i> {
                 "description" => Role::Text,
                 "shape" | "picture" => Role::Shape,
                 "file" if section == "table" => Role::File,
-                key if section == "law" && FORMULAS.contains(&key) => Role::Formula,
-                "value" | "rate" if section == "signal" => Role::Formula,
+                key if has_formulas(section, key) => Role::Formula(own_names(section)),
                 _ if section == "signal" => Role::Signal,
-                "when" if section == "event" => Role::Formula,
                 "set" if section == "event" => Role::Settings,
                 key if REFERENCES.contains(&key) => Role::Reference,
                 _ => Role::Plain,
@@ -389,7 +387,9 @@ impl<'a, 'i> Merge<'a, 'i> {
                     }
                     let role = match (role, key.get_ref().as_ref()) {
                         (Role::Shape, "file") => Role::File,
-                        (Role::Signal, key) if OF_SIGNALS.contains(&key) => Role::Formula,
+                        (Role::Signal, key) if OF_SIGNALS.contains(&key) => {
+                            Role::Formula(own_names("signal"))
+                        }
                         _ => Role::Plain,
                     };
                     self.value(out, index, entry, role);
@@ -412,16 +412,16 @@ impl<'a, 'i> Merge<'a, 'i> {
                 node.map_or(name.clone(), |node| format!("{name}.{node}"))
             }
             Role::File if index > 0 => self.tree.as_seen_from_root(index, text),
-            Role::Formula if !text.starts_with('=') => renamed_parts(text, &mut |name| {
+            Role::Formula(known) if !text.starts_with('=') => renamed_parts(text, &mut |name| {
                 let Scope { names, parameters } = &self.scopes[index];
                 let own =
-                    OWN.contains(&name) && !names.contains(name) && !parameters.contains(name);
+                    known.contains(&name) && !names.contains(name) && !parameters.contains(name);
                 let defines = |k: usize, name: &str| {
                     self.scopes[k].names.contains(name) || self.scopes[k].parameters.contains(name)
                 };
                 if own { name.to_owned() } else { meant(self.tree, index, name, defines) }
             }),
-            Role::Plain | Role::Formula | Role::Signal if text.starts_with('=') => {
+            Role::Plain | Role::Formula(_) | Role::Signal if text.starts_with('=') => {
                 let defines = |k: usize, name: &str| self.scopes[k].parameters.contains(name);
                 renamed(text, &mut |name| meant(self.tree, index, name, defines))
             }
@@ -440,7 +440,7 @@ enum Role {
     /// Words, or expressions.
     Plain,
     /// An expression that is evaluated along the run.
-    Formula,
+    Formula(&'static [&'static str]),
     /// A part of a signal, with such expressions in it.
     Signal,
     /// Values under the names of other parts.
