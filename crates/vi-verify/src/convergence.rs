@@ -239,13 +239,13 @@ impl ReferenceMotion {
         let by = Method::Galerkin(GalerkinForm::Nodal);
         let Ok(other) = Self::composed(subject, by, 12, horizon) else { return self };
         let apart = uncertainty(&self.nodes, &other.nodes);
-        if norm_inf(&self.uncertainty) <= WELL_KNOWN {
-            self.uncertainty = with_rounding(self.uncertainty, apart);
-            return self;
-        }
         let agrees = apart.iter().zip(self.uncertainty).all(|(apart, own)| *apart <= 2.0 * own);
         let better = norm_inf(&other.uncertainty) < norm_inf(&self.uncertainty);
-        if agrees && better { other } else { self }
+        if norm_inf(&self.uncertainty) > WELL_KNOWN && agrees && better {
+            return other;
+        }
+        self.uncertainty = with_rounding(self.uncertainty, apart);
+        self
     }
 
     /// By a high order, refined until round-off stops it.

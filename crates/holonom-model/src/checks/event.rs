@@ -78,8 +78,8 @@ impl Checker<'_> {
         let laws = laws.filter(|law| formulas_of(law).any(|formula| reads(&formula.0)));
         let signals = self.model.signals.iter();
         let signals = signals.filter(|own| own.formulas().any(|(_, formula)| reads(&formula.0)));
-        let names = laws.map(|law| &law.name).chain(signals.map(|signal| &signal.name));
-        if let Some(name) = names.cloned().next() {
+        let mut names = laws.map(|law| &law.name).chain(signals.map(|signal| &signal.name));
+        if let Some(name) = names.next().cloned() {
             let message = format!("`{name}` reads the joint `{joint}`");
             let help = "let it read positions and velocities of the body, or release it, too";
             self.report(key, message, help);

@@ -14,7 +14,7 @@ impl Checker<'_> {
         };
         self.of_velocities(key);
         self.reference(format!("{key}.body"), body, &["body"]);
-        if !(*radius > 0.0) {
+        if radius.is_nan() || *radius <= 0.0 {
             let message = format!("the radius {radius} is not positive");
             self.report(format!("{key}.radius"), message, "write the outer radius, m");
         }

@@ -25,7 +25,7 @@ pub(super) struct BushingPart {
 
 #[derive(Clone)]
 enum Efforts {
-    Linear(LinearSix),
+    Linear(Box<LinearSix>),
     Law(Vec<Read>, Arc<dyn SixLaw>),
 }
 
@@ -37,7 +37,7 @@ impl BushingPart {
             position: Vector3::zeros(),
             axes: Matrix3::identity(),
             rotation: Rotation::Vector,
-            efforts: Efforts::Linear(LinearSix::default()),
+            efforts: Efforts::Linear(Box::default()),
         }
     }
 }
@@ -70,7 +70,7 @@ impl<'a> BushingEntry<'a> {
 
     fn linear(&mut self) -> &mut LinearSix {
         if let Efforts::Law(..) = self.part.efforts {
-            self.part.efforts = Efforts::Linear(LinearSix::default());
+            self.part.efforts = Efforts::Linear(Box::default());
         }
         match &mut self.part.efforts {
             Efforts::Linear(linear) => linear,
@@ -157,8 +157,8 @@ impl MechanismBuilder {
                     finite(element, "stiffness", linear.stiffness.as_slice())?;
                     finite(element, "damping", linear.damping.as_slice())?;
                     finite(element, "preload", linear.preload.as_slice())?;
-                    let LinearSix { preload, stiffness, .. } = *linear;
-                    let mut rest = *linear;
+                    let LinearSix { preload, stiffness, .. } = **linear;
+                    let mut rest = **linear;
                     if stiffness == stiffness.transpose() {
                         rest = LinearSix { damping: linear.damping, ..LinearSix::default() };
                         let spring =
