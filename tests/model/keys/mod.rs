@@ -7,6 +7,7 @@
 
 mod beams;
 mod bodies;
+mod bushings;
 mod connections;
 mod curves;
 mod defects;
@@ -241,12 +242,13 @@ impl Found {
 /// A subject with its cases.
 type Subject = (&'static str, fn() -> Vec<Case>);
 
-const SUBJECTS: [Subject; 16] = [
+const SUBJECTS: [Subject; 17] = [
     ("bodies", bodies::cases),
     ("pictures", pictures::cases),
     ("forces", forces::cases),
     ("joints", joints::cases),
     ("laws", laws::cases),
+    ("bushings", bushings::cases),
     ("signals", signals::cases),
     ("connections", connections::cases),
     ("frames", frames::cases),
