@@ -163,7 +163,7 @@ fn bushings() -> Case {
         .concat()
     };
     let text = [
-        head("bushings", &format!("step = {STEP}, end = {}", 100.0 * STEP)),
+        head("bushings", &format!("step = {STEP}, end = {}", 200.0 * STEP)),
         frame("tilted", TILTED, [0.0, 0.0, 3.0]),
         FIRST.text("first"),
         SECOND.text("second"),
