@@ -28,7 +28,7 @@ fn what_is_not_modelled_is_answered_as_section_as_key_and_as_type() {
         ("limits", "joint_coordinate"),
         ("Limit", "joint_coordinate"),
         ("range", "joint_coordinate"),
-        ("bushing", "[[spring]]"),
+        ("mount", "[[bushing]]"),
         ("nonholonomic", "of type \"rolling\""),
         ("release", "an [[event]] releases"),
         ("armature", "[[constraint]] of type \"gear\""),

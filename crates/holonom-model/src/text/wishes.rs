@@ -63,9 +63,8 @@ const WISHES: [Wish; 28] = [
          a `spring` of the joint holds it back",
     ),
     (
-        &["bushing", "bush", "mount", "compliance", "isolator", "sixdof_spring", "field"],
-        "there are no bushings: write a [[spring]] with `damping` for each direction, between points of the two bodies, or \
-         `spring` and `damper` of a joint",
+        &["bush", "mount", "compliance", "isolator", "sixdof_spring", "field"],
+        "write a [[bushing]]: stiffness and damping between two frames, six numbers or 6 by 6",
     ),
     (
         &[
