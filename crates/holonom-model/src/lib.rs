@@ -45,10 +45,10 @@ pub use text::read::{open_regular, read_regular, read_regular_text, read_text};
 pub use types::beam::{
     Beam, BeamElement, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist,
 };
-pub use types::body::{Body, Particle};
+pub use types::body::{Body, GROUND, Particle};
 pub use types::bushing::{Bushing, BushingRotation, Coefficients};
 pub use types::columns::Columns;
-pub use types::connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
+pub use types::connection::{Bar, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use types::damping::{Damping, LossFactor, RelaxationTimes};
 pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring};
 pub use types::event::{Event, Locate, coordinate_of};

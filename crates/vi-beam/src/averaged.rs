@@ -41,8 +41,9 @@
 //! it is stable at every step: `N̂` ties the directors to the wave of a taut rope, the first part
 //! of `τ` covers the turning of its nodes, the second the wave. A resolved wave changes its
 //! frequency by the part `(hω)⁴/32` for `N̂` close to the tension. `L` is the length of all
-//! elements: no wave has a wave number below `k = π/(2L)`, and `τk² ≥ (3/8) N` is enough at any step.
-//! More would make unresolved bending slow, which dissipative strains would take for resolved.
+//! elements: no wave has a wave number below `k = π/(2L)`, and `τk² ≥ (3/8) N` is enough at any
+//! step. More would make unresolved bending slow, which dissipative strains would take for
+//! resolved.
 //!
 //! `N̂` is stated, or an internal variable: 1.25 times the tension of the configuration at the
 //! start, and, where the tension `(C ε̄)_3` of a finished step exceeds it, 1.25 times that from the
@@ -98,7 +99,8 @@ const MARGIN: f64 = 1.25;
 
 /// The share of the wave in the tension mass of curvatures.
 const OF_WAVE: f64 = 1.0 / 16.0;
-/// The same of the longest wave at a step that does not resolve it: `(16/9) (3/8) (2/π)²` and a margin.
+/// The same of the longest wave at a step that does not resolve it: `(16/9) (3/8) (2/π)²` and a
+/// margin.
 const OF_LONGEST_WAVE: f64 = 2.0 / 7.0;
 /// The share of turning nodes.
 const OF_TURNING: f64 = 1.0 / 32.0;

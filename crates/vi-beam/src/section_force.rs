@@ -20,8 +20,8 @@
 //! ```
 //! Strains are those of the section under them. At a clamp they are its reaction; exact for a
 //! straight beam under a constant load. Loads that are lumped at the nodes have `ℓ²/4` in place of
-//! `ℓ²/12` and no `b`. The centre line of an element is its chord; for pictures, [`center_line`] draws a cubic
-//! through the nodes with the mean slope of both neighbours.
+//! `ℓ²/12` and no `b`. The centre line of an element is its chord; for pictures, [`center_line`]
+//! draws a cubic through the nodes with the mean slope of both neighbours.
 
 #![allow(non_snake_case)] // R, G, K, M
 

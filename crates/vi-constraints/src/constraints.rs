@@ -67,8 +67,8 @@ pub trait Constraints: Send + Sync {
     fn add_rates(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
         self.jacobian(t, q, &mut Product { v, out });
     }
-    /// `out ← G(q_{n+1/2}) Δq/h`, shape `m`, (45); of constraints on velocities what the step leaves
-    /// of them.
+    /// `out ← G(q_{n+1/2}) Δq/h`, shape `m`, (45); of constraints on velocities what the step
+    /// leaves of them.
     fn step_rates(&self, s: &Interval, out: &mut [f64]) {
         out.fill(0.0);
         self.add_rates(s.t_mid(), &s.q_mid, &s.v_mid, out);

@@ -2,7 +2,8 @@
 
 use crate::checks::Checker;
 use crate::types::beam::Beam;
-use crate::types::connection::{GROUND, Joint, JointKind};
+use crate::types::body::GROUND;
+use crate::types::connection::{Joint, JointKind};
 use crate::types::drive::Constraint;
 use crate::types::sensor::{Sensor, SensorKind};
 

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::orientation::{Euler, Orientation};
 use super::shape::{Inertia, Shape};
 
+/// The reserved name of the inertial frame.
+pub const GROUND: &str = "ground";
+
 /// `[[body]]`: a rigid body; its frame sits in the centre of mass.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

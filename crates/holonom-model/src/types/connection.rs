@@ -5,9 +5,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vi_multibody::pair::PairKind;
 
-/// The reserved name of the inertial frame.
-pub const GROUND: &str = "ground";
-
 /// `[[bar]]`: a rigid massless bar between two particles, or a particle and the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

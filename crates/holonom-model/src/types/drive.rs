@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::connection::GROUND;
+use super::body::GROUND;
 use super::load::History;
 use super::motion_path::MotionPath;
 

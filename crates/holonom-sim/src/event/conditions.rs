@@ -11,7 +11,7 @@ use vi_multibody::mechanism::Mechanism;
 
 /// When the events of a model act.
 #[derive(Debug)]
-pub(super) struct Conditions {
+pub(crate) struct Conditions {
     events: Vec<When>,
     sensors: Sensors, // of what is read
     values: Vec<f64>, // of their columns, scratch
@@ -28,7 +28,7 @@ struct When {
 }
 
 impl Conditions {
-    pub(super) fn new(model: &Model, events: &[Event]) -> Result<Self, ModelError> {
+    pub(crate) fn new(model: &Model, events: &[Event]) -> Result<Self, ModelError> {
         let quantities = Quantities::new(model);
         let (mut watched, mut first) = (Vec::new(), Vec::new());
         // the columns of signals come first
@@ -84,11 +84,11 @@ impl Conditions {
     }
 
     /// The time at which an event acts, s; `None` of one with a condition.
-    pub(super) fn time(&self, event: usize) -> Option<f64> {
+    pub(crate) fn time(&self, event: usize) -> Option<f64> {
         self.events[event].at
     }
 
-    pub(super) fn sensors(&mut self) -> &mut Sensors {
+    pub(crate) fn sensors(&mut self) -> &mut Sensors {
         &mut self.sensors
     }
 
@@ -96,7 +96,7 @@ impl Conditions {
     ///
     /// # Errors
     /// The name of the event whose condition has no value there, and why.
-    pub(super) fn read(
+    pub(crate) fn read(
         &mut self,
         mechanism: &Mechanism,
         rows: &IndependentRows,
@@ -123,6 +123,6 @@ impl Conditions {
 }
 
 /// Whether an event is located within a step.
-pub(super) fn is_located(event: &Event) -> bool {
+pub(crate) fn is_located(event: &Event) -> bool {
     event.locate == Locate::Root
 }

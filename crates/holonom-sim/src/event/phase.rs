@@ -1,17 +1,13 @@
 //! The model that is in force in a phase, and its start.
 
 use super::Events;
-use super::switches::{PhaseStart, Switches};
-use crate::simulation::{Simulation, stepper};
-use crate::system::held::{Input, InputPlace};
-use crate::system::{self, System};
-use holonom_model::{Constraint, Model, ModelError};
-use vi_constraints::{Constraints, InitialValues};
+use super::switches::Switches;
+use holonom_model::{Constraint, Model};
 use vi_core::Configuration;
 use vi_multibody::mechanism::Mechanism;
 
 /// The model without what is released or does not act.
-fn in_force(model: &Model, switches: &Switches) -> Model {
+pub(crate) fn in_force(model: &Model, switches: &Switches) -> Model {
     let mut model = model.clone();
     let gone = |name: &str| switches.released.contains(name);
     let idle = |name: &str| gone(name) || switches.disabled.contains(name);
@@ -39,7 +35,7 @@ fn in_force(model: &Model, switches: &Switches) -> Model {
 
 impl Events {
     /// The angles of a mechanism with the revolutions that were counted.
-    fn angles_of(&self, mechanism: &Mechanism, q: &[f64]) -> Vec<f64> {
+    pub(crate) fn angles_of(&self, mechanism: &Mechanism, q: &[f64]) -> Vec<f64> {
         let turns = &self.switches.turns;
         let known = |angle: &vi_multibody::joint_coordinate::JointCoordinate| {
             let at = Configuration { t: 0.0, q, angles: turns, internal: &[] };
@@ -47,49 +43,5 @@ impl Events {
             own.map_or_else(|| angle.at(Configuration::new(0.0, q)), |own| own.at(at))
         };
         mechanism.angles().iter().map(known).collect()
-    }
-}
-
-impl Simulation {
-    /// Begins the phase that the switches state: another mechanism at the same configuration.
-    pub(super) fn begin_phase(&mut self) -> Result<(), ModelError> {
-        let Some(events) = &self.events else { return Ok(()) };
-        let switches = &events.switches;
-        let model = in_force(&events.model, switches);
-        let exists = |input: &&Input| match input.place() {
-            InputPlace::Joint { name, .. } => !switches.released.contains(name),
-            _ => true,
-        };
-        let inputs: Vec<Input> = events.inputs.iter().filter(exists).cloned().collect();
-        let System { mechanism, dynamics, laws, sensors: signals, .. } =
-            system::build_with_locks(&model, &inputs, &switches.locks)?;
-        let start = switches.phase.as_deref().unwrap_or(&events.first);
-        let PhaseStart { step, t, q, v, internal } = start;
-        let at = InitialValues::new(*t, q, v);
-        let angles = match &switches.phase {
-            Some(_) => events.angles_of(&mechanism, q),
-            None => mechanism.principal_angles(q),
-        };
-        let rolling = self.rolling.continued(&mechanism);
-        let mut wanted = self.sensors.wanted();
-        wanted.forces |= rolling.needs_forces();
-        let mut next = stepper(mechanism, &dynamics, &model, at, events.solver, wanted)?;
-        next.continue_from(*step, *t, &angles, internal);
-        self.energies.act_by(next.sources(), &dynamics.forces);
-        self.energies.take_up(&switches.works);
-        let released = switches.released.clone();
-        let disabled = switches.disabled.clone();
-        let idle = |name: &str, part: &str| {
-            released.contains(name)
-                || disabled.contains(name) && (part.is_empty() || part == "motor")
-        };
-        self.sensors.act_by(next.mechanism(), &idle);
-        self.sensors.read_signals_as(&signals);
-        if let Some(events) = &mut self.events {
-            events.conditions.sensors().act_by(next.mechanism(), &idle);
-            events.conditions.sensors().read_signals_as(&signals);
-        }
-        (self.laws, self.stepper, self.rolling) = (laws, next, rolling);
-        Ok(())
     }
 }

@@ -5,7 +5,7 @@
 
 /// A bracket `f(low) ≤ 0 < f(high)`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bracket {
+pub(crate) struct Bracket {
     low: [f64; 2], // place and value
     high: [f64; 2],
     last: i8, // which end the last trial became: −1, 1
@@ -16,17 +16,17 @@ pub(super) struct Bracket {
 const SECANTS: u32 = 30;
 
 impl Bracket {
-    pub(super) fn new(low: [f64; 2], high: [f64; 2]) -> Self {
+    pub(crate) fn new(low: [f64; 2], high: [f64; 2]) -> Self {
         Self { low: [low[0], low[1].min(0.0)], high, last: 0, trials: 0 }
     }
 
     /// The end where the function is positive.
-    pub(super) fn high(&self) -> f64 {
+    pub(crate) fn high(&self) -> f64 {
         self.high[0]
     }
 
     /// Where to look next; `None` once the bracket is no longer than `least`.
-    pub(super) fn next(&mut self, least: f64) -> Option<f64> {
+    pub(crate) fn next(&mut self, least: f64) -> Option<f64> {
         let ([a, fa], [b, fb]) = (self.low, self.high);
         if b - a <= 2.0 * least {
             return None;
@@ -41,7 +41,7 @@ impl Bracket {
     }
 
     /// Takes up the value of the trial.
-    pub(super) fn take(&mut self, at: f64, value: f64) {
+    pub(crate) fn take(&mut self, at: f64, value: f64) {
         if value > 0.0 {
             self.high = [at, value];
             self.low[1] *= if self.last == 1 { 0.5 } else { 1.0 };
@@ -79,7 +79,7 @@ mod tests {
             let (at, trials) = found(f, 1.0);
             println!("case {k}: {at:.17} after {trials} trials, off by {:.1e}", at - root);
             assert!((at - root).abs() < 1e-13 && f(at) > 0.0, "{at} for {root}");
-            assert!(trials < if k == 3 { 90 } else { 25 }, "{trials}");
+            assert!(trials < if k == 3 { 90 } else { SECANTS }, "{trials}");
         }
     }
 }

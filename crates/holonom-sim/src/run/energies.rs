@@ -106,8 +106,8 @@ impl EnergyTerms {
         energy - self.initial - self.total(work)
     }
 
-    /// All work since the start, with the `work` of the present phase, J; events do what they change
-    /// the energy by.
+    /// All work since the start, with the `work` of the present phase, J; events do what they
+    /// change the energy by.
     pub(crate) fn total(&self, work: &[f64]) -> f64 {
         work.iter().chain(&self.carried).sum()
     }

@@ -1,4 +1,5 @@
-//! What is followed of constraints on velocities: the slip of each step, wheels that would lift off.
+//! What is followed of constraints on velocities: the slip of each step, wheels that would lift
+//! off.
 
 use serde::{Deserialize, Serialize};
 use vi_constraints::saddle_point::IndependentRows;

@@ -13,6 +13,7 @@
 //! | `resolved` | the step against rotations and the fastest motion: at the start, at the end, where a step fails |
 
 mod begun;
+mod events;
 mod failure;
 mod nodes;
 mod resolved;

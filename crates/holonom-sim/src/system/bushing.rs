@@ -1,6 +1,6 @@
 //! `[[bushing]]` of a model as forces of the mechanism.
 
-use super::law::{LawFault, OwnLaw, keep};
+use super::law_fault::{LawFault, keep};
 use super::names::Names;
 use super::signal::refusal;
 use holonom_model::expression::{Program, Undefined};
@@ -165,7 +165,7 @@ pub(super) fn add_bushings(
     builder: &mut MechanismBuilder,
     model: &Model,
     names: &Names<'_>,
-) -> Result<Vec<OwnLaw>, ModelError> {
+) -> Result<Vec<Arc<BushingLaw>>, ModelError> {
     let curves = Curves::new(model);
     let mut laws = Vec::new();
     for bushing in &model.bushings {
@@ -182,7 +182,7 @@ pub(super) fn add_bushings(
             let _ = entry.stiffness(stiffness).damping(damping).preload(preload);
         } else {
             let own = Arc::new(own);
-            laws.push(OwnLaw::Bushing(own.clone()));
+            laws.push(own.clone());
             let _ = entry.law(Vec::new(), own);
         }
     }
@@ -198,10 +198,10 @@ pub(crate) struct Range {
 
 impl Range {
     /// Those of all bushings of a model.
-    pub(super) fn of(model: &Model, forces: &ForceElements) -> Vec<OwnLaw> {
+    pub(super) fn of(model: &Model, forces: &ForceElements) -> Vec<Arc<Self>> {
         let range = |bushing: &Bushing| {
             let coordinates = forces.bushing_coordinates(&bushing.name)?.clone();
-            Some(OwnLaw::Range(Arc::new(Self { name: bushing.name.clone(), coordinates })))
+            Some(Arc::new(Self { name: bushing.name.clone(), coordinates }))
         };
         model.bushings.iter().filter_map(range).collect()
     }

@@ -2,6 +2,7 @@
 
 use super::bushing::{BushingLaw, Range};
 use super::drive::coordinate;
+use super::law_fault::{LawFault, keep};
 use super::names::Names;
 use super::signal::network::{Network, Source};
 use super::signal::{Needed, Terms, refusal};
@@ -20,13 +21,6 @@ pub(crate) struct ExpressionLaw {
     dissipative: bool,
     affine: bool,
     fault: Mutex<Option<LawFault>>, // the last one; no part of the state
-}
-
-/// An expression without a value: the name of the law, why, and where.
-#[derive(Clone, Debug)]
-pub(crate) struct LawFault {
-    pub(crate) t: f64,
-    pub(crate) message: String,
 }
 
 impl ExpressionLaw {
@@ -182,26 +176,6 @@ impl OwnLaw {
 
 /// The laws of a model, in its order.
 pub(crate) type Laws = Vec<OwnLaw>;
-
-/// Keeps why an expression has no value where its inputs have one.
-pub(crate) fn keep(
-    fault: &Mutex<Option<LawFault>>,
-    owner: &str,
-    (program, undefined): (&Program, &Undefined),
-    names: &[&str],
-    (at, t): (&[f64], f64),
-) {
-    let mut message = format!("{owner}: {undefined}");
-    for (k, (name, value)) in names.iter().zip(at).enumerate() {
-        if program.reads(k) && *name != "t" {
-            message += &format!(", {name} = {value:.6}");
-        }
-    }
-    if at.iter().all(|input| input.is_finite()) {
-        let found = Some(LawFault { t, message });
-        *fault.lock().unwrap_or_else(PoisonError::into_inner) = found;
-    }
-}
 
 /// Adds the laws of a model.
 pub(super) fn add_laws<'a>(

@@ -6,6 +6,7 @@ pub(crate) mod drive;
 pub mod dynamics;
 pub mod held;
 pub(crate) mod law;
+pub(crate) mod law_fault;
 pub(crate) mod names;
 pub(crate) mod signal;
 
@@ -116,7 +117,8 @@ pub(crate) fn build_with_locks(
     let mut terms = signal::Terms::new(&names, &quantities)?;
     let mut laws = law::add_laws(&mut builder, model, &names, &quantities, &mut terms)?;
     let signals = terms.finish(&mut builder)?;
-    laws.extend(bushing::add_bushings(&mut builder, model, &names)?);
+    let bushings = bushing::add_bushings(&mut builder, model, &names)?;
+    laws.extend(bushings.into_iter().map(law::OwnLaw::Bushing));
     for input in inputs {
         held::add_joint_input(&mut builder, input, &names)?;
     }
@@ -135,7 +137,7 @@ pub(crate) fn build_with_locks(
     let mechanism = Mechanism::new(description);
     let mut mechanism = mechanism.with_loop_tolerance(model.settings.loop_tolerance);
     let mut forces = builder.forces(&mut mechanism).map_err(refusal)?;
-    laws.extend(bushing::Range::of(model, &forces));
+    laws.extend(bushing::Range::of(model, &forces).into_iter().map(law::OwnLaw::Range));
     forces.forces.extend(held::wrenches(inputs, &names, &mechanism)?);
     let settings = &model.settings;
     let members = members(model, &mechanism);

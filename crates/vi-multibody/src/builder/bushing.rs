@@ -1,7 +1,7 @@
 //! Bushings between two frames.
 
 use super::error::finite;
-use super::force::ElementForce;
+use super::force::{ElementForce, NamedSixSpring};
 use super::law::Read;
 use super::{BuildError, ForceElements, MechanismBuilder};
 use crate::force::bushing::{LinearSix, SixForce, SixLaw, SixSpring};
@@ -40,15 +40,6 @@ impl BushingPart {
             efforts: Efforts::Linear(Box::default()),
         }
     }
-}
-
-/// The energy of a bushing, with its name.
-#[derive(Clone, Debug)]
-pub struct NamedSixSpring {
-    /// The name; empty where it was given none.
-    pub name: String,
-    /// The energy.
-    pub spring: SixSpring,
 }
 
 /// A bushing that was added: at the origin along the axes of space, without any effort, until said

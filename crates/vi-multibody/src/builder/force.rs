@@ -1,10 +1,9 @@
 //! Force elements: springs, dampers, motors, loads, as parts of a builder and as numbers.
 
-use super::bushing::NamedSixSpring;
 use super::error::finite;
 use super::{BodyId, BuildError, CoordinateId, ParticleId, PointOn, PointPlace};
 use crate::constraint::joint_coordinate::JointCoordinate;
-use crate::force::bushing::SixForce;
+use crate::force::bushing::{SixForce, SixSpring};
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
 use crate::force::law::{LawForce, SignalStates};
 use crate::force::spring::{Spring, SpringLaw};
@@ -21,6 +20,15 @@ use vi_core::force::{DiscreteForce, Force, MidpointForce, Source};
 use vi_core::{Configuration, Quadrature, SeparableSystem};
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
+
+/// The energy of a bushing, with its name.
+#[derive(Clone, Debug)]
+pub struct NamedSixSpring {
+    /// The name; empty where it was given none.
+    pub name: String,
+    /// The energy.
+    pub spring: SixSpring,
+}
 
 /// What acts on a mechanism beside gravity, for any family of schemes.
 #[derive(Clone, Debug, Default)]

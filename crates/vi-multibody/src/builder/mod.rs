@@ -15,10 +15,11 @@ mod joint;
 mod law;
 
 pub use body::{BodyEntry, Inertia};
-pub use bushing::{BushingEntry, NamedSixSpring};
+pub use bushing::BushingEntry;
 pub use error::BuildError;
 pub use force::{
-    BuiltMechanism, ElementForce, ForceElements, ForceEntry, LoadEntry, NamedForce, SpringEntry,
+    BuiltMechanism, ElementForce, ForceElements, ForceEntry, LoadEntry, NamedForce, NamedSixSpring,
+    SpringEntry,
 };
 pub use id::{BodyId, CoordinateId, JointId, ParticleId, PointOn};
 pub use joint::JointEntry;

@@ -1,4 +1,5 @@
-//! Twists, spatial matrices, points and vectors as linear forms in the coordinates, the six coordinates between two frames.
+//! Twists, spatial matrices, points and vectors as linear forms in the coordinates, the six
+//! coordinates between two frames.
 
 pub(crate) mod control_points;
 pub mod form;

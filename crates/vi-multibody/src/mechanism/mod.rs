@@ -59,7 +59,7 @@ pub struct Mechanism {
     description: Description,
     rows: Vec<ScalarRow>,         // joints, then bars, then scalar constraints
     other_rows: Vec<usize>,       // those of `rows` that are no products of a joint
-    step_rows: Vec<usize>, // those of `rows` that the midpoint does not know: of rolling, of velocities
+    step_rows: Vec<usize>,        // those of `rows` that the midpoint does not know: of rolling
     angles: Vec<JointCoordinate>, // whose revolutions count
     coordinates: BTreeMap<(usize, usize), JointCoordinate>, // asked for: joint, freedom
     joint_rows: Vec<Range<usize>>, // into the constraints, for each joint

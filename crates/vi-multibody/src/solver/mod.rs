@@ -5,6 +5,7 @@ mod body_blocks;
 mod chord;
 pub mod closed_loop;
 mod efforts;
+mod enforced;
 pub mod ensemble;
 mod member_blocks;
 pub mod run;

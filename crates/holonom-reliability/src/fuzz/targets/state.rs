@@ -47,7 +47,7 @@ impl Target for StoredState {
 
 /// One of so many states is continued by a new simulation, too; the first is the second seed. Few
 /// changed states are accepted, and a seed continues to the same end from any node.
-const COMPARED: u64 = 50;
+const COMPARED: u64 = 17;
 
 struct Continuer {
     model: Result<Model, String>,

@@ -5,7 +5,7 @@
 //!         each with the row of its slopes by (y, z)
 //! ```
 
-use crate::system::law::{LawFault, keep};
+use crate::system::law_fault::{LawFault, keep};
 use holonom_model::expression::{Program, Undefined};
 use nalgebra::DMatrix;
 use std::sync::{Mutex, PoisonError};

@@ -124,8 +124,8 @@ impl Work {
         self.slopes.fill(f64::NAN);
     }
 
-    /// `z` where it rests, `φ(y, z) = 0`, with the slopes there; not a number where there is no such
-    /// place, as of an integral.
+    /// `z` where it rests, `φ(y, z) = 0`, with the slopes there; not a number where there is no
+    /// such place, as of an integral.
     fn find_rest(&mut self, law: &dyn Law) {
         let (first, inputs) = (self.efforts, self.y.len());
         self.last.fill(f64::NAN);

@@ -4,10 +4,11 @@
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
 use super::loops::{Loops, with_floors};
-use super::path::{Enforced, Maps, Placed};
+use super::path::{Maps, Placed};
 use super::sweep::Resolution;
 use crate::mechanism::Mechanism;
 use crate::solver::chord::Chord;
+use crate::solver::enforced::Enforced;
 use crate::solver::sparse_nodal::{Row, SparseNodal};
 use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_nodal::TreeNodal;

@@ -4,9 +4,10 @@
 use super::cluster::{Cluster, Recall};
 use super::cluster_link::ClusterLink;
 use super::loops::Loops;
-use super::path::{Enforced, Maps, Placed};
+use super::path::{Maps, Placed};
 use crate::geometry::matrix::Spatial;
 use crate::geometry::one_tree::Held;
+use crate::solver::enforced::Enforced;
 use crate::solver::tree_step::workspace::Workspace;
 use nalgebra::DMatrix;
 use vi_constraints::null_space::NullSpaceQr;
@@ -110,8 +111,8 @@ impl Loops {
     }
 
     /// One sweep to the root and one back, clusters at their apexes. Solves at the increments `u`,
-    /// with what is `added` to the blocks of the links, and the rows `enforced`: `x` is the right-hand side
-    /// of these blocks, then `δ`.
+    /// with what is `added` to the blocks of the links, and the rows `enforced`: `x` is the
+    /// right-hand side of these blocks, then `δ`.
     pub(super) fn solve(
         &mut self,
         (at, added, enforced): (&mut Workspace, &[Spatial<Held>], Enforced<'_>),

@@ -8,8 +8,9 @@
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
 use super::loops::Loops;
-use super::path::{Enforced, Maps};
+use super::path::Maps;
 use crate::mechanism::Mechanism;
+use crate::solver::enforced::Enforced;
 use crate::solver::tree_step::velocity::TreeVelocity;
 use vi_constraints::node_solvers::MomentumVelocity;
 use vi_constraints::reparametrization::Emission;

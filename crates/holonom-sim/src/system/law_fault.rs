@@ -1,0 +1,31 @@
+//! Why an expression of a law, a bushing or a signal has no value.
+
+use holonom_model::expression::{Program, Undefined};
+use std::sync::{Mutex, PoisonError};
+
+/// An expression without a value: the name of the law, why, and where.
+#[derive(Clone, Debug)]
+pub(crate) struct LawFault {
+    pub(crate) t: f64,
+    pub(crate) message: String,
+}
+
+/// Keeps why an expression has no value where its inputs have one.
+pub(crate) fn keep(
+    fault: &Mutex<Option<LawFault>>,
+    owner: &str,
+    (program, undefined): (&Program, &Undefined),
+    names: &[&str],
+    (at, t): (&[f64], f64),
+) {
+    let mut message = format!("{owner}: {undefined}");
+    for (k, (name, value)) in names.iter().zip(at).enumerate() {
+        if program.reads(k) && *name != "t" {
+            message += &format!(", {name} = {value:.6}");
+        }
+    }
+    if at.iter().all(|input| input.is_finite()) {
+        let found = Some(LawFault { t, message });
+        *fault.lock().unwrap_or_else(PoisonError::into_inner) = found;
+    }
+}
