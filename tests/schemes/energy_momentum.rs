@@ -19,9 +19,9 @@ fn shipped() -> Vec<(String, Model)> {
         (name, Model::from_toml(&text).unwrap())
     };
     let moves = |(_, model): &(String, Model)| model.settings.scheme != Scheme::Static;
-    // rolling and signals with states are refused by name
+    // rolling is refused by name; laws and events have tests of their own
     let taken = |(_, model): &(String, Model)| {
-        !model.has_velocity_constraints() && model.signals.iter().all(|own| own.value.is_some())
+        !model.has_velocity_constraints() && model.laws.is_empty() && model.events.is_empty()
     };
     names.into_iter().map(read).filter(moves).filter(taken).collect()
 }
@@ -89,7 +89,7 @@ fn is_resolved(model: &Model) -> bool {
 #[test]
 fn every_shipped_model_runs_by_every_form() {
     for (name, model) in shipped() {
-        let steps = if model.beams.is_empty() { 200 } else { 25 };
+        let steps = if model.beams.is_empty() { 200 } else { 12 };
         let variational = reference(&model, steps);
         let runs = FORMS.map(|form| run(&model, form, steps).unwrap());
         for (form, samples) in FORMS.iter().zip(&runs) {
