@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark::{model, samples};
+use crate::harness::case::distance;
 use holonom::modes::{About, ModalAnalysis, ModeKind};
 use holonom::{Model, Simulation};
 
@@ -155,8 +156,7 @@ fn a_stated_bound_is_reversible() {
         (0..200).for_each(|_| {
             run.step().unwrap();
         });
-        let off = run.state().q.iter().zip(&start.q).map(|(a, b)| (a - b).abs());
-        off.fold(0.0, f64::max)
+        distance(&run.state().q, &start.q)
     };
     let (stated, follows) = (returned("tension = 20.0"), returned(""));
     println!("after 200 steps forth and back: {stated:.1e} stated, {follows:.1e} following");

@@ -1,6 +1,7 @@
 //! Section forces along helicoidal elements: in equilibrium with what holds and what loads a beam.
 
 use crate::benchmark::samples;
+use crate::harness::case::distance;
 use crate::statics::static_models::rows;
 use holonom::nalgebra::Vector3;
 use holonom::{Model, Simulation};
@@ -89,7 +90,7 @@ fn a_load_within_an_element_is_felt_on_the_side_of_the_clamp() {
                 + 0.5 * weight * (1.0 - at).powi(2)
                 + beyond * (force * (place - at) + torque[1]));
             let expected = [shear, 0.0, 0.0, 0.0, bending, beyond * torque[0]];
-            let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let off = distance(found, &expected);
             assert!(off < 1e-6, "{elements} elements, at {at}: {found:?} in place of {expected:?}");
         }
     }

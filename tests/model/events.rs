@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
+use crate::harness::case::distance;
+use crate::harness::models::orders;
 use holonom::run::prepare;
 use holonom::{EventRecord, Model, RunState, Sample, Simulation};
 use vi_testkit::model::{body, head, heavy, part};
@@ -146,7 +148,7 @@ fn hysteresis_is_two_events() {
         let pairs = acted.iter().zip(exact);
         errors.push(pairs.fold(0.0, |worst: f64, (own, t)| worst.max((own.t - t).abs())));
     }
-    let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    let orders = orders(&errors);
     println!("errors {errors:?}: orders {orders:?}");
     assert!(orders.iter().all(|order| (1.9..2.1).contains(order)) && errors[1] < 2.2e-5);
     // at the ends of steps: of first order
@@ -167,13 +169,8 @@ fn the_order_of_a_composition_holds_through_a_release() {
         run(&text).last().unwrap().q.clone()
     };
     let exact = place(0.005);
-    let errors: Vec<f64> = [0.1, 0.05, 0.025]
-        .map(|step| {
-            let found = place(step);
-            found.iter().zip(&exact).fold(0.0, |w: f64, (a, b)| w.max((a - b).abs()))
-        })
-        .to_vec();
-    let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    let errors = [0.1, 0.05, 0.025].map(|step| distance(&place(step), &exact));
+    let orders = orders(&errors);
     println!("errors {errors:?}: orders {orders:?}");
     assert!(orders[1] > 3.7, "{orders:?}");
 }

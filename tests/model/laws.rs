@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
+use crate::harness::case::distance;
+use crate::harness::models::orders;
 use holonom::run::prepare;
 use holonom::{Model, RunOutcome, Sample};
 use vi_testkit::model::{body, head, heavy, part, two_links};
@@ -24,8 +26,8 @@ pub(super) fn run(text: &str) -> Result<Vec<Sample>, String> {
 /// The largest difference of coordinates over all nodes.
 pub(super) fn apart(a: &[Sample], b: &[Sample]) -> f64 {
     assert_eq!(a.len(), b.len());
-    let pairs = a.iter().zip(b).flat_map(|(a, b)| a.q.iter().zip(&b.q));
-    pairs.fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()))
+    let all = |nodes: &[Sample]| nodes.iter().flat_map(|node| node.q.clone()).collect::<Vec<f64>>();
+    distance(&all(a), &all(b))
 }
 
 /// Two links under gravity with what acts on them.
@@ -112,7 +114,7 @@ fn laws_between_bodies_keep_momenta_and_account_for_the_energy() {
         assert!(linear < 1e-13 && angular < 1e-12);
         balances.push(last.energies.last().unwrap().abs());
     }
-    let orders: Vec<f64> = balances.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    let orders = orders(&balances);
     println!("balance {balances:?}: orders {orders:?}");
     assert!(orders.iter().all(|order| (1.8..2.3).contains(order)), "{orders:?}");
 }
@@ -186,10 +188,7 @@ fn drag_on_a_spinning_body_keeps_order_two() {
         (last.q.clone(), last.energies.last().unwrap().abs())
     };
     let runs = [0.04, 0.02, 0.01, 0.005].map(end);
-    let apart = |k: usize| {
-        let pairs = runs[k].0.iter().zip(&runs[k + 1].0);
-        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-    };
+    let apart = |k: usize| distance(&runs[k].0, &runs[k + 1].0);
     let order = (apart(1) / apart(2)).log2();
     let balance = (runs[2].1 / runs[3].1).log2();
     println!("order of the end {order:.2}, of the balance {balance:.2} ({:.1e} J)", runs[3].1);

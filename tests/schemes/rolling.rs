@@ -2,7 +2,8 @@
 //! them, what is refused.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::harness::models::{orders, overrides};
+use crate::harness::case::distance;
+use crate::harness::models::{nodes, orders, overrides};
 use holonom::{Model, Sample, Simulation};
 
 /// A model of the reference cases with values replaced and sensors added.
@@ -10,10 +11,6 @@ fn model(name: &str, replaced: &[(&str, &str)], more: &str) -> Model {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reference/laws/");
     let text = std::fs::read_to_string(format!("{folder}{name}.toml")).unwrap();
     Model::from_toml_with(&(text + more), &overrides(replaced)).unwrap()
-}
-
-fn samples(model: &Model) -> Vec<Sample> {
-    Simulation::new(model).unwrap().samples().map(Result::unwrap).collect()
 }
 
 fn sensor(name: &str, kind: &str, of: &str) -> String {
@@ -73,7 +70,7 @@ fn heights_and_slip_are_round_off() {
         own,
     ];
     for model in models {
-        let samples = samples(&model);
+        let samples = nodes(&model);
         let height = largest(&samples, |sample| sample.residuals.position);
         let each = |sample: &Sample| sample.sensors.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let slip = largest(&samples, each);
@@ -89,13 +86,10 @@ fn heights_and_slip_are_round_off() {
 fn compositions_reach_their_order() {
     let end = |order: &str, step: &str| {
         let replaced = [("simulation.order", order), ("simulation.step", step)];
-        samples(&model("p06_rolling_disc", &replaced, "")).last().unwrap().q.clone()
+        nodes(&model("p06_rolling_disc", &replaced, "")).last().unwrap().q.clone()
     };
     let exact = end("8", "0.01");
-    let error = |order: &str, step: &str| {
-        let own = end(order, step);
-        own.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-    };
+    let error = |order: &str, step: &str| distance(&end(order, step), &exact);
     let fourth: Vec<f64> = ["0.04", "0.02", "0.01"].map(|step| error("4", step)).into();
     let second: Vec<f64> = ["0.02", "0.01", "0.005"].map(|step| error("2", step)).into();
     println!("order 2: {second:?} {:?}, order 4: {fourth:?}", orders(&second));
@@ -117,8 +111,7 @@ fn many_steps_and_back() {
         for _ in 0..steps {
             run.step().unwrap();
         }
-        let apart = run.state().q.iter().zip(&start).map(|(a, b)| (a - b).abs());
-        let apart = apart.fold(0.0, f64::max);
+        let apart = distance(&run.state().q, &start);
         println!("{name}: {apart:.1e}");
         assert!(apart < 1e-12, "{name}: {apart:e}");
     }
@@ -128,7 +121,7 @@ fn many_steps_and_back() {
 fn a_restart_continues_to_the_bit() {
     let more = sensor("slip", "slip", "rear_tyre") + &sensor("carries", "reaction", "front_tyre");
     let model = model("p07_bicycle", &[], &more);
-    let whole = samples(&model);
+    let whole = nodes(&model);
     let mut first = Simulation::new(&model).unwrap();
     let mut count = 0;
     first
@@ -229,7 +222,7 @@ fn wheels_roll_in_a_closed_loop() {
     ]
     .concat();
     let model = Model::from_toml(&text).unwrap();
-    let samples = samples(&model);
+    let samples = nodes(&model);
     let slip = largest(&samples, |sample| sample.sensors[0].hypot(sample.sensors[1]));
     let height = largest(&samples, |sample| sample.residuals.position);
     let last = samples.last().unwrap();
@@ -309,7 +302,7 @@ fn faults_of_rolling_are_named() {
 fn a_start_that_slips_is_projected_when_asked() {
     let slips = sensor("slip", "slip", "tyre") + &sensor("x", "position", "wheel");
     let model = Model::from_toml(&(SLOPE.to_owned() + &slips)).unwrap();
-    let samples = samples(&model);
+    let samples = nodes(&model);
     let height = largest(&samples, |sample| sample.residuals.position);
     assert!(height < 1e-14, "{height:e}");
     let stated = SLOPE.replace(", project_start = true", "");
