@@ -217,14 +217,24 @@ impl Helicoidal {
     /// Source: O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449–467.
     #[must_use]
     pub fn discrete_slopes(&self, [y_0, y_1]: [&Forms; 2], reference: &Strain) -> Slopes {
-        let (mean, change) = (0.5 * (y_0 + y_1), y_1 - y_0);
-        let middle = self.at(&mean, reference).slopes();
+        let middle = self.at(&(0.5 * (y_0 + y_1)), reference).slopes();
+        self.away_from([y_0, y_1], &middle, reference).map_or(middle, |(slopes, _)| slopes)
+    }
+
+    /// `∂̄η` from `∂η/∂y(ȳ)`, with what the latter misses; `None` where they are the same.
+    fn away_from(
+        &self,
+        [y_0, y_1]: [&Forms; 2],
+        middle: &Slopes,
+        reference: &Strain,
+    ) -> Option<(Slopes, Strain)> {
+        let change = y_1 - y_0;
         let size = change.norm_squared();
         if size < SMALL_CHANGE {
-            return middle;
+            return None;
         }
-        let rest = self.rest([y_0, y_1], &middle, reference);
-        middle + rest * change.transpose() / size
+        let rest = self.rest([y_0, y_1], middle, reference);
+        Some((middle + rest * change.transpose() / size, rest))
     }
 
     /// `η(y_1) − η(y_0) − ∂η/∂y(ȳ) Δy`, accurate relative to itself where `Δy` is small: by Gauss's
@@ -253,12 +263,10 @@ impl Helicoidal {
         let (mean, change) = (0.5 * (y_0 + y_1), y_1 - y_0);
         let middle = self.at(&mean, reference);
         let (slopes, bends) = (middle.slopes(), 0.5 * middle.bends(n));
-        let size = change.norm_squared();
-        if size < SMALL_CHANGE {
+        let Some((discrete, rest)) = self.away_from([y_0, y_1], &slopes, reference) else {
             return (slopes, bends);
-        }
-        let rest = self.rest([y_0, y_1], &slopes, reference);
-        let discrete = slopes + rest * change.transpose() / size;
+        };
+        let size = change.norm_squared();
         let (rest, end) = (n.dot(&rest), self.at(y_1, reference));
         let of_rest = (end.slopes() - slopes).tr_mul(n) - bends * change;
         let across = of_rest - (2.0 * rest / size) * change;

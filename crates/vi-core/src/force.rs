@@ -16,6 +16,7 @@ use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
 use crate::interval::Interval;
 use crate::sparse::{Block, Entries};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// What exerts a force: its work is listed under this name.
@@ -81,6 +82,13 @@ pub trait DiscreteForce: Send + Sync {
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
         None
     }
+}
+
+/// The velocity at which [`DiscreteForce::add_stiffness`] takes slopes: that of a steady rotation
+/// for what acts from the ground, rest for what turns with it.
+#[must_use]
+pub fn seen_velocity(acts_from_ground: bool, v: &[f64]) -> Cow<'_, [f64]> {
+    if acts_from_ground { Cow::Borrowed(v) } else { Cow::Owned(vec![0.0; v.len()]) }
 }
 
 /// A continuous generalized force `f(t, q, v)`, N.
@@ -182,9 +190,8 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
     }
 
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let rest = vec![0.0; at.q.len()];
-        let v = if self.0.acts_from_ground() { v } else { &rest };
-        self.0.add_position_derivative(at.t, at.q, v, scale, out);
+        let v = seen_velocity(self.0.acts_from_ground(), v);
+        self.0.add_position_derivative(at.t, at.q, &v, scale, out);
     }
 
     fn acts_from_ground(&self) -> bool {

@@ -44,8 +44,8 @@ pub(crate) struct Events {
     pub(crate) solver: Solver,
     pub(crate) list: Vec<Event>,
     pub(crate) conditions: Conditions,
-    pub(crate) joints: Vec<Joint>,           // of the whole model
-    pub(crate) angles: Vec<JointCoordinate>, // likewise, whose revolutions count
+    joints: Vec<Joint>,           // of the whole model
+    angles: Vec<JointCoordinate>, // likewise, whose revolutions count
     pub(crate) first: PhaseStart,
     pub(crate) switches: Switches,
     pub(crate) acting: Vec<usize>, // scratch
@@ -113,25 +113,17 @@ impl Events {
         }
     }
 
-    /// The value of a joint coordinate at the present node.
-    pub(crate) fn coordinate(
-        &self,
-        joint: &str,
-        freedom: usize,
-        q: &[f64],
-    ) -> Option<JointCoordinate> {
+    /// A joint coordinate of the whole model, with the place of its revolutions where they count.
+    fn coordinate(&self, joint: &str, freedom: usize) -> Option<JointCoordinate> {
         let joint = self.joints.iter().find(|own| own.name == joint)?;
         let own = JointCoordinate::principal(joint, freedom)?;
         let listed = self.angles.iter().find(|angle| angle.value() == own.value());
-        let _ = q;
         Some(listed.cloned().unwrap_or(own))
     }
-}
 
-impl Events {
     /// Holds a joint coordinate where it is; the name of the constraint.
     pub(crate) fn lock(&mut self, joint: &str, freedom: usize, at: &PhaseStart) -> Option<String> {
-        let coordinate = self.coordinate(joint, freedom, &at.q)?;
+        let coordinate = self.coordinate(joint, freedom)?;
         let turns = &self.switches.turns;
         let value =
             coordinate.at(Configuration { t: at.t, q: &at.q, angles: turns, internal: &[] });

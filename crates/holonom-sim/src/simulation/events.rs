@@ -293,8 +293,7 @@ impl Simulation {
                 switches.ready[k] |= again && !(list[k].once && switches.counts[k] > 0);
             }
             rounds += 1;
-            let more = if rounds < MOST { self.crossing(false) } else { Vec::new() };
-            acting = more;
+            acting = if rounds < MOST { self.crossing(false) } else { Vec::new() };
         }
         Ok(())
     }
@@ -376,10 +375,7 @@ impl Simulation {
         }
         Ok(())
     }
-}
 
-/// What is followed up to a node.
-impl Simulation {
     /// Begins the phase that the switches state: another mechanism at the same configuration.
     fn begin_phase(&mut self) -> Result<(), ModelError> {
         let Some(events) = &self.events else { return Ok(()) };
@@ -423,6 +419,7 @@ impl Simulation {
     }
 }
 
+/// What is followed up to a node.
 #[derive(Default)]
 struct Followed {
     readings: Vec<Vec<f64>>,

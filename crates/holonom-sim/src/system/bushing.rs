@@ -1,13 +1,13 @@
 //! `[[bushing]]` of a model as forces of the mechanism.
 
-use super::law_fault::{LawFault, keep};
+use super::law_fault::{LastFault, LawFault};
 use super::names::Names;
 use super::signal::refusal;
 use holonom_model::expression::{Program, Undefined};
 use holonom_model::{
     Bushing, BushingRotation, Coefficients, Curves, Formula, Model, ModelError, SIX,
 };
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use vi_multibody::builder::{ForceElements, MechanismBuilder};
 use vi_multibody::bushing::{LinearSix, SixInputs, SixLaw, SixSlopes};
 use vi_multibody::six_coordinates::{LARGEST_ANGLE, Matrix6, Rotation, SixCoordinates, Vector6};
@@ -32,7 +32,7 @@ pub(crate) struct BushingLaw {
     damping: Vec<Entry>,
     force: Vec<Program>,
     dissipative: bool,
-    fault: Mutex<Option<LawFault>>, // the last one; no part of the state
+    fault: LastFault,
 }
 
 impl BushingLaw {
@@ -64,7 +64,7 @@ impl BushingLaw {
             || !damping.is_empty()
             || stiffness.iter().any(|entry| reads(&entry.program))
             || force.iter().any(reads);
-        let (name, fault) = (bushing.name.clone(), Mutex::default());
+        let (name, fault) = (bushing.name.clone(), LastFault::default());
         Ok(Self { name, constant, stiffness, damping, force, dissipative, fault })
     }
 
@@ -85,11 +85,13 @@ impl BushingLaw {
         entries.chain(&self.force)
     }
 
+    fn label(&self) -> String {
+        format!("bushing `{}`", self.name)
+    }
+
     #[cold]
     fn note(&self, y: &[f64], program: &Program, undefined: &Undefined) -> f64 {
-        let owner = format!("bushing `{}`", self.name);
-        keep(&self.fault, &owner, (program, undefined), &SIX, (y, y[0]));
-        f64::NAN
+        self.fault.note(&self.label(), (program, undefined), &SIX, (y, y[0]))
     }
 
     fn value(&self, program: &Program, y: &[f64; INPUTS]) -> f64 {
@@ -97,12 +99,12 @@ impl BushingLaw {
     }
 
     pub(super) fn fault(&self) -> Option<LawFault> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.fault.get()
     }
 
     /// What jumps in it.
     pub(super) fn jumps(&self) -> (String, Vec<&'static str>) {
-        (format!("bushing `{}`", self.name), self.programs().flat_map(Program::jumps).collect())
+        (self.label(), self.programs().flat_map(Program::jumps).collect())
     }
 }
 

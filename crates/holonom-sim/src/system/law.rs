@@ -2,13 +2,13 @@
 
 use super::bushing::{BushingLaw, Range};
 use super::drive::coordinate;
-use super::law_fault::{LawFault, keep};
+use super::law_fault::{LastFault, LawFault};
 use super::names::Names;
 use super::signal::network::{Network, Source};
 use super::signal::{Needed, Terms, refusal};
 use holonom_model::expression::{Program, Undefined};
 use holonom_model::{ALONG, Formula, Frame, Law, MOTION, Model, ModelError, Quantities};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use vi_multibody::builder::{ActOn, MechanismBuilder, Read};
 use vi_multibody::joint_force::{EffortSlopes, JointLaw};
 use vi_multibody::wrench_law::{INPUTS, WrenchLaw, WrenchSlopes};
@@ -20,21 +20,21 @@ pub(crate) struct ExpressionLaw {
     program: Program,
     dissipative: bool,
     affine: bool,
-    fault: Mutex<Option<LawFault>>, // the last one; no part of the state
+    fault: LastFault,
 }
 
 impl ExpressionLaw {
     fn new(law: &Law, program: Program) -> Self {
-        let (name, fault) = (law.name.clone(), Mutex::default());
+        let (name, fault) = (law.name.clone(), LastFault::default());
         let dissipative = program.reads(2) && !law.conservative;
         let affine = program.is_affine(|input| input > 0);
         Self { name, program, dissipative, affine, fault }
     }
 
     #[cold]
-    fn note(&self, at: [f64; 3], undefined: &Undefined) {
-        let owner = format!("law `{}`", self.name);
-        keep(&self.fault, &owner, (&self.program, undefined), &ALONG, (&at, at[0]));
+    fn note(&self, at: [f64; 3], undefined: &Undefined) -> f64 {
+        let owner = label(&self.name);
+        self.fault.note(&owner, (&self.program, undefined), &ALONG, (&at, at[0]))
     }
 }
 
@@ -42,10 +42,7 @@ impl ExpressionLaw {
 impl JointLaw for ExpressionLaw {
     fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
         let at = [t, coordinate, rate];
-        self.program.value(&at).unwrap_or_else(|undefined| {
-            self.note(at, &undefined);
-            f64::NAN
-        })
+        self.program.value(&at).unwrap_or_else(|undefined| self.note(at, &undefined))
     }
 
     fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
@@ -55,9 +52,8 @@ impl JointLaw for ExpressionLaw {
     fn effort_and_slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, EffortSlopes) {
         let (at, mut slopes) = ([t, coordinate, rate], [0.0; 3]);
         let effort = self.program.gradient(&at, &mut slopes).unwrap_or_else(|undefined| {
-            self.note(at, &undefined);
             slopes = [f64::NAN; 3];
-            f64::NAN
+            self.note(at, &undefined)
         });
         let [_, by_coordinate, by_rate] = slopes;
         (effort, EffortSlopes { by_coordinate, by_rate })
@@ -78,7 +74,7 @@ pub(crate) struct MotionLaw {
     name: String,
     programs: [Option<Program>; 6],
     dissipative: bool,
-    fault: Mutex<Option<LawFault>>, // the last one; no part of the state
+    fault: LastFault,
 }
 
 impl MotionLaw {
@@ -86,14 +82,14 @@ impl MotionLaw {
         let programs = programs.map(|program| program.filter(|own| own.constant() != Some(0.0)));
         let reads = |own: &Program| (4..MOTION.len()).any(|input| own.reads(input));
         let reads_rates = programs.iter().flatten().any(reads);
-        let (name, fault) = (law.name.clone(), Mutex::default());
+        let (name, fault) = (law.name.clone(), LastFault::default());
         Self { name, programs, dissipative: reads_rates && !law.conservative, fault }
     }
 
     #[cold]
-    fn note(&self, y: &[f64], program: &Program, undefined: &Undefined) {
-        let owner = format!("law `{}`", self.name);
-        keep(&self.fault, &owner, (program, undefined), &MOTION, (y, y[0]));
+    fn note(&self, y: &[f64], program: &Program, undefined: &Undefined) -> f64 {
+        let owner = label(&self.name);
+        self.fault.note(&owner, (program, undefined), &MOTION, (y, y[0]))
     }
 }
 
@@ -102,10 +98,7 @@ impl WrenchLaw for MotionLaw {
     fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6] {
         self.programs.each_ref().map(|program| {
             let Some(program) = program else { return 0.0 };
-            program.value(y).unwrap_or_else(|undefined| {
-                self.note(y, program, &undefined);
-                f64::NAN
-            })
+            program.value(y).unwrap_or_else(|undefined| self.note(y, program, &undefined))
         })
     }
 
@@ -115,9 +108,8 @@ impl WrenchLaw for MotionLaw {
             let Some(program) = &self.programs[k] else { return 0.0 };
             let mut row = [0.0; INPUTS];
             let value = program.gradient(y, &mut row).unwrap_or_else(|undefined| {
-                self.note(y, program, &undefined);
                 row = [f64::NAN; INPUTS];
-                f64::NAN
+                self.note(y, program, &undefined)
             });
             (0..INPUTS).for_each(|i| slopes[(k, i)] = row[i]);
             value
@@ -146,23 +138,22 @@ pub(crate) enum OwnLaw {
 
 impl OwnLaw {
     fn fault(&self) -> Option<LawFault> {
-        let fault = match self {
-            Self::Along(law) => &law.fault,
-            Self::Motion(law) => &law.fault,
-            Self::Network(network) => return network.fault(),
-            Self::Bushing(law) => return law.fault(),
-            Self::Range(range) => return range.fault(),
-        };
-        fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        match self {
+            Self::Along(law) => law.fault.get(),
+            Self::Motion(law) => law.fault.get(),
+            Self::Network(network) => network.fault(),
+            Self::Bushing(law) => law.fault(),
+            Self::Range(range) => range.fault(),
+        }
     }
 
     /// What jumps in it, and in what it reads: of which law or signal.
     fn jumps(&self) -> Vec<(String, Vec<&'static str>)> {
         match self {
-            Self::Along(law) => vec![(format!("law `{}`", law.name), law.program.jumps())],
+            Self::Along(law) => vec![(label(&law.name), law.program.jumps())],
             Self::Motion(law) => {
                 let all = law.programs.iter().flatten().flat_map(Program::jumps);
-                vec![(format!("law `{}`", law.name), all.collect())]
+                vec![(label(&law.name), all.collect())]
             }
             Self::Bushing(law) => vec![law.jumps()],
             Self::Range(_) => Vec::new(),
@@ -225,7 +216,7 @@ fn law_on<'a>(
     let own = terms.of_point(at, names.index(on));
     let mut efforts = [None; 6];
     for (key, place, formula) in stated {
-        efforts[place] = Some(terms.formula((&label(law), &key), formula, &own)?);
+        efforts[place] = Some(terms.formula((&label(&law.name), &key), formula, &own)?);
     }
     Ok(add(builder, law, ActOn::Member { at, follows }, terms, &efforts))
 }
@@ -274,7 +265,7 @@ fn law_along<'a>(
         ("x", terms.input(x, "x".to_owned())),
         ("v", terms.input(v, "v".to_owned())),
     ];
-    let effort = terms.formula((&label(law), &key), formula, &own)?;
+    let effort = terms.formula((&label(&law.name), &key), formula, &own)?;
     Ok(Some(add(builder, law, on, terms, &[Some(effort)])))
 }
 
@@ -290,8 +281,8 @@ fn add(
     OwnLaw::Network(network)
 }
 
-fn label(law: &Law) -> String {
-    format!("law `{}`", law.name)
+fn label(name: &str) -> String {
+    format!("law `{name}`")
 }
 
 /// What is worth knowing of them.

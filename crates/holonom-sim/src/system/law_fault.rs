@@ -10,22 +10,36 @@ pub(crate) struct LawFault {
     pub(crate) message: String,
 }
 
-/// Keeps why an expression has no value where its inputs have one.
-pub(crate) fn keep(
-    fault: &Mutex<Option<LawFault>>,
-    owner: &str,
-    (program, undefined): (&Program, &Undefined),
-    names: &[&str],
-    (at, t): (&[f64], f64),
-) {
-    let mut message = format!("{owner}: {undefined}");
-    for (k, (name, value)) in names.iter().zip(at).enumerate() {
-        if program.reads(k) && *name != "t" {
-            message += &format!(", {name} = {value:.6}");
+/// The last fault of a law; no part of the state.
+#[derive(Debug, Default)]
+pub(crate) struct LastFault(Mutex<Option<LawFault>>);
+
+impl LastFault {
+    /// Keeps why an expression of `owner` has no value where its inputs `names` have one; not a
+    /// number, by which the step is refused.
+    #[cold]
+    pub(crate) fn note(
+        &self,
+        owner: &str,
+        (program, undefined): (&Program, &Undefined),
+        names: &[&str],
+        (at, t): (&[f64], f64),
+    ) -> f64 {
+        let mut message = format!("{owner}: {undefined}");
+        for (k, (name, value)) in names.iter().zip(at).enumerate() {
+            if program.reads(k) && *name != "t" {
+                message += &format!(", {name} = {value:.6}");
+            }
         }
+        if at.iter().all(|input| input.is_finite()) {
+            let found = Some(LawFault { t, message });
+            *self.0.lock().unwrap_or_else(PoisonError::into_inner) = found;
+        }
+        f64::NAN
     }
-    if at.iter().all(|input| input.is_finite()) {
-        let found = Some(LawFault { t, message });
-        *fault.lock().unwrap_or_else(PoisonError::into_inner) = found;
+
+    /// What was kept.
+    pub(crate) fn get(&self) -> Option<LawFault> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }

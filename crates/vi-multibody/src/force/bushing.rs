@@ -14,7 +14,7 @@ use crate::force::law::Input;
 use crate::geometry::six_coordinates::{Matrix6, SixChange, SixCoordinates, SixGradients, Vector6};
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force};
+use vi_core::force::{DiscreteForce, Force, seen_velocity};
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
@@ -263,14 +263,8 @@ impl DiscreteForce for SixForce {
     }
 
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let rest;
-        let far = if self.is_seen_from_ground() {
-            v
-        } else {
-            rest = vec![0.0; v.len()];
-            &rest[..]
-        };
-        self.emit_position_slopes(at, v, scale, (self.coordinates.is_on_ground(), far), out);
+        let far = seen_velocity(self.is_seen_from_ground(), v);
+        self.emit_position_slopes(at, v, scale, (self.coordinates.is_on_ground(), &far), out);
     }
 
     fn acts_from_ground(&self) -> bool {

@@ -229,8 +229,8 @@ impl<'a> Terms<'a> {
             self.start[place] = start;
             Source::State(place)
         } else if let Some(delay) = &signal.delay {
-            let (step, count) = (self.names.model.settings.step, 0);
-            let count = kept(delay.time, step) + count;
+            let step = self.names.model.settings.step;
+            let count = kept(delay.time, step);
             let past = Past { first: place, count, step, delay: delay.time };
             self.pasts.insert(name, past);
             self.input(Read::Past(past), name.to_owned())

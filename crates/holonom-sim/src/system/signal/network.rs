@@ -5,7 +5,7 @@
 //!         each with the row of its slopes by (y, z)
 //! ```
 
-use crate::system::law_fault::{LawFault, keep};
+use crate::system::law_fault::{LastFault, LawFault};
 use holonom_model::expression::{Program, Undefined};
 use nalgebra::DMatrix;
 use std::sync::{Mutex, PoisonError};
@@ -51,7 +51,7 @@ pub(crate) struct Network {
     pub(crate) rates: Vec<Source>,
     inputs: usize,
     dissipative: bool,
-    fault: Mutex<Option<LawFault>>, // the last one; no part of the state
+    fault: LastFault,
     work: Mutex<Work>,
 }
 
@@ -78,13 +78,13 @@ impl Network {
             slopes: vec![0.0; widest],
             rows: DMatrix::zeros(terms.len(), inputs + rates.len()),
         };
-        let (fault, work) = (Mutex::default(), Mutex::new(work));
+        let (fault, work) = (LastFault::default(), Mutex::new(work));
         Self { terms, efforts, rates, inputs, dissipative, fault, work }
     }
 
     /// The last fault.
     pub(crate) fn fault(&self) -> Option<LawFault> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.fault.get()
     }
 
     /// The value of `source` at `(y, z)`; not a number where it has none.
@@ -104,10 +104,9 @@ impl Network {
             *argument = taken(*source, y, z, &work.values);
         }
         let arguments = &work.arguments[..count];
-        work.values[k] = term.program.value(arguments).unwrap_or_else(|undefined| {
-            self.note(term, &undefined, arguments, y[0]);
-            f64::NAN
-        });
+        let value = term.program.value(arguments);
+        work.values[k] =
+            value.unwrap_or_else(|undefined| self.note(term, &undefined, arguments, y[0]));
     }
 
     /// The value of a term and the row of its slopes.
@@ -120,9 +119,8 @@ impl Network {
         }
         let (arguments, slopes) = (&arguments[..count], &mut slopes[..count]);
         values[k] = term.program.gradient(arguments, slopes).unwrap_or_else(|undefined| {
-            self.note(term, &undefined, arguments, y[0]);
             slopes.fill(f64::NAN);
-            f64::NAN
+            self.note(term, &undefined, arguments, y[0])
         });
         for j in 0..rows.ncols() {
             rows[(k, j)] = 0.0;
@@ -141,9 +139,9 @@ impl Network {
     }
 
     #[cold]
-    fn note(&self, term: &Term, undefined: &Undefined, arguments: &[f64], t: f64) {
+    fn note(&self, term: &Term, undefined: &Undefined, arguments: &[f64], t: f64) -> f64 {
         let names: Vec<&str> = term.from.iter().map(|(_, name)| name.as_str()).collect();
-        keep(&self.fault, &term.owner, (&term.program, undefined), &names, (arguments, t));
+        self.fault.note(&term.owner, (&term.program, undefined), &names, (arguments, t))
     }
 }
 

@@ -149,14 +149,11 @@ impl Sampler for NodeTasks {
                 self.run(&due.task, &mut own, internal);
             }
         }
-        let tasks = self.tasks.iter();
-        let keeps: Vec<Task> =
-            tasks.map(|due| due.task).filter(|task| matches!(task, Task::Keep { .. })).collect();
         for (state, of) in &self.filtered {
             internal[*state] = self.value(*of, &mut own, internal);
         }
-        for task in keeps {
-            if let Task::Keep { past, of } = task {
+        for due in &self.tasks {
+            if let Task::Keep { past, of } = due.task {
                 let value = self.value(of, &mut own, internal);
                 internal[past.first + 1..=past.first + past.count].fill(value);
             }

@@ -89,63 +89,46 @@ impl Work {
 
     /// `z̄` of a step `h`, with the slopes there; not a number where none is found.
     fn find_states(&mut self, law: &dyn Law, h: f64) {
-        let (first, inputs) = (self.efforts, self.y.len());
         self.z.copy_from_slice(&self.start);
-        self.last.fill(f64::NAN);
-        for iteration in 0..ITERATIONS {
-            law.gradient(&self.y, &self.z, &mut self.values, &mut self.slopes);
-            let mut same = true;
-            for i in 0..self.z.len() {
-                self.change[i] = self.z[i] - self.start[i] - 0.5 * h * self.values[first + i];
-                for j in 0..self.z.len() {
-                    let slope = self.slopes[(first + i, inputs + j)];
-                    same &= self.last[(i, j)].to_bits() == slope.to_bits();
-                    self.last[(i, j)] = slope;
-                    self.matrix[(i, j)] = f64::from(u8::from(i == j)) - 0.5 * h * slope;
-                }
-            }
-            self.lu.factorize(&self.matrix);
-            if self.lu.solve_factorized(&mut self.change).is_err() {
-                break;
-            }
-            let small = |i: usize| {
-                let size = self.start[i].abs()
-                    + self.z[i].abs()
-                    + (0.5 * h * self.values[first + i]).abs();
-                self.change[i].abs() <= ROUND_OFF * size
-            };
-            if iteration > 0 && (same || (0..self.z.len()).all(small)) {
-                return;
-            }
-            self.z.iter_mut().zip(&self.change).for_each(|(z, change)| *z -= change);
-        }
-        self.z.fill(f64::NAN);
-        self.values.fill(f64::NAN);
-        self.slopes.fill(f64::NAN);
+        self.find(law, Some(h));
     }
 
     /// `z` where it rests, `φ(y, z) = 0`, with the slopes there; not a number where there is no
     /// such place, as of an integral.
     fn find_rest(&mut self, law: &dyn Law) {
+        self.find(law, None);
+    }
+
+    /// Newton's method for `z − z_n − (h/2) φ(y, z) = 0` of a step `h`, or for `φ(y, z) = 0`.
+    fn find(&mut self, law: &dyn Law, h: Option<f64>) {
         let (first, inputs) = (self.efforts, self.y.len());
         self.last.fill(f64::NAN);
         for iteration in 0..ITERATIONS {
             law.gradient(&self.y, &self.z, &mut self.values, &mut self.slopes);
             let mut same = true;
             for i in 0..self.z.len() {
-                self.change[i] = self.values[first + i];
+                let rate = self.values[first + i];
+                self.change[i] = h.map_or(rate, |h| self.z[i] - self.start[i] - 0.5 * h * rate);
                 for j in 0..self.z.len() {
                     let slope = self.slopes[(first + i, inputs + j)];
                     same &= self.last[(i, j)].to_bits() == slope.to_bits();
                     self.last[(i, j)] = slope;
-                    self.matrix[(i, j)] = slope;
+                    let own = f64::from(u8::from(i == j));
+                    self.matrix[(i, j)] = h.map_or(slope, |h| own - 0.5 * h * slope);
                 }
             }
             self.lu.factorize(&self.matrix);
             if self.lu.solve_factorized(&mut self.change).is_err() {
                 break;
             }
-            if iteration > 0 && same {
+            let small = |h: f64, i: usize| {
+                let size = self.start[i].abs()
+                    + self.z[i].abs()
+                    + (0.5 * h * self.values[first + i]).abs();
+                self.change[i].abs() <= ROUND_OFF * size
+            };
+            let settled = same || h.is_some_and(|h| (0..self.z.len()).all(|i| small(h, i)));
+            if iteration > 0 && settled {
                 return;
             }
             self.z.iter_mut().zip(&self.change).for_each(|(z, change)| *z -= change);
@@ -229,11 +212,15 @@ impl Reading {
         self.take_states(held, &mut work.start);
     }
 
-    fn read_node(&self, at: Configuration<'_>, v: &[f64], work: &mut Work) {
-        let held = self.own(at.internal);
-        for (y, input) in work.y.iter_mut().zip(&self.inputs) {
+    fn read_inputs_at(&self, at: Configuration<'_>, v: &[f64], held: &[f64], y: &mut [f64]) {
+        for (y, input) in y.iter_mut().zip(&self.inputs) {
             *y = input.at_node(at, v, held);
         }
+    }
+
+    fn read_node(&self, at: Configuration<'_>, v: &[f64], work: &mut Work) {
+        let held = self.own(at.internal);
+        self.read_inputs_at(at, v, held, &mut work.y);
         self.take_states(held, &mut work.z);
     }
 
@@ -246,9 +233,7 @@ impl Reading {
         then: impl FnOnce(&[f64]),
     ) {
         let work = &mut *self.lock();
-        for (y, input) in work.y.iter_mut().zip(&self.inputs) {
-            *y = input.at_node(at, v, held);
-        }
+        self.read_inputs_at(at, v, held, &mut work.y);
         then(&work.y);
     }
 
@@ -261,9 +246,7 @@ impl Reading {
         then: impl FnOnce(&[f64], &mut [f64]),
     ) {
         let work = &mut *self.lock();
-        for (y, input) in work.y.iter_mut().zip(&self.inputs) {
-            *y = input.at_node(at, v, held);
-        }
+        self.read_inputs_at(at, v, held, &mut work.y);
         then(&work.y, held);
     }
 

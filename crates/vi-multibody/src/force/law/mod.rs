@@ -25,7 +25,7 @@ pub use target::Target;
 use evaluation::Work;
 use target::Place;
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force};
+use vi_core::force::{DiscreteForce, Force, seen_velocity};
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
@@ -56,6 +56,24 @@ impl LawForce {
                 });
             }
         }
+    }
+
+    /// Emits `scale ∂f/∂q` at a node.
+    fn emit_position_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let place = Place::node(at.q);
+            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
+                input.for_each_slope_by_position(at.q, v, visit);
+            };
+            self.emit_slopes(place, scale, work, each, out);
+            self.target.emit_turning(place, (1.0, true), scale, work.efforts(), out);
+        });
     }
 
     fn is_seen_from_ground(&self) -> bool {
@@ -101,21 +119,8 @@ impl DiscreteForce for LawForce {
     }
 
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let rest;
-        let v = if self.is_seen_from_ground() {
-            v
-        } else {
-            rest = vec![0.0; v.len()];
-            &rest[..]
-        };
-        self.reading.with_slopes_at_node(at, v, |work| {
-            let place = Place::node(at.q);
-            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
-                input.for_each_slope_by_position(at.q, v, visit);
-            };
-            self.emit_slopes(place, scale, work, each, out);
-            self.target.emit_turning(place, (1.0, true), scale, work.efforts(), out);
-        });
+        let v = seen_velocity(self.is_seen_from_ground(), v);
+        self.emit_position_slopes(at, &v, scale, out);
     }
 
     fn acts_from_ground(&self) -> bool {
@@ -152,13 +157,7 @@ impl Force for LawForce {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        self.reading.with_slopes_at_node(Configuration::new(t, q), v, |work| {
-            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
-                input.for_each_slope_by_position(q, v, visit);
-            };
-            self.emit_slopes(Place::node(q), scale, work, each, out);
-            self.target.emit_turning(Place::node(q), (1.0, true), scale, work.efforts(), out);
-        });
+        self.emit_position_slopes(Configuration::new(t, q), v, scale, out);
     }
 
     fn add_velocity_derivative(
