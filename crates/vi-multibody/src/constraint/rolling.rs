@@ -13,6 +13,7 @@
 //! `Δx = R Δθ`, where averaged directors would give `R sin Δθ`.
 
 use super::velocity_constraint::{VelocityConstraint, WrenchVisitor, emit_wrench, frame_of};
+use crate::geometry::rotation_vector::RotationVector;
 use crate::pair::Twist;
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
@@ -225,15 +226,9 @@ impl Rolling {
     /// `θ`: the rotation vector of the body in a step; not a number where it is half a turn.
     fn turned(&self, s: &Interval) -> Vector3<f64> {
         let (start, end) = (frame_of(&s.q0, self.frame), frame_of(&s.q1, self.frame));
-        let rise = directors::angular_velocity(start, frame_of(&s.dq, self.frame)); // sin|θ| θ/|θ|
-        let trace: f64 =
-            (0..3).map(|i| directors::director(start, i).dot(&directors::director(end, i))).sum();
-        let (sine, cosine) = (rise.norm(), 0.5 * (trace - 1.0));
-        if sine < 1e-6 && cosine > 0.0 {
-            return rise * (1.0 + sine * sine / 6.0);
-        }
-        let angle = libm::atan2(sine, cosine);
-        if angle > LARGEST_TURN { Vector3::repeat(f64::NAN) } else { rise * (angle / sine) }
+        let sine = directors::angular_velocity(start, frame_of(&s.dq, self.frame));
+        let theta = RotationVector::of_change(sine, start, end).theta;
+        if theta.norm() > LARGEST_TURN { Vector3::repeat(f64::NAN) } else { theta }
     }
 }
 

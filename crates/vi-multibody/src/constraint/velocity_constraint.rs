@@ -122,17 +122,10 @@ impl Pace {
     }
 
     /// The entries of `∇x(q)`.
-    fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
+    fn for_each_slope(&self, q: &[f64], visit: impl FnMut(usize, f64)) {
         match self {
             Self::Joint(coordinate) => coordinate.for_each_slope(q, visit),
-            Self::Along { direction, point } => {
-                let n = direction.at(q);
-                for term in point.terms() {
-                    for k in 0..term.dimension {
-                        visit(term.offset + k, term.coefficient * n[k]);
-                    }
-                }
-            }
+            Self::Along { direction, point } => point.for_each_slope(&direction.at(q), visit),
         }
     }
 

@@ -20,15 +20,14 @@ use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force};
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
-use vi_rigid::directors::{FRAME, director};
+use vi_rigid::directors::{self, FRAME, director};
 
 /// Inputs of a law: `t`, `X`, `Ẋ`, `w`.
 pub const INPUTS: usize = 10;
 /// `∂(f, τ)/∂y`.
 pub type WrenchSlopes = SMatrix<f64, 6, INPUTS>;
-type Wrench6 = SMatrix<f64, 6, 1>;
 type Rows = SMatrix<f64, INPUTS, FRAME>;
-type Block12 = SMatrix<f64, FRAME, FRAME>;
+pub(super) type Block12 = SMatrix<f64, FRAME, FRAME>;
 
 /// A force (N) and a torque (N·m) by time and motion.
 pub trait WrenchLaw: Send + Sync {
@@ -180,6 +179,40 @@ impl ActsOn {
         }
         columns
     }
+
+    /// `∂(f, τ)/∂q` of what the law gives along the axes of the body, where these move by
+    /// `share δd_I`.
+    pub(super) fn turned_axes(&self, wrench: &[f64; 6], share: f64) -> SMatrix<f64, 6, FRAME> {
+        let mut turned = SMatrix::<f64, 6, FRAME>::zeros();
+        let ActsOn::Frame { axes: Some(axes), .. } = self else { return turned };
+        for k in [0, 3] {
+            let c = axes * Vector3::new(wrench[k], wrench[k + 1], wrench[k + 2]);
+            for i in 0..3 {
+                (0..3).for_each(|l| turned[(k + l, 3 + 3 * i + l)] = share * c[i]);
+            }
+        }
+        turned
+    }
+
+    /// Adds `½ τ × δd_I`.
+    pub(super) fn turn_levers(&self, torque: &Vector3<f64>, block: &mut Block12) {
+        if let ActsOn::Frame { .. } = self {
+            for i in 0..3 {
+                let mut part = block.fixed_view_mut::<3, 3>(3 + 3 * i, 3 + 3 * i);
+                part += 0.5 * torque.cross_matrix();
+            }
+        }
+    }
+
+    /// Emits `scale` times a block of its coordinates.
+    pub(super) fn emit(&self, scale: f64, block: &Block12, out: &mut dyn Entries) {
+        let (first, size) = (self.offset(), self.size());
+        for i in 0..size {
+            for j in 0..size {
+                out.add(first + i, first + j, scale * block[(i, j)]);
+            }
+        }
+    }
 }
 
 impl WrenchForce {
@@ -213,7 +246,7 @@ impl WrenchForce {
     fn at_node(&self, t: f64, own: &[f64; FRAME], rate: &[f64; FRAME]) -> [f64; INPUTS] {
         let mut w = Vector3::zeros();
         if matches!(self.on, ActsOn::Frame { .. }) {
-            w = (0..3).map(|i| 0.5 * director(own, i).cross(&director(rate, i))).sum();
+            w = directors::angular_velocity(own, rate);
         }
         Self::inputs(t, &self.on.point(own), &self.on.point(rate), &w)
     }
@@ -231,28 +264,12 @@ impl WrenchForce {
         let by_law = slopes * rows;
         let ActsOn::Frame { axes: Some(axes), .. } = &self.on else { return by_law };
         let directors = Matrix3::from_columns(&[0, 1, 2].map(|i| director(own, i))) * axes;
-        let mut all = SMatrix::<f64, 6, FRAME>::zeros();
-        let wrench = Wrench6::from(wrench);
+        let mut all = self.on.turned_axes(&wrench, share);
         for k in [0, 3] {
-            let turned = directors * by_law.fixed_rows::<3>(k);
-            all.fixed_rows_mut::<3>(k).copy_from(&turned);
-            let c = axes * wrench.fixed_rows::<3>(k);
-            for i in 0..3 {
-                for l in 0..3 {
-                    all[(k + l, 3 + 3 * i + l)] += share * c[i];
-                }
-            }
+            let mut turned = all.fixed_rows_mut::<3>(k);
+            turned += directors * by_law.fixed_rows::<3>(k);
         }
         all
-    }
-
-    fn emit(&self, scale: f64, block: &Block12, out: &mut dyn Entries) {
-        let (first, size) = (self.on.offset(), self.on.size());
-        for i in 0..size {
-            for j in 0..size {
-                out.add(first + i, first + j, scale * block[(i, j)]);
-            }
-        }
     }
 
     /// Half the impulse of a step with the directors of the end `q`.
@@ -290,11 +307,8 @@ impl Force for WrenchForce {
         }
         let mut block = self.on.columns(&own) * self.wrench_rows(&y, &own, &rows, 1.0);
         let [_, torque] = self.on.spatial(self.law.evaluate(&y), &own);
-        for i in (0..3).filter(|_| frame) {
-            let mut part = block.fixed_view_mut::<3, 3>(3 + 3 * i, 3 + 3 * i);
-            part += 0.5 * torque.cross_matrix(); // ½ τ × δd
-        }
-        self.emit(scale, &block, out);
+        self.on.turn_levers(&torque, &mut block);
+        self.on.emit(scale, &block, out);
     }
 
     fn add_velocity_derivative(
@@ -314,7 +328,7 @@ impl Force for WrenchForce {
             rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
         }
         let block = self.on.columns(&own) * self.wrench_rows(&y, &own, &rows, 0.0);
-        self.emit(scale, &block, out);
+        self.on.emit(scale, &block, out);
     }
 
     fn acts_from_ground(&self) -> bool {
@@ -339,7 +353,7 @@ impl DiscreteForce for WrenchForce {
         let mut rows = Rows::zeros();
         let y = self.in_step(s, Some(&mut rows));
         let by_end = self.wrench_rows(&y, &self.on.own(&s.q_mid), &rows, 0.5);
-        self.emit(0.5 * s.h, &(self.on.columns(&self.on.own(&s.q0)) * by_end), out);
+        self.on.emit(0.5 * s.h, &(self.on.columns(&self.on.own(&s.q0)) * by_end), out);
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {

@@ -140,6 +140,16 @@ impl Form {
         }
     }
 
+    /// The entries of `∂(f·form)/∂q`: coordinate and slope, always in the same order.
+    #[inline]
+    pub fn for_each_slope(&self, f: &Vector3<f64>, mut visit: impl FnMut(usize, f64)) {
+        for term in self.terms() {
+            for i in 0..term.dimension {
+                visit(term.offset + i, term.coefficient * f[i]);
+            }
+        }
+    }
+
     /// A force on it as wrenches on the frames it touches (coordinates in twelves): force at `φ`
     /// and torque, term by term.
     #[inline]
@@ -242,11 +252,7 @@ impl Row {
     pub fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
         let (a, b) = (self.scale * self.a.at(q), self.scale * self.b.at(q));
         for (form, f) in [(&self.a, b), (&self.b, a)] {
-            for term in form.terms() {
-                for i in 0..term.dimension {
-                    visit(term.offset + i, term.coefficient * f[i]);
-                }
-            }
+            form.for_each_slope(&f, &mut visit);
         }
     }
 

@@ -10,7 +10,7 @@
 #![allow(non_snake_case)] // A, B, N: the letters above
 
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3};
-use vi_rigid::directors::director;
+use vi_rigid::directors::{angular_velocity, director};
 
 /// Below this `σ` the series of `A` and `B` are shorter than their rounding errors.
 const SERIES: f64 = 0.1;
@@ -43,12 +43,12 @@ impl RotationVector {
 
     /// Of a step of the frame with these coordinates at its ends.
     pub(crate) fn of_step(start: &[f64], end: &[f64]) -> Self {
-        let (mut s, mut trace) = (Vector3::zeros(), 0.0);
-        for i in 0..3 {
-            let (a, b) = (director(start, i), director(end, i));
-            s += 0.5 * a.cross(&b);
-            trace += a.dot(&b);
-        }
+        Self::of_change(angular_velocity(start, end), start, end)
+    }
+
+    /// The same with `s = ½ Σ d_I × Δd_I`, which is known to its own relative precision.
+    pub(crate) fn of_change(s: Vector3<f64>, start: &[f64], end: &[f64]) -> Self {
+        let trace: f64 = (0..3).map(|i| director(start, i).dot(&director(end, i))).sum();
         Self::of(s, 0.5 * (trace - 1.0))
     }
 

@@ -13,10 +13,10 @@
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::geometry::form::Form;
 use crate::geometry::rotation_vector::RotationVector;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use vi_core::Configuration;
 use vi_core::interval::Interval;
-use vi_rigid::directors::{FRAME, director};
+use vi_rigid::directors::{self, FRAME, director};
 
 /// A quantity that a law reads.
 #[derive(Clone, Debug)]
@@ -80,9 +80,8 @@ impl Past {
     }
 }
 
-/// A length, its direction, its rate and the rate of the direction.
+/// The direction of a length, its rate and the rate of the direction.
 struct Line {
-    length: f64,
     along: Vector3<f64>,
     rate: f64,
     turning: Vector3<f64>,
@@ -94,16 +93,7 @@ impl Line {
         let length = d.norm();
         let along = d / length;
         let rate = along.dot(&velocity);
-        Self { length, along, rate, turning: (velocity - rate * along) / length }
-    }
-}
-
-/// Visits `scale ∂(f·form)/∂q`.
-fn for_each_of_form(form: &Form, f: &Vector3<f64>, visit: &mut dyn FnMut(usize, f64)) {
-    for term in form.terms() {
-        for i in 0..term.dimension {
-            visit(term.offset + i, term.coefficient * f[i]);
-        }
+        Self { along, rate, turning: (velocity - rate * along) / length }
     }
 }
 
@@ -139,6 +129,14 @@ impl Input {
         }
     }
 
+    /// The direction of a length, and `(I − D̂ D̂ᵀ)/l`, at `q`.
+    pub(super) fn direction(form: &Form, q: &[f64]) -> (Vector3<f64>, Matrix3<f64>) {
+        let d = form.at(q);
+        let length = d.norm();
+        let along = d / length;
+        (along, (Matrix3::identity() - along * along.transpose()) / length)
+    }
+
     /// Its value in a step; `held`: internal variables of signals.
     #[must_use]
     pub fn in_step(&self, s: &Interval, held: &[f64]) -> f64 {
@@ -167,15 +165,15 @@ impl Input {
             Self::Time | Self::Held(_) | Self::Past(_) => {}
             Self::Coordinate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, 0.5 * a)),
             Self::Rate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, by_rate * a)),
-            Self::Point(form, axis) => for_each_of_form(form, &unit(*axis, 0.5), visit),
-            Self::PointRate(form, axis) => for_each_of_form(form, &unit(*axis, by_rate), visit),
+            Self::Point(form, axis) => form.for_each_slope(&unit(*axis, 0.5), visit),
+            Self::PointRate(form, axis) => form.for_each_slope(&unit(*axis, by_rate), visit),
             Self::Length(form) => {
                 let along = Line::of(form, &s.q_mid, &s.v_mid).along;
-                for_each_of_form(form, &(0.5 * along), visit);
+                form.for_each_slope(&(0.5 * along), visit);
             }
             Self::LengthRate(form) => {
                 let Line { along, turning, .. } = Line::of(form, &s.q_mid, &s.v_mid);
-                for_each_of_form(form, &(by_rate * along + 0.5 * turning), visit);
+                form.for_each_slope(&(by_rate * along + 0.5 * turning), visit);
             }
             Self::Spin(offset, axis) => {
                 let own = *offset..*offset + FRAME;
@@ -203,8 +201,7 @@ impl Input {
             Self::LengthRate(form) => Line::of(form, at.q, v).rate,
             Self::Spin(offset, axis) => {
                 let [own, rate] = [at.q, v].map(|x| &x[*offset..*offset + FRAME]);
-                let spin = |i| director(own, i).cross(&director(rate, i));
-                0.5 * (0..3).map(spin).sum::<Vector3<f64>>()[*axis]
+                directors::angular_velocity(own, rate)[*axis]
             }
             Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
             Self::Past(past) => past.at(at.t, held),
@@ -223,10 +220,10 @@ impl Input {
             Self::Time | Self::Held(_) | Self::Past(_) | Self::PointRate(..) => {}
             Self::Coordinate(own) => own.for_each_slope(q, visit),
             Self::Rate(own) => own.for_each_rate_slope(v, visit),
-            Self::Point(form, axis) => for_each_of_form(form, &unit(*axis, 1.0), visit),
-            Self::Length(form) => for_each_of_form(form, &Line::of(form, q, v).along, visit),
+            Self::Point(form, axis) => form.for_each_slope(&unit(*axis, 1.0), visit),
+            Self::Length(form) => form.for_each_slope(&Line::of(form, q, v).along, visit),
             Self::LengthRate(form) => {
-                for_each_of_form(form, &Line::of(form, q, v).turning, visit);
+                form.for_each_slope(&Line::of(form, q, v).turning, visit);
             }
             Self::Spin(offset, axis) => {
                 let rate = &v[*offset..*offset + FRAME];
@@ -249,8 +246,8 @@ impl Input {
     ) {
         match self {
             Self::Rate(own) => own.for_each_slope(q, visit),
-            Self::PointRate(form, axis) => for_each_of_form(form, &unit(*axis, 1.0), visit),
-            Self::LengthRate(form) => for_each_of_form(form, &Line::of(form, q, v).along, visit),
+            Self::PointRate(form, axis) => form.for_each_slope(&unit(*axis, 1.0), visit),
+            Self::LengthRate(form) => form.for_each_slope(&Line::of(form, q, v).along, visit),
             Self::Spin(offset, axis) => {
                 let own = &q[*offset..*offset + FRAME];
                 let axis = unit(*axis, 0.5); // ½ (d × δḋ)·e = ½ δḋ·(e × d)
@@ -263,13 +260,5 @@ impl Input {
             | Self::Point(..)
             | Self::Length(_) => {}
         }
-    }
-}
-
-impl Input {
-    /// The direction of a length, and `(I − D̂ D̂ᵀ)/l`, at `q`.
-    pub(super) fn direction(form: &Form, q: &[f64]) -> (Vector3<f64>, nalgebra::Matrix3<f64>) {
-        let Line { length, along, .. } = Line::of(form, q, q);
-        (along, (nalgebra::Matrix3::identity() - along * along.transpose()) / length)
     }
 }

@@ -8,12 +8,10 @@
 
 use super::input::Input;
 use crate::constraint::joint_coordinate::JointCoordinate;
-use crate::force::wrench_law::ActsOn;
+use crate::force::wrench_law::{ActsOn, Block12};
 use crate::geometry::form::Form;
-use nalgebra::{Matrix3, SMatrix};
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
-use vi_rigid::directors::{FRAME, director};
 
 /// What a law acts on.
 #[derive(Clone, Debug)]
@@ -93,11 +91,7 @@ impl Target {
             Self::Coordinate(own) => own.for_each_slope(at.own, visit),
             Self::Points(form) => {
                 let (along, _) = Input::direction(form, at.mid);
-                for term in form.terms() {
-                    for i in 0..term.dimension {
-                        visit(term.offset + i, -term.coefficient * along[i]);
-                    }
-                }
+                form.for_each_slope(&-along, visit);
             }
             Self::Member(on) => {
                 let mut unit = [0.0; 6];
@@ -137,35 +131,15 @@ impl Target {
             Self::Member(on) => {
                 let ActsOn::Frame { axes, .. } = on else { return };
                 let wrench: [f64; 6] = std::array::from_fn(|k| efforts[k]);
-                let mut block = SMatrix::<f64, FRAME, FRAME>::zeros();
-                let own = on.own(at.own);
-                if let Some(axes) = axes {
-                    let mut turned = SMatrix::<f64, 6, FRAME>::zeros();
-                    for k in [0, 3] {
-                        let c = nalgebra::Vector3::new(wrench[k], wrench[k + 1], wrench[k + 2]);
-                        let c = axes * c;
-                        for i in 0..3 {
-                            for l in 0..3 {
-                                turned[(k + l, 3 + 3 * i + l)] = share * c[i];
-                            }
-                        }
-                    }
-                    block = on.columns(&own) * turned;
+                let mut block = Block12::zeros();
+                if axes.is_some() {
+                    block = on.columns(&on.own(at.own)) * on.turned_axes(&wrench, share);
                 }
                 if follows {
                     let [_, torque] = on.spatial(wrench, &on.own(at.mid));
-                    let by: Matrix3<f64> = 0.5 * torque.cross_matrix(); // ½ τ × δd
-                    for i in 0..3 {
-                        let mut part = block.fixed_view_mut::<3, 3>(3 + 3 * i, 3 + 3 * i);
-                        part += by;
-                    }
+                    on.turn_levers(&torque, &mut block);
                 }
-                debug_assert!(director(&own, 0).iter().all(|x| x.is_finite()));
-                for i in 0..FRAME {
-                    for j in 0..FRAME {
-                        out.add(on.offset() + i, on.offset() + j, scale * block[(i, j)]);
-                    }
-                }
+                on.emit(scale, &block, out);
             }
         }
     }
