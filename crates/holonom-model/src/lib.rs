@@ -362,6 +362,12 @@ impl Model {
         (end != End::Free).then_some(end)
     }
 
+    /// The joint of this name.
+    #[must_use]
+    pub fn joint(&self, name: &str) -> Option<&Joint> {
+        self.joints.iter().find(|joint| joint.name == name)
+    }
+
     /// The particle of this name.
     #[must_use]
     pub fn particle(&self, name: &str) -> Option<&Particle> {

@@ -82,7 +82,9 @@ impl Observed {
                 let help = "read a position, a velocity or a joint coordinate".to_owned();
                 return ExpressionError { message: why, help, ..error };
             }
-            let help = match nearest(&name, names(model).iter().map(String::as_str)) {
+            let mut names = quantities.names();
+            names.extend(model.sensors.iter().map(|sensor| sensor.name.clone()));
+            let help = match nearest(&name, names.iter().map(String::as_str)) {
                 Some(best) => format!("did you mean `{best}`?"),
                 None => "it may read t, joints (`knee`, `knee.rate`), bodies (`arm.x` to `arm.z`, `arm.vx`, \
                          `arm.wx`, …), sensors (`tip.x`), and [parameters]"
@@ -129,21 +131,4 @@ fn reading(
         return Some(Err(why));
     }
     Some(Ok(Reading::Sensor(sensor.clone(), Part::Heading(part.to_owned()))))
-}
-
-/// Names that may be meant.
-fn names(model: &Model) -> Vec<String> {
-    let joints = model.joints.iter().flat_map(|joint| {
-        let name = &joint.name;
-        [name.clone(), format!("{name}.rate")]
-    });
-    let members = model.bodies.iter().map(|body| &body.name);
-    let members = members.chain(model.particles.iter().map(|particle| &particle.name));
-    let members = members.flat_map(|name| {
-        let axes = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"];
-        axes.map(|axis| format!("{name}.{axis}"))
-    });
-    let sensors = model.sensors.iter().map(|sensor| sensor.name.clone());
-    let signals = model.signals.iter().map(|signal| signal.name.clone());
-    joints.chain(members).chain(sensors).chain(signals).collect()
 }

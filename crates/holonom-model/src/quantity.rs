@@ -106,16 +106,17 @@ impl<'a> Quantities<'a> {
     /// What a name stands for.
     #[must_use]
     pub fn quantity(&self, name: &str) -> Option<Quantity> {
-        let joint = |name: &str| self.model.joints.iter().find(|joint| joint.name == name);
         let (of, is_rate) = match name.strip_suffix(".rate") {
             Some(of) => (of, true),
             None => (name, false),
         };
         let numbered = || {
             let (of, freedom) = of.rsplit_once('.')?;
-            Some((joint(of)?, freedom.parse().ok()?))
+            Some((self.model.joint(of)?, freedom.parse().ok()?))
         };
-        if let Some((joint, freedom)) = joint(of).map(|joint| (joint, 0)).or_else(numbered) {
+        if let Some((joint, freedom)) =
+            self.model.joint(of).map(|joint| (joint, 0)).or_else(numbered)
+        {
             let (count, joint) = (joint.pair().coordinate_count(), joint.name.clone());
             return (freedom < count).then_some(match is_rate {
                 true => Quantity::Rate { joint, freedom },
@@ -163,21 +164,27 @@ impl<'a> Quantities<'a> {
         program.map_err(|error| self.explained(error, own))
     }
 
+    /// The names that there are: of tables, signals, joint coordinates, members.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let model = self.model;
+        let mut all: Vec<String> = self.curves.names().map(str::to_owned).collect();
+        all.extend(model.signals.iter().map(|own| own.name.clone()));
+        let joints = model.joints.iter().filter(|own| own.pair().coordinate_count() > 0);
+        all.extend(joints.flat_map(|own| [own.name.clone(), format!("{}.rate", own.name)]));
+        let members = model.bodies.iter().map(|own| &own.name);
+        let members = members.chain(model.particles.iter().map(|own| &own.name));
+        all.extend(members.flat_map(|of| ENDS.map(|end| format!("{of}.{end}"))));
+        all
+    }
+
     fn explained(&self, error: ExpressionError, own: &[&str]) -> ExpressionError {
         let Some(name) = error.unknown.clone() else { return error };
         let message = format!("`{name}` is not known");
         if let Some(help) = self.beside(&name) {
             return ExpressionError { message, help, ..error };
         }
-        let model = self.model;
-        let joints = model.joints.iter().filter(|own| own.pair().coordinate_count() > 0);
         let mut all: Vec<String> = own.iter().map(|own| (*own).to_owned()).collect();
-        all.extend(self.curves.names().map(str::to_owned));
-        all.extend(model.signals.iter().map(|own| own.name.clone()));
-        all.extend(joints.flat_map(|own| [own.name.clone(), format!("{}.rate", own.name)]));
-        let members = model.bodies.iter().map(|own| &own.name);
-        let members = members.chain(model.particles.iter().map(|own| &own.name));
-        all.extend(members.flat_map(|of| ENDS.map(|end| format!("{of}.{end}"))));
+        all.extend(self.names());
         let help = match nearest(&name, all.iter().map(String::as_str).filter(|own| own.len() > 1))
         {
             Some(best) => format!("did you mean `{best}`?"),
@@ -194,7 +201,7 @@ impl<'a> Quantities<'a> {
     fn beside(&self, name: &str) -> Option<String> {
         let model = self.model;
         let first = name.split('.').next()?;
-        if let Some(joint) = model.joints.iter().find(|joint| joint.name == first) {
+        if let Some(joint) = model.joint(first) {
             let kind = joint.pair();
             return Some(match kind.coordinate_count() {
                 0 => format!(

@@ -88,7 +88,7 @@ fn observed(
             Some(joint) => (joint, SensorKind::JointRate),
             None => (name.as_str(), SensorKind::JointCoordinate),
         };
-        if !model.joints.iter().any(|own| own.name == joint) {
+        if model.joint(joint).is_none() {
             let words = format!(
                 "observe: `{name}` is neither a sensor, one of its columns, a joint nor the `.rate` of one"
             );

@@ -8,12 +8,7 @@ use crate::expression::renamed_parts;
 use crate::observed::Observed;
 use crate::quantity::Quantities;
 use crate::types::event::{Event, Locate, coordinate_of};
-use crate::types::law::{Formula, Law};
-
-fn formulas_of(law: &Law) -> impl Iterator<Item = &Formula> {
-    let vectors = law.force.iter().chain(&law.torque).flatten();
-    law.effort.iter().chain(&law.tension).chain(vectors)
-}
+use crate::types::law::Law;
 
 impl Checker<'_> {
     pub(crate) fn event(&mut self, key: &str, event: &Event, quantities: &Quantities<'_>) {
@@ -61,7 +56,7 @@ impl Checker<'_> {
 
     /// Laws and signals that read a joint which is released.
     fn event_readers(&mut self, key: &str, joint: &str, event: &Event) {
-        if !self.model.joints.iter().any(|own| own.name == joint) {
+        if self.model.joint(joint).is_none() {
             return;
         }
         let reads = |text: &str| {
@@ -75,7 +70,7 @@ impl Checker<'_> {
         let stays =
             |law: &&Law| law.joint.as_deref() != Some(joint) && !event.release.contains(&law.name);
         let laws = self.model.laws.iter().filter(stays);
-        let laws = laws.filter(|law| formulas_of(law).any(|formula| reads(&formula.0)));
+        let laws = laws.filter(|law| law.formulas().any(|formula| reads(&formula.0)));
         let signals = self.model.signals.iter();
         let signals = signals.filter(|own| own.formulas().any(|(_, formula)| reads(&formula.0)));
         let mut names = laws.map(|law| &law.name).chain(signals.map(|signal| &signal.name));
@@ -145,7 +140,7 @@ impl Checker<'_> {
     /// Joints stand for their motors.
     fn event_motors(&mut self, key: &str, names: &[String]) {
         for name in names {
-            let joint = self.model.joints.iter().find(|joint| joint.name == *name);
+            let joint = self.model.joint(name);
             if joint.is_some_and(|joint| joint.motor.is_none()) {
                 let message = format!("joint `{name}` has no motor");
                 let help = "name a joint with a `motor`, a law or a load";
@@ -158,7 +153,7 @@ impl Checker<'_> {
         let mut known = BTreeSet::new();
         for name in names {
             let (of, freedom) = coordinate_of(name);
-            let Some(joint) = self.model.joints.iter().find(|joint| joint.name == of) else {
+            let Some(joint) = self.model.joint(of) else {
                 self.reference(key.to_owned(), name, &["joint"]);
                 continue;
             };

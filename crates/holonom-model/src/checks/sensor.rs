@@ -141,7 +141,7 @@ impl Checker<'_> {
     fn sensor_acts(&mut self, of: String, name: &str) {
         let idle =
             |joint: &Joint| [joint.spring.is_none(), joint.damper.is_none(), joint.motor.is_none()];
-        let joint = self.model.joints.iter().find(|joint| joint.name == *name);
+        let joint = self.model.joint(name);
         if joint.is_some_and(|joint| idle(joint) == [true; 3]) {
             let message = format!("joint `{name}` has no spring, no damper and no motor");
             let help = "measure its reaction, or the [[constraint]] that prescribes its motion";

@@ -107,4 +107,10 @@ impl Law {
         let effort = self.effort.as_ref().map(|formula| ("effort", formula));
         effort.or(self.tension.as_ref().map(|formula| ("tension", formula)))
     }
+
+    /// All its expressions.
+    pub fn formulas(&self) -> impl Iterator<Item = &Formula> {
+        let vectors = self.force.iter().chain(&self.torque).flatten();
+        self.effort.iter().chain(&self.tension).chain(vectors)
+    }
 }

@@ -257,7 +257,7 @@ pub fn in_units(model: &Model, units: Units) -> Model {
     }
     new.joints.iter_mut().for_each(|joint| units.joint(joint));
     let size = |name: &str, freedom: usize| {
-        let joint = model.joints.iter().find(|joint| joint.name == name);
+        let joint = model.joint(name);
         joint.map_or(1.0, |joint| units.coordinate(joint, freedom))
     };
     for constraint in &mut new.constraints {

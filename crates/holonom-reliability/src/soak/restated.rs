@@ -102,7 +102,7 @@ impl NodeReader {
             own.is_some_and(|own| match own.kind {
                 SensorKind::Reaction => own.frame.is_some(),
                 SensorKind::JointCoordinate | SensorKind::JointRate => {
-                    let joint = model.joints.iter().find(|joint| joint.name == own.of);
+                    let joint = model.joint(&own.of);
                     joint.is_some_and(|joint| joint.kind == JointKind::Spherical)
                 }
                 _ => false,

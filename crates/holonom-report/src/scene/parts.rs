@@ -371,7 +371,7 @@ impl<'a> SceneParts<'a> {
 
     /// Where a joint, or what fixes a body, acts on its child.
     pub(super) fn child_end(&self, name: &str) -> Option<SceneEnd> {
-        if let Some(joint) = self.model.joints.iter().find(|joint| joint.name == name) {
+        if let Some(joint) = self.model.joint(name) {
             let [_, child] = self.start.joint(joint);
             return Some(self.end(&joint.child, child));
         }

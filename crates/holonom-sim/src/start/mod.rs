@@ -104,7 +104,7 @@ fn offer_rates(model: &Model, mechanism: &Mechanism, missed: &mut [Inconsistency
         };
         let scalars = &mechanism.description().scalars;
         let scalar = scalars.iter().position(|scalar| scalar.name == *name);
-        let own = model.joints.iter().find(|own| own.name == *joint);
+        let own = model.joint(joint);
         let (Some(scalar), Some(own)) = (scalar, own) else { continue };
         let row = &mechanism.rows()[mechanism.scalar_rows(scalar).start - first];
         let rate = -row.time_derivatives(0.0)[0];
