@@ -5,6 +5,7 @@ arrays. All units are SI, angles are in rad. ``import holonom as hn``.
 
 ==================================  ==============================================================
 ``load``, ``Model``                 a valid model; values replaced
+``Spec``, ``rod``, ``section``      a model that is written in Python
 ``simulate``, ``Result``            a run, as arrays by the names of the columns of its files
 ``Stepper``                         one step after another, with inputs held over a step
 ``sweep``, ``plan``, ``rollout``    many runs
@@ -31,8 +32,10 @@ from ._errors import (
     UnknownName,
 )
 from ._model import Model, load
+from ._parts import BeamPart, Part, Parts
 from ._result import Beam, Member, Momentum, Result, Table, open_folder as open
 from ._simulate import simulate, statics
+from ._spec import Spec, box, circle, cylinder, rectangle, rod, section, sphere, tube
 from ._stepper import Stepper
 from ._sweep import Plan, SweepTable, plan, rollout, run_point, sweep
 from ._verbs import Answer, Imported, check, compare, import_robot, modes, schema, verify
@@ -41,6 +44,7 @@ __all__ = [
     "AnalysisFailed",
     "Answer",
     "Beam",
+    "BeamPart",
     "HolonomError",
     "HolonomWarning",
     "ImportFailed",
@@ -53,28 +57,39 @@ __all__ = [
     "Momentum",
     "OutputExists",
     "OutputFailed",
+    "Part",
+    "Parts",
     "Plan",
     "Problem",
     "Result",
     "RunFailed",
+    "Spec",
     "StateMismatch",
     "Stepper",
     "SweepTable",
     "Table",
     "UnknownName",
     "__version__",
+    "box",
     "check",
+    "circle",
     "compare",
+    "cylinder",
     "import_robot",
     "load",
     "modes",
     "open",
     "plan",
+    "rectangle",
+    "rod",
     "rollout",
     "run_point",
     "schema",
+    "section",
     "simulate",
+    "sphere",
     "statics",
     "sweep",
+    "tube",
     "verify",
 ]

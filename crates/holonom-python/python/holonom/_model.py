@@ -10,8 +10,8 @@ from typing import Any
 from . import _core, _toml
 from ._errors import no_panic
 
-ModelLike = "Model | str | PathLike[str] | Mapping[str, Any]"
-"""What stands for a model: one, the path of a file, or a dictionary of sections."""
+ModelLike = "Model | Spec | str | PathLike[str] | Mapping[str, Any]"
+"""What stands for a model: one, a description, the path of a file, or a dictionary of sections."""
 
 
 class Model:
@@ -74,6 +74,16 @@ class Model:
     def to_toml(self) -> str:
         """The text of this model, everything resolved."""
         return self._core.to_toml()
+
+    def spec(self) -> Any:
+        """A :class:`holonom.Spec` of this model, everything resolved, that can be changed."""
+        import tomllib
+
+        from ._spec import Spec
+
+        spec = Spec.from_dict(tomllib.loads(self.to_toml()))
+        spec.meshes = self._core.parts()[3]
+        return spec
 
     def to_dict(self) -> dict[str, Any]:
         """The same as a dictionary of sections."""
@@ -167,10 +177,13 @@ def model_of(given: Any, values: Mapping[str, Any] | None = None) -> Model:
     """The model that is meant, with values replaced."""
     if isinstance(given, Model):
         return given.replace(values) if values else given
+    if hasattr(given, "compile"):  # a Spec, which builds on this module
+        compiled: Model = given.compile()
+        return compiled.replace(values) if values else compiled
     if isinstance(given, Mapping):
         model = Model.from_dict(given)
         return model.replace(values) if values else model
     if isinstance(given, (str, PathLike)):
         return load(given, values)
     kind = type(given).__name__
-    raise TypeError(f"a model is a Model, the path of a file or a dictionary, not a {kind}")
+    raise TypeError(f"a model is a Model, a Spec, the path of a file or a dictionary, not a {kind}")

@@ -42,6 +42,23 @@ def document(given: Mapping[str, Any]) -> str:
     return "".join(f"{_key(key)} = {value(item)}\n" for key, item in given.items())
 
 
+def file(sections: Mapping[str, Any]) -> str:
+    """A model file: tables for sections, a line for each key."""
+    parts = []
+    for name, section in sections.items():
+        if isinstance(section, Mapping):
+            parts.append(_table(f"[{_key(name)}]", section))
+        elif section and all(isinstance(part, Mapping) for part in section):
+            parts += [_table(f"[[{_key(name)}]]", part) for part in section]
+        else:
+            parts.insert(0, f"{_key(name)} = {value(section)}\n")
+    return "\n".join(parts)
+
+
+def _table(head: str, keys: Mapping[str, Any]) -> str:
+    return head + "\n" + "".join(f"{_key(key)} = {value(item)}\n" for key, item in keys.items())
+
+
 def pairs(given: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Keys with the text of their values."""
     return [(key, value(item)) for key, item in given.items()]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._errors import no_panic
 from ._model import Model, model_of
+from ._spec import Spec
 
 
 class Answer(Mapping[str, Any]):
@@ -145,6 +146,7 @@ class Imported:
     Attributes
     ----------
     model : the model.
+    spec : its description, which can be changed.
     text : its model file, with comments.
     remarks : what has no counterpart, with the line of the file.
     """
@@ -152,6 +154,12 @@ class Imported:
     model: Model
     text: str
     remarks: list[str] = field(default_factory=list)
+
+    @property
+    def spec(self) -> Spec:
+        """A description of the model, which can be changed; another one each time."""
+        found: Spec = self.model.spec()
+        return found
 
 
 @no_panic
