@@ -1,6 +1,8 @@
 //! Power laws `y = c x^a` by least squares of `log₂ y` against `log₂ x`, alone or with the next
 //! term of an even expansion; lines; medians.
 
+use std::f64::consts::LN_2;
+
 use nalgebra::{DMatrix, DVector};
 
 /// A fitted power law.
@@ -25,6 +27,9 @@ pub fn power_law(points: impl IntoIterator<Item = [f64; 2]>) -> Option<PowerLaw>
     Some(PowerLaw { exponent: line.slope, spread })
 }
 
+/// How well a point of an expansion is known apart from rounding, in binary digits.
+const KNOWN: f64 = 0.05;
+
 /// A power law with the next term of an even expansion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expansion {
@@ -39,8 +44,11 @@ pub struct Expansion {
 /// Fits `log₂ y = log₂ c + a log₂ x + b (x/x_max)²`, the logarithm of `c x^a (1 + c' x² + …)` while
 /// the second term is small. `None` with fewer than five points, or where a number is not positive
 /// and finite.
+///
+/// Every `y` is known up to `± floor`: its weight is the inverse square of what the floor and the
+/// expansion itself ([`KNOWN`]) leave open. The smallest `y` have the longest lever on `a`.
 #[must_use]
-pub fn expansion(points: &[[f64; 2]]) -> Option<Expansion> {
+pub fn expansion(points: &[[f64; 2]], floor: f64) -> Option<Expansion> {
     let usable = |v: f64| v.is_finite() && v > 0.0;
     if points.len() < 5 || !points.iter().flatten().all(|v| usable(*v)) {
         return None;
@@ -51,7 +59,10 @@ pub fn expansion(points: &[[f64; 2]]) -> Option<Expansion> {
         [1.0, x.log2(), x * x][j]
     });
     let y = DVector::from_iterator(points.len(), points.iter().map(|p| p[1].log2()));
-    let found = columns.clone().svd(true, true).solve(&y, 1e-12).ok()?;
+    let root = |p: &[f64; 2]| 1.0 / KNOWN.hypot((floor / p[1]).ln_1p() / LN_2);
+    let weights =
+        DMatrix::from_diagonal(&DVector::from_iterator(points.len(), points.iter().map(root)));
+    let found = (&weights * &columns).svd(true, true).solve(&(weights * &y), 1e-12).ok()?;
     let spread = (columns * &found - y).amax();
     Some(Expansion { exponent: found[1], correction: found[2], spread })
 }
@@ -132,12 +143,27 @@ mod tests {
         let points: Vec<[f64; 2]> =
             (0..7).map(|k| [at(k), 5.0 * at(k).powi(6) * (1.0 + 4.0 * at(k).powi(2))]).collect();
         let (plain, found) =
-            (power_law(points.iter().copied()).unwrap(), expansion(&points).unwrap());
+            (power_law(points.iter().copied()).unwrap(), expansion(&points, 0.0).unwrap());
         println!("{plain:?}, {found:?}");
         assert!((found.exponent - 6.0).abs() < 0.01 && found.spread < 0.01, "{found:?}");
         assert!((plain.exponent - 6.0).abs() > 0.02 && found.correction > 0.2, "{plain:?}");
-        assert_eq!(expansion(&points[..4]), None);
-        assert_eq!(expansion(&[[1.0, 0.0]; 5]), None);
+        assert_eq!(expansion(&points[..4], 0.0), None);
+        assert_eq!(expansion(&[[1.0, 0.0]; 5], 0.0), None);
+    }
+
+    #[test]
+    fn rounding_of_the_smallest_points_does_not_bend_the_exponent() {
+        let floor = 1e-14;
+        let at = |k: i32| 0.8_f64.powi(k);
+        let law = |x: f64| 1e-6 * x.powi(8) * (1.0 - 0.5 * x * x);
+        let points: Vec<[f64; 2]> = (0..)
+            .map(at)
+            .map(|x| [x, law(x) + 2.0 * floor])
+            .take_while(|p| p[1] > 10.0 * floor)
+            .collect();
+        let off = |floor| (expansion(&points, floor).unwrap().exponent - 8.0).abs();
+        println!("{} points: off by {:.3}, unweighted {:.3}", points.len(), off(floor), off(0.0));
+        assert!(off(floor) < 0.1 && off(floor) < 0.7 * off(0.0));
     }
 
     #[test]

@@ -250,7 +250,7 @@ pub fn observed_order_over(
     let falls =
         |range: &Range<usize>| errors[range.clone()].windows(2).all(|e| e[0].error > e[1].error);
     let fitted: Vec<ObservedOrder> =
-        stretches.filter(falls).filter_map(|points| fitted(errors, points)).collect();
+        stretches.filter(falls).filter_map(|points| fitted(errors, points, scale.floor)).collect();
     // what counts is what happens at fine steps: the finest straight stretch, else the straightest
     let straight = fitted.iter().rfind(|o| o.is_straight());
     let best = straight.or_else(|| fitted.iter().min_by(|a, b| a.spread.total_cmp(&b.spread)));
@@ -265,12 +265,12 @@ pub fn observed_order_over(
 }
 
 /// The fit to a stretch, with the next term of the expansion where that makes it straight.
-fn fitted(errors: &[ErrorAt], points: Range<usize>) -> Option<ObservedOrder> {
+fn fitted(errors: &[ErrorAt], points: Range<usize>, floor: f64) -> Option<ObservedOrder> {
     let stretch: Vec<[f64; 2]> = errors[points.clone()].iter().map(|e| [e.step, e.error]).collect();
     let law = power_law(stretch.iter().copied())?;
     let short = (stretch[0][0] / stretch[stretch.len() - 1][0]).log2() < SHORT;
     let (gain, most) = if short { (0.25, 0.5 * SMALL_TERM) } else { (0.75, SMALL_TERM) };
-    let curved = expansion(&stretch).filter(|found| {
+    let curved = expansion(&stretch, floor).filter(|found| {
         law.spread > CURVED
             && found.spread <= (gain * law.spread).min(ASYMPTOTIC)
             && found.correction.abs() <= most
