@@ -74,6 +74,7 @@ mod beams {
 
 mod statics {
     mod mode_models;
+    mod moving_models;
     mod rotating_models;
     pub(crate) mod static_models;
     mod unstable_equilibria;

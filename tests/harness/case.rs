@@ -1,6 +1,6 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
-use super::{beam, galerkin, helicoidal, laws, pendulum, rigid};
+use super::{beam, galerkin, helicoidal, laws, motions, pendulum, rigid};
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use std::path::Path;
@@ -132,8 +132,7 @@ pub enum Case {
     Helicoidal(Box<helicoidal::HelicoidalCase>),
     Coefficients(galerkin::Coefficients),
     Laws(Box<laws::LawCase>),
-    /// What it needs, in words.
-    Missing(&'static str),
+    Motions(Box<motions::MotionCase>),
 }
 
 /// Deviation of each scheme that applies.
@@ -150,11 +149,8 @@ impl Case {
             return Ok(Self::Galerkin(Box::new(galerkin::GalerkinCase::read(&value)?)));
         }
         match value.get("id").and_then(|id| id.as_str()) {
-            Some(_) if value.get("speeds").is_some() => {
-                return Ok(Self::Missing("wheels that roll"));
-            }
-            Some(_) if value.get("threshold").is_some() => {
-                return Ok(Self::Missing("bearings with cross coupling"));
+            Some(_) if value.get("speeds").or(value.get("threshold")).is_some() => {
+                return Ok(Self::Motions(Box::new(motions::MotionCase::read(file, value)?)));
             }
             Some(_) => return Ok(Self::Laws(Box::new(laws::LawCase::read(file, value)?))),
             None => {}
@@ -184,7 +180,7 @@ impl Case {
             | Self::Helicoidal(_)
             | Self::Coefficients(_)
             | Self::Laws(_)
-            | Self::Missing(_) => None,
+            | Self::Motions(_) => None,
         }
     }
 
@@ -192,7 +188,6 @@ impl Case {
     pub fn missing(&self) -> Option<String> {
         match self {
             Self::Laws(case) => case.missing(),
-            Self::Missing(what) => Some((*what).to_owned()),
             _ => None,
         }
     }
@@ -206,7 +201,7 @@ impl Case {
             Self::Helicoidal(case) => case.run(),
             Self::Coefficients(table) => table.run(),
             Self::Laws(case) => case.run(),
-            Self::Missing(what) => Err(format!("not taken: {what}")),
+            Self::Motions(case) => case.run(),
         }
     }
 }

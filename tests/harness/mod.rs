@@ -10,5 +10,6 @@ pub mod hostile;
 pub mod laws;
 pub mod legendre;
 pub mod models;
+pub mod motions;
 pub mod pendulum;
 pub mod rigid;

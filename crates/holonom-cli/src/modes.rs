@@ -34,6 +34,7 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
         At::Start => About::Start,
         At::Static => About::Static,
         At::Rotation => About::Rotation,
+        At::Motion => About::Motion,
     };
     let (model, (analysis, report)) = analysed(arguments, |model| {
         if arguments.buckling {
@@ -203,6 +204,7 @@ pub(crate) fn table(report: &Report, count: usize) -> String {
             let (speed, [x, y, z]) = (seven(rotation.speed), rotation.axis.map(|x| rounded(x, 6)));
             format!("the steady rotation of {speed} rad/s about [{x}, {y}, {z}], in its frame")
         }
+        (About::Motion, _) => report.steady_motion(),
         _ => "the initial configuration".to_owned(),
     };
     let mut text = format!("{}: {dof}; modes about {about}\n", report.model);

@@ -21,6 +21,7 @@ pub(crate) fn response(arguments: &ResponseArguments) -> Result<(), Failure> {
         At::Start => About::Start,
         At::Static => About::Static,
         At::Rotation => About::Rotation,
+        At::Motion => About::Motion,
     };
     let damping = AddedDamping {
         rayleigh: arguments.rayleigh.unwrap_or_default(),

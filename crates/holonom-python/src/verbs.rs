@@ -71,8 +71,9 @@ fn modes<'py>(py: Python<'py>, model: &Model, at: &str, count: usize) -> PyResul
         "start" => About::Start,
         "static" => About::Static,
         "rotation" => About::Rotation,
+        "motion" => About::Motion,
         other => {
-            return Err(no_word("at", other, &["start", "static", "rotation"]));
+            return Err(no_word("at", other, &["start", "static", "rotation", "motion"]));
         }
     };
     let found = py.detach(|| ModalAnalysis::new(&model.model, about)?.modes(count));

@@ -84,6 +84,7 @@ fn about(report: &Report) -> String {
             let speed = rounded(rotation.speed, 7);
             format!("the steady rotation of {speed} rad/s about [{x}, {y}, {z}], in its frame")
         }
+        (About::Motion, _) => report.steady_motion(),
         _ => "the initial configuration".to_owned(),
     }
 }

@@ -65,6 +65,7 @@ pub fn response_page(model: &Model, response: &Response, command: &str) -> Strin
         About::Start => "the initial configuration",
         About::Static => "the equilibrium under the loads",
         About::Rotation => "the steady rotation, in its frame",
+        About::Motion => "the steady motion, in its frame",
     };
     let dof = counted(response.dof as u64, "degree of freedom", "degrees of freedom");
     html += &heading(&title, &[format!("{dof}; about {about}")], command);

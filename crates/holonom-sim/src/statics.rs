@@ -35,7 +35,7 @@ use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::Loops;
 use vi_statics::{
     ArcLengthSettings, Equilibrium, RotationError, StaticError, StaticProblem, StaticSettings,
-    SteadyRotation,
+    SteadyMotion, SteadyMotionError, SteadyRotation,
 };
 
 /// Steps of the loads that lead to the equilibrium of a model of motion.
@@ -91,18 +91,32 @@ fn refuse_integrals(model: &Model) -> Result<(), ModelError> {
     Ok(())
 }
 
-/// Continuous states of signals have no place in the second-order equations of modes.
-pub(crate) fn refuse_states(model: &Model) -> Result<(), ModelError> {
+/// Continuous states of signals have no place in the second-order equations of a steady rotation
+/// and of a harmonic response.
+pub(crate) fn refuse_states(model: &Model, of: &str) -> Result<(), ModelError> {
     let Some(signal) = model.signals.iter().find(|signal| signal.has_states()) else {
         return Ok(());
     };
     let (name, kind) = (&signal.name, signal.kinds()[0]);
     Err(ModelError::Unsupported {
         key: format!("signal.{name}.{kind}"),
-        what: format!("modes have no continuous states, and the signal `{name}` by `{kind}` has one"),
-        help: "write it as a `value` for modes, such as proportional and rate gains, or sample it by `every`: it is \
-               then held"
+        what: format!("{of} have no continuous states, and the signal `{name}` by `{kind}` has one"),
+        help: "write it as a `value`, such as proportional and rate gains, or sample it by `every`: it is then held"
             .into(),
+    })
+}
+
+/// What rolls or slides on a blade has no equilibria: where it rests depends on how it came there.
+pub(crate) fn refuse_rolling(model: &Model, help: &str) -> Result<(), ModelError> {
+    let Some(constraint) = model.constraints.iter().find(|c| c.is_of_velocities()) else {
+        return Ok(());
+    };
+    let what = "equilibria, rotations and responses of what rolls or slides on a blade are not \
+                computed: they depend on the motion";
+    Err(ModelError::Unsupported {
+        key: format!("constraint.{}", constraint.name()),
+        what: what.into(),
+        help: help.into(),
     })
 }
 
@@ -120,16 +134,16 @@ impl Statics {
     /// # Errors
     /// [`ModelError`].
     pub fn with_loads_as_stated(model: &Model) -> Result<Self, ModelError> {
-        if let Some(constraint) = model.constraints.iter().find(|c| c.is_of_velocities()) {
-            let what = "equilibria, modes and responses of what rolls or slides on a blade are not \
-                        computed: they depend on the motion";
-            return Err(ModelError::Unsupported {
-                key: format!("constraint.{}", constraint.name()),
-                what: what.into(),
-                help: "integrate the motion with `holonom run`".into(),
-            });
-        }
+        refuse_rolling(
+            model,
+            "integrate the motion with `holonom run`, or take its modes by `holonom modes --at motion`",
+        )?;
         refuse_integrals(model)?;
+        Self::assembled(model)
+    }
+
+    /// The same of any model, also of one that has no equilibria.
+    fn assembled(model: &Model) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let system = dynamics.variational(&mechanism);
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
@@ -183,6 +197,14 @@ impl Statics {
         match model.settings.scheme {
             Scheme::Static => Self::new(model),
             _ => Self::with_loads_as_stated(&as_static(model)),
+        }
+    }
+
+    /// The same of a model that may roll or have integrals, and so no equilibria.
+    pub(crate) fn in_motion(model: &Model) -> Result<Self, ModelError> {
+        match model.settings.scheme {
+            Scheme::Static => Self::assembled(&growing(model)),
+            _ => Self::assembled(&as_static(model)),
         }
     }
 
@@ -311,6 +333,18 @@ impl Statics {
             None => self,
         };
         Ok(InOwnRotation { statics, rotation })
+    }
+
+    /// In the frame that moves with the steady motion of the initial velocities.
+    ///
+    /// # Errors
+    /// [`SteadyMotionError`].
+    pub(crate) fn in_own_motion(self) -> Result<(Self, SteadyMotion), SteadyMotionError> {
+        let (q, v) = (self.mechanism.initial_configuration(), self.mechanism.initial_velocity());
+        let motion = SteadyMotion::of_velocities(&self.mechanism, &q, &v)?;
+        self.problem.admits_motion(&motion)?;
+        let problem = self.problem.in_motion(&motion);
+        Ok((Self { problem, ..self }, motion))
     }
 
     /// Goes to the equilibrium under the present loads.

@@ -58,6 +58,9 @@ pub trait DiscreteForce: Send + Sync {
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
     /// Emits `scale ∂f/∂v (t, q, v)`; always the same places in the same order.
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
+    /// Emits `scale ∂f/∂z`, rows of coordinates, columns of all internal variables of the system:
+    /// states of signals that the force reads.
+    fn add_state_slopes(&self, _at: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}
     /// Whether it acts from the ground on what rotates, as a damper whose other end stands still:
     /// the rate that it sees in a steady rotation changes with the configuration, by `W δq`.
     /// [`DiscreteForce::add_stiffness`] is then `∂f/∂q` at `v`, and `∂f/∂v W` comes to it.

@@ -21,6 +21,7 @@
 //! | [`lanes`] | four or eight numbers in a register, with equal bits on every processor |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
 //! | [`inertia`] | how many eigenvalues of a constrained stiffness are negative |
+//! | [`matrix_eigen`] | `A x = λ x`, eigenvalues of zero apart |
 //! | [`quadratic_eigen`] | `(λ² M + λ C + K) x = 0`: damped and gyroscopic vibrations |
 //! | [`composition`] | orders 4, 6, 8 |
 //! | [`galerkin`] | constants of the schemes of order `2s` with `s` control points per step |
@@ -71,6 +72,7 @@ pub mod isotropic;
 pub mod lanes;
 pub mod legendre;
 pub mod linear;
+pub mod matrix_eigen;
 pub mod mechanical_system;
 pub mod momentum_map;
 pub mod newton;

@@ -5,6 +5,22 @@
 
 use crate::configuration::Configuration;
 use crate::interval::Interval;
+use nalgebra::DMatrix;
+
+/// Rates of `m` continuous states at a node, and their slopes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateRates {
+    /// Where the states stand among all internal variables, shape `m`.
+    pub places: Vec<usize>,
+    /// `φ(t, q, v, z)`, shape `m`.
+    pub rates: Vec<f64>,
+    /// `∂φ/∂q`, shape `m × n`.
+    pub by_position: DMatrix<f64>,
+    /// `∂φ/∂v`, shape `m × n`.
+    pub by_velocity: DMatrix<f64>,
+    /// `∂φ/∂z`, shape `m × m`.
+    pub by_state: DMatrix<f64>,
+}
 
 /// How the internal variables of signals change.
 pub trait Signals: Send + Sync {
@@ -18,6 +34,9 @@ pub trait Signals: Send + Sync {
     fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// `out ←` them at the end of a step that started with those of [`Interval::internal`].
     fn advance(&self, s: &Interval, out: &mut [f64]);
+    /// The rates of the continuous states at a node where all internal variables are listed;
+    /// allocates.
+    fn rates(&self, at: Configuration<'_>, v: &[f64]) -> StateRates;
     /// Whether any is sampled at the node of this number.
     fn samples(&self, step: u64) -> bool;
     /// Samples at a node with the velocity `v`, of `ᵠp_n`; `at` has no internal variables.

@@ -17,8 +17,11 @@
 //! | [`buckling`] | critical loads of a static state |
 //! | [`harmonic`] | harmonic response about a state |
 //! | `lowest` | the lowest modes of a large system |
+//! | [`first_order`] | small motions with constraints on velocities and states of signals |
 //! | [`path`] | equilibria, paths, why a path ends |
 //! | [`rotation`] | steady rotation of a whole system |
+//! | [`steady_motion`] | a motion whose wheels and rotors spin |
+//! | `field` | what a steady motion does with a system |
 //! | [`stability`] | whether an equilibrium is stable: the signs of its stiffness |
 //! | [`step_stability`] | stability of a time step about a steady rotation |
 //! | [`step_bounds`] | bounds of the change of one step: jumps to other equilibria |
@@ -43,6 +46,8 @@ pub mod arc_length;
 mod branch;
 pub mod buckling;
 mod equations;
+mod field;
+pub mod first_order;
 pub mod harmonic;
 mod jump;
 pub mod limit;
@@ -53,6 +58,7 @@ pub mod problem;
 pub mod relaxation;
 pub mod rotation;
 pub mod stability;
+pub mod steady_motion;
 pub mod step_bounds;
 pub mod step_stability;
 pub mod vibrations;
@@ -66,12 +72,14 @@ pub use vi_rigid;
 
 pub use arc_length::{ArcLengthSettings, Continuation};
 pub use buckling::{Buckling, BucklingError};
+pub use first_order::FirstOrder;
 pub use harmonic::{AddedDamping, HarmonicResponse};
 pub use limit::{BendingBounds, LimitReport};
 pub use modes::{Linearization, ModeError, Modes, modes};
 pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 pub use problem::StaticProblem;
 pub use rotation::{RotationError, SteadyRotation};
+pub use steady_motion::{SteadyMotion, SteadyMotionError};
 pub use step_bounds::StepBounds;
 pub use step_stability::{SteadyStep, StepStabilityError};
 pub use vibrations::{MotionKind, Vibration, Vibrations, vibrations};

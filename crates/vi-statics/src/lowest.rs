@@ -92,8 +92,19 @@ impl Linearization {
             let subspace = Some(Subspace { stiffness: stiffness.clone(), residual, negative });
             let (Z, layout, columns) =
                 (Some(X), separate(&problem.work.mechanism), columns.clone());
-            let mut linear =
-                Self { K, C, M, Z, layout, columns, asymmetry, balance, dof, subspace };
+            let mut linear = Self {
+                K,
+                C,
+                M,
+                Z,
+                layout,
+                columns,
+                asymmetry,
+                balance,
+                dof,
+                subspace,
+                terms: None,
+            };
             if is_second_order {
                 let growing = linear.growing()?;
                 let known = negative == Some(0) && growing == 0 && asymmetry <= SYMMETRIC;

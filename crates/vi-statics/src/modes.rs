@@ -12,6 +12,7 @@
 #![allow(non_snake_case)] // K, M, J, Z
 
 use crate::equations::{EquilibriumEquations, TreeMatrices};
+use crate::first_order::FirstOrderTerms;
 use crate::problem::StaticProblem;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
@@ -165,6 +166,7 @@ pub struct Linearization {
     pub(crate) balance: ForceBalance,
     pub(crate) dof: usize,
     pub(crate) subspace: Option<Subspace>,
+    pub(crate) terms: Option<FirstOrderTerms>,
 }
 
 impl std::fmt::Debug for Linearization {
@@ -210,7 +212,18 @@ impl Linearization {
         let (K, C, M) = (reduce(K), reduce(C), reduce(M));
         let (dof, size, subspace) = (M.nrows(), K.amax(), None);
         let asymmetry = if size > 0.0 { (&K - K.transpose()).amax() / size } else { 0.0 };
-        Ok(Self { K, C, M, Z, layout, columns, asymmetry, balance, dof, subspace })
+        let terms = None;
+        let own = Self { K, C, M, Z, layout, columns, asymmetry, balance, dof, subspace, terms };
+        let N = own.velocities(&DMatrix::identity(dof, dof));
+        Ok(Self { terms: FirstOrderTerms::of(&problem.work, &N), ..own })
+    }
+
+    /// Forces that are not in balance, the largest of those that should balance one another, and
+    /// what round-off alone may leave, N or N·m.
+    #[must_use]
+    pub fn balance(&self) -> [f64; 3] {
+        let ForceBalance { unbalanced, applied, round_off, .. } = self.balance;
+        [unbalanced, applied, round_off]
     }
 
     /// Whether there is neither damping nor a gyroscopic term.
@@ -335,6 +348,8 @@ fn loop_null_space(
         return None;
     }
     let mut closing = mechanism.loop_rows();
+    let of_velocities: Vec<usize> = mechanism.velocity_rows().map(|(row, _)| row).collect();
+    closing.retain(|row| !of_velocities.contains(row));
     closing.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));
     let (n, d) = (layout.dim(), layout.dof());
     let mut place = vec![None; mechanism.len()];

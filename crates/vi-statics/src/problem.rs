@@ -19,14 +19,16 @@ use crate::equations::{EquilibriumEquations, EquilibriumProblem};
 use crate::limit::{BendingBounds, LimitReport};
 use crate::path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 use crate::rotation::{RotationError, SteadyRotation};
+use crate::steady_motion::{SteadyMotion, SteadyMotionError};
 use crate::step_bounds::{StepBounds, StepFailure};
+use nalgebra::DVector;
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, Fault, Newton, NewtonError, NewtonReport, NewtonSettings};
-use vi_core::{MechanicalSystem, SeparableSystem};
+use vi_core::{DiscreteLagrangian, MechanicalSystem, SeparableSystem};
 use vi_multibody::mechanism::Mechanism;
 
 /// Bodies, beams, point masses and what acts on them, in search of equilibrium.
@@ -132,6 +134,65 @@ impl StaticProblem {
     pub fn in_rotation(mut self, rotation: &SteadyRotation) -> Self {
         self.work.rotate(rotation);
         self
+    }
+
+    /// Whether masses, constraints and forces are the same in the frame that moves steadily.
+    ///
+    /// # Errors
+    /// [`SteadyMotionError`].
+    pub fn admits_motion(&self, motion: &SteadyMotion) -> Result<(), SteadyMotionError> {
+        motion.check(&self.work.system, &self.work.mechanism, &self.work.s.q0)
+    }
+
+    /// In a steady motion: small motions are then those of the frame that moves. Premise:
+    /// [`StaticProblem::admits_motion`].
+    #[must_use]
+    pub fn in_motion(mut self, motion: &SteadyMotion) -> Self {
+        self.work.move_steadily(motion);
+        self
+    }
+
+    /// Whether continuous states of signals are listed.
+    #[must_use]
+    pub fn has_states(&self) -> bool {
+        let at = Configuration { t: self.work.t, ..self.work.s.start() };
+        self.work.system.state_rates(at, self.work.velocity()).is_some()
+    }
+
+    /// Lists the internal variables at the configuration, continuous states of signals where they
+    /// rest as far as they can: small motions then have these states. Returns the largest rate that
+    /// is left, in the unit of the state per second, such as that of an integral of what is not
+    /// zero.
+    pub fn list_states(&mut self) -> f64 {
+        const ITERATIONS: usize = 30;
+        let work = &mut self.work;
+        let q = work.s.q0.clone();
+        let mut v = vec![0.0; q.len()];
+        work.velocity_at(&q, &mut v);
+        let mut internal = vec![0.0; work.system.internal_variables()];
+        let at = Configuration { t: work.t, ..work.s.start() };
+        work.system.begin_internal(at, &v, &mut internal);
+        let mut left = 0.0;
+        for _ in 0..ITERATIONS {
+            let at = Configuration { internal: &internal, ..at };
+            let Some(found) = work.system.state_rates(at, &v) else { break };
+            left = norm_inf(&found.rates);
+            let rates = DVector::from_vec(found.rates);
+            let slopes = found.by_state.svd(true, true);
+            let floor = 1e-12 * slopes.singular_values.amax();
+            let Ok(change) = slopes.solve(&rates, floor) else { break };
+            let small = change.iter().zip(&found.places).all(|(change, place)| {
+                change.abs() <= 4.0 * f64::EPSILON * internal[*place].abs().max(f64::MIN_POSITIVE)
+            });
+            if small {
+                break;
+            }
+            for (change, place) in change.iter().zip(&found.places) {
+                internal[*place] -= change;
+            }
+        }
+        work.s.internal = internal;
+        left
     }
 
     /// From the configuration `q` instead of the initial one.

@@ -15,15 +15,15 @@
 //! Source: theory §6.13; J. E. Marsden, Lectures on Mechanics (1992), ch. 4, relative equilibria.
 #![allow(non_snake_case)] // W
 
+use crate::field::{
+    AxisRotation, EQUAL, Field, Movement, Places, apart, check_constraints, scatter,
+};
 use nalgebra::{Matrix3, Vector3};
 use vi_constraints::Constraints;
 use vi_core::Configuration;
 use vi_core::SeparableSystem;
-use vi_core::linear::norm_inf;
-use vi_core::sparse::{Entries, SparseMatrix};
 use vi_multibody::mechanism::{Description, Mechanism};
-use vi_multibody::sparse_nodal::VelocityLayout;
-use vi_rigid::rotation::{exp, skew};
+use vi_rigid::rotation::skew;
 
 /// A rotation with a constant angular velocity about an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,9 +57,6 @@ pub enum RotationError {
 
 /// Velocities that differ from a rotation by more than this part of the largest are none.
 const RIGID: f64 = 1e-8;
-/// Forces and constraints that differ by more than this part after a turn are not those of a
-/// rotating system.
-const EQUAL: f64 = 1e-8;
 
 impl SteadyRotation {
     /// The rotation that the velocities `v` at the configuration `q` are; `None` at rest.
@@ -115,7 +112,19 @@ impl SteadyRotation {
 
     /// `v ← W (q − q_o)`: the velocities of the rotation at the configuration `q`, shape `n`.
     pub fn velocities(&self, mechanism: &Mechanism, q: &[f64], v: &mut [f64]) {
-        Field::new(self, mechanism.description()).velocity(q, v);
+        self.field(mechanism.description()).velocity(q, v);
+    }
+
+    /// Its velocities.
+    pub(crate) fn field(&self, description: &Description) -> Field {
+        let (translation, spins) = (Vector3::zeros(), Vec::new());
+        let Self { point, velocity } = *self;
+        Field::new(&Movement { point, velocity, translation, spins }, description)
+    }
+
+    /// A turn about its axis by an angle, rad.
+    pub(crate) fn turn(&self, description: &Description, angle: f64) -> AxisRotation {
+        AxisRotation::about(self.velocity.normalize(), self.point, description, angle)
     }
 
     /// The same axis with another angular velocity, rad/s; the axis of a system at rest is `z`.
@@ -141,15 +150,16 @@ impl SteadyRotation {
         if speed == 0.0 {
             return Ok(());
         }
-        let turn = AxisRotation::new(self, mechanism.description(), ANGLE);
+        let turn = self.turn(mechanism.description(), ANGLE);
         let (t, turned) = (ANGLE / speed, turn.of_configuration(q));
         let start = mechanism.principal_angles(q);
         let mut angles = start.clone();
         mechanism.unwrap_angles(&turned, &mut angles);
         let before = Configuration { t: 0.0, q, angles: &start, internal: &[] };
         let after = Configuration { t, q: &turned, angles: &angles, internal: &[] };
-        self.check_constraints(mechanism, [before, after], &turn)?;
-        let field = Field::new(self, mechanism.description());
+        let field = self.field(mechanism.description());
+        check_constraints(mechanism, [before, after], (&field, &turn), speed)
+            .map_err(RotationError::Constraint)?;
         let net = |at: Configuration<'_>| {
             let (mut v, mut out) = (vec![0.0; q.len()], vec![0.0; q.len()]);
             field.velocity(at.q, &mut v);
@@ -169,191 +179,5 @@ impl SteadyRotation {
             return Err(RotationError::Force);
         }
         Ok(())
-    }
-
-    /// `g = 0`, `G v + ∂g/∂t = 0` and the same null space of `G` after the turn.
-    fn check_constraints(
-        &self,
-        mechanism: &Mechanism,
-        [before, after]: [Configuration<'_>; 2],
-        turn: &AxisRotation,
-    ) -> Result<(), RotationError> {
-        let (m, n) = (mechanism.len(), before.q.len());
-        let (mut value, mut sizes) = (vec![0.0; m], vec![0.0; m]);
-        mechanism.row_sizes(after, &mut sizes);
-        mechanism.value(after, &mut value);
-        let (mut v, mut rates) = (vec![0.0; n], vec![0.0; m]);
-        Field::new(self, mechanism.description()).velocity(after.q, &mut v);
-        mechanism.time_derivative(after.t, after.q, &mut rates);
-        mechanism.add_rates(after.t, after.q, &v, &mut rates);
-        // velocities that the joints of the tree let through: those of a joint mix its rows, no
-        // more
-        let mut layout = VelocityLayout::new(mechanism);
-        let mut columns = layout.columns();
-        layout.null_space(before.q, &mut columns);
-        let nu: Vec<f64> = (0..layout.dof()).map(scatter).collect();
-        layout.velocity(&columns, &nu, &mut v);
-        let (mut here, mut there) = (vec![0.0; m], vec![0.0; m]);
-        mechanism.add_rates(before.t, before.q, &v, &mut here);
-        mechanism.add_rates(after.t, after.q, &turn.of_vectors(&v), &mut there);
-        let (speed, size) = (self.velocity.norm(), norm_inf(&v).max(f64::MIN_POSITIVE));
-        let mut first = 0;
-        while first < m {
-            let name = mechanism.constraint_name(first);
-            let rows =
-                first..(first..m).find(|&i| mechanism.constraint_name(i) != name).unwrap_or(m);
-            let norm = |x: &[f64]| x[rows.clone()].iter().map(|x| x * x).sum::<f64>().sqrt();
-            let own = norm(&sizes);
-            let change = (norm(&there) - norm(&here)).abs() / size;
-            let all = (norm(&value) + norm(&rates) / speed) / own + change;
-            if all.is_nan() || all > EQUAL {
-                return Err(RotationError::Constraint(name.into()));
-            }
-            first = rows.end;
-        }
-        Ok(())
-    }
-}
-
-/// `|a − b|` as a part of the larger of both.
-fn apart(a: &[f64], b: &[f64]) -> f64 {
-    let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-    let relative = norm_inf(&difference) / norm_inf(a).max(norm_inf(b)).max(f64::MIN_POSITIVE);
-    if relative.is_nan() { f64::INFINITY } else { relative }
-}
-
-/// A number of the size of 1 for each index, in no symmetry.
-fn scatter(k: usize) -> f64 {
-    (1.0 + k as f64).sqrt().fract() - 0.5
-}
-
-/// Which coordinates are those of points.
-#[derive(Clone, Copy, Debug)]
-struct Places {
-    frames: usize, // coordinates of frames
-    size: usize,   // of a block: 3, in the plane 2
-}
-
-impl Places {
-    fn of(description: &Description) -> Self {
-        Self { frames: 12 * description.bodies.len(), size: description.dimension.max(2) }
-    }
-
-    fn is_point(self, first: usize) -> bool {
-        first >= self.frames || first.is_multiple_of(12)
-    }
-}
-
-/// A finite rotation about the axis.
-pub(crate) struct AxisRotation {
-    pub(crate) angle: f64, // rad
-    rotation: Matrix3<f64>,
-    point: Vector3<f64>,
-    places: Places,
-}
-
-impl AxisRotation {
-    pub(crate) fn new(rotation: &SteadyRotation, description: &Description, angle: f64) -> Self {
-        let axis = rotation.velocity.normalize();
-        let places = Places::of(description);
-        Self { angle, rotation: exp(&(angle * axis)), point: rotation.point, places }
-    }
-
-    pub(crate) fn of_vectors(&self, x: &[f64]) -> Vec<f64> {
-        self.blocks(x, |_| Vector3::zeros())
-    }
-
-    pub(crate) fn of_configuration(&self, q: &[f64]) -> Vec<f64> {
-        let origin =
-            |first| if self.places.is_point(first) { self.point } else { Vector3::zeros() };
-        self.blocks(q, origin)
-    }
-
-    fn blocks(&self, x: &[f64], origin: impl Fn(usize) -> Vector3<f64>) -> Vec<f64> {
-        let size = self.places.size;
-        let block = |(k, x): (usize, &[f64])| {
-            let o = origin(size * k);
-            let x = Vector3::from_fn(|i, _| if i < size { x[i] } else { 0.0 }) - o;
-            let turned = o + self.rotation * x;
-            (0..size).map(move |i| turned[i])
-        };
-        x.chunks_exact(size).enumerate().flat_map(block).collect()
-    }
-}
-
-/// The velocities of a steady rotation, and the matrices that multiply them.
-pub(crate) struct Field {
-    W: Matrix3<f64>,
-    point: Vector3<f64>,
-    places: Places,
-}
-
-impl Field {
-    pub(crate) fn new(rotation: &SteadyRotation, description: &Description) -> Self {
-        let places = Places::of(description);
-        Self { W: skew(&rotation.velocity), point: rotation.point, places }
-    }
-
-    /// `v = W (q − q_o)`.
-    pub(crate) fn velocity(&self, q: &[f64], v: &mut [f64]) {
-        let size = self.places.size;
-        for (k, (v, q)) in v.chunks_exact_mut(size).zip(q.chunks_exact(size)).enumerate() {
-            let point = self.places.is_point(size * k);
-            for (i, v) in v.iter_mut().enumerate() {
-                let from = |j: usize| if point { q[j] - self.point[j] } else { q[j] };
-                *v = (0..size).map(|j| self.W[(i, j)] * from(j)).sum();
-            }
-        }
-    }
-
-    /// `out ← out + M W v`: with `v` of the rotation the force of inertia `M W² (q − q_o)`.
-    pub(crate) fn add_inertia(&self, mass: &SparseMatrix, v: &[f64], out: &mut [f64]) {
-        let size = self.places.size;
-        let turned = |x: &[f64]| {
-            let x: Vec<f64> = x.to_vec();
-            let row = move |i: usize| (0..size).map(|j| self.W[(i, j)] * x[j]).sum::<f64>();
-            (0..size).map(row)
-        };
-        let Wv: Vec<f64> = v.chunks_exact(size).flat_map(turned).collect();
-        mass.mul_add(1.0, &Wv, out);
-    }
-
-    /// Emits `M W²`.
-    pub(crate) fn emit_stiffness(&self, mass: &SparseMatrix, out: &mut dyn Entries) {
-        let size = self.places.size;
-        mass.emit(&mut TimesBlocks { into: out, block: self.W * self.W, size, scale: 1.0 });
-    }
-
-    /// Emits `C W` with the matrix `C = −∂f/∂v` of dampers to the ground: what stands still in
-    /// space sees the velocity `W δq` of a point that stands still in the frame that rotates.
-    pub(crate) fn emit_circulation(
-        &self,
-        dampers: &dyn Fn(&mut dyn Entries),
-        out: &mut dyn Entries,
-    ) {
-        dampers(&mut TimesBlocks { into: out, block: self.W, size: self.places.size, scale: 1.0 });
-    }
-
-    /// Emits `2 M W`.
-    pub(crate) fn emit_gyroscopic(&self, mass: &SparseMatrix, out: &mut dyn Entries) {
-        let size = self.places.size;
-        mass.emit(&mut TimesBlocks { into: out, block: self.W, size, scale: 2.0 });
-    }
-}
-
-/// Multiplies a matrix from the right by `I ⊗ B`.
-struct TimesBlocks<'a> {
-    into: &'a mut dyn Entries,
-    block: Matrix3<f64>,
-    size: usize,
-    scale: f64,
-}
-
-impl Entries for TimesBlocks<'_> {
-    fn add(&mut self, row: usize, column: usize, value: f64) {
-        let (j, first) = (column % self.size, column - column % self.size);
-        for k in 0..self.size {
-            self.into.add(row, first + k, self.scale * value * self.block[(j, k)]);
-        }
     }
 }

@@ -16,7 +16,8 @@
 //! `L_d`).
 #![allow(non_snake_case)] // P, R, K, M, A, J
 
-use crate::rotation::{AxisRotation, SteadyRotation};
+use crate::field::AxisRotation;
+use crate::rotation::SteadyRotation;
 use nalgebra::{Complex, DMatrix, DVector};
 use vi_constraints::Constraints;
 use vi_constraints::InitialValues;
@@ -73,8 +74,8 @@ impl SteadyStep {
         q: &[f64],
     ) -> Result<Self, StepStabilityError> {
         let angle = h * rotation.velocity.norm();
-        let [forth, back] = [angle, -angle]
-            .map(|angle| AxisRotation::new(rotation, mechanism.description(), angle));
+        let [forth, back] =
+            [angle, -angle].map(|angle| rotation.turn(mechanism.description(), angle));
         let step = TurningStep { system, mechanism, h, forth, back };
         let q = step.steady(q).ok_or(StepStabilityError::NotFound)?;
         let growth = step.growth(&q)?;

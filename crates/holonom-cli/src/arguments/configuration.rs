@@ -64,6 +64,8 @@ pub(crate) enum At {
     Static,
     /// The steady rotation of the initial velocities
     Rotation,
+    /// The steady motion of the initial velocities, with wheels that roll and rotors that spin
+    Motion,
 }
 
 /// Speeds of rotation, rad/s.

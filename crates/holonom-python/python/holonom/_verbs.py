@@ -88,12 +88,12 @@ def check(model: Any) -> Answer:
 
 @no_panic
 def modes(model: Any, *, at: str = "start", count: int = 10) -> Modes:
-    """Small vibrations about the start, an equilibrium (``"static"``) or a steady rotation.
+    """Small vibrations about the start, an equilibrium (``"static"``), a steady rotation or motion.
 
     Parameters
     ----------
     model : as of :func:`simulate`.
-    at : ``"start"``, ``"static"`` or ``"rotation"``.
+    at : ``"start"``, ``"static"``, ``"rotation"`` or ``"motion"``.
     count : how many, beside what is unstable.
 
     Raises

@@ -27,10 +27,11 @@ impl ModalAnalysis {
         match about {
             About::Start => statics.relax().map_err(ModesError::Statics)?,
             About::Static => statics.reach_end().map_err(ModesError::Statics)?,
-            About::Rotation => return Err(BucklingError::Unjudged.into()),
+            About::Rotation | About::Motion => return Err(BucklingError::Unjudged.into()),
         }
         let name = model.header.name.clone();
-        Ok(Self { statics, about, name, rotation: None, ignored: None })
+        let (rotation, motion, restless, ignored) = (None, None, 0.0, None);
+        Ok(Self { statics, about, name, rotation, motion, restless, ignored })
     }
 
     /// The `count` lowest critical loads.
@@ -63,6 +64,7 @@ impl ModalAnalysis {
             model: self.name.clone(),
             about: self.about,
             rotation: None,
+            motion: None,
             t,
             dof,
             unstable: 0,

@@ -4,33 +4,39 @@
 //! ```text
 //! K x = ω² M x                        K, M of the degrees of freedom of the system
 //! (λ² M + λ C + K) x = 0              with dampers, material damping, gyroscopic forces; λ = −δ ± iω
+//! first order                         with rolling, with continuous states of signals
 //! ```
 //! See [`mod@vi_statics::modes`], [`mod@vi_statics::vibrations`], [`vi_statics::rotation`]. Modes
 //! without stiffness (rigid-body motions, spins, idle degrees of freedom) have `ω = 0`. Initial
-//! velocities count for [`About::Rotation`] alone.
+//! velocities count for [`About::Rotation`] and [`About::Motion`] alone.
 
 mod buckling;
 mod campbell;
 mod report;
 
 pub use campbell::{Campbell, Speed};
-pub use report::{About, BucklingFacts, MemberShape, Mode, ModeKind, Report, RotationReport};
+pub use report::{
+    About, BucklingFacts, MemberShape, Mode, ModeKind, MotionReport, Report, RotationReport,
+};
 
 use crate::digits::rounded;
 use crate::experiment::Experiment as _;
 use crate::run::outcome::RunFailure;
-use crate::sample::Member;
-use crate::statics::{InOwnRotation, Statics, refuse_states};
+use crate::sample::{Member, MemberKind};
+use crate::statics::{InOwnRotation, Statics, refuse_rolling, refuse_states};
 use crate::system::beams::Beams;
 use holonom_model::{Model, ModelError};
 use nalgebra::{Complex, Vector3};
 use vi_statics::modes::{ModeError, Modes};
 use vi_statics::{
-    BucklingError, Linearization, MotionKind, RotationError, SteadyRotation, Vibration, Vibrations,
+    BucklingError, Linearization, MotionKind, RotationError, SteadyMotion, SteadyMotionError,
+    SteadyRotation, Vibration,
 };
 
 /// Residual force, as a part of the largest one, above which a configuration is no equilibrium.
 const BALANCED: f64 = 1e-6;
+/// States of signals that change by more than this over the run, or in a second, do not rest.
+const RESTS: f64 = 1e-6;
 /// Degrees of freedom beyond which only the lowest modes are computed.
 const LARGE: usize = 300;
 
@@ -47,6 +53,9 @@ pub enum ModesError {
     /// The system cannot rotate steadily as a whole.
     #[error(transparent)]
     Rotation(#[from] RotationError),
+    /// The system does not move steadily.
+    #[error(transparent)]
+    Motion(#[from] SteadyMotionError),
     /// The modes found are not certain to be all.
     #[error(transparent)]
     Uncertain(ModeError),
@@ -68,6 +77,8 @@ pub struct ModalAnalysis {
     about: About,
     name: String,
     rotation: Option<SteadyRotation>,
+    motion: Option<SteadyMotion>,
+    restless: f64,           // rate of states of signals that do not rest
     ignored: Option<String>, // what of the model takes no part
 }
 
@@ -77,22 +88,38 @@ impl ModalAnalysis {
     /// # Errors
     /// [`ModesError`].
     pub fn new(model: &Model, about: About) -> Result<Self, ModesError> {
-        refuse_states(model)?;
-        let statics = match about {
+        let mut motion = None;
+        let mut statics = match about {
             About::Static => {
                 let mut statics = Statics::along_loads(model)?;
                 statics.reach_end().map_err(ModesError::Statics)?;
                 statics
             }
-            About::Start => Statics::at_start(model)?,
+            About::Start => {
+                let statics = Statics::in_motion(model)?;
+                if statics.mechanism().velocity_rows().any(|(_, row)| row.is_driven()) {
+                    refuse_rolling(model, "what is driven does not rest: use --at motion")?;
+                }
+                statics
+            }
+            About::Motion => {
+                let (statics, own) = Statics::in_motion(model)?.in_own_motion()?;
+                motion = Some(own);
+                statics
+            }
             About::Rotation => {
+                refuse_steady(model)?;
                 let found = Statics::at_start(model)?.in_own_rotation()?;
                 let InOwnRotation { statics, rotation } = found;
                 return Self::relaxed(model, statics, rotation.ok_or(ModesError::NoRotation)?);
             }
         };
-        let (name, ignored) = (model.header.name.clone(), ignored(model));
-        Ok(Self { statics, about, name, rotation: None, ignored })
+        let restless = match model.signals.iter().any(|signal| signal.has_states()) {
+            true => statics.problem().list_states(),
+            false => 0.0,
+        };
+        let (name, ignored) = (model.header.name.clone(), ignored(model, about));
+        Ok(Self { statics, about, name, rotation: None, motion, restless, ignored })
     }
 
     /// At the relative equilibrium of a rotation that the system admits, found from the
@@ -102,7 +129,7 @@ impl ModalAnalysis {
         rotation: SteadyRotation,
         from: Option<&[f64]>,
     ) -> Result<Self, ModesError> {
-        refuse_states(model)?;
+        refuse_steady(model)?;
         let statics = Statics::at_start(model)?.in_rotation(&rotation, from);
         Self::relaxed(model, statics, rotation)
     }
@@ -114,7 +141,8 @@ impl ModalAnalysis {
     ) -> Result<Self, ModesError> {
         statics.relax().map_err(ModesError::Statics)?;
         let (name, rotation) = (model.header.name.clone(), Some(rotation));
-        Ok(Self { statics, about: About::Rotation, name, rotation, ignored: None })
+        let (about, motion, restless, ignored) = (About::Rotation, None, 0.0, None);
+        Ok(Self { statics, about, name, rotation, motion, restless, ignored })
     }
 
     /// The state.
@@ -141,6 +169,12 @@ impl ModalAnalysis {
     /// [`ModesError::Model`] when a degree of freedom has no mass.
     pub fn modes(&mut self, count: usize) -> Result<Report, ModesError> {
         let asked = count;
+        let first_order = self.motion.is_some()
+            || self.statics.mechanism().has_velocity_constraints()
+            || self.statics.problem().has_states();
+        if first_order {
+            return self.modes_of_first_order(count);
+        }
         let large = self.statics.assembly().counts.dof > LARGE;
         let problem = self.statics.problem();
         let linear = match large {
@@ -158,7 +192,12 @@ impl ModalAnalysis {
         let configuration = self.statics.problem().configuration().to_vec();
         let place = Place { members: self.statics.members(), q: &configuration };
         let list = match &complex {
-            Some(vibrations) => complex_modes(&place, vibrations, count),
+            Some(found) => complex_modes(
+                &place,
+                |motion| found.count(motion),
+                |motion, k| found.get(motion, k),
+                count,
+            ),
             None => undamped_modes(&place, &found, count),
         };
         let count = |motion, kind: fn(&Modes, usize) -> bool| match &complex {
@@ -174,11 +213,8 @@ impl ModalAnalysis {
         Ok(Report {
             model: self.name.clone(),
             about: self.about,
-            rotation: self.rotation.map(|r| RotationReport {
-                speed: r.velocity.norm(),
-                axis: clean(r.velocity.try_normalize(0.0).unwrap_or_else(Vector3::z)),
-                point: clean(r.point),
-            }),
+            rotation: self.rotation.as_ref().map(rotation_report),
+            motion: None,
             t: self.statics.problem().factor(),
             dof: found.dof,
             unstable,
@@ -187,11 +223,86 @@ impl ModalAnalysis {
             residual,
             orthogonality: found.orthogonality,
             unstable_by_inertia: by_inertia,
-            warnings: self.ignored.iter().cloned().chain(warnings(&found)).collect(),
+            warnings: self
+                .ignored
+                .iter()
+                .cloned()
+                .chain(warnings(found.dof, [found.unbalanced, found.applied, found.round_off]))
+                .collect(),
             buckling: None,
             configuration,
         })
     }
+
+    /// The same with constraints on velocities, with states of signals, about a steady motion.
+    fn modes_of_first_order(&mut self, count: usize) -> Result<Report, ModesError> {
+        let linear = Linearization::all(self.statics.problem()).map_err(refusal)?;
+        let balance = linear.balance();
+        let found = linear.first_order().map_err(refusal)?;
+        let configuration = self.statics.problem().configuration().to_vec();
+        let place = Place { members: self.statics.members(), q: &configuration };
+        let list = complex_modes(
+            &place,
+            |motion| found.count(motion),
+            |motion, k| found.get(motion, k),
+            count,
+        );
+        if list.is_empty() && found.dof() > 0 && count > 0 {
+            return Err(ModesError::Nothing(found.dof()));
+        }
+        let rests = self.restless * self.statics.end().max(1.0) > RESTS;
+        let restless = rests.then(|| {
+            format!(
+                "the states of signals do not rest here, the largest changes by {} a second: these \
+                 are the modes with the states as they are at the start",
+                rounded(self.restless, 3)
+            )
+        });
+        let ignored = self.ignored.iter().cloned();
+        let moving = self.motion.as_ref();
+        let unbalanced = warnings_of_motion(found.dof(), balance, moving.is_some());
+        let turns = moving.filter(|motion| motion.velocity != Vector3::zeros());
+        let as_rotation =
+            |own: &SteadyMotion| SteadyRotation { point: own.point, velocity: own.velocity };
+        Ok(Report {
+            model: self.name.clone(),
+            about: self.about,
+            rotation: turns.map(as_rotation).as_ref().map(rotation_report),
+            motion: moving.map(|motion| motion_report(motion, self.statics.members())),
+            t: self.statics.problem().factor(),
+            dof: found.dof(),
+            unstable: found.count(MotionKind::Growth),
+            zero: found.count(MotionKind::Rigid),
+            residual: list.iter().map(|(_, residual)| *residual).fold(0.0, f64::max),
+            modes: list.into_iter().map(|(mode, _)| mode).collect(),
+            orthogonality: 0.0,
+            unstable_by_inertia: None,
+            warnings: ignored.chain(restless).chain(unbalanced).collect(),
+            buckling: None,
+            configuration,
+        })
+    }
+}
+
+/// What a steady rotation of all is not.
+fn refuse_steady(model: &Model) -> Result<(), ModelError> {
+    refuse_rolling(model, "use --at motion, which also takes wheels that roll around a circle")?;
+    refuse_states(model, "modes in a steady rotation")
+}
+
+fn rotation_report(rotation: &SteadyRotation) -> RotationReport {
+    RotationReport {
+        speed: rotation.velocity.norm(),
+        axis: clean(rotation.velocity.try_normalize(0.0).unwrap_or_else(Vector3::z)),
+        point: clean(rotation.point),
+    }
+}
+
+fn motion_report(motion: &SteadyMotion, members: &[Member]) -> MotionReport {
+    let frames = members.iter().filter(|member| member.kind == MemberKind::Frame);
+    let spinning = motion.spins.iter().zip(frames).filter(|(spin, _)| spin.norm() > 0.0);
+    let spins = spinning.map(|(spin, member)| (member.name.clone(), spin.norm()));
+    MotionReport { velocity: clean(motion.translation), spins: spins.collect() }
 }
 
 /// Without what is round-off beside 1.
@@ -199,8 +310,8 @@ fn clean(x: Vector3<f64>) -> [f64; 3] {
     x.map(|x| if x.abs() < 1e-12 { 0.0 } else { x }).into()
 }
 
-/// What of a model takes no part in its modes at rest.
-fn ignored(model: &Model) -> Option<String> {
+/// What of a model takes no part in its modes.
+fn ignored(model: &Model, about: About) -> Option<String> {
     let moves = |v: &[f64]| v.iter().any(|x| *x != 0.0);
     let bodies = model
         .bodies
@@ -213,9 +324,10 @@ fn ignored(model: &Model) -> Option<String> {
     let held = model.signals.iter().any(|signal| signal.every.is_some() || signal.delay.is_some());
     let held =
         held.then(|| "signals that are sampled or delayed are held at their start".to_owned());
-    let moving = moving.then(|| {
+    let moving = (moving && about != About::Motion).then(|| {
         "initial velocities take no part: these are the modes of the system at rest, without centrifugal \
-         stiffening and gyroscopic forces; --at rotation takes those of the steady rotation"
+         stiffening and gyroscopic forces; --at rotation takes those of the steady rotation, --at motion \
+         those of a steady motion with wheels or rotors"
             .to_owned()
     });
     moving.into_iter().chain(held).reduce(|all, more| format!("{all}; {more}"))
@@ -263,7 +375,13 @@ fn undamped_modes(place: &Place<'_>, found: &Modes, count: usize) -> Vec<(Mode, 
 }
 
 /// The same with damping, gyroscopic and circulatory forces, and `count` decays.
-fn complex_modes(place: &Place<'_>, found: &Vibrations, count: usize) -> Vec<(Mode, f64)> {
+fn complex_modes(
+    place: &Place<'_>,
+    number: impl Fn(MotionKind) -> usize,
+    get: impl Fn(MotionKind, usize) -> Option<Vibration>,
+    count: usize,
+) -> Vec<(Mode, f64)> {
+    let get = &get;
     let kinds = [
         (MotionKind::Growth, ModeKind::Unstable, usize::MAX),
         (MotionKind::Rigid, ModeKind::Zero, usize::MAX),
@@ -271,7 +389,7 @@ fn complex_modes(place: &Place<'_>, found: &Vibrations, count: usize) -> Vec<(Mo
         (MotionKind::Decay, ModeKind::Decay, count),
     ];
     let of_kind = |(motion, kind, most): (MotionKind, ModeKind, usize)| {
-        let listed = (0..found.count(motion).min(most)).filter_map(move |k| found.get(motion, k));
+        let listed = (0..number(motion).min(most)).filter_map(move |k| get(motion, k));
         listed.map(move |Vibration { value, shape, residual, .. }| {
             (mode(place, kind, value, &shape), residual)
         })
@@ -295,16 +413,31 @@ fn mode(place: &Place<'_>, kind: ModeKind, value: Complex<f64>, v: &[Complex<f64
     }
 }
 
-fn warnings(found: &Modes) -> Vec<String> {
+fn warnings(dof: usize, balance: [f64; 3]) -> Vec<String> {
+    warnings_of_motion(dof, balance, false)
+}
+
+fn warnings_of_motion(
+    dof: usize,
+    [unbalanced, applied, round_off]: [f64; 3],
+    moves: bool,
+) -> Vec<String> {
     let mut warnings = Vec::new();
-    if found.dof == 0 {
+    let residual = rounded(unbalanced, 3);
+    if dof == 0 {
         warnings.push("0 degrees of freedom: nothing can move, and there are no modes".to_owned());
-    } else if found.unbalanced > (BALANCED * found.applied).max(found.round_off) {
-        warnings.push(format!(
-            "the configuration is no equilibrium, the residual force is {} N (N·m): these are \
-             the modes of its stiffness alone; --at static computes the equilibrium",
-            rounded(found.unbalanced, 3)
-        ));
+    } else if unbalanced > (BALANCED * applied).max(round_off) {
+        warnings.push(match moves {
+            false => format!(
+                "the configuration is no equilibrium, the residual force is {residual} N (N·m): these are \
+                 the modes of its stiffness alone; --at static computes the equilibrium"
+            ),
+            true => format!(
+                "the motion is not steady, the residual force is {residual} N (N·m): these are the modes \
+                 of the equations linearized about it all the same; change the initial velocities, or the \
+                 lean, until nothing accelerates"
+            ),
+        });
     }
     warnings
 }

@@ -1,5 +1,6 @@
 //! What an analysis of modes reports.
 
+use crate::digits::rounded;
 use crate::sample::{Member, MemberKind};
 use nalgebra::{Complex, Vector3};
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,9 @@ pub enum About {
     Static,
     /// The steady rotation of the initial velocities, in the frame that rotates.
     Rotation,
+    /// The steady motion of the initial velocities: all moves along and turns as a whole, while
+    /// wheels and rotors spin; in the frame that moves.
+    Motion,
 }
 
 /// What a mode is.
@@ -95,6 +99,16 @@ pub struct RotationReport {
     pub point: [f64; 3],
 }
 
+/// A steady motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionReport {
+    /// Velocity of the whole system, m/s; along the axis where it turns, too.
+    pub velocity: [f64; 3],
+    /// Bodies that spin about their axis of symmetry, with their rate beside the rotation of all,
+    /// rad/s.
+    pub spins: Vec<(String, f64)>,
+}
+
 /// The path whose loads become critical.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BucklingFacts {
@@ -114,6 +128,9 @@ pub struct Report {
     /// The steady rotation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<RotationReport>,
+    /// The steady motion; its rotation is `rotation`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionReport>,
     /// Time of the loads there, s.
     pub t: f64,
     /// Degrees of freedom.
@@ -177,6 +194,27 @@ impl ModeKind {
 }
 
 impl Report {
+    /// The steady motion in words.
+    #[must_use]
+    pub fn steady_motion(&self) -> String {
+        let list = |x: [f64; 3]| x.map(|x| rounded(x, 6)).join(", ");
+        let mut parts = Vec::new();
+        if let Some(motion) = &self.motion {
+            if motion.velocity != [0.0; 3] {
+                parts.push(format!("[{}] m/s", list(motion.velocity)));
+            }
+            if let Some(RotationReport { speed, axis, .. }) = &self.rotation {
+                parts.push(format!("{} rad/s about [{}]", rounded(*speed, 6), list(*axis)));
+            }
+            let spins = motion.spins.iter();
+            parts.extend(spins.map(|(name, rate)| format!("{name} {} rad/s", rounded(*rate, 6))));
+        }
+        match parts.is_empty() {
+            true => "rest".to_owned(),
+            false => format!("the steady motion, {}, in its frame", parts.join(", ")),
+        }
+    }
+
     /// `modes.csv`: a row for each mode and member.
     #[must_use]
     pub fn csv(&self) -> String {

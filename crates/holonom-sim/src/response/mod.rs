@@ -16,6 +16,7 @@ pub use vi_statics::AddedDamping;
 
 use crate::modes::{About, ModalAnalysis, ModeKind, ModesError};
 use crate::sensor::{Column, columns};
+use crate::statics::{refuse_rolling, refuse_states};
 use holonom_model::{Model, ModelError, SensorKind};
 use input::Excitation;
 use nalgebra::Complex;
@@ -59,6 +60,11 @@ pub enum ResponseError {
     /// Base motion or unbalance in a rotating frame.
     #[error("`{0}` turns in the frame that rotates: in a steady rotation loads alone excite")]
     InRotation(String),
+    /// A steady motion.
+    #[error(
+        "there is no harmonic response about a steady motion: take the start, an equilibrium or a rotation"
+    )]
+    SteadyMotion,
     /// The state is unstable.
     #[error("the state is unstable, in {0} modes: no steady response follows an excitation")]
     Unstable(usize),
@@ -160,6 +166,9 @@ impl Response {
         band: &Band,
         damping: &AddedDamping,
     ) -> Result<Self, ResponseError> {
+        if about == About::Motion {
+            return Err(ResponseError::SteadyMotion);
+        }
         let in_rotation = about == About::Rotation;
         if let Some(turning) =
             inputs.iter().find(|own| in_rotation && !matches!(own, Input::Load(_)))
@@ -172,6 +181,8 @@ impl Response {
         if state.sensors.is_empty() {
             return Err(ResponseError::NoSensor);
         }
+        refuse_rolling(model, "run the motion in time").map_err(ModesError::from)?;
+        refuse_states(model, "harmonic responses").map_err(ModesError::from)?;
         let mut analysis = ModalAnalysis::new(&state, about)?;
         let modes = analysis.modes(MODES)?;
         if modes.unstable > 0 {

@@ -12,7 +12,7 @@ use crate::interval::Interval;
 use crate::isotropic::IsotropicBlocks;
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::{DiscretePotential, LinearPotential, Potential, Quadrature};
-use crate::signals::Signals;
+use crate::signals::{Signals, StateRates};
 use crate::sparse::{Entries, SparseMatrix};
 use crate::strain_energy::StrainEnergy;
 use std::ops::Range;
@@ -366,6 +366,19 @@ impl SeparableSystem {
     pub fn damping_to_ground(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
         let from_ground = self.forces.iter().filter(|force| force.acts_from_ground());
         from_ground.for_each(|force| force.add_damping(at, v, -1.0, out));
+    }
+
+    /// The rates of the continuous states of signals where all internal variables are listed;
+    /// `None` where there are none. Allocates.
+    #[must_use]
+    pub fn state_rates(&self, at: Configuration<'_>, v: &[f64]) -> Option<StateRates> {
+        let signals = self.signals.as_ref().filter(|signals| signals.has_states())?;
+        (at.internal.len() == self.internal_variables()).then(|| signals.rates(at, v))
+    }
+
+    /// Emits `∂f/∂z`, shape `n ×` all internal variables, there.
+    pub fn state_slopes(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
+        self.forces.iter().for_each(|force| force.add_state_slopes(at, v, 1.0, out));
     }
 
     /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order of

@@ -241,6 +241,13 @@ impl ScalarRow {
         }
     }
 
+    /// Emits the derivative of [`ScalarRow::drift`] by `q`, of a velocity constraint.
+    pub fn emit_drift_slope(&self, at: Configuration<'_>, out: &mut dyn Entries) {
+        if let Self::Velocity(row) = self {
+            row.emit_rate_slope(at, 0, -1.0, out);
+        }
+    }
+
     /// The part of the second derivative of `g` in time that is explicit in time, along `v`.
     #[must_use]
     pub fn drift_change(&self, at: Configuration<'_>, v: &[f64]) -> f64 {

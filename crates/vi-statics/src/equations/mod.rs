@@ -18,7 +18,9 @@
 //! Source: theory §6, "Statics".
 #![allow(non_snake_case)] // K, G
 
-use crate::rotation::{Field, SteadyRotation};
+use crate::field::Field;
+use crate::rotation::SteadyRotation;
+use crate::steady_motion::SteadyMotion;
 use nalgebra::{DMatrix, Matrix3, Matrix6};
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
@@ -232,7 +234,7 @@ impl EquilibriumEquations {
     }
 
     /// The configuration last evaluated.
-    pub(super) fn here(&self) -> Configuration<'_> {
+    pub(crate) fn here(&self) -> Configuration<'_> {
         Configuration { t: self.t, ..self.s.end() }
     }
 
@@ -248,6 +250,18 @@ impl EquilibriumEquations {
                 self.system.damping_to_ground(self.here(), &self.v, out);
             };
             field.emit_circulation(&dampers, out);
+        }
+        self.mechanism.weighted_hessian(self.t, &self.s.q1, &self.mu, 1.0, out);
+    }
+
+    /// The same with these slopes of forces by position and by what the motion carries along.
+    fn emit_moving_stiffness(&self, slopes: &DMatrix<f64>, out: &mut dyn Entries) {
+        self.system.potential_stiffness(self.here(), out);
+        for (k, slope) in slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0) {
+            out.add(k % slopes.nrows(), k / slopes.nrows(), *slope);
+        }
+        if let Some(field) = &self.rotation {
+            field.emit_stiffness(self.system.mass(), out);
         }
         self.mechanism.weighted_hessian(self.t, &self.s.q1, &self.mu, 1.0, out);
     }
@@ -380,7 +394,12 @@ impl EquilibriumEquations {
             matrix.fill(&layout, emit, &columns, &columns, spin);
             matrix.to_dense()
         };
-        let K = dense(&|out| self.emit_stiffness(out), &self.spin);
+        let moving = self.slopes_of_forces();
+        let stiffness = |out: &mut dyn Entries| match &moving {
+            Some(slopes) => self.emit_moving_stiffness(slopes, out),
+            None => self.emit_stiffness(out),
+        };
+        let K = dense(&stiffness, &self.spin);
         let C = dense(&|out| self.emit_velocity_matrix(out), &[]); // [6.29]
         let M = dense(&|out| self.system.mass().emit(out), &[]);
         TreeMatrices { K, C, M, layout, columns }
@@ -435,7 +454,63 @@ impl EquilibriumEquations {
 
     /// A steady rotation takes the place of rest.
     pub(crate) fn rotate(&mut self, rotation: &SteadyRotation) {
-        self.rotation = Some(Field::new(rotation, self.mechanism.description()));
+        self.rotation = Some(rotation.field(self.mechanism.description()));
+    }
+
+    /// A steady motion takes the place of rest.
+    pub(crate) fn move_steadily(&mut self, motion: &SteadyMotion) {
+        self.rotation = Some(motion.field(self.mechanism.description()));
+    }
+
+    /// The velocities of the steady motion at the point last evaluated; zero at rest.
+    pub(crate) fn velocity(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// `v ←` the velocities of the steady motion at `q`; zero at rest.
+    pub(crate) fn velocity_at(&self, q: &[f64], v: &mut [f64]) {
+        match &self.rotation {
+            Some(field) => field.velocity(q, v),
+            None => v.fill(0.0),
+        }
+    }
+
+    /// `out ←` how a displacement is carried along by the steady motion; zero at rest.
+    pub(crate) fn carry(&self, x: &[f64], out: &mut [f64]) {
+        match &self.rotation {
+            Some(field) => field.carried(x, out),
+            None => out.fill(0.0),
+        }
+    }
+
+    /// `−∂f/∂q − ∂f/∂v (W + S)` of all forces where frames spin beside others: rates between them
+    /// are not zero, so slopes are those at these rates. By differences of order 4, whose error is
+    /// a few `10^{-13}` of the forces. `None` where none spins.
+    fn slopes_of_forces(&self) -> Option<DMatrix<f64>> {
+        const STEP: f64 = 1e-3;
+        let field = self.rotation.as_ref().filter(|field| field.has_spins())?;
+        let (n, at, size) = (self.force.len(), self.here(), self.size());
+        let mut slopes = DMatrix::zeros(n, n);
+        let (mut unit, mut change) = (vec![0.0; n], vec![0.0; n]);
+        let points = 12 * self.mechanism.description().bodies.len();
+        for j in 0..n {
+            let step = STEP * if j >= points || j % 12 < 3 { size } else { 1.0 };
+            unit[j] = 1.0;
+            field.carried(&unit, &mut change);
+            unit[j] = 0.0;
+            for (part, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
+                let mut q = at.q.to_vec();
+                q[j] += part * step;
+                let moved = self.v.iter().zip(&change);
+                let v: Vec<f64> = moved.map(|(v, x)| v + part * step * x).collect();
+                let mut f = vec![0.0; n];
+                self.system.add_force(Configuration { q: &q, ..at }, &v, &mut f);
+                for (slope, f) in slopes.column_mut(j).iter_mut().zip(&f) {
+                    *slope -= weight * f / (12.0 * step);
+                }
+            }
+        }
+        Some(slopes)
     }
 }
 

@@ -1,7 +1,7 @@
 //! A law evaluated in a step and at a node, its states eliminated.
 
 use super::input::Input;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixView};
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_core::Configuration;
 use vi_core::interval::Interval;
@@ -85,6 +85,17 @@ impl Work {
     /// `dτ_k/dy_j`.
     pub(super) fn slope(&self, k: usize, j: usize) -> f64 {
         self.slopes[(k, j)]
+    }
+
+    /// `∂τ_k/∂z_i`.
+    pub(super) fn slope_by_state(&self, k: usize, i: usize) -> f64 {
+        self.slopes[(k, self.y.len() + i)]
+    }
+
+    /// `φ`, and `∂φ/∂(y, z)`: rows of states, columns of inputs, then of states.
+    pub(super) fn rates(&self) -> (&[f64], DMatrixView<'_, f64>) {
+        let first = self.efforts;
+        (&self.values[first..], self.slopes.rows(first, self.z.len()))
     }
 
     /// `z̄` of a step `h`, with the slopes there; not a number where none is found.

@@ -136,6 +136,28 @@ impl DiscreteForce for LawForce {
         });
     }
 
+    fn add_state_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let Reading { states, first, .. } = &self.reading;
+        if states.is_empty() {
+            return;
+        }
+        self.reading.with_slopes_at_node(at, v, |work| {
+            for k in 0..self.target.count() {
+                self.target.for_each_direction(Place::node(at.q), k, &mut |row, along| {
+                    for (i, state) in states.iter().enumerate() {
+                        out.add(row, first + state, scale * along * work.slope_by_state(k, i));
+                    }
+                });
+            }
+        });
+    }
+
     fn is_dissipative(&self) -> bool {
         self.reading.law.is_dissipative()
     }

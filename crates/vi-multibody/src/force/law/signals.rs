@@ -1,10 +1,11 @@
 //! The states and held values of signals.
 
 use super::evaluation::Reading;
+use nalgebra::DMatrix;
 use std::sync::Arc;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
-use vi_core::signals::Signals;
+use vi_core::signals::{Signals, StateRates};
 
 /// What happens at nodes: values that are sampled there and held, values of the past.
 pub trait Sampler: Send + Sync {
@@ -65,6 +66,34 @@ impl Signals for SignalStates {
                 out[*place] = 2.0 * middle - out[*place];
             }
         });
+    }
+
+    fn rates(&self, at: Configuration<'_>, v: &[f64]) -> StateRates {
+        let Reading { inputs, states, first, .. } = &self.reading;
+        let (m, n) = (states.len(), at.q.len());
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let (rates, slopes) = work.rates();
+            let mut by_position = DMatrix::zeros(m, n);
+            let mut by_velocity = DMatrix::zeros(m, n);
+            for (j, input) in inputs.iter().enumerate() {
+                let add = |to: &mut DMatrix<f64>, column: usize, slope: f64| {
+                    (0..m).for_each(|i| to[(i, column)] += slopes[(i, j)] * slope);
+                };
+                input.for_each_slope_by_position(at.q, v, &mut |k, slope| {
+                    add(&mut by_position, k, slope);
+                });
+                input.for_each_slope_by_velocity(at.q, v, &mut |k, slope| {
+                    add(&mut by_velocity, k, slope);
+                });
+            }
+            StateRates {
+                places: states.iter().map(|state| first + state).collect(),
+                rates: rates.to_vec(),
+                by_position,
+                by_velocity,
+                by_state: slopes.columns(inputs.len(), m).into_owned(),
+            }
+        })
     }
 
     fn samples(&self, step: u64) -> bool {
