@@ -94,6 +94,7 @@ mod model {
     mod shipped_models;
     mod signals;
     mod slips;
+    mod time_functions;
 }
 
 mod output {

@@ -232,7 +232,8 @@ fn no_step_with_laws_and_signals_allocates() {
     for (name, text) in [("continuous", PID_ARM), ("sampled", SAMPLED_PID)] {
         let more = "[[signal]]\nname = \"past\"\ndelay = { of = \"shoulder\", time = 0.0125 }\n\
                     [[law]]\nname = \"own\"\njoint = \"shoulder\"\neffort = \"-0.1*abs(v)*v\"\n\
-                    [[law]]\nname = \"wind\"\non = \"arm\"\nforce = [\"past - shoulder.rate\", \"0\", \"-vz\"]\n";
+                    [[law]]\nname = \"wind\"\non = \"arm\"\nforce = [\"past - shoulder.rate\", \"0\", \"-vz\"]\n\
+                    [[load]]\nname = \"push\"\nbody = \"arm\"\nforce = [1.0, 0.0, 0.0]\nhistory = \"sin(t)\"\n";
         for scheme in ["nodal", "reduced", "dalembert"] {
             let set = [("simulation.scheme", scheme.to_owned())];
             let text = format!("{text}\n{more}");

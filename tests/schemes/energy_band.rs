@@ -9,7 +9,8 @@ use holonom::{Model, Simulation};
 use vi_testkit::model::{AXES, along, body_at, heavy, hinge, motion};
 
 /// Every kind of history, from the start and after a rest, over about a second.
-const HISTORIES: [&str; 11] = [
+const HISTORIES: [&str; 12] = [
+    "\"sin(9*t)^2\"",
     "{ type = \"constant\" }",
     "{ type = \"linear\", end = 0.5 }",
     "{ type = \"ramp\", start = 0.0, end = 0.2 }",
@@ -82,7 +83,7 @@ fn words(text: &str) -> Option<String> {
 #[test]
 fn the_list_of_histories_is_complete() {
     let text = |history: &str| format!("history = {history}");
-    let mut found = [0; 7];
+    let mut found = [0; 8];
     for history in HISTORIES {
         let model = body(
             (0.1, ""),
@@ -99,6 +100,7 @@ fn the_list_of_histories_is_complete() {
             History::Triangle { .. } => 4,
             History::Harmonic { .. } => 5,
             History::Table { .. } => 6,
+            History::Expression(_) => 7,
         };
         found[place] += 1;
     }

@@ -52,6 +52,11 @@ impl<'a> Curves<'a> {
         self.0.keys().copied()
     }
 
+    /// An expression of the time alone; `None` where it is none.
+    pub(crate) fn of_time(&self, formula: &Formula) -> Option<Program> {
+        self.compile(formula, &TIME).ok()
+    }
+
     /// Compiles an expression of these inputs, which is how many its program reads.
     ///
     /// # Errors

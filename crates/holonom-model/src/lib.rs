@@ -27,6 +27,7 @@ mod observed;
 mod quantity;
 pub mod reference;
 mod schema;
+mod smooth_step;
 mod stations;
 mod table_files;
 mod text;

@@ -59,4 +59,4 @@ pub use polyhedron::{Polyhedron, SurfaceError};
 pub use reparametrization::RotationTooLarge;
 pub use shape::{MassProperties, Shape};
 pub use single_body::{SingleBody, Support};
-pub use time_history::{HistoryError, TimeHistory};
+pub use time_history::{HistoryError, TimeFunction, TimeHistory};

@@ -4,6 +4,7 @@
 //! step boundaries. Where a history jumps, its value is the one after the jump.
 
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A history that is no function of time.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -122,6 +123,33 @@ pub enum TimeHistory {
         /// Points in the order of time; equal times are a jump.
         points: Vec<[f64; 2]>,
     },
+    /// Any function of the time.
+    #[serde(skip)]
+    Function(TimeFunction),
+}
+
+/// A factor that a function computes; equal to its own clones alone.
+#[derive(Clone)]
+pub struct TimeFunction(Arc<dyn Fn(f64) -> f64 + Send + Sync>);
+
+impl TimeFunction {
+    /// Of the time, s.
+    #[must_use]
+    pub fn new(value: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
+        Self(Arc::new(value))
+    }
+}
+
+impl std::fmt::Debug for TimeFunction {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("TimeFunction")
+    }
+}
+
+impl PartialEq for TimeFunction {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
 }
 
 fn one() -> f64 {
@@ -171,6 +199,7 @@ impl TimeHistory {
                 offset + amplitude * libm::sin(std::f64::consts::TAU * frequency * t + phase)
             }
             Self::Table { ref points } => table(points, t),
+            Self::Function(TimeFunction(ref value)) => value(t),
         }
     }
 
@@ -211,6 +240,7 @@ impl TimeHistory {
                 }
                 Ok(())
             }
+            Self::Function(_) => Ok(()),
         }
     }
 }

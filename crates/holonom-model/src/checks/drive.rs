@@ -2,10 +2,10 @@
 
 use crate::checks::Checker;
 use crate::frames::start::coincide;
-use crate::{Constraint, GROUND, Joint, JointKind, MotionPath};
+use crate::{Constraint, GROUND, Joint, JointKind, Quantities};
 
 impl Checker<'_> {
-    pub(crate) fn drives(&mut self, key: &str, joint: &Joint) {
+    pub(crate) fn drives(&mut self, key: &str, joint: &Joint, known: &Quantities<'_>) {
         let amounts = [
             ("spring.stiffness", joint.spring.as_ref().map(|s| s.stiffness)),
             ("damper.damping", joint.damper.as_ref().map(|d| d.damping)),
@@ -23,11 +23,9 @@ impl Checker<'_> {
                 self.report(format!("{key}.{field}"), message, "write 0 or more");
             }
         }
-        if let Some(fault) = joint.motor.as_ref().and_then(|m| m.history.fault()) {
-            self.report(format!("{key}.motor.history"), fault, "put the times in order");
-        }
         if let Some(motor) = &joint.motor {
-            self.path(&format!("{key}.motor.path"), &motor.path);
+            self.history(&format!("{key}.motor.history"), &motor.history, known);
+            self.path(&format!("{key}.motor.path"), &motor.path, known);
         }
         match (joint.kind, joint.pitch) {
             (JointKind::Screw, None) => {
@@ -42,7 +40,12 @@ impl Checker<'_> {
         }
     }
 
-    pub(crate) fn constraint(&mut self, key: &str, constraint: &Constraint) {
+    pub(crate) fn constraint(
+        &mut self,
+        key: &str,
+        constraint: &Constraint,
+        known: &Quantities<'_>,
+    ) {
         let axis_of = |axis: &[f64; 3]| axis.iter().all(|a| a.abs() < 1e-100);
         match constraint {
             Constraint::Distance { from, to, length, point_from, point_to, .. } => {
@@ -84,7 +87,7 @@ impl Checker<'_> {
             }
             Constraint::Motion { joint, path, .. } => {
                 self.reference(format!("{key}.joint"), joint, &["joint"]);
-                self.path(&format!("{key}.path"), path);
+                self.path(&format!("{key}.path"), path, known);
             }
             Constraint::Rolling { .. } => self.rolling(key, constraint),
             Constraint::Blade { body, axis, .. } => {
@@ -96,12 +99,6 @@ impl Checker<'_> {
                     self.report(format!("{key}.axis"), message, help);
                 }
             }
-        }
-    }
-
-    fn path(&mut self, key: &str, path: &MotionPath) {
-        if let Some(fault) = path.fault() {
-            self.report(format!("{key}.{}", fault.key), fault.message, fault.help);
         }
     }
 }

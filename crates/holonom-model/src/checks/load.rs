@@ -1,6 +1,7 @@
 //! Checks of loads.
 
 use crate::checks::Checker;
+use crate::quantity::Quantities;
 use crate::types::load::{Frame, Load};
 
 impl Checker<'_> {
@@ -39,7 +40,7 @@ impl Checker<'_> {
         }
     }
 
-    pub(crate) fn load(&mut self, key: &str, load: &Load) {
+    pub(crate) fn load(&mut self, key: &str, load: &Load, known: &Quantities<'_>) {
         match (&load.body, &load.beam) {
             (Some(body), None) => {
                 self.reference(format!("{key}.body"), body, &["body", "particle"]);
@@ -69,8 +70,6 @@ impl Checker<'_> {
             let help = "remove `relative_to`, or write frame = \"space\"";
             self.report(format!("{key}.relative_to"), message, help);
         }
-        if let Some(fault) = load.history.fault() {
-            self.report(format!("{key}.history"), fault, "correct the history");
-        }
+        self.history(&format!("{key}.history"), &load.history, known);
     }
 }

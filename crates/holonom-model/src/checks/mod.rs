@@ -11,6 +11,7 @@ mod order;
 mod rolling;
 mod sensor;
 mod signal;
+mod time;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -38,6 +39,7 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
         refused: BTreeSet::new(),
         kinds: BTreeMap::new(),
     };
+    let known = Quantities::new(model);
     checker.names();
     checker.header();
     checker.settings();
@@ -46,10 +48,9 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     model.beams.iter().enumerate().for_each(|(i, b)| checker.beam(&each(i, "beam"), b));
     model.particles.iter().enumerate().for_each(|(i, p)| checker.particle(&each(i, "particle"), p));
     model.bars.iter().enumerate().for_each(|(i, b)| checker.bar(&each(i, "bar"), b));
-    model.joints.iter().enumerate().for_each(|(i, j)| checker.joint(&each(i, "joint"), j));
+    model.joints.iter().enumerate().for_each(|(i, j)| checker.joint(&each(i, "joint"), j, &known));
     model.springs.iter().enumerate().for_each(|(i, s)| checker.spring(&each(i, "spring"), s));
-    model.loads.iter().enumerate().for_each(|(i, l)| checker.load(&each(i, "load"), l));
-    let known = Quantities::new(model);
+    model.loads.iter().enumerate().for_each(|(i, l)| checker.load(&each(i, "load"), l, &known));
     model.tables.iter().enumerate().for_each(|(i, t)| checker.table(&each(i, "table"), t));
     let laws = model.laws.iter().enumerate();
     let signals = model.signals.iter().enumerate();
@@ -63,7 +64,7 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
         .constraints
         .iter()
         .enumerate()
-        .for_each(|(i, c)| checker.constraint(&each(i, "constraint"), c));
+        .for_each(|(i, c)| checker.constraint(&each(i, "constraint"), c, &known));
     let events = model.events.iter().enumerate();
     events.for_each(|(i, event)| checker.event(&each(i, "event"), event, &known));
     checker.problems
@@ -435,7 +436,7 @@ impl<'a> Checker<'a> {
         false
     }
 
-    fn joint(&mut self, key: &str, joint: &Joint) {
+    fn joint(&mut self, key: &str, joint: &Joint, known: &Quantities<'_>) {
         self.reference(format!("{key}.parent"), &joint.parent, &["body", GROUND]);
         self.reference(format!("{key}.child"), &joint.child, &["body", GROUND]);
         self.two_ends(&format!("{key}.child"), &joint.parent, &joint.child);
@@ -458,7 +459,7 @@ impl<'a> Checker<'a> {
                 self.report(key, message, help);
             }
         }
-        self.drives(key, joint);
+        self.drives(key, joint, known);
         match joint.axis {
             None if joint.kind.has_axis() => {
                 let message = "this type of joint needs an axis".to_owned();

@@ -3,6 +3,8 @@
 //! The value is that of `libm`: equal bits on every machine. At a kink the slope is that of the
 //! branch taken: of the larger number in `abs` and `max`, of the first where both are equal.
 
+use crate::smooth_step::smooth_step;
+
 /// A function of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unary {
@@ -22,7 +24,7 @@ pub(super) enum Unary {
     Tanh,
     Floor,
     Sign,
-    /// `ξ³ (10 − 15 ξ + 6 ξ²)` within `[0, 1]`, constant outside.
+    /// [`smooth_step`].
     Smooth,
     /// `x^n` by multiplication.
     Integer(u8),
@@ -93,10 +95,7 @@ impl Unary {
             Self::Sign if x > 0.0 => 1.0,
             Self::Sign if x < 0.0 => -1.0,
             Self::Sign => 0.0,
-            Self::Smooth => {
-                let x = x.clamp(0.0, 1.0);
-                x * x * x * (10.0 + x * (6.0 * x - 15.0))
-            }
+            Self::Smooth => smooth_step(x, [1.0; 3])[0],
             Self::Integer(n) => (1..n).fold(x, |product, _| product * x),
         }
     }
@@ -120,10 +119,7 @@ impl Unary {
             Self::Cosh => libm::sinh(x),
             Self::Tanh => 1.0 - f * f,
             Self::Floor | Self::Sign => 0.0,
-            Self::Smooth => {
-                let x = x.clamp(0.0, 1.0);
-                30.0 * (x * (1.0 - x)) * (x * (1.0 - x))
-            }
+            Self::Smooth => smooth_step(x, [1.0; 3])[1],
             Self::Integer(n) => f64::from(n) * power(x, n - 1),
         }
     }
@@ -141,10 +137,7 @@ impl Unary {
             Self::Acos => -x * libm::pow((1.0 - x) * (1.0 + x), -1.5),
             Self::Atan => -2.0 * x / ((1.0 + x * x) * (1.0 + x * x)),
             Self::Tanh => -2.0 * f * (1.0 - f * f),
-            Self::Smooth => {
-                let x = x.clamp(0.0, 1.0);
-                60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
-            }
+            Self::Smooth => smooth_step(x, [1.0; 3])[2],
             Self::Integer(1) => 0.0,
             Self::Integer(n) => f64::from(n) * f64::from(n - 1) * power(x, n - 2),
         }

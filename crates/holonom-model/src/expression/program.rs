@@ -72,7 +72,8 @@ impl fmt::Display for Undefined {
 const SHORT: usize = 32;
 
 thread_local! {
-    /// Values and adjoints of longer ones; grows to the longest expression once.
+    /// Of longer ones; these grow to the longest expression once.
+    static JETS: RefCell<Vec<[f64; 3]>> = const { RefCell::new(Vec::new()) };
     static WORKSPACE: RefCell<(Vec<f64>, Vec<f64>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
@@ -228,7 +229,17 @@ impl Program {
     /// # Errors
     /// As [`Program::gradient`].
     pub fn taylor(&self, t: f64) -> Result<[f64; 3], Undefined> {
-        let mut jets: Vec<[f64; 3]> = Vec::with_capacity(self.operations.len());
+        let count = self.operations.len();
+        if count <= SHORT {
+            return self.taylor_with(t, &mut [[0.0; 3]; SHORT]);
+        }
+        JETS.with_borrow_mut(|jets| {
+            jets.resize(jets.len().max(count), [0.0; 3]);
+            self.taylor_with(t, jets)
+        })
+    }
+
+    fn taylor_with(&self, t: f64, jets: &mut [[f64; 3]]) -> Result<[f64; 3], Undefined> {
         for (k, operation) in self.operations.iter().enumerate() {
             let jet = match *operation {
                 Operation::Constant(value) => [value, 0.0, 0.0],
@@ -255,13 +266,25 @@ impl Program {
                     [f, slope * dx, slope * ddx + bend * dx * dx]
                 }
             };
-            jets.push(jet);
+            jets[k] = jet;
             if !jet.iter().all(|x| x.is_finite()) {
-                let values: Vec<f64> = jets.iter().map(|jet| jet[0]).collect();
-                return Err(self.undefined(k, &values));
+                return Err(self.undefined_jet(k, jets));
             }
         }
-        Ok(jets.last().copied().unwrap_or_default())
+        Ok(self.operations.len().checked_sub(1).map_or([0.0; 3], |last| jets[last]))
+    }
+
+    /// Why a value or a derivative by the time is no finite number.
+    #[cold]
+    fn undefined_jet(&self, k: usize, jets: &[[f64; 3]]) -> Undefined {
+        let values: Vec<f64> = jets.iter().map(|jet| jet[0]).collect();
+        let undefined = self.undefined(k, &values);
+        let Some(bad) = jets[k].iter().position(|x| !x.is_finite()).filter(|bad| *bad > 0) else {
+            return undefined;
+        };
+        let message = words(self.part(k), jets[k][bad]);
+        let which = ["", "first", "second"][bad];
+        Undefined { message: format!("the {which} derivative of {message}"), ..undefined }
     }
 
     /// The values of all operations; zero where all are finite, else not a number.

@@ -165,7 +165,9 @@ impl<'s> Reader<'s> {
             return rows;
         }
         self.refer(path, member);
-        vec![row(self.kind(member))]
+        let mut rows = vec![row(self.kind(member))];
+        rows.extend(self.keys(path, member));
+        rows
     }
 
     /// The keys of an object: those that are required in their order, then the others by name.

@@ -27,6 +27,8 @@ pub(crate) fn is_formula(path: &str) -> bool {
     let (section, _, key) = (parts.next(), parts.next(), parts.next());
     section.zip(key).is_some_and(|(section, key)| match parts.next() {
         Some(within) if section == "signal" => OF_SIGNALS.contains(&within),
+        Some(within) if key == MOTOR => OF_MOTORS.contains(&within) && parts.next().is_none(),
+        Some(_) if ["load", "constraint"].contains(&section) => false,
         _ => has_formulas(section, key),
     })
 }
@@ -38,10 +40,16 @@ pub(crate) fn has_formulas(section: &str, key: &str) -> bool {
         "bushing" => ["stiffness", "damping", "force"].contains(&key),
         "signal" => ["value", "rate"].contains(&key),
         "event" => key == "when",
+        "load" => key == "history",
+        "constraint" => key == "path",
         _ => false,
     }
 }
 
+/// The key of the motors of joints.
+pub(crate) const MOTOR: &str = "motor";
+/// Keys within those of a motor that may be such expressions.
+pub(crate) const OF_MOTORS: [&str; 2] = ["history", "path"];
 /// Keys within those of a signal that are such expressions.
 pub(crate) const OF_SIGNALS: [&str; 2] = ["of", "feedforward"];
 /// The section of parameters.

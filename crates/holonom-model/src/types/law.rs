@@ -4,6 +4,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::load::Frame;
+use crate::expression::renamed;
 
 /// An expression that is evaluated along the run: a text without `=`, or a number.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -19,9 +20,26 @@ impl<'de> Deserialize<'de> for Formula {
             Text(String),
         }
         Ok(Self(match Stated::deserialize(deserializer)? {
-            Stated::Number(number) => format!("{number:?}"),
+            Stated::Number(number) => return Ok(Self::of_number(number)),
             Stated::Text(text) => text,
         }))
+    }
+}
+
+impl Formula {
+    /// A number.
+    pub(crate) fn of_number(number: f64) -> Self {
+        Self(format!("{number:?}"))
+    }
+
+    /// The same function of the time where a second is `unit` of another and one is `size`.
+    #[must_use]
+    pub fn with_time(&self, unit: f64, size: f64) -> Self {
+        let text = renamed(&self.0, &mut |name| match name {
+            "t" => format!("(t/{unit:?})"),
+            other => other.to_owned(),
+        });
+        Self(format!("{size:?}*({text})"))
     }
 }
 

@@ -1,8 +1,16 @@
 //! `[[load]]`: forces and torques on bodies, nodes, beams and point masses, with a history in time.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use vi_rigid::time_history::TimeHistory;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use vi_rigid::time_history::{TimeFunction, TimeHistory};
+
+use super::formula_or_table::{self, FormulaOr};
+use super::law::Formula;
+use crate::expression::Program;
+use crate::formula::Curves;
+
+/// Intervals at whose ends an expression is evaluated for its size.
+const SAMPLES: u32 = 256;
 
 /// The frame of a load's components.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -18,12 +26,16 @@ pub enum Frame {
 /// A factor in time: 1 at all times where nothing is stated, in statics `t/end`. Kinks and jumps
 /// belong on step boundaries.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields, remote = "History")]
+#[schemars(transform = formula_or_table::or_text)]
 pub enum History {
     /// Nothing is stated.
     #[default]
     #[serde(skip)]
     Unstated,
+    /// An expression of `t` and of tables.
+    #[serde(skip)]
+    Expression(Formula),
     /// 1 at all times, also in statics.
     Constant,
     /// `t/end`: 1 at `end`, and growing beyond.
@@ -71,12 +83,55 @@ pub enum History {
     },
 }
 
+impl FormulaOr for History {
+    const EXPECTING: &str = "a history: a table with a `type`, or a text, an expression of t";
+    fn of_formula(formula: Formula) -> Self {
+        Self::Expression(formula)
+    }
+    fn of_table<'de, D: Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
+        Self::deserialize(table)
+    }
+}
+
+impl<'de> Deserialize<'de> for History {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        formula_or_table::deserialize(deserializer)
+    }
+}
+
+impl Serialize for History {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Expression(formula) => formula.serialize(serializer),
+            _ => Self::serialize(self, serializer),
+        }
+    }
+}
+
 impl History {
-    /// The time history of the rigid-body crate.
+    /// Its expression, compiled.
     #[must_use]
-    pub fn time_history(&self) -> TimeHistory {
+    pub fn program(&self, curves: &Curves<'_>) -> Option<Program> {
+        match self {
+            Self::Expression(formula) => curves.of_time(formula),
+            _ => None,
+        }
+    }
+
+    /// The time history of the rigid-body crate; of an expression not a number where it has no
+    /// value.
+    #[must_use]
+    pub fn time_history(&self, curves: &Curves<'_>) -> TimeHistory {
         let amplitude = 1.0;
         match self {
+            Self::Expression(_) => {
+                let program = self.program(curves);
+                let value = move |t| {
+                    let value = program.as_ref().map(|own| own.value(&[t]));
+                    value.and_then(Result::ok).unwrap_or(f64::NAN)
+                };
+                TimeHistory::Function(TimeFunction::new(value))
+            }
             Self::Unstated | Self::Constant => TimeHistory::Constant { amplitude },
             &Self::Linear { end } => TimeHistory::Linear { slope: 1.0 / end },
             &Self::Ramp { start, end } => TimeHistory::Ramp { start, end, amplitude },
@@ -100,10 +155,15 @@ impl History {
         matches!(self, Self::Unstated)
     }
 
-    /// Its largest size from 0 to `until`, s.
+    /// Its largest size from 0 to `until`, s; of an expression at equal distances.
     #[must_use]
-    pub fn peak(&self, until: f64) -> f64 {
+    pub fn peak(&self, until: f64, curves: &Curves<'_>) -> f64 {
         match self {
+            Self::Expression(_) => {
+                let history = self.time_history(curves);
+                let times = (0..=SAMPLES).map(|k| until * f64::from(k) / f64::from(SAMPLES));
+                times.fold(0.0, |most, t| most.max(history.value(t).abs()))
+            }
             Self::Linear { end } => until / end,
             Self::Table { values, .. } => {
                 values.iter().fold(0.0, |most, value| most.max(value.abs()))
@@ -122,6 +182,7 @@ impl History {
                 times.get(last.map_or(0, |k| k + 1)).copied()
             }
             Self::Unstated
+            | Self::Expression(_)
             | Self::Constant
             | Self::Linear { .. }
             | Self::Ramp { .. }
@@ -133,7 +194,7 @@ impl History {
     #[must_use]
     pub fn fault(&self) -> Option<String> {
         match self {
-            Self::Unstated | Self::Constant => None,
+            Self::Unstated | Self::Expression(_) | Self::Constant => None,
             Self::Linear { end } => (*end <= 0.0).then(|| format!("end = {end} must be positive")),
             Self::Ramp { start, end } | Self::Pulse { start, end } => {
                 (start >= end).then(|| format!("start = {start} must be before end = {end}"))

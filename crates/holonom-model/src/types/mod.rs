@@ -8,6 +8,7 @@ pub(crate) mod connection;
 pub(crate) mod damping;
 pub(crate) mod drive;
 pub(crate) mod event;
+pub(crate) mod formula_or_table;
 pub(crate) mod law;
 pub(crate) mod load;
 pub(crate) mod motion_path;

@@ -2,23 +2,33 @@
 //!
 //! ```text
 //! θ_ref(t) = offset + rate t + ½ acceleration t² + amplitude (sin(2π f t + phase) − sin(phase))
-//!            + Σ by_k s(ξ_k)        rest-to-rest moves, ξ_k = (t − start_k)/(end_k − start_k) within [0, 1]
+//!            + Σ by_k s(ξ_k)        rest-to-rest moves, s of [`smooth_step`], ξ_k = (t − start_k)/(end_k − start_k) within [0, 1]
 //!            + table(t)             cubic spline with given rates at its ends
-//! s(ξ)     = 10 ξ³ − 15 ξ⁴ + 6 ξ⁵   s' = s'' = 0 at both ends
 //! ```
+//! or an expression of `t` and tables, whose derivatives are exact.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::f64::consts::TAU;
 
+use super::formula_or_table::{self, FormulaOr};
+use super::law::Formula;
+use crate::expression::Program;
+use crate::formula::Curves;
 use crate::hermite::{Ends, Hermite};
+use crate::smooth_step::smooth_step;
 
 /// A smooth function of time, a sum of what is stated:
 /// `offset + rate t + ½ acceleration t² + amplitude (sin(2π frequency t + phase) − sin(phase))`,
-/// moves from rest to rest, a table.
+/// moves from rest to rest, a table. Or an expression of `t` and of tables, as a text:
+/// `"0.1*sin(3*t)"`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, remote = "MotionPath")]
+#[schemars(transform = formula_or_table::or_text)]
 pub struct MotionPath {
+    /// An expression of `t`, in the place of all others, m or rad.
+    #[serde(skip)]
+    pub expression: Option<Formula>,
     /// Value at t = 0, m or rad.
     #[serde(default)]
     pub offset: f64,
@@ -82,8 +92,39 @@ pub struct PathFault {
     pub help: &'static str,
 }
 
+impl FormulaOr for MotionPath {
+    const EXPECTING: &str = "a path: a table, or a text, an expression of t";
+    fn of_formula(formula: Formula) -> Self {
+        Self { expression: Some(formula), ..Self::default() }
+    }
+    fn of_table<'de, D: Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
+        Self::deserialize(table)
+    }
+}
+
+impl<'de> Deserialize<'de> for MotionPath {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        formula_or_table::deserialize(deserializer)
+    }
+}
+
+impl Serialize for MotionPath {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.expression {
+            Some(formula) => formula.serialize(serializer),
+            None => Self::serialize(self, serializer),
+        }
+    }
+}
+
 impl MotionPath {
-    /// Value, rate and acceleration as a function of the time (s).
+    /// Its expression, compiled.
+    #[must_use]
+    pub fn program(&self, curves: &Curves<'_>) -> Option<Program> {
+        self.expression.as_ref().and_then(|formula| curves.of_time(formula))
+    }
+
+    /// Value, rate and acceleration as a function of the time (s), of one that is no expression.
     pub fn function(&self) -> impl Fn(f64) -> [f64; 3] + Send + Sync + use<> {
         let path = self.clone();
         let spline = self.table.as_ref().map(PathTable::spline);
@@ -137,13 +178,8 @@ impl PathTable {
 impl Move {
     fn at(&self, t: f64) -> [f64; 3] {
         let duration = self.end - self.start;
-        let x = ((t - self.start) / duration).clamp(0.0, 1.0);
-        let y = 1.0 - x;
-        [
-            self.by * x * x * x * (10.0 - 15.0 * x + 6.0 * x * x),
-            self.by / duration * 30.0 * x * x * y * y,
-            self.by / (duration * duration) * 60.0 * x * y * (y - x),
-        ]
+        let x = (t - self.start) / duration;
+        smooth_step(x, [self.by, self.by / duration, self.by / (duration * duration)])
     }
 }
 
@@ -153,6 +189,7 @@ mod tests {
 
     fn full() -> MotionPath {
         MotionPath {
+            expression: None,
             offset: 0.1,
             rate: 2.0,
             acceleration: -1.0,

@@ -53,6 +53,7 @@ impl Units {
     fn history(self, history: &mut History) {
         match history {
             History::Constant | History::Unstated => {}
+            History::Expression(formula) => *formula = formula.with_time(self.time, 1.0),
             History::Linear { end } => *end *= self.time,
             History::Ramp { start, end } | History::Pulse { start, end } => {
                 [start, end].into_iter().for_each(|t| *t *= self.time);
@@ -67,6 +68,9 @@ impl Units {
 
     /// A path of a coordinate of which one is `size`.
     fn path(self, path: &mut MotionPath, size: f64) {
+        if let Some(formula) = &mut path.expression {
+            *formula = formula.with_time(self.time, size);
+        }
         path.offset *= size;
         path.rate *= size / self.time;
         path.acceleration *= size / (self.time * self.time);

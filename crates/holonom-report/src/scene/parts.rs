@@ -2,8 +2,8 @@
 
 use super::{directors, encoded, quaternion};
 use holonom_model::{
-    Bar, Constraint, Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme, ShapeKind,
-    Spring, StartPoints,
+    Bar, Constraint, Curves, Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme,
+    ShapeKind, Spring, StartPoints,
 };
 use holonom_sim::output::Frames;
 use holonom_sim::sample::{Member, MemberKind};
@@ -473,7 +473,7 @@ impl<'a> SceneParts<'a> {
             }
             (_, history) => history,
         };
-        let history = history.time_history();
+        let history = history.time_history(&Curves::new(self.model));
         let follower = load.frame == Frame::Body;
         let force = Vector3::from(load.force);
         Some(SceneLoad {

@@ -12,7 +12,7 @@ use crate::output::columns::{
     BALANCE, ELASTIC, EVENTS, GRAVITY, KINETIC, MOTIONS, SPRINGS, TOTAL, energy, work,
 };
 use crate::stepper::NodeView;
-use holonom_model::Model;
+use holonom_model::{Curves, Model};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_beam::BeamElements;
@@ -243,12 +243,13 @@ impl Rounding {
 /// The largest works of loads and motors of a model along `size` (m) and 1 rad, summed up, J.
 fn applied(model: &Model, size: f64) -> f64 {
     let norm = |x: &[f64; 3]| x.iter().fold(0.0, |sum: f64, x| sum.max(x.abs()));
-    let end = model.settings.end;
+    let (end, curves) = (model.settings.end, Curves::new(model));
     let loads = model.loads.iter().map(|load| {
         let length = if load.beam.is_some() && load.at.is_none() { size } else { 1.0 };
-        length * load.history.peak(end) * (norm(&load.force) * size + norm(&load.torque))
+        length * load.history.peak(end, &curves) * (norm(&load.force) * size + norm(&load.torque))
     });
     let motors = model.joints.iter().filter_map(|joint| joint.motor.as_ref());
-    let motors = motors.map(|motor| motor.history.peak(end) * motor.effort.abs() * size.max(1.0));
+    let motors =
+        motors.map(|motor| motor.history.peak(end, &curves) * motor.effort.abs() * size.max(1.0));
     loads.chain(motors).sum()
 }

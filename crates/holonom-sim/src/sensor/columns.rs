@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::output::columns::{self as output, POSITION_NAMES, SECTION, STRAINS};
-use crate::system::drive::joint_elements;
+use crate::system::drive::joint_parts as driven_parts;
 use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind, Signal};
 use vi_multibody::pair::PairKind;
 
@@ -159,8 +159,8 @@ impl<'a> SensedParts<'a> {
             SensorKind::Effort => self.effort_parts(of),
             SensorKind::Power => match self.joints.get(of) {
                 Some(joint) => {
-                    let elements = joint_elements(joint);
-                    let has = |part: &&str| elements.iter().any(|element| element.part == *part);
+                    let driven = driven_parts(joint);
+                    let has = |part: &&str| driven.iter().any(|(own, _)| own == part);
                     let parts: Vec<&str> = PARTS.into_iter().filter(has).collect();
                     named(&parts, "power", "W")
                 }
@@ -181,10 +181,10 @@ impl<'a> SensedParts<'a> {
         let row = |unit| vec![("effort".to_owned(), quantity(unit), unit), (UNIQUE.into(), "", "")];
         let joint = |name: &str| self.joints.get(name).copied();
         if let Some(joint) = joint(of) {
-            let elements = joint_elements(joint);
+            let driven = driven_parts(joint);
             let part = |part: &'static str| {
-                let element = elements.iter().find(|element| element.part == part)?;
-                let unit = along(joint.pair(), element.freedom);
+                let (_, freedom) = driven.iter().find(|(own, _)| *own == part)?;
+                let unit = along(joint.pair(), *freedom);
                 Some((part.to_owned(), quantity(unit), unit))
             };
             return PARTS.into_iter().filter_map(part).collect();

@@ -15,6 +15,7 @@ use super::view::View;
 use super::{Builder, length_rate};
 use crate::system::drive::{JointDrive, joint_elements};
 use crate::system::names::Names;
+use crate::system::time_function::TimeFunctions;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::{NodeReactions, Tension};
@@ -48,7 +49,8 @@ impl Effort {
         if let Some((joint, _)) = from.names.joint(name) {
             let own = description.joints[from.joint(name)?].clone();
             let motion = JointMotion::new(own, &from.q);
-            return Some(Self::Joint(joint_elements(joint), Box::new(motion)));
+            let elements = joint_elements(joint, &mut TimeFunctions::new(model));
+            return Some(Self::Joint(elements, Box::new(motion)));
         }
         if let Some(k) = model.springs.iter().position(|spring| spring.name == name) {
             let (spring, damping) = (forces.springs.get(k)?.clone(), model.springs[k].damping);

@@ -3,7 +3,7 @@
 use super::Builder;
 use super::view::View;
 use crate::system::load_kind;
-use holonom_model::{Sensor, SensorKind};
+use holonom_model::{Curves, Sensor, SensorKind};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_beam::section_force::{BeamLoad, LineLoads, SectionPlace};
@@ -50,9 +50,10 @@ impl SectionGauge {
             (None, None) => return None,
         };
         let leg_start = sensor.at.unwrap_or_default() - along;
+        let curves = Curves::new(model);
         let own = |load: &holonom_model::Load| {
             let [force, torque] = [load.force, load.torque].map(Vector3::from);
-            let history = load.history.time_history();
+            let history = load.history.time_history(&curves);
             let found = Load::new(0, load_kind(load), force, torque, history).ok()?;
             place.load(load.at.map(|at| at - leg_start), found)
         };

@@ -1,6 +1,7 @@
 //! Joint springs, dampers, motors and scalar constraints of a model, as parts of a mechanism.
 
 use super::names::Names;
+use super::time_function::TimeFunctions;
 use holonom_model::{Constraint, ModelError, Problem};
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -71,8 +72,19 @@ impl ElementLaw {
     }
 }
 
+/// Which parts act on a joint, and on which freedom, in the order of [`joint_elements`].
+pub(crate) fn joint_parts(joint: &holonom_model::Joint) -> Vec<(&'static str, usize)> {
+    let spring = joint.spring.as_ref().map(|own| ("spring", own.freedom));
+    let damper = joint.damper.as_ref().map(|own| ("damper", own.freedom));
+    let motor = joint.motor.as_ref().map(|own| ("motor", own.freedom));
+    [spring, damper, motor].into_iter().flatten().collect()
+}
+
 /// Spring, damper, motor and control of a joint, in this order.
-pub(crate) fn joint_elements(joint: &holonom_model::Joint) -> Vec<JointDrive> {
+pub(crate) fn joint_elements(
+    joint: &holonom_model::Joint,
+    times: &mut TimeFunctions<'_>,
+) -> Vec<JointDrive> {
     let mut elements = Vec::new();
     let mut add =
         |part, freedom, law| elements.push(JointDrive { part, freedom, law, idle: false });
@@ -89,12 +101,14 @@ pub(crate) fn joint_elements(joint: &holonom_model::Joint) -> Vec<JointDrive> {
             add("motor", motor.freedom, ElementLaw::Idle);
         }
         if motor.effort != 0.0 {
-            let (effort, history) = (motor.effort, motor.history.time_history());
+            let owner = format!("the history of the motor of `{}`", joint.name);
+            let (effort, history) = (motor.effort, times.history(&owner, &motor.history));
             let law = Motor(Arc::new(move |t| effort * history.value(t)));
             add("motor", motor.freedom, ElementLaw::Force(Arc::new(law)));
         }
         if controlled {
-            let path = motor.path.function();
+            let path =
+                times.path(&format!("the path of the motor of `{}`", joint.name), &motor.path);
             let reference = Arc::new(move |t| {
                 let [value, rate, _] = path(t);
                 Setpoint { value, rate }
@@ -112,8 +126,9 @@ pub(crate) fn add_joint_forces(
     builder: &mut MechanismBuilder,
     joint: &holonom_model::Joint,
     id: JointId,
+    times: &mut TimeFunctions<'_>,
 ) -> Result<(), ModelError> {
-    for JointDrive { part, freedom, law, .. } in joint_elements(joint) {
+    for JointDrive { part, freedom, law, .. } in joint_elements(joint, times) {
         let key = format!("joint.{}.{part}.freedom", joint.name);
         let at = coordinate(joint, id, freedom, key)?;
         match law {
@@ -132,6 +147,7 @@ pub(crate) fn add_constraint(
     builder: &mut MechanismBuilder,
     constraint: &Constraint,
     names: &Names<'_>,
+    times: &mut TimeFunctions<'_>,
 ) -> Result<(), ModelError> {
     let of = |joint: &str, freedom: usize, what: &str| {
         let found = names.joint(joint);
@@ -162,7 +178,8 @@ pub(crate) fn add_constraint(
         }
         Constraint::Motion { name, joint, freedom, path } => {
             if let Some(coordinate) = of(joint, *freedom, "freedom")? {
-                builder.motion(name, coordinate, path.function());
+                let path = times.path(&format!("the path of `{name}`"), path);
+                builder.motion(name, coordinate, path);
             }
         }
         Constraint::Rolling { name, body, axis, radius, tube, plane, .. } => {

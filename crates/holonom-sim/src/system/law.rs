@@ -6,6 +6,7 @@ use super::law_fault::{LastFault, LawFault};
 use super::names::Names;
 use super::signal::network::{Network, Source};
 use super::signal::{Needed, Terms, refusal};
+use super::time_function::OfTime;
 use holonom_model::expression::{Program, Undefined};
 use holonom_model::{ALONG, Formula, Frame, Law, MOTION, Model, ModelError, Quantities};
 use std::sync::Arc;
@@ -134,6 +135,8 @@ pub(crate) enum OwnLaw {
     Bushing(Arc<BushingLaw>),
     /// The angle that a bushing allows.
     Range(Arc<Range>),
+    /// A function of time.
+    Time(Arc<OfTime>),
 }
 
 impl OwnLaw {
@@ -144,6 +147,7 @@ impl OwnLaw {
             Self::Network(network) => network.fault(),
             Self::Bushing(law) => law.fault(),
             Self::Range(range) => range.fault(),
+            Self::Time(own) => own.fault(),
         }
     }
 
@@ -157,6 +161,7 @@ impl OwnLaw {
             }
             Self::Bushing(law) => vec![law.jumps()],
             Self::Range(_) => Vec::new(),
+            Self::Time(own) => vec![own.jumps()],
             Self::Network(network) => {
                 let stated = network.terms.iter().filter(|term| !term.is_own);
                 stated.map(|term| (term.owner.clone(), term.program.jumps())).collect()

@@ -9,6 +9,7 @@ pub(crate) mod law;
 pub(crate) mod law_fault;
 pub(crate) mod names;
 pub(crate) mod signal;
+pub(crate) mod time_function;
 
 use crate::dynamics::Dynamics;
 use crate::event::switches::Lock;
@@ -21,6 +22,7 @@ use holonom_model::{Frame, Model, ModelError, Problem, Quantities, Settings, Sta
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use time_function::TimeFunctions;
 use vi_beam::{BeamElements, StrainRule};
 use vi_multibody::builder::{BodyId, BuildError, Inertia, JointId, MechanismBuilder};
 use vi_multibody::joint::FrameId;
@@ -28,6 +30,7 @@ use vi_multibody::mechanism::{BarEnd, Mechanism};
 use vi_multibody::pair::PairKind;
 use vi_multibody::spring::SpringLaw;
 use vi_rigid::load::LoadKind;
+use vi_rigid::time_history::TimeHistory;
 
 /// The numbers of a model.
 #[derive(Debug)]
@@ -101,8 +104,9 @@ pub(crate) fn build_with_locks(
     }
     supports.iter().for_each(|support| support.add(&mut builder));
     model.bars.iter().for_each(|bar| add_bar(&mut builder, bar, &start, &names));
+    let mut times = TimeFunctions::new(model);
     for constraint in &model.constraints {
-        drive::add_constraint(&mut builder, constraint, &names)?;
+        drive::add_constraint(&mut builder, constraint, &names, &mut times)?;
     }
     for lock in locks {
         if let Some((_, id)) = names.joint(&lock.joint) {
@@ -111,7 +115,8 @@ pub(crate) fn build_with_locks(
     }
     model.springs.iter().for_each(|spring| add_spring(&mut builder, spring, &names));
     for joint in &model.joints {
-        drive::add_joint_forces(&mut builder, joint, names.joints[joint.name.as_str()].1)?;
+        let id = names.joints[joint.name.as_str()].1;
+        drive::add_joint_forces(&mut builder, joint, id, &mut times)?;
     }
     let quantities = Quantities::new(model);
     let mut terms = signal::Terms::new(&names, &quantities)?;
@@ -126,13 +131,16 @@ pub(crate) fn build_with_locks(
         load.body.as_deref().is_some_and(|name| names.particles.contains_key(name))
     };
     for load in model.loads.iter().filter(|load| !on_particle(load)) {
-        add_load(&mut builder, load, &names, &elements, &list)?;
+        let history = times.history(&history_of(load), &load.history);
+        add_load(&mut builder, (load, history), &names, &elements, &list)?;
     }
     for load in model.loads.iter().filter(on_particle) {
         let particle = names.particles[load.body.as_deref().unwrap_or_default()];
-        let entry = builder.particle_load(particle, load.force, load.history.time_history());
+        let history = times.history(&history_of(load), &load.history);
+        let entry = builder.particle_load(particle, load.force, history);
         entry.named(&load.name);
     }
+    laws.extend(times.expressions.into_iter().map(law::OwnLaw::Time));
     let description = builder.description().map_err(refusal)?;
     let mechanism = Mechanism::new(description);
     let mut mechanism = mechanism.with_loop_tolerance(model.settings.loop_tolerance);
@@ -259,16 +267,19 @@ pub(crate) fn load_kind(load: &holonom_model::Load) -> LoadKind {
     if load.frame == Frame::Body { LoadKind::Follower } else { LoadKind::Dead }
 }
 
+fn history_of(load: &holonom_model::Load) -> String {
+    format!("the history of `{}`", load.name)
+}
+
 /// Adds a `[[load]]`: one, or one for each node of a beam.
 fn add_load(
     builder: &mut MechanismBuilder,
-    load: &holonom_model::Load,
+    (load, history): (&holonom_model::Load, TimeHistory),
     names: &Names<'_>,
     parts: &BeamElements,
     beams: &[BeamParts],
 ) -> Result<(), ModelError> {
     let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
-    let history = load.history.time_history();
     let kind = load_kind(load);
     if let Some(k) = load.body.as_deref().and_then(|body| names.index(body)) {
         let entry = builder.load(names.frames[k]).force(force).torque(torque).history(history);

@@ -15,7 +15,9 @@ use crate::formula::own_names;
 use crate::frames::start::is_ground;
 use crate::text::parameters;
 use crate::text::problem::{MAX_PROBLEMS, Problem, nearest};
-use crate::text::sections::{LISTS, OF_SIGNALS, PARAMETERS, TABLES, has_formulas};
+use crate::text::sections::{
+    LISTS, MOTOR, OF_MOTORS, OF_SIGNALS, PARAMETERS, TABLES, has_formulas,
+};
 use crate::text::wishes;
 
 /// Keys of a part that name other parts.
@@ -352,6 +354,7 @@ impl<'a, 'i> Merge<'a, 'i> {
                 "file" if section == "table" => Role::File,
                 key if has_formulas(section, key) => Role::Formula(own_names(section)),
                 _ if section == "signal" => Role::Signal,
+                MOTOR if section == "joint" => Role::Motor,
                 "set" if section == "event" => Role::Settings,
                 key if REFERENCES.contains(&key) => Role::Reference,
                 _ => Role::Plain,
@@ -389,6 +392,9 @@ impl<'a, 'i> Merge<'a, 'i> {
                         (Role::Shape, "file") => Role::File,
                         (Role::Signal, key) if OF_SIGNALS.contains(&key) => {
                             Role::Formula(own_names("signal"))
+                        }
+                        (Role::Motor, key) if OF_MOTORS.contains(&key) => {
+                            Role::Formula(own_names("joint"))
                         }
                         _ => Role::Plain,
                     };
@@ -443,6 +449,8 @@ enum Role {
     Formula(&'static [&'static str]),
     /// A part of a signal, with such expressions in it.
     Signal,
+    /// A motor, with such expressions in it.
+    Motor,
     /// Values under the names of other parts.
     Settings,
     /// A description.

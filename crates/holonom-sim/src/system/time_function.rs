@@ -1,0 +1,84 @@
+//! Histories of loads and motors and paths of motions, by expressions or otherwise.
+
+use super::law_fault::{LastFault, LawFault};
+use holonom_model::expression::{Program, Undefined};
+use holonom_model::{Curves, History, Model, MotionPath, TIME};
+use std::sync::Arc;
+use vi_rigid::time_history::{TimeFunction, TimeHistory};
+
+/// Value, rate and acceleration by the time, s.
+pub(crate) type Path = Box<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
+
+/// An expression of the time, which knows why it has no value.
+#[derive(Debug)]
+pub(crate) struct OfTime {
+    owner: String,
+    program: Program,
+    fault: LastFault,
+}
+
+impl OfTime {
+    #[cold]
+    fn note(&self, t: f64, undefined: &Undefined) -> f64 {
+        self.fault.note(&self.owner, (&self.program, undefined), &TIME, (&[t], t))
+    }
+
+    fn value(&self, t: f64) -> f64 {
+        self.program.value(&[t]).unwrap_or_else(|undefined| self.note(t, &undefined))
+    }
+
+    fn with_rates(&self, t: f64) -> [f64; 3] {
+        self.program.taylor(t).unwrap_or_else(|undefined| [self.note(t, &undefined); 3])
+    }
+
+    pub(super) fn fault(&self) -> Option<LawFault> {
+        self.fault.get()
+    }
+
+    /// What jumps in it.
+    pub(super) fn jumps(&self) -> (String, Vec<&'static str>) {
+        (self.owner.clone(), self.program.jumps())
+    }
+}
+
+/// The functions of time of a model, as they are made.
+pub(crate) struct TimeFunctions<'a> {
+    curves: Curves<'a>,
+    /// Those that are expressions.
+    pub(super) expressions: Vec<Arc<OfTime>>,
+}
+
+impl<'a> TimeFunctions<'a> {
+    pub(crate) fn new(model: &'a Model) -> Self {
+        Self { curves: Curves::new(model), expressions: Vec::new() }
+    }
+
+    fn keep(&mut self, owner: &str, program: Program) -> Arc<OfTime> {
+        let (owner, fault) = (owner.to_owned(), LastFault::default());
+        let own = Arc::new(OfTime { owner, program, fault });
+        self.expressions.push(own.clone());
+        own
+    }
+
+    /// The factor of `owner`, in words.
+    pub(crate) fn history(&mut self, owner: &str, history: &History) -> TimeHistory {
+        match history.program(&self.curves) {
+            Some(program) => {
+                let own = self.keep(owner, program);
+                TimeHistory::Function(TimeFunction::new(move |t| own.value(t)))
+            }
+            None => history.time_history(&self.curves),
+        }
+    }
+
+    /// The path of `owner`, in words.
+    pub(crate) fn path(&mut self, owner: &str, path: &MotionPath) -> Path {
+        match path.program(&self.curves) {
+            Some(program) => {
+                let own = self.keep(owner, program);
+                Box::new(move |t| own.with_rates(t))
+            }
+            None => Box::new(path.function()),
+        }
+    }
+}
