@@ -62,6 +62,7 @@ mod loops {
 mod beams {
     mod beam_benchmarks;
     mod beam_models;
+    mod catenaries;
     mod dissipative_strains;
     mod driven_beams;
     mod flexible_multibody;

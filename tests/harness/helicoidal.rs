@@ -186,7 +186,7 @@ impl HelicoidalCase {
     fn elements(&self) -> Result<Elements, String> {
         let (mut elements, q0) = (Elements::new(), self.nodes.concat());
         let kind = match self.strain_rule.as_str() {
-            "helicoidal, order 2" => ElementKind::Rope,
+            "helicoidal, order 2" => ElementKind::SecondOrder,
             "helicoidal, order 4" => ElementKind::Helicoidal,
             other => return Err(format!("unknown strains `{other}`")),
         };

@@ -126,6 +126,17 @@ impl Scaled<'_> {
         let scaled = c * self.stiffness;
         self.tension.map_or(scaled, |tension| scaled + Matrix6::from_diagonal(&(d * tension)))
     }
+
+    /// `Σ` without what a slack rope does not carry of the part `¼ w C` in [`Scaled::sum`].
+    fn slackened(&self, sum: Matrix6<f64>, mean: &Strain, weight: f64) -> Matrix6<f64> {
+        match self.element.carries_tension_only() {
+            true => {
+                let carried = self.element.carrying(&self.stiffness, mean);
+                sum + 0.25 * weight * (carried - self.stiffness)
+            }
+            false => sum,
+        }
+    }
 }
 
 /// How often bounds were raised so far, from the internal variables of the discrete potential.
@@ -242,6 +253,9 @@ impl AveragedStrains {
             let ends = element.ends(s);
             let (mean, change) = mean_and_change(element, &ends);
             let mut n = C * (0.5 * mean + sign * mu * change);
+            if element.carries_tension_only() {
+                n += 0.5 * ((element.carrying(&C, &mean) - C) * mean);
+            }
             if let Some(tension) = tension {
                 n += sign * tension.component_mul(&change);
             }
@@ -255,7 +269,7 @@ impl DiscretePotential for AveragedStrains {
     fn value(&self, s: &Interval) -> f64 {
         let energy = |(element, C): (&Element, Matrix6<f64>)| {
             let (mean, _) = mean_and_change(element, &element.ends(s));
-            0.5 * element.length * (C * mean).dot(&mean) // [6.11]
+            0.5 * element.length * (element.carrying(&C, &mean) * mean).dot(&mean) // [6.11]
         };
         self.elements.iter().map(energy).sum()
     }
@@ -297,7 +311,11 @@ impl DiscretePotential for AveragedStrains {
         for own in self.scaled(s.h, &s.internal) {
             let [x_n, x_next] = own.element.ends(s);
             let weight = scale * own.element.length;
-            let c = own.sum((0.25 + own.mu) * scale * own.element.length, weight);
+            let mut c = own.sum((0.25 + own.mu) * scale * own.element.length, weight);
+            if own.element.carries_tension_only() {
+                let (mean, _) = mean_and_change(own.element, &[x_n, x_next]);
+                c = own.slackened(c, &mean, weight);
+            }
             own.element.emit_outer(&x_n, &x_next, &c, out);
         }
     }
@@ -310,6 +328,12 @@ impl DiscretePotential for AveragedStrains {
             let C = weight * own.stiffness;
             let mut n = C * (0.5 * mean + own.mu * change);
             let mut c = (0.25 - own.mu) * C;
+            if element.carries_tension_only() {
+                c = own.slackened(c, &mean, weight);
+                n += 0.5
+                    * weight
+                    * ((element.carrying(&own.stiffness, &mean) - own.stiffness) * mean);
+            }
             if let Some(tension) = own.tension {
                 n += weight * tension.component_mul(&change);
                 c -= Matrix6::from_diagonal(&(weight * tension));
@@ -391,7 +415,9 @@ mod tests {
     #[test]
     fn slot_derivatives_match_central_differences() {
         for scaling in [0.0, MASS_SCALING] {
-            for kind in [ElementKind::MeanDirectors, ElementKind::Helicoidal, ElementKind::Rope] {
+            for kind in
+                [ElementKind::MeanDirectors, ElementKind::Helicoidal, ElementKind::SecondOrder]
+            {
                 check_slot_derivatives(scaling, kind);
             }
         }

@@ -102,8 +102,9 @@ impl StrainLaw {
     pub fn kind(&self) -> ElementKind {
         match self {
             Self::MeanDirectors => ElementKind::MeanDirectors,
+            Self::Helicoidal(law) if law.carries_tension_only() => ElementKind::Rope,
             Self::Helicoidal(law) if law.is_of_order_4() => ElementKind::Helicoidal,
-            Self::Helicoidal(_) => ElementKind::Rope,
+            Self::Helicoidal(_) => ElementKind::SecondOrder,
         }
     }
 }
@@ -150,6 +151,64 @@ impl Element {
             StrainLaw::MeanDirectors => section.stiffness_matrix(),
             StrainLaw::Helicoidal(law) => *law.stiffness(),
         }
+    }
+
+    /// `C` at the strain `ε` for `C` of an element in tension: without the entries of `ε_3` where it
+    /// carries tension only and is slack.
+    #[must_use]
+    pub fn carrying(&self, C: &Matrix6<f64>, strain: &Strain) -> Matrix6<f64> {
+        let mut own = *C;
+        if self.is_slack(strain) {
+            own.fill_row(2, 0.0);
+            own.fill_column(2, 0.0);
+        }
+        own
+    }
+
+    /// Whether it carries no force along it where its nodes are closer than its stress-free length.
+    #[must_use]
+    pub fn carries_tension_only(&self) -> bool {
+        matches!(&self.law, StrainLaw::Helicoidal(law) if law.carries_tension_only())
+    }
+
+    /// Whether it carries tension only and is slack.
+    fn is_slack(&self, strain: &Strain) -> bool {
+        strain[2] < 0.0 && self.carries_tension_only()
+    }
+
+    /// The mean stress resultants of an interval with the strains `ε_n`, `ε_{n+1}` at its ends, as
+    /// far as they do the work of the energy, `σ·Δε = ½ Δ(εᵀC ε)`, and their derivative by
+    /// `ε_{n+1}`.
+    ///
+    /// ```text
+    /// σ = ½ C (ε_n + ε_{n+1})            tension only: ε_3 ↦ max(0, ε_3),  σ_3 ↦ σ_3 Δmax(0, ε_3)/Δε_3
+    /// ```
+    #[must_use]
+    pub fn mean_stress(
+        &self,
+        C: &Matrix6<f64>,
+        [start, end]: [&Strain; 2],
+    ) -> (Strain, Matrix6<f64>) {
+        if !(self.is_slack(start) || self.is_slack(end)) {
+            return (0.5 * (C * (start + end)), 0.5 * C);
+        }
+        let carried = |strain: &Strain| {
+            let mut own = *strain;
+            own[2] = own[2].max(0.0);
+            own
+        };
+        let (from, to) = (carried(start), carried(end));
+        let (mut stress, mut slope) = (0.5 * (C * (from + to)), 0.5 * C);
+        let taut = if end[2] > 0.0 { 1.0 } else { 0.0 };
+        slope.column_mut(2).scale_mut(taut);
+        let change = end[2] - start[2];
+        let share = if change == 0.0 { 0.0 } else { (to[2] - from[2]) / change };
+        slope.row_mut(2).scale_mut(share);
+        if change != 0.0 {
+            slope[(2, 2)] += stress[2] * (taut - share) / change;
+        }
+        stress[2] *= share;
+        (stress, slope)
     }
 
     /// `V`, with which damping adds `V ε̇` to the stress resultants.
@@ -386,7 +445,9 @@ pub enum ElementKind {
     MeanDirectors,
     /// Helicoidal ones of order 4.
     Helicoidal,
-    /// Helicoidal ones of order 2, for ropes.
+    /// Helicoidal ones of order 2, for large moments of inertia of the section.
+    SecondOrder,
+    /// Helicoidal ones of ropes, which carry tension only.
     Rope,
 }
 
@@ -397,6 +458,7 @@ impl ElementKind {
         match self {
             Self::MeanDirectors => "mean_directors",
             Self::Helicoidal => "helicoidal",
+            Self::SecondOrder => "second_order",
             Self::Rope => "rope",
         }
     }
@@ -404,12 +466,13 @@ impl ElementKind {
     /// The strains of an element of a length; `None` where a stiffness cannot be condensed.
     fn law(self, length: f64, section: &Section) -> Option<StrainLaw> {
         let law = match self {
-            Self::MeanDirectors | Self::Rope if section.is_rigid_in_shear() => return None,
+            Self::MeanDirectors | Self::SecondOrder if section.is_rigid_in_shear() => return None,
             Self::MeanDirectors => return Some(StrainLaw::MeanDirectors),
-            Self::Rope => Helicoidal::of_order_2(length, section.stiffness_matrix()),
-            Self::Helicoidal => Helicoidal::of_order_4(length, &section.compliance())?,
+            Self::SecondOrder => Helicoidal::of_order_2(length, section.stiffness_matrix()),
+            Self::Helicoidal | Self::Rope => Helicoidal::of_order_4(length, &section.compliance())?,
         };
         let law = law.with_viscosity(&section.viscosity());
+        let law = if self == Self::Rope { law.of_rope() } else { law };
         Some(StrainLaw::Helicoidal(Arc::new(law)))
     }
 }
@@ -510,6 +573,11 @@ impl Elements {
         }
     }
 
+    /// States the strains of the stress-free configuration of an element.
+    pub(crate) fn set_reference(&mut self, element: usize, reference: Strain) {
+        self.elements[element].reference = reference;
+    }
+
     /// Distributes the mass of some elements by another rule.
     pub fn set_mass(&mut self, elements: Range<usize>, kind: MassKind) {
         self.elements[elements].iter_mut().for_each(|element| element.mass = kind);
@@ -527,7 +595,13 @@ impl Elements {
         &self.sections[element.section]
     }
 
-    /// `C` of an element, with which its stress resultants are `C ε`.
+    /// The stress resultants of an element with the strain `ε`.
+    #[must_use]
+    pub fn stress(&self, element: &Element, strain: &Strain) -> Strain {
+        element.carrying(&self.stiffness(element), strain) * strain
+    }
+
+    /// `C` of an element, with which its stress resultants are `C ε` in tension.
     #[must_use]
     pub fn stiffness(&self, element: &Element) -> Matrix6<f64> {
         element.stiffness(self.section(element))
@@ -561,7 +635,7 @@ impl Potential for Elements {
     fn value(&self, q: &[f64]) -> f64 {
         let energy = |(element, C): (&Element, Matrix6<f64>)| {
             let eps = element.strain(&element.coordinates(q));
-            0.5 * element.length * (C * eps).dot(&eps) // [6.6]
+            0.5 * element.length * (element.carrying(&C, &eps) * eps).dot(&eps) // [6.6]
         };
         self.iter().map(energy).sum()
     }
@@ -569,7 +643,8 @@ impl Potential for Elements {
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         for (element, C) in self.iter() {
             let x = element.coordinates(q);
-            let n = scale * element.length * (C * element.strain(&x));
+            let eps = element.strain(&x);
+            let n = scale * element.length * (element.carrying(&C, &eps) * eps);
             element.scatter(&element.force(&x, &n), out);
         }
     }
@@ -577,8 +652,9 @@ impl Potential for Elements {
     fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
         for (element, C) in self.iter() {
             let x = element.coordinates(q);
-            let c = scale * element.length * C;
-            let n = c * element.strain(&x);
+            let eps = element.strain(&x);
+            let c = scale * element.length * element.carrying(&C, &eps);
+            let n = c * eps;
             element.emit(&element.tangent(&x, &c, &n), out);
         }
     }
@@ -595,13 +671,15 @@ impl StrainEnergy for Elements {
 
     fn stresses(&self, q: &[f64], sigma: &mut [f64]) {
         for ((element, C), own) in self.iter().zip(sigma.chunks_exact_mut(6)) {
-            own.copy_from_slice((C * element.strain(&element.coordinates(q))).as_slice());
+            let eps = element.strain(&element.coordinates(q));
+            own.copy_from_slice((element.carrying(&C, &eps) * eps).as_slice());
         }
     }
 
     fn stress_rates(&self, q: &[f64], v: &[f64], sigma: &mut [f64]) {
         for ((element, C), own) in self.iter().zip(sigma.chunks_exact_mut(6)) {
             let [x, v] = [q, v].map(|q| element.coordinates(q));
+            let C = element.carrying(&C, &element.strain(&x));
             own.copy_from_slice((C * element.gradients(&x).tr_mul(&v)).as_slice());
         }
     }
@@ -618,6 +696,7 @@ impl StrainEnergy for Elements {
             let weight = scale * element.length;
             let n = weight * Strain::from_column_slice(own);
             let x = element.coordinates(q);
+            let C = element.carrying(&C, &element.strain(&x));
             element.emit(&element.tangent(&x, &(weight * C), &n), out);
         }
     }
@@ -656,7 +735,8 @@ pub(crate) mod tests {
 
     #[test]
     fn derivatives_match_central_differences() {
-        for kind in [ElementKind::MeanDirectors, ElementKind::Helicoidal, ElementKind::Rope] {
+        for kind in [ElementKind::MeanDirectors, ElementKind::Helicoidal, ElementKind::SecondOrder]
+        {
             check_derivatives(kind);
         }
     }

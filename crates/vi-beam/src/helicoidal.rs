@@ -15,6 +15,14 @@
 //! the shear compliances, and `γ_b`, the part of the shear that is bending, to the extension. All
 //! are functions of quadratic forms of `x` that no rigid motion changes, and so are the strains.
 //!
+//! A rope has the strains of order 2 but for
+//! ```text
+//! η_3 = |G| + c (|G| − G_3) − G_3,0,   c = 2
+//! ```
+//! the stretch of its arc whatever the directions of the triads, which the tension alone ties to the
+//! arc, with the stiffness `C_r` and no force along it where `η_3 < 0`. With `c` below 1 the tension
+//! of a curved rope shortens its arcs by twisting them.
+//!
 //! Letters: `ψ` angle between the triads of both nodes, `n` here a vector; the others as in
 //! [`crate::strain`].
 //!
@@ -44,7 +52,11 @@ pub struct Helicoidal {
     stiffness: Matrix6<f64>,   // C_r
     viscosity: Matrix6<f64>,   // V_r
     order: Option<Correction>, // None: order 2
+    rope: bool,
 }
+
+/// `c`, how much tension ties the triads of a rope to its arc.
+const TIE: f64 = 2.0;
 
 /// What order 4 needs.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,7 +139,8 @@ impl Helicoidal {
     /// and positive definite.
     #[must_use]
     pub fn of_order_2(length: f64, C: Matrix6<f64>) -> Self {
-        Self { length, stiffness: C, viscosity: Matrix6::zeros(), order: None }
+        let (viscosity, order, rope) = (Matrix6::zeros(), None, false);
+        Self { length, stiffness: C, viscosity, order, rope }
     }
 
     /// Strains of order 4 from the compliance `C⁻¹`, whose shears may vanish; `None` where that is
@@ -142,7 +155,8 @@ impl Helicoidal {
         let stiffness = reduced.cholesky()?.inverse();
         let R = bending.fixed_view::<2, 2>(0, 0) * stiffness.fixed_view::<2, 2>(0, 0);
         let order = Some(Correction { compliance: *compliance, S, R });
-        Some(Self { length, stiffness, viscosity: Matrix6::zeros(), order })
+        let (viscosity, rope) = (Matrix6::zeros(), false);
+        Some(Self { length, stiffness, viscosity, order, rope })
     }
 
     /// The same with the viscosity `V` of the section, symmetric and positive semi-definite; of
@@ -159,6 +173,18 @@ impl Helicoidal {
             self.viscosity = self.stiffness * Y * self.stiffness;
         }
         self
+    }
+
+    /// Those of a rope with the same stiffness.
+    #[must_use]
+    pub fn of_rope(self) -> Self {
+        Self { order: None, rope: true, ..self }
+    }
+
+    /// Whether it carries no force along it where `η_3 < 0`.
+    #[must_use]
+    pub fn carries_tension_only(&self) -> bool {
+        self.rope
     }
 
     /// `C_r`, with which stress resultants are `C_r η` and the energy is `½ ℓ ηᵀC_r η`.
@@ -189,7 +215,10 @@ impl Helicoidal {
     #[must_use]
     pub fn strain(&self, y: &Forms, reference: &Strain) -> Strain {
         let xi = Helix::at(y, self.length).xi;
-        let z = xi - reference;
+        let mut z = xi - reference;
+        if self.rope {
+            z[2] += Arc::of(&xi).excess(&xi);
+        }
         self.order.as_ref().map_or(z, |own| Values::at(self, own, &xi, &z).eta)
     }
 
@@ -206,9 +235,13 @@ impl Helicoidal {
     #[must_use]
     pub fn at<'a>(&'a self, y: &Forms, reference: &Strain) -> AtForms<'a> {
         let helix = Helix::at(y, self.length);
-        let z = helix.xi - reference;
+        let mut z = helix.xi - reference;
+        let arc = self.rope.then(|| Arc::of(&helix.xi));
+        if let Some(arc) = &arc {
+            z[2] += arc.excess(&helix.xi);
+        }
         let corrected = self.order.as_ref().map(|own| Corrected::at(self, own, &helix.xi, &z));
-        AtForms { law: self, helix, z, corrected }
+        AtForms { law: self, helix, z, arc, corrected }
     }
 
     /// `∂̄η`: the derivative between `y_0` and `y_1` whose product with their difference is that of
@@ -370,7 +403,50 @@ pub struct AtForms<'a> {
     law: &'a Helicoidal,
     helix: Helix,
     z: Strain,
+    arc: Option<Arc>,
     corrected: Option<Corrected>,
+}
+
+/// The stretch of a rope.
+#[derive(Clone, Copy, Debug)]
+struct Arc {
+    length: f64,             // |G|
+    direction: Vector3<f64>, // G/|G|
+    slope: Vector3<f64>,     // ∂η_3/∂G
+}
+
+impl Arc {
+    fn of(xi: &Strain) -> Self {
+        let (G, _) = split(xi);
+        let length = G.norm();
+        let direction = if length > 0.0 { G / length } else { Vector3::z() };
+        let slope = (1.0 + TIE) * direction - TIE * Vector3::z();
+        Self { length, direction, slope }
+    }
+
+    /// `η_3 − z_3 = (1 + c)(|G| − G_3)` without its cancellation.
+    fn excess(&self, xi: &Strain) -> f64 {
+        let excess = match xi[2] > 0.0 {
+            true => (xi[0] * xi[0] + xi[1] * xi[1]) / (self.length + xi[2]),
+            false => self.length - xi[2],
+        };
+        (1.0 + TIE) * excess
+    }
+
+    /// What `n` is on the strains of the helix: `n_3` acts along `∂η_3/∂G`.
+    fn on_helix(&self, n: &Strain) -> Strain {
+        let [a, b, c] = [0, 1, 2].map(|i| n[2] * self.slope[i]);
+        Strain::new(n[0] + a, n[1] + b, c, n[3], n[4], n[5])
+    }
+
+    /// `∂²η_3/∂G∂G`; nothing where the nodes meet.
+    fn bend(&self) -> Matrix3<f64> {
+        if self.length == 0.0 {
+            return Matrix3::zeros();
+        }
+        let e = &self.direction;
+        (Matrix3::identity() - e * e.transpose()) * ((1.0 + TIE) / self.length)
+    }
 }
 
 impl AtForms<'_> {
@@ -383,7 +459,11 @@ impl AtForms<'_> {
     /// `∂η/∂y`.
     #[must_use]
     pub fn slopes(&self) -> Slopes {
-        let of_helix = self.helix.slopes(self.law.length);
+        let mut of_helix = self.helix.slopes(self.law.length);
+        if let Some(arc) = &self.arc {
+            let stretch = arc.slope.transpose() * of_helix.fixed_rows::<3>(0);
+            of_helix.set_row(2, &stretch);
+        }
         self.corrected.as_ref().map_or(of_helix, |corrected| corrected.by_xi * of_helix)
     }
 
@@ -391,6 +471,12 @@ impl AtForms<'_> {
     #[must_use]
     pub fn bends(&self, n: &Strain) -> Bends {
         let length = self.law.length;
+        if let Some(arc) = &self.arc {
+            let of_helix = self.helix.slopes(length);
+            let of_G = of_helix.fixed_rows::<3>(0);
+            return self.helix.bends(&arc.on_helix(n), length)
+                + of_G.tr_mul(&(n[2] * arc.bend() * of_G));
+        }
         let (Some(corrected), Some(own)) = (&self.corrected, &self.law.order) else {
             return self.helix.bends(n, length);
         };

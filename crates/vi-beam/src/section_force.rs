@@ -147,7 +147,7 @@ fn two_node(
     let element = &model.elements.list()[index];
     let x = element.coordinates(q);
     let strain = element.strain(&x);
-    let stress = model.elements.stiffness(element) * strain;
+    let stress = model.elements.stress(element, &strain);
     let ends = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
     let point = 0.5 * (center(ends[0]) + center(ends[1]));
     let mean = 0.5 * (directors::triad(ends[0]) + directors::triad(ends[1]));

@@ -30,10 +30,10 @@ use vi_core::sparse::Entries;
 #[derive(Clone, Debug)]
 pub struct BeamGradient(pub Elements);
 
-/// `ℓ C ε̄`.
-fn mean_forces(element: &Element, C: &Matrix6<f64>, s: &Interval) -> Strain {
+/// `C ε̄` and its derivative by `ε_{n+1}`.
+fn mean_stress(element: &Element, C: &Matrix6<f64>, s: &Interval) -> (Strain, Matrix6<f64>) {
     let at = |q: &[f64]| element.strain(&element.coordinates(q));
-    0.5 * element.length * (C * (at(&s.q0) + at(&s.q1)))
+    element.mean_stress(C, [&at(&s.q0), &at(&s.q1)])
 }
 
 impl DiscreteGradient for BeamGradient {
@@ -47,15 +47,16 @@ impl DiscreteGradient for BeamGradient {
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         for (element, C) in self.0.iter() {
-            let n = scale * mean_forces(element, &C, s);
+            let n = scale * (element.length * mean_stress(element, &C, s).0);
             element.scatter(&element.discrete_force(s, &n), out);
         }
     }
 
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for (element, C) in self.0.iter() {
-            let c = 0.5 * scale * element.length * C;
-            let n = scale * mean_forces(element, &C, s);
+            let (stress, slope) = mean_stress(element, &C, s);
+            let c = scale * element.length * slope;
+            let n = scale * (element.length * stress);
             element.emit(&element.discrete_tangent(s, &c, &n), out);
         }
     }
@@ -87,6 +88,7 @@ impl DiscreteGradient for HighOrderGradient {
 mod tests {
     use super::*;
     use nalgebra::{DMatrix, Vector3};
+    use vi_beam::Rest;
     use vi_beam::element::ElementKind;
     use vi_beam::section::Section;
     use vi_rigid::{directors, rotation};
@@ -121,9 +123,16 @@ mod tests {
     fn it_is_directional_equivariant_and_has_its_derivative() {
         let (elements, q0, q1) = placements();
         check(&BeamGradient(elements.clone()), &q0, &q1);
-        for kind in [ElementKind::Helicoidal, ElementKind::Rope] {
+        for kind in [ElementKind::Helicoidal, ElementKind::SecondOrder] {
             let mut elements = elements.clone();
             elements.set_strains(0..2, kind, &q0).unwrap();
+            check(&BeamGradient(elements), &q0, &q1);
+        }
+        // one rope is taut at both ends of the step or slack at both, the other changes
+        for stretch in [0.7, 0.98, 1.02, 1.3] {
+            let mut elements = elements.clone();
+            elements.set_strains(0..2, ElementKind::Rope, &q0).unwrap();
+            elements.set_rest(0..1, &Rest::Shape { stretch, curvature: None }, &q0);
             check(&BeamGradient(elements), &q0, &q1);
         }
         let section = Section::new([3.0, 2.0, 5.0, 1.0, 1.5, 0.7], [1.0, 0.1, 0.2, 0.0]).unwrap();

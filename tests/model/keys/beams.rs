@@ -185,7 +185,7 @@ fn tension() -> Case {
     };
     let text = [
         head("tension", "step = 1e-3, end = 0.02"),
-        slider("rope", 0.0, "rope", 2e4),
+        slider("shears", 0.0, "second_order", 2e4),
         slider("stiff", 1.0, "helicoidal", 5e4),
     ]
     .concat();
@@ -193,7 +193,8 @@ fn tension() -> Case {
         let mut checks = Checks::default();
         let (h, last) = (1e-3, run.last());
         let condensed = 1.0 / (1.0 / 25.0 + LENGTH * LENGTH / (12.0 * 0.7));
-        for (name, y, shear, bound) in [("rope", 0.0, 25.0, 2e4), ("stiff", 1.0, condensed, 5e4)] {
+        for (name, y, shear, bound) in [("shears", 0.0, 25.0, 2e4), ("stiff", 1.0, condensed, 5e4)]
+        {
             let (stiffness, inertia) = (shear / LENGTH, 0.1 * LENGTH / 3.0);
             let mass = inertia + h * h * (0.25 * stiffness + bound / LENGTH);
             let angle = (1.0 - 0.5 * h * h * stiffness / mass).acos();
@@ -204,6 +205,7 @@ fn tension() -> Case {
         checks
     })
     .blind("beam.element dropped", "it is the default")
+    .blind("beam.element `helicoidal` → `rope`", "a rope has the same stiffness")
     .blind("beam.points", "a beam that is drawn backwards slides as well")
     .blind("beam.section", "shear, and bending across it, alone count")
     .blind("joint.name", "the slides are alike")
@@ -216,6 +218,61 @@ fn tension() -> Case {
     .blind("joint.axis", "a direction of any length")
 }
 
+/// Section forces of beams whose stress-free shape or stress is stated, clamped as drawn; a slack
+/// rope that moves.
+fn rests() -> Case {
+    let held = "start = \"clamped\"\nend = \"clamped\"\nnormal = [0.0, 0.0, 1.0]\n";
+    let forces = |name: &str| {
+        part("sensor", &format!("{name}_forces"))
+            + &format!("type = \"section_force\"\nof = \"{name}\"\nelement = 1\n")
+    };
+    let own = |name: &str, y: f64, stated: &str| {
+        [
+            beam(name, &[[0.0, y, 0.0], [1.5, y, 0.0]], 3) + held + stated,
+            soft_section(),
+            forces(name),
+        ]
+        .concat()
+    };
+    let text = [
+        head("rests", "step = 1e-5, end = 1e-5"),
+        own("stretched", 0.0, "length = 1.2\n"),
+        beam("rope", &[[0.0, 1.0, 0.0], [1.5, 1.0, 0.0]], 3),
+        "element = \"rope\"\nlength = 1.8\nvelocity = [1.0, 0.0, 0.0]\n".into(),
+        "normal = [0.0, 0.0, 1.0]\n".into(),
+        soft_section(),
+        forces("rope"),
+        own("bent", 2.0, "curvature = [0.2, -0.3, 0.5]\n"),
+        own("pulled", 3.0, "prestress = 7.0\n"),
+    ]
+    .concat();
+    Case::new("stress as drawn", text, |run| {
+        let mut checks = Checks::default();
+        let expected = [
+            ("stretched", [0.0, 0.0, 90.0 * (1.5 / 1.2 - 1.0), 0.0, 0.0, 0.0]),
+            ("rope", [0.0; 6]),
+            ("bent", [0.0, 0.0, 0.0, -0.4 * 0.2, 0.7 * 0.3, -0.3 * 0.5]),
+            ("pulled", [0.0, 0.0, 7.0, 0.0, 0.0, 0.0]),
+        ];
+        for (name, expected) in expected {
+            let columns = run.columns_of(&format!("{name}_forces"));
+            let found: Vec<f64> = columns.iter().map(|column| column[0]).collect();
+            checks.all(name, &found, &expected, 1e-10);
+        }
+        let momentum = Vector::new(0.1 * 1.8, 0.0, 0.0);
+        checks.vector("momentum", run.linear_momentum(0), momentum, 1e-12);
+        checks
+    })
+    .blind("beam.name", "the names of sensors alone count")
+    .blind("beam.points", "straight from clamp to clamp")
+    .blind("beam.elements", "all have the same forces")
+    .blind("beam.normal", "a direction of any length")
+    .blind("beam.start", "nothing has moved yet")
+    .blind("beam.end", "nothing has moved yet")
+    .blind("beam.section", "inertia and the stiffness of what has no strain do not count")
+    .blind("sensor.element", "all have the same forces")
+}
+
 pub(crate) fn cases() -> Vec<Case> {
-    vec![legs(), masses(), ends(), tension()]
+    vec![legs(), masses(), ends(), tension(), rests()]
 }

@@ -5,6 +5,7 @@ use crate::text::problem::{nearest, some};
 use crate::types::beam::{Beam, BeamElement, BeamMass};
 use crate::types::settings::Strain;
 use vi_beam::ElementKind;
+use vi_constraints::Method;
 
 impl Checker<'_> {
     pub(crate) fn beam(&mut self, key: &str, beam: &Beam) {
@@ -41,11 +42,13 @@ impl Checker<'_> {
         }
         self.element(key, beam);
         let kind = beam.element_kind(&self.model.settings);
-        if beam.order == 1 && kind != ElementKind::Helicoidal && beam.lacks_shear() {
+        let shears = matches!(kind, ElementKind::MeanDirectors | ElementKind::SecondOrder);
+        if beam.order == 1 && shears && beam.lacks_shear() {
             let message = "the section lacks GA1, GA2, and these elements shear".to_owned();
             let help = "state them, or write element = \"helicoidal\", which need not shear";
             self.report(format!("{key}.section"), message, help);
         }
+        self.rest(key, beam);
         if let Some(tension) = beam.tension {
             let key = format!("{key}.tension");
             if tension < 0.0 {
@@ -55,6 +58,36 @@ impl Checker<'_> {
                 let message = "elements of mean directors have no tension mass".to_owned();
                 self.report(key, message, "remove it, or write element = \"helicoidal\"");
             }
+        }
+    }
+
+    /// What a beam is as drawn, and whether it is ever slack.
+    fn rest(&mut self, key: &str, beam: &Beam) {
+        let settings = &self.model.settings;
+        let mean = beam.element_kind(settings) == ElementKind::MeanDirectors;
+        let [length, curvature, prestress] =
+            [beam.length.is_some(), beam.curvature.is_some(), beam.prestress.is_some()];
+        let own = [("length", length), ("curvature", curvature), ("prestress", prestress)];
+        for (name, _) in own.into_iter().filter(|(_, stated)| mean && *stated) {
+            let message = format!("elements of mean directors have no {name}");
+            let help = "remove it, or write element = \"helicoidal\" or \"rope\"";
+            self.report(format!("{key}.{name}"), message, help);
+        }
+        if beam.length.is_some_and(|length| length <= 0.0) {
+            let message = "the stress-free length is not positive".to_owned();
+            self.report(format!("{key}.length"), message, "write a length in m, or remove it");
+        }
+        if prestress && (length || curvature) {
+            let other = if length { "length" } else { "curvature" };
+            let message = format!("`prestress` and `{other}` both say how the beam is strained");
+            self.report(format!("{key}.prestress"), message, "keep one of them");
+        }
+        let rope = beam.element_kind(settings) == ElementKind::Rope;
+        if rope && matches!(settings.method(), Method::Galerkin(_)) {
+            let message = "the Galerkin schemes have no elements that carry tension only";
+            let help = "write element = \"helicoidal\" where the rope stays taut, or method = \
+                        \"composition\"";
+            self.report(format!("{key}.element"), message.to_owned(), help);
         }
     }
 

@@ -4,13 +4,13 @@
 //! has two nodes at the same place, the last of one leg and the first of the next, held rigidly
 //! together.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use vi_beam::ElementKind;
 use vi_beam::mesh::{CurveError, FrameRule, Mesh};
 use vi_beam::section::Section as Numbers;
 use vi_beam::varying::SectionPoint;
+use vi_beam::{ElementKind, Rest};
 use vi_multibody::joint::complete_axis;
 
 use super::section::Section;
@@ -66,9 +66,12 @@ pub enum BeamElement {
     /// Quadratic forms of mean directors, of order 2, LMO08 section 6.2: unstable in a tension
     /// beyond `4 EI/ℓ²` of an element, bent by up to 90°.
     MeanDirectors,
-    /// Helicoidal strains without the bending within an element, of order 2: for ropes, whose
-    /// bending stiffness is nearly zero, and for large moments of inertia of the section.
+    /// For ropes, however small their bending stiffness: an element whose nodes are closer than its
+    /// stress-free length carries no force along it.
     Rope,
+    /// Helicoidal strains without the bending within an element, of order 2: for large moments of
+    /// inertia of the section.
+    SecondOrder,
 }
 
 impl From<BeamElement> for ElementKind {
@@ -77,6 +80,7 @@ impl From<BeamElement> for ElementKind {
             BeamElement::Helicoidal => Self::Helicoidal,
             BeamElement::MeanDirectors => Self::MeanDirectors,
             BeamElement::Rope => Self::Rope,
+            BeamElement::SecondOrder => Self::SecondOrder,
         }
     }
 }
@@ -140,8 +144,9 @@ pub enum Curve {
     },
 }
 
-/// `[[beam]]`: a geometrically exact beam, free of stress in the initial configuration. Its nodes
-/// are named `NAME.start`, `NAME.end` and `NAME.0`, `NAME.1`, … wherever a body may be named.
+/// `[[beam]]`: a geometrically exact beam, free of stress in the initial configuration unless
+/// `length`, `curvature` or `prestress` say otherwise. Its nodes are named `NAME.start`, `NAME.end`
+/// and `NAME.0`, `NAME.1`, … wherever a body may be named.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Beam {
@@ -176,6 +181,17 @@ pub struct Beam {
     /// Sections and twist at places along it, or a file of them; numbers are linear between.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stations: Option<Stations>,
+    /// Its stress-free length, m, in the place of that of the centre line: a longer beam is slack
+    /// or bent between its supports, a shorter one is stretched.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// Curvature of the stress-free beam about `d_1` and `d_2` and its twist, 1/m, in the place of
+    /// those of the centre line.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curvature: Option<[f64; 3]>,
+    /// Tension that it has as drawn, N; negative: a compression.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prestress: Option<f64>,
     /// Distribution of its mass.
     #[serde(default)]
     pub mass: BeamMass,
@@ -205,6 +221,11 @@ fn one() -> usize {
     1
 }
 
+/// Length of a centre line, m.
+fn drawn_length(meshes: &[Mesh]) -> f64 {
+    meshes.iter().flat_map(|mesh| &mesh.lengths).sum()
+}
+
 impl Beam {
     /// Number of legs.
     #[must_use]
@@ -227,6 +248,24 @@ impl Beam {
         let mean = self.order > 1 || settings.strain == Strain::Midpoint;
         let default = if mean { ElementKind::MeanDirectors } else { ElementKind::Helicoidal };
         self.element.map_or(default, ElementKind::from)
+    }
+
+    /// What it is as drawn; `None` where it is free of stress.
+    ///
+    /// # Errors
+    /// [`Problem`] with its key below that of the beam.
+    pub fn rest(&self) -> Result<Option<Rest>, Problem> {
+        if let Some(tension) = self.prestress {
+            let stress = Vector6::new(0.0, 0.0, tension, 0.0, 0.0, 0.0);
+            return Ok(Some(Rest::Prestressed(stress)));
+        }
+        let stretch = match self.length {
+            Some(length) => drawn_length(&self.drawn_meshes()?) / length,
+            None => 1.0,
+        };
+        let curvature = self.curvature.map(Vector3::from);
+        let stated = self.length.is_some() || curvature.is_some();
+        Ok(stated.then_some(Rest::Shape { stretch, curvature }))
     }
 
     /// Elements of the whole beam.
@@ -388,6 +427,17 @@ impl Beam {
 
     /// The same before its stations twist it.
     pub(crate) fn plain_meshes(&self) -> Result<Vec<Mesh>, Problem> {
+        let mut meshes = self.drawn_meshes()?;
+        if let Some(length) = self.length {
+            let ratio = length / drawn_length(&meshes);
+            let lengths = meshes.iter_mut().flat_map(|mesh| &mut mesh.lengths);
+            lengths.for_each(|own| *own *= ratio);
+        }
+        Ok(meshes)
+    }
+
+    /// The same with the lengths along the centre line.
+    fn drawn_meshes(&self) -> Result<Vec<Mesh>, Problem> {
         self.counts()?;
         let point = |x: &[f64; 3]| Vector3::from(*x);
         let intervals = |leg: usize| self.order * self.elements_of(leg);

@@ -171,6 +171,11 @@ impl Units {
         if let Some(Curve::Helix { pitch, .. }) = &mut beam.curve {
             *pitch *= self.length;
         }
+        let force = self.of(1, 1, -2);
+        beam.length.iter_mut().for_each(|x| *x *= self.length);
+        beam.curvature.iter_mut().flatten().for_each(|x| *x /= self.length);
+        beam.tension.iter_mut().for_each(|x| *x *= force);
+        beam.prestress.iter_mut().for_each(|x| *x *= force);
         self.section(&mut beam.section);
         if let Some(Stations::Rows(rows)) = &mut beam.stations {
             for row in rows {

@@ -37,7 +37,7 @@ impl BeamParts {
 pub(crate) fn bending_bounds(kind: ElementKind) -> BendingBounds {
     match kind {
         ElementKind::MeanDirectors => BendingBounds::MEAN_DIRECTORS,
-        ElementKind::Helicoidal | ElementKind::Rope => BendingBounds::HELICOIDAL,
+        _ => BendingBounds::HELICOIDAL,
     }
 }
 
@@ -159,6 +159,9 @@ fn add_beam(
         }
         if kind != ElementKind::MeanDirectors {
             elements.elements.set_strains(leg.elements.clone(), kind, &q).map_err(refused)?;
+        }
+        if let Some(rest) = beam.rest().map_err(below(""))? {
+            elements.elements.set_rest(leg.elements.clone(), &rest, &q);
         }
         if let Some(bound) = beam.tension {
             elements.tension.push((leg.elements.clone(), bound));
