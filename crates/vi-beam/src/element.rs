@@ -172,7 +172,7 @@ impl Element {
     }
 
     /// Whether it carries tension only and is slack.
-    fn is_slack(&self, strain: &Strain) -> bool {
+    pub(crate) fn is_slack(&self, strain: &Strain) -> bool {
         strain[2] < 0.0 && self.carries_tension_only()
     }
 

@@ -173,7 +173,11 @@ fn two_node(
     let n = part(12) + f;
     let m = 0.5 * (torque(1) - torque(0)) - arc.cross(&part(12)) + c;
     let stress = join(&R.tr_mul(&n), &R.tr_mul(&m));
-    let strain = model.elements.section(element).compliance_matrix() * stress;
+    let mut own = model.elements.section(element).compliance_matrix() * stress;
+    if element.is_slack(&strain) {
+        own[2] = strain[2]; // there is no force along it
+    }
+    let strain = own;
     let directors = std::array::from_fn(|i| R.column(i).into());
     Station { along: 0.5 * length + s, length, point: point + arc, directors, strain, stress }
 }
