@@ -6,6 +6,7 @@
 //! | file | concept |
 //! |---|---|
 //! | `errors` | exceptions, which are defined in Python |
+//! | `acting`, `law` | what Python lets act on a run: inputs, laws, forces, paths, a controller |
 //! | `model` | a valid model with the text that it was made of |
 //! | `recording` | the nodes of a run, as arrays |
 //! | `simulate` | a run from its start to its end, in memory or with files |
@@ -14,11 +15,14 @@
 //! | `watch` | Ctrl-C and progress, while the interpreter is free |
 //! | `verbs` | the other verbs of the program |
 //!
-//! The interpreter is released wherever no function of Python is called.
+//! The interpreter is released wherever no function of Python is called. `law` calls machine code at an
+//! address, the only place that is `unsafe`.
 #![deny(missing_docs)]
 
+mod acting;
 mod errors;
 mod folder;
+mod law;
 mod model;
 mod recording;
 mod simulate;
@@ -39,6 +43,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<model::Model>()?;
     module.add_class::<stepper::Stepper>()?;
+    module.add_class::<acting::Acting>()?;
+    module.add_class::<acting::BodyState>()?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::simulate_into, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::resume, module)?)?;

@@ -61,7 +61,7 @@ impl Model {
 impl Model {
     /// Reads a file with all that it includes.
     #[staticmethod]
-    fn read(py: Python<'_>, path: PathBuf, set: Vec<Set>) -> PyResult<Self> {
+    pub(crate) fn read(py: Python<'_>, path: PathBuf, set: Vec<Set>) -> PyResult<Self> {
         let text = ModelText::read(&path);
         Self::of(py, text, overrides(set), Meshes::beside(&path))
     }

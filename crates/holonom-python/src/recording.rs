@@ -93,13 +93,15 @@ pub(crate) struct Recording {
     residuals: Option<Table>,
     energy: Option<Table>,
     sensors: Option<Table>,
+    own_sensors: usize, // columns; others are those of what is observed
     momenta: Option<(MomentaNames, Table)>,
     beams: Option<Beams>,
     sections: Vec<BeamTable>,
 }
 
 impl Recording {
-    pub(crate) fn new(experiment: &dyn Experiment, kept: Kept) -> Self {
+    /// `own_sensors`: columns of the sensors of the model, the first ones.
+    pub(crate) fn new(experiment: &dyn Experiment, kept: Kept, own_sensors: usize) -> Self {
         let owned = |names: &[&str]| Table::new(names.iter().map(|n| (*n).to_owned()).collect());
         let members = experiment.members().iter();
         let coordinates = members.flat_map(|member| {
@@ -111,7 +113,8 @@ impl Recording {
         }
         let energies = experiment.energy_columns().to_vec();
         let sensors = experiment.sensors().columns();
-        let sensors: Vec<String> = sensors.iter().map(|column| column.name()).collect();
+        let sensors: Vec<String> =
+            sensors.iter().take(own_sensors).map(|column| column.name()).collect();
         let with = |columns: Vec<String>| (!columns.is_empty()).then(|| Table::new(columns));
         let beams = experiment.beams();
         let section = |name: &str| BeamTable { name: name.to_owned(), ..BeamTable::default() };
@@ -125,6 +128,7 @@ impl Recording {
             residuals: kept.residuals.then_some(residuals),
             energy: with(energies).filter(|_| kept.energy),
             sensors: with(sensors).filter(|_| kept.sensors),
+            own_sensors,
             momenta: momenta.map(|names| {
                 let columns = momenta_columns(&names);
                 (names, Table::new(columns))
@@ -144,7 +148,8 @@ impl Recording {
         };
         add(&mut self.q, &sample.q);
         add(&mut self.energy, &sample.energies);
-        add(&mut self.sensors, &sample.sensors);
+        let own = self.own_sensors.min(sample.sensors.len());
+        add(&mut self.sensors, &sample.sensors[..own]);
         self.tail.values.extend([sample.energy, sample.hamiltonian]);
         self.tail.values.extend(sample.momentum.angular.iter().chain(&sample.momentum.linear));
         if let Some(table) = &mut self.residuals {
@@ -177,8 +182,8 @@ impl Recording {
 
     /// A dictionary of arrays; those of tables with the names of their columns.
     pub(crate) fn into_python(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-        let Self { steps, times, q, tail, residuals, energy, sensors, momenta, beams, sections } =
-            self;
+        let Self { steps, times, q, tail, residuals, energy, sensors, momenta, .. } = self;
+        let Self { beams, sections, .. } = self;
         let (rows, found) = (times.len(), PyDict::new(py));
         found.set_item("step", PyArray1::from_vec(py, steps))?;
         found.set_item("t", PyArray1::from_vec(py, times))?;

@@ -1,47 +1,77 @@
 //! A run from its start to its end, in memory or with files.
 
-use crate::errors::{continued, invalid, json};
+use crate::acting::{Acted, Acting, Fault};
+use crate::errors::{continued, json};
 use crate::model::Model;
 use crate::recording::{Kept, Recording};
+use crate::stepper::freed;
 use crate::watch::Watch;
-use holonom::model::ModelText;
+use holonom::experiment::Experiment;
 use holonom::output::{Ended, Summary, SummaryBuilder};
 use holonom::run::{
     ContinueError, Control, Finished, Stopwatch, prepare, resume as continue_run, run_with,
 };
-use holonom::{ModelError, RunFolder, RunOutcome};
+use holonom::{RunFolder, RunOutcome};
 use holonom_cli::text;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::cell::Cell;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-/// Runs a model into arrays: `t`, `step`, `q` and the other tables, `summary`, `text`.
+/// A run that is ready.
+struct Ready {
+    experiment: Box<dyn Experiment>,
+    own_sensors: usize,
+    fault: Arc<Fault>,
+    calls_python: bool,
+}
+
+impl Ready {
+    /// The run of a model with what acts on it.
+    fn new(py: Python<'_>, model: &Model, acting: Option<&Acting>) -> PyResult<Self> {
+        if let Some(acting) = acting {
+            let Acted { simulation, own_columns, fault, calls_python, .. } =
+                acting.simulation(py, model)?;
+            let (experiment, own_sensors) = (Box::new(simulation), own_columns);
+            return Ok(Self { experiment, own_sensors, fault, calls_python });
+        }
+        let made = py.detach(|| prepare(&model.model));
+        let experiment = made.map_err(|error| model.refused(py, &error))?;
+        let (own_sensors, fault) = (usize::MAX, Arc::default());
+        Ok(Self { experiment, own_sensors, fault, calls_python: false })
+    }
+}
+
+/// Runs a model into arrays: `t`, `step`, `q` and the other tables, `summary`, `text`; `raised`:
+/// what a function of `acting` raised.
 #[pyfunction]
-#[pyo3(signature = (model, record, progress))]
+#[pyo3(signature = (model, record, progress, acting))]
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     model: &Model,
     record: Option<Vec<String>>,
     progress: Option<Py<PyAny>>,
+    acting: Option<&Acting>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let kept = Kept::of(record)?;
     let mut watch = Watch::new(progress);
-    let run = py.detach(|| in_memory(model, kept, &mut watch));
+    let ready = Ready::new(py, model, acting)?;
+    let (calls_python, fault) = (ready.calls_python, ready.fault.clone());
+    let run = freed(py, calls_python, || in_memory(model, ready, kept, &mut watch));
     watch.stopped()?;
-    let (recording, summary) = run.map_err(|error| model.refused(py, &error))?;
+    let (recording, summary) = run;
     let found = recording.into_python(py)?;
     add_summary(&found, &summary)?;
+    if let Err(raised) = fault.told() {
+        found.set_item("raised", raised)?;
+    }
     Ok(found)
 }
 
-fn in_memory(
-    model: &Model,
-    kept: Kept,
-    watch: &mut Watch,
-) -> Result<(Recording, Summary), ModelError> {
-    let mut experiment = prepare(&model.model)?;
-    let mut recording = Recording::new(&*experiment, kept);
+fn in_memory(model: &Model, ready: Ready, kept: Kept, watch: &mut Watch) -> (Recording, Summary) {
+    let Ready { mut experiment, own_sensors, fault, .. } = ready;
+    let mut recording = Recording::new(&*experiment, kept, own_sensors);
     let mut builder = SummaryBuilder::of(None);
     let clock = Stopwatch::new(&*experiment, 0.0);
     let mut observe = |sample: &holonom::Sample| {
@@ -52,9 +82,13 @@ fn in_memory(
     let mut proceed = |step, of| watch.proceed(step, of);
     let outcome = experiment.run_while(&mut observe, &mut proceed);
     // nothing is written, so there are no errors; a run that was stopped raises its exception
-    let outcome = outcome.ok().flatten().unwrap_or(RunOutcome::Done);
+    let mut outcome = outcome.ok().flatten().unwrap_or(RunOutcome::Done);
+    if let (RunOutcome::Failed(failure), Some(words)) = (&mut outcome, fault.words()) {
+        failure.message = words;
+        failure.remedy = "correct the function that acts from outside".into();
+    }
     let summary = clock.summary(&builder, &model.model, &*experiment, Ended::By(&outcome));
-    Ok((recording, summary))
+    (recording, summary)
 }
 
 fn add_summary(found: &Bound<'_, PyDict>, summary: &Summary) -> PyResult<()> {
@@ -65,7 +99,7 @@ fn add_summary(found: &Bound<'_, PyDict>, summary: &Summary) -> PyResult<()> {
 
 /// Runs a model with the files of `holonom run` in `folder`; the summary.
 #[pyfunction]
-#[pyo3(signature = (model, folder, force, checkpoint_every, progress))]
+#[pyo3(signature = (model, folder, force, checkpoint_every, progress, acting))]
 pub(crate) fn simulate_into<'py>(
     py: Python<'py>,
     model: &Model,
@@ -73,43 +107,43 @@ pub(crate) fn simulate_into<'py>(
     force: bool,
     checkpoint_every: Option<u64>,
     progress: Option<Py<PyAny>>,
+    acting: Option<&Acting>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let asked = Asked { progress, checkpoint_every };
-    let run = py.detach(|| -> Result<_, ModelError> {
-        let mut experiment = prepare(&model.model)?;
-        Ok(asked.follow(|control| {
+    let Ready { mut experiment, fault, calls_python, .. } = Ready::new(py, model, acting)?;
+    let run = freed(py, calls_python, || {
+        asked.follow(|control| {
             RunFolder::takes_meshes(&folder, &model.model.meshes)?;
             let folder = RunFolder::create(&folder, force)?;
             Ok(run_with(&model.model, &mut *experiment, &folder, control)?)
-        }))
+        })
     });
-    run.map_err(|error| model.refused(py, &error))?.answer(py)
+    fault.told()?;
+    run.answer(py)
 }
 
 /// Continues an interrupted run of a folder; the summary.
 #[pyfunction]
-#[pyo3(signature = (folder, checkpoint_every, progress))]
+#[pyo3(signature = (folder, checkpoint_every, progress, acting))]
 pub(crate) fn resume<'py>(
     py: Python<'py>,
     folder: PathBuf,
     checkpoint_every: Option<u64>,
     progress: Option<Py<PyAny>>,
+    acting: Option<&Acting>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let asked = Asked { progress, checkpoint_every };
-    let run = py.detach(|| -> Result<_, Box<(ModelText, ModelError)>> {
-        let text = ModelText::read(&folder.join("model.toml"));
-        let made = text.model(&[]).and_then(|model| {
-            let experiment = prepare(&model)?;
-            Ok((model, experiment))
-        });
-        let (model, mut experiment) = made.map_err(|error| Box::new((text, error)))?;
-        Ok(asked.follow(|control| {
+    let model = Model::read(py, folder.join("model.toml"), Vec::new())?;
+    let Ready { mut experiment, fault, calls_python, .. } = Ready::new(py, &model, acting)?;
+    let run = freed(py, calls_python, || {
+        asked.follow(|control| {
             let folder = RunFolder::reopen(&folder)?;
             let found = folder.read_checkpoint(&folder.model_text())?;
-            continue_run(&model, &mut *experiment, &folder, found.checkpoint, control)
-        }))
+            continue_run(&model.model, &mut *experiment, &folder, found.checkpoint, control)
+        })
     });
-    run.map_err(|refused| invalid(py, &refused.0, &[], &refused.1))?.answer(py)
+    fault.told()?;
+    run.answer(py)
 }
 
 /// What a run with files is asked for.

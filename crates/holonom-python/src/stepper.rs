@@ -1,33 +1,74 @@
 //! One step after another, with inputs that are held over a step.
 
+use crate::acting::{Acted, Acting, Fault, hold, numbers};
 use crate::errors::raise;
 use crate::model::Model;
 use crate::watch::Watch;
 use holonom::experiment::Experiment;
-use holonom::model::{Sensor, SensorKind};
-use holonom::{Input, InputPlace, RunFailure, RunState, Simulation};
+use holonom::{Input, JointStart, RunFailure, RunState};
 use numpy::ndarray::Array2;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::{PyBaseException, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
-/// The state between two steps with the inputs held, as it is stored.
-type Stored = (RunState, Vec<f64>);
-
 /// A simulation that is stepped by hand.
 #[pyclass(frozen, module = "holonom._core")]
 pub(crate) struct Stepper {
+    model: Py<Model>,
+    acting: Py<Acting>,
     run: Mutex<Run>,
-    inputs: Vec<Input>,
-    observed: Vec<usize>, // columns of sensors
-    width: usize,         // of all inputs
-    start: Stored,
+    width: usize, // of all inputs that are named
 }
 
 struct Run {
-    simulation: Simulation,
+    acted: Acted,
+    start: RunState,
+    before: Vec<f64>, // by all inputs, before a step
+}
+
+impl Run {
+    fn new(acted: Acted) -> Self {
+        let start = acted.simulation.state();
+        Self { acted, start, before: Vec::new() }
+    }
+
+    /// The inputs that are named.
+    fn named(&self) -> &[Input] {
+        let Acted { inputs, width, .. } = &self.acted;
+        let mut count = 0;
+        let own = inputs.iter().take_while(|input| {
+            count += input.len();
+            count <= *width
+        });
+        &inputs[..own.count()]
+    }
+
+    /// Takes a step; one that fails leaves what inputs hold, too.
+    fn step(&mut self) -> Result<(), RunFailure> {
+        self.acted.simulation.step_on()
+    }
+
+    fn remember(&mut self) {
+        self.before.clear();
+        for input in &self.acted.inputs {
+            self.before.extend_from_slice(&input.values()[..input.len()]);
+        }
+    }
+
+    fn take_back(&self) {
+        hold(&self.acted.inputs, &self.before);
+    }
+
+    fn sense(&mut self) -> Result<Vec<f64>, RunFailure> {
+        let Acted { simulation, observed, .. } = &mut self.acted;
+        if observed.is_empty() {
+            return Ok(Vec::new());
+        }
+        let sensed = simulation.sense()?;
+        Ok(observed.iter().map(|&column| sensed[column]).collect())
+    }
 }
 
 /// Nodes that were seen.
@@ -46,103 +87,51 @@ type Advanced<'py> = (
     Option<Py<PyBaseException>>,
 );
 
-/// Where an input acts, by its name: `joint`, `joint.0`, `body.force`, `body.torque`.
-fn place(model: &holonom::Model, name: &str) -> InputPlace {
-    let joint = |name: &str| model.joints.iter().any(|joint| joint.name == name);
-    if joint(name) {
-        return InputPlace::Joint { name: name.into(), freedom: 0 };
-    }
-    match name.rsplit_once('.') {
-        Some((of, "force")) => InputPlace::Force(of.into()),
-        Some((of, "torque")) => InputPlace::Torque(of.into()),
-        Some((of, number)) if joint(of) && number.parse::<usize>().is_ok() => {
-            InputPlace::Joint { name: of.into(), freedom: number.parse().unwrap_or_default() }
-        }
-        _ => InputPlace::Joint { name: name.into(), freedom: 0 },
-    }
-}
-
-/// The model with sensors of what is observed, and their columns: those of a sensor or one of them,
-/// `joint`, `joint.rate`.
-fn observed(
-    py: Python<'_>,
-    model: &holonom::Model,
-    names: &[String],
-) -> PyResult<(holonom::Model, Vec<usize>)> {
-    let mut model = model.clone();
-    let first = holonom::sensor::columns(&model).len();
-    let known: Vec<(String, String)> = holonom::sensor::columns(&model)
-        .iter()
-        .map(|column| (column.sensor.clone(), column.name()))
-        .collect();
-    let (mut columns, mut next) = (Vec::new(), first);
-    for name in names {
-        let own: Vec<usize> =
-            (0..first).filter(|&k| known[k].0 == *name || known[k].1 == *name).collect();
-        if !own.is_empty() {
-            columns.extend(own);
-            continue;
-        }
-        let rate = name.strip_suffix(".rate");
-        let (joint, kind) = match rate {
-            Some(joint) => (joint, SensorKind::JointRate),
-            None => (name.as_str(), SensorKind::JointCoordinate),
-        };
-        if model.joint(joint).is_none() {
-            let words = format!(
-                "observe: `{name}` is neither a sensor, one of its columns, a joint nor the `.rate` of one"
-            );
-            return Err(raise(py, "UnknownName", (words,)));
-        }
-        model.sensors.push(Sensor::new(format!("observe {name}"), kind, joint.to_owned()));
-        let count = holonom::sensor::columns(&model).len() - next;
-        columns.extend(next..next + count);
-        next += count;
-    }
-    Ok((model, columns))
-}
-
 #[pymethods]
 impl Stepper {
     #[new]
-    fn new(
-        py: Python<'_>,
-        model: &Model,
-        inputs: Vec<String>,
-        observe: Vec<String>,
-    ) -> PyResult<Self> {
-        let (sensed, observed) = observed(py, &model.model, &observe)?;
-        let inputs: Vec<Input> =
-            inputs.iter().map(|name| Input::new(place(&sensed, name))).collect();
-        let made = py.detach(|| Simulation::with_inputs(&sensed, &inputs));
-        let simulation = made.map_err(|error| model.refused(py, &error))?;
-        let width = inputs.iter().map(Input::len).sum();
-        let start = (simulation.state(), vec![0.0; width]);
-        let run = Mutex::new(Run { simulation });
-        Ok(Self { run, inputs, observed, width, start })
+    fn new(py: Python<'_>, model: Py<Model>, acting: Py<Acting>) -> PyResult<Self> {
+        let acted = acting.get().stepper(py, model.get(), JointStart::default())?;
+        let width = acted.width;
+        Ok(Self { model, acting, run: Mutex::new(Run::new(acted)), width })
     }
 
     /// Takes `count` steps with these inputs held; without them those of before. The time.
-    fn step(
-        &self,
-        py: Python<'_>,
-        inputs: Option<PyReadonlyArray1<'_, f64>>,
-        count: u64,
-    ) -> PyResult<f64> {
+    fn step(&self, py: Python<'_>, inputs: Option<&Bound<'_, PyAny>>, count: i64) -> PyResult<f64> {
+        let Ok(count) = u64::try_from(count) else {
+            return Err(PyValueError::new_err(format!("n: {count} steps cannot be taken")));
+        };
         let mut run = self.taken()?;
+        run.remember();
         if let Some(inputs) = inputs {
-            self.hold(inputs.as_slice()?)?;
+            self.hold(&run, &vector(inputs)?)?;
         }
+        let run = &mut *run;
         // a step is shorter than it takes to release the interpreter
         let taken = match count {
-            0 | 1 => (0..count).try_for_each(|_| run.simulation.step_on()),
+            0 | 1 => (0..count).try_for_each(|_| run.step()),
             _ => {
-                let run = &mut *run;
-                steps(py, run, count)?
+                let mut watch = Watch::new(None);
+                let taken = freed(py, run.acted.calls_python, || {
+                    (0..count).try_for_each(|n| match watch.proceed(n, count) {
+                        true => {
+                            if n > 0 {
+                                run.remember();
+                            }
+                            run.step()
+                        }
+                        false => Ok(()),
+                    })
+                });
+                watch.stopped()?;
+                taken
             }
         };
-        taken.map_err(|failure| failed(py, &failure))?;
-        Ok(Experiment::place(&run.simulation).1)
+        if let Err(failure) = taken {
+            run.take_back();
+            return Err(failed(py, &failure, &run.acted.fault));
+        }
+        Ok(Experiment::place(&run.acted.simulation).1)
     }
 
     /// Takes steps, with a row of `controls` for each where there are some: times, coordinates and
@@ -163,18 +152,19 @@ impl Stepper {
         let mut watch = Watch::new(progress);
         let (mut seen, width) = (Seen::default(), self.width);
         let run = &mut *run;
-        let failure = py.detach(|| {
+        let failure = freed(py, run.acted.calls_python, || {
             for n in 0..=steps {
                 if n % every.max(1) == 0 || n == steps {
-                    self.see(run, &mut seen)?;
+                    see(run, &mut seen)?;
                 }
                 if n == steps || !watch.proceed(n as u64, steps as u64) {
                     return Ok(());
                 }
+                run.remember();
                 if let Some(controls) = controls {
-                    self.set(&controls[n * width..(n + 1) * width]);
+                    hold(run.named(), &controls[n * width..(n + 1) * width]);
                 }
-                run.simulation.step_on()?;
+                run.step().inspect_err(|_| run.take_back())?;
             }
             Ok(())
         });
@@ -189,30 +179,47 @@ impl Stepper {
                 .map_err(|error| PyRuntimeError::new_err(error.to_string()))
         };
         let (q, values) = (array(q)?, array(values)?);
-        let failure = failure.err().map(|failure| failed(py, &failure).into_value(py));
+        let failure = failure.err().map(|failure| {
+            let error = failed(py, &failure, &run.acted.fault);
+            error.into_value(py)
+        });
         Ok((PyArray1::from_vec(py, times), q, values, failure))
     }
 
     /// What is observed at the present node.
     fn observe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mut run = self.taken()?;
-        Ok(PyArray1::from_vec(py, self.read(py, &mut run)?))
+        let Acted { simulation, observed, fault, .. } = &mut run.acted;
+        if observed.is_empty() {
+            return Ok(PyArray1::from_slice(py, &[]));
+        }
+        let sensed = simulation.sense().map_err(|failure| failed(py, &failure, fault))?;
+        let seen = observed.iter().map(|&column| sensed[column]);
+        Ok(PyArray1::from_iter(py, seen))
     }
 
-    /// Time, s; steps taken.
+    /// Steps taken, and the time.
     fn place(&self) -> PyResult<(u64, f64)> {
-        Ok(Experiment::place(&self.taken()?.simulation))
+        Ok(Experiment::place(&self.taken()?.acted.simulation))
     }
 
-    /// The configuration.
+    /// Coordinates of the present node.
     fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(PyArray1::from_slice(py, self.taken()?.simulation.configuration()))
+        Ok(PyArray1::from_slice(py, self.taken()?.acted.simulation.configuration()))
+    }
+
+    /// Their velocities.
+    fn v<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let mut run = self.taken()?;
+        let Acted { simulation, fault, .. } = &mut run.acted;
+        let found = simulation.velocity().map_err(|failure| failed(py, &failure, fault))?;
+        Ok(PyArray1::from_slice(py, found))
     }
 
     /// Names of the coordinates.
     fn columns(&self) -> PyResult<Vec<String>> {
         let run = self.taken()?;
-        let members = run.simulation.members().iter();
+        let members = run.acted.simulation.members().iter();
         let of = |member: &holonom::Member| {
             let columns = member.kind.columns().iter();
             columns.map(|column| format!("{}.{column}", member.name)).collect::<Vec<_>>()
@@ -223,9 +230,10 @@ impl Stepper {
     /// The parts of the energy of the present node with their names.
     fn energy(&self, py: Python<'_>) -> PyResult<(Vec<String>, Vec<f64>)> {
         let mut run = self.taken()?;
-        let found = run.simulation.observe().map(|sample| sample.energies.clone());
-        let values = found.map_err(|failure| failed(py, &failure))?;
-        Ok((run.simulation.energy_columns().to_vec(), values))
+        let Acted { simulation, fault, .. } = &mut run.acted;
+        let found = simulation.observe().map(|sample| sample.energies.clone());
+        let values = found.map_err(|failure| failed(py, &failure, fault))?;
+        Ok((simulation.energy_columns().to_vec(), values))
     }
 
     /// Columns of all inputs.
@@ -234,26 +242,46 @@ impl Stepper {
         self.width
     }
 
-    /// The state between two steps, with the inputs held.
+    /// What the inputs hold.
+    fn held(&self) -> PyResult<Vec<f64>> {
+        let run = self.taken()?;
+        Ok(run.named().iter().flat_map(|input| input.values()[..input.len()].to_vec()).collect())
+    }
+
+    /// The state between two steps, with what inputs hold.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let held = self.inputs.iter().flat_map(|input| input.values()[..input.len()].to_vec());
-        let stored: Stored = (self.taken()?.simulation.state(), held.collect());
-        let bytes = postcard::to_allocvec(&stored)
+        let state = self.taken()?.acted.simulation.state();
+        let bytes = postcard::to_allocvec(&state)
             .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// Continues from a state.
     fn restore(&self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
-        let stored: Stored = postcard::from_bytes(state).map_err(|error| {
+        let state: RunState = postcard::from_bytes(state).map_err(|error| {
             raise(py, "StateMismatch", (format!("these bytes are no state: {error}"),))
         })?;
-        self.resume(py, stored)
+        let resumed = self.taken()?.acted.simulation.resume(state);
+        resumed.map_err(|error| raise(py, "StateMismatch", (error.to_string(),)))
     }
 
-    /// Back to the start.
-    fn reset(&self, py: Python<'_>) -> PyResult<()> {
-        self.resume(py, self.start.clone())
+    /// Back to the start, that of these coordinates and rates of joints where there are some.
+    fn reset(
+        &self,
+        py: Python<'_>,
+        joints: Vec<(String, usize, f64)>,
+        rates: Vec<(String, usize, f64)>,
+    ) -> PyResult<()> {
+        let mut run = self.taken()?;
+        if joints.is_empty() && rates.is_empty() {
+            let start = run.start.clone();
+            let resumed = run.acted.simulation.resume(start);
+            return resumed.map_err(|error| raise(py, "StateMismatch", (error.to_string(),)));
+        }
+        let start = JointStart { coordinates: joints, rates };
+        let acted = self.acting.get().stepper(py, self.model.get(), start)?;
+        run.acted = acted;
+        Ok(())
     }
 }
 
@@ -271,7 +299,7 @@ impl Stepper {
         }
     }
 
-    fn hold(&self, values: &[f64]) -> PyResult<()> {
+    fn hold(&self, run: &Run, values: &[f64]) -> PyResult<()> {
         if values.len() != self.width {
             let words = format!("inputs: shape ({},), not ({},)", self.width, values.len());
             return Err(PyValueError::new_err(words));
@@ -279,69 +307,46 @@ impl Stepper {
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return Err(PyValueError::new_err(format!("inputs: {value} is not finite")));
         }
-        self.set(values);
+        hold(run.named(), values);
         Ok(())
-    }
-
-    /// Holds these values, of the right number.
-    fn set(&self, values: &[f64]) {
-        let mut rest = values;
-        for input in &self.inputs {
-            let (own, others) = rest.split_at(input.len());
-            input.set(own);
-            rest = others;
-        }
-    }
-
-    /// Adds the present node.
-    fn see(&self, run: &mut Run, seen: &mut Seen) -> Result<(), RunFailure> {
-        seen.times.push(Experiment::place(&run.simulation).1);
-        seen.q.extend_from_slice(run.simulation.configuration());
-        seen.values.extend(self.sensed(run)?);
-        Ok(())
-    }
-
-    fn sensed(&self, run: &mut Run) -> Result<Vec<f64>, RunFailure> {
-        if self.observed.is_empty() {
-            return Ok(Vec::new());
-        }
-        let sample = run.simulation.observe()?;
-        Ok(self.observed.iter().map(|&column| sample.sensors[column]).collect())
-    }
-
-    fn read(&self, py: Python<'_>, run: &mut Run) -> PyResult<Vec<f64>> {
-        self.sensed(run).map_err(|failure| failed(py, &failure))
-    }
-
-    fn resume(&self, py: Python<'_>, (state, held): Stored) -> PyResult<()> {
-        let mut run = self.taken()?;
-        if held.len() != self.width {
-            let words = format!("the state has {} inputs, this stepper {}", held.len(), self.width);
-            return Err(raise(py, "StateMismatch", (words,)));
-        }
-        let resumed = run.simulation.resume(state);
-        resumed.map_err(|error| raise(py, "StateMismatch", (error.to_string(),)))?;
-        self.hold(&held)
     }
 }
 
-/// Takes steps with the interpreter released.
-fn steps(py: Python<'_>, run: &mut Run, count: u64) -> PyResult<Result<(), RunFailure>> {
-    let mut watch = Watch::new(None);
-    let taken = py.detach(|| {
-        for n in 0..count {
-            if !watch.proceed(n, count) {
-                break;
-            }
-            run.simulation.step_on()?;
-        }
-        Ok(())
-    });
-    watch.stopped()?;
-    Ok(taken)
+/// Calls with the interpreter released, where no function of Python is called within.
+pub(crate) fn freed<T: Send>(
+    py: Python<'_>,
+    calls_python: bool,
+    call: impl FnOnce() -> T + Send,
+) -> T {
+    if calls_python { call() } else { py.detach(call) }
 }
 
-fn failed(py: Python<'_>, failure: &RunFailure) -> PyErr {
+/// Adds the present node.
+fn see(run: &mut Run, seen: &mut Seen) -> Result<(), RunFailure> {
+    seen.times.push(Experiment::place(&run.acted.simulation).1);
+    seen.q.extend_from_slice(run.acted.simulation.configuration());
+    seen.values.extend(run.sense()?);
+    Ok(())
+}
+
+/// Inputs as an array, a list or a number.
+fn vector(given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    numbers(given).or_else(|error| {
+        let numpy = given.py().import("numpy")?;
+        let Ok(array) = numpy.call_method1("asarray", (given,)) else { return Err(error) };
+        if array.getattr("ndim")?.extract::<usize>()? == 1 {
+            return Err(error);
+        }
+        let shape = array.getattr("shape")?;
+        Err(PyValueError::new_err(format!("inputs: shape (m,), not {shape}")))
+    })
+}
+
+/// What a function raised, or a run that failed.
+fn failed(py: Python<'_>, failure: &RunFailure, fault: &Fault) -> PyErr {
+    if let Err(error) = fault.told() {
+        return error;
+    }
     let RunFailure { step, t, message, remedy } = failure;
     raise(py, "RunFailed", (*step, *t, message, remedy))
 }

@@ -149,5 +149,7 @@ pub use holonom_sim::output::{RunFolder, Summary};
 pub use holonom_sim::sample::{Member, MemberKind, Momenta, MomentaNames, Residuals, Sample};
 pub use holonom_sim::simulation::{AssemblyReport, RunFailure, RunOutcome, Simulation};
 pub use holonom_sim::statics::{StaticFacts, Statics};
+pub use holonom_sim::simulation::control::{Controller, Midpoint};
 pub use holonom_sim::system::held::{Input, InputPlace};
+pub use holonom_sim::system::outside::{JointStart, Outside, OutsideLaw, OutsideMotion};
 pub use holonom_sim::{BeamParts, Beams, Counts, EventRecord, RunState, Stiffness};

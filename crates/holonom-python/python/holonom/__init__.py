@@ -8,6 +8,7 @@ arrays. All units are SI, angles are in rad. ``import holonom as hn``.
 ``Spec``, ``rod``, ``section``      a model that is written in Python
 ``simulate``, ``Result``            a run, as arrays by the names of the columns of its files
 ``Stepper``                         one step after another, with inputs held over a step
+``Law``, ``compiled``               functions that act within a step
 ``sweep``, ``plan``, ``rollout``    many runs
 ``check``, ``statics``, ``modes``   what ``holonom check`` and so on find
 ``verify``, ``compare``             properties of a model, measured; schemes side by side
@@ -15,9 +16,11 @@ arrays. All units are SI, angles are in rad. ``import holonom as hn``.
 ==================================  ==============================================================
 """
 
-from ._core import __version__
+from ._acting import CompiledLaw, Law, compiled
+from ._core import BodyState, __version__
 from ._errors import (
     AnalysisFailed,
+    FunctionFailed,
     HolonomError,
     HolonomWarning,
     ImportFailed,
@@ -45,12 +48,16 @@ __all__ = [
     "Answer",
     "Beam",
     "BeamPart",
+    "BodyState",
+    "CompiledLaw",
+    "FunctionFailed",
     "HolonomError",
     "HolonomWarning",
     "ImportFailed",
     "Imported",
     "InternalError",
     "InvalidModel",
+    "Law",
     "Member",
     "MemoryLack",
     "Model",
@@ -74,6 +81,7 @@ __all__ = [
     "check",
     "circle",
     "compare",
+    "compiled",
     "cylinder",
     "import_robot",
     "load",

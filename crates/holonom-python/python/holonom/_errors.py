@@ -116,6 +116,10 @@ class MemoryLack(HolonomError, MemoryError):
     """More memory is needed than there is."""
 
 
+class FunctionFailed(HolonomError, ValueError):
+    """A function that acts on a run gave what is no finite number; with its name and arguments."""
+
+
 class AnalysisFailed(HolonomError, ValueError):
     """There is no such analysis of this model."""
 
@@ -135,6 +139,14 @@ class InternalError(HolonomError):
     """A panic: a defect of this package."""
 
 
+def as_error(error: BaseException) -> BaseException:
+    """A panic of Rust as an :class:`InternalError`; another exception as it is."""
+    if type(error).__name__ != "PanicException":
+        return error
+    remedy = "this is a defect of holonom: please report it with the model"
+    return InternalError(f"internal error: {error}", remedy)
+
+
 def no_panic(function: Callable[P, T]) -> Callable[P, T]:
     """The function with a panic of Rust as an :class:`InternalError`."""
 
@@ -145,7 +157,6 @@ def no_panic(function: Callable[P, T]) -> Callable[P, T]:
         except BaseException as error:
             if type(error).__name__ != "PanicException":
                 raise
-            remedy = "this is a defect of holonom: please report it with the model"
-            raise InternalError(f"internal error: {error}", remedy) from None
+            raise as_error(error) from None
 
     return safe

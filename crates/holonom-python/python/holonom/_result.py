@@ -210,6 +210,10 @@ class Result:
         self.summary: dict[str, Any] = found["summary"]
         self.text: str = found["text"]
         self.folder = folder
+        self.acting: _core.Acting | None = None  # what acted from outside
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "acting": None}  # functions stay where they are
 
     @property
     def q(self) -> Array:
@@ -336,7 +340,7 @@ class Result:
         import tempfile
 
         with tempfile.TemporaryDirectory() as folder:
-            _core.simulate_into(self.model._core, fspath(Path(folder) / "run"), False, None, None)
+            _core.simulate_into(self.model._core, fspath(Path(folder) / "run"), False, None, None, self.acting)
             return (Path(folder) / "run" / "report.html").read_text(encoding="utf-8")
 
     def view(self) -> Any:
@@ -418,11 +422,13 @@ def open_folder(folder: str | PathLike[str]) -> Result:
     return Result(load(path / "model.toml"), found, path)
 
 
-def told(result: Result, on_failure: str) -> Result:
-    """The result with its warnings given; a failed run raises."""
+def told(result: Result, on_failure: str, raised: BaseException | None = None) -> Result:
+    """The result with its warnings given; a failed run raises, with what a function raised."""
     for words in result.summary.get("warnings", []):
         warnings.warn(words, HolonomWarning, stacklevel=4)
     failure = result.failure
+    if raised is not None and on_failure == "raise":
+        raise raised
     if failure is not None and on_failure == "raise":
         words = failure["message"], failure["remedy"]
         raise RunFailed(failure["step"], failure["t"], *words, result)

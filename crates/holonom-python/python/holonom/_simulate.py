@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike, fspath
+from pathlib import Path
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from . import _core
+from ._acting import Acts, Control, Forces, Laws, Motions, held, names
 from ._errors import no_panic
-from ._model import model_of
+from ._model import load, model_of
+from ._parts import Name
 from ._result import Result, open_folder, told
 
 Progress = Callable[[int, int], object] | bool | None
@@ -32,6 +38,15 @@ def simulate(
     resume: str | PathLike[str] | None = None,
     progress: Progress = None,
     on_failure: str = "raise",
+    inputs: Mapping[Any, ArrayLike] | Sequence[Name] = (),
+    observe: Sequence[Name] = (),
+    control: Control | None = None,
+    control_every: int = 1,
+    laws: Laws | None = None,
+    forces: Forces | None = None,
+    motions: Motions | None = None,
+    joints: Mapping[Any, Any] | None = None,
+    rates: Mapping[Any, Any] | None = None,
 ) -> Result:
     """Runs a model from its start to its end.
 
@@ -48,6 +63,20 @@ def simulate(
     progress : called with steps taken and all steps about every 50 ms; ``True``: a bar of tqdm, or
         a line.
     on_failure : ``"raise"``, or ``"return"`` a result with ``failure`` up to there.
+    inputs : what is held over each step, by the names of :class:`Stepper`: constant, or a row for
+        each step; with ``control`` the names alone.
+    control, control_every : ``control(t, y)`` gives the inputs, shape ``(m,)``, at every so many
+        nodes, which are then held; ``y`` is what is observed there, of :class:`Stepper`'s
+        ``observe``, without it all numbers of the sensors of the model.
+    laws : by joints, ``"joint"`` or ``"joint.0"``: :class:`Law`, :func:`compiled`, or a function
+        ``f(t, x, v)`` that gives the effort (N, N·m), or it with its slopes by ``x`` and ``v``.
+    forces : by bodies, nodes of beams and point masses: ``f(t, body)`` gives the force (N) and the
+        torque (N·m) in space at the centre of mass, shape ``(6,)`` or ``(3,)``; ``body`` is a
+        :class:`BodyState`. It is called once a step at the predicted midpoint: of order 2.
+    motions : by constraints of type ``motion``: ``f(t)`` gives value, rate and acceleration in the
+        place of the path of the model.
+    joints, rates : by joints, what they begin with in the place of the start of the model: a number
+        (m, rad; m/s, rad/s) or one for each coordinate. Loops are closed.
 
     Returns
     -------
@@ -57,6 +86,8 @@ def simulate(
     Raises
     ------
     InvalidModel, RunFailed, OutputExists
+    FunctionFailed
+        When a function that acts gives no finite numbers. What it raises itself is raised.
     KeyboardInterrupt
         On Ctrl-C; a run with files has left a checkpoint.
 
@@ -75,25 +106,44 @@ def simulate(
     if on_failure not in ("raise", "return"):
         raise ValueError(f'on_failure: "raise" or "return", not {on_failure!r}')
     tell, close = _teller(progress)
+    acts = Acts((), names(observe), laws, forces, motions, joints, rates, None, control, control_every)
     try:
         if resume is not None:
-            _core.resume(fspath(resume), checkpoint_every, tell)
+            acting = _acting(acts, inputs, load(Path(resume) / "model.toml").steps)
+            _core.resume(fspath(resume), checkpoint_every, tell, acting)
             return told(open_folder(resume), on_failure)
         keys = {"end": end, "step": step, "scheme": scheme, "order": order, "every": every}
         keys["start"] = start
         values = {f"simulation.{key}": value for key, value in keys.items() if value is not None}
         whole = model_of(model, {**values, **(set or {})})
+        acting = _acting(acts, inputs, whole.steps)
         if out is None:
             kept = None if record is None else list(record)
-            return told(Result(whole, _core.simulate(whole._core, kept, tell)), on_failure)
+            found = _core.simulate(whole._core, kept, tell, acting)
+            result = Result(whole, found)
+            result.acting = acting
+            return told(result, on_failure, found.get("raised"))
         try:
-            _core.simulate_into(whole._core, fspath(out), force, checkpoint_every, tell)
+            _core.simulate_into(whole._core, fspath(out), force, checkpoint_every, tell, acting)
         except KeyboardInterrupt as stopped:
             stopped.add_note(f"continue with holonom.simulate(None, resume={fspath(out)!r})")
             raise
         return told(open_folder(out), on_failure)
     finally:
         close()
+
+
+def _acting(acts: Acts, inputs: Any, steps: int) -> _core.Acting | None:
+    if isinstance(inputs, Mapping):
+        if acts.control is not None:
+            raise TypeError("inputs: with `control`, their names alone")
+        given, rows = held(inputs, steps)
+        acts = replace(acts, inputs=given, rows=rows) if given else acts
+    else:
+        acts = replace(acts, inputs=names(inputs))
+        if acts.inputs and acts.control is None:
+            raise TypeError("inputs: values of each, or names and a `control` that decides")
+    return None if acts.is_empty else acts.core()
 
 
 def statics(model: Any, **options: Any) -> Result:

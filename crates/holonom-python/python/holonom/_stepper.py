@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._errors import no_panic
+from ._acting import Acts, Forces, Laws, Motions, coordinates, names
+from ._errors import as_error, no_panic
 from ._model import model_of
+from ._parts import Name
 
 Array = NDArray[np.float64]
 
@@ -19,15 +21,17 @@ class Stepper:
     """A simulation that is stepped by hand, with inputs that are held over a step.
 
     Steps are those of ``holonom run``, bit for bit. There is no end time. One call at a time: a
-    second one from another thread raises ``RuntimeError``. A step that fails leaves the state as it
-    was.
+    second one, from another thread or from a function that acts, raises ``RuntimeError``. A step
+    that fails leaves the state as it was.
 
     Parameters
     ----------
-    model : a :class:`Model`, the path of a file, or a dictionary of sections.
+    model : a :class:`Model`, a :class:`Spec`, the path of a file, or a dictionary of sections.
     inputs : where inputs act: ``"joint"`` or ``"joint.0"`` (N or N·m), ``"body.force"`` (3 columns,
-        N, at the centre of mass, in space), ``"body.torque"`` (3 columns, N·m).
+        N, at the centre of mass, in space), ``"body.torque"`` (3 columns, N·m),
+        ``"joint.motor.path"``: what the motor of a joint follows in the place of its path (m, rad).
     observe : what :meth:`observe` reads: sensors, their columns, ``"joint"``, ``"joint.rate"``.
+    laws, forces, motions : as of :func:`simulate`.
 
     Examples
     --------
@@ -42,16 +46,26 @@ class Stepper:
     1.0
     """
 
-    def __init__(self, model: Any, inputs: Sequence[str] = (), observe: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        model: Any,
+        inputs: Sequence[Name] = (),
+        observe: Sequence[Name] = (),
+        *,
+        laws: Laws | None = None,
+        forces: Forces | None = None,
+        motions: Motions | None = None,
+    ) -> None:
         self.model = model_of(model)
-        self.inputs, self.observed = list(inputs), list(observe)
+        self.inputs, self.observed = list(names(inputs)), list(names(observe))
+        self._acts = Acts(tuple(self.inputs), tuple(self.observed), laws, forces, motions)
         self._core = self._begun()
+        self._step = self._core.step
 
     @no_panic
     def _begun(self) -> _core.Stepper:
-        return _core.Stepper(self.model._core, self.inputs, self.observed)
+        return _core.Stepper(self.model._core, self._acts.core())
 
-    @no_panic
     def step(self, u: ArrayLike | None = None, n: int = 1) -> float:
         """Takes ``n`` steps.
 
@@ -68,15 +82,20 @@ class Stepper:
         Raises
         ------
         RunFailed, ValueError
+        FunctionFailed
+            When a function that acts gives no finite numbers. What it raises itself is raised.
         """
-        if n < 0:
-            raise ValueError(f"n: {n} steps cannot be taken")
-        return self._core.step(None if u is None else _vector(u), n)
+        try:
+            return self._step(u, n)
+        except BaseException as error:
+            raise as_error(error) from error.__cause__
 
-    @no_panic
     def observe(self, out: Array | None = None) -> Array:
         """What is observed at the present node, before the step from it, shape ``(k,)``."""
-        found = self._core.observe()
+        try:
+            found = self._core.observe()
+        except BaseException as error:
+            raise as_error(error) from error.__cause__
         if out is None:
             return found
         out[...] = found
@@ -118,9 +137,19 @@ class Stepper:
         return self._core.q()
 
     @property
+    def v(self) -> Array:
+        """Velocities of the coordinates at the present node, shape ``(n,)``; a copy."""
+        return self._core.v()
+
+    @property
     def columns(self) -> list[str]:
         """Names of the coordinates."""
         return self._core.columns()
+
+    @property
+    def held(self) -> Array:
+        """What the inputs hold, shape ``(m,)``."""
+        return np.array(self._core.held())
 
     @property
     def energy(self) -> dict[str, float]:
@@ -138,27 +167,51 @@ class Stepper:
         self._core.restore(state)
 
     @no_panic
-    def reset(self, state: bytes | None = None) -> None:
-        """Back to the start, or to a state."""
-        if state is None:
-            self._core.reset()
-        else:
+    def reset(
+        self,
+        joints: Mapping[Any, Any] | None = None,
+        rates: Mapping[Any, Any] | None = None,
+        *,
+        state: bytes | None = None,
+    ) -> None:
+        """Back to the start, to a state, or to a start with other coordinates of joints.
+
+        Parameters
+        ----------
+        joints : by joints, coordinates to begin with, m or rad: a number, or one for each
+            coordinate. Other joints begin as in the model; closed loops are closed. An angle counts
+            modulo a revolution.
+        rates : likewise rates, m/s or rad/s.
+        state : of :attr:`state`.
+
+        Raises
+        ------
+        InvalidModel
+            Where no configuration or no velocities are of this kind.
+        StateMismatch
+        """
+        if state is not None:
+            if joints or rates:
+                raise TypeError("reset: a state, or coordinates and rates of joints")
             self._core.restore(state)
+        else:
+            self._core.reset(coordinates("joints", joints), coordinates("rates", rates))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt, (self.model, self.inputs, self.observed, self.state)
+        acts = self._acts
+        functions = (acts.laws, acts.forces, acts.motions)
+        return _rebuilt, (self.model, self.inputs, self.observed, functions, self.state)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Stepper:
+        made, given = self.__reduce__()
+        copied: Stepper = made(*given)
+        return copied
 
 
-def _rebuilt(model: Any, inputs: list[str], observe: list[str], state: bytes) -> Stepper:
-    stepper = Stepper(model, inputs, observe)
+def _rebuilt(
+    model: Any, inputs: list[str], observe: list[str], functions: tuple[Any, Any, Any], state: bytes
+) -> Stepper:
+    laws, forces, motions = functions
+    stepper = Stepper(model, inputs, observe, laws=laws, forces=forces, motions=motions)
     stepper.state = state
     return stepper
-
-
-def _vector(u: ArrayLike) -> Array:
-    found = np.ascontiguousarray(u, dtype=np.float64)
-    if found.ndim == 0:
-        found = found.reshape(1)
-    if found.ndim != 1:
-        raise ValueError(f"inputs: shape (m,), not {found.shape}")
-    return found

@@ -150,7 +150,7 @@ def run_point(
     """
     try:
         whole = no_panic(lambda: Model(model._core.replace(list(values))))()
-        found = no_panic(lambda: _core.simulate(whole._core, None, progress))()
+        found = no_panic(lambda: _core.simulate(whole._core, None, progress, None))()
     except InvalidModel as error:
         return {"status": "invalid", "message": str(error)}
     except HolonomError as error:

@@ -2,6 +2,7 @@
 
 use crate::sensor::{Column, Sensors, View, columns_of, columns_of_signal};
 use crate::system;
+use crate::system::outside::Outside;
 use holonom_model::expression::Program;
 use holonom_model::{
     Event, Locate, Model, ModelError, Observed, Part, Problem, Quantities, Reading,
@@ -28,7 +29,11 @@ struct When {
 }
 
 impl Conditions {
-    pub(crate) fn new(model: &Model, events: &[Event]) -> Result<Self, ModelError> {
+    pub(crate) fn new(
+        model: &Model,
+        events: &[Event],
+        outside: &Outside,
+    ) -> Result<Self, ModelError> {
         let quantities = Quantities::new(model);
         let (mut watched, mut first) = (Vec::new(), Vec::new());
         // the columns of signals come first
@@ -79,7 +84,7 @@ impl Conditions {
         }
         let mut read = model.clone();
         read.sensors = watched;
-        let sensors = system::build(&read)?.sensors;
+        let sensors = system::build_with(&read, outside)?.sensors;
         Ok(Self { events: all, sensors, values: Vec::new(), inputs: Vec::new() })
     }
 

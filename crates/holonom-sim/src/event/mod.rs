@@ -23,7 +23,7 @@ pub(crate) mod switches;
 
 pub use switches::EventRecord;
 
-use crate::system::held::Input;
+use crate::system::outside::Outside;
 use conditions::Conditions;
 use holonom_model::{Event, Model, ModelError};
 use switches::{Lock, PhaseStart, Switches};
@@ -40,7 +40,7 @@ pub(crate) const MOST: usize = 12;
 #[derive(Debug)]
 pub(crate) struct Events {
     pub(crate) model: Model,
-    pub(crate) inputs: Vec<Input>,
+    pub(crate) outside: Outside,
     pub(crate) solver: Solver,
     pub(crate) list: Vec<Event>,
     pub(crate) conditions: Conditions,
@@ -56,13 +56,13 @@ impl Events {
     /// Those of a model whose first phase has begun at `first`.
     pub(crate) fn new(
         model: &Model,
-        inputs: &[Input],
+        outside: &Outside,
         solver: Solver,
         mechanism: &vi_multibody::mechanism::Mechanism,
         first: PhaseStart,
     ) -> Result<Self, ModelError> {
         let list = model.events.clone();
-        let mut conditions = Conditions::new(model, &list)?;
+        let mut conditions = Conditions::new(model, &list, outside)?;
         conditions.sensors().begin(&first.q);
         let switches = Switches {
             ready: vec![true; list.len()],
@@ -73,7 +73,7 @@ impl Events {
         };
         Ok(Self {
             model: model.clone(),
-            inputs: inputs.to_vec(),
+            outside: outside.clone(),
             solver,
             list,
             conditions,

@@ -33,6 +33,7 @@ pub struct RunState {
     pub(crate) rolling: RollingState,
     pub(crate) switches: Option<Switches>, // of a model with events
     pub(crate) iterations: f64,            // of Newton's method in the last step
+    pub(crate) held: Vec<f64>,             // by inputs, one after the other
 }
 
 impl RunState {

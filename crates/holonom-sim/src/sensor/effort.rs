@@ -13,7 +13,7 @@
 use super::columns::PARTS;
 use super::view::View;
 use super::{Builder, length_rate};
-use crate::system::drive::{JointDrive, joint_elements};
+use crate::system::drive::JointDrive;
 use crate::system::names::Names;
 use crate::system::time_function::TimeFunctions;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
@@ -49,7 +49,7 @@ impl Effort {
         if let Some((joint, _)) = from.names.joint(name) {
             let own = description.joints[from.joint(name)?].clone();
             let motion = JointMotion::new(own, &from.q);
-            let elements = joint_elements(joint, &mut TimeFunctions::new(model));
+            let elements = from.names.elements(joint, &mut TimeFunctions::new(model));
             return Some(Self::Joint(elements, Box::new(motion)));
         }
         if let Some(k) = model.springs.iter().position(|spring| spring.name == name) {

@@ -36,6 +36,13 @@ impl StatedStart {
         let closure = assembly::closure(mechanism, &q, &v);
         Self { q, v, closure }
     }
+
+    /// Those that are given from outside count as stated.
+    pub(super) fn given(mechanism: &Mechanism, start: &StartValues) -> Self {
+        let (q, v) = (start.q.clone(), start.v.clone());
+        let closure = assembly::closure(mechanism, &q, &v);
+        Self { q, v, closure }
+    }
 }
 
 /// A run at its start, whose node has been read.

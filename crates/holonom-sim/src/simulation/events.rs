@@ -8,7 +8,6 @@ use crate::event::switches::{EventRecord, PhaseStart, Switches};
 use crate::event::{Events, MOST};
 use crate::sensor::View;
 use crate::stepper::NodeOf;
-use crate::system::held::{Input, InputPlace};
 use crate::system::{self, System};
 use holonom_model::{ModelError, coordinate_of};
 use vi_constraints::integrator::{ResumeError, StepReport};
@@ -381,13 +380,9 @@ impl Simulation {
         let Some(events) = &self.events else { return Ok(()) };
         let switches = &events.switches;
         let model = in_force(&events.model, switches);
-        let exists = |input: &&Input| match input.place() {
-            InputPlace::Joint { name, .. } => !switches.released.contains(name),
-            _ => true,
-        };
-        let inputs: Vec<Input> = events.inputs.iter().filter(exists).cloned().collect();
+        let outside = events.outside.without(|joint| switches.released.contains(joint));
         let System { mechanism, dynamics, laws, sensors: signals, .. } =
-            system::build_with_locks(&model, &inputs, &switches.locks)?;
+            system::build_with_locks(&model, &outside, &switches.locks)?;
         let start = switches.phase.as_deref().unwrap_or(&events.first);
         let PhaseStart { step, t, q, v, internal } = start;
         let at = InitialValues::new(*t, q, v);

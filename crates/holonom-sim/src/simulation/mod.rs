@@ -8,11 +8,13 @@
 //! | file | concept |
 //! |---|---|
 //! | `begun` | what the assembly found, before the first step |
+//! | `control` | what is decided between two steps |
 //! | `nodes` | steps and recorded nodes, one after the other |
 //! | `failure` | what is said of a step or a node that could not be found |
 //! | `resolved` | the step against rotations and the fastest motion: at the start, at the end, where a step fails |
 
 mod begun;
+pub mod control;
 mod events;
 mod failure;
 mod nodes;
@@ -44,9 +46,11 @@ use crate::system::beams::Beams;
 use crate::system::bushing;
 use crate::system::held::Input;
 use crate::system::law::{self, Laws};
+use crate::system::outside::{JointStart, Outside};
 use crate::system::signal;
 use crate::system::{self, System};
 use begun::{Begun, StatedStart};
+use control::Controller;
 use holonom_model::{Columns, Family, Model, ModelError, Settings};
 use std::io;
 use std::time::Duration;
@@ -79,9 +83,11 @@ pub struct Simulation {
     loops: LoopResiduals,
     pub(crate) rolling: RollingWatch,
     pub(crate) events: Option<Box<Events>>,
-    iterations: f64,     // of the step that led to the present node
-    sample: Sample,      // recorded last
-    recording: Duration, // of all nodes read and handed out
+    iterations: f64, // of the step that led to the present node
+    inputs: Vec<Input>,
+    controller: Option<Box<dyn Controller>>, // asked before each step
+    sample: Sample,                          // recorded last
+    recording: Duration,                     // of all nodes read and handed out
 }
 
 impl std::fmt::Debug for Simulation {
@@ -107,22 +113,28 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
-        Self::assembled(model, solver, &[])
+        Self::assembled(model, solver, &Outside::default())
     }
 
-    /// The same with inputs that are set between steps. The simulation holds clones of them.
+    /// The same with what acts from outside: inputs that are set between steps, laws, paths, starts
+    /// of joints. The simulation holds clones of them.
     ///
     /// # Errors
-    /// As [`Simulation::new`], and for an input that acts on nothing.
-    pub fn with_inputs(model: &Model, inputs: &[Input]) -> Result<Self, ModelError> {
-        Self::assembled(model, model.settings.solver.into(), inputs)
+    /// As [`Simulation::new`], and for what acts on nothing.
+    pub fn with_outside(model: &Model, outside: &Outside) -> Result<Self, ModelError> {
+        Self::assembled(model, model.settings.solver.into(), outside)
     }
 
-    fn assembled(model: &Model, solver: Solver, inputs: &[Input]) -> Result<Self, ModelError> {
+    fn assembled(model: &Model, solver: Solver, outside: &Outside) -> Result<Self, ModelError> {
+        outside.prepare(model)?;
         let System { mechanism, dynamics, members, mut sensors, beams, laws } =
-            system::build_with(model, inputs)?;
+            system::build_with(model, outside)?;
         let h = model.settings.step;
-        let (stated, start) = (StatedStart::of(&mechanism), StartValues::of(model, &mechanism)?);
+        let start = StartValues::of(model, &mechanism, outside)?;
+        let stated = match outside.start == JointStart::default() {
+            true => StatedStart::of(&mechanism),
+            false => StatedStart::given(&mechanism, &start),
+        };
         let at = InitialValues::new(0.0, &start.q, &start.v);
         let rolling = RollingWatch::new(&mechanism);
         let mut wanted = sensors.wanted();
@@ -155,7 +167,7 @@ impl Simulation {
                 let internal = stepper.at(When::After).internal.clone();
                 let (q, v) = (start.q.clone(), start.v.clone());
                 let first = PhaseStart { step: 0, t: 0.0, q, v, internal };
-                let events = Events::new(model, inputs, solver, stepper.mechanism(), first)?;
+                let events = Events::new(model, outside, solver, stepper.mechanism(), first)?;
                 Some(Box::new(events))
             }
         };
@@ -177,6 +189,8 @@ impl Simulation {
             rolling,
             events,
             iterations: 0.0,
+            inputs: outside.inputs.clone(),
+            controller: None,
             sample: Sample::default(),
             recording: Duration::ZERO,
         };
@@ -298,6 +312,7 @@ impl Simulation {
             rolling: self.rolling.state().clone(),
             switches: self.events.as_ref().map(|events| events.switches.clone()),
             iterations: self.iterations,
+            held: self.inputs.iter().flat_map(Input::held).collect(),
         }
     }
 
@@ -318,11 +333,14 @@ impl Simulation {
             rolling,
             switches,
             iterations,
+            held,
         } = state;
         self.sensors.check(&followed)?;
         same_length("the list of beams", limits.len(), self.limits.state().len())?;
         let given = usize::from(switches.is_some());
         same_length("the state of events", given, usize::from(self.events.is_some()))?;
+        let width = self.inputs.iter().map(Input::len).sum();
+        same_length("the list of values of inputs", held.len(), width)?;
         self.resume_events(switches)?;
         self.stepper.resume(motion)?;
         self.limits.resume(&limits);
@@ -331,6 +349,12 @@ impl Simulation {
         self.rolling.resume(rolling);
         self.sensors.resume(&followed);
         self.iterations = iterations;
+        let mut rest = &held[..];
+        for input in &self.inputs {
+            let (own, others) = rest.split_at(input.len());
+            input.set(own);
+            rest = others;
+        }
         Ok(())
     }
 }

@@ -121,6 +121,20 @@ impl Simulation {
         found.map(|()| &self.sample)
     }
 
+    /// What the sensors measure at the present node, before the step from it, and nothing else of
+    /// it; what the run depends on stays as it is.
+    ///
+    /// # Errors
+    /// [`RunFailure`].
+    pub fn sense(&mut self) -> Result<&[f64], RunFailure> {
+        let which = if self.sensors.wanted().any() { NodeOf::Last } else { NodeOf::State };
+        if let Err(error) = self.stepper.observe(which) {
+            return Err(self.lost(which, &error.to_string()));
+        }
+        self.read_sensors();
+        Ok(&self.sample.sensors)
+    }
+
     /// Goes on to the next recorded node; `proceed(step, of)` is asked before every step, and
     /// `false` ends the iteration there. Another one continues.
     fn next_node(
@@ -154,6 +168,10 @@ impl Simulation {
 
     /// Takes one step; whether the node it started from was found, where it is to be recorded.
     fn advance(&mut self, recorded: bool) -> (bool, Result<(), RunFailure>) {
+        if let Err(failure) = self.decide() {
+            let read = if recorded { self.read(NodeOf::State) } else { Ok(()) };
+            return (recorded && read.is_ok(), Err(failure));
+        }
         if self.events.is_some() {
             return self.advance_by_events(recorded);
         }
@@ -216,12 +234,9 @@ impl Simulation {
         found
     }
 
-    fn fill(&mut self, which: NodeOf) -> Result<(), RunFailure> {
-        if let Err(error) = self.stepper.observe(which) {
-            return Err(self.lost(which, &error.to_string()));
-        }
-        let Self { stepper, sample, sensors, energies, watch, .. } = self;
-        let Self { rotation, loops, rolling, iterations, .. } = self;
+    /// Reads the sensors at the node that was read last.
+    fn read_sensors(&mut self) {
+        let Self { stepper, sample, sensors, rolling, .. } = self;
         let (at, mechanism) = (stepper.node(), stepper.mechanism());
         let (state, node) = (at.state, at.node);
         let Configuration { t, q, .. } = at.configuration();
@@ -229,8 +244,20 @@ impl Simulation {
         let (v, a, force) = (&node.v, at.acceleration, at.force);
         let slips = &rolling.state().slips;
         let view = View { t, q, angles, signals, v, a, force, slips };
-        loops.follow(mechanism, q);
         sensors.read(mechanism, stepper.rows(), view, &mut sample.sensors);
+    }
+
+    fn fill(&mut self, which: NodeOf) -> Result<(), RunFailure> {
+        if let Err(error) = self.stepper.observe(which) {
+            return Err(self.lost(which, &error.to_string()));
+        }
+        self.read_sensors();
+        let Self { stepper, sample, energies, watch, .. } = self;
+        let Self { rotation, loops, rolling, iterations, .. } = self;
+        let (at, mechanism) = (stepper.node(), stepper.mechanism());
+        let (state, node) = (at.state, at.node);
+        let Configuration { t, q, .. } = at.configuration();
+        loops.follow(mechanism, q);
         let kinetic = node.hamiltonian_projected.kinetic;
         let here = Configuration::new(t, q);
         rolling.follow_node(mechanism, here, (at.force, kinetic), stepper.rows());

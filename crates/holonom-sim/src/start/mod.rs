@@ -11,6 +11,7 @@
 //! is otherwise the same, and its consistent initial values are taken. Rates that contradict each
 //! other or the constraints are refused with their names.
 
+mod joints;
 mod rolling;
 mod rough_start;
 
@@ -18,6 +19,7 @@ use crate::assembly;
 use crate::digits::rounded;
 use crate::run::outcome::RunFailure;
 use crate::statics::{InOwnRotation, Statics};
+use crate::system::outside::Outside;
 use crate::system::{self, System};
 use holonom_model::{Constraint, Inconsistency, Model, ModelError, MotionPath, Problem};
 use vi_constraints::initialization::start;
@@ -52,11 +54,20 @@ pub(crate) enum How {
 }
 
 impl StartValues {
-    /// The initial values of a model.
+    /// The initial values of a model, with what is given for its joints from outside.
     ///
     /// # Errors
-    /// [`ModelError`]: they violate the constraints, or there is no equilibrium.
-    pub(crate) fn of(model: &Model, mechanism: &Mechanism) -> Result<Self, ModelError> {
+    /// [`ModelError`]: they violate the constraints, there is no equilibrium, or joints cannot be
+    /// brought to what is given.
+    pub(crate) fn of(
+        model: &Model,
+        mechanism: &Mechanism,
+        outside: &Outside,
+    ) -> Result<Self, ModelError> {
+        joints::begun(model, mechanism, outside, Self::of_model(model, mechanism)?)
+    }
+
+    fn of_model(model: &Model, mechanism: &Mechanism) -> Result<Self, ModelError> {
         if model.settings.start == holonom_model::Start::Relaxed {
             return relaxed(model);
         }

@@ -230,6 +230,20 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         Ok(())
     }
 
+    /// The middle of a step of length `2 half`, s, from the present node: `q + half v`,
+    /// `v + half a` with the acceleration of the state.
+    fn predict(&mut self, half: f64, q: &mut Vec<f64>, v: &mut Vec<f64>) -> Result<(), Singular> {
+        self.run.observe_state_at(When::After)?;
+        let node = self.run.find_acceleration(When::After, &mut self.seen.force, None)?;
+        v.clear();
+        v.extend(node.v.iter().zip(&node.acceleration).map(|(v, a)| v + half * a));
+        let at = self.run.state();
+        q.clear();
+        let node = self.run.observed(at);
+        q.extend(at.q.iter().zip(&node.v).map(|(q, v)| q + half * v));
+        Ok(())
+    }
+
     /// The constraint force, if not `of_level` of the acceleration level, and the work at the node.
     fn finish(&mut self, of_level: bool) {
         let Self { run, wanted, seen, work, .. } = self;
@@ -396,6 +410,16 @@ impl AnyStepper {
     /// Reads a node.
     pub(crate) fn observe(&mut self, which: NodeOf) -> Result<(), Singular> {
         either!(self, own => own.observe(which))
+    }
+
+    /// The middle of the step from the present node, predicted.
+    pub(crate) fn predict(
+        &mut self,
+        half: f64,
+        q: &mut Vec<f64>,
+        v: &mut Vec<f64>,
+    ) -> Result<(), Singular> {
+        either!(self, own => own.predict(half, q, v))
     }
 
     /// The node that was read last.

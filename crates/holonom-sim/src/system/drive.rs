@@ -6,6 +6,7 @@ use holonom_model::{Constraint, ModelError, Problem};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_multibody::builder::{CoordinateId, JointId, MechanismBuilder, RollingPart};
+use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_force::{JointLaw, Motor, PdControl, Setpoint, Viscous};
 
 /// Degree of freedom `freedom` of joint `id`.
@@ -15,10 +16,19 @@ pub(super) fn coordinate(
     freedom: usize,
     key: String,
 ) -> Result<CoordinateId, ModelError> {
+    check_coordinate(joint, freedom, key).map(|()| id.coordinate(freedom))
+}
+
+/// Refuses a coordinate that the joint does not have.
+pub(crate) fn check_coordinate(
+    joint: &holonom_model::Joint,
+    freedom: usize,
+    key: String,
+) -> Result<(), ModelError> {
     let kind = joint.pair();
     let count = kind.coordinate_count();
     if freedom < count {
-        return Ok(id.coordinate(freedom));
+        return Ok(());
     }
     let name = kind.name();
     let message = format!("a {name} joint has no coordinate {freedom}");
@@ -80,9 +90,11 @@ pub(crate) fn joint_parts(joint: &holonom_model::Joint) -> Vec<(&'static str, us
     [spring, damper, motor].into_iter().flatten().collect()
 }
 
-/// Spring, damper, motor and control of a joint, in this order.
+/// Spring, damper, motor and control of a joint, in this order; `setpoint`: what the control follows
+/// in the place of the path of the motor.
 pub(crate) fn joint_elements(
     joint: &holonom_model::Joint,
+    setpoint: Option<HeldEffort>,
     times: &mut TimeFunctions<'_>,
 ) -> Vec<JointDrive> {
     let mut elements = Vec::new();
@@ -109,9 +121,12 @@ pub(crate) fn joint_elements(
         if controlled {
             let path =
                 times.path(&format!("the path of the motor of `{}`", joint.name), &motor.path);
-            let reference = Arc::new(move |t| {
-                let [value, rate, _] = path(t);
-                Setpoint { value, rate }
+            let reference = Arc::new(move |t| match &setpoint {
+                Some(held) => Setpoint { value: held.get(), rate: 0.0 },
+                None => {
+                    let [value, rate, _] = path(t);
+                    Setpoint { value, rate }
+                }
             });
             let (proportional, derivative) = (motor.proportional, motor.derivative);
             let law = PdControl { proportional, derivative, reference };
@@ -125,10 +140,11 @@ pub(crate) fn joint_elements(
 pub(crate) fn add_joint_forces(
     builder: &mut MechanismBuilder,
     joint: &holonom_model::Joint,
-    id: JointId,
+    names: &Names<'_>,
     times: &mut TimeFunctions<'_>,
 ) -> Result<(), ModelError> {
-    for JointDrive { part, freedom, law, .. } in joint_elements(joint, times) {
+    let id = names.joints[joint.name.as_str()].1;
+    for JointDrive { part, freedom, law, .. } in names.elements(joint, times) {
         let key = format!("joint.{}.{part}.freedom", joint.name);
         let at = coordinate(joint, id, freedom, key)?;
         match law {
@@ -178,8 +194,13 @@ pub(crate) fn add_constraint(
         }
         Constraint::Motion { name, joint, freedom, path } => {
             if let Some(coordinate) = of(joint, *freedom, "freedom")? {
-                let path = times.path(&format!("the path of `{name}`"), path);
-                builder.motion(name, coordinate, path);
+                match names.outside.path(name) {
+                    Some(path) => builder.motion(name, coordinate, move |t| path(t)),
+                    None => {
+                        let path = times.path(&format!("the path of `{name}`"), path);
+                        builder.motion(name, coordinate, path);
+                    }
+                }
             }
         }
         Constraint::Rolling { name, body, axis, radius, tube, plane, .. } => {

@@ -37,6 +37,8 @@ pub enum InputPlace {
     Force(String),
     /// On a body or a node of a beam, N·m, in space.
     Torque(String),
+    /// What the motor of a joint follows in the place of its path, m or rad.
+    Setpoint(String),
 }
 
 /// An input: what it holds acts on all steps until it is set again. Clones are the same input.
@@ -62,7 +64,10 @@ impl Input {
     /// How many values it has: 1 of a joint, 3 of a force or a torque.
     #[must_use]
     pub fn len(&self) -> usize {
-        if matches!(self.place, InputPlace::Joint { .. }) { 1 } else { 3 }
+        match self.place {
+            InputPlace::Joint { .. } | InputPlace::Setpoint(_) => 1,
+            InputPlace::Force(_) | InputPlace::Torque(_) => 3,
+        }
     }
 
     /// Never.
@@ -84,12 +89,23 @@ impl Input {
         std::array::from_fn(|k| self.values[k].get())
     }
 
+    /// The values held.
+    pub(crate) fn held(&self) -> impl Iterator<Item = f64> + '_ {
+        self.values.iter().take(self.len()).map(HeldEffort::get)
+    }
+
+    /// Its first value.
+    pub(super) fn first(&self) -> HeldEffort {
+        self.values[0].clone()
+    }
+
     fn source(&self) -> String {
         match &self.place {
             InputPlace::Joint { name, freedom: 0 } => format!("{name}.input"),
             InputPlace::Joint { name, freedom } => format!("{name}.{freedom}.input"),
             InputPlace::Force(name) => format!("{name}.force"),
             InputPlace::Torque(name) => format!("{name}.torque"),
+            InputPlace::Setpoint(name) => format!("{name}.motor"),
         }
     }
 }
@@ -102,7 +118,7 @@ pub(super) fn add_joint_input(
 ) -> Result<(), ModelError> {
     let InputPlace::Joint { name, freedom } = &input.place else { return Ok(()) };
     let Some((joint, id)) = names.joint(name) else {
-        return Err(nothing(name, "joint", names.joints.keys().copied()));
+        return Err(nothing(KEY, name, "joint", names.joints.keys().copied()));
     };
     let coordinate = coordinate(joint, id, *freedom, KEY.into())?;
     builder.joint_force(coordinate, input.values[0].clone()).named(&input.source());
@@ -118,7 +134,7 @@ pub(super) fn wrenches(
     let mut forces = Vec::new();
     for input in inputs {
         let (name, torque) = match &input.place {
-            InputPlace::Joint { .. } => continue,
+            InputPlace::Joint { .. } | InputPlace::Setpoint(_) => continue,
             InputPlace::Force(name) => (name.as_str(), false),
             InputPlace::Torque(name) => (name.as_str(), true),
         };
@@ -132,7 +148,7 @@ pub(super) fn wrenches(
             _ => {
                 let particles = names.particles.keys().copied().filter(|_| !torque);
                 let known = names.bodies.keys().copied().chain(particles);
-                return Err(nothing(name, "body", known));
+                return Err(nothing(KEY, name, "body", known));
             }
         };
         let force = HeldWrench { input: input.clone(), torque, offset, size };
@@ -142,9 +158,15 @@ pub(super) fn wrenches(
     Ok(forces)
 }
 
-fn nothing<'a>(name: &str, what: &str, known: impl Iterator<Item = &'a str>) -> ModelError {
+/// The error for a name of what acts from outside.
+pub(crate) fn nothing<'a>(
+    key: &str,
+    name: &str,
+    what: &str,
+    known: impl Iterator<Item = &'a str>,
+) -> ModelError {
     let known: Vec<&str> = known.collect();
-    let problem = Problem::new(KEY, format!("there is no {what} named `{name}`"));
+    let problem = Problem::new(key, format!("there is no {what} named `{name}`"));
     let problem = match nearest(name, known.iter().copied()) {
         Some(best) => problem.help(format!("did you mean `{best}`?")),
         None => problem.help(format!("there are: {}", known.join(", "))),

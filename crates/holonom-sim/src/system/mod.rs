@@ -8,6 +8,7 @@ pub mod held;
 pub(crate) mod law;
 pub(crate) mod law_fault;
 pub(crate) mod names;
+pub mod outside;
 pub(crate) mod signal;
 pub(crate) mod time_function;
 
@@ -17,9 +18,9 @@ use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
 use crate::system::names::Names;
 use beams::{Added, BeamParts, Beams};
-use held::Input;
 use holonom_model::{Frame, Model, ModelError, Problem, Quantities, Settings, StartPoints, Strain};
 use nalgebra::Vector3;
+use outside::Outside;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use time_function::TimeFunctions;
@@ -54,21 +55,21 @@ pub struct System {
 /// # Errors
 /// [`ModelError`] for what only shows when numbers meet: inertias, loads.
 pub fn build(model: &Model) -> Result<System, ModelError> {
-    build_with(model, &[])
+    build_with(model, &Outside::default())
 }
 
 /// The same with what acts from outside.
 ///
 /// # Errors
-/// [`ModelError`]; also for an input that acts on nothing.
-pub fn build_with(model: &Model, inputs: &[Input]) -> Result<System, ModelError> {
-    build_with_locks(model, inputs, &[])
+/// [`ModelError`]; also for what acts on nothing.
+pub fn build_with(model: &Model, outside: &Outside) -> Result<System, ModelError> {
+    build_with_locks(model, outside, &[])
 }
 
 /// The same with joint coordinates that are held.
 pub(crate) fn build_with_locks(
     model: &Model,
-    inputs: &[Input],
+    outside: &Outside,
     locks: &[Lock],
 ) -> Result<System, ModelError> {
     let planar = model.header.dimension == 2;
@@ -81,6 +82,7 @@ pub(crate) fn build_with_locks(
         frames: model.bodies.iter().map(|body| add_body(&mut builder, body)).collect(),
         principal: Vec::new(),
         joints: BTreeMap::new(),
+        outside,
     };
     builder.description().map_err(refusal)?; // what is wrong with a body is said first
     let Added { list, elements, supports } = beams::add(model, &mut builder)?;
@@ -115,8 +117,7 @@ pub(crate) fn build_with_locks(
     }
     model.springs.iter().for_each(|spring| add_spring(&mut builder, spring, &names));
     for joint in &model.joints {
-        let id = names.joints[joint.name.as_str()].1;
-        drive::add_joint_forces(&mut builder, joint, id, &mut times)?;
+        drive::add_joint_forces(&mut builder, joint, &names, &mut times)?;
     }
     let quantities = Quantities::new(model);
     let mut terms = signal::Terms::new(&names, &quantities)?;
@@ -124,7 +125,8 @@ pub(crate) fn build_with_locks(
     let signals = terms.finish(&mut builder)?;
     let bushings = bushing::add_bushings(&mut builder, model, &names)?;
     laws.extend(bushings.into_iter().map(law::OwnLaw::Bushing));
-    for input in inputs {
+    outside.add_laws(&mut builder, &names)?;
+    for input in &outside.inputs {
         held::add_joint_input(&mut builder, input, &names)?;
     }
     let on_particle = |load: &&holonom_model::Load| {
@@ -146,7 +148,7 @@ pub(crate) fn build_with_locks(
     let mut mechanism = mechanism.with_loop_tolerance(model.settings.loop_tolerance);
     let mut forces = builder.forces(&mut mechanism).map_err(refusal)?;
     laws.extend(bushing::Range::of(model, &forces).into_iter().map(law::OwnLaw::Range));
-    forces.forces.extend(held::wrenches(inputs, &names, &mechanism)?);
+    forces.forces.extend(held::wrenches(&outside.inputs, &names, &mechanism)?);
     let settings = &model.settings;
     let members = members(model, &mechanism);
     let parts = Arc::new(elements);

@@ -1,5 +1,8 @@
 //! Where the members of a model are among those of the mechanism.
 
+use super::drive::{JointDrive, joint_elements};
+use super::outside::Outside;
+use super::time_function::TimeFunctions;
 use holonom_model::{Joint, Model};
 use nalgebra::Matrix3;
 use std::collections::BTreeMap;
@@ -15,6 +18,7 @@ pub(crate) struct Names<'a> {
     // of all frames: body components → principal components: its transpose
     pub(crate) principal: Vec<Matrix3<f64>>,
     pub(crate) joints: BTreeMap<&'a str, (&'a Joint, JointId)>,
+    pub(crate) outside: &'a Outside,
 }
 
 impl Names<'_> {
@@ -41,6 +45,11 @@ impl Names<'_> {
             (_, Some(&particle)) => particle.into(),
             _ => components.into(),
         }
+    }
+
+    /// What acts on the coordinates of a joint beside laws and inputs.
+    pub(crate) fn elements(&self, joint: &Joint, times: &mut TimeFunctions<'_>) -> Vec<JointDrive> {
+        joint_elements(joint, self.outside.setpoint(joint), times)
     }
 
     /// A joint of the model.

@@ -1,0 +1,70 @@
+//! What is decided between two steps: inputs of a controller, forces of bodies.
+//!
+//! ```text
+//! q_{n+1/2} ≈ q_n + (h/2) v_n,     v_{n+1/2} ≈ v_n + (h/2) a_n
+//! ```
+//! of second order where `a_n` follows from the state and the inputs held before: what is decided
+//! at the predicted midpoint and held over the step has order 2.
+
+use super::{RunFailure, Simulation};
+use crate::stepper::NodeOf;
+use vi_constraints::integrator::When;
+
+/// Decides before each step what inputs hold over it.
+pub trait Controller: Send {
+    /// Sets inputs for the step from the present node, which may be read.
+    ///
+    /// # Errors
+    /// [`RunFailure`]: the step is then not taken.
+    fn decide(&mut self, run: &mut Simulation) -> Result<(), RunFailure>;
+}
+
+/// The middle of the next step, before it is known.
+#[derive(Clone, Debug, Default)]
+pub struct Midpoint {
+    /// Its time, s.
+    pub t: f64,
+    /// `q_{n+1/2}`, shape `n`.
+    pub q: Vec<f64>,
+    /// `v_{n+1/2}`, shape `n`.
+    pub v: Vec<f64>,
+}
+
+impl Simulation {
+    /// Asks `controller` before each step from now on.
+    pub fn control_by(&mut self, controller: Box<dyn Controller>) {
+        self.controller = Some(controller);
+    }
+
+    /// Asks the controller.
+    pub(super) fn decide(&mut self) -> Result<(), RunFailure> {
+        let Some(mut controller) = self.controller.take() else { return Ok(()) };
+        let decided = controller.decide(self);
+        self.controller = Some(controller);
+        decided
+    }
+
+    /// Velocities at the present node, members one after the other, shape `n`.
+    ///
+    /// # Errors
+    /// [`RunFailure`].
+    pub fn velocity(&mut self) -> Result<&[f64], RunFailure> {
+        if let Err(error) = self.stepper.observe(NodeOf::State) {
+            return Err(self.lost(NodeOf::State, &error.to_string()));
+        }
+        Ok(&self.stepper.node().node.v)
+    }
+
+    /// Predicts the middle of the step from the present node.
+    ///
+    /// # Errors
+    /// [`RunFailure`] where accelerations are not unique.
+    pub fn predict(&mut self, out: &mut Midpoint) -> Result<(), RunFailure> {
+        let half = 0.5 * self.settings.step;
+        if let Err(error) = self.stepper.predict(half, &mut out.q, &mut out.v) {
+            return Err(self.lost(NodeOf::State, &error.to_string()));
+        }
+        out.t = self.stepper.at(When::After).t + half;
+        Ok(())
+    }
+}

@@ -1,0 +1,275 @@
+//! A run that begins at other coordinates and rates of joints than its model states.
+//!
+//! ```text
+//! q ← F_d(Δu, q)      along the spanning tree, Δu of the coordinates that are given
+//! q ← Π q             onto g(q) = 0, θ_r(q) = its value, where loops stay open
+//! v = P(q) ν          ν of the start of the model, with the rates that are given
+//! v ← Π_M v           onto G v + ∂g/∂t = 0, θ̇_r = its rate, where loops do not move so
+//! ```
+//! The way is taken in parts of at most [`PART`], so that closed loops stay on their branch. An
+//! angle counts modulo a revolution.
+
+use super::StartValues;
+use crate::assembly::{self, closure};
+use crate::system::drive::check_coordinate;
+use crate::system::held::nothing;
+use crate::system::outside::{Outside, OutsideMotion};
+use crate::system::{self, System};
+use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem};
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+use vi_constraints::initialization::start;
+use vi_constraints::{InitialValues, Reparametrization};
+use vi_core::coordinate_force::SignedUnknown;
+use vi_core::{Configuration, Interval};
+use vi_multibody::held_effort::HeldEffort;
+use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::Loops;
+use vi_multibody::tree_map::TreeMap;
+
+/// The longest part of a way, m or rad.
+const PART: f64 = 0.2;
+/// By how much a coordinate or a rate may miss what is given, relative to its size and 1.
+const TOLERANCE: f64 = 1e-9;
+
+/// A coordinate of a joint with what is given for it.
+struct Given<'a> {
+    joint: &'a str,
+    freedom: usize,
+    coordinate: JointCoordinate,
+    unknown: Option<SignedUnknown>,
+    value: f64,
+}
+
+impl<'a> Given<'a> {
+    fn all(
+        list: &'a [(String, usize, f64)],
+        key: &str,
+        model: &Model,
+        mechanism: &Mechanism,
+    ) -> Result<Vec<Self>, ModelError> {
+        let joints = &mechanism.description().joints;
+        let one = |(name, freedom, value): &'a (String, usize, f64)| {
+            let Some(joint) = model.joint(name) else {
+                let known = model.joints.iter().map(|joint| joint.name.as_str());
+                return Err(nothing(key, name, "joint", known));
+            };
+            check_coordinate(joint, *freedom, key.to_owned())?;
+            if !value.is_finite() {
+                let message = format!("{name}: {value} is not finite");
+                return Err(ModelError::Assembly(vec![Problem::new(key, message)]));
+            }
+            let own = joints.iter().find(|own| own.name == *name);
+            let found = own.and_then(|own| {
+                let coordinate = JointCoordinate::principal(own, *freedom)?;
+                Some((coordinate, mechanism.tree().unknown_of(own, *freedom)))
+            });
+            let Some((coordinate, unknown)) = found else {
+                let message = format!("`{name}` has no coordinate that could be given");
+                return Err(ModelError::Assembly(vec![Problem::new(key, message)]));
+            };
+            Ok(Self { joint: name, freedom: *freedom, coordinate, unknown, value: *value })
+        };
+        list.iter().map(one).collect()
+    }
+
+    fn at(&self, q: &[f64]) -> f64 {
+        self.coordinate.at(Configuration::new(0.0, q))
+    }
+
+    fn name(&self) -> String {
+        match self.freedom {
+            0 => self.joint.to_owned(),
+            freedom => format!("{}.{freedom}", self.joint),
+        }
+    }
+}
+
+/// The start with the coordinates and rates of joints that are given.
+pub(super) fn begun(
+    model: &Model,
+    mechanism: &Mechanism,
+    outside: &Outside,
+    from: StartValues,
+) -> Result<StartValues, ModelError> {
+    let given = &outside.start;
+    if given.coordinates.is_empty() && given.rates.is_empty() {
+        return Ok(from);
+    }
+    let places = Given::all(&given.coordinates, "joints", model, mechanism)?;
+    let rates = Given::all(&given.rates, "rates", model, mechanism)?;
+    let tree = TreeMap::new(mechanism);
+    let mut nu = rates_of_tree(&tree, &from.q, &from.v);
+    let q = placed(model, (mechanism, &tree), outside, &places, from.q)?;
+    for rate in &rates {
+        if let Some(SignedUnknown { index, sign }) = rate.unknown {
+            nu[index] = sign * rate.value;
+        }
+    }
+    let mut map = DMatrix::zeros(q.len(), tree.dof());
+    tree.null_space(&q, &mut map);
+    let v: Vec<f64> = (map * nu).iter().copied().collect();
+    let v = moving(model, mechanism, outside, &rates, (&q, v))?;
+    Ok(StartValues { q, v, how: from.how })
+}
+
+/// `ν` of velocities that a tree has: `argmin |P ν − v|`.
+fn rates_of_tree(tree: &TreeMap, q: &[f64], v: &[f64]) -> DVector<f64> {
+    let dof = tree.dof();
+    if v.iter().all(|v| *v == 0.0) {
+        return DVector::zeros(dof);
+    }
+    let mut map = DMatrix::zeros(q.len(), dof);
+    tree.null_space(q, &mut map);
+    let right = map.tr_mul(&DVector::from_column_slice(v));
+    let gram = map.tr_mul(&map);
+    gram.cholesky().map_or_else(|| DVector::zeros(dof), |gram| gram.solve(&right))
+}
+
+/// The configuration in which joints have the coordinates given.
+fn placed(
+    model: &Model,
+    (mechanism, tree): (&Mechanism, &TreeMap),
+    outside: &Outside,
+    places: &[Given<'_>],
+    mut q: Vec<f64>,
+) -> Result<Vec<f64>, ModelError> {
+    if places.is_empty() {
+        return Ok(q);
+    }
+    let names: Vec<String> = places.iter().map(|place| format!("`{}`", place.name())).collect();
+    let refused = |why: String| {
+        let message = format!("{} cannot be brought to what is given: {why}", names.join(", "));
+        let help = "give fewer joints: those of a closed loop and of prescribed motions follow from the others; or values that can be reached";
+        ModelError::Assembly(vec![Problem::new("joints", message).help(help)])
+    };
+    let from: Vec<f64> = places.iter().map(|place| place.at(&q)).collect();
+    let ways = || places.iter().zip(&from).map(|(place, from)| place.value - from);
+    let parts = (ways().fold(0.0_f64, |most, way| most.max(way.abs())) / PART).ceil().max(1.0);
+    let mut driven = None;
+    let mut u = vec![0.0; tree.dof()];
+    let mut s = Interval::new(q.len());
+    for part in 1..=parts as u64 {
+        u.fill(0.0);
+        for (place, way) in places.iter().zip(ways()) {
+            if let Some(SignedUnknown { index, sign }) = place.unknown {
+                u[index] = sign * way / parts;
+            }
+        }
+        s.open(0.0, 1.0, &q);
+        tree.reparametrize(&u, &mut s).map_err(|fault| refused(format!("{fault:?}")))?;
+        q.copy_from_slice(&s.q1);
+        tree.clean(0.0, &mut q);
+        let share = part as f64 / parts;
+        let reached: Vec<f64> =
+            from.iter().zip(ways()).map(|(from, way)| from + share * way).collect();
+        let on_way = |q: &[f64]| {
+            let near = |(place, value): (&Given<'_>, &f64)| is_near(place.at(q), *value);
+            let open = closure(mechanism, q, &vec![0.0; q.len()]).position;
+            open <= model.settings.start_tolerance && places.iter().zip(&reached).all(near)
+        };
+        if on_way(&q) {
+            continue;
+        }
+        let driven = match &mut driven {
+            Some(driven) => driven,
+            none => none.insert(Driven::new(model, outside, places)?),
+        };
+        let at: Vec<[f64; 2]> = reached.iter().map(|value| [*value, 0.0]).collect();
+        let still = vec![0.0; q.len()];
+        q = driven.project(&q, &still, &at).map_err(&refused)?.0;
+        if !on_way(&q) {
+            return Err(refused("loops stay open".into()));
+        }
+    }
+    Ok(q)
+}
+
+/// Whether a coordinate has a value, an angle up to whole revolutions.
+fn is_near(found: f64, value: f64) -> bool {
+    let turns = ((value - found) / std::f64::consts::TAU).round();
+    let apart = (found + turns * std::f64::consts::TAU - value).abs();
+    apart.min((found - value).abs()) <= TOLERANCE * value.abs().max(1.0)
+}
+
+/// The velocities in which joints have the rates given; `v` where nothing contradicts.
+fn moving(
+    model: &Model,
+    mechanism: &Mechanism,
+    outside: &Outside,
+    rates: &[Given<'_>],
+    (q, v): (&[f64], Vec<f64>),
+) -> Result<Vec<f64>, ModelError> {
+    let tolerance = model.settings.start_tolerance;
+    let kept = |v: &[f64]| {
+        let near = |rate: &Given<'_>| {
+            (rate.coordinate.rate(q, v) - rate.value).abs() <= TOLERANCE * rate.value.abs().max(1.0)
+        };
+        assembly::velocity_inconsistencies(mechanism, q, v, tolerance).is_empty()
+            && rates.iter().all(near)
+    };
+    if kept(&v) {
+        return Ok(v);
+    }
+    let mut driven = Driven::new(model, outside, rates)?;
+    let at: Vec<[f64; 2]> = rates.iter().map(|rate| [rate.at(q), rate.value]).collect();
+    match driven.project(q, &v, &at) {
+        Ok((_, v)) if kept(&v) => Ok(v),
+        found => {
+            let names: Vec<String> =
+                rates.iter().map(|rate| format!("`{}`", rate.name())).collect();
+            let why = found.err().map_or_else(String::new, |why| format!(": {why}"));
+            let message =
+                format!("no initial velocities have the rates given for {}{why}", names.join(", "));
+            let help = "give fewer rates: the others follow from the constraints";
+            Err(ModelError::Assembly(vec![Problem::new("rates", message).help(help)]))
+        }
+    }
+}
+
+/// A mechanism that is otherwise the same, with prescribed motions of some joint coordinates.
+struct Driven {
+    system: System,
+    held: Vec<[HeldEffort; 2]>, // value and rate of each
+}
+
+impl Driven {
+    fn new(model: &Model, outside: &Outside, given: &[Given<'_>]) -> Result<Self, ModelError> {
+        let (mut model, mut outside) = (model.clone(), outside.clone());
+        let held: Vec<[HeldEffort; 2]> = given.iter().map(|_| Default::default()).collect();
+        for (given, held) in given.iter().zip(&held) {
+            let (name, held) = (format!("start of {}", given.name()), held.clone());
+            let (joint, freedom) = (given.joint.to_owned(), given.freedom);
+            let path = MotionPath::default();
+            let motion = Constraint::Motion { name: name.clone(), joint, freedom, path };
+            model.constraints.push(motion);
+            let path = Arc::new(move |t| {
+                let [value, rate] = held.each_ref().map(HeldEffort::get);
+                [value + rate * t, rate, 0.0]
+            });
+            outside.motions.push(OutsideMotion { constraint: name, path });
+        }
+        Ok(Self { system: system::build_with(&model, &outside)?, held })
+    }
+
+    /// The projection of `(q, v)` with values and rates of the coordinates.
+    fn project(
+        &mut self,
+        q: &[f64],
+        v: &[f64],
+        at: &[[f64; 2]],
+    ) -> Result<(Vec<f64>, Vec<f64>), String> {
+        for (held, at) in self.held.iter().zip(at) {
+            held.iter().zip(at).for_each(|(held, at)| held.set(*at));
+        }
+        let System { mechanism, dynamics, .. } = &self.system;
+        let system = dynamics.variational(mechanism);
+        let loops = Loops::find(mechanism, 0.0, q).map_err(|error| error.to_string())?;
+        let mechanism = mechanism.clone().accepting(loops.nearly_redundant());
+        let rows = loops.rows_at_start.unwrap_or(loops.rows);
+        let found = start(&system, &mechanism, &rows, InitialValues::new(0.0, q, v));
+        let found = found.map_err(|error| error.to_string())?;
+        Ok((found.state.q, found.v))
+    }
+}
