@@ -65,7 +65,8 @@ fn nothing_to_draw() -> Failure {
     Failure::Usage { message, help: "leave --picture out".into() }
 }
 
-fn page(model: &Model, simulation: &dyn Experiment) -> Result<String, ModelError> {
+/// The page of the initial configuration.
+pub(crate) fn page(model: &Model, simulation: &dyn Experiment) -> Result<String, ModelError> {
     let report = simulation.assembly();
     let found =
         Assembled { facts: human::findings(model, report), warnings: report.warnings.clone() };

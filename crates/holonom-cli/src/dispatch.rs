@@ -6,7 +6,7 @@ use crate::arguments::{Cli, Verb};
 use crate::failure::Failure;
 use crate::{
     bench, check, compare, examples, export, import, modes, plot, response, resume, run, schema,
-    stdout, sweep, verify, view,
+    stdout, sweep, unit, verify, view,
 };
 
 /// Does what a verb asks for; the exit code.
@@ -28,6 +28,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::Verify(arguments) => verify::verify(&arguments),
         Verb::View(arguments) => view::view(&arguments),
         Verb::Export(arguments) => export::export(&arguments),
+        Verb::ExportFmu(arguments) => unit::export(&arguments),
         Verb::Plot(arguments) => plot::plot(&arguments),
         Verb::Import(arguments) => import::import(&arguments),
         Verb::Schema(arguments) => schema::schema(&arguments),

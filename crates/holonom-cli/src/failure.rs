@@ -41,6 +41,9 @@ pub(crate) enum Failure {
     /// Code 1: results cannot be exported.
     #[error("{0}")]
     Export(String),
+    /// Code 1: a unit cannot be written without the library.
+    #[error("{0}")]
+    Library(String),
     /// Code 2: the command asks for something that cannot be done.
     #[error("{message}")]
     Usage { message: String, help: String },
@@ -131,6 +134,10 @@ impl Failure {
                     message,
                     "run the model again with what is missing, or choose another --format",
                 );
+                1
+            }
+            Self::Library(message) => {
+                say(message, &Self::help_on_libraries());
                 1
             }
             Self::Usage { message, help } => {

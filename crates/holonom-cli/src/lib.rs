@@ -39,6 +39,7 @@ mod stderr;
 mod stdout;
 mod sweep;
 pub mod text;
+mod unit;
 mod verify;
 mod view;
 

@@ -58,7 +58,12 @@ pub(crate) fn whole(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
         .map_err(|source| Failure::Output(OutputError::Io { path: file.to_owned(), source }))
 }
 
-fn bytes(drawing: &Drawing, format: PictureFormat, pixels: f64) -> Result<Vec<u8>, String> {
+/// The bytes of a drawing.
+pub(crate) fn bytes(
+    drawing: &Drawing,
+    format: PictureFormat,
+    pixels: f64,
+) -> Result<Vec<u8>, String> {
     if format != PictureFormat::Svg {
         let missing = drawing.missing_letters()?;
         if !missing.is_empty() {

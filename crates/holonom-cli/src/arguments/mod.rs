@@ -10,6 +10,7 @@ mod run;
 mod shared;
 mod study;
 mod sweep;
+mod unit;
 
 pub(crate) use configuration::{At, CheckArguments, ModesArguments, Speeds};
 pub(crate) use model_files::{ExamplesArguments, ImportArguments, SchemaArguments};
@@ -20,6 +21,7 @@ pub(crate) use run::{ResumeArguments, RunArguments, Talk};
 pub(crate) use shared::ModelArguments;
 pub(crate) use study::{BenchArguments, CompareArguments, VerifyArguments};
 pub(crate) use sweep::{CollectArguments, SweepArguments};
+pub(crate) use unit::UnitArguments;
 
 use std::ffi::OsString;
 
@@ -90,6 +92,9 @@ pub(crate) enum Verb {
     View(ViewArguments),
     /// Write the results of a finished run for other programs
     Export(ExportArguments),
+    /// Write a model as a functional mock-up unit (FMI), a block for other simulation tools
+    #[command(name = "export-fmu")]
+    ExportFmu(UnitArguments),
     /// Draw plots and report of a run again, or chosen columns of runs as SVG, PDF or PNG
     Plot(PlotArguments),
     /// Translate a robot description (URDF, MJCF) into a model file

@@ -394,7 +394,7 @@ impl Simulation {
         let mut wanted = self.sensors.wanted();
         wanted.forces |= rolling.needs_forces();
         let mut next = stepper(mechanism, &dynamics, &model, at, events.solver, wanted)?;
-        next.continue_from(*step, *t, &angles, internal);
+        next.continue_from(*step, [events.first.t, *t], &angles, internal);
         self.energies.act_by(next.sources(), &dynamics.forces);
         self.energies.take_up(&switches.works);
         let released = switches.released.clone();

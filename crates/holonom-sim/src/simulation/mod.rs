@@ -113,7 +113,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
-        Self::assembled(model, solver, &Outside::default())
+        Self::assembled(model, solver, &Outside::default(), 0.0)
     }
 
     /// The same with what acts from outside: inputs that are set between steps, laws, paths, starts
@@ -122,10 +122,24 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`], and for what acts on nothing.
     pub fn with_outside(model: &Model, outside: &Outside) -> Result<Self, ModelError> {
-        Self::assembled(model, model.settings.solver.into(), outside)
+        Self::beginning_at(model, outside, 0.0)
     }
 
-    fn assembled(model: &Model, solver: Solver, outside: &Outside) -> Result<Self, ModelError> {
+    /// The same from another time than 0, s: histories, paths and laws are read there; a path has
+    /// to begin where the initial configuration is.
+    ///
+    /// # Errors
+    /// As [`Simulation::with_outside`].
+    pub fn beginning_at(model: &Model, outside: &Outside, t: f64) -> Result<Self, ModelError> {
+        Self::assembled(model, model.settings.solver.into(), outside, t)
+    }
+
+    fn assembled(
+        model: &Model,
+        solver: Solver,
+        outside: &Outside,
+        t: f64,
+    ) -> Result<Self, ModelError> {
         outside.prepare(model)?;
         let System { mechanism, dynamics, members, mut sensors, beams, laws } =
             system::build_with(model, outside)?;
@@ -135,19 +149,19 @@ impl Simulation {
             true => StatedStart::of(&mechanism),
             false => StatedStart::given(&mechanism, &start),
         };
-        let at = InitialValues::new(0.0, &start.q, &start.v);
+        let at = InitialValues::new(t, &start.q, &start.v);
         let rolling = RollingWatch::new(&mechanism);
         let mut wanted = sensors.wanted();
         wanted.forces |= rolling.needs_forces();
         let mut stepper = stepper(mechanism, &dynamics, model, at, solver, wanted)?;
-        stepper.observe(NodeOf::State).map_err(|_| match law::fault_within(&laws, 0.0, h) {
+        stepper.observe(NodeOf::State).map_err(|_| match law::fault_within(&laws, t, h) {
             Some(fault) => failure::law_at_start(fault),
             None => assembly::without_mass(model),
         })?;
         let (settings, q) = (model.settings.clone(), stepper.place().2);
         agreement::paths(stepper.mechanism(), stepper.rows(), q, settings.end)?;
         let mut limits = LimitWatch::new(&beams);
-        limits.follow(0.0, q).map_err(failure::bent_at_start)?;
+        limits.follow(t, q).map_err(failure::bent_at_start)?;
         let mass = &dynamics.parts.mass_matrix(stepper.mechanism());
         let (stated, start) = (&stated, &start);
         let begun = Begun { model, stated, start, stepper: &stepper, beams: &beams, mass };
@@ -166,7 +180,7 @@ impl Simulation {
             false => {
                 let internal = stepper.at(When::After).internal.clone();
                 let (q, v) = (start.q.clone(), start.v.clone());
-                let first = PhaseStart { step: 0, t: 0.0, q, v, internal };
+                let first = PhaseStart { step: 0, t, q, v, internal };
                 let events = Events::new(model, outside, solver, stepper.mechanism(), first)?;
                 Some(Box::new(events))
             }
@@ -295,6 +309,22 @@ impl Simulation {
     #[must_use]
     pub fn tension_raised(&self) -> Option<u64> {
         self.stepper.tension_raised()
+    }
+
+    /// Sets a signal that is a number, for the present node and the steps from it; whether there is
+    /// one of this name.
+    ///
+    /// # Errors
+    /// [`ResumeError::NotFinite`]; the signal is then what it was.
+    pub fn set_number(&mut self, signal: &str, value: f64) -> Result<bool, ResumeError> {
+        let known = self.sensors.numbers().iter().find(|(name, _)| name == signal);
+        let Some(place) = known.map(|(_, k)| self.stepper.places_of_signals().start + k) else {
+            return Ok(false);
+        };
+        let mut motion = self.stepper.state();
+        motion.state.internal[place] = value;
+        self.stepper.resume(motion)?;
+        Ok(true)
     }
 
     /// The state of the run at the present node: between two calls of [`Simulation::run_while`] all

@@ -393,11 +393,17 @@ impl AnyStepper {
         either!(self, own => own.run.time_of(n))
     }
 
-    /// Continues a motion that another mechanism has brought to here, see
+    /// Continues a motion that began at `t_0` and that another mechanism has brought to `t`, see
     /// [`Integrator::continue_from`].
-    pub(crate) fn continue_from(&mut self, step: u64, t: f64, angles: &[f64], internal: &[f64]) {
+    pub(crate) fn continue_from(
+        &mut self,
+        step: u64,
+        [t_0, t]: [f64; 2],
+        angles: &[f64],
+        internal: &[f64],
+    ) {
         either!(self, own => {
-            own.run.continue_from(step, 0.0, angles, internal);
+            own.run.continue_from(step, t_0, angles, internal);
             own.began = t;
         });
     }
