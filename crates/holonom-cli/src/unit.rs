@@ -48,7 +48,10 @@ pub(crate) fn export(arguments: &UnitArguments) -> Result<(), Failure> {
     };
     let (resources, interface, page, drawing) = match made() {
         Ok(made) => made,
-        Err(error) => return Err(input().refused(error)?),
+        Err(error) => match asked_in_vain(&error) {
+            Some(failure) => return Err(failure),
+            None => return Err(input().refused(error)?),
+        },
     };
     let written = |source: io::Error| Failure::Output(OutputError::Io { path: to.clone(), source });
     let mut unit = Unit::new(arguments.fmi, &model, interface, &resources).map_err(written)?;
@@ -67,6 +70,17 @@ pub(crate) fn export(arguments: &UnitArguments) -> Result<(), Failure> {
     }
     picture::whole(&to, &unit.to_bytes().map_err(written)?)?;
     tell(arguments, &model, &unit, &to)
+}
+
+/// That of an input or a parameter that was asked for and is not there.
+fn asked_in_vain(error: &ModelError) -> Option<Failure> {
+    let ModelError::Assembly(problems) = error else { return None };
+    let own = problems.first()?;
+    let is_asked = ["input", "parameter"].iter().any(|word| own.key.starts_with(word));
+    is_asked.then(|| Failure::Usage {
+        message: format!("{}: {}", own.key, own.message),
+        help: own.help.clone().unwrap_or_default(),
+    })
 }
 
 fn resources(

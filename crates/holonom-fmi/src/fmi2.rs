@@ -29,12 +29,10 @@ pub struct CallbackFunctions {
 fn logger(name: CString, environment: *mut c_void, log: Logger) -> Log {
     Box::new(move |status, category, message| {
         let (Some(log), Ok(category)) = (log, CString::new(category)) else { return };
-        let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
+        let message = CString::new(message.replace('\0', " ").replace('%', "%%")).unwrap_or_default();
         let (category, message) = (category.as_ptr(), message.as_ptr());
-        // SAFETY: the callback of the tool; the message is no format.
-        unsafe {
-            log(environment, name.as_ptr(), status as c_int, category, c"%s".as_ptr(), message)
-        }
+        // SAFETY: the callback of the tool. It may take the message for a format, or for words.
+        unsafe { log(environment, name.as_ptr(), status as c_int, category, message) }
     })
 }
 

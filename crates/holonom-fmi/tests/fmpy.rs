@@ -24,7 +24,7 @@ joint = [
 ]
 sensor = [
     { name = "end point", type = "position", of = "lower", point = [0.5, 0.0, 0.0] },
-    { name = "elbow", type = "joint_coordinate", of = "elbow" },
+    { name = "angle", type = "joint_coordinate", of = "elbow" },
     { name = "elbow_rate", type = "joint_rate", of = "elbow" },
     { name = "bearing", type = "reaction", of = "shoulder" },
 ]
@@ -42,7 +42,8 @@ fn interpreter() -> Option<PathBuf> {
 
 /// The library of this build.
 fn library() -> PathBuf {
-    let name = format!("{}holonom_fmi{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let name =
+        format!("{}holonom_fmi{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     std::env::current_exe().unwrap().with_file_name(name)
 }
 
@@ -90,13 +91,13 @@ fn units_are_valid_and_equal_to_the_program_in_fmpy() {
         let (code, _, said) = holonom(&["run", &model, "-o", &out, "--set", set, "--quiet"]);
         assert_eq!(code, 0, "{said}");
     }
-    for version in ["2", "3"] {
-        let out = path(&folder, &format!("arms{version}.fmu"));
+    let units = [("arms", "elbow"), ("pushed", "lower")]; // and what is an input
+    for (version, (name, input)) in ["2", "3"].iter().flat_map(|v| units.map(|unit| (v, unit))) {
+        let out = path(&folder, &format!("{name}{version}.fmu"));
         let library = library().display().to_string();
-        let (code, _, said) = holonom(&[
-            "export-fmu", &model, "-o", &out, "--fmi", version, "--library", &library, "--input",
-            "lower", "--parameter", "body.lower.inertia.1",
-        ]);
+        let export = ["export-fmu", &model, "-o", &out, "--fmi", version, "--library", &library];
+        let asked = ["--input", input, "--parameter", "body.lower.inertia.1"];
+        let (code, _, said) = holonom(&[&export[..], &asked].concat());
         assert_eq!(code, 0, "{said}");
         println!("{said}");
     }
@@ -119,11 +120,11 @@ fn bad_calls_of_the_verb_are_refused_by_name() {
         assert!(found == code && said.contains(words), "{more:?}: {found}\n{said}");
         assert!(!Path::new(&out).exists(), "{more:?} left a file");
     };
-    refused(3, "did you mean `elbow`?", &["--input", "elbo"]);
-    refused(3, "a revolute joint has no coordinate 1", &["--input", "elbow.1"]);
-    refused(3, "there is no body named `wrist`", &["--input", "wrist.force"]);
-    refused(3, "the model has no number at this key", &["--parameter", "body.lower.name"]);
-    refused(3, "`static` computes equilibria", &["--set", "simulation.scheme=static"]);
+    refused(2, "did you mean `elbow`?", &["--input", "elbo"]);
+    refused(2, "a revolute joint has no coordinate 1", &["--input", "elbow.1"]);
+    refused(2, "there is no body named `wrist`", &["--input", "wrist.force"]);
+    refused(2, "the model has no number at this key", &["--parameter", "body.lower.name"]);
+    refused(3, "computes equilibria, no motion", &["--set", "simulation.scheme=static"]);
     refused(2, "invalid value '1'", &["--fmi", "1"]);
     let other = path(&folder, "arms.toml");
     let (code, _, said) = holonom(&["export-fmu", &model, "-o", &out, "--library", &other]);
@@ -184,7 +185,8 @@ fn the_page_of_the_guide_runs() {
             }
             "output" => {
                 shown += 1;
-                let (old, new) = (format!("```output\n{content}```"), format!("```output\n{printed}```"));
+                let (old, new) =
+                    (format!("```output\n{content}```"), format!("```output\n{printed}```"));
                 renewed = renewed.replacen(&old, &new, 1);
             }
             _ => {}

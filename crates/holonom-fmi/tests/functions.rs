@@ -10,6 +10,8 @@ mod unit;
 
 #[path = "functions/bits.rs"]
 mod bits;
+#[path = "functions/lint.rs"]
+mod lint;
 #[path = "functions/phases.rs"]
 mod phases;
 #[path = "functions/states.rs"]

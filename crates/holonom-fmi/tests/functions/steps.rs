@@ -166,3 +166,27 @@ fn histories_are_read_at_the_time_of_the_tool() {
         assert_eq!(free.step(f64::from(n) * 1e-3, 1e-3).0, OK);
     }
 }
+
+#[test]
+fn a_controller_outside_is_of_first_order_in_the_communication_step() {
+    let rate = "[[sensor]]\nname = \"rate\"\ntype = \"joint_rate\"\nof = \"shoulder\"\n";
+    let law = "[[law]]\nname = \"drive\"\njoint = \"shoulder\"\neffort = \"9.81 + 20*(0.3 - shoulder) - 4*shoulder.rate\"\n";
+    let still = [("joint.shoulder.motor.effort", "0.0"), ("simulation.step", "1e-4")];
+    let inside = Unit::new(&format!("{ARM}\n{law}"), &still, &[], &[]).begun(Version::Fmi3);
+    assert_eq!(inside.step(0.0, 0.5).0, OK);
+    let outside = Unit::new(&format!("{ARM}\n{rate}"), &still, &[], &[]);
+    let reference = |name: &str| outside.reference(name);
+    let [angle, rate, effort] = ["angle", "rate", "shoulder.effort"].map(reference);
+    let errors = [5e-3, 1e-2, 2e-2].map(|h: f64| {
+        let own = outside.begun(Version::Fmi3);
+        for n in 0..(0.5 / h).round() as u32 {
+            let at = own.get(&[angle, rate]);
+            assert_eq!(own.set(effort, 9.81 + 20.0 * (0.3 - at[0]) - 4.0 * at[1]), OK);
+            assert_eq!(own.step(f64::from(n) * h, h).0, OK, "{}", own.said());
+        }
+        (own.get(&[angle])[0] - inside.get(&[angle])[0]).abs()
+    });
+    println!("errors at H = 5, 10, 20 ms: {errors:?} rad");
+    let orders = [errors[1] / errors[0], errors[2] / errors[1]].map(f64::log2);
+    assert!(orders.iter().all(|order| (order - 1.0).abs() < 0.15), "{orders:?}");
+}
