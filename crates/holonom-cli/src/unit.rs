@@ -9,7 +9,7 @@ use holonom::export::configuration;
 use holonom::model::{Model, ModelError, ModelText};
 use holonom::output::OutputError;
 use holonom::run::prepare;
-use holonom::{Input as Held, Simulation};
+use holonom::{Input as Held, Outside, Simulation};
 use holonom_fmu::{Causality, Interface, Request, Resources, Unit, Variable, Version};
 use serde_json::json;
 
@@ -43,7 +43,7 @@ pub(crate) fn export(arguments: &UnitArguments) -> Result<(), Failure> {
     let made = || -> Result<_, ModelError> {
         let (resources, interface) = resources(arguments, &text, &model)?;
         let inputs: Vec<Held> = interface.places.iter().cloned().map(Held::new).collect();
-        Simulation::with_inputs(&model, &inputs)?;
+        Simulation::with_outside(&model, &Outside::of_inputs(&inputs))?;
         Ok((resources, interface, page(&model, simulation.as_ref())?, configuration(&model)?))
     };
     let (resources, interface, page, drawing) = match made() {

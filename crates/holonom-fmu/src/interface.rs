@@ -5,6 +5,7 @@
 //! | independent | `time` | s |
 //! | parameter | `parameters.NAME`, `simulation.step`, any key that is asked for | numbers of the model file, fixed after the initialization |
 //! | input | `JOINT.effort` | N or N·m, beside what acts in the file: of each joint with a motor |
+//! | input | `JOINT.setpoint` | m or rad, in the place of the path that its motor follows: where that is constant or this is asked for |
 //! | input | `SIGNAL` | a signal that is a number and that no event sets: set points |
 //! | input | `BODY.force.x` …, `BODY.torque.x` … | N and N·m, in space, at the centre of mass; where asked for |
 //! | output | `SENSOR`, `SENSOR.part` | the columns of `sensors.csv` |
@@ -13,7 +14,7 @@
 //! The reference of a variable is its place in the list.
 
 use crate::names;
-use holonom::model::{Problem, SensorKind, nearest};
+use holonom::model::{Curves, JointMotor, MotionPath, Problem, SensorKind, nearest};
 use holonom::sensor::Column;
 use holonom::{InputPlace, Model, ModelError, Override};
 use serde::{Deserialize, Serialize};
@@ -22,7 +23,7 @@ use std::collections::BTreeSet;
 /// What is asked for beside what every unit has.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Request {
-    /// Joints (`arm`, `arm.1`), bodies (`arm`, `arm.force`, `arm.torque`), signals.
+    /// Joints (`arm`, `arm.1`, `arm.setpoint`), bodies (`arm`, `arm.force`, `arm.torque`), signals.
     pub inputs: Vec<String>,
     /// Key paths of numbers of the model file: `body.arm.mass`.
     pub parameters: Vec<String>,
@@ -196,8 +197,15 @@ impl Interface {
                 }
             }
         }
+        for joint in &model.joints {
+            let fixed = |motor: &JointMotor| is_controlled(motor) && is_constant(&motor.path);
+            let place = InputPlace::Setpoint(joint.name.clone());
+            if joint.motor.as_ref().is_some_and(fixed) && !places.contains(&place) {
+                places.push(place);
+            }
+        }
         for place in places {
-            self.add_held(model, place);
+            self.add_held(model, place)?;
         }
         for name in signals {
             let signal = model.signals.iter().find(|own| own.name == name);
@@ -210,8 +218,8 @@ impl Interface {
         Ok(())
     }
 
-    fn add_held(&mut self, model: &Model, place: InputPlace) {
-        let input = self.places.len();
+    fn add_held(&mut self, model: &Model, place: InputPlace) -> Result<(), Problem> {
+        let (input, mut start) = (self.places.len(), 0.0);
         let (base, unit, what) = match &place {
             InputPlace::Joint { name, freedom } => {
                 let pair = model.joint(name).map(holonom::model::Joint::pair);
@@ -222,6 +230,20 @@ impl Interface {
                     k => format!("effort_{k}"),
                 };
                 (names::structured(&[name, &part]), unit, format!("effort on joint `{name}`"))
+            }
+            InputPlace::Setpoint(name) => {
+                let motor = model.joint(name).and_then(|joint| joint.motor.as_ref());
+                let Some(motor) = motor.filter(|motor| is_controlled(motor)) else {
+                    let what = format!("the joint `{name}` has no motor that follows a path");
+                    let help = "write `motor = { proportional = …, derivative = … }` there";
+                    return Err(Problem::new(format!("input `{name}.setpoint`"), what).help(help));
+                };
+                let pair = model.joint(name).map(holonom::model::Joint::pair);
+                let is_angle = pair.is_some_and(|pair| pair.is_angle(motor.freedom));
+                let what = format!("what the motor of joint `{name}` follows");
+                start = start_of(&motor.path, model);
+                let unit = if is_angle { "rad" } else { "m" };
+                (names::structured(&[name, "setpoint"]), unit, what)
             }
             InputPlace::Force(name) => {
                 let what = format!("force on `{name}` at its centre of mass, in space");
@@ -235,7 +257,7 @@ impl Interface {
         let planar = matches!(&place, InputPlace::Force(name) if model.header.dimension == 2
             && model.particles.iter().any(|own| own.name == *name));
         let components: &[&str] = match &place {
-            InputPlace::Joint { .. } => &[""],
+            InputPlace::Joint { .. } | InputPlace::Setpoint(_) => &[""],
             _ if planar => &["x", "y"],
             _ => &["x", "y", "z"],
         };
@@ -243,10 +265,14 @@ impl Interface {
             let name = if axis.is_empty() { base.clone() } else { format!("{base}.{axis}") };
             let variable =
                 Variable::new(name, Causality::Input, Quantity::Held { input, component });
-            let described = format!("{what}, beside what acts in the file; held over a step");
-            self.variables.push(variable.unit(unit).start(0.0).described(&described));
+            let described = match place {
+                InputPlace::Setpoint(_) => format!("{what}; held over a step"),
+                _ => format!("{what}, beside what acts in the file; held over a step"),
+            };
+            self.variables.push(variable.unit(unit).start(start).described(&described));
         }
         self.places.push(place);
+        Ok(())
     }
 
     fn add_outputs(&mut self, model: &Model) {
@@ -307,6 +333,25 @@ impl Variable {
     }
 }
 
+/// Whether a motor follows a path.
+fn is_controlled(motor: &JointMotor) -> bool {
+    motor.proportional != 0.0 || motor.derivative != 0.0
+}
+
+/// Whether a path stays where it begins.
+fn is_constant(path: &MotionPath) -> bool {
+    let moves = [path.rate, path.acceleration, path.amplitude].iter().any(|own| *own != 0.0);
+    !moves && path.expression.is_none() && path.moves.is_empty() && path.table.is_none()
+}
+
+/// Where a path begins.
+fn start_of(path: &MotionPath, model: &Model) -> f64 {
+    match path.program(&Curves::new(model)) {
+        Some(program) => program.taylor(0.0).map_or(0.0, |own| own[0]),
+        None => path.function()(0.0)[0],
+    }
+}
+
 /// What a name asks for: a coordinate of a joint, force or torque on a body, or both.
 fn asked(model: &Model, name: &str) -> Result<Vec<InputPlace>, Problem> {
     let owned = |name: &str| name.to_owned();
@@ -318,6 +363,10 @@ fn asked(model: &Model, name: &str) -> Result<Vec<InputPlace>, Problem> {
         && let (Some(_), Ok(freedom)) = (model.joint(joint), number.parse())
     {
         return Ok(vec![InputPlace::Joint { name: owned(joint), freedom }]);
+    }
+    if let Some(joint) = name.strip_suffix(".setpoint").filter(|joint| model.joint(joint).is_some())
+    {
+        return Ok(vec![InputPlace::Setpoint(owned(joint))]);
     }
     let particle = |name: &str| model.particles.iter().any(|own| own.name == name);
     // a node of a beam is known when the system is assembled

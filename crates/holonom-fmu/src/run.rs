@@ -85,8 +85,8 @@ impl Run {
             }
         }
         let inputs: Vec<Input> = interface.places.iter().cloned().map(Input::new).collect();
-        let simulation =
-            Simulation::beginning_at(&model, &Outside::of_inputs(&inputs), t).map_err(|error| words(&error))?;
+        let simulation = Simulation::beginning_at(&model, &Outside::of_inputs(&inputs), t)
+            .map_err(|error| words(&error))?;
         let step = model.settings.step;
         let mut own = Self { simulation, inputs, step, read: None, numbers };
         own.hold_efforts(interface, values);

@@ -190,3 +190,36 @@ fn a_controller_outside_is_of_first_order_in_the_communication_step() {
     let orders = [errors[1] / errors[0], errors[2] / errors[1]].map(f64::log2);
     assert!(orders.iter().all(|order| (order - 1.0).abs() < 0.15), "{orders:?}");
 }
+
+#[test]
+fn a_set_point_is_followed_by_the_motor_of_the_file_at_any_communication_step() {
+    let motor = |path: &str| {
+        let text = format!("motor = {{ proportional = 200.0, derivative = 20.0{path} }}");
+        ARM.replace("motor = { effort = 1.0 }", &text)
+    };
+    let still = Unit::new(&motor(", path = { offset = 0.1 }"), &[], &[], &[]);
+    let (setpoint, angle) = (still.reference("shoulder.setpoint"), still.reference("angle"));
+    // until it is set it is the path of the file, bit for bit; 50 ms are far from stable outside
+    let own = still.begun(Version::Fmi3);
+    assert_eq!(own.get(&[setpoint]), [0.1]);
+    let mut run = Simulation::new(&still.model).unwrap();
+    for (n, sample) in run.samples().step_by(50).take(10).enumerate() {
+        assert_eq!(own.get(&[angle])[0].to_bits(), sample.unwrap().sensors[0].to_bits());
+        assert_eq!(own.step(n as f64 * 0.05, 0.05).0, OK);
+    }
+    // then it is what is set: k (s − θ) = m g cos(θ)/2
+    assert_eq!(own.set(setpoint, 0.6), OK);
+    for n in 10..60_u32 {
+        assert_eq!(own.step(f64::from(n) * 0.05, 0.05).0, OK, "{}", own.said());
+    }
+    let reached = own.get(&[angle])[0];
+    println!("{reached:.6} rad");
+    assert!((200.0 * (0.6 - reached) - 9.81 * reached.cos()).abs() < 1e-4, "{reached} rad");
+    // a path that moves stays that of the file where nothing else is asked for
+    let moving = motor(", path = { rate = 0.5 }");
+    let names = |inputs: &[&str]| {
+        let unit = Unit::new(&moving, &[], inputs, &[]);
+        unit.interface.variables.iter().any(|own| own.name == "shoulder.setpoint")
+    };
+    assert!(!names(&[]) && names(&["shoulder.setpoint"]));
+}
