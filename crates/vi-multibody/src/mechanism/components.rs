@@ -7,8 +7,10 @@
 use super::Mechanism;
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::pair::joint::Joint;
+use nalgebra::Vector3;
 use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
+use vi_rigid::directors::center;
 
 /// The component of each body and point mass, and its longest lever arm.
 #[derive(Clone, Debug)]
@@ -107,6 +109,19 @@ impl Mechanism {
             extents[component] = extents[component].max(norm_inf(&q[own]));
         }
         extents
+    }
+
+    /// How much coarser than a rotation the direction from a node to the next is rounded, since it
+    /// is a difference of coordinates: `|φ|/ℓ`, from 1, as without nodes, to 1000.
+    pub(crate) fn direction_rounding(&self, q: &[f64]) -> f64 {
+        let bodies = &self.description.bodies;
+        let nodes = (0..bodies.len()).filter(|&k| bodies[k].body.is_none());
+        let points: Vec<_> = nodes.map(|k| center(&q[12 * k..12 * k + 12])).collect();
+        let part = |pair: &[Vector3<f64>]| match (pair[1] - pair[0]).norm() {
+            0.0 => 1.0, // in a corner
+            length => pair[0].amax().max(pair[1].amax()) / length,
+        };
+        points.windows(2).map(part).fold(1.0, f64::max).min(1e3)
     }
 
     /// The size of the coordinates of points at `q`, m, for each body and then each point mass:

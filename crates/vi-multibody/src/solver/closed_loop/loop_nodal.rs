@@ -43,6 +43,7 @@ pub struct LoopNodal {
     solver: TreeSolver,
     coupled: Coupled, // of matrices that couple bodies
     elements: bool,   // between frames
+    rounding: f64,    // of directions between nodes, in parts of that of rotations
     h: f64,
     resolution: Resolution,
     fresh: bool,    // rows not chosen yet in this step
@@ -86,6 +87,7 @@ impl LoopNodal {
         let (h, resolution) = (1.0, Resolution::full());
         let (fresh, current, elements) = (true, false, mechanism.has_nodes());
         let standing = false;
+        let rounding = mechanism.direction_rounding(&mechanism.initial_configuration());
         Self {
             loops,
             blocks,
@@ -93,6 +95,7 @@ impl LoopNodal {
             solver,
             coupled,
             elements,
+            rounding,
             h,
             resolution,
             fresh,
@@ -378,6 +381,7 @@ impl NodalOperators for LoopNodal {
 
     fn precision(&self) -> Precision {
         let (noise, balances) = (self.resolution.noise(), !self.elements);
+        let noise = noise.max((noise * self.rounding).min(1e-6));
         let closing_size = match balances && !self.coupled.chord.keeps_factors() {
             true => self.resolution.closing_size(),
             false => 0.0,
