@@ -71,13 +71,14 @@ mod beams {
     mod section_forces;
     mod stations;
     mod stiff_beams;
+    mod tensioned_models;
 }
 
 mod statics {
     mod mode_models;
     mod moving_models;
     mod rotating_models;
-    pub(crate) mod static_models;
+    mod static_models;
     mod unstable_equilibria;
 }
 
