@@ -66,6 +66,7 @@ mod beams {
     mod dissipative_strains;
     mod driven_beams;
     mod flexible_multibody;
+    mod helicoidal_benchmarks;
     mod material_damping;
     mod ropes;
     mod section_forces;
@@ -78,7 +79,7 @@ mod statics {
     mod mode_models;
     mod moving_models;
     mod rotating_models;
-    mod static_models;
+    pub(crate) mod static_models;
     mod unstable_equilibria;
 }
 
