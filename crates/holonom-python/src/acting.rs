@@ -15,6 +15,7 @@ use holonom::{
 };
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -514,10 +515,10 @@ pub(crate) fn numbers(given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     if let Ok(array) = given.cast::<PyArray1<f64>>() {
         return array.to_vec().map_err(PyErr::from);
     }
-    if let Ok(number) = given.extract::<f64>() {
-        return Ok(vec![number]);
+    if given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>() {
+        return given.extract();
     }
-    given.extract()
+    given.extract::<f64>().map(|number| vec![number]).or_else(|_| given.extract())
 }
 
 /// A body, a node of a beam or a point mass at the middle of a step, predicted.

@@ -11,6 +11,7 @@
 //! | `recording` | the nodes of a run, as arrays |
 //! | `simulate` | a run from its start to its end, in memory or with files |
 //! | `stepper` | one step after another, with inputs held over a step |
+//! | `ensemble` | many steppers, a step of all in one call |
 //! | `folder` | the tables of a folder |
 //! | `watch` | Ctrl-C and progress, while the interpreter is free |
 //! | `verbs` | the other verbs of the program |
@@ -20,6 +21,7 @@
 #![deny(missing_docs)]
 
 mod acting;
+mod ensemble;
 mod errors;
 mod folder;
 mod law;
@@ -43,6 +45,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<model::Model>()?;
     module.add_class::<stepper::Stepper>()?;
+    module.add_class::<ensemble::Ensemble>()?;
     module.add_class::<acting::Acting>()?;
     module.add_class::<acting::BodyState>()?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;

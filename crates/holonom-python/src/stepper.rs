@@ -22,20 +22,57 @@ pub(crate) struct Stepper {
     width: usize, // of all inputs that are named
 }
 
-struct Run {
+/// A run with its start.
+pub(crate) struct Run {
     acted: Acted,
     start: RunState,
     before: Vec<f64>, // by all inputs, before a step
 }
 
 impl Run {
-    fn new(acted: Acted) -> Self {
+    pub(crate) fn new(acted: Acted) -> Self {
         let start = acted.simulation.state();
         Self { acted, start, before: Vec::new() }
     }
 
+    /// Columns of the inputs that are named.
+    pub(crate) fn width(&self) -> usize {
+        self.acted.width
+    }
+
+    /// Steps taken, and the time.
+    pub(crate) fn place(&self) -> (u64, f64) {
+        Experiment::place(&self.acted.simulation)
+    }
+
+    /// Coordinates of the present node.
+    pub(crate) fn configuration(&self) -> &[f64] {
+        self.acted.simulation.configuration()
+    }
+
+    /// The state between two steps, with what inputs hold.
+    pub(crate) fn state(&self) -> RunState {
+        self.acted.simulation.state()
+    }
+
+    /// Continues from a state.
+    pub(crate) fn resume(&mut self, state: RunState) -> Result<(), String> {
+        self.acted.simulation.resume(state).map_err(|error| error.to_string())
+    }
+
+    /// Back to the start of the model.
+    pub(crate) fn begin_again(&mut self) -> Result<(), String> {
+        let start = self.start.clone();
+        self.resume(start)
+    }
+
+    /// Goes on with another run; the start stays.
+    pub(crate) fn replace(&mut self, acted: Acted) {
+        self.acted = acted;
+    }
+
     /// The inputs that are named.
-    fn named(&self) -> &[Input] {
+    pub(crate) fn named(&self) -> &[Input] {
         let Acted { inputs, width, .. } = &self.acted;
         let mut count = 0;
         let own = inputs.iter().take_while(|input| {
@@ -45,23 +82,26 @@ impl Run {
         &inputs[..own.count()]
     }
 
-    /// Takes a step; one that fails leaves what inputs hold, too.
-    fn step(&mut self) -> Result<(), RunFailure> {
+    /// Takes a step.
+    pub(crate) fn step(&mut self) -> Result<(), RunFailure> {
         self.acted.simulation.step_on()
     }
 
-    fn remember(&mut self) {
+    /// Keeps what inputs hold for [`Run::take_back`].
+    pub(crate) fn remember(&mut self) {
         self.before.clear();
         for input in &self.acted.inputs {
             self.before.extend_from_slice(&input.values()[..input.len()]);
         }
     }
 
-    fn take_back(&self) {
+    /// Holds that again.
+    pub(crate) fn take_back(&self) {
         hold(&self.acted.inputs, &self.before);
     }
 
-    fn sense(&mut self) -> Result<Vec<f64>, RunFailure> {
+    /// What is observed at the present node.
+    pub(crate) fn sense(&mut self) -> Result<Vec<f64>, RunFailure> {
         let Acted { simulation, observed, .. } = &mut self.acted;
         if observed.is_empty() {
             return Ok(Vec::new());
@@ -113,15 +153,16 @@ impl Stepper {
             _ => {
                 let mut watch = Watch::new(None);
                 let taken = freed(py, run.acted.calls_python, || {
-                    (0..count).try_for_each(|n| match watch.proceed(n, count) {
-                        true => {
-                            if n > 0 {
-                                run.remember();
-                            }
-                            run.step()
+                    for n in 0..count {
+                        if !watch.proceed(n, count) {
+                            break;
                         }
-                        false => Ok(()),
-                    })
+                        if n > 0 {
+                            run.remember();
+                        }
+                        run.step()?;
+                    }
+                    Ok(())
                 });
                 watch.stopped()?;
                 taken
@@ -200,7 +241,7 @@ impl Stepper {
 
     /// Steps taken, and the time.
     fn place(&self) -> PyResult<(u64, f64)> {
-        Ok(Experiment::place(&self.taken()?.acted.simulation))
+        Ok(self.taken()?.place())
     }
 
     /// Coordinates of the present node.
@@ -250,7 +291,7 @@ impl Stepper {
 
     /// The state between two steps, with what inputs hold.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let state = self.taken()?.acted.simulation.state();
+        let state = self.taken()?.state();
         let bytes = postcard::to_allocvec(&state)
             .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
         Ok(PyBytes::new(py, &bytes))
@@ -261,8 +302,7 @@ impl Stepper {
         let state: RunState = postcard::from_bytes(state).map_err(|error| {
             raise(py, "StateMismatch", (format!("these bytes are no state: {error}"),))
         })?;
-        let resumed = self.taken()?.acted.simulation.resume(state);
-        resumed.map_err(|error| raise(py, "StateMismatch", (error.to_string(),)))
+        self.taken()?.resume(state).map_err(|words| raise(py, "StateMismatch", (words,)))
     }
 
     /// Back to the start, that of these coordinates and rates of joints where there are some.
@@ -274,13 +314,10 @@ impl Stepper {
     ) -> PyResult<()> {
         let mut run = self.taken()?;
         if joints.is_empty() && rates.is_empty() {
-            let start = run.start.clone();
-            let resumed = run.acted.simulation.resume(start);
-            return resumed.map_err(|error| raise(py, "StateMismatch", (error.to_string(),)));
+            return run.begin_again().map_err(|words| raise(py, "StateMismatch", (words,)));
         }
         let start = JointStart { coordinates: joints, rates };
-        let acted = self.acting.get().stepper(py, self.model.get(), start)?;
-        run.acted = acted;
+        run.replace(self.acting.get().stepper(py, self.model.get(), start)?);
         Ok(())
     }
 }

@@ -12,7 +12,7 @@ import pytest
 import holonom as hn
 
 PACKAGE = Path(hn.__file__).parent
-MODULES = ["_acting", "_model", "_result", "_simulate", "_spec", "_stepper", "_sweep", "_verbs"]
+MODULES = ["_acting", "_ensemble", "_model", "_result", "_simulate", "_spec", "_stepper", "_sweep", "_verbs"]
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -14,10 +14,14 @@ HEAD = '''"""The sections of a model as methods. Written from the schema of mode
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from ._parts import BeamPart, Matrix, Name, Number, Part, Sections, Vector
+from ._parts import BeamPart, Part, Sections
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from ._parts import Matrix, Name, Number, Vector
 
 __all__ = ["Builder"]
 

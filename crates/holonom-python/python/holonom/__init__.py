@@ -9,14 +9,16 @@ arrays. All units are SI, angles are in rad. ``import holonom as hn``.
 ``simulate``, ``Result``            a run, as arrays by the names of the columns of its files
 ``Stepper``                         one step after another, with inputs held over a step
 ``Law``, ``compiled``               functions that act within a step
-``sweep``, ``plan``, ``rollout``    many runs
+``Ensemble``, ``rollout``           many members, stepped together
+``sweep``, ``plan``                 many runs
 ``check``, ``statics``, ``modes``   what ``holonom check`` and so on find
 ``verify``, ``compare``             properties of a model, measured; schemes side by side
 ``import_robot``, ``schema``        a model of a robot description; the keys of model files
 ==================================  ==============================================================
 """
 
-from ._acting import CompiledLaw, Law, compiled
+from typing import TYPE_CHECKING, Any
+
 from ._core import BodyState, __version__
 from ._errors import (
     AnalysisFailed,
@@ -35,13 +37,43 @@ from ._errors import (
     UnknownName,
 )
 from ._model import Model, load
-from ._parts import BeamPart, Part, Parts
 from ._result import Beam, Member, Momentum, Result, Table, open_folder as open
 from ._simulate import simulate, statics
-from ._spec import Spec, box, circle, cylinder, rectangle, rod, section, sphere, tube
 from ._stepper import Stepper
-from ._sweep import Plan, SweepTable, plan, rollout, run_point, sweep
-from ._verbs import Answer, Imported, check, compare, import_robot, modes, schema, verify
+
+if TYPE_CHECKING:
+    from ._acting import CompiledLaw, Law, compiled
+    from ._ensemble import Ensemble
+    from ._parts import BeamPart, Part, Parts
+    from ._spec import Spec, box, circle, cylinder, rectangle, rod, section, sphere, tube
+    from ._sweep import Plan, Rollout, SweepTable, plan, rollout, run_point, sweep
+    from ._verbs import Answer, Imported, Modes, check, compare, import_robot, modes, schema, verify
+
+_LATER = {
+    "_acting": ("CompiledLaw", "Law", "compiled"),
+    "_ensemble": ("Ensemble",),
+    "_parts": ("BeamPart", "Part", "Parts"),
+    "_spec": ("Spec", "box", "circle", "cylinder", "rectangle", "rod", "section", "sphere", "tube"),
+    "_sweep": ("Plan", "Rollout", "SweepTable", "plan", "rollout", "run_point", "sweep"),
+    "_verbs": ("Answer", "Imported", "Modes", "check", "compare", "import_robot", "modes", "schema", "verify"),
+}
+"""Names by modules that are imported when they are asked for."""
+
+
+def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
+    for module, names in _LATER.items():
+        if name in names:
+            value = getattr(import_module(f".{module}", __name__), name)
+            globals()[name] = value
+            return value
+    raise AttributeError(f"module `holonom` has no `{name}`")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
 
 __all__ = [
     "AnalysisFailed",
@@ -50,6 +82,7 @@ __all__ = [
     "BeamPart",
     "BodyState",
     "CompiledLaw",
+    "Ensemble",
     "FunctionFailed",
     "HolonomError",
     "HolonomWarning",
@@ -61,6 +94,7 @@ __all__ = [
     "Member",
     "MemoryLack",
     "Model",
+    "Modes",
     "Momentum",
     "OutputExists",
     "OutputFailed",
@@ -69,6 +103,7 @@ __all__ = [
     "Plan",
     "Problem",
     "Result",
+    "Rollout",
     "RunFailed",
     "Spec",
     "StateMismatch",

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias, Union
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from . import _core
-from ._parts import Name
 
-_FUNCTION: Any = ctypes._CFuncPtr  # type: ignore[attr-defined]  # functions of ctypes
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ._parts import Name
+
+    Laws = Mapping[Any, "Law | Callable[[float, float, float], Any]"]
+    Forces = Mapping[Any, Callable[[float, Any], ArrayLike]]
+    Motions = Mapping[Any, Callable[[float], tuple[float, float, float]]]
+    Start = Mapping[Any, Any]
+    Control = Callable[[float, Any], ArrayLike]
+
 SIGNATURE = "double law(double t, double x, double v, double *slopes)"
 
 
@@ -48,13 +55,6 @@ class CompiledLaw(Law):
     address: int = 0
 
 
-Laws: TypeAlias = Mapping[Any, Union[Law, Callable[[float, float, float], Any]]]
-Forces: TypeAlias = Mapping[Any, Callable[[float, Any], ArrayLike]]
-Motions: TypeAlias = Mapping[Any, Callable[[float], tuple[float, float, float]]]
-Start: TypeAlias = Mapping[Any, Any]
-Control: TypeAlias = Callable[[float, Any], ArrayLike]
-
-
 def compiled(function: Any, *, conservative: bool = False) -> CompiledLaw:
     """A law of machine code: ``double law(double t, double x, double v, double *slopes)``.
 
@@ -83,7 +83,10 @@ def compiled(function: Any, *, conservative: bool = False) -> CompiledLaw:
     ...     return -4.0 * x
     >>> law = compiled(spring, conservative=True)
     """
-    if isinstance(function, _FUNCTION):
+    import ctypes
+
+    kind_of_ctypes: Any = ctypes._CFuncPtr  # type: ignore[attr-defined]
+    if isinstance(function, kind_of_ctypes):
         double = ctypes.c_double
         arguments = list(function.argtypes or getattr(type(function), "_argtypes_", ()))
         result = function.restype

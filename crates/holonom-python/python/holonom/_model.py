@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from os import PathLike, fspath
-from pathlib import Path
 from typing import Any
 
 from . import _core, _toml
@@ -92,6 +91,8 @@ class Model:
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes :meth:`to_toml` to a file."""
+        from pathlib import Path
+
         Path(path).write_text(self.to_toml(), encoding="utf-8")
 
     @property

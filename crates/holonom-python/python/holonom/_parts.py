@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, TypeAlias, Union
+from typing import TYPE_CHECKING, Any, TypeAlias, Union
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._errors import UnknownName
 
 Number: TypeAlias = Union[float, int, str, "np.generic"]
 """A number, or an expression of parameters."""
-Vector: TypeAlias = Union[Sequence[Number], NDArray[Any]]
-Matrix: TypeAlias = Union[Sequence[Sequence[Number]], NDArray[Any], Sequence[NDArray[Any]]]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Vector: TypeAlias = Union[Sequence[Number], NDArray[Any]]
+    Matrix: TypeAlias = Union[Sequence[Sequence[Number]], NDArray[Any], Sequence[NDArray[Any]]]
 Name: TypeAlias = Union[str, "Part"]
 """The name of a part, or its handle."""
 

@@ -5,17 +5,20 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from os import PathLike, fspath
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import _core
 from ._errors import HolonomError, HolonomWarning, RunFailed, UnknownName, no_panic
 from ._model import Model, load
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 HEAD = ("step", "t")
 SECTION = [f"{what}{k}" for what in ("Gamma", "K", "N", "M") for k in (1, 2, 3)]
@@ -335,6 +338,8 @@ class Result:
 
         A result in memory runs once more into a folder of its own, which is removed.
         """
+        from pathlib import Path
+
         if self.folder is not None:
             return Path(_core.write_page(fspath(self.folder))).read_text(encoding="utf-8")
         import tempfile
@@ -347,6 +352,7 @@ class Result:
         """Shows the page: in a notebook a frame, elsewhere the browser."""
         import tempfile
         import webbrowser
+        from pathlib import Path
 
         html = self.page()
         try:
@@ -394,6 +400,8 @@ def open_folder(folder: str | PathLike[str]) -> Result:
     ------
     OutputFailed, InvalidModel
     """
+    from pathlib import Path
+
     path = Path(folder)
     if not (path / "summary.json").is_file():
         raise HolonomError(f"{path} holds no run", "name the folder that `holonom run` wrote")

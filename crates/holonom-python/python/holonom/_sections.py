@@ -4,10 +4,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from ._parts import BeamPart, Matrix, Name, Number, Part, Sections, Vector
+from ._parts import BeamPart, Part, Sections
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from ._parts import Matrix, Name, Number, Vector
 
 __all__ = ["Builder"]
 
@@ -279,13 +283,16 @@ class Builder(Sections):
         elements: int | Vector,
         *,
         angular_velocity: Vector | None = None,
+        curvature: Vector | None = None,
         curve: Mapping[str, Any] | None = None,
-        element: Literal["helicoidal", "mean_directors", "rope"] | None = None,
+        element: Literal["helicoidal", "mean_directors", "rope", "second_order"] | None = None,
         end: Literal["free", "clamped", "pinned"] | None = None,
+        length: Number | None = None,
         mass: Literal["consistent", "lumped"] | None = None,
         normal: Vector | Matrix | None = None,
         order: int | None = None,
         points: Matrix | None = None,
+        prestress: Number | None = None,
         relative_to: Name | None = None,
         section: Mapping[str, Any] | None = None,
         start: Literal["free", "clamped", "pinned"] | None = None,
@@ -294,9 +301,9 @@ class Builder(Sections):
         twist: Literal["normal", "minimal"] | None = None,
         velocity: Vector | None = None,
     ) -> BeamPart:
-        """``[[beam]]``: a geometrically exact beam, free of stress in the initial configuration.
-        Its nodes are named ``NAME.start``, ``NAME.end`` and ``NAME.0``, ``NAME.1``, … wherever a
-        body may be named.
+        """``[[beam]]``: a geometrically exact beam, free of stress in the initial configuration
+        unless ``length``, ``curvature`` or ``prestress`` say otherwise. Its nodes are named
+        ``NAME.start``, ``NAME.end`` and ``NAME.0``, ``NAME.1``, … wherever a body may be named.
 
         Parameters
         ----------
@@ -306,6 +313,9 @@ class Builder(Sections):
             Elements of each leg, or a list with one number for each leg.
         angular_velocity : array (3,), optional
             Initial angular velocity of the whole beam, spatial components, rad/s.
+        curvature : array (3,), optional
+            Curvature of the stress-free beam about ``d_1`` and ``d_2`` and its twist, 1/m, in the
+            place of those of the centre line.
         curve : dict, optional
             Its centre line when it is curved; instead of ``points``.
         element : str, optional
@@ -314,6 +324,9 @@ class Builder(Sections):
         end : str, optional
             How the ground holds its end.
             One of ``"free"``, ``"clamped"``, ``"pinned"``.
+        length : float, optional
+            Its stress-free length, m, in the place of that of the centre line: a longer beam is
+            slack or bent between its supports, a shorter one is stretched.
         mass : str, optional
             Distribution of its mass.
             One of ``"consistent"``, ``"lumped"``.
@@ -326,6 +339,8 @@ class Builder(Sections):
             quadrature).
         points : array (n, 3), optional
             The corners of its centre line, m: straight legs between them, rigid at the corners.
+        prestress : float, optional
+            Tension that it has as drawn, N; negative: a compression.
         relative_to : str, optional
             The frame of its points, directions and velocities: a body, a node of a beam, a joint or
             a ``[[frame]]``; the inertial frame by default.
@@ -353,13 +368,16 @@ class Builder(Sections):
             "name": name,
             "elements": elements,
             "angular_velocity": angular_velocity,
+            "curvature": curvature,
             "curve": curve,
             "element": element,
             "end": end,
+            "length": length,
             "mass": mass,
             "normal": normal,
             "order": order,
             "points": points,
+            "prestress": prestress,
             "relative_to": relative_to,
             "section": section,
             "start": start,
@@ -482,7 +500,7 @@ class Builder(Sections):
         joints: Sequence[Name] | None = None,
         length: Number | None = None,
         parent: Name | None = None,
-        path: Mapping[str, Any] | None = None,
+        path: str | Mapping[str, Any] | None = None,
         plane: Mapping[str, Any] | None = None,
         point_from: Vector | None = None,
         point_to: Vector | None = None,
@@ -527,10 +545,8 @@ class Builder(Sections):
             The distance, m; the initial one by default. Of distance.
         parent : str, optional
             A body, or ``ground``. Of point_on_line, point_on_plane.
-        path : dict, optional
+        path : str or dict, optional
             The path; its rate at t = 0 must be the initial one. Of motion.
-            Keys: ``acceleration``, ``amplitude``, ``frequency``, ``moves``, ``offset``, ``phase``,
-            ``rate``, ``table``.
         plane : dict, optional
             The plane; z = 0 of the ground by default. Of rolling.
             Keys: ``normal``, ``on``, ``position``, ``spin``.
@@ -777,7 +793,7 @@ class Builder(Sections):
         body: Name | None = None,
         force: Vector | None = None,
         frame: Literal["space", "body"] | None = None,
-        history: Mapping[str, Any] | None = None,
+        history: str | Mapping[str, Any] | None = None,
         point: Vector | None = None,
         relative_to: Name | None = None,
         torque: Vector | None = None,
@@ -804,7 +820,7 @@ class Builder(Sections):
         frame : str, optional
             The frame of the components.
             One of ``"space"``, ``"body"``.
-        history : dict, optional
+        history : str or dict, optional
             Factor in time: constant by default, in statics growing from 0 to 1 at the end.
         point : array (3,), optional
             Where the force acts: body components from the centre of mass, m; the centre by default.

@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike, fspath
-from pathlib import Path
-from typing import Any
-
-from numpy.typing import ArrayLike
+from os.path import join
+from typing import TYPE_CHECKING, Any
 
 from . import _core
-from ._acting import Acts, Control, Forces, Laws, Motions, held, names
+from ._acting import Acts, held, names
 from ._errors import no_panic
 from ._model import load, model_of
-from ._parts import Name
 from ._result import Result, open_folder, told
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ._acting import Control, Forces, Laws, Motions
+    from ._parts import Name
 
 Progress = Callable[[int, int], object] | bool | None
 
@@ -109,7 +112,7 @@ def simulate(
     acts = Acts((), names(observe), laws, forces, motions, joints, rates, None, control, control_every)
     try:
         if resume is not None:
-            acting = _acting(acts, inputs, load(Path(resume) / "model.toml").steps)
+            acting = _acting(acts, inputs, load(join(resume, "model.toml")).steps)
             _core.resume(fspath(resume), checkpoint_every, tell, acting)
             return told(open_folder(resume), on_failure)
         keys = {"end": end, "step": step, "scheme": scheme, "order": order, "every": every}

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import copy
-import tomllib
 from collections.abc import Iterator, Mapping
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _core, _toml
 from ._errors import no_panic
 from ._model import Model
-from ._parts import BeamPart, Part, Parts, Vector, plain, stated
+from ._parts import BeamPart, Part, Parts, plain, stated
 from ._sections import Builder
+
+if TYPE_CHECKING:
+    from ._parts import Vector
 
 PLURALS = {"body": "bodies", "bushing": "bushings"}
 
@@ -62,8 +64,11 @@ class Spec(Builder):
         InvalidModel
             Of a file that is no model file.
         """
-        place = Path(path)
+        import tomllib
+
         from ._model import load
+
+        place = Path(path)
 
         try:
             found = tomllib.loads(place.read_text(encoding="utf-8"))

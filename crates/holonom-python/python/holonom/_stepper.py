@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._acting import Acts, Forces, Laws, Motions, coordinates, names
+from ._acting import Acts, coordinates, names
 from ._errors import as_error, no_panic
 from ._model import model_of
-from ._parts import Name
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from ._acting import Forces, Laws, Motions
+    from ._parts import Name
+
+    Array = NDArray[np.float64]
 
 
 class Stepper:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
+_BARE = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-")
 
 
 def value(given: Any) -> str:
@@ -26,7 +24,7 @@ def value(given: Any) -> str:
     if isinstance(given, float):
         return _float(given)
     if isinstance(given, str):
-        return json.dumps(given, ensure_ascii=False).replace("\x7f", "\\u007f")
+        return _text(given)
     if isinstance(given, Mapping):
         pairs = (f"{_key(key)} = {value(item)}" for key, item in given.items())
         return "{ " + ", ".join(pairs) + " }"
@@ -73,4 +71,10 @@ def _float(given: float) -> str:
 def _key(key: Any) -> str:
     if not isinstance(key, str):
         raise TypeError(f"a key is a text, not {key!r}")
-    return key if _BARE.fullmatch(key) else json.dumps(key, ensure_ascii=False)
+    return key if key and _BARE.issuperset(key) else _text(key)
+
+
+def _text(given: str) -> str:
+    from json import dumps
+
+    return dumps(given, ensure_ascii=False).replace("\x7f", "\\u007f")
