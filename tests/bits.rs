@@ -9,7 +9,7 @@ use crate::{benchmark, harness};
 
 use benchmark::model;
 use fnv::FnvHasher;
-use harness::models::{all_shipped, shipped};
+use harness::models::{all_shipped, read, shipped};
 use holonom::model::Scheme;
 use holonom::simulation::RunOutcome;
 use holonom::{Model, Override, Sample, run};
@@ -41,7 +41,7 @@ fn hash_of(model: &Model) -> u64 {
 fn hashes() -> String {
     let mut text = String::new();
     for (name, path) in all_shipped() {
-        let model = Model::from_toml(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let model = read(&path, &[]);
         writeln!(text, "{name:<24} {:016x}", hash_of(&model)).unwrap();
     }
     for name in ["chain8", "four_bar_loop", "flyball_governor", "four_particles"] {

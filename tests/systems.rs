@@ -20,6 +20,7 @@ mod schemes {
     mod galerkin_systems;
     mod heavy_top;
     mod long_run;
+    mod reacting_models;
     mod recording;
     mod reference;
     mod restart;

@@ -1,7 +1,8 @@
 //! The shipped models, ready to be varied.
 
+use holonom::model::Meshes;
 use holonom::{Model, Override, Sample, Simulation};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The text of a shipped model.
 pub fn shipped(name: &str) -> String {
@@ -13,10 +14,17 @@ pub fn shipped(name: &str) -> String {
 pub fn all_shipped() -> Vec<(String, PathBuf)> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models");
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files = files.filter(|path| path.extension().is_some_and(|e| e == "toml"));
     let named = |path: PathBuf| (path.file_stem().unwrap().to_str().unwrap().to_owned(), path);
     let mut models: Vec<_> = files.map(named).collect();
     models.sort();
     models
+}
+
+/// A model with the files beside it that it names.
+pub fn read(path: &Path, replaced: &[Override]) -> Model {
+    let text = std::fs::read_to_string(path).unwrap();
+    Model::from_toml_in(&text, replaced, Meshes::beside(path)).unwrap()
 }
 
 /// Overrides from keys with their values.
@@ -26,7 +34,8 @@ pub fn overrides<V: ToString>(pairs: &[(&str, V)]) -> Vec<Override> {
 
 /// A shipped model with values replaced.
 pub fn model(name: &str, replaced: &[(&str, String)]) -> Model {
-    Model::from_toml_with(&shipped(name), &overrides(replaced)).unwrap()
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models/");
+    read(Path::new(&format!("{folder}{name}.toml")), &overrides(replaced))
 }
 
 /// The same, assembled.

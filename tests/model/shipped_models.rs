@@ -10,7 +10,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::harness;
-use harness::models::all_shipped;
+use harness::models::{all_shipped, read};
 use holonom::model::Scheme;
 use holonom::simulation::RunOutcome;
 use holonom::vi_core::linear::norm_inf;
@@ -93,7 +93,7 @@ fn trajectory(model: &Model) -> String {
 #[test]
 fn trajectories() {
     for (name, path) in all_shipped() {
-        let model = Model::from_toml(&fs::read_to_string(path).unwrap()).unwrap();
+        let model = read(&path, &[]);
         insta::assert_snapshot!(name.clone(), trajectory(&model), &name);
     }
 }

@@ -1,6 +1,6 @@
 //! What looks like a slip of units in a valid model is warned of, and the model runs all the same.
 
-use crate::harness::models::all_shipped;
+use crate::harness::models::{all_shipped, read};
 use holonom::{Model, Simulation};
 
 const ARM: &str = include_str!("../models/arm_of_boxes.toml");
@@ -194,7 +194,7 @@ fn unusual_sizes_are_no_slips() {
 #[test]
 fn shipped_models_have_no_slips() {
     for (name, path) in all_shipped() {
-        let model = Model::from_toml(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let model = read(&path, &[]);
         let Ok(simulation) = Simulation::new(&model) else { continue };
         for warning in &simulation.assembly().warnings {
             println!("{name}: {warning}");

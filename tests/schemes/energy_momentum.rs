@@ -3,27 +3,22 @@
 //! or dissipates the motion is that of the variational schemes to second order.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
+use crate::harness::models::{all_shipped, read};
 use holonom::model::Scheme;
 use holonom::{Model, Sample, Simulation};
 
 const FORMS: [Scheme; 3] = [Scheme::EmConstrained, Scheme::EmDalembert, Scheme::EmNodal];
 
 fn shipped() -> Vec<(String, Model)> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models");
-    let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-    names.sort();
-    names.retain(|path| !path.ends_with("four_bar_windows_40.toml")); // dense forms take minutes
-    let read = |path: std::path::PathBuf| {
-        let text = std::fs::read_to_string(&path).unwrap();
-        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        (name, Model::from_toml(&text).unwrap())
-    };
+    let read = |(name, path): (String, std::path::PathBuf)| (name, read(&path, &[]));
     let moves = |(_, model): &(String, Model)| model.settings.scheme != Scheme::Static;
     // rolling is refused by name; laws and events have tests of their own
     let taken = |(_, model): &(String, Model)| {
         !model.has_velocity_constraints() && model.laws.is_empty() && model.events.is_empty()
     };
-    names.into_iter().map(read).filter(moves).filter(taken).collect()
+    // dense forms of the long window take minutes
+    let short = |(name, _): &(String, std::path::PathBuf)| name != "four_bar_windows_40";
+    all_shipped().into_iter().filter(short).map(read).filter(moves).filter(taken).collect()
 }
 
 fn run(model: &Model, scheme: Scheme, steps: u64) -> Result<Vec<Sample>, String> {

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness::hostile::hostile;
-use crate::harness::models::all_shipped;
+use crate::harness::models::{all_shipped, read};
 use holonom::model::Scheme;
 use holonom::modes::{About, ModalAnalysis};
 use holonom::simulation::{RunFailure, RunOutcome};
@@ -294,8 +294,7 @@ fn taut_light_links_are_told_and_the_remedies_work() {
 #[test]
 fn the_step_of_every_shipped_model_is_judged() {
     for (name, path) in all_shipped() {
-        let text = std::fs::read_to_string(&path).unwrap();
-        let Ok(model) = Model::from_toml(&text) else { continue };
+        let model = read(&path, &[]);
         if model.settings.scheme == Scheme::Static {
             continue;
         }

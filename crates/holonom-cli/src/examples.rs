@@ -1,5 +1,6 @@
 //! `holonom examples`: the shipped models.
 
+use std::ffi::OsStr;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -69,11 +70,18 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "swing_up",
     "trebuchet",
     "clock",
+    "suspension",
+    "car_corner",
+    "bearing_rotor",
+    "motor",
     "quadruped",
     "panda",
     "rolling_disc",
     "bicycle",
 ];
+
+/// Files that shipped models name: they stand beside the model, under its name.
+const FILES: &[(&str, &str)] = &[("motor.csv", include_str!("../models/motor.csv"))];
 
 pub(crate) fn examples(arguments: &ExamplesArguments) -> Result<(), Failure> {
     if let Some(folder) = &arguments.all {
@@ -83,12 +91,13 @@ pub(crate) fn examples(arguments: &ExamplesArguments) -> Result<(), Failure> {
         if let Some((name, _)) = MODELS.iter().find(|m| !arguments.force && file(m.0).exists()) {
             return Err(exists(&file(name)));
         }
-        return MODELS.iter().try_for_each(|(name, text)| write(&file(name), text, true));
+        MODELS.iter().try_for_each(|(name, text)| write(&file(name), text, true))?;
+        return FILES.iter().try_for_each(|(name, text)| write(&folder.join(name), text, true));
     }
     let Some(name) = &arguments.name else { return list() };
     let Some((_, text)) = MODELS.iter().find(|m| m.0 == name) else { return Err(unknown(name)) };
     match &arguments.output {
-        Some(file) => write(file, text, arguments.force),
+        Some(file) => write_with_files(name, (file, text), arguments.force),
         None => stdout::bytes(text.as_bytes()),
     }
 }
@@ -116,6 +125,18 @@ fn unknown(name: &str) -> Failure {
 fn exists(file: &Path) -> Failure {
     let message = format!("{} exists", file.display());
     Failure::Usage { message, help: "add --force to replace it".into() }
+}
+
+/// A model and the files that it names; none where one of them is there already.
+fn write_with_files(name: &str, (file, text): (&Path, &str), force: bool) -> Result<(), Failure> {
+    let of_model = |f: &&(&str, &str)| Path::new(f.0).file_stem() == Some(OsStr::new(name));
+    let beside: Vec<_> =
+        FILES.iter().filter(of_model).map(|f| (file.with_file_name(f.0), f.1)).collect();
+    if let Some((there, _)) = beside.iter().find(|f| !force && f.0.exists()) {
+        return Err(exists(there));
+    }
+    write(file, text, force)?;
+    beside.iter().try_for_each(|(path, text)| write(path, text, force))
 }
 
 /// Writes a file; with `force` even over another.
