@@ -49,14 +49,6 @@ for version in ("2", "3"):
     other = simulate_fmu(unit, stop_time=end, output_interval=step, start_values={"parameters.mass": 2.5})
     assert same(other["angle"], table("heavy")["angle"]) and not same(other["angle"], expected["angle"])
 
-    # a force on a body that is zero changes round-off alone; one that is not pushes
-    pushed = str(folder / f"pushed{version}.fmu")
-    assert not validate_fmu(pushed)
-    still = simulate_fmu(pushed, stop_time=end, output_interval=step)
-    assert np.abs(still["angle"] - expected["angle"]).max() < 1e-13
-    up = simulate_fmu(pushed, stop_time=end, output_interval=step, start_values={"lower.force.z": 1.0})
-    assert up["'end point'.z"][200] > still["'end point'.z"][200] + 1e-3
-
     # states and messages
     said: list[str] = []
     place = extract(unit)
@@ -109,3 +101,11 @@ for version in ("2", "3"):
     slave.terminate()
     slave.freeInstance()
     print(f"FMI {version}.0: {len(description.modelVariables)} variables, {len(whole)} nodes with equal bits; {said[-1]}")
+
+# a force on a body that is zero changes round-off alone; one that is not pushes
+pushed = str(folder / "pushed3.fmu")
+assert not validate_fmu(pushed)
+still = simulate_fmu(pushed, stop_time=end, output_interval=step)
+assert np.abs(still["angle"] - table("run")["angle"]).max() < 1e-13
+up = simulate_fmu(pushed, stop_time=end, output_interval=step, start_values={"lower.force.z": 1.0})
+assert up["'end point'.z"][200] > still["'end point'.z"][200] + 1e-3

@@ -14,6 +14,8 @@ mod bits;
 mod lint;
 #[path = "functions/phases.rs"]
 mod phases;
+#[path = "functions/random.rs"]
+mod random;
 #[path = "functions/states.rs"]
 mod states;
 #[path = "functions/steps.rs"]
