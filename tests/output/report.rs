@@ -92,6 +92,27 @@ fn the_page_needs_nothing_else_and_escapes_names() {
     }
 }
 
+/// What an event releases is drawn until then, and plots over time mark when events act.
+#[test]
+fn the_page_shows_when_events_act() {
+    let text = include_str!("../../examples/models/trebuchet.toml");
+    let model = Model::from_toml(text).unwrap();
+    let folder = RunFolder::create(folder("events"), false).unwrap();
+    let mut simulation = holonom::Simulation::new(&model).unwrap();
+    holonom::run::run(&model, &mut simulation, &folder, &mut |_, _| {}).unwrap();
+    let page = page(&folder);
+    let released = folder.read_events().unwrap()[0].t;
+    let until = format!("\"until\":{released}");
+    assert_eq!(page.matches(&until).count(), 1, "{until}");
+    assert!(page.contains("filter(holds)"));
+    let plot = std::fs::read_to_string(folder.path().join("plots/energy.svg")).unwrap();
+    let marks = plot.matches("stroke-dasharray=\"1.5 2.5\"").count();
+    println!("{marks} marks, released at {released} s");
+    assert_eq!(marks, 2, "the release and the end");
+    let calm = include_str!("../../examples/models/pendulum.toml");
+    assert!(!calm.contains("[[event]]"));
+}
+
 #[test]
 fn a_failed_run_says_so() {
     let failure = RunFailure {

@@ -37,6 +37,9 @@ pub struct Chart {
     /// The vertical axis shows at least `±resolution` around a constant: changes below are
     /// round-off, and are drawn as none. 0: whatever there is fills the height.
     pub resolution: f64,
+    /// Places on the horizontal axis where something changes, such as events; across them a thin
+    /// line is drawn.
+    pub marks: Vec<f64>,
     /// The curves.
     pub curves: Vec<Series>,
 }
@@ -95,7 +98,15 @@ mod tests {
         let axis = |logarithmic| ChartAxis { logarithmic, ..ChartAxis::linear("q", "m") };
         let [x, y] = logarithmic.map(axis);
         let curves = vec![Series { name: "c".into(), points }];
-        Chart { title: "t".into(), x, y, strokes: Strokes::MarkedLine, resolution: 0.0, curves }
+        Chart {
+            title: "t".into(),
+            x,
+            y,
+            strokes: Strokes::MarkedLine,
+            resolution: 0.0,
+            marks: Vec::new(),
+            curves,
+        }
     }
 
     #[test]
@@ -172,6 +183,7 @@ mod tests {
             y: ChartAxis::linear("energy", "J"),
             strokes: Strokes::Line,
             resolution: 1e-9,
+            marks: Vec::new(),
             curves: vec![curve("E", 0.0), curve("H", 1.5)],
         };
         let style = Style::paper(crate::drawing::Typeface::Serif).sized(40.0, 30.0);

@@ -30,6 +30,7 @@ pub fn energy_plots(table: &TimeSeries) -> Vec<Plot> {
             y: ChartAxis::linear(if name == "work" { "work" } else { "energy" }, "J"),
             strokes: Strokes::Line,
             resolution: 0.0,
+            marks: Vec::new(),
             curves,
         },
     };

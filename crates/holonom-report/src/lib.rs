@@ -53,6 +53,9 @@ pub use sensors::{sensor_columns, sensor_plots};
 pub use shapes::{caption, shapes};
 pub use style::Style;
 
+/// Most events that plots mark.
+const MARKED: usize = 40;
+
 /// Draws `plots/*.svg` and writes `report.html`; returns the files written.
 ///
 /// # Errors
@@ -87,6 +90,12 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     let sensors = sensors.as_ref().map(|(table, columns)| (*table, columns.as_slice()));
     let scales = Scales::of_run(&trajectory, energies.as_ref(), sensors);
     plots.iter_mut().for_each(|plot| plot.chart.resolution = scales.resolution(&plot.chart.y.unit));
+    let mut events: Vec<f64> = folder.read_events()?.iter().map(|event| event.t).collect();
+    events.dedup();
+    if events.len() <= MARKED {
+        let over_time = plots.iter_mut().filter(|plot| plot.chart.x == ChartAxis::time());
+        over_time.for_each(|plot| plot.chart.marks.clone_from(&events));
+    }
     let mut files = Vec::new();
     let mut figures = Vec::new();
     let mut draw = |name: &str, svg: &str, html: String| {
@@ -124,7 +133,8 @@ pub fn is_current(folder: &RunFolder) -> bool {
 fn scene_of(folder: &RunFolder, model: &Model, sensors: Option<&TimeSeries>) -> String {
     let scene = folder.frames(scene::NUMBERS, scene::INSTANTS).ok().and_then(|frames| {
         let moments = folder.bending_moments(&frames).unwrap_or_default();
-        Scene::new(model, &frames, &moments, sensors)
+        let events = folder.read_events().unwrap_or_default();
+        Scene::with_events(model, &frames, &moments, (sensors, &events))
     });
     match scene {
         Some(scene) => scene.html(),

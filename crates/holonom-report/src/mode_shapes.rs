@@ -89,6 +89,7 @@ pub fn campbell_diagram(campbell: &Campbell) -> Chart {
         y: ChartAxis::linear("frequency", "Hz"),
         strokes: Strokes::Line,
         resolution: 0.0,
+        marks: Vec::new(),
         curves,
     }
 }

@@ -283,6 +283,12 @@ impl<'a> Panel<'a> {
                 line([&frame[..], &frame[..2]].concat(), axis);
             }
         }
+        let mark = Stroke { dashes: &[1.5, 2.5], ..Stroke::solid(ink.faded(0.7), thin) };
+        let places = self.chart.marks.iter().filter_map(|x| self.x.place(*x));
+        for place in places.filter(|place| (0.0..=1.0).contains(place)) {
+            let x = left + place * (right - left);
+            line(vec![[x, top], [x, bottom]], mark);
+        }
         self.draw_labels(drawing, &across, &up, labelled);
     }
 

@@ -153,7 +153,7 @@ impl Curves<'_> {
                 x: ChartAxis::linear("displacement", "m"),
                 y: ChartAxis::load_factor(),
                 strokes: Strokes::Line,
-                resolution: 0.0,
+                resolution: 0.0, marks: Vec::new(),
                 curves: ways.iter().map(curve).collect(),
             },
         }
@@ -224,6 +224,7 @@ fn linear<const N: usize>(
         y: ChartAxis::linear(quantity, unit),
         strokes: Strokes::Line,
         resolution: 0.0,
+        marks: Vec::new(),
         curves: curves.into_iter().flatten().collect(),
     }
 }
@@ -247,6 +248,7 @@ fn residuals(rows: &[ResidualRow]) -> Plot {
             y: ChartAxis::logarithmic("largest residual", "SI"),
             strokes: Strokes::Line,
             resolution: 0.0,
+            marks: Vec::new(),
             curves: vec![
                 curve(position, |r| r.position),
                 curve(velocity, |r| r.velocity),

@@ -43,6 +43,7 @@ pub fn response_charts(response: &Response) -> Vec<(String, Chart)> {
             y,
             strokes: Strokes::Line,
             resolution: 0.0,
+            marks: Vec::new(),
             curves,
         };
         let amplitude = ChartAxis::logarithmic("amplitude", unit);

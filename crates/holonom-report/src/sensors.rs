@@ -52,6 +52,7 @@ pub fn sensor_plots(table: &TimeSeries, columns: &[Column]) -> Vec<Plot> {
                     y: ChartAxis::linear(quantity, unit),
                     strokes: Strokes::Line,
                     resolution: 0.0,
+                    marks: Vec::new(),
                     curves: curves.into_iter().map(curve).collect(),
                 },
             });

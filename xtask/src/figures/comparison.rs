@@ -63,6 +63,7 @@ pub(super) fn energy(title: &str, runs: &[Recorded]) -> Chart {
         y: ChartAxis::linear("H − H(0)", "J"),
         strokes: Strokes::Line,
         resolution: 0.0,
+        marks: Vec::new(),
         curves: runs.iter().map(|run| curve(run.scheme, run.energy_errors())).collect(),
     }
 }
@@ -79,6 +80,7 @@ pub(super) fn momentum(title: &str, runs: &[Recorded]) -> Chart {
         y: ChartAxis::logarithmic("largest change", "SI"),
         strokes: Strokes::Line,
         resolution: 0.0,
+        marks: Vec::new(),
         curves: curves.collect(),
     }
 }
@@ -103,6 +105,7 @@ pub(super) fn constraints(title: &str, run: &Recorded) -> Chart {
         y: ChartAxis::logarithmic("residual", "SI"),
         strokes: Strokes::Line,
         resolution: 0.0,
+        marks: Vec::new(),
         curves: vec![
             level("position", |s| s.residuals.position),
             level("velocity", |s| s.residuals.velocity),

@@ -187,6 +187,7 @@ fn energy_chart(title: String, curves: Vec<Series>) -> Chart {
         y: ChartAxis::linear("energy", "J"),
         strokes: Strokes::Line,
         resolution: 0.0,
+        marks: Vec::new(),
         curves,
     }
 }
@@ -201,6 +202,7 @@ fn hidden(which: &str, points: &[Point]) -> Chart {
         y: ChartAxis::logarithmic("residual", "SI"),
         strokes: Strokes::Line,
         resolution: 0.0,
+        marks: Vec::new(),
         curves: vec![
             level("position", |p| p.residuals[0]),
             level("velocity", |p| p.residuals[1]),

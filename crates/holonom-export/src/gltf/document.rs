@@ -93,7 +93,7 @@ impl DocumentWriter {
 
     /// The symbol of a joint on the node of its child.
     fn joint(&mut self, named: &NamedJoint, holder: usize, look: &Look, first: &[MemberPose]) {
-        let SceneJoint { kind, parent, child, axis, axis2, limit } = &named.joint;
+        let SceneJoint { kind, parent, child, axis, axis2, limit, .. } = &named.joint;
         let axes = |member: i64| match usize::try_from(member) {
             Ok(member) => first[member].directors,
             Err(_) => Matrix3::identity(),

@@ -18,6 +18,7 @@ mod surfaces;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use holonom_model::{Model, ModelError, Scheme};
+use holonom_sim::EventRecord;
 use holonom_sim::output::{Frames, TimeSeries};
 use holonom_sim::sample::MemberKind;
 use modes::SceneMode;
@@ -179,7 +180,22 @@ impl Scene {
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
         sensors: Option<&TimeSeries>,
     ) -> Option<Self> {
-        let parts = SceneParts::new(model, frames)?;
+        Self::with_events(model, frames, moments, (sensors, &[]))
+    }
+
+    /// The same of a run with events: what they released is no longer drawn.
+    #[must_use]
+    pub fn with_events(
+        model: &Model,
+        frames: &Frames,
+        moments: &BTreeMap<String, Vec<Vec<f64>>>,
+        (sensors, events): (Option<&TimeSeries>, &[EventRecord]),
+    ) -> Option<Self> {
+        let released = events.iter().filter_map(|event| {
+            let name = event.action.strip_prefix("release ")?;
+            Some((name.to_owned(), event.t))
+        });
+        let parts = SceneParts::new(model, frames)?.releasing(released.collect());
         let member = |member: &holonom_sim::sample::Member| Member {
             name: member.name.clone(),
             frame: member.kind == MemberKind::Frame,

@@ -120,6 +120,9 @@ pub struct SceneJoint {
     pub axis2: Option<[f64; 3]>,
     /// Largest size of its symbol, m: that of the smaller one of its bodies.
     pub limit: f64,
+    /// When an event released it, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub until: Option<f64>,
 }
 
 /// A bar, a distance or a spring.
@@ -129,6 +132,9 @@ pub struct SceneLine {
     pub from: SceneEnd,
     /// Where it ends.
     pub to: SceneEnd,
+    /// When an event released it, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub until: Option<f64>,
 }
 
 /// A load as it is shown.
@@ -150,6 +156,8 @@ pub struct SceneParts<'a> {
     members: BTreeMap<&'a str, usize>,
     /// Centre and directors of each member.
     poses: Vec<(Vector3<f64>, Matrix3<f64>)>,
+    /// When events released parts, s, by their names.
+    released: BTreeMap<String, f64>,
 }
 
 impl<'a> SceneParts<'a> {
@@ -172,7 +180,18 @@ impl<'a> SceneParts<'a> {
         let poses = frames.points(0).map(Vector3::from).zip(directors).collect();
         let members = frames.members.iter().enumerate();
         let members = members.rev().map(|(k, member)| (member.name.as_str(), k)).collect();
-        Some(Self { model, frames, start: StartPoints::new(model), members, poses })
+        let (start, released) = (StartPoints::new(model), BTreeMap::new());
+        Some(Self { model, frames, start, members, poses, released })
+    }
+
+    /// With parts that events released, at a time in s.
+    #[must_use]
+    pub fn releasing(self, released: BTreeMap<String, f64>) -> Self {
+        Self { released, ..self }
+    }
+
+    fn released(&self, name: &str) -> Option<f64> {
+        self.released.get(name).copied()
     }
 
     /// The member of a name of the model, `rod.start` of beams included.
@@ -364,6 +383,7 @@ impl<'a> SceneParts<'a> {
                 child: self.end(&joint.child, b),
                 axis: joint.axis.map(|axis| self.direction(&joint.parent, axis)),
                 axis2: joint.axis2.map(|axis| self.direction(&joint.child, axis)),
+                until: self.released(&joint.name),
             }
         };
         self.model.joints.iter().map(joint).collect()
@@ -380,7 +400,7 @@ impl<'a> SceneParts<'a> {
     }
 
     fn line(&self, names: [&str; 2], [from, to]: [Vector3<f64>; 2]) -> SceneLine {
-        SceneLine { from: self.end(names[0], from), to: self.end(names[1], to) }
+        SceneLine { from: self.end(names[0], from), to: self.end(names[1], to), until: None }
     }
 
     /// The bars.
@@ -395,7 +415,8 @@ impl<'a> SceneParts<'a> {
     }
 
     fn bar_line(&self, bar: &Bar) -> SceneLine {
-        self.line([&bar.from, &bar.to], self.start.bar(bar))
+        let line = self.line([&bar.from, &bar.to], self.start.bar(bar));
+        SceneLine { until: self.released(&bar.name), ..line }
     }
 
     /// The constraints of distance.
@@ -417,7 +438,8 @@ impl<'a> SceneParts<'a> {
         };
         let points = [(from, point_from), (to, point_to)];
         let points = points.map(|(name, point)| self.start.point(name, Some(point)));
-        Some(self.line([from, to], points))
+        let until = self.released(constraint.name());
+        Some(SceneLine { until, ..self.line([from, to], points) })
     }
 
     /// The springs.
@@ -433,7 +455,8 @@ impl<'a> SceneParts<'a> {
     }
 
     fn spring_line(&self, spring: &Spring) -> SceneLine {
-        self.line([&spring.from, &spring.to], self.start.spring(spring))
+        let line = self.line([&spring.from, &spring.to], self.start.spring(spring));
+        SceneLine { until: self.released(&spring.name), ..line }
     }
 
     /// Forces on bodies and nodes, and those along beams at each node.

@@ -252,6 +252,7 @@ fn chart(
         y: ChartAxis { logarithmic: y.logarithmic, ..ChartAxis::linear(&up, y.unit) },
         strokes: if marked { Strokes::MarkedLine } else { Strokes::Line },
         resolution: scales.resolution(y.unit),
+        marks: Vec::new(),
         curves: own.iter().map(curve).collect(),
     };
     // one curve needs a name where something is to be said of it

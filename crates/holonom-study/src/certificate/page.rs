@@ -173,7 +173,7 @@ fn charts(of: &ModelCertificate) -> Vec<Chart> {
 }
 
 fn chart(title: &str, x: ChartAxis, y: ChartAxis, curves: Vec<Series>, strokes: Strokes) -> Chart {
-    Chart { title: title.to_owned(), x, y, strokes, resolution: 0.0, curves }
+    Chart { title: title.to_owned(), x, y, strokes, resolution: 0.0, marks: Vec::new(), curves }
 }
 
 fn error_curve(study: &Study, quantity: Quantity) -> Option<Series> {

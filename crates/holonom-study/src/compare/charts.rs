@@ -80,6 +80,7 @@ fn energy(c: &Comparison) -> CaptionedChart {
             y: ChartAxis::linear("change of H", "J"),
             strokes: Strokes::Line,
             resolution: 0.0,
+            marks: Vec::new(),
             curves: curves.collect(),
         },
         caption: format!(
@@ -99,6 +100,7 @@ fn momentum(c: &Comparison) -> CaptionedChart {
             y: ChartAxis::logarithmic("largest change", "SI"),
             strokes: Strokes::Line,
             resolution: 0.0,
+            marks: Vec::new(),
             curves: if c.conserved.is_empty() { Vec::new() } else { curves.collect() },
         },
         caption: format!("Those that the system conserves: {}.", c.conserved.join(", ")),
@@ -118,7 +120,7 @@ fn constraints(c: &Comparison) -> CaptionedChart {
             x: ChartAxis::time(),
             y: ChartAxis::logarithmic("largest residual", "SI"),
             strokes: Strokes::Line,
-resolution: 0.0,
+resolution: 0.0, marks: Vec::new(),
             curves: curves.collect(),
         },
         caption: "VI: the variational scheme, EM: the energy–momentum scheme. g at positions, Ḡ Δq/h at velocities (45), \
@@ -144,7 +146,7 @@ fn conditions(c: &Comparison, energy_momentum: bool, family: &str) -> CaptionedC
             x: ChartAxis::logarithmic("step h", "s"),
             y: ChartAxis::logarithmic("κ", ""),
             strokes: Strokes::MarkedLine,
-resolution: 0.0,
+resolution: 0.0, marks: Vec::new(),
             curves,
         },
         caption: "Of the Newton matrix as the equations are written. Scaled: momentum rows times h and h²λ as \
@@ -168,6 +170,7 @@ fn work_chart(c: &Comparison, title: String, curves: Vec<Series>) -> CaptionedCh
             y: ChartAxis::logarithmic("error at the end", "m; 1"),
             strokes: Strokes::MarkedLine,
             resolution: 0.0,
+            marks: Vec::new(),
             curves: curves.into_iter().filter(|curve| !curve.points.is_empty()).collect(),
         },
         caption: format!("Reference: {}{known}.", c.reference.description),

@@ -119,6 +119,7 @@ fn chart(table: &SweepTable, done: &[&Row], key: usize, result: usize) -> Chart 
         y: ChartAxis::linear(name, &table.units[result]),
         strokes: if few { Strokes::MarkedLine } else { Strokes::Marks },
         resolution: 0.0,
+        marks: Vec::new(),
         curves: curves.into_iter().map(sorted).collect(),
     }
 }

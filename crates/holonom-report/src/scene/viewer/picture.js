@@ -2,13 +2,15 @@
   const tones = motions.map((_, k) => palette[k % palette.length]);
   const several = motions.length > 1;
   const shownMotions = () => motions.filter((motion) => motion.shown);
+  // what an event released is gone from then on
+  const holds = ({ until }) => until === undefined || state.t <= until;
   const everything = (k) => {
     data.bodies.forEach((body, i) => drawBody(body, i));
     beams.forEach((beam) => drawBeam(beam, k));
     data.points.forEach((member, i) => draw(meshes.sphere, along([0, 0, 1], now[member].c, [1.6 * symbol, 1.6 * symbol, 1.6 * symbol]), paintOf(data.bodies.length + i)));
-    data.bars.forEach((bar) => stick(point(bar.from), point(bar.to), 0.4 * symbol, tone ?? theme().ink));
-    data.bars.concat(data.springs).forEach(({ from, to }) => { drawFoot(from); drawFoot(to); });
-    data.joints.forEach(drawJoint);
+    data.bars.filter(holds).forEach((bar) => stick(point(bar.from), point(bar.to), 0.4 * symbol, tone ?? theme().ink));
+    data.bars.concat(data.springs).filter(holds).forEach(({ from, to }) => { drawFoot(from); drawFoot(to); });
+    data.joints.filter(holds).forEach(drawJoint);
     // on the child, with the tip at the joint; one that is not unique is no number and not drawn
     if (options.reactions) reactions.forEach((reaction) => {
       const force = scale(reactionAt(reaction, k), (0.5 * size) / largestReaction);
@@ -48,7 +50,7 @@
       stage.shadeless(false);
       everything(k);
       stage.shadeless(true);
-      data.springs.forEach(drawSpring);
+      data.springs.filter(holds).forEach(drawSpring);
       if (options.trails) drawTrails(motion, k);
       if (options.trails && (path || modes.length)) drawShapes(motion);
     });
