@@ -8,7 +8,9 @@ use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::ReactionObserver;
+use vi_multibody::rolling::{FLATTEST, LARGEST_TURN, Rolling};
 use vi_multibody::scalar_constraint::ScalarRow;
+use vi_rigid::directors;
 
 use crate::digits::rounded;
 
@@ -95,6 +97,61 @@ impl RollingWatch {
                 *worst = worst.max(slip.abs());
             }
         }
+    }
+
+    /// The wheel whose axis has more than a part `flattest` along the normal of its plane, and what
+    /// to do.
+    pub(crate) fn flat(
+        &self,
+        mechanism: &Mechanism,
+        q: &[f64],
+        flattest: f64,
+    ) -> Option<(String, String)> {
+        let mut all = self.rolling(mechanism).map(|(name, own)| (name, own.flatness(q)));
+        let (name, flatness) = all.find(|(_, flatness)| *flatness > flattest)?;
+        let part = rounded(flatness, 4);
+        let message = format!(
+            "the wheel of `{name}` lies flat on its plane: {part} of its axis is along the normal, \
+             rolling is taken to {FLATTEST}"
+        );
+        Some((message, "end the run before it falls over, by an event with `end = true`".into()))
+    }
+
+    /// What turns too far in a step that could not be taken, and what to do: by the step before
+    /// it, or by the velocity `v` at its start.
+    pub(crate) fn turning(
+        &self,
+        mechanism: &Mechanism,
+        before: Option<&Interval>,
+        (q, v, h): (&[f64], &[f64], f64),
+    ) -> Option<(String, String)> {
+        const NEAR: f64 = 0.8; // of the largest turn
+        let turn = |own: &Rolling| {
+            let frame = 12 * own.frame..12 * own.frame + 12;
+            let rate = directors::angular_velocity(&q[frame.clone()], &v[frame]).norm();
+            before.map_or(rate * h.abs(), |s| own.turn(s))
+        };
+        let mut all = self.rolling(mechanism).map(|(name, own)| (name, turn(own)));
+        let (name, turn) = all.find(|(_, turn)| *turn > NEAR * LARGEST_TURN)?;
+        let step = rounded(h.abs() * 0.3 / turn, 2);
+        let message = format!(
+            "what rolls by `{name}` turns by {} rad in a step, at most {LARGEST_TURN} are taken",
+            rounded(turn, 3)
+        );
+        Some((message, format!("write a smaller step: {step} s turns it by 0.3 rad")))
+    }
+
+    /// What rolls, with the names of its constraints.
+    fn rolling<'a>(
+        &'a self,
+        mechanism: &'a Mechanism,
+    ) -> impl Iterator<Item = (&'a str, &'a Rolling)> {
+        self.wheels.iter().filter_map(|row| {
+            match &mechanism.rows()[row - mechanism.len_internal()] {
+                ScalarRow::Height(own) => Some((mechanism.constraint_name(*row), &**own)),
+                _ => None,
+            }
+        })
     }
 
     /// Takes up a recorded node with its constraint force, N, and its kinetic energy, J.

@@ -65,7 +65,9 @@ impl Simulation {
         let rebuilt = events.switches.phase != found.phase;
         events.switches = found;
         if rebuilt {
-            self.begin_phase().map_err(|_| ResumeError::NotFinite)?;
+            let begun = events.switches.phase.as_ref().map_or(0.0, |phase| phase.t);
+            self.begin_phase()
+                .map_err(|error| ResumeError::Phase { t: begun, message: error.to_string() })?;
         }
         Ok(())
     }

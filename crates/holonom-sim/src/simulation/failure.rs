@@ -66,6 +66,9 @@ impl Simulation {
         if let Some(fault) = law::fault_within(&self.laws, t, self.settings.step) {
             return law_fault(step, t, fault);
         }
+        if let Some((message, remedy)) = self.rolls_badly() {
+            return RunFailure { step, t, message, remedy };
+        }
         let resolved = match error {
             StepError::Newton(_) | StepError::RankLost => self.remedy_of_step(),
             _ => None,
@@ -73,6 +76,19 @@ impl Simulation {
         let resolved = resolved.map(|(words, _)| words);
         let remedy = resolved.unwrap_or_else(|| error.remedy().to_owned()) + &self.dead_end(error);
         RunFailure { step, t, message: format!("{error}{place}"), remedy }
+    }
+
+    /// A wheel that is nearly flat, or that turns too far, where a step could not be taken.
+    fn rolls_badly(&self) -> Option<(String, String)> {
+        const NEARLY_FLAT: f64 = 0.97;
+        let mechanism = self.stepper.mechanism();
+        let (step, _, q) = self.stepper.place();
+        if let Some(flat) = self.rolling.flat(mechanism, q, NEARLY_FLAT) {
+            return Some(flat);
+        }
+        let before = (step > 0).then(|| self.stepper.interval());
+        let v = mechanism.initial_velocity();
+        self.rolling.turning(mechanism, before, (q, &v, self.settings.step))
     }
 
     /// What prescribed motions may have to do with a step that was not found.

@@ -10,6 +10,7 @@ use std::time::Instant;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::StepError;
 use vi_core::Configuration;
+use vi_multibody::rolling::FLATTEST;
 
 /// How far an iteration over the nodes is.
 #[derive(Debug, Default)]
@@ -194,6 +195,10 @@ impl Simulation {
         self.sensors.follow(q);
         if let Err(folded) = self.limits.follow(t, q) {
             let (message, remedy) = bent_too_far(&folded);
+            return Err(RunFailure { step, t, message, remedy });
+        }
+        let flat = self.rolling.flat(self.stepper.mechanism(), q, FLATTEST);
+        if let Some((message, remedy)) = flat {
             return Err(RunFailure { step, t, message, remedy });
         }
         self.iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;

@@ -20,6 +20,14 @@ pub enum ResumeError {
     /// It holds a number that is not finite.
     #[error("the state holds a number that is not finite")]
     NotFinite,
+    /// The mechanism that was in force cannot be put together again.
+    #[error("the mechanism after the event at t = {t} s cannot be continued: {message}")]
+    Phase {
+        /// When it began, s.
+        t: f64,
+        /// Why.
+        message: String,
+    },
     /// It does not satisfy the constraints.
     #[error(transparent)]
     Violated(#[from] StepError),

@@ -225,15 +225,25 @@ impl Rolling {
 
     /// `θ`: the rotation vector of the body in a step; not a number where it is half a turn.
     fn turned(&self, s: &Interval) -> Vector3<f64> {
+        let theta = self.rotation_vector(s);
+        if theta.norm() > LARGEST_TURN { Vector3::repeat(f64::NAN) } else { theta }
+    }
+
+    /// The angle by which the body turns in a step, rad, at most π.
+    #[must_use]
+    pub fn turn(&self, s: &Interval) -> f64 {
+        self.rotation_vector(s).norm()
+    }
+
+    fn rotation_vector(&self, s: &Interval) -> Vector3<f64> {
         let (start, end) = (frame_of(&s.q0, self.frame), frame_of(&s.q1, self.frame));
         let sine = directors::angular_velocity(start, frame_of(&s.dq, self.frame));
-        let theta = RotationVector::of_change(sine, start, end).theta;
-        if theta.norm() > LARGEST_TURN { Vector3::repeat(f64::NAN) } else { theta }
+        RotationVector::of_change(sine, start, end).theta
     }
 }
 
 /// The largest rotation of a rolling body in a step, rad.
-const LARGEST_TURN: f64 = 3.0;
+pub const LARGEST_TURN: f64 = 3.0;
 
 /// The part of the slip along `e_i`.
 #[derive(Clone, Debug)]
