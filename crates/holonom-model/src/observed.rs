@@ -35,6 +35,8 @@ pub struct Observed {
     pub readings: Vec<Reading>,
 }
 
+type Parse = fn(&str, &mut dyn FnMut(&str) -> Option<Known>) -> Result<Program, ExpressionError>;
+
 impl Observed {
     /// Compiles a condition, which is true where it is positive.
     ///
@@ -45,14 +47,26 @@ impl Observed {
         model: &Model,
         quantities: &Quantities<'_>,
     ) -> Result<Self, ExpressionError> {
-        Self::compile(text, model, quantities, Program::condition)
+        Self::compile(text, model, quantities, (Program::condition, true))
+    }
+
+    /// Compiles an expression of a node that is known, so that it may read every sensor.
+    ///
+    /// # Errors
+    /// [`ExpressionError`].
+    pub fn expression(
+        text: &str,
+        model: &Model,
+        quantities: &Quantities<'_>,
+    ) -> Result<Self, ExpressionError> {
+        Self::compile(text, model, quantities, (Program::parse, false))
     }
 
     fn compile(
         text: &str,
         model: &Model,
         quantities: &Quantities<'_>,
-        parse: fn(&str, &mut dyn FnMut(&str) -> Option<Known>) -> Result<Program, ExpressionError>,
+        (parse, of_state): (Parse, bool),
     ) -> Result<Self, ExpressionError> {
         let (readings, refused) = (RefCell::new(Vec::<Reading>::new()), RefCell::new(None));
         let mut known = |name: &str| {
@@ -62,7 +76,7 @@ impl Observed {
             if let Some(curve) = quantities.curves().curve(name) {
                 return Some(Known::Curve(curve));
             }
-            let reading = match reading(quantities, model, name)? {
+            let reading = match reading(quantities, model, name, of_state)? {
                 Ok(reading) => reading,
                 Err(why) => {
                     refused.replace(Some(why));
@@ -101,6 +115,7 @@ fn reading(
     quantities: &Quantities<'_>,
     model: &Model,
     name: &str,
+    of_state: bool,
 ) -> Option<Result<Reading, String>> {
     let of_kind = |kind: SensorKind, of: String, number: usize| {
         let sensor = Sensor::new(format!("{kind:?} of {of}"), kind, of);
@@ -125,7 +140,10 @@ fn reading(
     let sensor = model.sensors.iter().find(|sensor| sensor.name == of)?;
     let constrained = model.constraints.iter().any(|c| c.name() == sensor.of);
     let effort = matches!(sensor.kind, SensorKind::Effort | SensorKind::Power);
-    if !sensor.kind.is_of_state() || effort && constrained {
+    if sensor.kind == SensorKind::Expression {
+        return Some(Err(format!("`{of}` is an expression itself")));
+    }
+    if of_state && (!sensor.kind.is_of_state() || effort && constrained) {
         let why =
             format!("`{of}` cannot be read by an expression: it depends on the step that follows");
         return Some(Err(why));

@@ -40,6 +40,11 @@ fn observed() -> Case {
             one("seen_w", "angular_velocity", seen),
             one("d", "distance", &far),
             one("dd", "distance_rate", &far),
+            one("unit", "imu", &at),
+            "[[sensor]]\nname = \"mixed\"\ntype = \"expression\"\n\
+             value = \"2*a.x - 3*d*first.wy + second.vz + 0.7*t\"\n\
+             [[sensor]]\nname = \"number\"\ntype = \"expression\"\nvalue = 1.25\n"
+                .to_owned(),
         ]
         .concat()
     );
@@ -71,6 +76,19 @@ fn observed() -> Case {
         checks.near("distance", run.sensor("d", 0), line.norm(), 1e-12);
         let rate = line.normalize().dot(&(SECOND.rate(OTHER) - v));
         checks.near("its rate", run.sensor("dd", 0), rate, 1e-12);
+        let unit = |parts: [&str; 3]| {
+            Vector::from(parts.map(|part| run.sensor(&format!("unit.{part}"), 0)))
+        };
+        let own = FIRST.rotation().transpose();
+        let felt = own * (a - Vector::new(1.0, -2.0, -5.0));
+        checks.vector("felt acceleration", unit(["ax", "ay", "az"]), felt, 1e-9);
+        checks.vector("felt rotation", unit(["gx", "gy", "gz"]), own * w1, 1e-12);
+        let mixed = 2.0 * a.x - 3.0 * line.norm() * w1.y + SECOND.velocity[2];
+        checks.near("number", run.sensor("number", 1), 1.25, 1e-12);
+        checks.near("mixed", run.sensor("mixed", 0), mixed, 1e-8);
+        let later = 2.0 * run.sensor("a.x", 1) - 3.0 * run.sensor("d", 1) * run.sensor("w.y", 1);
+        let own = later - 2.0 * a.x + 3.0 * line.norm() * w1.y + 0.7 * run.t(1);
+        checks.near("mixed later", run.sensor("mixed", 1) - run.sensor("mixed", 0), own, 0.02);
         checks
     })
     .only("sensor")

@@ -1,6 +1,8 @@
 //! Checks of sensors.
 
 use crate::checks::Checker;
+use crate::observed::Observed;
+use crate::quantity::Quantities;
 use crate::types::beam::Beam;
 use crate::types::body::GROUND;
 use crate::types::connection::{Joint, JointKind};
@@ -10,7 +12,17 @@ use crate::types::sensor::{Sensor, SensorKind};
 impl Checker<'_> {
     pub(crate) fn sensor(&mut self, key: &str, sensor: &Sensor) {
         let of = format!("{key}.of");
+        if sensor.value.is_some() && sensor.kind != SensorKind::Expression {
+            let message = "only an expression has a value".to_owned();
+            self.report(format!("{key}.value"), message, "write type = \"expression\"");
+        }
+        if sensor.of.is_empty() && sensor.kind != SensorKind::Expression {
+            let help = "add `of = …`, the name of what is measured";
+            return self.report(key, "missing key `of`".to_owned(), help);
+        }
         match sensor.kind {
+            SensorKind::Expression => self.sensor_expression(key, sensor),
+            SensorKind::Imu => self.reference(of, &sensor.of, &["body"]),
             SensorKind::Position | SensorKind::Velocity | SensorKind::Acceleration => {
                 self.reference(of, &sensor.of, &["body", "particle"]);
             }
@@ -31,13 +43,15 @@ impl Checker<'_> {
             }
             SensorKind::Reaction if self.points.is_fixed(&sensor.of) => {}
             SensorKind::Reaction if self.model.support(&sensor.of).is_some() => {}
-            SensorKind::Reaction if self.holds_velocities(&sensor.of) => {}
+            SensorKind::Reaction if self.carries_a_body(&sensor.of) => {}
             SensorKind::Reaction => self.reference(of, &sensor.of, &["joint", "bar"]),
             SensorKind::Slip => {
                 let known = self.refers(of.clone(), &sensor.of, &["constraint"]);
-                if known && !self.holds_velocities(&sensor.of) {
+                let all = &self.model.constraints;
+                if known && !all.iter().any(|c| c.name() == sensor.of && c.is_of_velocities()) {
                     let message = format!("`{}` does not roll, and is no blade", sensor.of);
-                    let help = "measure a [[constraint]] of type \"rolling\" or \"blade\"";
+                    let help =
+                        "measure a [[constraint]] of type \"rolling\", \"blade\" or \"velocity\"";
                     self.report(of, message, help);
                 }
             }
@@ -56,14 +70,30 @@ impl Checker<'_> {
     }
 
     /// Whether this is what rolls, or a blade.
-    fn holds_velocities(&self, name: &str) -> bool {
-        self.model.constraints.iter().any(|c| c.name() == name && c.is_of_velocities())
+    fn carries_a_body(&self, name: &str) -> bool {
+        self.model.constraints.iter().any(|c| c.name() == name && c.carries_a_body())
+    }
+
+    fn sensor_expression(&mut self, key: &str, sensor: &Sensor) {
+        if !sensor.of.is_empty() {
+            let message = "an expression is of nothing".to_owned();
+            self.report(format!("{key}.of"), message, "remove `of`");
+        }
+        let Some(value) = &sensor.value else {
+            let help = "add `value = \"…\"`, of t, joints, bodies, signals and sensors";
+            return self.report(key, "the expression has no value".to_owned(), help);
+        };
+        let known = Quantities::new(self.model);
+        if let Err(error) = Observed::expression(&value.0, self.model, &known) {
+            let message = format!("the expression `{}`: {}", value.0.trim(), error.message);
+            self.report(format!("{key}.value"), message, error.help);
+        }
     }
 
     /// A distance between two points, or the length of what has two ends.
     fn sensor_distance(&mut self, key: &str, sensor: &Sensor) {
         let of = format!("{key}.of");
-        let kinds = ["body", "particle", "spring", "bar", "constraint"];
+        let kinds = ["body", "particle", "spring", "bar", "constraint", "law"];
         let is_it =
             |c: &Constraint| c.name() == sensor.of && matches!(c, Constraint::Distance { .. });
         if !self.refers(of.clone(), &sensor.of, &kinds) {
@@ -74,7 +104,18 @@ impl Checker<'_> {
                 let message = format!("`{}` is no distance: it has no length", sensor.of);
                 self.report(of, message, "measure a distance, a spring or a bar");
             }
-            Some("spring" | "bar" | "constraint") => {
+            Some("law")
+                if !self
+                    .model
+                    .laws
+                    .iter()
+                    .any(|own| own.name == sensor.of && own.from.is_some()) =>
+            {
+                let message =
+                    format!("`{}` does not act between points: it has no length", sensor.of);
+                self.report(of, message, "measure a law of `from` and `to`");
+            }
+            Some("spring" | "bar" | "constraint" | "law") => {
                 for (name, stated) in
                     [("to", sensor.to.is_some()), ("point", sensor.point.is_some())]
                 {
@@ -127,7 +168,8 @@ impl Checker<'_> {
     }
 
     fn sensor_power(&mut self, of: String, sensor: &Sensor) {
-        let known = self.refers(of.clone(), &sensor.of, &["joint", "spring", "load", "constraint"]);
+        let kinds = ["joint", "spring", "load", "law", "bushing", "constraint"];
+        let known = self.refers(of.clone(), &sensor.of, &kinds);
         let constraint = self.model.constraints.iter().find(|c| c.name() == sensor.of);
         if known && constraint.is_some_and(|c| !matches!(c, Constraint::Motion { .. })) {
             let message = format!("`{}` does no work: it prescribes no motion", sensor.of);
@@ -150,10 +192,10 @@ impl Checker<'_> {
     }
 
     fn sensor_effort(&mut self, of: String, sensor: &Sensor) {
-        self.reference(of.clone(), &sensor.of, &["joint", "spring", "constraint"]);
+        self.reference(of.clone(), &sensor.of, &["joint", "spring", "constraint", "bushing"]);
         let name = &sensor.of;
         self.sensor_acts(of.clone(), name);
-        if self.holds_velocities(name) {
+        if self.carries_a_body(name) {
             let message = format!("`{name}` has no single effort");
             return self.report(of, message, "write type = \"reaction\"");
         }
@@ -169,7 +211,7 @@ impl Checker<'_> {
 
     fn sensor_frame(&mut self, key: &str, sensor: &Sensor) {
         let bar =
-            self.kinds.get(sensor.of.as_str()) == Some(&"bar") || self.holds_velocities(&sensor.of);
+            self.kinds.get(sensor.of.as_str()) == Some(&"bar") || self.carries_a_body(&sensor.of);
         if sensor.frame.is_some() && (sensor.kind != SensorKind::Reaction || bar) {
             let message = "only the reaction of a joint has a frame".to_owned();
             self.report(format!("{key}.frame"), message, "remove `frame`");

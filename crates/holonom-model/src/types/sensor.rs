@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::law::Formula;
+
 /// What a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -21,8 +23,13 @@ pub enum SensorKind {
     AngularVelocity,
     /// Of a body, spatial components, rad/s².
     AngularAcceleration,
+    /// What an inertial measurement unit on a body shows, along the axes of the body: `ax, ay, az`,
+    /// the acceleration of the `point` without that of gravity, m/s², and `gx, gy, gz`, the angular
+    /// velocity, rad/s.
+    Imu,
     /// Between the `point` of a body or a particle and the point `point_to` of another one, m. Of a
-    /// `[[spring]]`, a `[[bar]]` or a distance constraint its length, also as `length`.
+    /// `[[spring]]`, a `[[bar]]`, a `[[law]]` between points or a distance constraint its length,
+    /// also as `length`.
     #[serde(alias = "length")]
     Distance,
     /// The rate of a distance, m/s, also as `length_rate`.
@@ -44,11 +51,12 @@ pub enum SensorKind {
     /// What drives or resists a motion, N or N·m: of a joint the efforts of its spring, damper and
     /// motor along its coordinate; of a `[[spring]]` its tension, with its damper; of a
     /// `[[constraint]]` the effort of a prescribed motion, of a gear on its first joint, the
-    /// tension of a distance.
+    /// tension of a distance; of a `[[bushing]]` its three forces and three torques along its
+    /// coordinates, on `to`.
     Effort,
     /// What is put into the system in a second, W, negative where it is taken out: of a joint by
-    /// its spring, damper and motor; of a `[[spring]]`, with its damper; of a `[[load]]`; of a
-    /// `[[constraint]]` by a prescribed motion.
+    /// its spring, damper and motor; of a `[[spring]]`, with its damper; of a `[[load]]`, a
+    /// `[[law]]` or a `[[bushing]]`; of a `[[constraint]]` by a prescribed motion.
     Power,
     /// Of a `[[constraint]]` of type `rolling` or `blade`: the slip of the step that ended, m/s; of
     /// what rolls in space, of a blade along its axis.
@@ -56,6 +64,9 @@ pub enum SensorKind {
     /// Of a beam at `element`: the shear forces `N1, N2` and the normal force `N3`, N, and the
     /// moments about its directors, `M1, M2` bending and `M3` twisting, N·m.
     SectionForce,
+    /// A number by the expression `value` of time, joints, bodies, signals and other sensors at the
+    /// node; it is of nothing, and has no unit.
+    Expression,
     /// Of a beam at `element`: `Gamma1, Gamma2` shear, `Gamma3` extension; `K1, K2` bending, `K3`
     /// twist, 1/m; all measured from the stress-free beam.
     Strain,
@@ -73,6 +84,8 @@ impl SensorKind {
                 | Self::JointAcceleration
                 | Self::Reaction
                 | Self::Slip
+                | Self::Imu
+                | Self::Expression
                 | Self::SectionForce
                 | Self::Strain
         )
@@ -92,7 +105,8 @@ impl SensorKind {
 
     /// Whether it is of a point of a body.
     pub(crate) fn has_point(self) -> bool {
-        self.is_distance() || matches!(self, Self::Position | Self::Velocity | Self::Acceleration)
+        self.is_distance()
+            || matches!(self, Self::Position | Self::Velocity | Self::Acceleration | Self::Imu)
     }
 
     /// Whether it can be seen from another body.
@@ -119,8 +133,8 @@ impl Sensor {
     #[must_use]
     pub fn new(name: String, kind: SensorKind, of: String) -> Self {
         let (point, seen_from, to, point_to) = (None, None, None, None);
-        let (element, at, frame) = (None, None, None);
-        Self { name, kind, of, point, seen_from, to, point_to, element, at, frame }
+        let (element, at, frame, value) = (None, None, None, None);
+        Self { name, kind, of, point, seen_from, to, point_to, element, at, frame, value }
     }
 }
 
@@ -133,10 +147,11 @@ pub struct Sensor {
     /// What it measures.
     #[serde(rename = "type")]
     pub kind: SensorKind,
-    /// The body, node, particle, joint, bar or beam it is attached to.
+    /// The body, node, particle, joint, bar or beam it is attached to; an `expression` has none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub of: String,
-    /// The point of a body (`position`, `velocity`, `acceleration`, `distance`): body components
-    /// from the centre of mass, m; the centre by default.
+    /// The point of a body (`position`, `velocity`, `acceleration`, `imu`, `distance`): body
+    /// components from the centre of mass, m; the centre by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<[f64; 3]>,
     /// The body or node of a beam in whose frame a `position`, `velocity`, `orientation` or
@@ -160,4 +175,7 @@ pub struct Sensor {
     /// The axes of the components of a `reaction`: the joint frame of the parent by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<ReactionFrame>,
+    /// The expression of an `expression`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<Formula>,
 }

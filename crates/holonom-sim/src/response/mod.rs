@@ -281,7 +281,11 @@ fn without_amplitudes(model: &mut Model) -> Vec<String> {
     let constraints: Vec<String> =
         model.constraints.iter().map(|constraint| constraint.name().to_owned()).collect();
     let has_none = |sensor: &holonom_model::Sensor| match sensor.kind {
-        SensorKind::Reaction | SensorKind::Power | SensorKind::Slip => true,
+        SensorKind::Reaction
+        | SensorKind::Power
+        | SensorKind::Slip
+        | SensorKind::Imu
+        | SensorKind::Expression => true,
         SensorKind::Effort => constraints.contains(&sensor.of),
         _ => false,
     };
@@ -290,7 +294,7 @@ fn without_amplitudes(model: &mut Model) -> Vec<String> {
     model.sensors.retain(|sensor| !has_none(sensor));
     let note = || {
         format!(
-            "no amplitudes of {}: reactions, efforts of constraints and powers are left out",
+            "no amplitudes of {}: reactions, efforts of constraints, powers, inertial units and expressions are left out",
             out.join(", ")
         )
     };

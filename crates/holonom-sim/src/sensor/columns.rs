@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::output::columns::{self as output, POSITION_NAMES, SECTION, STRAINS};
 use crate::system::drive::joint_parts as driven_parts;
-use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind, Signal};
+use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind, Signal, VelocityTerm};
 use vi_multibody::pair::PairKind;
 
 /// The part of a sensor that is 1 where its numbers are unique, else 0.
@@ -91,6 +91,7 @@ struct SensedParts<'a> {
     bars: BTreeSet<&'a str>,
     joints: BTreeMap<&'a str, &'a Joint>,
     constraints: BTreeMap<&'a str, &'a Constraint>,
+    bushings: BTreeSet<&'a str>,
 }
 
 impl<'a> SensedParts<'a> {
@@ -101,6 +102,7 @@ impl<'a> SensedParts<'a> {
             bars: model.bars.iter().map(|bar| bar.name.as_str()).collect(),
             joints: model.joints.iter().map(|joint| (joint.name.as_str(), joint)).collect(),
             constraints: model.constraints.iter().map(|c| (c.name(), c)).collect(),
+            bushings: model.bushings.iter().map(|own| own.name.as_str()).collect(),
         }
     }
 
@@ -130,6 +132,12 @@ impl<'a> SensedParts<'a> {
             SensorKind::Orientation => named(&["w", "x", "y", "z"], "quaternion", ""),
             SensorKind::AngularVelocity => named(axes, "angular velocity", "rad/s"),
             SensorKind::AngularAcceleration => named(axes, "angular acceleration", "rad/s²"),
+            SensorKind::Imu => {
+                let mut parts = named(&["ax", "ay", "az"], "acceleration", "m/s²");
+                parts.extend(named(&["gx", "gy", "gz"], "angular velocity", "rad/s"));
+                parts
+            }
+            SensorKind::Expression => named(&[""], "expression", ""),
             SensorKind::Distance => named(&[""], "distance", "m"),
             SensorKind::DistanceRate => named(&[""], "speed", "m/s"),
             SensorKind::JointCoordinate => {
@@ -142,7 +150,7 @@ impl<'a> SensedParts<'a> {
             SensorKind::Reaction => {
                 let mut parts = if self.bars.contains(of) {
                     named(&["tension"], "tension", "N")
-                } else if self.constraints.get(of).is_some_and(|c| c.is_of_velocities()) {
+                } else if self.constraints.get(of).is_some_and(|c| c.carries_a_body()) {
                     named(&REACTION[..3], "force", "N")
                 } else {
                     let mut parts = named(&REACTION[..3], "force", "N");
@@ -154,6 +162,10 @@ impl<'a> SensedParts<'a> {
             }
             SensorKind::Slip => match self.constraints.get(of) {
                 Some(Constraint::Rolling { .. }) => named(&POSITION_NAMES, "slip", "m/s"),
+                Some(Constraint::Velocity { terms, .. }) => {
+                    let angle = self.unit_of_term(terms.first()) == "N·m";
+                    named(&[""], "slip", if angle { "rad/s" } else { "m/s" })
+                }
                 _ => named(&[""], "slip", "m/s"),
             },
             SensorKind::Effort => self.effort_parts(of),
@@ -168,6 +180,15 @@ impl<'a> SensedParts<'a> {
             },
             SensorKind::SectionForce => section(&SECTION[STRAINS.len()..]),
             SensorKind::Strain => section(&SECTION[..STRAINS.len()]),
+        }
+    }
+
+    /// The unit of the effort along a term of a sum of rates.
+    fn unit_of_term(&self, term: Option<&VelocityTerm>) -> &'static str {
+        let joint = term.and_then(|term| Some((self.joints.get(term.joint.as_deref()?)?, term)));
+        match joint {
+            Some((joint, term)) if joint.pair().is_angle(term.freedom) => "N·m",
+            _ => "N",
         }
     }
 
@@ -196,7 +217,15 @@ impl<'a> SensedParts<'a> {
             Some(Constraint::Gear { joints: [name, _], freedoms, .. }) => {
                 row(joint(name).map_or("N·m", |joint| along(joint.pair(), freedoms[0])))
             }
+            Some(Constraint::Velocity { terms, .. }) => row(self.unit_of_term(terms.first())),
             Some(_) => row("N"),
+            None if self.bushings.contains(of) => {
+                let parts = |names: &[&str], quantity, unit| {
+                    names.iter().map(|n| ((*n).to_owned(), quantity, unit)).collect::<Vec<Part>>()
+                };
+                let forces = parts(&REACTION[..3], "force", "N");
+                [forces, parts(&REACTION[3..], "torque", "N·m")].concat()
+            }
             None => vec![(String::new(), "force", "N")],
         }
     }

@@ -6,6 +6,7 @@
 //! prescribed motion     −λ_n                    on θ, from g = θ − θ_ref(t)
 //! gear                  −λ_n                    on θ_a, from g = θ_a + ρ θ_b − c; −ρ λ_n on θ_b
 //! distance              l λ_n                   from g = ½ (|D|² − l²); positive when it pulls
+//! bushing               τ(t, ξ, ξ̇)              six efforts along ξ, on `to`
 //! ```
 //! Rates are those of `v̂`. Positive efforts on a joint coordinate act on the child along it, and
 //! oppositely on the parent. `λ_n` is that of the node, see [`crate::sensor`].
@@ -16,6 +17,7 @@ use super::{Builder, length_rate};
 use crate::system::drive::JointDrive;
 use crate::system::names::Names;
 use crate::system::time_function::TimeFunctions;
+use vi_multibody::builder::ForceElements;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::{NodeReactions, Tension};
@@ -31,6 +33,8 @@ pub(crate) enum Effort {
     Spring(Box<Spring>, Box<Damper>),
     /// A constraint, and the factor of `−λ`.
     Row(usize, f64),
+    /// A bushing.
+    Six(String, Box<ForceElements>),
 }
 
 /// The first row of a scalar constraint.
@@ -56,6 +60,9 @@ impl Effort {
             let (spring, damping) = (forces.springs.get(k)?.clone(), model.springs[k].damping);
             let damper = Damper { between: spring.between.clone(), damping };
             return Some(Self::Spring(Box::new(spring), Box::new(damper)));
+        }
+        if model.bushings.iter().any(|bushing| bushing.name == name) {
+            return Some(Self::Six(name.to_owned(), Box::new(forces.only(name))));
         }
         let k = description.scalars.iter().position(|scalar| scalar.name == name)?;
         let row = mechanism.scalar_rows(k).start;
@@ -84,7 +91,7 @@ impl Effort {
                 elements.iter_mut().for_each(|element| element.idle = idle(name, element.part));
                 false
             }
-            Self::Spring(..) => idle(name, ""),
+            Self::Spring(..) | Self::Six(..) => idle(name, ""),
             Self::Row(row, _) => row_of(name, mechanism).map(|own| *row = own).is_none(),
         }
     }
@@ -137,6 +144,10 @@ impl Effort {
             Self::Spring(spring, damper) => {
                 out.push(spring.tension(at.q) + damper.tension(at.q, at.v));
             }
+            Self::Six(name, forces) => {
+                let efforts = forces.bushing_efforts(name, at.configuration(), at.v);
+                out.extend(efforts.unwrap_or_default().iter());
+            }
             Self::Row(row, factor) => {
                 let Some(tension) = reactions.map(|all| all.scalar_row(*row)) else { return };
                 let Tension { force, unique } = tension;
@@ -166,7 +177,7 @@ impl Effort {
                 let tension = spring.tension(at.q) + damper.tension(at.q, at.v);
                 out.push(-tension * length_rate(&spring.between, at));
             }
-            Self::Row(..) => {}
+            Self::Row(..) | Self::Six(..) => {} // of a bushing with its forces
         }
     }
 }

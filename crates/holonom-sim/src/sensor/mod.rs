@@ -6,6 +6,8 @@
 //! angular velocity   ω = ½ Σ d_I × ḋ_I                    with v̂
 //! seen from a body   the same in its frame                observer
 //! acceleration       ẍ,  ω̇ = ½ Σ d_I × d̈_I                of the steps beside the node
+//! imu                Rᵀ (ẍ − γ),  Rᵀ ω                    along the body's own axes
+//! expression         of the other numbers of the node
 //! distance           l = |D|,  l̇ = D̂·Ḋ                    between two points
 //! joint              coordinates counted on, rates        vi_multibody::coordinates
 //! reaction           −Gᵀ λ_n on the child                 vi_multibody::reaction
@@ -50,7 +52,11 @@ use crate::stepper::Wanted;
 use crate::system::beams::Beams;
 use crate::system::names::Names;
 use crate::system::signal::output::{SignalGauge, SignalNetwork};
-use holonom_model::{Constraint, GROUND, ReactionFrame, Sensor, SensorKind, spatial};
+use holonom_model::expression::Program;
+use holonom_model::{
+    Constraint, GROUND, Model, Observed, Part, Quantities, ReactionFrame, Reading, Sensor,
+    SensorKind, spatial,
+};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -76,6 +82,8 @@ enum Gauge {
     Orientation(Attitude),
     AngularVelocity(usize, Option<Observer>), // first coordinate of the frame
     AngularAcceleration(usize),
+    Imu(Box<InertialUnit>),
+    Expression, // a number that is written when all others are known
     Distance(Form),
     DistanceRate(Form),
     Coordinate(JointMotion),
@@ -120,6 +128,23 @@ impl Attitude {
     }
 }
 
+/// What an inertial measurement unit is made of.
+#[derive(Clone, Debug)]
+struct InertialUnit {
+    point: Form,
+    own: Observer,
+    first: usize, // coordinate of its frame
+    gravity: Vector3<f64>,
+}
+
+/// An expression of other numbers of a node.
+#[derive(Debug)]
+struct ExpressionGauge {
+    program: Program,
+    place: usize,      // of its number
+    reads: Vec<usize>, // numbers, in the order of its inputs after the time
+}
+
 /// The part that a sensor is of.
 #[derive(Debug)]
 struct MeasuredPart {
@@ -132,6 +157,9 @@ struct MeasuredPart {
 #[derive(Debug, Default)]
 pub struct Sensors {
     columns: Vec<Column>,
+    hidden: Vec<Column>, // of what expressions read, after these
+    expressions: Vec<ExpressionGauge>,
+    inputs: Vec<f64>, // of an expression, scratch
     gauges: Vec<Gauge>,
     of: Vec<MeasuredPart>,              // of each gauge
     observer: Option<ReactionObserver>, // where sensors ask for reactions
@@ -159,14 +187,47 @@ impl Sensors {
         };
         let (mut gauges, mut of) = (Vec::new(), Vec::new());
         let mut columns: Vec<Column> = model.signals.iter().flat_map(columns_of_signal).collect();
-        for sensor in &model.sensors {
-            let Some(gauge) = builder.gauge(sensor) else { continue };
+        let mut expressions = Vec::new();
+        let mut add = |sensor: &Sensor, columns: &mut Vec<Column>| {
+            let Some(gauge) = builder.gauge(sensor) else { return };
             let first = columns.len();
             columns.extend(columns_of(model, sensor));
             let columns = first..columns.len();
             gauges.push(gauge);
             of.push(MeasuredPart { name: sensor.of.clone(), columns, idle: false });
+        };
+        for sensor in &model.sensors {
+            if let Some(found) = observed(model, sensor) {
+                expressions.push((columns.len(), found));
+            }
+            add(sensor, &mut columns);
         }
+        let visible = columns.len();
+        let expressions: Vec<ExpressionGauge> = expressions
+            .into_iter()
+            .map(|(place, Observed { program, readings })| {
+                let read = |reading: Reading| match reading {
+                    Reading::Signal(name) => columns.iter().position(|own| own.name() == name),
+                    Reading::Sensor(sensor, part) => {
+                        let known = |own: &Column| own.sensor == sensor.name;
+                        if !columns.iter().any(known) {
+                            add(&sensor, &mut columns);
+                        }
+                        let first = columns.iter().position(known)?;
+                        let own = columns[first..].iter().take_while(|own| known(own));
+                        match part {
+                            Part::Number(k) => Some(first + k),
+                            Part::Heading(part) => {
+                                own.into_iter().position(|own| own.part == part).map(|k| first + k)
+                            }
+                        }
+                    }
+                };
+                let reads = readings.into_iter().map(read).map(|k| k.unwrap_or(usize::MAX));
+                ExpressionGauge { program, place, reads: reads.collect() }
+            })
+            .collect();
+        let hidden = columns.split_off(visible);
         let reactions = gauges.iter().any(|gauge| match gauge {
             Gauge::Reaction(..) | Gauge::Tension(_) | Gauge::Held(_) => true,
             Gauge::Effort(effort) => effort.needs_force(),
@@ -177,6 +238,7 @@ impl Sensors {
             matches!(
                 gauge,
                 Gauge::Acceleration(..)
+                    | Gauge::Imu(_)
                     | Gauge::AngularAcceleration(_)
                     | Gauge::JointAcceleration(_)
             ) || matches!(gauge, Gauge::Section(section) if section.needs_acceleration())
@@ -184,7 +246,8 @@ impl Sensors {
         let observer = reactions.then(|| ReactionObserver::new(mechanism));
         let signals = signals.zip(dynamics.forces.signals.clone());
         let signals = signals.map(|(own, states)| SignalGauge::new(own, states));
-        Self { columns, gauges, of, observer, accelerations, signals }
+        let inputs = Vec::new();
+        Self { columns, hidden, expressions, inputs, gauges, of, observer, accelerations, signals }
     }
 
     /// The columns of `sensors.csv`; empty without sensors.
@@ -327,12 +390,21 @@ impl Sensors {
         }
         for (gauge, of) in self.gauges.iter().zip(&self.of) {
             if of.idle {
-                let own = self.columns[of.columns.clone()].iter();
+                let all = self.columns.iter().chain(&self.hidden);
+                let own = all.skip(of.columns.start).take(of.columns.len());
                 values.extend(own.map(|column| f64::from(u8::from(column.is_flag()))));
             } else {
                 gauge.read(&at, reactions.as_ref(), values);
             }
         }
+        for ExpressionGauge { program, place, reads } in &self.expressions {
+            self.inputs.clear();
+            self.inputs.push(at.t);
+            let read = |k: &usize| values.get(*k).copied().unwrap_or(f64::NAN);
+            self.inputs.extend(reads.iter().map(read));
+            values[*place] = program.value(&self.inputs).unwrap_or(f64::NAN);
+        }
+        values.truncate(self.columns.len());
     }
 }
 
@@ -362,6 +434,14 @@ impl Gauge {
                 let own = *first..first + 12;
                 out.extend(&directors::angular_velocity(&at.q[own.clone()], &at.a[own]));
             }
+            Self::Imu(unit) => {
+                let InertialUnit { point, own, first, gravity } = &**unit;
+                let (q, v) = frame(*first);
+                let axes = own.axes(at.q);
+                out.extend(&axes.tr_mul(&(point.rate(at.a) - gravity)));
+                out.extend(&axes.tr_mul(&directors::angular_velocity(q, v)));
+            }
+            Self::Expression => out.push(f64::NAN),
             Self::Distance(between) => out.push(between.at(at.q).norm()),
             Self::DistanceRate(between) => out.push(length_rate(between, at)),
             Self::Coordinate(tracker) => out.extend(tracker.values()),
@@ -405,6 +485,12 @@ impl Gauge {
             Self::Section(section) => section.read(at, out),
         }
     }
+}
+
+/// The expression of a sensor.
+fn observed(model: &Model, sensor: &Sensor) -> Option<Observed> {
+    let value = sensor.value.as_ref().filter(|_| sensor.kind == SensorKind::Expression)?;
+    Observed::expression(&value.0, model, &Quantities::new(model)).ok()
 }
 
 /// The slip of what rolls, or of a blade, scalar constraint `k`.
@@ -480,6 +566,10 @@ impl Builder<'_> {
         if let Some(bar) = model.bars.iter().find(|bar| bar.name == of) {
             return form([&bar.from, &bar.to], [bar.point.as_deref().unwrap_or_default(); 2]);
         }
+        if let Some(law) = model.laws.iter().find(|law| law.name == of) {
+            let points = [&law.point_from, &law.point_to].map(|x| x.as_deref().unwrap_or_default());
+            return form([law.from.as_deref()?, law.to.as_deref()?], points);
+        }
         model.constraints.iter().find_map(|constraint| match constraint {
             Constraint::Distance { name, from, to, point_from, point_to, .. } if name == of => {
                 form([from, to], [point_from, point_to])
@@ -525,6 +615,18 @@ impl Builder<'_> {
             SensorKind::AngularAcceleration => {
                 Gauge::AngularAcceleration(12 * self.names.index(of)?)
             }
+            SensorKind::Imu => {
+                let (point, _) = self.point(sensor)?;
+                let gravity = self.mechanism.description().gravity;
+                let first = 12 * self.names.index(of)?;
+                Gauge::Imu(Box::new(InertialUnit {
+                    point,
+                    own: self.frame_of(of)?,
+                    first,
+                    gravity,
+                }))
+            }
+            SensorKind::Expression => Gauge::Expression,
             SensorKind::Distance => Gauge::Distance(self.between(sensor)?),
             SensorKind::DistanceRate => Gauge::DistanceRate(self.between(sensor)?),
             SensorKind::JointCoordinate => Gauge::Coordinate(JointMotion::new(joint()?, &self.q)),

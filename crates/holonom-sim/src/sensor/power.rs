@@ -5,6 +5,7 @@
 //! along a joint        τ θ̇                      τ: the effort on the child
 //! spring of two points −(dV/dl + c dl/dt) dl/dt
 //! load                 f·ẋ + τ·ω                of all bodies and nodes that it acts on
+//! law, bushing         f(t, q, v)·v
 //! prescribed motion    −λ_n θ̇                   from g = θ − θ_ref(t)
 //! ```
 //! Rates are those of `v̂`, values those of the node, so the trapezoidal sum over all nodes is the
@@ -14,6 +15,8 @@ use super::Builder;
 use super::effort::{Effort, row_of};
 use super::view::View;
 use holonom_model::Constraint;
+use std::sync::{Arc, Mutex, PoisonError};
+use vi_multibody::builder::ForceElements;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::joint_rates;
 use vi_multibody::mechanism::Mechanism;
@@ -27,6 +30,8 @@ pub(super) enum Power {
     Effort(Effort),
     /// Of a load, in all places where it acts.
     Loads(Vec<Load>),
+    /// Of a law or a bushing.
+    Forces(Box<ForceElements>, Arc<Mutex<Vec<f64>>>),
     /// Of a prescribed motion: its row, the joint and the degree of freedom.
     Motion(usize, Box<Joint>, usize),
 }
@@ -38,6 +43,11 @@ impl Power {
         let model = from.names.model;
         if model.loads.iter().any(|load| load.name == name) {
             return Some(Self::Loads(from.dynamics.forces.loads(name).cloned().collect()));
+        }
+        let law = model.laws.iter().any(|law| law.name == name);
+        if law || model.bushings.iter().any(|bushing| bushing.name == name) {
+            let forces = Box::new(from.dynamics.forces.only(name));
+            return Some(Self::Forces(forces, Arc::default()));
         }
         let effort = Effort::of(name, from)?;
         let motion = model.constraints.iter().find(|c| c.name() == name);
@@ -64,7 +74,7 @@ impl Power {
     ) -> bool {
         match self {
             Self::Effort(effort) => effort.act_by(name, mechanism, idle),
-            Self::Loads(_) => idle(name, ""),
+            Self::Loads(_) | Self::Forces(..) => idle(name, ""),
             Self::Motion(row, ..) => row_of(name, mechanism).map(|own| *row = own).is_none(),
         }
     }
@@ -95,6 +105,10 @@ impl Power {
             Self::Effort(effort) => effort.powers(at, out),
             Self::Loads(loads) => {
                 out.push(loads.iter().map(|load| load.power(at.t, at.q, at.v)).sum());
+            }
+            Self::Forces(forces, scratch) => {
+                let scratch = &mut *scratch.lock().unwrap_or_else(PoisonError::into_inner);
+                out.push(forces.power(at.configuration(), at.v, scratch));
             }
             Self::Motion(row, joint, freedom) => {
                 let Some(tension) = reactions.map(|all| all.scalar_row(*row)) else { return };

@@ -1,5 +1,7 @@
 //! What sensors see of a node.
 
+use vi_core::Configuration;
+
 /// A node as sensors see it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View<'a> {
@@ -19,4 +21,12 @@ pub(crate) struct View<'a> {
     pub(crate) force: &'a [f64],
     /// `A_d` of the step that ended here, of each constraint on velocities, m/s.
     pub(crate) slips: &'a [f64],
+}
+
+impl<'a> View<'a> {
+    /// The configuration, with the internal variables of signals alone.
+    pub(crate) fn configuration(&self) -> Configuration<'a> {
+        let Self { t, q, angles, signals, .. } = *self;
+        Configuration { t, q, angles, internal: signals }
+    }
 }

@@ -113,6 +113,38 @@ impl ForceElements {
         springs.chain(forces).reduce(|sum, efforts| sum + efforts)
     }
 
+    /// Those of this name alone.
+    #[must_use]
+    pub fn only(&self, name: &str) -> Self {
+        let bushings = self.bushings.iter().filter(|own| own.name == name).cloned().collect();
+        let forces = self.forces.iter().filter(|own| own.name == name).cloned().collect();
+        Self { bushings, forces, ..Self::default() }
+    }
+
+    /// What bushings, laws and other forces put into the system in a second, W; springs take no
+    /// part. `scratch`: shape `n`.
+    #[must_use]
+    pub fn power(&self, at: Configuration<'_>, v: &[f64], scratch: &mut Vec<f64>) -> f64 {
+        let of_spring = |own: &NamedSixSpring| {
+            let spring = &own.spring;
+            spring.efforts(at.t, at.q).dot(&spring.coordinates.rate(at.q, v))
+        };
+        let stored: f64 = self.bushings.iter().map(of_spring).sum();
+        scratch.clear();
+        scratch.resize(v.len(), 0.0);
+        for own in &self.forces {
+            match &own.force {
+                ElementForce::Coordinates(force) => force.add(at.t, at.q, v, 1.0, scratch),
+                ElementForce::Joint(force) => force.add_continuous(at, v, scratch),
+                ElementForce::Body(force) => force.add_continuous(at, v, scratch),
+                ElementForce::Wrench(force) => force.add_continuous(at, v, scratch),
+                ElementForce::Law(force) => force.add_continuous(at, v, scratch),
+                ElementForce::Six(force) => force.add_continuous(at, v, scratch),
+            }
+        }
+        stored + scratch.iter().zip(v).map(|(f, v)| f * v).sum::<f64>()
+    }
+
     /// The coordinates of the bushing of this name.
     #[must_use]
     pub fn bushing_coordinates(&self, name: &str) -> Option<&SixCoordinates> {
