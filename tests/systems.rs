@@ -20,6 +20,7 @@ mod schemes {
     mod galerkin_systems;
     mod heavy_top;
     mod long_run;
+    mod rates;
     mod reacting_models;
     mod recording;
     mod reference;
@@ -103,6 +104,7 @@ mod model {
 
 mod output {
     mod energies;
+    mod force_sensors;
     mod momenta;
     mod motion_sensors;
     mod report;

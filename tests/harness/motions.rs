@@ -1,5 +1,5 @@
-//! Cases of small motions: eigenvalues of a bicycle over its speed, growth of a rotor over the cross
-//! coupling of its bearings; of the linearized equations and of the linearized step.
+//! Cases of small motions: eigenvalues of a bicycle over its speed, growth of a rotor over the
+//! cross coupling of its bearings; of the linearized equations and of the linearized step.
 
 use super::case::{Deviation, Runs, raise};
 use holonom::model::ModelText;

@@ -297,6 +297,31 @@ fn faults_of_rolling_are_named() {
     }
 }
 
+/// A disc that falls over, and one that turns too far in a step, end with their own messages.
+#[test]
+fn wheels_that_fall_or_turn_too_far_say_so() {
+    let failed = |set: &[(&str, &str)]| {
+        let text = crate::harness::models::shipped("rolling_disc");
+        let mut simulation = Simulation::new(&crate::benchmark::model(&text, set)).unwrap();
+        let failure = simulation.samples().find_map(Result::err).expect("it fails");
+        println!("{failure:?}");
+        format!("{failure:?}")
+    };
+    let falls = [
+        ("parameters.spin", "0.2"),
+        ("parameters.yaw", "0.0"),
+        ("parameters.fall", "0.5"),
+        ("simulation.end", "3.0"),
+    ];
+    let found = failed(&falls);
+    assert!(found.contains("the wheel of `floor` lies flat on its plane"), "{found}");
+    assert!(found.contains("end the run before it falls over"), "{found}");
+    let fast =
+        [("parameters.spin", "60.0"), ("simulation.step", "0.052"), ("simulation.end", "0.52")];
+    let found = failed(&fast);
+    assert!(found.contains("turns by 3.1") && found.contains("at most 3 are taken"), "{found}");
+}
+
 /// `project_start` puts a wheel on its plane and lets it roll.
 #[test]
 fn a_start_that_slips_is_projected_when_asked() {

@@ -1,5 +1,5 @@
-//! Small motions of first order: about steady motions of what rolls, slides on a blade or spins, and
-//! with continuous states of signals; against closed forms and published numbers.
+//! Small motions of first order: about steady motions of what rolls, slides on a blade or spins,
+//! and with continuous states of signals; against closed forms and published numbers.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark::{model, samples};
@@ -86,8 +86,8 @@ fn an_upright_disc_is_stable_beyond_its_critical_spin() {
     }
 }
 
-/// A disc that rolls around a circle: the eigenvalue is that of the motion in time, to the order of
-/// its steps.
+/// A disc that rolls around a circle: the eigenvalue is that of the motion in time, to the order
+/// of its steps.
 #[test]
 fn a_disc_in_a_circle_nutates_as_it_does_in_time() {
     let text = include_str!("../reference/laws/p17_steady_disc.toml");

@@ -447,6 +447,7 @@ fn value_of<'a>(values: &'a serde_json::Value, key: &str) -> Option<&'a serde_js
 fn described(model: &Model, column: &Column) -> String {
     let what = if column.is_flag() { "1 where the value is unique" } else { column.quantity };
     match model.sensors.iter().find(|own| own.name == column.sensor) {
+        Some(sensor) if sensor.of.is_empty() => format!("{what} `{}`", sensor.name),
         Some(sensor) => format!("{what} of `{}`", sensor.of),
         None => format!("signal `{}`", column.sensor),
     }
@@ -461,6 +462,8 @@ fn feeds_through(model: &Model, column: &Column) -> bool {
         SensorKind::Acceleration
         | SensorKind::AngularAcceleration
         | SensorKind::JointAcceleration
+        | SensorKind::Imu
+        | SensorKind::Expression
         | SensorKind::Reaction
         | SensorKind::Effort
         | SensorKind::Power => true,

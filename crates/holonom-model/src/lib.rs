@@ -51,7 +51,7 @@ pub use types::bushing::{Bushing, BushingRotation, Coefficients};
 pub use types::columns::Columns;
 pub use types::connection::{Bar, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use types::damping::{Damping, LossFactor, RelaxationTimes};
-pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring};
+pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring, VelocityTerm};
 pub use types::event::{Event, Locate, coordinate_of};
 pub use types::law::{Formula, Law};
 pub use types::load::{Frame, History, Load};

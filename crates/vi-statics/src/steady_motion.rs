@@ -1,5 +1,5 @@
-//! Steady motion of a system: it moves along and turns as a whole, while frames that are alike about
-//! an axis spin about it.
+//! Steady motion of a system: it moves along and turns as a whole, while frames that are alike
+//! about an axis spin about it.
 //!
 //! ```text
 //! φ̇ = V + Ω × (φ − o),   ω = Ω + Σ_I w_I d_I           w: spin, along the directors of the frame
@@ -7,8 +7,8 @@
 //! Wheels that roll straight ahead or around a circle, and rotors in bearings, move so. In the
 //! frame that moves along and spins with each of them nothing changes: small motions about it have
 //! constant coefficients ([`crate::first_order`]). Of all splits of the velocities into `Ω` and
-//! spins the simplest is taken: spins alone, then a translation, then a rotation about the normal of
-//! the planes that wheels roll on, then about any axis.
+//! spins the simplest is taken: spins alone, then a translation, then a rotation about the normal
+//! of the planes that wheels roll on, then about any axis.
 //!
 //! Source: J. E. Marsden, Lectures on Mechanics (1992), ch. 4, relative equilibria.
 

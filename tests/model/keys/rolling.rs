@@ -168,6 +168,80 @@ fn carried() -> Case {
     .blind("sensor.of", "both balls roll")
 }
 
+/// Sums of rates of two joints, of points in space and in the body, each over a step.
+fn weighed() -> Case {
+    let (point, along, across) = ([0.2, -0.1, 0.3], [0.3, 0.9, -0.4], [0.5, -0.2, 0.7]);
+    let second = Rigid { center: [1.0, 2.0, 0.5], ..SECOND };
+    let slide = "[[joint]]\nname = \"slide\"\ntype = \"cylindrical\"\nparent = \"ground\"\n\
+                 child = \"first\"\nposition = [0.0, 0.0, 0.0]\naxis = [0.3, 0.2, 1.0]\n";
+    let text = [
+        heavy(
+            "weighed",
+            [1.0, -2.0, -6.0],
+            &format!("step = {STEP:?}, end = 0.04, momenta = true, project_start = true"),
+        ),
+        FIRST.text("first"),
+        second.text("second"),
+        slide.to_owned(),
+        Rigid { center: [-1.0, 0.5, 2.0], ..FIRST }.still("third"),
+        "[[joint]]\nname = \"rail\"\ntype = \"prismatic\"\nparent = \"ground\"\n\
+         child = \"third\"\nposition = [0.0, 0.0, 0.0]\naxis = [0.1, 0.9, 0.3]\n"
+            .to_owned(),
+        part("constraint", "tie") + "type = \"velocity\"\nvalue = \"0.3*sin(40*t) + 0.2*second.y\"\n",
+        "terms = [{ joint = \"slide\", factor = \"2 + cos(slide.1)\" }, \
+         { joint = \"slide\", freedom = 1, factor = \"slide - 0.7\" }, "
+            .to_owned(),
+        format!(
+            "{{ joint = \"rail\", factor = 0.6 }}, {{ of = \"second\", point = {point:?}, direction = {along:?}, axes = \"body\", \
+             factor = \"1.5 + second.x\" }}, {{ of = \"first\", direction = {across:?}, factor = -0.8 }}]\n"
+        ),
+        part("constraint", "other") + "type = \"velocity\"\nvalue = 0.3\n",
+        "terms = [{ joint = \"rail\", factor = 1.3 }, { joint = \"slide\", factor = 0.4 }]\n"
+            .to_owned(),
+        sensor("at", "joint_coordinate", "slide"),
+        sensor("on", "joint_coordinate", "rail"),
+        sensor("q2", "orientation", "second"),
+    ]
+    .concat();
+    Case::new("weighed", text, move |run| {
+        let mut checks = Checks::default();
+        for node in 1..run.steps() {
+            let ends = [node - 1, node];
+            let [u, theta] =
+                ["u", "theta"].map(|part| ends.map(|k| run.sensor(&format!("at.{part}"), k)));
+            let mean = |x: [f64; 2]| 0.5 * (x[0] + x[1]);
+            let change = |x: [f64; 2]| x[1] - x[0];
+            let [a, b] = ends.map(|k| run.rotation("q2", k));
+            let place = |name: &str| ends.map(|k| run.place(name, k));
+            let [before, after] = place("second");
+            let own = Vector::from(point);
+            let moved = (after + b * own) - (before + a * own);
+            let middle = 0.5 * (before + after);
+            let of_second = (0.5 * (a + b) * Vector::from(along)).dot(&moved);
+            let [from, to] = place("first");
+            let of_first = Vector::from(across).dot(&(to - from));
+            let rail = ends.map(|k| run.sensor("on", k));
+            let sum = 0.6 * change(rail)
+                + (2.0 + mean(theta).cos()) * change(u)
+                + (mean(u) - 0.7) * change(theta)
+                + (1.5 + middle.x) * of_second
+                - 0.8 * of_first;
+            let t = STEP * (node as f64 - 0.5);
+            let value = 0.3 * (40.0 * t).sin() + 0.2 * middle.y;
+            checks.near("sum", sum / STEP, value, 1e-8);
+            let other = 1.3 * change(rail) + 0.4 * change(u);
+            checks.near("other sum", other / STEP, 0.3, 1e-8);
+        }
+        let owner = |name: &str| name.split('.').next().unwrap().to_owned();
+        let mut owners: Vec<String> =
+            run.facts.constraints.iter().flatten().map(|row| owner(row)).collect();
+        owners.retain(|name| ["tie", "other"].contains(&name.as_str()));
+        checks.holds("rows", owners == ["tie", "other"]);
+        checks
+    })
+    .only("constraint")
+}
+
 pub(super) fn cases() -> Vec<Case> {
-    vec![rolling(), carried()]
+    vec![rolling(), carried(), weighed()]
 }

@@ -90,6 +90,9 @@ impl Checker<'_> {
                 self.path(&format!("{key}.path"), path, known);
             }
             Constraint::Rolling { .. } => self.rolling(key, constraint),
+            Constraint::Velocity { terms, value, .. } => {
+                self.velocity(key, terms, value.as_ref());
+            }
             Constraint::Blade { body, axis, .. } => {
                 self.of_velocities(key);
                 self.reference(format!("{key}.body"), body, &["body"]);

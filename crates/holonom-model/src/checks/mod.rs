@@ -8,6 +8,7 @@ mod event;
 mod law;
 mod load;
 mod order;
+mod rates;
 mod rolling;
 mod sensor;
 mod signal;

@@ -225,7 +225,7 @@ pub(crate) fn constraint(constraint: &mut Constraint, frame: &MovingFrame) {
             point(position, frame);
             direction(axis, frame);
         }
-        Constraint::Gear { .. } | Constraint::Motion { .. } => {}
+        Constraint::Gear { .. } | Constraint::Motion { .. } | Constraint::Velocity { .. } => {}
     }
 }
 

@@ -126,7 +126,9 @@ fn target(model: &Model, (section, index): Part) -> Option<&str> {
             | Constraint::PointOnPlane { relative_to, .. }
             | Constraint::Rolling { relative_to, .. }
             | Constraint::Blade { relative_to, .. } => relative_to,
-            Constraint::Gear { .. } | Constraint::Motion { .. } => &None,
+            Constraint::Gear { .. } | Constraint::Motion { .. } | Constraint::Velocity { .. } => {
+                &None
+            }
         },
     };
     named.as_deref()

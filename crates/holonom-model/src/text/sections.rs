@@ -28,6 +28,7 @@ pub(crate) fn is_formula(path: &str) -> bool {
     section.zip(key).is_some_and(|(section, key)| match parts.next() {
         Some(within) if section == "signal" => OF_SIGNALS.contains(&within),
         Some(within) if key == MOTOR => OF_MOTORS.contains(&within) && parts.next().is_none(),
+        Some(_) if section == "constraint" && key == "terms" => path.ends_with(".factor"),
         Some(_) if ["load", "constraint"].contains(&section) => false,
         _ => has_formulas(section, key),
     })
@@ -41,7 +42,8 @@ pub(crate) fn has_formulas(section: &str, key: &str) -> bool {
         "signal" => ["value", "rate"].contains(&key),
         "event" => key == "when",
         "load" => key == "history",
-        "constraint" => key == "path",
+        "constraint" => ["path", "value"].contains(&key),
+        "sensor" => key == "value",
         _ => false,
     }
 }

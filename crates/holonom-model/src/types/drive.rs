@@ -5,7 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::body::GROUND;
-use super::load::History;
+use super::law::Formula;
+use super::load::{Frame, History};
 use super::motion_path::MotionPath;
 
 /// `spring` of a joint: `½ k (θ − rest)²`.
@@ -181,6 +182,50 @@ pub enum Constraint {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         relative_to: Option<String>,
     },
+    /// A weighed sum of rates of joint coordinates and of points has a value, `Σ factor ẋ = value`:
+    /// any constraint that is affine in the velocities.
+    Velocity {
+        /// Its name, unique in the model.
+        name: String,
+        /// What moves, each with its factor.
+        terms: Vec<VelocityTerm>,
+        /// The value of the sum, an expression of `t`, joint coordinates and places of bodies; 0 by
+        /// default. In m/s where factors are numbers and points move, in rad/s for angles.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        value: Option<Formula>,
+    },
+}
+
+/// An entry of `terms` of a `[[constraint]]` of type `velocity`: a joint coordinate (`joint`), or a
+/// point of a body along a direction (`of`, `direction`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VelocityTerm {
+    /// The joint whose rate counts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<String>,
+    /// Which degree of freedom of the joint, counted from 0.
+    #[serde(default)]
+    pub freedom: usize,
+    /// The body of the point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of: Option<String>,
+    /// The point, body components from the centre of mass, m; the centre by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 3]>,
+    /// The direction along which the velocity of the point counts, times its length.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<[f64; 3]>,
+    /// Whether the direction is fixed in space or in the body.
+    #[serde(default)]
+    pub axes: Frame,
+    /// The factor of the rate, an expression of joint coordinates and places of bodies.
+    #[serde(default = "one")]
+    pub factor: Formula,
+}
+
+fn one() -> Formula {
+    Formula("1.0".to_owned())
 }
 
 /// `plane` of a `[[constraint]]` of type `rolling`.
@@ -231,13 +276,20 @@ impl Constraint {
             | Self::Gear { name, .. }
             | Self::Motion { name, .. }
             | Self::Rolling { name, .. }
-            | Self::Blade { name, .. } => name,
+            | Self::Blade { name, .. }
+            | Self::Velocity { name, .. } => name,
         }
     }
 
-    /// Whether it constrains velocities, not only configurations: rolling, blades.
+    /// Whether it constrains velocities, not only configurations: rolling, blades, sums of rates.
     #[must_use]
     pub fn is_of_velocities(&self) -> bool {
+        self.carries_a_body() || matches!(self, Self::Velocity { .. })
+    }
+
+    /// Whether it is what carries a body at a point and exerts a force there: rolling, blades.
+    #[must_use]
+    pub fn carries_a_body(&self) -> bool {
         matches!(self, Self::Rolling { .. } | Self::Blade { .. })
     }
 }

@@ -109,6 +109,9 @@ fn forget(model: &mut Model, name: &str) {
         | Constraint::PointOnPlane { parent, child, .. } => !lost(parent) && !lost(child),
         Constraint::Gear { joints, .. } => !joints.iter().any(lost),
         Constraint::Motion { joint, .. } => !lost(joint),
+        Constraint::Velocity { terms, .. } => {
+            !terms.iter().any(|term| term.joint.iter().chain(&term.of).any(lost))
+        }
         Constraint::Rolling { body, .. } | Constraint::Blade { body, .. } => !lost(body),
     });
 }

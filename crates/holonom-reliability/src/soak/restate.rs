@@ -286,6 +286,10 @@ pub fn in_units(model: &Model, units: Units) -> Model {
                 (*radius, *tube) = (*radius * units.length, *tube * units.length);
                 plane.spin /= units.time;
             }
+            // random mechanisms have none: its expressions have units of their own
+            Constraint::Velocity { terms, .. } => {
+                terms.iter_mut().flat_map(|term| &mut term.point).for_each(|x| units.length(x));
+            }
             Constraint::Gear { joints: [a, b], freedoms, ratio, .. } => {
                 *ratio *= size(a, freedoms[0]) / size(b, freedoms[1]);
             }
@@ -423,6 +427,10 @@ pub fn displaced(model: &Model, by: &Displacement) -> Model {
                 axis.iter_mut().for_each(|axis| by.direction(axis));
                 by.point(&mut plane.position);
                 by.direction(&mut plane.normal);
+            }
+            Constraint::Velocity { terms, .. } => {
+                let in_space = terms.iter_mut().filter(|term| term.axes == Frame::Space);
+                in_space.flat_map(|term| &mut term.direction).for_each(|own| by.direction(own));
             }
             Constraint::Gear { .. } | Constraint::Motion { .. } => {}
         }

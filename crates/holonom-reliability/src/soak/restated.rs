@@ -47,6 +47,7 @@ pub fn observed(model: &Model) -> Model {
             element: None,
             at: None,
             frame,
+            value: None,
         });
     };
     for joint in &model.joints {
@@ -66,6 +67,7 @@ pub fn observed(model: &Model) -> Model {
             Constraint::Gear { .. } | Constraint::Motion { .. } | Constraint::Distance { .. } => {
                 true
             }
+            Constraint::Velocity { .. } => true,
             Constraint::PointOnLine { .. } | Constraint::PointOnPlane { .. } => false,
             Constraint::Rolling { .. } | Constraint::Blade { .. } => false,
         };

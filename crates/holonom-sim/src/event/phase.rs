@@ -20,6 +20,9 @@ pub(crate) fn in_force(model: &Model, switches: &Switches) -> Model {
     let along = |constraint: &Constraint| match constraint {
         Constraint::Gear { joints, .. } => joints.iter().any(|joint| gone(joint)),
         Constraint::Motion { joint, .. } => gone(joint),
+        Constraint::Velocity { terms, .. } => {
+            terms.iter().any(|term| term.joint.as_deref().is_some_and(gone))
+        }
         _ => false,
     };
     model.constraints.retain(|own| !gone(own.name()) && !along(own));

@@ -158,7 +158,7 @@ pub(crate) fn add_joint_forces(
     Ok(())
 }
 
-/// Adds a `[[constraint]]`.
+/// Adds a `[[constraint]]`; those of sums of rates stand in [`super::rates`].
 pub(crate) fn add_constraint(
     builder: &mut MechanismBuilder,
     constraint: &Constraint,
@@ -217,6 +217,7 @@ pub(crate) fn add_constraint(
                 builder.blade(name, body, *position, *axis);
             }
         }
+        Constraint::Velocity { .. } => {}
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use super::bushing::{BushingLaw, Range};
 use super::drive::coordinate;
 use super::law_fault::{LastFault, LawFault};
 use super::names::Names;
+use super::rates::RatesLaw;
 use super::signal::network::{Network, Source};
 use super::signal::{Needed, Terms, refusal};
 use super::time_function::OfTime;
@@ -133,6 +134,8 @@ pub(crate) enum OwnLaw {
     Network(Arc<Network>),
     /// Of the coordinates of a bushing.
     Bushing(Arc<BushingLaw>),
+    /// Factors and value of a sum of rates.
+    Rates(Arc<RatesLaw>),
     /// The angle that a bushing allows.
     Range(Arc<Range>),
     /// A function of time.
@@ -146,6 +149,7 @@ impl OwnLaw {
             Self::Motion(law) => law.fault.get(),
             Self::Network(network) => network.fault(),
             Self::Bushing(law) => law.fault(),
+            Self::Rates(law) => law.fault(),
             Self::Range(range) => range.fault(),
             Self::Time(own) => own.fault(),
         }
@@ -160,6 +164,7 @@ impl OwnLaw {
                 vec![(label(&law.name), all.collect())]
             }
             Self::Bushing(law) => vec![law.jumps()],
+            Self::Rates(law) => vec![law.jumps()],
             Self::Range(_) => Vec::new(),
             Self::Time(own) => vec![own.jumps()],
             Self::Network(network) => {

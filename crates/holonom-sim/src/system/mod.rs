@@ -9,6 +9,7 @@ pub(crate) mod law;
 pub(crate) mod law_fault;
 pub(crate) mod names;
 pub mod outside;
+mod rates;
 pub(crate) mod signal;
 pub(crate) mod time_function;
 
@@ -107,8 +108,11 @@ pub(crate) fn build_with_locks(
     supports.iter().for_each(|support| support.add(&mut builder));
     model.bars.iter().for_each(|bar| add_bar(&mut builder, bar, &start, &names));
     let mut times = TimeFunctions::new(model);
+    let quantities = Quantities::new(model);
+    let mut rates = Vec::new();
     for constraint in &model.constraints {
         drive::add_constraint(&mut builder, constraint, &names, &mut times)?;
+        rates.extend(rates::add_rates(&mut builder, constraint, &names, &quantities)?);
     }
     for lock in locks {
         if let Some((_, id)) = names.joint(&lock.joint) {
@@ -119,9 +123,9 @@ pub(crate) fn build_with_locks(
     for joint in &model.joints {
         drive::add_joint_forces(&mut builder, joint, &names, &mut times)?;
     }
-    let quantities = Quantities::new(model);
     let mut terms = signal::Terms::new(&names, &quantities)?;
     let mut laws = law::add_laws(&mut builder, model, &names, &quantities, &mut terms)?;
+    laws.extend(rates.into_iter().map(law::OwnLaw::Rates));
     let signals = terms.finish(&mut builder)?;
     let bushings = bushing::add_bushings(&mut builder, model, &names)?;
     laws.extend(bushings.into_iter().map(law::OwnLaw::Bushing));

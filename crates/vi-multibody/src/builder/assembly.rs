@@ -337,6 +337,10 @@ impl MechanismBuilder {
                 let arm = body.triad.tr_mul(&(point - body.center));
                 ScalarConstraint::blade(name, along, Form::point(offset, &arm))
             }
+            ConstraintKind::Rates(part) => {
+                let law = self.law_of_rates(name, part, coordinate)?;
+                ScalarConstraint::velocity(name, law)
+            }
         })
     }
 

@@ -13,6 +13,7 @@ mod force;
 mod id;
 mod joint;
 mod law;
+mod rates;
 
 pub use body::{BodyEntry, Inertia};
 pub use bushing::BushingEntry;
@@ -24,6 +25,7 @@ pub use force::{
 pub use id::{BodyId, CoordinateId, JointId, ParticleId, PointOn};
 pub use joint::JointEntry;
 pub use law::{ActOn, Read};
+pub use rates::RateOf;
 
 use crate::constraint::scalar_constraint::Reference;
 use crate::force::joint_force::{JointLaw, Motor};
@@ -41,6 +43,7 @@ pub(crate) use id::PointPlace;
 use joint::JointPart;
 use law::{LawPart, SignalsPart};
 use nalgebra::Vector3;
+use rates::RatesPart;
 use std::ops::Range;
 use std::sync::Arc;
 use vi_core::force::Force;
@@ -118,6 +121,7 @@ enum ConstraintKind {
     Held { coordinate: CoordinateId, target: f64 },
     Rolling(RollingPart),
     Blade { body: BodyId, point: Vector3<f64>, axis: Vector3<f64> },
+    Rates(RatesPart),
 }
 
 /// A wheel or a sphere on a plane, as it stands initially.

@@ -13,7 +13,7 @@
 
 use crate::constraint::joint_coordinate::{JointCoordinate, Unwrapped};
 use crate::constraint::rolling::{Rolling, Slip};
-use crate::constraint::velocity_constraint::{Pace, Paces, VelocityConstraint};
+use crate::constraint::velocity_constraint::{Pace, VelocityConstraint};
 use crate::geometry::form::{Form, Row};
 use crate::pair::constraints::PairConstraint;
 use crate::pair::joint::Joint;
@@ -367,8 +367,7 @@ impl ScalarConstraint {
     /// A point fixed in a body has no velocity along a direction fixed in it.
     #[must_use]
     pub fn blade(name: &str, direction: Form, point: Form) -> Self {
-        let terms = vec![(1.0, Pace::Along { direction, point })];
-        Self::velocity(name, Paces { terms, value: None })
+        Self::velocity(name, Pace::Along { direction, point })
     }
 
     /// A constraint on velocities.

@@ -10,10 +10,11 @@
 //! given by wrenches on the frames; in coordinates it is `(f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)`.
 //!
 //! ```text
-//! paces    h A_d = Σ_k c_k Δx_k − h b(t_{n+1/2}),      A = Σ_k c_k ∇x_k
+//! pace     h A_d = Δx,     A = ∇x
 //!          Δx: change of a joint coordinate, or ½ (n_n + n_{n+1})·(X_{n+1} − X_n)
 //! ```
-//! A blade is one term: `n` and `X` are fixed in the body, `c = 1`, `b = 0`.
+//! A blade is one pace: `n` and `X` are fixed in the body. Weighed by factors that depend on the
+//! configuration: [`crate::law::velocity`].
 //!
 //! Source: J. Cortés, S. Martínez, Nonlinearity 14 (2001) 1365 (discrete Lagrange–d'Alembert
 //! principle).
@@ -21,7 +22,6 @@
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::geometry::form::Form;
 use crate::pair::Twist;
-use std::sync::Arc;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
@@ -91,7 +91,7 @@ pub enum Pace {
 
 impl Pace {
     /// `Δx` over a step.
-    fn change(&self, s: &Interval) -> f64 {
+    pub(crate) fn change(&self, s: &Interval) -> f64 {
         match self {
             Self::Joint(coordinate) => coordinate.change(s).difference,
             Self::Along { direction, point } => {
@@ -102,7 +102,7 @@ impl Pace {
     }
 
     /// `∇x` at `q`, as wrenches.
-    fn for_each_wrench(&self, q: &[f64], visit: &mut WrenchVisitor<'_>) {
+    pub(crate) fn for_each_wrench(&self, q: &[f64], visit: &mut WrenchVisitor<'_>) {
         match self {
             Self::Joint(coordinate) => coordinate.for_each_wrench(q, visit),
             Self::Along { direction, point } => point.for_each_wrench(q, &direction.at(q), visit),
@@ -110,7 +110,7 @@ impl Pace {
     }
 
     /// The derivative of `Δx` by the end of the step, as wrenches.
-    fn for_each_wrench_of_step(&self, s: &Interval, visit: &mut WrenchVisitor<'_>) {
+    pub(crate) fn for_each_wrench_of_step(&self, s: &Interval, visit: &mut WrenchVisitor<'_>) {
         match self {
             Self::Joint(coordinate) => coordinate.for_each_wrench(&s.q1, visit),
             Self::Along { direction, point } => {
@@ -122,7 +122,7 @@ impl Pace {
     }
 
     /// The entries of `∇x(q)`.
-    fn for_each_slope(&self, q: &[f64], visit: impl FnMut(usize, f64)) {
+    pub(crate) fn for_each_slope(&self, q: &[f64], visit: impl FnMut(usize, f64)) {
         match self {
             Self::Joint(coordinate) => coordinate.for_each_slope(q, visit),
             Self::Along { direction, point } => point.for_each_slope(&direction.at(q), visit),
@@ -139,14 +139,14 @@ impl Pace {
     }
 
     /// `D(∇x)[v] w`.
-    fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
+    pub(crate) fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
         match self {
             Self::Joint(coordinate) => coordinate.second(q, v, w),
             Self::Along { direction, point } => direction.rate(v).dot(&point.rate(w)),
         }
     }
 
-    fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+    pub(crate) fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
         match self {
             Self::Joint(coordinate) => coordinate.emit_second(q, scale, out),
             Self::Along { direction, point } => {
@@ -162,71 +162,43 @@ impl Pace {
     }
 }
 
-/// `Σ_k c_k ẋ_k = b(t)` with constant factors.
-#[derive(Clone)]
-pub struct Paces {
-    /// `c_k` and the quantities whose rates are weighed.
-    pub terms: Vec<(f64, Pace)>,
-    /// `b` and `ḃ`; `None` of zero.
-    pub value: Option<RateInTime>,
-}
-
-/// `b(t)` and `ḃ(t)`.
-pub type RateInTime = Arc<dyn Fn(f64) -> [f64; 2] + Send + Sync>;
-
-impl std::fmt::Debug for Paces {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Paces").field("terms", &self.terms).finish_non_exhaustive()
-    }
-}
-
-impl VelocityConstraint for Paces {
+/// A single quantity that does not change.
+impl VelocityConstraint for Pace {
     fn for_each_wrench(&self, q: &[f64], visit: &mut WrenchVisitor<'_>) {
-        for (factor, pace) in &self.terms {
-            pace.for_each_wrench(q, &mut |frame, w| visit(frame, scaled(*factor, &w)));
-        }
+        Self::for_each_wrench(self, q, visit);
     }
 
     fn emit(&self, q: &[f64], row: usize, scale: f64, out: &mut dyn Entries) {
-        for (factor, pace) in &self.terms {
-            pace.for_each_slope(q, |i, slope| out.add(row, i, scale * factor * slope));
-        }
+        self.for_each_slope(q, |i, slope| out.add(row, i, scale * slope));
     }
 
     fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
-        self.terms.iter().map(|(factor, pace)| factor * pace.second(q, v, w)).sum()
+        Self::second(self, q, v, w)
     }
 
     fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.terms.iter().for_each(|(factor, pace)| pace.emit_second(q, scale * factor, out));
+        Self::emit_second(self, q, scale, out);
     }
 
-    fn rate(&self, at: Configuration<'_>) -> f64 {
-        self.value.as_ref().map_or(0.0, |value| value(at.t)[0])
+    fn rate(&self, _: Configuration<'_>) -> f64 {
+        0.0
     }
 
-    fn rate_change(&self, at: Configuration<'_>, _v: &[f64]) -> f64 {
-        self.value.as_ref().map_or(0.0, |value| value(at.t)[1])
+    fn rate_change(&self, _: Configuration<'_>, _: &[f64]) -> f64 {
+        0.0
     }
 
     fn emit_rate_slope(&self, _: Configuration<'_>, _: usize, _: f64, _: &mut dyn Entries) {}
 
     fn is_driven(&self) -> bool {
-        self.value.is_some()
+        false
     }
 
     fn residual(&self, s: &Interval) -> f64 {
-        let change: f64 = self.terms.iter().map(|(factor, pace)| factor * pace.change(s)).sum();
-        change - s.h * self.value.as_ref().map_or(0.0, |value| value(s.t_mid())[0])
+        self.change(s)
     }
 
     fn for_each_wrench_of_step(&self, s: &Interval, visit: &mut WrenchVisitor<'_>) {
-        for (factor, pace) in &self.terms {
-            pace.for_each_wrench_of_step(s, &mut |frame, w| visit(frame, scaled(*factor, &w)));
-        }
+        Self::for_each_wrench_of_step(self, s, visit);
     }
-}
-
-fn scaled(factor: f64, w: &Twist) -> Twist {
-    Twist::new(factor * w.linear, factor * w.angular)
 }

@@ -355,6 +355,7 @@ impl<'a, 'i> Merge<'a, 'i> {
                 key if has_formulas(section, key) => Role::Formula(own_names(section)),
                 _ if section == "signal" => Role::Signal,
                 MOTOR if section == "joint" => Role::Motor,
+                "terms" => Role::Terms,
                 "set" if section == "event" => Role::Settings,
                 key if REFERENCES.contains(&key) => Role::Reference,
                 _ => Role::Plain,
@@ -396,6 +397,8 @@ impl<'a, 'i> Merge<'a, 'i> {
                         (Role::Motor, key) if OF_MOTORS.contains(&key) => {
                             Role::Formula(own_names("joint"))
                         }
+                        (Role::Terms, "factor") => Role::Formula(own_names("constraint")),
+                        (Role::Terms, "joint" | "of") => Role::Reference,
                         _ => Role::Plain,
                     };
                     self.value(out, index, entry, role);
@@ -451,6 +454,8 @@ enum Role {
     Signal,
     /// A motor, with such expressions in it.
     Motor,
+    /// The terms of a sum of rates.
+    Terms,
     /// Values under the names of other parts.
     Settings,
     /// A description.

@@ -16,11 +16,13 @@ mod evaluation;
 pub mod input;
 pub mod signals;
 mod target;
+pub mod velocity;
 
 pub use evaluation::{Law, Reading};
 pub use input::{Input, Past};
 pub use signals::{Sampler, SignalStates};
 pub use target::Target;
+pub use velocity::LawOfRates;
 
 use evaluation::Work;
 use target::Place;

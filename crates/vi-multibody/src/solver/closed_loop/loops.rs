@@ -234,7 +234,9 @@ fn paths(mechanism: &Mechanism, tree: &TreeMaps, rows: &[ScalarRow]) -> Vec<Path
             vec![bodies; mechanism.joint_rows(k).len()]
         })
         .collect();
-    between.extend(rows[between.len()..].iter().map(|row| is_balanced(row, &q)));
+    // those of velocities act from the ground, or by factors that change
+    let is_balanced = |row: &ScalarRow| !row.is_of_velocities() && is_balanced(row, &q);
+    between.extend(rows[between.len()..].iter().map(is_balanced));
     let path = |(row, between): (&ScalarRow, bool)| {
         let mut ends: Vec<usize> = Vec::new();
         row.for_each_wrench(&q, |frame, _| ends.push(tree.link_of(frame)));
