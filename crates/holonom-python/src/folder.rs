@@ -1,7 +1,8 @@
 //! The tables of a folder of `holonom run`.
 
-use crate::errors::{json, output, raise};
+use crate::errors::{json, no_word, output, raise};
 use holonom::RunFolder;
+use holonom::export::{Format, export as write_export};
 use holonom::output::{OutputError, Readable, RowTable};
 use holonom_cli::text;
 use numpy::IntoPyArray;
@@ -94,4 +95,20 @@ pub(crate) fn write_page(py: Python<'_>, folder: PathBuf) -> PyResult<PathBuf> {
         false => holonom::report::write(&RunFolder::open(&folder)).map(drop),
     });
     written.map_err(|error| output(py, &error)).map(|()| page)
+}
+
+/// Writes the results of a folder in a format of other programs to a file or folder.
+#[pyfunction]
+pub(crate) fn export(
+    py: Python<'_>,
+    folder: PathBuf,
+    format: &str,
+    to: PathBuf,
+    frames: Option<usize>,
+) -> PyResult<()> {
+    let Some(format) = Format::ALL.into_iter().find(|known| known.name() == format) else {
+        return Err(no_word("format", format, &Format::ALL.map(Format::name)));
+    };
+    let written = py.detach(|| write_export(&RunFolder::open(folder), format, &to, frames));
+    written.map(drop).map_err(|error| raise(py, "OutputFailed", (error.to_string(),)))
 }

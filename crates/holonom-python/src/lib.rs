@@ -54,5 +54,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(folder::read_table, module)?)?;
     module.add_function(wrap_pyfunction!(folder::summary, module)?)?;
     module.add_function(wrap_pyfunction!(folder::write_page, module)?)?;
+    module.add_function(wrap_pyfunction!(folder::export, module)?)?;
     verbs::add(module)
 }

@@ -5,7 +5,9 @@ import pickle
 import shutil
 import subprocess
 import threading
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -119,8 +121,14 @@ def test_a_run_whose_law_raises_keeps_what_it_has(double: str, tmp_path: Path) -
 
 def test_a_law_cannot_use_its_own_stepper(double: str) -> None:
     model = hn.Model.from_toml(double)
-    for use in (lambda s: s.step(), lambda s: s.observe(), lambda s: s.state, lambda s: s.reset(joints={"elbow": 1.0})):
-        used = []
+    uses: list[Callable[[hn.Stepper], object]] = [
+        lambda s: s.step(),
+        lambda s: s.observe(),
+        lambda s: s.state,
+        lambda s: s.reset(joints={"elbow": 1.0}),
+    ]
+    for use in uses:
+        used: list[hn.Stepper] = []
 
         def law(t: float, x: float, v: float) -> float:
             if used:
@@ -208,7 +216,7 @@ def test_machine_code_of_ctypes_and_numba(double: str) -> None:
         hn.compiled(numba.cfunc(numba.types.double(numba.types.double))(lambda x: x))
 
 
-def wind(t: float, body: hn.BodyState) -> np.ndarray:
+def wind(t: float, body: hn.BodyState) -> Any:
     """Drag in a wind that swells, force and torque."""
     drag = 0.8 * (np.array([4.0 * np.sin(3.0 * t), 0.0, 1.0]) - body.velocity)
     return np.r_[drag, -0.02 * body.angular_velocity]
@@ -297,7 +305,7 @@ def test_a_control_within_a_run_is_a_loop_of_steps(double: str) -> None:
         (lambda t, y: 1 / 0, ZeroDivisionError),
     ]:
         with pytest.raises(kind) as error:
-            hn.simulate(model, inputs=["elbow"], control=wrong)
+            hn.simulate(model, inputs=["elbow"], control=wrong)  # type: ignore[arg-type]
         text = str(error.value) + "".join(getattr(error.value, "__notes__", []))
         assert "the control" in text
 
@@ -397,7 +405,10 @@ def test_joints_begin_where_they_are_put(double: str) -> None:
     stepper.reset(joints={"elbow": 0.3, "shoulder": -1.2}, rates={"elbow": 2.0})
     assert np.abs(stepper.observe() - [-1.2, 0.3, 0.0, 2.0]).max() < 1e-12
     upper, lower = stepper.q[:3], stepper.q[12:15]
-    place = lambda angle: np.array([np.cos(angle), 0.0, -np.sin(angle)])  # noqa: E731
+
+    def place(angle: float) -> Any:
+        return np.array([np.cos(angle), 0.0, -np.sin(angle)])
+
     assert np.abs(upper - 0.5 * place(-1.2)).max() < 1e-12
     assert np.abs(lower - place(-1.2) - 0.5 * place(-0.9)).max() < 1e-12
     stepper.step(n=50)

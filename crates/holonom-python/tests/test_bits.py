@@ -51,8 +51,15 @@ def test_arrays_files_and_steps_are_equal(path: Path, tmp_path: Path) -> None:
             stepper = pickle.loads(pickle.dumps(stepper))
         if stepper.n < len(result) - 1:
             stepper.step()
-    t, q, _ = hn.Stepper(model).run(np.empty((len(result) - 1, 0)))
+    steps = len(result) - 1
+    t, q, _ = hn.Stepper(model).run(np.empty((steps, 0)))
     assert np.array_equal(q, result.q) and np.array_equal(t, result.t)
+    ensemble = hn.Ensemble(model, 2, threads=2)
+    ensemble.step(n=steps)
+    assert np.array_equal(ensemble.q, [result.q[-1]] * 2)
+    for threads in (1, 2):
+        found = hn.rollout(model, set=[{}, {}], steps=steps, threads=threads)
+        assert np.array_equal(found.q, [result.q] * 2) and not found.failures
 
 
 def test_the_program_and_an_interrupted_run_give_the_same_files(tmp_path: Path) -> None:

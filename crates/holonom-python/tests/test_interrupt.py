@@ -14,13 +14,19 @@ import pytest
 import holonom as hn
 
 SCRIPT = """
-import sys, time, holonom as hn
+import sys, time, numpy as np, holonom as hn
 model = hn.Model.from_toml(open(sys.argv[1]).read())
 stepper = hn.Stepper(model)
 verbs = {
     "simulate": lambda: hn.simulate(model, end=1e5, every=1000),
     "out": lambda: hn.simulate(model, end=1e5, every=1000, out=sys.argv[3]),
     "step": lambda: stepper.step(n=10**9),
+    "run": lambda: stepper.run(np.zeros((10**7, 0)), every=10**6),
+    "ensemble": lambda: hn.Ensemble(model, 3).step(n=10**9),
+    "rollout": lambda: hn.rollout(model, steps=10**9, every=10**8),
+    "law": lambda: hn.simulate(model, end=1e5, every=1000, laws={"elbow": lambda t, x, v: -x}),
+    "verify": lambda: hn.verify(model.replace({"simulation.end": 400.0})),
+    "compare": lambda: hn.compare(model.replace({"simulation.end": 400.0})),
     "sweep": lambda: hn.sweep(model, {"body.lower.mass": [1.0, 2.0, 3.0]}, {}, threads=2),
 }
 if sys.argv[2] == "sweep":
@@ -33,7 +39,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("verb", ["simulate", "out", "step", "sweep"])
+@pytest.mark.parametrize("verb", ["simulate", "out", "step", "run", "ensemble", "rollout", "law", "verify", "compare", "sweep"])
 def test_ctrl_c_ends_it(verb: str, double: str, tmp_path: Path) -> None:
     file = tmp_path / "double.toml"
     file.write_text(double)

@@ -1,10 +1,11 @@
 """What a result holds: shapes, names, values that follow from one another."""
 
+import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, program
 
 import holonom as hn
 
@@ -90,6 +91,50 @@ def test_tables_for_others(double: str, tmp_path: Path) -> None:
     data = result.to_xarray()
     assert data["upper.position"].dims == ("t", "component") and data["upper.position"].units == "m"
     assert np.array_equal(data["sensors.angle"], result.sensors["angle"])
+
+
+def test_a_saved_folder_is_that_of_the_program(double: str, tmp_path: Path) -> None:
+    (tmp_path / "double.toml").write_text(double)
+    result = hn.simulate(tmp_path / "double.toml")
+    result.save(tmp_path / "ours")
+    assert program("run", str(tmp_path / "double.toml"), "-o", str(tmp_path / "theirs"), "-q").returncode == 0
+    for name in ("trajectory", "residuals", "energy", "sensors"):
+        ours, theirs = ((tmp_path / run / f"{name}.csv").read_bytes() for run in ("ours", "theirs"))
+        assert ours == theirs, name
+    read = hn.open(tmp_path / "ours")
+    assert np.array_equal(read.q, result.q)
+    read.save(tmp_path / "again")
+    assert np.array_equal(hn.open(tmp_path / "again").q, result.q)
+    for source in (result, read):
+        with pytest.raises(hn.OutputExists):
+            source.save(tmp_path / "ours" if source is result else tmp_path / "again")
+        source.save(tmp_path / "again", force=True)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "mine").write_text("x")
+    with pytest.raises(hn.OutputExists):
+        read.save(tmp_path / "other", force=True)
+    assert (tmp_path / "other" / "mine").exists()
+
+
+def test_exports_are_those_of_the_program(double: str, tmp_path: Path) -> None:
+    result = hn.simulate(hn.Model.from_toml(double), end=0.05)
+    assert Path(result.export("gltf", tmp_path / "run.glb", frames=5)).read_bytes()[:4] == b"glTF"
+    with np.load(result.export("npz", tmp_path / "run.npz")) as stored:
+        assert len(stored.files) > 3
+    result.save(tmp_path / "run")
+    assert program("export", str(tmp_path / "run"), "--format", "npz", "-o", str(tmp_path / "own.npz")).returncode == 0
+    assert (tmp_path / "own.npz").read_bytes() == (tmp_path / "run.npz").read_bytes()
+    with pytest.raises(TypeError, match="format: `obj` is none of npz"):
+        result.export("obj", tmp_path / "run.obj")
+
+
+def test_runs_with_functions_have_pages_and_files(double: str, tmp_path: Path) -> None:
+    result = hn.simulate(hn.Model.from_toml(double), end=0.05, laws={"elbow": lambda t, x, v: -2.0 * x})
+    result.save(tmp_path / "run")
+    assert np.array_equal(hn.open(tmp_path / "run").q, result.q)
+    away = pickle.loads(pickle.dumps(result))
+    with pytest.raises(hn.HolonomError, match="did not travel"):
+        away.page()
 
 
 def test_the_page_stands_alone(double: str) -> None:

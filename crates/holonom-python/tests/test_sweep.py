@@ -113,7 +113,8 @@ def test_dask_with_a_worker_killed_equals_one_process(model: hn.Model, tmp_path:
     n = int(os.environ.get("HOLONOM_DASK_POINTS", "120"))
     plan = hn.plan(PLAN, sample="sobol", n=n, seed=3)
     one = hn.sweep(model, plan, OUTPUTS)
-    begin, killed = time.monotonic(), []
+    begin = time.monotonic()
+    killed: list[int] = []
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
     with (
         dask.config.set({"distributed.comm.timeouts.connect": "20s"}),

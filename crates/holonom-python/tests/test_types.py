@@ -38,7 +38,9 @@ def test_every_public_name_says_what_it_is() -> None:
 def test_the_types_are_strict() -> None:
     for needed in ("mypy", "gymnasium"):
         pytest.importorskip(needed)
+    tests = [str(path) for path in Path(__file__).parent.glob("*.py")]
     words = [sys.executable, "-m", "mypy", "--strict", "--no-incremental", "--cache-dir", "/dev/null", str(PACKAGE)]
+    words += tests
     said = subprocess.run(words, capture_output=True, text=True)
     assert said.returncode == 0, said.stdout
 

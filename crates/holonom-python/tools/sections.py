@@ -21,7 +21,7 @@ from ._parts import BeamPart, Part, Sections
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from ._parts import Matrix, Name, Number, Vector
+    from ._parts import Integer, Matrix, Name, Number, Vector
 
 __all__ = ["Builder"]
 
@@ -108,7 +108,7 @@ class Schema:
             return "Mapping[str, Any]"
         if kind == "string":
             return "Name" if key in NAMES else "str"
-        return {"number": "Number", "integer": "int", "boolean": "bool"}.get(str(kind), "Any")
+        return {"number": "Number", "integer": "Integer", "boolean": "bool"}.get(str(kind), "Any")
 
     def shape(self, schema: dict[str, Any]) -> str:
         """The type as docstrings state it."""

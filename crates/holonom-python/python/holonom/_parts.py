@@ -12,6 +12,7 @@ from ._errors import UnknownName
 
 Number: TypeAlias = Union[float, int, str, "np.generic"]
 """A number, or an expression of parameters."""
+Integer: TypeAlias = Union[int, "np.integer[Any]"]
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -77,13 +78,18 @@ class BeamPart(Part):
         """The name of its first node; what is set is how the ground holds it."""
         return f"{self}.start"
 
+    @start.setter
+    def start(self, value: str | None) -> None:
+        self["start"] = value
+
     @property
     def end(self) -> str:
         """The name of its last node; what is set is how the ground holds it."""
         return f"{self}.end"
 
-    def __setattr__(self, key: str, value: Any) -> None:
-        self[key.removesuffix("_")] = value
+    @end.setter
+    def end(self, value: str | None) -> None:
+        self["end"] = value
 
     def __getitem__(self, key: Any) -> Any:
         return f"{self}.{key}" if isinstance(key, int) else super().__getitem__(key)

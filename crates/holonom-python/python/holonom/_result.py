@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from os import PathLike, fspath
+from os.path import join
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _core
-from ._errors import HolonomError, HolonomWarning, RunFailed, UnknownName, no_panic
+from ._errors import HolonomError, HolonomWarning, OutputExists, RunFailed, UnknownName, no_panic
 from ._model import Model, load
 
 if TYPE_CHECKING:
@@ -100,7 +102,11 @@ class Member:
 
     @property
     def directors(self) -> Array:
-        """Directors, shape ``(K, 3, 3)``: ``directors[k, i]`` is the ``i``-th one in space."""
+        """Directors, shape ``(K, 3, 3)``: ``directors[k, i]`` is the ``i``-th one in space.
+
+        They are the axes of the body; of one whose inertia is a full tensor its principal axes, as
+        in ``trajectory.csv``: a sensor of type ``orientation`` gives those of the body.
+        """
         if self.q.shape[1] != 12:
             raise UnknownName(f"`{self.name}` has no directors", "only bodies and nodes of beams have")
         return self.q[:, 3:].reshape(-1, 3, 3)
@@ -214,6 +220,7 @@ class Result:
         self.text: str = found["text"]
         self.folder = folder
         self.acting: _core.Acting | None = None  # what acted from outside
+        self._acted = False
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "acting": None}  # functions stay where they are
@@ -332,7 +339,6 @@ class Result:
         axes.legend()
         return axes
 
-    @no_panic
     def page(self) -> str:
         """The page of the run, as ``holonom run`` writes it: HTML that needs no other file.
 
@@ -340,13 +346,75 @@ class Result:
         """
         from pathlib import Path
 
+        with self._files() as folder:
+            page = no_panic(_core.write_page)(folder)
+            return Path(page).read_text(encoding="utf-8")
+
+    @no_panic
+    def save(self, folder: str | PathLike[str], *, force: bool = False) -> None:
+        """Writes the files of ``holonom run`` to a folder, bit for bit; ``force`` replaces those
+        there. A result in memory runs once more.
+
+        Raises
+        ------
+        OutputExists
+        """
+        if self.folder is None:
+            self._run_into(fspath(folder), force)
+            return
+        import shutil
+        from pathlib import Path
+
+        place = Path(folder)
+        if place.exists() and not force:
+            raise OutputExists(f"{place} exists", "choose another folder, or force=True")
+        if place.exists() and not (place / "summary.json").is_file():
+            raise OutputExists(f"{place} holds no run: it is not replaced", "choose another folder")
+        if place.exists():
+            shutil.rmtree(place)
+        shutil.copytree(self.folder, place)
+
+    @no_panic
+    def export(
+        self, format: str, path: str | PathLike[str] | None = None, *, frames: int | None = None
+    ) -> str:
+        """Writes the run for other programs; what is there is replaced.
+
+        Parameters
+        ----------
+        format : ``"npz"``, ``"parquet"``, ``"vtk"``, ``"gltf"`` or ``"svg"``.
+        path : the file or folder; by default of the name of the model.
+        frames : how many, of ``vtk``, ``gltf`` and ``svg``.
+
+        Returns
+        -------
+        str
+            The path.
+        """
+        ends = {"npz": ".npz", "parquet": "-parquet", "vtk": "-vtk", "gltf": ".glb", "svg": ".svg"}
+        to = fspath(path) if path is not None else self.model.name + ends.get(format, "")
+        with self._files() as folder:
+            _core.export(folder, format, to, frames)
+        return to
+
+    def _run_into(self, folder: str, force: bool = False) -> None:
+        if self._acted and self.acting is None:
+            words = "functions acted on this run, and did not travel with it"
+            raise HolonomError(words, "run it again here")
+        no_panic(_core.simulate_into)(self.model._core, folder, force, None, None, self.acting)
+
+    @contextmanager
+    def _files(self) -> Iterator[str]:
+        """A folder with the files of the run."""
         if self.folder is not None:
-            return Path(_core.write_page(fspath(self.folder))).read_text(encoding="utf-8")
+            yield fspath(self.folder)
+            return
         import tempfile
 
         with tempfile.TemporaryDirectory() as folder:
-            _core.simulate_into(self.model._core, fspath(Path(folder) / "run"), False, None, None, self.acting)
-            return (Path(folder) / "run" / "report.html").read_text(encoding="utf-8")
+            place = join(folder, "run")
+            self._run_into(place)
+            yield place
 
     def view(self) -> Any:
         """Shows the page: in a notebook a frame, elsewhere the browser."""

@@ -11,7 +11,7 @@ from ._parts import BeamPart, Part, Sections
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from ._parts import Matrix, Name, Number, Vector
+    from ._parts import Integer, Matrix, Name, Number, Vector
 
 __all__ = ["Builder"]
 
@@ -24,20 +24,20 @@ class Builder(Sections):
         name: str,
         *,
         description: str | None = None,
-        dimension: int | None = None,
+        dimension: Integer | None = None,
         gravity: Vector | None = None,
         arc_length: bool | None = None,
         bifurcation: Literal["pass", "switch"] | None = None,
         columns: Sequence[Literal["coordinates", "positions", "joints"]] | None = None,
         end: Number | None = None,
-        every: int | None = None,
+        every: Integer | None = None,
         loop_tolerance: Number | None = None,
         method: Literal["composition", "galerkin"] | None = None,
         momenta: bool | None = None,
-        newton_max_iterations: int | None = None,
+        newton_max_iterations: Integer | None = None,
         newton_tolerance: Number | None = None,
         on_failure: Literal["stop", "substep"] | None = None,
-        order: int | None = None,
+        order: Integer | None = None,
         project_start: bool | None = None,
         quadrature: Literal["midpoint", "trapezoidal"] | None = None,
         scheme: Literal["nodal", "constrained", "dalembert", "reduced", "em-constrained", "em-dalembert", "em-nodal", "static"] | None = None,
@@ -280,7 +280,7 @@ class Builder(Sections):
     def beam(
         self,
         name: str,
-        elements: int | Vector,
+        elements: Integer | Vector,
         *,
         angular_velocity: Vector | None = None,
         curvature: Vector | None = None,
@@ -290,7 +290,7 @@ class Builder(Sections):
         length: Number | None = None,
         mass: Literal["consistent", "lumped"] | None = None,
         normal: Vector | Matrix | None = None,
-        order: int | None = None,
+        order: Integer | None = None,
         points: Matrix | None = None,
         prestress: Number | None = None,
         relative_to: Name | None = None,
@@ -493,7 +493,7 @@ class Builder(Sections):
         axis: Vector | None = None,
         body: Name | None = None,
         child: Name | None = None,
-        freedom: int | None = None,
+        freedom: Integer | None = None,
         freedoms: Vector | None = None,
         from_: Name | None = None,
         joint: Name | None = None,
@@ -854,7 +854,7 @@ class Builder(Sections):
         conservative: bool | None = None,
         effort: Number | None = None,
         force: Vector | None = None,
-        freedom: int | None = None,
+        freedom: Integer | None = None,
         from_: Name | None = None,
         joint: Name | None = None,
         on: Name | None = None,
@@ -1107,7 +1107,7 @@ class Builder(Sections):
         of: Name,
         *,
         at: Number | None = None,
-        element: int | None = None,
+        element: Integer | None = None,
         frame: Literal["parent", "child", "space"] | None = None,
         point: Vector | None = None,
         point_to: Vector | None = None,

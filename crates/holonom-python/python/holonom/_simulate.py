@@ -124,7 +124,7 @@ def simulate(
             kept = None if record is None else list(record)
             found = _core.simulate(whole._core, kept, tell, acting)
             result = Result(whole, found)
-            result.acting = acting
+            result.acting, result._acted = acting, acting is not None
             return told(result, on_failure, found.get("raised"))
         try:
             _core.simulate_into(whole._core, fspath(out), force, checkpoint_every, tell, acting)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from . import _core
 from ._errors import no_panic
 from ._model import Model, model_of
 from ._spec import Spec
+
+
+T = TypeVar("T")
 
 
 class Answer(Mapping[str, Any]):
@@ -60,6 +63,19 @@ class Modes(Answer):
         return self._of("frequency")
 
     @property
+    def members(self) -> list[str]:
+        """Names of the members that :attr:`shapes` list."""
+        first = self["modes"][:1]
+        return [own["name"] for mode in first for own in mode["shape"]]
+
+    @property
+    def shapes(self) -> NDArray[np.float64]:
+        """How members move, shape ``(modes, members, 6)``: displacement and rotation in space; the
+        largest displacement is 1 m, without displacements the largest rotation 1 rad."""
+        rows = [[own["translation"] + own["rotation"] for own in mode["shape"]] for mode in self["modes"]]
+        return np.array(rows, dtype=np.float64).reshape(len(rows), -1, 6)
+
+    @property
     def damping(self) -> NDArray[np.float64]:
         """Damping ratios, shape ``(modes,)``."""
         return self._of("damping_ratio")
@@ -100,7 +116,8 @@ def modes(model: Any, *, at: str = "start", count: int = 10) -> Modes:
     ------
     InvalidModel, AnalysisFailed
     """
-    return Modes(*_core.modes(model_of(model)._core, at, count))
+    whole = model_of(model)._core
+    return Modes(*_interruptible(lambda: _core.modes(whole, at, count)))
 
 
 @no_panic
@@ -114,7 +131,8 @@ def verify(
     accuracy : for which steps are recommended, relative.
     progress : called with words as each part begins; it may raise.
     """
-    return Answer(*_core.verify(model_of(model)._core, accuracy, progress))
+    whole = model_of(model)._core
+    return Answer(*_interruptible(lambda: _core.verify(whole, accuracy, progress)))
 
 
 @no_panic
@@ -136,7 +154,32 @@ def compare(
     progress : called with words as each part begins; it may raise.
     """
     whole = model_of(model)._core
-    return Answer(*_core.compare(whole, list(schemes), list(steps), list(orders), end, progress))
+    given = list(schemes), list(steps), list(orders)
+    return Answer(*_interruptible(lambda: _core.compare(whole, *given, end, progress)))
+
+
+def _interruptible(call: Callable[[], T]) -> T:
+    """What a call without a place to stop gives; Ctrl-C is heard, and leaves it to end unheard."""
+    import threading
+
+    if threading.current_thread() is not threading.main_thread():
+        return call()
+    found: list[T] = []
+    raised: list[BaseException] = []
+
+    def go() -> None:
+        try:
+            found.append(call())
+        except BaseException as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=go, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.05)
+    if raised:
+        raise raised[0]
+    return found[0]
 
 
 @dataclass(frozen=True)

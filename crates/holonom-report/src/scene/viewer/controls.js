@@ -33,6 +33,7 @@
   const remember = () => {
     const at = { time: () => `t=${state.t.toFixed(decimals)}&`, load: () => `t=${shownValue(state.t).toFixed(decimals)}&n=${state.t.toFixed(2)}&` };
     at.mode = () => `mode=${state.mode + 1}&${state.playing ? "" : `phase=${state.t.toFixed(3)}&`}`;
+    if (location.protocol === "about:") return; // in a frame of a notebook
     history.replaceState(null, "", `#${(at[data.parameter] ?? (() => ""))()}view=${view}`);
   };
   const seek = (t) => { state.t = clamp(t, begin, end); refresh(); };

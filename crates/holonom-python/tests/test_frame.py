@@ -1,0 +1,46 @@
+"""The page of a run in a frame of a notebook: its scripts run without the origin of the notebook."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import holonom as hn
+from holonom._result import frame
+
+BROWSER = next((b for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
+
+PROBE = """
+<!doctype html><title>none</title><body>FRAME<script>
+addEventListener("message", event => { document.title = event.data; });
+</script></body>
+"""
+ASKED = """<script>addEventListener("load", () => {
+  let failed = [], slider = document.querySelector("[data-slider]");
+  let members = () => document.querySelector("canvas").dataset.members;
+  addEventListener("error", event => failed.push(event.message));
+  document.querySelector("[data-play]").click();
+  document.querySelector("[data-play]").click(); // whatever it did, it pauses or goes on
+  let before = members();
+  setTimeout(() => {
+    slider.value = 800;
+    slider.dispatchEvent(new Event("input"));
+    parent.postMessage(`moved=${members() !== before} errors=${failed.join(";")}`, "*");
+  }, 500);
+});</script>"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium")
+def test_the_page_moves_in_a_frame_without_origin(double: str, tmp_path: Path) -> None:
+    page = hn.simulate(hn.Model.from_toml(double)).page()
+    text = frame(page.replace("</body>", ASKED + "</body>"))
+    assert 'sandbox="allow-scripts"' in text
+    file = tmp_path / "notebook.html"
+    file.write_text(PROBE.replace("FRAME", text), encoding="utf-8")
+    words = [str(BROWSER), "--headless", "--no-sandbox", "--disable-gpu", "--disable-features=IsolateSandboxedIframes", f"--user-data-dir={tmp_path}/profile"]
+    words += ["--virtual-time-budget=8000", "--dump-dom", file.as_uri()]
+    said = subprocess.run(words, capture_output=True, text=True, timeout=120).stdout
+    title = said[said.index("<title>") + 7 : said.index("</title>")]
+    print(title)
+    assert title == "moved=true errors="
