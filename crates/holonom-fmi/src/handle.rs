@@ -154,8 +154,9 @@ mod tests {
     use super::*;
     use std::sync::{Arc, Mutex};
 
-    fn handle(said: &Arc<Mutex<Vec<String>>>) -> Handle {
-        let folder = std::env::temp_dir().join(format!("holonom-fmi-{}", std::process::id()));
+    fn handle(name: &str, said: &Arc<Mutex<Vec<String>>>) -> Handle {
+        let name = format!("holonom-fmi-{name}-{}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
         std::fs::create_dir_all(&folder).unwrap();
         let text = "model = { name = \"pendulum\", dimension = 2, gravity = [0.0, -9.81] }\n\
                     particle = [{ name = \"bob\", mass = 1.0, position = [1.0, 0.0] }]\n\
@@ -170,13 +171,15 @@ mod tests {
         let log: Log = Box::new(move |status, category, words| {
             said.lock().unwrap().push(format!("{status:?} {category} {words}"));
         });
-        Handle::new(|| Instance::new(&folder, &token), log, false).unwrap()
+        let made = Handle::new(|| Instance::new(&folder, &token), log, false).unwrap();
+        std::fs::remove_dir_all(&folder).unwrap(); // all is read
+        made
     }
 
     #[test]
     fn a_panic_becomes_a_status_and_ends_the_instance() {
         let said = Arc::default();
-        let mut handle = handle(&said);
+        let mut handle = handle("panic", &said);
         let list: Vec<usize> = Vec::new();
         let status = handle.call(|_| Err(refused(list[3].to_string())));
         assert_eq!(status, Status::Fatal);
@@ -185,13 +188,13 @@ mod tests {
         assert!(words.contains("index out of bounds"), "{words}");
         assert_eq!(handle.call(|_| Ok(Status::Ok)), Status::Fatal);
         // another one lives
-        assert_eq!(self::handle(&said).call(|_| Ok(Status::Ok)), Status::Ok);
+        assert_eq!(self::handle("other", &said).call(|_| Ok(Status::Ok)), Status::Ok);
     }
 
     #[test]
     fn warnings_are_given_where_they_are_asked_for() {
         let said = Arc::default();
-        let mut handle = handle(&said);
+        let mut handle = handle("warnings", &said);
         handle.warn("a");
         handle.set_verbose(true);
         handle.warn("b");

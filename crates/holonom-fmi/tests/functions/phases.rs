@@ -126,7 +126,10 @@ fn parameters_are_checked_by_the_words_of_the_model() {
     let [mass, step] = ["parameters.mass", "simulation.step"].map(|name| unit.reference(name));
     assert!(unit.interface.variables.iter().all(|own| own.name != "parameters.half"));
     let own = unit.instance(Version::Fmi3);
-    assert_eq!(own.get(&[mass, step]), [2.0, 1e-3]);
+    let inertia = unit.reference("body.arm.inertia.'0'");
+    assert_eq!(own.get(&[mass, step, inertia]), [2.0, 1e-3, 0.01]);
+    let set = Unit::new(ARM, &[("parameters.mass", "3.5")], &[], &[]);
+    assert_eq!(set.instance(Version::Fmi3).get(&[mass]), [3.5]);
     assert_eq!(own.set(mass, -1.0), OK);
     assert_eq!(own.enter(0.0), ERROR);
     let said = own.said();

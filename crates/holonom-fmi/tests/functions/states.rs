@@ -63,12 +63,28 @@ fn parameters_start_and_step_are_part_of_a_state() {
     own.step(2.0025, 2.5e-3);
     let expected = own.get(&[0, angle, effort, mass]);
     assert!((expected[0] - 2.005).abs() < 1e-12);
+    // back in the same instance, after another input was held
+    assert_eq!(own.set(effort, 0.0), OK);
+    own.step(2.005, 2.5e-3);
+    let state = own.state_of(&bytes).unwrap();
+    assert_eq!(own.resume(state), OK, "{}", own.said());
+    own.step(2.0025, 2.5e-3);
+    assert_eq!(own.get(&[0, angle, effort, mass]), expected);
     let other = unit.begun(Version::Fmi3);
     other.step(0.0, 1e-3);
     let state = other.state_of(&bytes).unwrap();
     assert_eq!(other.resume(state), OK, "{}", other.said());
     assert_eq!(other.step(2.0025, 2.5e-3).0, OK, "{}", other.said());
     assert_eq!(other.get(&[0, angle, effort, mass]), expected);
+    // another mass alone
+    let heavy = unit.instance(Version::Fmi3);
+    assert_eq!(heavy.set(mass, 3.0), OK);
+    assert_eq!(heavy.initialize(0.0), OK);
+    let bytes = heavy.bytes(heavy.state());
+    let expected = steps(&unit, &heavy, 0, 5);
+    let light = unit.begun(Version::Fmi3);
+    assert_eq!(light.resume(light.state_of(&bytes).unwrap()), OK, "{}", light.said());
+    assert_eq!(steps(&unit, &light, 0, 5), expected);
     // reset: as it was made
     assert_eq!(other.reset(), OK);
     assert_eq!(other.get(&[effort, mass]), [0.0, 2.0]);
