@@ -39,7 +39,6 @@ mod handle;
 pub mod pointers;
 
 /// What the exporter looks for in a library, see [`holonom_fmu::library`].
-#[used]
 static MARK: &str = if cfg!(panic = "abort") {
     concat!("holonom functional mock-up unit library ", env!("CARGO_PKG_VERSION"), " aborts;")
 } else {

@@ -375,7 +375,6 @@ impl Instance {
             return Err(Refusal::error("there is no motion"));
         };
         run.resume(from).map_err(Refusal::error)?;
-        run.hold(&self.interface, &saved.values).map_err(Refusal::error)?;
         if other.is_some() {
             self.run = other;
         }

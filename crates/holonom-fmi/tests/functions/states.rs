@@ -58,20 +58,20 @@ fn parameters_start_and_step_are_part_of_a_state() {
     assert_eq!(own.set(mass, 3.0), OK);
     assert_eq!(own.initialize(2.0), OK, "{}", own.said());
     assert_eq!(own.set(effort, 5.0), OK);
-    own.step(2.0, 2.5e-3); // three steps of 2.5e-3/3 s
+    assert!(own.step(2.0, 2.5e-3).0 < 2, "{}", own.said()); // three steps of 2.5e-3/3 s
     let bytes = own.bytes(own.state());
-    own.step(2.0025, 2.5e-3);
+    assert!(own.step(2.0025, 2.5e-3).0 < 2, "{}", own.said());
     let expected = own.get(&[0, angle, effort, mass]);
     assert!((expected[0] - 2.005).abs() < 1e-12);
     // back in the same instance, after another input was held
     assert_eq!(own.set(effort, 0.0), OK);
-    own.step(2.005, 2.5e-3);
+    assert!(own.step(2.005, 2.5e-3).0 < 2, "{}", own.said());
     let state = own.state_of(&bytes).unwrap();
     assert_eq!(own.resume(state), OK, "{}", own.said());
-    own.step(2.0025, 2.5e-3);
+    assert!(own.step(2.0025, 2.5e-3).0 < 2, "{}", own.said());
     assert_eq!(own.get(&[0, angle, effort, mass]), expected);
     let other = unit.begun(Version::Fmi3);
-    other.step(0.0, 1e-3);
+    assert_eq!(other.step(0.0, 1e-3).0, OK);
     let state = other.state_of(&bytes).unwrap();
     assert_eq!(other.resume(state), OK, "{}", other.said());
     assert_eq!(other.step(2.0025, 2.5e-3).0, OK, "{}", other.said());
