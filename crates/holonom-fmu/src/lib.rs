@@ -14,7 +14,7 @@
 //! |---|---|
 //! | [`interface`] | the variables of a model: parameters, inputs, outputs |
 //! | [`names`] | names by the convention of the standard |
-//! | [`unit`] | units by the base units |
+//! | [`unit`](mod@unit) | units by the base units |
 //! | [`description`] | `modelDescription.xml` |
 //! | [`resources`] | what the unit holds of the model, and its token |
 //! | [`library`] | platform and mark of a library |
