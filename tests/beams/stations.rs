@@ -103,6 +103,7 @@ fn tables_in_files_are_the_stations_that_they_state() {
         "1 member_total\n{} kp_total - points\n1 49\nkp_xr kp_yr kp_zr initial_twist\n(m) (m) (m) (deg)\n",
         rows.len()
     );
+    let mut st = format!("2 sets\n#1 other\n$1 0\n#2 blade\n$1 0\n$2 {}\n", rows.len());
     for row in rows {
         let own = row.section.as_ref().unwrap();
         let numbers =
@@ -112,6 +113,19 @@ fn tables_in_files_are_the_stations_that_they_state() {
             [ea, ga1, ga2, ei1, ei2, gj, line, i1, i2].iter().map(f64::to_string).collect();
         csv += &format!("{},{},{}\n", row.at, row.twist, fields.join(","));
         blade += &format!("{}\n", row.at / 61.5);
+        let (e, g) = (1e10, 1e9);
+        let area = ea / e;
+        let [r1, r2] = [i1, i2].map(|own: f64| (own / line).sqrt());
+        st += &format!(
+            "{} {line} 0 0 {r1} {r2} 0 0 {e} {g} {} {} {} {} {} {area} {} 0 0\n",
+            row.at,
+            ei1 / e,
+            ei2 / e,
+            gj / g,
+            ga1 / (g * area),
+            ga2 / (g * area),
+            row.twist.to_degrees()
+        );
         for diagonal in [[ga1, ga2, ea, ei1, ei2, gj], [line, line, line, i1, i2, i1 + i2]] {
             for i in 0..6 {
                 let entry =
@@ -122,7 +136,9 @@ fn tables_in_files_are_the_stations_that_they_state() {
         points += &format!("0.0 0.0 {} {}\n", row.at, -row.twist.to_degrees());
     }
     points += "\"blade.dat\" BldFile - name\n";
-    for (name, text) in [("blade.csv", &csv), ("blade.dat", &blade), ("primary.dat", &points)] {
+    let files =
+        [("blade.csv", &csv), ("blade.dat", &blade), ("primary.dat", &points), ("blade.st", &st)];
+    for (name, text) in files {
         std::fs::write(folder.join(name), text).unwrap();
     }
     let expected = frequencies(&stated, 4);
@@ -135,6 +151,13 @@ fn tables_in_files_are_the_stations_that_they_state() {
         }
         let again = Model::from_toml(&read.to_toml()).unwrap();
         assert_eq!(again.beams, read.beams, "{name}: the resolved model names no file");
+    }
+    // the axes are turned in the sections, the beam is not twisted
+    let read = Model::from_toml_in(&with_file("blade.st#2$2"), &[], Meshes::in_folder(&folder));
+    let found = frequencies(&read.unwrap(), 4);
+    println!("blade.st: {found:.6?} Hz");
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!((found / expected - 1.0).abs() < 2e-3, "{found} against {expected} Hz");
     }
     // the blade file alone has no twist: d_1 stays that of `normal`
     let read =

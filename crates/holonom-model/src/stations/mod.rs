@@ -1,7 +1,8 @@
-//! Stations of beams from files: tables with commas, blade files of BeamDyn.
+//! Stations of beams from files: tables with commas, files of BeamDyn and HAWC2.
 
 mod beamdyn;
 mod csv;
+mod hawc2;
 
 use std::path::Path;
 
@@ -21,17 +22,18 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
     let Model { beams, meshes, .. } = model;
     for (k, beam) in beams.iter_mut().enumerate() {
         let Some(Stations::File(name)) = &beam.stations else { continue };
-        let read = meshes.path(name).map_err(|error| error.to_string());
+        let (file, set) = hawc2::selected(name);
+        let read = meshes.path(file).map_err(|error| error.to_string());
         let rows = match read {
-            Ok(path) => rows(&path, beam),
+            Ok(path) => rows(&path, set, beam),
             Err(error) => Err(format!("the table cannot be read: {error}")),
         };
         match rows {
             Ok(rows) => beam.stations = Some(Stations::Rows(rows)),
             Err(message) => {
                 let name = name.escape_debug();
-                let help =
-                    "name a table with commas, or the blade file or the primary file of BeamDyn";
+                let help = "name a table with commas, the blade file or the primary file of BeamDyn, \
+                            or an st file of HAWC2, with #SET$SUBSET after its name";
                 problems.push((k, fault("stations", format!("`{name}`: {message}"), help)));
             }
         }
@@ -43,10 +45,13 @@ fn text(path: &Path) -> Result<String, String> {
     read_regular_text(path, MAX_BYTES).map_err(|error| format!("the table cannot be read: {error}"))
 }
 
-fn rows(path: &Path, beam: &Beam) -> Result<Vec<Station>, String> {
+fn rows(path: &Path, set: [usize; 2], beam: &Beam) -> Result<Vec<Station>, String> {
     let text = text(path)?;
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
         return csv::rows(&text);
+    }
+    if hawc2::is_own(&text) {
+        return hawc2::rows(&text, set);
     }
     // a beam without a centre line is refused by itself
     let length =

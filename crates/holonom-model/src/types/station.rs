@@ -28,8 +28,9 @@ pub enum Stations {
     /// From the start of the beam to its end.
     Rows(Vec<Station>),
     /// A table with commas (`.csv`) whose heading names `at`, `twist` and keys of a section; or the
-    /// blade file of BeamDyn, or its primary file, whose twist is then taken, too. Relative to the
-    /// folder of the model file.
+    /// blade file of BeamDyn, or its primary file, whose twist is then taken, too; or an st file of
+    /// HAWC2, `NAME#SET$SUBSET`, the first ones by default. Relative to the folder of the model
+    /// file.
     File(String),
 }
 
