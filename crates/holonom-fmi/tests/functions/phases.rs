@@ -1,8 +1,10 @@
 //! Which call is allowed in which phase; bad arguments; wrong units.
 
 use crate::unit::{ERROR, Instance, OK, Unit, shipped};
+use holonom::model::ModelText;
 use holonom_fmi::{fmi2, fmi3};
 use holonom_fmu::Version;
+use std::path::Path;
 use std::ptr::{null, null_mut};
 
 pub(crate) const ARM: &str = r#"
@@ -186,5 +188,32 @@ fn names_and_units_of_all_shipped_models_can_be_written() {
             let known = own.unit.is_empty() || holonom_fmu::unit::BaseUnit::of(own.unit).is_some();
             assert!(known, "{name}: the unit {} of {}", own.unit, own.name);
         }
+    }
+}
+
+/// Included files and meshes: a unit needs no file but its own.
+#[test]
+fn a_unit_holds_included_files_and_meshes() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("with files");
+    let _ = std::fs::remove_dir_all(&folder);
+    let (source, target) = (folder.join("source"), folder.join("unit"));
+    std::fs::create_dir_all(source.join("parts")).unwrap();
+    let model = include_str!("../../../../tests/models/mesh_on_hinge.toml");
+    let (header, rest) = model.split_at(model.find("[[body]]").unwrap());
+    std::fs::write(source.join("rest.toml"), rest).unwrap();
+    let tetrahedron = "v 0 0 0\nv 3 0 0\nv 0 1 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(source.join("parts/bar.obj"), tetrahedron).unwrap();
+    let main = source.join("main.toml");
+    std::fs::write(&main, format!("include = [\"rest.toml\"]\n{header}")).unwrap();
+    let text = ModelText::read(&main);
+    let unit = Unit::in_folder(target, &text, &[], &[], &[]);
+    let mut run = holonom::Simulation::new(&unit.model).unwrap();
+    let energies: Vec<f64> = run.samples().take(20).map(|own| own.unwrap().hamiltonian).collect();
+    std::fs::remove_dir_all(&source).unwrap();
+    let (own, h) = (unit.begun(Version::Fmi3), unit.model.settings.step);
+    for (n, energy) in energies.iter().enumerate() {
+        let found = own.get(&[unit.reference("energy.H")])[0];
+        assert_eq!(found.to_bits(), energy.to_bits(), "node {n}");
+        assert_eq!(own.step(n as f64 * h, h).0, OK, "{}", own.said());
     }
 }

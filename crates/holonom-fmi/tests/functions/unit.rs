@@ -47,12 +47,23 @@ impl Unit {
         let _ = std::fs::remove_dir_all(&folder);
         std::fs::create_dir_all(&folder).unwrap();
         let text = ModelText::from_text(&folder.join("model.toml"), text);
+        Self::in_folder(folder, &text, set, inputs, keys)
+    }
+
+    /// The unit of a text that was read, in a folder.
+    pub(crate) fn in_folder(
+        folder: PathBuf,
+        text: &ModelText,
+        set: &[(&str, &str)],
+        inputs: &[&str],
+        keys: &[&str],
+    ) -> Self {
         let overrides: Vec<Override> = set.iter().map(|(k, v)| Override::new(*k, *v)).collect();
         let model = text.model(&overrides).unwrap();
         let owned = |list: &[&str]| list.iter().map(|own| (*own).to_owned()).collect();
         let request = Request { inputs: owned(inputs), parameters: owned(keys) };
-        let resources = Resources::new(&text, overrides, &model, request).unwrap();
-        let (model, interface) = resources.interface().unwrap();
+        let resources = Resources::new(text, overrides, &model, request).unwrap();
+        let (_, interface) = resources.interface().unwrap();
         for (path, bytes) in resources.files().unwrap() {
             let path = folder.join(path);
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
