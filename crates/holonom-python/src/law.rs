@@ -1,13 +1,14 @@
 //! Laws of joints by functions: of Python, or of machine code.
 //!
-//! The last argument is remembered: the residual, the slopes, the end of a step and its work ask
-//! for the same values.
+//! The last argument of a function of Python is remembered: residual and slopes ask for the same
+//! values.
 
 use crate::acting::Fault;
 use crate::errors::raise;
 use holonom::vi_multibody::joint_force::{EffortSlopes, JointLaw};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The last argument with what was found there.
@@ -32,6 +33,12 @@ impl Memory {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(last);
         last
     }
+}
+
+/// What a law gave in the place of an effort.
+fn refused(found: &Bound<'_, PyAny>) -> PyErr {
+    let words = format!("an effort, or an effort with its slopes by x and by v, not {found}");
+    PyTypeError::new_err(words)
 }
 
 /// Arguments in words.
@@ -71,16 +78,14 @@ impl PythonLaw {
             |py| {
                 let found = self.function.call1(py, (at[0], at[1], at[2]))?;
                 let found = found.bind(py);
-                if let Ok(effort) = found.extract::<f64>() {
-                    return Ok([effort]);
+                if !found.is_instance_of::<PyTuple>() {
+                    return found
+                        .extract::<f64>()
+                        .map(|effort| [effort])
+                        .map_err(|_| refused(found));
                 }
-                let Ok((effort, by_coordinate, by_rate)) = found.extract::<(f64, f64, f64)>()
-                else {
-                    let words = format!(
-                        "an effort, or an effort with its slopes by x and by v, not {found}"
-                    );
-                    return Err(PyTypeError::new_err(words));
-                };
+                let given = found.extract::<(f64, f64, f64)>();
+                let (effort, by_coordinate, by_rate) = given.map_err(|_| refused(found))?;
                 slopes = Some([by_coordinate, by_rate]);
                 let bad = [by_coordinate, by_rate].into_iter().find(|slope| !slope.is_finite());
                 Ok([bad.unwrap_or(effort)])
@@ -134,7 +139,6 @@ pub(crate) struct CompiledLaw {
     _owner: Py<PyAny>, // of the machine code
     conservative: bool,
     fault: Arc<Fault>,
-    last: Memory,
 }
 
 impl CompiledLaw {
@@ -144,15 +148,12 @@ impl CompiledLaw {
         conservative: bool,
         fault: Arc<Fault>,
     ) -> Self {
-        Self { label, address, _owner: owner, conservative, fault, last: Memory::default() }
+        Self { label, address, _owner: owner, conservative, fault }
     }
 
     fn call(&self, at: [f64; 3]) -> (f64, [f64; 2]) {
         if self.fault.is_set() {
             return (f64::NAN, [f64::NAN; 2]);
-        }
-        if let Some(Last { effort, slopes: Some(slopes), .. }) = self.last.get(at) {
-            return (effort, slopes);
         }
         let mut slopes = [0.0; 2];
         let effort = machine_code(self.address, at, &mut slopes);
@@ -164,7 +165,6 @@ impl CompiledLaw {
             self.fault.set(error);
             return (f64::NAN, [f64::NAN; 2]);
         }
-        self.last.keep(Last { at, effort, slopes: Some(slopes) });
         (effort, slopes)
     }
 }

@@ -24,6 +24,8 @@ HOSTILE = sorted((ROOT / "tests" / "hostile").rglob("*.toml"))
     hn.OutputExists("a", "b"),
     hn.OutputFailed("a", "b"),
     hn.MemoryLack("a"),
+    hn.MissingPackage("a", "b"),
+    hn.FunctionFailed("a", "b"),
     hn.AnalysisFailed("a"),
     hn.ImportFailed("a", ["b"]),
     hn.InternalError("a"),
@@ -106,6 +108,23 @@ def test_a_panic_is_an_exception() -> None:
     script = "import holonom\ntry: holonom._core._panic()\nexcept BaseException: print('alive')"
     said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert said.returncode == 0 and "alive" in said.stdout
+
+
+def test_a_package_that_is_missing_is_named(double: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = hn.simulate(hn.Model.from_toml(double), end=0.02)
+    for name in ("pandas", "xarray", "matplotlib.pyplot", "gymnasium", "mujoco"):
+        monkeypatch.setitem(sys.modules, name, None)  # importing it fails
+    monkeypatch.delitem(sys.modules, "holonom.gym", raising=False)
+    for package, call in [
+        ("pandas", result.to_pandas),
+        ("xarray", result.to_xarray),
+        ("matplotlib", lambda: result.plot("angle")),
+        ("gymnasium", lambda: __import__("holonom.gym")),
+        ("mujoco", lambda: __import__("holonom.peers.mujoco").peers.mujoco.run(hn.Model.from_toml(double))),
+    ]:
+        with pytest.raises(hn.MissingPackage, match=f"needs the package {package}") as error:
+            call()
+        assert f"pip install {package}" in str(error.value)
 
 
 def test_nothing_large_is_imported() -> None:

@@ -135,6 +135,30 @@ class ImportFailed(HolonomError, ValueError):
         return type(self), (self.first, self.problems)
 
 
+class MissingPackage(HolonomError, ImportError):
+    """A package that this function needs is not installed."""
+
+    __str__ = HolonomError.__str__
+
+
+def needed(package: str, extra: str) -> Any:
+    """The module of an optional package.
+
+    Raises
+    ------
+    MissingPackage
+        With the command that installs it.
+    """
+    from importlib import import_module
+
+    try:
+        return import_module(package)
+    except ImportError as error:
+        name = package.partition(".")[0]
+        remedy = f"pip install {name}, or holonom with the extra [{extra}]"
+        raise MissingPackage(f"this needs the package {name}: {error}", remedy) from error
+
+
 class InternalError(HolonomError):
     """A panic: a defect of this package."""
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _core
-from ._errors import HolonomError, HolonomWarning, OutputExists, RunFailed, UnknownName, no_panic
+from ._errors import HolonomError, HolonomWarning, OutputExists, RunFailed, UnknownName, needed, no_panic
 from ._model import Model, load
 
 if TYPE_CHECKING:
@@ -291,15 +291,13 @@ class Result:
 
     def to_pandas(self, table: str = "trajectory") -> Any:
         """A table as a ``pandas.DataFrame`` over ``t``."""
-        import pandas  # type: ignore[import-untyped,unused-ignore]
-
+        pandas = needed("pandas", "notebook")
         found = self.table(table)
         return pandas.DataFrame(found.values, columns=found.columns).set_index("t")
 
     def to_xarray(self) -> Any:
         """An ``xarray.Dataset``: a variable for each member and each column over ``t``."""
-        import xarray  # type: ignore[import-not-found,unused-ignore]
-
+        xarray = needed("xarray", "notebook")
         variables: dict[str, Any] = {}
         for name in self.members if "q" in self.tables else []:
             own = self[name]
@@ -325,9 +323,11 @@ class Result:
         np.savez(fspath(path), t=self.t, step=self.step, **arrays, **names)  # type: ignore[arg-type]
 
     def plot(self, *names: str) -> Any:
-        """Draws columns of sensors or energies over time by matplotlib; its axes."""
-        import matplotlib.pyplot as plt
+        """Draws columns of sensors or energies over time by matplotlib; its axes.
 
+        Without matplotlib :meth:`view` shows curves of all of them.
+        """
+        plt = needed("matplotlib.pyplot", "notebook")
         axes = plt.figure().add_subplot()
         for name in names or ["total"]:
             where = self.sensors if "sensors" in self.tables and name in self.sensors else self.energy
@@ -433,7 +433,8 @@ class Result:
             pass
         file = Path(tempfile.mkdtemp(prefix="holonom-")) / f"{self.model.name}.html"
         file.write_text(html, encoding="utf-8")
-        webbrowser.open(file.as_uri())
+        if not webbrowser.open(file.as_uri()):
+            print(f"no browser was found: open {file}")
         return None
 
     def __len__(self) -> int:

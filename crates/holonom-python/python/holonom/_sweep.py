@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, _toml
-from ._errors import HolonomError, InvalidModel, OutputExists, RunFailed, no_panic
+from ._errors import HolonomError, InvalidModel, OutputExists, RunFailed, needed, no_panic
 from ._model import Model, model_of
 from ._result import Result
 from ._stepper import Stepper
@@ -130,8 +130,7 @@ class SweepTable(Sequence[Row]):
 
     def to_pandas(self) -> Any:
         """The table as a ``pandas.DataFrame`` over ``point``."""
-        import pandas  # type: ignore[import-untyped,unused-ignore]
-
+        pandas = needed("pandas", "notebook")
         return pandas.DataFrame(self.rows, columns=self.columns).set_index("point")
 
 

@@ -8,6 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from ._errors import RunFailed, needed
+
+needed("gymnasium", "gym")
+
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv as _VectorEnv
@@ -16,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._acting import names
 from ._ensemble import Ensemble
-from ._errors import RunFailed
 from ._model import Model, model_of
 from ._parts import Name
 from ._stepper import Stepper

@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from .._errors import AnalysisFailed
+from .._errors import AnalysisFailed, needed
 from .._model import model_of
 from .._stepper import Stepper
 
@@ -112,8 +112,7 @@ def run(model: Any, *, step: float | None = None) -> Peer:
     model : as of :func:`holonom.simulate`.
     step : of MuJoCo's Runge–Kutta method of order 4, s; by default that of the model.
     """
-    import mujoco  # type: ignore[import-not-found,import-untyped,unused-ignore]
-
+    mujoco = needed("mujoco", "peers")
     whole = model_of(model)
     text = mjcf(whole, step=step)
     peer = mujoco.MjModel.from_xml_string(text)
