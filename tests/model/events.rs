@@ -333,3 +333,81 @@ fn a_condition_without_a_value_ends_the_run() {
     println!("{} {}", failure.message, failure.remedy);
     assert!(failure.message.contains("event `odd`: `sqrt(rod.x)` is not defined at t = "));
 }
+
+/// A run that is interrupted before and after a release, and goes on from its checkpoint, leaves
+/// the files of the run that was not, also where wheels roll on after an event.
+#[test]
+fn files_of_runs_with_events_do_not_depend_on_interruptions() {
+    let trebuchet = include_str!("../../examples/models/trebuchet.toml").to_owned();
+    let disc = include_str!("../../examples/models/rolling_disc.toml").to_owned()
+        + &part("particle", "load")
+        + "mass = 0.1\nposition = [0.0, 0.0, 1.0]\n"
+        + &part("spring", "cord")
+        + "from = \"disc\"\nto = \"load\"\nstiffness = 20.0\n"
+        + &part("event", "cut")
+        + "when = \"disc.x > 0.15\"\nrelease = [\"cord\"]\n";
+    let cases = [("trebuchet", trebuchet, 1.2), ("disc", disc, 0.6)];
+    for (name, text, end) in cases {
+        let set = [
+            holonom::Override::new("simulation.end", format!("{end:?}")),
+            holonom::Override::new("simulation.every", "3"),
+        ];
+        let model = Model::from_toml_with(&text, &set).unwrap();
+        let folder = |case: &str| {
+            let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("events");
+            let path = path.join(format!("{name}_{case}"));
+            let _ = std::fs::remove_dir_all(&path);
+            path
+        };
+        let whole = folder("whole");
+        write_until(&model, &whole, u64::MAX);
+        let events = std::fs::read_to_string(whole.join("events.csv")).unwrap();
+        assert_eq!(events.lines().count(), 2, "{events}");
+        for stop in [7, 40, 100] {
+            let parted = folder(&format!("parted_{stop}"));
+            write_until(&model, &parted, stop);
+            go_on(&parted);
+            for file in ["trajectory.csv", "events.csv", "energy.csv", "residuals.csv"] {
+                let [found, expected] = [&parted, &whole].map(|path| path.join(file));
+                let [found, expected] =
+                    [found, expected].map(|path| std::fs::read_to_string(path).unwrap_or_default());
+                assert!(found == expected, "{name}: {file} differs after a pause at {stop}");
+            }
+        }
+    }
+}
+
+/// What a run asks, interrupted before a step.
+fn controlled<'a>(
+    interrupted: &'a mut dyn FnMut() -> bool,
+    progress: &'a mut dyn FnMut(u64, u64),
+) -> holonom::run::Control<'a> {
+    let notice = Box::leak(Box::new(|_: &str| {})); // has no size
+    let (checkpoint_every, report, command) = (None, false, None);
+    holonom::run::Control { progress, notice, interrupted, checkpoint_every, report, command }
+}
+
+fn write_until(model: &Model, path: &std::path::Path, stop: u64) {
+    let mut simulation = holonom::run::prepare(model).unwrap();
+    let folder = holonom::RunFolder::create(path, true).unwrap();
+    let mut step = 0;
+    let mut interrupted = || {
+        step += 1;
+        step > stop
+    };
+    let mut progress = |_, _| {};
+    let control = controlled(&mut interrupted, &mut progress);
+    holonom::run::run_with(model, &mut *simulation, &folder, control).unwrap();
+}
+
+fn go_on(path: &std::path::Path) {
+    let folder = holonom::RunFolder::reopen(path).unwrap();
+    let text = folder.model_text();
+    let model = Model::from_toml(&text).unwrap();
+    let mut simulation = holonom::run::prepare(&model).unwrap();
+    let found = folder.read_checkpoint(&text).unwrap();
+    let mut interrupted = || false;
+    let mut progress = |_, _| {};
+    let control = controlled(&mut interrupted, &mut progress);
+    holonom::run::resume(&model, &mut *simulation, &folder, found.checkpoint, control).unwrap();
+}

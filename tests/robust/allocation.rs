@@ -85,6 +85,45 @@ fn no_step_of(steps: u32) {
     }
 }
 
+/// Wheels that roll, blades and sums of rates with expressions, in trees and in loops.
+#[test]
+fn no_step_of_what_rolls_allocates() {
+    let rates = shipped("bicycle")
+        + "[[constraint]]\nname = \"tie\"\ntype = \"velocity\"\n\
+           terms = [{ joint = \"steering\", factor = \"1 + 0.1*cos(steering)\" }]\n\
+           value = \"0.01*sin(t) + 0*frame.y\"\n";
+    let sleigh = include_str!("../reference/laws/p12_sleigh.toml").to_owned();
+    let wheels = include_str!("../reference/laws/p16_two_wheels.toml").to_owned();
+    let all = [
+        ("bicycle", shipped("bicycle")),
+        ("sum of rates", rates),
+        ("sleigh", sleigh),
+        ("two wheels", wheels),
+    ];
+    for (name, text) in all {
+        // compositions refuse the dampers of the cart
+        for order in [2, 4].into_iter().filter(|order| *order == 2 || name != "two wheels") {
+            let set = [
+                ("simulation.order", order.to_string()),
+                ("simulation.project_start", "true".to_owned()),
+            ];
+            let model = Model::from_toml_with(&text, &overrides(&set)).unwrap();
+            let mut simulation = Simulation::new(&model).unwrap();
+            let run = simulation.integrator();
+            for _ in 0..10 {
+                run.step().unwrap();
+            }
+            let before = allocations();
+            for _ in 0..60 {
+                run.step().unwrap();
+            }
+            let allocated = allocations() - before;
+            println!("{name}, order {order}: {allocated} in 60 steps");
+            assert_eq!(allocated, 0, "{name}, order {order}");
+        }
+    }
+}
+
 #[test]
 fn no_node_allocates() {
     for name in ["pendulum", "chain8", "bricard", "four_bar_windows", "andrews_squeezer"] {
