@@ -13,8 +13,12 @@ const STEPS: usize = 20;
 fn is_acceleration(model: &Model, column: usize) -> bool {
     let columns = holonom::sensor::columns(model);
     let sensor = model.sensors.iter().find(|own| own.name == columns[column].sensor);
-    let of_level =
-        [SensorKind::Acceleration, SensorKind::AngularAcceleration, SensorKind::JointAcceleration];
+    let of_level = [
+        SensorKind::Acceleration,
+        SensorKind::AngularAcceleration,
+        SensorKind::JointAcceleration,
+        SensorKind::Imu,
+    ];
     sensor.is_some_and(|sensor| of_level.contains(&sensor.kind))
 }
 
