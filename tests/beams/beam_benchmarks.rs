@@ -10,11 +10,10 @@ const FLYING_BEAM: &str = include_str!("../../examples/models/flying_beam.toml")
 const ELBOW: &str = include_str!("../../examples/models/elbow_cantilever.toml");
 
 /// Energy, angular momentum, both ends (x, y) at t = 5 s.
-fn flight(elements: usize, order: usize, h: f64) -> [f64; 6] {
-    let (elements, order) = (elements.to_string(), order.to_string());
+fn flight(elements: usize, h: f64) -> [f64; 6] {
+    let elements = elements.to_string();
     let mesh = [
         ("beam.beam.elements", elements.as_str()),
-        ("beam.beam.order", order.as_str()),
         // the smaller error of the step: this is about the elements
         ("simulation.strain", "averaged"),
     ];
@@ -46,20 +45,18 @@ fn the_centre_of_mass_of_the_flying_beam_is_exact() {
 fn the_flying_beam_approaches_the_independent_limits() {
     const LIMIT: [f64; 6] = [379.62, -229.518, 9.7831, 8.2057, 8.0747, 1.7575];
     let sizes: Vec<f64> = [20.0, 40.0, 80.0].map(|n| 10.0 / n).into();
-    let found: Vec<[f64; 6]> = [20, 40, 80].map(|n| flight(n, 1, 0.01)).into();
+    let found: Vec<[f64; 6]> = [20, 40, 80].map(|n| flight(n, 0.01)).into();
     println!("{found:.4?}");
     let error = |k: usize| -> Vec<f64> { found.iter().map(|f| (f[k] - LIMIT[k]).abs()).collect() };
     let momentum = orders("angular momentum, length of elements", &sizes, &error(1));
     assert_order(&momentum, 2.0, 0.15);
     let place = orders("x of the pushed end", &sizes, &error(2));
     assert_order(&place, 2.0, 0.3);
-    // four nodes an element
-    let fine = flight(20, 3, 0.01);
-    let off: Vec<f64> = fine.iter().zip(LIMIT).map(|(a, b)| a - b).collect();
-    println!("20 elements of order 3: off the limits by {off:.4?}");
-    let within = [0.2, 4e-3, 5e-3, 5e-3, 5e-3, 1e-2];
+    let within = [0.2, 4e-3, 1e-2, 5e-3, 5e-3, 1e-2]; // x of the pushed end: order 2.07
     for k in 0..6 {
-        assert!(off[k].abs() < within[k], "quantity {k}: {} against {}", fine[k], LIMIT[k]);
+        let limit = found[2][k] + (found[2][k] - found[1][k]) / 3.0; // of order 2
+        println!("quantity {k}: {limit:.4} against {}", LIMIT[k]);
+        assert!((limit - LIMIT[k]).abs() < within[k], "quantity {k}: {limit}");
     }
 }
 

@@ -62,14 +62,14 @@ fn a_resolved_vibration_keeps_its_energy() {
     let omega = lowest(&model(&text, &[]));
     let h = 0.3 / omega;
     let period = std::f64::consts::TAU / 2.0 / 0.15_f64.atan(); // in steps, at least
-    for order in ["1", "2"] {
+    for element in ["helicoidal", "mean_directors"] {
         let (settle, mean) = (600, 210);
         let steps = settle + mean + (100.0 * period) as usize;
         let (step, end) = (format!("{h:e}"), format!("{:e}", h * steps as f64));
         let own = [
             ("simulation.step", step.as_str()),
             ("simulation.end", end.as_str()),
-            ("beam.beam.order", order),
+            ("beam.beam.element", element),
         ];
         let model = model(&text, &own);
         let samples = samples(&mut Simulation::new(&model).unwrap());
@@ -77,9 +77,7 @@ fn a_resolved_vibration_keeps_its_energy() {
         let first = smooth_mean(&energies[settle..settle + mean]);
         let last = smooth_mean(&energies[energies.len() - mean..]);
         let lost = 1.0 - last / first;
-        println!(
-            "order {order}: ω = {omega:.4} rad/s, {first:.3e} J, loses {lost:.2e} in 100 periods"
-        );
+        println!("{element}: ω = {omega:.4} rad/s, {first:.3e} J, loses {lost:.2e} in 100 periods");
         assert!(first > 1e-6 && lost.abs() < 1e-3, "{first:e} J, {lost:e}");
     }
 }
@@ -107,11 +105,10 @@ fn disturbed(text: &str, overrides: &[(&str, &str)]) -> Simulation {
 #[test]
 fn unresolved_vibrations_die_out_within_tens_of_steps() {
     let omega = lowest(&model(&soft_cantilever(), &[]));
-    for order in ["1", "2", "3", "mean_directors", "second_order"] {
+    for element in ["helicoidal", "mean_directors", "second_order"] {
         for times in [3.0, 10.0, 30.0, 1e3, 1e5] {
             let step = format!("{:e}", times / omega);
-            let key = if order.len() > 1 { "beam.beam.element" } else { "beam.beam.order" };
-            let own = [("simulation.step", step.as_str()), (key, order)];
+            let own = [("simulation.step", step.as_str()), ("beam.beam.element", element)];
             let mut simulation = disturbed(&soft_cantilever(), &own);
             let mut energies = Vec::new();
             for _ in 0..=40 {
@@ -120,7 +117,7 @@ fn unresolved_vibrations_die_out_within_tens_of_steps() {
                 simulation.step().unwrap();
             }
             let parts = [10, 20, 40].map(|k| energies[k] / energies[0]);
-            println!("{order}, hω from {times} on: {:.1e} J, left {parts:?}", energies[0]);
+            println!("{element}, hω from {times} on: {:.1e} J, left {parts:?}", energies[0]);
             assert!(parts[2] < 1e-6, "{parts:?}");
         }
     }
@@ -139,15 +136,13 @@ fn conservative_strains_do_not_let_them_die_out() {
     assert!(energies[399] > 0.5 * energies[0], "{} of {} J", energies[399], energies[0]);
 }
 
-/// Models at which conservative strains without mass scaling fail. The averaged strains beside the
-/// dissipation keep their own energy where they are quadratic forms of the coordinates; that of
-/// helicoidal ones in two elements of a ruler that folds comes back to the order of the step.
+/// Models at which conservative strains without mass scaling fail. What a vibration that the step
+/// does not resolve has at the nodes, `H`, and gives away along the step, the work, is not the same:
+/// the balance is off by a part of what is dissipated.
 #[test]
 fn stiff_beams_run_at_any_step() {
     let helicoidal = EXPLOSION.replace("mean_directors", "helicoidal");
-    let cases =
-        [("blade", BLADE, 0.02), ("explosion", EXPLOSION, 0.02), ("helix", &helicoidal, 0.06)];
-    for (name, text, bound) in cases {
+    for (name, text) in [("blade", BLADE), ("explosion", EXPLOSION), ("helix", &helicoidal)] {
         for h in [1e-4, 3e-4, 1e-3, 3e-3, 1e-2] {
             let steps = if h < 1e-3 { 600.0 } else { 300.0 };
             let (step, end) = (format!("{h:e}"), format!("{:e}", h * steps));
@@ -166,14 +161,14 @@ fn stiff_beams_run_at_any_step() {
                 Ok(())
             };
             let outcome = simulation.run(&mut observe, &mut |_, _| {}).unwrap();
-            let balance = (energies[1] - energies[0] - work.1) / energies[0];
+            let balance = (energies[1] - energies[0] - work.1) / work.1;
             println!(
                 "{name}, h = {h}: {energies:?} J, dissipated {:.3e} J, balance {balance:.1e}",
                 -work.1
             );
             assert_eq!(outcome, RunOutcome::Done, "{name}, h = {h}");
             assert!(
-                work.0 <= 0.0 && balance.abs() < bound,
+                work.0 <= 0.0 && balance.abs() < 0.25,
                 "{name}, h = {h}: {work:?}, {balance:e}"
             );
             assert!(simulation.warnings().iter().all(|w| !w.contains("left its band")));

@@ -253,12 +253,13 @@ impl HelicoidalCase {
             let energy = 0.5 * element.length * eta.dot(&(C_r * eta));
             raise(&mut worst, (energy / state.energy - 1.0).abs());
             let P = node_map(x.as_slice());
-            let gradient = element.force(&x, &(element.length * C_r * eta));
+            let at = element.at(x);
+            let gradient = at.force(&(element.length * C_r * eta));
             let gradient = P.tr_mul(&copy(gradient.as_slice(), 24, 1));
             raise(&mut worst, relative(&gradient, &copy(&state.gradient, 12, 1)));
-            let H = element.tangent(&x, &Matrix6::zeros(), &n);
+            let H = at.tangent(&Matrix6::zeros(), &n);
             let mut H = P.tr_mul(&(copy(H.as_slice(), 24, 24) * &P));
-            add_curvature(x.as_slice(), element.force(&x, &n).as_slice(), &mut H);
+            add_curvature(x.as_slice(), at.force(&n).as_slice(), &mut H);
             let expected = matrix(&state.hessian_of_weighted_strains);
             raise(&mut worst, relative(&H, &expected));
             all.push(y);

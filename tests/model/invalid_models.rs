@@ -172,7 +172,6 @@ tables! {
         beam_of_unknown_order: BEAM, "elements = 20" => "elements = 20\norder = 4";
         beam_with_a_normal_along_it: BEAM, "elements = 20" => "elements = 20\nnormal = [-6, 8, 0]";
         beam_that_needs_a_normal: BEAM, "EI2 = 100.0" => "EI2 = 50.0";
-        beam_lumped_at_high_order: BEAM, "elements = 20" => "elements = 20\norder = 2\nmass = \"lumped\"";
         beam_with_an_unknown_end: BEAM, "elements = 20" => "elements = 20\nstart = \"clampt\"";
         arc_without_radius: BEAM, "points = [[6.0, 0.0, 0.0], [0.0, 8.0, 0.0]]" =>
             "curve = { type = \"arc\", from = [1, 0, 3], center = [1, 0, 0], axis = [0, 0, 1], angle = 1 }";

@@ -28,7 +28,7 @@
 //! motions of `x_n` or of `x_{n+1}`: neither linear nor angular momentum changes. `φ = O(h²)` for a
 //! smooth motion, so the order is 2.
 //!
-//! Letters: `C_i` stiffnesses, `ℓ` length or weight of a Gauss point, `𝔹_i x` strain gradients, `z`
+//! Letters: `C_i` stiffnesses, `ℓ` length, `𝔹_i x` strain gradients, `z`
 //! internal variables in units of the strain.
 //!
 //! Source: theory §6.12; S. Darlington, J. Math. Phys. 18 (1939) 257–353 (lossless ladders with one
@@ -36,10 +36,9 @@
 #![allow(non_snake_case)] // C, A, B
 
 use crate::element::Elements;
-use crate::high_order::HighOrderElements;
 use crate::model::BeamElements;
 use crate::strain::{STRAINS, Strain};
-use crate::strained::{Strained, TwoNode};
+use crate::strained::Strained;
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Source};
@@ -62,7 +61,7 @@ const R: f64 = 11.0 / 40.0;
 
 /// Internal variables of a strain.
 const OF_STRAIN: usize = 3;
-/// Internal variables of an element or Gauss point.
+/// Internal variables of an element.
 const OF_POINT: usize = STRAINS * OF_STRAIN;
 
 /// The step of a filter in closed form.
@@ -104,7 +103,6 @@ impl Filter {
 #[derive(Clone, Debug)]
 pub struct StrainDissipation {
     elements: Elements,
-    high_order: HighOrderElements,
     filter: Filter,
 }
 
@@ -112,25 +110,18 @@ impl StrainDissipation {
     /// For all elements of a model.
     #[must_use]
     pub fn new(model: &BeamElements) -> Self {
-        let (elements, high_order) = (model.elements.clone(), model.high_order.clone());
-        Self { elements, high_order, filter: Filter::new() }
+        Self { elements: model.elements.clone(), filter: Filter::new() }
     }
 
-    /// All that is strained, with its index.
-    fn each(&self, visit: &mut dyn FnMut(usize, &dyn Strained)) {
-        let mut index = 0;
-        let mut next = |own: &dyn Strained| {
-            visit(index, own);
-            index += 1;
-        };
-        for element in self.elements.list() {
-            next(&TwoNode { element, section: self.elements.section(element) });
+    /// All elements, with their index.
+    fn each(&self, visit: &mut dyn FnMut(usize, &Strained<'_>)) {
+        for (index, element) in self.elements.list().iter().enumerate() {
+            visit(index, &Strained { element, section: self.elements.section(element) });
         }
-        self.high_order.each(&mut |_, station| next(station));
     }
 
     /// `C_i ℓ φ_i` in a step.
-    fn forces(&self, s: &Interval, index: usize, own: &dyn Strained) -> Strain {
+    fn forces(&self, s: &Interval, index: usize, own: &Strained<'_>) -> Strain {
         let change = own.strain(&s.q1) - own.strain(&s.q0);
         let stress = Strain::from_fn(|i, _| self.filter.step(&variables(s, index, i), change[i]).0);
         own.stiffness() * stress
@@ -186,7 +177,7 @@ impl DiscreteForce for StrainDissipation {
     }
 
     fn internal_variables(&self) -> usize {
-        OF_POINT * (self.elements.list().len() + self.high_order.gauss_points())
+        OF_POINT * self.elements.list().len()
     }
 
     fn advance(&self, s: &Interval, out: &mut [f64]) {
@@ -204,22 +195,26 @@ impl DiscreteForce for StrainDissipation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::damping::tests::{N, difference, moved, of, resultant};
-    use crate::element::tests::random_elements;
+    use crate::damping::tests::{N, difference, of, resultant};
+    use crate::element::ElementKind;
+    use crate::element::tests::{near_frames, random_elements, with_strains};
     use nalgebra::{DMatrix, DVector};
     use vi_core::SparseMatrix;
     use vi_testkit::Sample;
 
-    /// Two two-node elements, or one quadratic element, on three random nodes.
-    fn dissipation(sample: &mut Sample, high: bool) -> (StrainDissipation, Vec<f64>) {
-        let (mut elements, q) = random_elements(sample);
-        let mut high_order = HighOrderElements::default();
-        if high {
-            let section = *elements.section(&elements.list()[0]);
-            high_order.add_stress_free(&[0, 1, 2], 0.9, &section, &q);
-            elements = Elements::new();
+    /// Two elements on three nodes, which helicoidal strains want to differ little.
+    fn dissipation(sample: &mut Sample, kind: ElementKind) -> (StrainDissipation, Vec<f64>) {
+        let (mut elements, mut q) = random_elements(sample);
+        if kind != ElementKind::MeanDirectors {
+            q = near_frames(sample);
+            elements = with_strains(elements, kind, &q);
         }
-        (StrainDissipation { elements, high_order, filter: Filter::new() }, q)
+        (StrainDissipation { elements, filter: Filter::new() }, q)
+    }
+
+    /// Another configuration, near enough for both kinds of strains.
+    fn moved_little(q: &[f64], sample: &mut Sample) -> Vec<f64> {
+        q.iter().map(|q| q + 0.1 * sample.number()).collect()
     }
 
     /// An interval between two configurations with random internal variables.
@@ -231,10 +226,10 @@ mod tests {
 
     #[test]
     fn the_derivative_matches_central_differences() {
-        for high in [false, true] {
+        for kind in [ElementKind::MeanDirectors, ElementKind::Helicoidal] {
             let mut sample = Sample::new(51);
-            let (force, q0) = dissipation(&mut sample, high);
-            let q1 = moved(&q0, &mut sample);
+            let (force, q0) = dissipation(&mut sample, kind);
+            let q1 = moved_little(&q0, &mut sample);
             let s = interval(&force, [&q0, &q1], &mut sample);
             let matrix = SparseMatrix::assemble(N, N, |out| force.add_minus_d2(&s, out));
             let by_end = difference(&matrix, &q1, |q1| {
@@ -242,43 +237,47 @@ mod tests {
                 moved.internal.clone_from(&s.internal);
                 of(&|out| force.add_minus(&moved, out))
             });
-            println!("quadratic {high}: off by {by_end:.1e} (relative)");
+            println!("{kind:?}: off by {by_end:.1e} (relative)");
             assert!(by_end < 1e-8, "{by_end:e}");
         }
     }
 
-    /// `W` of all filters, J.
-    fn stored(force: &StrainDissipation, z: &[f64]) -> f64 {
+    /// `½ ℓ Σ c_i z_iᵀC z_i` of a part of the filters that `part` takes from the variables, J.
+    fn form(force: &StrainDissipation, part: impl Fn(&[f64], usize) -> f64, z: &[f64]) -> f64 {
         let mut energy = 0.0;
         force.each(&mut |index, own| {
-            for (i, stiffness) in own.stiffness().diagonal().iter().enumerate() {
-                let z = &z[OF_POINT * index + OF_STRAIN * i..][..OF_STRAIN];
-                let form = z[0] * z[0] / M1 + z[1] * z[1] / C2 + z[2] * z[2] / M3;
-                energy += 0.5 * stiffness * form;
-            }
+            let first = |i: usize| OF_POINT * index + OF_STRAIN * i;
+            let x = Strain::from_fn(|i, _| part(&z[first(i)..first(i) + OF_STRAIN], 6 * index + i));
+            energy += (own.stiffness() * x).dot(&x);
         });
         energy
+    }
+
+    /// `W` of all filters, J.
+    fn stored(force: &StrainDissipation, z: &[f64]) -> f64 {
+        let parts = [M1, C2, M3].into_iter().enumerate();
+        parts.map(|(k, own)| 0.5 * form(force, |z, _| z[k], z) / own).sum()
     }
 
     #[test]
     fn no_step_creates_energy_or_momentum() {
         let mut sample = Sample::new(52);
         for case in 0..40 {
-            let (force, q0) = dissipation(&mut sample, case % 2 == 1);
-            let q1 = moved(&q0, &mut sample);
+            // the chord strains quadratic strains exactly, others to second order
+            let (kind, bound) =
+                [(ElementKind::MeanDirectors, 1e-12), (ElementKind::Helicoidal, 1e-2)][case % 2];
+            let (force, q0) = dissipation(&mut sample, kind);
+            let q1 = moved_little(&q0, &mut sample);
             let s = interval(&force, [&q0, &q1], &mut sample);
             let mut next = vec![f64::NAN; force.internal_variables()];
             force.advance(&s, &mut next);
-            let mut dissipated = 0.0;
-            force.each(&mut |index, own| {
-                let change = own.strain(&q1) - own.strain(&q0);
-                for (i, stiffness) in own.stiffness().diagonal().iter().enumerate() {
-                    let first = OF_POINT * index + OF_STRAIN * i;
-                    let mean = |j: usize| 0.5 * (s.internal[first + j] + next[first + j]);
-                    let rate = change[i] - mean(0) / M1 - mean(2) / M3;
-                    dissipated += stiffness * R * rate * rate; // [6.26]
-                }
+            let mut change = Vec::new();
+            force.each(&mut |_, own| {
+                change.extend_from_slice((own.strain(&q1) - own.strain(&q0)).as_slice());
             });
+            let mean: Vec<f64> = s.internal.iter().zip(&next).map(|(a, b)| 0.5 * (a + b)).collect();
+            let rate = |z: &[f64], i: usize| change[i] - z[0] / M1 - z[2] / M3;
+            let dissipated = R * form(&force, rate, &mean); // [6.26]
             let given = -force.work(&s, &mut []);
             let (before, after) = (stored(&force, &s.internal), stored(&force, &next));
             let scale = before.max(after).max(dissipated);
@@ -296,7 +295,7 @@ mod tests {
             let rest = rest.fold(0.0, f64::max);
             let apart = (chord - given).abs() / scale;
             assert!(
-                missed < 1e-13 && apart < 1e-12 && rest < 1e-13,
+                missed < 1e-13 && apart < bound && rest < 1e-13,
                 "{missed:e} {apart:e} {rest:e}"
             );
         }

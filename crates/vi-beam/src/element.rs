@@ -20,10 +20,11 @@
 //! Source: theory §6.
 #![allow(non_snake_case)] // M, V
 
-use crate::helicoidal::{self, AtForms, FORMS, Forms, Helicoidal};
+use crate::at_coordinates::{AtCoordinates, add_scalars, by_forms, weighted};
+use crate::helicoidal::{self, Helicoidal};
 use crate::mass_kind::MassKind;
 use crate::section::Section;
-use crate::strain::{self, ElementCoordinates, SIZE, Strain, StrainGradients};
+use crate::strain::{self, ElementCoordinates, SIZE, Strain};
 use crate::varying::{MassPoint, SectionPoint, mass_along};
 use nalgebra::{Matrix6, SMatrix};
 use std::collections::BTreeMap;
@@ -31,7 +32,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use vi_core::interval::Interval;
 use vi_core::potential::Potential;
-use vi_core::sparse::{Entries, OuterProduct};
+use vi_core::sparse::Entries;
 use vi_core::strain_energy::StrainEnergy;
 
 /// An element that cannot be.
@@ -53,17 +54,6 @@ pub enum ElementError {
         element: usize,
         /// The node.
         node: usize,
-    },
-    /// The nodes of a mesh do not fit elements of this order.
-    #[error(
-        "elements with {order} intervals each cannot be made of {intervals} intervals of the mesh; \
-         the order must be 2 or 3 and divide their number"
-    )]
-    Order {
-        /// Intervals of an element.
-        order: usize,
-        /// Intervals of the mesh.
-        intervals: usize,
     },
     /// Strains of order 4 cannot condense the stiffness of its section.
     #[error(
@@ -133,7 +123,15 @@ impl Element {
     pub fn coordinates(&self, q: &[f64]) -> ElementCoordinates {
         let [a, b] = self.nodes.map(|node| 12 * node);
         let (a, b) = (&q[a..a + 12], &q[b..b + 12]);
-        ElementCoordinates::from_fn(|i, _| if i < 12 { a[i] } else { b[i - 12] })
+        let mut x = ElementCoordinates::zeros();
+        x.as_mut_slice()[..12].copy_from_slice(a);
+        x.as_mut_slice()[12..].copy_from_slice(b);
+        x
+    }
+
+    /// Whether `φ` is interpolated with `d_3`.
+    pub(crate) fn bends_within(&self) -> bool {
+        self.mass == MassKind::Quadratic
     }
 
     /// `(Γ, K)` before those of the stress-free configuration are taken off.
@@ -146,10 +144,10 @@ impl Element {
     }
 
     /// `C`, with which stress resultants are `C ε`: that of its section, or condensed.
-    pub(crate) fn stiffness(&self, section: &Section) -> Matrix6<f64> {
+    pub(crate) fn stiffness<'a>(&'a self, section: &'a Section) -> &'a Matrix6<f64> {
         match &self.law {
             StrainLaw::MeanDirectors => section.stiffness_matrix(),
-            StrainLaw::Helicoidal(law) => *law.stiffness(),
+            StrainLaw::Helicoidal(law) => law.stiffness(),
         }
     }
 
@@ -219,8 +217,24 @@ impl Element {
         }
     }
 
-    fn at<'a>(&'a self, law: &'a Helicoidal, x: &ElementCoordinates) -> AtForms<'a> {
-        law.at(&helicoidal::forms(x, self.length), &self.reference)
+    /// The element at some coordinates.
+    #[must_use]
+    #[inline]
+    pub fn at(&self, x: ElementCoordinates) -> AtCoordinates<'_> {
+        let forms = match &self.law {
+            StrainLaw::MeanDirectors => None,
+            StrainLaw::Helicoidal(law) => {
+                Some(law.at(&helicoidal::forms(&x, self.length), &self.reference))
+            }
+        };
+        AtCoordinates { element: self, x, forms }
+    }
+
+    /// The element in a configuration of all frames.
+    #[must_use]
+    #[inline]
+    pub fn within(&self, q: &[f64]) -> AtCoordinates<'_> {
+        self.at(self.coordinates(q))
     }
 
     /// `ε(x)`.
@@ -234,109 +248,12 @@ impl Element {
         }
     }
 
-    /// Columns `∇ε_i`.
-    #[must_use]
-    pub fn gradients(&self, x: &ElementCoordinates) -> StrainGradients {
-        match &self.law {
-            StrainLaw::MeanDirectors => strain::gradients(x, self.length),
-            StrainLaw::Helicoidal(law) => {
-                let of_forms = helicoidal::gradients(x, self.length);
-                of_forms * self.at(law, x).slopes().transpose()
-            }
-        }
-    }
-
-    /// Columns `∇²ε_i v`: how the gradients change with a velocity `v`.
-    #[must_use]
-    pub fn gradient_rates(
-        &self,
-        x: &ElementCoordinates,
-        v: &ElementCoordinates,
-    ) -> StrainGradients {
-        match &self.law {
-            StrainLaw::MeanDirectors => strain::gradients(v, self.length),
-            StrainLaw::Helicoidal(law) => {
-                let at = self.at(law, x);
-                let [of_x, of_v] = [x, v].map(|x| helicoidal::gradients(x, self.length));
-                let rates = of_x.tr_mul(v);
-                let mut bent = SMatrix::<f64, FORMS, 6>::zeros();
-                for i in 0..6 {
-                    bent.set_column(i, &(at.bends(&Strain::ith(i, 1.0)) * rates));
-                }
-                of_x * bent + of_v * at.slopes().transpose()
-            }
-        }
-    }
-
-    /// `Σ n_i ∇ε_i`.
-    #[must_use]
-    pub fn force(&self, x: &ElementCoordinates, n: &Strain) -> ElementCoordinates {
-        match &self.law {
-            StrainLaw::MeanDirectors => strain::force(x, self.length, n),
-            StrainLaw::Helicoidal(law) => {
-                let of_forms = self.at(law, x).slopes().tr_mul(n);
-                helicoidal::force(x, self.length, &of_forms)
-            }
-        }
-    }
-
-    /// `Σ c_ij ∇ε_i ∇ε_jᵀ + Σ n_i ∇²ε_i`: material and geometric part of a tangent.
-    #[must_use]
-    pub fn tangent(
-        &self,
-        x: &ElementCoordinates,
-        c: &Matrix6<f64>,
-        n: &Strain,
-    ) -> SMatrix<f64, SIZE, SIZE> {
-        match &self.law {
-            StrainLaw::MeanDirectors => {
-                let columns = self.gradients(x);
-                let mut K = columns * weighted(&columns, c).transpose();
-                add_scalars(&strain::weighted_matrix(n, self.length), &mut K);
-                K
-            }
-            StrainLaw::Helicoidal(law) => {
-                let at = self.at(law, x);
-                let slopes = at.slopes();
-                let of_forms = slopes.tr_mul(&(c * slopes)) + at.bends(n);
-                self.by_forms([x, x], &of_forms, &slopes.tr_mul(n))
-            }
-        }
-    }
-
-    /// `Σ c_ij ∇ε_i (∇²ε_j v)ᵀ + Σ n_i ∇²ε_i`: the derivative of `Σ n_i ∇ε_i` with
-    /// `n_i = Σ c_ij ∇ε_j·v`.
-    #[must_use]
-    pub fn tangent_of_rates(
-        &self,
-        [x, v]: [ElementCoordinates; 2],
-        c: &Matrix6<f64>,
-        n: &Strain,
-    ) -> SMatrix<f64, SIZE, SIZE> {
-        let rates = weighted(&self.gradient_rates(&x, &v), c);
-        self.tangent(&x, &Matrix6::zeros(), n) + self.gradients(&x) * rates.transpose()
-    }
-
-    /// `Σ A_kl 𝔹_k x (𝔹_l y)ᵀ + Σ c_k 𝔹_k` of the forms of helicoidal strains.
-    #[must_use]
-    pub fn by_forms(
-        &self,
-        [x, y]: [&ElementCoordinates; 2],
-        A: &SMatrix<f64, FORMS, FORMS>,
-        c: &Forms,
-    ) -> SMatrix<f64, SIZE, SIZE> {
-        let [left, right] = [x, y].map(|x| helicoidal::gradients(x, self.length));
-        let mut K = left * (right * A.transpose()).transpose();
-        add_scalars(&helicoidal::weighted_matrix(c, self.length), &mut K);
-        K
-    }
-
     /// `Σ n_i ∂̄ε_i`: the discrete gradient of the strains in an interval, `∂̄ε_i·Δx = Δε_i`.
     #[must_use]
     pub fn discrete_force(&self, s: &Interval, n: &Strain) -> ElementCoordinates {
         let middle = self.coordinates(&s.q_mid);
         match &self.law {
-            StrainLaw::MeanDirectors => self.gradients(&middle) * n,
+            StrainLaw::MeanDirectors => strain::gradients(&middle, self.length) * n,
             StrainLaw::Helicoidal(law) => {
                 let [from, to] = self.ends(s).map(|x| helicoidal::forms(&x, self.length));
                 let c = law.discrete_slopes([&from, &to], &self.reference).tr_mul(n);
@@ -357,8 +274,8 @@ impl Element {
         let (middle, [start, end]) = (self.coordinates(&s.q_mid), self.ends(s));
         match &self.law {
             StrainLaw::MeanDirectors => {
-                let mut K =
-                    self.gradients(&middle) * weighted(&self.gradients(&end), c).transpose();
+                let gradients = |x: &ElementCoordinates| strain::gradients(x, self.length);
+                let mut K = gradients(&middle) * weighted(&gradients(&end), c).transpose();
                 add_scalars(&strain::weighted_matrix(&(0.5 * n), self.length), &mut K);
                 K
             }
@@ -367,7 +284,7 @@ impl Element {
                 let (slopes, bends) = law.discrete_derivatives([&y[0], &y[1]], &self.reference, n);
                 let of_end = law.at(&y[1], &self.reference).slopes();
                 let A = slopes.tr_mul(&(c * of_end)) + bends;
-                self.by_forms([&middle, &end], &A, &(0.5 * slopes.tr_mul(n)))
+                by_forms([&middle, &end], self.length, &A, &(0.5 * slopes.tr_mul(n)))
             }
         }
     }
@@ -393,20 +310,6 @@ impl Element {
         }
     }
 
-    /// Emits `Σ c_ij ∇ε_i(x) ∇ε_j(y)ᵀ`.
-    pub fn emit_outer(
-        &self,
-        x: &ElementCoordinates,
-        y: &ElementCoordinates,
-        c: &Matrix6<f64>,
-        out: &mut dyn Entries,
-    ) {
-        let (left, right) = (weighted(&self.gradients(x), &c.transpose()), self.gradients(y));
-        let (starts, length) = (&self.nodes.map(|node| 12 * node), 12);
-        let (left, right) = (left.as_slice(), right.as_slice());
-        out.add_outer(&OuterProduct { starts, length, left, right });
-    }
-
     /// Emits a dense 24×24 matrix at the places of the element.
     pub fn emit(&self, K: &SMatrix<f64, SIZE, SIZE>, out: &mut dyn Entries) {
         for j in 0..SIZE {
@@ -415,24 +318,6 @@ impl Element {
                 out.add(self.place(i), column, K[(i, j)]);
             }
         }
-    }
-}
-
-/// `columns cᵀ`: column `i` is the sum of `c_ij` times column `j`.
-fn weighted(columns: &StrainGradients, c: &Matrix6<f64>) -> StrainGradients {
-    let mut out = StrainGradients::zeros();
-    for (i, j) in (0..6).flat_map(|i| (0..6).map(move |j| (i, j))) {
-        if c[(i, j)] != 0.0 {
-            out.column_mut(i).axpy(c[(i, j)], &columns.column(j), 1.0);
-        }
-    }
-    out
-}
-
-/// `K ← K + B ⊗ I_3`.
-fn add_scalars(B: &SMatrix<f64, 8, 8>, K: &mut SMatrix<f64, SIZE, SIZE>) {
-    for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
-        (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
     }
 }
 
@@ -468,7 +353,7 @@ impl ElementKind {
         let law = match self {
             Self::MeanDirectors | Self::SecondOrder if section.is_rigid_in_shear() => return None,
             Self::MeanDirectors => return Some(StrainLaw::MeanDirectors),
-            Self::SecondOrder => Helicoidal::of_order_2(length, section.stiffness_matrix()),
+            Self::SecondOrder => Helicoidal::of_order_2(length, *section.stiffness_matrix()),
             Self::Helicoidal | Self::Rope => Helicoidal::of_order_4(length, &section.compliance())?,
         };
         let law = law.with_viscosity(&section.viscosity());
@@ -598,17 +483,17 @@ impl Elements {
     /// The stress resultants of an element with the strain `ε`.
     #[must_use]
     pub fn stress(&self, element: &Element, strain: &Strain) -> Strain {
-        element.carrying(&self.stiffness(element), strain) * strain
+        element.carrying(self.stiffness(element), strain) * strain
     }
 
     /// `C` of an element, with which its stress resultants are `C ε` in tension.
     #[must_use]
-    pub fn stiffness(&self, element: &Element) -> Matrix6<f64> {
+    pub fn stiffness<'a>(&'a self, element: &'a Element) -> &'a Matrix6<f64> {
         element.stiffness(self.section(element))
     }
 
     /// Elements with their stiffness `C`.
-    pub fn iter(&self) -> impl Iterator<Item = (&Element, Matrix6<f64>)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&Element, &Matrix6<f64>)> {
         self.elements.iter().map(|element| (element, self.stiffness(element)))
     }
 
@@ -633,29 +518,27 @@ impl Elements {
 
 impl Potential for Elements {
     fn value(&self, q: &[f64]) -> f64 {
-        let energy = |(element, C): (&Element, Matrix6<f64>)| {
+        let energy = |(element, C): (&Element, &Matrix6<f64>)| {
             let eps = element.strain(&element.coordinates(q));
-            0.5 * element.length * (element.carrying(&C, &eps) * eps).dot(&eps) // [6.6]
+            0.5 * element.length * (element.carrying(C, &eps) * eps).dot(&eps) // [6.6]
         };
         self.iter().map(energy).sum()
     }
 
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         for (element, C) in self.iter() {
-            let x = element.coordinates(q);
-            let eps = element.strain(&x);
-            let n = scale * element.length * (element.carrying(&C, &eps) * eps);
-            element.scatter(&element.force(&x, &n), out);
+            let at = element.within(q);
+            let eps = at.strain();
+            at.scatter(&(scale * element.length * (element.carrying(C, &eps) * eps)), out);
         }
     }
 
     fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
         for (element, C) in self.iter() {
-            let x = element.coordinates(q);
-            let eps = element.strain(&x);
-            let c = scale * element.length * element.carrying(&C, &eps);
-            let n = c * eps;
-            element.emit(&element.tangent(&x, &c, &n), out);
+            let at = element.within(q);
+            let eps = at.strain();
+            let c = scale * element.length * element.carrying(C, &eps);
+            at.emit_tangent(&c, &(c * eps), out);
         }
     }
 
@@ -672,22 +555,22 @@ impl StrainEnergy for Elements {
     fn stresses(&self, q: &[f64], sigma: &mut [f64]) {
         for ((element, C), own) in self.iter().zip(sigma.chunks_exact_mut(6)) {
             let eps = element.strain(&element.coordinates(q));
-            own.copy_from_slice((element.carrying(&C, &eps) * eps).as_slice());
+            own.copy_from_slice((element.carrying(C, &eps) * eps).as_slice());
         }
     }
 
     fn stress_rates(&self, q: &[f64], v: &[f64], sigma: &mut [f64]) {
         for ((element, C), own) in self.iter().zip(sigma.chunks_exact_mut(6)) {
-            let [x, v] = [q, v].map(|q| element.coordinates(q));
-            let C = element.carrying(&C, &element.strain(&x));
-            own.copy_from_slice((C * element.gradients(&x).tr_mul(&v)).as_slice());
+            let at = element.within(q);
+            let C = element.carrying(C, &at.strain());
+            own.copy_from_slice((C * at.rate(&element.coordinates(v))).as_slice());
         }
     }
 
     fn add_stress_force(&self, q: &[f64], sigma: &[f64], scale: f64, out: &mut [f64]) {
         for (element, own) in self.elements.iter().zip(sigma.chunks_exact(6)) {
             let n = scale * element.length * Strain::from_column_slice(own);
-            element.scatter(&element.force(&element.coordinates(q), &n), out);
+            element.within(q).scatter(&n, out);
         }
     }
 
@@ -695,17 +578,16 @@ impl StrainEnergy for Elements {
         for ((element, C), own) in self.iter().zip(sigma.chunks_exact(6)) {
             let weight = scale * element.length;
             let n = weight * Strain::from_column_slice(own);
-            let x = element.coordinates(q);
-            let C = element.carrying(&C, &element.strain(&x));
-            element.emit(&element.tangent(&x, &(weight * C), &n), out);
+            let at = element.within(q);
+            let C = element.carrying(C, &at.strain());
+            at.emit_tangent(&(weight * C), &n, out);
         }
     }
 
     fn add_geometric_stiffness(&self, q: &[f64], sigma: &[f64], scale: f64, out: &mut dyn Entries) {
         for (element, own) in self.elements.iter().zip(sigma.chunks_exact(6)) {
             let n = scale * element.length * Strain::from_column_slice(own);
-            let x = element.coordinates(q);
-            element.emit(&element.tangent(&x, &Matrix6::zeros(), &n), out);
+            element.within(q).emit_tangent(&Matrix6::zeros(), &n, out);
         }
     }
 }

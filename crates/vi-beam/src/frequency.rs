@@ -12,7 +12,6 @@
 #![allow(non_snake_case)] // K, M, P, L
 
 use crate::element::{ElementKind, Elements};
-use crate::high_order::HighOrderElements;
 use crate::mass_kind::MassKind;
 use crate::model::{Beam, BeamElements};
 use crate::section::Section;
@@ -35,9 +34,7 @@ pub fn highest_frequency(model: &BeamElements, beam: &Beam, q: &[f64]) -> Stiffe
     let mut frequencies = Frequencies::new(model);
     let mut stiffest = Stiffest::default();
     for (element, index) in beam.elements.clone().enumerate() {
-        let first = beam.nodes.start + element * beam.order;
-        let own = &q[12 * first..12 * (first + beam.order + 1)];
-        let omega = frequencies.of(beam.order, index, || own.to_vec());
+        let omega = frequencies.of(index, q);
         if omega > stiffest.omega || omega.is_nan() {
             stiffest = Stiffest { element, omega };
         }
@@ -45,28 +42,20 @@ pub fn highest_frequency(model: &BeamElements, beam: &Beam, q: &[f64]) -> Stiffe
     stiffest
 }
 
-/// `1/ω_e²` of all elements in their initial configuration `q`, s²: two-node ones, those of higher
-/// order; zero where a motion carries no mass.
-pub(crate) fn slowness(model: &BeamElements, q: &[f64]) -> [Vec<f64>; 2] {
+/// `1/ω_e²` of all elements in their initial configuration `q`, s²; zero where a motion carries no
+/// mass.
+pub(crate) fn slowness(model: &BeamElements, q: &[f64]) -> Vec<f64> {
     let mut frequencies = Frequencies::new(model);
-    let mut of = |order: usize, index: usize, nodes: &[usize]| {
-        let own = || nodes.iter().flat_map(|node| &q[12 * node..12 * node + 12]).copied().collect();
-        let omega = frequencies.of(order, index, own);
+    let mut of = |index: usize| {
+        let omega = frequencies.of(index, q);
         if omega.is_nan() { 0.0 } else { (omega * omega).recip() }
     };
-    let two = model.elements.list().iter().enumerate();
-    let two = two.map(|(index, element)| of(1, index, &element.nodes)).collect();
-    let high = (0..model.high_order.count()).map(|index| {
-        let nodes = model.high_order.nodes(index);
-        of(nodes.len() - 1, index, nodes)
-    });
-    [two, high.collect()]
+    (0..model.elements.list().len()).map(&mut of).collect()
 }
 
 /// What the frequency of a straight element depends on.
 #[derive(Clone, Copy, PartialEq)]
 struct ElementKey {
-    order: usize,
     length: f64, // m
     section: Section,
     mass: MassKind,
@@ -84,60 +73,39 @@ impl<'a> Frequencies<'a> {
         Self { model, last: None }
     }
 
-    /// `ω_e`, 1/s, of the element `(order, index)` whose nodes have the coordinates `own`.
-    fn of(&mut self, order: usize, index: usize, own: impl Fn() -> Vec<f64>) -> f64 {
-        let kind = self.kind(order, index);
+    /// `ω_e`, 1/s, of an element in the configuration `q`.
+    fn of(&mut self, index: usize, q: &[f64]) -> f64 {
+        let element = &self.model.elements.list()[index];
+        let section = *self.model.elements.section(element);
+        let (mass, strains) = (element.mass, element.law.kind());
+        let kind = ElementKey { length: element.length, section, mass, strains };
         if let Some((last, omega)) = self.last
             && kind == (ElementKey { length: kind.length, ..last })
             && (kind.length - last.length).abs() <= 1e-12 * kind.length
         {
             return omega;
         }
-        let omega = element_frequency(self.model, order, index, &own());
+        let omega = element_frequency(&kind, element.coordinates(q).as_slice());
         self.last = Some((kind, omega));
         omega
     }
-
-    fn kind(&self, order: usize, index: usize) -> ElementKey {
-        let length = self.model.intervals_of(order, index).sum();
-        if order == 1 {
-            let element = &self.model.elements.list()[index];
-            let section = *self.model.elements.section(element);
-            let (mass, strains) = (element.mass, element.law.kind());
-            return ElementKey { order, length, section, mass, strains };
-        }
-        let section = *self.model.high_order.section(index);
-        let (mass, strains) = (MassKind::Consistent, ElementKind::MeanDirectors);
-        ElementKey { order, length, section, mass, strains }
-    }
 }
 
-/// `ω_e` of one element with the coordinates `q` of its nodes.
-fn element_frequency(model: &BeamElements, order: usize, index: usize, q: &[f64]) -> f64 {
+/// `ω_e` of an element that is stress-free where its nodes have the coordinates `q`.
+fn element_frequency(kind: &ElementKey, q: &[f64]) -> f64 {
     let n = q.len();
     let (mut K, mut M) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-    let length = model.intervals_of(order, index).sum();
-    if order == 1 {
-        let element = &model.elements.list()[index];
-        let mut alone = Elements::new();
-        let section = alone.add_section(*model.elements.section(element));
-        let added = alone.add_stress_free([0, 1], length, section, q);
-        let kind = element.law.kind();
-        if added.and_then(|own| alone.set_strains(own..own + 1, kind, q)).is_err() {
-            return f64::NAN;
-        }
-        alone.set_mass(0..1, element.mass);
-        alone.add_hessian(q, 1.0, &mut K);
-        alone.emit_mass(&mut M);
-    } else {
-        let mut alone = HighOrderElements::default();
-        let nodes: Vec<usize> = (0..=order).collect();
-        alone.add_stress_free(&nodes, length, model.high_order.section(index), q);
-        alone.add_hessian(q, 1.0, &mut K);
-        alone.emit_mass(&mut M);
+    let mut alone = Elements::new();
+    let section = alone.add_section(kind.section);
+    let added = alone.add_stress_free([0, 1], kind.length, section, q);
+    if added.and_then(|own| alone.set_strains(own..own + 1, kind.strains, q)).is_err() {
+        return f64::NAN;
     }
+    alone.set_mass(0..1, kind.mass);
+    alone.add_hessian(q, 1.0, &mut K);
+    alone.emit_mass(&mut M);
     let mut P = DMatrix::zeros(n, n / 2);
-    for node in 0..=order {
+    for node in 0..2 {
         let own = null_space::matrix(&q[12 * node..12 * node + 12]);
         P.view_mut((12 * node, 6 * node), (12, 6)).copy_from(&own);
     }

@@ -30,7 +30,7 @@
 //! 2267–2289.
 #![allow(non_snake_case)] // G, K, C, S, R
 
-use crate::strain::{self, ElementCoordinates, SIZE, Strain};
+use crate::strain::{self, ElementCoordinates, SIZE, STRAINS, Strain};
 use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
 
 /// How many quadratic forms the strains are functions of.
@@ -68,6 +68,7 @@ struct Correction {
 
 /// `y` of coordinates.
 #[must_use]
+#[inline]
 pub fn forms(x: &ElementCoordinates, length: f64) -> Forms {
     let mean = strain::forms(x, length);
     let mut y = Forms::zeros();
@@ -83,29 +84,30 @@ pub fn forms(x: &ElementCoordinates, length: f64) -> Forms {
 /// Columns `𝔹_k x`, the gradients of the forms.
 #[must_use]
 pub fn gradients(x: &ElementCoordinates, length: f64) -> SMatrix<f64, SIZE, FORMS> {
-    let mean = strain::gradients(x, length);
-    let mut out = SMatrix::<f64, SIZE, FORMS>::zeros();
-    out.fixed_columns_mut::<3>(0).copy_from(&mean.fixed_columns::<3>(0));
-    out.fixed_columns_mut::<3>(3).copy_from(&(length * mean.fixed_columns::<3>(3)));
-    for k in 3..12 {
-        let half = 0.25 * (x[12 + k] - x[k]);
-        (out[(k, 6)], out[(12 + k, 6)]) = (-half, half);
-    }
-    out
+    force(x, length, &Bends::identity())
 }
 
-/// The factors of the strains of mean directors in `Σ_k c_k 𝔹_k`.
-fn of_mean(c: &Forms, length: f64) -> Strain {
-    Strain::from_fn(|i, _| if i < 3 { c[i] } else { length * c[i] })
+/// The factors of the strains of mean directors in `Σ_k c_k 𝔹_k`, for each column `c`.
+fn of_mean<const N: usize>(c: &SMatrix<f64, FORMS, N>, length: f64) -> SMatrix<f64, STRAINS, N> {
+    SMatrix::from_fn(|i, j| if i < 3 { c[(i, j)] } else { length * c[(i, j)] })
 }
 
-/// `Σ_k c_k 𝔹_k x`.
+/// `Σ_k c_k 𝔹_k x`, for each column `c`.
 #[must_use]
-pub fn force(x: &ElementCoordinates, length: f64, c: &Forms) -> ElementCoordinates {
+#[inline]
+pub fn force<const N: usize>(
+    x: &ElementCoordinates,
+    length: f64,
+    c: &SMatrix<f64, FORMS, N>,
+) -> SMatrix<f64, SIZE, N> {
     let mut out = strain::force(x, length, &of_mean(c, length));
     for k in 3..12 {
-        let half = 0.25 * c[6] * (x[12 + k] - x[k]);
-        (out[k], out[12 + k]) = (out[k] - half, out[12 + k] + half);
+        let quarter = 0.25 * (x[12 + k] - x[k]);
+        for j in 0..N {
+            let own = c[(6, j)] * quarter;
+            out[(k, j)] -= own;
+            out[(12 + k, j)] += own;
+        }
     }
     out
 }
@@ -213,13 +215,14 @@ impl Helicoidal {
 
     /// The same without derivatives.
     #[must_use]
+    #[inline]
     pub fn strain(&self, y: &Forms, reference: &Strain) -> Strain {
         let xi = Helix::at(y, self.length).xi;
         let mut z = xi - reference;
         if self.rope {
             z[2] += Arc::of(&xi).excess(&xi);
         }
-        self.order.as_ref().map_or(z, |own| Values::at(self, own, &xi, &z).eta)
+        self.order.as_ref().map_or(z, |own| Corrected::at(self, own, &xi, &z).eta)
     }
 
     /// The triad half-way between the nodes of `x`, from the mean of their triads, whose stretch is
@@ -233,6 +236,7 @@ impl Helicoidal {
     /// The strains at `y` of an element that is stress-free with `(G, K)_0 = reference`, with all
     /// that their derivatives need.
     #[must_use]
+    #[inline]
     pub fn at<'a>(&'a self, y: &Forms, reference: &Strain) -> AtForms<'a> {
         let helix = Helix::at(y, self.length);
         let mut z = helix.xi - reference;
@@ -240,7 +244,8 @@ impl Helicoidal {
         if let Some(arc) = &arc {
             z[2] += arc.excess(&helix.xi);
         }
-        let corrected = self.order.as_ref().map(|own| Corrected::at(self, own, &helix.xi, &z));
+        let corrected =
+            self.order.as_ref().map(|own| (own, Corrected::at(self, own, &helix.xi, &z)));
         AtForms { law: self, helix, z, arc, corrected }
     }
 
@@ -323,8 +328,13 @@ const SERIES: [f64; 20] = {
 fn gap(s: f64) -> [f64; 3] {
     const SERIES_BELOW: f64 = 0.05;
     if s < SERIES_BELOW {
+        let terms = match s {
+            0.01.. => SERIES.len(),
+            0.001.. => 12,
+            _ => 8,
+        };
         let mut k = [0.0; 3];
-        for c in SERIES.iter().rev() {
+        for c in SERIES[..terms].iter().rev() {
             k = [k[0] * s + c, k[1] * s + k[0], k[2] * s + 2.0 * k[1]];
         }
         return k;
@@ -349,6 +359,7 @@ struct Helix {
 }
 
 impl Helix {
+    #[inline]
     fn at(y: &Forms, length: f64) -> Self {
         let [k, k1, k2] = gap(y[6]);
         let (s, w) = (y[6], 0.25 / (1.0 - y[6]));
@@ -359,40 +370,42 @@ impl Helix {
         Self { g, a, f, b, xi: join(&G, &K) }
     }
 
-    fn slopes(&self, length: f64) -> Slopes {
-        let Self { g, a, f, b, .. } = self;
-        let along = a.dot(g);
-        let mut out = Slopes::zeros();
-        let unit = Matrix3::identity();
-        out.fixed_view_mut::<3, 3>(0, 0).copy_from(&(f[0] * unit - b[0] * a * a.transpose()));
-        let by_a = -b[0] * (along * unit + a * g.transpose());
-        out.fixed_view_mut::<3, 3>(0, 3).copy_from(&by_a);
-        out.fixed_view_mut::<3, 1>(0, 6).copy_from(&(f[1] * g - b[1] * along * a));
-        out.fixed_view_mut::<3, 3>(3, 3).copy_from(&(f[0] / length * unit));
-        out.fixed_view_mut::<3, 1>(3, 6).copy_from(&(f[1] / length * a));
-        out
+    /// `N·G + M·K`, and its slopes in `g` and `a`, with `f` and `b` of a derivative by `s`.
+    #[inline]
+    fn product(&self, n: &Strain, order: usize, length: f64) -> (f64, Vector3<f64>, Vector3<f64>) {
+        let (Self { g, a, .. }, f, b) = (self, self.f[order], self.b[order]);
+        let (N, M) = split(n);
+        let (along, of_a) = (a.dot(g), N.dot(a));
+        let by_g = f * N - (b * of_a) * a;
+        let by_a = (f / length) * M - b * (along * N + of_a * g);
+        (by_g.dot(g) + (f / length) * M.dot(a), by_g, by_a)
+    }
+
+    /// `Σ n_i ∂(G, K)_i/∂y`.
+    #[inline]
+    fn pull_back(&self, n: &Strain, length: f64) -> Forms {
+        let (_, by_g, by_a) = self.product(n, 0, length);
+        let (by_s, ..) = self.product(n, 1, length);
+        Forms::from([by_g[0], by_g[1], by_g[2], by_a[0], by_a[1], by_a[2], by_s])
     }
 
     /// `Σ n_i ∂²(G, K)_i/∂y∂y`.
     fn bends(&self, n: &Strain, length: f64) -> Bends {
-        let Self { g, a, f, b, .. } = self;
-        let (N, M) = split(n);
-        let (along, of_a) = (a.dot(g), N.dot(a));
-        let unit = Matrix3::identity();
+        let Self { g, a, b, .. } = self;
+        let (N, _) = split(n);
         let mut out = Bends::zeros();
         let mut set = |i: usize, j: usize, block: Matrix3<f64>| {
             out.fixed_view_mut::<3, 3>(i, j).copy_from(&block);
             out.fixed_view_mut::<3, 3>(j, i).copy_from(&block.transpose());
         };
-        set(0, 3, -b[0] * (a * N.transpose() + of_a * unit));
+        set(0, 3, -b[0] * (a * N.transpose() + N.dot(a) * Matrix3::identity()));
         set(3, 3, -b[0] * (N * g.transpose() + g * N.transpose()));
-        let by_g = f[1] * N - b[1] * of_a * a;
-        let by_a = -b[1] * (along * N + of_a * g) + f[1] / length * M;
+        let (_, by_g, by_a) = self.product(n, 1, length);
         for i in 0..3 {
             (out[(i, 6)], out[(6, i)]) = (by_g[i], by_g[i]);
             (out[(3 + i, 6)], out[(6, 3 + i)]) = (by_a[i], by_a[i]);
         }
-        out[(6, 6)] = f[2] * (N.dot(g) + M.dot(a) / length) - b[2] * of_a * along;
+        (out[(6, 6)], ..) = self.product(n, 2, length);
         out
     }
 }
@@ -404,7 +417,7 @@ pub struct AtForms<'a> {
     helix: Helix,
     z: Strain,
     arc: Option<Arc>,
-    corrected: Option<Corrected>,
+    corrected: Option<(&'a Correction, Corrected)>,
 }
 
 /// The stretch of a rope.
@@ -453,64 +466,68 @@ impl AtForms<'_> {
     /// `η`.
     #[must_use]
     pub fn strain(&self) -> Strain {
-        self.corrected.as_ref().map_or(self.z, |corrected| corrected.eta)
+        self.corrected.as_ref().map_or(self.z, |(_, corrected)| corrected.eta)
+    }
+
+    /// `Σ n_i ∂η_i/∂y`, for each column `n`.
+    #[must_use]
+    #[inline]
+    pub fn pull_back<const N: usize>(
+        &self,
+        n: &SMatrix<f64, STRAINS, N>,
+    ) -> SMatrix<f64, FORMS, N> {
+        let mut out = SMatrix::<f64, FORMS, N>::zeros();
+        for j in 0..N {
+            let n = self.on_helix(&n.column(j).into());
+            out.set_column(j, &self.helix.pull_back(&n, self.law.length));
+        }
+        out
+    }
+
+    /// `Σ n_i ∂η_i/∂(G, K)`.
+    #[inline]
+    fn on_helix(&self, n: &Strain) -> Strain {
+        match (&self.arc, &self.corrected) {
+            (Some(arc), _) => arc.on_helix(n),
+            (None, Some((own, corrected))) => corrected.pull_back(own, self.law, n),
+            (None, None) => *n,
+        }
     }
 
     /// `∂η/∂y`.
     #[must_use]
     pub fn slopes(&self) -> Slopes {
-        let mut of_helix = self.helix.slopes(self.law.length);
-        if let Some(arc) = &self.arc {
-            let stretch = arc.slope.transpose() * of_helix.fixed_rows::<3>(0);
-            of_helix.set_row(2, &stretch);
-        }
-        self.corrected.as_ref().map_or(of_helix, |corrected| corrected.by_xi * of_helix)
+        self.pull_back(&Matrix6::identity()).transpose()
     }
 
     /// `Σ n_i ∂²η_i/∂y∂y`.
     #[must_use]
     pub fn bends(&self, n: &Strain) -> Bends {
         let length = self.law.length;
-        if let Some(arc) = &self.arc {
-            let of_helix = self.helix.slopes(length);
-            let of_G = of_helix.fixed_rows::<3>(0);
-            return self.helix.bends(&arc.on_helix(n), length)
-                + of_G.tr_mul(&(n[2] * arc.bend() * of_G));
+        let mut out = self.helix.bends(&self.on_helix(n), length);
+        let mut of_helix = Slopes::zeros();
+        if self.arc.is_some() || self.corrected.is_some() {
+            for i in 0..STRAINS {
+                let row = self.helix.pull_back(&Strain::ith(i, 1.0), length);
+                of_helix.set_row(i, &row.transpose());
+            }
         }
-        let (Some(corrected), Some(own)) = (&self.corrected, &self.law.order) else {
-            return self.helix.bends(n, length);
-        };
-        let of_helix = self.helix.slopes(length);
-        let by_xi = corrected.bends(own, self.law, n);
-        of_helix.tr_mul(&(by_xi * of_helix)) + self.helix.bends(&corrected.by_xi.tr_mul(n), length)
+        if let Some(arc) = &self.arc {
+            let of_G = of_helix.fixed_rows::<3>(0);
+            out += of_G.tr_mul(&(n[2] * arc.bend() * of_G));
+        }
+        if let Some((own, corrected)) = &self.corrected {
+            out += of_helix.tr_mul(&(corrected.bends(own, self.law, n) * of_helix));
+        }
+        out
     }
-}
-
-/// The strains of order 4 with what their derivatives need.
-#[derive(Clone, Debug)]
-struct Corrected {
-    K: Vector3<f64>,
-    G_3: f64,
-    rho: f64,
-    q: f64,
-    gamma: Vector2<f64>,          // γ_b
-    m_by: SMatrix<f64, 3, 6>,     // ∂m/∂ξ
-    w_by: SMatrix<f64, 3, 6>,     // ∂w/∂ξ
-    gamma_by: SMatrix<f64, 2, 6>, // ∂γ_b/∂ξ
-    q_by: SMatrix<f64, 1, 6>,     // ∂q/∂ξ
-    by_xi: Matrix6<f64>,          // ∂η/∂ξ
-    eta: Strain,
-}
-
-/// `½/ρ + 1/10`, the slope of `ρ − G_3 + q/10` in `q`.
-fn slope_of_q(rho: f64) -> f64 {
-    0.5 / rho + 0.1
 }
 
 /// The strains of order 4 with what they are made of.
 #[derive(Clone, Copy, Debug)]
-struct Values {
+struct Corrected {
     K: Vector3<f64>,
+    G_3: f64,
     m: Vector3<f64>,
     w: Vector3<f64>,
     gamma: Vector2<f64>, // γ_b
@@ -519,7 +536,15 @@ struct Values {
     eta: Strain,
 }
 
-impl Values {
+/// What acts on `η_1, η_2, η_3`, with what acts on them by `q`; on `η_K`; on `K×m`.
+struct OnParts {
+    N: Vector3<f64>,
+    M: Vector3<f64>,
+    of_k: Vector3<f64>,
+}
+
+impl Corrected {
+    #[inline]
     fn at(law: &Helicoidal, Correction { S, R, .. }: &Correction, xi: &Strain, z: &Strain) -> Self {
         let square = law.length * law.length;
         let (_, K) = split(xi);
@@ -537,61 +562,61 @@ impl Values {
         let rho = (G_3 * G_3 + q).sqrt();
         // ρ − G_3 without its cancellation
         eta[2] += 0.1 * q + if G_3 > 0.0 { q / (rho + G_3) } else { rho - G_3 };
-        Self { K, m, w, gamma, rho, q, eta }
+        Self { K, G_3, m, w, gamma, rho, q, eta }
     }
-}
 
-impl Corrected {
-    fn at(law: &Helicoidal, own: &Correction, xi: &Strain, z: &Strain) -> Self {
-        let Correction { S, R, .. } = own;
-        let Values { K, m, w, gamma, rho, q, eta } = Values::at(law, own, xi, z);
+    /// `½/ρ + 1/10`, the slope of `ρ − G_3 + q/10` in `q`.
+    fn slope_of_q(&self) -> f64 {
+        0.5 / self.rho + 0.1
+    }
+
+    #[inline]
+    fn parts(&self, Correction { S, R, .. }: &Correction, law: &Helicoidal, n: &Strain) -> OnParts {
         let square = law.length * law.length;
-        let m_by: SMatrix<f64, 3, 6> = law.stiffness.fixed_rows::<3>(3).into();
-        let of_K = K.cross_matrix();
-        let mut k_by = of_K * m_by; // ∂(K×m)/∂ξ
-        let mut right = k_by.fixed_columns_mut::<3>(3);
-        right -= m.cross_matrix();
-        let w_by = S * k_by;
-        let mut by_xi = Matrix6::identity();
-        let shear = square / 12.0;
-        let mut rows = by_xi.fixed_rows_mut::<1>(0);
-        rows -= shear * w_by.row(1);
-        let mut rows = by_xi.fixed_rows_mut::<1>(1);
-        rows += shear * w_by.row(0);
-        let mut bent_by = (square / 24.0) * (of_K * w_by);
-        let mut right = bent_by.fixed_columns_mut::<3>(3);
-        right -= (square / 24.0) * w.cross_matrix();
-        let mut rows = by_xi.fixed_rows_mut::<3>(3);
-        rows += bent_by;
-        let gamma_by = R * by_xi.fixed_rows::<2>(0);
-        let G_3 = xi[2];
-        let q_by = 2.0 * gamma.transpose() * gamma_by;
-        let mut row = by_xi.fixed_rows_mut::<1>(2);
-        row += slope_of_q(rho) * q_by;
-        by_xi[(2, 2)] += G_3 / rho - 1.0;
-        Self { K, G_3, rho, q, gamma, m_by, w_by, gamma_by, q_by, by_xi, eta }
+        let (mut N, M) = split(n);
+        let by_gamma = R.tr_mul(&self.gamma) * (2.0 * N[2] * self.slope_of_q());
+        (N[0], N[1]) = (N[0] + by_gamma[0], N[1] + by_gamma[1]);
+        let turned = Vector3::new(-N[1], N[0], 0.0); // e_3×N
+        let of_k = S * ((square / 24.0) * M.cross(&self.K) - (square / 12.0) * turned);
+        OnParts { N, M, of_k }
+    }
+
+    /// `Σ n_i ∂η_i/∂ξ`.
+    #[inline]
+    fn pull_back(&self, own: &Correction, law: &Helicoidal, n: &Strain) -> Strain {
+        let Self { K, G_3, m, w, rho, .. } = self;
+        let OnParts { N, M, of_k } = self.parts(own, law, n);
+        let of_K = (law.length * law.length / 24.0) * w.cross(&M) + m.cross(&of_k);
+        let mut out = join(&N, &(M + of_K));
+        out[2] += n[2] * (G_3 / rho - 1.0);
+        out + law.stiffness.fixed_rows::<3>(3).tr_mul(&of_k.cross(K))
     }
 
     /// `Σ n_i ∂²η_i/∂ξ∂ξ`.
     fn bends(&self, own: &Correction, law: &Helicoidal, n: &Strain) -> Matrix6<f64> {
-        let Self { K, G_3, rho, q, gamma, m_by, w_by, gamma_by, q_by, .. } = self;
-        let Correction { S, R, .. } = own;
-        let square = law.length * law.length;
-        let (mut N, M) = split(n);
-        let extension = N[2];
-        // what acts on η_1, η_2, with that which acts on them by q
-        let by_gamma = R.tr_mul(gamma) * (2.0 * extension * slope_of_q(*rho));
-        (N[0], N[1]) = (N[0] + by_gamma[0], N[1] + by_gamma[1]);
+        let Self { K, G_3, m, gamma, rho, q, .. } = self;
+        let (square, extension) = (law.length * law.length, n[2]);
+        let m_by: SMatrix<f64, 3, 6> = law.stiffness.fixed_rows::<3>(3).into(); // ∂m/∂ξ
+        let mut k_by = K.cross_matrix() * m_by; // ∂(K×m)/∂ξ
+        let mut right = k_by.fixed_columns_mut::<3>(3);
+        right -= m.cross_matrix();
+        let w_by = own.S * k_by;
         // d²(K×m) = 2 dK×dm,  d²(K×w) = 2 dK×dw + K×S d²(K×m)
-        let of_k = S * (M.cross(K) * (square / 24.0) - Vector3::z().cross(&N) * (square / 12.0));
+        let OnParts { M, of_k, .. } = self.parts(own, law, n);
         let by_K = of_k.cross_matrix() * m_by + M.cross_matrix() * w_by * (square / 24.0);
         let mut out = Matrix6::zeros();
         let mut lower = out.fixed_rows_mut::<3>(3);
         lower -= by_K;
         let mut out = out + out.transpose();
-        out += (2.0 * extension * slope_of_q(*rho)) * gamma_by.tr_mul(gamma_by);
+        let mut shear_by = SMatrix::<f64, 2, 6>::zeros(); // ∂(η_1, η_2)/∂ξ
+        for i in 0..2 {
+            shear_by.set_row(i, &self.pull_back(own, law, &Strain::ith(i, 1.0)).transpose());
+        }
+        let gamma_by = own.R * shear_by;
+        let q_by = 2.0 * gamma.transpose() * gamma_by;
+        out += (2.0 * extension * self.slope_of_q()) * gamma_by.tr_mul(&gamma_by);
         let cube = extension / (rho * rho * rho);
-        out -= (0.25 * cube) * q_by.tr_mul(q_by);
+        out -= (0.25 * cube) * q_by.tr_mul(&q_by);
         let across = (0.5 * cube * G_3) * q_by;
         for j in 0..6 {
             out[(2, j)] -= across[j];

@@ -14,13 +14,12 @@
 //! for every step. With even `s` a mode far beyond the step, `hω ≫ 1`, does not alternate but turns
 //! slowly, and smooth loads can excite it: odd `s` for stiff beams.
 //!
-//! Letters: `C_i` stiffnesses, `τ_i` relaxation times (s), `ℓ` length or weight of a Gauss point,
+//! Letters: `C_i` stiffnesses, `τ_i` relaxation times (s), `ℓ` length,
 //! `𝔹_i q` strain gradients.
 #![allow(non_snake_case)] // C, S, N, K
 
 use crate::averaged::AveragedStrains;
 use crate::damping::StrainDamping;
-use crate::high_order::AveragedHighOrder;
 use crate::strain::Strain;
 use crate::strained::Strained;
 use nalgebra::{DMatrix, Matrix6};
@@ -29,10 +28,10 @@ use vi_core::interpolation::{StepPolynomial, StrainInterpolation};
 use vi_core::sparse::Entries;
 
 /// Visits all that is strained.
-type VisitStrained<'a> = dyn Fn(&mut dyn FnMut(&dyn Strained)) + 'a;
+type VisitStrained<'a> = dyn Fn(&mut dyn FnMut(&Strained<'_>)) + 'a;
 
 /// `ε(q_j)`, `j = 0 … s`.
-fn strains(own: &dyn Strained, step: &StepPolynomial<'_>) -> [Strain; Stages::MAX + 1] {
+fn strains(own: &Strained<'_>, step: &StepPolynomial<'_>) -> [Strain; Stages::MAX + 1] {
     let at = |j: usize| if j <= step.stages() { own.strain(step.q(j)) } else { Strain::zeros() };
     std::array::from_fn(at)
 }
@@ -52,7 +51,7 @@ fn add_impulses(
     each: &VisitStrained<'_>,
     A: &DMatrix<f64>,
     step: &StepPolynomial<'_>,
-    c: impl Fn(&dyn Strained) -> Matrix6<f64>,
+    c: impl Fn(&Strained<'_>) -> Matrix6<f64>,
     out: &mut [Vec<f64>],
 ) {
     each(&mut |own| {
@@ -68,7 +67,7 @@ fn add_derivative(
     each: &VisitStrained<'_>,
     A: &DMatrix<f64>,
     step: &StepPolynomial<'_>,
-    c: impl Fn(&dyn Strained) -> Matrix6<f64>,
+    c: impl Fn(&Strained<'_>) -> Matrix6<f64>,
     at: (usize, usize),
     out: &mut dyn Entries,
 ) {
@@ -84,44 +83,37 @@ fn add_derivative(
     });
 }
 
-/// A potential: all that is strained, with `U_d` [6.33].
-macro_rules! potential {
-    ($name:ty) => {
-        impl StrainInterpolation for $name {
-            fn energy(&self, step: &StepPolynomial<'_>) -> f64 {
-                let mut energy = 0.0;
-                self.each(&mut |own| {
-                    energy += 0.5 * form(&step.constants.S, &own.stiffness(), &strains(own, step));
-                });
-                energy
-            }
+/// `U_d` [6.33].
+impl StrainInterpolation for AveragedStrains {
+    fn energy(&self, step: &StepPolynomial<'_>) -> f64 {
+        let mut energy = 0.0;
+        self.each(&mut |own| {
+            energy += 0.5 * form(&step.constants.S, &own.stiffness(), &strains(own, step));
+        });
+        energy
+    }
 
-            fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
-                let (each, h) = (|visit: &mut dyn FnMut(&dyn Strained)| self.each(visit), step.h());
-                add_impulses(&each, &step.constants.S, step, |own| -h * own.stiffness(), out);
-            }
+    fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
+        let (each, h) = (|visit: &mut dyn FnMut(&Strained<'_>)| self.each(visit), step.h());
+        add_impulses(&each, &step.constants.S, step, |own| -h * own.stiffness(), out);
+    }
 
-            fn add_derivative(
-                &self,
-                step: &StepPolynomial<'_>,
-                at: (usize, usize),
-                scale: f64,
-                out: &mut dyn Entries,
-            ) {
-                let each = |visit: &mut dyn FnMut(&dyn Strained)| self.each(visit);
-                let c = |own: &dyn Strained| -scale * step.h() * own.stiffness();
-                add_derivative(&each, &step.constants.S, step, c, at, out);
-            }
-        }
-    };
+    fn add_derivative(
+        &self,
+        step: &StepPolynomial<'_>,
+        at: (usize, usize),
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let each = |visit: &mut dyn FnMut(&Strained<'_>)| self.each(visit);
+        let c = |own: &Strained<'_>| -scale * step.h() * own.stiffness();
+        add_derivative(&each, &step.constants.S, step, c, at, out);
+    }
 }
-
-potential!(AveragedStrains);
-potential!(AveragedHighOrder);
 
 impl StrainDamping {
     /// All that is strained and damped.
-    fn each_damped(&self, visit: &mut dyn FnMut(&dyn Strained)) {
+    fn each_damped(&self, visit: &mut dyn FnMut(&Strained<'_>)) {
         self.each(f64::INFINITY, &mut |own, _| visit(own));
     }
 }
@@ -136,7 +128,7 @@ impl StrainInterpolation for StrainDamping {
     }
 
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
-        let each = |visit: &mut dyn FnMut(&dyn Strained)| self.each_damped(visit);
+        let each = |visit: &mut dyn FnMut(&Strained<'_>)| self.each_damped(visit);
         add_impulses(&each, &step.constants.N, step, |own| -own.viscosity(), out); // [6.34]
     }
 
@@ -147,8 +139,8 @@ impl StrainInterpolation for StrainDamping {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let each = |visit: &mut dyn FnMut(&dyn Strained)| self.each_damped(visit);
-        let c = |own: &dyn Strained| -scale * own.viscosity();
+        let each = |visit: &mut dyn FnMut(&Strained<'_>)| self.each_damped(visit);
+        let c = |own: &Strained<'_>| -scale * own.viscosity();
         add_derivative(&each, &step.constants.N, step, c, at, out);
     }
 }

@@ -10,11 +10,11 @@
 //! | [`helicoidal`] | strains of order 4, stable in tension: functions of seven forms |
 //! | [`section`] | stiffnesses and inertias, from numbers or from shape and material |
 //! | [`element`] | energy, gradient, Hessian, mass |
+//! | [`at_coordinates`] | gradients, force, tangent of an element |
 //! | [`averaged`] | the averaged-strain discrete potential |
 //! | [`interpolated`] | strains and material damping in Galerkin steps |
 //! | [`damping`] | material damping |
 //! | [`dissipation`] | algorithmic dissipation of unresolved vibrations |
-//! | [`high_order`] | elements with three or four nodes |
 //! | [`mesh`] | nodes along curves, triads by a rule |
 //! | [`model`] | beams, bodies, joints as one mechanism |
 //! | [`frequency`] | a bound of the highest frequency |
@@ -34,13 +34,13 @@
 #![warn(missing_debug_implementations)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
+pub mod at_coordinates;
 pub mod averaged;
 pub mod damping;
 pub mod dissipation;
 pub mod element;
 pub mod frequency;
 pub mod helicoidal;
-pub mod high_order;
 pub mod interpolated;
 pub mod mass_kind;
 pub mod mesh;

@@ -4,9 +4,7 @@
 //! add their mass and energy on top. A clamp is a fixed joint to the ground; a rigid corner is a
 //! fixed joint between two coincident nodes. A loop closed only through elements is a tree for `P`.
 
-use crate::element::{ElementError, Elements};
-use crate::high_order::HighOrderElements;
-use crate::mass_kind::MassKind;
+use crate::element::{Element, ElementError, Elements};
 use crate::mesh::Mesh;
 use crate::section::Section;
 use nalgebra::{Matrix3, Vector3};
@@ -42,20 +40,16 @@ pub enum StrainRule {
 pub struct Beam {
     /// Its nodes, indices of frames.
     pub nodes: Range<usize>,
-    /// Its elements: among the two-node ones at order 1, else among those of higher order.
+    /// Its elements.
     pub elements: Range<usize>,
-    /// Order of its elements: one less than nodes of an element.
-    pub order: usize,
 }
 
 /// The elements of all beams of a mechanism.
 #[derive(Clone, Debug, Default)]
 pub struct BeamElements {
-    /// Elements with two nodes.
+    /// All of them.
     pub elements: Elements,
-    /// Elements with three or four nodes.
-    pub high_order: HighOrderElements,
-    /// Bounds of the tension of some two-node elements that are stated, N; those of the others
+    /// Bounds of the tension of some elements that are stated, N; those of the others
     /// follow their tension ([`crate::averaged`]).
     pub tension: Vec<(Range<usize>, f64)>,
 }
@@ -84,7 +78,7 @@ pub struct BeamElements {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait BeamBuilder {
-    /// Adds the nodes of a beam of two-node elements, stress-free and at rest along its mesh.
+    /// Adds the nodes of a beam, stress-free and at rest along its mesh.
     ///
     /// # Errors
     /// [`ElementError`].
@@ -95,11 +89,10 @@ pub trait BeamBuilder {
         mesh: &Mesh,
         section: Section,
     ) -> Result<Beam, ElementError> {
-        self.beam_of_nodes(beams, mesh.nodes(name), mesh, section, 1)
+        self.beam_of_nodes(beams, mesh.nodes(name), mesh, section)
     }
 
-    /// Adds these nodes of a mesh with elements of `order + 1` nodes, `order` 1, 2 or 3: that many
-    /// intervals of the mesh make one element, and they should be equally long.
+    /// Adds these nodes of a mesh with an element in each interval.
     ///
     /// # Errors
     /// [`ElementError`].
@@ -109,7 +102,6 @@ pub trait BeamBuilder {
         nodes: Vec<BodySpec>,
         mesh: &Mesh,
         section: Section,
-        order: usize,
     ) -> Result<Beam, ElementError>;
 }
 
@@ -120,12 +112,11 @@ impl BeamBuilder for MechanismBuilder {
         nodes: Vec<BodySpec>,
         mesh: &Mesh,
         section: Section,
-        order: usize,
     ) -> Result<Beam, ElementError> {
         let first = self.frame_count();
         let mut q = vec![0.0; 12 * first]; // only nodes of the beam are read
         q.extend(nodes.iter().flat_map(BodySpec::frame));
-        let beam = beams.add(first, mesh, section, order, &q)?;
+        let beam = beams.add(first, mesh, section, &q)?;
         nodes.into_iter().for_each(|node| {
             self.frame(node);
         });
@@ -134,40 +125,26 @@ impl BeamBuilder for MechanismBuilder {
 }
 
 impl BeamElements {
-    /// Adds the elements of a beam of some order whose nodes are the frames from `first` on, in the
-    /// configuration `q`.
+    /// Adds the elements of a beam whose nodes are the frames from `first` on, in the configuration
+    /// `q`.
     fn add(
         &mut self,
         first: usize,
         mesh: &Mesh,
         section: Section,
-        order: usize,
         q: &[f64],
     ) -> Result<Beam, ElementError> {
         let nodes = first..first + mesh.centers.len();
-        if order == 1 {
-            let start = self.elements.list().len();
-            let section = self.elements.add_section(section);
-            for (k, length) in mesh.lengths.iter().enumerate() {
-                let nodes = [first + k, first + k + 1];
-                self.elements.add_stress_free(nodes, *length, section, q)?;
-            }
-            return Ok(Beam { nodes, elements: start..self.elements.list().len(), order });
+        let start = self.elements.list().len();
+        let section = self.elements.add_section(section);
+        for (k, length) in mesh.lengths.iter().enumerate() {
+            self.elements.add_stress_free([first + k, first + k + 1], *length, section, q)?;
         }
-        let intervals = mesh.lengths.len();
-        if !(2..=3).contains(&order) || !intervals.is_multiple_of(order) {
-            return Err(ElementError::Order { order, intervals });
-        }
-        let start = self.high_order.count();
-        for (k, lengths) in mesh.lengths.chunks_exact(order).enumerate() {
-            let nodes: Vec<usize> = (0..=order).map(|j| first + order * k + j).collect();
-            self.high_order.add_stress_free(&nodes, lengths.iter().sum(), &section, q);
-        }
-        Ok(Beam { nodes, elements: start..self.high_order.count(), order })
+        Ok(Beam { nodes, elements: start..self.elements.list().len() })
     }
 
-    /// A load per length along a beam, force (N/m) and torque (N·m/m): `∫ N_j ds` of it at the
-    /// nodes of each element, `ℓ/2` at both ends of a two-node one. Where `φ` is interpolated with
+    /// A load per length along a beam, force (N/m) and torque (N·m/m): `ℓ/2` of it at both nodes of
+    /// each element. Where `φ` is interpolated with
     /// `d_3`, the force has also `±ℓ²/12` of itself on `d_3` of both nodes: the moments of a beam
     /// that is clamped at both ends, which cancel between equal elements. They are levers along
     /// `d_3`.
@@ -183,16 +160,11 @@ impl BeamElements {
         history: &TimeHistory,
     ) -> Result<Vec<Load>, LoadError> {
         let (mut shares, mut moments) = (vec![0.0; beam.nodes.end], vec![0.0; beam.nodes.end]);
-        let weights: &[f64] = match beam.order {
-            1 => &[0.5, 0.5],
-            2 => &[1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0],
-            _ => &[0.125, 0.375, 0.375, 0.125],
-        };
-        for (k, index) in beam.elements.clone().enumerate() {
-            let length: f64 = self.intervals(beam, index).sum();
-            let first = beam.nodes.start + k * beam.order;
-            weights.iter().enumerate().for_each(|(j, w)| shares[first + j] += w * length);
-            if self.bends_within(beam, index) {
+        for (element, first) in self.of(beam).iter().zip(beam.nodes.start..) {
+            let length = element.length;
+            shares[first] += 0.5 * length;
+            shares[first + 1] += 0.5 * length;
+            if element.bends_within() {
                 moments[first] += length * length / 12.0;
                 moments[first + 1] -= length * length / 12.0;
             }
@@ -205,13 +177,8 @@ impl BeamElements {
         loaded.map(load).collect()
     }
 
-    /// Whether `φ` of an element is interpolated with `d_3`.
-    fn bends_within(&self, beam: &Beam, element: usize) -> bool {
-        beam.order == 1 && self.elements.list()[element].mass == MassKind::Quadratic
-    }
-
-    /// A force (N) and a torque (N·m) at the arc length `along` (m) from the start of a beam of
-    /// two-node elements: `½ ∓ ξ` of them at both nodes of the element there and, where `φ` is
+    /// A force (N) and a torque (N·m) at the arc length `along` (m) from the start of a beam:
+    /// `½ ∓ ξ` of them at both nodes of the element there and, where `φ` is
     /// interpolated with `d_3`, `±½ (¼ − ξ²) ℓ` of the force on `d_3`.
     ///
     /// # Errors
@@ -224,24 +191,13 @@ impl BeamElements {
         [force, torque]: [Vector3<f64>; 2],
         history: &TimeHistory,
     ) -> Result<Vec<Load>, LoadError> {
-        let (mut start, last) = (0.0, beam.elements.len() - 1);
-        let length = |index: usize| self.intervals(beam, index).sum::<f64>();
-        let (k, index) = beam
-            .elements
-            .clone()
-            .enumerate()
-            .find(|(k, index)| {
-                let end = start + length(*index);
-                let found = along < end || *k == last;
-                start = if found { start } else { end };
-                found
-            })
-            .expect("the last element is found");
-        let own = length(index);
-        let xi = ((along - start) / own - 0.5).clamp(-0.5, 0.5);
-        let bend = if self.bends_within(beam, index) { 0.5 * (0.25 - xi * xi) * own } else { 0.0 };
-        let first = beam.nodes.start + k * beam.order;
-        let ends = [(first, 0.5 - xi, bend), (first + beam.order, 0.5 + xi, -bend)];
+        let (k, start) = self.first_element(beam, |end| along < end);
+        let element = &self.of(beam)[k];
+        let xi = ((along - start) / element.length - 0.5).clamp(-0.5, 0.5);
+        let bend = 0.5 * (0.25 - xi * xi) * element.length;
+        let bend = if element.bends_within() { bend } else { 0.0 };
+        let [a, b] = element.nodes;
+        let ends = [(a, 0.5 - xi, bend), (b, 0.5 + xi, -bend)];
         let loaded = ends.into_iter().filter(|(_, share, _)| *share > 0.0);
         let load = |(node, share, moment): (usize, f64, f64)| {
             let own = Load::new(12 * node, kind, share * force, share * torque, history.clone())?;
@@ -250,37 +206,41 @@ impl BeamElements {
         loaded.map(load).collect()
     }
 
-    /// Reference arc lengths between the nodes of an element, m.
-    pub fn intervals(&self, beam: &Beam, element: usize) -> impl Iterator<Item = f64> + use<> {
-        self.intervals_of(beam.order, element)
+    /// The elements of a beam.
+    #[must_use]
+    pub fn of(&self, beam: &Beam) -> &[Element] {
+        &self.elements.list()[beam.elements.clone()]
     }
 
-    pub(crate) fn intervals_of(
-        &self,
-        order: usize,
-        element: usize,
-    ) -> impl Iterator<Item = f64> + use<> {
-        let length = match order {
-            1 => self.elements.list()[element].length,
-            order => self.high_order.length(element) / order as f64,
-        };
-        std::iter::repeat_n(length, order)
+    /// The reference arc length of a beam, m.
+    #[must_use]
+    pub fn length(&self, beam: &Beam) -> f64 {
+        self.of(beam).iter().map(|element| element.length).sum()
     }
 
-    /// Neighbouring nodes of all elements, those of higher order last.
+    /// The first element of a beam at whose end, an arc length (m), `reaches` holds, and where it
+    /// starts; else the last one.
+    pub(crate) fn first_element(&self, beam: &Beam, reaches: impl Fn(f64) -> bool) -> (usize, f64) {
+        let (own, mut start) = (self.of(beam), 0.0);
+        for (k, element) in own.iter().enumerate() {
+            if reaches(start + element.length) || k + 1 == own.len() {
+                return (k, start);
+            }
+            start += element.length;
+        }
+        (0, 0.0)
+    }
+
+    /// Neighbouring nodes of all elements.
     #[must_use]
     pub fn neighbours(&self) -> Vec<[usize; 2]> {
-        let elements = self.elements.list().iter().map(|element| element.nodes);
-        elements.chain(self.high_order.pairs().iter().copied()).collect()
+        self.elements.list().iter().map(|element| element.nodes).collect()
     }
 
     /// `M` of bodies and elements.
     #[must_use]
     pub fn mass_matrix(&self, mechanism: &Mechanism) -> SparseMatrix {
-        mechanism.mass(|out| {
-            self.elements.emit_mass(out);
-            self.high_order.emit_mass(out);
-        })
+        mechanism.mass(|out| self.elements.emit_mass(out))
     }
 }
 
@@ -349,38 +309,10 @@ impl BeamModel {
         mesh: &Mesh,
         section: Section,
     ) -> Result<Beam, ElementError> {
-        self.add_of_order(name, mesh, section, 1)
-    }
-
-    /// Adds a beam of elements with `order + 1` nodes, `order` 2 or 3: that many intervals of the
-    /// mesh make one element, and they should be equally long.
-    ///
-    /// # Errors
-    /// [`ElementError::Order`].
-    pub fn add_high_order_beam(
-        &mut self,
-        name: &str,
-        mesh: &Mesh,
-        section: Section,
-        order: usize,
-    ) -> Result<Beam, ElementError> {
-        match order {
-            1 => Err(ElementError::Order { order, intervals: mesh.lengths.len() }),
-            _ => self.add_of_order(name, mesh, section, order),
-        }
-    }
-
-    fn add_of_order(
-        &mut self,
-        name: &str,
-        mesh: &Mesh,
-        section: Section,
-        order: usize,
-    ) -> Result<Beam, ElementError> {
         let (first, nodes) = (self.description.bodies.len(), mesh.nodes(name));
         let mut q = self.configuration()[..12 * first].to_vec();
         q.extend(nodes.iter().flat_map(BodySpec::frame));
-        let beam = self.beams.add(first, mesh, section, order, &q)?;
+        let beam = self.beams.add(first, mesh, section, &q)?;
         self.description.bodies.extend(nodes);
         Ok(beam)
     }

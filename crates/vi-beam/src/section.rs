@@ -460,8 +460,8 @@ impl Section {
 
     /// `C`, the same as a matrix.
     #[must_use]
-    pub fn stiffness_matrix(&self) -> Matrix6<f64> {
-        self.stiffness
+    pub fn stiffness_matrix(&self) -> &Matrix6<f64> {
+        &self.stiffness
     }
 
     /// `C⁻¹`.

@@ -5,8 +5,7 @@
 //! (M_1, M_2, M_3) = (EI_1K_1, EI_2K_2, GJK_3)       bending moments, twisting moment
 //! n = N_I d̄_I,   m = M_I d̄_I                        spatial
 //! ```
-//! One value for each two-node element, at its middle, where it is of second order; one for each
-//! Gauss point of an element of higher order. Those of a helicoidal element are in equilibrium with
+//! One value for each element, at its middle, where it is of second order. Those of a helicoidal element are in equilibrium with
 //! the forces `F` and torques `T` that it exchanges with its nodes `a` and `b` and with what acts
 //! along it ([`LineLoads`]), `s` from its middle, all spatial:
 //! ```text
@@ -27,7 +26,6 @@
 
 use crate::element::{Element, ElementKind, StrainLaw};
 use crate::helicoidal::{join, split};
-use crate::mass_kind::MassKind;
 use crate::model::{Beam, BeamElements};
 pub use crate::section_state::SectionState;
 use crate::section_state::Station;
@@ -39,7 +37,7 @@ use vi_rigid::rotation;
 /// The states along a beam in the configuration `q`.
 #[must_use]
 pub fn section_states(model: &BeamElements, beam: &Beam, q: &[f64]) -> Vec<SectionState> {
-    let mut states = Vec::with_capacity(beam.elements.len() * beam.order);
+    let mut states = Vec::with_capacity(beam.elements.len());
     for_each_state(model, beam, q, |state| states.push(state));
     states
 }
@@ -53,15 +51,8 @@ pub fn for_each_state(
 ) {
     let mut start = 0.0;
     for (k, index) in beam.elements.clone().enumerate() {
-        if beam.order > 1 {
-            let stations = model.high_order.section_stations(index, q);
-            stations.for_each(|station| visit(station.state(k, start)));
-            start += model.high_order.length(index);
-            continue;
-        }
-        let length = model.elements.list()[index].length;
-        visit(two_node(model, index, q, None).state(k, start));
-        start += length;
+        visit(station(model, index, q, None).state(k, start));
+        start += model.elements.list()[index].length;
     }
 }
 
@@ -106,7 +97,7 @@ impl LineLoads<'_> {
             std::array::from_fn(|i| 0.5 * (all[a + i] + all[b + i]))
         };
         let (length, frame) = (element.length, mean(q));
-        let bends = element.mass == MassKind::Quadratic;
+        let bends = element.bends_within();
         let mut u = if self.acceleration.is_empty() { [0.0; 12] } else { mean(self.acceleration) };
         (0..3).for_each(|i| u[i] -= self.gravity[i]);
         let M = model.elements.section(element).mass_matrix();
@@ -136,9 +127,9 @@ impl LineLoads<'_> {
     }
 }
 
-/// The section of a two-node element at its middle; of a helicoidal one also at a distance from it,
+/// The section of an element at its middle; of a helicoidal one also at a distance from it,
 /// m, under what acts along it.
-fn two_node(
+fn station(
     model: &BeamElements,
     index: usize,
     q: &[f64],
@@ -146,7 +137,8 @@ fn two_node(
 ) -> Station {
     let element = &model.elements.list()[index];
     let x = element.coordinates(q);
-    let strain = element.strain(&x);
+    let at = element.at(x);
+    let strain = at.strain();
     let stress = model.elements.stress(element, &strain);
     let ends = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
     let point = 0.5 * (center(ends[0]) + center(ends[1]));
@@ -156,7 +148,7 @@ fn two_node(
         let (along, directors) = (0.5 * length, std::array::from_fn(|i| mean.column(i).into()));
         return Station { along, length, point, directors, strain, stress };
     };
-    let forces = element.force(&x, &(length * stress));
+    let forces = at.force(&(length * stress));
     let part = |k: usize| -> Vector3<f64> { forces.fixed_rows::<3>(k).into() };
     let torque = |node: usize| -> Vector3<f64> {
         let own = |i: usize| directors::director(ends[node], i).cross(&part(12 * node + 3 + 3 * i));
@@ -199,61 +191,36 @@ pub struct SectionPlace {
 }
 
 impl SectionPlace {
-    /// In the initial configuration `q` the mean over an element, counted along the beam from 0:
-    /// its middle, or its Gauss points by their lengths.
-    ///
-    /// # Panics
-    /// When there is no such element.
+    /// The middle of an element, counted along the beam from 0.
     #[must_use]
-    pub fn of_element(model: &BeamElements, beam: &Beam, element: usize, q: &[f64]) -> Self {
-        let part = part(beam, element..element + 1);
-        let states = section_states(model, &part, q);
-        let length: f64 = states.iter().map(|state| state.length).sum();
-        let weights = states.iter().map(|state| state.length / length).collect();
-        Self { part, weights, off: None }
+    pub fn of_element(beam: &Beam, element: usize) -> Self {
+        Self { part: part(beam, element..element + 1), weights: vec![1.0], off: None }
     }
 
-    /// In the initial configuration `q` at the reference arc length `along` from the start of the
-    /// beam, m. Within a helicoidal element by what acts along it; between elements of mean
-    /// directors linear through their middles, where a load on a node smears over its two elements;
-    /// the polynomial through the Gauss points of an element of higher order. Of order 2 in the
-    /// length of two-node elements where section forces are smooth.
+    /// At the reference arc length `along` from the start of the beam, m. Within a helicoidal
+    /// element by what acts along it; between elements of mean directors linear through their
+    /// middles, where a load on a node smears over its two elements. Of order 2 in the length of
+    /// elements where section forces are smooth.
     ///
     /// # Panics
     /// When the beam has no elements.
     #[must_use]
-    pub fn at(model: &BeamElements, beam: &Beam, along: f64, q: &[f64]) -> Self {
-        let count = beam.elements.len();
-        let length = |k: usize| model.intervals(beam, beam.elements.start + k).sum::<f64>();
-        let (mut element, mut start) = (0, 0.0);
-        while element + 1 < count && along > start + length(element) {
-            start += length(element);
-            element += 1;
-        }
-        let index = beam.elements.start + element;
-        let law = model.elements.list().get(index).map(|element| element.law.kind());
-        if beam.order == 1 && law != Some(ElementKind::MeanDirectors) {
-            let (middle, length) = (start + 0.5 * length(element), length(element));
+    pub fn at(model: &BeamElements, beam: &Beam, along: f64) -> Self {
+        let own = model.of(beam);
+        let (element, start) = model.first_element(beam, |end| along <= end);
+        let length = own[element].length;
+        let middle = start + 0.5 * length;
+        if own[element].law.kind() != ElementKind::MeanDirectors {
             let off = Some(Off { middle, s: along - middle, length });
-            return Self { part: part(beam, element..element + 1), weights: vec![1.0], off };
+            return Self { off, ..Self::of_element(beam, element) };
         }
-        let elements = match (beam.order, count) {
-            (1, 2..) => {
-                let second = along - start >= 0.5 * length(element);
-                let first = if second { element.min(count - 2) } else { element.saturating_sub(1) };
-                start -= if first < element { length(first) } else { 0.0 };
-                first..first + 2
-            }
-            _ => element..element + 1,
-        };
-        let part = part(beam, elements);
-        let states = section_states(model, &part, q);
-        let s: Vec<f64> = states.iter().map(|state| start + state.arc_length).collect();
-        let lagrange = |i: usize| {
-            let others = s.iter().enumerate().filter(|(j, _)| *j != i);
-            others.map(|(_, other)| (along - other) / (s[i] - other)).product()
-        };
-        Self { part, weights: (0..s.len()).map(lagrange).collect(), off: None }
+        let first = if along >= middle { element } else { element.saturating_sub(1) };
+        let first = first.min(own.len().saturating_sub(2));
+        let Some(next) = own.get(first + 1) else { return Self::of_element(beam, first) };
+        let start = if first < element { start - own[first].length } else { start };
+        let between = 0.5 * (own[first].length + next.length);
+        let second = (along - start - 0.5 * own[first].length) / between;
+        Self { part: part(beam, first..first + 2), weights: vec![1.0 - second, second], off: None }
     }
 
     /// Whether what acts along the beam enters.
@@ -282,8 +249,8 @@ impl SectionPlace {
         quantity: impl Fn(&SectionState) -> [f64; N],
     ) -> [f64; N] {
         if let Some(Off { s, .. }) = self.off {
-            let station = two_node(model, self.part.elements.start, q, Some((s, loads)));
-            return quantity(&station.state(0, 0.0));
+            let own = station(model, self.part.elements.start, q, Some((s, loads)));
+            return quantity(&own.state(0, 0.0));
         }
         let (mut sum, mut weights) = ([0.0; N], self.weights.iter());
         for_each_state(model, &self.part, q, |state| {
@@ -296,10 +263,9 @@ impl SectionPlace {
 
 /// Some elements of a beam, counted from 0.
 fn part(beam: &Beam, elements: std::ops::Range<usize>) -> Beam {
-    let node = |element: usize| beam.nodes.start + element * beam.order;
-    let nodes = node(elements.start)..node(elements.end) + 1;
-    let first = beam.elements.start;
-    Beam { nodes, elements: first + elements.start..first + elements.end, order: beam.order }
+    let from = |first: usize| first + elements.start..first + elements.end;
+    let nodes = from(beam.nodes.start);
+    Beam { nodes: nodes.start..nodes.end + 1, elements: from(beam.elements.start) }
 }
 
 /// Points of the interpolated centre line, `per_interval` between two nodes and the last node.
@@ -310,7 +276,7 @@ pub fn center_line(
     q: &[f64],
     per_interval: usize,
 ) -> Vec<Vector3<f64>> {
-    let lengths: Vec<f64> = beam.elements.clone().flat_map(|e| model.intervals(beam, e)).collect();
+    let lengths: Vec<f64> = model.of(beam).iter().map(|element| element.length).collect();
     let nodes: Vec<_> = beam.nodes.clone().map(|k| center(&q[12 * k..12 * k + 12])).collect();
     cubic_line(&nodes, &lengths, per_interval)
 }

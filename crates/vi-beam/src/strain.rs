@@ -76,26 +76,34 @@ pub fn gradients(x: &ElementCoordinates, length: f64) -> StrainGradients {
     out
 }
 
-/// `Σ_i n_i 𝔹_i x`, the product of the gradients with `n`.
+/// `Σ_i n_i 𝔹_i x`, the product of the gradients with `n`, for each column `n`.
 #[must_use]
-pub fn force(x: &ElementCoordinates, length: f64, n: &Strain) -> ElementCoordinates {
+pub fn force<const N: usize>(
+    x: &ElementCoordinates,
+    length: f64,
+    n: &SMatrix<f64, STRAINS, N>,
+) -> SMatrix<f64, SIZE, N> {
     let half = 0.5 / length;
     let half_slope = half * (vector(x, 4) - vector(x, 0));
-    let (mut end, mut out) = (Vector3::zeros(), [Vector3::zeros(); 8]);
-    for i in 0..3 {
-        end += (half * n[i]) * (vector(x, 1 + i) + vector(x, 5 + i)); // [6.5]
-        out[1 + i] += n[i] * half_slope;
-        out[5 + i] += n[i] * half_slope;
-        let ([p, q, r, s], moment) = (CURVATURE[i], half * n[3 + i]);
-        out[p] += moment * vector(x, q);
-        out[q] += moment * vector(x, p);
-        out[r] -= moment * vector(x, s);
-        out[s] -= moment * vector(x, r);
-    }
-    (out[0], out[4]) = (-end, end);
-    let mut force = ElementCoordinates::zeros();
-    for (own, vector) in force.as_mut_slice().chunks_exact_mut(3).zip(&out) {
-        own.copy_from_slice(vector.as_slice());
+    let sums: [Vector3<f64>; 3] = std::array::from_fn(|i| vector(x, 1 + i) + vector(x, 5 + i));
+    let mut force = SMatrix::<f64, SIZE, N>::zeros();
+    for (column, n) in n.column_iter().enumerate() {
+        let (mut end, mut out) = (Vector3::zeros(), [Vector3::zeros(); 8]);
+        for i in 0..3 {
+            end += (half * n[i]) * sums[i]; // [6.5]
+            out[1 + i] += n[i] * half_slope;
+            out[5 + i] += n[i] * half_slope;
+            let ([p, q, r, s], moment) = (CURVATURE[i], half * n[3 + i]);
+            out[p] += moment * vector(x, q);
+            out[q] += moment * vector(x, p);
+            out[r] -= moment * vector(x, s);
+            out[s] -= moment * vector(x, r);
+        }
+        (out[0], out[4]) = (-end, end);
+        let own = &mut force.as_mut_slice()[SIZE * column..SIZE * (column + 1)];
+        for (own, vector) in own.chunks_exact_mut(3).zip(&out) {
+            own.copy_from_slice(vector.as_slice());
+        }
     }
     force
 }

@@ -5,7 +5,6 @@ use crate::averaged::{AveragedStrains, MASS_SCALING};
 use crate::damping::{self, StrainDamping};
 use crate::dissipation::{self, MASS, StrainDissipation};
 use crate::frequency::slowness;
-use crate::high_order::AveragedHighOrder;
 use crate::model::{BeamElements, StrainRule};
 use vi_core::force::{Force, MidpointForce};
 use vi_core::{Entries, Quadrature, SeparableSystem};
@@ -37,39 +36,30 @@ impl BeamElements {
             }
             StrainRule::Averaged | StrainRule::Midpoint => None,
         };
-        if let Some(damping) = StrainDamping::new(&self.elements, &self.high_order) {
+        if let Some(damping) = StrainDamping::new(&self.elements) {
             let damping = match slowness.clone() {
                 Some(slowness) => damping.with_slowness(slowness),
                 None => damping,
             };
             system = system.force_of(damping::SOURCE, Box::new(damping));
         }
-        let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
-        let beams = !(elements.list().is_empty() && high_order.is_empty());
-        if rule == StrainRule::Dissipative && beams {
+        let elements = self.elements.clone();
+        let count = elements.list().len();
+        if rule == StrainRule::Dissipative && count > 0 {
             let dissipation = StrainDissipation::new(self);
             system = system.force_of(dissipation::SOURCE, Box::new(dissipation));
         }
-        let constant = || [vec![0.0; elements.list().len()], vec![0.0; high_order.count()]];
-        let (mu, [two, high]) = match (rule, slowness) {
+        let (mu, slowness) = match (rule, slowness) {
             (StrainRule::MassScaled, Some(slowness)) => (MASS_SCALING, slowness),
-            (StrainRule::Dissipative, _) => (MASS, constant()),
-            _ => (0.0, constant()),
+            (StrainRule::Dissipative, _) => (MASS, vec![0.0; count]),
+            _ => (0.0, vec![0.0; count]),
         };
         let midpoint = rule == StrainRule::Midpoint;
-        if !high_order.is_empty() {
-            system = match midpoint {
-                true => system.potential(high_order),
-                false => system.discrete_potential(Box::new(AveragedHighOrder::mass_scaled(
-                    high_order, mu, &high,
-                ))),
-            };
-        }
         match midpoint {
-            _ if elements.list().is_empty() => system,
+            _ if count == 0 => system,
             true => system.potential(elements),
             false => {
-                let averaged = AveragedStrains::mass_scaled(elements, mu, two);
+                let averaged = AveragedStrains::mass_scaled(elements, mu, slowness);
                 let averaged = match rule {
                     StrainRule::MassScaled | StrainRule::Dissipative => {
                         averaged.with_following_tension_mass(&self.tension)
@@ -89,7 +79,6 @@ impl BeamElements {
         let weight = mechanism.weight(&mass);
         let mut system = SeparableSystem::new(mass)
             .potential(self.elements.clone())
-            .potential(self.high_order.clone())
             .force(Box::new(MidpointForce(GrowingForce { direction: weight })));
         for load in loads {
             let history = TimeHistory::Linear { slope: 1.0 };

@@ -122,8 +122,9 @@ fn beams_are_eliminated_by_blocks_to_round_off() {
     let damped = flying_section().with_damping([1e-3; 6]).unwrap();
     let stiff = Section::new([1e9, 1e9, 1e9, 500.0, 500.0, 500.0], [1.0, 0.1, 0.1, 0.0]).unwrap();
     let hinged = [PairKind::Revolute, PairKind::Spherical, PairKind::Fixed, PairKind::Universal];
-    let mut high = empty();
-    high.add_high_order_beam("beam", &straight(1.0, 6), flying_section(), 3).unwrap();
+    let mut helix = one(flying_section(), false);
+    let (q, count) = (helix.configuration(), helix.elements.list().len());
+    helix.elements.set_strains(0..count, vi_beam::ElementKind::Helicoidal, &q).unwrap();
     let cases = [
         ("free", one(flying_section(), false)),
         ("clamped", one(flying_section(), true)),
@@ -133,7 +134,7 @@ fn beams_are_eliminated_by_blocks_to_round_off() {
         ("four on a body", on_a_body(&hinged)),
         ("branched", branched()),
         ("ring", ring()),
-        ("four nodes an element", high),
+        ("helicoidal", helix),
     ];
     for (name, model) in cases {
         for rule in [StrainRule::Averaged, StrainRule::MassScaled, StrainRule::Dissipative] {

@@ -18,15 +18,14 @@
 
 use crate::discrete_gradient::DiscreteGradient;
 use vi_beam::element::{Element, Elements};
-use vi_beam::high_order::AveragedHighOrder;
 use vi_beam::nalgebra::Matrix6;
 use vi_beam::strain::Strain;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
-use vi_core::potential::{DiscretePotential, Potential};
+use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
 
-/// `D̄V` of all two-node elements.
+/// `D̄V` of all elements.
 #[derive(Clone, Debug)]
 pub struct BeamGradient(pub Elements);
 
@@ -47,40 +46,18 @@ impl DiscreteGradient for BeamGradient {
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         for (element, C) in self.0.iter() {
-            let n = scale * (element.length * mean_stress(element, &C, s).0);
+            let n = scale * (element.length * mean_stress(element, C, s).0);
             element.scatter(&element.discrete_force(s, &n), out);
         }
     }
 
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for (element, C) in self.0.iter() {
-            let (stress, slope) = mean_stress(element, &C, s);
+            let (stress, slope) = mean_stress(element, C, s);
             let c = scale * element.length * slope;
             let n = scale * (element.length * stress);
             element.emit(&element.discrete_tangent(s, &c, &n), out);
         }
-    }
-}
-
-/// `D̄V` of elements with three or four nodes.
-#[derive(Clone, Debug)]
-pub struct HighOrderGradient(pub AveragedHighOrder);
-
-impl DiscreteGradient for HighOrderGradient {
-    fn potential(&self, at: Configuration<'_>) -> f64 {
-        DiscretePotential::potential(&self.0, at)
-    }
-
-    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        DiscretePotential::add_gradient(&self.0, at, scale, out);
-    }
-
-    fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.0.add_discrete_derivative(s, scale, out);
-    }
-
-    fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        self.0.add_discrete_derivative_d2(s, scale, out);
     }
 }
 
@@ -135,10 +112,6 @@ mod tests {
             elements.set_rest(0..1, &Rest::Shape { stretch, curvature: None }, &q0);
             check(&BeamGradient(elements), &q0, &q1);
         }
-        let section = Section::new([3.0, 2.0, 5.0, 1.0, 1.5, 0.7], [1.0, 0.1, 0.2, 0.0]).unwrap();
-        let mut high = vi_beam::high_order::HighOrderElements::default();
-        high.add_stress_free(&[0, 1, 2], 1.6, &section, &q0);
-        check(&HighOrderGradient(AveragedHighOrder::new(high)), &q0, &q1);
     }
 
     fn check(gradient: &impl DiscreteGradient, q0: &[f64], q1: &[f64]) {

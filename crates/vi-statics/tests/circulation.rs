@@ -5,7 +5,7 @@ use crate::common;
 
 use common::{load, straight, vector};
 use nalgebra::{Complex, Vector3};
-use vi_beam::{BeamModel, Section};
+use vi_beam::{BeamModel, ElementKind, Section};
 use vi_core::Quadrature;
 use vi_multibody::builder::{BuiltMechanism, Inertia, MechanismBuilder};
 use vi_multibody::joint_force::Viscous;
@@ -132,15 +132,11 @@ fn dampers_between_bodies_turn_with_them() {
     }
 }
 
-/// A column of 16 quadratic elements, `EI = 1`, under a tip force that follows it.
-fn beck(force: f64, elements: usize, order: usize) -> StaticProblem {
+/// A column, `EI = 1`, under a tip force that follows it.
+fn beck(force: f64, elements: usize, kind: ElementKind) -> StaticProblem {
     let section = Section::new([1e6, 1e6, 1e6, 1.0, 1e3, 1e3], [1.0, 1e-6, 1e-6, 0.0]).unwrap();
     let mut model = BeamModel::new(Vector3::zeros());
-    let mesh = straight(1.0, elements * order);
-    let beam = match order {
-        1 => model.add_beam("beam", &mesh, section).unwrap(),
-        _ => model.add_high_order_beam("beam", &mesh, section, order).unwrap(),
-    };
+    let beam = common::beam(&mut model, &straight(1.0, elements), section, kind);
     model.clamp(0);
     let tip = beam.nodes.end - 1;
     let follower = load(tip, LoadKind::Follower, vector(0.0, 0.0, -force), Vector3::zeros());
@@ -153,7 +149,7 @@ fn beck(force: f64, elements: usize, order: usize) -> StaticProblem {
 /// 20.05.
 #[test]
 fn an_undamped_follower_is_circulatory() {
-    let mut problem = beck(10.0, 16, 2);
+    let mut problem = beck(10.0, 16, ElementKind::Helicoidal);
     let linear = Linearization::all(&mut problem).unwrap();
     assert!(linear.is_circulatory().unwrap());
     let found = linear.vibrations().unwrap();
@@ -163,7 +159,7 @@ fn an_undamped_follower_is_circulatory() {
     assert!((a.im - 5.1758).abs() < 2e-3 && (b.im - 18.587).abs() < 1e-2);
     assert!(a.re == 0.0 && b.re == 0.0, "no force takes energy out");
     for (force, growing) in [(19.8, 0), (20.3, 1)] {
-        let mut problem = beck(force, 16, 2);
+        let mut problem = beck(force, 16, ElementKind::Helicoidal);
         let found = vibrations(&mut problem).unwrap();
         println!("P = {force}: growing {}", found.count(MotionKind::Growth));
         assert_eq!(found.count(MotionKind::Growth), growing, "flutter begins at 20.05");
@@ -184,7 +180,7 @@ fn an_undamped_follower_is_circulatory() {
 #[test]
 fn an_undamped_follower_of_a_large_system() {
     for force in [10.0, 20.6] {
-        let mut problem = beck(force, 60, 1);
+        let mut problem = beck(force, 60, ElementKind::MeanDirectors);
         let linear = Linearization::lowest(&mut problem, 3).unwrap();
         let found = linear.vibrations().unwrap();
         println!(
@@ -240,7 +236,8 @@ fn no_whirl_is_lost_beside_a_free_spin() {
         let section =
             Section::new([1e6, 1e6, 1e6, 1.0, 1.44, 1e3], [1.0, 1e-7, 1e-7, 0.0]).unwrap();
         let mut model = BeamModel::new(Vector3::zeros());
-        let beam = model.add_high_order_beam("shaft", &straight(1.0, 16), section, 2).unwrap();
+        let kind = ElementKind::Helicoidal;
+        let beam = common::beam(&mut model, &straight(1.0, 16), section, kind);
         let end = beam.nodes.end - 1;
         model.join(PairKind::Spherical, None, 0, &Vector3::zeros(), &Vector3::x());
         let small = vi_rigid::inertia::PrincipalInertia::new([1e-6; 3]).unwrap();

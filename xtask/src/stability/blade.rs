@@ -3,7 +3,7 @@
 use holonom::nalgebra::Vector3;
 use holonom::vi_beam::averaged::AveragedStrains;
 use holonom::vi_beam::profile::{Material, Profile, Stated};
-use holonom::vi_beam::{BeamModel, FrameRule, Mesh, StrainRule};
+use holonom::vi_beam::{BeamModel, ElementKind, FrameRule, Mesh, Section, StrainRule};
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_core::legendre::discrete_energy;
 use holonom::vi_core::{Quadrature, SeparableSystem};
@@ -62,6 +62,109 @@ pub(super) struct Blade {
     omega: f64, // rad/s
 }
 
+/// Helicoidal elements; of mean directors with the midpoint of coordinates, which is off the
+/// constraints.
+fn elements(rule: Rule) -> ElementKind {
+    match rule {
+        Rule::Midpoint => ElementKind::MeanDirectors,
+        _ => ElementKind::Helicoidal,
+    }
+}
+
+/// `model` with another kind of elements, stress-free as it stands.
+fn of(mut model: BeamModel, kind: ElementKind) -> BeamModel {
+    let (q, count) = (model.configuration(), model.elements.list().len());
+    model.elements.set_strains(0..count, kind, &q).expect("the section shears");
+    model
+}
+
+/// A rope between two pins along x, in tension: 10 m of it, stretched by what the tension asks.
+pub(super) struct Rope {
+    /// Section, elements, tension.
+    pub name: String,
+    model: BeamModel,
+}
+
+impl Rope {
+    /// Steel wire rope of 10 mm under one tonne, `EI` of a rod.
+    pub(super) fn steel(elements: usize) -> Self {
+        let (ea, ei) = (5.0e6, 5.0e6 * 1e-4 / 16.0);
+        let name = format!("steel, 10 mm, {elements} elements, 9.81 kN");
+        Self::new(name, elements, [ea, ei, 0.4], 9810.0, ElementKind::Helicoidal)
+    }
+
+    /// A cord without bending stiffness to speak of under 400 N.
+    pub(super) fn cord(elements: usize, kind: ElementKind) -> Self {
+        let name = format!("cord, {elements} {} elements, 400 N", kind.name());
+        Self::new(name, elements, [1e5, 1e-2, 0.1], 400.0, kind)
+    }
+
+    fn new(
+        name: String,
+        elements: usize,
+        [ea, ei, line]: [f64; 3],
+        tension: f64,
+        kind: ElementKind,
+    ) -> Self {
+        let inertia = line * ei / ea;
+        let section =
+            Section::new([0.4 * ea, 0.4 * ea, ea, ei, ei, 0.8 * ei], [line, inertia, inertia, 0.0]);
+        let rule = FrameRule::Normal(Vector3::z());
+        let ends = [Vector3::zeros(), 10.0 * Vector3::x()];
+        let mesh = Mesh::straight(ends[0], ends[1], elements, rule).expect("a line");
+        let mut model = BeamModel::new(Vector3::zeros());
+        let beam = model.add_beam("rope", &mesh, section.expect("positive")).expect("elements");
+        let mut model = of(model, kind);
+        let stretch = 1.0 + tension / ea;
+        let own = &mut model.description.bodies;
+        own.iter_mut().for_each(|node| node.center *= stretch);
+        model.clamp(beam.nodes.start);
+        model.clamp(beam.nodes.end - 1);
+        Self { name, model }
+    }
+
+    /// The largest `|z| − 1` over the eigenvalues `z` of a step about the taut rope.
+    pub(super) fn growth(&self, rule: StrainRule, h: f64) -> Option<f64> {
+        let mechanism = self.model.mechanism();
+        let system = self.model.system(&mechanism, rule);
+        let rest = SteadyRotation { point: Vector3::zeros(), velocity: Vector3::zeros() };
+        let q = self.model.configuration();
+        SteadyStep::find(&system, &mechanism, &rest, h, &q).ok().map(|step| step.growth)
+    }
+
+    /// The largest change of `E_d` over a run of the rope that is plucked as half a wave of 1 % of
+    /// its length, relative to the energy of the wave; the step that fails.
+    pub(super) fn run(&self, rule: StrainRule, h: f64, steps: usize) -> Result<f64, usize> {
+        let mut model = self.model.clone();
+        let mut wave = 0.0;
+        let line = model.elements.section(&model.elements.list()[0]).inertia()[0];
+        for node in &mut model.description.bodies {
+            let velocity = 3.0 * (std::f64::consts::PI * node.center.x / 10.0).sin();
+            node.velocity = velocity * Vector3::z();
+            wave += 0.5 * line * velocity * velocity;
+        }
+        wave *= 10.0 / (model.description.bodies.len() - 1) as f64;
+        let mechanism = model.mechanism();
+        let system = model.system(&mechanism, rule);
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let at = InitialValues::new(0.0, &q, &v);
+        let options = Options::new(SchemeKind::Nodal, h);
+        let run = integrator(mechanism, system, options, Solver::Auto, at);
+        let mut run = run.map_err(|_| 0_usize)?;
+        let (mut first, mut worst) = (None, 0.0_f64);
+        for n in 1..=steps {
+            run.step().map_err(|_| n)?;
+            let energy = discrete_energy(run.system(), run.interval()).total();
+            if !energy.is_finite() {
+                return Err(n);
+            }
+            let start = *first.get_or_insert(energy);
+            worst = worst.max((energy - start).abs() / wave);
+        }
+        Ok(worst)
+    }
+}
+
 impl Blade {
     /// Aluminium.
     pub(super) fn aluminium(elements: usize, omega: f64) -> Self {
@@ -94,7 +197,7 @@ impl Blade {
     /// The largest change of the energy of a step over a run, relative to the first; the step that
     /// fails.
     pub(super) fn run(&self, rule: Rule, h: f64, steps: usize) -> Result<f64, usize> {
-        let model = self.under_gravity();
+        let model = of(self.under_gravity(), elements(rule));
         let mechanism = model.mechanism();
         if rule == Rule::EnergyMomentum {
             let em_system = em_system(&model, &mechanism);
@@ -112,7 +215,7 @@ impl Blade {
     /// The energy that a run with dissipative strains loses, and the change of the energy of a step
     /// over its last quarter, relative to the first; the step that fails.
     pub(super) fn run_dissipative(&self, h: f64, steps: usize) -> Result<[f64; 2], usize> {
-        let model = self.under_gravity();
+        let model = of(self.under_gravity(), ElementKind::Helicoidal);
         let mechanism = model.mechanism();
         let system = model.system(&mechanism, StrainRule::Dissipative);
         let energies = std::cell::RefCell::new(Vec::with_capacity(steps));
@@ -127,7 +230,7 @@ impl Blade {
 
     /// The same as [`Blade::run`] with averaged strains and another, constant `μ`.
     pub(super) fn run_scaled(&self, mu: f64, h: f64, steps: usize) -> Result<f64, usize> {
-        let model = self.under_gravity();
+        let model = of(self.under_gravity(), ElementKind::Helicoidal);
         let mechanism = model.mechanism();
         let mass = model.mass_matrix(&mechanism);
         let strains = AveragedStrains::mass_scaled(
@@ -150,11 +253,12 @@ impl Blade {
     /// The largest `|z| − 1` over the eigenvalues `z` of a step about the steady rotation; `None`
     /// where there is no steady rotation.
     pub(super) fn growth(&self, rule: Rule, h: f64) -> Option<f64> {
-        let mechanism = self.model.mechanism();
-        let system = self.model.system(&mechanism, rule.strain());
+        let model = of(self.model.clone(), elements(rule));
+        let mechanism = model.mechanism();
+        let system = model.system(&mechanism, rule.strain());
         let rotation =
             SteadyRotation { point: Vector3::zeros(), velocity: self.omega * Vector3::z() };
-        let q = self.model.configuration();
+        let q = model.configuration();
         SteadyStep::find(&system, &mechanism, &rotation, h, &q).ok().map(|step| step.growth)
     }
 }

@@ -7,7 +7,8 @@
 
 mod blade;
 
-use blade::{Blade, Rule};
+use blade::{Blade, Rope, Rule};
+use holonom::vi_beam::{ElementKind, StrainRule};
 use holonom_reliability::text_file;
 use std::path::Path;
 
@@ -19,8 +20,13 @@ const LENGTH: usize = 4000;
 
 /// A table of the page: its mark, and what measures it.
 type Table = (&'static str, fn() -> String);
-const TABLES: [Table; 4] =
-    [("linear", linear), ("runs", runs), ("scaling", scaling), ("dissipative", dissipative)];
+const TABLES: [Table; 5] = [
+    ("linear", linear),
+    ("ropes", ropes),
+    ("runs", runs),
+    ("scaling", scaling),
+    ("dissipative", dissipative),
+];
 
 /// Measures, and replaces the tables between the marks of docs/stability.md; `only`: one of them.
 ///
@@ -29,7 +35,7 @@ const TABLES: [Table; 4] =
 pub fn run(only: Option<&str>) -> Result<(), String> {
     let wanted = |(name, _): &&Table| only.is_none_or(|only| only == *name);
     if !TABLES.iter().any(|table| wanted(&table)) {
-        return Err("the tables are linear, runs, scaling, dissipative".to_owned());
+        return Err("the tables are linear, ropes, runs, scaling, dissipative".to_owned());
     }
     let mut page = text_file::read(Path::new(PAGE))?;
     for (name, measure) in TABLES.iter().filter(wanted) {
@@ -72,6 +78,42 @@ fn linear() -> String {
             };
             let cells: Vec<String> = STEPS.iter().map(cell).collect();
             let line = format!("| {} | {} | {} |\n", blade.name, rule.name(), cells.join(" | "));
+            eprint!("{line}");
+            table += &line;
+        }
+    }
+    table
+}
+
+/// Ropes in tension: the largest `|z| − 1` of a step, and the change of energy of a run.
+fn ropes() -> String {
+    let mut table = head().replace("| blade ", "| rope ");
+    let kinds = [ElementKind::Helicoidal, ElementKind::SecondOrder, ElementKind::Rope];
+    let cords = kinds.map(|kind| Rope::cord(20, kind));
+    for rope in [20, 60].map(Rope::steel).into_iter().chain(cords) {
+        let rules = [
+            (StrainRule::Averaged, "averaged"),
+            (StrainRule::MassScaled, "mass_scaled"),
+            (StrainRule::Dissipative, "dissipative"),
+        ];
+        for (rule, name) in rules {
+            let cell = |h: &f64| {
+                let growth = match rope.growth(rule, *h) {
+                    _ if rule == StrainRule::Dissipative => String::new(),
+                    Some(growth) if growth < 1e-6 => "< 1e-6; ".to_owned(),
+                    Some(growth) => format!("**{growth:.0e}**; "),
+                    None => "–; ".to_owned(),
+                };
+                match rope.run(rule, *h, LENGTH) {
+                    Ok(change) if change < 0.1 || rule == StrainRule::Dissipative => {
+                        format!("{growth}{change:.0e}")
+                    }
+                    Ok(change) => format!("{growth}**{change:.0e}**"),
+                    Err(step) => format!("{growth}**fails at {step}**"),
+                }
+            };
+            let cells: Vec<String> = STEPS.iter().map(cell).collect();
+            let line = format!("| {} | {name} | {} |\n", rope.name, cells.join(" | "));
             eprint!("{line}");
             table += &line;
         }

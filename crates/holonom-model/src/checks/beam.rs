@@ -2,7 +2,7 @@
 
 use crate::checks::Checker;
 use crate::text::problem::{nearest, some};
-use crate::types::beam::{Beam, BeamElement, BeamMass};
+use crate::types::beam::{Beam, BeamElement};
 use crate::types::settings::Strain;
 use vi_beam::ElementKind;
 use vi_constraints::Method;
@@ -30,20 +30,10 @@ impl Checker<'_> {
                 "add `normal = [x, y, z]`, the direction of its first axis d_1",
             );
         }
-        if beam.order > 1 && (varies || beam.section.is_general()) {
-            let message = format!("elements of order {} take no such section", beam.order);
-            let help =
-                "write order = 1, or a section without matrices, centres and angle that shears";
-            self.report(format!("{key}.order"), message, help);
-        }
-        if beam.order > 1 && beam.mass == BeamMass::Lumped {
-            let message = format!("elements of order {} have no lumped mass", beam.order);
-            self.report(format!("{key}.mass"), message, "write order = 1 or mass = \"consistent\"");
-        }
         self.element(key, beam);
         let kind = beam.element_kind(&self.model.settings);
         let shears = matches!(kind, ElementKind::MeanDirectors | ElementKind::SecondOrder);
-        if beam.order == 1 && shears && beam.lacks_shear() {
+        if shears && beam.lacks_shear() {
             let message = "the section lacks GA1, GA2, and these elements shear".to_owned();
             let help = "state them, or write element = \"helicoidal\", which need not shear";
             self.report(format!("{key}.section"), message, help);
@@ -91,21 +81,13 @@ impl Checker<'_> {
         }
     }
 
-    /// Helicoidal strains are those of two nodes, in configurations on the constraints.
+    /// Helicoidal strains are those of configurations on the constraints.
     fn element(&mut self, key: &str, beam: &Beam) {
         let (key, settings) = (format!("{key}.element"), &self.model.settings);
         if matches!(beam.element, None | Some(BeamElement::MeanDirectors)) {
             return;
         }
-        if beam.order > 1 {
-            let message =
-                format!("elements of order {} have strains of mean directors", beam.order);
-            self.report(
-                key,
-                message,
-                "write order = 1, whose elements are of order 4, or remove `element`",
-            );
-        } else if settings.strain == Strain::Midpoint {
+        if settings.strain == Strain::Midpoint {
             let message =
                 "the mean of two configurations, of which strain = \"midpoint\" takes the \
                            strains, has no orthonormal directors, which these elements need"

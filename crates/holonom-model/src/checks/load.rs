@@ -18,7 +18,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A place along a beam of two-node elements.
+    /// A place along a beam.
     fn place_of_load(&mut self, key: &str, load: &Load, at: f64) {
         let beam = load.beam.as_deref().and_then(|name| self.model.beam(name));
         let Some(beam) = beam else {
@@ -28,10 +28,6 @@ impl Checker<'_> {
             }
             return;
         };
-        if beam.order > 1 {
-            let message = format!("elements of order {} take loads at nodes alone", beam.order);
-            self.report(key, message, "write order = 1, or name a node as `body`");
-        }
         let meshes = beam.meshes().unwrap_or_default();
         let length: f64 = meshes.iter().flat_map(|mesh| &mesh.lengths).sum();
         if !(0.0..=length * (1.0 + 1e-9)).contains(&at) && length > 0.0 {

@@ -160,11 +160,11 @@ pub struct Beam {
     pub curve: Option<Curve>,
     /// Elements of each leg, or a list with one number for each leg.
     pub elements: Count,
-    /// What its elements measure: `helicoidal` for elements with two nodes, `mean_directors` for
-    /// those with more and with `strain = "midpoint"`.
+    /// What its elements measure: `helicoidal`, or `mean_directors` with `strain = "midpoint"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<BeamElement>,
-    /// Intervals of an element: 1 (two nodes), 2 or 3 (three or four nodes, reduced quadrature).
+    /// Elements for each one that `elements` counts, 1, 2 or 3: for files that asked for elements
+    /// with three or four nodes, of which there are none. All have two nodes.
     #[serde(default = "one")]
     pub order: usize,
     /// Direction of `d_1`, the first axis of the section, as far as it lies across the centre line;
@@ -236,16 +236,17 @@ impl Beam {
     /// Elements of a leg; 0 when they are not stated.
     #[must_use]
     pub fn elements_of(&self, leg: usize) -> usize {
-        match &self.elements {
+        let counted = match &self.elements {
             Count::Each(count) => *count,
             Count::Legs(counts) => counts.get(leg).copied().unwrap_or_default(),
-        }
+        };
+        counted.saturating_mul(self.order)
     }
 
     /// What its elements measure, as stated or by default.
     #[must_use]
     pub fn element_kind(&self, settings: &Settings) -> ElementKind {
-        let mean = self.order > 1 || settings.strain == Strain::Midpoint;
+        let mean = settings.strain == Strain::Midpoint;
         let default = if mean { ElementKind::MeanDirectors } else { ElementKind::Helicoidal };
         self.element.map_or(default, ElementKind::from)
     }
@@ -277,7 +278,7 @@ impl Beam {
     /// Nodes of a leg.
     #[must_use]
     pub fn nodes_of(&self, leg: usize) -> usize {
-        self.elements_of(leg).saturating_mul(self.order).saturating_add(1)
+        self.elements_of(leg).saturating_add(1)
     }
 
     /// Nodes of the whole beam.
@@ -440,7 +441,7 @@ impl Beam {
     fn drawn_meshes(&self) -> Result<Vec<Mesh>, Problem> {
         self.counts()?;
         let point = |x: &[f64; 3]| Vector3::from(*x);
-        let intervals = |leg: usize| self.order * self.elements_of(leg);
+        let intervals = |leg: usize| self.elements_of(leg);
         let explain = |key: &'static str| {
             move |error: CurveError| match error {
                 CurveError::NormalAlongTangent { node } => {
@@ -508,7 +509,7 @@ impl Beam {
             return Err(fault("curve.from", message, "move `from` or `center`"));
         }
         let tangent = angle.signum() * (axis.cross(&radius) + pitch / std::f64::consts::TAU * axis);
-        let (intervals, rule) = (self.order * self.elements_of(0), self.rule(0, tangent));
+        let (intervals, rule) = (self.elements_of(0), self.rule(0, tangent));
         let mesh = Mesh::helix(foot, radius, axis, angle, pitch, intervals, rule);
         mesh.map_err(|error| {
             fault("normal", error.to_string(), "write a direction across the beam")
@@ -537,8 +538,8 @@ impl Beam {
             _ => {}
         }
         if !(1..=3).contains(&self.order) {
-            let message = format!("there are no elements of order {}", self.order);
-            return Err(fault("order", message, "write 1, 2 or 3"));
+            let message = format!("{} elements in the place of one", self.order);
+            return Err(fault("order", message, "remove it, and state `elements`"));
         }
         let legs = self.legs();
         let lists = [
@@ -555,8 +556,7 @@ impl Beam {
             let message = "a beam needs at least one element in each leg".to_owned();
             return Err(fault("elements", message, "write a number such as 16"));
         }
-        let intervals = |leg: usize| self.order.saturating_mul(self.elements_of(leg));
-        let all = (0..legs).fold(0_usize, |sum, leg| sum.saturating_add(intervals(leg)));
+        let all = self.element_count();
         if all > MAX_INTERVALS {
             let message = format!("{all} intervals between nodes are more than {MAX_INTERVALS}");
             return Err(fault("elements", message, "choose fewer elements"));

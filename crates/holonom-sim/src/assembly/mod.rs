@@ -101,6 +101,7 @@ impl AssemblyReport {
         self.measures = Measures::of(model, mechanism, mass);
         self.warnings.extend(measures::slips(model, mechanism, &self.measures));
         self.sections = section_centers::of(model);
+        self.warnings.extend(replaced_elements(model));
         self.warnings.extend(section_centers::remarks(model));
         self.warnings.extend(plausibility::remarks(model, mechanism, &self.measures));
     }
@@ -155,6 +156,24 @@ impl AssemblyReport {
             ));
         }
     }
+}
+
+/// What stands in the place of elements with three or four nodes.
+fn replaced_elements(model: &Model) -> impl Iterator<Item = String> {
+    model.beams.iter().filter(|beam| beam.order > 1).map(|beam| {
+        let counts: Vec<usize> = (0..beam.legs()).map(|leg| beam.elements_of(leg)).collect();
+        let elements = match counts[..] {
+            [one] => one.to_string(),
+            _ => format!("{counts:?}"),
+        };
+        format!(
+            "beam.{}.order: there are no elements with {} nodes; each stands for {} elements with two nodes, which \
+             sensors count: write elements = {elements} and remove `order`",
+            beam.name,
+            beam.order + 1,
+            beam.order
+        )
+    })
 }
 
 /// What the words of a granted wish begin with.

@@ -168,8 +168,7 @@ impl EnergyTerms {
         out.clear();
         out.push(node.kinetic());
         out.extend(self.gravity.as_ref().map(|weight| weight.value(at.q)));
-        let elastic =
-            |beams: &Arc<BeamElements>| beams.elements.value(at.q) + beams.high_order.value(at.q);
+        let elastic = |beams: &Arc<BeamElements>| beams.elements.value(at.q);
         out.extend(self.beams.as_ref().map(elastic));
         out.extend(self.springs.as_ref().map(|forces| {
             let springs: f64 = forces.springs.iter().map(|spring| spring.value(at.q)).sum();

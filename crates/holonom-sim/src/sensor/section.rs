@@ -6,8 +6,8 @@ use crate::system::load_kind;
 use holonom_model::{Curves, Sensor, SensorKind};
 use nalgebra::Vector3;
 use std::sync::Arc;
+use vi_beam::BeamElements;
 use vi_beam::section_force::{BeamLoad, LineLoads, SectionPlace};
-use vi_beam::{Beam, BeamElements};
 use vi_rigid::Load;
 
 /// What a sensor of section forces or strains reads.
@@ -33,19 +33,17 @@ impl SectionGauge {
                     element -= if inside { 0 } else { leg.elements.len() };
                     inside
                 })?;
-                SectionPlace::of_element(parts, leg, element, &from.q)
+                SectionPlace::of_element(leg, element)
             }
             (None, Some(_)) => {
-                let length = |leg: &Beam| -> f64 {
-                    leg.elements.clone().flat_map(|e| parts.intervals(leg, e)).sum()
-                };
                 let (last, legs) = beam.legs.split_last()?;
                 let leg = legs.iter().find(|leg| {
-                    let (own, inside) = (length(leg), along <= length(leg));
+                    let own = parts.length(leg);
+                    let inside = along <= own;
                     along -= if inside { 0.0 } else { own };
                     inside
                 });
-                SectionPlace::at(parts, leg.unwrap_or(last), along, &from.q)
+                SectionPlace::at(parts, leg.unwrap_or(last), along)
             }
             (None, None) => return None,
         };

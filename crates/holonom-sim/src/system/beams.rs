@@ -73,10 +73,9 @@ impl Beams {
     ) -> impl Iterator<Item = (usize, [usize; 2])> + use<'a> {
         let mut first = 0;
         beam.legs.iter().flat_map(move |leg| {
-            let (start, order) = (first, leg.order);
+            let start = first;
             first += leg.elements.len();
-            let intervals = leg.nodes.start..leg.nodes.end - 1;
-            intervals.enumerate().map(move |(i, node)| (start + i / order, [node, node + 1]))
+            (start..first).zip((leg.nodes.start..).map(|node| [node, node + 1]))
         })
     }
 }
@@ -152,7 +151,7 @@ fn add_beam(
             let problem = Problem::new(format!("{member}.elements"), error.to_string());
             ModelError::Assembly(vec![problem.help(String::new())])
         };
-        let leg = builder.beam_of_nodes(elements, nodes, mesh, section, beam.order);
+        let leg = builder.beam_of_nodes(elements, nodes, mesh, section);
         let leg = leg.map_err(refused)?;
         for (element, points) in leg.elements.clone().zip(along.by_ref()) {
             elements.elements.set_section_along(element, &points);

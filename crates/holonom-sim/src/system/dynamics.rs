@@ -16,11 +16,10 @@
 
 use std::sync::Arc;
 use vi_beam::damping::{self, StrainDamping};
-use vi_beam::high_order::AveragedHighOrder;
 use vi_beam::{BeamElements, StrainRule};
 use vi_core::{Quadrature, SeparableSystem};
 use vi_emscheme::EmSystem;
-use vi_emscheme::beam::{BeamGradient, HighOrderGradient};
+use vi_emscheme::beam::BeamGradient;
 use vi_emscheme::load::AtMidpoint;
 use vi_multibody::builder::ForceElements;
 use vi_multibody::mechanism::Mechanism;
@@ -53,11 +52,7 @@ impl Dynamics {
         if !parts.elements.list().is_empty() {
             system = system.gradient(BeamGradient(parts.elements.clone()));
         }
-        if !parts.high_order.is_empty() {
-            system = system
-                .gradient(HighOrderGradient(AveragedHighOrder::new(parts.high_order.clone())));
-        }
-        if let Some(damping) = StrainDamping::new(&parts.elements, &parts.high_order) {
+        if let Some(damping) = StrainDamping::new(&parts.elements) {
             system = system.load_of(damping::SOURCE, AtMidpoint(damping));
         }
         system.force_elements(forces)

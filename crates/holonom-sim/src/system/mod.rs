@@ -299,7 +299,7 @@ fn add_load(
     let mut start = 0.0;
     let legs: Vec<&vi_beam::Beam> = beam.flat_map(|b| &b.legs).collect();
     for (k, leg) in legs.iter().enumerate() {
-        let length: f64 = leg.elements.clone().flat_map(|e| parts.intervals(leg, e)).sum();
+        let length = parts.length(leg);
         let own = load.at.map(|at| at - start);
         start += length;
         let along = match own {

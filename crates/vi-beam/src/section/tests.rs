@@ -43,7 +43,7 @@ fn centers_are_where_forces_make_no_other_strains() {
     );
     let of = |C: Matrix6<f64>, e: &Vector6<f64>| (C * e).dot(e);
     let energies =
-        [of(section.stiffness_matrix(), &own), of(plain().stiffness_matrix(), &at_centers)];
+        [of(*section.stiffness_matrix(), &own), of(*plain().stiffness_matrix(), &at_centers)];
     assert!((energies[0] / energies[1] - 1.0).abs() < 1e-14, "{energies:?}");
 }
 
@@ -128,7 +128,7 @@ fn a_section_without_shear_has_its_compliances_alone() {
 
 #[test]
 fn matrices_that_cannot_be_are_refused_in_words() {
-    let mut C = plain().stiffness_matrix();
+    let mut C = *plain().stiffness_matrix();
     (C[(3, 5)], C[(5, 3)]) = (0.4, 0.4);
     let m = plain().mass_matrix();
     let refused = Section::general(C, m).unwrap_err().to_string();
@@ -141,7 +141,7 @@ fn matrices_that_cannot_be_are_refused_in_words() {
     let refused = Section::general(C, m).unwrap_err().to_string();
     assert!(refused.contains("entry (4, 6) is 0.4, entry (6, 4) is 0.1"), "{refused}");
     let far = plain().with_mass_center([0.5, 0.0]).mass_matrix();
-    let C = plain().stiffness_matrix();
+    let C = *plain().stiffness_matrix();
     assert!(Section::general(C, far).is_ok(), "a centre off the line");
     let mut impossible = far;
     impossible[(1, 1)] -= 0.0021;

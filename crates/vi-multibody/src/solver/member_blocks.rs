@@ -181,19 +181,18 @@ impl Entries for TermReplay<'_> {
         let sides =
             [(product.left, self.q[0], &mut *left), (product.right, self.q[1], &mut *right)];
         for (columns, q, out) in sides {
-            for (column, out) in columns.chunks_exact(FRAME * runs).zip(out.chunks_exact_mut(runs))
-            {
-                for ((own, &first), out) in column.chunks_exact(FRAME).zip(product.starts).zip(out)
+            for (column, all) in columns.chunks_exact(FRAME * runs).enumerate() {
+                for (run, (own, &first)) in all.chunks_exact(FRAME).zip(product.starts).enumerate()
                 {
-                    *out = Span { first, size: FRAME }.shrink(q, |i| own[i]);
+                    out[rank * run + column] = Span { first, size: FRAME }.shrink(q, |i| own[i]);
                 }
             }
         }
         let blocks = self.outer[first..].chunks_exact(runs).take(runs);
         for (a, blocks) in blocks.enumerate() {
             for (b, block) in blocks.iter().enumerate() {
-                let pairs = left[a..].iter().step_by(runs).zip(right[b..].iter().step_by(runs));
-                add_products(pairs.take(rank), &mut self.reduced[*block]);
+                let of = |run: usize| rank * run..rank * (run + 1);
+                add_products(&left[of(a)], &right[of(b)], &mut self.reduced[*block]);
             }
         }
     }
@@ -201,13 +200,10 @@ impl Entries for TermReplay<'_> {
 
 /// `B ← B + Σ a bᵀ`.
 #[inline]
-fn add_products<'a>(
-    pairs: impl Iterator<Item = (&'a Vector6<f64>, &'a Vector6<f64>)> + Clone,
-    B: &mut Matrix6<f64>,
-) {
+fn add_products(a: &[Vector6<f64>], b: &[Vector6<f64>], B: &mut Matrix6<f64>) {
     for (j, mut column) in B.column_iter_mut().enumerate() {
         let mut sum: Vector6<f64> = column.clone_owned();
-        for (a, b) in pairs.clone() {
+        for (a, b) in a.iter().zip(b) {
             for i in 0..6 {
                 sum[i] += a[i] * b[j];
             }

@@ -4,7 +4,7 @@
 mod beam;
 
 pub(crate) use beam::*;
-use vi_beam::BeamModel;
+use vi_beam::{Beam, BeamModel, ElementKind, Mesh, Section};
 use vi_multibody::Mechanism;
 use vi_rigid::load::Load;
 use vi_statics::StaticProblem;
@@ -13,4 +13,17 @@ use vi_statics::StaticProblem;
 pub(crate) fn problem(model: &BeamModel, mechanism: &Mechanism, loads: Vec<Load>) -> StaticProblem {
     let system = model.static_system(mechanism, loads);
     StaticProblem::new(system, mechanism.clone()).with_elements(model.neighbours())
+}
+
+/// Adds a beam whose elements have some strains.
+pub(crate) fn beam(
+    model: &mut BeamModel,
+    mesh: &Mesh,
+    section: Section,
+    kind: ElementKind,
+) -> Beam {
+    let beam = model.add_beam("beam", mesh, section).unwrap();
+    let q = model.configuration();
+    model.elements.set_strains(beam.elements.clone(), kind, &q).unwrap();
+    beam
 }

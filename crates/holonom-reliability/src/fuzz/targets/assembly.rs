@@ -38,7 +38,7 @@ impl Target for Assembly {
 
 /// Whether a model is small enough for many executions.
 fn is_small(model: &Model) -> bool {
-    let elements: usize = model.beams.iter().map(|beam| beam.order * beam.element_count()).sum();
+    let elements: usize = model.beams.iter().map(holonom::model::Beam::element_count).sum();
     let parts = model.bodies.len() + model.particles.len() + model.joints.len() + model.bars.len();
     let more = model.springs.len() + model.loads.len() + model.constraints.len();
     elements <= 12 && parts <= 24 && more <= 24
@@ -47,7 +47,7 @@ fn is_small(model: &Model) -> bool {
 /// Steps that are taken: one where there are many coordinates, since each costs the cube of their
 /// number.
 fn steps(model: &Model) -> f64 {
-    let nodes = |beam: &holonom::model::Beam| beam.order * beam.element_count() + 1;
+    let nodes = |beam: &holonom::model::Beam| beam.node_count();
     let frames = model.bodies.len() + model.beams.iter().map(nodes).sum::<usize>();
     if 12 * frames + 3 * model.particles.len() > 60 { 1.0 } else { 3.0 }
 }

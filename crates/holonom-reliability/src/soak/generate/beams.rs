@@ -66,7 +66,7 @@ fn beam(name: &str, from: [f64; 3], start: End, draw: &mut Draw) -> Beam {
         }
         _ => {}
     }
-    let mass = if order == 1 && draw.chance(0.3) { BeamMass::Lumped } else { BeamMass::Consistent };
+    let mass = if draw.chance(0.3) { BeamMass::Lumped } else { BeamMass::Consistent };
     Beam {
         name: name.to_owned(),
         points,

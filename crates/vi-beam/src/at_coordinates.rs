@@ -1,0 +1,150 @@
+//! A two-node element at some coordinates: its strains, their gradients, its tangent.
+#![allow(non_snake_case)] // K, A
+
+use crate::element::Element;
+use crate::helicoidal::{self, AtForms, FORMS, Forms};
+use crate::strain::{self, ElementCoordinates, SIZE, Strain, StrainGradients};
+use nalgebra::{Matrix6, SMatrix};
+use vi_core::sparse::{Entries, OuterProduct};
+
+/// An element at some coordinates, with what its strains and their gradients have in common.
+#[derive(Clone, Debug)]
+pub struct AtCoordinates<'a> {
+    pub(crate) element: &'a Element,
+    pub(crate) x: ElementCoordinates,
+    pub(crate) forms: Option<AtForms<'a>>, // of helicoidal strains
+}
+
+impl AtCoordinates<'_> {
+    /// `ε`.
+    #[must_use]
+    pub fn strain(&self) -> Strain {
+        match &self.forms {
+            None => self.element.strain(&self.x),
+            Some(at) => at.strain(),
+        }
+    }
+
+    /// `Σ n_i ∇ε_i`.
+    #[must_use]
+    pub fn force(&self, n: &Strain) -> ElementCoordinates {
+        match &self.forms {
+            None => strain::force(&self.x, self.element.length, n),
+            Some(at) => helicoidal::force(&self.x, self.element.length, &at.pull_back(n)),
+        }
+    }
+
+    /// Columns `Σ_i c_ij ∇ε_i`.
+    fn columns(&self, c: &Matrix6<f64>) -> StrainGradients {
+        match &self.forms {
+            None => weighted(&strain::gradients(&self.x, self.element.length), &c.transpose()),
+            Some(at) => helicoidal::force(&self.x, self.element.length, &at.pull_back(c)),
+        }
+    }
+
+    /// Columns `∇ε_i`.
+    #[must_use]
+    pub fn gradients(&self) -> StrainGradients {
+        match &self.forms {
+            None => strain::gradients(&self.x, self.element.length),
+            Some(_) => self.columns(&Matrix6::identity()),
+        }
+    }
+
+    /// `∇ε_i·v`.
+    #[must_use]
+    pub fn rate(&self, v: &ElementCoordinates) -> Strain {
+        self.gradients().tr_mul(v)
+    }
+
+    /// Columns `∇²ε_i v`: how the gradients change with a velocity `v`.
+    #[must_use]
+    pub fn gradient_rates(&self, v: &ElementCoordinates) -> StrainGradients {
+        let length = self.element.length;
+        let Some(at) = &self.forms else { return strain::gradients(v, length) };
+        let rates = helicoidal::gradients(&self.x, length).tr_mul(v);
+        let mut bent = SMatrix::<f64, FORMS, 6>::zeros();
+        for i in 0..6 {
+            bent.set_column(i, &(at.bends(&Strain::ith(i, 1.0)) * rates));
+        }
+        helicoidal::force(&self.x, length, &bent)
+            + helicoidal::force(v, length, &at.pull_back(&Matrix6::identity()))
+    }
+
+    /// `Σ c_ij ∇ε_i ∇ε_jᵀ + Σ n_i ∇²ε_i`: material and geometric part of a tangent.
+    #[must_use]
+    pub fn tangent(&self, c: &Matrix6<f64>, n: &Strain) -> SMatrix<f64, SIZE, SIZE> {
+        let Self { element, x, forms } = self;
+        let Some(at) = forms else {
+            let columns = self.gradients();
+            let mut K = columns * weighted(&columns, c).transpose();
+            add_scalars(&strain::weighted_matrix(n, element.length), &mut K);
+            return K;
+        };
+        let slopes = at.slopes();
+        let of_forms = slopes.tr_mul(&(c * slopes)) + at.bends(n);
+        by_forms([x, x], element.length, &of_forms, &at.pull_back(n))
+    }
+
+    /// `Σ c_ij ∇ε_i (∇²ε_j v)ᵀ + Σ n_i ∇²ε_i`: the derivative of `Σ n_i ∇ε_i` with
+    /// `n_i = Σ c_ij ∇ε_j·v`.
+    #[must_use]
+    pub fn tangent_of_rates(
+        &self,
+        v: &ElementCoordinates,
+        c: &Matrix6<f64>,
+        n: &Strain,
+    ) -> SMatrix<f64, SIZE, SIZE> {
+        let rates = weighted(&self.gradient_rates(v), c);
+        self.tangent(&Matrix6::zeros(), n) + self.gradients() * rates.transpose()
+    }
+
+    /// Emits `Σ c_ij ∇ε_i ∇ε_jᵀ`, the second gradients those of `other`.
+    pub fn emit_outer(&self, other: &Self, c: &Matrix6<f64>, out: &mut dyn Entries) {
+        let (left, right) = (self.columns(c), other.gradients());
+        let (starts, length) = (&self.element.nodes.map(|node| 12 * node), 12);
+        let (left, right) = (left.as_slice(), right.as_slice());
+        out.add_outer(&OuterProduct { starts, length, left, right });
+    }
+
+    /// Emits [`AtCoordinates::tangent`] at the places of the element.
+    pub fn emit_tangent(&self, c: &Matrix6<f64>, n: &Strain, out: &mut dyn Entries) {
+        self.element.emit(&self.tangent(c, n), out);
+    }
+
+    /// `out ← out + Σ n_i ∇ε_i` at the places of the element.
+    pub fn scatter(&self, n: &Strain, out: &mut [f64]) {
+        self.element.scatter(&self.force(n), out);
+    }
+}
+
+/// `Σ A_kl 𝔹_k x (𝔹_l y)ᵀ + Σ c_k 𝔹_k` of the forms of helicoidal strains.
+pub(crate) fn by_forms(
+    [x, y]: [&ElementCoordinates; 2],
+    length: f64,
+    A: &SMatrix<f64, FORMS, FORMS>,
+    c: &Forms,
+) -> SMatrix<f64, SIZE, SIZE> {
+    let left = helicoidal::force(x, length, A);
+    let mut K = left * helicoidal::gradients(y, length).transpose();
+    add_scalars(&helicoidal::weighted_matrix(c, length), &mut K);
+    K
+}
+
+/// `columns cᵀ`: column `i` is the sum of `c_ij` times column `j`.
+pub(crate) fn weighted(columns: &StrainGradients, c: &Matrix6<f64>) -> StrainGradients {
+    let mut out = StrainGradients::zeros();
+    for (i, j) in (0..6).flat_map(|i| (0..6).map(move |j| (i, j))) {
+        if c[(i, j)] != 0.0 {
+            out.column_mut(i).axpy(c[(i, j)], &columns.column(j), 1.0);
+        }
+    }
+    out
+}
+
+/// `K ← K + B ⊗ I_3`.
+pub(crate) fn add_scalars(B: &SMatrix<f64, 8, 8>, K: &mut SMatrix<f64, SIZE, SIZE>) {
+    for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
+        (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
+    }
+}
