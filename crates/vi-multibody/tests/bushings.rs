@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
+use std::sync::Arc;
+
 use nalgebra::{Complex, DMatrix, Matrix3, Rotation3, Vector3};
 use vi_constraints::{Options, SchemeKind};
 use vi_core::Configuration;
@@ -12,43 +14,53 @@ use vi_multibody::FrameId::Ground;
 use vi_multibody::builder::{
     BodyId, BuiltMechanism, ElementForce, ForceElements, Inertia, MechanismBuilder, Read,
 };
-use vi_multibody::bushing::{LinearSix, SixForce, SixInputs, SixLaw, SixSlopes};
+use vi_multibody::bushing::{LinearSix, SixForce};
+use vi_multibody::law::Law;
 use vi_multibody::run::MechanismIntegrator;
 use vi_multibody::six_coordinates::{Matrix6, Rotation, Vector6};
 
 /// Of coordinates and rates, with curvature.
 struct Curved;
 
-impl SixLaw for Curved {
-    fn efforts(&self, at: &SixInputs<'_>) -> Vector6 {
-        let SixInputs { t, x, v, far } = at;
-        Vector6::from_fn(|i, _| {
-            let (j, k) = ((i + 1) % 6, (i + 2) % 6);
-            3.0 * x[i] + x[j] * x[k] - 0.7 * v[i] * x[k]
-                + 0.2 * v[j] * v[j]
-                + t
-                + far[i % 2] * x[i] * far[0]
-        })
+impl Law for Curved {
+    fn efforts(&self) -> usize {
+        6
     }
-    fn slopes(&self, at: &SixInputs<'_>, by_far: &mut [Vector6]) -> SixSlopes {
-        let SixInputs { x, v, far, .. } = at;
-        by_far.fill(Vector6::zeros());
-        let (mut by_coordinates, mut by_rates) = (Matrix6::zeros(), Matrix6::zeros());
+    fn evaluate(&self, y: &[f64], _z: &[f64], values: &mut [f64]) {
+        let (x, v, t, far) = (&y[..6], &y[6..12], y[12], &y[13..]);
         for i in 0..6 {
             let (j, k) = ((i + 1) % 6, (i + 2) % 6);
-            by_coordinates[(i, i)] += 3.0 + far[i % 2] * far[0];
-            by_far[i % 2][i] += x[i] * far[0];
-            by_far[0][i] += far[i % 2] * x[i];
-            by_coordinates[(i, j)] += x[k];
-            by_coordinates[(i, k)] += x[j] - 0.7 * v[i];
-            by_rates[(i, i)] -= 0.7 * x[k];
-            by_rates[(i, j)] += 0.4 * v[j];
+            values[i] = 3.0 * x[i] + x[j] * x[k] - 0.7 * v[i] * x[k]
+                + 0.2 * v[j] * v[j]
+                + t
+                + far[i % 2] * x[i] * far[0];
         }
-        SixSlopes { efforts: self.efforts(at), by_coordinates, by_rates }
+    }
+    fn gradient(&self, y: &[f64], z: &[f64], values: &mut [f64], slopes: &mut DMatrix<f64>) {
+        self.evaluate(y, z, values);
+        slopes.fill(0.0);
+        let (x, v, far) = (&y[..6], &y[6..12], &y[13..]);
+        for i in 0..6 {
+            let (j, k) = ((i + 1) % 6, (i + 2) % 6);
+            slopes[(i, i)] += 3.0 + far[i % 2] * far[0];
+            slopes[(i, 13 + i % 2)] += x[i] * far[0];
+            slopes[(i, 13)] += far[i % 2] * x[i];
+            slopes[(i, 12)] = 1.0;
+            slopes[(i, j)] += x[k];
+            slopes[(i, k)] += x[j] - 0.7 * v[i];
+            slopes[(i, 6 + i)] -= 0.7 * x[k];
+            slopes[(i, 6 + j)] += 0.4 * v[j];
+        }
     }
     fn is_dissipative(&self) -> bool {
         true
     }
+}
+
+/// The coordinates of a bushing, the time, and what else it reads.
+fn all(far: &[Read]) -> Vec<Read> {
+    let six = (0..12).map(|part| Read::Six { bushing: 0, part });
+    six.chain([Read::Time]).chain(far.iter().copied()).collect()
 }
 
 fn frame(at: [f64; 3], turned: [f64; 3]) -> impl Iterator<Item = f64> {
@@ -138,7 +150,7 @@ fn slopes_against_central_differences() {
                 let entry = entry.at([0.4, 0.0, 0.2]).attitude(axes()).rotation(rotation);
                 let stiffness = symmetric(matrix(1.0, 3));
                 match law {
-                    true => _ = entry.law(reads.to_vec(), Curved),
+                    true => _ = entry.law(all(&reads), Vec::new(), Arc::new(Curved)),
                     false => _ = entry.stiffness(stiffness).preload(Vector6::repeat(0.4)),
                 }
             };
@@ -212,7 +224,7 @@ fn pair(rotation: Rotation, law: LinearSix, as_law: bool) -> MechanismBuilder {
     let entry = builder.bushing(near, far).at([0.4, 0.0, 0.2]).attitude(axes()).rotation(rotation);
     let LinearSix { preload, stiffness, damping } = law;
     match as_law {
-        true => _ = entry.law(Vec::new(), law),
+        true => _ = entry.law(all(&[])[..12].to_vec(), Vec::new(), Arc::new(law)),
         false => _ = entry.stiffness(stiffness).damping(damping).preload(preload),
     }
     builder

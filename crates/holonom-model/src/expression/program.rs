@@ -90,6 +90,17 @@ impl Program {
         self.operations.contains(&Operation::Input(input))
     }
 
+    /// The same of other inputs: of `place(k)` in the place of `k`.
+    #[must_use]
+    pub fn with_inputs(mut self, place: impl Fn(usize) -> usize) -> Self {
+        let moved = self.operations.iter().map(|operation| match *operation {
+            Operation::Input(input) => Operation::Input(place(input)),
+            other => other,
+        });
+        self.operations = moved.collect();
+        self
+    }
+
     /// The value if it reads nothing.
     #[must_use]
     pub fn constant(&self) -> Option<f64> {

@@ -1,177 +1,137 @@
 //! `[[bushing]]` of a model as forces of the mechanism.
 
-use super::law_fault::{LastFault, LawFault};
+use super::law_fault::LawFault;
 use super::names::Names;
-use super::signal::refusal;
-use holonom_model::expression::{Program, Undefined};
+use super::signal::network::{Network, Source};
+use super::signal::{Needed, Terms, refusal};
 use holonom_model::{
-    Bushing, BushingRotation, Coefficients, Curves, Formula, Model, ModelError, SIX,
+    Bushing, BushingRotation, Coefficients, Formula, Model, ModelError, Quantities, Quantity, SIX,
 };
 use std::sync::Arc;
-use vi_multibody::builder::{ForceElements, MechanismBuilder};
-use vi_multibody::bushing::{LinearSix, SixInputs, SixLaw, SixSlopes};
+use vi_multibody::builder::{ForceElements, MechanismBuilder, Read};
+use vi_multibody::bushing::LinearSix;
 use vi_multibody::six_coordinates::{LARGEST_ANGLE, Matrix6, Rotation, SixCoordinates, Vector6};
 
-/// Inputs of its expressions: `t`, `x1` to `x6`, `v1` to `v6`.
-const INPUTS: usize = SIX.len();
-
-/// An entry of a matrix that is no number.
-#[derive(Debug)]
-struct Entry {
-    row: usize,
-    column: usize,
-    program: Program,
-}
+/// An entry of a matrix that is no number: row, column, expression.
+type Entry<'a> = (usize, usize, &'a Formula);
 
 /// `τ = preload − K ξ − C ξ̇` with entries that are expressions, or six expressions.
-#[derive(Debug)]
-pub(crate) struct BushingLaw {
-    name: String,
+struct Stated<'a> {
+    bushing: &'a Bushing,
     constant: LinearSix,
-    stiffness: Vec<Entry>,
-    damping: Vec<Entry>,
-    force: Vec<Program>,
-    dissipative: bool,
-    fault: LastFault,
+    stiffness: Vec<Entry<'a>>,
+    damping: Vec<Entry<'a>>,
 }
 
-impl BushingLaw {
-    fn new(bushing: &Bushing, curves: &Curves<'_>) -> Result<Self, ModelError> {
+impl<'a> Stated<'a> {
+    fn new(bushing: &'a Bushing, quantities: &Quantities<'_>) -> Result<Self, ModelError> {
         let mut constant = LinearSix {
             preload: Vector6::from(bushing.preload.unwrap_or_default()),
             ..LinearSix::default()
         };
-        let compile = |formula: &Formula| {
-            let program = curves.compile(formula, &SIX);
-            program.map_err(|error| refusal(&format!("bushing.{}", bushing.name), error))
-        };
-        let split = |own: &Option<Coefficients>, constant: &mut Matrix6| {
+        let split = |own: &'a Option<Coefficients>, constant: &mut Matrix6| {
             let mut entries = Vec::new();
             for (row, column, formula) in own.iter().flat_map(Coefficients::entries) {
-                let program = compile(formula)?;
+                let program = quantities.compile(formula, &SIX, &mut Vec::new());
+                let program = program.map_err(|error| refusal(&key(bushing), error))?;
                 match program.constant() {
                     Some(value) => constant[(row, column)] = value,
-                    None => entries.push(Entry { row, column, program }),
+                    None => entries.push((row, column, formula)),
                 }
             }
             Ok::<_, ModelError>(entries)
         };
         let stiffness = split(&bushing.stiffness, &mut constant.stiffness)?;
         let damping = split(&bushing.damping, &mut constant.damping)?;
-        let force = bushing.force.iter().flatten().map(compile).collect::<Result<Vec<_>, _>>()?;
-        let reads = |program: &Program| (7..INPUTS).any(|input| program.reads(input));
-        let dissipative = constant.is_dissipative()
-            || !damping.is_empty()
-            || stiffness.iter().any(|entry| reads(&entry.program))
-            || force.iter().any(reads);
-        let (name, fault) = (bushing.name.clone(), LastFault::default());
-        Ok(Self { name, constant, stiffness, damping, force, dissipative, fault })
+        Ok(Self { bushing, constant, stiffness, damping })
     }
 
     /// Whether its coefficients are constant.
     fn is_linear(&self) -> bool {
-        self.stiffness.is_empty() && self.damping.is_empty() && self.force.is_empty()
+        self.stiffness.is_empty() && self.damping.is_empty() && self.bushing.force.is_none()
     }
 
-    fn inputs(at: &SixInputs<'_>) -> [f64; INPUTS] {
-        let mut y = [at.t; INPUTS];
-        y[1..7].copy_from_slice(at.x.as_slice());
-        y[7..].copy_from_slice(at.v.as_slice());
-        y
+    /// Whether its damping is constant and does no work, and nothing else reads a rate for certain.
+    fn is_gyroscopic(&self, quantities: &Quantities<'_>) -> bool {
+        let force = self.bushing.force.iter().flatten();
+        let mut others = self.stiffness.iter().map(|(.., formula)| *formula).chain(force);
+        let reads_rate = |formula: &Formula| {
+            let mut reads = Vec::new();
+            let program = quantities.compile(formula, &SIX, &mut reads);
+            let own = program.is_ok_and(|own| (7..SIX.len()).any(|input| own.reads(input)));
+            own || reads.iter().any(|read| read.is_rate() || matches!(read, Quantity::Signal(_)))
+        };
+        self.damping.is_empty()
+            && self.constant.damping == -self.constant.damping.transpose()
+            && !others.any(reads_rate)
     }
 
-    fn programs(&self) -> impl Iterator<Item = &Program> {
-        let entries = self.stiffness.iter().chain(&self.damping).map(|entry| &entry.program);
-        entries.chain(&self.force)
-    }
-
-    fn label(&self) -> String {
-        format!("bushing `{}`", self.name)
-    }
-
-    #[cold]
-    fn note(&self, y: &[f64], program: &Program, undefined: &Undefined) -> f64 {
-        self.fault.note(&self.label(), (program, undefined), &SIX, (y, y[0]))
-    }
-
-    fn value(&self, program: &Program, y: &[f64; INPUTS]) -> f64 {
-        program.value(y).unwrap_or_else(|undefined| self.note(y, program, &undefined))
-    }
-
-    pub(super) fn fault(&self) -> Option<LawFault> {
-        self.fault.get()
-    }
-
-    /// What jumps in it.
-    pub(super) fn jumps(&self) -> (String, Vec<&'static str>) {
-        (self.label(), self.programs().flat_map(Program::jumps).collect())
+    /// The six efforts.
+    fn efforts(
+        &self,
+        terms: &mut Terms<'_>,
+        bushing: usize,
+    ) -> Result<[Option<Source>; 6], ModelError> {
+        let (owner, key) = (format!("bushing `{}`", self.bushing.name), key(self.bushing));
+        let mut own = vec![("t", Source::Input(0))];
+        for (part, name) in SIX.into_iter().skip(1).enumerate() {
+            own.push((name, terms.input(Read::Six { bushing, part }, name.to_owned())));
+        }
+        let mut efforts = [None; 6];
+        if let Some(force) = &self.bushing.force {
+            for (effort, formula) in efforts.iter_mut().zip(force) {
+                *effort = Some(terms.formula((&owner, &key), formula, &own)?);
+            }
+            return Ok(efforts);
+        }
+        for (row, effort) in efforts.iter_mut().enumerate() {
+            let (mut text, mut from) = (format!("{:?}", self.constant.preload[row]), own.clone());
+            let parts = [
+                ("x", &self.constant.stiffness, &self.stiffness),
+                ("v", &self.constant.damping, &self.damping),
+            ];
+            let names: Vec<String> = (0..12).map(|k| format!("c{k}")).collect();
+            for (of, (letter, constant, entries)) in parts.into_iter().enumerate() {
+                for column in 0..6 {
+                    let value = constant[(row, column)];
+                    if value != 0.0 {
+                        text += &format!(" - ({value:?})*{letter}{}", column + 1);
+                    }
+                    let entry = entries.iter().find(|own| (own.0, own.1) == (row, column));
+                    let Some((.., formula)) = entry else { continue };
+                    let factor = terms.formula((&owner, &key), formula, &own)?;
+                    let name = &names[6 * of + column];
+                    text += &format!(" - {name}*{letter}{}", column + 1);
+                    from.push((name, factor));
+                }
+            }
+            *effort = Some(terms.part(&owner, &text, &from));
+        }
+        Ok(efforts)
     }
 }
 
-/// Not a number where an expression has no value: the step is then refused.
-impl SixLaw for BushingLaw {
-    fn efforts(&self, at: &SixInputs<'_>) -> Vector6 {
-        let y = Self::inputs(at);
-        let mut efforts = self.constant.efforts(at);
-        for (entries, factors) in [(&self.stiffness, &at.x), (&self.damping, &at.v)] {
-            for Entry { row, column, program } in entries {
-                efforts[*row] -= self.value(program, &y) * factors[*column];
-            }
-        }
-        for (i, program) in self.force.iter().enumerate() {
-            efforts[i] += self.value(program, &y);
-        }
-        efforts
-    }
-
-    fn slopes(&self, at: &SixInputs<'_>, by_far: &mut [Vector6]) -> SixSlopes {
-        let y = Self::inputs(at);
-        let mut all = self.constant.slopes(at, by_far);
-        let mut slopes = [0.0; INPUTS];
-        let gradient = |program: &Program, slopes: &mut [f64; INPUTS]| {
-            program.gradient(&y, slopes).unwrap_or_else(|undefined| {
-                slopes.fill(f64::NAN);
-                self.note(&y, program, &undefined)
-            })
-        };
-        let add = |row: usize, scale: f64, slopes: &[f64; INPUTS], all: &mut SixSlopes| {
-            for k in 0..6 {
-                all.by_coordinates[(row, k)] += scale * slopes[1 + k];
-                all.by_rates[(row, k)] += scale * slopes[7 + k];
-            }
-        };
-        for (rates, entries) in [(false, &self.stiffness), (true, &self.damping)] {
-            for Entry { row, column, program } in entries {
-                let value = gradient(program, &mut slopes);
-                let factor = if rates { at.v[*column] } else { at.x[*column] };
-                all.efforts[*row] -= value * factor;
-                let by = if rates { &mut all.by_rates } else { &mut all.by_coordinates };
-                by[(*row, *column)] -= value;
-                add(*row, -factor, &slopes, &mut all);
-            }
-        }
-        for (i, program) in self.force.iter().enumerate() {
-            all.efforts[i] += gradient(program, &mut slopes);
-            add(i, 1.0, &slopes, &mut all);
-        }
-        all
-    }
-
-    fn is_dissipative(&self) -> bool {
-        self.dissipative
-    }
+fn key(bushing: &Bushing) -> String {
+    format!("bushing.{}", bushing.name)
 }
 
 /// Adds the bushings of a model; what knows why an expression of them has no value.
-pub(super) fn add_bushings(
+pub(super) fn add_bushings<'a>(
     builder: &mut MechanismBuilder,
-    model: &Model,
-    names: &Names<'_>,
-) -> Result<Vec<Arc<BushingLaw>>, ModelError> {
-    let curves = Curves::new(model);
+    names: &Names<'a>,
+    quantities: &Quantities<'_>,
+    terms: &mut Terms<'a>,
+) -> Result<Vec<Arc<Network>>, ModelError> {
     let mut laws = Vec::new();
-    for bushing in &model.bushings {
-        let own = BushingLaw::new(bushing, &curves)?;
+    for (k, bushing) in names.model.bushings.iter().enumerate() {
+        let own = Stated::new(bushing, quantities)?;
+        let law = match own.is_linear() {
+            true => None,
+            false => {
+                let efforts = own.efforts(terms, k)?;
+                Some(terms.needed(&efforts, own.is_gyroscopic(quantities)))
+            }
+        };
         let (from, to) = (names.frame(&bushing.from), names.frame(&bushing.to));
         let rotation = match bushing.rotation {
             BushingRotation::Vector => Rotation::Vector,
@@ -179,13 +139,15 @@ pub(super) fn add_bushings(
         };
         let entry = builder.bushing(from, to).named(&bushing.name).at(bushing.position);
         let entry = entry.attitude(bushing.axes()).rotation(rotation);
-        if own.is_linear() {
-            let LinearSix { preload, stiffness, damping } = own.constant;
-            let _ = entry.stiffness(stiffness).damping(damping).preload(preload);
-        } else {
-            let own = Arc::new(own);
-            laws.push(own.clone());
-            let _ = entry.law(Vec::new(), own);
+        match law {
+            None => {
+                let LinearSix { preload, stiffness, damping } = own.constant;
+                let _ = entry.stiffness(stiffness).damping(damping).preload(preload);
+            }
+            Some(Needed { network, reads, states }) => {
+                laws.push(network.clone());
+                let _ = entry.law(reads, states, network);
+            }
         }
     }
     Ok(laws)
@@ -219,10 +181,10 @@ impl Range {
 
 /// What is worth knowing of the matrices of bushings.
 pub(crate) fn warnings(model: &Model) -> Vec<String> {
-    let curves = Curves::new(model);
+    let quantities = Quantities::new(model);
     let mut warnings = Vec::new();
     for bushing in &model.bushings {
-        let Ok(own) = BushingLaw::new(bushing, &curves) else { continue };
+        let Ok(own) = Stated::new(bushing, &quantities) else { continue };
         let parts = [
             (
                 "stiffness",

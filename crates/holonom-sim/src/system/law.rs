@@ -1,6 +1,6 @@
 //! `[[law]]` of a model as forces of the mechanism.
 
-use super::bushing::{BushingLaw, Range};
+use super::bushing::Range;
 use super::drive::coordinate;
 use super::law_fault::{LastFault, LawFault};
 use super::names::Names;
@@ -9,7 +9,7 @@ use super::signal::network::{Network, Source};
 use super::signal::{Needed, Terms, refusal};
 use super::time_function::OfTime;
 use holonom_model::expression::{Program, Undefined};
-use holonom_model::{ALONG, Formula, Frame, Law, MOTION, Model, ModelError, Quantities};
+use holonom_model::{ALONG, Formula, Frame, Law, MOTION, Model, ModelError, Quantities, Quantity};
 use std::sync::Arc;
 use vi_multibody::builder::{ActOn, MechanismBuilder, Read};
 use vi_multibody::joint_force::{EffortSlopes, JointLaw};
@@ -130,10 +130,8 @@ pub(crate) enum OwnLaw {
     Along(Arc<ExpressionLaw>),
     /// Of the motion of a body or a point mass.
     Motion(Arc<MotionLaw>),
-    /// Of anything that moves, and of signals.
+    /// Of anything that moves, of signals, of the coordinates of a bushing.
     Network(Arc<Network>),
-    /// Of the coordinates of a bushing.
-    Bushing(Arc<BushingLaw>),
     /// Factors and value of a sum of rates.
     Rates(Arc<RatesLaw>),
     /// The angle that a bushing allows.
@@ -148,7 +146,6 @@ impl OwnLaw {
             Self::Along(law) => law.fault.get(),
             Self::Motion(law) => law.fault.get(),
             Self::Network(network) => network.fault(),
-            Self::Bushing(law) => law.fault(),
             Self::Rates(law) => law.fault(),
             Self::Range(range) => range.fault(),
             Self::Time(own) => own.fault(),
@@ -163,7 +160,6 @@ impl OwnLaw {
                 let all = law.programs.iter().flatten().flat_map(Program::jumps);
                 vec![(label(&law.name), all.collect())]
             }
-            Self::Bushing(law) => vec![law.jumps()],
             Self::Rates(law) => vec![law.jumps()],
             Self::Range(_) => Vec::new(),
             Self::Time(own) => vec![own.jumps()],
@@ -243,7 +239,16 @@ fn law_along<'a>(
     let key = format!("law.{}.{name}", law.name);
     let mut reads = Vec::new();
     let program = quantities.compile(formula, &ALONG, &mut reads);
-    let program = program.map_err(|error| refusal(&key, error))?;
+    let mut program = program.map_err(|error| refusal(&key, error))?;
+    // what it reads of its own joint by name is its `x` and `v`
+    if let Some(own) = reads.iter().map(|read| own_variable(law, read)).collect::<Option<Vec<_>>>()
+    {
+        program = program.with_inputs(|input| match input.checked_sub(ALONG.len()) {
+            Some(named) => own[named],
+            None => input,
+        });
+        reads.clear();
+    }
     let on = if let Some((joint, id)) = law.joint.as_deref().and_then(|joint| names.joint(joint)) {
         let key = format!("law.{}.freedom", law.name);
         ActOn::Coordinate(coordinate(joint, id, law.freedom, key)?)
@@ -277,6 +282,17 @@ fn law_along<'a>(
     ];
     let effort = terms.formula((&label(&law.name), &key), formula, &own)?;
     Ok(Some(add(builder, law, on, terms, &[Some(effort)])))
+}
+
+/// Which of [`ALONG`] a quantity is of a law on a joint.
+fn own_variable(law: &Law, read: &Quantity) -> Option<usize> {
+    let is_own =
+        |joint: &str, freedom| law.joint.as_deref() == Some(joint) && freedom == law.freedom;
+    match read {
+        Quantity::Coordinate { joint, freedom } if is_own(joint, *freedom) => Some(1),
+        Quantity::Rate { joint, freedom } if is_own(joint, *freedom) => Some(2),
+        _ => None,
+    }
 }
 
 fn add(

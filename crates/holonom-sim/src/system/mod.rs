@@ -124,11 +124,11 @@ pub(crate) fn build_with_locks(
         drive::add_joint_forces(&mut builder, joint, &names, &mut times)?;
     }
     let mut terms = signal::Terms::new(&names, &quantities)?;
+    let signals = terms.add_signals(&mut builder)?;
     let mut laws = law::add_laws(&mut builder, model, &names, &quantities, &mut terms)?;
     laws.extend(rates.into_iter().map(law::OwnLaw::Rates));
-    let signals = terms.finish(&mut builder)?;
-    let bushings = bushing::add_bushings(&mut builder, model, &names)?;
-    laws.extend(bushings.into_iter().map(law::OwnLaw::Bushing));
+    let bushings = bushing::add_bushings(&mut builder, &names, &quantities, &mut terms)?;
+    laws.extend(bushings.into_iter().map(law::OwnLaw::Network));
     outside.add_laws(&mut builder, &names)?;
     for input in &outside.inputs {
         held::add_joint_input(&mut builder, input, &names)?;

@@ -4,7 +4,8 @@ use super::error::finite;
 use super::force::{ElementForce, NamedSixSpring};
 use super::law::Read;
 use super::{BuildError, ForceElements, MechanismBuilder};
-use crate::force::bushing::{LinearSix, SixForce, SixLaw, SixSpring};
+use crate::force::bushing::{LinearSix, SixForce, SixSpring};
+use crate::force::law::{Law, Reading};
 use crate::geometry::six_coordinates::{AttachedFrame, Matrix6, Rotation, SixCoordinates, Vector6};
 use crate::mechanism::Mechanism;
 use crate::pair::joint::FrameId;
@@ -26,7 +27,7 @@ pub(super) struct BushingPart {
 #[derive(Clone)]
 enum Efforts {
     Linear(Box<LinearSix>),
-    Law(Vec<Read>, Arc<dyn SixLaw>),
+    Law { reads: Vec<Read>, states: Vec<usize>, law: Arc<dyn Law> },
 }
 
 impl BushingPart {
@@ -60,12 +61,12 @@ impl<'a> BushingEntry<'a> {
     }
 
     fn linear(&mut self) -> &mut LinearSix {
-        if let Efforts::Law(..) = self.part.efforts {
+        if let Efforts::Law { .. } = self.part.efforts {
             self.part.efforts = Efforts::Linear(Box::default());
         }
         match &mut self.part.efforts {
             Efforts::Linear(linear) => linear,
-            Efforts::Law(..) => unreachable!("it was replaced"),
+            Efforts::Law { .. } => unreachable!("it was replaced"),
         }
     }
 
@@ -111,10 +112,10 @@ impl<'a> BushingEntry<'a> {
         self
     }
 
-    /// Any efforts, instead of those of constant coefficients, of the coordinates, their rates and
-    /// what else the law `reads`.
-    pub fn law(self, reads: Vec<Read>, law: impl SixLaw + 'static) -> Self {
-        self.part.efforts = Efforts::Law(reads, Arc::new(law));
+    /// Any efforts, instead of those of constant coefficients, of what the law `reads`, of its
+    /// coordinates and their rates as [`Read::Six`], and of states of signals.
+    pub fn law(self, reads: Vec<Read>, states: Vec<usize>, law: Arc<dyn Law>) -> Self {
+        self.part.efforts = Efforts::Law { reads, states, law };
         self
     }
 }
@@ -139,9 +140,11 @@ impl MechanismBuilder {
             let [from, to] = frames.map(|frame| attached(frame, q, position, axes));
             let coordinates = SixCoordinates::new(from, to, *rotation);
             match efforts {
-                Efforts::Law(reads, law) => {
+                Efforts::Law { reads, states, law } => {
                     let inputs = self.inputs(name, reads, mechanism)?;
-                    let force = SixForce::new(coordinates, law.clone(), inputs);
+                    let mut reading = Reading::new(law.clone(), inputs, states.clone());
+                    reading.start = self.start_of_signals();
+                    let force = SixForce::new(coordinates, reading);
                     forces.add(name, ElementForce::Six(force));
                 }
                 Efforts::Linear(linear) => {
@@ -157,7 +160,9 @@ impl MechanismBuilder {
                         forces.bushings.push(NamedSixSpring { name: name.clone(), spring });
                     }
                     if rest != LinearSix::default() {
-                        let force = SixForce::new(coordinates, Arc::new(rest), Vec::new());
+                        let inputs = LinearSix::inputs();
+                        let reading = Reading::new(Arc::new(rest), inputs, Vec::new());
+                        let force = SixForce::new(coordinates, reading);
                         forces.add(name, ElementForce::Six(force));
                     }
                 }

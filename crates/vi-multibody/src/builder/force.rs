@@ -193,7 +193,10 @@ impl ForceElements {
                     force.reading.first = first;
                     Box::new(force)
                 }
-                ElementForce::Six(force) => Box::new(force.with_signals_from(first)),
+                ElementForce::Six(mut force) => {
+                    force.reading.first = first;
+                    Box::new(force)
+                }
             };
             system = system.force_of(own.source(), discrete);
         }

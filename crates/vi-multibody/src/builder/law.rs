@@ -34,6 +34,13 @@ pub enum Read {
     Held(usize),
     /// A value of the past.
     Past(Past),
+    /// Of the bushing that reads it: a coordinate (0 to 5), or the rate of one (6 to 11).
+    Six {
+        /// Tells what is read by one bushing from what is read by another.
+        bushing: usize,
+        /// Which.
+        part: usize,
+    },
 }
 
 /// What a law acts on: [`Target`] of the parts of a builder.
@@ -100,7 +107,7 @@ impl MechanismBuilder {
         mechanism: &mut Mechanism,
         forces: &mut ForceElements,
     ) -> Result<(), BuildError> {
-        let start = self.signals.as_ref().map(|own| own.sampler.start()).unwrap_or_default();
+        let start = self.start_of_signals();
         for LawPart { name, on, reads, states, law } in &self.laws {
             let target = self.target(name, *on, mechanism)?;
             let inputs = self.inputs(name, reads, mechanism)?;
@@ -115,6 +122,11 @@ impl MechanismBuilder {
             forces.signals = Some(SignalStates { reading, sampler: sampler.clone() });
         }
         Ok(())
+    }
+
+    /// The internal variables of signals at the start.
+    pub(super) fn start_of_signals(&self) -> Arc<[f64]> {
+        self.signals.as_ref().map(|own| own.sampler.start()).unwrap_or_default()
     }
 
     fn target(
@@ -184,6 +196,7 @@ impl MechanismBuilder {
                 Read::AngularVelocity(body, axis) => Input::Spin(12 * body.index(), axis),
                 Read::Held(place) => Input::Held(place),
                 Read::Past(past) => Input::Past(past),
+                Read::Six { part, .. } => Input::Six(part),
             });
         }
         Ok(inputs)

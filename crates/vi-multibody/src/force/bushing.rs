@@ -10,61 +10,15 @@
 //!
 //! Source: Marsden & West 2001, part 3, for the discrete forces.
 
-use crate::force::law::Input;
-use crate::geometry::six_coordinates::{Matrix6, SixChange, SixCoordinates, SixGradients, Vector6};
-use std::sync::{Arc, Mutex, PoisonError};
+use crate::force::law::evaluation::Work;
+use crate::force::law::{Input, Law, Reading};
+use crate::geometry::six_coordinates::{Matrix6, SixCoordinates, SixGradients, Vector6};
+use nalgebra::DMatrix;
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force, seen_velocity};
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
-
-/// Efforts along six coordinates and how they change with these and with their rates.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SixSlopes {
-    /// `τ`, N and N·m.
-    pub efforts: Vector6,
-    /// `∂τ/∂ξ`.
-    pub by_coordinates: Matrix6,
-    /// `∂τ/∂ξ̇`.
-    pub by_rates: Matrix6,
-}
-
-/// What a law of six coordinates reads.
-#[derive(Clone, Copy, Debug)]
-pub struct SixInputs<'a> {
-    /// `t`, s.
-    pub t: f64,
-    /// `ξ`.
-    pub x: Vector6,
-    /// `ξ̇`.
-    pub v: Vector6,
-    /// `y`: what it reads of other members.
-    pub far: &'a [f64],
-}
-
-/// Efforts along six coordinates, N and N·m, conjugate to displacements and to the rotation vector:
-/// positive ones act on the second frame along them.
-pub trait SixLaw: Send + Sync {
-    /// `τ(t, ξ, ξ̇, y)`.
-    fn efforts(&self, at: &SixInputs<'_>) -> Vector6;
-    /// `τ` with its slopes; `by_far[k] ← ∂τ/∂y_k`.
-    fn slopes(&self, at: &SixInputs<'_>, by_far: &mut [Vector6]) -> SixSlopes;
-    /// Whether it dissipates energy.
-    fn is_dissipative(&self) -> bool;
-}
-
-impl<L: SixLaw + ?Sized> SixLaw for Arc<L> {
-    fn efforts(&self, at: &SixInputs<'_>) -> Vector6 {
-        (**self).efforts(at)
-    }
-    fn slopes(&self, at: &SixInputs<'_>, by_far: &mut [Vector6]) -> SixSlopes {
-        (**self).slopes(at, by_far)
-    }
-    fn is_dissipative(&self) -> bool {
-        (**self).is_dissipative()
-    }
-}
 
 /// `τ = preload − K ξ − C ξ̇` with any constant matrices.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -77,118 +31,93 @@ pub struct LinearSix {
     pub damping: Matrix6,
 }
 
-impl SixLaw for LinearSix {
-    fn efforts(&self, at: &SixInputs<'_>) -> Vector6 {
-        self.preload - self.stiffness * at.x - self.damping * at.v
+impl LinearSix {
+    /// What it reads.
+    pub(crate) fn inputs() -> Vec<Input> {
+        (0..12).map(Input::Six).collect()
     }
-    fn slopes(&self, at: &SixInputs<'_>, _by_far: &mut [Vector6]) -> SixSlopes {
-        let efforts = self.efforts(at);
-        SixSlopes { efforts, by_coordinates: -self.stiffness, by_rates: -self.damping }
+
+    fn efforts_at(&self, y: &[f64]) -> Vector6 {
+        let (x, v) = (Vector6::from_column_slice(&y[..6]), Vector6::from_column_slice(&y[6..]));
+        self.preload - self.stiffness * x - self.damping * v
+    }
+}
+
+/// Of the six coordinates and their rates.
+impl Law for LinearSix {
+    fn efforts(&self) -> usize {
+        6
+    }
+    fn evaluate(&self, y: &[f64], _z: &[f64], values: &mut [f64]) {
+        values.copy_from_slice(self.efforts_at(y).as_slice());
+    }
+    fn gradient(&self, y: &[f64], z: &[f64], values: &mut [f64], slopes: &mut DMatrix<f64>) {
+        self.evaluate(y, z, values);
+        slopes.columns_mut(0, 6).copy_from(&-self.stiffness);
+        slopes.columns_mut(6, 6).copy_from(&-self.damping);
     }
     fn is_dissipative(&self) -> bool {
         self.damping != -self.damping.transpose() // else gyroscopic
     }
 }
 
-/// A [`SixLaw`] between two frames, as a discrete force pair.
+/// A law along six coordinates between two frames, N and N·m, conjugate to displacements and to the
+/// rotation vector, as a discrete force pair: positive efforts act on the second frame along them.
+#[derive(Clone, Debug)]
 pub struct SixForce {
     /// The coordinates.
     pub coordinates: SixCoordinates,
-    /// The law.
-    pub law: Arc<dyn SixLaw>,
-    inputs: Vec<Input>,
-    first: usize, // of the internal variables of signals
-    work: Mutex<Work>,
-}
-
-/// Numbers of an evaluation: what is read of other members.
-#[derive(Default)]
-struct Work {
-    far: Vec<f64>,
-    by_far: Vec<Vector6>,
-}
-
-impl std::fmt::Debug for SixForce {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("SixForce").field("coordinates", &self.coordinates).finish_non_exhaustive()
-    }
-}
-
-impl Clone for SixForce {
-    fn clone(&self) -> Self {
-        let (coordinates, law) = (self.coordinates.clone(), self.law.clone());
-        Self { first: self.first, ..Self::new(coordinates, law, self.inputs.clone()) }
-    }
+    /// What the six efforts follow from.
+    pub reading: Reading,
 }
 
 impl SixForce {
-    /// A law of the coordinates, their rates and further inputs.
+    /// A law with six efforts; of the coordinates and their rates it reads [`Input::Six`].
     #[must_use]
-    pub fn new(coordinates: SixCoordinates, law: Arc<dyn SixLaw>, inputs: Vec<Input>) -> Self {
-        let (far, by_far) = (vec![0.0; inputs.len()], vec![Vector6::zeros(); inputs.len()]);
-        Self { coordinates, law, inputs, first: 0, work: Mutex::new(Work { far, by_far }) }
+    pub fn new(coordinates: SixCoordinates, reading: Reading) -> Self {
+        let reading = reading.of_bushing(coordinates.clone());
+        Self { coordinates, reading }
     }
 
-    /// The same where internal variables of signals start at `first` among all of a system.
-    #[must_use]
-    pub fn with_signals_from(self, first: usize) -> Self {
-        Self { first, ..self }
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Work> {
-        self.work.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// `τ` of a step and the rates that it acts over.
-    fn in_step(&self, s: &Interval) -> (Vector6, Vector6) {
-        let SixChange { mean: x, rate: v } = self.coordinates.change(s);
-        let work = &mut *self.lock();
-        self.read_step(s, work);
-        (self.law.efforts(&SixInputs { t: s.t_mid(), x, v, far: &work.far }), v)
-    }
-
-    fn read_step(&self, s: &Interval, work: &mut Work) {
-        let held = s.internal.get(self.first..).unwrap_or_default();
-        for (value, input) in work.far.iter_mut().zip(&self.inputs) {
-            *value = input.in_step(s, held);
-        }
-    }
-
-    fn read_node(&self, at: Configuration<'_>, v: &[f64], work: &mut Work) {
-        let held = at.internal.get(self.first..).unwrap_or_default();
-        for (value, input) in work.far.iter_mut().zip(&self.inputs) {
-            *value = input.at_node(at, v, held);
-        }
+    /// `τ` of a step.
+    fn in_step(&self, s: &Interval) -> Vector6 {
+        self.reading.with_values_in_step(s, |work| Vector6::from_column_slice(work.efforts()))
     }
 
     /// `τ` at a node.
     #[must_use]
     pub fn efforts(&self, at: Configuration<'_>, v: &[f64]) -> Vector6 {
-        let (x, rate) = (self.coordinates.at(at.t, at.q), self.coordinates.rate(at.q, v));
-        let work = &mut *self.lock();
-        self.read_node(at, v, work);
-        self.law.efforts(&SixInputs { t: at.t, x, v: rate, far: &work.far })
+        self.reading.with_values_at_node(at, v, |work| Vector6::from_column_slice(work.efforts()))
     }
 
-    /// `τ` at a node with its slopes.
-    fn slopes_at(&self, at: Configuration<'_>, v: &[f64], work: &mut Work) -> SixSlopes {
-        let (x, rate) = (self.coordinates.at(at.t, at.q), self.coordinates.rate(at.q, v));
-        self.read_node(at, v, work);
-        let Work { far, by_far } = work;
-        self.law.slopes(&SixInputs { t: at.t, x, v: rate, far }, by_far)
+    /// `∂τ/∂ξ` and `∂τ/∂ξ̇`.
+    fn own_slopes(&self, work: &Work) -> [Matrix6; 2] {
+        let mut slopes = [Matrix6::zeros(); 2];
+        for (j, input) in self.reading.inputs.iter().enumerate() {
+            if let Input::Six(part) = input {
+                let own = &mut slopes[part / 6];
+                (0..6).for_each(|i| own[(i, part % 6)] += work.slope(i, j));
+            }
+        }
+        slopes
     }
 
-    /// Emits `scale Σ_k (∂τ/∂y_k·∇ξ) (∂y_k)ᵀ`, where `each` visits `∂y` of an input.
+    /// Emits `scale Σ_k (∂τ/∂y_k·∇ξ) (∂y_k)ᵀ` of what is read of other members, where `each` visits
+    /// `∂y` of an input.
     fn emit_far(
         &self,
         gradients: &SixGradients,
         scale: f64,
-        by_far: &[Vector6],
+        work: &Work,
         each: impl Fn(&Input, &mut dyn FnMut(usize, f64)),
         out: &mut dyn Entries,
     ) {
-        for (input, slope) in self.inputs.iter().zip(by_far) {
-            let rows = self.coordinates.along(gradients, &(scale * slope));
+        for (j, input) in self.reading.inputs.iter().enumerate() {
+            if matches!(input, Input::Six(_) | Input::Time | Input::Held(_) | Input::Past(_)) {
+                continue;
+            }
+            let slope = Vector6::from_fn(|i, _| scale * work.slope(i, j));
+            let rows = self.coordinates.along(gradients, &slope);
             each(input, &mut |column, right| {
                 for (offset, row) in &rows {
                     let Some(offset) = offset else { continue };
@@ -199,7 +128,8 @@ impl SixForce {
     }
 
     fn is_seen_from_ground(&self) -> bool {
-        self.coordinates.is_on_ground() || self.inputs.iter().any(Input::is_seen_from_ground)
+        let inputs = &self.reading.inputs;
+        self.coordinates.is_on_ground() || inputs.iter().any(Input::is_seen_from_ground)
     }
 
     fn emit_position_slopes(
@@ -210,47 +140,47 @@ impl SixForce {
         (rates, far): (bool, &[f64]),
         out: &mut dyn Entries,
     ) {
-        let work = &mut *self.lock();
-        let slopes = self.slopes_at(at, v, work);
-        let gradients = self.coordinates.gradients(at.q);
-        let stiffness = scale * slopes.by_coordinates;
-        self.coordinates.emit_product(&gradients, &stiffness, &gradients, out);
-        self.coordinates.emit_second(at.q, &(scale * slopes.efforts), out);
-        if rates {
-            let turning = self.coordinates.rate_slopes(at.q, v);
-            self.coordinates.emit_product(&gradients, &(scale * slopes.by_rates), &turning, out);
-        }
-        let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
-            input.for_each_slope_by_position(at.q, far, visit);
-        };
-        self.emit_far(&gradients, scale, &work.by_far, each, out);
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let [by_coordinates, by_rates] = self.own_slopes(work);
+            let efforts = Vector6::from_column_slice(work.efforts());
+            let gradients = self.coordinates.gradients(at.q);
+            let stiffness = scale * by_coordinates;
+            self.coordinates.emit_product(&gradients, &stiffness, &gradients, out);
+            self.coordinates.emit_second(at.q, &(scale * efforts), out);
+            if rates {
+                let turning = self.coordinates.rate_slopes(at.q, v);
+                self.coordinates.emit_product(&gradients, &(scale * by_rates), &turning, out);
+            }
+            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
+                input.for_each_slope_by_position(at.q, far, visit);
+            };
+            self.emit_far(&gradients, scale, work, each, out);
+        });
     }
 }
 
 impl DiscreteForce for SixForce {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
-        let (efforts, _) = self.in_step(s);
+        let efforts = self.in_step(s);
         self.coordinates.add_gradient(&s.q0, &(0.5 * s.h * efforts), out);
     }
 
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
-        let (efforts, _) = self.in_step(s);
+        let efforts = self.in_step(s);
         self.coordinates.add_gradient(&s.q1, &(0.5 * s.h * efforts), out);
     }
 
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        let SixChange { mean: x, rate: v } = self.coordinates.change(s);
-        let work = &mut *self.lock();
-        self.read_step(s, work);
-        let Work { far, by_far } = work;
-        let slopes = self.law.slopes(&SixInputs { t: s.t_mid(), x, v, far }, by_far);
-        // (h/2) (½ τ_ξ + τ_ξ̇/h)
-        let by_end = 0.25 * s.h * slopes.by_coordinates + 0.5 * slopes.by_rates;
-        let [start, end] = [&s.q0, &s.q1].map(|q| self.coordinates.gradients(q));
-        self.coordinates.emit_product(&start, &by_end, &end, out);
-        let each =
-            |input: &Input, visit: &mut dyn FnMut(usize, f64)| input.for_each_slope(s, visit);
-        self.emit_far(&start, 0.5 * s.h, by_far, each, out);
+        self.reading.with_slopes_in_step(s, |work| {
+            let [by_coordinates, by_rates] = self.own_slopes(work);
+            // (h/2) (½ τ_ξ + τ_ξ̇/h)
+            let by_end = 0.25 * s.h * by_coordinates + 0.5 * by_rates;
+            let [start, end] = [&s.q0, &s.q1].map(|q| self.coordinates.gradients(q));
+            self.coordinates.emit_product(&start, &by_end, &end, out);
+            let each =
+                |input: &Input, visit: &mut dyn FnMut(usize, f64)| input.for_each_slope(s, visit);
+            self.emit_far(&start, 0.5 * s.h, work, each, out);
+        });
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
@@ -258,8 +188,7 @@ impl DiscreteForce for SixForce {
     }
 
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
-        let (efforts, rate) = self.in_step(s);
-        s.h * efforts.dot(&rate)
+        s.h * self.in_step(s).dot(&self.coordinates.change(s).rate)
     }
 
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
@@ -272,18 +201,19 @@ impl DiscreteForce for SixForce {
     }
 
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let work = &mut *self.lock();
-        let by_rates = scale * self.slopes_at(at, v, work).by_rates;
-        let gradients = self.coordinates.gradients(at.q);
-        self.coordinates.emit_product(&gradients, &by_rates, &gradients, out);
-        let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
-            input.for_each_slope_by_velocity(at.q, v, visit);
-        };
-        self.emit_far(&gradients, scale, &work.by_far, each, out);
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let [_, by_rates] = self.own_slopes(work);
+            let gradients = self.coordinates.gradients(at.q);
+            self.coordinates.emit_product(&gradients, &(scale * by_rates), &gradients, out);
+            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
+                input.for_each_slope_by_velocity(at.q, v, visit);
+            };
+            self.emit_far(&gradients, scale, work, each, out);
+        });
     }
 
     fn is_dissipative(&self) -> bool {
-        self.law.is_dissipative()
+        self.reading.law.is_dissipative()
     }
 }
 
@@ -321,7 +251,7 @@ impl Force for SixForce {
     }
 
     fn is_dissipative(&self) -> bool {
-        self.law.is_dissipative()
+        self.reading.law.is_dissipative()
     }
 }
 

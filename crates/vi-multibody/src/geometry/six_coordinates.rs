@@ -157,6 +157,13 @@ pub struct SixChange {
     pub rate: Vector6,
 }
 
+impl SixChange {
+    /// A coordinate (0 to 5), or the rate of one (6 to 11).
+    pub(crate) fn part(&self, part: usize) -> f64 {
+        if part < 6 { self.mean[part] } else { self.rate[part - 6] }
+    }
+}
+
 /// `∇ξ`, by the coordinates of both bodies.
 pub(crate) struct SixGradients([Gradients; 2]);
 

@@ -205,7 +205,7 @@ impl<'a> Terms<'a> {
     }
 
     /// Adds a part of a signal.
-    fn part(&mut self, owner: &str, text: &str, from: &[(&str, Source)]) -> Source {
+    pub(crate) fn part(&mut self, owner: &str, text: &str, from: &[(&str, Source)]) -> Source {
         let place = |name: &str| from.iter().position(|(own, _)| *own == name);
         let program = Program::parse(text, &mut |name| place(name).map(Known::Input));
         let program = program.expect("numbers of a valid model");
@@ -507,9 +507,9 @@ impl<'a> Terms<'a> {
         Arc::new(Network::new(list, efforts, rates, inputs.len(), dissipative))
     }
 
-    /// Adds all signals to a mechanism; their numbers along a run.
-    pub(crate) fn finish(
-        mut self,
+    /// Adds all signals to a mechanism, before other terms are added; their numbers along a run.
+    pub(crate) fn add_signals(
+        &mut self,
         builder: &mut MechanismBuilder,
     ) -> Result<Option<output::SignalNetwork>, ModelError> {
         if self.names.model.signals.is_empty() {
@@ -539,8 +539,8 @@ impl<'a> Terms<'a> {
             states: self.states,
             tasks,
             held: held.collect(),
-            start: self.start,
-            filtered: self.filtered,
+            start: self.start.clone(),
+            filtered: self.filtered.clone(),
             work: Mutex::new(vec![0.0; self.inputs.len()]),
         };
         let reads: Vec<Read> = self.inputs.iter().map(|(read, _)| *read).collect();
@@ -564,7 +564,11 @@ impl<'a> Terms<'a> {
 fn is_rate(read: &Read) -> bool {
     matches!(
         read,
-        Read::Rate(_) | Read::Velocity(..) | Read::DistanceRate(_) | Read::AngularVelocity(..)
+        Read::Rate(_)
+            | Read::Velocity(..)
+            | Read::DistanceRate(_)
+            | Read::AngularVelocity(..)
+            | Read::Six { part: 6.., .. }
     )
 }
 

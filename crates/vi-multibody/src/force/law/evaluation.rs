@@ -1,6 +1,7 @@
 //! A law evaluated in a step and at a node, its states eliminated.
 
 use super::input::Input;
+use crate::geometry::six_coordinates::{SixChange, SixCoordinates};
 use nalgebra::{DMatrix, DMatrixView};
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_core::Configuration;
@@ -37,14 +38,15 @@ pub struct Reading {
     pub first: usize,
     /// What they are at the start, and where they are not listed.
     pub start: Arc<[f64]>,
+    six: Option<SixCoordinates>, // of which inputs are parts
     work: Mutex<Work>,
 }
 
 impl Clone for Reading {
     fn clone(&self) -> Self {
         let (law, inputs) = (self.law.clone(), self.inputs.clone());
-        let (first, start) = (self.first, self.start.clone());
-        Self { first, start, ..Self::new(law, inputs, self.states.clone()) }
+        let (first, start, six) = (self.first, self.start.clone(), self.six.clone());
+        Self { first, start, six, ..Self::new(law, inputs, self.states.clone()) }
     }
 }
 
@@ -58,7 +60,7 @@ impl std::fmt::Debug for Reading {
 
 /// Numbers of an evaluation.
 #[derive(Debug)]
-pub(super) struct Work {
+pub(in crate::force) struct Work {
     efforts: usize,
     y: Vec<f64>,
     start: Vec<f64>, // z_n
@@ -73,7 +75,7 @@ pub(super) struct Work {
 
 impl Work {
     /// `τ`.
-    pub(super) fn efforts(&self) -> &[f64] {
+    pub(in crate::force) fn efforts(&self) -> &[f64] {
         &self.values[..self.efforts]
     }
 
@@ -83,7 +85,7 @@ impl Work {
     }
 
     /// `dτ_k/dy_j`.
-    pub(super) fn slope(&self, k: usize, j: usize) -> f64 {
+    pub(in crate::force) fn slope(&self, k: usize, j: usize) -> f64 {
         self.slopes[(k, j)]
     }
 
@@ -192,7 +194,13 @@ impl Reading {
             change: vec![0.0; n],
         };
         let work = Mutex::new(work);
-        Self { law, inputs, states, first: 0, start: Arc::default(), work }
+        Self { law, inputs, states, first: 0, start: Arc::default(), six: None, work }
+    }
+
+    /// The same for a law of a bushing of these coordinates: [`Input::Six`].
+    #[must_use]
+    pub fn of_bushing(self, coordinates: SixCoordinates) -> Self {
+        Self { six: Some(coordinates), ..self }
     }
 
     fn own<'a>(&'a self, internal: &'a [f64]) -> &'a [f64] {
@@ -217,15 +225,26 @@ impl Reading {
 
     fn read_step(&self, s: &Interval, work: &mut Work) {
         let held = self.own(&s.internal);
+        let six = self.six.as_ref().map(|six| six.change(s));
         for (y, input) in work.y.iter_mut().zip(&self.inputs) {
-            *y = input.in_step(s, held);
+            *y = match (input, &six) {
+                (Input::Six(part), Some(own)) => own.part(*part),
+                _ => input.in_step(s, held),
+            };
         }
         self.take_states(held, &mut work.start);
     }
 
     fn read_inputs_at(&self, at: Configuration<'_>, v: &[f64], held: &[f64], y: &mut [f64]) {
+        let six = self
+            .six
+            .as_ref()
+            .map(|six| SixChange { mean: six.at(at.t, at.q), rate: six.rate(at.q, v) });
         for (y, input) in y.iter_mut().zip(&self.inputs) {
-            *y = input.at_node(at, v, held);
+            *y = match (input, &six) {
+                (Input::Six(part), Some(own)) => own.part(*part),
+                _ => input.at_node(at, v, held),
+            };
         }
     }
 
@@ -262,7 +281,11 @@ impl Reading {
     }
 
     /// With the efforts of a step, and `z̄`.
-    pub(super) fn with_values_in_step<T>(&self, s: &Interval, then: impl FnOnce(&Work) -> T) -> T {
+    pub(in crate::force) fn with_values_in_step<T>(
+        &self,
+        s: &Interval,
+        then: impl FnOnce(&Work) -> T,
+    ) -> T {
         let work = &mut *self.lock();
         self.read_step(s, work);
         if self.states.is_empty() {
@@ -274,7 +297,11 @@ impl Reading {
     }
 
     /// With the efforts of a step and their slopes by the inputs.
-    pub(super) fn with_slopes_in_step<T>(&self, s: &Interval, then: impl FnOnce(&Work) -> T) -> T {
+    pub(in crate::force) fn with_slopes_in_step<T>(
+        &self,
+        s: &Interval,
+        then: impl FnOnce(&Work) -> T,
+    ) -> T {
         let work = &mut *self.lock();
         self.read_step(s, work);
         if self.states.is_empty() {
@@ -287,7 +314,7 @@ impl Reading {
     }
 
     /// With the efforts at a node; states that are not listed are where they rest.
-    pub(super) fn with_values_at_node<T>(
+    pub(in crate::force) fn with_values_at_node<T>(
         &self,
         at: Configuration<'_>,
         v: &[f64],
@@ -304,7 +331,7 @@ impl Reading {
     }
 
     /// With the efforts at a node and their slopes by the inputs, states as listed, or resting.
-    pub(super) fn with_slopes_at_node<T>(
+    pub(in crate::force) fn with_slopes_at_node<T>(
         &self,
         at: Configuration<'_>,
         v: &[f64],

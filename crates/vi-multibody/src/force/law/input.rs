@@ -41,6 +41,9 @@ pub enum Input {
     Held(usize),
     /// A value of the past.
     Past(Past),
+    /// One of the coordinates of the bushing that reads it (0 to 5), or of their rates (6 to 11):
+    /// [`Reading::of_bushing`](super::Reading::of_bushing) has them all at once.
+    Six(usize),
 }
 
 /// A number as it was `delay` ago, linear between nodes; before the first node that one's.
@@ -114,7 +117,11 @@ impl Input {
     /// Whether it is a velocity or a rate.
     #[must_use]
     pub fn is_rate(&self) -> bool {
-        matches!(self, Self::Rate(_) | Self::PointRate(..) | Self::LengthRate(_) | Self::Spin(..))
+        match self {
+            Self::Rate(_) | Self::PointRate(..) | Self::LengthRate(_) | Self::Spin(..) => true,
+            Self::Six(part) => *part >= 6,
+            _ => false,
+        }
     }
 
     /// Whether its rate in a steady rotation changes with the configuration:
@@ -122,7 +129,7 @@ impl Input {
     #[must_use]
     pub fn is_seen_from_ground(&self) -> bool {
         match self {
-            Self::Time | Self::Held(_) | Self::Past(_) => false,
+            Self::Time | Self::Held(_) | Self::Past(_) | Self::Six(_) => false,
             Self::Coordinate(own) | Self::Rate(own) => own.is_length_from_ground(),
             Self::Point(..) | Self::PointRate(..) | Self::Spin(..) => true,
             Self::Length(form) | Self::LengthRate(form) => form.is_seen_from_ground(),
@@ -154,6 +161,7 @@ impl Input {
             }
             Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
             Self::Past(past) => past.at(s.t_mid(), held),
+            Self::Six(_) => f64::NAN, // of no bushing
         }
     }
 
@@ -162,7 +170,7 @@ impl Input {
     pub fn for_each_slope(&self, s: &Interval, visit: &mut dyn FnMut(usize, f64)) {
         let by_rate = 1.0 / s.h;
         match self {
-            Self::Time | Self::Held(_) | Self::Past(_) => {}
+            Self::Time | Self::Held(_) | Self::Past(_) | Self::Six(_) => {}
             Self::Coordinate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, 0.5 * a)),
             Self::Rate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, by_rate * a)),
             Self::Point(form, axis) => form.for_each_slope(&unit(*axis, 0.5), visit),
@@ -205,6 +213,7 @@ impl Input {
             }
             Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
             Self::Past(past) => past.at(at.t, held),
+            Self::Six(_) => f64::NAN,
         }
     }
 
@@ -217,7 +226,7 @@ impl Input {
         visit: &mut dyn FnMut(usize, f64),
     ) {
         match self {
-            Self::Time | Self::Held(_) | Self::Past(_) | Self::PointRate(..) => {}
+            Self::Time | Self::Held(_) | Self::Past(_) | Self::Six(_) | Self::PointRate(..) => {}
             Self::Coordinate(own) => own.for_each_slope(q, visit),
             Self::Rate(own) => own.for_each_rate_slope(v, visit),
             Self::Point(form, axis) => form.for_each_slope(&unit(*axis, 1.0), visit),
@@ -256,6 +265,7 @@ impl Input {
             Self::Time
             | Self::Held(_)
             | Self::Past(_)
+            | Self::Six(_)
             | Self::Coordinate(_)
             | Self::Point(..)
             | Self::Length(_) => {}

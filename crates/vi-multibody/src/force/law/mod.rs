@@ -12,7 +12,7 @@
 //!
 //! Source: Marsden & West 2001, part 3; Hairer, Lubich & Wanner 2006, II.1, for the midpoint rule.
 
-mod evaluation;
+pub(super) mod evaluation;
 pub mod input;
 pub mod signals;
 mod target;
