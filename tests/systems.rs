@@ -86,12 +86,14 @@ mod statics {
 }
 
 mod model {
+    mod bushing_laws;
     mod events;
     mod foreign_words;
     mod import_dialects;
     mod import_inertia;
     mod imports;
     pub(crate) mod keys;
+    mod law_tables;
     mod laws;
     mod model_file;
     mod parameters;

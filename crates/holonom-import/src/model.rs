@@ -165,6 +165,7 @@ impl Drafter<'_> {
         self.draft.model.joints.push(Joint {
             axis: kind.has_axis().then(|| vector(axis)),
             spring: acts(joint.stiffness).then_some(JointSpring {
+                table: None,
                 freedom,
                 stiffness: joint.stiffness,
                 rest: plain(rest),

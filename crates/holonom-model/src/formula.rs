@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::Model;
-use crate::expression::{Curve, ExpressionError, Known, Program};
+use crate::expression::{Curve, ExpressionError, Known, Program, Surface};
 use crate::text::problem::nearest;
 use crate::types::law::Formula;
 use crate::types::table::Table;
@@ -31,19 +31,23 @@ pub const TIME: [&str; 1] = ["t"];
 
 /// The tables of a model, by their names.
 #[derive(Clone, Debug)]
-pub struct Curves<'a>(BTreeMap<&'a str, Curve>);
+pub struct Curves<'a>(BTreeMap<&'a str, Known>);
 
 impl<'a> Curves<'a> {
     /// Those of a model whose tables are valid.
     #[must_use]
     pub fn new(model: &'a Model) -> Self {
         let valid = model.tables.iter().filter(|table| table.fault().is_none());
-        Self(valid.map(|table: &Table| (table.name.as_str(), Curve::new(table))).collect())
+        let own = |table: &'a Table| {
+            let surface = Surface::new(table).map(Known::Surface);
+            (table.name.as_str(), surface.unwrap_or_else(|| Known::Curve(Curve::new(table))))
+        };
+        Self(valid.map(own).collect())
     }
 
     /// The table of this name.
     #[must_use]
-    pub fn curve(&self, name: &str) -> Option<Curve> {
+    pub fn known(&self, name: &str) -> Option<Known> {
         self.0.get(name).cloned()
     }
 
@@ -65,7 +69,7 @@ impl<'a> Curves<'a> {
         let text = formula.0.as_str();
         let mut known = |name: &str| {
             let input = own.iter().position(|own| *own == name).map(Known::Input);
-            input.or_else(|| self.0.get(name).cloned().map(Known::Curve))
+            input.or_else(|| self.known(name))
         };
         Program::parse(text, &mut known).map_err(|error| {
             let Some(name) = error.unknown.clone() else { return error };

@@ -392,6 +392,7 @@ impl Model {
         let passive = |joint: &Joint| {
             let motor = joint.motor.as_ref();
             joint.damper.as_ref().is_none_or(|damper| damper.damping == 0.0)
+                && joint.spring.as_ref().is_none_or(|spring| spring.table.is_none())
                 && motor
                     .is_none_or(|m| m.effort == 0.0 && m.proportional == 0.0 && m.derivative == 0.0)
         };

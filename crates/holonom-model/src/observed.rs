@@ -73,8 +73,8 @@ impl Observed {
             if name == "t" {
                 return Some(Known::Input(0));
             }
-            if let Some(curve) = quantities.curves().curve(name) {
-                return Some(Known::Curve(curve));
+            if let Some(table) = quantities.curves().known(name) {
+                return Some(table);
             }
             let reading = match reading(quantities, model, name, of_state)? {
                 Ok(reading) => reading,

@@ -151,7 +151,7 @@ impl<'a> Quantities<'a> {
     ) -> Result<Program, ExpressionError> {
         let mut known = |name: &str| {
             let input = own.iter().position(|own| *own == name).map(Known::Input);
-            input.or_else(|| self.curves.curve(name).map(Known::Curve)).or_else(|| {
+            input.or_else(|| self.curves.known(name)).or_else(|| {
                 let quantity = self.quantity(name)?;
                 let at = reads.iter().position(|own| *own == quantity).unwrap_or_else(|| {
                     reads.push(quantity);

@@ -18,21 +18,25 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
     for (k, table) in tables.iter_mut().enumerate() {
         let Some(file) = table.file.clone() else { continue };
         let points = match meshes.path(&file) {
-            _ if !table.points.is_empty() => {
+            _ if !table.points.is_empty() || table.axes.is_some() => {
                 let message = "the points of the table are stated twice".to_owned();
-                Err(Problem::new("file", message).help("keep `points` or `file`"))
+                Err(Problem::new("file", message).help("keep `points`, `axes` or `file`"))
+            }
+            _ if table.grid && table.columns.is_some() => {
+                let message = "a grid has no headings".to_owned();
+                Err(Problem::new("columns", message).help("remove `columns`, or `grid`"))
             }
             Err(_) => {
                 let message = format!("the file `{file}` has no folder to start from");
                 Err(Problem::new("file", message).help("write its path from the root, or `points`"))
             }
-            Ok(path) => read(&path, table),
+            Ok(path) if table.grid => read_grid(&path).map(|(axes, values)| {
+                (table.axes, table.values, table.grid) = (Some(axes), values, false);
+            }),
+            Ok(path) => read(&path, table).map(|points| table.points = points),
         };
         match points {
-            Ok(points) => {
-                table.points = points;
-                (table.file, table.columns) = (None, None);
-            }
+            Ok(()) => (table.file, table.columns) = (None, None),
             Err(problem) if problems.len() < MAX_PROBLEMS => problems.push((k, problem)),
             Err(_) => {}
         }
@@ -42,10 +46,7 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
 
 fn read(path: &Path, table: &Table) -> Result<Vec<[f64; 2]>, Problem> {
     let file = path.display();
-    let text = read_regular_text(path, MAX_BYTES).map_err(|error| {
-        let message = format!("the table `{file}` cannot be read: {error}");
-        Problem::new("file", message).help("its path starts in the folder of the model file")
-    })?;
+    let text = text_of(path)?;
     let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
     let headings: Vec<&str> =
         lines.next().map_or(Vec::new(), |(line, _)| line.split(',').map(unquoted).collect());
@@ -78,6 +79,48 @@ fn read(path: &Path, table: &Table) -> Result<Vec<[f64; 2]>, Problem> {
         points.push([number(columns[0])?, number(columns[1])?]);
     }
     Ok(points)
+}
+
+fn text_of(path: &Path) -> Result<String, Problem> {
+    read_regular_text(path, MAX_BYTES).map_err(|error| {
+        let message = format!("the table `{}` cannot be read: {error}", path.display());
+        Problem::new("file", message).help("its path starts in the folder of the model file")
+    })
+}
+
+/// Axes and values of a grid.
+type Grid = ([Vec<f64>; 2], Vec<Vec<f64>>);
+
+/// A grid: `y` in the first line, `x` in the first column.
+fn read_grid(path: &Path) -> Result<Grid, Problem> {
+    let (file, text) = (path.display(), text_of(path)?);
+    let numbers = |row: usize, cells: &mut dyn Iterator<Item = &str>| {
+        let number = |(column, cell): (usize, &str)| -> Result<f64, Problem> {
+            let cell = unquoted(cell);
+            cell.parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(|| {
+                let message = format!(
+                    "row {row} of `{file}`: `{cell}` in column {} is no number",
+                    column + 1
+                );
+                let help = "write finite numbers with a decimal point, separated by commas";
+                Problem::new("file", message).help(help)
+            })
+        };
+        cells.enumerate().map(number).collect::<Result<Vec<f64>, Problem>>()
+    };
+    let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
+    let y = match lines.next() {
+        Some((line, row)) => numbers(row, &mut line.split(',').skip(1))?,
+        None => Vec::new(),
+    };
+    let (mut x, mut values) = (Vec::new(), Vec::new());
+    for (line, row) in lines {
+        let all = numbers(row, &mut line.split(','))?;
+        let [first, rest @ ..] = &all[..] else { continue };
+        x.push(*first);
+        values.push(rest.to_vec());
+    }
+    Ok(([x, y], values))
 }
 
 fn unquoted(cell: &str) -> &str {

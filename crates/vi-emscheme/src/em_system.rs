@@ -17,6 +17,7 @@ use crate::discrete_gradient::DiscreteGradient;
 use crate::gonzalez::Gonzalez;
 use crate::invariant::InvariantPotential;
 use crate::load::{AtMidpoint, MidpointLoad};
+use crate::setup::EmSetupError;
 use vi_core::MechanicalSystem;
 use vi_core::force::Source;
 use vi_core::interval::Interval;
@@ -66,6 +67,7 @@ pub struct EmSystem {
     gradients: Vec<Box<dyn DiscreteGradient>>,
     loads: Vec<Box<dyn MidpointLoad>>,
     sources: Vec<Source>, // of each load
+    has_signals: bool,    // with states or held values, which no scheme here advances
 }
 
 impl std::fmt::Debug for EmSystem {
@@ -87,7 +89,7 @@ impl EmSystem {
     pub fn new(mass: SparseMatrix) -> Self {
         assert_eq!(mass.shape().0, mass.shape().1, "the mass matrix must be square");
         let (gradients, loads, sources) = (Vec::new(), Vec::new(), Vec::new());
-        Self { mass, gravity: None, gradients, loads, sources }
+        Self { mass, gravity: None, gradients, loads, sources, has_signals: false }
     }
 
     /// A mechanism with its masses and gravity; springs, dampers and loads are added by the caller.
@@ -135,7 +137,13 @@ impl EmSystem {
                 ElementForce::Six(force) => self.load_of(own.source(), AtMidpoint(force)),
             };
         }
+        self.has_signals |= elements.signals.as_ref().is_some_and(|own| own.sampler.count() > 0);
         self
+    }
+
+    /// Refuses what the schemes cannot advance.
+    pub(crate) fn check(&self) -> Result<(), EmSetupError> {
+        if self.has_signals { Err(EmSetupError::Signals) } else { Ok(()) }
     }
 
     /// Gravity and the other potentials, in the order in which they were added.

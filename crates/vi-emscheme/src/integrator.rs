@@ -55,6 +55,7 @@ pub fn new<C: DiscreteConstraints + 'static>(
     options: EmOptions,
     at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError> {
+    system.check()?;
     check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
     let rows = IndependentRows::find(&constraints, at.t, at.q);
@@ -86,6 +87,7 @@ where
     N: DiscreteNullSpace<C> + 'static,
     R: Reparametrization + 'static,
 {
+    system.check()?;
     check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
     let rows = IndependentRows::find(&constraints, at.t, at.q);

@@ -58,6 +58,7 @@ pub fn integrator_at(
     algebra: EmAlgebra,
     at: InitialValues<'_>,
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
+    system.check()?;
     check_shapes(&system, &mechanism, at)?;
     if mechanism.has_velocity_constraints() {
         return Err(SetupError::VelocityConstraints.into());

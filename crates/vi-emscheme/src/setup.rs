@@ -33,6 +33,12 @@ pub enum EmSetupError {
          closed loops: take the linearization by multipliers"
     )]
     Linearization,
+    /// Laws read signals with states or held values.
+    #[error(
+        "energy–momentum schemes do not advance the states and held values of signals: take a \
+         variational scheme"
+    )]
+    Signals,
     /// The form needs `F_d`.
     #[error(
         "the scheme `{}` needs a map F_d(u, q_n): give a reparametrization, or use the scheme \

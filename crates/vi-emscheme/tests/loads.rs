@@ -4,7 +4,8 @@
 use crate::common;
 
 use common::distance;
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
+use std::sync::Arc;
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::force::{LinearDamping, Source};
 use vi_core::{MechanicalSystem, Quadrature};
@@ -12,6 +13,7 @@ use vi_emscheme::load::AtMidpoint;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::PairKind;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
+use vi_multibody::law::{Law, Sampler};
 use vi_multibody::run::Solver;
 use vi_multibody::spring::Damper;
 use vi_rigid::TimeHistory;
@@ -153,5 +155,50 @@ fn any_potential_keeps_the_energy_by_the_formula_of_gonzalez() {
         }
         println!("{}: energy off by {worst:.1e}", form.name());
         assert!(worst < 1e-12, "{worst:e}");
+    }
+}
+
+/// One held value that nothing changes.
+struct Held;
+
+impl Law for Held {
+    fn efforts(&self) -> usize {
+        0
+    }
+    fn evaluate(&self, _y: &[f64], _z: &[f64], _values: &mut [f64]) {}
+    fn gradient(&self, _y: &[f64], _z: &[f64], _values: &mut [f64], _slopes: &mut DMatrix<f64>) {}
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+}
+
+impl Sampler for Held {
+    fn count(&self) -> usize {
+        1
+    }
+    fn start(&self) -> Arc<[f64]> {
+        [1.0].into()
+    }
+    fn is_due(&self, _step: u64) -> bool {
+        false
+    }
+    fn sample(&self, _step: u64, _y: &[f64], _internal: &mut [f64]) {}
+    fn begin(&self, _y: &[f64], internal: &mut [f64]) {
+        internal[0] = 1.0;
+    }
+}
+
+/// No scheme of this family advances the states and held values of signals.
+#[test]
+fn signals_are_refused_by_their_name() {
+    for form in EmForm::ALL {
+        let mut builder = MechanismBuilder::new();
+        let _ = builder.body("body", Inertia::principal(2.0, [0.3, 0.2, 0.1]));
+        builder.signals(Vec::new(), Vec::new(), Arc::new(Held), Arc::new(Held));
+        let built = builder.build().unwrap();
+        let system = EmSystem::of_mechanism(&built.mechanism).force_elements(&built.forces);
+        let options = EmOptions::new(form, 0.01);
+        let refused = vi_emscheme::run::integrator(system, built.mechanism, options).unwrap_err();
+        assert!(refused.to_string().contains("held values of signals"), "{refused}");
     }
 }

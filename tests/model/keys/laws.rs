@@ -298,9 +298,58 @@ fn tables() -> Vec<Case> {
     TABLES.into_iter().map(of).chain([within, read]).collect()
 }
 
+/// Of two numbers: a product of a function of the time and of a line.
+fn grids() -> Vec<Case> {
+    let effort = |keys: &str| driven(keys).replace("40*f(t)", "40*f(t, 3*t)");
+    let values = "axes = [[0.01, 0.02, 0.035], [0.0, 0.2]]\nvalues = [[0.4, 0.8], [1.5, 3.0], [-0.6, -1.2]]\n";
+    let inline = |kind: &str, outside: &str, value: fn(f64) -> f64| {
+        let keys = format!("{values}interpolation = \"{kind}\"\noutside = \"{outside}\"\n");
+        Case::new(format!("grid, {kind}"), effort(&keys), move |run| impulses(run, value))
+            .only("table")
+            .blind_if(outside == "hold", "table.outside dropped", "its default")
+            .blind_if(kind == "pchip", "table.interpolation dropped", "its default")
+    };
+    let rows = |sign: f64| {
+        let row = |t: f64, f: f64| format!("{t},{},{}\n", sign * f, 2.0 * sign * f);
+        format!("time,0.0,0.2\n{}{}{}", row(0.01, 0.4), row(0.02, 1.5), row(0.035, -0.6))
+    };
+    let file = effort("file = \"map.csv\"\ngrid = true\ninterpolation = \"linear\"\n");
+    vec![
+        inline("linear", "hold", |t| linear(t) * (1.0 + 15.0 * t)),
+        inline("pchip", "slope", |t| monotone(t) * (1.0 + 15.0 * t)),
+        inline("spline", "hold", |t| spline(t) * (1.0 + 15.0 * t)),
+        Case::new("grid from a file", file, |run| impulses(run, |t| linear(t) * (1.0 + 15.0 * t)))
+            .file("map.csv", rows(1.0))
+            .file("other.csv", rows(-1.0))
+            .only("table"),
+    ]
+}
+
+/// A spring of a joint by a table, beside its stiffness.
+fn spring_by_table() -> Case {
+    let text = [
+        head("spring", "step = 1e-4, end = 2e-4"),
+        slider("slider", "rail", 2.0),
+        "spring = { stiffness = 4.0, rest = -0.3, table = \"f\" }\n".to_owned(),
+        part("table", "f") + "points = [[0.0, 1.0], [0.5, 2.5]]\ninterpolation = \"linear\"\n",
+        part("table", "g") + "points = [[0.0, 3.0], [0.5, 7.0]]\ninterpolation = \"linear\"\n",
+        sensor("a", "acceleration", "slider"),
+    ]
+    .concat();
+    Case::new("spring by a table", text, |run| {
+        let mut checks = Checks::default();
+        let pull = 4.0 * 0.3 + 1.0 + 3.0 * 0.3;
+        checks.near("acceleration", run.sensor("a.x", 0), -pull / 2.0, 1e-9);
+        checks
+    })
+    .only("joint.spring")
+}
+
 pub(crate) fn cases() -> Vec<Case> {
     let mut cases =
         vec![between_points(), along_joints(), on_members(), tension_of_a_spring(), conservative()];
     cases.extend(tables());
+    cases.extend(grids());
+    cases.push(spring_by_table());
     cases
 }

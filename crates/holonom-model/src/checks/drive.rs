@@ -2,7 +2,8 @@
 
 use crate::checks::Checker;
 use crate::frames::start::coincide;
-use crate::{Constraint, GROUND, Joint, JointKind, Quantities};
+use crate::text::problem::nearest;
+use crate::{Constraint, GROUND, Joint, JointKind, JointSpring, Quantities};
 
 impl Checker<'_> {
     pub(crate) fn drives(&mut self, key: &str, joint: &Joint, known: &Quantities<'_>) {
@@ -23,6 +24,9 @@ impl Checker<'_> {
                 self.report(format!("{key}.{field}"), message, "write 0 or more");
             }
         }
+        if let Some(spring) = &joint.spring {
+            self.joint_spring(&format!("{key}.spring"), spring);
+        }
         if let Some(motor) = &joint.motor {
             self.history(&format!("{key}.motor.history"), &motor.history, known);
             self.path(&format!("{key}.motor.path"), &motor.path, known);
@@ -37,6 +41,29 @@ impl Checker<'_> {
                 self.report(format!("{key}.pitch"), message, "remove `pitch`");
             }
             _ => {}
+        }
+    }
+
+    fn joint_spring(&mut self, key: &str, spring: &JointSpring) {
+        let Some(name) = &spring.table else {
+            return;
+        };
+        let table = self.model.tables.iter().find(|own| own.name == *name);
+        match table {
+            None => {
+                let known = self.model.tables.iter().map(|own| own.name.as_str());
+                let help = match nearest(name, known) {
+                    Some(best) => format!("did you mean `{best}`?"),
+                    None => "add a [[table]] of this name".to_owned(),
+                };
+                self.report(format!("{key}.table"), format!("there is no table `{name}`"), help);
+            }
+            Some(table) if table.axes.is_some() => {
+                let message = format!("`{name}` is a table of two numbers");
+                let help = "write one of the elongation alone, or a [[law]]";
+                self.report(format!("{key}.table"), message, help);
+            }
+            Some(_) => {}
         }
     }
 

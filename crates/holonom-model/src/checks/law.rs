@@ -24,9 +24,27 @@ impl Checker<'_> {
             let message = "only a file has columns with headings".to_owned();
             self.report(format!("{key}.columns"), message, "remove `columns`, or add `file`");
         }
-        if let Some(fault) = table.fault() {
-            let help = "write points = [[x, y], …] with increasing x";
-            self.report(format!("{key}.points"), fault, help);
+        if table.grid {
+            let message = "only a file has a grid of its own".to_owned();
+            let help = "write axes = [[x, …], [y, …]] and values = [[…], …]";
+            self.report(format!("{key}.grid"), message, help);
+        }
+        let on_grid = table.axes.is_some();
+        if on_grid && !table.points.is_empty() {
+            let message = "the values are stated twice".to_owned();
+            self.report(format!("{key}.points"), message, "keep `points`, or `axes` and `values`");
+        }
+        if !on_grid && !table.values.is_empty() {
+            let message = "nothing says where these values are".to_owned();
+            self.report(format!("{key}.values"), message, "add axes = [[x, …], [y, …]]");
+        } else if let Some(fault) = table.fault() {
+            let (part, help) = match on_grid {
+                true => {
+                    ("axes", "write axes = [[x, …], [y, …]], increasing, and values = [[…], …]")
+                }
+                false => ("points", "write points = [[x, y], …] with increasing x"),
+            };
+            self.report(format!("{key}.{part}"), fault, help);
         }
     }
 

@@ -23,6 +23,7 @@
 mod function;
 mod parse;
 mod program;
+mod surface;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -30,6 +31,7 @@ mod tests;
 pub(crate) use parse::evaluate;
 pub use parse::{ExpressionError, Known};
 pub use program::{Program, Undefined};
+pub use surface::Surface;
 pub use table::Curve;
 
 use function::{BINARY, TERNARY, UNARY};

@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 use super::function::{BINARY, Binary, TERNARY, UNARY, Unary};
 use super::program::{MOST, Operation, Program, words};
+use super::surface::Surface;
 use super::table::Curve;
 use super::{CONSTANTS, functions, is_time, vocabulary};
 use crate::text::problem::nearest;
@@ -35,6 +36,8 @@ pub enum Known {
     Input(usize),
     /// A function of one number, which is called.
     Curve(Curve),
+    /// A function of two numbers, which is called.
+    Surface(Surface),
 }
 
 /// What is wrong with an expression, and where in it.
@@ -74,14 +77,15 @@ impl Program {
             operations: Vec::new(),
             spans: Vec::new(),
             curves: Vec::new(),
+            surfaces: Vec::new(),
         };
         let result = whole(&mut parser)?;
         if let Some(c) = parser.peek() {
             return Err(parser.unexpected(c));
         }
         let (operations, spans) = (parser.operations, parser.spans);
-        let curves = parser.curves.into();
-        Ok(Self { text: text.into(), curves, ..reachable(&operations, &spans, result) })
+        let (curves, surfaces) = (parser.curves.into(), parser.surfaces.into());
+        Ok(Self { text: text.into(), curves, surfaces, ..reachable(&operations, &spans, result) })
     }
 }
 
@@ -94,7 +98,9 @@ fn reachable(operations: &[Operation], spans: &[Range<usize>], result: usize) ->
             match operations[k] {
                 Operation::Constant(_) | Operation::Input(_) => {}
                 Operation::Unary(_, x) | Operation::Curve(_, x) => used[x] = true,
-                Operation::Binary(_, all) => all.iter().for_each(|x| used[*x] = true),
+                Operation::Binary(_, all) | Operation::Surface(_, all) => {
+                    all.iter().for_each(|x| used[*x] = true)
+                }
                 Operation::Select(all) => all.iter().for_each(|x| used[*x] = true),
             }
         }
@@ -108,12 +114,14 @@ fn reachable(operations: &[Operation], spans: &[Range<usize>], result: usize) ->
             Operation::Binary(f, all) => Operation::Binary(f, all.map(|x| place[x])),
             Operation::Select(all) => Operation::Select(all.map(|x| place[x])),
             Operation::Curve(curve, x) => Operation::Curve(curve, place[x]),
+            Operation::Surface(own, all) => Operation::Surface(own, all.map(|x| place[x])),
             leaf => leaf,
         });
         places.push(spans[k].clone());
     }
     let (operations, spans) = (Arc::from(kept), Arc::from(places));
-    Program { text: "".into(), operations, spans, curves: Arc::from([]) }
+    let (curves, surfaces) = (Arc::from([]), Arc::from([]));
+    Program { text: "".into(), operations, spans, curves, surfaces }
 }
 
 /// The value of an expression of parameters alone.
@@ -133,6 +141,7 @@ struct Parser<'a> {
     operations: Vec<Operation>,
     spans: Vec<Range<usize>>,
     curves: Vec<Curve>,
+    surfaces: Vec<Surface>,
 }
 
 impl Parser<'_> {
@@ -172,7 +181,7 @@ impl Parser<'_> {
         };
         let folded = match operation {
             Operation::Constant(value) => Some(value),
-            Operation::Input(_) | Operation::Curve(..) => None,
+            Operation::Input(_) | Operation::Curve(..) | Operation::Surface(..) => None,
             Operation::Unary(function, x) => number(x).map(|x| function.value(x)),
             Operation::Binary(function, [x, y]) => {
                 number(x).zip(number(y)).map(|(x, y)| function.value(x, y))
@@ -350,8 +359,12 @@ impl Parser<'_> {
         match (self.known)(name) {
             Some(Known::Constant(value)) => self.push(start, Operation::Constant(value)),
             Some(Known::Input(input)) => self.push(start, Operation::Input(input)),
-            Some(Known::Curve(_)) => {
-                let help = format!("write {name}(x), with its argument");
+            Some(known @ (Known::Curve(_) | Known::Surface(_))) => {
+                let (call, of) = match known {
+                    Known::Surface(_) => ("x, y", "arguments"),
+                    _ => ("x", "argument"),
+                };
+                let help = format!("write {name}({call}), with its {of}");
                 let message = format!("`{name}` is a table");
                 Err(ExpressionError { message, unknown: None, help })
             }
@@ -382,6 +395,13 @@ impl Parser<'_> {
                 (Some(Known::Curve(curve)), [x]) => {
                     self.curves.push(curve);
                     self.push(start, Operation::Curve(self.curves.len() - 1, *x))
+                }
+                (Some(Known::Surface(surface)), [x, y]) => {
+                    self.surfaces.push(surface);
+                    self.push(start, Operation::Surface(self.surfaces.len() - 1, [*x, *y]))
+                }
+                (Some(Known::Surface(_)), _) => {
+                    self.wrong(format!("the table `{name}` is a function of two numbers"))
                 }
                 (Some(Known::Curve(_)), _) => {
                     self.wrong(format!("the table `{name}` is a function of one number"))

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::function::{Binary, Unary};
+use super::surface::{Bent, Surface};
 use super::table::Curve;
 
 /// Operations of an expression at most.
@@ -22,6 +23,8 @@ pub(super) enum Operation {
     Select([usize; 3]),
     /// The table of this index.
     Curve(usize, usize),
+    /// The table of two numbers of this index.
+    Surface(usize, [usize; 2]),
 }
 
 /// An expression that is ready to be evaluated. Clones share it.
@@ -31,6 +34,7 @@ pub struct Program {
     pub(super) operations: Arc<[Operation]>,
     pub(super) spans: Arc<[Range<usize>]>,
     pub(super) curves: Arc<[Curve]>,
+    pub(super) surfaces: Arc<[Surface]>,
 }
 
 impl fmt::Debug for Program {
@@ -44,6 +48,7 @@ impl PartialEq for Program {
         self.text == other.text
             && self.operations == other.operations
             && self.curves == other.curves
+            && self.surfaces == other.surfaces
     }
 }
 
@@ -66,6 +71,12 @@ impl fmt::Display for Undefined {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
+}
+
+/// Value and derivatives by the time of `f(x, y)`, with the rates and accelerations of both.
+fn of_two((f, [fx, fy], [fxx, fxy, fyy]): Bent, [[dx, dy], [ddx, ddy]]: [[f64; 2]; 2]) -> [f64; 3] {
+    let bend = fxx * dx * dx + 2.0 * fxy * dx * dy + fyy * dy * dy;
+    [f, fx * dx + fy * dy, fx * ddx + fy * ddy + bend]
 }
 
 /// Operations of an expression whose values are kept on the stack.
@@ -195,6 +206,12 @@ impl Program {
                 adjoints[x] += adjoint * slope;
                 adjoints[x] * 0.0
             }
+            Operation::Surface(surface, [x, y]) => {
+                let (_, [by_x, by_y], _) = self.surface(surface, [values[x], values[y]]);
+                adjoints[x] += adjoint * by_x;
+                adjoints[y] += adjoint * by_y;
+                (adjoints[x] + adjoints[y]) * 0.0
+            }
         }
     }
 
@@ -266,9 +283,12 @@ impl Program {
                     let constant = self.is_constant(y);
                     let ([x, dx, ddx], [y, dy, ddy]) = (jets[x], jets[y]);
                     let f = function.value(x, y);
-                    let ([fx, fy], [fxx, fxy, fyy]) = function.partials([x, y], f, constant);
-                    let bend = fxx * dx * dx + 2.0 * fxy * dx * dy + fyy * dy * dy;
-                    [f, fx * dx + fy * dy, fx * ddx + fy * ddy + bend]
+                    let (first, second) = function.partials([x, y], f, constant);
+                    of_two((f, first, second), [[dx, dy], [ddx, ddy]])
+                }
+                Operation::Surface(surface, [x, y]) => {
+                    let ([x, dx, ddx], [y, dy, ddy]) = (jets[x], jets[y]);
+                    of_two(self.surface(surface, [x, y]), [[dx, dy], [ddx, ddy]])
                 }
                 Operation::Select([c, a, b]) => jets[if jets[c][0] > 0.0 { a } else { b }],
                 Operation::Curve(curve, x) => {
@@ -309,6 +329,7 @@ impl Program {
                 Operation::Binary(function, [x, y]) => function.value(values[x], values[y]),
                 Operation::Select([c, a, b]) => values[if values[c] > 0.0 { a } else { b }],
                 Operation::Curve(curve, x) => self.curve(curve, values[x])[0],
+                Operation::Surface(k, [x, y]) => self.surface(k, [values[x], values[y]]).0,
             };
             values[k] = value;
             finite += value * 0.0;
@@ -324,7 +345,9 @@ impl Program {
         let all: [Option<usize>; 3] = match self.operations[k] {
             Operation::Constant(_) | Operation::Input(_) => [None; 3],
             Operation::Unary(_, x) | Operation::Curve(_, x) => [Some(x), None, None],
-            Operation::Binary(_, [x, y]) => [Some(x), Some(y), None],
+            Operation::Binary(_, [x, y]) | Operation::Surface(_, [x, y]) => {
+                [Some(x), Some(y), None]
+            }
             Operation::Select(all) => all.map(Some),
         };
         all.into_iter().flatten()
@@ -332,6 +355,10 @@ impl Program {
 
     fn curve(&self, curve: usize, x: f64) -> [f64; 3] {
         self.curves[curve].at(x).unwrap_or([f64::NAN; 3])
+    }
+
+    fn surface(&self, surface: usize, at: [f64; 2]) -> Bent {
+        self.surfaces[surface].at(at).unwrap_or((f64::NAN, [f64::NAN; 2], [f64::NAN; 3]))
     }
 
     fn part(&self, k: usize) -> &str {
@@ -343,6 +370,12 @@ impl Program {
             Operation::Curve(curve, x) => {
                 let ([first, last], name) = (self.curves[curve].range(), self.curves[curve].name());
                 format!("`{name}`: {} is outside of {first} … {last}", values[x])
+            }
+            Operation::Surface(k, [x, y]) => {
+                let surface = &self.surfaces[k];
+                let [[a, b], [c, d]] = [surface.range(0), surface.range(1)];
+                let (name, x, y) = (surface.name(), values[x], values[y]);
+                format!("`{name}`: ({x}, {y}) is outside of {a} … {b}, {c} … {d}")
             }
             _ => words(self.part(k), values[k]),
         };
@@ -362,6 +395,7 @@ impl Program {
                 Operation::Input(input) => u8::from(counts(input)),
                 Operation::Unary(Unary::Negative | Unary::Integer(1), x) => degrees[x],
                 Operation::Unary(_, x) | Operation::Curve(_, x) => free(degrees[x]),
+                Operation::Surface(_, [x, y]) => free(degrees[x].max(degrees[y])),
                 Operation::Binary(function, [x, y]) => {
                     let (x, y) = (degrees[x], degrees[y]);
                     match function {

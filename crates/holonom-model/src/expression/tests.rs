@@ -322,6 +322,81 @@ fn tables_are_what_their_interpolation_says() {
     assert!((pchip.at(0.0).unwrap()[1] - (3.5 - 1.0 / 3.0) / 2.5).abs() < 1e-15);
 }
 
+fn surface(interpolation: &str, outside: &str) -> Surface {
+    let text = format!(
+        "name = \"f\"\naxes = [[0.0, 1.0, 2.5, 3.0], [-1.0, 0.5, 1.0]]\n\
+         values = [[0.0, 1.0, 0.5], [1.0, 2.0, -1.0], [1.5, 0.3, 0.2], [4.0, 3.0, 2.5]]\n\
+         interpolation = \"{interpolation}\"\noutside = \"{outside}\"\n"
+    );
+    Surface::new(&toml::from_str(&text).unwrap()).unwrap()
+}
+
+/// Values at the corners; derivatives are those of the values, across sides of cells and outside.
+#[test]
+fn grids_have_their_derivatives() {
+    for kind in ["pchip", "linear", "spline"] {
+        let own = surface(kind, "slope");
+        assert!((own.at([2.5, 0.5]).unwrap().0 - 0.3).abs() < 1e-14);
+        let (e, mut worst) = (1e-5, [0.0_f64; 2]);
+        for at in [[0.3, 0.2], [1.7, -0.4], [2.8, 0.9], [-0.5, 0.1], [3.6, 1.7], [0.4, -2.0]] {
+            let moved = |k: usize, by: f64| {
+                let mut at = at;
+                at[k] += by;
+                own.at(at).unwrap()
+            };
+            let (_, first, [xx, xy, yy]) = own.at(at).unwrap();
+            for (k, second) in [[xx, xy], [xy, yy]].into_iter().enumerate() {
+                let (plus, minus) = (moved(k, e), moved(k, -e));
+                worst[0] = worst[0].max(((plus.0 - minus.0) / (2.0 * e) - first[k]).abs());
+                for l in 0..2 {
+                    let slope = (plus.1[l] - minus.1[l]) / (2.0 * e);
+                    worst[1] = worst[1].max((slope - second[l]).abs());
+                }
+            }
+        }
+        println!("{kind}: slopes off by {:.1e}, second derivatives by {:.1e}", worst[0], worst[1]);
+        assert!(worst[0] < 1e-8 && worst[1] < 1e-6);
+        for [a, b] in [[[1.0, 0.1], [1.0, 0.9]], [[0.2, 0.5], [2.8, 0.5]]] {
+            let across = |x: [f64; 2]| {
+                let d = if a[0] == b[0] { [1e-13, 0.0] } else { [0.0, 1e-13] };
+                let side = |s: f64| own.at([x[0] + s * d[0], x[1] + s * d[1]]).unwrap();
+                let (p, m) = (side(1.0), side(-1.0));
+                (p.0 - m.0).abs().max((p.1[0] - m.1[0]).abs()).max((p.1[1] - m.1[1]).abs())
+            };
+            let jump = across(a).max(across(b));
+            assert!(jump < 1e-10 || kind == "linear", "{kind}: {jump:e}");
+        }
+    }
+    let hold = surface("pchip", "hold");
+    let (value, slopes, second) = hold.at([9.0, 0.5]).unwrap();
+    assert_eq!((value, slopes[0], second[0]), (3.0, 0.0, 0.0));
+    assert!(surface("pchip", "error").at([1.0, 1.01]).is_none());
+}
+
+#[test]
+fn a_grid_is_called_by_its_name() {
+    let mut known = |name: &str| match name {
+        "x" => Some(Known::Input(0)),
+        "y" => Some(Known::Input(1)),
+        "f" => Some(Known::Surface(surface("spline", "error"))),
+        _ => None,
+    };
+    let own = Program::parse("2*f(x^2, x - y)", &mut known).unwrap();
+    let (mut slopes, e) = ([0.0; 2], 1e-6);
+    let value = own.gradient(&[1.2, 0.5], &mut slopes).unwrap();
+    assert!((value - 2.0 * surface("spline", "hold").at([1.44, 0.7]).unwrap().0).abs() < 1e-14);
+    let at = |x: f64, y: f64| own.value(&[x, y]).unwrap();
+    let expected = [at(1.2 + e, 0.5) - at(1.2 - e, 0.5), at(1.2, 0.5 + e) - at(1.2, 0.5 - e)];
+    (0..2).for_each(|k| assert!((slopes[k] - expected[k] / (2.0 * e)).abs() < 1e-8));
+    let path = Program::parse("f(x^2, 0.3*x)", &mut known).unwrap();
+    let [_, rate, acceleration] = path.taylor(1.2).unwrap();
+    let at = |t: f64| path.taylor(t).unwrap();
+    assert!((rate - (at(1.2 + e)[0] - at(1.2 - e)[0]) / (2.0 * e)).abs() < 1e-8);
+    assert!((acceleration - (at(1.2 + e)[1] - at(1.2 - e)[1]) / (2.0 * e)).abs() < 1e-7);
+    let outside = own.value(&[1.9, 0.5]).unwrap_err();
+    assert_eq!(outside.message, "`f`: (3.61, 1.4) is outside of 0 … 3, -1 … 1");
+}
+
 #[test]
 fn a_table_is_called_by_its_name() {
     let mut known = |name: &str| match name {

@@ -43,8 +43,8 @@ pub struct Bushing {
     #[serde(default)]
     pub rotation: BushingRotation,
     /// Stiffness `K`: 6 numbers along and about its axes, or 6 rows of 6, N/m, N/rad, N and
-    /// N·m/rad. Entries may be expressions of `t`, `x1` to `x6` and `v1` to `v6`. It need not be
-    /// symmetric.
+    /// N·m/rad. Entries may be expressions of `t`, `x1` to `x6`, `v1` to `v6`, and of joints,
+    /// members and signals by their names. It need not be symmetric.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<Coefficients>,
     /// Damping `C`: 6 numbers, or 6 rows of 6, N·s/m, N·s/rad, N·s and N·m·s/rad; entries may be

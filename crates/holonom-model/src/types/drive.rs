@@ -9,7 +9,7 @@ use super::law::Formula;
 use super::load::{Frame, History};
 use super::motion_path::MotionPath;
 
-/// `spring` of a joint: `½ k (θ − rest)²`.
+/// `spring` of a joint: `½ k (θ − rest)²`, and what a table says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JointSpring {
@@ -18,6 +18,9 @@ pub struct JointSpring {
     pub freedom: usize,
     /// Stiffness `k`, N/m for displacements, N·m/rad for angles.
     pub stiffness: f64,
+    /// A `[[table]]` of the effort that pulls back, N or N·m, by `θ − rest`, beside the stiffness.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<String>,
     /// The joint coordinate at which it is relaxed, m or rad; 0 is the initial configuration.
     #[serde(default)]
     pub rest: f64,

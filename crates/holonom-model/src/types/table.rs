@@ -29,8 +29,8 @@ pub enum Outside {
     Error,
 }
 
-/// `[[table]]`: a function of one number by its values. Expressions call it by its name:
-/// `torque(v)`.
+/// `[[table]]`: a function of one number by its values, or of two by its values on a grid.
+/// Expressions call it by its name: `torque(v)`, `torque(v, heat)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
@@ -39,6 +39,13 @@ pub struct Table {
     /// Arguments and values, `[[x, y], …]`: at least two, arguments increasing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<[f64; 2]>,
+    /// The arguments of a function of two numbers, `[[x, …], [y, …]]`: at least two each,
+    /// increasing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<[Vec<f64>; 2]>,
+    /// Its values: a row for each `x`, in it one for each `y`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<Vec<f64>>,
     /// A file of comma-separated values with a line of headings, instead of `points`; its path
     /// starts in the folder of the model file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -46,7 +53,12 @@ pub struct Table {
     /// The headings of the columns of arguments and values; the first two columns by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub columns: Option<[String; 2]>,
-    /// What it is between its points.
+    /// Whether the file has a grid, instead of `axes` and `values`: `y` in its first line, `x` in
+    /// its first column, values elsewhere.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
+    pub grid: bool,
+    /// What it is between its points; on a grid the same along both arguments.
     #[serde(default)]
     pub interpolation: Interpolation,
     /// What it is before the first and after the last point.
@@ -58,6 +70,9 @@ impl Table {
     /// What is wrong with its points, in words.
     pub(crate) fn fault(&self) -> Option<String> {
         let points = &self.points;
+        if let Some([x, y]) = &self.axes {
+            return self.fault_of_grid([x, y]);
+        }
         if points.len() < 2 {
             return Some(format!("{} point(s): a table has at least two", points.len()));
         }
@@ -66,5 +81,23 @@ impl Table {
             let (a, b) = (pair[0][0], pair[1][0]);
             format!("arguments must increase: {a} in row {row} is followed by {b}")
         })
+    }
+
+    fn fault_of_grid(&self, axes: [&Vec<f64>; 2]) -> Option<String> {
+        for (axis, own) in ["x", "y"].into_iter().zip(axes) {
+            if own.len() < 2 {
+                return Some(format!("{} value(s) of {axis}: a grid has at least two", own.len()));
+            }
+            if let Some(pair) = own.windows(2).find(|pair| pair[0] >= pair[1]) {
+                let (a, b) = (pair[0], pair[1]);
+                return Some(format!("values of {axis} must increase: {a} is followed by {b}"));
+            }
+        }
+        let (rows, columns) = (axes[0].len(), axes[1].len());
+        if self.values.len() != rows {
+            return Some(format!("{} row(s) of values for {rows} of x", self.values.len()));
+        }
+        let row = self.values.iter().zip(1..).find(|(row, _)| row.len() != columns);
+        row.map(|(row, k)| format!("row {k} has {} value(s) for {columns} of y", row.len()))
     }
 }

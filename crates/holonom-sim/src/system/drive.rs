@@ -102,7 +102,10 @@ pub(crate) fn joint_elements(
         |part, freedom, law| elements.push(JointDrive { part, freedom, law, idle: false });
     if let Some(spring) = &joint.spring {
         let (stiffness, rest) = (spring.stiffness, spring.rest);
-        add("spring", spring.freedom, ElementLaw::Spring { stiffness, rest });
+        match times.spring(&format!("the spring of `{}`", joint.name), spring) {
+            Some(law) => add("spring", spring.freedom, ElementLaw::Force(law)),
+            None => add("spring", spring.freedom, ElementLaw::Spring { stiffness, rest }),
+        }
     }
     if let Some(damper) = &joint.damper {
         add("damper", damper.freedom, ElementLaw::Force(Arc::new(Viscous(damper.damping))));

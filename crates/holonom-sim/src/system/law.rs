@@ -18,7 +18,7 @@ use vi_multibody::wrench_law::{INPUTS, WrenchLaw, WrenchSlopes};
 /// An expression of time, coordinate and rate, N or N·m.
 #[derive(Debug)]
 pub(crate) struct ExpressionLaw {
-    name: String,
+    owner: String,
     program: Program,
     dissipative: bool,
     affine: bool,
@@ -26,17 +26,16 @@ pub(crate) struct ExpressionLaw {
 }
 
 impl ExpressionLaw {
-    fn new(law: &Law, program: Program) -> Self {
-        let (name, fault) = (law.name.clone(), LastFault::default());
-        let dissipative = program.reads(2) && !law.conservative;
+    /// Of [`ALONG`], of `owner`, in words.
+    pub(super) fn new(owner: String, program: Program, is_conservative: bool) -> Self {
+        let dissipative = program.reads(2) && !is_conservative;
         let affine = program.is_affine(|input| input > 0);
-        Self { name, program, dissipative, affine, fault }
+        Self { owner, program, dissipative, affine, fault: LastFault::default() }
     }
 
     #[cold]
     fn note(&self, at: [f64; 3], undefined: &Undefined) -> f64 {
-        let owner = label(&self.name);
-        self.fault.note(&owner, (&self.program, undefined), &ALONG, (&at, at[0]))
+        self.fault.note(&self.owner, (&self.program, undefined), &ALONG, (&at, at[0]))
     }
 }
 
@@ -155,7 +154,7 @@ impl OwnLaw {
     /// What jumps in it, and in what it reads: of which law or signal.
     fn jumps(&self) -> Vec<(String, Vec<&'static str>)> {
         match self {
-            Self::Along(law) => vec![(label(&law.name), law.program.jumps())],
+            Self::Along(law) => vec![(law.owner.clone(), law.program.jumps())],
             Self::Motion(law) => {
                 let all = law.programs.iter().flatten().flat_map(Program::jumps);
                 vec![(label(&law.name), all.collect())]
@@ -261,7 +260,7 @@ fn law_along<'a>(
         return Ok(None);
     };
     if reads.is_empty() {
-        let own = Arc::new(ExpressionLaw::new(law, program));
+        let own = Arc::new(ExpressionLaw::new(label(&law.name), program, law.conservative));
         let force: Arc<dyn JointLaw> = own.clone();
         match on {
             ActOn::Coordinate(at) => builder.joint_force(at, force).named(&law.name),

@@ -147,6 +147,7 @@ pub(crate) fn build_with_locks(
         entry.named(&load.name);
     }
     laws.extend(times.expressions.into_iter().map(law::OwnLaw::Time));
+    laws.extend(times.springs.into_iter().map(law::OwnLaw::Along));
     let description = builder.description().map_err(refusal)?;
     let mechanism = Mechanism::new(description);
     let mut mechanism = mechanism.with_loop_tolerance(model.settings.loop_tolerance);

@@ -1,8 +1,10 @@
-//! Histories of loads and motors and paths of motions, by expressions or otherwise.
+//! Histories of loads and motors, paths of motions and springs of joints, by expressions or tables
+//! or otherwise.
 
+use super::law::ExpressionLaw;
 use super::law_fault::{LastFault, LawFault};
 use holonom_model::expression::{Program, Undefined};
-use holonom_model::{Curves, History, Model, MotionPath, TIME};
+use holonom_model::{ALONG, Curves, Formula, History, JointSpring, Model, MotionPath, TIME};
 use std::sync::Arc;
 use vi_rigid::time_history::{TimeFunction, TimeHistory};
 
@@ -46,11 +48,13 @@ pub(crate) struct TimeFunctions<'a> {
     curves: Curves<'a>,
     /// Those that are expressions.
     pub(super) expressions: Vec<Arc<OfTime>>,
+    /// Springs of joints by tables.
+    pub(super) springs: Vec<Arc<ExpressionLaw>>,
 }
 
 impl<'a> TimeFunctions<'a> {
     pub(crate) fn new(model: &'a Model) -> Self {
-        Self { curves: Curves::new(model), expressions: Vec::new() }
+        Self { curves: Curves::new(model), expressions: Vec::new(), springs: Vec::new() }
     }
 
     fn keep(&mut self, owner: &str, program: Program) -> Arc<OfTime> {
@@ -69,6 +73,20 @@ impl<'a> TimeFunctions<'a> {
             }
             None => history.time_history(&self.curves),
         }
+    }
+
+    /// `−k (x − rest) − f(x − rest)` of a spring of a joint that has a table.
+    pub(crate) fn spring(
+        &mut self,
+        owner: &str,
+        JointSpring { stiffness, rest, table, .. }: &JointSpring,
+    ) -> Option<Arc<ExpressionLaw>> {
+        let name = table.as_ref()?;
+        let text = format!("({:?})*(x - ({rest:?})) - {name}(x - ({rest:?}))", -stiffness);
+        let program = self.curves.compile(&Formula(text), &ALONG).ok()?; // its table is checked
+        let own = Arc::new(ExpressionLaw::new(owner.to_owned(), program, true));
+        self.springs.push(own.clone());
+        Some(own)
     }
 
     /// The path of `owner`, in words.

@@ -354,7 +354,7 @@ impl<'a, 'i> Merge<'a, 'i> {
                 "file" if section == "table" => Role::File,
                 key if has_formulas(section, key) => Role::Formula(own_names(section)),
                 _ if section == "signal" => Role::Signal,
-                MOTOR if section == "joint" => Role::Motor,
+                MOTOR | "spring" if section == "joint" => Role::Drive,
                 "terms" => Role::Terms,
                 "set" if section == "event" => Role::Settings,
                 key if REFERENCES.contains(&key) => Role::Reference,
@@ -394,7 +394,8 @@ impl<'a, 'i> Merge<'a, 'i> {
                         (Role::Signal, key) if OF_SIGNALS.contains(&key) => {
                             Role::Formula(own_names("signal"))
                         }
-                        (Role::Motor, key) if OF_MOTORS.contains(&key) => {
+                        (Role::Drive, "table") => Role::Reference,
+                        (Role::Drive, key) if OF_MOTORS.contains(&key) => {
                             Role::Formula(own_names("joint"))
                         }
                         (Role::Terms, "factor") => Role::Formula(own_names("constraint")),
@@ -452,10 +453,10 @@ enum Role {
     Formula(&'static [&'static str]),
     /// A part of a signal, with such expressions in it.
     Signal,
-    /// A motor, with such expressions in it.
-    Motor,
     /// The terms of a sum of rates.
     Terms,
+    /// A motor, with such expressions in it, or a spring of a joint.
+    Drive,
     /// Values under the names of other parts.
     Settings,
     /// A description.

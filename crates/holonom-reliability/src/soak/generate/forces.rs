@@ -103,7 +103,7 @@ fn along_joint(joint: &mut Joint, draw: &mut Draw) {
         }
         _ => {
             let (stiffness, rest) = (draw.magnitude(&[0.1, 1.0, 10.0]), draw.between(-0.3, 0.3));
-            joint.spring = Some(JointSpring { freedom, stiffness, rest });
+            joint.spring = Some(JointSpring { freedom, stiffness, rest, table: None });
         }
     }
 }
