@@ -82,6 +82,7 @@ impl<'a> Stated<'a> {
             for (effort, formula) in efforts.iter_mut().zip(force) {
                 *effort = Some(terms.formula((&owner, &key), formula, &own)?);
             }
+            efforts[0] = self.within_range(terms, efforts[0], &own);
             return Ok(efforts);
         }
         for (row, effort) in efforts.iter_mut().enumerate() {
@@ -107,7 +108,20 @@ impl<'a> Stated<'a> {
             }
             *effort = Some(terms.part(&owner, &text, &from));
         }
+        efforts[0] = self.within_range(terms, efforts[0], &own);
         Ok(efforts)
+    }
+
+    /// The same, but not a number where the coordinates are out of range, whatever is read.
+    fn within_range(
+        &self,
+        terms: &mut Terms<'_>,
+        effort: Option<Source>,
+        own: &[(&'static str, Source)],
+    ) -> Option<Source> {
+        let (_, x1) = own[1];
+        let owner = format!("bushing `{}`", self.bushing.name);
+        effort.map(|effort| terms.part(&owner, "f + 0*x1", &[("f", effort), ("x1", x1)]))
     }
 }
 

@@ -13,6 +13,7 @@
 
 use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3};
+use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use vi_core::interval::Interval;
@@ -200,10 +201,16 @@ impl SixCoordinates {
         x.fixed_rows_mut::<3>(0).copy_from(&(Placed::axes(&at.from).transpose() * at.between()));
         x.fixed_rows_mut::<3>(3).copy_from(&at.turn.theta);
         if at.turn.theta.norm() > LARGEST_ANGLE {
-            self.beyond.store(t.to_bits(), Ordering::Relaxed);
-            x.fill(f64::NAN);
+            self.refuse(t, &mut x);
         }
         x
+    }
+
+    /// Out of range at `t`.
+    #[cold]
+    fn refuse(&self, t: f64, x: &mut Vector6) {
+        self.beyond.store(t.to_bits(), Ordering::Relaxed);
+        x.fill(f64::NAN);
     }
 
     /// `ξ(q)`.
@@ -247,7 +254,11 @@ impl SixCoordinates {
         rate.fixed_rows_mut::<3>(0).copy_from(&along);
         rate.fixed_rows_mut::<3>(3).copy_from(&(turned / s.h));
         let t = s.t_mid();
-        SixChange { mean: 0.5 * (self.values(t, &start) + self.values(t, &end)), rate }
+        let mut mean = 0.5 * (self.values(t, &start) + self.values(t, &end));
+        if (end.turn.theta - start.turn.theta).norm() > PI {
+            self.refuse(t, &mut mean); // past a half turn within the step, to the other side
+        }
+        SixChange { mean, rate }
     }
 
     /// `Σ w_i ∂ξ_i` by point and axes of both frames.
