@@ -411,3 +411,23 @@ fn go_on(path: &std::path::Path) {
     let control = controlled(&mut interrupted, &mut progress);
     holonom::run::resume(&model, &mut *simulation, &folder, found.checkpoint, control).unwrap();
 }
+
+/// A condition that is true at the start is told: it acts when it becomes true again.
+#[test]
+fn a_condition_that_is_true_at_the_start_is_told() {
+    let event = part("event", "stop") + "when = \"rod.x < 5\"\nend = true\n";
+    let simulation =
+        Simulation::new(&Model::from_toml(&rod("order = 2", &event)).unwrap()).unwrap();
+    let warnings = simulation.warnings();
+    println!("{warnings:?}");
+    assert!(
+        warnings
+            .iter()
+            .any(|w| w.contains("event `stop` is true at the start: it acts when it becomes true")),
+        "{warnings:?}"
+    );
+    let later = part("event", "stop") + "when = \"rod.x > 500\"\nend = true\n";
+    let simulation =
+        Simulation::new(&Model::from_toml(&rod("order = 2", &later)).unwrap()).unwrap();
+    assert!(!simulation.warnings().iter().any(|w| w.contains("at the start")));
+}

@@ -52,6 +52,15 @@ impl Simulation {
         for (k, ready) in switches.ready.iter_mut().enumerate() {
             *ready = conditions.time(k).is_some() || sides[k] <= 0.0;
         }
+        // hysteresis is two events, one of which is true at the start
+        let told = events.list.iter().zip(&events.switches.ready).filter(|(own, _)| own.once);
+        let told = told.filter(|(_, ready)| !**ready).map(|(event, _)| {
+            format!(
+                "event `{}` is true at the start: it acts when it becomes true again, after it was false",
+                event.name
+            )
+        });
+        self.assembly.warnings.extend(told.collect::<Vec<_>>());
         Ok(())
     }
 
