@@ -14,7 +14,7 @@ pub enum Reading {
     /// The value of a signal.
     Signal(String),
     /// One of the numbers of a sensor, of the model or of what a name means.
-    Sensor(Sensor, Part),
+    Sensor(Box<Sensor>, Part),
 }
 
 /// One of the numbers of a sensor.
@@ -119,7 +119,7 @@ fn reading(
 ) -> Option<Result<Reading, String>> {
     let of_kind = |kind: SensorKind, of: String, number: usize| {
         let sensor = Sensor::new(format!("{kind:?} of {of}"), kind, of);
-        Some(Ok(Reading::Sensor(sensor, Part::Number(number))))
+        Some(Ok(Reading::Sensor(Box::new(sensor), Part::Number(number))))
     };
     match quantities.quantity(name) {
         Some(Quantity::Signal(signal)) => return Some(Ok(Reading::Signal(signal))),
@@ -148,5 +148,5 @@ fn reading(
             format!("`{of}` cannot be read by an expression: it depends on the step that follows");
         return Some(Err(why));
     }
-    Some(Ok(Reading::Sensor(sensor.clone(), Part::Heading(part.to_owned()))))
+    Some(Ok(Reading::Sensor(Box::new(sensor.clone()), Part::Heading(part.to_owned()))))
 }

@@ -154,7 +154,8 @@ fn balance(A: &DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
                 factor *= 0.5;
             }
             factor = (scale[i] * factor).clamp(1.0 / SCALE, SCALE) / scale[i];
-            if factor != 1.0 {
+            // powers of two: what is not 1 is 1/2 or 2 at least
+            if !(0.75..1.5).contains(&factor) {
                 changed = true;
                 scale[i] *= factor;
                 (0..n).for_each(|j| A[(j, i)] *= factor);

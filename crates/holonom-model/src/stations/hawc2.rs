@@ -190,7 +190,7 @@ mod tests {
     }
 
     fn stiffness(row: &Station) -> Matrix6<f64> {
-        row.section.as_ref().unwrap().numbers().unwrap().stiffness_matrix()
+        *row.section.as_ref().unwrap().numbers().unwrap().stiffness_matrix()
     }
 
     #[test]

@@ -55,7 +55,7 @@ impl Conditions {
                             reads.extend(signals.iter().position(|column| column.name() == name));
                             continue;
                         }
-                        Reading::Sensor(sensor, part) => (sensor, part),
+                        Reading::Sensor(sensor, part) => (*sensor, part),
                     };
                     let columns = columns_of(model, &sensor);
                     let place = watched.iter().position(|own| *own == sensor);

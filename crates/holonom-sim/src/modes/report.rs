@@ -5,6 +5,7 @@ use crate::sample::{Member, MemberKind};
 use nalgebra::{Complex, Vector3};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
+use vi_core::linear::norm_inf;
 use vi_rigid::directors;
 
 /// About which configuration.
@@ -200,7 +201,7 @@ impl Report {
         let list = |x: [f64; 3]| x.map(|x| rounded(x, 6)).join(", ");
         let mut parts = Vec::new();
         if let Some(motion) = &self.motion {
-            if motion.velocity != [0.0; 3] {
+            if norm_inf(&motion.velocity) > 0.0 {
                 parts.push(format!("[{}] m/s", list(motion.velocity)));
             }
             if let Some(RotationReport { speed, axis, .. }) = &self.rotation {
