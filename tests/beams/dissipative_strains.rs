@@ -137,8 +137,8 @@ fn conservative_strains_do_not_let_them_die_out() {
 }
 
 /// Models at which conservative strains without mass scaling fail. What a vibration that the step
-/// does not resolve has at the nodes, `H`, and gives away along the step, the work, is not the same:
-/// the balance is off by a part of what is dissipated.
+/// does not resolve has at the nodes, `H`, and gives away along the step, the work, is not the
+/// same: the balance is off by a part of what is dissipated.
 #[test]
 fn stiff_beams_run_at_any_step() {
     let helicoidal = EXPLOSION.replace("mean_directors", "helicoidal");

@@ -11,8 +11,8 @@ fn run(name: &str, step: f64, end: f64) -> Vec<Sample> {
     nodes(&model(name, &set.map(|(key, value)| (key, value.to_string()))))
 }
 
-/// Heights of wheel and chassis at t = 0.8 s, by an integration of the two equations with Runge's and
-/// Kutta's method of order 4 and steps of 20 µs.
+/// Heights of wheel and chassis at t = 0.8 s, by an integration of the two equations with Runge's
+/// and Kutta's method of order 4 and steps of 20 µs.
 #[test]
 fn a_suspension_meets_its_own_equations_of_motion() {
     let errors = [0.001, 0.0005].map(|step| {

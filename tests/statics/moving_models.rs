@@ -36,7 +36,8 @@ fn assert_near(found: Complex<f64>, expected: Complex<f64>, tolerance: f64) {
 /// speeds.
 #[test]
 fn a_bicycle_is_stable_between_the_published_speeds() {
-    // J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955, §6: 4.29238253634111, 6.02426201538837
+    // J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955, §6: 4.29238253634111,
+    // 6.02426201538837
     let speeds = [(4.292, 1), (4.2925, 0), (6.024, 0), (6.0245, 1)];
     for (speed, unstable) in speeds {
         let set = [("parameters.v", &*format!("{speed}")), ("parameters.kick", "0.0")];

@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `model.toml` | the text of the model, all files merged |
-//! | `interface.json` | overrides, inputs and parameters that were asked for, names of meshes |
+//! | `interface.json` | overrides, inputs and parameters that were asked for, names of meshes, texts of tables |
 //! | `meshes/` | the meshes |
 
 use crate::VERSION;
@@ -42,6 +42,7 @@ struct Stored {
     #[serde(flatten)]
     request: Request,
     meshes: Vec<(String, String)>, // the file as the text names it, and its name in the unit
+    texts: Vec<(String, String)>,  // files of tables and stations, and what they hold
 }
 
 impl Resources {
@@ -96,6 +97,10 @@ impl Resources {
         for (_, mesh) in self.meshes.named() {
             add(&mesh.stored_name());
         }
+        for (file, text) in self.meshes.texts() {
+            add(file);
+            add(text);
+        }
         for variable in &interface.variables {
             add(&variable.name);
             add(&format!("{:?} {:?}", variable.causality, variable.start));
@@ -115,6 +120,7 @@ impl Resources {
             set: self.overrides.iter().map(|own| (own.key.clone(), own.value.clone())).collect(),
             request: self.request.clone(),
             meshes: named().map(|(file, mesh)| (file.to_owned(), mesh.stored_name())).collect(),
+            texts: self.meshes.texts().map(|(file, text)| (file.into(), text.into())).collect(),
         };
         let json = serde_json::to_vec_pretty(&stored)?;
         let own =
@@ -150,6 +156,8 @@ impl Resources {
             let known = mesh.and_then(|mesh| meshes.with(file, mesh));
             meshes = known.map_err(|error| at(&path, io::Error::other(error.to_string())))?;
         }
+        let known = |meshes: Meshes, (file, text): (String, String)| meshes.with_text(file, text);
+        let meshes = stored.texts.into_iter().fold(meshes, known);
         let overrides = stored.set.into_iter().map(|(key, value)| Override::new(key, value));
         let (text, overrides) = (text(MODEL)?, overrides.collect());
         Ok(Self { text, overrides, request: stored.request, meshes })

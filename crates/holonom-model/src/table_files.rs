@@ -1,10 +1,11 @@
 //! Tables from files of comma-separated values.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::Model;
+use crate::mesh::Meshes;
 use crate::text::problem::{MAX_PROBLEMS, Problem, nearest};
-use crate::text::read::read_regular_text;
 use crate::types::table::Table;
 
 /// The greatest size of a file, bytes.
@@ -30,10 +31,10 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
                 let message = format!("the file `{file}` has no folder to start from");
                 Err(Problem::new("file", message).help("write its path from the root, or `points`"))
             }
-            Ok(path) if table.grid => read_grid(&path).map(|(axes, values)| {
+            Ok(path) if table.grid => read_grid(&path, meshes).map(|(axes, values)| {
                 (table.axes, table.values, table.grid) = (Some(axes), values, false);
             }),
-            Ok(path) => read(&path, table).map(|points| table.points = points),
+            Ok(path) => read(&path, meshes, table).map(|points| table.points = points),
         };
         match points {
             Ok(()) => (table.file, table.columns) = (None, None),
@@ -44,9 +45,9 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
     problems
 }
 
-fn read(path: &Path, table: &Table) -> Result<Vec<[f64; 2]>, Problem> {
+fn read(path: &Path, meshes: &mut Meshes, table: &Table) -> Result<Vec<[f64; 2]>, Problem> {
     let file = path.display();
-    let text = text_of(path)?;
+    let text = text_of(path, meshes)?;
     let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
     let headings: Vec<&str> =
         lines.next().map_or(Vec::new(), |(line, _)| line.split(',').map(unquoted).collect());
@@ -81,8 +82,8 @@ fn read(path: &Path, table: &Table) -> Result<Vec<[f64; 2]>, Problem> {
     Ok(points)
 }
 
-fn text_of(path: &Path) -> Result<String, Problem> {
-    read_regular_text(path, MAX_BYTES).map_err(|error| {
+fn text_of(path: &Path, meshes: &mut Meshes) -> Result<Arc<str>, Problem> {
+    meshes.text(path, MAX_BYTES).map_err(|error| {
         let message = format!("the table `{}` cannot be read: {error}", path.display());
         Problem::new("file", message).help("its path starts in the folder of the model file")
     })
@@ -92,8 +93,8 @@ fn text_of(path: &Path) -> Result<String, Problem> {
 type Grid = ([Vec<f64>; 2], Vec<Vec<f64>>);
 
 /// A grid: `y` in the first line, `x` in the first column.
-fn read_grid(path: &Path) -> Result<Grid, Problem> {
-    let (file, text) = (path.display(), text_of(path)?);
+fn read_grid(path: &Path, meshes: &mut Meshes) -> Result<Grid, Problem> {
+    let (file, text) = (path.display(), text_of(path, meshes)?);
     let numbers = |row: usize, cells: &mut dyn Iterator<Item = &str>| {
         let number = |(column, cell): (usize, &str)| -> Result<f64, Problem> {
             let cell = unquoted(cell);

@@ -556,8 +556,8 @@ impl BodyState {
         PyArray1::from_slice(py, &Self::spatial(&self.v))
     }
 
-    /// Directors, shape `(3, 3)`: `directors[i]` is the `i`-th one in space; of a body whose inertia
-    /// is a full tensor its principal axes.
+    /// Directors, shape `(3, 3)`: `directors[i]` is the `i`-th one in space; of a body whose
+    /// inertia is a full tensor its principal axes.
     #[getter]
     fn directors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
         let rows = self.directors_of()?.map(Vec::from);

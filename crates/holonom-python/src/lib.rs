@@ -16,8 +16,8 @@
 //! | `watch` | Ctrl-C and progress, while the interpreter is free |
 //! | `verbs` | the other verbs of the program |
 //!
-//! The interpreter is released wherever no function of Python is called. `law` calls machine code at an
-//! address, the only place that is `unsafe`.
+//! The interpreter is released wherever no function of Python is called. `law` calls machine code
+//! at an address, the only place that is `unsafe`.
 #![deny(missing_docs)]
 
 mod acting;

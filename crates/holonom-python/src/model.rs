@@ -67,7 +67,7 @@ impl Model {
     }
 
     /// Reads a text; what it includes and its meshes are looked for in `folder`, but for the
-    /// `meshes` that are known.
+    /// `meshes` and the `texts` of tables that are known.
     #[staticmethod]
     fn parse(
         py: Python<'_>,
@@ -75,6 +75,7 @@ impl Model {
         folder: Option<PathBuf>,
         set: Vec<Set>,
         meshes: Vec<MeshFile<'_>>,
+        texts: Vec<Set>,
     ) -> PyResult<Self> {
         let path = folder.as_ref().map_or(NO_FILE.into(), |folder| folder.join(NO_FILE));
         let text = ModelText::from_text(&path, text);
@@ -85,6 +86,8 @@ impl Model {
                 .and_then(|mesh| found.with(file, mesh))
                 .map_err(|error| raise(py, "HolonomError", (error.to_string(),)))?;
         }
+        let found =
+            texts.into_iter().fold(found, |found, (file, text)| found.with_text(file, text));
         Self::of(py, text, overrides(set), found)
     }
 
@@ -101,7 +104,9 @@ impl Model {
         let meshes = self.model.meshes.named();
         let meshes: Vec<MeshFile<'py>> =
             meshes.map(|(file, mesh)| (file.to_owned(), PyBytes::new(py, mesh.bytes()))).collect();
-        (self.merged(), py.None(), set, meshes).into_pyobject(py)
+        let texts = self.model.meshes.texts();
+        let texts: Vec<Set> = texts.map(|(file, text)| (file.into(), text.into())).collect();
+        (self.merged(), py.None(), set, meshes, texts).into_pyobject(py)
     }
 
     /// The text, everything resolved.

@@ -49,7 +49,8 @@
 //! start, and, where the least tension `(C ε̄)_3` of three finished steps exceeds it, 1.25 times
 //! that from the next step on. Vibrations that the step does not resolve turn by `ϑ` above 90° and
 //! are in compression in one of three steps: they do not raise it, and must not, since a bound far
-//! above the tension slows what the step resolves. While it is constant the map is symplectic and
+//! above the tension slows what the step resolves. A rope that becomes taut has nothing else that
+//! holds it: the tension of one step raises its bound. While it is constant the map is symplectic and
 //! reversible; momenta are exact always.
 //!
 //! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94;
@@ -382,7 +383,10 @@ impl DiscretePotential for AveragedStrains {
             let (mean, _) = mean_and_change(strains(element, s));
             let [bound, last, before] = &mut out[variable..variable + OF_BOUND] else { continue };
             let tension = C.row(2).tr_dot(&mean);
-            let least = tension.min(*last).min(*before);
+            let least = match element.carries_tension_only() {
+                true => tension,
+                false => tension.min(*last).min(*before),
+            };
             if least > *bound {
                 (*bound, raised) = (MARGIN * least, true);
             }

@@ -151,8 +151,8 @@ impl Element {
         }
     }
 
-    /// `C` at the strain `ε` for `C` of an element in tension: without the entries of `ε_3` where it
-    /// carries tension only and is slack.
+    /// `C` at the strain `ε` for `C` of an element in tension: without the entries of `ε_3` where
+    /// it carries tension only and is slack.
     #[must_use]
     pub fn carrying(&self, C: &Matrix6<f64>, strain: &Strain) -> Matrix6<f64> {
         let mut own = *C;

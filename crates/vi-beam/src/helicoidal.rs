@@ -19,9 +19,9 @@
 //! ```text
 //! η_3 = |G| + c (|G| − G_3) − G_3,0,   c = 2
 //! ```
-//! the stretch of its arc whatever the directions of the triads, which the tension alone ties to the
-//! arc, with the stiffness `C_r` and no force along it where `η_3 < 0`. With `c` below 1 the tension
-//! of a curved rope shortens its arcs by twisting them.
+//! the stretch of its arc whatever the directions of the triads, which the tension alone ties to
+//! the arc, with the stiffness `C_r` and no force along it where `η_3 < 0`. With `c` below 1 the
+//! tension of a curved rope shortens its arcs by twisting them.
 //!
 //! Letters: `ψ` angle between the triads of both nodes, `n` here a vector; the others as in
 //! [`crate::strain`].

@@ -5,9 +5,9 @@
 //! (M_1, M_2, M_3) = (EI_1K_1, EI_2K_2, GJK_3)       bending moments, twisting moment
 //! n = N_I d̄_I,   m = M_I d̄_I                        spatial
 //! ```
-//! One value for each element, at its middle, where it is of second order. Those of a helicoidal element are in equilibrium with
-//! the forces `F` and torques `T` that it exchanges with its nodes `a` and `b` and with what acts
-//! along it ([`LineLoads`]), `s` from its middle, all spatial:
+//! One value for each element, at its middle, where it is of second order. Those of a helicoidal
+//! element are in equilibrium with the forces `F` and torques `T` that it exchanges with its nodes
+//! `a` and `b` and with what acts along it ([`LineLoads`]), `s` from its middle, all spatial:
 //! ```text
 //! n' = −f              n(s) = F_b − s f,                               F_b = −F_a
 //! m' = −φ'×n − c       m(s) = ½ (T_b − T_a) − (φ − φ̄)×F_b + ½ (s² − ℓ²/12) φ'×f − s c

@@ -86,7 +86,8 @@ fn section_forces_balance_the_load() {
     }
 }
 
-/// A slender beam whose squared frequencies span eight decades and more: rotary inertia of 1e-6 kg·m.
+/// A slender beam whose squared frequencies span eight decades and more: rotary inertia of
+/// 1e-6 kg·m.
 #[test]
 fn a_wide_spectrum_has_no_mode_that_is_not_there() {
     for (elements, kind) in [(24, ElementKind::MeanDirectors), (16, ElementKind::Helicoidal)] {
@@ -113,8 +114,8 @@ fn a_wide_spectrum_has_no_mode_that_is_not_there() {
     }
 }
 
-/// Clamped wires of square section: the frequencies of Euler and Bernoulli whatever the slenderness,
-/// two of each.
+/// Clamped wires of square section: the frequencies of Euler and Bernoulli whatever the
+/// slenderness, two of each.
 #[test]
 fn modes_of_slender_wires() {
     for slenderness in [1e2, 1e4, 1e6] {

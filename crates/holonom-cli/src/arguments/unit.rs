@@ -27,8 +27,8 @@ pub(crate) struct UnitArguments {
     /// beside the program
     #[arg(long, value_name = "FILE")]
     pub(crate) library: Vec<PathBuf>,
-    /// One more input: a joint (arm, arm.1, arm.setpoint), a body (its force and torque; arm.force, arm.torque), a
-    /// signal; may be repeated
+    /// One more input: a joint (arm, arm.1, arm.setpoint), a body (its force and torque; arm.force,
+    /// arm.torque), a signal; may be repeated
     #[arg(long, value_name = "NAME")]
     pub(crate) input: Vec<String>,
     /// One more parameter: the key of a number, such as body.arm.mass; may be repeated

@@ -8,8 +8,8 @@ use holonom_fmu::Version;
 /// Steps that are compared.
 const STEPS: usize = 20;
 
-/// Columns of accelerations: a run takes them from the steps beside a node, of which a unit has
-/// not taken the second.
+/// Columns of accelerations, and of section forces, which balance the inertia: a run takes them
+/// from the steps beside a node, of which a unit has not taken the second.
 fn is_acceleration(model: &Model, column: usize) -> bool {
     let columns = holonom::sensor::columns(model);
     let sensor = model.sensors.iter().find(|own| own.name == columns[column].sensor);
@@ -18,6 +18,7 @@ fn is_acceleration(model: &Model, column: usize) -> bool {
         SensorKind::AngularAcceleration,
         SensorKind::JointAcceleration,
         SensorKind::Imu,
+        SensorKind::SectionForce,
     ];
     sensor.is_some_and(|sensor| of_level.contains(&sensor.kind))
 }

@@ -30,7 +30,10 @@ pub(crate) fn shipped() -> Vec<(String, String)> {
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|own| own == "toml"))
         .map(|path| {
-            let text = std::fs::read_to_string(&path).unwrap();
+            let mut text = std::fs::read_to_string(&path).unwrap();
+            if path.with_extension("csv").exists() {
+                text = text.replace("file = \"", &format!("file = \"{folder}/"));
+            }
             (path.file_stem().unwrap().to_string_lossy().into_owned(), text)
         })
         .collect();

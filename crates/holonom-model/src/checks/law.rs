@@ -5,8 +5,8 @@ use crate::expression::{Program, is_reserved};
 use crate::formula::{ALONG, MOTION};
 use crate::frames::start::{coincide, distance};
 use crate::quantity::{Quantities, Quantity};
+use crate::types::frame::Frame;
 use crate::types::law::{Formula, Law};
-use crate::types::load::Frame;
 use crate::types::table::Table;
 use crate::{GROUND, Spring, SpringLaw};
 

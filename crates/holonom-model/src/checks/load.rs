@@ -2,7 +2,8 @@
 
 use crate::checks::Checker;
 use crate::quantity::Quantities;
-use crate::types::load::{Frame, Load};
+use crate::types::frame::Frame;
+use crate::types::load::Load;
 
 impl Checker<'_> {
     /// What a particle cannot take.

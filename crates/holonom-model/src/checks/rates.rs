@@ -7,8 +7,8 @@ use crate::expression::Program;
 use crate::formula::TIME;
 use crate::quantity::{Quantities, Quantity};
 use crate::types::drive::VelocityTerm;
+use crate::types::frame::Frame;
 use crate::types::law::Formula;
-use crate::types::load::Frame;
 
 /// An expression whose values differ by more than this part after a revolution has no period.
 const PERIODIC: f64 = 1e-9;

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use vi_multibody::joint::complete_axis;
 
 use super::start::is_ground;
-use crate::types::load::Frame;
+use crate::types::frame::Frame;
 use crate::types::reference_frame::MovingFrame;
 use crate::{
     Bar, Beam, Body, Bushing, Constraint, Curve, Joint, Law, Load, Normal, Particle, Spring, Twist,

@@ -14,13 +14,14 @@ mod surface;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fnv::FnvHasher;
 use nalgebra::Vector3;
 
-use crate::text::read::folder_of;
+use crate::text::read::{folder_of, read_regular_text};
 use crate::{Body, Model};
 
 pub use file::{MAX_MESH_BYTES, MAX_TRIANGLES, MeshError};
@@ -117,13 +118,15 @@ pub fn is_stored_name(name: &str, content: &[u8]) -> Option<bool> {
     stored.then(|| name == stored_name(content_hash(content), extension))
 }
 
-/// The meshes that a model names; each file is read once. They are equal where files and contents
-/// are, wherever they were found.
+/// The meshes that a model names, and the texts of its tables and stations; each file is read once.
+/// Meshes are equal where files and contents are, wherever they were found.
 #[derive(Clone, Debug, Default)]
 pub struct Meshes {
     /// Where relative paths start; `None` for a model that comes from a text.
     folder: Option<PathBuf>,
     known: BTreeMap<String, Arc<Mesh>>,
+    /// Texts of tables and stations, by their paths in the folder.
+    texts: BTreeMap<String, Arc<str>>,
     /// Of all that are known.
     bytes: usize,
     /// Whether a picture that cannot be read is left out.
@@ -184,9 +187,34 @@ impl Meshes {
         Ok(self)
     }
 
+    /// Texts of tables and stations that were read, each with its path in the folder.
+    pub fn texts(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.texts.iter().map(|(file, text)| (file.as_str(), text.as_ref()))
+    }
+
+    /// With the text of a table or of stations that is known beside those of files.
+    #[must_use]
+    pub fn with_text(mut self, file: impl Into<String>, text: impl Into<Arc<str>>) -> Self {
+        self.texts.insert(file.into(), text.into());
+        self
+    }
+
+    /// The text of a file at a path of [`Self::path`], or beside one, unless it is known.
+    pub(crate) fn text(&mut self, path: &Path, most: u64) -> io::Result<Arc<str>> {
+        let in_folder = self.folder.as_ref().and_then(|folder| path.strip_prefix(folder).ok());
+        let file = in_folder.unwrap_or(path).to_string_lossy().into_owned();
+        if let Some(text) = self.texts.get(&file) {
+            return Ok(text.clone());
+        }
+        let text: Arc<str> = read_regular_text(path, most)?.into();
+        self.texts.insert(file, text.clone());
+        Ok(text)
+    }
+
     /// The path of a file, as the model states it.
     pub(crate) fn path(&self, file: &str) -> Result<PathBuf, MeshError> {
         match &self.folder {
+            None if self.texts.contains_key(file) => Ok(file.into()),
             Some(folder) => Ok(folder.join(file)),
             None if Path::new(file).is_absolute() => Ok(file.into()),
             None => Err(MeshError::NoFolder),

@@ -14,6 +14,8 @@
 
 use std::path::Path;
 
+use crate::mesh::Meshes;
+
 use crate::types::damping::{Damping, RelaxationTimes};
 use crate::types::section::Section;
 use crate::types::station::Station;
@@ -22,10 +24,14 @@ use crate::types::station::Station;
 const NUMBERS: usize = 1 + 36 + 36;
 
 /// The stations of a blade of a length, m, from a blade file, or from a primary file at a path.
-pub(super) fn rows(text: &str, path: &Path, length: f64) -> Result<Vec<Station>, String> {
+pub(super) fn rows(
+    text: &str,
+    (path, meshes): (&Path, &mut Meshes),
+    length: f64,
+) -> Result<Vec<Station>, String> {
     let Some(name) = text_of(text, "bldfile") else { return blade(text, length) };
     let file = path.parent().unwrap_or(Path::new("")).join(name);
-    let mut rows = blade(&super::text(&file)?, length)?;
+    let mut rows = blade(&super::text(&file, meshes)?, length)?;
     let twists = twists(text)?;
     for row in &mut rows {
         row.twist = twist_at(&twists, row.at / length);

@@ -5,10 +5,11 @@ mod csv;
 mod hawc2;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::Model;
+use crate::mesh::Meshes;
 use crate::text::problem::{Problem, fault};
-use crate::text::read::read_regular_text;
 use crate::types::beam::Beam;
 use crate::types::station::{Station, Stations};
 
@@ -25,7 +26,7 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
         let (file, set) = hawc2::selected(name);
         let read = meshes.path(file).map_err(|error| error.to_string());
         let rows = match read {
-            Ok(path) => rows(&path, set, beam),
+            Ok(path) => rows(&path, meshes, set, beam),
             Err(error) => Err(format!("the table cannot be read: {error}")),
         };
         match rows {
@@ -41,12 +42,17 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
     problems
 }
 
-fn text(path: &Path) -> Result<String, String> {
-    read_regular_text(path, MAX_BYTES).map_err(|error| format!("the table cannot be read: {error}"))
+fn text(path: &Path, meshes: &mut Meshes) -> Result<Arc<str>, String> {
+    meshes.text(path, MAX_BYTES).map_err(|error| format!("the table cannot be read: {error}"))
 }
 
-fn rows(path: &Path, set: [usize; 2], beam: &Beam) -> Result<Vec<Station>, String> {
-    let text = text(path)?;
+fn rows(
+    path: &Path,
+    meshes: &mut Meshes,
+    set: [usize; 2],
+    beam: &Beam,
+) -> Result<Vec<Station>, String> {
+    let text = text(path, meshes)?;
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
         return csv::rows(&text);
     }
@@ -57,5 +63,5 @@ fn rows(path: &Path, set: [usize; 2], beam: &Beam) -> Result<Vec<Station>, Strin
     let length =
         beam.plain_meshes().map(|meshes| meshes.iter().flat_map(|mesh| &mesh.lengths).sum());
     let length = length.unwrap_or(1.0);
-    beamdyn::rows(&text, path, length)
+    beamdyn::rows(&text, (path, meshes), length)
 }

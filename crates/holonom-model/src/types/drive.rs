@@ -5,8 +5,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::body::GROUND;
+use super::frame::Frame;
 use super::law::Formula;
-use super::load::{Frame, History};
+use super::load::History;
 use super::motion_path::MotionPath;
 
 /// `spring` of a joint: `½ k (θ − rest)²`, and what a table says.

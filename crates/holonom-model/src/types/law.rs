@@ -3,7 +3,7 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::load::Frame;
+use super::frame::Frame;
 use crate::expression::renamed;
 
 /// An expression that is evaluated along the run: a text without `=`, or a number.

@@ -5,23 +5,13 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use vi_rigid::time_history::{TimeFunction, TimeHistory};
 
 use super::formula_or_table::{self, FormulaOr};
+use super::frame::Frame;
 use super::law::Formula;
 use crate::expression::Program;
 use crate::formula::Curves;
 
 /// Intervals at whose ends an expression is evaluated for its size.
 const SAMPLES: u32 = 256;
-
-/// The frame of a load's components.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Frame {
-    /// Fixed in space: a dead load.
-    #[default]
-    Space,
-    /// Fixed in the body or node: a follower.
-    Body,
-}
 
 /// A factor in time: 1 at all times where nothing is stated, in statics `t/end`. Kinks and jumps
 /// belong on step boundaries.

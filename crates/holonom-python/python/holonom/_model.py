@@ -51,7 +51,7 @@ class Model:
         ('pendulum', 100)
         """
         place = None if folder is None else fspath(folder)
-        return cls(_core.Model.parse(text, place, [], []))
+        return cls(_core.Model.parse(text, place, [], [], []))
 
     @classmethod
     def from_dict(cls, sections: Mapping[str, Any], folder: str | PathLike[str] | None = None) -> Model:
@@ -152,9 +152,13 @@ class Model:
 
 
 def _rebuilt(
-    text: str, folder: str | None, values: list[tuple[str, str]], meshes: list[tuple[str, bytes]]
+    text: str,
+    folder: str | None,
+    values: list[tuple[str, str]],
+    meshes: list[tuple[str, bytes]],
+    texts: list[tuple[str, str]],
 ) -> Model:
-    return Model(_core.Model.parse(text, folder, values, meshes))
+    return Model(_core.Model.parse(text, folder, values, meshes, texts))
 
 
 @no_panic

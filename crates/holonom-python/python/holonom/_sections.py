@@ -319,8 +319,8 @@ class Builder(Sections):
         curve : dict, optional
             Its centre line when it is curved; instead of ``points``.
         element : str, optional
-            What its elements measure: ``helicoidal`` for elements with two nodes,
-            ``mean_directors`` for those with more and with ``strain = "midpoint"``.
+            What its elements measure: ``helicoidal``, or ``mean_directors`` with ``strain =
+            "midpoint"``.
         end : str, optional
             How the ground holds its end.
             One of ``"free"``, ``"clamped"``, ``"pinned"``.
@@ -335,8 +335,8 @@ class Builder(Sections):
             line; ``d_3`` is along it, ``d_2 = d_3 × d_1``. A list has one for each leg. Needed
             unless the section is the same in all directions.
         order : int, optional
-            Intervals of an element: 1 (two nodes), 2 or 3 (three or four nodes, reduced
-            quadrature).
+            Elements for each one that ``elements`` counts, 1, 2 or 3: for files that asked for
+            elements with three or four nodes, of which there are none. All have two nodes.
         points : array (n, 3), optional
             The corners of its centre line, m: straight legs between them, rigid at the corners.
         prestress : float, optional
@@ -462,7 +462,7 @@ class Builder(Sections):
             beam, a joint or a ``[[frame]]``; the inertial frame by default.
         spring : dict, optional
             A spring on a joint coordinate.
-            Keys: ``freedom``, ``rest``, ``stiffness``.
+            Keys: ``freedom``, ``rest``, ``stiffness``, ``table``.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -488,7 +488,7 @@ class Builder(Sections):
     def constraint(
         self,
         name: str,
-        type: Literal["distance", "point_on_line", "point_on_plane", "gear", "motion", "rolling", "blade"],
+        type: Literal["distance", "point_on_line", "point_on_plane", "gear", "motion", "rolling", "blade", "velocity"],
         *,
         axis: Vector | None = None,
         body: Name | None = None,
@@ -508,8 +508,10 @@ class Builder(Sections):
         radius: Number | None = None,
         ratio: Number | None = None,
         relative_to: Name | None = None,
+        terms: Sequence[Mapping[str, Any]] | None = None,
         to: Name | None = None,
         tube: Number | None = None,
+        value: Number | None = None,
     ) -> Part:
         """``[[constraint]]``: a scalar constraint beside the joints.
 
@@ -520,7 +522,7 @@ class Builder(Sections):
         type : str
             Its kind.
             One of ``"distance"``, ``"point_on_line"``, ``"point_on_plane"``, ``"gear"``,
-            ``"motion"``, ``"rolling"``, ``"blade"``.
+            ``"motion"``, ``"rolling"``, ``"blade"``, ``"velocity"``.
         axis : array (3,), optional
             The direction of the line in space, initially. / The normal of the plane in space,
             initially. / The axis of a wheel in space, initially; without it a sphere rolls. / The
@@ -569,11 +571,17 @@ class Builder(Sections):
             a node of a beam, a joint or a ``[[frame]]``; the inertial frame by default. / The frame
             of axis and plane: a body, a node of a beam, a joint or a ``[[frame]]``; the inertial
             frame by default. Of distance, point_on_line, point_on_plane, rolling, blade.
+        terms : list of dict, optional
+            What moves, each with its factor. Of velocity.
         to : str, optional
             A body, or ``ground``. Of distance.
         tube : float, optional
             The radius of the section of a tyre, part of ``radius``, m; 0 is a disc with a sharp
             edge. Of rolling.
+        value : float or str, optional
+            The value of the sum, an expression of ``t``, joint coordinates and places of bodies; 0
+            by default. In m/s where factors are numbers and points move, in rad/s for angles. Of
+            velocity.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -596,8 +604,10 @@ class Builder(Sections):
             "radius": radius,
             "ratio": ratio,
             "relative_to": relative_to,
+            "terms": terms,
             "to": to,
             "tube": tube,
+            "value": value,
         }
         return self._add("constraint", given)
 
@@ -763,8 +773,8 @@ class Builder(Sections):
             Orientation of its axes as a rotation vector, rad.
         stiffness : array (6,) or array (6, 6), optional
             Stiffness ``K``: 6 numbers along and about its axes, or 6 rows of 6, N/m, N/rad, N and
-            N·m/rad. Entries may be expressions of ``t``, ``x1`` to ``x6`` and ``v1`` to ``v6``. It
-            need not be symmetric.
+            N·m/rad. Entries may be expressions of ``t``, ``x1`` to ``x6``, ``v1`` to ``v6``, and of
+            joints, members and signals by their names. It need not be symmetric.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -999,40 +1009,54 @@ class Builder(Sections):
         self,
         name: str,
         *,
+        axes: Matrix | None = None,
         columns: Sequence[Name] | None = None,
         file: str | None = None,
+        grid: bool | None = None,
         interpolation: Literal["pchip", "linear", "spline"] | None = None,
         outside: Literal["hold", "slope", "error"] | None = None,
         points: Matrix | None = None,
+        values: Matrix | None = None,
     ) -> Part:
-        """``[[table]]``: a function of one number by its values. Expressions call it by its name:
-        ``torque(v)``.
+        """``[[table]]``: a function of one number by its values, or of two by its values on a grid.
+        Expressions call it by its name: ``torque(v)``, ``torque(v, heat)``.
 
         Parameters
         ----------
         name : str
             Its name, unique in the model: letters, digits and ``_``, a letter first.
+        axes : array (2, n), optional
+            The arguments of a function of two numbers, ``[[x, …], [y, …]]``: at least two each,
+            increasing.
         columns : list of str, optional
             The headings of the columns of arguments and values; the first two columns by default.
         file : str, optional
             A file of comma-separated values with a line of headings, instead of ``points``; its
             path starts in the folder of the model file.
+        grid : bool, optional
+            Whether the file has a grid, instead of ``axes`` and ``values``: ``y`` in its first
+            line, ``x`` in its first column, values elsewhere.
         interpolation : str, optional
-            What it is between its points.
+            What it is between its points; on a grid the same along both arguments.
             One of ``"pchip"``, ``"linear"``, ``"spline"``.
         outside : str, optional
             What it is before the first and after the last point.
             One of ``"hold"``, ``"slope"``, ``"error"``.
         points : array (n, 2), optional
             Arguments and values, ``[[x, y], …]``: at least two, arguments increasing.
+        values : array (n, n), optional
+            Its values: a row for each ``x``, in it one for each ``y``.
         """
         given: dict[str, Any] = {
             "name": name,
+            "axes": axes,
             "columns": columns,
             "file": file,
+            "grid": grid,
             "interpolation": interpolation,
             "outside": outside,
             "points": points,
+            "values": values,
         }
         return self._add("table", given)
 
@@ -1103,16 +1127,17 @@ class Builder(Sections):
     def sensor(
         self,
         name: str,
-        type: Literal["position", "velocity", "acceleration", "orientation", "angular_velocity", "angular_acceleration", "distance", "distance_rate", "joint_coordinate", "joint_rate", "joint_acceleration", "reaction", "effort", "power", "slip", "section_force", "strain"],
-        of: Name,
+        type: Literal["position", "velocity", "acceleration", "orientation", "angular_velocity", "angular_acceleration", "imu", "distance", "distance_rate", "joint_coordinate", "joint_rate", "joint_acceleration", "reaction", "effort", "power", "slip", "section_force", "expression", "strain"],
         *,
         at: Number | None = None,
         element: Integer | None = None,
         frame: Literal["parent", "child", "space"] | None = None,
+        of: Name | None = None,
         point: Vector | None = None,
         point_to: Vector | None = None,
         seen_from: Name | None = None,
         to: Name | None = None,
+        value: Number | None = None,
     ) -> Part:
         """``[[sensor]]``: a named column, or several, of ``sensors.csv``.
 
@@ -1123,11 +1148,10 @@ class Builder(Sections):
         type : str
             What it measures.
             One of ``"position"``, ``"velocity"``, ``"acceleration"``, ``"orientation"``,
-            ``"angular_velocity"``, ``"angular_acceleration"``, ``"distance"``, ``"distance_rate"``,
-            ``"joint_coordinate"``, ``"joint_rate"``, ``"joint_acceleration"``, ``"reaction"``,
-            ``"effort"``, ``"power"``, ``"slip"``, ``"section_force"``, ``"strain"``.
-        of : str
-            The body, node, particle, joint, bar or beam it is attached to.
+            ``"angular_velocity"``, ``"angular_acceleration"``, ``"imu"``, ``"distance"``,
+            ``"distance_rate"``, ``"joint_coordinate"``, ``"joint_rate"``, ``"joint_acceleration"``,
+            ``"reaction"``, ``"effort"``, ``"power"``, ``"slip"``, ``"section_force"``,
+            ``"expression"``, ``"strain"``.
         at : float, optional
             The place on a beam (``section_force``, ``strain``) in the place of ``element``: arc
             length from its start, m.
@@ -1136,9 +1160,12 @@ class Builder(Sections):
             middle; the mean of its Gauss points when it has several.
         frame : str, optional
             The axes of the components of a ``reaction``: the joint frame of the parent by default.
+        of : str, optional
+            The body, node, particle, joint, bar or beam it is attached to; an ``expression`` has
+            none.
         point : array (3,), optional
-            The point of a body (``position``, ``velocity``, ``acceleration``, ``distance``): body
-            components from the centre of mass, m; the centre by default.
+            The point of a body (``position``, ``velocity``, ``acceleration``, ``imu``,
+            ``distance``): body components from the centre of mass, m; the centre by default.
         point_to : array (3,), optional
             The point at ``to``, m: body components from the centre of mass; of the ground in space.
         seen_from : str, optional
@@ -1146,18 +1173,21 @@ class Builder(Sections):
             or ``angular_velocity`` is given, as an observer on it sees it; by default space.
         to : str, optional
             The other end of a ``distance``: a body, a node of a beam, a particle or the ground.
+        value : float or str, optional
+            The expression of an ``expression``.
         """
         given: dict[str, Any] = {
             "name": name,
             "type": type,
-            "of": of,
             "at": at,
             "element": element,
             "frame": frame,
+            "of": of,
             "point": point,
             "point_to": point_to,
             "seen_from": seen_from,
             "to": to,
+            "value": value,
         }
         return self._add("sensor", given)
 

@@ -118,7 +118,7 @@ class Spec(Builder):
     @no_panic
     def _compiled(self, text: str) -> Model:
         folder = None if self.folder is None else fspath(self.folder)
-        return Model(_core.Model.parse(text, folder, [], self.meshes))
+        return Model(_core.Model.parse(text, folder, [], self.meshes, []))
 
     def check(self) -> Any:
         """What ``holonom check`` finds: :func:`holonom.check`."""

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::output::columns::{self as output, POSITION_NAMES, SECTION, STRAINS};
-use crate::system::drive::joint_parts as driven_parts;
+use crate::system::joint_drive::joint_parts as driven_parts;
 use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind, Signal, VelocityTerm};
 use vi_multibody::pair::PairKind;
 

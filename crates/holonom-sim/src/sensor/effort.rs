@@ -14,7 +14,7 @@
 use super::columns::PARTS;
 use super::view::View;
 use super::{Builder, length_rate};
-use crate::system::drive::JointDrive;
+use crate::system::joint_drive::JointDrive;
 use crate::system::names::Names;
 use crate::system::time_function::TimeFunctions;
 use vi_multibody::builder::ForceElements;

@@ -11,8 +11,8 @@
 
 use super::StartValues;
 use crate::assembly::{self, closure};
-use crate::system::drive::check_coordinate;
-use crate::system::held::nothing;
+use crate::system::coordinate::check_coordinate;
+use crate::system::input::nothing;
 use crate::system::outside::{Outside, OutsideMotion};
 use crate::system::{self, System};
 use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem};

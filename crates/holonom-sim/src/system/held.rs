@@ -6,15 +6,18 @@
 //! torque    f_d^± = (h/2) (0, ½ u×d̄_I)             directors of the midpoint, of second order
 //! ```
 
-use super::drive::coordinate;
+pub use super::input::{Input, InputPlace};
+
+use super::coordinate::coordinate;
+use super::input::nothing;
 use super::names::Names;
-use holonom_model::{ModelError, Problem, nearest};
+use super::outside::OutsideLaw;
+use holonom_model::ModelError;
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_core::force::Force;
 use vi_core::sparse::Entries;
 use vi_multibody::builder::{ElementForce, MechanismBuilder, NamedForce};
-use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::mechanism::Mechanism;
 use vi_rigid::load::{Wrench, add_wrench};
 
@@ -23,105 +26,33 @@ const KEY: &str = "inputs";
 /// Coordinates of a body.
 const FRAME: usize = 12;
 
-/// Where an input acts.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum InputPlace {
-    /// On a coordinate of a joint, N or N·m.
-    Joint {
-        /// The joint.
-        name: String,
-        /// Which of its coordinates.
-        freedom: usize,
-    },
-    /// On a body, a node of a beam (at the centre of mass) or a point mass, N, in space.
-    Force(String),
-    /// On a body or a node of a beam, N·m, in space.
-    Torque(String),
-    /// What the motor of a joint follows in the place of its path, m or rad.
-    Setpoint(String),
-}
-
-/// An input: what it holds acts on all steps until it is set again. Clones are the same input.
-#[derive(Clone, Debug)]
-pub struct Input {
-    place: InputPlace,
-    values: [HeldEffort; 3],
-}
-
-impl Input {
-    /// An input that is zero.
-    #[must_use]
-    pub fn new(place: InputPlace) -> Self {
-        Self { place, values: Default::default() }
-    }
-
-    /// Where it acts.
-    #[must_use]
-    pub fn place(&self) -> &InputPlace {
-        &self.place
-    }
-
-    /// How many values it has: 1 of a joint, 3 of a force or a torque.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        match self.place {
-            InputPlace::Joint { .. } | InputPlace::Setpoint(_) => 1,
-            InputPlace::Force(_) | InputPlace::Torque(_) => 3,
-        }
-    }
-
-    /// Never.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        false
-    }
-
-    /// Holds these values from now on.
-    pub fn set(&self, values: &[f64]) {
-        for (own, value) in self.values.iter().zip(values) {
-            own.set(*value);
-        }
-    }
-
-    /// The values held, the first [`Input::len`] of these.
-    #[must_use]
-    pub fn values(&self) -> [f64; 3] {
-        std::array::from_fn(|k| self.values[k].get())
-    }
-
-    /// The values held.
-    pub(crate) fn held(&self) -> impl Iterator<Item = f64> + '_ {
-        self.values.iter().take(self.len()).map(HeldEffort::get)
-    }
-
-    /// Its first value.
-    pub(super) fn first(&self) -> HeldEffort {
-        self.values[0].clone()
-    }
-
-    fn source(&self) -> String {
-        match &self.place {
-            InputPlace::Joint { name, freedom: 0 } => format!("{name}.input"),
-            InputPlace::Joint { name, freedom } => format!("{name}.{freedom}.input"),
-            InputPlace::Force(name) => format!("{name}.force"),
-            InputPlace::Torque(name) => format!("{name}.torque"),
-            InputPlace::Setpoint(name) => format!("{name}.motor"),
-        }
-    }
-}
-
 /// Adds an input of a joint.
 pub(super) fn add_joint_input(
     builder: &mut MechanismBuilder,
     input: &Input,
     names: &Names<'_>,
 ) -> Result<(), ModelError> {
-    let InputPlace::Joint { name, freedom } = &input.place else { return Ok(()) };
+    let InputPlace::Joint { name, freedom } = input.place() else { return Ok(()) };
     let Some((joint, id)) = names.joint(name) else {
         return Err(nothing(KEY, name, "joint", names.joints.keys().copied()));
     };
     let coordinate = coordinate(joint, id, *freedom, KEY.into())?;
-    builder.joint_force(coordinate, input.values[0].clone()).named(&input.source());
+    builder.joint_force(coordinate, input.first()).named(&input.source());
+    Ok(())
+}
+
+/// Adds laws along joint coordinates.
+pub(super) fn add_laws(
+    builder: &mut MechanismBuilder,
+    laws: &[OutsideLaw],
+    names: &Names<'_>,
+) -> Result<(), ModelError> {
+    for OutsideLaw { joint: name, freedom, law } in laws {
+        let Some((joint, id)) = names.joint(name) else { continue };
+        let at = coordinate(joint, id, *freedom, "laws".into())?;
+        let source = if *freedom == 0 { name.clone() } else { format!("{name}.{freedom}") };
+        builder.joint_force(at, law.clone()).named(&format!("{source}.law"));
+    }
     Ok(())
 }
 
@@ -133,7 +64,7 @@ pub(super) fn wrenches(
 ) -> Result<Vec<NamedForce>, ModelError> {
     let mut forces = Vec::new();
     for input in inputs {
-        let (name, torque) = match &input.place {
+        let (name, torque) = match input.place() {
             InputPlace::Joint { .. } | InputPlace::Setpoint(_) => continue,
             InputPlace::Force(name) => (name.as_str(), false),
             InputPlace::Torque(name) => (name.as_str(), true),
@@ -156,22 +87,6 @@ pub(super) fn wrenches(
         forces.push(NamedForce { name: input.source(), force });
     }
     Ok(forces)
-}
-
-/// The error for a name of what acts from outside.
-pub(crate) fn nothing<'a>(
-    key: &str,
-    name: &str,
-    what: &str,
-    known: impl Iterator<Item = &'a str>,
-) -> ModelError {
-    let known: Vec<&str> = known.collect();
-    let problem = Problem::new(key, format!("there is no {what} named `{name}`"));
-    let problem = match nearest(name, known.iter().copied()) {
-        Some(best) => problem.help(format!("did you mean `{best}`?")),
-        None => problem.help(format!("there are: {}", known.join(", "))),
-    };
-    ModelError::Assembly(vec![problem])
 }
 
 /// The force or torque of an input on the coordinates of a body or point mass.

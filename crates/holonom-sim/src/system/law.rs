@@ -1,7 +1,8 @@
 //! `[[law]]` of a model as forces of the mechanism.
 
 use super::bushing::Range;
-use super::drive::coordinate;
+use super::coordinate::coordinate;
+use super::expression_law::ExpressionLaw;
 use super::law_fault::{LastFault, LawFault};
 use super::names::Names;
 use super::rates::RatesLaw;
@@ -12,62 +13,8 @@ use holonom_model::expression::{Program, Undefined};
 use holonom_model::{ALONG, Formula, Frame, Law, MOTION, Model, ModelError, Quantities, Quantity};
 use std::sync::Arc;
 use vi_multibody::builder::{ActOn, MechanismBuilder, Read};
-use vi_multibody::joint_force::{EffortSlopes, JointLaw};
+use vi_multibody::joint_force::JointLaw;
 use vi_multibody::wrench_law::{INPUTS, WrenchLaw, WrenchSlopes};
-
-/// An expression of time, coordinate and rate, N or N·m.
-#[derive(Debug)]
-pub(crate) struct ExpressionLaw {
-    owner: String,
-    program: Program,
-    dissipative: bool,
-    affine: bool,
-    fault: LastFault,
-}
-
-impl ExpressionLaw {
-    /// Of [`ALONG`], of `owner`, in words.
-    pub(super) fn new(owner: String, program: Program, is_conservative: bool) -> Self {
-        let dissipative = program.reads(2) && !is_conservative;
-        let affine = program.is_affine(|input| input > 0);
-        Self { owner, program, dissipative, affine, fault: LastFault::default() }
-    }
-
-    #[cold]
-    fn note(&self, at: [f64; 3], undefined: &Undefined) -> f64 {
-        self.fault.note(&self.owner, (&self.program, undefined), &ALONG, (&at, at[0]))
-    }
-}
-
-/// Not a number where the expression has no value: the step is then refused.
-impl JointLaw for ExpressionLaw {
-    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
-        let at = [t, coordinate, rate];
-        self.program.value(&at).unwrap_or_else(|undefined| self.note(at, &undefined))
-    }
-
-    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
-        self.effort_and_slopes(t, coordinate, rate).1
-    }
-
-    fn effort_and_slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, EffortSlopes) {
-        let (at, mut slopes) = ([t, coordinate, rate], [0.0; 3]);
-        let effort = self.program.gradient(&at, &mut slopes).unwrap_or_else(|undefined| {
-            slopes = [f64::NAN; 3];
-            self.note(at, &undefined)
-        });
-        let [_, by_coordinate, by_rate] = slopes;
-        (effort, EffortSlopes { by_coordinate, by_rate })
-    }
-
-    fn is_dissipative(&self) -> bool {
-        self.dissipative
-    }
-
-    fn is_affine(&self) -> bool {
-        self.affine
-    }
-}
 
 /// Force and torque of time and motion, six expressions.
 #[derive(Debug)]
@@ -142,7 +89,7 @@ pub(crate) enum OwnLaw {
 impl OwnLaw {
     fn fault(&self) -> Option<LawFault> {
         match self {
-            Self::Along(law) => law.fault.get(),
+            Self::Along(law) => law.fault(),
             Self::Motion(law) => law.fault.get(),
             Self::Network(network) => network.fault(),
             Self::Rates(law) => law.fault(),
@@ -154,7 +101,7 @@ impl OwnLaw {
     /// What jumps in it, and in what it reads: of which law or signal.
     fn jumps(&self) -> Vec<(String, Vec<&'static str>)> {
         match self {
-            Self::Along(law) => vec![(law.owner.clone(), law.program.jumps())],
+            Self::Along(law) => vec![law.jumps()],
             Self::Motion(law) => {
                 let all = law.programs.iter().flatten().flat_map(Program::jumps);
                 vec![(label(&law.name), all.collect())]

@@ -2,9 +2,13 @@
 
 pub(crate) mod beams;
 pub(crate) mod bushing;
+pub(crate) mod coordinate;
 pub(crate) mod drive;
 pub mod dynamics;
+pub(crate) mod expression_law;
 pub mod held;
+pub(crate) mod input;
+pub(crate) mod joint_drive;
 pub(crate) mod law;
 pub(crate) mod law_fault;
 pub(crate) mod names;
@@ -129,7 +133,7 @@ pub(crate) fn build_with_locks(
     laws.extend(rates.into_iter().map(law::OwnLaw::Rates));
     let bushings = bushing::add_bushings(&mut builder, &names, &quantities, &mut terms)?;
     laws.extend(bushings.into_iter().map(law::OwnLaw::Network));
-    outside.add_laws(&mut builder, &names)?;
+    held::add_laws(&mut builder, &outside.laws, &names)?;
     for input in &outside.inputs {
         held::add_joint_input(&mut builder, input, &names)?;
     }

@@ -1,6 +1,6 @@
 //! Where the members of a model are among those of the mechanism.
 
-use super::drive::{JointDrive, joint_elements};
+use super::joint_drive::{JointDrive, joint_elements};
 use super::outside::Outside;
 use super::time_function::TimeFunctions;
 use holonom_model::{Joint, Model};

@@ -1,12 +1,9 @@
 //! What acts on a run from outside its model, by the names of joints, bodies and constraints.
 
-use super::held::{Input, InputPlace, nothing};
-use super::names::Names;
-use crate::system::drive::coordinate;
+use super::input::{Input, InputPlace, nothing};
 use crate::system::time_function::TimeFunctions;
 use holonom_model::{Constraint, Joint, Model, ModelError, Problem};
 use std::sync::Arc;
-use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_force::JointLaw;
 
@@ -127,20 +124,5 @@ impl Outside {
     pub(crate) fn path(&self, constraint: &str) -> Option<Path> {
         let own = self.motions.iter().find(|motion| motion.constraint == constraint);
         own.map(|motion| motion.path.clone())
-    }
-
-    /// Adds the laws.
-    pub(crate) fn add_laws(
-        &self,
-        builder: &mut MechanismBuilder,
-        names: &Names<'_>,
-    ) -> Result<(), ModelError> {
-        for OutsideLaw { joint: name, freedom, law } in &self.laws {
-            let Some((joint, id)) = names.joint(name) else { continue };
-            let at = coordinate(joint, id, *freedom, "laws".into())?;
-            let source = if *freedom == 0 { name.clone() } else { format!("{name}.{freedom}") };
-            builder.joint_force(at, law.clone()).named(&format!("{source}.law"));
-        }
-        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! `[[constraint]]` of type `velocity`: factors and the value as one law of the configuration.
 
-use super::drive::coordinate;
+use super::coordinate::coordinate;
 use super::law_fault::{LastFault, LawFault};
 use super::names::Names;
 use super::signal::refusal;

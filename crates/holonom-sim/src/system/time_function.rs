@@ -1,7 +1,7 @@
 //! Histories of loads and motors, paths of motions and springs of joints, by expressions or tables
 //! or otherwise.
 
-use super::law::ExpressionLaw;
+use super::expression_law::ExpressionLaw;
 use super::law_fault::{LastFault, LawFault};
 use holonom_model::expression::{Program, Undefined};
 use holonom_model::{ALONG, Curves, Formula, History, JointSpring, Model, MotionPath, TIME};

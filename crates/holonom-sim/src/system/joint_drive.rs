@@ -1,0 +1,105 @@
+//! What acts on the coordinates of a joint: springs, dampers, motors, controls.
+
+use super::time_function::TimeFunctions;
+use std::sync::Arc;
+use vi_multibody::held_effort::HeldEffort;
+use vi_multibody::joint_force::{JointLaw, Motor, PdControl, Setpoint, Viscous};
+
+/// What acts on one coordinate of a joint.
+#[derive(Clone, Debug)]
+pub(crate) struct JointDrive {
+    /// `spring`, `damper` or `motor`.
+    pub(crate) part: &'static str,
+    /// Which degree of freedom of the joint.
+    pub(crate) freedom: usize,
+    /// Its effort.
+    pub(crate) law: ElementLaw,
+    /// Whether it does not act.
+    pub(crate) idle: bool,
+}
+
+impl JointDrive {
+    /// `τ(t, θ, θ̇)`.
+    pub(crate) fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        if self.idle { 0.0 } else { self.law.effort(t, coordinate, rate) }
+    }
+}
+
+/// The effort of a force element along a joint coordinate, N or N·m.
+#[derive(Clone, Debug)]
+pub(crate) enum ElementLaw {
+    /// `−k (θ − θ_0)`.
+    Spring { stiffness: f64, rest: f64 },
+    /// `τ(t, θ, θ̇)`.
+    Force(Arc<dyn JointLaw>),
+    /// Of a motor without effort and control.
+    Idle,
+}
+
+impl ElementLaw {
+    /// `τ(t, θ, θ̇)`.
+    pub(crate) fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        match self {
+            Self::Spring { stiffness, rest } => -stiffness * (coordinate - rest),
+            Self::Force(law) => law.effort(t, coordinate, rate),
+            Self::Idle => 0.0,
+        }
+    }
+}
+
+/// Which parts act on a joint, and on which freedom, in the order of [`joint_elements`].
+pub(crate) fn joint_parts(joint: &holonom_model::Joint) -> Vec<(&'static str, usize)> {
+    let spring = joint.spring.as_ref().map(|own| ("spring", own.freedom));
+    let damper = joint.damper.as_ref().map(|own| ("damper", own.freedom));
+    let motor = joint.motor.as_ref().map(|own| ("motor", own.freedom));
+    [spring, damper, motor].into_iter().flatten().collect()
+}
+
+/// Spring, damper, motor and control of a joint, in this order; `setpoint`: what the control
+/// follows in the place of the path of the motor.
+pub(crate) fn joint_elements(
+    joint: &holonom_model::Joint,
+    setpoint: Option<HeldEffort>,
+    times: &mut TimeFunctions<'_>,
+) -> Vec<JointDrive> {
+    let mut elements = Vec::new();
+    let mut add =
+        |part, freedom, law| elements.push(JointDrive { part, freedom, law, idle: false });
+    if let Some(spring) = &joint.spring {
+        let (stiffness, rest) = (spring.stiffness, spring.rest);
+        match times.spring(&format!("the spring of `{}`", joint.name), spring) {
+            Some(law) => add("spring", spring.freedom, ElementLaw::Force(law)),
+            None => add("spring", spring.freedom, ElementLaw::Spring { stiffness, rest }),
+        }
+    }
+    if let Some(damper) = &joint.damper {
+        add("damper", damper.freedom, ElementLaw::Force(Arc::new(Viscous(damper.damping))));
+    }
+    if let Some(motor) = &joint.motor {
+        let controlled = motor.proportional != 0.0 || motor.derivative != 0.0;
+        if motor.effort == 0.0 && !controlled {
+            add("motor", motor.freedom, ElementLaw::Idle);
+        }
+        if motor.effort != 0.0 {
+            let owner = format!("the history of the motor of `{}`", joint.name);
+            let (effort, history) = (motor.effort, times.history(&owner, &motor.history));
+            let law = Motor(Arc::new(move |t| effort * history.value(t)));
+            add("motor", motor.freedom, ElementLaw::Force(Arc::new(law)));
+        }
+        if controlled {
+            let path =
+                times.path(&format!("the path of the motor of `{}`", joint.name), &motor.path);
+            let reference = Arc::new(move |t| match &setpoint {
+                Some(held) => Setpoint { value: held.get(), rate: 0.0 },
+                None => {
+                    let [value, rate, _] = path(t);
+                    Setpoint { value, rate }
+                }
+            });
+            let (proportional, derivative) = (motor.proportional, motor.derivative);
+            let law = PdControl { proportional, derivative, reference };
+            add("motor", motor.freedom, ElementLaw::Force(Arc::new(law)));
+        }
+    }
+    elements
+}
