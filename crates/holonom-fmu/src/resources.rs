@@ -42,7 +42,8 @@ struct Stored {
     #[serde(flatten)]
     request: Request,
     meshes: Vec<(String, String)>, // the file as the text names it, and its name in the unit
-    texts: Vec<(String, String)>,  // files of tables and stations, and what they hold
+    #[serde(default)]
+    texts: Vec<(String, String)>, // files of tables and stations, and what they hold
 }
 
 impl Resources {

@@ -46,7 +46,7 @@ pub struct Expansion {
 /// and finite.
 ///
 /// Every `y` is known up to `± floor`: its weight is the inverse square of what the floor and the
-/// expansion itself ([`KNOWN`]) leave open. The smallest `y` have the longest lever on `a`.
+/// expansion itself (`KNOWN`) leave open. The smallest `y` have the longest lever on `a`.
 #[must_use]
 pub fn expansion(points: &[[f64; 2]], floor: f64) -> Option<Expansion> {
     let usable = |v: f64| v.is_finite() && v > 0.0;
