@@ -3,8 +3,8 @@
 //! The last argument of a function of Python is remembered: residual and slopes ask for the same
 //! values.
 
-use crate::acting::Fault;
 use crate::errors::raise;
+use crate::fault::Fault;
 use holonom::vi_multibody::joint_force::{EffortSlopes, JointLaw};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

@@ -12,6 +12,7 @@
 //! | `simulate` | a run from its start to its end, in memory or with files |
 //! | `stepper` | one step after another, with inputs held over a step |
 //! | `ensemble` | many steppers, a step of all in one call |
+//! | `fault` | what a function of Python raised within a step |
 //! | `folder` | the tables of a folder |
 //! | `watch` | Ctrl-C and progress, while the interpreter is free |
 //! | `verbs` | the other verbs of the program |
@@ -23,6 +24,7 @@
 mod acting;
 mod ensemble;
 mod errors;
+mod fault;
 mod folder;
 mod law;
 mod model;

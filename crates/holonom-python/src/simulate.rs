@@ -1,7 +1,8 @@
 //! A run from its start to its end, in memory or with files.
 
-use crate::acting::{Acted, Acting, Fault};
+use crate::acting::{Acted, Acting};
 use crate::errors::{continued, json};
+use crate::fault::Fault;
 use crate::model::Model;
 use crate::recording::{Kept, Recording};
 use crate::stepper::freed;

@@ -1,7 +1,8 @@
 //! One step after another, with inputs that are held over a step.
 
-use crate::acting::{Acted, Acting, Fault, hold, numbers};
+use crate::acting::{Acted, Acting, hold, numbers};
 use crate::errors::raise;
+use crate::fault::Fault;
 use crate::model::Model;
 use crate::watch::Watch;
 use holonom::experiment::Experiment;

@@ -141,7 +141,7 @@ def test_handles_stand_for_names() -> None:
     spec.load("tip", body=rod.end, force=[0, 0, -5.0])
     bead = spec.body("bead", mass=0.1, inertia=[1e-5] * 3, position=[1, 0, 0])
     pin = spec.joint("pin", "spherical", rod.end, bead, position=[1, 0, 0])
-    sensor = spec.sensor("force", "reaction", pin)
+    sensor = spec.sensor("force", "reaction", of=pin)
     spec.parameters["k"] = 3.0
     spec.spring("back", "ground", bead, "= k*2", natural_length=0.1)
     assert spec.compile().beams["rod"]["start"] == "clamped"
@@ -176,7 +176,7 @@ def test_handles_stand_for_names() -> None:
     lambda s: setattr(s.bodies["bar1"], "positoin", [0, 0, 0]),
     lambda s: setattr(s.simulation, "step", None),
     lambda s: setattr(s.simulation, "step", -0.1),
-    lambda s: s.sensor("angle", "joint_coordinate", "pin7"),
+    lambda s: s.sensor("angle", "joint_coordinate", of="pin7"),
     lambda s: s.law("stop", joint="pin0", effort="-1e4*max(y, 0)"),
 ], ids=range(12))
 def test_what_is_wrong_is_said_by_the_program(change, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]

@@ -1,8 +1,9 @@
 //! A two-node element at some coordinates: its strains, their gradients, its tangent.
 #![allow(non_snake_case)] // K, A
 
-use crate::element::Element;
-use crate::helicoidal::{self, AtForms, FORMS, Forms};
+use crate::element::{Element, StrainLaw};
+use crate::helicoidal::{self, AtForms, FORMS};
+use crate::products::{add_scalars, by_forms, weighted};
 use crate::strain::{self, ElementCoordinates, SIZE, Strain, StrainGradients};
 use nalgebra::{Matrix6, SMatrix};
 use vi_core::sparse::{Entries, OuterProduct};
@@ -13,6 +14,28 @@ pub struct AtCoordinates<'a> {
     pub(crate) element: &'a Element,
     pub(crate) x: ElementCoordinates,
     pub(crate) forms: Option<AtForms<'a>>, // of helicoidal strains
+}
+
+impl Element {
+    /// The element at some coordinates.
+    #[must_use]
+    #[inline]
+    pub fn at(&self, x: ElementCoordinates) -> AtCoordinates<'_> {
+        let forms = match &self.law {
+            StrainLaw::MeanDirectors => None,
+            StrainLaw::Helicoidal(law) => {
+                Some(law.at(&helicoidal::forms(&x, self.length), &self.reference))
+            }
+        };
+        AtCoordinates { element: self, x, forms }
+    }
+
+    /// The element in a configuration of all frames.
+    #[must_use]
+    #[inline]
+    pub fn within(&self, q: &[f64]) -> AtCoordinates<'_> {
+        self.at(self.coordinates(q))
+    }
 }
 
 impl AtCoordinates<'_> {
@@ -115,36 +138,5 @@ impl AtCoordinates<'_> {
     /// `out ← out + Σ n_i ∇ε_i` at the places of the element.
     pub fn scatter(&self, n: &Strain, out: &mut [f64]) {
         self.element.scatter(&self.force(n), out);
-    }
-}
-
-/// `Σ A_kl 𝔹_k x (𝔹_l y)ᵀ + Σ c_k 𝔹_k` of the forms of helicoidal strains.
-pub(crate) fn by_forms(
-    [x, y]: [&ElementCoordinates; 2],
-    length: f64,
-    A: &SMatrix<f64, FORMS, FORMS>,
-    c: &Forms,
-) -> SMatrix<f64, SIZE, SIZE> {
-    let left = helicoidal::force(x, length, A);
-    let mut K = left * helicoidal::gradients(y, length).transpose();
-    add_scalars(&helicoidal::weighted_matrix(c, length), &mut K);
-    K
-}
-
-/// `columns cᵀ`: column `i` is the sum of `c_ij` times column `j`.
-pub(crate) fn weighted(columns: &StrainGradients, c: &Matrix6<f64>) -> StrainGradients {
-    let mut out = StrainGradients::zeros();
-    for (i, j) in (0..6).flat_map(|i| (0..6).map(move |j| (i, j))) {
-        if c[(i, j)] != 0.0 {
-            out.column_mut(i).axpy(c[(i, j)], &columns.column(j), 1.0);
-        }
-    }
-    out
-}
-
-/// `K ← K + B ⊗ I_3`.
-pub(crate) fn add_scalars(B: &SMatrix<f64, 8, 8>, K: &mut SMatrix<f64, SIZE, SIZE>) {
-    for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
-        (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
     }
 }

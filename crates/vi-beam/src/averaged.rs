@@ -50,8 +50,8 @@
 //! that from the next step on. Vibrations that the step does not resolve turn by `ϑ` above 90° and
 //! are in compression in one of three steps: they do not raise it, and must not, since a bound far
 //! above the tension slows what the step resolves. A rope that becomes taut has nothing else that
-//! holds it: the tension of one step raises its bound. While it is constant the map is symplectic and
-//! reversible; momenta are exact always.
+//! holds it: the tension of one step raises its bound. While it is constant the map is symplectic
+//! and reversible; momenta are exact always.
 //!
 //! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94;
 //! selective mass scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.

@@ -20,9 +20,9 @@
 //! Source: theory §6.
 #![allow(non_snake_case)] // M, V
 
-use crate::at_coordinates::{AtCoordinates, add_scalars, by_forms, weighted};
 use crate::helicoidal::{self, Helicoidal};
 use crate::mass_kind::MassKind;
+use crate::products::{add_scalars, by_forms, weighted};
 use crate::section::Section;
 use crate::strain::{self, ElementCoordinates, SIZE, Strain};
 use crate::varying::{MassPoint, SectionPoint, mass_along};
@@ -215,26 +215,6 @@ impl Element {
             StrainLaw::MeanDirectors => section.viscosity(),
             StrainLaw::Helicoidal(law) => *law.viscosity(),
         }
-    }
-
-    /// The element at some coordinates.
-    #[must_use]
-    #[inline]
-    pub fn at(&self, x: ElementCoordinates) -> AtCoordinates<'_> {
-        let forms = match &self.law {
-            StrainLaw::MeanDirectors => None,
-            StrainLaw::Helicoidal(law) => {
-                Some(law.at(&helicoidal::forms(&x, self.length), &self.reference))
-            }
-        };
-        AtCoordinates { element: self, x, forms }
-    }
-
-    /// The element in a configuration of all frames.
-    #[must_use]
-    #[inline]
-    pub fn within(&self, q: &[f64]) -> AtCoordinates<'_> {
-        self.at(self.coordinates(q))
     }
 
     /// `ε(x)`.

@@ -45,6 +45,7 @@ pub mod interpolated;
 pub mod mass_kind;
 pub mod mesh;
 pub mod model;
+mod products;
 pub mod profile;
 pub mod rest;
 pub mod section;

@@ -214,8 +214,8 @@ impl Balance {
 mod tests {
     use super::*;
     use crate::common::{Model, PAIRS, four_particles, geared, linkage, loaded, pair, screw};
+    use crate::form::EmForm;
     use crate::null_space::{AveragedTree, DiscreteNullSpace, DiscreteQr};
-    use crate::scheme::EmForm;
     use vi_constraints::Constraints;
     use vi_multibody::mechanism::Mechanism;
     use vi_multibody::spring::SpringLaw;

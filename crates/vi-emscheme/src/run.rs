@@ -4,13 +4,13 @@ use crate::constrained::EmConstrained;
 use crate::dalembert::EmDalembert;
 use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
+use crate::form::EmForm;
 use crate::integrator::{BoxedEmScheme, EmIntegrator};
 use crate::loop_nodal::{LoopClosure, LoopRows};
 use crate::nodal::EmNodal;
 use crate::null_space::{
     AveragedTree, DiscreteNullSpace, DiscreteQr, EmLinearization, TreeComplement,
 };
-use crate::scheme::EmForm;
 use crate::setup::{EmAlgebra, EmOptions, EmSetupError};
 use crate::sparse_operators::SparseOperators;
 use vi_constraints::initialization::StartError;

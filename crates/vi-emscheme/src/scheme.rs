@@ -5,40 +5,9 @@
 //! to solver tolerance.
 
 use crate::em_system::{EmSystem, lag};
-use serde::{Deserialize, Serialize};
 use vi_core::interval::Interval;
 use vi_core::state::State;
 use vi_core::{Composition, MechanicalSystem};
-
-/// Which form.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum EmForm {
-    /// Unknowns `(Δq, λ) ∈ R^{n+m}`.
-    #[default]
-    #[serde(rename = "em-constrained")]
-    Constrained,
-    /// Unknown `Δq ∈ R^n`, discrete null space.
-    #[serde(rename = "em-dalembert")]
-    Dalembert,
-    /// Unknown `u ∈ R^d`, discrete null space and nodal reparametrization.
-    #[serde(rename = "em-nodal")]
-    Nodal,
-}
-
-impl EmForm {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Constrained, Self::Dalembert, Self::Nodal];
-
-    /// The name in model files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Constrained => "em-constrained",
-            Self::Dalembert => "em-dalembert",
-            Self::Nodal => "em-nodal",
-        }
-    }
-}
 
 /// The sub-steps of a macro step, in parts of `h`: each `γ_j` of the composition as two steps of
 /// `γ_j/2`; `[1]` without composition.

@@ -1,7 +1,7 @@
 //! What an integration is set up with, and why it may be refused.
 
+use crate::form::EmForm;
 use crate::null_space::EmLinearization;
-use crate::scheme::EmForm;
 use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
 use vi_multibody::run::Solver;

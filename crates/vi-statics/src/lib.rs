@@ -48,6 +48,7 @@ pub mod buckling;
 mod equations;
 mod field;
 pub mod first_order;
+mod first_order_terms;
 pub mod harmonic;
 mod jump;
 pub mod limit;

@@ -12,7 +12,7 @@
 #![allow(non_snake_case)] // K, M, J, Z
 
 use crate::equations::{EquilibriumEquations, TreeMatrices};
-use crate::first_order::FirstOrderTerms;
+use crate::first_order_terms::FirstOrderTerms;
 use crate::problem::StaticProblem;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
