@@ -7,8 +7,8 @@ use holonom::vi_beam::{BeamModel, ElementKind, FrameRule, Mesh, Section, StrainR
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_core::legendre::discrete_energy;
 use holonom::vi_core::{Quadrature, SeparableSystem};
+use holonom::vi_emscheme::EmForm;
 use holonom::vi_emscheme::beam::BeamGradient;
-use holonom::vi_emscheme::scheme::EmForm;
 use holonom::vi_emscheme::{EmOptions, EmSystem, run as em};
 use holonom::vi_multibody::mechanism::Mechanism;
 use holonom::vi_multibody::pair::PairKind;
