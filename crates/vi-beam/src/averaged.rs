@@ -59,7 +59,6 @@
 
 use crate::element::{Element, Elements, StrainLaw};
 use crate::strain::Strain;
-use crate::strained::Strained;
 use nalgebra::Matrix6;
 use std::ops::Range;
 use vi_core::Configuration;
@@ -81,7 +80,7 @@ pub(crate) fn scaling(most: f64, slowness: f64, h: f64) -> f64 {
 /// `U_d` and `K_d` of all elements.
 #[derive(Clone, Debug)]
 pub struct AveragedStrains {
-    elements: Elements,
+    pub(crate) elements: Elements,
     most: f64,           // largest μ
     slowness: Vec<f64>,  // elements  1/ω², s²
     tension: Vec<Bound>, // elements; empty without tension mass
@@ -236,13 +235,6 @@ impl AveragedStrains {
     fn own<'a>(&self, internal: &'a [f64]) -> &'a [f64] {
         let first = internal.len().checked_sub(self.internal_variables());
         first.map_or(&[], |first| &internal[first..])
-    }
-
-    /// All elements.
-    pub(crate) fn each(&self, visit: &mut dyn FnMut(&Strained<'_>)) {
-        for element in self.elements.list() {
-            visit(&Strained { element, section: self.elements.section(element) });
-        }
     }
 
     /// The elements in a step `h`, with all internal variables.

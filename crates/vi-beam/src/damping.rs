@@ -59,26 +59,27 @@ impl StrainDamping {
         Self { slowness: Some(slowness), ..self }
     }
 
-    /// All that is strained and damped, with `θ` in a step `h`.
-    pub(crate) fn each(&self, h: f64, visit: &mut dyn FnMut(&Strained<'_>, f64)) {
-        let theta = |element: usize| match &self.slowness {
+    /// All that is damped, with `θ` in a step `h`.
+    fn damped(&self, h: f64) -> impl Iterator<Item = (Strained<'_>, f64)> {
+        let theta = move |element: usize| match &self.slowness {
             Some(slowness) => 4.0 * scaling(MASS_SCALING, slowness[element], h),
             None => 0.0,
         };
-        for (k, element) in self.elements.list().iter().enumerate() {
-            let own = Strained { element, section: self.elements.section(element) };
-            if own.is_damped() {
-                visit(&own, theta(k));
-            }
-        }
+        let all = self.elements.strained().enumerate();
+        all.filter(|(_, own)| own.is_damped()).map(move |(k, own)| (own, theta(k)))
+    }
+
+    /// All that is damped.
+    pub(crate) fn all_damped(&self) -> impl Iterator<Item = Strained<'_>> {
+        self.elements.strained().filter(Strained::is_damped)
     }
 
     fn add_slot(&self, s: &Interval, q: &[f64], sign: f64, out: &mut [f64]) {
-        self.each(s.h, &mut |own, theta| {
+        for (own, theta) in self.damped(s.h) {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
             let n = -(0.5 + sign * theta) * (own.viscosity() * change);
             own.add(q, &n, out); // [6.23]
-        });
+        }
     }
 }
 
@@ -92,10 +93,10 @@ impl DiscreteForce for StrainDamping {
     }
 
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        self.each(s.h, &mut |own, theta| {
+        for (own, theta) in self.damped(s.h) {
             let c = -(0.5 + theta) * own.viscosity();
             own.emit_outer(&s.q0, &s.q1, &c, out);
-        });
+        }
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
@@ -106,10 +107,10 @@ impl DiscreteForce for StrainDamping {
     /// strain nothing.
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
         let mut work = 0.0;
-        self.each(s.h, &mut |own, _| {
+        for own in self.all_damped() {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
             work -= (own.viscosity() * change).dot(&change) / s.h;
-        });
+        }
         work
     }
 
@@ -130,18 +131,18 @@ impl DiscreteForce for StrainDamping {
 
 impl Force for StrainDamping {
     fn add(&self, _t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
-        self.each(f64::INFINITY, &mut |own, _| {
+        for own in self.all_damped() {
             let n = -scale * (own.viscosity() * own.strain_rate(q, v));
             own.add(q, &n, out);
-        });
+        }
     }
 
     fn power(&self, _t: f64, q: &[f64], v: &[f64], _scratch: &mut [f64]) -> f64 {
         let mut power = 0.0;
-        self.each(f64::INFINITY, &mut |own, _| {
+        for own in self.all_damped() {
             let rate = own.strain_rate(q, v);
             power -= (own.viscosity() * rate).dot(&rate);
-        });
+        }
         power
     }
 
@@ -153,11 +154,11 @@ impl Force for StrainDamping {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        self.each(f64::INFINITY, &mut |own, _| {
+        for own in self.all_damped() {
             let c = -scale * own.viscosity();
             let n = c * own.strain_rate(q, v);
             own.emit_rates([q, v], &c, &n, out);
-        });
+        }
     }
 
     fn add_velocity_derivative(
@@ -168,9 +169,9 @@ impl Force for StrainDamping {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        self.each(f64::INFINITY, &mut |own, _| {
+        for own in self.all_damped() {
             own.emit_outer(q, q, &(-scale * own.viscosity()), out);
-        });
+        }
     }
 
     fn is_dissipative(&self) -> bool {
@@ -303,10 +304,10 @@ pub(crate) mod tests {
             let rest = parts.map(|(q, f)| resultant(q, f) / DVector::from_column_slice(f).norm());
             let power: f64 = mid.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum();
             let mut dissipated = 0.0;
-            damping.each(1.0, &mut |own, _| {
+            for own in damping.all_damped() {
                 let change = own.strain(&q1) - own.strain(&q0);
                 dissipated += (own.viscosity() * change).dot(&change);
-            });
+            }
             let relative = (power + dissipated).abs() / dissipated;
             println!("resultants {rest:?}, power off by {relative:.1e}");
             assert!(rest.iter().all(|r| *r < 1e-14) && relative < bound && dissipated > 0.0);

@@ -113,13 +113,6 @@ impl StrainDissipation {
         Self { elements: model.elements.clone(), filter: Filter::new() }
     }
 
-    /// All elements, with their index.
-    fn each(&self, visit: &mut dyn FnMut(usize, &Strained<'_>)) {
-        for (index, element) in self.elements.list().iter().enumerate() {
-            visit(index, &Strained { element, section: self.elements.section(element) });
-        }
-    }
-
     /// `C_i ℓ φ_i` in a step.
     fn forces(&self, s: &Interval, index: usize, own: &Strained<'_>) -> Strain {
         let change = own.strain(&s.q1) - own.strain(&s.q0);
@@ -128,9 +121,9 @@ impl StrainDissipation {
     }
 
     fn add_slot(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
-        self.each(&mut |index, own| {
-            own.add(q, &(-0.5 * s.h * self.forces(s, index, own)), out); // [6.24]
-        });
+        for (index, own) in self.elements.strained().enumerate() {
+            own.add(q, &(-0.5 * s.h * self.forces(s, index, &own)), out); // [6.24]
+        }
     }
 }
 
@@ -150,10 +143,10 @@ impl DiscreteForce for StrainDissipation {
     }
 
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        self.each(&mut |_, own| {
+        for own in self.elements.strained() {
             let c = -0.5 * s.h * self.filter.of_strain * own.stiffness();
             own.emit_outer(&s.q0, &s.q1, &c, out);
-        });
+        }
     }
 
     fn add_continuous(&self, _: Configuration<'_>, _: &[f64], _: &mut [f64]) {}
@@ -161,10 +154,10 @@ impl DiscreteForce for StrainDissipation {
     /// `−Σ ℓ C_i φ_i Δε_i`: what the filters store and dissipate.
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
         let mut work = 0.0;
-        self.each(&mut |index, own| {
+        for (index, own) in self.elements.strained().enumerate() {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
-            work -= self.forces(s, index, own).dot(&change);
-        });
+            work -= self.forces(s, index, &own).dot(&change);
+        }
         work
     }
 
@@ -181,14 +174,14 @@ impl DiscreteForce for StrainDissipation {
     }
 
     fn advance(&self, s: &Interval, out: &mut [f64]) {
-        self.each(&mut |index, own| {
+        for (index, own) in self.elements.strained().enumerate() {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
             let own = &mut out[OF_POINT * index..OF_POINT * (index + 1)];
             for (i, own) in own.chunks_exact_mut(OF_STRAIN).enumerate() {
                 let (_, next) = self.filter.step(&variables(s, index, i), change[i]);
                 own.copy_from_slice(next.as_slice()); // [6.25]
             }
-        });
+        }
     }
 }
 
@@ -245,11 +238,11 @@ mod tests {
     /// `½ ℓ Σ c_i z_iᵀC z_i` of a part of the filters that `part` takes from the variables, J.
     fn form(force: &StrainDissipation, part: impl Fn(&[f64], usize) -> f64, z: &[f64]) -> f64 {
         let mut energy = 0.0;
-        force.each(&mut |index, own| {
+        for (index, own) in force.elements.strained().enumerate() {
             let first = |i: usize| OF_POINT * index + OF_STRAIN * i;
             let x = Strain::from_fn(|i, _| part(&z[first(i)..first(i) + OF_STRAIN], 6 * index + i));
             energy += (own.stiffness() * x).dot(&x);
-        });
+        }
         energy
     }
 
@@ -272,9 +265,9 @@ mod tests {
             let mut next = vec![f64::NAN; force.internal_variables()];
             force.advance(&s, &mut next);
             let mut change = Vec::new();
-            force.each(&mut |_, own| {
+            for own in force.elements.strained() {
                 change.extend_from_slice((own.strain(&q1) - own.strain(&q0)).as_slice());
-            });
+            }
             let mean: Vec<f64> = s.internal.iter().zip(&next).map(|(a, b)| 0.5 * (a + b)).collect();
             let rate = |z: &[f64], i: usize| change[i] - z[0] / M1 - z[2] / M3;
             let dissipated = R * form(&force, rate, &mean); // [6.26]

@@ -27,9 +27,6 @@ use vi_core::galerkin::Stages;
 use vi_core::interpolation::{StepPolynomial, StrainInterpolation};
 use vi_core::sparse::Entries;
 
-/// Visits all that is strained.
-type VisitStrained<'a> = dyn Fn(&mut dyn FnMut(&Strained<'_>)) + 'a;
-
 /// `ε(q_j)`, `j = 0 … s`.
 fn strains(own: &Strained<'_>, step: &StepPolynomial<'_>) -> [Strain; Stages::MAX + 1] {
     let at = |j: usize| if j <= step.stages() { own.strain(step.q(j)) } else { Strain::zeros() };
@@ -47,24 +44,24 @@ fn form(A: &DMatrix<f64>, c: &Matrix6<f64>, strains: &[Strain]) -> f64 {
 }
 
 /// `out_j ← out_j + Σ_e Σ_i c_i Σ_l A_jl ε_i(q_l) 𝔹_i q_j`.
-fn add_impulses(
-    each: &VisitStrained<'_>,
+fn add_impulses<'a>(
+    all: impl Iterator<Item = Strained<'a>>,
     A: &DMatrix<f64>,
     step: &StepPolynomial<'_>,
     c: impl Fn(&Strained<'_>) -> Matrix6<f64>,
     out: &mut [Vec<f64>],
 ) {
-    each(&mut |own| {
-        let (c, strains) = (c(own), strains(own, step));
+    for own in all {
+        let (c, strains) = (c(&own), strains(&own, step));
         for (j, out) in out.iter_mut().enumerate() {
             own.add(step.q(j), &(c * row(A, j, &strains)), out);
         }
-    });
+    }
 }
 
 /// Emits the derivative of the impulse `j` of [`add_impulses`] by `q_l`.
-fn add_derivative(
-    each: &VisitStrained<'_>,
+fn add_derivative<'a>(
+    all: impl Iterator<Item = Strained<'a>>,
     A: &DMatrix<f64>,
     step: &StepPolynomial<'_>,
     c: impl Fn(&Strained<'_>) -> Matrix6<f64>,
@@ -72,30 +69,36 @@ fn add_derivative(
     out: &mut dyn Entries,
 ) {
     let (j, l) = at;
-    each(&mut |own| {
-        let (c, q) = (c(own), (step.q(j), step.q(l)));
+    for own in all {
+        let (c, q) = (c(&own), (step.q(j), step.q(l)));
         if j == l {
-            let n = c * row(A, j, &strains(own, step));
+            let n = c * row(A, j, &strains(&own, step));
             own.emit(q.0, &(A[(j, l)] * c), &n, out);
         } else {
             own.emit_outer(q.0, q.1, &(A[(j, l)] * c), out);
         }
-    });
+    }
 }
 
 /// `U_d` [6.33].
 impl StrainInterpolation for AveragedStrains {
     fn energy(&self, step: &StepPolynomial<'_>) -> f64 {
         let mut energy = 0.0;
-        self.each(&mut |own| {
-            energy += 0.5 * form(&step.constants.S, &own.stiffness(), &strains(own, step));
-        });
+        for own in self.elements.strained() {
+            energy += 0.5 * form(&step.constants.S, &own.stiffness(), &strains(&own, step));
+        }
         energy
     }
 
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
-        let (each, h) = (|visit: &mut dyn FnMut(&Strained<'_>)| self.each(visit), step.h());
-        add_impulses(&each, &step.constants.S, step, |own| -h * own.stiffness(), out);
+        let h = step.h();
+        add_impulses(
+            self.elements.strained(),
+            &step.constants.S,
+            step,
+            |own| -h * own.stiffness(),
+            out,
+        );
     }
 
     fn add_derivative(
@@ -105,31 +108,22 @@ impl StrainInterpolation for AveragedStrains {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let each = |visit: &mut dyn FnMut(&Strained<'_>)| self.each(visit);
         let c = |own: &Strained<'_>| -scale * step.h() * own.stiffness();
-        add_derivative(&each, &step.constants.S, step, c, at, out);
-    }
-}
-
-impl StrainDamping {
-    /// All that is strained and damped.
-    fn each_damped(&self, visit: &mut dyn FnMut(&Strained<'_>)) {
-        self.each(f64::INFINITY, &mut |own, _| visit(own));
+        add_derivative(self.elements.strained(), &step.constants.S, step, c, at, out);
     }
 }
 
 impl StrainInterpolation for StrainDamping {
     fn work(&self, step: &StepPolynomial<'_>) -> f64 {
         let mut work = 0.0;
-        self.each_damped(&mut |own| {
-            work -= form(&step.constants.K, &own.viscosity(), &strains(own, step)) / step.h();
-        });
+        for own in self.all_damped() {
+            work -= form(&step.constants.K, &own.viscosity(), &strains(&own, step)) / step.h();
+        }
         work
     }
 
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
-        let each = |visit: &mut dyn FnMut(&Strained<'_>)| self.each_damped(visit);
-        add_impulses(&each, &step.constants.N, step, |own| -own.viscosity(), out); // [6.34]
+        add_impulses(self.all_damped(), &step.constants.N, step, |own| -own.viscosity(), out); // [6.34]
     }
 
     fn add_derivative(
@@ -139,8 +133,7 @@ impl StrainInterpolation for StrainDamping {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let each = |visit: &mut dyn FnMut(&Strained<'_>)| self.each_damped(visit);
         let c = |own: &Strained<'_>| -scale * own.viscosity();
-        add_derivative(&each, &step.constants.N, step, c, at, out);
+        add_derivative(self.all_damped(), &step.constants.N, step, c, at, out);
     }
 }

@@ -1,7 +1,7 @@
 //! What is strained and damped: an element with its section.
 #![allow(non_snake_case)] // K
 
-use crate::element::Element;
+use crate::element::{Element, Elements};
 use crate::section::Section;
 use crate::strain::Strain;
 use nalgebra::Matrix6;
@@ -11,6 +11,13 @@ use vi_core::sparse::Entries;
 pub(crate) struct Strained<'a> {
     pub(crate) element: &'a Element,
     pub(crate) section: &'a Section,
+}
+
+impl Elements {
+    /// All elements with their sections.
+    pub(crate) fn strained(&self) -> impl Iterator<Item = Strained<'_>> {
+        self.list().iter().map(|element| Strained { element, section: self.section(element) })
+    }
 }
 
 impl Strained<'_> {
