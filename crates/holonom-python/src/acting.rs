@@ -15,6 +15,7 @@ use holonom::{
     RunFailure, Simulation,
 };
 use numpy::{PyArray1, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use std::ops::Range;
@@ -344,6 +345,14 @@ struct Decisions {
     fault: Arc<Fault>,
 }
 
+/// Refuses numbers that are not finite, by the name of the argument.
+pub(crate) fn check_finite(name: &str, values: &[f64]) -> PyResult<()> {
+    match values.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(PyValueError::new_err(format!("{name}: {value} is not finite"))),
+        None => Ok(()),
+    }
+}
+
 /// Holds values by inputs, one after the other.
 pub(crate) fn hold(inputs: &[Input], values: &[f64]) {
     let mut rest = values;
@@ -403,7 +412,7 @@ impl Control {
                 found = numbers(self.function.call1(py, (t, seen))?.bind(py))?;
                 if found.len() != width {
                     let words = format!("inputs: shape ({width},), not ({},)", found.len());
-                    return Err(pyo3::exceptions::PyValueError::new_err(words));
+                    return Err(PyValueError::new_err(words));
                 }
                 Ok([found.iter().sum()]) // whether all are finite
             },
@@ -432,7 +441,7 @@ impl BodyForce {
                         let wanted = if is_particle { "(3,)" } else { "(3,) or (6,)" };
                         let words =
                             format!("force and torque: shape {wanted}, not ({},)", other.len());
-                        Err(pyo3::exceptions::PyValueError::new_err(words))
+                        Err(PyValueError::new_err(words))
                     }
                 }
             },

@@ -3,7 +3,7 @@
 //! A member takes the steps of a [`crate::stepper::Stepper`], whoever is beside it and however many
 //! threads there are. One that fails stays where it failed until it is reset.
 
-use crate::acting::{Acting, hold};
+use crate::acting::{Acting, check_finite, hold};
 use crate::errors::raise;
 use crate::model::Model;
 use crate::stepper::{Run, freed};
@@ -11,7 +11,7 @@ use crate::watch::Watch;
 use holonom::{JointStart, RunFailure, RunState};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::sync::{Mutex, MutexGuard};
@@ -79,9 +79,7 @@ impl Ensemble {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mut members = self.taken()?;
         let rows = inputs.as_ref().map(|rows| rows.as_slice()).transpose()?;
-        if let Some(value) = rows.and_then(|all| all.iter().find(|value| !value.is_finite())) {
-            return Err(PyValueError::new_err(format!("inputs: {value} is not finite")));
-        }
+        rows.map_or(Ok(()), |all| check_finite("inputs", all))?;
         let (members, width) = (&mut members[..], self.width);
         let mut watch = Watch::new(None);
         freed(py, false, || {

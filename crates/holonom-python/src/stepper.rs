@@ -1,6 +1,6 @@
 //! One step after another, with inputs that are held over a step.
 
-use crate::acting::{Acted, Acting, hold, numbers};
+use crate::acting::{Acted, Acting, check_finite, hold, numbers};
 use crate::errors::raise;
 use crate::fault::Fault;
 use crate::model::Model;
@@ -188,9 +188,7 @@ impl Stepper {
     ) -> PyResult<Advanced<'py>> {
         let mut run = self.taken()?;
         let controls = controls.as_ref().map(|rows| rows.as_slice()).transpose()?;
-        if let Some(value) = controls.and_then(|all| all.iter().find(|value| !value.is_finite())) {
-            return Err(PyValueError::new_err(format!("controls: {value} is not finite")));
-        }
+        controls.map_or(Ok(()), |all| check_finite("controls", all))?;
         let mut watch = Watch::new(progress);
         let (mut seen, width) = (Seen::default(), self.width);
         let run = &mut *run;
@@ -342,9 +340,7 @@ impl Stepper {
             let words = format!("inputs: shape ({},), not ({},)", self.width, values.len());
             return Err(PyValueError::new_err(words));
         }
-        if let Some(value) = values.iter().find(|value| !value.is_finite()) {
-            return Err(PyValueError::new_err(format!("inputs: {value} is not finite")));
-        }
+        check_finite("inputs", values)?;
         hold(run.named(), values);
         Ok(())
     }
