@@ -206,6 +206,10 @@ fn every_shipped_model_is_valid_and_listed() {
     fs::remove_file(folder.join("own.toml")).unwrap();
     assert_eq!(code(&folder, &["examples", "motor", "-o", "own.toml"]), 2, "its table is there");
     assert!(!folder.join("own.toml").exists(), "nothing is half-written");
+    fs::create_dir(folder.join("others")).unwrap();
+    fs::write(folder.join("others/motor.csv"), "mine").unwrap();
+    assert_eq!(code(&folder, &["examples", "--all", "others"]), 2, "its table is there");
+    assert_eq!(fs::read_to_string(folder.join("others/motor.csv")).unwrap(), "mine");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use holonom::model::nearest;
 use holonom::output::OutputError;
@@ -87,17 +87,19 @@ pub(crate) fn examples(arguments: &ExamplesArguments) -> Result<(), Failure> {
     if let Some(folder) = &arguments.all {
         let io = |source| OutputError::Io { path: folder.clone(), source };
         std::fs::create_dir_all(folder).map_err(io)?;
-        let file = |name: &str| folder.join(format!("{name}.toml"));
-        if let Some((name, _)) = MODELS.iter().find(|m| !arguments.force && file(m.0).exists()) {
-            return Err(exists(&file(name)));
-        }
-        MODELS.iter().try_for_each(|(name, text)| write(&file(name), text, true))?;
-        return FILES.iter().try_for_each(|(name, text)| write(&folder.join(name), text, true));
+        let models = MODELS.iter().map(|(name, text)| (folder.join(format!("{name}.toml")), *text));
+        let files = FILES.iter().map(|(name, text)| (folder.join(name), *text));
+        return write(&models.chain(files).collect::<Vec<_>>(), arguments.force);
     }
     let Some(name) = &arguments.name else { return list() };
     let Some((_, text)) = MODELS.iter().find(|m| m.0 == name) else { return Err(unknown(name)) };
     match &arguments.output {
-        Some(file) => write_with_files(name, (file, text), arguments.force),
+        Some(file) => {
+            let is_own = |f: &&(&str, &str)| Path::new(f.0).file_stem() == Some(OsStr::new(name));
+            let beside = FILES.iter().filter(is_own).map(|f| (file.with_file_name(f.0), f.1));
+            let model = std::iter::once((file.clone(), *text));
+            write(&model.chain(beside).collect::<Vec<_>>(), arguments.force)
+        }
         None => stdout::bytes(text.as_bytes()),
     }
 }
@@ -127,29 +129,19 @@ fn exists(file: &Path) -> Failure {
     Failure::Usage { message, help: "add --force to replace it".into() }
 }
 
-/// A model and the files that it names; none where one of them is there already.
-fn write_with_files(name: &str, (file, text): (&Path, &str), force: bool) -> Result<(), Failure> {
-    let of_model = |f: &&(&str, &str)| Path::new(f.0).file_stem() == Some(OsStr::new(name));
-    let beside: Vec<_> =
-        FILES.iter().filter(of_model).map(|f| (file.with_file_name(f.0), f.1)).collect();
-    if let Some((there, _)) = beside.iter().find(|f| !force && f.0.exists()) {
+/// Writes files; with `force` even over others, without it none where one of them is there.
+fn write(files: &[(PathBuf, &str)], force: bool) -> Result<(), Failure> {
+    if let Some((there, _)) = files.iter().find(|(file, _)| !force && file.exists()) {
         return Err(exists(there));
     }
-    write(file, text, force)?;
-    beside.iter().try_for_each(|(path, text)| write(path, text, force))
-}
-
-/// Writes a file; with `force` even over another.
-fn write(file: &Path, text: &str, force: bool) -> Result<(), Failure> {
-    let mut options = OpenOptions::new();
-    options.write(true).create(true).truncate(true).create_new(!force);
-    let written = options.open(file).and_then(|mut f| f.write_all(text.as_bytes()));
-    match written {
-        Ok(()) => {
-            stderr::line(&file.display().to_string());
-            Ok(())
+    for (file, text) in files {
+        let mut options = OpenOptions::new();
+        options.write(true).create(true).truncate(true).create_new(!force);
+        match options.open(file).and_then(|mut opened| opened.write_all(text.as_bytes())) {
+            Ok(()) => stderr::line(&file.display().to_string()),
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => return Err(exists(file)),
+            Err(source) => return Err(OutputError::Io { path: file.clone(), source }.into()),
         }
-        Err(e) if e.kind() == ErrorKind::AlreadyExists => Err(exists(file)),
-        Err(source) => Err(OutputError::Io { path: file.to_owned(), source }.into()),
     }
+    Ok(())
 }
