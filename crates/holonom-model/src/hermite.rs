@@ -98,16 +98,20 @@ impl Hermite {
             let [time, value, rate] = self.knots[after.saturating_sub(1)];
             return [value + rate * (t - time), rate, 0.0];
         }
-        let ([t0, x0, r0], [t1, x1, r1]) = (self.knots[after - 1], self.knots[after]);
-        let h = t1 - t0;
-        let s = (t - t0) / h;
-        let slope = (x1 - x0) / h;
-        // x0 + h s (r0 + s (c + s d))
-        let (c, d) = (3.0 * slope - 2.0 * r0 - r1, r0 + r1 - 2.0 * slope);
-        [
-            x0 + h * s * (r0 + s * (c + s * d)),
-            r0 + s * (2.0 * c + 3.0 * s * d),
-            (2.0 * c + 6.0 * s * d) / h,
-        ]
+        cubic([self.knots[after - 1], self.knots[after]], t)
     }
+}
+
+/// Value, rate and second derivative at `t` of the cubic between two knots.
+pub(crate) fn cubic([[t0, x0, r0], [t1, x1, r1]]: [[f64; 3]; 2], t: f64) -> [f64; 3] {
+    let h = t1 - t0;
+    let s = (t - t0) / h;
+    let slope = (x1 - x0) / h;
+    // x0 + h s (r0 + s (c + s d))
+    let (c, d) = (3.0 * slope - 2.0 * r0 - r1, r0 + r1 - 2.0 * slope);
+    [
+        x0 + h * s * (r0 + s * (c + s * d)),
+        r0 + s * (2.0 * c + 3.0 * s * d),
+        (2.0 * c + 6.0 * s * d) / h,
+    ]
 }

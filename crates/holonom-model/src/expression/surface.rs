@@ -1,15 +1,16 @@
 //! Functions of two numbers that an expression calls by name: values on a grid, interpolated.
 //!
 //! ```text
-//! f(x, y) = Σ_ij w_i(x) w_j(y) c_ij        i, j over value and slope at both ends of an interval
-//! c = f, f_x, f_y, f_xy at the corners;    w Hermite's cubics, or the two lines
+//! f, f_y on two lines y = const     cubics in x by f, f_x and by f_y, f_xy at the corners, or lines
+//! f(x, y)                           the cubic in y by f, f_y on these lines, or a line
 //! f_xy = ½ (slopes of f_x along y + slopes of f_y along x)
 //! ```
 //! Slopes are those of tables of one number along the rows and the columns of the grid.
 
 use std::sync::Arc;
 
-use crate::hermite::{Ends, Hermite};
+use super::table::{line, through};
+use crate::hermite::cubic;
 use crate::types::table::{Interpolation, Outside, Table};
 
 /// A table of two numbers that is ready to be evaluated. Clones share it.
@@ -28,11 +29,28 @@ struct Parts {
 /// Value, first derivatives `[f_x, f_y]`, second ones `[f_xx, f_xy, f_yy]`.
 pub(super) type Bent = (f64, [f64; 2], [f64; 3]);
 
-/// An interval of an axis, and the weights of value and slope at its start and at its end: with
-/// their first and second derivatives.
-struct Weights {
+/// A place in an interval of an axis.
+struct Interval {
     first: usize,
-    of: [[f64; 4]; 3],
+    ends: [f64; 2],
+    at: f64,
+    beyond: f64, // by how much the argument is outside of the axis
+    linear: bool,
+    outside: Outside,
+}
+
+impl Interval {
+    /// Value, slope and second derivative by value and slope at both ends.
+    fn between(&self, [start, end]: [[f64; 2]; 2]) -> [f64; 3] {
+        if self.beyond != 0.0 && self.outside == Outside::Hold {
+            let held = if self.beyond < 0.0 { start } else { end };
+            return [held[0], 0.0, 0.0];
+        }
+        let knots = [[self.ends[0], start[0], start[1]], [self.ends[1], end[0], end[1]]];
+        let [f, slope, bend] =
+            if self.linear { line(knots, self.at) } else { cubic(knots, self.at) };
+        [f + self.beyond * slope, slope, if self.beyond == 0.0 { bend } else { 0.0 }]
+    }
 }
 
 impl Surface {
@@ -43,11 +61,7 @@ impl Surface {
         let (n, m) = (x.len(), y.len());
         let slopes = |axis: &[f64], values: Vec<f64>| -> Vec<f64> {
             let points = axis.iter().zip(values).map(|(a, f)| [*a, f]);
-            let hermite = match table.interpolation {
-                Interpolation::Spline => Hermite::spline(points, Ends::Natural),
-                Interpolation::Pchip | Interpolation::Linear => Hermite::monotone(points),
-            };
-            hermite.knots.iter().map(|knot| knot[2]).collect()
+            through(points, table.interpolation).knots.iter().map(|knot| knot[2]).collect()
         };
         let mut corners = vec![[0.0; 4]; n * m];
         let along_x = |part: usize, to: usize, scale: f64, corners: &mut Vec<[f64; 4]>| {
@@ -93,58 +107,27 @@ impl Surface {
 
     /// `None` outside of a table that ends there.
     pub(super) fn at(&self, at: [f64; 2]) -> Option<Bent> {
-        let [x, y] = [self.weights(0, at[0])?, self.weights(1, at[1])?];
+        let [x, y] = [self.interval(0, at[0])?, self.interval(1, at[1])?];
         let m = self.0.axes[1].len();
-        let sum = |a: usize, b: usize| {
-            let mut sum = 0.0;
-            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                let [f, by_x, by_y, by_both] = self.0.corners[(x.first + i) * m + y.first + j];
-                let ([v, s], [w, r]) =
-                    ([x.of[a][2 * i], x.of[a][2 * i + 1]], [y.of[b][2 * j], y.of[b][2 * j + 1]]);
-                sum += v * w * f + s * w * by_x + v * r * by_y + s * r * by_both;
-            }
-            sum
-        };
-        Some((sum(0, 0), [sum(1, 0), sum(0, 1)], [sum(2, 0), sum(1, 1), sum(0, 2)]))
+        let along_x = [0, 1].map(|j| {
+            let corners = [0, 1].map(|i| self.0.corners[(x.first + i) * m + y.first + j]);
+            [0, 2].map(|part| x.between(corners.map(|own| [own[part], own[part + 1]])))
+        });
+        let along_y = |order: usize| y.between(along_x.map(|[f, f_y]| [f[order], f_y[order]]));
+        let ([f, f_y, f_yy], [f_x, f_xy, _], [f_xx, ..]) = (along_y(0), along_y(1), along_y(2));
+        Some((f, [f_x, f_y], [f_xx, f_xy, f_yy]))
     }
 
-    fn weights(&self, axis: usize, x: f64) -> Option<Weights> {
+    fn interval(&self, axis: usize, x: f64) -> Option<Interval> {
         let Parts { axes, linear, outside, .. } = &*self.0;
         let (knots, [least, most]) = (&axes[axis], self.range(axis));
-        let inside = x.clamp(least, most);
-        let beyond = x - inside;
-        let after = knots.partition_point(|knot| *knot <= inside).clamp(1, knots.len() - 1);
-        let (first, h) = (after - 1, knots[after] - knots[after - 1]);
-        let s = (inside - knots[first]) / h;
-        let mut of = match linear {
-            true => [[1.0 - s, 0.0, s, 0.0], [-1.0 / h, 0.0, 1.0 / h, 0.0], [0.0; 4]],
-            false => {
-                let r = 1.0 - s;
-                [
-                    [
-                        (1.0 + 2.0 * s) * r * r,
-                        h * s * r * r,
-                        s * s * (3.0 - 2.0 * s),
-                        -h * s * s * r,
-                    ],
-                    [-6.0 * s * r / h, r * (1.0 - 3.0 * s), 6.0 * s * r / h, s * (3.0 * s - 2.0)],
-                    [
-                        (12.0 * s - 6.0) / (h * h),
-                        (6.0 * s - 4.0) / h,
-                        (6.0 - 12.0 * s) / (h * h),
-                        (6.0 * s - 2.0) / h,
-                    ],
-                ]
-            }
-        };
-        if beyond != 0.0 {
-            match outside {
-                Outside::Error => return None,
-                Outside::Hold => of[1] = [0.0; 4],
-                Outside::Slope => of[0] = std::array::from_fn(|k| of[0][k] + beyond * of[1][k]),
-            }
-            of[2] = [0.0; 4];
+        let at = x.clamp(least, most);
+        let beyond = x - at;
+        if beyond != 0.0 && *outside == Outside::Error {
+            return None;
         }
-        Some(Weights { first, of })
+        let after = knots.partition_point(|knot| *knot <= at).clamp(1, knots.len() - 1);
+        let (first, ends) = (after - 1, [knots[after - 1], knots[after]]);
+        Some(Interval { first, ends, at, beyond, linear: *linear, outside: *outside })
     }
 }

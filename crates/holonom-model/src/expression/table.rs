@@ -21,11 +21,7 @@ impl Curve {
     /// Of a table with at least two points and increasing arguments.
     #[must_use]
     pub fn new(table: &Table) -> Self {
-        let points = table.points.iter().copied();
-        let hermite = match table.interpolation {
-            Interpolation::Spline => Hermite::spline(points, Ends::Natural),
-            Interpolation::Pchip | Interpolation::Linear => Hermite::monotone(points),
-        };
+        let hermite = through(table.points.iter().copied(), table.interpolation);
         let linear = table.interpolation == Interpolation::Linear;
         Self(Arc::new(Parts { name: table.name.clone(), hermite, linear, outside: table.outside }))
     }
@@ -64,8 +60,23 @@ impl Curve {
     fn on_line(&self, x: f64) -> [f64; 3] {
         let knots = &self.0.hermite.knots;
         let after = knots.partition_point(|knot| knot[0] <= x).clamp(1, knots.len() - 1);
-        let (a, b) = (knots[after - 1], knots[after]);
-        let slope = (b[1] - a[1]) / (b[0] - a[0]);
-        [a[1] + slope * (x - a[0]), slope, 0.0]
+        line([knots[after - 1], knots[after]], x)
     }
+}
+
+/// Points with the slopes of an interpolation.
+pub(super) fn through(
+    points: impl Iterator<Item = [f64; 2]>,
+    interpolation: Interpolation,
+) -> Hermite {
+    match interpolation {
+        Interpolation::Spline => Hermite::spline(points, Ends::Natural),
+        Interpolation::Pchip | Interpolation::Linear => Hermite::monotone(points),
+    }
+}
+
+/// Value, slope and second derivative on the straight line through two knots.
+pub(super) fn line([a, b]: [[f64; 3]; 2], x: f64) -> [f64; 3] {
+    let slope = (b[1] - a[1]) / (b[0] - a[0]);
+    [a[1] + slope * (x - a[0]), slope, 0.0]
 }
