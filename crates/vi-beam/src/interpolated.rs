@@ -123,7 +123,8 @@ impl StrainInterpolation for StrainDamping {
     }
 
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
-        add_impulses(self.all_damped(), &step.constants.N, step, |own| -own.viscosity(), out); // [6.34]
+        let c = |own: &Strained<'_>| -own.viscosity();
+        add_impulses(self.all_damped(), &step.constants.N, step, c, out); // [6.34]
     }
 
     fn add_derivative(
