@@ -88,6 +88,19 @@ impl PivotedQr {
         }
     }
 
+    /// For `n × m` matrices from now on, the matrix set to zero; memory is taken only where there
+    /// was never as much in use.
+    pub fn resize(&mut self, n: usize, m: usize) {
+        let matrix = std::mem::replace(&mut self.factors, DMatrix::zeros(0, 0));
+        let mut entries: Vec<f64> = matrix.data.into();
+        entries.clear();
+        entries.resize(n * m, 0.0);
+        self.factors = DMatrix::from_vec(n, m, entries);
+        self.squares.resize(m, 0.0);
+        self.scales.resize(n.min(m), 0.0);
+        self.pivots.resize(m, 0);
+    }
+
     /// The matrix to factorize; overwritten by [`PivotedQr::factorize`].
     pub fn matrix_mut(&mut self) -> &mut DMatrix<f64> {
         &mut self.factors
@@ -121,6 +134,12 @@ impl PivotedQr {
         });
     }
 
+    /// `R` in the upper triangle; below are the Householder vectors.
+    #[must_use]
+    pub fn factors(&self) -> &DMatrix<f64> {
+        &self.factors
+    }
+
     /// `R_kk`.
     #[must_use]
     pub fn diagonal(&self, k: usize) -> f64 {
@@ -133,15 +152,32 @@ impl PivotedQr {
         &self.pivots
     }
 
+    /// The Householder vector `k` without its first entry 1.
+    fn reflector(&self, k: usize) -> &[f64] {
+        let n = self.factors.nrows();
+        &self.factors.as_slice()[k * n + k + 1..(k + 1) * n]
+    }
+
     /// `out ← Q out`, shape `n × any`.
     pub fn apply_q(&self, out: &mut DMatrix<f64>) {
         let n = self.factors.nrows();
+        out.as_mut_slice().chunks_exact_mut(n.max(1)).for_each(|column| self.apply_q_to(column));
+    }
+
+    /// `x ← Q x`, shape `n`.
+    pub fn apply_q_to(&self, x: &mut [f64]) {
         Arch::new().dispatch(|| {
-            for column in out.as_mut_slice().chunks_exact_mut(n.max(1)) {
-                for (k, &scale) in self.scales.iter().enumerate().rev() {
-                    let v = &self.factors.as_slice()[k * n + k + 1..(k + 1) * n];
-                    apply(v, scale, &mut column[k..]);
-                }
+            for (k, &scale) in self.scales.iter().enumerate().rev() {
+                apply(self.reflector(k), scale, &mut x[k..]);
+            }
+        });
+    }
+
+    /// `x ← Qᵀ x`, shape `n`.
+    pub fn apply_q_transposed(&self, x: &mut [f64]) {
+        Arch::new().dispatch(|| {
+            for (k, &scale) in self.scales.iter().enumerate() {
+                apply(self.reflector(k), scale, &mut x[k..]);
             }
         });
     }

@@ -23,6 +23,7 @@
 //! | [`inertia`] | how many eigenvalues of a constrained stiffness are negative |
 //! | [`matrix_eigen`] | `A x = λ x`, eigenvalues of zero apart |
 //! | [`quadratic_eigen`] | `(λ² M + λ C + K) x = 0`: damped and gyroscopic vibrations |
+//! | [`cone`] | impulses of unilateral contact and dry friction |
 //! | [`composition`] | orders 4, 6, 8 |
 //! | [`galerkin`] | constants of the schemes of order `2s` with `s` control points per step |
 //! | [`interpolation`] | strains interpolated between control points |
@@ -57,6 +58,7 @@
 pub mod block_lu;
 pub mod compensation;
 pub mod composition;
+pub mod cone;
 pub mod configuration;
 pub mod coordinate_force;
 pub mod dense;

@@ -2,6 +2,7 @@
 // tests; they compare exactly representable numbers
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
+mod cone;
 mod eigen;
 mod linear;
 mod sparse_cholesky;

@@ -1,0 +1,305 @@
+//! Impulses `Λ` of unilateral contact and dry friction: `y = WΛ + w`, each row with its law.
+//!
+//! | law | rows | `Λ` and `y` |
+//! |---|---|---|
+//! | [`Cone::Normal`] | 1 | `0 ≤ Λ ⊥ y ≥ 0` |
+//! | [`Cone::Friction`] | 3 | the same of the normals; `Λ_T = −μΛ_N y_T/\|y_T\|`, `\|Λ_T\| ≤ μΛ_N` where `y_T = 0` |
+//! | [`Cone::Bounded`] | 1 | `Λ = −b sgn y`, `\|Λ\| ≤ b` where `y = 0` |
+//!
+//! `W` is the Delassus matrix, symmetric and positive semidefinite, and may be singular: impulses
+//! of hyperstatic contacts are not unique, the velocities are.
+//!
+//! Block Gauss–Seidel with the exact law of each contact finds the state (open, sticks, slips);
+//! Newton's method on the laws as projections, with steps of least norm, ends at rounding errors.
+//! Where both fail, convex programs in a sequence lead near a solution. Nothing depends on earlier
+//! problems but `Λ` itself, the warm start: of several solutions the one next to it is likely.
+//!
+//! ```
+//! use vi_core::cone::{Cone, ConeSolver};
+//! // a point of mass 2 kg falls at 3 m/s and slides at 1 m/s: it sticks for μ ≥ 1/3
+//! let (w_matrix, w) = ([0.5, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.5], [-3.0, 1.0, 0.0]);
+//! let mut impulse = [0.0; 3];
+//! let cones = [Cone::Friction { coefficient: 0.4 }];
+//! ConeSolver::default().solve(&cones, &w_matrix, &w, &mut impulse).unwrap();
+//! assert!((impulse[0] - 6.0).abs() < 1e-14 && (impulse[1] + 2.0).abs() < 1e-14);
+//! ```
+#![allow(non_snake_case)] // W, F
+
+mod convex;
+mod least_norm;
+mod local;
+mod problem;
+mod residual;
+
+pub use problem::Cone;
+
+use convex::Convex;
+use least_norm::LeastNorm;
+use nalgebra::{Matrix3, Vector3};
+use problem::{Placed, Problem};
+use residual::Residual;
+
+/// How well the laws hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConeReport {
+    /// Largest violation of a law, relative to the sizes of the terms of its rows.
+    pub residual: f64,
+    /// Rounds of sweeps and Newton's method; 0 where the warm start solves the problem.
+    pub rounds: usize,
+}
+
+/// No impulse obeys the laws, or none was found. Cones are numbered from 0.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConeFault {
+    /// An entry of `W`, `w`, `Λ` or of a law is not a number.
+    #[error("the velocities of the contacts are not finite")]
+    NotFinite,
+    /// No motion opens the contacts: `lambda` holds impulses (the largest one is 1) that change no
+    /// velocity and oppose the approach, those of the contacts involved.
+    #[error("no motion opens the contact {cone}")]
+    Wedged {
+        /// The contact with the largest of these impulses.
+        cone: usize,
+    },
+    /// All methods ended above the tolerance.
+    #[error("the impulses of {cones} contacts do not converge: residual {residual:e}")]
+    NoConvergence {
+        /// Of [`ConeReport`].
+        residual: f64,
+        /// How many laws there are.
+        cones: usize,
+    },
+}
+
+const TARGET: f64 = 1e-13;
+/// Accepted where Newton's method does not lead further.
+const ACCEPTED: f64 = 1e-12;
+const NEWTON_STEPS: usize = 25;
+/// Steps in a row that do not halve an accepted residual: rounding errors alone are left.
+const STALLED: usize = 4;
+/// `ρ` of the rounds: where Newton's method fails with one, others lead elsewhere.
+const PARAMETERS: [f64; 9] = [1.0, 1.0, 1e2, 1e-2, 1e4, 1e-4, 10.0, 0.1, 1e3];
+const PROGRAMS: usize = 60;
+
+/// The solver with its memory, which grows to the largest problem; then nothing is allocated.
+#[derive(Clone, Debug, Default)]
+pub struct ConeSolver {
+    problem: Problem,
+    residual: Residual,
+    least_norm: LeastNorm,
+    convex: Convex,
+    impulse: Vec<f64>, // k
+    trial: Vec<f64>,   // k
+    best: Vec<f64>,    // k
+    swept: Vec<f64>,   // k
+    step: Vec<f64>,    // k
+}
+
+impl ConeSolver {
+    /// Finds the impulses of `y = WΛ + w`.
+    ///
+    /// `w_matrix`: `W`, shape `k × k`, row by row, symmetric, positive semidefinite. `w`: `k`.
+    /// `lambda`: `k`, the warm start, then the solution; on [`ConeFault::NoConvergence`] as it was.
+    ///
+    /// # Errors
+    /// [`ConeFault`].
+    ///
+    /// # Panics
+    /// Where the sizes differ from the number of rows of the cones.
+    pub fn solve(
+        &mut self,
+        cones: &[Cone],
+        w_matrix: &[f64],
+        w: &[f64],
+        lambda: &mut [f64],
+    ) -> Result<ConeReport, ConeFault> {
+        let k = cones.iter().map(Cone::rows).sum::<usize>();
+        assert!(w_matrix.len() == k * k && w.len() == k && lambda.len() == k, "{k} rows");
+        if k == 0 {
+            return Ok(ConeReport { residual: 0.0, rounds: 0 });
+        }
+        let law = |cone: &Cone| match *cone {
+            Cone::Normal => 0.0,
+            Cone::Friction { coefficient } => coefficient,
+            Cone::Bounded { bound } => bound,
+        };
+        let mut numbers = w_matrix.iter().chain(w).chain(&*lambda).copied();
+        if !(numbers.all(f64::is_finite) && cones.iter().all(|cone| law(cone).is_finite())) {
+            return Err(ConeFault::NotFinite);
+        }
+        self.problem.load(cones, w_matrix, w);
+        if let Some(cone) = self.problem.unmovable_approach() {
+            lambda.fill(0.0);
+            lambda[self.problem.cones[cone].row] = 1.0;
+            return Err(ConeFault::Wedged { cone });
+        }
+        self.residual.resize(&self.problem);
+        let Self { impulse, trial, best, swept, step, .. } = self;
+        for vector in [impulse, trial, best, swept, step] {
+            vector.clear();
+            vector.resize(k, 0.0);
+        }
+        for (i, unit) in self.problem.units.iter().enumerate() {
+            self.impulse[i] = lambda[i] / unit;
+        }
+        let report = self.solve_scaled();
+        if report.is_err_and(|fault| matches!(fault, ConeFault::NoConvergence { .. })) {
+            return report;
+        }
+        for (i, unit) in self.problem.units.iter().enumerate() {
+            lambda[i] = self.impulse[i] * unit;
+        }
+        if report.is_err() {
+            let size = crate::linear::norm_inf(lambda);
+            lambda.iter_mut().for_each(|lambda| *lambda /= size);
+        }
+        report
+    }
+
+    fn solve_scaled(&mut self) -> Result<ConeReport, ConeFault> {
+        let rounding = 2.0 * f64::EPSILON * self.problem.rows() as f64;
+        let done = |residual, rounds| Ok(ConeReport { residual, rounds });
+        self.residual.set_parameter(1.0);
+        let residual = self.residual.evaluate(&self.problem, &self.impulse);
+        if residual <= ACCEPTED {
+            return done(self.refine(rounding), 0);
+        }
+        let mut least = residual;
+        for (round, rho) in (1..).zip(PARAMETERS) {
+            self.sweep(if round == 1 { 10 } else { 30 }, 1.0, rounding);
+            self.swept.copy_from_slice(&self.impulse);
+            self.residual.set_parameter(rho);
+            self.newton(rounding);
+            self.residual.set_parameter(1.0);
+            let residual = self.refine(rounding);
+            if residual <= ACCEPTED {
+                return done(residual, round);
+            }
+            least = least.min(residual);
+            self.impulse.copy_from_slice(&self.swept);
+        }
+        self.residual.evaluate(&self.problem, &self.impulse);
+        self.convex.begin(&self.problem, &self.impulse, &self.residual.y);
+        for program in 1..=PROGRAMS {
+            let part = if program <= PROGRAMS / 2 { 1.0 } else { 0.5 };
+            self.impulse.copy_from_slice(self.convex.advance(&self.problem, part));
+            let residual = self.refine(rounding);
+            if residual <= ACCEPTED {
+                return done(residual, PARAMETERS.len() + program);
+            }
+            least = least.min(residual);
+        }
+        if let Some((cone, direction)) = self.convex.wedged(&self.problem) {
+            self.impulse.copy_from_slice(direction);
+            return Err(ConeFault::Wedged { cone });
+        }
+        Err(ConeFault::NoConvergence { residual: least, cones: self.problem.cones.len() })
+    }
+
+    /// Newton's method. Where it stalls at an accepted point, contacts at rest may stand on the rim
+    /// of their cones, with room inside for the same motion: it begins again from there.
+    fn refine(&mut self, rounding: f64) -> f64 {
+        let mut residual = self.newton(rounding);
+        for inside in [1e-8, 1e-6, 1e-4] {
+            if !(TARGET..=ACCEPTED).contains(&residual) {
+                return residual;
+            }
+            self.swept.copy_from_slice(&self.impulse);
+            self.sweep(30, 1.0 - inside, rounding);
+            let again = self.newton(rounding);
+            if again < residual {
+                residual = again;
+            } else {
+                self.impulse.copy_from_slice(&self.swept);
+            }
+        }
+        residual
+    }
+
+    /// Sweeps over the contacts, each law solved exactly with `part` of its friction, until nothing
+    /// but rounding changes.
+    fn sweep(&mut self, sweeps: usize, part: f64, rounding: f64) {
+        let Self { problem, impulse, .. } = self;
+        for _ in 0..sweeps {
+            let mut change = 0.0_f64;
+            for &Placed { cone, row } in &problem.cones {
+                let A = |i: usize, j: usize| problem.row(row + i)[row + j];
+                let own = |i: usize, impulse: &[f64]| {
+                    let block: f64 = (0..cone.rows()).map(|j| A(i, j) * impulse[row + j]).sum();
+                    problem.velocity(row + i, impulse) - block
+                };
+                let mut set = |i: usize, value: f64, impulse: &mut [f64]| {
+                    let relative = (value - impulse[row + i]).abs() / value.abs().max(1e-300);
+                    change = change.max(relative);
+                    impulse[row + i] = value;
+                };
+                match cone {
+                    Cone::Normal => {
+                        set(0, local::unilateral(A(0, 0), own(0, impulse)), impulse);
+                    }
+                    Cone::Bounded { bound } => {
+                        let now = impulse[row];
+                        set(0, local::bounded(A(0, 0), own(0, impulse), bound, now), impulse);
+                    }
+                    Cone::Friction { coefficient } => {
+                        let block = Matrix3::from_fn(A);
+                        let c = Vector3::from_fn(|i, _| own(i, impulse));
+                        let now = Vector3::from_fn(|i, _| impulse[row + i]);
+                        let next = local::friction(&block, &c, part * coefficient, &now);
+                        (0..3).for_each(|i| set(i, next[i], impulse));
+                    }
+                }
+            }
+            if change <= rounding {
+                return;
+            }
+        }
+    }
+
+    /// Newton's method from `impulse`, to the rounding errors; keeps the best point and returns
+    /// its residual.
+    fn newton(&mut self, rounding: f64) -> f64 {
+        let k = self.problem.rows();
+        let mut least = self.residual.evaluate(&self.problem, &self.impulse);
+        let (mut now, mut stalled) = (least, 0);
+        self.best.copy_from_slice(&self.impulse);
+        for _ in 0..NEWTON_STEPS {
+            if least <= rounding {
+                break;
+            }
+            let derivative = self.least_norm.matrix_mut(k);
+            self.residual.derivative(&self.problem, &self.impulse, derivative);
+            self.step.copy_from_slice(&self.residual.F);
+            self.least_norm.solve(&mut self.step);
+            let mut part = 1.0;
+            let mut next = f64::INFINITY;
+            for _ in 0..=6 {
+                for i in 0..k {
+                    self.trial[i] = self.impulse[i] - part * self.step[i];
+                }
+                next = self.residual.evaluate(&self.problem, &self.trial);
+                if next < now {
+                    break;
+                }
+                part *= 0.5;
+            }
+            if !next.is_finite() {
+                break;
+            }
+            self.impulse.copy_from_slice(&self.trial);
+            now = next;
+            let slow = now > 0.5 * least;
+            if now < least {
+                least = now;
+                self.best.copy_from_slice(&self.impulse);
+            }
+            stalled = if slow && least <= ACCEPTED { stalled + 1 } else { 0 };
+            if stalled == STALLED {
+                break;
+            }
+        }
+        self.impulse.copy_from_slice(&self.best);
+        least
+    }
+}

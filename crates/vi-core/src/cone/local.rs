@@ -1,0 +1,142 @@
+//! The law of one contact alone, exactly: `y = Aλ + c` with the `3 × 3` block `A`.
+//!
+//! ```text
+//! take-off   λ = 0                      where c_N ≥ 0
+//! stick      Aλ = −c                    where the cone holds λ
+//! slip       λ = λ_N (1, −μe),  y_N = 0,  y_T = |y_T| e,  |e| = 1
+//! ```
+//! With `y_N = 0`, that is `λ_N = −c_N/(A_NN − μ A_NT·e)`, slip is one equation in the direction
+//! `e`, of degree two in its components:
+//! ```text
+//! e^⊥ · [ c_T (A_NN − μ A_NT·e) − c_N (A_TN − μ A_TT e) ] = 0
+//! ```
+#![allow(non_snake_case)] // A
+
+use super::residual::{clip, norm};
+use nalgebra::{Matrix3, Vector3};
+
+/// `0 ≤ λ ⊥ aλ + c ≥ 0`.
+pub(super) fn unilateral(a: f64, c: f64) -> f64 {
+    if c < 0.0 && a > 0.0 { -c / a } else { 0.0 }
+}
+
+/// `|λ| ≤ b`, `λ = −b sgn(aλ + c)`; `now` is kept where nothing decides.
+pub(super) fn bounded(a: f64, c: f64, bound: f64, now: f64) -> f64 {
+    if a > 0.0 {
+        clip(-c / a, bound)
+    } else if c == 0.0 {
+        clip(now, bound)
+    } else {
+        -bound.copysign(c)
+    }
+}
+
+/// The three rows of a contact with friction; of several directions of slip the one next to
+/// `now`. Where no state holds (`μ` beyond the existence of one), a step of projected iteration.
+pub(super) fn friction(
+    A: &Matrix3<f64>,
+    c: &Vector3<f64>,
+    mu: f64,
+    now: &Vector3<f64>,
+) -> Vector3<f64> {
+    if c[0] >= 0.0 {
+        return Vector3::zeros();
+    }
+    stick(A, c, mu).or_else(|| slip(A, c, mu, now)).unwrap_or_else(|| {
+        let y = A * now + c;
+        let normal = (now[0] - y[0]).max(0.0);
+        let z = [now[1] - y[1], now[2] - y[2]];
+        let part = if norm(z) > mu * normal { mu * normal / norm(z) } else { 1.0 };
+        Vector3::new(normal, part * z[0], part * z[1])
+    })
+}
+
+fn stick(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64) -> Option<Vector3<f64>> {
+    let lambda = A.cholesky()?.solve(&-c); // singular: the Newton steps settle it
+    let holds = lambda[0] >= 0.0 && norm([lambda[1], lambda[2]]) <= mu * lambda[0];
+    holds.then_some(lambda)
+}
+
+/// Sines and cosines of the sixteenths of a turn.
+const SIXTEENTH: f64 = 0.923_879_532_511_286_7;
+const THREE_SIXTEENTHS: f64 = 0.382_683_432_365_089_8;
+const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
+const QUARTER: [[f64; 2]; 4] = [
+    [1.0, 0.0],
+    [SIXTEENTH, THREE_SIXTEENTHS],
+    [DIAGONAL, DIAGONAL],
+    [THREE_SIXTEENTHS, SIXTEENTH],
+];
+
+fn direction(k: usize) -> [f64; 2] {
+    let [x, y] = QUARTER[k % 4];
+    match k / 4 % 4 {
+        0 => [x, y],
+        1 => [-y, x],
+        2 => [-x, -y],
+        _ => [y, -x],
+    }
+}
+
+fn slip(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let across = |e: [f64; 2]| {
+        let below = A[(0, 0)] - mu * (A[(0, 1)] * e[0] + A[(0, 2)] * e[1]);
+        let tangent = |i: usize| {
+            let row = A[(i, 0)] - mu * (A[(i, 1)] * e[0] + A[(i, 2)] * e[1]);
+            c[i] * below - c[0] * row
+        };
+        tangent(2) * e[0] - tangent(1) * e[1]
+    };
+    let mut best: Option<(f64, Vector3<f64>)> = None;
+    let (mut e, mut value) = (direction(0), across(direction(0)));
+    for k in 1..=16 {
+        let (e_next, value_next) = (direction(k), across(direction(k)));
+        if value == 0.0 || value * value_next < 0.0 {
+            let root = zero(&across, (e, value), (e_next, value_next));
+            let normal = -c[0] / (A[(0, 0)] - mu * (A[(0, 1)] * root[0] + A[(0, 2)] * root[1]));
+            let lambda = normal * Vector3::new(1.0, -mu * root[0], -mu * root[1]);
+            let y = A * lambda + c;
+            if normal > 0.0 && normal.is_finite() && y[1] * root[0] + y[2] * root[1] >= 0.0 {
+                let distance = (lambda - now).norm();
+                if best.is_none_or(|(least, _)| distance < least) {
+                    best = Some((distance, lambda));
+                }
+            }
+        }
+        (e, value) = (e_next, value_next);
+    }
+    best.map(|(_, lambda)| lambda)
+}
+
+/// The direction between two in which `f` changes its sign, by the Illinois method.
+fn zero(
+    f: &impl Fn([f64; 2]) -> f64,
+    (mut a, mut f_a): ([f64; 2], f64),
+    (mut b, mut f_b): ([f64; 2], f64),
+) -> [f64; 2] {
+    if f_a == 0.0 {
+        return a;
+    }
+    let mut e = a;
+    let mut kept = 0_i32; // how often the same end was kept
+    for _ in 0..60 {
+        let part = f_a / (f_a - f_b);
+        let sum = [0, 1].map(|i| a[i] + part * (b[i] - a[i]));
+        e = sum.map(|x| x / norm(sum));
+        let value = f(e);
+        let turn = norm([b[0] - a[0], b[1] - a[1]]);
+        if value == 0.0 || turn <= 4.0 * f64::EPSILON {
+            break;
+        }
+        if value * f_a < 0.0 {
+            (b, f_b) = (e, value);
+            kept = kept.max(0) + 1;
+            f_a *= if kept > 1 { 0.5 } else { 1.0 };
+        } else {
+            (a, f_a) = (e, value);
+            kept = kept.min(0) - 1;
+            f_b *= if kept < -1 { 0.5 } else { 1.0 };
+        }
+    }
+    e
+}

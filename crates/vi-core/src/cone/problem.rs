@@ -1,0 +1,116 @@
+//! The laws of the rows, `W` and `w` in the units in which each diagonal of `W` is one.
+//!
+//! `Λ = D Λ̃`, `W̃ = D W D`, `w̃ = D w` with `D_i = 1/√W_ii`, one unit for the three rows of a
+//! contact, that of the largest diagonal: cones stay cones, and masses of any ratio stand side by
+//! side. Rows that nothing can move (`W_ii = 0`) keep their unit.
+#![allow(non_snake_case)] // W
+
+use crate::linear::dot;
+
+/// The law of one, or of three rows of `y = WΛ + w`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cone {
+    /// `0 ≤ Λ ⊥ y ≥ 0`: unilateral, one row.
+    Normal,
+    /// Coulomb's cone, three rows, the normal one first: `0 ≤ Λ_N ⊥ y_N ≥ 0`, `|Λ_T| ≤ μΛ_N`,
+    /// and `Λ_T = −μΛ_N y_T/|y_T|` where `y_T ≠ 0`.
+    Friction {
+        /// `μ ≥ 0`.
+        coefficient: f64,
+    },
+    /// `|Λ| ≤ b`, and `Λ = −b sgn y` where `y ≠ 0`: dry friction of a joint, one row.
+    Bounded {
+        /// `b ≥ 0`.
+        bound: f64,
+    },
+}
+
+impl Cone {
+    /// Rows of `y = WΛ + w` that the law takes.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        match self {
+            Self::Normal | Self::Bounded { .. } => 1,
+            Self::Friction { .. } => 3,
+        }
+    }
+}
+
+/// A law and its first row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    pub cone: Cone,
+    pub row: usize,
+}
+
+#[derive(Clone, Debug, Default)]
+pub(super) struct Problem {
+    pub cones: Vec<Placed>,
+    pub W: Vec<f64>,     // k × k
+    pub w: Vec<f64>,     // k
+    pub units: Vec<f64>, // k  D
+}
+
+/// A normal velocity of a row that nothing can move is no approach below this part of the largest.
+const STILL: f64 = 1e-12;
+
+impl Problem {
+    pub(super) fn rows(&self) -> usize {
+        self.w.len()
+    }
+
+    /// Takes the problem over into its own units.
+    pub(super) fn load(&mut self, cones: &[Cone], W: &[f64], w: &[f64]) {
+        let k = w.len();
+        self.cones.clear();
+        self.units.clear();
+        for &cone in cones {
+            let row = self.units.len();
+            let diagonal = |i: usize| W[(row + i) * (k + 1)];
+            let largest = (0..cone.rows()).map(diagonal).fold(0.0, f64::max);
+            let unit = if largest > 0.0 { 1.0 / largest.sqrt() } else { 1.0 };
+            self.units.resize(row + cone.rows(), unit);
+            let cone = match cone {
+                Cone::Bounded { bound } => Cone::Bounded { bound: bound / unit },
+                cone => cone,
+            };
+            self.cones.push(Placed { cone, row });
+        }
+        debug_assert_eq!(self.units.len(), k, "as many rows as the cones have");
+        let units = &self.units;
+        self.w.clear();
+        self.w.extend(w.iter().zip(units).map(|(w, unit)| w * unit));
+        self.W.clear();
+        for (row, unit) in W.chunks_exact(k.max(1)).zip(units) {
+            self.W.extend(row.iter().zip(units).map(|(entry, other)| entry * unit * other));
+        }
+    }
+
+    pub(super) fn row(&self, i: usize) -> &[f64] {
+        let k = self.rows();
+        &self.W[i * k..(i + 1) * k]
+    }
+
+    /// `y_i = (WΛ + w)_i`.
+    pub(super) fn velocity(&self, i: usize, impulse: &[f64]) -> f64 {
+        self.w[i] + dot(self.row(i), impulse)
+    }
+
+    /// The first unilateral row with an approach that no impulse can change; where it is within
+    /// rounding, the row is set to rest.
+    pub(super) fn unmovable_approach(&mut self) -> Option<usize> {
+        let size = self.w.iter().fold(0.0, |size: f64, w| size.max(w.abs()));
+        for k in 0..self.cones.len() {
+            let Placed { cone, row } = self.cones[k];
+            let moves = self.W[row * (self.rows() + 1)] > 0.0;
+            if moves || matches!(cone, Cone::Bounded { .. }) || self.w[row] >= 0.0 {
+                continue;
+            }
+            if self.w[row] < -STILL * size {
+                return Some(k);
+            }
+            self.w[row] = 0.0;
+        }
+        None
+    }
+}

@@ -1,0 +1,209 @@
+//! The laws as projections, and their derivative.
+//!
+//! ```text
+//! normal     F = Λ − max(0, Λ − ρy)
+//! friction   F_N as above,  F_T = Λ_T − Π(z),  z = Λ_T − ρy_T,  Π onto the disc |·| ≤ R = μ max(0, Λ_N − ρy_N)
+//! bounded    F = Λ − clip(Λ − ρy, ±b)
+//! ```
+//! Source: P. Alart, A. Curnier, CMAME 92 (1991) 353–375. Any `ρ > 0` has the same solutions; in
+//! the units of [`Problem`](super::problem::Problem) one is the natural value. Where the disc is
+//! left, with `ẑ = z/|z|`,
+//! ```text
+//! δF_T = δΛ_T − (R/|z|)(I − ẑẑᵀ) δz − ẑ δR,   δz = δΛ_T − ρW_T δΛ,   δR = μ (δΛ_N − ρW_N δΛ) or 0
+//! ```
+#![allow(non_snake_case)] // F, R
+
+use super::problem::{Cone, Placed, Problem};
+use crate::linear::norm_inf;
+use nalgebra::DMatrix;
+
+/// `F` of an impulse, with the velocities and the sizes of what was summed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Residual {
+    pub y: Vec<f64>,    // k
+    pub F: Vec<f64>,    // k
+    sizes: Vec<f64>,    // k  of the terms of y and Λ
+    relative: Vec<f64>, // cones
+    rho: f64,
+}
+
+impl Residual {
+    pub(super) fn set_parameter(&mut self, rho: f64) {
+        self.rho = rho;
+    }
+
+    pub(super) fn resize(&mut self, problem: &Problem) {
+        for vector in [&mut self.y, &mut self.F, &mut self.sizes] {
+            vector.clear();
+            vector.resize(problem.rows(), 0.0);
+        }
+        self.relative.clear();
+        self.relative.resize(problem.cones.len(), 0.0);
+    }
+
+    /// Evaluates `y` and `F`; returns the largest of `|F|`, for each cone relative to the sizes of
+    /// the terms of its rows: rounding errors are of the size of `ε`, whatever the masses.
+    pub(super) fn evaluate(&mut self, problem: &Problem, impulse: &[f64]) -> f64 {
+        for i in 0..problem.rows() {
+            self.y[i] = problem.velocity(i, impulse);
+            let terms = problem.row(i).iter().zip(impulse).map(|(w, impulse)| (w * impulse).abs());
+            self.sizes[i] = problem.w[i].abs() + impulse[i].abs() + terms.sum::<f64>();
+        }
+        for (Placed { cone, row }, relative) in problem.cones.iter().zip(&mut self.relative) {
+            let rows = *row..row + cone.rows();
+            let (y, impulse) = (&self.y[rows.clone()], &impulse[rows.clone()]);
+            let F = &mut self.F[rows.clone()];
+            match *cone {
+                Cone::Normal => F[0] = impulse[0] - (impulse[0] - self.rho * y[0]).max(0.0),
+                Cone::Bounded { bound } => {
+                    F[0] = impulse[0] - clip(impulse[0] - self.rho * y[0], bound)
+                }
+                Cone::Friction { coefficient } => {
+                    let [normal, first, second] = [0, 1, 2].map(|i| impulse[i] - self.rho * y[i]);
+                    F[0] = impulse[0] - normal.max(0.0);
+                    let R = coefficient * normal.max(0.0);
+                    let disc = to_disc([first, second], R);
+                    F[1] = impulse[1] - disc[0];
+                    F[2] = impulse[2] - disc[1];
+                }
+            }
+            let (fault, size) = (norm_inf(F), norm_inf(&self.sizes[rows]));
+            *relative = if fault == 0.0 { 0.0 } else { fault / size };
+        }
+        norm_inf(&self.relative)
+    }
+
+    /// A generalized derivative `∂F/∂Λ` at the point of the last evaluation.
+    pub(super) fn derivative(&self, problem: &Problem, impulse: &[f64], out: &mut DMatrix<f64>) {
+        out.fill(0.0);
+        for &Placed { cone, row } in &problem.cones {
+            let z = impulse[row] - self.rho * self.y[row];
+            match cone {
+                Cone::Normal if z > 0.0 => copy_row(problem, row, self.rho, out),
+                Cone::Bounded { bound } if z.abs() <= bound => {
+                    copy_row(problem, row, self.rho, out)
+                }
+                Cone::Normal | Cone::Bounded { .. } => out[(row, row)] = 1.0,
+                Cone::Friction { coefficient } => {
+                    let closed = z > 0.0;
+                    if closed {
+                        copy_row(problem, row, self.rho, out);
+                    } else {
+                        out[(row, row)] = 1.0;
+                    }
+                    let z_T = [1, 2].map(|i| impulse[row + i] - self.rho * self.y[row + i]);
+                    let (length, R) = (norm(z_T), coefficient * z.max(0.0));
+                    if closed && length <= R && R > 0.0 {
+                        copy_row(problem, row + 1, self.rho, out);
+                        copy_row(problem, row + 2, self.rho, out);
+                    } else {
+                        let mu = if closed { coefficient } else { 0.0 };
+                        slip_rows(problem, row, (z_T, R, mu), self.rho, out);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// `∂F_T/∂Λ` outside of the disc of the radius `R`, of which `μ` is the slope over `Λ_N − y_N`.
+fn slip_rows(
+    problem: &Problem,
+    row: usize,
+    (z, R, mu): ([f64; 2], f64, f64),
+    rho: f64,
+    out: &mut DMatrix<f64>,
+) {
+    let length = norm(z);
+    let unit = if length > 0.0 { z.map(|z| z / length) } else { [0.0; 2] };
+    let ratio = if length > 0.0 { R / length } else { 0.0 };
+    for i in 0..2 {
+        for column in 0..problem.rows() {
+            let of = |k: usize| {
+                f64::from(u8::from(column == row + k)) - rho * problem.row(row + k)[column]
+            };
+            let (normal, tangents) = (of(0), [of(1), of(2)]);
+            let along = unit[0] * tangents[0] + unit[1] * tangents[1];
+            let turn = tangents[i] - unit[i] * along;
+            out[(row + 1 + i, column)] = -ratio * turn - unit[i] * mu * normal;
+        }
+        out[(row + 1 + i, row + 1 + i)] += 1.0;
+    }
+}
+
+fn copy_row(problem: &Problem, row: usize, rho: f64, out: &mut DMatrix<f64>) {
+    for (column, entry) in problem.row(row).iter().enumerate() {
+        out[(row, column)] = rho * *entry;
+    }
+}
+
+pub(super) fn norm(x: [f64; 2]) -> f64 {
+    (x[0] * x[0] + x[1] * x[1]).sqrt()
+}
+
+/// The nearest of `|x| ≤ bound`.
+pub(super) fn clip(x: f64, bound: f64) -> f64 {
+    x.max(-bound).min(bound)
+}
+
+/// The nearest point of the disc `|·| ≤ R`.
+fn to_disc(x: [f64; 2], R: f64) -> [f64; 2] {
+    let length = norm(x);
+    if length <= R { x } else { x.map(|x| x * (R / length)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vi_testkit::Sample;
+
+    /// `∂F/∂Λ` against central differences, at points of every branch.
+    #[test]
+    fn the_derivative_is_that_of_the_projections() {
+        let mut branches = [0; 6];
+        for seed in 0..200 {
+            let mut sample = Sample::new(seed);
+            let cones = [
+                Cone::Friction { coefficient: 0.6 },
+                Cone::Normal,
+                Cone::Friction { coefficient: 1.2 },
+                Cone::Bounded { bound: 0.4 },
+            ];
+            let k = 8;
+            let rows = sample.matrix(k, k);
+            let (W, w) = (rows.tr_mul(&rows), sample.matrix(k, 1));
+            let mut problem = Problem::default();
+            problem.load(&cones, W.as_slice(), w.as_slice());
+            let (mut residual, mut other) = (Residual::default(), Residual::default());
+            for one in [&mut residual, &mut other] {
+                one.resize(&problem);
+                one.set_parameter(0.7);
+            }
+            let impulse: Vec<f64> = sample.matrix(k, 1).as_slice().to_vec();
+            residual.evaluate(&problem, &impulse);
+            let mut derivative = DMatrix::zeros(k, k);
+            residual.derivative(&problem, &impulse, &mut derivative);
+            let z: Vec<f64> = (0..k).map(|i| impulse[i] - 0.7 * residual.y[i]).collect();
+            branches[usize::from(z[0] > 0.0 && norm([z[1], z[2]]) > 0.6 * z[0])] += 1;
+            branches[2 + usize::from(z[0] > 0.0 && norm([z[1], z[2]]) < 0.6 * z[0])] += 1;
+            branches[4 + usize::from(z[3] > 0.0)] += 1;
+            let step = 1e-7;
+            for j in 0..k {
+                let mut at = |shift: f64| {
+                    let mut moved = impulse.clone();
+                    moved[j] += shift;
+                    other.evaluate(&problem, &moved);
+                    other.F.clone()
+                };
+                let (up, down) = (at(step), at(-step));
+                for i in 0..k {
+                    let difference = (up[i] - down[i]) / (2.0 * step);
+                    let error = (difference - derivative[(i, j)]).abs();
+                    assert!(error < 1e-6, "seed {seed}: {i} {j} {error:e}");
+                }
+            }
+        }
+        println!("{branches:?}");
+        assert!(branches.iter().all(|count| *count > 3), "{branches:?}");
+    }
+}
