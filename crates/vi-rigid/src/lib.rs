@@ -15,6 +15,7 @@
 //! | [`polyhedron`] | homogeneous solids bounded by triangles | |
 //! | [`body`] | mass matrix of one body | (58) |
 //! | [`load`], [`time_history`] | wrenches on a frame | |
+//! | [`gap`] | gaps between shapes, rows and slip of their contacts | |
 //! | [`single_body`] | a body that is free or held at one point | §4 |
 //!
 //! | type | is |
@@ -36,6 +37,7 @@
 pub mod body;
 pub mod composite;
 pub mod directors;
+pub mod gap;
 pub mod inertia;
 pub mod load;
 pub mod null_space;

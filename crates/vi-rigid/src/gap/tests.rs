@@ -1,0 +1,247 @@
+use super::*;
+use crate::directors::FRAME;
+use crate::reparametrization::reparametrize;
+use vi_testkit::Sample;
+
+fn unit(sample: &mut Sample) -> Vector3<f64> {
+    sample.of_length(1.0)
+}
+
+fn axes(sample: &mut Sample) -> Matrix3<f64> {
+    crate::rotation::exp(&sample.of_length(1.3))
+}
+
+/// Pairs of every kind, with a shift of B that keeps them apart.
+fn pairs(sample: &mut Sample) -> Vec<Pair> {
+    let plane = ContactShape::Plane { point: sample.vector(), normal: unit(sample) };
+    let box_axes = axes(sample);
+    let corners = ContactShape::corners(sample.vector(), &box_axes, [0.4, 0.6, 0.8]);
+    let ball = ContactShape::sphere(sample.vector(), 0.3);
+    let small = ContactShape::sphere(sample.vector(), 0.1);
+    let ends = [sample.vector(), sample.vector()];
+    let capsule = ContactShape::Capsule { ends, radius: 0.2 };
+    let ends = [sample.vector(), sample.vector()];
+    let other = ContactShape::Capsule { ends, radius: 0.1 };
+    let half_axes = Vector3::new(0.3, 0.5, 0.9);
+    let ellipsoid =
+        ContactShape::Ellipsoid { center: sample.vector(), axes: axes(sample), half_axes };
+    [
+        (plane.clone(), corners.clone()),
+        (plane.clone(), ball.clone()),
+        (capsule.clone(), plane.clone()),
+        (ellipsoid, plane),
+        (ball.clone(), small),
+        (ball, capsule.clone()),
+        (capsule, other),
+    ]
+    .map(|(a, b)| Pair::new(a, b).unwrap())
+    .into()
+}
+
+fn frames(sample: &mut Sample) -> [[f64; FRAME]; 2] {
+    let (a, mut b) = (sample.frame(), sample.frame());
+    b[0] += 6.0;
+    [a, b]
+}
+
+/// The change of a gap along an increment of both frames, by central differences, is `B_n`.
+#[test]
+fn the_normal_row_is_the_gradient_of_the_gap() {
+    let mut worst = 0.0_f64;
+    for seed in 0..200 {
+        let mut sample = Sample::new(seed);
+        for pair in pairs(&mut sample) {
+            let at = frames(&mut sample);
+            for feature in 0..pair.features() {
+                let contact = pair.contact(feature, &at[0], &at[1]);
+                if contact.gap > 100.0 {
+                    continue; // the second end of capsules that are not parallel
+                }
+                let twists: [[f64; 6]; 2] = [sample.array(), sample.array()];
+                let mut rate = 0.0;
+                for (body, sign) in [(0, -1.0), (1, 1.0)] {
+                    let mut velocity = [0.0; FRAME];
+                    let twist = nalgebra::SVector::from(twists[body]);
+                    crate::null_space::push_forward(&at[body], &twist, &mut velocity);
+                    let row = row(&at[body], &contact.point, &contact.normal);
+                    rate += sign * (0..FRAME).map(|k| row[k] * velocity[k]).sum::<f64>();
+                }
+                let step = 1e-5;
+                let gap = |scale: f64| {
+                    let moved = [0, 1].map(|body| {
+                        let (mut q, mut dq) = ([0.0; FRAME], [0.0; FRAME]);
+                        let u = twists[body].map(|u| u * scale);
+                        reparametrize(&u, &at[body], &mut q, &mut dq).unwrap();
+                        q
+                    });
+                    pair.contact(feature, &moved[0], &moved[1]).gap
+                };
+                let difference = (gap(step) - gap(-step)) / (2.0 * step);
+                let error = (difference - rate).abs();
+                assert!(error < 1e-7, "seed {seed}: {pair:?} {feature}: {difference} {rate}");
+                worst = worst.max(error);
+            }
+        }
+    }
+    println!("gradients to {worst:.1e}");
+}
+
+/// The gap of the exchanged shapes is the same to rounding errors, the normal has the other sign.
+#[test]
+fn a_gap_does_not_depend_on_the_order_of_the_shapes() {
+    for seed in 0..500 {
+        let mut sample = Sample::new(seed);
+        for pair in pairs(&mut sample) {
+            let [p, q] = frames(&mut sample);
+            let exchanged = Pair::new(pair.b.clone(), pair.a.clone()).unwrap();
+            for feature in 0..pair.features() {
+                let (one, other) =
+                    (pair.contact(feature, &p, &q), exchanged.contact(feature, &q, &p).exchanged());
+                if one.gap > 100.0 {
+                    assert!(other.gap > 100.0);
+                    continue;
+                }
+                assert!((one.gap - other.gap).abs() < 1e-15 * 8.0, "{pair:?}");
+                assert!((one.normal - other.normal).norm() < 1e-14);
+                assert!((one.point - other.point).norm() < 1e-14);
+            }
+        }
+    }
+}
+
+/// Gaps by the distance of many points on both shapes.
+#[test]
+fn gaps_are_the_least_distances() {
+    for seed in 0..20 {
+        let mut sample = Sample::new(seed);
+        let [p, q] = frames(&mut sample);
+        for pair in pairs(&mut sample) {
+            let found = (0..pair.features())
+                .map(|feature| pair.contact(feature, &p, &q).gap)
+                .fold(f64::INFINITY, f64::min);
+            let least = sampled(&pair, &p, &q);
+            assert!(found <= least + 1e-12 && found > least - 0.02, "{pair:?} {found} {least}");
+        }
+    }
+}
+
+/// Points of a shape in space, with the radius about them.
+fn cloud(shape: &ContactShape, frame: &[f64]) -> (Vec<Vector3<f64>>, f64) {
+    let count = 200;
+    let (points, radius) = match shape {
+        ContactShape::Points { points, radius } => (points.clone(), *radius),
+        ContactShape::Capsule { ends, radius } => {
+            let at = |k: usize| ends[0] + (ends[1] - ends[0]) * (k as f64 / count as f64);
+            ((0..=count).map(at).collect(), *radius)
+        }
+        ContactShape::Ellipsoid { center, axes, half_axes } => {
+            let direction = |i: usize, j: usize| {
+                let (polar, turn) = (
+                    std::f64::consts::PI * i as f64 / 100.0,
+                    std::f64::consts::TAU * j as f64 / 100.0,
+                );
+                Vector3::new(polar.sin() * turn.cos(), polar.sin() * turn.sin(), polar.cos())
+            };
+            let places = (0..=100).flat_map(|i| (0..100).map(move |j| (i, j)));
+            let at = |(i, j)| center + axes * direction(i, j).component_mul(half_axes);
+            (places.map(at).collect(), 0.0)
+        }
+        ContactShape::Plane { .. } => unreachable!(),
+    };
+    (points.iter().map(|point| contact_point::in_space(frame, point)).collect(), radius)
+}
+
+fn sampled(pair: &Pair, p: &[f64], q: &[f64]) -> f64 {
+    let (plane, other) = match (&pair.a, &pair.b) {
+        (ContactShape::Plane { point, normal }, other) => (Some((point, normal, p)), (other, q)),
+        (other, ContactShape::Plane { point, normal }) => (Some((point, normal, q)), (other, p)),
+        (a, _) => (None, (a, p)),
+    };
+    let (points, radius) = cloud(other.0, other.1);
+    if let Some((point, normal, frame)) = plane {
+        let plane = points_plane::Plane::in_space(point, normal, frame);
+        let height = |x: &Vector3<f64>| plane.normal.dot(&(x - plane.point)) - radius;
+        return points.iter().map(height).fold(f64::INFINITY, f64::min);
+    }
+    let (others, more) = cloud(&pair.b, q);
+    let distances = points.iter().flat_map(|x| others.iter().map(move |y| (x - y).norm()));
+    distances.fold(f64::INFINITY, f64::min) - radius - more
+}
+
+/// A capsule that lies on another one touches it at both ends of the overlap.
+#[test]
+fn parallel_capsules_touch_twice() {
+    let capsule = |from: f64, to: f64| ContactShape::Capsule {
+        ends: [Vector3::new(from, 0.0, 0.0), Vector3::new(to, 0.0, 0.0)],
+        radius: 0.1,
+    };
+    let pair = Pair::new(capsule(0.0, 1.0), capsule(0.4, 2.0)).unwrap();
+    let mut above = GROUND;
+    above[2] = 0.5;
+    let contacts = [0, 1].map(|feature| pair.contact(feature, &GROUND, &above));
+    let mut places = contacts.map(|contact| contact.point.x);
+    places.sort_by(f64::total_cmp);
+    assert!((places[0] - 0.4).abs() < 1e-15 && (places[1] - 1.0).abs() < 1e-15, "{places:?}");
+    assert!(contacts.iter().all(|contact| (contact.gap - 0.3).abs() < 1e-15));
+}
+
+/// Rolling without slip: a ball that turns about the normal, too, has no mean displacement at the
+/// contact, to the third order of the step.
+#[test]
+fn the_slip_of_a_rolling_ball_is_of_third_order() {
+    let radius = 0.2;
+    let slip = |h: f64| {
+        let omega = Vector3::new(0.7, -1.1, 4.0);
+        let mut q0 = GROUND;
+        q0[2] = radius;
+        let velocity = omega.cross(&Vector3::new(0.0, 0.0, radius));
+        let u: [f64; 6] =
+            std::array::from_fn(|k| h * if k < 3 { velocity[k] } else { omega[k - 3] });
+        let (mut q1, mut dq) = ([0.0; FRAME], [0.0; FRAME]);
+        reparametrize(&u, &q0, &mut q1, &mut dq).unwrap();
+        let foot = |q: &[f64; FRAME]| Vector3::new(q[0], q[1], 0.0);
+        displacement([(&q0, &foot(&q0)), (&q1, &foot(&q1))], &dq).xy().norm()
+    };
+    let (coarse, fine) = (slip(0.02), slip(0.01));
+    println!("{coarse:.2e} {fine:.2e}");
+    assert!((coarse / fine).log2() > 2.9, "{coarse:e} {fine:e}");
+}
+
+/// The displacement of a point that stays in contact is that of the point.
+#[test]
+fn the_displacement_of_one_material_point() {
+    let mut sample = Sample::new(4);
+    let q0 = sample.frame();
+    let (mut q1, mut dq) = ([0.0; FRAME], [0.0; FRAME]);
+    reparametrize(&sample.array::<6>(), &q0, &mut q1, &mut dq).unwrap();
+    let corner = sample.vector();
+    let [x0, x1] = [&q0, &q1].map(|q| contact_point::in_space(q, &corner));
+    let moved = displacement([(&q0, &x0), (&q1, &x1)], &dq);
+    assert!((moved - (x1 - x0)).norm() < 1e-15 * 10.0);
+}
+
+#[test]
+fn tangents_are_a_right_handed_triad() {
+    let mut sample = Sample::new(9);
+    for _ in 0..100 {
+        let normal = unit(&mut sample);
+        let [t1, t2] = tangents(&normal);
+        assert!((t1.cross(&t2) - normal).norm() < 1e-15 * 4.0 && t1.dot(&normal).abs() < 1e-15);
+    }
+    assert_eq!(tangents(&Vector3::z()), [Vector3::x(), Vector3::y()]);
+}
+
+#[test]
+fn shapes_without_a_formula_are_refused() {
+    let plane = ContactShape::Plane { point: Vector3::zeros(), normal: Vector3::z() };
+    let ellipsoid = ContactShape::Ellipsoid {
+        center: Vector3::zeros(),
+        axes: Matrix3::identity(),
+        half_axes: Vector3::new(1.0, 2.0, 3.0),
+    };
+    let ball = ContactShape::sphere(Vector3::zeros(), 1.0);
+    for (a, b) in [(&plane, &plane), (&ellipsoid, &ball), (&ball, &ellipsoid)] {
+        let refused = Pair::new(a.clone(), b.clone()).unwrap_err();
+        assert_eq!((refused.a, refused.b), (a.name(), b.name()));
+    }
+}
