@@ -62,11 +62,7 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
     if arguments.json {
         return stdout::json(&serde_json::to_value(&report).unwrap_or_default());
     }
-    let text = match &report.buckling {
-        Some(path) => loads(&report, path),
-        None => table(&report, arguments.number),
-    };
-    stdout::bytes(stderr::visible(&text).as_bytes())
+    stdout::bytes(stderr::visible(&table(&report, arguments.number)).as_bytes())
 }
 
 /// What an analysis of the model finds; errors of the model with their lines.
@@ -93,7 +89,7 @@ fn analysed<T>(
 }
 
 /// What there is instead of modes.
-fn failure(error: Option<ModesError>) -> Failure {
+pub(crate) fn failure(error: Option<ModesError>) -> Failure {
     let message = error.as_ref().map_or_else(|| "no modes were found".into(), ToString::to_string);
     match error {
         Some(ModesError::Statics(failure)) => Failure::Run { failure, files: Vec::new() },
@@ -151,6 +147,11 @@ fn campbell(arguments: &ModesArguments, model: &Model, diagram: &Campbell) -> Re
     if arguments.json {
         return stdout::json(&serde_json::to_value(diagram).unwrap_or_default());
     }
+    stdout::bytes(stderr::visible(&speeds(diagram)).as_bytes())
+}
+
+/// The frequencies of the modes over the speed.
+pub(crate) fn speeds(diagram: &Campbell) -> String {
     let mut text = format!("{}: frequencies in the rotating frame, Hz\n", diagram.model);
     let count = diagram.speeds.first().map_or(0, |at| at.vibrations.len());
     let head: String = (1..=count).map(|k| format!("{:>13}", format!("mode {k}"))).collect();
@@ -164,7 +165,7 @@ fn campbell(arguments: &ModesArguments, model: &Model, diagram: &Campbell) -> Re
         let unstable = if at.unstable > 0 { "  unstable" } else { "" };
         let _ = writeln!(text, "  {:>13}{row}{unstable}", seven(at.speed));
     }
-    stdout::bytes(stderr::visible(&text).as_bytes())
+    text
 }
 
 /// Writes `modes.json`, `modes.csv`, the page and the pictures of the first modes.
@@ -192,8 +193,12 @@ fn write(
     Ok(())
 }
 
-/// The unstable modes and `count` others: vibrations, or all of these and decays.
+/// The unstable modes and `count` others: vibrations, or all of these and decays; of critical loads
+/// all.
 pub(crate) fn table(report: &Report, count: usize) -> String {
+    if let Some(path) = &report.buckling {
+        return loads(report, path);
+    }
     let dof = match report.dof {
         1 => "1 degree of freedom".to_owned(),
         number => format!("{number} degrees of freedom"),

@@ -61,7 +61,7 @@ pub(crate) fn response(arguments: &ResponseArguments) -> Result<(), Failure> {
 }
 
 /// What there is instead of a response.
-fn failure(error: Option<ResponseError>) -> Failure {
+pub(crate) fn failure(error: Option<ResponseError>) -> Failure {
     let message =
         error.as_ref().map_or_else(|| "no response was found".into(), ToString::to_string);
     let remedy = match &error {
@@ -118,7 +118,7 @@ fn write(folder: &RunFolder, model: &Model, response: &Response) -> Result<(), F
 }
 
 /// The peaks of all sensors, and the resonances in the band.
-fn table(response: &Response) -> String {
+pub(crate) fn table(response: &Response) -> String {
     let inputs: Vec<String> = response.inputs.iter().map(ToString::to_string).collect();
     let (count, dof) = (response.frequencies.len(), response.dof);
     let mut text = format!(

@@ -31,10 +31,7 @@ pub(crate) fn read_table<'py>(
     folder: PathBuf,
     name: &str,
 ) -> PyResult<Option<(Vec<String>, Bound<'py, PyAny>, Vec<String>)>> {
-    let table = RowTable::ALL.into_iter().find(|table| table.name() == name);
-    let Some(table) = table else {
-        return Err(raise(py, "HolonomError", (format!("`{name}` is no table of a run"),)));
-    };
+    let table = row_table(py, name)?;
     let found = py.detach(|| read(&folder, table)).map_err(|error| output(py, &error))?;
     let Some(Read { columns, values, texts, rows }) = found else { return Ok(None) };
     let shape = (rows, columns.len());
@@ -73,6 +70,22 @@ fn read_rows(folder: &RunFolder, table: RowTable) -> io::Result<Read> {
         rows += 1;
     }
     Ok(Read { columns, values, texts, rows })
+}
+
+/// The units of columns of the file `NAME.csv`; empty of numbers without one.
+#[pyfunction]
+pub(crate) fn units(
+    py: Python<'_>,
+    table: &str,
+    columns: Vec<String>,
+) -> PyResult<Vec<&'static str>> {
+    let table = row_table(py, table)?;
+    Ok(columns.iter().map(|column| table.column(column).unit).collect())
+}
+
+fn row_table(py: Python<'_>, name: &str) -> PyResult<RowTable> {
+    let table = RowTable::ALL.into_iter().find(|table| table.name() == name);
+    table.ok_or_else(|| raise(py, "HolonomError", (format!("`{name}` is no table of a run"),)))
 }
 
 /// `summary.json` of a folder, with its sentences.

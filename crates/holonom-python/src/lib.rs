@@ -22,6 +22,7 @@
 #![deny(missing_docs)]
 
 mod acting;
+mod analyses;
 mod ensemble;
 mod errors;
 mod fault;
@@ -54,8 +55,10 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(simulate::simulate_into, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::resume, module)?)?;
     module.add_function(wrap_pyfunction!(folder::read_table, module)?)?;
+    module.add_function(wrap_pyfunction!(folder::units, module)?)?;
     module.add_function(wrap_pyfunction!(folder::summary, module)?)?;
     module.add_function(wrap_pyfunction!(folder::write_page, module)?)?;
     module.add_function(wrap_pyfunction!(folder::export, module)?)?;
+    analyses::add(module)?;
     verbs::add(module)
 }

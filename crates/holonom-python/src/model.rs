@@ -124,6 +124,13 @@ impl Model {
         self.model == other.model
     }
 
+    /// The units of columns of its signals and sensors; empty of numbers without one.
+    fn sensor_units(&self, columns: Vec<String>) -> Vec<&'static str> {
+        let own = holonom::sensor::columns(&self.model);
+        let unit = |name: &String| own.iter().find(|column| &column.name() == name);
+        columns.iter().map(|name| unit(name).map_or("", |column| column.unit)).collect()
+    }
+
     #[getter]
     fn name(&self) -> &str {
         &self.model.header.name

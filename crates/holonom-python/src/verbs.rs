@@ -5,7 +5,6 @@ use crate::model::Model;
 use holonom::certificate::{Provenance, certify_model, now};
 use holonom::compare::{CompareError, Request, compare as compared, table};
 use holonom::import::{Base, ImportError, ImportOptions, JointValue, import as translate};
-use holonom::modes::{About, ModalAnalysis, ModesError};
 use holonom::output::OutputSize;
 use holonom::run::prepare;
 use holonom::sweep::{Plan, Sampling, Values, Variation};
@@ -15,14 +14,13 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// A JSON object and its words.
-type Answer<'py> = (Bound<'py, PyAny>, String);
+pub(crate) type Answer<'py> = (Bound<'py, PyAny>, String);
 
 /// Adds these functions.
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(schema, module)?)?;
     module.add_function(wrap_pyfunction!(check, module)?)?;
-    module.add_function(wrap_pyfunction!(modes, module)?)?;
     module.add_function(wrap_pyfunction!(verify, module)?)?;
     module.add_function(wrap_pyfunction!(compare, module)?)?;
     module.add_function(wrap_pyfunction!(import_robot, module)?)?;
@@ -62,27 +60,6 @@ fn check<'py>(py: Python<'py>, model: &Model) -> PyResult<Answer<'py>> {
         "output": size,
     });
     Ok((json(py, &value)?, words))
-}
-
-/// What `holonom modes` finds, `count` of them, about the start, an equilibrium or a rotation.
-#[pyfunction]
-fn modes<'py>(py: Python<'py>, model: &Model, at: &str, count: usize) -> PyResult<Answer<'py>> {
-    let about = match at {
-        "start" => About::Start,
-        "static" => About::Static,
-        "rotation" => About::Rotation,
-        "motion" => About::Motion,
-        other => {
-            return Err(no_word("at", other, &["start", "static", "rotation", "motion"]));
-        }
-    };
-    let found = py.detach(|| ModalAnalysis::new(&model.model, about)?.modes(count));
-    let report = found.map_err(|error| match error {
-        ModesError::Model(error) => model.refused(py, &error),
-        other => raise(py, "AnalysisFailed", (other.to_string(),)),
-    })?;
-    let value = serde_json::to_value(&report).unwrap_or_default();
-    Ok((json(py, &value)?, text::modes(&report, count)))
 }
 
 /// What `holonom verify` finds.

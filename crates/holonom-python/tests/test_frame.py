@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import holonom as hn
-from holonom._result import frame
+from holonom._page import frame
 
 BROWSER = next((b for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
 

@@ -14,7 +14,8 @@ import pytest
 import holonom as hn
 
 SCRIPT = """
-import sys, time, numpy as np, holonom as hn
+import signal, sys, time, numpy as np, holonom as hn
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored by what a shell starts in the background
 model = hn.Model.from_toml(open(sys.argv[1]).read())
 stepper = hn.Stepper(model)
 verbs = {
@@ -27,6 +28,7 @@ verbs = {
     "law": lambda: hn.simulate(model, end=1e5, every=1000, laws={"elbow": lambda t, x, v: -x}),
     "verify": lambda: hn.verify(model.replace({"simulation.end": 400.0})),
     "compare": lambda: hn.compare(model.replace({"simulation.end": 400.0})),
+    "bench": lambda: hn.bench(model, steps=10**7),
     "sweep": lambda: hn.sweep(model, {"body.lower.mass": [1.0, 2.0, 3.0]}, {}, threads=2),
 }
 if sys.argv[2] == "sweep":
@@ -39,7 +41,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("verb", ["simulate", "out", "step", "run", "ensemble", "rollout", "law", "verify", "compare", "sweep"])
+@pytest.mark.parametrize("verb", ["simulate", "out", "step", "run", "ensemble", "rollout", "law", "verify", "compare", "bench", "sweep"])
 def test_ctrl_c_ends_it(verb: str, double: str, tmp_path: Path) -> None:
     file = tmp_path / "double.toml"
     file.write_text(double)

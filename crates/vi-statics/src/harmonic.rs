@@ -38,6 +38,22 @@ pub struct AddedDamping {
     pub ratios: Vec<f64>,
 }
 
+impl AddedDamping {
+    /// Of these numbers.
+    ///
+    /// # Errors
+    /// What they are to be, where they are not.
+    pub fn new(rayleigh: [f64; 2], ratios: Vec<f64>) -> Result<Self, &'static str> {
+        if !rayleigh.iter().all(|x| *x >= 0.0 && x.is_finite()) {
+            return Err("write two numbers that are not negative, such as 0.1:1e-4 (1/s and s)");
+        }
+        if !ratios.iter().all(|ratio| (0.0..1.0).contains(ratio)) {
+            return Err("write a damping ratio from 0 to below 1, such as 0.02");
+        }
+        Ok(Self { rayleigh, ratios })
+    }
+}
+
 /// The linear equations about a state, ready for any frequency.
 pub struct HarmonicResponse {
     matrices: FrameMatrices,

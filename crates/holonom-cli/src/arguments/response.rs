@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use holonom::response::{Band, Input};
+use holonom::response::{AddedDamping, Band, Input};
 
 use super::configuration::At;
 use super::shared::ModelArguments;
@@ -56,25 +56,19 @@ fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
 fn band(text: &str) -> Result<Band, String> {
     let help = || "write FIRST:LAST:NUMBER in Hz, such as 1:50:200".to_owned();
     let [low, high, count] = numbers(text).ok_or_else(help)?;
-    if !(low >= 0.0 && high > low) {
-        return Err("the band begins at 0 Hz or above, and ends higher than it begins".to_owned());
+    if count.fract() != 0.0 {
+        return Err(help());
     }
-    if !(2.0..=100_000.0).contains(&count) || count.fract() != 0.0 {
-        return Err("there are 2 to 100000 frequencies".to_owned());
-    }
-    Ok(Band { ends: [low, high], count: count as usize })
+    Band::new([low, high], count.max(0.0) as usize).map_err(str::to_owned)
 }
 
 fn rayleigh(text: &str) -> Result<[f64; 2], String> {
-    let pair = numbers(text).filter(|pair: &[f64; 2]| pair.iter().all(|x| *x >= 0.0));
-    pair.ok_or_else(|| {
-        "write two numbers that are not negative, such as 0.1:1e-4 (1/s and s)".to_owned()
-    })
+    let none = || [-1.0; 2]; // not two numbers
+    let pair = numbers(text).unwrap_or_else(none);
+    AddedDamping::new(pair, Vec::new()).map(|own| own.rayleigh).map_err(str::to_owned)
 }
 
 fn ratio(text: &str) -> Result<f64, String> {
-    let number: Option<f64> = text.trim().parse().ok();
-    number
-        .filter(|ratio| (0.0..1.0).contains(ratio))
-        .ok_or_else(|| "write a damping ratio from 0 to below 1, such as 0.02".to_owned())
+    let number = text.trim().parse().unwrap_or(f64::NAN);
+    AddedDamping::new([0.0; 2], vec![number]).map(|_| number).map_err(str::to_owned)
 }

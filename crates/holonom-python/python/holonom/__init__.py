@@ -12,7 +12,8 @@ arrays. All units are SI, angles are in rad. ``import holonom as hn``.
 ``Ensemble``, ``rollout``           many members, stepped together
 ``sweep``, ``plan``                 many runs
 ``check``, ``statics``, ``modes``   what ``holonom check`` and so on find
-``verify``, ``compare``             properties of a model, measured; schemes side by side
+``campbell``, ``response``          modes over the speed; amplitude and phase over a band
+``verify``, ``compare``, ``bench``  properties, measured; schemes side by side; what a step costs
 ``import_robot``, ``schema``        a model of a robot description; the keys of model files
 ==================================  ==============================================================
 """
@@ -43,20 +44,24 @@ from ._simulate import simulate, statics
 from ._stepper import Stepper
 
 if TYPE_CHECKING:
+    from ._analyses import Campbell, Modes, Response, bench, campbell, modes, response
+    from ._answer import Analysis, Answer
     from ._acting import CompiledLaw, Law, compiled
     from ._ensemble import Ensemble
     from ._parts import BeamPart, Part, Parts
     from ._spec import Spec, box, circle, cylinder, rectangle, rod, section, sphere, tube
     from ._sweep import Plan, Rollout, SweepTable, plan, rollout, run_point, sweep
-    from ._verbs import Answer, Imported, Modes, check, compare, import_robot, modes, schema, verify
+    from ._verbs import Imported, check, compare, import_robot, schema, verify
 
 _LATER = {
     "_acting": ("CompiledLaw", "Law", "compiled"),
+    "_analyses": ("Campbell", "Modes", "Response", "bench", "campbell", "modes", "response"),
+    "_answer": ("Analysis", "Answer"),
     "_ensemble": ("Ensemble",),
     "_parts": ("BeamPart", "Part", "Parts"),
     "_spec": ("Spec", "box", "circle", "cylinder", "rectangle", "rod", "section", "sphere", "tube"),
     "_sweep": ("Plan", "Rollout", "SweepTable", "plan", "rollout", "run_point", "sweep"),
-    "_verbs": ("Answer", "Imported", "Modes", "check", "compare", "import_robot", "modes", "schema", "verify"),
+    "_verbs": ("Imported", "check", "compare", "import_robot", "schema", "verify"),
 }
 """Names by modules that are imported when they are asked for."""
 
@@ -77,11 +82,13 @@ def __dir__() -> list[str]:
 
 
 __all__ = [
+    "Analysis",
     "AnalysisFailed",
     "Answer",
     "Beam",
     "BeamPart",
     "BodyState",
+    "Campbell",
     "CompiledLaw",
     "Ensemble",
     "FunctionFailed",
@@ -104,6 +111,7 @@ __all__ = [
     "Parts",
     "Plan",
     "Problem",
+    "Response",
     "Result",
     "Rollout",
     "RunFailed",
@@ -114,7 +122,9 @@ __all__ = [
     "Table",
     "UnknownName",
     "__version__",
+    "bench",
     "box",
+    "campbell",
     "check",
     "circle",
     "compare",
@@ -126,6 +136,7 @@ __all__ = [
     "open",
     "plan",
     "rectangle",
+    "response",
     "rod",
     "rollout",
     "run_point",

@@ -34,10 +34,21 @@ class Table:
     ----------
     columns : names of the columns.
     values : shape ``(K, columns)``.
+    units : of the columns; empty of numbers without one.
     """
 
-    def __init__(self, columns: list[str], values: Array) -> None:
-        self.columns, self.values = columns, values
+    def __init__(self, columns: list[str], values: Array, units: list[str]) -> None:
+        self.columns, self.values, self.units = columns, values, units
+
+    def unit(self, name: str) -> str:
+        """The unit of a column, or of all columns below a name; of several those there are."""
+        if name in self.columns:
+            return self.units[self.columns.index(name)]
+        parts, _ = self.below(name)
+        if not parts:
+            raise unknown(name, self.names())
+        own = [self.columns.index(f"{name}.{part}") for part in parts]
+        return ", ".join(dict.fromkeys(self.units[k] for k in own if self.units[k]))
 
     def names(self) -> list[str]:
         """What stands before the dots, each once."""
@@ -214,13 +225,20 @@ class Result:
         self.step: NDArray[np.uint64] = found["step"]
         self.t: Array = found["t"]
         names = ("q", "tail", "residuals", "energy", "sensors", "momenta")
-        self.tables: dict[str, Table] = {n: Table(*found[n]) for n in names if n in found}
+        self.tables: dict[str, Table] = {n: self._described(n, *found[n]) for n in names if n in found}
         self.beams: dict[str, Beam] = {n: Beam(*b) for n, b in found.get("beams", {}).items()}
         self.summary: dict[str, Any] = found["summary"]
         self.text: str = found["text"]
         self.folder = folder
         self.acting: _core.Acting | None = None  # what acted from outside
         self._acted = False
+
+    def _described(self, name: str, columns: list[str], values: Array) -> Table:
+        """A table with the units of its columns."""
+        if name == "sensors":
+            return Table(columns, values, self.model._core.sensor_units(columns))
+        table = "trajectory" if name in ("q", "tail") else name
+        return Table(columns, values, _core.units(table, columns))
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "acting": None}  # functions stay where they are
@@ -287,7 +305,8 @@ class Result:
         tables = [self._table(part) for part in parts]
         columns = [*HEAD, *(column for table in tables for column in table.columns)]
         head = np.stack([self.step.astype(np.float64), self.t], axis=1)
-        return Table(columns, np.hstack([head, *(table.values for table in tables)]))
+        units = ["", "s", *(unit for table in tables for unit in table.units)]
+        return Table(columns, np.hstack([head, *(table.values for table in tables)]), units)
 
     def to_pandas(self, table: str = "trajectory") -> Any:
         """A table as a ``pandas.DataFrame`` over ``t``."""
@@ -310,9 +329,10 @@ class Result:
                 variables[f"{name}.position"] = (("t", "component"), padded, {"units": "m"})
         for part in ("energy", "sensors"):
             if part in self.tables:
-                units = {"units": "J"} if part == "energy" else {}
-                for column in self.tables[part].columns:
-                    variables[f"{part}.{column}"] = ("t", self.tables[part][column], units)
+                table = self.tables[part]
+                for column, unit in zip(table.columns, table.units, strict=True):
+                    units = {"units": unit} if unit else {}
+                    variables[f"{part}.{column}"] = ("t", table[column], units)
         coordinates = {"t": ("t", self.t, {"units": "s"}), "component": ["x", "y", "z"]}
         return xarray.Dataset(variables, coordinates, {"model": self.model.name})
 
@@ -329,13 +349,17 @@ class Result:
         """
         plt = needed("matplotlib.pyplot", "notebook")
         axes = plt.figure().add_subplot()
+        units: list[str] = []
         for name in names or ["total"]:
             where = self.sensors if "sensors" in self.tables and name in self.sensors else self.energy
             parts, _ = where.below(name)
             values = where[name]
             labels = [f"{name}.{part}" for part in parts] if values.ndim == 2 else [name]
             axes.plot(self.t, values, label=labels)
+            units.append(where.unit(name))
         axes.set_xlabel("t [s]")
+        if len(set(units)) == 1 and units[0]:
+            axes.set_ylabel(f"[{units[0]}]")
         axes.legend()
         return axes
 
@@ -418,24 +442,9 @@ class Result:
 
     def view(self) -> Any:
         """Shows the page: in a notebook a frame, elsewhere the browser."""
-        import tempfile
-        import webbrowser
-        from pathlib import Path
+        from ._page import show
 
-        html = self.page()
-        try:
-            from IPython.core.getipython import get_ipython  # type: ignore[import-not-found]
-            from IPython.display import HTML  # type: ignore[import-not-found]
-
-            if get_ipython() is not None:
-                return HTML(frame(html))
-        except ImportError:
-            pass
-        file = Path(tempfile.mkdtemp(prefix="holonom-")) / f"{self.model.name}.html"
-        file.write_text(html, encoding="utf-8")
-        if not webbrowser.open(file.as_uri()):
-            print(f"no browser was found: open {file}")
-        return None
+        return show(self.page(), self.model.name)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -450,15 +459,6 @@ class Result:
         from html import escape
 
         return f"<pre>{escape(self.text)}</pre>"
-
-
-def frame(html: str) -> str:
-    """A page in a frame that runs its scripts alone."""
-    from html import escape
-
-    page = escape(html, quote=True)
-    size = 'width="100%" height="640" style="border:0"'
-    return f'<iframe sandbox="allow-scripts" {size} srcdoc="{page}"></iframe>'
 
 
 @no_panic

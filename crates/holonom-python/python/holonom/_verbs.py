@@ -6,79 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, TypeVar
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from . import _core
+from ._answer import Answer, interruptible
 from ._errors import no_panic
 from ._model import Model, model_of
 from ._spec import Spec
-
-
-T = TypeVar("T")
-
-
-class Answer(Mapping[str, Any]):
-    """What a verb found: the JSON that the program prints, and its words.
-
-    ``answer["dof"]`` is a value, ``answer.to_dict()`` all of them, ``str(answer)`` the text.
-    """
-
-    def __init__(self, found: dict[str, Any], text: str) -> None:
-        self._found, self.text = found, text
-
-    def to_dict(self) -> dict[str, Any]:
-        """The object of ``--json``."""
-        return self._found
-
-    def __getitem__(self, key: str) -> Any:
-        return self._found[key]
-
-    def __iter__(self) -> Any:
-        return iter(self._found)
-
-    def __len__(self) -> int:
-        return len(self._found)
-
-    def __str__(self) -> str:
-        return self.text
-
-    def _repr_html_(self) -> str:
-        from html import escape
-
-        return f"<pre>{escape(self.text)}</pre>"
-
-
-class Modes(Answer):
-    """Modes about a configuration: vibrations, decays, what is unstable."""
-
-    def _of(self, key: str) -> NDArray[np.float64]:
-        return np.array([mode[key] for mode in self["modes"]], dtype=np.float64)
-
-    @property
-    def frequencies(self) -> NDArray[np.float64]:
-        """Hz, shape ``(modes,)``; zero of what does not vibrate."""
-        return self._of("frequency")
-
-    @property
-    def members(self) -> list[str]:
-        """Names of the members that :attr:`shapes` list."""
-        first = self["modes"][:1]
-        return [own["name"] for mode in first for own in mode["shape"]]
-
-    @property
-    def shapes(self) -> NDArray[np.float64]:
-        """How members move, shape ``(modes, members, 6)``: displacement and rotation in space; the
-        largest displacement is 1 m, without displacements the largest rotation 1 rad."""
-        rows = [[own["translation"] + own["rotation"] for own in mode["shape"]] for mode in self["modes"]]
-        return np.array(rows, dtype=np.float64).reshape(len(rows), -1, 6)
-
-    @property
-    def damping(self) -> NDArray[np.float64]:
-        """Damping ratios, shape ``(modes,)``."""
-        return self._of("damping_ratio")
 
 
 @no_panic
@@ -103,24 +37,6 @@ def check(model: Any) -> Answer:
 
 
 @no_panic
-def modes(model: Any, *, at: str = "start", count: int = 10) -> Modes:
-    """Small vibrations about the start, an equilibrium (``"static"``), a steady rotation or motion.
-
-    Parameters
-    ----------
-    model : as of :func:`simulate`.
-    at : ``"start"``, ``"static"``, ``"rotation"`` or ``"motion"``.
-    count : how many, beside what is unstable.
-
-    Raises
-    ------
-    InvalidModel, AnalysisFailed
-    """
-    whole = model_of(model)._core
-    return Modes(*_interruptible(lambda: _core.modes(whole, at, count)))
-
-
-@no_panic
 def verify(
     model: Any, *, accuracy: float = 1e-6, progress: Callable[[str], object] | None = None
 ) -> Answer:
@@ -132,7 +48,7 @@ def verify(
     progress : called with words as each part begins; it may raise.
     """
     whole = model_of(model)._core
-    return Answer(*_interruptible(lambda: _core.verify(whole, accuracy, progress)))
+    return Answer(*interruptible(lambda: _core.verify(whole, accuracy, progress)))
 
 
 @no_panic
@@ -155,31 +71,7 @@ def compare(
     """
     whole = model_of(model)._core
     given = list(schemes), list(steps), list(orders)
-    return Answer(*_interruptible(lambda: _core.compare(whole, *given, end, progress)))
-
-
-def _interruptible(call: Callable[[], T]) -> T:
-    """What a call without a place to stop gives; Ctrl-C is heard, and leaves it to end unheard."""
-    import threading
-
-    if threading.current_thread() is not threading.main_thread():
-        return call()
-    found: list[T] = []
-    raised: list[BaseException] = []
-
-    def go() -> None:
-        try:
-            found.append(call())
-        except BaseException as error:
-            raised.append(error)
-
-    thread = threading.Thread(target=go, daemon=True)
-    thread.start()
-    while thread.is_alive():
-        thread.join(0.05)
-    if raised:
-        raise raised[0]
-    return found[0]
+    return Answer(*interruptible(lambda: _core.compare(whole, *given, end, progress)))
 
 
 @dataclass(frozen=True)

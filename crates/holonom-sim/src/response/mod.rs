@@ -96,6 +96,22 @@ pub struct Band {
     pub count: usize,
 }
 
+impl Band {
+    /// `count` frequencies from the first to the second end, Hz.
+    ///
+    /// # Errors
+    /// What a band is, where this is none.
+    pub fn new(ends: [f64; 2], count: usize) -> Result<Self, &'static str> {
+        if !(ends[0] >= 0.0 && ends[1] > ends[0] && ends[1].is_finite()) {
+            return Err("the band begins at 0 Hz or above, and ends higher than it begins");
+        }
+        if !(2..=100_000).contains(&count) {
+            return Err("there are 2 to 100000 frequencies");
+        }
+        Ok(Self { ends, count })
+    }
+}
+
 /// A resonance in the band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Resonance {
