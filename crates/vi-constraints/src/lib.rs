@@ -26,6 +26,7 @@
 //! | [`legendre`] | discrete Legendre transforms, multipliers, energies of given configurations |
 //! | [`node`] | the same along an integration, and hidden constraints |
 //! | [`galerkin`] | schemes of order `2s` with `s` control points per step |
+//! | [`nonsmooth`] | impulses of contacts, joint stops and dry friction at nodes; steps with nodes at first touches |
 //! | [`setup`], [`integrator`] | options and refusals; all of it together |
 //!
 //! | type | is |
@@ -53,6 +54,7 @@ mod initial;
 pub mod integrator;
 mod manifold;
 mod nodes;
+pub mod nonsmooth;
 mod rows;
 pub mod scheme;
 

@@ -29,7 +29,9 @@
 //! | [`interpolation`] | strains interpolated between control points |
 //! | [`galerkin_pencil`] | their matrix with stiff forces, diagonal in the control points |
 //! | [`compensation`] | rounding errors of a step, given to the next one |
+//! | [`bracket`] | roots of a function of one number |
 //! | [`state`] | all that the future of a motion depends on |
+//! | [`contact_state`] | what contacts remember from node to node |
 //! | [`momentum_map`] | discrete Noether quantities |
 //!
 //! | type | is |
@@ -56,10 +58,12 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod block_lu;
+pub mod bracket;
 pub mod compensation;
 pub mod composition;
 pub mod cone;
 pub mod configuration;
+pub mod contact_state;
 pub mod coordinate_force;
 pub mod dense;
 pub mod discrete_lagrangian;

@@ -1,6 +1,7 @@
 //! The state of a motion: all that its future depends on beside the model.
 
 use crate::compensation::Compensation;
+use crate::contact_state::ContactState;
 use crate::discrete_lagrangian::DiscreteLagrangian;
 use crate::interval::Interval;
 use crate::predictor::History;
@@ -45,6 +46,9 @@ pub struct State {
     pub history: History,
     /// What a scheme needs of the last step beside its increments.
     pub memory: Memory,
+    /// What contacts remember; empty without contacts.
+    #[serde(default)]
+    pub contacts: ContactState,
 }
 
 /// What a scheme needs of the last step beside its increments; empty for most.
@@ -162,6 +166,7 @@ impl State {
         self.compensation.copy_from(&other.compensation);
         self.history.copy_from(&other.history);
         self.memory.copy_from(&other.memory);
+        self.contacts.copy_from(&other.contacts);
     }
 }
 

@@ -13,12 +13,10 @@
 //! |---|---|
 //! | [`switches`] | the state of events |
 //! | `conditions` | the value of each condition at a node |
-//! | `root` | where a condition becomes true |
 //! | `phase` | the model that is in force, and its start |
 
 pub(crate) mod conditions;
 pub(crate) mod phase;
-pub(crate) mod root;
 pub(crate) mod switches;
 
 pub use switches::EventRecord;

@@ -3,7 +3,6 @@
 use super::{RunFailure, Simulation, stepper};
 use crate::event::conditions::is_located;
 use crate::event::phase::in_force;
-use crate::event::root::Bracket;
 use crate::event::switches::{EventRecord, PhaseStart, Switches};
 use crate::event::{Events, MOST};
 use crate::sensor::View;
@@ -14,6 +13,7 @@ use vi_constraints::integrator::{ResumeError, StepReport};
 use vi_constraints::scheme::StepError;
 use vi_constraints::{Constraints, InitialValues};
 use vi_core::Configuration;
+use vi_core::bracket::Bracket;
 
 /// Parts of a step that are not taken by themselves, and to which a root is known.
 const REST: f64 = 1e-9;

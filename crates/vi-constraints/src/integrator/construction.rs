@@ -12,6 +12,7 @@ use crate::discretization::Discretization;
 use crate::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal, Pointwise};
 use crate::initialization::{ConsistentStart, InitialValues, StartReport, start};
 use crate::nodal_operators::by_operators;
+use crate::nonsmooth::Nonsmooth;
 use crate::reparametrization::{DenseNodal, Reparametrization};
 use crate::saddle_point::IndependentRows;
 use crate::scheme::{Scheme, SchemeKind, StepSolver};
@@ -147,6 +148,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             start: report,
             initial_velocity,
             watch,
+            nonsmooth: None,
         })
     }
 
@@ -170,6 +172,28 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.start_observer = Some(self.system.observer(self.constraints.len(), rows));
         self.start = report;
         self
+    }
+
+    /// With contacts, joint stops and dry friction.
+    ///
+    /// # Errors
+    /// [`SetupError::Contacts`] of schemes above order 2 and of negative steps,
+    /// [`SetupError::Overlap`].
+    pub fn with_contacts(mut self, mut contacts: Nonsmooth) -> Result<Self, SetupError> {
+        const OVERLAP: f64 = 1e-9; // parts of the size of a gap
+        if self.reads_states() {
+            return Err(SetupError::Contacts { what: "methods of another order than 2" });
+        }
+        if self.step < 0.0 {
+            return Err(SetupError::Contacts { what: "steps backwards in time" });
+        }
+        if let Some((relative, gap, element)) = contacts.smallest_gap(&self.state)
+            && !(relative >= -OVERLAP)
+        {
+            return Err(SetupError::Overlap { element: element.to_owned(), depth: -gap });
+        }
+        self.nonsmooth = Some(Box::new(contacts));
+        Ok(self)
     }
 
     /// With other coefficients `γ` of the sub-steps than those of a [`vi_core::Composition`].

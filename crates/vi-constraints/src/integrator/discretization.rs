@@ -69,13 +69,22 @@ pub struct Transition<'a> {
     pub step: Step<'a>,
     /// The state where it ends.
     pub after: &'a State,
+    /// The impulse of contacts at the node where it starts, N·s, shape `n`; empty without.
+    pub impulse: &'a [f64],
 }
 
 impl<'a> Transition<'a> {
     /// Of a step without control points.
     #[must_use]
     pub fn single(before: &'a State, s: &'a Interval, after: &'a State) -> Self {
-        Self { before, step: Step::single(s, &after.memory.multipliers), after }
+        Self { before, step: Step::single(s, &after.memory.multipliers), after, impulse: &[] }
+    }
+
+    /// With an impulse of contacts at the node where it starts.
+    #[must_use]
+    pub fn with_impulse(mut self, impulse: &'a [f64]) -> Self {
+        self.impulse = impulse;
+        self
     }
 }
 
@@ -145,6 +154,24 @@ pub trait ObserveNode<S, C>: Send {
         force: &mut [f64],
         lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular>;
+    /// `v ← v̂` of a momentum `p` at the node of a state, before a step `h`; of variational schemes.
+    /// Shape `n`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    fn velocity(
+        &mut self,
+        _system: &S,
+        _constraints: &C,
+        _at: (&State, f64),
+        _p: &[f64],
+        _v: &mut [f64],
+    ) -> Result<(), Singular> {
+        Err(Singular)
+    }
+    /// `p ← p + D_1 L_d + f_d^- = h Gᵀλ_n` of a step from the momentum `p`; of variational schemes.
+    /// Shape `n`.
+    fn constraint_impulse(&mut self, _system: &S, _s: &Interval, _p: &mut [f64]) {}
 }
 
 impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
@@ -188,9 +215,24 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         &mut self,
         system: &S,
         constraints: &C,
-        Transition { before, step, .. }: Transition<'_>,
+        Transition { before, step, impulse, .. }: Transition<'_>,
     ) -> Result<&Node, Singular> {
-        Self::observe(self, system, constraints, before, step.s)
+        Self::observe(self, system, constraints, (before, impulse), step.s)
+    }
+
+    fn velocity(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        at: (&State, f64),
+        p: &[f64],
+        v: &mut [f64],
+    ) -> Result<(), Singular> {
+        Self::velocity(self, system, constraints, at, p, v)
+    }
+
+    fn constraint_impulse(&mut self, system: &S, s: &Interval, p: &mut [f64]) {
+        Self::constraint_impulse(self, system, s, p);
     }
 
     fn observe_state(

@@ -43,6 +43,7 @@ use crate::closure::ClosureWatch;
 use crate::constraints::Constraints;
 use crate::discretization::Discretization;
 use crate::initialization::StartReport;
+use crate::nonsmooth::Nonsmooth;
 use crate::saddle_point::IndependentRows;
 use crate::scheme::{Condition, Scheme, StepSolver};
 use origin::Origin;
@@ -71,6 +72,7 @@ pub struct Integrator<S: Discretization<C>, C> {
     start: StartReport,
     initial_velocity: Vec<f64>,
     watch: ClosureWatch,
+    nonsmooth: Option<Box<Nonsmooth>>,
 }
 
 impl<S: Discretization<C>, C> std::fmt::Debug for Integrator<S, C> {
@@ -136,6 +138,12 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     #[must_use]
     pub fn rows(&self) -> &IndependentRows {
         &self.rows
+    }
+
+    /// Contacts, and what they did in the last step.
+    #[must_use]
+    pub fn nonsmooth(&self) -> Option<&Nonsmooth> {
+        self.nonsmooth.as_deref()
     }
 
     /// Condition numbers of the Newton matrix of the last step.

@@ -7,6 +7,7 @@ use crate::discretization::{Discretization, ObserveNode, Transition};
 use crate::fastest_motion::FastestMotions;
 use crate::node::{Node, NodeObserver};
 use crate::node_solvers::NodeSolvers;
+use crate::nonsmooth::Stepping;
 use crate::scheme::SubStep;
 use vi_core::linear::Singular;
 use vi_core::state::State;
@@ -88,6 +89,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     #[must_use]
     pub fn transition(&self) -> Transition<'_> {
         Transition::single(&self.before, self.scheme.interval(), &self.state)
+            .with_impulse(self.nonsmooth.as_ref().map_or(&[], |contacts| contacts.impulse()))
     }
 
     /// The state of a node next to the last macro step.
@@ -107,8 +109,9 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         }
         let Self { observer, start_observer, system, constraints, before, state, scheme, .. } =
             self;
+        let impulse = self.nonsmooth.as_ref().map_or(&[][..], |contacts| contacts.impulse());
         let observer = observer_at(before, observer, start_observer);
-        let taken = Transition::single(before, scheme.interval(), state);
+        let taken = Transition::single(before, scheme.interval(), state).with_impulse(impulse);
         observer.observe(system, constraints, taken)
     }
 
@@ -125,14 +128,24 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let t_end = self.origin.time(self.state.step + 1, self.step);
         let Self { observer, start_observer, system, constraints, state, scheme, watch, .. } = self;
         let sub_step = SubStep { index: 0, count: 1, h: self.gammas[0] * self.step, t_end };
-        let trial = self
-            .solver
-            .advance(&mut **scheme, system, &**constraints, sub_step, &mut next)
-            .and_then(|_| watch.check(&**constraints, next.configuration()));
-        let s = std::mem::replace(scheme.interval_mut(), last);
-        trial?;
         let observer = observer_at(state, observer, start_observer);
-        Ok(observer.observe(system, constraints, Transition::single(state, &s, &next))?)
+        let solver = &mut self.solver;
+        let kept = self.nonsmooth.as_mut().map(|contacts| contacts.set_aside());
+        let taken = match &mut self.nonsmooth {
+            None => solver.advance(&mut **scheme, system, &**constraints, sub_step, &mut next),
+            Some(contacts) => {
+                let mut run =
+                    Stepping::new((&*system, &**constraints), &mut **scheme, solver, observer);
+                contacts.advance(&mut run, sub_step, &mut next, &mut None)
+            }
+        };
+        let trial = taken.and_then(|_| watch.check(&**constraints, next.configuration()));
+        let s = std::mem::replace(scheme.interval_mut(), last);
+        let own = kept.zip(self.nonsmooth.as_mut()).map(|(kept, contacts)| contacts.put_back(kept));
+        trial?;
+        let impulse = own.as_ref().map_or(&[][..], |own| own.impulse());
+        let taken = Transition::single(state, &s, &next).with_impulse(impulse);
+        Ok(observer.observe(system, constraints, taken)?)
     }
 
     /// What can be said of the current node without a step from there: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
@@ -209,7 +222,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 }
 
 /// The observer of a node: the start may have its own.
-fn observer_at<'a, O>(
+pub(super) fn observer_at<'a, O>(
     node: &State,
     observer: &'a mut O,
     of_the_start: &'a mut Option<O>,

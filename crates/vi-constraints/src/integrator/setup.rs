@@ -126,6 +126,23 @@ pub enum SetupError {
         /// What to write instead.
         instead: &'static str,
     },
+    /// What contacts, joint stops and dry friction are not integrated by.
+    #[error(
+        "contacts, joint stops and dry friction are not integrated by {what}: use the scheme \
+         `nodal`, order 2"
+    )]
+    Contacts {
+        /// What.
+        what: &'static str,
+    },
+    /// A gap is negative at the start.
+    #[error("`{element}` is passed by {depth:.3e} (m or rad) at the start")]
+    Overlap {
+        /// The contact or the joint stop.
+        element: String,
+        /// By how much.
+        depth: f64,
+    },
     /// Constraints on velocities by another scheme than the nodal one.
     #[error(
         "constraints on velocities (rolling, blades) are integrated by the scheme `nodal` alone"

@@ -2,10 +2,12 @@
 
 use super::Integrator;
 use super::error::ResumeError;
+use super::nodes::observer_at;
 use super::origin::Origin;
 use super::report::StepReport;
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode, Step, Transition};
+use crate::nonsmooth::Stepping;
 use crate::scheme::{StepError, SubStep};
 use vi_core::interval::Interval;
 use vi_core::newton::Precision;
@@ -116,7 +118,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         parts: u32,
         mut each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
     ) -> Result<StepReport, StepError> {
-        let Self { system, constraints, scheme, solver, state, gammas, .. } = self;
+        let Self { system, constraints, scheme, solver, state, gammas, nonsmooth, .. } = self;
+        let (observer, start_observer) = (&mut self.observer, &mut self.start_observer);
         let (count, part) = (gammas.len(), length / f64::from(parts));
         let sub_steps = parts as usize * count;
         let mut total = StepReport { sub_steps, ..StepReport::default() };
@@ -125,14 +128,22 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             let h = gammas[index] * part;
             let t_end = if last { next } else { state.t + h };
             let step = SubStep { index, count, h, t_end };
-            let report = solver.advance(&mut **scheme, system, &**constraints, step, state)?;
-            constraints.unwrap_angles(&state.q, &mut state.angles);
-            if let Some(each) = &mut each {
-                scheme.interpolate();
-                let (multipliers, gauss) = (&state.memory.multipliers, scheme.gauss());
-                let (s, polynomial) = (scheme.interval(), scheme.polynomial());
-                each(system, constraints, Step { s, multipliers, gauss, polynomial });
-            }
+            let report = if let Some(contacts) = nonsmooth {
+                let observer = observer_at(state, observer, start_observer);
+                let mut run =
+                    Stepping::new((&*system, &**constraints), &mut **scheme, solver, observer);
+                contacts.advance(&mut run, step, state, &mut each)?
+            } else {
+                let report = solver.advance(&mut **scheme, system, &**constraints, step, state)?;
+                constraints.unwrap_angles(&state.q, &mut state.angles);
+                if let Some(each) = &mut each {
+                    scheme.interpolate();
+                    let (multipliers, gauss) = (&state.memory.multipliers, scheme.gauss());
+                    let (s, polynomial) = (scheme.interval(), scheme.polynomial());
+                    each(system, constraints, Step { s, multipliers, gauss, polynomial });
+                }
+                report
+            };
             total.iterations += report.iterations;
             total.restarts += report.restarts;
             total.residual = total.residual.max(report.residual);

@@ -108,7 +108,8 @@ impl NodeObserver {
         &self.node
     }
 
-    /// Everything at a node from the step that starts there, `s.q0 = q_n`.
+    /// Everything at a node from the step that starts there, `s.q0 = q_n`, with the impulse of
+    /// contacts at the node, shape `n`; empty without.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -116,11 +117,11 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        state: &State,
+        (state, impulse): (&State, &[f64]),
         s: &Interval,
     ) -> Result<&Node, Singular> {
         self.project(system, constraints, state, s.h)?;
-        self.impulse(system, constraints, state, s)?;
+        self.impulse(system, constraints, (state, impulse), s)?;
         let Self { projections, node, m_work, n_work, .. } = self;
         node.discrete_energy = discrete_energy(system, s); // (52)
         let has_velocity = projections.free_velocity(system, &node.p, n_work)?;
@@ -181,6 +182,35 @@ impl NodeObserver {
         system.add_momentum_of_step(at, h, &node.v, &mut node.p_projected); // (40)
         node.hamiltonian_projected = hamiltonian(system, at, &node.v, &node.p_projected); // (53)
         Ok(())
+    }
+
+    /// `v ← v̂` of a momentum `p` at the node of a state, before a step `h`. Shape `n`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub fn velocity(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        (state, h): (&State, f64),
+        p: &[f64],
+        v: &mut [f64],
+    ) -> Result<(), Singular> {
+        let Self { projections, solvers, .. } = self;
+        let mut mass = MassAtNode { projections, solvers, system, constraints, state };
+        mass.velocity(state.t, h, p, v)
+    }
+
+    /// `p ← p + D_1 L_d + f_d^- = h Gᵀλ_n` (36) of a step from the momentum `p`, shape `n`.
+    pub fn constraint_impulse(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        s: &Interval,
+        p: &mut [f64],
+    ) {
+        let Self { n_work, .. } = self;
+        p_minus(system, s, n_work);
+        p.iter_mut().zip(&*n_work).for_each(|(p, own)| *p -= own);
     }
 
     /// `v ← v̂` of no momentum at the configuration of a state and the time `t`: the least motion
@@ -255,14 +285,14 @@ impl NodeObserver {
     /// `p_n` (34), the constraint force and, where they are wanted, the multipliers. The step
     /// equation says
     /// ```text
-    /// w = p̄_n + D_1 L_d + f_d^- = h Gᵀλ_n,     ½ h Gᵀλ_0 at the start, where p̄_0 = p(0)       (36), (47)
+    /// w = p̄_n + BᵀΛ_n + D_1 L_d + f_d^- = h Gᵀλ_n,     ½ h Gᵀλ_0 at the start, where p̄_0 = p(0)       (36), (47)
     /// ```
     /// so the force is `w` over its weight, and `λ_n` needs a solution only where it is asked for.
     fn impulse(
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        state: &State,
+        (state, impulse): (&State, &[f64]),
         s: &Interval,
     ) -> Result<(), Singular> {
         let Self { projections, solvers, n_work: w, node, .. } = self;
@@ -271,6 +301,7 @@ impl NodeObserver {
         for (w, (p, p_n)) in w.iter_mut().zip(state.p.iter().zip(&*p_n)) {
             *w = p - p_n;
         }
+        w.iter_mut().zip(impulse).for_each(|(w, impulse)| *w += impulse);
         let weight = if state.step == 0 { 0.5 * s.h } else { s.h }; // (47) : (36)
         let at = s.start();
         let scale = 1.0 / weight;

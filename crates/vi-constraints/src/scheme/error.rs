@@ -1,5 +1,6 @@
 //! Why a step is refused, and what to do about it.
 
+use crate::nonsmooth::ContactFault;
 use vi_core::newton::{BlockKind, Fault, NewtonError};
 
 /// Why a step was refused. The state is then what it was before the call.
@@ -31,6 +32,9 @@ pub enum StepError {
         /// Its first coordinate.
         coordinate: usize,
     },
+    /// The impulses of contacts were not found.
+    #[error("{0}")]
+    Contact(#[from] ContactFault),
 }
 
 impl StepError {
@@ -62,6 +66,9 @@ impl StepError {
             Self::ConstraintViolated { .. } => {
                 "constraints that depend on one another disagree along this motion: remove one of \
                  them, or correct lengths, axes and prescribed motions so that they agree"
+            }
+            Self::Contact(ContactFault::Immovable { .. }) => {
+                "let a joint or a prescribed motion give way, or remove the stop"
             }
             Self::Reflected { .. } => {
                 "the step has more than one solution: reduce the time step, or use the scheme `nodal`"

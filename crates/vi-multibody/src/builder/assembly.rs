@@ -230,6 +230,7 @@ impl MechanismBuilder {
         for own in &self.own_forces {
             forces.add(&own.name, ElementForce::Coordinates(own.force.clone()));
         }
+        self.add_contacts(mechanism, &mut forces)?;
         self.add_laws(mechanism, &mut forces)?;
         Ok(forces)
     }

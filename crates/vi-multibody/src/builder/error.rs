@@ -28,6 +28,34 @@ pub enum BuildError {
         /// The number.
         value: f64,
     },
+    /// A number is negative.
+    #[error("{element}: the {what} is {value}; it must not be negative")]
+    Negative {
+        /// The part.
+        element: String,
+        /// Which of its quantities.
+        what: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A coefficient of restitution that is none.
+    #[error("{element}: the restitution is {value}; it is between 0 and 1")]
+    Restitution {
+        /// The part.
+        element: String,
+        /// The number.
+        value: f64,
+    },
+    /// Limits of a joint that exclude each other.
+    #[error("joint `{joint}`: its lower limit {lower} is not below its upper limit {upper}")]
+    Limits {
+        /// Its name.
+        joint: String,
+        /// The lower limit.
+        lower: f64,
+        /// The upper limit.
+        upper: f64,
+    },
     /// No body has this mass and this inertia.
     #[error("body `{body}`: {source}")]
     Inertia {

@@ -10,12 +10,13 @@ use crate::force::spring::{Spring, SpringLaw};
 use crate::force::wrench_law::{WrenchForce, WrenchLaw};
 use crate::geometry::six_coordinates::{SixCoordinates, Vector6};
 use crate::mechanism::Mechanism;
-use crate::solver::run::{MechanismIntegrator, Solver, integrator};
+use crate::solver::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_constraints::InitialValues;
 use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
+use vi_constraints::nonsmooth::{NonsmoothOptions, Unilateral};
 use vi_core::force::{DiscreteForce, Force, MidpointForce, Source};
 use vi_core::{Configuration, Quadrature, SeparableSystem};
 use vi_rigid::load::{Load, LoadKind};
@@ -43,6 +44,8 @@ pub struct ForceElements {
     pub forces: Vec<NamedForce>,
     /// States and held values that laws read.
     pub signals: Option<SignalStates>,
+    /// Contacts, joint stops and dry friction: [`crate::run::with_contacts`].
+    pub contacts: Vec<Arc<dyn Unilateral>>,
 }
 
 /// A force with the name of its element.
@@ -239,7 +242,9 @@ impl BuiltMechanism {
     pub fn integrator(self, options: Options) -> Result<MechanismIntegrator, SetupError> {
         let (q, v) = (self.mechanism.initial_configuration(), self.mechanism.initial_velocity());
         let system = self.system(Quadrature::Midpoint);
-        integrator(self.mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v))
+        let (contacts, at) = (self.forces.contacts, InitialValues::new(0.0, &q, &v));
+        let run = integrator(self.mechanism, system, options, Solver::Auto, at)?;
+        with_contacts(run, options.scheme, contacts, NonsmoothOptions::default())
     }
 }
 

@@ -8,6 +8,7 @@
 mod assembly;
 mod body;
 mod bushing;
+mod contact;
 mod error;
 mod force;
 mod id;
@@ -17,6 +18,7 @@ mod rates;
 
 pub use body::{BodyEntry, Inertia};
 pub use bushing::BushingEntry;
+pub use contact::{DryFriction, JointLimits};
 pub use error::BuildError;
 pub use force::{
     BuiltMechanism, ElementForce, ForceElements, ForceEntry, LoadEntry, NamedForce, NamedSixSpring,
@@ -35,6 +37,7 @@ use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint};
 use body::BodyPart;
 use bushing::BushingPart;
+use contact::ContactPart;
 use force::{
     JointElementKind, JointForceElement, LoadPart, OwnForce, ParticleLoadPart, PointElement,
     TensionPart, WrenchPart,
@@ -91,6 +94,7 @@ pub struct MechanismBuilder {
     tensions: Vec<TensionPart>,
     wrenches: Vec<WrenchPart>,
     bushings: Vec<BushingPart>,
+    contacts: Vec<ContactPart>,
     own_forces: Vec<OwnForce>,
     laws: Vec<LawPart>,
     signals: Option<SignalsPart>,

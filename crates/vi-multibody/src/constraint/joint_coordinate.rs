@@ -189,6 +189,13 @@ impl JointCoordinate {
         at.angles.get(self.slot).copied().unwrap_or_else(|| self.at(at))
     }
 
+    /// The coordinate less `value`, accurate also after many revolutions.
+    #[must_use]
+    pub fn distance_from(&self, value: f64, at: Configuration<'_>) -> f64 {
+        let Unwrapped { principal, revolutions } = self.unwrapped(at);
+        principal - (value - TAU * revolutions)
+    }
+
     /// `θ − 2πk` in `[−π, π]` and the number `k` of whole revolutions; a length and zero.
     ///
     /// After many revolutions the sum is only accurate to `ε|θ|`; what is compared with `θ`

@@ -46,6 +46,7 @@ use structure::BoxedScheme;
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::integrator::{SetupError, check_dense};
+use vi_constraints::nonsmooth::{Nonsmooth, NonsmoothOptions, Unilateral};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, InitialValues, Integrator, Options, SchemeKind};
 use vi_core::SeparableSystem;
@@ -93,6 +94,28 @@ pub fn integrator(
     let run = begun(run.reading_with(solvers), moved)?;
     loops.known(run.constraints(), run.state().configuration())?;
     Ok(run)
+}
+
+/// Adds contacts, joint stops and dry friction, where there are any, to an integration by a scheme.
+///
+/// # Errors
+/// [`SetupError::Contacts`] of other schemes than the nodal one of order 2,
+/// [`SetupError::Overlap`].
+pub fn with_contacts(
+    run: MechanismIntegrator,
+    scheme: SchemeKind,
+    contacts: Vec<Arc<dyn Unilateral>>,
+    options: NonsmoothOptions,
+) -> Result<MechanismIntegrator, SetupError> {
+    if contacts.is_empty() {
+        return Ok(run);
+    }
+    match scheme {
+        SchemeKind::Nodal => run.with_contacts(Nonsmooth::new(contacts, options)),
+        SchemeKind::Constrained => Err(SetupError::Contacts { what: "the scheme `constrained`" }),
+        SchemeKind::Dalembert => Err(SetupError::Contacts { what: "the scheme `dalembert`" }),
+        SchemeKind::Reduced => Err(SetupError::Contacts { what: "the scheme `reduced`" }),
+    }
 }
 
 fn dalembert(mechanism: &Mechanism, rows: &IndependentRows) -> BoxedScheme {

@@ -1,11 +1,11 @@
-//! Where a continuous function of the length of a step becomes positive.
+//! Where a continuous function of one number becomes positive.
 //!
 //! Illinois variant of regula falsi, and bisection where that does not narrow the bracket. A trial
 //! is moved away from an end that it would meet, so that both ends come close to the root.
 
 /// A bracket `f(low) ≤ 0 < f(high)`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bracket {
+pub struct Bracket {
     low: [f64; 2], // place and value
     high: [f64; 2],
     last: i8, // which end the last trial became: −1, 1
@@ -16,17 +16,26 @@ pub(crate) struct Bracket {
 const SECANTS: u32 = 30;
 
 impl Bracket {
-    pub(crate) fn new(low: [f64; 2], high: [f64; 2]) -> Self {
+    /// Between two places with their values.
+    #[must_use]
+    pub fn new(low: [f64; 2], high: [f64; 2]) -> Self {
         Self { low: [low[0], low[1].min(0.0)], high, last: 0, trials: 0 }
     }
 
+    /// The end where the function is not positive.
+    #[must_use]
+    pub fn low(&self) -> f64 {
+        self.low[0]
+    }
+
     /// The end where the function is positive.
-    pub(crate) fn high(&self) -> f64 {
+    #[must_use]
+    pub fn high(&self) -> f64 {
         self.high[0]
     }
 
     /// Where to look next; `None` once the bracket is no longer than `least`.
-    pub(crate) fn next(&mut self, least: f64) -> Option<f64> {
+    pub fn next(&mut self, least: f64) -> Option<f64> {
         let ([a, fa], [b, fb]) = (self.low, self.high);
         if b - a <= 2.0 * least {
             return None;
@@ -41,7 +50,7 @@ impl Bracket {
     }
 
     /// Takes up the value of the trial.
-    pub(crate) fn take(&mut self, at: f64, value: f64) {
+    pub fn take(&mut self, at: f64, value: f64) {
         if value > 0.0 {
             self.high = [at, value];
             self.low[1] *= if self.last == 1 { 0.5 } else { 1.0 };

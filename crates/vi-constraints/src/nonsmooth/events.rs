@@ -1,0 +1,422 @@
+//! A step with contacts: nodes at first touches, or fixed nodes.
+//!
+//! | method | contacts of a node | order through isolated impacts |
+//! |---|---|---|
+//! | [`Method::Events`] | those that are closed; where another one would be passed, the step ends at its first touch | 2 |
+//! | [`Method::Stepping`] | those that are closed, or that the step would pass | 1 |
+//!
+//! A step of `Events` ends at its time after any number of such nodes, at most
+//! [`NonsmoothOptions::max_events`]; the rest is then one step of `Stepping`, so that sequences of
+//! impacts with a point of accumulation end. All gaps are looked at after each step: impulses move
+//! bodies that were at rest.
+
+use super::impulses::{NodeImpulses, Stepping};
+use super::record::{ContactRecord, NodeRecord, Records};
+use super::unilateral::{ContactRows, Unilateral};
+use crate::constraints::Constraints;
+use crate::discretization::{Discretization, Step};
+use crate::scheme::{StepError, SubStep};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use vi_core::Configuration;
+use vi_core::bracket::Bracket;
+use vi_core::contact_state::ContactId;
+use vi_core::interval::Interval;
+use vi_core::newton::NewtonReport;
+use vi_core::state::State;
+
+/// A gap that is closed, in parts of its size.
+const CLOSED: f64 = 1e-11;
+/// A first touch ends between 0 and this, likewise.
+const TOUCH: f64 = 1e-13;
+/// Where a gap may be passed between two nodes that are open, likewise.
+const NEAR: f64 = 1e-2;
+/// Parts of a step that are not taken by themselves.
+const REST: f64 = 1e-9;
+
+/// Where nodes are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// At multiples of the step and at first touches.
+    #[default]
+    Events,
+    /// At multiples of the step.
+    Stepping,
+}
+
+/// How steps with contacts are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NonsmoothOptions {
+    /// Where nodes are.
+    pub method: Method,
+    /// Most nodes between the ends of a step.
+    pub max_events: u32,
+}
+
+impl Default for NonsmoothOptions {
+    fn default() -> Self {
+        Self { method: Method::Events, max_events: 12 }
+    }
+}
+
+/// Steps of a mechanism with contacts.
+#[derive(Debug)]
+pub struct Nonsmooth {
+    elements: Vec<Arc<dyn Unilateral>>,
+    options: NonsmoothOptions,
+    node: NodeImpulses,
+    pub(super) records: Records,
+    set: Vec<ContactId>,
+    near: Vec<(ContactId, f64)>, // gaps at the end of the last step, in their sizes
+    found: Vec<u32>,
+    scratch: ContactRows,
+    v: [Vec<f64>; 2], // n  velocities at both ends of a step
+    probe: Interval,
+    first: Interval, // of a step with several nodes
+}
+
+/// A sub-step is seen.
+pub(crate) type Each<'a, S, C> = Option<&'a mut dyn FnMut(&S, &C, Step<'_>)>;
+
+impl Nonsmooth {
+    /// Of these elements, in the order of which ids count them.
+    #[must_use]
+    pub fn new(elements: Vec<Arc<dyn Unilateral>>, options: NonsmoothOptions) -> Self {
+        let none = || Interval::new(0);
+        Self {
+            elements,
+            options,
+            node: NodeImpulses::default(),
+            records: Records::default(),
+            set: Vec::new(),
+            near: Vec::new(),
+            found: Vec::new(),
+            scratch: ContactRows::default(),
+            v: [Vec::new(), Vec::new()],
+            probe: none(),
+            first: none(),
+        }
+    }
+
+    /// The elements.
+    #[must_use]
+    pub fn elements(&self) -> &[Arc<dyn Unilateral>] {
+        &self.elements
+    }
+
+    /// The nodes of the last step, with their contacts.
+    pub fn nodes(&self) -> impl Iterator<Item = (&NodeRecord, &[ContactRecord])> {
+        let contacts = &self.records.contacts;
+        self.records.nodes.iter().map(|node| (node, &contacts[node.contacts.clone()]))
+    }
+
+    /// `BᵀΛ` of the node where the last step started, shape `n`; empty before the first step.
+    #[must_use]
+    pub fn impulse(&self) -> &[f64] {
+        &self.records.first_impulse
+    }
+
+    /// Takes away what is known of the last step, for a trial; to be put back.
+    pub(crate) fn set_aside(&mut self) -> SetAside {
+        SetAside(std::mem::take(&mut self.records))
+    }
+
+    /// Puts it back; what is known of the trial.
+    pub(crate) fn put_back(&mut self, SetAside(records): SetAside) -> SetAside {
+        SetAside(std::mem::replace(&mut self.records, records))
+    }
+
+    /// The gap that is smallest in a configuration, in parts of its size, and its element.
+    pub(crate) fn smallest_gap(&mut self, state: &State) -> Option<(f64, f64, &str)> {
+        self.list_near(state, None);
+        let (id, relative) = self.near.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let element = &self.elements[id.element as usize];
+        Some((relative, relative * element.size(), element.name()))
+    }
+
+    /// A step to `t_end`.
+    pub(crate) fn advance<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        step: SubStep,
+        state: &mut State,
+        each: &mut Each<'_, S, C>,
+    ) -> Result<NewtonReport, StepError> {
+        self.records.clear();
+        let (mut events, mut h) = (0, step.h);
+        loop {
+            self.close(state);
+            self.node.open(&self.elements, run, (state, h), &self.set)?;
+            let mut sub_step = SubStep { h, ..step };
+            let fixed = self.options.method == Method::Stepping
+                || events >= self.options.max_events
+                || h <= REST * step.h;
+            if fixed {
+                self.solve_fixed(run, sub_step, state)?;
+                state.contacts.counts.exhausted += u64::from(events > 0);
+            } else if let Some(to) = self.solve_to_touch(run, (sub_step, step.h), state)? {
+                sub_step = SubStep { h: to, t_end: state.t + to, ..step };
+                state.contacts.counts.events += 1;
+                events += 1;
+            }
+            self.accept(sub_step.h, state);
+            run.constraints.unwrap_angles(&state.q, &mut state.angles);
+            let s = run.scheme.interval();
+            if let Some(each) = each {
+                each(run.system, run.constraints, Step::single(s, &state.memory.multipliers));
+            }
+            if self.records.nodes.len() == 1 {
+                if self.first.dim() != s.dim() {
+                    self.first = Interval::new(s.dim());
+                }
+                self.first.copy_from(s);
+            }
+            if sub_step.t_end.to_bits() == step.t_end.to_bits() {
+                break;
+            }
+            h = step.t_end - state.t;
+        }
+        if self.records.nodes.len() > 1 {
+            // the quantities of the node where the step started are read from the step from there
+            std::mem::swap(&mut self.first, run.scheme.interval_mut());
+        }
+        Ok(run.report)
+    }
+
+    fn accept(&mut self, h: f64, state: &mut State) {
+        // counted in the state where the step starts: the trial is a copy of it from before
+        let counts = state.contacts.counts;
+        self.node.trial.contacts.counts = counts;
+        self.node.accept(h, state, &mut self.records);
+        let gap = |&(id, relative): &(ContactId, f64)| {
+            relative * self.elements[id.element as usize].size()
+        };
+        let smallest = self.near.iter().map(gap).chain(state.contacts.counts.smallest_gap);
+        state.contacts.counts.smallest_gap = smallest.min_by(f64::total_cmp);
+    }
+
+    /// `set`: the contacts that are closed at the node of a state, and dry friction.
+    fn close(&mut self, state: &State) {
+        self.list_near(state, None);
+        let Self { set, near, elements, .. } = self;
+        set.clear();
+        let closed = near.iter().filter(|(id, gap)| {
+            *gap <= CLOSED || elements[id.element as usize].law().restitution().is_none()
+        });
+        set.extend(closed.map(|(id, _)| *id));
+    }
+
+    /// `near`: the contacts that may touch, with their gaps: at a node, or at the end of a step
+    /// from it.
+    fn list_near(&mut self, state: &State, taken: Option<(&Interval, &State)>) {
+        let Self { near, found, elements, probe, .. } = self;
+        let (s, at) = match taken {
+            Some((s, end)) => (s, Configuration { angles: &state.angles, ..end.configuration() }),
+            None => {
+                if probe.dim() != state.q.len() {
+                    *probe = Interval::new(state.q.len());
+                }
+                state.open(probe, 1.0);
+                (&*probe, state.configuration())
+            }
+        };
+        near.clear();
+        for (element, own) in elements.iter().enumerate() {
+            found.clear();
+            own.features(s, found);
+            let id = |&feature: &u32| ContactId { element: element as u32, feature };
+            let gap = |id: ContactId| (id, own.gap(id.feature, at) / own.size());
+            near.extend(found.iter().map(id).map(gap));
+        }
+    }
+
+    /// Solves the node for a step; the smallest gap at its end that is not of the set, in parts of
+    /// its size, `None` without any.
+    fn solve<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        step: SubStep,
+        state: &State,
+    ) -> Result<Option<f64>, StepError> {
+        self.node.solve(&self.elements, run, (step, state))?;
+        let trial = std::mem::take(&mut self.node.trial);
+        self.list_near(state, Some((run.scheme.interval(), &trial)));
+        self.node.trial = trial;
+        let Self { near, set, .. } = self;
+        let open = near.iter().filter(|(id, _)| set.binary_search(id).is_err());
+        Ok(open.map(|(_, gap)| *gap).min_by(f64::total_cmp))
+    }
+
+    /// Solves the node for a step of this length: contacts that it would pass join the set.
+    fn solve_fixed<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        step: SubStep,
+        state: &State,
+    ) -> Result<(), StepError> {
+        while self.solve(run, step, state)?.is_some_and(|gap| gap < 0.0) {
+            self.join(run, (step.h, state), 0.0)?;
+        }
+        Ok(())
+    }
+
+    /// Contacts that end the last step below a gap (in parts of its size) join the set.
+    fn join<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        (h, state): (f64, &State),
+        below: f64,
+    ) -> Result<(), StepError> {
+        let Self { near, set, .. } = self;
+        for (id, _) in near.iter().filter(|(_, gap)| *gap < below) {
+            if let Err(place) = set.binary_search(id) {
+                set.insert(place, *id);
+            }
+        }
+        self.node.open(&self.elements, run, (state, h), &self.set)
+    }
+
+    /// Solves the node for a step, or where it passes a contact, for the step to its first touch:
+    /// the length of that.
+    fn solve_to_touch<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        (step, whole): (SubStep, f64),
+        state: &State,
+    ) -> Result<Option<f64>, StepError> {
+        loop {
+            let Some(smallest) = self.solve(run, step, state)? else { return Ok(None) };
+            let mut end = (step.h, smallest);
+            if smallest >= 0.0 {
+                let Some(to) = self.dip(run, step, state)? else { return Ok(None) };
+                let trial = SubStep { h: to, t_end: state.t + to, ..step };
+                end = (to, self.solve(run, trial, state)?.unwrap_or(0.0));
+                if end.1 >= 0.0 {
+                    self.solve(run, step, state)?;
+                    return Ok(None);
+                }
+            }
+            let (found, at) = self.first_touch(run, (step, end), state)?;
+            if found > REST * whole {
+                if at.to_bits() != found.to_bits() {
+                    let step = SubStep { h: found, t_end: state.t + found, ..step };
+                    self.solve(run, step, state)?;
+                }
+                return Ok(Some(found));
+            }
+            // it touches now
+            let to = end.0.min(REST * whole);
+            self.solve(run, SubStep { h: to, t_end: state.t + to, ..step }, state)?;
+            self.join(run, (step.h, state), TOUCH)?;
+        }
+    }
+
+    /// The length of the step after which the first gap closes, and that of the last trial.
+    fn first_touch<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        (step, (length, passed)): (SubStep, (f64, f64)),
+        state: &State,
+    ) -> Result<(f64, f64), StepError> {
+        self.list_near(state, None);
+        let Self { near, set, .. } = &*self;
+        let open = near.iter().filter(|(id, _)| set.binary_search(id).is_err());
+        let now = open.map(|(_, gap)| *gap).min_by(f64::total_cmp).unwrap_or(0.0);
+        let mut bracket = Bracket::new([0.0, -now], [length, -passed]);
+        let mut at = length;
+        while let Some(h) = bracket.next(f64::EPSILON * length) {
+            let trial = SubStep { h, t_end: state.t + h, ..step };
+            let gap = self.solve(run, trial, state)?.unwrap_or(0.0);
+            at = h;
+            bracket.take(h, -gap);
+            if (0.0..=TOUCH).contains(&gap) {
+                break;
+            }
+        }
+        Ok((bracket.low(), at))
+    }
+
+    /// Where between two open nodes a gap may be closed: the minimum of the cubic through the gaps
+    /// and their rates at both ends, where that is negative; the length of the step to it.
+    fn dip<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        step: SubStep,
+        state: &State,
+    ) -> Result<Option<f64>, StepError> {
+        let h = step.h;
+        let mut lengths: Option<f64> = None;
+        let mut known = false; // the velocities
+        for place in 0..self.near.len() {
+            let (id, relative) = self.near[place];
+            if self.set.binary_search(&id).is_ok() {
+                continue;
+            }
+            let (element, feature) = (&self.elements[id.element as usize], id.feature);
+            let size = element.size();
+            let gaps = [element.gap(feature, state.configuration()), relative * size];
+            let change = (gaps[1] - gaps[0]).abs();
+            if gaps[0].min(gaps[1]) > NEAR * size + 2.0 * change {
+                continue;
+            }
+            if !known {
+                self.v.iter_mut().for_each(|v| v.resize(state.q.len(), 0.0));
+                let [before, after] = &mut self.v;
+                self.node.velocity_after(run, (state, h), before)?;
+                let trial = &self.node.trial;
+                run.velocity(trial, h, &trial.p, after)?;
+                known = true;
+            }
+            let end = Configuration { angles: &state.angles, ..self.node.trial.configuration() };
+            let mut rates = [0.0; 2];
+            for ((rate, at), v) in rates.iter_mut().zip([state.configuration(), end]).zip(&self.v) {
+                self.scratch.clear();
+                element.rows(feature, at, &mut self.scratch);
+                *rate = h * self.scratch.dot(0, v);
+            }
+            if let Some(part) = minimum_below_zero(gaps, rates) {
+                lengths = Some(lengths.map_or(part * h, |to: f64| to.min(part * h)));
+            }
+        }
+        Ok(lengths)
+    }
+}
+
+/// What is known of a step, set aside.
+#[derive(Debug)]
+pub(crate) struct SetAside(Records);
+
+impl SetAside {
+    /// `BᵀΛ` of the node where the step started.
+    pub(crate) fn impulse(&self) -> &[f64] {
+        &self.0.first_impulse
+    }
+}
+
+/// Where in `(0, 1)` the cubic with these values and slopes at the ends has a negative minimum.
+fn minimum_below_zero([a, b]: [f64; 2], [da, db]: [f64; 2]) -> Option<f64> {
+    // g(x) = a + da x + c x² + d x³
+    let (c, d) = (3.0 * (b - a) - 2.0 * da - db, 2.0 * (a - b) + da + db);
+    let root = (c * c - 3.0 * d * da).max(0.0).sqrt(); // g' = da + 2c x + 3d x²
+    let x = if c > 0.0 { -da / (c + root) } else { (root - c) / (3.0 * d) };
+    let value = a + x * (da + x * (c + x * d));
+    (x > 0.0 && x < 1.0 && value < 0.0).then_some(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn minima_of_cubics_are_found() {
+        // (x − ½)² − 0.01 and its multiples with cubic terms
+        assert_eq!(minimum_below_zero([0.24, 0.24], [-1.0, 1.0]), Some(0.5));
+        assert_eq!(minimum_below_zero([0.26, 0.26], [-1.0, 1.0]), None);
+        let cubic = |x: f64| (x - 0.4) * (x - 0.4) * (x + 1.0) - 1e-3;
+        let slope = |x: f64| 2.0 * (x - 0.4) * (x + 1.0) + (x - 0.4) * (x - 0.4);
+        let found = minimum_below_zero([cubic(0.0), cubic(1.0)], [slope(0.0), slope(1.0)]);
+        assert!((found.unwrap() - 0.4).abs() < 1e-14, "{found:?}");
+        assert_eq!(minimum_below_zero([1.0, 0.5], [-0.5, -0.5]), None);
+    }
+}

@@ -1,0 +1,77 @@
+//! Impulses of unilateral contact, joint stops and dry friction at the nodes of a scheme.
+//!
+//! ```text
+//! P(q_n)ᵀ [p̄_n + B(q_n)ᵀΛ_n + D_1 L_d + f_d^-] = 0,     q_{n+1} = F_d(u, q_n)
+//! U⁻ = B v̂(p̄_n),   W = B P (PᵀMP)⁻¹ Pᵀ Bᵀ,   U⁺ = U⁻ + WΛ
+//! ```
+//! The impulse is an addition to the momentum before the step is opened: any scheme of order 2 that
+//! starts from `(q_n, p̄_n)` takes it, and the equations of joints and loops know nothing of it. A
+//! contact that stays closed is one more holonomic constraint of the scheme.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`unilateral`] | what an element has: gaps, rows, slip, law |
+//! | `node_law` | the law of a contact at a node |
+//! | `impulses` | the impulses of all contacts of a node, in an outer iteration |
+//! | `guard` | restitution that would gain energy is reduced |
+//! | `events` | a step with nodes at first touches, or with fixed nodes |
+//! | `record` | what happened at the nodes of a step |
+//!
+//! Letters: `Λ` impulse of a row (N·s, N·m·s), `B` row, `U` velocity of a row, `W` Delassus
+//! matrix, `g` gap, `γ = g(q_{n+1})/h`, `σ` slip of a step over `h`, `ξ` what a row drives to zero,
+//! `b` bound of dry friction.
+
+#![allow(non_snake_case)] // W
+
+mod events;
+mod guard;
+mod impulses;
+mod node_law;
+mod record;
+pub mod unilateral;
+
+pub(crate) use impulses::Stepping;
+
+pub use events::{Method, Nonsmooth, NonsmoothOptions};
+pub use record::{ContactRecord, ContactStatus, NodeRecord};
+pub use unilateral::{ContactLaw, ContactRows, Unilateral};
+
+use vi_core::cone::ConeFault;
+
+/// Why the impulses of a node were not found.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ContactFault {
+    /// The outer iteration does not end.
+    #[error(
+        "the impulses of {contacts} contacts do not converge in {iterations} solutions of the step \
+         (largest change of a velocity {change:.1e}; most of `{element}`)"
+    )]
+    NoConvergence {
+        /// The element with the largest change.
+        element: String,
+        /// How many contacts there are.
+        contacts: usize,
+        /// How often the step was solved.
+        iterations: usize,
+        /// m/s or rad/s.
+        change: f64,
+    },
+    /// The laws have no solution, or none was found.
+    #[error("contact of `{element}`: {fault}")]
+    Laws {
+        /// The element concerned.
+        element: String,
+        /// Why.
+        fault: ConeFault,
+    },
+    /// A contact that no motion opens.
+    #[error("no motion opens the contact of `{element}`: what is prescribed presses it together")]
+    Immovable {
+        /// The element.
+        element: String,
+    },
+    /// The constraints have lost rank at the node.
+    #[error("the constraints have lost rank at a node with contacts")]
+    RankLost,
+}

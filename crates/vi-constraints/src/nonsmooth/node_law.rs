@@ -1,0 +1,175 @@
+//! The law of a contact at a node: what its impulse drives to zero, and within which set.
+//!
+//! ```text
+//! γ = g(q_{n+1})/h                                                                            [N2]
+//! ξ_N = γ                         kind p
+//! ξ_N = min(γ, U_N⁺ + e U_N⁻)     of a contact that is hit; kind e where the second is smaller [N4]
+//! b_n = ½(h_{n−1} + h_n) τ_c + μ r |h λ_⊥|                                                    [N5]
+//! Λ   = −b (s_0 + s_1)/(|s_0| + |s_1|)    where other forces drive the rate through zero      [N6]
+//! ```
+//! A contact is hit when `U_N⁻ < 0`, `e > 0` and a step without impulses of contacts would end with
+//! `γ < 0`. At rest under a load `U⁻ = −ha/2`, and `γ = 0` asks for `U⁺ = ha/2 ≥ −e U⁻`: no
+//! threshold of velocity is needed.
+//!
+//! | state | `ξ_T` | |
+//! |---|---|---|
+//! | rest, start, stop | `σ`, the slip of the step | kind p |
+//! | steady slip | `U_T⁺ + U_T⁻` | kind p, where it cannot stop in this step |
+//! | impact | `U_T⁺ + e_T U_T⁻` | kind e |
+//!
+//! [N6]: `s_0` is the rate in the step before, `s_1` that in the present one. The impulse
+//! `H = −(s_1 − W_ii Λ_i − s_0)/W_ii` would hold the rate; where `|H| > b`, `s_0 H > 0` and
+//! `s_0 s_1 ≤ 0`, the row gets the mean of the sign over the time of the node.
+
+use super::unilateral::ContactLaw;
+use vi_core::cone::Cone;
+use vi_core::contact_state::ContactId;
+
+/// How the normal of a contact is solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// By the gap at the end of the step.
+    #[default]
+    Position,
+    /// By the velocity after an impact.
+    Impact,
+}
+
+/// How dry friction of a coordinate is solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Course {
+    /// The usual law.
+    #[default]
+    Usual,
+    /// The rate is driven through zero, [N6].
+    Reversing,
+    /// It was to be reversed, and an iterate has kept its sign: the impulse is that of the bound.
+    Held,
+}
+
+/// A contact of a node.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contact {
+    pub(super) id: ContactId,
+    pub(super) law: ContactLaw,
+    pub(super) row: usize, // its first
+    pub(super) size: f64,
+    pub(super) gap: f64,        // at q_n
+    pub(super) before: f64,     // s_0
+    pub(super) is_hit: bool,    //
+    pub(super) reduction: f64,  // η of the energy guard
+    pub(super) slides: bool,    // decided once: by the mean velocity
+    pub(super) kept: bool,      // it was to slide, and sticks after all
+    pub(super) kind: Kind,      // of the last evaluation
+    pub(super) course: Course,  //
+    pub(super) gamma: f64,      // g(q_{n+1})/h
+    pub(super) sigma: [f64; 2], // slip over h
+    pub(super) bound: f64,      // b of dry friction
+}
+
+/// What a row of a contact is driven by, at the last step that was solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Drive {
+    /// `ξ`, with what is added to the diagonal of `W`.
+    Zero { xi: f64, compliance: f64 },
+    /// The impulse is known.
+    Known(f64),
+}
+
+/// Velocities and impulses of the rows of a contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rows<'a> {
+    pub(super) minus: &'a [f64],  // U⁻
+    pub(super) plus: &'a [f64],   // U⁺
+    pub(super) lambda: &'a [f64], // Λ
+    pub(super) w: f64,            // the diagonal of its first row
+}
+
+impl Contact {
+    /// What drives its rows, and its cone.
+    pub(super) fn equations(&mut self, rows: Rows<'_>) -> ([Drive; 3], Cone) {
+        let zero = |xi| Drive::Zero { xi, compliance: 0.0 };
+        match self.law {
+            ContactLaw::Frictionless { restitution } => {
+                ([zero(self.normal(rows, restitution)), zero(0.0), zero(0.0)], Cone::Normal)
+            }
+            ContactLaw::Coulomb { friction, restitution, tangential_restitution } => {
+                let normal = self.normal(rows, restitution);
+                let [a, b] = [0, 1].map(|i| match self.kind {
+                    Kind::Impact => {
+                        rows.plus[1 + i]
+                            + self.reduction * tangential_restitution * rows.minus[1 + i]
+                    }
+                    Kind::Position if self.slides => rows.plus[1 + i] + rows.minus[1 + i],
+                    Kind::Position => self.sigma[i],
+                });
+                let cone = Cone::Friction { coefficient: friction };
+                ([zero(normal), zero(a), zero(b)], cone)
+            }
+            ContactLaw::Dry { .. } => {
+                let drive = self.dry_friction(rows.lambda[0], rows.w);
+                ([drive, zero(0.0), zero(0.0)], Cone::Bounded { bound: self.bound })
+            }
+        }
+    }
+
+    /// `ξ_N` [N4].
+    fn normal(&mut self, rows: Rows<'_>, restitution: f64) -> f64 {
+        self.kind = Kind::Position;
+        if self.is_hit {
+            let velocity = rows.plus[0] + self.reduction * restitution * rows.minus[0];
+            if velocity < self.gamma {
+                self.kind = Kind::Impact;
+                return velocity;
+            }
+        }
+        self.gamma
+    }
+
+    /// Dry friction with its reversal [N6]: Newton's linearization of `Λ + b s̄(s_1) = 0`.
+    fn dry_friction(&mut self, lambda: f64, w: f64) -> Drive {
+        let (s_0, s_1, b) = (self.before, self.sigma[0], self.bound);
+        if self.course == Course::Usual {
+            let hold = -(s_1 - w * lambda - s_0) / w;
+            if !(hold.abs() > b && s_0 * hold > 0.0 && s_0 * s_1 <= 0.0) {
+                return Drive::Zero { xi: s_1, compliance: 0.0 };
+            }
+        }
+        if s_0 * s_1 > 0.0 {
+            self.course = Course::Held;
+            return Drive::Known(-b.copysign(s_0));
+        }
+        self.course = Course::Reversing;
+        let sum = s_0.abs() + s_1.abs();
+        let slope = 2.0 * b * s_0.abs() / (sum * sum); // ∂(b s̄)/∂s_1
+        if slope > 0.0 {
+            Drive::Zero { xi: (lambda + b * (s_0 + s_1) / sum) / slope, compliance: 1.0 / slope }
+        } else {
+            Drive::Known(0.0) // b = 0
+        }
+    }
+
+    /// Whether it slides by more than the velocity changes in this step, so that it cannot stop;
+    /// `change`: `|(WΛ)_T|`.
+    pub(super) fn cannot_stop(&self, rows: Rows<'_>, change: f64) -> bool {
+        let ContactLaw::Coulomb { friction, .. } = self.law else { return false };
+        if self.kind != Kind::Position || self.kept || !self.slips(rows.lambda, friction) {
+            return false;
+        }
+        let ([a, b], v) = (self.sigma, &rows.minus[1..3]);
+        let off = libm::hypot(a - v[0], b - v[1]);
+        a * v[0] + b * v[1] > 0.0 && libm::hypot(a, b) > 2.0 * (change + off)
+    }
+
+    /// Whether it slides no more, though it was taken to.
+    pub(super) fn sticks_after_all(&self, lambda: &[f64]) -> bool {
+        let ContactLaw::Coulomb { friction, .. } = self.law else { return false };
+        self.slides && !self.slips(lambda, friction)
+    }
+
+    pub(super) fn slips(&self, lambda: &[f64], friction: f64) -> bool {
+        const INSIDE: f64 = 1e-9; // parts of the bound
+        let bound = friction * lambda[0];
+        bound > 0.0 && libm::hypot(lambda[1], lambda[2]) >= (1.0 - INSIDE) * bound
+    }
+}

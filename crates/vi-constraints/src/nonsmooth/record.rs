@@ -1,0 +1,68 @@
+//! What happened at the nodes of a step.
+
+use vi_core::contact_state::ContactId;
+
+/// What a contact does at a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactStatus {
+    /// It transmits no impulse.
+    Open,
+    /// It keeps its place; a stop without friction is closed.
+    Stick,
+    /// It slides.
+    Slip,
+    /// It is hit.
+    Impact,
+}
+
+/// A contact at a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactRecord {
+    /// The contact.
+    pub id: ContactId,
+    /// What it does.
+    pub status: ContactStatus,
+    /// `Λ`: along the normal and both tangents, N·s; along the coordinate of dry friction.
+    pub impulse: [f64; 3],
+    /// `U⁻`, m/s or rad/s.
+    pub before: [f64; 3],
+    /// `U⁺`.
+    pub after: [f64; 3],
+    /// `g(q_n)`, m or rad.
+    pub gap: f64,
+    /// `σ` of the step from the node along both tangents; rate of the coordinate of dry friction.
+    pub slip: [f64; 2],
+    /// The same of dry friction in the step before.
+    pub slip_before: f64,
+    /// `½ Λ·(U⁺ + U⁻)`, J.
+    pub work: f64,
+}
+
+/// A node with contacts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NodeRecord {
+    /// `t_n`, s.
+    pub t: f64,
+    /// Length of the step that ended there, s; 0 at the start.
+    pub before: f64,
+    /// Length of the step from there, s.
+    pub after: f64,
+    /// Its contacts: places among those of the step.
+    pub contacts: std::ops::Range<usize>,
+}
+
+/// The nodes of a macro step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Records {
+    pub(super) nodes: Vec<NodeRecord>,
+    pub(super) contacts: Vec<ContactRecord>,
+    pub(super) first_impulse: Vec<f64>, // n  BᵀΛ of the first node
+}
+
+impl Records {
+    pub(super) fn clear(&mut self) {
+        self.nodes.clear();
+        self.contacts.clear();
+        self.first_impulse.clear();
+    }
+}

@@ -1,0 +1,129 @@
+//! What the law of a node asks of a unilateral constraint or of dry friction.
+
+use vi_core::Configuration;
+use vi_core::interval::Interval;
+
+/// The law of an element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactLaw {
+    /// A unilateral constraint without friction: one row `∇g`.
+    Frictionless {
+        /// Coefficient of restitution `e`.
+        restitution: f64,
+    },
+    /// A unilateral constraint with Coulomb friction: the rows of the normal and of two tangents.
+    Coulomb {
+        /// Coefficient of friction `μ`.
+        friction: f64,
+        /// Coefficient of restitution `e`.
+        restitution: f64,
+        /// Coefficient of tangential restitution `e_T`.
+        tangential_restitution: f64,
+    },
+    /// Dry friction of a coordinate `θ`: one row `∇θ`, closed at all times.
+    Dry {
+        /// Effort `τ_c` while it slides, N or N·m.
+        effort: f64,
+        /// `μr` of the force across the coordinate, m, or `μ`.
+        lever: f64,
+    },
+}
+
+impl ContactLaw {
+    /// How many rows it has.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        if matches!(self, Self::Coulomb { .. }) { 3 } else { 1 }
+    }
+
+    /// `e`, where it has a gap.
+    #[must_use]
+    pub fn restitution(&self) -> Option<f64> {
+        match *self {
+            Self::Frictionless { restitution } | Self::Coulomb { restitution, .. } => {
+                Some(restitution)
+            }
+            Self::Dry { .. } => None,
+        }
+    }
+}
+
+/// Rows `B` of contacts at a node, sparse.
+#[derive(Clone, Debug, Default)]
+pub struct ContactRows {
+    ends: Vec<usize>,
+    entries: Vec<(usize, f64)>,
+}
+
+impl ContactRows {
+    /// Forgets all of them.
+    pub fn clear(&mut self) {
+        self.ends.clear();
+        self.entries.clear();
+    }
+
+    /// Adds an entry to the row that is being written; a coordinate may come several times.
+    pub fn add(&mut self, coordinate: usize, value: f64) {
+        self.entries.push((coordinate, value));
+    }
+
+    /// The row is complete.
+    pub fn end_row(&mut self) {
+        self.ends.push(self.entries.len());
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    fn row(&self, i: usize) -> &[(usize, f64)] {
+        let start = i.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.entries[start..self.ends[i]]
+    }
+
+    /// `B_i v`.
+    #[must_use]
+    pub fn dot(&self, i: usize, v: &[f64]) -> f64 {
+        self.row(i).iter().map(|&(j, value)| value * v[j]).sum()
+    }
+
+    /// `out ← out + scale B_iᵀ`.
+    pub fn add_to(&self, i: usize, scale: f64, out: &mut [f64]) {
+        self.row(i).iter().for_each(|&(j, value)| out[j] += scale * value);
+    }
+}
+
+/// One element: a joint stop, the dry friction of a joint coordinate, a pair of shapes. It has one
+/// contact for each of its features that are near.
+///
+/// A gap is a smooth function of the configuration as long as its feature is named. Angles are
+/// those next to [`Configuration::angles`].
+pub trait Unilateral: Send + Sync + std::fmt::Debug {
+    /// Its name, for messages.
+    fn name(&self) -> &str;
+    /// Its law.
+    fn law(&self) -> ContactLaw;
+    /// The size of a gap, m or rad: rounding changes it by `ε` of that.
+    fn size(&self) -> f64;
+    /// Appends, in ascending order, its features that may touch in this step; of dry friction 0.
+    fn features(&self, s: &Interval, out: &mut Vec<u32>);
+    /// `g`, m or rad, positive when open; of dry friction 0.
+    fn gap(&self, feature: u32, at: Configuration<'_>) -> f64;
+    /// Writes its rows: `∇g`, then those of the tangents; `∇θ` of dry friction.
+    fn rows(&self, feature: u32, at: Configuration<'_>, out: &mut ContactRows);
+    /// `hσ` along both tangents (m), `Δθ` of dry friction; 0 without friction.
+    fn slip(&self, feature: u32, s: &Interval) -> [f64; 2];
+    /// The impulse across the coordinate, N·s, of a constraint impulse at a node, shape `n`: for
+    /// dry friction with a lever.
+    fn transverse_impulse(&self, _at: Configuration<'_>, _impulse: &[f64]) -> f64 {
+        0.0
+    }
+}

@@ -1,0 +1,114 @@
+//! Joint stops and dry friction as parts of a builder.
+
+use super::error::finite;
+use super::{BuildError, CoordinateId, ForceElements, MechanismBuilder};
+use crate::contact::joint_friction::JointFriction;
+use crate::contact::joint_stop::JointStop;
+use crate::mechanism::Mechanism;
+use std::sync::Arc;
+use vi_constraints::nonsmooth::Unilateral;
+use vi_core::linear::norm_inf;
+
+/// Limits of a joint coordinate: stops.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointLimits {
+    /// The lower limit, m or rad, revolutions counted.
+    pub lower: Option<f64>,
+    /// The upper limit, m or rad.
+    pub upper: Option<f64>,
+    /// Coefficient of restitution, between 0 and 1.
+    pub restitution: f64,
+}
+
+/// Dry friction of a joint coordinate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DryFriction {
+    /// A constant force or torque while it slides, N or N·m; at rest it holds as much.
+    Effort(f64),
+}
+
+#[derive(Clone)]
+pub(super) enum ContactPart {
+    Stop(CoordinateId, JointLimits),
+    Friction(CoordinateId, DryFriction),
+    Own(Arc<dyn Unilateral>),
+}
+
+impl MechanismBuilder {
+    /// Adds stops to a joint coordinate.
+    pub fn joint_limits(&mut self, coordinate: CoordinateId, limits: JointLimits) {
+        self.contacts.push(ContactPart::Stop(coordinate, limits));
+    }
+
+    /// Adds dry friction to a joint coordinate.
+    pub fn joint_friction(&mut self, coordinate: CoordinateId, friction: DryFriction) {
+        self.contacts.push(ContactPart::Friction(coordinate, friction));
+    }
+
+    /// Adds a contact of your own.
+    pub fn contact(&mut self, contact: Arc<dyn Unilateral>) {
+        self.contacts.push(ContactPart::Own(contact));
+    }
+
+    pub(super) fn add_contacts(
+        &self,
+        mechanism: &mut Mechanism,
+        forces: &mut ForceElements,
+    ) -> Result<(), BuildError> {
+        let bodies = &mechanism.description().bodies;
+        let extent = bodies.iter().fold(0.0, |size: f64, body| size.max(body.center.amax()));
+        for part in &self.contacts {
+            let (id, limits) = match part {
+                ContactPart::Own(contact) => {
+                    forces.contacts.push(contact.clone());
+                    continue;
+                }
+                ContactPart::Stop(id, limits) => (id, [limits.lower, limits.upper]),
+                ContactPart::Friction(id, _) => (id, [None, None]),
+            };
+            let coordinate = self.listed(*id, mechanism)?;
+            let name = self.joints[id.joint.index()].name.clone();
+            let limits = limits.map(|limit| limit.unwrap_or(0.0));
+            let size = if coordinate.is_angle() { 1.0 } else { extent.max(norm_inf(&limits)) };
+            let size = if size > 0.0 { size } else { 1.0 };
+            forces.contacts.push(match part {
+                ContactPart::Stop(_, limits) => {
+                    let JointLimits { lower, upper, restitution } = *limits;
+                    check_limits(&name, limits)?;
+                    Arc::new(JointStop { name, coordinate, lower, upper, restitution, size })
+                }
+                ContactPart::Friction(_, DryFriction::Effort(effort)) => {
+                    let element = || format!("friction of joint `{name}`");
+                    finite(element, "effort", &[*effort])?;
+                    if *effort < 0.0 {
+                        let what = "effort of dry friction";
+                        return Err(BuildError::Negative {
+                            element: element(),
+                            what,
+                            value: *effort,
+                        });
+                    }
+                    Arc::new(JointFriction { name, coordinate, effort: *effort, size })
+                }
+                ContactPart::Own(contact) => contact.clone(),
+            });
+        }
+        Ok(())
+    }
+}
+
+fn check_limits(joint: &str, limits: &JointLimits) -> Result<(), BuildError> {
+    let element = || format!("limits of joint `{joint}`");
+    let JointLimits { lower, upper, restitution } = *limits;
+    let [a, b] = [lower, upper].map(|limit| limit.unwrap_or(0.0));
+    finite(element, "numbers", &[a, b, restitution])?;
+    if !(0.0..=1.0).contains(&restitution) {
+        return Err(BuildError::Restitution { element: element(), value: restitution });
+    }
+    if let (Some(lower), Some(upper)) = (lower, upper)
+        && lower >= upper
+    {
+        return Err(BuildError::Limits { joint: joint.to_owned(), lower, upper });
+    }
+    Ok(())
+}

@@ -1,0 +1,54 @@
+//! Dry friction of a joint coordinate.
+//!
+//! ```text
+//! |Λ| ≤ b,   Λ = −b sgn(Δθ/h),   B = ∇θ(q_n)
+//! ```
+
+use crate::constraint::joint_coordinate::JointCoordinate;
+use vi_constraints::nonsmooth::{ContactLaw, ContactRows, Unilateral};
+use vi_core::Configuration;
+use vi_core::interval::Interval;
+
+/// Dry friction of a joint coordinate.
+#[derive(Clone, Debug)]
+pub struct JointFriction {
+    /// The name of the joint.
+    pub name: String,
+    /// The coordinate.
+    pub coordinate: JointCoordinate,
+    /// Effort while it slides, N or N·m.
+    pub effort: f64,
+    /// The size of the coordinate, m or rad.
+    pub size: f64,
+}
+
+impl Unilateral for JointFriction {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn law(&self) -> ContactLaw {
+        ContactLaw::Dry { effort: self.effort, lever: 0.0 }
+    }
+
+    fn size(&self) -> f64 {
+        self.size
+    }
+
+    fn features(&self, _s: &Interval, out: &mut Vec<u32>) {
+        out.push(0);
+    }
+
+    fn gap(&self, _feature: u32, _at: Configuration<'_>) -> f64 {
+        0.0
+    }
+
+    fn rows(&self, _feature: u32, at: Configuration<'_>, out: &mut ContactRows) {
+        self.coordinate.for_each_slope(at.q, |i, slope| out.add(i, slope));
+        out.end_row();
+    }
+
+    fn slip(&self, _feature: u32, s: &Interval) -> [f64; 2] {
+        [self.coordinate.change(s).difference, 0.0]
+    }
+}

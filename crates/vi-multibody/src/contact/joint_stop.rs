@@ -1,0 +1,74 @@
+//! Stops of a joint coordinate.
+//!
+//! ```text
+//! g = θ − a   or   b − θ,    B = ±∇θ(q_n)
+//! ```
+//! On a joint of the spanning tree `±∇θ` pulls back to `±1` at the unknown of the coordinate, and
+//! `g(q_{n+1}) = g_n ± u_j`. Angles are unwrapped.
+
+use crate::constraint::joint_coordinate::JointCoordinate;
+use vi_constraints::nonsmooth::{ContactLaw, ContactRows, Unilateral};
+use vi_core::Configuration;
+use vi_core::interval::Interval;
+
+/// Feature of the lower stop.
+pub const LOWER: u32 = 0;
+/// Feature of the upper stop.
+pub const UPPER: u32 = 1;
+
+/// Limits of a joint coordinate.
+#[derive(Clone, Debug)]
+pub struct JointStop {
+    /// The name of the joint.
+    pub name: String,
+    /// The coordinate.
+    pub coordinate: JointCoordinate,
+    /// The lower limit, m or rad.
+    pub lower: Option<f64>,
+    /// The upper limit, m or rad.
+    pub upper: Option<f64>,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+    /// The size of a gap, m or rad.
+    pub size: f64,
+}
+
+impl JointStop {
+    fn sign(feature: u32) -> f64 {
+        if feature == LOWER { 1.0 } else { -1.0 }
+    }
+}
+
+impl Unilateral for JointStop {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn law(&self) -> ContactLaw {
+        ContactLaw::Frictionless { restitution: self.restitution }
+    }
+
+    fn size(&self) -> f64 {
+        self.size
+    }
+
+    fn features(&self, _s: &Interval, out: &mut Vec<u32>) {
+        out.extend(self.lower.map(|_| LOWER));
+        out.extend(self.upper.map(|_| UPPER));
+    }
+
+    fn gap(&self, feature: u32, at: Configuration<'_>) -> f64 {
+        let limit = if feature == LOWER { self.lower } else { self.upper };
+        self.coordinate.distance_from(limit.unwrap_or(0.0), at) * Self::sign(feature)
+    }
+
+    fn rows(&self, feature: u32, at: Configuration<'_>, out: &mut ContactRows) {
+        let sign = Self::sign(feature);
+        self.coordinate.for_each_slope(at.q, |i, slope| out.add(i, sign * slope));
+        out.end_row();
+    }
+
+    fn slip(&self, _feature: u32, _s: &Interval) -> [f64; 2] {
+        [0.0; 2]
+    }
+}
