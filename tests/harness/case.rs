@@ -1,6 +1,6 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
-use super::{beam, galerkin, helicoidal, laws, motions, pendulum, rigid};
+use super::{beam, galerkin, helicoidal, laws, motions, nonsmooth, pendulum, rigid};
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use std::path::Path;
@@ -133,6 +133,7 @@ pub enum Case {
     Coefficients(galerkin::Coefficients),
     Laws(Box<laws::LawCase>),
     Motions(Box<motions::MotionCase>),
+    Nonsmooth(Box<nonsmooth::NonsmoothCase>),
 }
 
 /// Deviation of each scheme that applies.
@@ -147,6 +148,10 @@ impl Case {
         let unreadable = |e: serde_json::Error| format!("does not fit its kind `{kind}`: {e}");
         if value.get("stages").is_some() {
             return Ok(Self::Galerkin(Box::new(galerkin::GalerkinCase::read(&value)?)));
+        }
+        let method = value.get("simulation").and_then(|simulation| simulation.get("method"));
+        if method.is_some() {
+            return Ok(Self::Nonsmooth(serde_json::from_str(&text).map_err(unreadable)?));
         }
         match value.get("id").and_then(|id| id.as_str()) {
             Some(_) if value.get("speeds").or(value.get("threshold")).is_some() => {
@@ -180,7 +185,8 @@ impl Case {
             | Self::Helicoidal(_)
             | Self::Coefficients(_)
             | Self::Laws(_)
-            | Self::Motions(_) => None,
+            | Self::Motions(_)
+            | Self::Nonsmooth(_) => None,
         }
     }
 
@@ -188,6 +194,7 @@ impl Case {
     pub fn missing(&self) -> Option<String> {
         match self {
             Self::Laws(case) => case.missing(),
+            Self::Nonsmooth(case) => case.missing(),
             _ => None,
         }
     }
@@ -202,6 +209,7 @@ impl Case {
             Self::Coefficients(table) => table.run(),
             Self::Laws(case) => case.run(),
             Self::Motions(case) => case.run(),
+            Self::Nonsmooth(case) => case.run(),
         }
     }
 }

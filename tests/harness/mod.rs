@@ -11,5 +11,6 @@ pub mod laws;
 pub mod legendre;
 pub mod models;
 pub mod motions;
+pub mod nonsmooth;
 pub mod pendulum;
 pub mod rigid;

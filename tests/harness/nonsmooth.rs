@@ -11,8 +11,8 @@ use vi_core::Quadrature;
 use vi_multibody::builder::{
     CoordinateId, DryFriction, Inertia, JointId, JointLimits, MechanismBuilder,
 };
-use vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use vi_multibody::{FrameId, PairKind};
 
 /// Velocities and impulses may be off by this many tolerances of positions.
@@ -250,8 +250,7 @@ impl NonsmoothCase {
             return Err(format!("impacts, guard, events: {found:?} of {:?}", self.properties));
         }
         let rates = RATES * tolerance;
-        let work = if counts.impacts == 0 && run.work == f64::NEG_INFINITY { 0.0 } else { run.work };
-        let energy = (work - self.properties.max_nodal_work).abs();
+        let energy = (run.work - self.properties.max_nodal_work).abs();
         raise(&mut deviation.energy, energy / rates);
         let lost = (counts.dissipated - self.properties.dissipated).abs();
         raise(&mut deviation.energy, lost / rates);
@@ -292,7 +291,7 @@ impl NonsmoothRun {
         impulses.clear();
         let contacts = run.nonsmooth().expect("it has contacts");
         for (node, found) in contacts.nodes() {
-            let mut work = None;
+            let mut work = 0.0;
             for contact in found {
                 let element = &contacts.elements()[contact.id.element as usize];
                 let key = match (element.law().restitution(), contact.id.feature) {
@@ -304,9 +303,9 @@ impl NonsmoothRun {
                 if contact.status == ContactStatus::Impact {
                     impacts.push((node.t, contact.before[0], contact.impulse[0]));
                 }
-                *work.get_or_insert(0.0) += contact.work;
+                work += contact.work;
             }
-            self.work = work.map_or(self.work, |work: f64| self.work.max(work));
+            self.work = self.work.max(work);
         }
         if let Some(gap) = run.state().contacts.counts.smallest_gap {
             self.smallest_gap = gap;

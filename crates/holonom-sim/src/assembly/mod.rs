@@ -382,6 +382,12 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
         SetupError::VelocityConstraints => {
             unsupported("simulation.scheme", "write scheme = \"nodal\"")
         }
+        SetupError::Contacts { .. } => {
+            unsupported("simulation.scheme", "write scheme = \"nodal\" and order = 2")
+        }
+        SetupError::Overlap { .. } => {
+            unsupported("contacts at the start", "move the bodies apart, or widen the limits")
+        }
         SetupError::NoGalerkin { instead, .. } => unsupported("simulation.method", instead),
         SetupError::RankAtStart { .. } => {
             unsupported("simulation.scheme", "displace a point mass or a body slightly")
