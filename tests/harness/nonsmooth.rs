@@ -131,6 +131,7 @@ struct Properties {
 }
 
 /// A run of a case, with what is read along it.
+#[derive(Debug)]
 pub struct NonsmoothRun {
     run: MechanismIntegrator,
     coordinates: Vec<JointCoordinate>,
@@ -193,6 +194,9 @@ impl NonsmoothCase {
                 let number = |key: &str| friction.get(key).copied();
                 let law = match (number("torque"), number("mu"), number("radius")) {
                     (Some(torque), None, None) => DryFriction::Effort(torque),
+                    (None, Some(coefficient), Some(radius)) => {
+                        DryFriction::Coefficient { coefficient, radius }
+                    }
                     _ => return Err(format!("unknown friction of `{}`", joint.name)),
                 };
                 builder.joint_friction(coordinate(k), law);

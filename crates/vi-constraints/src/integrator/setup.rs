@@ -135,6 +135,15 @@ pub enum SetupError {
         /// What.
         what: &'static str,
     },
+    /// Dry friction by a force that the joint does not determine.
+    #[error(
+        "the force of joint `{joint}` is not unique (a redundant loop): its dry friction needs a \
+         force or a torque in the place of a coefficient"
+    )]
+    ReactionNotUnique {
+        /// The joint.
+        joint: String,
+    },
     /// A gap is negative at the start.
     #[error("`{element}` is passed by {depth:.3e} (m or rad) at the start")]
     Overlap {

@@ -10,9 +10,10 @@
 //! impacts with a point of accumulation end. All gaps are looked at after each step: impulses move
 //! bodies that were at rest.
 
-use super::impulses::{NodeImpulses, Stepping};
+use super::impulses::NodeImpulses;
 use super::record::{ContactRecord, NodeRecord, Records};
-use super::unilateral::{ContactRows, Unilateral};
+use super::stepping::Stepping;
+use super::unilateral::{ContactRows, TransverseImpulses, Unilateral};
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, Step};
 use crate::scheme::{StepError, SubStep};
@@ -97,6 +98,13 @@ impl Nonsmooth {
             probe: none(),
             first: none(),
         }
+    }
+
+    /// With what joints transmit, for dry friction with a lever.
+    #[must_use]
+    pub fn with_transverse(mut self, impulses: Box<dyn TransverseImpulses>) -> Self {
+        self.node.transverse = Some(impulses);
+        self
     }
 
     /// The elements.

@@ -8,18 +8,17 @@
 //! contracts by `O(hω)`.
 
 use super::ContactFault;
+use super::active_rows::ActiveRows;
 use super::guard::Islands;
-use super::node_law::{Contact, Course, Drive, Kind, Rows};
-use super::record::{ContactRecord, ContactStatus, NodeRecord, Records};
-use super::unilateral::{ContactLaw, ContactRows, Unilateral};
+use super::node_law::{Contact, Course, Kind, Rows};
+use super::stepping::Stepping;
+use super::unilateral::{ContactLaw, ContactRows, TransverseImpulses, Unilateral};
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode};
-use crate::scheme::{Scheme, StepError, StepSolver, SubStep};
+use crate::scheme::{StepError, SubStep};
 use std::sync::Arc;
 use vi_core::Configuration;
-use vi_core::cone::{Cone, ConeFault, ConeSolver};
-use vi_core::contact_state::{ContactId, Remembered};
-use vi_core::newton::NewtonReport;
+use vi_core::contact_state::ContactId;
 use vi_core::state::State;
 
 /// Solutions of a step for one set of laws.
@@ -30,81 +29,26 @@ const STAGNATION: f64 = 1e-9;
 /// The elements of a mechanism.
 pub(super) type Elements = [Arc<dyn Unilateral>];
 
-/// What a step is solved with.
-pub(crate) struct Stepping<'a, S: Discretization<C>, C> {
-    pub(crate) system: &'a S,
-    pub(crate) constraints: &'a C,
-    pub(crate) scheme: &'a mut dyn Scheme<S, C>,
-    pub(crate) solver: &'a mut StepSolver,
-    pub(crate) observer: &'a mut S::Observer,
-    pub(crate) report: NewtonReport, // sums of iterations
-}
-
-impl<'a, S: Discretization<C>, C: Constraints> Stepping<'a, S, C> {
-    pub(crate) fn new(
-        (system, constraints): (&'a S, &'a C),
-        scheme: &'a mut dyn Scheme<S, C>,
-        solver: &'a mut StepSolver,
-        observer: &'a mut S::Observer,
-    ) -> Self {
-        Self { system, constraints, scheme, solver, observer, report: NewtonReport::default() }
-    }
-
-    fn take(&mut self, step: SubStep, state: &mut State) -> Result<(), StepError> {
-        let Self { system, constraints, scheme, solver, .. } = self;
-        let report = solver.advance(&mut **scheme, system, constraints, step, state)?;
-        self.report.iterations += report.iterations;
-        self.report.restarts += report.restarts;
-        self.report.residual = self.report.residual.max(report.residual);
-        Ok(())
-    }
-
-    /// `v ← v̂` of a momentum at the node of a state.
-    pub(super) fn velocity(
-        &mut self,
-        state: &State,
-        h: f64,
-        p: &[f64],
-        v: &mut [f64],
-    ) -> Result<(), StepError> {
-        let Self { system, constraints, observer, .. } = self;
-        let found = observer.velocity(system, constraints, (state, h), p, v);
-        found.map_err(|_| ContactFault::RankLost.into())
-    }
-}
-
 /// The contacts of a node and their impulses.
 #[derive(Debug, Default)]
 pub(super) struct NodeImpulses {
     pub(super) contacts: Vec<Contact>,
-    rows: ContactRows,
-    columns: Vec<f64>, // k × n  v̂ of each row
-    v: Vec<f64>,       // n      v̂ of p̄_n
-    at_rest: Vec<f64>, // n      v̂ of no momentum
-    p: Vec<f64>,       // n
-    W: Vec<f64>,       // k × k
-    minus: Vec<f64>,   // k  U⁻
-    plus: Vec<f64>,    // k  U⁺
+    pub(super) rows: ContactRows,
+    columns: Vec<f64>,          // k × n  v̂ of each row
+    v: Vec<f64>,                // n      v̂ of p̄_n
+    at_rest: Vec<f64>,          // n      v̂ of no momentum
+    p: Vec<f64>,                // n
+    pub(super) W: Vec<f64>,     // k × k
+    pub(super) minus: Vec<f64>, // k  U⁻
+    pub(super) plus: Vec<f64>,  // k  U⁺
     pub(super) lambda: Vec<f64>,
-    next: Vec<f64>, // k
-    problem: ActiveRows,
+    pub(super) next: Vec<f64>, // k
+    pub(super) problem: ActiveRows,
+    pub(super) transverse: Option<Box<dyn TransverseImpulses>>,
     islands: Islands,
     pub(super) trial: State, // at the end of the last step that was solved
-    solved: u64,             // steps for this node
-    is_guarded: bool,
-}
-
-/// The rows whose impulses are not known beforehand, as one problem.
-#[derive(Debug, Default)]
-struct ActiveRows {
-    rows: Vec<usize>,
-    drives: Vec<Drive>, // k
-    cones: Vec<Cone>,
-    owners: Vec<usize>, // contacts of the cones
-    W: Vec<f64>,
-    w: Vec<f64>,
-    lambda: Vec<f64>,
-    solver: ConeSolver,
+    pub(super) solved: u64,  // steps for this node
+    pub(super) is_guarded: bool,
 }
 
 impl NodeImpulses {
@@ -285,6 +229,7 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) -> Result<(), StepError> {
+        self.problem.begin(&self.W);
         let mut last = f64::INFINITY;
         for _ in 0..ITERATIONS {
             self.try_step(run, (step, state))?;
@@ -336,13 +281,13 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) {
-        let Self { contacts, rows, trial, W, minus, plus, lambda, p, .. } = self;
+        let Self { contacts, rows, trial, W, minus, plus, lambda, p, transverse, .. } = self;
         let end = Configuration { angles: &state.angles, ..trial.configuration() };
         let s = run.scheme.interval();
         let mut is_known = false; // the constraint impulse
         for contact in contacts {
-            let ContactId { element, feature } = contact.id;
-            let element = &elements[element as usize];
+            let ContactId { element: id, feature } = contact.id;
+            let element = &elements[id as usize];
             contact.sigma = element.slip(feature, s).map(|slip| slip / step.h);
             match contact.law {
                 ContactLaw::Dry { effort, lever } => {
@@ -352,10 +297,13 @@ impl NodeImpulses {
                             p.copy_from_slice(&state.p);
                             lambda.iter().enumerate().for_each(|(i, own)| rows.add_to(i, *own, p));
                             run.observer.constraint_impulse(run.system, s, p);
+                            if let Some(own) = transverse {
+                                own.find(state.configuration(), p);
+                            }
                             is_known = true;
                         }
-                        let across = element.transverse_impulse(state.configuration(), p);
-                        contact.bound += lever * across.abs(); // [N5]
+                        let across = transverse.as_ref().map_or(0.0, |own| own.across(id));
+                        contact.bound += lever * across; // [N5]
                     }
                 }
                 _ => contact.gamma = element.gap(feature, end) / step.h, // [N2]
@@ -366,66 +314,6 @@ impl NodeImpulses {
             let row = W[i * k..(i + 1) * k].iter().zip(&*lambda);
             plus[i] = minus[i] + row.map(|(w, lambda)| w * lambda).sum::<f64>();
         }
-    }
-
-    /// `next`: the impulses by the laws at the last step.
-    fn next_impulses(&mut self, elements: &Elements) -> Result<(), StepError> {
-        let Self { contacts, W, minus, plus, lambda, next, problem, .. } = self;
-        let k = minus.len();
-        let ActiveRows { rows, drives, cones, owners, W: own_W, w, lambda: own, solver } = problem;
-        rows.clear();
-        drives.clear();
-        cones.clear();
-        owners.clear();
-        for (place, contact) in contacts.iter_mut().enumerate() {
-            let first = contact.row;
-            let of = first..first + contact.law.rows();
-            let [minus, plus, lambda] = [&*minus, &*plus, &*lambda].map(|all| &all[of.clone()]);
-            let diagonal = W[first * k + first];
-            let (own, cone) = contact.equations(Rows { minus, plus, lambda, w: diagonal });
-            drives.extend_from_slice(&own[..of.len()]);
-            if let Drive::Known(value) = own[0] {
-                next[first] = value;
-            } else {
-                rows.extend(of);
-                cones.push(cone);
-                owners.push(place);
-            }
-        }
-        own_W.clear();
-        w.clear();
-        own.clear();
-        for &i in &*rows {
-            let Drive::Zero { xi, compliance } = drives[i] else { continue };
-            let mut rest = xi;
-            for (j, drive) in drives.iter().enumerate() {
-                let entry = W[i * k + j];
-                match drive {
-                    Drive::Known(value) => rest += entry * (value - lambda[j]),
-                    Drive::Zero { .. } => {
-                        let entry = if i == j { entry + compliance } else { entry };
-                        own_W.push(entry);
-                        rest -= entry * lambda[j];
-                    }
-                }
-            }
-            w.push(rest);
-            own.push(lambda[i]);
-        }
-        solver.solve(cones, own_W, w, own).map_err(|fault| {
-            let cone = match fault {
-                ConeFault::Wedged { cone } => cone,
-                _ => 0,
-            };
-            let element = contacts[owners[cone]].id.element;
-            let element = elements[element as usize].name().to_owned();
-            match fault {
-                ConeFault::Wedged { .. } => ContactFault::Immovable { element },
-                fault => ContactFault::Laws { element, fault },
-            }
-        })?;
-        rows.iter().zip(&*own).for_each(|(&i, value)| next[i] = *value);
-        Ok(())
     }
 
     /// The change `W(Λ' − Λ)` that is largest beside rounding, the velocity that rounding leaves
@@ -490,74 +378,5 @@ impl NodeImpulses {
         let Self { minus, plus, lambda, .. } = self;
         let speeds = minus.iter().zip(plus).map(|(a, b)| a.abs() + b.abs());
         lambda.iter().zip(speeds).map(|(lambda, u)| 0.5 * lambda.abs() * u).sum()
-    }
-
-    /// Moves a state to the end of the step that was solved last.
-    pub(super) fn accept(&mut self, h: f64, state: &mut State, records: &mut Records) {
-        let (t, before) = (state.t, state.contacts.step);
-        if records.first_impulse.is_empty() {
-            records.first_impulse.resize(state.q.len(), 0.0);
-            for (i, lambda) in self.lambda.iter().enumerate() {
-                self.rows.add_to(i, *lambda, &mut records.first_impulse);
-            }
-        }
-        state.copy_from(&self.trial);
-        let first = records.contacts.len();
-        let remembered = &mut state.contacts;
-        remembered.step = h;
-        remembered.contacts.clear();
-        for contact in &self.contacts {
-            let record = self.record(contact);
-            let impulse = match record.status {
-                ContactStatus::Impact => [0.0; 3],
-                _ => record.impulse,
-            };
-            let rate = match contact.law {
-                ContactLaw::Coulomb { .. } => libm::hypot(contact.sigma[0], contact.sigma[1]),
-                _ => contact.sigma[0],
-            };
-            remembered.contacts.push(Remembered { id: contact.id, impulse, rate });
-            records.contacts.push(record);
-        }
-        let counts = &mut remembered.counts;
-        let own = &records.contacts[first..];
-        let impacts = own.iter().filter(|record| record.status == ContactStatus::Impact).count();
-        let closed = own.iter().filter(|record| record.status != ContactStatus::Open).count();
-        let work: f64 = own.iter().map(|record| record.work).sum();
-        counts.impacts += impacts as u64;
-        counts.dissipated -= work;
-        counts.most_contacts = counts.most_contacts.max(closed as u64);
-        counts.most_iterations = counts.most_iterations.max(self.solved);
-        counts.largest_work = counts.largest_work.max(work);
-        counts.guarded += u64::from(self.is_guarded);
-        for contact in &self.contacts {
-            counts.largest_reduction = counts.largest_reduction.max(1.0 - contact.reduction);
-        }
-        let contacts = first..records.contacts.len();
-        records.nodes.push(NodeRecord { t, before, after: h, contacts });
-    }
-
-    fn record(&self, contact: &Contact) -> ContactRecord {
-        let own = contact.row..contact.row + contact.law.rows();
-        let of = |all: &[f64]| {
-            let mut three = [0.0; 3];
-            three.iter_mut().zip(&all[own.clone()]).for_each(|(to, from)| *to = *from);
-            three
-        };
-        let [impulse, before, after] = [&self.lambda, &self.minus, &self.plus].map(|all| of(all));
-        let work = (0..3).map(|i| 0.5 * impulse[i] * (before[i] + after[i])).sum();
-        let status = match contact.law {
-            _ if impulse == [0.0; 3] => ContactStatus::Open,
-            _ if contact.kind == Kind::Impact => ContactStatus::Impact,
-            ContactLaw::Dry { .. } if impulse[0].abs() < contact.bound => ContactStatus::Stick,
-            ContactLaw::Dry { .. } => ContactStatus::Slip,
-            ContactLaw::Coulomb { friction, .. } if contact.slips(&impulse, friction) => {
-                ContactStatus::Slip
-            }
-            _ => ContactStatus::Stick,
-        };
-        let (id, gap, slip) = (contact.id, contact.gap, contact.sigma);
-        let slip_before = contact.before;
-        ContactRecord { id, status, impulse, before, after, gap, slip, slip_before, work }
     }
 }

@@ -12,9 +12,11 @@
 //! |---|---|
 //! | [`unilateral`] | what an element has: gaps, rows, slip, law |
 //! | `node_law` | the law of a contact at a node |
-//! | `impulses` | the impulses of all contacts of a node, in an outer iteration |
+//! | `impulses`, `active_rows` | the impulses of all contacts of a node, in an outer iteration; their laws as one problem |
+//! | `accepted` | the state after the step of a node, and what is recorded |
 //! | `guard` | restitution that would gain energy is reduced |
 //! | `events` | a step with nodes at first touches, or with fixed nodes |
+//! | `stepping` | what steps are solved with |
 //! | `record` | what happened at the nodes of a step |
 //!
 //! Letters: `Λ` impulse of a row (N·s, N·m·s), `B` row, `U` velocity of a row, `W` Delassus
@@ -23,18 +25,21 @@
 
 #![allow(non_snake_case)] // W
 
+mod accepted;
+mod active_rows;
 mod events;
 mod guard;
 mod impulses;
 mod node_law;
 mod record;
+mod stepping;
 pub mod unilateral;
 
-pub(crate) use impulses::Stepping;
+pub(crate) use stepping::Stepping;
 
 pub use events::{Method, Nonsmooth, NonsmoothOptions};
 pub use record::{ContactRecord, ContactStatus, NodeRecord};
-pub use unilateral::{ContactLaw, ContactRows, Unilateral};
+pub use unilateral::{ContactLaw, ContactRows, TransverseImpulses, Unilateral};
 
 use vi_core::cone::ConeFault;
 

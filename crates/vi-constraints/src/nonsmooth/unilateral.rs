@@ -121,9 +121,12 @@ pub trait Unilateral: Send + Sync + std::fmt::Debug {
     fn rows(&self, feature: u32, at: Configuration<'_>, out: &mut ContactRows);
     /// `hσ` along both tangents (m), `Δθ` of dry friction; 0 without friction.
     fn slip(&self, feature: u32, s: &Interval) -> [f64; 2];
-    /// The impulse across the coordinate, N·s, of a constraint impulse at a node, shape `n`: for
-    /// dry friction with a lever.
-    fn transverse_impulse(&self, _at: Configuration<'_>, _impulse: &[f64]) -> f64 {
-        0.0
-    }
+}
+
+/// What joints transmit across their coordinates: for dry friction with a lever.
+pub trait TransverseImpulses: Send + std::fmt::Debug {
+    /// Looks at a node with the constraint impulse `h Gᵀλ_n`, shape `n`.
+    fn find(&mut self, at: Configuration<'_>, impulse: &[f64]);
+    /// The impulse across the coordinate of an element, N·s.
+    fn across(&self, element: u32) -> f64;
 }

@@ -25,6 +25,13 @@ pub struct JointLimits {
 pub enum DryFriction {
     /// A constant force or torque while it slides, N or N·m; at rest it holds as much.
     Effort(f64),
+    /// In proportion to the force that the joint transmits across its axis.
+    Coefficient {
+        /// Coefficient of friction.
+        coefficient: f64,
+        /// Radius of the pin of an angle, m; 1 for a length.
+        radius: f64,
+    },
 }
 
 #[derive(Clone)]
@@ -60,7 +67,7 @@ impl MechanismBuilder {
         for part in &self.contacts {
             let (id, limits) = match part {
                 ContactPart::Own(contact) => {
-                    forces.contacts.push(contact.clone());
+                    forces.contacts.elements.push(contact.clone());
                     continue;
                 }
                 ContactPart::Stop(id, limits) => (id, [limits.lower, limits.upper]),
@@ -71,30 +78,44 @@ impl MechanismBuilder {
             let limits = limits.map(|limit| limit.unwrap_or(0.0));
             let size = if coordinate.is_angle() { 1.0 } else { extent.max(norm_inf(&limits)) };
             let size = if size > 0.0 { size } else { 1.0 };
-            forces.contacts.push(match part {
+            let place = forces.contacts.elements.len() as u32;
+            forces.contacts.elements.push(match part {
                 ContactPart::Stop(_, limits) => {
                     let JointLimits { lower, upper, restitution } = *limits;
                     check_limits(&name, limits)?;
                     Arc::new(JointStop { name, coordinate, lower, upper, restitution, size })
                 }
-                ContactPart::Friction(_, DryFriction::Effort(effort)) => {
-                    let element = || format!("friction of joint `{name}`");
-                    finite(element, "effort", &[*effort])?;
-                    if *effort < 0.0 {
-                        let what = "effort of dry friction";
-                        return Err(BuildError::Negative {
-                            element: element(),
-                            what,
-                            value: *effort,
-                        });
+                ContactPart::Friction(_, friction) => {
+                    let [effort, lever] = numbers_of(&name, *friction)?;
+                    if lever > 0.0 {
+                        forces.contacts.by_reaction.push((place, id.joint.index()));
                     }
-                    Arc::new(JointFriction { name, coordinate, effort: *effort, size })
+                    Arc::new(JointFriction { name, coordinate, effort, lever, size })
                 }
                 ContactPart::Own(contact) => contact.clone(),
             });
         }
         Ok(())
     }
+}
+
+/// `τ_c` and `μr`.
+fn numbers_of(joint: &str, friction: DryFriction) -> Result<[f64; 2], BuildError> {
+    let element = || format!("friction of joint `{joint}`");
+    let not_negative = |what: &'static str, value: f64| {
+        finite(element, what, &[value])?;
+        match value < 0.0 {
+            true => Err(BuildError::Negative { element: element(), what, value }),
+            false => Ok(value),
+        }
+    };
+    Ok(match friction {
+        DryFriction::Effort(effort) => [not_negative("effort", effort)?, 0.0],
+        DryFriction::Coefficient { coefficient, radius } => {
+            let radius = not_negative("radius", radius)?;
+            [0.0, not_negative("coefficient", coefficient)? * radius]
+        }
+    })
 }
 
 fn check_limits(joint: &str, limits: &JointLimits) -> Result<(), BuildError> {

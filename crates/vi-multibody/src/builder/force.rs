@@ -3,6 +3,7 @@
 use super::error::finite;
 use super::{BodyId, BuildError, CoordinateId, ParticleId, PointOn, PointPlace};
 use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::contact::Contacts;
 use crate::force::bushing::{SixForce, SixSpring};
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
 use crate::force::law::{LawForce, SignalStates};
@@ -16,7 +17,7 @@ use std::sync::Arc;
 use vi_constraints::InitialValues;
 use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
-use vi_constraints::nonsmooth::{NonsmoothOptions, Unilateral};
+use vi_constraints::nonsmooth::NonsmoothOptions;
 use vi_core::force::{DiscreteForce, Force, MidpointForce, Source};
 use vi_core::{Configuration, Quadrature, SeparableSystem};
 use vi_rigid::load::{Load, LoadKind};
@@ -45,7 +46,7 @@ pub struct ForceElements {
     /// States and held values that laws read.
     pub signals: Option<SignalStates>,
     /// Contacts, joint stops and dry friction: [`crate::run::with_contacts`].
-    pub contacts: Vec<Arc<dyn Unilateral>>,
+    pub contacts: Contacts,
 }
 
 /// A force with the name of its element.

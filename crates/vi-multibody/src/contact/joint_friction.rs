@@ -1,7 +1,7 @@
 //! Dry friction of a joint coordinate.
 //!
 //! ```text
-//! |Λ| ≤ b,   Λ = −b sgn(Δθ/h),   B = ∇θ(q_n)
+//! |Λ| ≤ b,   Λ = −b sgn(Δθ/h),   B = ∇θ(q_n),   b = ½(h_{n−1} + h_n) τ_c + μr |h λ_⊥|
 //! ```
 
 use crate::constraint::joint_coordinate::JointCoordinate;
@@ -18,6 +18,8 @@ pub struct JointFriction {
     pub coordinate: JointCoordinate,
     /// Effort while it slides, N or N·m.
     pub effort: f64,
+    /// `μr` of the force across the axis of an angle, m; `μ` of a length.
+    pub lever: f64,
     /// The size of the coordinate, m or rad.
     pub size: f64,
 }
@@ -28,7 +30,7 @@ impl Unilateral for JointFriction {
     }
 
     fn law(&self) -> ContactLaw {
-        ContactLaw::Dry { effort: self.effort, lever: 0.0 }
+        ContactLaw::Dry { effort: self.effort, lever: self.lever }
     }
 
     fn size(&self) -> f64 {

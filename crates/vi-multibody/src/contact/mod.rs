@@ -1,4 +1,27 @@
-//! Joint stops and dry friction of joints.
+//! Joint stops, dry friction of joints, and contacts of one's own, as parts of a mechanism.
 
 pub mod joint_friction;
 pub mod joint_stop;
+mod transmitted;
+
+pub(crate) use transmitted::TransmittedImpulses;
+
+use std::sync::Arc;
+use vi_constraints::nonsmooth::Unilateral;
+
+/// The contacts of a mechanism: [`crate::run::with_contacts`].
+#[derive(Clone, Debug, Default)]
+pub struct Contacts {
+    /// The elements, in the order of which ids count them.
+    pub elements: Vec<Arc<dyn Unilateral>>,
+    /// Dry friction by what a joint transmits: the element and the joint of the description.
+    pub by_reaction: Vec<(u32, usize)>,
+}
+
+impl Contacts {
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.elements.is_empty()
+    }
+}

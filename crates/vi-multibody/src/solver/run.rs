@@ -36,6 +36,7 @@ mod structure;
 pub use start::{ConsistentStart, Loops, begun};
 pub use structure::{Solver, has_many_ancestors};
 
+use crate::contact::{Contacts, TransmittedImpulses};
 use crate::mechanism::Mechanism;
 use crate::solver::tree_map::TreeMap;
 use galerkin::galerkin;
@@ -46,7 +47,7 @@ use structure::BoxedScheme;
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::integrator::{SetupError, check_dense};
-use vi_constraints::nonsmooth::{Nonsmooth, NonsmoothOptions, Unilateral};
+use vi_constraints::nonsmooth::{Nonsmooth, NonsmoothOptions};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, InitialValues, Integrator, Options, SchemeKind};
 use vi_core::SeparableSystem;
@@ -100,18 +101,30 @@ pub fn integrator(
 ///
 /// # Errors
 /// [`SetupError::Contacts`] of other schemes than the nodal one of order 2,
-/// [`SetupError::Overlap`].
+/// [`SetupError::Overlap`], [`SetupError::ReactionNotUnique`].
 pub fn with_contacts(
     run: MechanismIntegrator,
     scheme: SchemeKind,
-    contacts: Vec<Arc<dyn Unilateral>>,
+    contacts: Contacts,
     options: NonsmoothOptions,
 ) -> Result<MechanismIntegrator, SetupError> {
     if contacts.is_empty() {
         return Ok(run);
     }
     match scheme {
-        SchemeKind::Nodal => run.with_contacts(Nonsmooth::new(contacts, options)),
+        SchemeKind::Nodal => {
+            let Contacts { elements, by_reaction } = contacts;
+            let mut nonsmooth = Nonsmooth::new(elements, options);
+            if !by_reaction.is_empty() {
+                let (mechanism, rows) = (run.constraints().clone(), run.rows().clone());
+                let mut impulses = TransmittedImpulses::new(mechanism, rows, by_reaction);
+                if let Some(joint) = impulses.not_unique(run.state().configuration()) {
+                    return Err(SetupError::ReactionNotUnique { joint: joint.to_owned() });
+                }
+                nonsmooth = nonsmooth.with_transverse(Box::new(impulses));
+            }
+            run.with_contacts(nonsmooth)
+        }
         SchemeKind::Constrained => Err(SetupError::Contacts { what: "the scheme `constrained`" }),
         SchemeKind::Dalembert => Err(SetupError::Contacts { what: "the scheme `dalembert`" }),
         SchemeKind::Reduced => Err(SetupError::Contacts { what: "the scheme `reduced`" }),

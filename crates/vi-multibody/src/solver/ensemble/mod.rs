@@ -53,7 +53,7 @@ pub use recorded::Recorded;
 
 use crate::builder::BuiltMechanism;
 use crate::mechanism::Mechanism;
-use crate::solver::run::{MechanismIntegrator, Solver, integrator};
+use crate::solver::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use crate::solver::tree_step::body_forces::BodyForces;
 use crate::sweep::link::constants;
 use group::{Group, Reader};
@@ -63,6 +63,7 @@ use std::num::NonZeroUsize;
 use vi_constraints::discretization::Discretization;
 use vi_constraints::integrator::{ObserveError, SetupError};
 use vi_constraints::node::Node;
+use vi_constraints::nonsmooth::NonsmoothOptions;
 use vi_constraints::scheme::StepError;
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::linear::Singular;
@@ -145,9 +146,12 @@ impl Ensemble {
         let (mut runs, mut models) = (Vec::new(), Vec::new());
         for (built, t, q, v) in members {
             let system = built.system(Quadrature::Midpoint);
-            models.push(model(&built.mechanism, &system, &options));
+            let contacts = built.forces.contacts;
+            let own = model(&built.mechanism, &system, &options);
+            models.push(own.filter(|_| contacts.is_empty()));
             let at = InitialValues::new(t, &q, &v);
-            runs.push(integrator(built.mechanism, system, options, Solver::Auto, at)?);
+            let run = integrator(built.mechanism, system, options, Solver::Auto, at)?;
+            runs.push(with_contacts(run, options.scheme, contacts, NonsmoothOptions::default())?);
         }
         let failures = runs.iter().map(|_| None).collect();
         let (groups, scheme) = (Vec::new(), options.scheme);

@@ -1,0 +1,79 @@
+//! A node whose impulses are found: the state after its step, and what is recorded.
+
+use super::impulses::NodeImpulses;
+use super::node_law::{Contact, Kind};
+use super::record::{ContactRecord, ContactStatus, NodeRecord, Records};
+use super::unilateral::ContactLaw;
+use vi_core::contact_state::Remembered;
+use vi_core::state::State;
+
+impl NodeImpulses {
+    /// Moves a state to the end of the step that was solved last.
+    pub(super) fn accept(&mut self, h: f64, state: &mut State, records: &mut Records) {
+        let (t, before) = (state.t, state.contacts.step);
+        if records.first_impulse.is_empty() {
+            records.first_impulse.resize(state.q.len(), 0.0);
+            for (i, lambda) in self.lambda.iter().enumerate() {
+                self.rows.add_to(i, *lambda, &mut records.first_impulse);
+            }
+        }
+        state.copy_from(&self.trial);
+        let first = records.contacts.len();
+        let remembered = &mut state.contacts;
+        remembered.step = h;
+        remembered.contacts.clear();
+        for contact in &self.contacts {
+            let record = self.record(contact);
+            let impulse = match record.status {
+                ContactStatus::Impact => [0.0; 3],
+                _ => record.impulse,
+            };
+            let rate = match contact.law {
+                ContactLaw::Coulomb { .. } => libm::hypot(contact.sigma[0], contact.sigma[1]),
+                _ => contact.sigma[0],
+            };
+            remembered.contacts.push(Remembered { id: contact.id, impulse, rate });
+            records.contacts.push(record);
+        }
+        let counts = &mut remembered.counts;
+        let own = &records.contacts[first..];
+        let impacts = own.iter().filter(|record| record.status == ContactStatus::Impact).count();
+        let closed = own.iter().filter(|record| record.status != ContactStatus::Open).count();
+        let work: f64 = own.iter().map(|record| record.work).sum();
+        counts.impacts += impacts as u64;
+        counts.dissipated -= work;
+        counts.most_contacts = counts.most_contacts.max(closed as u64);
+        counts.most_iterations = counts.most_iterations.max(self.solved);
+        counts.largest_work = counts.largest_work.max(work);
+        counts.guarded += u64::from(self.is_guarded);
+        for contact in &self.contacts {
+            counts.largest_reduction = counts.largest_reduction.max(1.0 - contact.reduction);
+        }
+        let contacts = first..records.contacts.len();
+        records.nodes.push(NodeRecord { t, before, after: h, contacts });
+    }
+
+    fn record(&self, contact: &Contact) -> ContactRecord {
+        let own = contact.row..contact.row + contact.law.rows();
+        let of = |all: &[f64]| {
+            let mut three = [0.0; 3];
+            three.iter_mut().zip(&all[own.clone()]).for_each(|(to, from)| *to = *from);
+            three
+        };
+        let [impulse, before, after] = [&self.lambda, &self.minus, &self.plus].map(|all| of(all));
+        let work = (0..3).map(|i| 0.5 * impulse[i] * (before[i] + after[i])).sum();
+        let status = match contact.law {
+            _ if impulse == [0.0; 3] => ContactStatus::Open,
+            _ if contact.kind == Kind::Impact => ContactStatus::Impact,
+            ContactLaw::Dry { .. } if impulse[0].abs() < contact.bound => ContactStatus::Stick,
+            ContactLaw::Dry { .. } => ContactStatus::Slip,
+            ContactLaw::Coulomb { friction, .. } if contact.slips(&impulse, friction) => {
+                ContactStatus::Slip
+            }
+            _ => ContactStatus::Stick,
+        };
+        let (id, gap, slip) = (contact.id, contact.gap, contact.sigma);
+        let slip_before = contact.before;
+        ContactRecord { id, status, impulse, before, after, gap, slip, slip_before, work }
+    }
+}

@@ -1,0 +1,149 @@
+//! The laws at the last step, as one problem for the next impulses.
+//!
+//! ```text
+//! y(Λ') = ξ + W_s (Λ' − Λ)
+//! ```
+//! `W_s` begins with `W` and learns from the steps of the iteration (BFGS): where `hω` is not small
+//! springs and beams answer less than `W` says.
+
+use super::ContactFault;
+use super::impulses::{Elements, NodeImpulses};
+use super::node_law::{Course, Drive, Rows};
+use crate::scheme::StepError;
+use vi_core::cone::{Cone, ConeFault, ConeSolver};
+
+/// Changes of impulses below this part of them say nothing of `W_s` but rounding.
+const LEAST: f64 = 1e-7;
+
+/// The rows whose impulses are not known beforehand.
+#[derive(Debug, Default)]
+pub(super) struct ActiveRows {
+    rows: Vec<usize>,
+    drives: Vec<Drive>, // k
+    cones: Vec<Cone>,
+    owners: Vec<usize>, // contacts of the cones
+    W: Vec<f64>,
+    w: Vec<f64>,
+    lambda: Vec<f64>,
+    solver: ConeSolver,
+    model: Vec<f64>,       // k × k  W_s
+    before: [Vec<f64>; 2], // k  Λ and ξ of the step before
+    change: [Vec<f64>; 3], // k  ΔΛ, Δξ, W_s ΔΛ
+    kinds: Vec<u8>,        // of the contacts in the step before
+    is_known: bool,        // whether there was a step before
+}
+
+impl ActiveRows {
+    /// An iteration begins.
+    pub(super) fn begin(&mut self, W: &[f64]) {
+        self.model.clear();
+        self.model.extend_from_slice(W);
+        self.is_known = false;
+    }
+
+    /// Corrects `W_s` by the last two steps, where their laws are the same.
+    fn learn(&mut self, lambda: &[f64], kinds_agree: bool) {
+        let Self { drives, model, before: [old, old_xi], change: [s, y, ws], .. } = self;
+        let k = lambda.len();
+        let xi = |drive: &Drive| match *drive {
+            Drive::Zero { xi, compliance: 0.0 } => Some(xi),
+            _ => None,
+        };
+        if self.is_known && kinds_agree && drives.iter().all(|drive| xi(drive).is_some()) {
+            s.clear();
+            s.extend(lambda.iter().zip(&*old).map(|(new, old)| new - old));
+            y.clear();
+            let found = drives.iter().filter_map(xi);
+            y.extend(found.zip(&*old_xi).map(|(new, old)| new - old));
+            ws.clear();
+            let row = |i: usize| model[i * k..(i + 1) * k].iter();
+            let product = |i: usize| row(i).zip(&*s).map(|(w, s)| w * s).sum::<f64>();
+            ws.extend((0..k).map(product));
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let (size, sy, sws) = (dot(lambda, lambda).max(dot(old, old)), dot(s, y), dot(s, ws));
+            if dot(s, s) > LEAST * LEAST * size && sy > 0.0 && sws > 0.0 {
+                for i in 0..k {
+                    for j in 0..k {
+                        model[i * k + j] += y[i] * y[j] / sy - ws[i] * ws[j] / sws;
+                    }
+                }
+            }
+        }
+        old.clear();
+        old.extend_from_slice(lambda);
+        old_xi.clear();
+        old_xi.extend(drives.iter().map(|drive| xi(drive).unwrap_or(0.0)));
+        self.is_known = true;
+    }
+}
+
+impl NodeImpulses {
+    /// `next`: the impulses by the laws at the last step.
+    pub(super) fn next_impulses(&mut self, elements: &Elements) -> Result<(), StepError> {
+        let Self { contacts, W, minus, plus, lambda, next, problem, .. } = self;
+        let k = minus.len();
+        problem.rows.clear();
+        problem.drives.clear();
+        problem.cones.clear();
+        problem.owners.clear();
+        let mut kinds_agree = problem.kinds.len() == contacts.len();
+        problem.kinds.resize(contacts.len(), 0);
+        for (place, contact) in contacts.iter_mut().enumerate() {
+            let first = contact.row;
+            let of = first..first + contact.law.rows();
+            let [minus, plus, lambda] = [&*minus, &*plus, &*lambda].map(|all| &all[of.clone()]);
+            let diagonal = W[first * k + first];
+            let (own, cone) = contact.equations(Rows { minus, plus, lambda, w: diagonal });
+            problem.drives.extend_from_slice(&own[..of.len()]);
+            let kind = contact.kind as u8 + 2 * u8::from(contact.slides);
+            let kind = kind + 4 * u8::from(contact.course != Course::Usual);
+            kinds_agree &= problem.kinds[place] == kind;
+            problem.kinds[place] = kind;
+            if let Drive::Known(value) = own[0] {
+                next[first] = value;
+            } else {
+                problem.rows.extend(of);
+                problem.cones.push(cone);
+                problem.owners.push(place);
+            }
+        }
+        problem.learn(lambda, kinds_agree);
+        let ActiveRows {
+            rows, drives, cones, owners, W: own_W, w, lambda: own, solver, model, ..
+        } = problem;
+        own_W.clear();
+        w.clear();
+        own.clear();
+        for &i in &*rows {
+            let Drive::Zero { xi, compliance } = drives[i] else { continue };
+            let mut rest = xi;
+            for (j, drive) in drives.iter().enumerate() {
+                let entry = model[i * k + j];
+                match drive {
+                    Drive::Known(value) => rest += entry * (value - lambda[j]),
+                    Drive::Zero { .. } => {
+                        let entry = if i == j { entry + compliance } else { entry };
+                        own_W.push(entry);
+                        rest -= entry * lambda[j];
+                    }
+                }
+            }
+            w.push(rest);
+            own.push(lambda[i]);
+        }
+        solver.solve(cones, own_W, w, own).map_err(|fault| {
+            let cone = match fault {
+                ConeFault::Wedged { cone } => cone,
+                _ => 0,
+            };
+            let element = contacts[owners[cone]].id.element;
+            let element = elements[element as usize].name().to_owned();
+            match fault {
+                ConeFault::Wedged { .. } => ContactFault::Immovable { element },
+                fault => ContactFault::Laws { element, fault },
+            }
+        })?;
+        rows.iter().zip(&*own).for_each(|(&i, value)| next[i] = *value);
+        Ok(())
+    }
+}
