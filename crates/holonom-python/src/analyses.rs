@@ -4,12 +4,14 @@
 use crate::errors::{json, no_word, raise};
 use crate::model::Model;
 use crate::verbs::Answer;
+use holonom::Simulation;
 use holonom::bench::{BenchRequest, bench as measured};
 use holonom::model::Scheme;
 use holonom::modes::{About, Campbell, ModalAnalysis, ModesError, Report};
 use holonom::report::{campbell_page, mode_page, response_page};
 use holonom::response::{AddedDamping, Band, Input, Response, ResponseError};
 use holonom_cli::text;
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 /// Adds these functions.
@@ -20,6 +22,7 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(campbell_page_of, module)?)?;
     module.add_function(wrap_pyfunction!(response, module)?)?;
     module.add_function(wrap_pyfunction!(response_page_of, module)?)?;
+    module.add_function(wrap_pyfunction!(sense, module)?)?;
     module.add_function(wrap_pyfunction!(costs, module)?)
 }
 
@@ -160,6 +163,23 @@ fn response<'py>(py: Python<'py>, model: &Model, asked: Excitation) -> PyResult<
 fn response_page_of(py: Python<'_>, model: &Model, asked: Excitation) -> PyResult<String> {
     let found = response_of(py, model, asked)?;
     Ok(response_page(&model.model, &found, "holonom.response"))
+}
+
+/// What a sensor of a model measures at configurations `(K, n)` at times `(K,)`: row after row.
+#[pyfunction]
+fn sense<'py>(
+    py: Python<'py>,
+    model: &Model,
+    sensor: &str,
+    t: PyReadonlyArray1<'py, f64>,
+    q: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (t, q) = (t.as_slice()?, q.as_slice()?);
+    let run = py.detach(|| Simulation::new(&model.model));
+    let mut run = run.map_err(|error| model.refused(py, &error))?;
+    let found = py.detach(|| run.sense_configurations(sensor, t, q));
+    let found = found.map_err(|words| raise(py, "AnalysisFailed", (words,)))?;
+    Ok(PyArray1::from_vec(py, found))
 }
 
 /// What `holonom bench` measures.

@@ -140,3 +140,36 @@ def test_runs_with_functions_have_pages_and_files(double: str, tmp_path: Path) -
 def test_the_page_stands_alone(double: str) -> None:
     page = hn.simulate(hn.Model.from_toml(double), end=0.02).page()
     assert page.startswith("<!") and "double" in page and "</html>" in page
+
+
+def test_a_sensor_afterwards(double: str) -> None:
+    text = double + """
+[[signal]]
+name = "held"
+rate = "t"
+
+[[sensor]]
+name = "tip"
+type = "position"
+of = "lower"
+point = [0.5, 0.0, 0.0]
+"""
+    turned = {"body.upper.angular_velocity": [0.0, 12.0, 0.0], "body.upper.velocity": [0.0, 0.0, -6.0]}
+    turned |= {"body.lower.angular_velocity": [0.0, 12.0, 0.0], "body.lower.velocity": [0.0, 0.0, -18.0]}
+    result = hn.simulate(hn.Model.from_toml(text).replace(turned), end=2.0)
+    tip = result.sense("position", of="lower", point=[0.5, 0.0, 0.0])
+    assert tip.shape == (len(result), 3) and np.array_equal(tip, result.sensors["tip"])
+    angle = result.sense("joint_coordinate", of="elbow")
+    assert np.array_equal(angle, result.sensors["angle"])
+    along = result["upper"].directors[:, 0]
+    turns, wanted = result.sense("joint_coordinate", of="shoulder"), np.unwrap(np.arctan2(-along[:, 2], along[:, 0]))
+    print(np.abs(turns - wanted).max(), turns.max())
+    assert np.abs(turns - wanted).max() < 1e-12 and turns.max() > 2 * np.pi
+    seen = result.sense("position", of="lower", seen_from="upper")
+    arm, r = result["lower"].position - result["upper"].position, result["upper"].rotation
+    assert np.abs(seen - np.einsum("kji,kj->ki", r, arm)).max() < 1e-13
+    assert np.abs(np.linalg.norm(result.sense("orientation", of="lower"), axis=1) - 1).max() < 1e-14
+    with pytest.raises(hn.AnalysisFailed, match="before the run"):
+        result.sense("velocity", of="lower")
+    with pytest.raises(hn.InvalidModel, match="lowr"):
+        result.sense("position", of="lowr")

@@ -4,7 +4,7 @@
 /// Words, and the answer to them.
 type Wish = (&'static [&'static str], &'static str);
 
-const WISHES: [Wish; 28] = [
+const WISHES: [Wish; 29] = [
     (&["parallel", "threads", "gpu", "cores"], "a run uses one core; `holonom sweep` uses all"),
     (
         &[
@@ -126,8 +126,8 @@ const WISHES: [Wish; 28] = [
     ),
     (
         &["tire", "tyre", "pacejka", "magic_formula", "slip", "road"],
-        "tires are not modelled. A [[spring]] with `damping` between axle and ground carries the weight; a [[load]] with a \
-         `history` is a given force",
+        "forces of a tire by its slip are not modelled. One that rolls without slipping is a [[constraint]] of type \"rolling\"; a \
+         [[law]] on a body is a force by its positions and velocities",
     ),
     (
         &[
@@ -164,13 +164,13 @@ const WISHES: [Wish; 28] = [
             "target",
             "reference",
         ],
-        "a `motor` of a joint has gains `proportional` and `derivative` about its `path`. Other feedback is written in Rust with \
-         the library",
+        "a controller is a [[signal]] with `pid`, `filter` or `transfer`, sampled with `every`; the `effort` of a [[law]] reads it. A \
+         `motor` of a joint has gains `proportional` and `derivative` about its `path`",
     ),
     (
         &["cable", "rope", "tendon", "string", "wire", "chain", "muscle", "sling"],
-        "a rope that stays taut is a [[constraint]] of type \"distance\", an elastic one a [[spring]] or a [[beam]]. What goes \
-         slack, and ropes over pulleys, are not modelled",
+        "a rope is a [[beam]] with `element = \"rope\"`: it carries tension only and starts in its catenary. One without mass that stays \
+         taut is a [[constraint]] of type \"distance\", one that goes slack a [[law]]. Ropes over pulleys are not modelled",
     ),
     (
         &[
@@ -185,7 +185,8 @@ const WISHES: [Wish; 28] = [
             "pneumatic",
             "air",
         ],
-        "forces of fluids are not modelled. A [[load]] with a `history` is a given force; `damper` of a joint is viscous",
+        "forces of fluids are written down: a [[law]] on a body or a point is an expression of its positions and velocities, such as \
+         drag; a [[load]] with a `history` is a given force",
     ),
     (
         &[
@@ -225,7 +226,8 @@ const WISHES: [Wish; 28] = [
     ),
     (
         &["backlash", "clearance", "play", "gap", "freeplay"],
-        "joints have no clearance. Relative motion that is small is a joint of more freedoms with a `spring`",
+        "joints have no clearance. A joint of more freedoms with a [[law]] that is zero in the middle has: \
+         effort = \"-1e6*(max(x - 1e-4, 0) + min(x + 1e-4, 0))\"",
     ),
     (
         &[
@@ -237,13 +239,16 @@ const WISHES: [Wish; 28] = [
             "equation",
             "user",
             "plugin",
-            "fmu",
             "subroutine",
             "code",
             "matlab",
         ],
-        "a model file has no code: functions of time are the `history` of a load and the `path` of a motor or motion, numbers \
-         may be expressions of [parameters]. Laws of your own are written in Rust with the library",
+        "forces by expressions of time, positions and velocities are a [[law]], states of their own a [[signal]]; functions of time \
+         stand in a `history` or a `path`. Functions in Python act by the package: holonom.simulate(…, laws=…, forces=…)",
+    ),
+    (
+        &["fmu", "fmi", "cosimulation", "co_simulation"],
+        "a model becomes a functional mock-up unit by `holonom export-fmu`; one of another program is not read",
     ),
     (
         &["unit", "units", "degrees", "length_unit", "angle_unit"],
@@ -293,7 +298,7 @@ const WISHES: [Wish; 28] = [
     ),
     (
         &["magnet", "magnetic", "electric", "voltage", "current", "circuit", "charge"],
-        "electric and magnetic parts are not modelled; their forces are a [[load]] or a `motor` with a `history`",
+        "electric and magnetic parts are written down: a [[signal]] with a `rate` is the equation of a circuit, a [[law]] its force",
     ),
     (
         &["import", "urdf", "mjcf", "cad", "step_file", "iges"],
@@ -306,7 +311,7 @@ const WISHES: [Wish; 28] = [
 const SECTIONS: [Wish; 8] = [
     (
         &["actuator", "drive", "driver", "motor", "prescribed", "imposed", "input", "motion_input"],
-        "a drive with a force is `motor = { … }` of a [[joint]]; a prescribed motion is a [[constraint]] of type \"motion\" with a \
+        "a drive with a force is `motor = { … }` of a [[joint]], or a [[law]] with a characteristic; a prescribed motion is a [[constraint]] of type \"motion\" with a \
          `path`",
     ),
     (

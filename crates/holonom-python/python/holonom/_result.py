@@ -298,6 +298,37 @@ class Result:
             raise unknown(name, table.names())
         return Member(name, table.values[:, places])
 
+    @no_panic
+    def sense(self, type: str, *, of: str, **keys: Any) -> Array:
+        """A sensor afterwards, from the recorded positions.
+
+        Angles of joints and signs of quaternions are counted on from one recorded node to the next,
+        by the way that is shorter than half a turn.
+
+        Parameters
+        ----------
+        type : ``"position"``, ``"orientation"``, ``"distance"`` or ``"joint_coordinate"``, as of
+            ``[[sensor]]``; what needs velocities or forces is stated before the run.
+        of : a body, node, point mass or joint.
+        keys : further keys of the sensor: ``point=[0.5, 0, 0]``, ``seen_from="base"``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape ``(K,)``, or ``(K, parts)``.
+
+        Raises
+        ------
+        InvalidModel, AnalysisFailed
+        """
+        name, spec = "sensed", self.model.spec()
+        while name in self.model.sensors:
+            name += "_"
+        spec.sensor(name, type=type, of=of, **keys)
+        t, q = np.ascontiguousarray(self.t), np.ascontiguousarray(self.q)
+        values = _core.sense(spec.compile()._core, name, t, q).reshape(len(t), -1)
+        return values[:, 0] if values.shape[1] == 1 else values
+
     def table(self, name: str) -> Table:
         """The table of a file, with all its columns: ``trajectory``, ``energy``, ``sensors``,
         ``residuals``, ``momenta``, after ``step`` and ``t``."""

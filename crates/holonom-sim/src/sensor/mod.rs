@@ -256,6 +256,30 @@ impl Sensors {
         &self.columns
     }
 
+    /// The gauge of a sensor that reads the configuration of a node alone; `None` of others.
+    pub(crate) fn of_configuration(&self, name: &str) -> Option<usize> {
+        let own = |part: &MeasuredPart| {
+            self.columns.get(part.columns.start).is_some_and(|column| column.sensor == name)
+        };
+        self.of.iter().position(own).filter(|k| {
+            matches!(
+                self.gauges[*k],
+                Gauge::Position(..)
+                    | Gauge::SeenPosition(..)
+                    | Gauge::Orientation(_)
+                    | Gauge::Distance(_)
+                    | Gauge::Coordinate(_)
+            )
+        })
+    }
+
+    /// Adds the numbers of such a gauge at the configuration `q` that was last followed to.
+    pub(crate) fn read_configuration(&self, gauge: usize, t: f64, q: &[f64], out: &mut Vec<f64>) {
+        let none = &[][..];
+        let (angles, signals, v, a, force, slips) = (none, none, none, none, none, none);
+        self.gauges[gauge].read(&View { t, q, angles, signals, v, a, force, slips }, None, out);
+    }
+
     /// The numbers that only events change: signals with `start` alone, and where each is held
     /// among the internal variables of signals ([`vi_core::SeparableSystem::places_of_signals`]).
     #[must_use]

@@ -136,6 +136,41 @@ impl Simulation {
         Ok(&self.sample.sensors)
     }
 
+    /// What a sensor measures at configurations `q` (one after the other, `n` numbers each) at the
+    /// times `t`, row after row. Angles are counted on from one to the next, by the way that is
+    /// shorter than half a turn.
+    ///
+    /// # Errors
+    /// Of a sensor that needs more than configurations, and of other shapes: what is wrong.
+    pub fn sense_configurations(
+        &mut self,
+        sensor: &str,
+        t: &[f64],
+        q: &[f64],
+    ) -> Result<Vec<f64>, String> {
+        let Some(gauge) = self.sensors.of_configuration(sensor) else {
+            let words = "positions alone do not tell it: state it as a sensor before the run";
+            return Err(words.into());
+        };
+        let n = self.stepper.place().2.len();
+        if q.len() != n * t.len() {
+            return Err(format!(
+                "{} times of {n} coordinates are not {} numbers",
+                t.len(),
+                q.len()
+            ));
+        }
+        let mut found = Vec::new();
+        for (k, (&t, q)) in t.iter().zip(q.chunks_exact(n.max(1))).enumerate() {
+            match k {
+                0 => self.sensors.begin(q),
+                _ => self.sensors.follow(q),
+            }
+            self.sensors.read_configuration(gauge, t, q, &mut found);
+        }
+        Ok(found)
+    }
+
     /// Goes on to the next recorded node; `proceed(step, of)` is asked before every step, and
     /// `false` ends the iteration there. Another one continues.
     fn next_node(
