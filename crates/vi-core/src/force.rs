@@ -15,6 +15,7 @@ use crate::configuration::Configuration;
 use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
 use crate::interval::Interval;
+use crate::quantity_effort::QuantityEffort;
 use crate::sparse::{Block, Entries};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -78,6 +79,10 @@ pub trait DiscreteForce: Send + Sync {
     fn advance(&self, _s: &Interval, _out: &mut [f64]) {}
     /// Its effort where it acts along an unknown of a step.
     fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
+        None
+    }
+    /// Its effort where it acts along an unknown of a step by quantities of the whole system.
+    fn of_quantities(&self) -> Option<&dyn QuantityEffort> {
         None
     }
     /// The form in Galerkin steps of a force of strain rates; `None` where `f` is evaluated at

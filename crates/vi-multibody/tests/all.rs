@@ -18,5 +18,6 @@ mod loaded_trees;
 mod loop_step;
 mod near_couplings;
 mod pair_data;
+mod quantity_efforts;
 mod random_trees;
 mod tree_step;

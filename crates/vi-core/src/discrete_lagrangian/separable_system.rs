@@ -12,6 +12,7 @@ use crate::interval::Interval;
 use crate::isotropic::IsotropicBlocks;
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::{DiscretePotential, LinearPotential, Potential, Quadrature};
+use crate::quantity_effort::QuantityEffort;
 use crate::signals::{Signals, StateRates};
 use crate::sparse::{Entries, SparseMatrix};
 use crate::strain_energy::StrainEnergy;
@@ -198,39 +199,63 @@ impl SeparableSystem {
         potentials.chain(self.forces.iter().filter_map(|own| own.along_unknown()))
     }
 
-    /// The potentials that are not linear, and the forces, but for what acts along unknowns.
-    fn other(
-        &self,
-    ) -> (impl Iterator<Item = &dyn DiscretePotential>, impl Iterator<Item = &dyn DiscreteForce>)
-    {
-        let forces = self.forces.iter().map(|force| &**force);
+    /// The potentials that are not linear, and the forces, but for what acts along unknowns and
+    /// those whose indices are `apart`.
+    fn other<'a>(
+        &'a self,
+        apart: &'a [usize],
+    ) -> (
+        impl Iterator<Item = &'a dyn DiscretePotential>,
+        impl Iterator<Item = &'a dyn DiscreteForce>,
+    ) {
+        let forces = self.forces.iter().enumerate().filter(|(k, _)| !apart.contains(k));
+        let forces = forces.map(|(_, force)| &**force);
         (
             self.variable().filter(|potential| potential.along_unknown().is_none()),
             forces.filter(|force| force.along_unknown().is_none()),
         )
     }
 
-    /// Whether anything acts beside constant forces and [`SeparableSystem::along_unknowns`], or
-    /// signals go on beside the motion.
-    #[must_use]
-    pub fn has_other_forces(&self) -> bool {
-        let (mut potentials, mut forces) = self.other();
-        self.signals.is_some() || potentials.next().is_some() || forces.next().is_some()
+    /// The discrete forces that act along an unknown by quantities of the whole system, with their
+    /// indices.
+    pub fn quantity_efforts(&self) -> impl Iterator<Item = (usize, &dyn QuantityEffort)> {
+        let forces = self.forces.iter().enumerate();
+        forces.filter_map(|(k, force)| force.of_quantities().map(|own| (k, own)))
     }
 
-    /// `out ←` what [`DiscreteLagrangian::forced_d1`] has beside inertia, constant forces and
-    /// [`SeparableSystem::along_unknowns`].
-    pub fn other_d1(&self, s: &Interval, out: &mut [f64]) {
+    /// The one of this index.
+    #[must_use]
+    pub fn quantity_effort(&self, force: usize) -> Option<&dyn QuantityEffort> {
+        self.forces.get(force).and_then(|force| force.of_quantities())
+    }
+
+    /// Emits `D_2 f_d^-` of one discrete force.
+    pub fn force_d2(&self, force: usize, s: &Interval, out: &mut dyn Entries) {
+        self.forces[force].add_minus_d2(s, out);
+    }
+
+    /// Whether anything acts beside constant forces, [`SeparableSystem::along_unknowns`] and the
+    /// forces `apart`; or signals go on beside the motion that no force `apart` reads.
+    #[must_use]
+    pub fn has_other_forces(&self, apart: &[usize]) -> bool {
+        let (mut potentials, mut forces) = self.other(apart);
+        let signals = self.signals.is_some() && apart.is_empty();
+        signals || potentials.next().is_some() || forces.next().is_some()
+    }
+
+    /// `out ←` what [`DiscreteLagrangian::forced_d1`] has beside inertia, constant forces,
+    /// [`SeparableSystem::along_unknowns`] and the forces `apart`.
+    pub fn other_d1(&self, s: &Interval, apart: &[usize], out: &mut [f64]) {
         out.fill(0.0);
-        let (potentials, forces) = self.other();
+        let (potentials, forces) = self.other(apart);
         potentials.for_each(|potential| potential.add_d1(s, -s.h, out));
         forces.for_each(|force| force.add_minus(s, out));
     }
 
-    /// Emits what [`DiscreteLagrangian::forced_d2_d1`] has beside inertia and
-    /// [`SeparableSystem::along_unknowns`].
-    pub fn other_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
-        let (potentials, forces) = self.other();
+    /// Emits what [`DiscreteLagrangian::forced_d2_d1`] has beside inertia,
+    /// [`SeparableSystem::along_unknowns`] and the forces `apart`.
+    pub fn other_d2_d1(&self, s: &Interval, apart: &[usize], out: &mut dyn Entries) {
+        let (potentials, forces) = self.other(apart);
         potentials.for_each(|potential| potential.add_d2_d1(s, -s.h, out));
         forces.for_each(|force| force.add_minus_d2(s, out));
     }

@@ -8,6 +8,7 @@ mod efforts;
 mod enforced;
 pub mod ensemble;
 mod member_blocks;
+mod quantity_efforts;
 pub mod run;
 mod screws;
 pub mod sparse_nodal;

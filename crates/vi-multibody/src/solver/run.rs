@@ -12,7 +12,8 @@
 //! | loops of bars | dense, tangent space | dense, QR | sparse |
 //!
 //! Springs, dampers and motors on joint coordinates of the tree are no couplings
-//! ([`vi_core::coordinate_force`]), but in Galerkin schemes.
+//! ([`vi_core::coordinate_force`]), but in Galerkin schemes; nor are up to 32 laws on them, on
+//! trees of bodies by the nodal scheme, whatever they read ([`vi_core::quantity_effort`]).
 //!
 //! By blocks: sparse LU with the blocks of joints as pivots where they have three unknowns in the
 //! mean, see [`crate::solver::sparse_nodal::reduced_matrix`].

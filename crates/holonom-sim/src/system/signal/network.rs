@@ -193,4 +193,11 @@ impl Law for Network {
     fn is_dissipative(&self) -> bool {
         self.dissipative
     }
+
+    /// Where every term is: time is the first input.
+    fn is_affine(&self) -> bool {
+        let is_time = |source: Source| source == Source::Input(0);
+        let mut terms = self.terms.iter();
+        terms.all(|term| term.program.is_affine(|k| !is_time(term.from[k].0)))
+    }
 }

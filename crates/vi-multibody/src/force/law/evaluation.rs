@@ -24,6 +24,10 @@ pub trait Law: Send + Sync {
     fn gradient(&self, y: &[f64], z: &[f64], values: &mut [f64], slopes: &mut DMatrix<f64>);
     /// Whether it dissipates energy.
     fn is_dissipative(&self) -> bool;
+    /// Whether efforts and rates are affine functions of states and of all inputs but time.
+    fn is_affine(&self) -> bool {
+        false
+    }
 }
 
 /// A law with what it reads.
@@ -203,7 +207,7 @@ impl Reading {
         Self { six: Some(coordinates), ..self }
     }
 
-    fn own<'a>(&'a self, internal: &'a [f64]) -> &'a [f64] {
+    pub(super) fn own<'a>(&'a self, internal: &'a [f64]) -> &'a [f64] {
         let listed = internal.get(self.first..self.first + self.start.len());
         listed.unwrap_or(&self.start)
     }
@@ -288,11 +292,20 @@ impl Reading {
     ) -> T {
         let work = &mut *self.lock();
         self.read_step(s, work);
-        if self.states.is_empty() {
-            self.law.evaluate(&work.y, &[], &mut work.values);
-        } else {
-            work.find_states(&*self.law, s.h);
-        }
+        self.evaluate(s.h, work);
+        then(work)
+    }
+
+    /// The same at the inputs `y`.
+    pub(super) fn with_values_of<T>(
+        &self,
+        y: &[f64],
+        s: &Interval,
+        then: impl FnOnce(&Work) -> T,
+    ) -> T {
+        let work = &mut *self.lock();
+        self.take(y, s, work);
+        self.evaluate(s.h, work);
         then(work)
     }
 
@@ -304,13 +317,44 @@ impl Reading {
     ) -> T {
         let work = &mut *self.lock();
         self.read_step(s, work);
+        self.differentiate(s.h, work);
+        then(work)
+    }
+
+    /// The same at the inputs `y`.
+    pub(super) fn with_slopes_of<T>(
+        &self,
+        y: &[f64],
+        s: &Interval,
+        then: impl FnOnce(&Work) -> T,
+    ) -> T {
+        let work = &mut *self.lock();
+        self.take(y, s, work);
+        self.differentiate(s.h, work);
+        then(work)
+    }
+
+    /// Inputs that are known, and `z_n`.
+    fn take(&self, y: &[f64], s: &Interval, work: &mut Work) {
+        work.y.copy_from_slice(y);
+        self.take_states(self.own(&s.internal), &mut work.start);
+    }
+
+    fn evaluate(&self, h: f64, work: &mut Work) {
+        if self.states.is_empty() {
+            self.law.evaluate(&work.y, &[], &mut work.values);
+        } else {
+            work.find_states(&*self.law, h);
+        }
+    }
+
+    fn differentiate(&self, h: f64, work: &mut Work) {
         if self.states.is_empty() {
             self.law.gradient(&work.y, &[], &mut work.values, &mut work.slopes);
         } else {
-            work.find_states(&*self.law, s.h);
-            work.eliminate_states(s.h);
+            work.find_states(&*self.law, h);
+            work.eliminate_states(h);
         }
-        then(work)
     }
 
     /// With the efforts at a node; states that are not listed are where they rest.

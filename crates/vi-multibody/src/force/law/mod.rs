@@ -12,6 +12,7 @@
 //!
 //! Source: Marsden & West 2001, part 3; Hairer, Lubich & Wanner 2006, II.1, for the midpoint rule.
 
+mod along;
 pub(super) mod evaluation;
 pub mod input;
 pub mod signals;
@@ -29,6 +30,7 @@ use target::Place;
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force, seen_velocity};
 use vi_core::interval::Interval;
+use vi_core::quantity_effort::QuantityEffort;
 use vi_core::sparse::Entries;
 
 /// A law with what it reads and what it acts on.
@@ -162,6 +164,10 @@ impl DiscreteForce for LawForce {
 
     fn is_dissipative(&self) -> bool {
         self.reading.law.is_dissipative()
+    }
+
+    fn of_quantities(&self) -> Option<&dyn QuantityEffort> {
+        self.along().is_some().then_some(self as _)
     }
 }
 

@@ -5,7 +5,7 @@ use crate::geometry::space::Space;
 use vi_core::lanes::{Lanes, Register};
 
 /// A number of each of four rows.
-pub(super) type Four = [f64; 4];
+pub(in crate::solver) type Four = [f64; 4];
 
 /// Calls `$run` with the widest registers.
 macro_rules! in_registers {

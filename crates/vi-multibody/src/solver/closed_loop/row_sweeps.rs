@@ -55,8 +55,8 @@ impl Kept {
 
 /// Four rows on the links of a cluster.
 pub(crate) struct RowSweeps {
-    pub(super) values: Vec<Four>,   // of each column
-    pub(super) touched: Vec<usize>, // links up to the apex of the cluster, deepest first
+    pub(in crate::solver) values: Vec<Four>,   // of each column
+    pub(in crate::solver) touched: Vec<usize>, // links up to the apex of the cluster, deepest first
     // of the links of a path, or of the touched, as the sweeps come to them
     wrenches: Vec<[Four; 6]>,
     place: Vec<u32>,   // of each link among these
@@ -65,7 +65,7 @@ pub(crate) struct RowSweeps {
 
 impl RowSweeps {
     /// For a number of links and columns.
-    pub(super) fn new(links: usize, columns: usize) -> Self {
+    pub(in crate::solver) fn new(links: usize, columns: usize) -> Self {
         Self {
             values: vec![[0.0; 4]; columns],
             touched: Vec::with_capacity(links),
@@ -76,13 +76,13 @@ impl RowSweeps {
     }
 
     /// Gives the links of a path places for their wrenches.
-    pub(super) fn take_places(&mut self, path: &[usize]) {
+    pub(in crate::solver) fn take_places(&mut self, path: &[usize]) {
         number(path, &mut self.place);
     }
 
     /// A force, where there is one, and a moment on a link of the path, of one of the rows.
     #[inline]
-    pub(super) fn add_wrench(
+    pub(in crate::solver) fn add_wrench(
         &mut self,
         (link, row): (usize, usize),
         force: Option<Vector3<f64>>,
@@ -96,7 +96,7 @@ impl RowSweeps {
     }
 
     /// Counts a link, and those up to the apex, among the touched.
-    pub(super) fn touch(&mut self, link: usize, links: &[ClusterLink]) {
+    pub(in crate::solver) fn touch(&mut self, link: usize, links: &[ClusterLink]) {
         let mut at = Some(link);
         while let Some(k) = at.filter(|&k| !self.marked[k]) {
             self.marked[k] = true;
@@ -106,13 +106,13 @@ impl RowSweeps {
     }
 
     /// Brings the touched links into their order, and gives them places for their wrenches.
-    pub(super) fn order_touched(&mut self) {
+    pub(in crate::solver) fn order_touched(&mut self) {
         self.touched.sort_unstable();
         number(&self.touched, &mut self.place);
     }
 
     /// Forgets the touched links and what stands at their columns.
-    pub(super) fn clear(&mut self, links: &[ClusterLink]) {
+    pub(in crate::solver) fn clear(&mut self, links: &[ClusterLink]) {
         for &k in &self.touched {
             self.marked[k] = false;
             self.values[links[k].columns()].fill([0.0; 4]);
@@ -122,7 +122,7 @@ impl RowSweeps {
 
     /// Adds the entries of the rows whose wrenches stand on the links of `path`, which have their
     /// places; beyond `apex` they balance.
-    pub(super) fn carry(
+    pub(in crate::solver) fn carry(
         &mut self,
         links: &[ClusterLink],
         (path, apex): (&[usize], Option<usize>),
@@ -172,6 +172,24 @@ impl RowSweeps {
                 self.hand_on(lanes, parent, &lever.xyz(), wrench);
             }
         }
+    }
+
+    /// [`RowSweeps::transmit`] where the ground is the apex.
+    pub(in crate::solver) fn transmit_all(&mut self, links: &[ClusterLink], at: Links<'_>) {
+        in_registers!(lanes => {
+            self.transmit(lanes, links, at);
+        });
+    }
+
+    /// [`RowSweeps::transmit_transposed`] where the ground is the apex.
+    pub(in crate::solver) fn transmit_all_transposed(
+        &mut self,
+        links: &[ClusterLink],
+        at: Links<'_>,
+    ) {
+        in_registers!(lanes => {
+            self.transmit_transposed(lanes, links, at);
+        });
     }
 
     /// `û` in the place of `u`; returns the wrenches on the apex.

@@ -40,7 +40,7 @@ impl LoopStep {
     /// For a mechanism whose potentials couple no two bodies; `None` where it does not apply.
     #[must_use]
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem, rank: &LoopRank) -> Option<Self> {
-        let mut tree = TreeStep::new(mechanism, system)?;
+        let mut tree = TreeStep::beneath_loops(mechanism, system)?;
         let mut loops = rank.loops(mechanism);
         loops.carry(tree.system().0);
         let (resolution, fresh) = (Resolution::full(), true);

@@ -59,7 +59,7 @@ impl Member {
     pub(super) fn new(model: &Model, run: &MechanismIntegrator) -> Self {
         let (tree, system, state) = (run.constraints().tree().clone(), run.system(), run.state());
         let acts_along = system.along_unknowns().next().is_some();
-        let bodies = BodyForces::new(run.constraints(), system);
+        let bodies = BodyForces::new(run.constraints(), system, &[]);
         let links = if bodies.is_some() { model.links.clone() } else { Vec::new() };
         Self {
             increments: Increments::new(tree.blocks()),

@@ -351,7 +351,7 @@ fn model(mechanism: &Mechanism, system: &SeparableSystem, options: &Options) -> 
         && !mechanism.has_loops()
         && mechanism.description().particles.is_empty()
         && mechanism.description().scalars.is_empty()
-        && BodyForces::apply(mechanism, system);
+        && BodyForces::apply(mechanism, system, &[]);
     if !applies {
         return None;
     }

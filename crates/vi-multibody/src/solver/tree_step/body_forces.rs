@@ -15,28 +15,49 @@ use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_core::{DiscreteLagrangian, MechanicalSystem, SeparableSystem};
 
+/// The step in which nothing has moved yet.
+pub(in crate::solver) fn initial_interval(mechanism: &Mechanism) -> Interval {
+    let q = mechanism.initial_configuration();
+    let mut s = Interval::new(q.len());
+    s.open(0.0, 1.0, &q);
+    s
+}
+
 /// Variable forces on bodies; links are those of the system's tree.
 #[derive(Debug)]
 pub(in crate::solver) struct BodyForces {
+    apart: Vec<usize>, // forces that are added elsewhere
     balance: Vec<f64>, // n  their part of D_1 L_d + f_d^-
     emitted: Emitted,  // −h times their part of A_α
 }
 
 impl BodyForces {
-    /// Whether each body feels them for itself.
-    pub(in crate::solver) fn apply(mechanism: &Mechanism, system: &SeparableSystem) -> bool {
-        if !system.has_other_forces() {
+    /// Whether each body feels them for itself, but for the forces `apart`.
+    pub(in crate::solver) fn apply(
+        mechanism: &Mechanism,
+        system: &SeparableSystem,
+        apart: &[usize],
+    ) -> bool {
+        if !system.has_other_forces(apart) {
             return true;
         }
-        let q = mechanism.initial_configuration();
-        let mut s = Interval::new(q.len());
-        s.open(0.0, 1.0, &q);
-        !couples_bodies(&|out: &mut dyn Entries| system.other_d2_d1(&s, out))
+        let s = initial_interval(mechanism);
+        !couples_bodies(&|out: &mut dyn Entries| system.other_d2_d1(&s, apart, out))
+    }
+
+    /// Whether bodies feel one force together.
+    pub(in crate::solver) fn couples(system: &SeparableSystem, s: &Interval, force: usize) -> bool {
+        couples_bodies(&|out: &mut dyn Entries| system.force_d2(force, s, out))
     }
 
     /// `None` where there are none.
-    pub(in crate::solver) fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
-        system.has_other_forces().then(|| Self {
+    pub(in crate::solver) fn new(
+        mechanism: &Mechanism,
+        system: &SeparableSystem,
+        apart: &[usize],
+    ) -> Option<Self> {
+        system.has_other_forces(apart).then(|| Self {
+            apart: apart.to_vec(),
             balance: vec![0.0; system.dim()],
             emitted: Emitted::new(mechanism.tree().links().len(), 0),
         })
@@ -50,7 +71,7 @@ impl BodyForces {
         links: &[Link<One>],
         mut add: impl FnMut(usize, Screw<Xyz<Narrow>>),
     ) {
-        system.other_d1(s, &mut self.balance);
+        system.other_d1(s, &self.apart, &mut self.balance);
         for (k, link) in links.iter().enumerate() {
             add(k, wrench(link, &s.q0, &self.balance));
         }
@@ -75,8 +96,9 @@ impl BodyForces {
         s: &Interval,
         (tree, links): (&Tree, &[Link<One>]),
     ) {
-        let other = |out: &mut dyn Entries| system.other_d2_d1(s, out);
-        self.emitted.assemble(&other, (tree, links), [&s.q0, &s.q1], -s.h);
+        let Self { apart, emitted, .. } = self;
+        let other = |out: &mut dyn Entries| system.other_d2_d1(s, apart, out);
+        emitted.assemble(&other, (tree, links), [&s.q0, &s.q1], -s.h);
     }
 
     /// `−h A_α` of them, of each link about its reference point.
