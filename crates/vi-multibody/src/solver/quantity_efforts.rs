@@ -9,6 +9,8 @@
 //! from the joints up to the root alone, four columns side by side, as of closed loops. The
 //! correction is that of the exact matrix; what rounding leaves in it, the next one takes.
 //!
+//! Laws that are affine in what they read are evaluated once in a step, with their slopes.
+//!
 //! Source: Golub & Van Loan 2013, §2.1.4, for the inverse of `M + U Vᵀ`.
 #![allow(non_snake_case)] // M, U, V
 
@@ -44,6 +46,16 @@ struct Along {
     y: Vec<f64>,      // in the step
     slopes: Vec<f64>, // dτ/dy
     impulse: f64,     // (h/2) τ
+    is_affine: bool,
+    first: First,
+}
+
+/// Where an affine law was evaluated in a step: once.
+#[derive(Default)]
+struct First {
+    is_known: bool,
+    y: Vec<f64>,
+    effort: f64,
 }
 
 impl Along {
@@ -59,6 +71,21 @@ impl Along {
             Quantity::Rate(k) => 0.5 * k.sign * self.slopes[j],
             Quantity::Fixed | Quantity::Configuration => 0.0,
         }
+    }
+
+    /// `τ` at the quantities at hand.
+    fn find_effort(&mut self, effort: &dyn QuantityEffort, s: &Interval) -> f64 {
+        let Self { y, slopes, is_affine, first, .. } = self;
+        if !*is_affine {
+            return effort.effort(s, y);
+        }
+        if !first.is_known {
+            first.effort = effort.effort_and_slopes(s, y, slopes);
+            first.y.copy_from_slice(y);
+            first.is_known = true;
+        }
+        let changes = y.iter().zip(&first.y).zip(slopes);
+        first.effort + changes.map(|((y, first), slope)| *slope * (y - first)).sum::<f64>()
     }
 
     fn effort<'a>(&self, system: &'a SeparableSystem) -> Option<&'a dyn QuantityEffort> {
@@ -144,8 +171,21 @@ impl QuantityEfforts {
         self.forces.push(force);
         self.needs_interval |= quantities.contains(&Quantity::Configuration);
         self.is_affine &= effort.is_affine();
-        let [start, y, slopes] = [0, 1, 2].map(|_| vec![0.0; n]);
-        self.all.push(Along { force, unknown, link, quantities, start, y, slopes, impulse: 0.0 });
+        let is_affine = effort.is_affine() && !quantities.contains(&Quantity::Configuration);
+        let [start, y, slopes, first] = [0, 1, 2, 3].map(|_| vec![0.0; n]);
+        let first = First { y: first, ..First::default() };
+        self.all.push(Along {
+            force,
+            unknown,
+            link,
+            quantities,
+            start,
+            y,
+            slopes,
+            impulse: 0.0,
+            is_affine,
+            first,
+        });
     }
 
     /// Groups the laws that read anything but time, what is held and their own coordinate.
@@ -216,6 +256,7 @@ impl QuantityEfforts {
     ) {
         for along in &mut self.all {
             let Some(effort) = along.effort(system) else { continue };
+            along.first.is_known = false;
             for (j, quantity) in along.quantities.iter().enumerate() {
                 match quantity {
                     Quantity::Fixed => along.y[j] = effort.in_step(j, s),
@@ -245,7 +286,7 @@ impl QuantityEfforts {
                     Quantity::Configuration => along.y[j] = effort.in_step(j, s),
                 }
             }
-            along.impulse = 0.5 * s.h * effort.effort(s, &along.y);
+            along.impulse = 0.5 * s.h * along.find_effort(effort, s);
         }
     }
 
@@ -284,7 +325,9 @@ impl QuantityEfforts {
     ) {
         for along in &mut self.all {
             let Some(effort) = along.effort(system) else { continue };
-            effort.effort_and_slopes(s, &along.y, &mut along.slopes);
+            if !along.is_affine {
+                effort.effort_and_slopes(s, &along.y, &mut along.slopes);
+            }
             let own = |j: &usize| along.is_own(along.quantities[*j]);
             let sum: f64 = (0..along.y.len())
                 .filter(own)
