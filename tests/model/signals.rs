@@ -218,6 +218,49 @@ fn continuous_signals_keep_order_two() {
     assert!((1.85..2.2).contains(&order), "{order}");
 }
 
+/// A controller with three states on two links: orders 2, 4, 6 of positions, of the states and of
+/// the balance of energy; with the step of order 2 that of one Gauss node has the same roots.
+#[test]
+fn continuous_signals_keep_the_orders_of_galerkin_steps() {
+    let control = "[[signal]]\nname = \"lag\"\nfilter = { of = \"elbow + 0.3*sin(shoulder)\", time_constant = 0.15 }\n\
+                   [[signal]]\nname = \"sum\"\nrate = \"0.4 - lag\"\nstart = 0.1\n\
+                   [[signal]]\nname = \"motor\"\nfilter = { of = \"9*(0.4 - lag) + 5*sum - 0.2*lag*sum\", time_constant = 0.2 }\n\
+                   [[law]]\nname = \"drive\"\njoint = \"elbow\"\neffort = \"motor - 0.8*v + 0.3*shoulder.rate\"\n";
+    let end = |method: &str, step: f64| {
+        let text = links(method, control);
+        let text = text.replace("step = 5e-3", &format!("step = {step:?}"));
+        let nodes = run(&text).unwrap();
+        let last = nodes.last().unwrap();
+        assert_eq!(last.sensors.len(), 3, "the values of the signals");
+        let motion = last.q.iter().chain(&last.sensors).copied().collect::<Vec<f64>>();
+        (motion, last.energies.last().unwrap().abs())
+    };
+    let off =
+        |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    for (method, order, coarse) in [
+        ("method = \"galerkin\", order = 2", 2.0, 0.0125),
+        ("method = \"galerkin\", order = 4", 4.0, 0.025),
+        ("method = \"galerkin\", order = 6", 6.0, 0.05),
+        ("method = \"galerkin\", order = 4, scheme = \"constrained\"", 4.0, 0.025),
+    ] {
+        let ends = [1.0, 0.5, 0.25].map(|part| end(method, coarse * part));
+        let apart = |k: usize| off(&ends[k].0, &ends[k + 1].0);
+        let found = (apart(0) / apart(1)).log2();
+        let balance = (ends[0].1 / ends[1].1).log2();
+        println!(
+            "{method}: order {found:.2}, {:.1e} {:.1e}, balance {balance:.2}",
+            apart(0),
+            apart(1)
+        );
+        assert!((order - 0.3..order + 0.4).contains(&found), "{method}: {found}");
+        assert!((order - 0.5..order + 0.8).contains(&balance), "{method}: balance {balance}");
+    }
+    let [one, step] = ["method = \"galerkin\", order = 2", ""].map(|method| end(method, 0.0125).0);
+    let distance = off(&one, &step);
+    println!("one Gauss node: {distance:.1e}");
+    assert!(distance < 1e-9, "{distance:e}");
+}
+
 /// A filter rests at what it filters: the equilibrium is that of the expression.
 #[test]
 fn statics_takes_slopes_and_filters() {
@@ -330,14 +373,15 @@ fn what_is_no_signal_is_refused_at_its_place() {
         assert!(error.contains(why) && error.contains(&format!("\"{key}\"")), "{acting}\n{error}");
     }
     let filter = signal("filter = { of = \"elbow\", time_constant = 0.1 }") + &law("-u");
-    for (settings, why) in [
-        ("scheme = \"em-nodal\"", "em-nodal has no signals by `filter`"),
-        ("method = \"galerkin\", order = 4", "Galerkin's method has no signals by `filter`"),
-        ("order = 4", "dissip"),
-    ] {
+    for (settings, why) in
+        [("scheme = \"em-nodal\"", "em-nodal has no signals by `filter`"), ("order = 4", "dissip")]
+    {
         let error = run(&links(settings, &filter)).unwrap_err();
         assert!(error.contains(why), "{settings}: {error}");
     }
+    let late = signal("delay = { of = \"elbow\", time = 0.1 }") + &law("-u");
+    let error = run(&links("method = \"galerkin\", order = 4", &late)).unwrap_err();
+    assert!(error.contains("Galerkin's method has no signals by `delay`"), "{error}");
     // what is held has a place in both
     let held = signal("every = 0.01\nvalue = \"elbow\"") + &law("-u");
     for settings in ["method = \"galerkin\", order = 4", "order = 4"] {

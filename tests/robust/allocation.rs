@@ -20,6 +20,7 @@ use holonom::{Model, Override, Sample, Simulation};
 use std::fmt::Write;
 use vi_testkit::CountingAllocator;
 use vi_testkit::allocator::allocations;
+use vi_testkit::model::{heavy, two_links};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -298,6 +299,42 @@ fn no_step_with_laws_and_signals_allocates() {
             println!("{name}, {scheme}: {allocated} in 49 nodes");
             assert_eq!(allocated, 0, "{name}, {scheme}");
         }
+    }
+}
+
+/// Laws between links that read other joints, other bodies and states, in steps by sweeps and in
+/// Galerkin steps; and along the axes of another body.
+#[test]
+fn no_step_with_laws_that_read_others_allocates() {
+    let laws = "[[signal]]\nname = \"lag\"\nfilter = { of = \"elbow + upper.wy\", time_constant = 0.1 }\n\
+                [[law]]\nname = \"first\"\njoint = \"shoulder\"\neffort = \"-5*sin(elbow) - x + 2*lower.x\"\n\
+                [[law]]\nname = \"second\"\njoint = \"elbow\"\neffort = \"-3*(x - lag) - v + 0.2*shoulder.rate\"\n";
+    let relative = "[[law]]\nname = \"pull\"\non = \"lower\"\nrelative_to = \"upper\"\n\
+                    force = [\"-x\", \"-vy\", \"wz\"]\ntorque = [\"-wx\", \"0\", \"0\"]\n";
+    for (name, settings, laws) in [
+        ("sweeps", "", laws.to_owned()),
+        ("galerkin", "method = \"galerkin\", order = 4", laws.to_owned()),
+        ("relative", "", laws.to_owned() + relative),
+    ] {
+        let text =
+            heavy("links", [0.0, 0.0, -9.81], &format!("step = 5e-3, end = 2.0, {settings}"))
+                + &two_links(
+                    [2.0, 1.0],
+                    [[0.01, 0.2, 0.2], [0.01, 0.1, 0.1]],
+                    ["rate = 0.3\n", "rate = -2.0\n"],
+                )
+                + &laws;
+        let mut simulation = Simulation::new(&Model::from_toml(&text).unwrap()).unwrap();
+        for _ in 0..20 {
+            simulation.step().unwrap();
+        }
+        let before = allocations();
+        for _ in 0..150 {
+            simulation.step().unwrap();
+        }
+        let allocated = allocations() - before;
+        println!("{name}: {allocated} in 150 steps");
+        assert_eq!(allocated, 0, "{name}");
     }
 }
 

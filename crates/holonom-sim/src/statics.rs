@@ -22,7 +22,9 @@ use crate::run::outcome::{RunFailure, RunOutcome};
 use crate::sample::{Member, Residuals, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::beams::{Beams, bending_bounds};
+use crate::system::law::{self, Laws};
 use crate::system::{self, System};
+
 use holonom_model::{Bifurcation, Columns, History, Model, ModelError, Scheme, Settings};
 use nalgebra::Complex;
 use std::io;
@@ -30,6 +32,7 @@ use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
+use vi_core::newton::{Fault, NewtonError};
 use vi_core::sparse::SparseMatrix;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::Loops;
@@ -51,6 +54,7 @@ pub struct Statics {
     members: Vec<Member>,
     sensors: Sensors,
     beams: Beams,
+    laws: Laws, // which know why they have no value
     limits: LimitWatch,
     problem: StaticProblem,
     rows: IndependentRows, // with those inside the frames
@@ -144,7 +148,8 @@ impl Statics {
 
     /// The same of any model, also of one that has no equilibria.
     fn assembled(model: &Model) -> Result<Self, ModelError> {
-        let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
+        let System { mechanism, dynamics, members, mut sensors, beams, laws } =
+            system::build(model)?;
         let system = dynamics.variational(&mechanism);
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let nearly = Loops::find(&mechanism, 0.0, &q).ok();
@@ -177,6 +182,7 @@ impl Statics {
             members,
             sensors,
             beams,
+            laws,
             limits,
             problem,
             rows,
@@ -434,12 +440,19 @@ impl Statics {
     }
 
     fn failure(&self, error: &StaticError) -> RunFailure {
-        RunFailure {
-            step: self.step.saturating_sub(1),
-            t: self.problem.factor(),
-            message: error.to_string(),
-            remedy: error.remedy().into(),
+        let (step, t) = (self.step.saturating_sub(1), self.problem.factor());
+        let undefined = matches!(
+            error,
+            StaticError::NotConverged {
+                cause: NewtonError::Refused { fault: Fault::NotFinite, .. },
+                ..
+            }
+        );
+        let fault = law::fault_within(&self.laws, t, self.settings.step.max(self.settings.end - t));
+        if let Some(fault) = fault.filter(|_| undefined) {
+            return fault.failure(step, t);
         }
+        RunFailure { step, t, message: error.to_string(), remedy: error.remedy().into() }
     }
 
     /// Steps of the loads, halved where they need it.

@@ -13,8 +13,10 @@
 //!
 //! Sources: Jay, SIAM J. Numer. Anal. 45 (2007) 1814; Wenger, Ober-Blöbaum & Leyendecker, Adv.
 //! Comput. Math. 43 (2017) 1163.
-#![allow(non_snake_case)] // K, E, D: the matrices of the theory
+#![allow(non_snake_case)] // A, K, E, D: the matrices of the theory
 
+use crate::configuration::Configuration;
+use crate::interval::Interval;
 use crate::linear::Singular;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -105,6 +107,33 @@ pub struct GaussLobatto {
     /// `ℓ_j(1 + c̃_i)`, shape `s × (s + 1)`; row: `i = 1 … s`. The polynomial of a step at the next
     /// control points.
     pub extrapolation: DMatrix<f64>,
+    /// `A_kj = ∫ ℓ̂_j over [0, c_k]` of the Lagrange polynomials at the Gauss nodes, shape `s × s`:
+    /// collocation of first-order equations.
+    pub A: DMatrix<f64>,
+}
+
+/// A Gauss node of a step. Integrals over the step are `h Σ_k b_k` of functions there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GaussPoint {
+    /// `b_k`.
+    pub weight: f64,
+    /// `t_n + c_k h`, s.
+    pub t: f64,
+    /// `Q_k = Σ_j E_kj q_j`, shape `n`; leaves the constraint manifold by intent.
+    pub q: Vec<f64>,
+    /// `V_k = (1/h) Σ_j D_kj q_j`, shape `n`.
+    pub v: Vec<f64>,
+    /// Internal variables there; none where they are those of the start of the step.
+    pub internal: Vec<f64>,
+}
+
+impl GaussPoint {
+    /// Where potentials and forces are evaluated; `s`: the step.
+    #[must_use]
+    pub fn place<'a>(&'a self, s: &'a Interval) -> Configuration<'a> {
+        let internal = if self.internal.is_empty() { &s.internal } else { &self.internal };
+        Configuration { t: self.t, q: &self.q, angles: &s.angles, internal }
+    }
 }
 
 impl GaussLobatto {
@@ -129,7 +158,13 @@ impl GaussLobatto {
             .expect("the polynomial of a step is determined by its control points");
         let extrapolation =
             DMatrix::from_fn(s, s + 1, |i, j| lagrange(&nodes, j, 1.0 + nodes[i + 1]));
+        let A = DMatrix::from_fn(s, s, |k, j| {
+            let c = gauss_nodes[k];
+            let at = |m: usize| gauss_weights[m] * lagrange(&gauss_nodes, j, c * gauss_nodes[m]);
+            c * (0..s).map(at).sum::<f64>()
+        });
         Self {
+            A,
             nodes,
             weights,
             gauss_nodes,

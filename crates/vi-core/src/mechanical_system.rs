@@ -5,7 +5,9 @@
 //! ```
 
 use crate::configuration::Configuration;
+use crate::galerkin::{GaussLobatto, GaussPoint};
 use crate::interpolation::StrainInterpolation;
+use crate::interval::Interval;
 use crate::sparse::{Entries, Product, SparseMatrix};
 
 /// A mechanical system: a constant mass matrix, a potential, generalized forces.
@@ -47,6 +49,16 @@ pub trait MechanicalSystem: Send + Sync {
     /// is evaluated at Gauss nodes.
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
         None
+    }
+    /// Internal variables at the Gauss nodes of a Galerkin step `s`, and at its `end`, that follow
+    /// its motion; those of most systems do not, and `end` stays empty.
+    fn collocate(
+        &self,
+        _s: &Interval,
+        _constants: &GaussLobatto,
+        _gauss: &mut [GaussPoint],
+        _end: &mut Vec<f64>,
+    ) {
     }
     /// `V(q)` at a Gauss node without [`MechanicalSystem::interpolation`], J.
     fn gauss_energy(&self, at: Configuration<'_>) -> f64 {

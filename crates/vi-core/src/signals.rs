@@ -4,6 +4,7 @@
 //! potential. Laws read them; they exert nothing themselves.
 
 use crate::configuration::Configuration;
+use crate::galerkin::{GaussLobatto, GaussPoint};
 use crate::interval::Interval;
 use nalgebra::DMatrix;
 
@@ -34,6 +35,16 @@ pub trait Signals: Send + Sync {
     fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// `out ←` them at the end of a step that started with those of [`Interval::internal`].
     fn advance(&self, s: &Interval, out: &mut [f64]);
+    /// Takes the continuous states to the Gauss nodes of a Galerkin step, whose positions and
+    /// velocities are known, by collocation [2.36]; in their internal variables, and in those at
+    /// the `end`, all else is as at the start.
+    fn collocate(
+        &self,
+        s: &Interval,
+        constants: &GaussLobatto,
+        gauss: &mut [GaussPoint],
+        end: &mut [f64],
+    );
     /// The rates of the continuous states at a node where all internal variables are listed;
     /// allocates.
     fn rates(&self, at: Configuration<'_>, v: &[f64]) -> StateRates;

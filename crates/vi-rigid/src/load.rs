@@ -212,6 +212,14 @@ pub fn add_wrench(scale: f64, Wrench { force, torque }: Wrench, frame: &[f64], o
     }
 }
 
+/// Emits the derivative of [`add_wrench`] by the directors of the frame at coordinate `offset`:
+/// `scale ½ τ × δd_I`.
+pub fn add_lever_slopes(scale: f64, torque: &Vector3<f64>, offset: usize, out: &mut dyn Entries) {
+    for first in [3, 6, 9].map(|i| offset + i) {
+        cross(out, first, first, &(0.5 * scale * torque));
+    }
+}
+
 /// Emits the matrix of `x ↦ a × x`.
 fn cross(out: &mut dyn Entries, row: usize, column: usize, a: &Vector3<f64>) {
     for k in 0..3 {

@@ -128,12 +128,12 @@ impl Checker<'_> {
                 ("to", law.to.is_some()),
                 ("point_from", law.point_from.is_some()),
                 ("point_to", law.point_to.is_some()),
-                ("relative_to", law.relative_to.is_some()),
                 ("tension", law.tension.is_some()),
             ],
         );
         let on = law.on.as_deref().unwrap_or_default();
         self.reference(format!("{key}.on"), on, &["body", "particle"]);
+        self.base_of_law(key, law);
         let particle = self.is_particle(on);
         let parts = [
             ("torque", law.torque.is_some(), "has no rotation"),
@@ -168,6 +168,21 @@ impl Checker<'_> {
             let message = "a law that reads no rate is conservative anyway".to_owned();
             self.report(format!("{key}.conservative"), message, "remove `conservative`");
         }
+    }
+
+    /// The body along whose axes a law on another member reads and acts.
+    fn base_of_law(&mut self, key: &str, law: &Law) {
+        let Some(base) = &law.relative_to else { return };
+        let key = format!("{key}.relative_to");
+        if base == GROUND {
+            let message = "laws on bodies are relative to the ground by themselves".to_owned();
+            return self.report(key, message, "remove `relative_to`");
+        }
+        if law.on.as_ref() == Some(base) {
+            let message = format!("`{base}` does not move relative to itself");
+            return self.report(key, message, "name another body");
+        }
+        self.reference(key, base, &["body"]);
     }
 
     /// The tension of a spring at the start, from which its natural length follows.

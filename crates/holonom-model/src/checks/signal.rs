@@ -160,10 +160,8 @@ impl Checker<'_> {
             let message = format!("the scheme {scheme} has no signals by `{what}`");
             let help = "write a variational scheme, such as \"nodal\"";
             self.report(key, message, help);
-        } else if settings.method().stages().is_some()
-            && (signal.has_states() || signal.delay.is_some())
-        {
-            let message = format!("Galerkin's method has no signals by `{what}`");
+        } else if settings.method().stages().is_some() && signal.delay.is_some() {
+            let message = "Galerkin's method has no signals by `delay`".to_owned();
             let help = "write order = 2 without `method`, or sample the signal by `every`";
             self.report(key, message, help);
         }

@@ -86,8 +86,10 @@ pub struct Law {
     /// Where it is held at `to`, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point_to: Option<Vec<f64>>,
-    /// The frame of points of the ground: a body, a node of a beam, a joint or a `[[frame]]`; the
-    /// inertial frame by default.
+    /// Between points: the frame of points of the ground, a body, a node of a beam, a joint or a
+    /// `[[frame]]`; the inertial frame by default. On a body or a particle (`on`): a body or a node
+    /// of a beam, along whose axes, from whose centre and in relation to whose rotation the law
+    /// reads and acts; it takes the opposite force, and the couple of both.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
     /// Force with which the points pull each other, N: of `t`, the distance `x` and its rate `v`.
@@ -102,13 +104,14 @@ pub struct Law {
     pub point: Option<[f64; 3]>,
     /// Force, N, three expressions: of `t`, the place `x`, `y`, `z` of the point (m) and its
     /// velocity `vx`, `vy`, `vz` (m/s), the angular velocity `wx`, `wy`, `wz` of the body (rad/s),
-    /// in space.
+    /// in space or in the frame of `relative_to`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<[Formula; 3]>,
     /// Torque, N·m, on a body, three expressions of the same names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque: Option<[Formula; 3]>,
-    /// The axes along which force and torque have these components: fixed in space or in the body.
+    /// The axes along which force and torque have these components: fixed in space, or in the body
+    /// of `relative_to` where there is one; or those of the body on which they act.
     #[serde(default)]
     pub axes: Frame,
     /// A law that reads a rate is taken for one that dissipates, whichever way time runs, and

@@ -5,7 +5,7 @@ use crate::assembly::agreement;
 use crate::resolution::limits::FoldedElement;
 use crate::stepper::NodeOf;
 use crate::system::law;
-use crate::system::law_fault::LawFault;
+use crate::system::law_fault::{self, LawFault};
 use holonom_model::{ModelError, Problem, Scheme};
 use vi_constraints::Constraints;
 use vi_constraints::agreement::Dependence;
@@ -32,21 +32,12 @@ pub(super) fn bent_at_start(folded: FoldedElement<'_>) -> ModelError {
 
 /// The error for a law that has no value at the start.
 pub(super) fn law_at_start(fault: LawFault) -> ModelError {
-    ModelError::Assembly(vec![Problem::new("", fault.message).help(UNDEFINED)])
+    ModelError::Assembly(vec![Problem::new("", fault.message).help(law_fault::REMEDY)])
 }
-
-/// What to do where a law has no value.
-const UNDEFINED: &str =
-    "let its arguments stay where it is defined, by max, clamp or a smaller step";
 
 /// The error for a condition of an event that has no value at the start.
 pub(super) fn event_at_start(failure: RunFailure) -> ModelError {
     ModelError::Assembly(vec![Problem::new("", failure.message).help(failure.remedy)])
-}
-
-fn law_fault(step: u64, t: f64, fault: LawFault) -> RunFailure {
-    let message = format!("{} at t = {:.6} s", fault.message, fault.t);
-    RunFailure { step, t, message, remedy: UNDEFINED.into() }
 }
 
 impl Simulation {
@@ -64,7 +55,7 @@ impl Simulation {
         let (step, t, _) = self.stepper.place();
         let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
         if let Some(fault) = law::fault_within(&self.laws, t, self.settings.step) {
-            return law_fault(step, t, fault);
+            return fault.failure(step, t);
         }
         if let Some((message, remedy)) = self.rolls_badly() {
             return RunFailure { step, t, message, remedy };

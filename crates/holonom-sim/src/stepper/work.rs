@@ -149,10 +149,8 @@ impl Work {
         if let Some(polynomial) = polynomial {
             system.add_interpolated_work(&polynomial, &mut self.parts);
             for node in gauss {
-                let (angles, internal) = (&s.angles, &s.internal);
-                let at = Configuration { t: node.t, q: &node.q, angles, internal };
                 let scale = s.h * node.weight;
-                system.add_power(at, &node.v, scale, &mut self.force, &mut self.parts);
+                system.add_power(node.place(s), &node.v, scale, &mut self.force, &mut self.parts);
             }
             self.add_motions_of_polynomial(system, &polynomial, gauss);
             return;
@@ -196,10 +194,7 @@ impl Work {
         balances[0].copy_from_slice(&node.p);
         for (k, at) in gauss.iter().enumerate() {
             force.fill(0.0);
-            let step = polynomial.step();
-            let (angles, internal) = (&step.angles, &step.internal);
-            let place = Configuration { t: at.t, q: &at.q, angles, internal };
-            system.add_gauss_force(place, &at.v, force);
+            system.add_gauss_force(at.place(polynomial.step()), &at.v, force);
             for (i, w) in balances.iter_mut().enumerate() {
                 let impulse = h * at.weight * constants.E[(k, i)];
                 w.iter_mut().zip(&*force).for_each(|(w, f)| *w += impulse * f);

@@ -19,7 +19,7 @@ use vi_core::force::Force;
 use vi_core::sparse::Entries;
 use vi_multibody::builder::{ElementForce, MechanismBuilder, NamedForce};
 use vi_multibody::mechanism::Mechanism;
-use vi_rigid::load::{Wrench, add_wrench};
+use vi_rigid::load::{Wrench, add_lever_slopes, add_wrench};
 
 /// The key of inputs in what is said of them.
 const KEY: &str = "inputs";
@@ -121,15 +121,7 @@ impl Force for HeldWrench {
         if !self.torque {
             return;
         }
-        let torque = self.input.values().map(|value| 0.5 * scale * value);
-        for director in 0..3 {
-            let first = self.offset + 3 + 3 * director;
-            for k in 0..3 {
-                let (next, last) = ((k + 1) % 3, (k + 2) % 3);
-                out.add(first + next, first + last, -torque[k]); // of d ↦ τ × d
-                out.add(first + last, first + next, torque[k]);
-            }
-        }
+        add_lever_slopes(scale, &self.input.values().into(), self.offset, out);
     }
 
     fn add_velocity_derivative(

@@ -160,17 +160,22 @@ fn law_on<'a>(
     }
     let at = names.point(on, law.point.unwrap_or_default());
     let follows = law.axes == Frame::Body;
-    if reads.is_empty() {
+    let base = law.relative_to.as_deref().and_then(|base| names.index(base));
+    if reads.is_empty() && base.is_none() {
         let own = Arc::new(MotionLaw::new(law, programs));
         builder.wrench(at, follows, own.clone()).named(&law.name);
         return Ok(OwnLaw::Motion(own));
     }
-    let own = terms.of_point(at, names.index(on));
+    let own = terms.of_point(at, names.index(on), base);
     let mut efforts = [None; 6];
     for (key, place, formula) in stated {
         efforts[place] = Some(terms.formula((&label(&law.name), &key), formula, &own)?);
     }
-    Ok(add(builder, law, ActOn::Member { at, follows }, terms, &efforts))
+    let on = match base.map(|base| names.frames[base]) {
+        Some(base) => ActOn::Relative { at, base, follows },
+        None => ActOn::Member { at, follows },
+    };
+    Ok(add(builder, law, on, terms, &efforts))
 }
 
 /// Along a joint coordinate or between two points.
@@ -212,14 +217,14 @@ fn law_along<'a>(
         match on {
             ActOn::Coordinate(at) => builder.joint_force(at, force).named(&law.name),
             ActOn::Points([from, to]) => builder.tension(from, to, force).named(&law.name),
-            ActOn::Member { .. } => {}
+            ActOn::Member { .. } | ActOn::Relative { .. } => {}
         }
         return Ok(Some(OwnLaw::Along(own)));
     }
     let (x, v) = match on {
         ActOn::Points(ends) => (Read::Distance(ends), Read::DistanceRate(ends)),
         ActOn::Coordinate(at) => (Read::Coordinate(at), Read::Rate(at)),
-        ActOn::Member { .. } => return Ok(None),
+        ActOn::Member { .. } | ActOn::Relative { .. } => return Ok(None),
     };
     let own = [
         ("t", Source::Input(0)),

@@ -1,5 +1,6 @@
 //! Why an expression of a law, a bushing or a signal has no value.
 
+use crate::run::outcome::RunFailure;
 use holonom_model::expression::{Program, Undefined};
 use std::sync::{Mutex, PoisonError};
 
@@ -8,6 +9,18 @@ use std::sync::{Mutex, PoisonError};
 pub(crate) struct LawFault {
     pub(crate) t: f64,
     pub(crate) message: String,
+}
+
+/// What to do where a law has no value.
+pub(crate) const REMEDY: &str =
+    "let its arguments stay where it is defined, by max, clamp or a smaller step";
+
+impl LawFault {
+    /// The failure of a run at the node `step`.
+    pub(crate) fn failure(self, step: u64, t: f64) -> RunFailure {
+        let message = format!("{} at t = {:.6} s", self.message, self.t);
+        RunFailure { step, t, message, remedy: REMEDY.into() }
+    }
 }
 
 /// The last fault of a law; no part of the state.

@@ -47,9 +47,8 @@ impl<'a> Step<'a> {
             return legendre::discrete_energy(system, self.s).total();
         }
         let energy = |node: &GaussPoint| {
-            let (angles, internal) = (&self.s.angles, &self.s.internal);
-            let at = Configuration { t: node.t, q: &node.q, angles, internal };
-            node.weight * (system.kinetic_energy(&node.v) + system.gauss_energy(at))
+            let potential = system.gauss_energy(node.place(self.s));
+            node.weight * (system.kinetic_energy(&node.v) + potential)
         };
         let strains = system.interpolation().zip(self.polynomial);
         let strains = strains.map_or(0.0, |(strains, polynomial)| strains.energy(&polynomial));

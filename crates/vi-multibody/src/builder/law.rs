@@ -3,10 +3,13 @@
 use super::error::finite;
 use super::force::{ElementForce, ForceElements, ForceEntry};
 use super::{BodyId, BuildError, CoordinateId, MechanismBuilder, PointOn, added};
+use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::law::input::Past;
-use crate::force::law::{Input, Law, LawForce, Reading, Sampler, SignalStates, Target};
+use crate::force::law::{
+    Input, Law, LawForce, Reading, RelativeWrench, Sampler, SignalStates, Target,
+};
 use crate::force::wrench_law::ActsOn;
-use crate::geometry::form::Form;
+use crate::geometry::form::{Form, Row};
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::Attachment;
 use std::sync::Arc;
@@ -30,6 +33,13 @@ pub enum Read {
     DistanceRate([PointOn; 2]),
     /// A component in space of the angular velocity of a body, rad/s.
     AngularVelocity(BodyId, usize),
+    /// A component (0 to 2) along the axes of a body of the way from its centre to a point, m.
+    Along(BodyId, PointOn, usize),
+    /// Its rate, m/s.
+    AlongRate(BodyId, PointOn, usize),
+    /// A component along the axes of the first body of the angular velocity of the second less
+    /// that of the first, rad/s.
+    RelativeSpin([BodyId; 2], usize),
     /// A value that is held over a step, among the internal variables of signals.
     Held(usize),
     /// A value of the past.
@@ -55,6 +65,16 @@ pub enum ActOn {
     Member {
         /// The point.
         at: PointOn,
+        /// Whether components are along the axes of the body.
+        follows: bool,
+    },
+    /// The same along the axes of another body, the base, or those of the body where it `follows`;
+    /// the base takes the opposite.
+    Relative {
+        /// The point.
+        at: PointOn,
+        /// The other body.
+        base: BodyId,
         /// Whether components are along the axes of the body.
         follows: bool,
     },
@@ -119,7 +139,7 @@ impl MechanismBuilder {
             let inputs = self.inputs("signals", reads, mechanism)?;
             let mut reading = Reading::new(law.clone(), inputs, states.clone());
             reading.start = start;
-            forces.signals = Some(SignalStates { reading, sampler: sampler.clone() });
+            forces.signals = Some(SignalStates::new(reading, sampler.clone()));
         }
         Ok(())
     }
@@ -138,22 +158,58 @@ impl MechanismBuilder {
         Ok(match on {
             ActOn::Coordinate(id) => Target::Coordinate(self.listed(id, mechanism)?),
             ActOn::Points(ends) => Target::Points(self.between(name, ends, mechanism)?),
-            ActOn::Member { at, follows } => Target::Member(match at.member {
-                Attachment::Body(k) => {
-                    let axes = self.bodies[k].resolve()?.1.transpose();
-                    let point = self.components(&at)?;
-                    finite(|| format!("`{name}`"), "point", point.as_slice())?;
-                    ActsOn::Frame { offset: 12 * k, point, axes: follows.then_some(axes) }
-                }
-                Attachment::Particle(k) => {
-                    let dimension = mechanism.description().dimension;
-                    ActsOn::Particle { offset: mechanism.particle_offset(k), dimension }
-                }
-                Attachment::Ground => {
-                    return Err(BuildError::NoDirection { element: format!("`{name}`") });
-                }
-            }),
+            ActOn::Member { at, follows } => {
+                Target::Member(self.acts_on(name, at, follows, mechanism)?)
+            }
+            ActOn::Relative { at, base, follows } => {
+                let on = self.acts_on(name, at, follows, mechanism)?;
+                let base = self.acts_on(name, base.point([0.0; 3]), !follows, mechanism)?;
+                Target::Relative(Box::new(RelativeWrench { on, base }))
+            }
         })
+    }
+
+    /// A member at a point, whose axes carry what acts on it where that `follows`.
+    fn acts_on(
+        &self,
+        name: &str,
+        at: PointOn,
+        follows: bool,
+        mechanism: &Mechanism,
+    ) -> Result<ActsOn, BuildError> {
+        Ok(match at.member {
+            Attachment::Body(k) => {
+                let axes = self.bodies[k].resolve()?.1.transpose();
+                let point = self.components(&at)?;
+                finite(|| format!("`{name}`"), "point", point.as_slice())?;
+                ActsOn::Frame { offset: 12 * k, point, axes: follows.then_some(axes) }
+            }
+            Attachment::Particle(k) => {
+                let dimension = mechanism.description().dimension;
+                ActsOn::Particle { offset: mechanism.particle_offset(k), dimension }
+            }
+            Attachment::Ground => {
+                return Err(BuildError::NoDirection { element: format!("`{name}`") });
+            }
+        })
+    }
+
+    /// An axis of a body.
+    fn axis(&self, body: BodyId, axis: usize) -> Result<Form, BuildError> {
+        let axes = self.bodies[body.index()].resolve()?.1.transpose();
+        Ok(Form::vector(12 * body.index(), &axes.column(axis).into_owned()))
+    }
+
+    /// The way from the centre of a body to a point, along one of its axes.
+    fn along(
+        &self,
+        name: &str,
+        part: (BodyId, PointOn, usize),
+    ) -> Result<JointCoordinate, BuildError> {
+        let (base, at, axis) = part;
+        let [center, to] = self.ends(|| format!("`{name}`"), &base.point([0.0; 3]), &at)?;
+        let row = Row::product(self.axis(base, axis)?, to.minus(&center), 0.0);
+        Ok(JointCoordinate::length(row))
     }
 
     /// `X_b − X_a`, which must have a direction initially.
@@ -194,6 +250,15 @@ impl MechanismBuilder {
                 Read::Distance(ends) => Input::Length(self.between(name, ends, mechanism)?),
                 Read::DistanceRate(ends) => Input::LengthRate(self.between(name, ends, mechanism)?),
                 Read::AngularVelocity(body, axis) => Input::Spin(12 * body.index(), axis),
+                Read::Along(base, at, axis) => {
+                    Input::Coordinate(self.along(name, (base, at, axis))?)
+                }
+                Read::AlongRate(base, at, axis) => Input::Rate(self.along(name, (base, at, axis))?),
+                Read::RelativeSpin([base, of], axis) => Input::RelativeSpin {
+                    of: 12 * of.index(),
+                    base: 12 * base.index(),
+                    along: self.axis(base, axis)?,
+                },
                 Read::Held(place) => Input::Held(place),
                 Read::Past(past) => Input::Past(past),
                 Read::Six { part, .. } => Input::Six(part),

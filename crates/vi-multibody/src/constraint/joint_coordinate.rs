@@ -111,6 +111,14 @@ impl JointCoordinate {
         Self::of(joint, joint.kind.degree_of_freedom(freedom)?)
     }
 
+    /// A length that is no degree of freedom of a joint: a vector of one member along one of
+    /// another.
+    #[must_use]
+    pub fn length(row: Row) -> Self {
+        let value = Value::Length(row);
+        Self { value, shared: None, slot: UNLISTED, unknown: None, on_ground: false }
+    }
+
     /// The coordinate of a degree of freedom that the joint, or a pair with the same axes, has.
     pub(crate) fn of(joint: &Joint, freedom: DegreeOfFreedom) -> Option<Self> {
         // axis of the child times axis of the parent

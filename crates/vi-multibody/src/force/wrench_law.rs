@@ -21,6 +21,7 @@ use vi_core::force::{DiscreteForce, Force};
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_rigid::directors::{self, FRAME, director};
+use vi_rigid::load;
 
 /// Inputs of a law: `t`, `X`, `Ẋ`, `w`.
 pub const INPUTS: usize = 10;
@@ -194,22 +195,29 @@ impl ActsOn {
         turned
     }
 
-    /// Adds `½ τ × δd_I`.
-    pub(super) fn turn_levers(&self, torque: &Vector3<f64>, block: &mut Block12) {
-        if let ActsOn::Frame { .. } = self {
-            for i in 0..3 {
-                let mut part = block.fixed_view_mut::<3, 3>(3 + 3 * i, 3 + 3 * i);
-                part += 0.5 * torque.cross_matrix();
-            }
+    /// Emits `scale ½ τ × δd_I`.
+    pub(super) fn turn_levers(&self, scale: f64, torque: &Vector3<f64>, out: &mut dyn Entries) {
+        if let ActsOn::Frame { offset, .. } = self {
+            load::add_lever_slopes(scale, torque, *offset, out);
         }
     }
 
     /// Emits `scale` times a block of its coordinates.
     pub(super) fn emit(&self, scale: f64, block: &Block12, out: &mut dyn Entries) {
-        let (first, size) = (self.offset(), self.size());
-        for i in 0..size {
-            for j in 0..size {
-                out.add(first + i, first + j, scale * block[(i, j)]);
+        self.emit_between(self, scale, block, out);
+    }
+
+    /// The same with columns of another member.
+    pub(super) fn emit_between(
+        &self,
+        columns: &Self,
+        scale: f64,
+        block: &Block12,
+        out: &mut dyn Entries,
+    ) {
+        for i in 0..self.size() {
+            for j in 0..columns.size() {
+                out.add(self.offset() + i, columns.offset() + j, scale * block[(i, j)]);
             }
         }
     }
@@ -305,10 +313,10 @@ impl Force for WrenchForce {
             let by = -0.5 * director(&rate, i).cross_matrix(); // ½ δd × ḋ
             rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
         }
-        let mut block = self.on.columns(&own) * self.wrench_rows(&y, &own, &rows, 1.0);
-        let [_, torque] = self.on.spatial(self.law.evaluate(&y), &own);
-        self.on.turn_levers(&torque, &mut block);
+        let block = self.on.columns(&own) * self.wrench_rows(&y, &own, &rows, 1.0);
         self.on.emit(scale, &block, out);
+        let [_, torque] = self.on.spatial(self.law.evaluate(&y), &own);
+        self.on.turn_levers(scale, &torque, out);
     }
 
     fn add_velocity_derivative(

@@ -15,7 +15,8 @@
 #![allow(non_snake_case)] // K
 
 use crate::constraints::Constraints;
-use crate::galerkin::control_points::{ControlPoints, GaussPoint};
+use crate::galerkin::GaussPoint;
+use crate::galerkin::control_points::ControlPoints;
 use crate::saddle_point::{IndependentRows, JacobianPlace, term_sizes};
 use crate::scheme::{Scheme, StepError, SubStep};
 use crate::unknowns::{self, coordinates_and_multipliers};
@@ -199,6 +200,7 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
     ) -> Result<(), StepError> {
         let points = &mut self.points;
         points.balance(system, points.stages(), &mut state.p); // p̄_{n+1}  [2.29]
+        points.write_internal(&mut state.internal);
         state.move_to_configuration(points.step(), |_, _| {});
         Ok(())
     }

@@ -6,25 +6,11 @@
 #![allow(non_snake_case)] // K, E, D
 
 use crate::scheme::SubStep;
-use vi_core::Configuration;
-use vi_core::galerkin::{GaussLobatto, Stages};
+use vi_core::galerkin::{GaussLobatto, GaussPoint, Stages};
 use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::state::State;
-
-/// A Gauss node of a step. Integrals over the step are `h Σ_k b_k` of functions there.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GaussPoint {
-    /// `b_k`.
-    pub weight: f64,
-    /// `t_n + c_k h`, s.
-    pub t: f64,
-    /// `Q_k = Σ_j E_kj q_j`, shape `n`; leaves the constraint manifold by intent.
-    pub q: Vec<f64>,
-    /// `V_k = (1/h) Σ_j D_kj q_j`, shape `n`.
-    pub v: Vec<f64>,
-}
 
 /// The control points of a step with the derivatives of its action.
 #[derive(Debug)]
@@ -36,6 +22,7 @@ pub struct ControlPoints {
     forces: Vec<Vec<f64>>,   // s × n  f − ∇V
     impulses: Vec<Vec<f64>>, // (s + 1) × n  of interpolated strains, where there are any
     mixed: Vec<f64>,         // n  Σ_j K_ij Δ_j
+    internal: Vec<f64>,      // at the end of the step, where they follow it
 }
 
 impl ControlPoints {
@@ -44,7 +31,8 @@ impl ControlPoints {
     pub fn new(n: usize, stages: Stages) -> Self {
         let (s, zeros) = (stages.count(), || vec![0.0; n]);
         let constants = GaussLobatto::new(stages);
-        let node = |&weight: &f64| GaussPoint { weight, t: 0.0, q: zeros(), v: zeros() };
+        let node =
+            |&weight: &f64| GaussPoint { weight, q: zeros(), v: zeros(), ..GaussPoint::default() };
         Self {
             points: vec![Interval::new(n); s],
             p: zeros(),
@@ -52,6 +40,7 @@ impl ControlPoints {
             forces: vec![zeros(); s],
             impulses: Vec::new(),
             mixed: zeros(),
+            internal: Vec::new(),
             constants,
         }
     }
@@ -178,20 +167,28 @@ impl ControlPoints {
         }
     }
 
-    /// Computes positions, velocities and forces at the Gauss nodes from the control points.
+    /// Computes positions, velocities, internal variables and forces at the Gauss nodes from the
+    /// control points.
     pub fn evaluate(&mut self, system: &impl MechanicalSystem) {
         self.interpolate();
-        let Self { constants, points, gauss, forces, impulses, .. } = self;
-        let Interval { angles, internal, .. } = &points[points.len() - 1];
+        let Self { constants, points, gauss, forces, impulses, internal, .. } = self;
+        let s = &points[points.len() - 1];
+        system.collocate(s, constants, gauss, internal);
         for (node, force) in gauss.iter().zip(forces) {
-            let at = Configuration { t: node.t, q: &node.q, angles, internal };
             force.fill(0.0);
-            system.add_gauss_force(at, &node.v, force);
+            system.add_gauss_force(node.place(s), &node.v, force);
         }
         if let Some(strains) = system.interpolation() {
             impulses.resize_with(points.len() + 1, || vec![0.0; system.dim()]);
             impulses.iter_mut().for_each(|impulse| impulse.fill(0.0));
             strains.add_impulses(&StepPolynomial { constants, points }, impulses); // [6.33]
+        }
+    }
+
+    /// Internal variables at the end of the step of the last [`ControlPoints::evaluate`].
+    pub fn write_internal(&self, out: &mut [f64]) {
+        if !self.internal.is_empty() {
+            out.copy_from_slice(&self.internal);
         }
     }
 

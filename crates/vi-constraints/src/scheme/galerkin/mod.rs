@@ -10,6 +10,10 @@
 //! nodal         P(q_i)ᵀ w_i = 0 (i = 0 … s−1),             q_j = F_d(u_j, q_n),  u_1 … u_s ∈ R^d       [2.28]
 //! p̄_{n+1}     = ∂_s L_d + f_s                                                                          [2.29]
 //! ```
+//! Continuous states of signals follow by collocation at the Gauss nodes, `f` reads them there:
+//! ```text
+//! z_k = z_n + h Σ_j A_kj φ(t_j, Q_j, V_j, z_j),   z_{n+1} = z_n + h Σ_k b_k φ(t_k, Q_k, V_k, z_k)       [2.36]
+//! ```
 //! Both have the same roots. The order is `2s` in `q_n` and in the projected momentum `ᵠp_n`, with
 //! dissipative forces, too: there are no backward sub-steps. The map is symplectic and
 //! self-adjoint, momentum maps and constraints are exact. `s = 1` is the scheme of order 2. Only
@@ -34,8 +38,8 @@ pub mod sweeps;
 pub mod tangent;
 
 pub use constrained::GalerkinConstrained;
-pub use control_points::GaussPoint;
 pub use nodal::GalerkinNodal;
 pub use operators::{ControlPointOperators, DenseControlPoints};
 pub use sweeps::{Pointwise, Sweeps};
 pub use tangent::GalerkinTangent;
+pub use vi_core::galerkin::GaussPoint;

@@ -20,7 +20,8 @@
 //! refused that is farther than 0.5 rad from what the first correction led to.
 
 use crate::constraints::Constraints;
-use crate::galerkin::control_points::{ControlPoints, GaussPoint};
+use crate::galerkin::GaussPoint;
+use crate::galerkin::control_points::ControlPoints;
 use crate::galerkin::sweeps::Sweeps;
 use crate::scheme::{Guess, Scheme, StepError, SubStep};
 use crate::unknowns::Increments;
@@ -184,6 +185,7 @@ impl<O: Sweeps> GalerkinNodal<O> {
             }
             reached.copy_from_slice(&x[(s - 1) * d..]);
             self.sweeps.close(system, &mut self.points, &mut state.p);
+            self.points.write_internal(&mut state.internal);
             state.t += h;
             state.q.copy_from_slice(self.points.q(s));
         }
@@ -295,7 +297,11 @@ impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNo
         state: &mut State,
     ) -> Result<(), StepError> {
         let Self { sweeps, points, continued, .. } = self;
+        if sweeps.dof() == 0 {
+            points.evaluate(system); // nothing moves but what is beside the motion
+        }
         sweeps.close(system, points, &mut state.p); // p̄_{n+1}  [2.29]
+        points.write_internal(&mut state.internal);
         sweeps.remember(&mut state.memory);
         let (u, misses) = (state.history.increment(0, 0), &mut state.memory.misses);
         misses.fit(u.len(), 1, 0..0);

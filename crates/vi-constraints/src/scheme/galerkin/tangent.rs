@@ -207,13 +207,7 @@ impl GalerkinTangent {
         }
         for (k, node) in self.points.gauss().iter().enumerate() {
             let weight = node.weight * constants.E[(k, i)] * constants.E[(k, j)];
-            let at = Configuration {
-                t: node.t,
-                q: &node.q,
-                angles: &self.points.step().angles,
-                internal: &self.points.step().internal,
-            };
-            system.gauss_hessian(at, -h * h * weight, out);
+            system.gauss_hessian(node.place(self.points.step()), -h * h * weight, out);
         }
     }
 

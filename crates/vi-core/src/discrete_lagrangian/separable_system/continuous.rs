@@ -3,7 +3,9 @@
 use super::SeparableSystem;
 use crate::configuration::Configuration;
 use crate::discrete_lagrangian::slot_derivatives::DiscreteLagrangian;
+use crate::galerkin::{GaussLobatto, GaussPoint};
 use crate::interpolation::{StepPolynomial, StrainInterpolation};
+use crate::interval::Interval;
 use crate::mechanical_system::MechanicalSystem;
 use crate::sparse::{Entries, Product, SparseMatrix};
 
@@ -59,12 +61,28 @@ impl MechanicalSystem for SeparableSystem {
     }
 
     fn has_memory(&self) -> bool {
-        let held = self.signals.as_ref().filter(|signals| !signals.has_states());
-        self.internal_variables() > held.map_or(0, |signals| signals.count())
+        self.internal_variables() > self.places_of_signals().len()
     }
 
     fn is_sampled(&self) -> bool {
         self.signals.as_ref().is_some_and(|signals| signals.is_sampled())
+    }
+
+    fn collocate(
+        &self,
+        s: &Interval,
+        constants: &GaussLobatto,
+        gauss: &mut [GaussPoint],
+        end: &mut Vec<f64>,
+    ) {
+        let Some(signals) = self.signals.as_ref().filter(|own| own.has_states()) else { return };
+        for internal in gauss.iter_mut().map(|node| &mut node.internal).chain([&mut *end]) {
+            internal.clone_from(&s.internal);
+        }
+        let places = self.places_of_signals();
+        if places.end <= end.len() {
+            signals.collocate(s, constants, gauss, &mut end[places]);
+        }
     }
 
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {

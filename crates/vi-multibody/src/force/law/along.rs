@@ -12,7 +12,7 @@ impl LawForce {
     pub(super) fn along(&self) -> Option<SignedUnknown> {
         match &self.target {
             Target::Coordinate(own) => own.unknown(),
-            Target::Points(_) | Target::Member(_) => None,
+            Target::Points(_) | Target::Member(_) | Target::Relative(_) => None,
         }
     }
 }

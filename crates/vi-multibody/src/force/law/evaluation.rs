@@ -9,9 +9,9 @@ use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 
 /// Newton iterations for the states of a step at most; more mean that kinks alternate.
-const ITERATIONS: usize = 40;
+pub(super) const ITERATIONS: usize = 40;
 /// A correction below this part of a state is round-off.
-const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+pub(super) const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
 /// Efforts and rates of states by inputs and states.
 pub trait Law: Send + Sync {
@@ -239,7 +239,13 @@ impl Reading {
         self.take_states(held, &mut work.start);
     }
 
-    fn read_inputs_at(&self, at: Configuration<'_>, v: &[f64], held: &[f64], y: &mut [f64]) {
+    pub(super) fn read_inputs_at(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        held: &[f64],
+        y: &mut [f64],
+    ) {
         let six = self
             .six
             .as_ref()

@@ -7,6 +7,7 @@
 //! X, Ẋ       X(q_{n+1/2}), X(Δq)/h                     ½ ∂X, (1/h) ∂X
 //! l, l̇       |D|, D̂·Ḋ  of D(q_{n+1/2}), D(Δq)/h        ½ D̂, (1/h) D̂ + ½ (Ḋ − l̇ D̂)/l
 //! w          θ/h, θ the rotation vector of the step    (1/h) ∂θ/∂d_I
+//! w_r        ā·(w_b − w_a), ā = a(q_{n+1/2})           ā·∂(w_b − w_a) + ½ ∂a·(w_b − w_a)
 //! ```
 //! At a node the same of `q` and `v`, with `w = ½ Σ d_I × ḋ_I`.
 
@@ -37,6 +38,15 @@ pub enum Input {
     LengthRate(Form),
     /// A component in space of the angular velocity, rad/s, of the frame at this coordinate.
     Spin(usize, usize),
+    /// The angular velocity of one frame less that of another, rad/s, along a vector of the other.
+    RelativeSpin {
+        /// First coordinate of the one.
+        of: usize,
+        /// First coordinate of the other.
+        base: usize,
+        /// The vector.
+        along: Form,
+    },
     /// A value that is held over a step, among the internal variables of signals.
     Held(usize),
     /// A value of the past.
@@ -109,6 +119,54 @@ fn for_each_of_frame(offset: usize, rows: [Vector3<f64>; 3], visit: &mut dyn FnM
     }
 }
 
+/// Angular velocity in a step, of the frame at `offset`.
+fn spin_in_step(s: &Interval, offset: usize) -> Vector3<f64> {
+    let own = offset..offset + FRAME;
+    RotationVector::of_step(&s.q0[own.clone()], &s.q1[own]).theta / s.h
+}
+
+/// The same at a node.
+fn spin_at_node(q: &[f64], v: &[f64], offset: usize) -> Vector3<f64> {
+    let [own, rate] = [q, v].map(|x| &x[offset..offset + FRAME]);
+    directors::angular_velocity(own, rate)
+}
+
+/// Visits the entries of `a·∂w` by the end of a step.
+fn for_each_spin_slope(
+    s: &Interval,
+    offset: usize,
+    a: &Vector3<f64>,
+    visit: &mut dyn FnMut(usize, f64),
+) {
+    let own = offset..offset + FRAME;
+    let start = &s.q0[own.clone()];
+    let turn = RotationVector::of_step(start, &s.q1[own]);
+    let by = |i: usize| turn.by_director(&director(start, i)).tr_mul(a) / s.h;
+    for_each_of_frame(offset, [0, 1, 2].map(by), visit);
+}
+
+/// The same by the position at a node: `−½ (ḋ × δd)·a = −½ δd·(a × ḋ)`.
+fn for_each_spin_slope_by_position(
+    v: &[f64],
+    offset: usize,
+    a: &Vector3<f64>,
+    visit: &mut dyn FnMut(usize, f64),
+) {
+    let (rate, a) = (&v[offset..offset + FRAME], -0.5 * a);
+    for_each_of_frame(offset, [0, 1, 2].map(|i| a.cross(&director(rate, i))), visit);
+}
+
+/// The same by the velocity: `½ (d × δḋ)·a = ½ δḋ·(a × d)`.
+fn for_each_spin_slope_by_velocity(
+    q: &[f64],
+    offset: usize,
+    a: &Vector3<f64>,
+    visit: &mut dyn FnMut(usize, f64),
+) {
+    let (own, a) = (&q[offset..offset + FRAME], 0.5 * a);
+    for_each_of_frame(offset, [0, 1, 2].map(|i| a.cross(&director(own, i))), visit);
+}
+
 fn unit(axis: usize, scale: f64) -> Vector3<f64> {
     Vector3::ith(axis, scale)
 }
@@ -118,7 +176,11 @@ impl Input {
     #[must_use]
     pub fn is_rate(&self) -> bool {
         match self {
-            Self::Rate(_) | Self::PointRate(..) | Self::LengthRate(_) | Self::Spin(..) => true,
+            Self::Rate(_)
+            | Self::PointRate(..)
+            | Self::LengthRate(_)
+            | Self::Spin(..)
+            | Self::RelativeSpin { .. } => true,
             Self::Six(part) => *part >= 6,
             _ => false,
         }
@@ -129,7 +191,11 @@ impl Input {
     #[must_use]
     pub fn is_seen_from_ground(&self) -> bool {
         match self {
-            Self::Time | Self::Held(_) | Self::Past(_) | Self::Six(_) => false,
+            Self::Time
+            | Self::Held(_)
+            | Self::Past(_)
+            | Self::Six(_)
+            | Self::RelativeSpin { .. } => false,
             Self::Coordinate(own) | Self::Rate(own) => own.is_length_from_ground(),
             Self::Point(..) | Self::PointRate(..) | Self::Spin(..) => true,
             Self::Length(form) | Self::LengthRate(form) => form.is_seen_from_ground(),
@@ -155,9 +221,9 @@ impl Input {
             Self::PointRate(form, axis) => form.rate(&s.v_mid)[*axis],
             Self::Length(form) => form.at(&s.q_mid).norm(),
             Self::LengthRate(form) => Line::of(form, &s.q_mid, &s.v_mid).rate,
-            Self::Spin(offset, axis) => {
-                let own = *offset..*offset + FRAME;
-                RotationVector::of_step(&s.q0[own.clone()], &s.q1[own]).theta[*axis] / s.h
+            Self::Spin(offset, axis) => spin_in_step(s, *offset)[*axis],
+            Self::RelativeSpin { of, base, along } => {
+                along.at(&s.q_mid).dot(&(spin_in_step(s, *of) - spin_in_step(s, *base)))
             }
             Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
             Self::Past(past) => past.at(s.t_mid(), held),
@@ -183,15 +249,13 @@ impl Input {
                 let Line { along, turning, .. } = Line::of(form, &s.q_mid, &s.v_mid);
                 form.for_each_slope(&(by_rate * along + 0.5 * turning), visit);
             }
-            Self::Spin(offset, axis) => {
-                let own = *offset..*offset + FRAME;
-                let start = &s.q0[own.clone()];
-                let turn = RotationVector::of_step(start, &s.q1[own]);
-                let rows = [0, 1, 2].map(|i| {
-                    let by = turn.by_director(&director(start, i));
-                    by_rate * by.row(*axis).transpose()
-                });
-                for_each_of_frame(*offset, rows, visit);
+            Self::Spin(offset, axis) => for_each_spin_slope(s, *offset, &unit(*axis, 1.0), visit),
+            Self::RelativeSpin { of, base, along } => {
+                let a = along.at(&s.q_mid);
+                for_each_spin_slope(s, *of, &a, visit);
+                for_each_spin_slope(s, *base, &-a, visit);
+                let w = spin_in_step(s, *of) - spin_in_step(s, *base);
+                along.for_each_slope(&(0.5 * w), visit);
             }
         }
     }
@@ -207,9 +271,10 @@ impl Input {
             Self::PointRate(form, axis) => form.rate(v)[*axis],
             Self::Length(form) => form.at(at.q).norm(),
             Self::LengthRate(form) => Line::of(form, at.q, v).rate,
-            Self::Spin(offset, axis) => {
-                let [own, rate] = [at.q, v].map(|x| &x[*offset..*offset + FRAME]);
-                directors::angular_velocity(own, rate)[*axis]
+            Self::Spin(offset, axis) => spin_at_node(at.q, v, *offset)[*axis],
+            Self::RelativeSpin { of, base, along } => {
+                let w = spin_at_node(at.q, v, *of) - spin_at_node(at.q, v, *base);
+                along.at(at.q).dot(&w)
             }
             Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),
             Self::Past(past) => past.at(at.t, held),
@@ -235,13 +300,14 @@ impl Input {
                 form.for_each_slope(&Line::of(form, q, v).turning, visit);
             }
             Self::Spin(offset, axis) => {
-                let rate = &v[*offset..*offset + FRAME];
-                let axis = unit(*axis, -0.5); // −½ (ḋ × δd)·e = −½ δd·(e × ḋ)
-                for_each_of_frame(
-                    *offset,
-                    [0, 1, 2].map(|i| axis.cross(&director(rate, i))),
-                    visit,
-                );
+                for_each_spin_slope_by_position(v, *offset, &unit(*axis, 1.0), visit);
+            }
+            Self::RelativeSpin { of, base, along } => {
+                let a = along.at(q);
+                for_each_spin_slope_by_position(v, *of, &a, visit);
+                for_each_spin_slope_by_position(v, *base, &-a, visit);
+                let w = spin_at_node(q, v, *of) - spin_at_node(q, v, *base);
+                along.for_each_slope(&w, visit);
             }
         }
     }
@@ -258,9 +324,12 @@ impl Input {
             Self::PointRate(form, axis) => form.for_each_slope(&unit(*axis, 1.0), visit),
             Self::LengthRate(form) => form.for_each_slope(&Line::of(form, q, v).along, visit),
             Self::Spin(offset, axis) => {
-                let own = &q[*offset..*offset + FRAME];
-                let axis = unit(*axis, 0.5); // ½ (d × δḋ)·e = ½ δḋ·(e × d)
-                for_each_of_frame(*offset, [0, 1, 2].map(|i| axis.cross(&director(own, i))), visit);
+                for_each_spin_slope_by_velocity(q, *offset, &unit(*axis, 1.0), visit);
+            }
+            Self::RelativeSpin { of, base, along } => {
+                let a = along.at(q);
+                for_each_spin_slope_by_velocity(q, *of, &a, visit);
+                for_each_spin_slope_by_velocity(q, *base, &-a, visit);
             }
             Self::Time
             | Self::Held(_)

@@ -13,14 +13,17 @@
 //! Source: Marsden & West 2001, part 3; Hairer, Lubich & Wanner 2006, II.1, for the midpoint rule.
 
 mod along;
+mod collocation;
 pub(super) mod evaluation;
 pub mod input;
+mod relative;
 pub mod signals;
 mod target;
 pub mod velocity;
 
 pub use evaluation::{Law, Reading};
 pub use input::{Input, Past};
+pub use relative::RelativeWrench;
 pub use signals::{Sampler, SignalStates};
 pub use target::Target;
 pub use velocity::LawOfRates;

@@ -1,9 +1,11 @@
 //! The states and held values of signals.
 
+use super::collocation::Collocation;
 use super::evaluation::Reading;
 use nalgebra::DMatrix;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use vi_core::Configuration;
+use vi_core::galerkin::{GaussLobatto, GaussPoint};
 use vi_core::interval::Interval;
 use vi_core::signals::{Signals, StateRates};
 
@@ -22,12 +24,26 @@ pub trait Sampler: Send + Sync {
 }
 
 /// All states and held values of the signals of a model.
-#[derive(Clone)]
 pub struct SignalStates {
     /// The rates of all continuous states.
     pub reading: Reading,
     /// What happens at nodes.
     pub sampler: Arc<dyn Sampler>,
+    collocation: Mutex<Collocation>, // scratch
+}
+
+impl Clone for SignalStates {
+    fn clone(&self) -> Self {
+        Self::new(self.reading.clone(), self.sampler.clone())
+    }
+}
+
+impl SignalStates {
+    /// Of the rates of all continuous states, and of what happens at nodes.
+    #[must_use]
+    pub fn new(reading: Reading, sampler: Arc<dyn Sampler>) -> Self {
+        Self { reading, sampler, collocation: Mutex::default() }
+    }
 }
 
 impl std::fmt::Debug for SignalStates {
@@ -66,6 +82,17 @@ impl Signals for SignalStates {
                 out[*place] = 2.0 * middle - out[*place];
             }
         });
+    }
+
+    fn collocate(
+        &self,
+        s: &Interval,
+        constants: &GaussLobatto,
+        gauss: &mut [GaussPoint],
+        end: &mut [f64],
+    ) {
+        let mut own = self.collocation.lock().unwrap_or_else(PoisonError::into_inner);
+        own.find(&self.reading, s, constants, gauss, end);
     }
 
     fn rates(&self, at: Configuration<'_>, v: &[f64]) -> StateRates {

@@ -3,10 +3,11 @@
 //! ```text
 //! joint     f_d^∓ = (h/2) τ ∇θ(q_n | q_{n+1})
 //! points    f_d^∓ = −(h/2) T D̂(q_{n+1/2})  on X_b, opposite on X_a
-//! member    as crate::wrench_law
+//! member    as crate::wrench_law;  relative to a frame as super::relative
 //! ```
 
 use super::input::Input;
+use super::relative::RelativeWrench;
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::wrench_law::{ActsOn, Block12};
 use crate::geometry::form::Form;
@@ -22,6 +23,8 @@ pub enum Target {
     Points(Form),
     /// A body or a point mass: force (N) and torque (N·m).
     Member(ActsOn),
+    /// The same along the axes of a frame, which takes the opposite.
+    Relative(Box<RelativeWrench>),
 }
 
 /// Where the directions of efforts are taken.
@@ -51,7 +54,7 @@ impl Target {
     pub fn count(&self) -> usize {
         match self {
             Self::Coordinate(_) | Self::Points(_) => 1,
-            Self::Member(_) => 6,
+            Self::Member(_) | Self::Relative(_) => 6,
         }
     }
 
@@ -61,6 +64,7 @@ impl Target {
             Self::Coordinate(own) => own.is_length_from_ground(),
             Self::Points(form) => form.is_seen_from_ground(),
             Self::Member(_) => true,
+            Self::Relative(_) => false,
         }
     }
 
@@ -76,6 +80,9 @@ impl Target {
                 let wrench = std::array::from_fn(|k| efforts[k]);
                 let wrench = on.spatial(wrench, &on.own(at.mid));
                 on.add_wrench(scale, wrench, &on.own(at.own), out);
+            }
+            Self::Relative(own) => {
+                own.add(at, scale, std::array::from_fn(|k| efforts[k]), out);
             }
         }
     }
@@ -105,6 +112,7 @@ impl Target {
                     visit(on.offset() + i, of(0, f) + of(3, m));
                 }
             }
+            Self::Relative(own) => own.for_each_direction(at, k, visit),
         }
     }
 
@@ -135,11 +143,15 @@ impl Target {
                 if axes.is_some() {
                     block = on.columns(&on.own(at.own)) * on.turned_axes(&wrench, share);
                 }
+                on.emit(scale, &block, out);
                 if follows {
                     let [_, torque] = on.spatial(wrench, &on.own(at.mid));
-                    on.turn_levers(&torque, &mut block);
+                    on.turn_levers(scale, &torque, out);
                 }
-                on.emit(scale, &block, out);
+            }
+            Self::Relative(own) => {
+                let wrench = std::array::from_fn(|k| efforts[k]);
+                own.emit_turning(at, (share, follows), scale, wrench, out);
             }
         }
     }

@@ -75,6 +75,9 @@ fn built(states: usize) -> BuiltMechanism {
         Read::DistanceRate([ball.into(), corner]),
         Read::AngularVelocity(free, 0),
         Read::AngularVelocity(arm, 2),
+        Read::Along(arm, corner, 1),
+        Read::AlongRate(arm, ball.into(), 0),
+        Read::RelativeSpin([arm, free], 2),
         Read::Held(states),
     ];
     let targets = [
@@ -85,9 +88,13 @@ fn built(states: usize) -> BuiltMechanism {
         ActOn::Member { at: corner, follows: false },
         ActOn::Member { at: corner, follows: true },
         ActOn::Member { at: ball.into(), follows: false },
+        ActOn::Relative { at: corner, base: arm, follows: false },
+        ActOn::Relative { at: corner, base: arm, follows: true },
+        ActOn::Relative { at: ball.into(), base: arm, follows: false },
     ];
     for on in targets {
-        let efforts = if matches!(on, ActOn::Member { .. }) { 6 } else { 1 };
+        let on_member = matches!(on, ActOn::Member { .. } | ActOn::Relative { .. });
+        let efforts = if on_member { 6 } else { 1 };
         let law = Arc::new(Curved { efforts, inputs: reads.len(), states });
         builder.law(on, reads.clone(), (0..states).rev().collect(), law);
     }
@@ -188,7 +195,7 @@ fn states_follow_the_midpoint_rule() {
     let q0 = built.mechanism.initial_configuration();
     let mut s = Interval::between(0.4, 0.1, &q0, &moved(&q0, 0.3));
     s.internal = vec![0.4, -0.3, 0.2];
-    let curved = Curved { efforts: 1, inputs: 13, states: 2 };
+    let curved = Curved { efforts: 1, inputs: 16, states: 2 };
     let held = [0.4, -0.3, 0.2];
     let y: Vec<f64> = law.reading.inputs.iter().map(|input| input.in_step(&s, &held)).collect();
     law.reading.with_values_in_step(&s, |work| {

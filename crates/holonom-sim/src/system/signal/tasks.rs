@@ -1,0 +1,74 @@
+//! What happens at nodes: values that are sampled, kept and held, in the order of dependence.
+
+use super::kinds::gains;
+use super::sampler::{Due, Task};
+use super::{Source, Terms, key, label, output};
+use holonom_model::ModelError;
+use vi_multibody::builder::Read;
+
+impl<'a> Terms<'a> {
+    /// What happens at nodes, in the order of dependence.
+    pub(super) fn tasks(&mut self) -> Result<Vec<Due>, ModelError> {
+        let (model, mut all) = (self.names.model, Vec::new());
+        let step = model.settings.step;
+        for signal in &model.signals {
+            let (place, name) = (self.place(signal), signal.name.as_str());
+            if let (Some(past), Some(delay)) = (self.pasts.get(name).copied(), &signal.delay) {
+                let of = self.of(name, "delay", &delay.of)?;
+                all.push((place, of, None, Due { every: 1, task: Task::Keep { past, of } }));
+            }
+            let Some(period) = signal.every else { continue };
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked: positive
+            let every = (period / step).round() as u64;
+            if let Some(value) = &signal.value {
+                let own = [("t", Source::Input(0)), ("last", self.held(place, name))];
+                let key = key(name, "value");
+                let of = self.formula((&label(name), &key), value, &own)?;
+                let task = Task::Value { held: place, of };
+                all.push((place, of, None, Due { every, task }));
+            } else if let Some(pid) = &signal.pid {
+                let error = self.of(name, "pid", &pid.of)?;
+                let feedforward = self.feedforward(name, pid)?;
+                let gains = gains(pid);
+                let task = Task::Pid { held: place, error, feedforward, gains, period };
+                all.push((place, error, feedforward, Due { every, task }));
+                for (part, k) in [("i", 1), ("d", 2)] {
+                    let source = self.held(place + k, &format!("{name}.{part}"));
+                    self.output.push(output::Part::new(name, part, source));
+                }
+                self.output.push(output::Part::new(name, "e", error));
+            }
+        }
+        let mut places = Vec::new();
+        let mut sorted = Vec::new();
+        for k in 0..all.len() {
+            self.visit(k, &all, &mut places, &mut sorted);
+        }
+        Ok(sorted)
+    }
+
+    /// Adds a task after those whose held values it reads, but for circles.
+    pub(super) fn visit(
+        &self,
+        k: usize,
+        all: &[(usize, Source, Option<Source>, Due)],
+        visited: &mut Vec<usize>,
+        sorted: &mut Vec<Due>,
+    ) {
+        if visited.contains(&k) {
+            return;
+        }
+        visited.push(k);
+        let (_, of, ahead, due) = all[k];
+        let (_, inputs, _) =
+            self.reached(&[Some(of), ahead].into_iter().flatten().collect::<Vec<_>>());
+        for input in inputs {
+            if let (Read::Held(place), _) = self.inputs[input]
+                && let Some(other) = all.iter().position(|(own, ..)| *own == place)
+            {
+                self.visit(other, all, visited, sorted);
+            }
+        }
+        sorted.push(due);
+    }
+}
