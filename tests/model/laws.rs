@@ -306,3 +306,111 @@ fn a_law_is_data() {
     let model = Model::from_toml_with(&text, &set).unwrap();
     assert_eq!(model.laws[0].effort.as_ref().unwrap().0, "-7*x");
 }
+
+/// Two bodies and a ball that fly freely, with laws along the axes of one of them.
+fn flying(settings: &str, laws: &str) -> String {
+    [
+        head("flying", &format!("step = 0.01, end = 0.5, {settings}")),
+        body("carrier", 2.0, [0.1, 0.2, 0.25])
+            + "euler = { sequence = \"zx\", degrees = [40.0, 20.0] }\nangular_velocity = [0.5, -1.0, 2.0]\n",
+        body("probe", 1.0, [0.03, 0.02, 0.04])
+            + "position = [1.0, 0.3, 0.2]\nvelocity = [0.0, 1.0, 0.4]\nangular_velocity = [1.0, 0.3, -2.0]\n",
+        part("particle", "ball") + "mass = 0.4\nposition = [0.2, -0.7, 0.5]\nvelocity = [0.3, 0.1, 0.0]\n",
+        laws.to_owned(),
+    ]
+    .concat()
+}
+
+const RELATIVE: &str = "[[law]]\nname = \"arm\"\non = \"probe\"\npoint = [0.1, 0.2, -0.1]\nrelative_to = \"carrier\"\n\
+    force = [\"-0.6*(x - 0.8) - 0.3*vx\", \"-0.5*y + 0.03*wz\", \"0.2*x*vz - 0.4*z\"]\ntorque = [\"-0.02*wx\", \"0.03*x - 0.02*wy\", \"0.04*sin(z)\"]\n\
+    [[law]]\nname = \"own\"\non = \"probe\"\nrelative_to = \"carrier\"\naxes = \"body\"\nforce = [\"0.1*y\", \"-0.1*vx\", \"0.1\"]\ntorque = [\"0.02\", \"-0.01*wx\", \"0\"]\n\
+    [[law]]\nname = \"tether\"\non = \"ball\"\nrelative_to = \"carrier\"\nforce = [\"-0.5*x\", \"-0.5*(y + 0.5) - 0.2*vy\", \"-0.3*z\"]\n";
+
+/// What a law relative to a body takes from one it gives to the other, whatever it reads; it keeps
+/// the order, its slopes are exact, and it does not see a motion of the whole.
+#[test]
+fn laws_relative_to_a_body_keep_momenta_and_the_order() {
+    let nodes = run(&flying("", RELATIVE)).unwrap();
+    let (first, last) = (&nodes[0], nodes.last().unwrap());
+    for of in [|node: &Sample| node.momentum.linear, |node: &Sample| node.momentum.angular] {
+        let drift = (0..3).map(|i| (of(last)[i] - of(first)[i]).abs()).fold(0.0, f64::max);
+        println!("momentum changes by {drift:.1e}");
+        assert!(drift < 1e-12, "{drift:e}");
+    }
+    let count = nodes.iter().map(|node| node.newton_iterations).sum::<f64>() / nodes.len() as f64;
+    println!("{count:.2} iterations");
+    assert!(count < 4.0, "{count}");
+    for scheme in ["constrained", "dalembert", "reduced"] {
+        let other = run(&flying(&format!("scheme = \"{scheme}\""), RELATIVE)).unwrap();
+        let distance = apart(&nodes, &other);
+        println!("{scheme}: {distance:.1e}");
+        assert!(distance < 1e-9, "{scheme}: {distance:e}");
+    }
+    for (method, order) in [("", 2.0), ("method = \"galerkin\", order = 4", 4.0)] {
+        let ends = [1u32, 2, 4].map(|parts| {
+            let step = format!("step = {:?}", 0.02 / f64::from(parts));
+            let nodes = run(&flying(method, RELATIVE).replace("step = 0.01", &step)).unwrap();
+            nodes.last().unwrap().q.clone()
+        });
+        let apart = |k: usize| distance(&ends[k], &ends[k + 1]);
+        let found = (apart(0) / apart(1)).log2();
+        println!("{method}: order {found:.2}");
+        assert!((order - 0.3..order + 0.4).contains(&found), "{method}: {found}");
+    }
+}
+
+/// Relative to a body that hardly moves, a law is one in space, seen along the axes of that body.
+#[test]
+fn a_law_relative_to_what_stands_still_is_one_in_space() {
+    let heavy = |laws: &str| {
+        flying("", laws)
+            .replace("mass = 2.0", "mass = 1e12")
+            .replace("angular_velocity = [0.5, -1.0, 2.0]", "angular_velocity = [0.0, 0.0, 0.0]")
+    };
+    let straight = |text: String| text.replace("degrees = [40.0, 20.0]", "degrees = [90.0, 0.0]");
+    let text = straight(heavy(
+        "[[law]]\nname = \"a\"\non = \"probe\"\nrelative_to = \"carrier\"\n\
+         force = [\"-7*x\", \"-3*y - vx\", \"wz\"]\ntorque = [\"0.1*y\", \"-0.2*wx\", \"0\"]\n",
+    ));
+    // axes x, y of the carrier are y, -x of space
+    let space = straight(heavy(
+        "[[law]]\nname = \"a\"\non = \"probe\"\n\
+         force = [\"-(-3*(-x) - vy)\", \"-7*y\", \"wz\"]\ntorque = [\"-(-0.2*wy)\", \"0.1*(-x)\", \"0\"]\n",
+    ));
+    let text = text.replace("inertia = [0.1, 0.2, 0.25]", "inertia = [1e12, 1e12, 1e12]");
+    let space = space.replace("inertia = [0.1, 0.2, 0.25]", "inertia = [1e12, 1e12, 1e12]");
+    let ends = [&text, &space].map(|text| run(text).unwrap().last().unwrap().q.clone());
+    let off = distance(&ends[0][12..24], &ends[1][12..24]);
+    println!("apart by {off:.1e}");
+    assert!(off < 1e-9, "{off:e}");
+}
+
+#[test]
+fn what_is_no_base_of_a_law_is_refused() {
+    for (base, why) in [
+        ("ground", "relative to the ground by themselves"),
+        ("probe", "does not move relative to itself"),
+        ("ball", "ball"),
+        ("nothing", "nothing"),
+    ] {
+        let text = flying("", &RELATIVE.replace("\"carrier\"", &format!("\"{base}\"")));
+        let error = run(&text).unwrap_err();
+        assert!(error.contains(why) && error.contains("relative_to"), "{base}: {error}");
+    }
+}
+
+/// A law that has no value in an equilibrium says so, with its arguments.
+#[test]
+fn a_law_without_a_value_is_named_in_statics() {
+    let law = "[[law]]\nname = \"lift\"\njoint = \"elbow\"\neffort = \"2*sqrt(select(0.55 - t, 1, -1)) - 9*x\"\n";
+    let text = links("scheme = \"static\"", law)
+        .replace("end = 0.25", "end = 1.0")
+        .replace("step = 5e-3", "step = 0.1");
+    let text = text.replace("rate = 0.3\n", "").replace("rate = -2.0\n", "");
+    let error = run(&text).unwrap_err();
+    println!("{error}");
+    assert!(
+        error.contains("law `lift`") && error.contains("sqrt") && error.contains("x = "),
+        "{error}"
+    );
+}

@@ -153,6 +153,62 @@ fn on_members() -> Case {
     .blind("law.force", "numbers are judged by the other entries")
 }
 
+/// Along the axes of another body, which takes the opposite.
+fn relative_to_a_body() -> Case {
+    let at = [-0.2, 0.1, 0.4];
+    let accelerations = |k: &str, body: &str| {
+        sensor(&format!("a{k}"), "acceleration", body)
+            + &sensor(&format!("r{k}"), "angular_acceleration", body)
+    };
+    let text = [
+        head("laws", "step = 1e-4, end = 2e-4"),
+        FIRST.text("first"),
+        SECOND.text("second"),
+        particle("ball", 0.6, [1.0, 2.0, 2.0]) + "velocity = [0.4, -0.2, 0.9]\n",
+        part("law", "reach")
+            + &format!("on = \"second\"\npoint = {at:?}\nrelative_to = \"first\"\n"),
+        "force = [\"3-2*x\", \"1.5*vz+y\", \"-0.4*wy\"]\n".into(),
+        "torque = [\"0.2*wz-0.1*z\", \"vx-0.3\", \"0.1*wx+0.2*vy\"]\n".into(),
+        part("law", "tie")
+            + "on = \"ball\"\nrelative_to = \"second\"\nforce = [\"-2*vx\", \"x*z-1\", \"4-vy\"]\n",
+        accelerations("1", "first"),
+        accelerations("2", "second"),
+        sensor("a3", "acceleration", "ball"),
+    ]
+    .concat();
+    Case::new("laws relative to a body", text, move |run| {
+        let mut checks = Checks::default();
+        let [spin, other] = [FIRST.spin, SECOND.spin].map(Vector::from);
+        let [one, two] = [FIRST.rotation(), SECOND.rotation()];
+        let rho = SECOND.place(at) - FIRST.place([0.0; 3]);
+        let rate = SECOND.rate(at) - FIRST.rate([0.0; 3]) - spin.cross(&rho);
+        let [x, v, w] = [rho, rate, other - spin].map(|x| one.transpose() * x);
+        let force = one * Vector::new(3.0 - 2.0 * x.x, 1.5 * v.z + x.y, -0.4 * w.y);
+        let torque = one * Vector::new(0.2 * w.z - 0.1 * x.z, v.x - 0.3, 0.1 * w.x + 0.2 * v.y);
+        let [a, r] = FIRST.accelerations([0.0; 3], -force, -torque - rho.cross(&force));
+        checks.vector("acceleration", run.vector("a1", 0), a, 1e-9);
+        checks.vector("angular acceleration", run.vector("r1", 0), r, 1e-9);
+        let away = Vector::new(1.0, 2.0, 2.0) - SECOND.place([0.0; 3]);
+        let drift = Vector::new(0.4, -0.2, 0.9) - SECOND.rate([0.0; 3]) - other.cross(&away);
+        let [x, v] = [away, drift].map(|x| two.transpose() * x);
+        let tie = two * Vector::new(-2.0 * v.x, x.x * x.z - 1.0, 4.0 - v.y);
+        checks.vector("ball", run.vector("a3", 0), tie / 0.6, 1e-9);
+        let whole = [
+            SECOND.accelerations(at, force, torque),
+            SECOND.accelerations([0.0; 3], -tie, -away.cross(&tie)),
+            SECOND.accelerations([0.0; 3], Vector::zeros(), Vector::zeros()), // of its own spin
+        ];
+        let [a, r] = [0, 1].map(|k| whole[0][k] + whole[1][k] - whole[2][k]);
+        checks.vector("acceleration", run.vector("a2", 0), a, 1e-9);
+        checks.vector("angular acceleration", run.vector("r2", 0), r, 1e-9);
+        let power = force.dot(&rate) + torque.dot(&(other - spin));
+        let work = run.energy("work.reach")[run.last()] / run.t(run.last());
+        checks.near("power", work, power, 0.05 * (1.0 + power.abs()));
+        checks
+    })
+    .only("law")
+}
+
 /// The tension of a spring at the start.
 fn tension_of_a_spring() -> Case {
     let text = [
@@ -346,8 +402,14 @@ fn spring_by_table() -> Case {
 }
 
 pub(crate) fn cases() -> Vec<Case> {
-    let mut cases =
-        vec![between_points(), along_joints(), on_members(), tension_of_a_spring(), conservative()];
+    let mut cases = vec![
+        between_points(),
+        along_joints(),
+        on_members(),
+        relative_to_a_body(),
+        tension_of_a_spring(),
+        conservative(),
+    ];
     cases.extend(tables());
     cases.extend(grids());
     cases.push(spring_by_table());

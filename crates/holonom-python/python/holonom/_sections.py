@@ -885,8 +885,8 @@ class Builder(Sections):
         name : str
             Its name, unique in the model; its work is listed under it.
         axes : str, optional
-            The axes along which force and torque have these components: fixed in space or in the
-            body.
+            The axes along which force and torque have these components: fixed in space, or in the
+            body of ``relative_to`` where there is one; or those of the body on which they act.
             One of ``"space"``, ``"body"``.
         conservative : bool, optional
             A law that reads a rate is taken for one that dissipates, whichever way time runs, and
@@ -897,7 +897,7 @@ class Builder(Sections):
         force : array (3,), optional
             Force, N, three expressions: of ``t``, the place ``x``, ``y``, ``z`` of the point (m)
             and its velocity ``vx``, ``vy``, ``vz`` (m/s), the angular velocity ``wx``, ``wy``,
-            ``wz`` of the body (rad/s), in space.
+            ``wz`` of the body (rad/s), in space or in the frame of ``relative_to``.
         freedom : int, optional
             Which degree of freedom of the joint, counted from 0: displacements first, then angles.
         from_ : str, optional
@@ -915,8 +915,10 @@ class Builder(Sections):
         point_to : array (n,), optional
             Where it is held at ``to``, m.
         relative_to : str, optional
-            The frame of points of the ground: a body, a node of a beam, a joint or a ``[[frame]]``;
-            the inertial frame by default.
+            Between points: the frame of points of the ground, a body, a node of a beam, a joint or
+            a ``[[frame]]``; the inertial frame by default. On a body or a particle (``on``): a body
+            or a node of a beam, along whose axes, from whose centre and in relation to whose
+            rotation the law reads and acts; it takes the opposite force, and the couple of both.
         tension : float or str, optional
             Force with which the points pull each other, N: of ``t``, the distance ``x`` and its
             rate ``v``.
