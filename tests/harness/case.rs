@@ -194,7 +194,6 @@ impl Case {
     pub fn missing(&self) -> Option<String> {
         match self {
             Self::Laws(case) => case.missing(),
-            Self::Nonsmooth(case) => case.missing(),
             _ => None,
         }
     }

@@ -5,7 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use vi_constraints::nonsmooth::{ContactStatus, Method, NonsmoothOptions};
+use vi_constraints::nonsmooth::{
+    ContactLaw, ContactRecord, ContactStatus, Method, NonsmoothOptions,
+};
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::Quadrature;
 use vi_multibody::builder::{
@@ -14,6 +16,7 @@ use vi_multibody::builder::{
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use vi_multibody::{FrameId, PairKind};
+use vi_rigid::gap::ContactShape;
 
 /// Velocities and impulses may be off by this many tolerances of positions.
 const RATES: f64 = 100.0;
@@ -34,7 +37,7 @@ pub struct NonsmoothCase {
     #[serde(default)]
     joints: Vec<JointCase>,
     #[serde(default)]
-    contacts: Vec<Value>,
+    contacts: Vec<ContactCase>,
     pub simulation: SimulationCase,
     discrete: Discrete,
     pub exact: BTreeMap<String, Value>,
@@ -85,6 +88,67 @@ struct LimitsCase {
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+struct ContactCase {
+    #[serde(rename = "type")]
+    kind: String,
+    #[serde(default = "ground")]
+    a: String,
+    b: String,
+    #[serde(default)]
+    point: [f64; 3],
+    #[serde(default)]
+    normal: [f64; 3],
+    #[serde(default)]
+    center: [f64; 3],
+    #[serde(default)]
+    points: Vec<[f64; 3]>,
+    #[serde(default)]
+    radius: f64,
+    #[serde(default)]
+    radius_a: f64,
+    #[serde(default)]
+    radius_b: f64,
+    #[serde(default)]
+    friction: f64,
+    #[serde(default)]
+    restitution: f64,
+    #[serde(default)]
+    tangential_restitution: f64,
+}
+
+fn ground() -> String {
+    "ground".to_owned()
+}
+
+impl ContactCase {
+    fn shapes(&self) -> Result<[ContactShape; 2], String> {
+        let plane = ContactShape::Plane {
+            point: self.point.into(),
+            normal: Vector3::from(self.normal).normalize(),
+        };
+        let ball = |radius| ContactShape::sphere(self.center.into(), radius);
+        match self.kind.as_str() {
+            "sphere-plane" => Ok([plane, ball(self.radius)]),
+            "points-plane" => {
+                let points = self.points.iter().map(|x| Vector3::from(*x)).collect();
+                Ok([plane, ContactShape::Points { points, radius: 0.0 }])
+            }
+            "sphere-sphere" => Ok([ball(self.radius_a), ball(self.radius_b)]),
+            kind => Err(format!("unknown contact `{kind}`")),
+        }
+    }
+
+    fn law(&self) -> ContactLaw {
+        let Self { friction, restitution, tangential_restitution, .. } = *self;
+        match friction > 0.0 {
+            true => ContactLaw::Coulomb { friction, restitution, tangential_restitution },
+            false => ContactLaw::Frictionless { restitution },
+        }
+    }
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SimulationCase {
     pub step: f64,
     pub steps: usize,
@@ -128,6 +192,8 @@ struct Properties {
     impacts: u64,
     guard: u64,
     events: u64,
+    #[serde(rename = "momentum_drift")]
+    _momentum_drift: Option<[f64; 2]>,
 }
 
 /// A run of a case, with what is read along it.
@@ -137,24 +203,34 @@ pub struct NonsmoothRun {
     coordinates: Vec<JointCoordinate>,
     /// Time, velocity before and impulse of each impact.
     pub impacts: Vec<(f64, f64, f64)>,
-    impulses: BTreeMap<String, f64>, // of the last step
+    impulses: BTreeMap<String, Vector3<f64>>, // of the last step; points whose sum alone is unique
+    firsts: Vec<(usize, bool)>, // number of the first contact of each element; whether all are unique
     smallest_gap: f64,
     residual: f64,
     work: f64, // largest of a node
 }
 
 impl NonsmoothCase {
-    /// What the program does not have.
-    pub fn missing(&self) -> Option<String> {
-        (!self.contacts.is_empty()).then(|| "contacts of shapes".to_owned())
-    }
-
     fn frame(&self, name: &str, ids: &[vi_multibody::builder::BodyId]) -> Result<FrameId, String> {
         if name == "ground" {
             return Ok(FrameId::Ground);
         }
         let k = self.bodies.iter().position(|body| body.name == name);
         k.map(|k| ids[k].into()).ok_or_else(|| format!("unknown body `{name}`"))
+    }
+
+    /// The number of the first contact of each element, and whether the impulses of all its points
+    /// are unique; of what has no place 0.
+    fn firsts(&self) -> Vec<(usize, bool)> {
+        let limits = self.joints.iter().filter(|joint| joint.limits.is_some()).count();
+        let frictions = self.joints.iter().filter(|joint| joint.friction.is_some()).count();
+        let mut firsts = vec![(usize::MAX, true); limits + frictions];
+        let mut next = 0;
+        for contact in &self.contacts {
+            firsts.push((next, contact.points.len() <= 3));
+            next += contact.points.len().max(1);
+        }
+        firsts
     }
 
     /// A run of so many steps in the place of one.
@@ -202,6 +278,13 @@ impl NonsmoothCase {
                 builder.joint_friction(coordinate(k), law);
             }
         }
+        for contact in &self.contacts {
+            let [a, b] = contact.shapes()?;
+            let (on_a, on_b) = (self.frame(&contact.a, &ids)?, self.frame(&contact.b, &ids)?);
+            let name = format!("contact {} {}", contact.a, contact.b);
+            let added = builder.shape_contact(&name, (on_a, a), (on_b, b), contact.law());
+            added.map_err(|e| e.to_string())?;
+        }
         let mut built = builder.build().map_err(|e| e.to_string())?;
         let all = joints.iter().enumerate().filter(|(_, (_, has_one))| *has_one);
         let coordinates = all.filter_map(|(k, _)| built.coordinate(coordinate(k))).collect();
@@ -222,6 +305,7 @@ impl NonsmoothCase {
             coordinates,
             impacts: Vec::new(),
             impulses: BTreeMap::new(),
+            firsts: self.firsts(),
             smallest_gap: f64::INFINITY,
             residual: 0.0,
             work: f64::NEG_INFINITY,
@@ -283,6 +367,23 @@ impl NonsmoothCase {
                 }
             }
         }
+        let tolerance = number("tolerance").unwrap_or(1e-9);
+        let q = &run.run.state().q;
+        if let Some(displacement) = number("displacement") {
+            let start = self.bodies.iter().flat_map(|body| body.position);
+            let now = q.chunks(12).flat_map(|q| q[..3].to_vec());
+            let off = start.zip(now).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            if !((off - displacement).abs() <= tolerance) {
+                return Err(format!("moved by {off:e}, not {displacement:e}"));
+            }
+        }
+        if let Some(distance) = number("stop_distance") {
+            let start = Vector3::from(self.bodies[0].position);
+            let off = (Vector3::from_column_slice(&q[..3]) - start).norm() - distance;
+            if !(off.abs() <= tolerance) {
+                return Err(format!("it stops {off:e} m away"));
+            }
+        }
         Ok(())
     }
 }
@@ -291,19 +392,28 @@ impl NonsmoothRun {
     /// Takes a step.
     pub fn step(&mut self) -> Result<(), String> {
         self.run.step().map_err(|e| e.to_string())?;
-        let Self { run, impacts, impulses, .. } = self;
+        let Self { run, impacts, impulses, firsts, .. } = self;
+        let one = |contact: &ContactRecord| Vector3::new(contact.impulse[0], 0.0, 0.0);
         impulses.clear();
         let contacts = run.nonsmooth().expect("it has contacts");
         for (node, found) in contacts.nodes() {
             let mut work = 0.0;
             for contact in found {
                 let element = &contacts.elements()[contact.id.element as usize];
-                let key = match (element.law().restitution(), contact.id.feature) {
-                    (None, _) => format!("friction:{}", element.name()),
-                    (Some(_), 0) => format!("stop:{}.lower", element.name()),
-                    (Some(_), _) => format!("stop:{}.upper", element.name()),
+                let feature = contact.id.feature;
+                let (key, impulse) = match (contact.place, element.law().restitution(), feature) {
+                    (Some(place), ..) => {
+                        let (first, is_unique) = firsts[contact.id.element as usize];
+                        let of = first + if is_unique { feature as usize } else { 0 };
+                        let axes = place.axes.map(Vector3::from);
+                        let along = axes.iter().zip(contact.impulse).map(|(axis, x)| axis * x);
+                        (format!("contact:{of}"), along.sum())
+                    }
+                    (None, None, _) => (format!("friction:{}", element.name()), one(contact)),
+                    (None, _, 0) => (format!("stop:{}.lower", element.name()), one(contact)),
+                    (None, ..) => (format!("stop:{}.upper", element.name()), one(contact)),
                 };
-                *impulses.entry(key).or_default() += contact.impulse[0];
+                *impulses.entry(key).or_default() += impulse;
                 if contact.status == ContactStatus::Impact {
                     impacts.push((node.t, contact.before[0], contact.impulse[0]));
                 }
@@ -385,10 +495,26 @@ impl NonsmoothRun {
             return Ok(());
         }
         let reference = &node.impulses_of_the_step_before;
-        for name in self.impulses.keys().chain(reference.keys()) {
-            let found = self.impulses.get(name).copied().unwrap_or(0.0);
-            let expected = reference.get(name).map_or(0.0, |impulse| impulse[0]);
-            raise(&mut deviation.force, (found - expected).abs() / rates);
+        let mut expected: BTreeMap<String, Vector3<f64>> = BTreeMap::new();
+        for (name, impulse) in reference {
+            let number = name.strip_prefix("contact:").map(str::parse::<usize>);
+            let name = match number {
+                Some(number) => {
+                    let number = number.map_err(|e| format!("`{name}`: {e}"))?;
+                    let of = self.firsts.iter().filter(|(first, _)| *first <= number);
+                    let of = of.max_by_key(|(first, _)| *first).ok_or("no such contact")?;
+                    format!("contact:{}", if of.1 { number } else { of.0 })
+                }
+                None => name.clone(),
+            };
+            let mut three = Vector3::zeros();
+            three.iter_mut().zip(impulse).for_each(|(to, from)| *to = *from);
+            *expected.entry(name).or_default() += three;
+        }
+        for name in self.impulses.keys().chain(expected.keys()) {
+            let [found, wanted] = [&self.impulses, &expected]
+                .map(|of| of.get(name).copied().unwrap_or_else(Vector3::zeros));
+            raise(&mut deviation.force, apart(found.as_slice(), &wanted.into()) / rates);
         }
         Ok(())
     }

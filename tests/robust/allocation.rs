@@ -11,7 +11,7 @@ use holonom::model::Columns;
 use holonom::output::{BeamWriter, EnergyWriter, MomentaWriter, SensorWriter, TrajectoryWriter};
 use holonom::vi_constraints::{Options, SchemeKind};
 use holonom::vi_core::Composition;
-use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
+use holonom::vi_multibody::builder::{DryFriction, Inertia, JointLimits, MechanismBuilder};
 use holonom::vi_multibody::ensemble::Ensemble;
 use holonom::vi_multibody::joint_force::Viscous;
 use holonom::vi_multibody::{FrameId, PairKind};
@@ -84,6 +84,38 @@ fn no_step_of(steps: u32) {
             }
         }
     }
+}
+
+/// Joint stops and dry friction, at rest, sliding, and where they are hit.
+#[test]
+fn no_step_with_contacts_allocates() {
+    for friction in [DryFriction::Effort(0.1), pin_friction()] {
+        let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+        let inertia = Inertia::principal(1.0, [1e-3, 0.08, 0.08]);
+        let rod = builder.body("rod", inertia).at([0.5, 0.0, 0.0]).id();
+        let hinge = builder.joint("hinge", PairKind::Revolute, FrameId::Ground, rod);
+        let angle = hinge.at([0.0; 3]).axis([0.0, 1.0, 0.0]).id().coordinate(0);
+        let limits = JointLimits { lower: Some(-0.5), upper: Some(2.0), restitution: 0.7 };
+        builder.joint_limits(angle, limits);
+        builder.joint_friction(angle, friction);
+        let mut run = builder.build().unwrap().integrator(Options::new(SchemeKind::Nodal, 0.01));
+        let run = run.as_mut().unwrap();
+        for _ in 0..100 {
+            run.step().unwrap(); // with impacts
+        }
+        assert!(run.state().contacts.counts.impacts > 0);
+        let before = allocations();
+        for _ in 0..300 {
+            run.step().unwrap();
+        }
+        let allocations = allocations() - before;
+        println!("{friction:?}: {allocations}, {:?}", run.state().contacts.counts);
+        assert_eq!(allocations, 0, "{friction:?}");
+    }
+}
+
+fn pin_friction() -> DryFriction {
+    DryFriction::Coefficient { coefficient: 0.2, radius: 0.05 }
 }
 
 /// Wheels that roll, blades and sums of rates with expressions, in trees and in loops.

@@ -21,7 +21,7 @@
 //! | [`mechanism`] | bodies, joints and bars as data ([`description`]) and as one system; spanning tree; [`initial_rates`]; [`prescribed`] motions that contradict each other |
 //! | `sweep` | the sweeps over the links of a tree, each once for one tree and for many at once |
 //! | `force` | [`spring`]: between two points; [`joint_force`]: springs, dampers, motors along joint coordinates |
-//! | [`contact`] | joint stops and dry friction of joint coordinates |
+//! | [`contact`] | joint stops and dry friction of joint coordinates, contacts of shapes |
 //! | `solver` | [`tree_step`]: a step of trees in sweeps over their links, [`tree_nodal`]: the same for emitted matrices, [`ensemble`]: many at once; [`closed_loop`]; [`sparse_nodal`]: bodies coupled by potentials; [`tree_map`]: dense; [`run`]: the choice |
 //! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars, from the wrenches that joints transmit; [`tree_multipliers`]: frame by frame |
 //! | [`builder`] | a mechanism described in Rust |

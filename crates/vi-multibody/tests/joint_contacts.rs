@@ -87,6 +87,28 @@ fn a_carriage_bounces_between_its_stops_as_it_should() {
     assert!((counts.dissipated - lost).abs() < 1e-12, "{} for {lost}", counts.dissipated);
 }
 
+/// A stop between two nodes that are open is met: the body turns back within the step.
+#[test]
+fn a_stop_that_is_passed_between_two_nodes_is_met() {
+    let (speed, step) = (3.0, 0.05);
+    let top = 0.5 * speed * speed / G; // after 0.306 s, between the nodes 6 and 7
+    let (mut builder, coordinate) = slider([0.0, 0.0, -G], [0.0, 0.0, 1.0], speed);
+    builder.joint_limits(coordinate, limits(None, Some(top - 1e-4), 0.5));
+    let mut run = run_by(&builder, step, Method::Events);
+    let mut hits = Vec::new();
+    for _ in 0..10 {
+        run.step().unwrap();
+        for (node, contacts) in run.nonsmooth().unwrap().nodes() {
+            let hit = contacts.iter().any(|own| own.status == ContactStatus::Impact);
+            hits.extend(hit.then_some(node.t));
+        }
+    }
+    let exact = (speed - (2.0 * G * 1e-4_f64).sqrt()) / G;
+    println!("met at {hits:?}, without the bend of a step at {exact}");
+    assert_eq!(hits.len(), 1, "{hits:?}");
+    assert!((hits[0] - exact).abs() < 2e-2 && run.state().contacts.counts.events == 1);
+}
+
 /// What lies on a stop stays there, and the stop bears its weight.
 #[test]
 fn a_rod_lies_still_on_its_stop() {

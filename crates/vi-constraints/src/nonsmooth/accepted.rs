@@ -73,7 +73,7 @@ impl NodeImpulses {
             _ => ContactStatus::Stick,
         };
         let (id, gap, slip) = (contact.id, contact.gap, contact.sigma);
-        let slip_before = contact.before;
-        ContactRecord { id, status, impulse, before, after, gap, slip, slip_before, work }
+        let (slip_before, place) = (contact.before, contact.place);
+        ContactRecord { id, status, impulse, before, after, place, gap, slip, slip_before, work }
     }
 }

@@ -12,8 +12,10 @@ use super::node_law::{Course, Drive, Rows};
 use crate::scheme::StepError;
 use vi_core::cone::{Cone, ConeFault, ConeSolver};
 
-/// Changes of impulses below this part of them say nothing of `W_s` but rounding.
+/// Changes below this part of impulses and velocities say nothing of `W_s` but rounding.
 const LEAST: f64 = 1e-7;
+/// `W_s` is corrected where it misses a change of velocities by more than this part.
+const MISSED: f64 = 0.1;
 
 /// The rows whose impulses are not known beforehand.
 #[derive(Debug, Default)]
@@ -61,7 +63,11 @@ impl ActiveRows {
             ws.extend((0..k).map(product));
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let (size, sy, sws) = (dot(lambda, lambda).max(dot(old, old)), dot(s, y), dot(s, ws));
-            if dot(s, s) > LEAST * LEAST * size && sy > 0.0 && sws > 0.0 {
+            let trace: f64 = (0..k).map(|i| model[i * k + i]).sum();
+            let is_large = dot(s, s) > LEAST * LEAST * size
+                && dot(ws, ws) > LEAST * LEAST * trace * trace * dot(s, s);
+            let missed: f64 = y.iter().zip(&*ws).map(|(y, ws)| (y - ws) * (y - ws)).sum();
+            if is_large && missed > MISSED * MISSED * dot(ws, ws) && sy > 0.0 && sws > 0.0 {
                 for i in 0..k {
                     for j in 0..k {
                         model[i * k + j] += y[i] * y[j] / sy - ws[i] * ws[j] / sws;

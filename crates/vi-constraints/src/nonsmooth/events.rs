@@ -365,7 +365,8 @@ impl Nonsmooth {
             let size = element.size();
             let gaps = [element.gap(feature, state.configuration()), relative * size];
             let change = (gaps[1] - gaps[0]).abs();
-            if gaps[0].min(gaps[1]) > NEAR * size + 2.0 * change {
+            let is_near = gaps[0].min(gaps[1]) <= NEAR * size + 2.0 * change;
+            if !(is_near && change.is_finite()) {
                 continue;
             }
             if !known {

@@ -76,6 +76,7 @@ impl NodeImpulses {
                 law,
                 row,
                 size: element.size(),
+                place: element.place(id.feature, at),
                 gap: element.gap(id.feature, at),
                 before: known.map_or(0.0, |known| known.rate),
                 is_hit: false,

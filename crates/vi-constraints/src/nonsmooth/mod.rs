@@ -39,7 +39,7 @@ pub(crate) use stepping::Stepping;
 
 pub use events::{Method, Nonsmooth, NonsmoothOptions};
 pub use record::{ContactRecord, ContactStatus, NodeRecord};
-pub use unilateral::{ContactLaw, ContactRows, TransverseImpulses, Unilateral};
+pub use unilateral::{ContactLaw, ContactPlace, ContactRows, TransverseImpulses, Unilateral};
 
 use vi_core::cone::ConeFault;
 

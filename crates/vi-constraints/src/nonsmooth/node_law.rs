@@ -21,7 +21,7 @@
 //! `H = −(s_1 − W_ii Λ_i − s_0)/W_ii` would hold the rate; where `|H| > b`, `s_0 H > 0` and
 //! `s_0 s_1 ≤ 0`, the row gets the mean of the sign over the time of the node.
 
-use super::unilateral::ContactLaw;
+use super::unilateral::{ContactLaw, ContactPlace};
 use vi_core::cone::Cone;
 use vi_core::contact_state::ContactId;
 
@@ -54,6 +54,7 @@ pub(super) struct Contact {
     pub(super) law: ContactLaw,
     pub(super) row: usize, // its first
     pub(super) size: f64,
+    pub(super) place: Option<ContactPlace>,
     pub(super) gap: f64,        // at q_n
     pub(super) before: f64,     // s_0
     pub(super) is_hit: bool,    //

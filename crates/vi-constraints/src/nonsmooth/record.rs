@@ -1,5 +1,6 @@
 //! What happened at the nodes of a step.
 
+use super::unilateral::ContactPlace;
 use vi_core::contact_state::ContactId;
 
 /// What a contact does at a node.
@@ -28,6 +29,8 @@ pub struct ContactRecord {
     pub before: [f64; 3],
     /// `U⁺`.
     pub after: [f64; 3],
+    /// Where it is; `None` of a joint coordinate.
+    pub place: Option<ContactPlace>,
     /// `g(q_n)`, m or rad.
     pub gap: f64,
     /// `σ` of the step from the node along both tangents; rate of the coordinate of dry friction.

@@ -101,6 +101,15 @@ impl ContactRows {
     }
 }
 
+/// A contact in space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPlace {
+    /// The point in which both bodies feel the impulse, m.
+    pub point: [f64; 3],
+    /// The normal, from A to B, and both tangents, each in space.
+    pub axes: [[f64; 3]; 3],
+}
+
 /// One element: a joint stop, the dry friction of a joint coordinate, a pair of shapes. It has one
 /// contact for each of its features that are near.
 ///
@@ -119,6 +128,10 @@ pub trait Unilateral: Send + Sync + std::fmt::Debug {
     fn gap(&self, feature: u32, at: Configuration<'_>) -> f64;
     /// Writes its rows: `∇g`, then those of the tangents; `∇θ` of dry friction.
     fn rows(&self, feature: u32, at: Configuration<'_>, out: &mut ContactRows);
+    /// Where it is in space; `None` of a joint coordinate.
+    fn place(&self, _feature: u32, _at: Configuration<'_>) -> Option<ContactPlace> {
+        None
+    }
     /// `hσ` along both tangents (m), `Δθ` of dry friction; 0 without friction.
     fn slip(&self, feature: u32, s: &Interval) -> [f64; 2];
 }

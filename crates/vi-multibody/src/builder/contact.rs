@@ -4,10 +4,13 @@ use super::error::finite;
 use super::{BuildError, CoordinateId, ForceElements, MechanismBuilder};
 use crate::contact::joint_friction::JointFriction;
 use crate::contact::joint_stop::JointStop;
+use crate::contact::shape_contact::ShapeContact;
 use crate::mechanism::Mechanism;
+use crate::pair::joint::FrameId;
 use std::sync::Arc;
-use vi_constraints::nonsmooth::Unilateral;
+use vi_constraints::nonsmooth::{ContactLaw, Unilateral};
 use vi_core::linear::norm_inf;
+use vi_rigid::gap::{ContactShape, NoGap, Pair};
 
 /// Limits of a joint coordinate: stops.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,6 +53,26 @@ impl MechanismBuilder {
     /// Adds dry friction to a joint coordinate.
     pub fn joint_friction(&mut self, coordinate: CoordinateId, friction: DryFriction) {
         self.contacts.push(ContactPart::Friction(coordinate, friction));
+    }
+
+    /// Adds the contact of a shape on one frame with a shape on another frame; shapes stand in the
+    /// components along the directors of their frame, from its centre of mass.
+    ///
+    /// # Errors
+    /// [`NoGap`] where the gap between two such shapes is not known.
+    pub fn shape_contact(
+        &mut self,
+        name: &str,
+        a: (impl Into<FrameId>, ContactShape),
+        b: (impl Into<FrameId>, ContactShape),
+        law: ContactLaw,
+    ) -> Result<(), NoGap> {
+        let pair = Pair::new(a.1, b.1)?;
+        let (frames, name) = ([a.0.into(), b.0.into()], name.to_owned());
+        let size = pair.extent();
+        let contact = ShapeContact { name, pair, frames, law, size };
+        self.contact(Arc::new(contact));
+        Ok(())
     }
 
     /// Adds a contact of your own.

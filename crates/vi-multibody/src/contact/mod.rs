@@ -1,7 +1,8 @@
-//! Joint stops, dry friction of joints, and contacts of one's own, as parts of a mechanism.
+//! Joint stops, dry friction of joints, contacts of shapes, as parts of a mechanism.
 
 pub mod joint_friction;
 pub mod joint_stop;
+pub mod shape_contact;
 mod transmitted;
 
 pub(crate) use transmitted::TransmittedImpulses;

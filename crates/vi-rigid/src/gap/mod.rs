@@ -152,7 +152,13 @@ impl Pair {
             (Plane { .. }, Capsule { ends, .. }) | (Capsule { ends, .. }, Plane { .. }) => {
                 if ends[0] == ends[1] { 1 } else { 2 }
             }
-            (Capsule { .. }, Capsule { .. }) => segments::FEATURES,
+            (Capsule { ends: a, .. }, Capsule { ends: b, .. }) => {
+                if a[0] == a[1] || b[0] == b[1] {
+                    1
+                } else {
+                    segments::FEATURES
+                }
+            }
             (Ellipsoid { .. }, _) | (_, Ellipsoid { .. }) => 1,
             _ => 0,
         }
