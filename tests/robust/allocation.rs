@@ -100,8 +100,8 @@ fn no_step_with_contacts_allocates() {
         builder.joint_friction(angle, friction);
         let mut run = builder.build().unwrap().integrator(Options::new(SchemeKind::Nodal, 0.01));
         let run = run.as_mut().unwrap();
-        for _ in 0..100 {
-            run.step().unwrap(); // with impacts
+        for _ in 0..300 {
+            run.step().unwrap(); // with impacts, and until it sticks
         }
         assert!(run.state().contacts.counts.impacts > 0);
         let before = allocations();

@@ -137,7 +137,12 @@ impl NodeImpulses {
             w.push(rest);
             own.push(lambda[i]);
         }
-        solver.solve(cones, own_W, w, own).map_err(|fault| {
+        let mut solved = solver.solve(cones, own_W, w, own);
+        if let Err(ConeFault::NoConvergence { .. }) = solved {
+            own.fill(0.0); // another start
+            solved = solver.solve(cones, own_W, w, own);
+        }
+        solved.map_err(|fault| {
             let cone = match fault {
                 ConeFault::Wedged { cone } => cone,
                 _ => 0,

@@ -10,7 +10,7 @@
 //! impacts with a point of accumulation end. All gaps are looked at after each step: impulses move
 //! bodies that were at rest.
 
-use super::impulses::NodeImpulses;
+use super::impulses::{CLOSED, NodeImpulses};
 use super::record::{ContactRecord, NodeRecord, Records};
 use super::stepping::Stepping;
 use super::unilateral::{ContactRows, TransverseImpulses, Unilateral};
@@ -26,8 +26,6 @@ use vi_core::interval::Interval;
 use vi_core::newton::NewtonReport;
 use vi_core::state::State;
 
-/// A gap that is closed, in parts of its size.
-const CLOSED: f64 = 1e-11;
 /// A first touch ends between 0 and this, likewise.
 const TOUCH: f64 = 1e-13;
 /// Where a gap may be passed between two nodes that are open, likewise.

@@ -23,6 +23,8 @@ use vi_core::state::State;
 
 /// Solutions of a step for one set of laws.
 const ITERATIONS: usize = 60;
+/// A gap that is closed, in parts of its size.
+pub(super) const CLOSED: f64 = 1e-11;
 /// A change of velocities that may stagnate, relative to velocities.
 const STAGNATION: f64 = 1e-9;
 
@@ -71,14 +73,17 @@ impl NodeImpulses {
             let known = state.contacts.find(id);
             element.rows(id.feature, at, rows);
             lambda.extend_from_slice(&known.map_or([0.0; 3], |known| known.impulse)[..law.rows()]);
+            let gap = element.gap(id.feature, at);
             contacts.push(Contact {
                 id,
                 law,
                 row,
                 size: element.size(),
                 place: element.place(id.feature, at),
-                gap: element.gap(id.feature, at),
+                gap,
                 before: known.map_or(0.0, |known| known.rate),
+                is_new: known.is_none() && gap <= CLOSED * element.size(),
+                was_closed: known.is_some_and(|known| known.impulse[0] > 0.0),
                 is_hit: false,
                 reduction: 1.0,
                 slides: false,
@@ -153,10 +158,34 @@ impl NodeImpulses {
     ) -> Result<(), StepError> {
         for contact in &mut self.contacts {
             (contact.slides, contact.kept, contact.reduction) = (false, false, 1.0);
+            contact.is_hit = false;
         }
-        self.find_hits(elements, run, (step, state))?;
-        self.settle(elements, run, (step, state))?;
+        // what was closed before and stays so is settled by positions: a look at velocities tells
+        if self.may_be_hit(|contact| !contact.was_closed) {
+            self.find_hits(elements, run, (step, state))?;
+            self.settle(elements, run, (step, state))?;
+        } else {
+            self.settle(elements, run, (step, state))?;
+            if self.would_bounce() {
+                self.find_hits(elements, run, (step, state))?;
+                self.settle(elements, run, (step, state))?;
+            }
+        }
         self.guard(elements, run, (step, state))
+    }
+
+    /// Whether a contact of these approaches and may bounce.
+    fn may_be_hit(&self, of: impl Fn(&Contact) -> bool) -> bool {
+        let approaches = |own: &Contact| self.minus[own.row] < 0.0 && own.may_bounce();
+        self.contacts.iter().any(|own| of(own) && approaches(own))
+    }
+
+    /// Whether a contact that approaches leaves the node more slowly than its restitution says.
+    fn would_bounce(&self) -> bool {
+        self.may_be_hit(|own| {
+            let restitution = own.law.restitution().unwrap_or(0.0);
+            self.plus[own.row] + restitution * self.minus[own.row] < own.gamma
+        })
     }
 
     /// Which contacts are hit: a step without impulses of contacts is taken where that matters.
@@ -169,8 +198,7 @@ impl NodeImpulses {
         let Self { contacts, minus, .. } = self;
         let mut any = false;
         for contact in contacts {
-            let restitution = contact.law.restitution().unwrap_or(0.0);
-            contact.is_hit = restitution > 0.0 && minus[contact.row] < 0.0;
+            contact.is_hit = contact.may_bounce() && minus[contact.row] < 0.0;
             any |= contact.is_hit;
         }
         if any {
@@ -183,7 +211,9 @@ impl NodeImpulses {
             let end = Configuration { angles: &state.angles, ..trial.configuration() };
             for contact in contacts.iter_mut().filter(|contact| contact.is_hit) {
                 let ContactId { element, feature } = contact.id;
-                contact.is_hit = elements[element as usize].gap(feature, end) < 0.0;
+                let is_passed = elements[element as usize].gap(feature, end) < 0.0;
+                let bounces = contact.law.restitution().is_some_and(|e| e > 0.0);
+                contact.is_hit = if is_passed { bounces } else { contact.is_new };
             }
         }
         Ok(())

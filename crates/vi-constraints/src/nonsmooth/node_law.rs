@@ -8,7 +8,8 @@
 //! Λ   = −b (s_0 + s_1)/(|s_0| + |s_1|)    where other forces drive the rate through zero      [N6]
 //! ```
 //! A contact is hit when `U_N⁻ < 0`, `e > 0` and a step without impulses of contacts would end with
-//! `γ < 0`. At rest under a load `U⁻ = −ha/2`, and `γ = 0` asks for `U⁺ = ha/2 ≥ −e U⁻`: no
+//! `γ < 0`; also where it would not, if the contact has closed at this node: it would be passed and
+//! left again within the step. At rest under a load `U⁻ = −ha/2`, and `γ = 0` asks for `U⁺ = ha/2 ≥ −e U⁻`: no
 //! threshold of velocity is needed.
 //!
 //! | state | `ξ_T` | |
@@ -55,9 +56,11 @@ pub(super) struct Contact {
     pub(super) row: usize, // its first
     pub(super) size: f64,
     pub(super) place: Option<ContactPlace>,
-    pub(super) gap: f64,        // at q_n
-    pub(super) before: f64,     // s_0
-    pub(super) is_hit: bool,    //
+    pub(super) gap: f64,         // at q_n
+    pub(super) before: f64,      // s_0
+    pub(super) is_new: bool,     // closed, and no contact of the node before
+    pub(super) was_closed: bool, // at the node before, without an impact
+    pub(super) is_hit: bool,
     pub(super) reduction: f64,  // η of the energy guard
     pub(super) slides: bool,    // decided once: by the mean velocity
     pub(super) kept: bool,      // it was to slide, and sticks after all
@@ -87,6 +90,11 @@ pub(super) struct Rows<'a> {
 }
 
 impl Contact {
+    /// Whether it may be hit, if it approaches.
+    pub(super) fn may_bounce(&self) -> bool {
+        self.law.restitution().is_some_and(|restitution| restitution > 0.0 || self.is_new)
+    }
+
     /// What drives its rows, and its cone.
     pub(super) fn equations(&mut self, rows: Rows<'_>) -> ([Drive; 3], Cone) {
         let zero = |xi| Drive::Zero { xi, compliance: 0.0 };
