@@ -466,7 +466,8 @@ fn feeds_through(model: &Model, column: &Column) -> bool {
         | SensorKind::Expression
         | SensorKind::Reaction
         | SensorKind::Effort
-        | SensorKind::Power => true,
+        | SensorKind::Power
+        | SensorKind::Work => true,
         SensorKind::Position
         | SensorKind::Velocity
         | SensorKind::Orientation

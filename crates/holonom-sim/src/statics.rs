@@ -261,7 +261,7 @@ impl Statics {
         self.sensors.follow(q);
         let (angles, signals, slips) = (&[][..], &[][..], &[][..]); // as at the start
         let t = self.problem.factor();
-        let view = View { t, q, angles, signals, v, a, force: &rest, slips };
+        let view = View { t, q, angles, signals, v, a, force: &rest, works: None, slips };
         self.sensors.read(&self.mechanism, &self.rows, view, &mut values);
         values
     }
@@ -396,6 +396,7 @@ impl Statics {
             v: &rest,
             a: &rest,
             force: &force,
+            works: None,
             slips: &[],
         };
         let mut sample = Sample {

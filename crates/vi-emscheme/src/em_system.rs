@@ -131,6 +131,7 @@ impl EmSystem {
             self = match own.force.clone() {
                 ElementForce::Coordinates(force) => self.load_of(own.source(), AtMidpoint(force)),
                 ElementForce::Joint(force) => self.load_of(own.source(), force),
+                ElementForce::Tension(force) => self.load_of(own.source(), AtMidpoint(force)),
                 ElementForce::Body(load) => self.load_of(own.source(), load),
                 ElementForce::Wrench(force) => self.load_of(own.source(), AtMidpoint(force)),
                 ElementForce::Law(force) => self.load_of(own.source(), AtMidpoint(force)),

@@ -85,7 +85,8 @@ pub use vi_rigid;
 
 pub use constraint::{joint_coordinate, rolling, scalar_constraint, velocity_constraint};
 pub use force::{
-    bushing, held_effort, joint_force, law, particle_load, spring, tension, wrench_law,
+    bushing, held_effort, joint_force, law, particle_load, spring, stored_energy, tension,
+    wrench_law,
 };
 pub use geometry::{form, six_coordinates, spatial};
 pub use mechanism::{description, initial_rates, prescribed};

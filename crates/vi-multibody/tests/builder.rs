@@ -289,6 +289,7 @@ fn the_force_elements_are_data() {
     let kinds = forces.forces.iter().map(|own| match own.force {
         ElementForce::Coordinates(_) => "damper",
         ElementForce::Joint(_) => "joint",
+        ElementForce::Tension(_) => "tension",
         ElementForce::Body(_) => "load",
         ElementForce::Wrench(_) => "wrench",
         ElementForce::Law(_) => "law",

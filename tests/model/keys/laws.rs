@@ -57,7 +57,7 @@ fn between_points() -> Case {
         let pull = 7.0 * l - 2.0;
         checks.vector("ball", run.vector("a3", 0), -pull / l / 0.6 * line, 1e-9);
         let rate = line.dot(&Vector::new(0.4, -0.2, 0.9)) / l;
-        checks.near("power of the band", work("work.band"), -pull * rate, 0.1);
+        checks.near("what the band stores", work("energy.band"), pull * rate, 0.1);
         checks
     })
     .blind("frame.position", "of the other one")
@@ -82,6 +82,7 @@ fn along_joints() -> Case {
         sensor("a", "acceleration", "nut"),
         sensor("r", "angular_acceleration", "nut"),
         sensor("b", "acceleration", "ring"),
+        sensor("done", "work", "other"),
     ]
     .concat();
     Case::new("laws along joints", text, |run| {
@@ -94,6 +95,8 @@ fn along_joints() -> Case {
         checks.near("power of the push", work("work.push"), push * 0.5, 1e-2);
         checks.near("power of the twist", work("work.twist"), twist * 0.8, 1e-2);
         checks.near("power of the other", work("work.other"), other * 0.5, 1e-2);
+        let done = run.sensor("done", run.last()) / run.t(run.last());
+        checks.near("work of the other", done, other * 0.5, 1e-2);
         checks
     })
     .only("law")

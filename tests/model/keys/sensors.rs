@@ -41,6 +41,15 @@ fn observed() -> Case {
             one("d", "distance", &far),
             one("dd", "distance_rate", &far),
             one("unit", "imu", &at),
+            one("by_quaternion", "imu", "quaternion = [0.5, -0.5, 0.5, 0.5]\n"),
+            one("by_vector", "imu", "rotation_vector = [0.3, -0.5, 0.9]\n"),
+            one(
+                "by_matrix",
+                "imu",
+                "matrix = [[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]\n"
+            ),
+            one("by_angles", "imu", "euler = { sequence = \"zx\", angles = [0.4, -1.1] }\n"),
+            one("by_degrees", "imu", "euler = { sequence = \"yz\", degrees = [40.0, -65.0] }\n"),
             "[[sensor]]\nname = \"mixed\"\ntype = \"expression\"\n\
              value = \"2*a.x - 3*d*first.wy + second.vz + 0.7*t\"\n\
              [[sensor]]\nname = \"number\"\ntype = \"expression\"\nvalue = 1.25\n"
@@ -83,6 +92,24 @@ fn observed() -> Case {
         let felt = own * (a - Vector::new(1.0, -2.0, -5.0));
         checks.vector("felt acceleration", unit(["ax", "ay", "az"]), felt, 1e-9);
         checks.vector("felt rotation", unit(["gx", "gy", "gz"]), own * w1, 1e-12);
+        let about = |axis: Vector, angle: f64| Rotation3::new(angle * axis).into_inner();
+        let (x, y, z) = (Vector::x(), Vector::y(), Vector::z());
+        // the first takes x to −z, y to −x, z to y
+        let axes = [
+            ("by_quaternion", Matrix3::from_columns(&[-z, -x, y])),
+            ("by_vector", Rotation3::new(Vector::new(0.3, -0.5, 0.9)).into_inner()),
+            ("by_matrix", Matrix3::new(0.6, -0.8, 0.0, 0.8, 0.6, 0.0, 0.0, 0.0, 1.0)),
+            ("by_angles", about(z, 0.4) * about(x, -1.1)),
+            ("by_degrees", about(y, 40.0_f64.to_radians()) * about(z, -65.0_f64.to_radians())),
+        ];
+        for (name, axes) in axes {
+            let seen = ["gx", "gy", "gz"].map(|c| run.sensor(&format!("{name}.{c}"), 0));
+            let spin = axes.transpose() * own * w1;
+            checks.vector(name, Vector::from(seen), spin, 1e-12);
+            // nothing is felt at the centre of a body that falls
+            let felt = ["ax", "ay", "az"].map(|c| run.sensor(&format!("{name}.{c}"), 0));
+            checks.vector(name, Vector::from(felt), Vector::zeros(), 1e-9);
+        }
         let mixed = 2.0 * a.x - 3.0 * line.norm() * w1.y + SECOND.velocity[2];
         checks.near("number", run.sensor("number", 1), 1.25, 1e-12);
         checks.near("mixed", run.sensor("mixed", 0), mixed, 1e-8);

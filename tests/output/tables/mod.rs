@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 mod flexible;
+mod laws;
 mod modes;
 mod rigid;
 mod statics;

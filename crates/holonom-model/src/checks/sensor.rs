@@ -59,8 +59,9 @@ impl Checker<'_> {
                 self.reference(of, &sensor.of, &["beam"]);
             }
             SensorKind::Effort => self.sensor_effort(of, sensor),
-            SensorKind::Power => self.sensor_power(of, sensor),
+            SensorKind::Power | SensorKind::Work => self.sensor_power(of, sensor),
         }
+        self.sensor_axes(key, sensor);
         self.sensor_observer(key, sensor);
         self.sensor_end(key, sensor);
         self.sensor_frame(key, sensor);
@@ -72,6 +73,23 @@ impl Checker<'_> {
     /// Whether this is what rolls, or a blade.
     fn carries_a_body(&self, name: &str) -> bool {
         self.model.constraints.iter().any(|c| c.name() == name && c.carries_a_body())
+    }
+
+    /// The orientation of the axes of an inertial measurement unit.
+    fn sensor_axes(&mut self, key: &str, sensor: &Sensor) {
+        let stated = [
+            ("quaternion", sensor.quaternion.is_some()),
+            ("rotation_vector", sensor.rotation_vector.is_some()),
+            ("matrix", sensor.matrix.is_some()),
+            ("euler", sensor.euler.is_some()),
+        ];
+        let Some((name, _)) = stated.into_iter().find(|own| own.1) else { return };
+        if sensor.kind != SensorKind::Imu {
+            let message = "only an imu has axes of its own".to_owned();
+            self.report(format!("{key}.{name}"), message, format!("remove `{name}`"));
+        } else if let Some(problem) = sensor.orientation().fault() {
+            self.add(problem.below(key));
+        }
     }
 
     fn sensor_expression(&mut self, key: &str, sensor: &Sensor) {
@@ -171,7 +189,13 @@ impl Checker<'_> {
         let kinds = ["joint", "spring", "load", "law", "bushing", "constraint"];
         let known = self.refers(of.clone(), &sensor.of, &kinds);
         let constraint = self.model.constraints.iter().find(|c| c.name() == sensor.of);
-        if known && constraint.is_some_and(|c| !matches!(c, Constraint::Motion { .. })) {
+        let motion = constraint.is_some_and(|c| matches!(c, Constraint::Motion { .. }));
+        if known && motion && sensor.kind == SensorKind::Work {
+            let message =
+                format!("the work of the prescribed motion `{}` is not kept by itself", sensor.of);
+            let help = "measure its power, or read `work_of_motions` in energy.csv";
+            self.report(of, message, help);
+        } else if known && constraint.is_some() && !motion {
             let message = format!("`{}` does no work: it prescribes no motion", sensor.of);
             self.report(of, message, "measure a motion, a joint, a spring or a load");
         } else if known {
@@ -192,7 +216,8 @@ impl Checker<'_> {
     }
 
     fn sensor_effort(&mut self, of: String, sensor: &Sensor) {
-        self.reference(of.clone(), &sensor.of, &["joint", "spring", "constraint", "bushing"]);
+        let kinds = ["joint", "spring", "constraint", "bushing", "law"];
+        self.reference(of.clone(), &sensor.of, &kinds);
         let name = &sensor.of;
         self.sensor_acts(of.clone(), name);
         if self.carries_a_body(name) {
@@ -267,7 +292,8 @@ impl Checker<'_> {
         let key = format!("{key}.point");
         if !sensor.kind.has_point() {
             let message =
-                "a point is only for positions, velocities, accelerations and distances".to_owned();
+                "a point is only for positions, velocities, accelerations, distances and an imu"
+                    .to_owned();
             self.report(key, message, "remove `point`");
         } else if self.kinds.get(sensor.of.as_str()) == Some(&"particle") {
             let message = format!("`{}` is a particle, it has no other points", sensor.of);

@@ -1,9 +1,11 @@
 //! `[[sensor]]`: what is measured along a run and written to `sensors.csv`.
 
+use nalgebra::Matrix3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::law::Formula;
+use super::orientation::{Euler, Orientation};
 
 /// What a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -23,9 +25,9 @@ pub enum SensorKind {
     AngularVelocity,
     /// Of a body, spatial components, rad/s².
     AngularAcceleration,
-    /// What an inertial measurement unit on a body shows, along the axes of the body: `ax, ay, az`,
-    /// the acceleration of the `point` without that of gravity, m/s², and `gx, gy, gz`, the angular
-    /// velocity, rad/s.
+    /// What an inertial measurement unit on a body shows, along its own axes, those of the body
+    /// unless its orientation is stated: `ax, ay, az`, the acceleration of the `point` without that
+    /// of gravity, m/s², and `gx, gy, gz`, the angular velocity, rad/s.
     Imu,
     /// Between the `point` of a body or a particle and the point `point_to` of another one, m. Of a
     /// `[[spring]]`, a `[[bar]]`, a `[[law]]` between points or a distance constraint its length,
@@ -52,12 +54,16 @@ pub enum SensorKind {
     /// motor along its coordinate; of a `[[spring]]` its tension, with its damper; of a
     /// `[[constraint]]` the effort of a prescribed motion, of a gear on its first joint, the
     /// tension of a distance; of a `[[bushing]]` its three forces and three torques along its
-    /// coordinates, on `to`.
+    /// coordinates, on `to`; of a `[[law]]` what it states: an effort along a joint, a tension, or
+    /// force and torque along its axes.
     Effort,
     /// What is put into the system in a second, W, negative where it is taken out: of a joint by
     /// its spring, damper and motor; of a `[[spring]]`, with its damper; of a `[[load]]`, a
     /// `[[law]]` or a `[[bushing]]`; of a `[[constraint]]` by a prescribed motion.
     Power,
+    /// What was put into the system since the start, J, negative where it was taken out: of what has
+    /// a `power`, but for prescribed motions; a spring does the work that its energy decreases by.
+    Work,
     /// Of a `[[constraint]]` of type `rolling` or `blade`: the slip of the step that ended, m/s; of
     /// what rolls in space, of a blade along its axis.
     Slip,
@@ -84,6 +90,7 @@ impl SensorKind {
                 | Self::JointAcceleration
                 | Self::Reaction
                 | Self::Slip
+                | Self::Work
                 | Self::Imu
                 | Self::Expression
                 | Self::SectionForce
@@ -134,7 +141,40 @@ impl Sensor {
     pub fn new(name: String, kind: SensorKind, of: String) -> Self {
         let (point, seen_from, to, point_to) = (None, None, None, None);
         let (element, at, frame, value) = (None, None, None, None);
-        Self { name, kind, of, point, seen_from, to, point_to, element, at, frame, value }
+        let (quaternion, rotation_vector, matrix, euler) = (None, None, None, None);
+        Self {
+            name,
+            kind,
+            of,
+            point,
+            seen_from,
+            to,
+            point_to,
+            element,
+            at,
+            quaternion,
+            rotation_vector,
+            matrix,
+            euler,
+            frame,
+            value,
+        }
+    }
+
+    /// How the orientation of its axes is stated.
+    pub(crate) fn orientation(&self) -> Orientation<'_> {
+        Orientation {
+            quaternion: self.quaternion,
+            rotation_vector: self.rotation_vector,
+            matrix: self.matrix,
+            euler: self.euler.as_ref(),
+        }
+    }
+
+    /// The axes of an `imu` along those of its body, as columns.
+    #[must_use]
+    pub fn axes(&self) -> Matrix3<f64> {
+        self.orientation().rotation()
     }
 }
 
@@ -172,6 +212,20 @@ pub struct Sensor {
     /// its start, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<f64>,
+    /// Orientation of the axes of an `imu` in the body as a unit quaternion `[w, x, y, z]`; by
+    /// default they are those of the body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quaternion: Option<[f64; 4]>,
+    /// Orientation of the axes of an `imu` in the body as a rotation vector, rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation_vector: Option<[f64; 3]>,
+    /// Orientation of the axes of an `imu` in the body as a rotation matrix, rows; its columns are
+    /// the axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<[[f64; 3]; 3]>,
+    /// Orientation of the axes of an `imu` in the body by Euler angles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub euler: Option<Euler>,
     /// The axes of the components of a `reaction`: the joint frame of the parent by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<ReactionFrame>,

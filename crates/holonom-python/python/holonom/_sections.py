@@ -1129,14 +1129,18 @@ class Builder(Sections):
     def sensor(
         self,
         name: str,
-        type: Literal["position", "velocity", "acceleration", "orientation", "angular_velocity", "angular_acceleration", "imu", "distance", "distance_rate", "joint_coordinate", "joint_rate", "joint_acceleration", "reaction", "effort", "power", "slip", "section_force", "expression", "strain"],
+        type: Literal["position", "velocity", "acceleration", "orientation", "angular_velocity", "angular_acceleration", "imu", "distance", "distance_rate", "joint_coordinate", "joint_rate", "joint_acceleration", "reaction", "effort", "power", "work", "slip", "section_force", "expression", "strain"],
         *,
         at: Number | None = None,
         element: Integer | None = None,
+        euler: Mapping[str, Any] | None = None,
         frame: Literal["parent", "child", "space"] | None = None,
+        matrix: Matrix | None = None,
         of: Name | None = None,
         point: Vector | None = None,
         point_to: Vector | None = None,
+        quaternion: Vector | None = None,
+        rotation_vector: Vector | None = None,
         seen_from: Name | None = None,
         to: Name | None = None,
         value: Number | None = None,
@@ -1152,7 +1156,7 @@ class Builder(Sections):
             One of ``"position"``, ``"velocity"``, ``"acceleration"``, ``"orientation"``,
             ``"angular_velocity"``, ``"angular_acceleration"``, ``"imu"``, ``"distance"``,
             ``"distance_rate"``, ``"joint_coordinate"``, ``"joint_rate"``, ``"joint_acceleration"``,
-            ``"reaction"``, ``"effort"``, ``"power"``, ``"slip"``, ``"section_force"``,
+            ``"reaction"``, ``"effort"``, ``"power"``, ``"work"``, ``"slip"``, ``"section_force"``,
             ``"expression"``, ``"strain"``.
         at : float, optional
             The place on a beam (``section_force``, ``strain``) in the place of ``element``: arc
@@ -1160,8 +1164,14 @@ class Builder(Sections):
         element : int, optional
             The element of a beam, counted along it from 0 (``section_force``, ``strain``): at its
             middle; the mean of its Gauss points when it has several.
+        euler : dict, optional
+            Orientation of the axes of an ``imu`` in the body by Euler angles.
+            Keys: ``angles``, ``degrees``, ``sequence``.
         frame : str, optional
             The axes of the components of a ``reaction``: the joint frame of the parent by default.
+        matrix : array (3, 3), optional
+            Orientation of the axes of an ``imu`` in the body as a rotation matrix, rows; its
+            columns are the axes.
         of : str, optional
             The body, node, particle, joint, bar or beam it is attached to; an ``expression`` has
             none.
@@ -1170,6 +1180,11 @@ class Builder(Sections):
             ``distance``): body components from the centre of mass, m; the centre by default.
         point_to : array (3,), optional
             The point at ``to``, m: body components from the centre of mass; of the ground in space.
+        quaternion : array (4,), optional
+            Orientation of the axes of an ``imu`` in the body as a unit quaternion ``[w, x, y, z]``;
+            by default they are those of the body.
+        rotation_vector : array (3,), optional
+            Orientation of the axes of an ``imu`` in the body as a rotation vector, rad.
         seen_from : str, optional
             The body or node of a beam in whose frame a ``position``, ``velocity``, ``orientation``
             or ``angular_velocity`` is given, as an observer on it sees it; by default space.
@@ -1183,10 +1198,14 @@ class Builder(Sections):
             "type": type,
             "at": at,
             "element": element,
+            "euler": euler,
             "frame": frame,
+            "matrix": matrix,
             "of": of,
             "point": point,
             "point_to": point_to,
+            "quaternion": quaternion,
+            "rotation_vector": rotation_vector,
             "seen_from": seen_from,
             "to": to,
             "value": value,

@@ -299,6 +299,7 @@ fn without_amplitudes(model: &mut Model) -> Vec<String> {
     let has_none = |sensor: &holonom_model::Sensor| match sensor.kind {
         SensorKind::Reaction
         | SensorKind::Power
+        | SensorKind::Work
         | SensorKind::Slip
         | SensorKind::Imu
         | SensorKind::Expression => true,

@@ -1,11 +1,13 @@
 //! Parts of the energy of a node and the work done since the start: the columns of `energy.csv`.
 //!
 //! ```text
-//! total    H = T + V,     V = gravity + elastic (beams) + springs + bushings
-//! balance  H(t) − H(0) − Σ work      of second order in the time step; round-off for energy–momentum schemes
+//! total    H + Σ V_law,  H = T + V,   V = gravity + elastic (beams) + springs + bushings
+//! balance  total(t) − total(0) − Σ work     of second order in the time step; round-off for energy–momentum schemes
 //! ```
 //! `T` and `H` are those of the projected momentum. Works are sums over all steps, of each load,
-//! motor and damper, and of all prescribed motions together (see [`crate::stepper`]).
+//! motor and damper, and of all prescribed motions together (see [`crate::stepper`]). A law that
+//! reads nothing but its coordinate has an energy `V_law` in the place of its work, zero at the
+//! start ([`vi_multibody::stored_energy`]); so has a spring of a joint by a table.
 
 use crate::dynamics::Dynamics;
 use crate::output::columns::{
@@ -17,15 +19,22 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_beam::BeamElements;
 use vi_constraints::Constraints;
-use vi_core::SparseMatrix;
 use vi_core::force::Source;
 use vi_core::linear::dot;
 use vi_core::potential::{DiscretePotential, LinearPotential, Potential};
-use vi_multibody::builder::{ForceElements, NamedSixSpring};
+use vi_core::{Configuration, SparseMatrix};
+use vi_multibody::builder::{ForceElements, NamedForce, NamedSixSpring};
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::stored_energy::StoredEnergy;
 
 /// Rounding errors, relative to what they are errors of.
 pub(crate) const ROUNDING: f64 = 1e-12;
+
+/// Places in [`EnergyTerms::carried`] after the columns of works, and how many these are.
+const MOTION: usize = 0;
+const EVENT: usize = 1;
+const STORED: usize = 2;
+const OTHERS: usize = 3;
 
 /// The energies and works that a model has.
 #[derive(Debug)]
@@ -34,14 +43,27 @@ pub(crate) struct EnergyTerms {
     gravity: Option<LinearPotential>, // of the weight
     beams: Option<Arc<BeamElements>>,
     springs: Option<ForceElements>,
-    bushings: Vec<NamedSixSpring>,
-    works: Vec<usize>, // column of each force, among those of works
-    sources: usize,    // columns of works
+    bushings: Vec<(String, Option<NamedSixSpring>)>, // with its name; none once it is gone
+    laws: Vec<StoringLaw>,
+    works: Vec<usize>,     // place of the work of each force, as in `carried`
+    elements: Vec<String>, // of each column of a work: its force element, where it is one
+    sources: usize,        // columns of works
     motions: bool,
     events: bool,
-    carried: Vec<f64>, // J  work of earlier phases: of each column, of motions, of events
-    initial: f64,      // J
+    /// J, of earlier phases: work of each column, of motions, of events; what laws had stored where
+    /// they ceased to act; work of each law that stores. All but what was stored add up to what `H`
+    /// gains.
+    carried: Vec<f64>,
+    initial: f64, // J
     rounding: Rounding,
+}
+
+/// A law that has an energy in the place of its work.
+#[derive(Debug)]
+struct StoringLaw {
+    name: String,
+    stored: StoredEnergy,
+    acts: bool,
 }
 
 impl EnergyTerms {
@@ -57,22 +79,38 @@ impl EnergyTerms {
         let Dynamics { parts, forces, .. } = dynamics;
         let gravity = mechanism.gravity(mass);
         let (beams, springs) = (!model.beams.is_empty(), forces.has_springs());
-        let mut works: Vec<usize> = Vec::new();
-        let mut names: Vec<String> = Vec::new();
+        let store = |own: &NamedForce| {
+            let (along, law) = own.potential().filter(|_| !own.name.is_empty())?;
+            let stored = StoredEnergy::new(along, law.clone(), start.configuration());
+            Some(StoringLaw { name: own.name.clone(), stored, acts: true })
+        };
+        let laws: Vec<StoringLaw> = forces.forces.iter().filter_map(store).collect();
+        let (mut names, mut elements) = (Vec::new(), Vec::new());
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
-        for name in sources.iter().map(work) {
+        for source in sources.iter().filter(|source| law_of(&laws, source).is_none()) {
+            let name = work(source);
             let place = *known.entry(name.clone()).or_insert(names.len());
-            works.push(place);
             if place == names.len() {
                 names.push(name);
+                elements.push(match source {
+                    Source::Element(name) => name.clone(),
+                    Source::System(_) => String::new(),
+                });
             }
         }
+        let count = names.len();
+        let place = |source: &Source| match law_of(&laws, source) {
+            Some(law) => count + OTHERS + law,
+            None => known[&work(source)],
+        };
+        let works: Vec<usize> = sources.iter().map(place).collect();
         let motions = mechanism.is_rheonomic();
         let parts_of_potential =
             [(gravity.is_some(), GRAVITY), (beams, ELASTIC), (springs, SPRINGS)].into_iter();
         let mut columns = vec![KINETIC.name.to_owned()];
         columns.extend(parts_of_potential.filter(|p| p.0).map(|p| p.1.name.to_owned()));
         columns.extend(forces.bushings.iter().map(|own| energy(&own.name)));
+        columns.extend(laws.iter().map(|law| energy(&law.name)));
         columns.push(TOTAL.name.into());
         let sources = names.len();
         columns.extend(names);
@@ -86,12 +124,18 @@ impl EnergyTerms {
             gravity,
             beams: beams.then(|| parts.clone()),
             springs: springs.then(|| forces.clone()),
-            bushings: forces.bushings.clone(),
+            bushings: forces
+                .bushings
+                .iter()
+                .map(|own| (own.name.clone(), Some(own.clone())))
+                .collect(),
+            carried: vec![0.0; sources + OTHERS + laws.len()],
+            laws,
             works,
+            elements,
             sources,
             motions,
             events,
-            carried: vec![0.0; sources + 2],
             initial: start.hamiltonian(),
         }
     }
@@ -101,15 +145,32 @@ impl EnergyTerms {
         &self.columns
     }
 
-    /// What the energy has changed by since the start, and no work accounts for, J.
+    /// What `H` or its shadow has changed by since the start, and no work accounts for, J.
     pub(crate) fn balance(&self, energy: f64, work: &[f64]) -> f64 {
         energy - self.initial - self.total(work)
     }
 
-    /// All work since the start, with the `work` of the present phase, J; events do what they
-    /// change the energy by.
+    /// All work that changes `H` since the start, with the `work` of the present phase, J; events
+    /// do what they change it by.
     pub(crate) fn total(&self, work: &[f64]) -> f64 {
-        work.iter().chain(&self.carried).sum()
+        let (earlier, others) = self.carried.split_at(self.sources + STORED);
+        work.iter().chain(earlier).chain(&others[1..]).sum()
+    }
+
+    /// The work of a force element since the start, with the `work` of the present phase, J.
+    pub(crate) fn work_of(&self, element: &str, work: &[f64]) -> f64 {
+        let column = self.elements.iter().position(|own| own == element);
+        let law = || self.laws.iter().position(|law| law.name == element);
+        let Some(place) = column.or_else(|| Some(self.sources + OTHERS + law()?)) else {
+            return 0.0;
+        };
+        let own = self.works.iter().zip(work).filter(|(own, _)| **own == place);
+        self.carried[place] + own.map(|(_, work)| work).sum::<f64>()
+    }
+
+    /// What laws store at a node, J.
+    pub(crate) fn stored(&self, node: &NodeView<'_>) -> f64 {
+        self.laws.iter().map(|law| law.energy(node.configuration())).sum()
     }
 
     /// A phase ends after this work.
@@ -118,12 +179,13 @@ impl EnergyTerms {
         for (column, work) in self.works.iter().zip(forces) {
             self.carried[*column] += work;
         }
-        self.carried[self.sources] += motions.iter().sum::<f64>();
+        self.carried[self.sources + MOTION] += motions.iter().sum::<f64>();
     }
 
-    /// An event takes this energy out, J.
-    pub(crate) fn lose(&mut self, lost: f64) {
-        self.carried[self.sources + 1] -= lost;
+    /// An event takes energy out: `lost` of `H`, and what laws had `stored`, J.
+    pub(crate) fn lose(&mut self, lost: f64, stored: f64) {
+        self.carried[self.sources + EVENT] -= lost;
+        self.carried[self.sources + STORED] -= stored;
     }
 
     /// What earlier phases have left.
@@ -140,11 +202,25 @@ impl EnergyTerms {
     /// Goes on with other forces, all among those of the model.
     pub(crate) fn act_by(&mut self, sources: &[Source], forces: &ForceElements) {
         let first = self.columns.iter().position(|name| *name == TOTAL.name).map_or(0, |k| k + 1);
-        let place = |name: String| self.columns[first..].iter().position(|own| *own == name);
-        self.works = sources.iter().filter_map(|source| place(work(source))).collect();
+        let place = |source: &Source| match law_of(&self.laws, source) {
+            Some(law) => Some(self.sources + OTHERS + law),
+            None => self.columns[first..].iter().position(|own| *own == work(source)),
+        };
+        self.works = sources.iter().filter_map(place).collect();
         debug_assert_eq!(self.works.len(), sources.len(), "a column for each source");
         if let Some(springs) = &mut self.springs {
             springs.clone_from(forces);
+        }
+        for (name, bushing) in &mut self.bushings {
+            *bushing = forces.bushings.iter().find(|own| own.name == *name).cloned();
+        }
+        for law in &mut self.laws {
+            let mut own = forces.forces.iter().filter(|own| own.name == law.name);
+            let along = own.find_map(|own| own.potential()).map(|(along, _)| along);
+            law.acts = along.is_some();
+            if let Some(along) = along {
+                law.stored = law.stored.moved_to(along);
+            }
         }
     }
 
@@ -174,21 +250,41 @@ impl EnergyTerms {
             let springs: f64 = forces.springs.iter().map(|spring| spring.value(at.q)).sum();
             springs + forces.joint_springs.iter().map(|spring| spring.potential(at)).sum::<f64>()
         }));
-        out.extend(self.bushings.iter().map(|own| own.spring.potential(at)));
-        out.push(node.hamiltonian());
+        let bushing = |own: &NamedSixSpring| own.spring.potential(at);
+        out.extend(self.bushings.iter().map(|(_, own)| own.as_ref().map_or(0.0, bushing)));
+        let laws = out.len();
+        out.extend(self.laws.iter().map(|law| law.energy(at)));
+        let stored: f64 = out[laws..].iter().sum();
+        let total = node.hamiltonian() + stored;
+        out.push(total);
         let first = out.len();
         out.resize(first + self.sources, 0.0);
         debug_assert_eq!(node.work.len(), self.works.len() + 1, "a source for each force");
         let (forces, motions) = node.work.split_at(self.works.len());
         for (column, work) in self.works.iter().zip(forces) {
-            out[first + column] += work;
+            if *column < self.sources {
+                out[first + column] += work;
+            }
         }
         let (earlier, others) = self.carried.split_at(self.sources);
         out[first..].iter_mut().zip(earlier).for_each(|(work, earlier)| *work += earlier);
-        out.extend(motions.iter().filter(|_| self.motions).map(|work| work + others[0]));
-        out.extend(self.events.then_some(others[1]));
-        out.push(self.balance(node.hamiltonian(), node.work));
+        out.extend(motions.iter().filter(|_| self.motions).map(|work| work + others[MOTION]));
+        out.extend(self.events.then_some(others[EVENT] + others[STORED]));
+        let works: f64 = out[first..].iter().sum();
+        out.push(total - self.initial - works);
     }
+}
+
+impl StoringLaw {
+    fn energy(&self, at: Configuration<'_>) -> f64 {
+        if self.acts { self.stored.value(at) } else { 0.0 }
+    }
+}
+
+/// The law that a source is.
+fn law_of(laws: &[StoringLaw], source: &Source) -> Option<usize> {
+    let Source::Element(name) = source else { return None };
+    laws.iter().position(|law| law.name == *name)
 }
 
 /// What rounding leaves of an energy, where every coordinate is known to `δ`, [`ROUNDING`] of its

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::output::columns::{self as output, POSITION_NAMES, SECTION, STRAINS};
 use crate::system::joint_drive::joint_parts as driven_parts;
-use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind, Signal, VelocityTerm};
+use holonom_model::{Constraint, Joint, Law, Model, Sensor, SensorKind, Signal, VelocityTerm};
 use vi_multibody::pair::PairKind;
 
 /// The part of a sensor that is 1 where its numbers are unique, else 0.
@@ -92,6 +92,7 @@ struct SensedParts<'a> {
     joints: BTreeMap<&'a str, &'a Joint>,
     constraints: BTreeMap<&'a str, &'a Constraint>,
     bushings: BTreeSet<&'a str>,
+    laws: BTreeMap<&'a str, &'a Law>,
 }
 
 impl<'a> SensedParts<'a> {
@@ -103,6 +104,7 @@ impl<'a> SensedParts<'a> {
             joints: model.joints.iter().map(|joint| (joint.name.as_str(), joint)).collect(),
             constraints: model.constraints.iter().map(|c| (c.name(), c)).collect(),
             bushings: model.bushings.iter().map(|own| own.name.as_str()).collect(),
+            laws: model.laws.iter().map(|law| (law.name.as_str(), law)).collect(),
         }
     }
 
@@ -169,18 +171,18 @@ impl<'a> SensedParts<'a> {
                 _ => named(&[""], "slip", "m/s"),
             },
             SensorKind::Effort => self.effort_parts(of),
-            SensorKind::Power => match self.joints.get(of) {
-                Some(joint) => {
-                    let driven = driven_parts(joint);
-                    let has = |part: &&str| driven.iter().any(|(own, _)| own == part);
-                    let parts: Vec<&str> = PARTS.into_iter().filter(has).collect();
-                    named(&parts, "power", "W")
-                }
-                None => named(&[""], "power", "W"),
-            },
+            SensorKind::Power => named(&self.acting_parts(of), "power", "W"),
+            SensorKind::Work => named(&self.acting_parts(of), "work", "J"),
             SensorKind::SectionForce => section(&SECTION[STRAINS.len()..]),
             SensorKind::Strain => section(&SECTION[..STRAINS.len()]),
         }
+    }
+
+    /// What does work: the parts that act on a joint, or the whole.
+    fn acting_parts(&self, of: &str) -> Vec<&'static str> {
+        let Some(joint) = self.joints.get(of) else { return vec![""] };
+        let driven = driven_parts(joint);
+        PARTS.into_iter().filter(|part| driven.iter().any(|(own, _)| own == part)).collect()
     }
 
     /// The unit of the effort along a term of a sum of rates.
@@ -226,7 +228,29 @@ impl<'a> SensedParts<'a> {
                 let forces = parts(&REACTION[..3], "force", "N");
                 [forces, parts(&REACTION[3..], "torque", "N·m")].concat()
             }
-            None => vec![(String::new(), "force", "N")],
+            None => match self.laws.get(of) {
+                Some(law) => self.law_parts(law),
+                None => vec![(String::new(), "force", "N")],
+            },
+        }
+    }
+
+    /// Part, quantity and unit of each number that a law states.
+    fn law_parts(&self, law: &Law) -> Vec<Part> {
+        let parts = |names: &[&str], quantity, unit| -> Vec<Part> {
+            names.iter().map(|name| ((*name).to_owned(), quantity, unit)).collect()
+        };
+        if let Some(on) = law.on.as_deref() {
+            if self.particles.contains(on) {
+                return parts(&REACTION[..self.dimension], "force", "N");
+            }
+            let forces = parts(&REACTION[..3], "force", "N");
+            return [forces, parts(&REACTION[3..], "torque", "N·m")].concat();
+        }
+        let joint = law.joint.as_deref().and_then(|name| self.joints.get(name));
+        match joint.is_some_and(|joint| joint.pair().is_angle(law.freedom)) {
+            true => parts(&[""], "torque", "N·m"),
+            false => parts(&[""], "force", "N"),
         }
     }
 }

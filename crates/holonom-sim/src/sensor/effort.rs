@@ -7,6 +7,7 @@
 //! gear                  −λ_n                    on θ_a, from g = θ_a + ρ θ_b − c; −ρ λ_n on θ_b
 //! distance              l λ_n                   from g = ½ (|D|² − l²); positive when it pulls
 //! bushing               τ(t, ξ, ξ̇)              six efforts along ξ, on `to`
+//! law                   τ, T or (f, τ)          as it states them
 //! ```
 //! Rates are those of `v̂`. Positive efforts on a joint coordinate act on the child along it, and
 //! oppositely on the parent. `λ_n` is that of the node, see [`crate::sensor`].
@@ -35,6 +36,8 @@ pub(crate) enum Effort {
     Row(usize, f64),
     /// A bushing.
     Six(String, Box<ForceElements>),
+    /// A law, and how many numbers of its efforts are listed.
+    Law(Box<ForceElements>, usize),
 }
 
 /// The first row of a scalar constraint.
@@ -64,6 +67,16 @@ impl Effort {
         if model.bushings.iter().any(|bushing| bushing.name == name) {
             return Some(Self::Six(name.to_owned(), Box::new(forces.only(name))));
         }
+        if let Some(law) = model.laws.iter().find(|law| law.name == name) {
+            let on = law.on.as_deref();
+            let particle = on.is_some_and(|on| from.names.particles.contains_key(on));
+            let count = match (on, particle) {
+                (None, _) => 1,
+                (_, true) => model.header.dimension,
+                (_, false) => 6,
+            };
+            return Some(Self::Law(Box::new(forces.only(name)), count));
+        }
         let k = description.scalars.iter().position(|scalar| scalar.name == name)?;
         let row = mechanism.scalar_rows(k).start;
         let factor = match description.scalars[k].rows.first()? {
@@ -83,7 +96,7 @@ impl Effort {
     pub(super) fn act_by(
         &mut self,
         name: &str,
-        mechanism: &Mechanism,
+        (mechanism, all): (&Mechanism, &ForceElements),
         idle: &dyn Fn(&str, &str) -> bool,
     ) -> bool {
         match self {
@@ -91,7 +104,11 @@ impl Effort {
                 elements.iter_mut().for_each(|element| element.idle = idle(name, element.part));
                 false
             }
-            Self::Spring(..) | Self::Six(..) => idle(name, ""),
+            Self::Spring(..) => idle(name, ""),
+            Self::Six(_, forces) | Self::Law(forces, _) => {
+                **forces = all.only(name);
+                idle(name, "")
+            }
             Self::Row(row, _) => row_of(name, mechanism).map(|own| *row = own).is_none(),
         }
     }
@@ -148,6 +165,11 @@ impl Effort {
                 let efforts = forces.bushing_efforts(name, at.configuration(), at.v);
                 out.extend(efforts.unwrap_or_default().iter());
             }
+            Self::Law(forces, count) => {
+                let mut own = forces.forces.iter();
+                let efforts = own.find_map(|own| own.efforts(at.configuration(), at.v));
+                out.extend(&efforts.unwrap_or_default().0[..*count]);
+            }
             Self::Row(row, factor) => {
                 let Some(tension) = reactions.map(|all| all.scalar_row(*row)) else { return };
                 let Tension { force, unique } = tension;
@@ -177,7 +199,7 @@ impl Effort {
                 let tension = spring.tension(at.q) + damper.tension(at.q, at.v);
                 out.push(-tension * length_rate(&spring.between, at));
             }
-            Self::Row(..) | Self::Six(..) => {} // of a bushing with its forces
+            Self::Row(..) | Self::Six(..) | Self::Law(..) => {} // of the last two with their forces
         }
     }
 }

@@ -6,13 +6,14 @@
 //! angular velocity   ω = ½ Σ d_I × ḋ_I                    with v̂
 //! seen from a body   the same in its frame                observer
 //! acceleration       ẍ,  ω̇ = ½ Σ d_I × d̈_I                of the steps beside the node
-//! imu                Rᵀ (ẍ − γ),  Rᵀ ω                    along the body's own axes
+//! imu                Aᵀ Rᵀ (ẍ − γ),  Aᵀ Rᵀ ω              along its own axes A in the body
 //! expression         of the other numbers of the node
 //! distance           l = |D|,  l̇ = D̂·Ḋ                    between two points
 //! joint              coordinates counted on, rates        vi_multibody::coordinates
 //! reaction           −Gᵀ λ_n on the child                 vi_multibody::reaction
 //! effort             springs, motors, prescribed motions  effort
 //! power              of these and of loads                power
+//! work               of these since the start             work
 //! section force      N_I, M_I                             strain   Γ_I, K_I         vi_beam::section_force
 //! ```
 //! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed
@@ -28,6 +29,7 @@
 //! | `observer` | what is seen from a body |
 //! | `effort` | springs, dampers, motors, prescribed motions |
 //! | `power` | what these and loads put into the system |
+//! | `work` | the same since the start |
 //! | `section` | section forces and strains of beams |
 
 mod columns;
@@ -36,15 +38,17 @@ mod observer;
 mod power;
 mod section;
 mod view;
+mod work;
 
 pub use columns::{Column, REACTION, UNIQUE, columns};
 pub(crate) use columns::{columns_of, columns_of_signal, parts_of_signal};
-pub(crate) use view::View;
+pub(crate) use view::{View, Works};
 
 use effort::Effort;
 use observer::Observer;
 use power::Power;
 use section::SectionGauge;
+use work::Work;
 
 use crate::dynamics::Dynamics;
 use crate::run::run_state::same_length;
@@ -63,6 +67,7 @@ use std::ops::Range;
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
+use vi_multibody::builder::ForceElements;
 use vi_multibody::form::Form;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::{JointMotion, joint_accelerations, joint_rates};
@@ -96,6 +101,7 @@ enum Gauge {
     BladeSlip(usize),
     Effort(Effort),
     Power(Power),
+    Work(Work),
     Section(SectionGauge),
 }
 
@@ -133,7 +139,8 @@ impl Attitude {
 struct InertialUnit {
     point: Form,
     own: Observer,
-    first: usize, // coordinate of its frame
+    axes: Matrix3<f64>, // its own along those of the body
+    first: usize,       // coordinate of its frame
     gravity: Vector3<f64>,
 }
 
@@ -299,7 +306,12 @@ impl Sensors {
 
     /// Goes on with another mechanism of the same members; `idle(name, part)`: what is gone or does
     /// not act.
-    pub(crate) fn act_by(&mut self, mechanism: &Mechanism, idle: &dyn Fn(&str, &str) -> bool) {
+    pub(crate) fn act_by(
+        &mut self,
+        mechanism: &Mechanism,
+        forces: &ForceElements,
+        idle: &dyn Fn(&str, &str) -> bool,
+    ) {
         let description = mechanism.description();
         let joint = |name: &str| description.joints.iter().position(|joint| joint.name == name);
         let bar = |name: &str| description.bars.iter().position(|bar| bar.name == name);
@@ -312,8 +324,12 @@ impl Sensors {
                 }
                 Gauge::Reaction(k, _) => joint(&of.name).map(|own| *k = own).is_none(),
                 Gauge::Tension(k) => bar(&of.name).map(|own| *k = own).is_none(),
-                Gauge::Effort(effort) => effort.act_by(&of.name, mechanism, idle),
-                Gauge::Power(power) => power.act_by(&of.name, mechanism, idle),
+                Gauge::Effort(effort) => effort.act_by(&of.name, (mechanism, forces), idle),
+                Gauge::Power(power) => power.act_by(&of.name, (mechanism, forces), idle),
+                Gauge::Work(work) => {
+                    work.act_by(&of.name, idle);
+                    false // what was done stays
+                }
                 _ => false,
             };
         }
@@ -335,6 +351,7 @@ impl Sensors {
                 }
                 Gauge::Effort(effort) => effort.begin(q),
                 Gauge::Power(power) => power.effort_mut().into_iter().for_each(|e| e.begin(q)),
+                Gauge::Work(work) => work.begin(q),
                 _ => {}
             }
         }
@@ -348,6 +365,7 @@ impl Sensors {
                 Gauge::Orientation(attitude) => attitude.follow(q),
                 Gauge::Effort(effort) => effort.follow(q),
                 Gauge::Power(power) => power.effort_mut().into_iter().for_each(|e| e.follow(q)),
+                Gauge::Work(work) => work.follow(q),
                 _ => {}
             }
         }
@@ -360,6 +378,7 @@ impl Sensors {
             Gauge::Orientation(attitude) => attitude.last.coords.as_slice().to_vec(),
             Gauge::Effort(effort) => effort.followed().to_vec(),
             Gauge::Power(power) => power.effort().map_or(Vec::new(), |e| e.followed().to_vec()),
+            Gauge::Work(work) => work.state(),
             _ => Vec::new(),
         };
         self.gauges.iter().map(followed).collect()
@@ -390,6 +409,7 @@ impl Sensors {
                 Gauge::Power(power) => {
                     power.effort_mut().into_iter().for_each(|e| e.resume(values));
                 }
+                Gauge::Work(work) => work.resume(values),
                 _ => {}
             }
         }
@@ -459,9 +479,9 @@ impl Gauge {
                 out.extend(&directors::angular_velocity(&at.q[own.clone()], &at.a[own]));
             }
             Self::Imu(unit) => {
-                let InertialUnit { point, own, first, gravity } = &**unit;
+                let InertialUnit { point, own, axes, first, gravity } = &**unit;
                 let (q, v) = frame(*first);
-                let axes = own.axes(at.q);
+                let axes = own.axes(at.q) * axes;
                 out.extend(&axes.tr_mul(&(point.rate(at.a) - gravity)));
                 out.extend(&axes.tr_mul(&directors::angular_velocity(q, v)));
             }
@@ -506,6 +526,7 @@ impl Gauge {
             Self::BladeSlip(row) => out.push(at.slips.get(*row).copied().unwrap_or(0.0)),
             Self::Effort(effort) => effort.read(at, reactions, out),
             Self::Power(power) => power.read(at, reactions, out),
+            Self::Work(work) => work.read(at, out),
             Self::Section(section) => section.read(at, out),
         }
     }
@@ -646,6 +667,7 @@ impl Builder<'_> {
                 Gauge::Imu(Box::new(InertialUnit {
                     point,
                     own: self.frame_of(of)?,
+                    axes: sensor.axes(),
                     first,
                     gravity,
                 }))
@@ -669,6 +691,7 @@ impl Builder<'_> {
             SensorKind::Slip => slip_of(self.mechanism, self.scalar(of)?)?,
             SensorKind::Effort => Gauge::Effort(Effort::of(of, self)?),
             SensorKind::Power => Gauge::Power(Power::of(of, self)?),
+            SensorKind::Work => Gauge::Work(Work::of(of, self)?),
         })
     }
 }

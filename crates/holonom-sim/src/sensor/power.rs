@@ -69,12 +69,16 @@ impl Power {
     pub(super) fn act_by(
         &mut self,
         name: &str,
-        mechanism: &Mechanism,
+        (mechanism, all): (&Mechanism, &ForceElements),
         idle: &dyn Fn(&str, &str) -> bool,
     ) -> bool {
         match self {
-            Self::Effort(effort) => effort.act_by(name, mechanism, idle),
-            Self::Loads(_) | Self::Forces(..) => idle(name, ""),
+            Self::Effort(effort) => effort.act_by(name, (mechanism, all), idle),
+            Self::Forces(forces, _) => {
+                **forces = all.only(name);
+                idle(name, "")
+            }
+            Self::Loads(_) => idle(name, ""),
             Self::Motion(row, ..) => row_of(name, mechanism).map(|own| *row = own).is_none(),
         }
     }

@@ -1,6 +1,23 @@
 //! What sensors see of a node.
 
+use crate::run::energies::EnergyTerms;
 use vi_core::Configuration;
+
+/// The works of force elements up to a node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Works<'a> {
+    /// Those of earlier phases.
+    pub(crate) terms: &'a EnergyTerms,
+    /// Those of the present phase, of each force, J.
+    pub(crate) of_forces: &'a [f64],
+}
+
+impl Works<'_> {
+    /// That of a force element since the start, J.
+    pub(super) fn of(&self, element: &str) -> f64 {
+        self.terms.work_of(element, self.of_forces)
+    }
+}
 
 /// A node as sensors see it.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +36,8 @@ pub(crate) struct View<'a> {
     pub(crate) a: &'a [f64],
     /// `G(q_n)ᵀλ_n`, N; read only by sensors of reactions.
     pub(crate) force: &'a [f64],
+    /// The works of force elements; read only by sensors of works.
+    pub(crate) works: Option<Works<'a>>,
     /// `A_d` of the step that ended here, of each constraint on velocities, m/s.
     pub(crate) slips: &'a [f64],
 }

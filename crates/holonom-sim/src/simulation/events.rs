@@ -249,7 +249,8 @@ impl Simulation {
         let (node, mechanism) = (stepper.node(), stepper.mechanism());
         let Configuration { t, q, .. } = node.configuration();
         let (angles, signals) = (&node.state.angles[..], stepper.signals(node.state));
-        let view = View { t, q, angles, signals, v: &node.node.v, a: &[], force: &[], slips: &[] };
+        let v = &node.node.v;
+        let view = View { t, q, angles, signals, v, a: &[], force: &[], works: None, slips: &[] };
         let step = node.state.step;
         conditions.read(mechanism, stepper.rows(), view, sides).map_err(|message| RunFailure {
             step,
@@ -316,6 +317,7 @@ impl Simulation {
         }
         let node = self.stepper.node();
         let (energy, work) = (node.hamiltonian(), node.work.to_vec());
+        let stored = self.energies.stored(&node);
         let mut start = PhaseStart::new(node.state, &node.node.v);
         let held = self.stepper.places_of_signals().start;
         let Some(events) = &mut self.events else { return Ok(()) };
@@ -357,8 +359,10 @@ impl Simulation {
             if let Err(error) = self.stepper.observe(NodeOf::State) {
                 return Err(self.lost(NodeOf::State, &error.to_string()));
             }
-            let lost = energy - self.stepper.node().hamiltonian();
-            let mut rest = lost;
+            let node = self.stepper.node();
+            let lost = energy - node.hamiltonian();
+            let of_laws = stored - self.energies.stored(&node);
+            let mut rest = lost + of_laws;
             for (place, constraint) in locked {
                 let Some((impulse, rate)) = self.stepper.impulse(&constraint, &v) else { continue };
                 let loss = -0.5 * impulse * rate;
@@ -367,11 +371,11 @@ impl Simulation {
                 rest -= loss;
             }
             // what round-off leaves of a kinetic energy is no loss
-            let size = energy.abs().max(self.stepper.node().kinetic());
+            let size = energy.abs().max(stored.abs()).max(self.stepper.node().kinetic());
             if rest.abs() > 1e-12 * size {
                 records[0].energy_lost += rest;
             }
-            self.energies.lose(lost);
+            self.energies.lose(lost, of_laws);
             let carried = self.energies.carried().to_vec();
             if let Some(events) = &mut self.events {
                 events.switches.works = carried;
@@ -414,10 +418,10 @@ impl Simulation {
             released.contains(name)
                 || disabled.contains(name) && (part.is_empty() || part == "motor")
         };
-        self.sensors.act_by(next.mechanism(), &idle);
+        self.sensors.act_by(next.mechanism(), &dynamics.forces, &idle);
         self.sensors.read_signals_as(&signals);
         if let Some(events) = &mut self.events {
-            events.conditions.sensors().act_by(next.mechanism(), &idle);
+            events.conditions.sensors().act_by(next.mechanism(), &dynamics.forces, &idle);
             events.conditions.sensors().read_signals_as(&signals);
         }
         (self.laws, self.stepper, self.rolling) = (laws, next, rolling);

@@ -3,7 +3,7 @@
 use super::failure::bent_too_far;
 use super::{DIVISIONS, RunFailure, RunOutcome, Simulation};
 use crate::sample::Sample;
-use crate::sensor::View;
+use crate::sensor::{View, Works};
 use crate::stepper::NodeOf;
 use holonom_model::OnFailure;
 use std::time::Instant;
@@ -276,14 +276,15 @@ impl Simulation {
 
     /// Reads the sensors at the node that was read last.
     fn read_sensors(&mut self) {
-        let Self { stepper, sample, sensors, rolling, .. } = self;
+        let Self { stepper, sample, sensors, rolling, energies, .. } = self;
         let (at, mechanism) = (stepper.node(), stepper.mechanism());
         let (state, node) = (at.state, at.node);
         let Configuration { t, q, .. } = at.configuration();
         let (angles, signals) = (&state.angles[..], stepper.signals(state));
         let (v, a, force) = (&node.v, at.acceleration, at.force);
         let slips = &rolling.state().slips;
-        let view = View { t, q, angles, signals, v, a, force, slips };
+        let works = Some(Works { terms: energies, of_forces: at.work });
+        let view = View { t, q, angles, signals, v, a, force, works, slips };
         sensors.read(mechanism, stepper.rows(), view, &mut sample.sensors);
     }
 

@@ -67,4 +67,8 @@ impl JointLaw for ExpressionLaw {
     fn is_affine(&self) -> bool {
         self.affine
     }
+
+    fn is_potential(&self) -> bool {
+        self.program.reads(1) && !self.program.reads(0) && !self.program.reads(2)
+    }
 }

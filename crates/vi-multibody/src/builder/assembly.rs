@@ -205,7 +205,7 @@ impl MechanismBuilder {
                 return Err(BuildError::NoDirection { element: element() });
             }
             let tension = Tension { between: to.minus(&from), law: law.clone() };
-            forces.add(name, ElementForce::Coordinates(Arc::new(tension)));
+            forces.add(name, ElementForce::Tension(tension));
         }
         for WrenchPart { name, at, follows, law } in &self.wrenches {
             let element = || format!("`{name}`");

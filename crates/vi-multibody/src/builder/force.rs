@@ -8,6 +8,8 @@ use crate::force::bushing::{SixForce, SixSpring};
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
 use crate::force::law::{LawForce, SignalStates};
 use crate::force::spring::{Spring, SpringLaw};
+use crate::force::stored_energy::Along;
+use crate::force::tension::Tension;
 use crate::force::wrench_law::{WrenchForce, WrenchLaw};
 use crate::geometry::six_coordinates::{SixCoordinates, Vector6};
 use crate::mechanism::Mechanism;
@@ -65,6 +67,8 @@ pub enum ElementForce {
     Coordinates(Arc<dyn Force>),
     /// Along a joint coordinate: dampers, motors, controls.
     Joint(JointForce<Arc<dyn JointLaw>>),
+    /// Between two points, by a law of their distance.
+    Tension(Tension),
     /// On a body.
     Body(Load),
     /// On a body or a point mass, by a law of its motion.
@@ -80,6 +84,7 @@ impl std::fmt::Debug for ElementForce {
         match self {
             Self::Coordinates(_) => f.debug_struct("Coordinates").finish_non_exhaustive(),
             Self::Joint(force) => f.debug_tuple("Joint").field(force).finish(),
+            Self::Tension(force) => f.debug_tuple("Tension").field(force).finish(),
             Self::Body(load) => f.debug_tuple("Body").field(load).finish(),
             Self::Wrench(force) => f.debug_tuple("Wrench").field(force).finish(),
             Self::Law(force) => f.debug_tuple("Law").field(force).finish(),
@@ -93,6 +98,39 @@ impl NamedForce {
     #[must_use]
     pub fn source(&self) -> Source {
         Source::Element(self.name.clone())
+    }
+
+    /// What it acts along, with its law, where that reads nothing but this coordinate.
+    #[must_use]
+    pub fn potential(&self) -> Option<(Along, &Arc<dyn JointLaw>)> {
+        let (along, law) = match &self.force {
+            ElementForce::Joint(JointForce { coordinate, law }) => {
+                (Along::Coordinate(Box::new(coordinate.clone())), law)
+            }
+            ElementForce::Tension(Tension { between, law }) => {
+                (Along::Distance(between.clone()), law)
+            }
+            _ => return None,
+        };
+        law.is_potential().then_some((along, law))
+    }
+
+    /// What a law states at a node, and how many numbers that are: the effort along a joint
+    /// coordinate or the tension between two points, N or N·m; force (N) and torque (N·m) on a body
+    /// along the axes of its law, the force on a point mass followed by zeros. `None` where it is no
+    /// law.
+    #[must_use]
+    pub fn efforts(&self, at: Configuration<'_>, v: &[f64]) -> Option<([f64; 6], usize)> {
+        let single = |effort| Some(([effort, 0.0, 0.0, 0.0, 0.0, 0.0], 1));
+        match &self.force {
+            ElementForce::Joint(JointForce { coordinate, law }) => {
+                single(law.effort(at.t, coordinate.at(at), coordinate.rate(at.q, v)))
+            }
+            ElementForce::Tension(force) => single(force.tension_and_rate(at.t, at.q, v)[0]),
+            ElementForce::Wrench(force) => Some((force.efforts(at.t, at.q, v), 6)),
+            ElementForce::Law(force) => Some(force.efforts(at, v)),
+            _ => None,
+        }
     }
 }
 
@@ -140,6 +178,7 @@ impl ForceElements {
             match &own.force {
                 ElementForce::Coordinates(force) => force.add(at.t, at.q, v, 1.0, scratch),
                 ElementForce::Joint(force) => force.add_continuous(at, v, scratch),
+                ElementForce::Tension(force) => force.add(at.t, at.q, v, 1.0, scratch),
                 ElementForce::Body(force) => force.add_continuous(at, v, scratch),
                 ElementForce::Wrench(force) => force.add_continuous(at, v, scratch),
                 ElementForce::Law(force) => force.add_continuous(at, v, scratch),
@@ -191,6 +230,7 @@ impl ForceElements {
             let discrete: Box<dyn DiscreteForce> = match own.force.clone() {
                 ElementForce::Coordinates(force) => Box::new(MidpointForce(force)),
                 ElementForce::Joint(force) => Box::new(force),
+                ElementForce::Tension(force) => Box::new(MidpointForce(force)),
                 ElementForce::Body(load) => Box::new(load),
                 ElementForce::Wrench(force) => Box::new(force),
                 ElementForce::Law(mut force) => {

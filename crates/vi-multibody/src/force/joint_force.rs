@@ -125,6 +125,10 @@ pub trait JointLaw: Send + Sync {
     fn is_affine(&self) -> bool {
         false
     }
+    /// Whether `τ` is a function of `θ` alone: it has a potential.
+    fn is_potential(&self) -> bool {
+        false
+    }
 }
 
 impl std::fmt::Debug for dyn JointLaw {
@@ -149,6 +153,9 @@ impl JointLaw for Arc<dyn JointLaw> {
     }
     fn is_affine(&self) -> bool {
         (**self).is_affine()
+    }
+    fn is_potential(&self) -> bool {
+        (**self).is_potential()
     }
 }
 

@@ -6,5 +6,6 @@ pub mod joint_force;
 pub mod law;
 pub mod particle_load;
 pub mod spring;
+pub mod stored_energy;
 pub mod tension;
 pub mod wrench_law;

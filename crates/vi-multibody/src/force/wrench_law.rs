@@ -250,6 +250,12 @@ impl WrenchForce {
         Self::inputs(s.t_mid(), &x, &v, &w)
     }
 
+    /// `(f, τ)` at a node as the law states them, N and N·m.
+    #[must_use]
+    pub fn efforts(&self, t: f64, q: &[f64], v: &[f64]) -> [f64; 6] {
+        self.law.evaluate(&self.at_node(t, &self.on.own(q), &self.on.own(v)))
+    }
+
     /// `y` at a node.
     fn at_node(&self, t: f64, own: &[f64; FRAME], rate: &[f64; FRAME]) -> [f64; INPUTS] {
         let mut w = Vector3::zeros();

@@ -46,6 +46,16 @@ pub struct LawForce {
 }
 
 impl LawForce {
+    /// The efforts at a node as the law states them, N and N·m, and their number.
+    #[must_use]
+    pub fn efforts(&self, at: Configuration<'_>, v: &[f64]) -> ([f64; 6], usize) {
+        let mut efforts = [0.0; 6];
+        self.reading.with_values_at_node(at, v, |work| {
+            efforts.iter_mut().zip(work.efforts()).for_each(|(own, effort)| *own = *effort);
+        });
+        (efforts, self.target.count())
+    }
+
     /// Emits `scale Σ_k e_k (dτ_k/dy ∂y)ᵀ`, where `each` visits `∂y` of an input.
     fn emit_slopes(
         &self,
