@@ -34,6 +34,7 @@ mod program {
     mod bench_command;
     mod checkpoints;
     pub(crate) mod command;
+    mod events;
     mod exit_codes;
     mod foreign_files;
     mod guide;

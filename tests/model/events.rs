@@ -7,7 +7,7 @@ use crate::harness::case::distance;
 use crate::harness::models::orders;
 use holonom::run::prepare;
 use holonom::{EventRecord, Model, RunState, Sample, Simulation};
-use vi_testkit::model::{body, head, heavy, part};
+use vi_testkit::model::{AXES, along, between, body, head, heavy, part, sensor};
 
 /// The nodes of a run that does not fail.
 fn run(text: &str) -> Vec<Sample> {
@@ -430,4 +430,86 @@ fn a_condition_that_is_true_at_the_start_is_told() {
     let simulation =
         Simulation::new(&Model::from_toml(&rod("order = 2", &later)).unwrap()).unwrap();
     assert!(!simulation.warnings().iter().any(|w| w.contains("at the start")));
+}
+
+/// A cart on springs of all kinds, which are let go: what they stored is lost, what they did stays.
+#[test]
+fn what_is_let_go_stores_nothing_and_has_done_its_work() {
+    let names = ["tug", "mount", "coil", "rail"];
+    let text = |step: f64| {
+        let works: String =
+            names.iter().map(|name| sensor(&format!("by_{name}"), "work", name)).collect();
+        head("let_go", &format!("step = {step:?}, end = 0.6"))
+            + &body("cart", 2.0, [0.1, 0.1, 0.1])
+            + &along(AXES[0], "prismatic", "rail", ["ground", "cart"], [0.0; 3])
+            + "rate = 1.5\nspring = { stiffness = 7.0, rest = 0.1 }\n"
+            + &part("law", "tug")
+            + "joint = \"rail\"\neffort = \"-30*x - 40*x^3\"\n"
+            + &between("bushing", "mount", ["ground", "cart"])
+            + "position = [0.0, 0.0, 0.0]\nstiffness = [12.0, 0.0, 0.0, 0.0, 0.0, 0.0]\n"
+            + &between("spring", "coil", ["ground", "cart"])
+            + "point_from = [-1.0, 0.0, 0.0]\nstiffness = 5.0\nnatural_length = 0.8\n"
+            + &works
+            + &part("event", "go")
+            + "at = 0.203\nrelease = [\"tug\", \"mount\", \"coil\"]\n"
+    };
+    let stored = |x: f64| {
+        let coil = 2.5 * ((x + 0.2).powi(2) - 0.04);
+        [15.0 * x * x + 10.0 * x.powi(4), 6.0 * x * x, coil, 3.5 * ((x - 0.1).powi(2) - 0.01)]
+    };
+    let balances = [0.01, 0.005].map(|step| {
+        let text = text(step);
+        let model = Model::from_toml(&text).unwrap();
+        let columns = Simulation::new(&model).unwrap().energy_columns().to_vec();
+        let column = |name: &str| columns.iter().position(|own| own == name).unwrap();
+        let nodes = run(&text);
+        let acted = events(&nodes);
+        let lost: f64 = acted.iter().map(|event| event.energy_lost).sum();
+        let mut worst = 0.0_f64;
+        for node in &nodes {
+            let e = &node.energies;
+            let parts = ["kinetic", "springs", "energy.tug", "energy.mount"];
+            let sum: f64 = parts.iter().map(|name| e[column(name)]).sum();
+            assert!((sum - e[column("total")]).abs() < 1e-12, "parts at t = {}", node.t);
+            let gone = node.t > 0.203;
+            for name in ["energy.tug", "energy.mount"] {
+                assert_eq!(e[column(name)] == 0.0, gone || node.step == 0, "{name}, {}", node.t);
+            }
+            let taken = if gone { -lost } else { 0.0 };
+            assert!((e[column("work_of_events")] - taken).abs() < 1e-12);
+            worst = worst.max(e[column("balance")].abs());
+            // the work of what stores is what it stores
+            let rail = stored(node.q[0])[3];
+            assert!((node.sensors[3] + rail).abs() < 1e-12, "rail at t = {}", node.t);
+            if !gone {
+                let all = stored(node.q[0]);
+                assert!((node.sensors[1] + all[1]).abs() < 1e-12, "mount at t = {}", node.t);
+                assert!((node.sensors[2] + all[2]).abs() < 1e-12, "coil at t = {}", node.t);
+                assert!((node.sensors[0] + all[0]).abs() < 0.2 * step, "tug at t = {}", node.t);
+            }
+        }
+        let after: Vec<&Sample> = nodes.iter().filter(|node| node.t > 0.203).collect();
+        let [first, last] = [after[0], after[after.len() - 1]];
+        assert_eq!(first.sensors[..3], last.sensors[..3], "what was done stays");
+        let done: f64 = first.sensors[..3].iter().sum();
+        println!("h = {step}: lost {lost:.6} J, done {done:.6} J, balance {worst:.1e} J");
+        let coil = 2.5 * 0.04; // stored at the start
+        assert!((lost - coil + done).abs() < 0.3 * step, "{lost} J, {done} J");
+        // to the bit from any node
+        let mut simulation = Simulation::new(&model).unwrap();
+        let mut part = Vec::new();
+        let mut observe = |sample: &Sample| {
+            part.push(sample.clone());
+            Ok::<(), ()>(())
+        };
+        let _ = simulation.run_while(&mut observe, &mut |step, _| step < 30).unwrap();
+        let state = serde_json::to_string(&simulation.state()).unwrap();
+        let mut other = Simulation::new(&model).unwrap();
+        other.resume(serde_json::from_str(&state).unwrap()).unwrap();
+        let rest: Vec<Sample> = other.samples().map(|sample| sample.unwrap()).collect();
+        assert_eq!(rest, nodes[30..]);
+        worst
+    });
+    let order = (balances[0] / balances[1]).log2();
+    assert!(order > 1.7, "balances {balances:?} J, order {order}");
 }

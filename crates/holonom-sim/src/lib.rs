@@ -44,7 +44,7 @@ mod stepper;
 pub mod system;
 
 pub use assembly::{Counts, is_note};
-pub use event::EventRecord;
+pub use event::{EventJump, EventRecord};
 pub use resolution::limits::Stiffness;
 pub use resolution::rotation::FastestRotation;
 pub use resolution::unstable_steps::UnstableSteps;

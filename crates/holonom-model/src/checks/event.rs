@@ -7,6 +7,7 @@ use crate::checks::Checker;
 use crate::expression::renamed_parts;
 use crate::observed::Observed;
 use crate::quantity::Quantities;
+use crate::types::bushing::Coefficients;
 use crate::types::event::{Event, Locate, coordinate_of};
 use crate::types::law::Law;
 
@@ -21,7 +22,7 @@ impl Checker<'_> {
             let help = "add `release`, `lock`, `set`, `enable`, `disable` or `end = true`";
             self.report(key, "the event does nothing".into(), help);
         }
-        let released = ["joint", "bar", "constraint", "spring", "law"];
+        let released = ["joint", "bar", "constraint", "spring", "bushing", "law"];
         self.event_parts(&format!("{key}.release"), &event.release, &released);
         self.event_parts(&format!("{key}.enable"), &event.enable, &["law", "load", "joint"]);
         self.event_parts(&format!("{key}.disable"), &event.disable, &["law", "load", "joint"]);
@@ -73,7 +74,15 @@ impl Checker<'_> {
         let laws = laws.filter(|law| law.formulas().any(|formula| reads(&formula.0)));
         let signals = self.model.signals.iter();
         let signals = signals.filter(|own| own.formulas().any(|(_, formula)| reads(&formula.0)));
-        let mut names = laws.map(|law| &law.name).chain(signals.map(|signal| &signal.name));
+        let bushings = self.model.bushings.iter().filter(|own| !event.release.contains(&own.name));
+        let bushings = bushings.filter(|own| {
+            let all = [&own.stiffness, &own.damping].into_iter().flatten();
+            let mut entries = all.flat_map(Coefficients::entries).map(|(.., formula)| formula);
+            entries.any(|formula| reads(&formula.0))
+                || own.force.iter().flatten().any(|formula| reads(&formula.0))
+        });
+        let names = laws.map(|law| &law.name).chain(signals.map(|signal| &signal.name));
+        let mut names = names.chain(bushings.map(|bushing| &bushing.name));
         if let Some(name) = names.next().cloned() {
             let message = format!("`{name}` reads the joint `{joint}`");
             let help = "let it read positions and velocities of the body, or release it, too";

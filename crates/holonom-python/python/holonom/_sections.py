@@ -1101,8 +1101,8 @@ class Builder(Sections):
         once : bool, optional
             It acts once; else whenever its condition becomes true again.
         release : list of str, optional
-            Joints, bars, constraints, springs and laws that vanish; with a joint all that acts
-            along it.
+            Joints, bars, constraints, springs, bushings and laws that vanish; with a joint all that
+            acts along it.
         set : dict, optional
             New values of signals with ``start`` alone.
         when : str, optional

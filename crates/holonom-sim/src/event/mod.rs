@@ -19,7 +19,7 @@ pub(crate) mod conditions;
 pub(crate) mod phase;
 pub(crate) mod switches;
 
-pub use switches::EventRecord;
+pub use switches::{EventJump, EventRecord};
 
 use crate::system::outside::Outside;
 use conditions::Conditions;
@@ -48,6 +48,7 @@ pub(crate) struct Events {
     pub(crate) switches: Switches,
     pub(crate) acting: Vec<usize>, // scratch
     pub(crate) sides: Vec<f64>,    // scratch
+    pub(crate) swings: Vec<f64>,   // change of each condition over the step that was divided
 }
 
 impl Events {
@@ -81,6 +82,7 @@ impl Events {
             switches,
             acting: Vec::new(),
             sides: Vec::new(),
+            swings: Vec::new(),
         })
     }
 
@@ -129,6 +131,15 @@ impl Events {
         let name = lock.name();
         self.switches.locks.push(lock);
         Some(name)
+    }
+
+    /// The value of a condition relative to its change over the step that was divided; `None` where
+    /// it was not located.
+    pub(crate) fn located(&self, event: usize) -> Option<f64> {
+        let own = &self.list[event];
+        let swing = self.swings.get(event).copied().filter(|swing| *swing > 0.0)?;
+        let located = own.when.is_some() && conditions::is_located(own);
+        located.then(|| self.sides[event].abs() / swing)
     }
 
     /// Takes up an action.

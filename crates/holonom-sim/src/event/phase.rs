@@ -27,6 +27,7 @@ pub(crate) fn in_force(model: &Model, switches: &Switches) -> Model {
     };
     model.constraints.retain(|own| !gone(own.name()) && !along(own));
     model.springs.retain(|spring| !gone(&spring.name));
+    model.bushings.retain(|bushing| !gone(&bushing.name));
     model.laws.retain(|law| {
         let joint = law.joint.as_deref();
         !idle(&law.name) && !joint.is_some_and(gone)

@@ -84,4 +84,24 @@ pub struct EventRecord {
     pub energy_lost: f64,
     /// The impulse of a lock along its coordinate, N·s or N·m·s.
     pub impulse: Option<f64>,
+    /// What changed at this time; not in files.
+    #[serde(skip)]
+    pub jump: EventJump,
+}
+
+/// What the events of a time change together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EventJump {
+    /// Largest change of a velocity, relative to the largest of them.
+    pub velocity: f64,
+    /// Largest change of linear or angular momentum, relative to the largest momentum.
+    pub momentum: f64,
+    /// What the kinetic energy loses, J.
+    pub kinetic: f64,
+    /// `½ Δvᵀ M Δv`, J: the loss of a plastic impact.
+    pub plastic: f64,
+    /// The kinetic energy before, J.
+    pub size: f64,
+    /// Value of the condition relative to its change over the step; `None` where it is not located.
+    pub condition: Option<f64>,
 }

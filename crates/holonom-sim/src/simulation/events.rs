@@ -3,10 +3,10 @@
 use super::{RunFailure, Simulation, stepper};
 use crate::event::conditions::is_located;
 use crate::event::phase::in_force;
-use crate::event::switches::{EventRecord, PhaseStart, Switches};
+use crate::event::switches::{EventJump, EventRecord, PhaseStart, Switches};
 use crate::event::{Events, MOST};
 use crate::sensor::View;
-use crate::stepper::NodeOf;
+use crate::stepper::{NodeOf, NodeView};
 use crate::system::{self, System};
 use holonom_model::{ModelError, coordinate_of};
 use vi_constraints::integrator::{ResumeError, StepReport};
@@ -14,6 +14,9 @@ use vi_constraints::scheme::StepError;
 use vi_constraints::{Constraints, InitialValues};
 use vi_core::Configuration;
 use vi_core::bracket::Bracket;
+use vi_core::linear::{dot, norm_inf};
+use vi_core::momentum_map::Momentum;
+use vi_multibody::mechanism::Mechanism;
 
 /// Parts of a step that are not taken by themselves, and to which a root is known.
 const REST: f64 = 1e-9;
@@ -177,6 +180,10 @@ impl Simulation {
         let Some(events) = &self.events else { return Ok(None) };
         let ends_of = [&events.switches.sides, &events.sides].map(|sides| largest(sides));
         let mut bracket = Bracket::new([0.0, ends_of[0]], [length, ends_of[1]]);
+        if let Some(Events { swings, sides, switches, .. }) = self.events.as_deref_mut() {
+            swings.clear();
+            swings.extend(switches.sides.iter().zip(&*sides).map(|(a, b)| (b - a).abs()));
+        }
         let (mut at, mut report) = (length, report); // of the last trial
         while let Some(trial) = bracket.next(ROOT * h) {
             report = self.try_again(&before, trial, t + trial, false)?;
@@ -318,6 +325,7 @@ impl Simulation {
         let node = self.stepper.node();
         let (energy, work) = (node.hamiltonian(), node.work.to_vec());
         let stored = self.energies.stored(&node);
+        let before = Motion::of(self.stepper.mechanism(), &node);
         let mut start = PhaseStart::new(node.state, &node.node.v);
         let held = self.stepper.places_of_signals().start;
         let Some(events) = &mut self.events else { return Ok(()) };
@@ -345,15 +353,26 @@ impl Simulation {
                 events.switch(action, part);
                 let action = format!("{action} {part}").trim_end().to_owned();
                 let event = event.name.clone();
-                records.push(EventRecord { t, event, action, energy_lost: 0.0, impulse: None });
+                let condition = events.located(*k);
+                let jump = EventJump { condition, ..EventJump::default() };
+                records.push(EventRecord {
+                    t,
+                    event,
+                    action,
+                    energy_lost: 0.0,
+                    impulse: None,
+                    jump,
+                });
             }
         }
         let name = events.list[acting[0]].name.clone();
         if changed {
             self.energies.carry(&work);
             let v = start.v.clone();
+            let carried = self.energies.carried().to_vec(); // which the next phase takes up
             if let Some(events) = &mut self.events {
                 events.switches.phase = Some(Box::new(start));
+                events.switches.works = carried;
             }
             self.begin_phase().map_err(|error| refused(&name, step, t, &error))?;
             if let Err(error) = self.stepper.observe(NodeOf::State) {
@@ -362,6 +381,10 @@ impl Simulation {
             let node = self.stepper.node();
             let lost = energy - node.hamiltonian();
             let of_laws = stored - self.energies.stored(&node);
+            let jump = before.jump(&Motion::of(self.stepper.mechanism(), &node));
+            for EventRecord { jump: own, .. } in &mut records {
+                *own = EventJump { condition: own.condition, ..jump };
+            }
             let mut rest = lost + of_laws;
             for (place, constraint) in locked {
                 let Some((impulse, rate)) = self.stepper.impulse(&constraint, &v) else { continue };
@@ -426,6 +449,40 @@ impl Simulation {
         }
         (self.laws, self.stepper, self.rolling) = (laws, next, rolling);
         Ok(())
+    }
+}
+
+/// The motion at a node beside an event.
+struct Motion {
+    v: Vec<f64>,
+    p: Vec<f64>, // of the projection
+    momentum: Momentum,
+    kinetic: f64, // J
+}
+
+impl Motion {
+    fn of(mechanism: &Mechanism, node: &NodeView<'_>) -> Self {
+        let (v, p) = (node.node.v.clone(), node.node.p_projected.clone());
+        let momentum = mechanism.momentum(&node.state.q, &p);
+        Self { v, p, momentum, kinetic: node.kinetic() }
+    }
+
+    /// What has changed from here to `after`: `½ Δvᵀ M Δv = ½ Δv·Δp`.
+    fn jump(&self, after: &Self) -> EventJump {
+        let change =
+            |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| b - a).collect() };
+        let (dv, dp) = (change(&self.v, &after.v), change(&self.p, &after.p));
+        let maps = |of: &Momentum| [of.linear, of.angular].concat();
+        let (first, last) = (maps(&self.momentum), maps(&after.momentum));
+        let relative = |change: f64, size: f64| if change > 0.0 { change / size } else { 0.0 };
+        EventJump {
+            velocity: relative(norm_inf(&dv), norm_inf(&self.v)),
+            momentum: relative(norm_inf(&change(&first, &last)), norm_inf(&self.p)),
+            kinetic: self.kinetic - after.kinetic,
+            plastic: 0.5 * dot(&dv, &dp),
+            size: self.kinetic,
+            condition: None,
+        }
     }
 }
 
