@@ -5,6 +5,7 @@ use holonom::certificate::page::{sentence, verdict};
 use holonom::certificate::{ModelCertificate, certify_model};
 use holonom::verification::certificate::{Criterion, Verdict};
 use holonom::{Model, Override};
+use vi_testkit::model::{between, heavy, part, particle, two_links};
 
 /// Text with every number replaced by `#`.
 fn without_numbers(text: &str) -> String {
@@ -159,5 +160,62 @@ fn a_mechanism_without_a_degree_of_freedom_has_a_certificate() {
     assert!(!form.is_empty() && !matrix.is_empty());
     for f in form.into_iter().chain(matrix) {
         assert_eq!(f.verdict, Verdict::NotApplicable, "{f}");
+    }
+}
+
+/// Two links that a law drives, one locked and both let go, and a disc whose cord is cut: each kind
+/// of event has its rows, and each law its balance.
+#[test]
+fn certificates_across_events_say_what_each_keeps() {
+    let links =
+        two_links([1.0, 0.8], [[0.01, 0.08, 0.08], [0.01, 0.06, 0.06]], ["rate = 1.0\n", ""]);
+    let text = heavy("links", [0.0, 0.0, -9.81], "step = 0.005, end = 0.6")
+        + &links
+        + "rate = -2.0\n"
+        + &part("law", "drive")
+        + "joint = \"shoulder\"\neffort = \"-3*x - v\"\n"
+        + &part("law", "coil")
+        + "joint = \"elbow\"\neffort = \"-2*x - x^3\"\n"
+        + &part("event", "latch")
+        + "when = \"elbow < -0.2\"\nlock = [\"elbow\"]\n"
+        + &part("event", "idle")
+        + "at = 0.32\ndisable = [\"drive\"]\n"
+        + &part("event", "drop")
+        + "at = 0.45\nrelease = [\"shoulder\"]\n";
+    let certificate = certify_model(&Model::from_toml(&text).unwrap(), 1e-6, &mut |_| {}).unwrap();
+    let rows = [
+        "work of `drive` less ∫ P dt",
+        "work of `coil` less ∫ P dt",
+        "balance with all works",
+        "q, across events",
+        "constraints in force, across events",
+        "conditions where events act, across events",
+        "velocities and momentum maps at releases, across events",
+        "velocities and momentum maps at switched parts, across events",
+        "loss of locks less ½ Δvᵀ M Δv, across events",
+    ];
+    holds(&certificate, &rows);
+    let lock = certificate.certificate.findings.iter().find(|f| f.quantity.starts_with("loss"));
+    assert!(!lock.unwrap().measured.starts_with("0.000"), "{lock:?}");
+
+    let disc = include_str!("../../examples/models/rolling_disc.toml").to_owned()
+        + &particle("load", 0.1, [0.0, 0.0, 1.0])
+        + &between("spring", "cord", ["disc", "load"])
+        + "stiffness = 20.0\n"
+        + &part("event", "cut")
+        + "when = \"disc.x > 0.15\"\nrelease = [\"cord\"]\n";
+    let end = [Override::new("simulation.end", "0.4")];
+    let model = Model::from_toml_with(&disc, &end).unwrap();
+    let certificate = certify_model(&model, 1e-6, &mut |_| {}).unwrap();
+    holds(&certificate, &["slip of what rolls, across events"]);
+}
+
+/// That these rows are there and pass.
+fn holds(certificate: &ModelCertificate, rows: &[&str]) {
+    for row in rows {
+        let found = certificate.certificate.findings.iter().find(|f| f.quantity == *row);
+        let found = found.unwrap_or_else(|| panic!("no row `{row}`"));
+        println!("{row}: {} ({})", found.measured, found.verdict.name());
+        assert_eq!(found.verdict, Verdict::Pass, "{found:?}");
     }
 }

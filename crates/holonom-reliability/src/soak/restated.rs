@@ -35,20 +35,7 @@ pub fn observed(model: &Model) -> Model {
     new.sensors.clear();
     let mut add = |kind: SensorKind, of: &str, frame: Option<ReactionFrame>| {
         let name = format!("sensor{}", new.sensors.len());
-        let of = of.to_owned();
-        new.sensors.push(Sensor {
-            name,
-            kind,
-            of,
-            point: None,
-            seen_from: None,
-            to: None,
-            point_to: None,
-            element: None,
-            at: None,
-            frame,
-            value: None,
-        });
+        new.sensors.push(Sensor { frame, ..Sensor::new(name, kind, of.to_owned()) });
     };
     for joint in &model.joints {
         if joint.kind != JointKind::Fixed {

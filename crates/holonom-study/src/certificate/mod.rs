@@ -7,6 +7,7 @@ mod moving;
 pub mod page;
 mod provenance;
 pub mod subject;
+mod works;
 
 pub use self::date::now;
 use self::moving::{Beginning, beginning};
@@ -123,6 +124,10 @@ pub fn certify_model(
     let plan = plan(&subject, &rest, own)?;
     let name = &model.header.name;
     let mut certificate = certify(&subject, name, &plan, progress);
+    if !model.laws.is_empty() || !model.bushings.is_empty() {
+        progress("works of laws");
+        certificate.findings.extend(works::findings(model, own));
+    }
     if !model.events.is_empty() {
         progress("across events");
         certificate.findings.extend(across::findings(model, own));
