@@ -2,7 +2,7 @@
 //! in it.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::output::export::{compared, python, run};
+use crate::output::export::{compared, python, run, run_let_go};
 use crate::program::command::{folder, holonom, words};
 use serde_json::Value;
 use std::fs;
@@ -225,4 +225,34 @@ fn another_reader_sees_the_bodies_where_they_are() {
         assert_eq!(output.status.code(), Some(0), "{}", words(&output));
         println!("{model}: {}", compared(&python, SCENE, &folder));
     }
+}
+
+/// What an event released has no size from the first frame after that on, and that at once.
+#[test]
+fn what_is_released_vanishes() {
+    let folder = folder("export_gltf", "let_go");
+    run_let_go(&folder);
+    let output = holonom(&folder, &["export", "run", "--format", "gltf"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let document = Document::read(&folder.join("run.glb"));
+    let animation = &document.list("animations")[0];
+    let mut names = Vec::new();
+    for channel in animation["channels"].as_array().unwrap() {
+        let sampler = &animation["samplers"][channel["sampler"].as_u64().unwrap() as usize];
+        if sampler["interpolation"] != "STEP" {
+            continue;
+        }
+        assert_eq!(channel["target"]["path"], "scale");
+        let node = &document.list("nodes")[channel["target"]["node"].as_u64().unwrap() as usize];
+        assert!(node["mesh"].is_u64(), "{node}");
+        names.push(node["name"].as_str().unwrap().to_owned());
+        let (scales, _) = document.floats(&sampler["output"]);
+        assert_eq!(scales.len(), 3 * 51);
+        for (frame, scale) in scales.chunks(3).enumerate() {
+            let there = if frame < 21 { [1.0; 3] } else { [0.0; 3] };
+            assert_eq!(scale, there, "frame {frame}");
+        }
+    }
+    names.sort();
+    assert_eq!(names, ["coil", "cord", "mount", "pin"]);
 }

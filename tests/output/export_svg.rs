@@ -1,7 +1,7 @@
 //! The animated drawing of a run: what it shows is the motion.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::output::export::run;
+use crate::output::export::{run, run_let_go};
 use crate::program::command::{folder, holonom, words};
 use std::fs;
 use std::path::Path;
@@ -95,5 +95,26 @@ fn everything_is_on_the_sheet() {
         for [x, y] in elements.iter().flat_map(|e| e.frames.iter().flatten()) {
             assert!((0.0..=width).contains(x) && (0.0..=height).contains(y), "{model}: {x}, {y}");
         }
+    }
+}
+
+/// What an event released is hidden from the first frame after that on: the dot and the axis of a
+/// hinge, those of a bushing, a spring, a cord.
+#[test]
+fn what_is_released_is_hidden() {
+    let folder = folder("export_svg", "let_go");
+    run_let_go(&folder);
+    export(&folder, "51");
+    let text = fs::read_to_string(folder.join("run.svg")).unwrap();
+    let hidden = text.lines().filter_map(|line| {
+        let states = line.split("attributeName=\"visibility\"").nth(1)?;
+        Some(attribute(states, "values").unwrap().split(';').collect::<Vec<_>>())
+    });
+    let hidden: Vec<Vec<&str>> = hidden.collect();
+    assert_eq!(hidden.len(), 6, "{hidden:?}");
+    for states in hidden {
+        let visible = |k: usize| if k < 21 { "visible" } else { "hidden" };
+        let expected: Vec<&str> = (0..51).map(visible).collect();
+        assert_eq!(states, expected);
     }
 }

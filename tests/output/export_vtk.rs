@@ -1,7 +1,7 @@
 //! Results for ParaView, read back by VTK.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::output::export::{compared, python, run};
+use crate::output::export::{compared, python, run, run_let_go};
 use crate::program::command::{folder, holonom, words};
 use std::fs;
 use std::path::Path;
@@ -230,5 +230,26 @@ fn a_run_that_cannot_be_shown_is_refused_with_the_reason() {
     fs::remove_file(folder.join("run/trajectory.csv")).unwrap();
     for format in ["vtk", "gltf"] {
         assert!(refused(format).contains("trajectory.csv"));
+    }
+}
+
+/// Joints, bushings and lines that an event released are in no block after that.
+#[test]
+fn what_is_released_is_in_no_block() {
+    let folder = folder("export_vtk", "let_go");
+    run_let_go(&folder);
+    let output = holonom(&folder, &["export", "run", "--format", "vtk"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    for frame in 0..51 {
+        let count = |block: &str, of: &str| -> usize {
+            let path = folder.join(format!("run-vtk/frames/{frame:06}/{block}.vtp"));
+            let text = fs::read_to_string(path).unwrap();
+            let number = text.split(&format!("{of}=\"")).nth(1).unwrap().split('"').next();
+            number.unwrap().parse().unwrap()
+        };
+        let there = if frame < 21 { 2 } else { 0 };
+        assert_eq!(count("joints", "NumberOfPoints"), there, "frame {frame}");
+        assert_eq!(count("lines", "NumberOfLines"), there, "frame {frame}");
+        assert_eq!(count("centers", "NumberOfPoints"), 3, "frame {frame}");
     }
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::output::browser::{browser, show_with};
+use crate::output::export::run_let_go;
 use crate::program::command::{command, folder, holonom, words};
 use serde_json::Value;
 use std::fs;
@@ -48,6 +49,31 @@ fn looks_and_distances_are_part_of_the_scene() {
         assert!(scene["joints"][0]["limit"].as_f64().unwrap() < 0.1);
     }
     assert_eq!(ran["tensions"].as_array().unwrap().len(), 1, "of the tie rod");
+}
+
+/// A bushing is a sleeve on its first body and a pin on the second, until an event releases it.
+#[test]
+fn bushings_are_drawn_until_they_are_released() {
+    let folder = folder("looks", "bushing");
+    run_let_go(&folder);
+    let scene = scene(&folder.join("run/report.html"));
+    let joints = scene["joints"].as_array().unwrap();
+    let of = |kind: &str| joints.iter().find(|joint| joint["type"] == kind).unwrap();
+    let bushing = of("bushing");
+    assert_eq!(joints.len(), 2);
+    for joint in [bushing, of("revolute")] {
+        assert_eq!(joint["until"], 0.205);
+    }
+    let ground = serde_json::json!({ "member": -1, "point": [0.1, 1.0, 0.0] });
+    assert_eq!(bushing["parent"], ground);
+    assert_eq!(bushing["child"]["member"], 1, "the block");
+    assert_eq!(bushing["child"]["point"][0], 0.1);
+    assert_eq!(bushing["axis"], serde_json::json!([0.0, 0.0, 1.0]));
+    let parts = scene["symbols"]["bushing"].as_array().unwrap();
+    let on_parent: Vec<bool> = parts.iter().map(|part| part["on_parent"] == true).collect();
+    assert_eq!(on_parent, [true, false], "sleeve and pin");
+    let anchors = scene["bodies"][1]["anchors"].as_array().unwrap();
+    assert_eq!(anchors.len(), 1, "the block is held there");
 }
 
 /// In front of the red tile stands a blue cover that lets see through, and a larger hidden one.

@@ -1,13 +1,14 @@
 //! What a run looks like: surfaces that move with its members, as the scene of its page shows them.
 
-use holonom_model::{Constraint, JointKind, Model, ShapeKind};
+use holonom_model::{Constraint, Model, ShapeKind};
 use holonom_report::scene::parts::{
     SceneBeam, SceneBody, SceneEnd, SceneJoint, SceneLine, SceneParts,
 };
 use holonom_report::scene::{PALETTE, up};
+use holonom_sim::EventRecord;
 use holonom_sim::output::Frames;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use vi_multibody::pair::symbol::SymbolSolid;
+use vi_multibody::pair::symbol::{SymbolPart, SymbolSolid};
 
 use crate::mesh::{Mesh, along, stick};
 use crate::tube::MemberPose;
@@ -47,7 +48,7 @@ impl RigidSurface {
     }
 }
 
-/// A joint with its name.
+/// A joint or a bushing with its name.
 #[derive(Clone, Debug)]
 pub(crate) struct NamedJoint {
     pub(crate) name: String,
@@ -100,10 +101,10 @@ pub(crate) struct Look {
 }
 
 impl Look {
-    /// From the model and some frames of its run, the first one included. `None` where the frames
-    /// are of another model.
-    pub(crate) fn new(model: &Model, frames: &Frames) -> Option<Self> {
-        let parts = SceneParts::new(model, frames)?;
+    /// From the model, some frames of its run, the first one included, and what its events did.
+    /// `None` where the frames are of another model.
+    pub(crate) fn new(model: &Model, frames: &Frames, events: &[EventRecord]) -> Option<Self> {
+        let parts = SceneParts::new(model, frames)?.releasing(events);
         let bodies = parts.bodies();
         let joints = parts.joints(&bodies);
         let (bars, distances, springs) = (parts.bars(), parts.distances(), parts.springs());
@@ -155,13 +156,14 @@ impl Look {
             .map(|(name, line)| NamedLine { name: name.to_owned(), line, spring: false })
             .collect();
         let springs = model.springs.iter().zip(springs).map(|(spring, l)| (&spring.name, l, true));
-        let joints = model.joints.iter().zip(joints);
+        let names = model.joints.iter().map(|joint| &joint.name);
+        let joints = names.chain(model.bushings.iter().map(|own| &own.name)).zip(joints);
         Some(Self {
             up: up(model),
             beams: beams.map(beam).collect(),
             lines: bars.map(line).chain(distances).chain(springs.map(line)).collect(),
             feet,
-            joints: joints.map(|(j, joint)| NamedJoint { name: j.name.clone(), joint }).collect(),
+            joints: joints.map(|(name, joint)| NamedJoint { name: name.clone(), joint }).collect(),
             solids,
             symbol,
         })
@@ -245,16 +247,21 @@ pub(crate) fn foot(up: &[f64; 3], s: f64) -> Mesh {
     Mesh::cuboid().placed(&axes, &Vector3::zeros()).unwrap_or_default()
 }
 
+/// Whether what an event released at a time, s, is still there; `None`: nothing did.
+pub(crate) fn holds(until: Option<f64>, t: f64) -> bool {
+    until.is_none_or(|until| t <= until)
+}
+
 /// The symbol of a joint in the axes of space about its point, with the directions of its axes in
 /// space.
-pub(crate) fn symbol(kind: JointKind, [axis, axis2]: [Vector3<f64>; 2], s: f64) -> Mesh {
+pub(crate) fn symbol(parts: &[SymbolPart], [axis, axis2]: [Vector3<f64>; 2], s: f64) -> Mesh {
     let part = |mesh: Mesh, axis: &Vector3<f64>, size: [f64; 3]| {
         let axes = along(axis).unwrap_or_else(Matrix3::identity);
         let axes = axes * Matrix3::from_diagonal(&(Vector3::from(size) * s));
         mesh.placed(&axes, &Vector3::zeros()).unwrap_or_default()
     };
     let mut whole = Mesh::default();
-    for of in kind.pair(None).symbol() {
+    for of in parts {
         let mesh = match of.solid {
             SymbolSolid::Cylinder => Mesh::cylinder(),
             SymbolSolid::Box => Mesh::cuboid(),
@@ -308,6 +315,7 @@ impl BoundingBox {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use holonom_model::JointKind;
 
     /// Lengths along the axis and along the second one, as multiples of the size of symbols.
     #[test]
@@ -322,7 +330,7 @@ mod tests {
             (JointKind::Universal, 4.0, 4.0),
             (JointKind::Screw, 5.0, 3.0),
         ] {
-            let mesh = symbol(kind, [Vector3::z(), Vector3::x()], 0.5);
+            let mesh = symbol(kind.pair(None).symbol(), [Vector3::z(), Vector3::x()], 0.5);
             let extent = |i: usize| {
                 let ends = mesh.points.iter().fold([f64::MAX, f64::MIN], |[low, high], point| {
                     [low.min(point[i]), high.max(point[i])]

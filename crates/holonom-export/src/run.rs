@@ -50,7 +50,8 @@ impl<'a> ShownRun<'a> {
         if !names(&model).eq(probes.members.iter().map(|member| member.name.clone())) {
             return Err(other());
         }
-        let look = Look::new(&model, &probes).ok_or_else(other)?;
+        let events = folder.read_events()?;
+        let look = Look::new(&model, &probes, &events).ok_or_else(other)?;
         Ok(Self { folder, model, look, members: probes.members, most })
     }
 

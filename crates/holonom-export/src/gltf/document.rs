@@ -7,7 +7,7 @@ use super::buffer::Buffer;
 use super::motion::{NodeAnimation, quaternion, rests, single};
 use super::skin;
 use crate::coil::coil;
-use crate::look::{INK, Look, NamedJoint, NamedLine, Rgb, foot, point, symbol};
+use crate::look::{INK, Look, NamedJoint, NamedLine, Rgb, foot, holds, point, symbol};
 use crate::mesh::{Mesh, along, stick};
 use crate::run::ShownRun;
 use crate::tube::MemberPose;
@@ -57,7 +57,7 @@ impl DocumentWriter {
     }
 
     /// Adds all that is shown; `poses`: of the members at each time.
-    pub(super) fn run(&mut self, run: &ShownRun<'_>, poses: &[&[MemberPose]]) {
+    pub(super) fn run(&mut self, run: &ShownRun<'_>, poses: &[&[MemberPose]], times: &[f64]) {
         let look = &run.look;
         let Some(first) = poses.first() else { return };
         let mut held = vec![0; run.members.len()]; // the node of each member
@@ -79,10 +79,12 @@ impl DocumentWriter {
         }
         for joint in &look.joints {
             let holder = usize::try_from(joint.joint.child.member).map_or(0, |child| held[child]);
-            self.joint(joint, holder, look, first);
+            let node = self.joint(joint, holder, look, first);
+            self.hide(node, joint.joint.until, times);
         }
         for line in &look.lines {
-            self.line(line, poses, look.symbol);
+            let node = self.line(line, poses, look.symbol);
+            self.hide(node, line.line.until, times);
         }
         for place in &look.feet {
             let place = single(&Vector3::from(*place));
@@ -92,8 +94,14 @@ impl DocumentWriter {
     }
 
     /// The symbol of a joint on the node of its child.
-    fn joint(&mut self, named: &NamedJoint, holder: usize, look: &Look, first: &[MemberPose]) {
-        let SceneJoint { kind, parent, child, axis, axis2, limit, .. } = &named.joint;
+    fn joint(
+        &mut self,
+        named: &NamedJoint,
+        holder: usize,
+        look: &Look,
+        first: &[MemberPose],
+    ) -> usize {
+        let SceneJoint { symbol: parts, parent, child, axis, axis2, limit, .. } = &named.joint;
         let axes = |member: i64| match usize::try_from(member) {
             Ok(member) => first[member].directors,
             Err(_) => Matrix3::identity(),
@@ -105,8 +113,23 @@ impl DocumentWriter {
         let both = [turned(parent.member, axis), turned(child.member, axis2)];
         let place = single(&Vector3::from(child.point));
         let node = self.node(json!({ "name": named.name, "translation": place }), holder);
-        let mesh = symbol(*kind, both, look.symbol.min(*limit));
+        let mesh = symbol(parts, both, look.symbol.min(*limit));
         self.show(node, &named.name, &mesh, (INK, 1.0));
+        node
+    }
+
+    /// Hides what an event released: a scale of zero on all axes, as the format says.
+    fn hide(&mut self, node: usize, until: Option<f64>, times: &[f64]) {
+        let Some(input) = self.times.filter(|_| !times.iter().all(|t| holds(until, *t))) else {
+            return;
+        };
+        let scales: Vec<[f32; 3]> =
+            times.iter().map(|t| if holds(until, *t) { [1.0; 3] } else { [0.0; 3] }).collect();
+        let output = self.buffer.vectors(&scales);
+        let target = json!({ "node": node, "path": "scale" });
+        self.channels.push(json!({ "sampler": self.samplers.len(), "target": target }));
+        let sampler = json!({ "input": input, "output": output, "interpolation": "STEP" });
+        self.samplers.push(sampler);
     }
 
     /// A node below another one.
@@ -231,7 +254,7 @@ impl DocumentWriter {
 
     /// A bar, a distance or a spring between its ends, which is as long as it is at the first frame
     /// and scaled along.
-    fn line(&mut self, line: &NamedLine, poses: &[&[MemberPose]], symbol: f64) {
+    fn line(&mut self, line: &NamedLine, poses: &[&[MemberPose]], symbol: f64) -> usize {
         let ends =
             |frame: &[MemberPose]| [&line.line.from, &line.line.to].map(|end| point(end, frame));
         // of two ends at one point nothing is seen, but the scale stays one that can be inverted
@@ -249,8 +272,13 @@ impl DocumentWriter {
             true => coil(1.2 * symbol, first, 0.25 * symbol),
             false => stick(&-half, &half, 0.4 * symbol).unwrap_or_default(),
         };
-        let node = self.moving(&line.name, motion);
+        let mut node = self.moving(&line.name, motion);
+        if line.line.until.is_some() {
+            // its own node is scaled along
+            node = self.node(json!({ "name": line.name }), node);
+        }
         self.show(node, &line.name, &mesh, (INK, 1.0));
+        node
     }
 
     /// The document and its binary part.

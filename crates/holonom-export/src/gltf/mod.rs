@@ -50,18 +50,19 @@ impl GltfFile {
         let scale = pace.scale();
         let begin = times.first().copied().unwrap_or_default();
         // times that are one in single precision are one frame
-        let mut kept: (Vec<f32>, Vec<&[MemberPose]>) = Default::default();
-        for (t, poses) in times.iter().zip(&poses) {
-            let t = ((t - begin) * scale) as f32;
+        let mut kept: (Vec<f32>, Vec<&[MemberPose]>, Vec<f64>) = Default::default();
+        for (own, poses) in times.iter().zip(&poses) {
+            let t = ((own - begin) * scale) as f32;
             if kept.0.last().is_none_or(|last| t > *last) {
                 kept.0.push(t);
                 kept.1.push(poses);
+                kept.2.push(*own);
             }
         }
-        let (times, poses) = kept;
+        let (times, poses, of_motion) = kept;
         let exported = Exported { frames: times.len(), recorded, pace: pace.reported() };
         let mut writer = DocumentWriter::new(&run.model.header.name, &run.look.up, &times);
-        writer.run(run, &poses);
+        writer.run(run, &poses, &of_motion);
         let (json, bytes) = writer.finish().ok_or_else(|| {
             run.unreadable("it has numbers that are too large for single precision".into())
         })?;

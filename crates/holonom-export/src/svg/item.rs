@@ -2,7 +2,7 @@
 
 use super::hull::{extreme, hull};
 use super::view::{Directions, Place};
-use crate::look::{INK, Look, NamedBeam, NamedLine, Rgb, point};
+use crate::look::{INK, Look, NamedBeam, NamedLine, Rgb, holds, point};
 use crate::tube::MemberPose;
 use holonom_report::scene::parts::SceneEnd;
 use std::cmp::Ordering;
@@ -24,6 +24,10 @@ pub(super) struct Item {
     pub(super) opacity: f64, // in [0, 1]
     source: Vec<SceneEnd>,
     pub(super) frames: Vec<Vec<Place>>,
+    /// When an event released it, s.
+    until: Option<f64>,
+    /// Frames in which it is there.
+    pub(super) held: usize,
     depth: f64, // sum over frames, of their mean depths
     on_top: bool,
 }
@@ -48,7 +52,8 @@ pub(super) fn all(look: &Look) -> Vec<Item> {
     });
     let lines = look.lines.iter().map(|NamedLine { line, spring, .. }| {
         let thickness = if *spring { 0.4 } else { 0.8 } * look.symbol;
-        Item::new(ItemStyle::Line(thickness), INK, vec![line.from.clone(), line.to.clone()])
+        let ends = vec![line.from.clone(), line.to.clone()];
+        Item { until: line.until, ..Item::new(ItemStyle::Line(thickness), INK, ends) }
     });
     // a line of no length with round ends is a dot
     let joints = look.joints.iter().flat_map(|named| {
@@ -59,8 +64,10 @@ pub(super) fn all(look: &Look) -> Vec<Item> {
             [(&named.joint.parent, named.joint.axis), (&named.joint.child, named.joint.axis2)];
         let axes = axes.map(|(end, axis)| Some(pin(end, &axis?, 5.0 * symbol)));
         let lines = axes.into_iter().flatten();
+        let until = named.joint.until;
         std::iter::once(dot)
             .chain(lines.map(move |ends| Item::new(ItemStyle::Line(0.7 * symbol), INK, ends)))
+            .map(move |item| Item { until, ..item })
     });
     // a plate on the ground is seen from aside, a line across
     let feet = look.feet.iter().map(|place| {
@@ -91,12 +98,18 @@ fn pin(end: &SceneEnd, axis: &[f64; 3], half: f64) -> Vec<SceneEnd> {
 
 impl Item {
     fn new(stroke: ItemStyle, color: Rgb, source: Vec<SceneEnd>) -> Self {
-        let (frames, depth, on_top, opacity) = (Vec::new(), 0.0, false, 1.0);
-        Self { stroke, color, opacity, source, frames, depth, on_top }
+        let (frames, until, held) = (Vec::new(), None, 0);
+        let (depth, on_top, opacity) = (0.0, false, 1.0);
+        Self { stroke, color, opacity, source, frames, until, held, depth, on_top }
     }
 
-    /// Adds a frame.
-    pub(super) fn follow(&mut self, poses: &[MemberPose], view: &Directions) {
+    /// Adds a frame at a time, s; what was released stays where it was last.
+    pub(super) fn follow(&mut self, t: f64, poses: &[MemberPose], view: &Directions) {
+        if let Some(last) = self.frames.last().filter(|_| !holds(self.until, t)) {
+            self.frames.push(last.clone());
+            return;
+        }
+        self.held += 1;
         let places = self.source.iter().map(|end| view.of(&point(end, poses)));
         let (places, depths): (Vec<Place>, Vec<f64>) = places.unzip();
         self.depth += depths.iter().sum::<f64>() / depths.len().max(1) as f64;

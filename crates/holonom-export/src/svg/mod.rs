@@ -5,8 +5,9 @@
 //! frames ── poses ── items (points in space) ── view (points of the drawing, depth) ── polygons and lines
 //! ```
 //! A body is the convex hull of its shape, or of each shape of its picture, in the plane of the
-//! drawing, a beam the line of its nodes. Items lie on one another in the order of their mean
-//! depth, joints on top. The drawing is orthographic, against gravity upwards.
+//! drawing, a beam the line of its nodes. What an event released is hidden from then on. Items lie
+//! on one another in the order of their mean depth, joints on top. The drawing is orthographic,
+//! against gravity upwards.
 
 mod hull;
 mod item;
@@ -49,7 +50,7 @@ impl AnimatedDrawing {
             let frame = frame.map_err(|error| run.unreadable(error.to_string()))?;
             times.push(run.time(&frame, index));
             let poses = run.poses(&frame);
-            items.iter_mut().for_each(|item| item.follow(&poses, &view));
+            items.iter_mut().for_each(|item| item.follow(frame.t, &poses, &view));
         }
         let sheet = Sheet::around(items.iter().flat_map(Item::points), [WIDTH, HEIGHT], MARGIN);
         let sheet =
@@ -102,14 +103,24 @@ fn element(out: &mut String, item: &Item, sheet: &Sheet, length: f64) {
     };
     let frames: Vec<String> = item.frames.iter().map(|points| sheet.written(points)).collect();
     let first = frames.first().map_or("", String::as_str);
-    if frames.windows(2).all(|pair| pair[0] == pair[1]) || length <= 0.0 {
-        let _ = writeln!(out, "<{tag} {style} points=\"{first}\"/>");
-        return;
+    let animate = |attribute: &str, values: &[String]| {
+        format!(
+            "<animate attributeName=\"{attribute}\" dur=\"{length}s\" calcMode=\"discrete\" \
+             repeatCount=\"indefinite\" values=\"{}\"/>",
+            values.join(";")
+        )
+    };
+    let mut inner = String::new();
+    if frames.windows(2).any(|pair| pair[0] != pair[1]) && length > 0.0 {
+        inner += &animate("points", &frames);
     }
-    let _ = writeln!(
-        out,
-        "<{tag} {style} points=\"{first}\"><animate attributeName=\"points\" dur=\"{length}s\" calcMode=\"discrete\" \
-         repeatCount=\"indefinite\" values=\"{}\"/></{tag}>",
-        frames.join(";")
-    );
+    if item.held < frames.len() && length > 0.0 {
+        let state = |k: usize| if k < item.held { "visible" } else { "hidden" };
+        let states: Vec<String> = (0..frames.len()).map(|k| state(k).to_owned()).collect();
+        inner += &animate("visibility", &states);
+    }
+    let _ = match inner.is_empty() {
+        true => writeln!(out, "<{tag} {style} points=\"{first}\"/>"),
+        false => writeln!(out, "<{tag} {style} points=\"{first}\">{inner}</{tag}>"),
+    };
 }

@@ -21,11 +21,11 @@ const THINNEST: f64 = 3.0;
 /// [`ModelError`] when the model cannot be assembled.
 pub fn configuration(model: &Model) -> Result<Option<Drawing>, ModelError> {
     let frames = Frames::initial(model)?;
-    let Some(look) = Look::new(model, &frames) else { return Ok(None) };
+    let Some(look) = Look::new(model, &frames, &[]) else { return Ok(None) };
     let view = Directions::new(&look.up, model.header.dimension == 2);
     let poses = poses(&frames.members, &frames.q[0]);
     let mut items = item::all(&look);
-    items.iter_mut().for_each(|item| item.follow(&poses, &view));
+    items.iter_mut().for_each(|item| item.follow(0.0, &poses, &view));
     items.sort_by(Item::order);
     let points = items.iter().flat_map(Item::points);
     let size = [PX * WIDTH, PX * HEIGHT];

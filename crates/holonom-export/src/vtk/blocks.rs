@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::poly_data::{Array, ArrayValues, PolyData};
 use super::rates::Rate;
 use super::reactions::InstantReaction;
-use crate::look::point;
+use crate::look::{NamedJoint, NamedLine, holds, point};
 use crate::run::ShownRun;
 use crate::tube::{MemberPose, Tube};
 
@@ -27,6 +27,8 @@ pub(super) fn names(run: &ShownRun<'_>, reactions: bool) -> Vec<&'static str> {
 /// A frame with all that is known of it.
 pub(super) struct FrameData<'a> {
     pub(super) run: &'a ShownRun<'a>,
+    /// Its time, s: what events have released before is not there.
+    pub(super) t: f64,
     /// Of all members, at the first frame and at this one.
     pub(super) poses: [&'a [MemberPose]; 2],
     /// Of the bodies and point masses.
@@ -209,8 +211,10 @@ impl FrameData<'_> {
     }
 
     fn joints(&self) -> PolyData {
-        let joints = &self.run.look.joints;
-        let axis = |named: &crate::look::NamedJoint| -> [f64; 3] {
+        let joints = self.run.look.joints.iter();
+        let joints: Vec<&NamedJoint> =
+            joints.filter(|named| holds(named.joint.until, self.t)).collect();
+        let axis = |named: &&NamedJoint| -> [f64; 3] {
             let axis = Vector3::from(named.joint.axis.unwrap_or_default());
             match usize::try_from(named.joint.parent.member) {
                 Ok(parent) => (self.pose(parent).directors * axis).into(),
@@ -250,10 +254,9 @@ impl FrameData<'_> {
     }
 
     fn lines(&self) -> PolyData {
-        let lines = &self.run.look.lines;
-        let ends = |l: &crate::look::NamedLine| {
-            [&l.line.from, &l.line.to].map(|end| point(end, self.poses[1]))
-        };
+        let lines = self.run.look.lines.iter();
+        let lines: Vec<&NamedLine> = lines.filter(|own| holds(own.line.until, self.t)).collect();
+        let ends = |l: &&NamedLine| [&l.line.from, &l.line.to].map(|end| point(end, self.poses[1]));
         let length = |l| {
             let [from, to] = ends(l);
             (to - from).norm()

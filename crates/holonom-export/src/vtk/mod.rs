@@ -12,12 +12,13 @@
 //! | `centers` | a point for each body and point mass | `name`, `body`, `displacement`, `d1`, `d2`, `d3`, `velocity`, `angular_velocity`, `momentum` |
 //! | `beams` | a line for each interval between nodes | points: `beam`, `node`, `displacement`, `d1`, `d2`, `d3`; cells: `Gamma`, `K`, `N`, `M` |
 //! | `beam_surfaces` | triangles | points: `Normals`; cells: `beam`, `color`, `Gamma`, `K`, `N`, `M` |
-//! | `joints` | a point for each joint | `name`, `axis` |
+//! | `joints` | a point for each joint and bushing | `name`, `axis` |
 //! | `reactions` | a point for each sensor of a reaction along the axes of space, where it is unique | `name`, `force`, `moment` |
 //! | `lines` | a line for each bar, distance and spring | `name`, `spring`, `length` |
 //!
-//! Every block has `TimeValue` (s) and `step` as field data. Numbers are double precision, those of
-//! the files of the run bit for bit.
+//! Joints, bushings and lines that an event released are in no block from then on. Every block has
+//! `TimeValue` (s) and `step` as field data. Numbers are double precision, those of the files of
+//! the run bit for bit.
 
 mod blocks;
 mod poly_data;
@@ -71,6 +72,7 @@ pub(crate) fn write(run: &ShownRun<'_>, to: &Path) -> Result<Exported, ExportErr
         let own: Vec<_> = solids.map(|member| poses[member]).collect();
         let scene = FrameData {
             run,
+            t: frame.t,
             poses: [first, &poses],
             rates: &files.rates.at(frame.step, &own)?,
             sections: &files.sections.at(frame.step)?,

@@ -122,12 +122,6 @@ pub struct Scene {
     note: Option<String>,
 }
 
-/// The name of its type, and what it is drawn as.
-fn symbol(joint: &holonom_model::Joint) -> (&'static str, &'static [SymbolPart]) {
-    let pair = joint.kind.pair(None);
-    (pair.name(), pair.symbol())
-}
-
 /// Where the members are at some instants.
 #[derive(Debug, Serialize)]
 struct SceneMotion {
@@ -191,11 +185,7 @@ impl Scene {
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
         (sensors, events): (Option<&TimeSeries>, &[EventRecord]),
     ) -> Option<Self> {
-        let released = events.iter().filter_map(|event| {
-            let name = event.action.strip_prefix("release ")?;
-            Some((name.to_owned(), event.t))
-        });
-        let parts = SceneParts::new(model, frames)?.releasing(released.collect());
+        let parts = SceneParts::new(model, frames)?.releasing(events);
         let member = |member: &holonom_sim::sample::Member| Member {
             name: member.name.clone(),
             frame: member.kind == MemberKind::Frame,
@@ -227,7 +217,7 @@ impl Scene {
             meshes,
             beams: parts.beams(moments),
             points: parts.points(),
-            symbols: model.joints.iter().map(symbol).collect(),
+            symbols: joints.iter().map(|joint| (joint.kind, joint.symbol)).collect(),
             joints,
             bars,
             springs,

@@ -2,14 +2,16 @@
 
 use super::{directors, encoded, quaternion};
 use holonom_model::{
-    Bar, Constraint, Curves, Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme,
-    ShapeKind, Spring, StartPoints,
+    Bar, Constraint, Curves, Frame, GROUND, History, Model, OutlineKind, Scheme, ShapeKind, Spring,
+    StartPoints,
 };
+use holonom_sim::EventRecord;
 use holonom_sim::output::Frames;
 use holonom_sim::sample::{Member, MemberKind};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use vi_multibody::pair::symbol::SymbolPart;
 
 /// A point of a member, or of the ground (`member = −1`): components along the directors from the
 /// centre, m.
@@ -48,7 +50,7 @@ pub struct SceneBody {
     pub mesh: Option<usize>,
     /// From the body's own axes to its directors: quaternion `x, y, z, w`.
     pub rotation: [f64; 4],
-    /// Where joints and springs hold a body without a shape: components along the directors from
+    /// Where joints, bushings and springs hold a body without a shape: components along the directors from
     /// the centre, m.
     pub anchors: Vec<[f64; 3]>,
     /// Whether these are apart, so that lines between them show the body.
@@ -104,12 +106,18 @@ pub struct SceneBeam {
     values: Option<String>,
 }
 
-/// A joint as it is shown.
+/// A sleeve on the first body of a bushing and a pin on the second, along its third axis.
+const BUSHING: [SymbolPart; 2] = [SymbolPart::pin(2.2, 1.8).on_parent(), SymbolPart::pin(0.9, 4.5)];
+
+/// A joint or a bushing as it is shown.
 #[derive(Clone, Debug, Serialize)]
 pub struct SceneJoint {
-    /// Its kind.
+    /// The name of its type; of a bushing `bushing`.
     #[serde(rename = "type")]
-    pub kind: JointKind,
+    pub kind: &'static str,
+    /// What it is drawn as.
+    #[serde(skip)]
+    pub symbol: &'static [SymbolPart],
     /// Where it is on the parent.
     pub parent: SceneEnd,
     /// Where it is on the child.
@@ -184,10 +192,14 @@ impl<'a> SceneParts<'a> {
         Some(Self { model, frames, start, members, poses, released })
     }
 
-    /// With parts that events released, at a time in s.
+    /// With the parts that events released.
     #[must_use]
-    pub fn releasing(self, released: BTreeMap<String, f64>) -> Self {
-        Self { released, ..self }
+    pub fn releasing(self, events: &[EventRecord]) -> Self {
+        let released = events.iter().filter_map(|event| {
+            let name = event.action.strip_prefix("release ")?;
+            Some((name.to_owned(), event.t))
+        });
+        Self { released: released.collect(), ..self }
     }
 
     fn released(&self, name: &str) -> Option<f64> {
@@ -228,7 +240,9 @@ impl<'a> SceneParts<'a> {
         let joints = joints.map(|joint| ([&joint.parent, &joint.child], self.start.joint(joint)));
         let springs = self.model.springs.iter();
         let springs = springs.map(|spring| ([&spring.from, &spring.to], self.start.spring(spring)));
-        for (names, points) in joints.chain(springs) {
+        let bushings = self.model.bushings.iter();
+        let bushings = bushings.map(|own| ([&own.from, &own.to], [Vector3::from(own.position); 2]));
+        for (names, points) in joints.chain(springs).chain(bushings) {
             for (name, point) in names.into_iter().zip(points) {
                 held.entry(name).or_default().push(point);
             }
@@ -367,7 +381,7 @@ impl<'a> SceneParts<'a> {
         members.filter(|(_, m)| m.kind != MemberKind::Frame).map(|(k, _)| k).collect()
     }
 
-    /// The joints between the `bodies` of the model.
+    /// The joints, then the bushings between the `bodies` of the model.
     #[must_use]
     pub fn joints(&self, bodies: &[SceneBody]) -> Vec<SceneJoint> {
         let limit = |name: &str| {
@@ -376,9 +390,11 @@ impl<'a> SceneParts<'a> {
         };
         let joint = |joint: &holonom_model::Joint| {
             let [a, b] = self.start.joint(joint);
+            let pair = joint.kind.pair(None);
             SceneJoint {
                 limit: limit(&joint.parent).min(limit(&joint.child)),
-                kind: joint.kind,
+                kind: pair.name(),
+                symbol: pair.symbol(),
                 parent: self.end(&joint.parent, a),
                 child: self.end(&joint.child, b),
                 axis: joint.axis.map(|axis| self.direction(&joint.parent, axis)),
@@ -386,7 +402,22 @@ impl<'a> SceneParts<'a> {
                 until: self.released(&joint.name),
             }
         };
-        self.model.joints.iter().map(joint).collect()
+        let bushing = |bushing: &holonom_model::Bushing| {
+            let at = Vector3::from(bushing.position);
+            let axis = bushing.axes().column(2).into_owned();
+            SceneJoint {
+                limit: limit(&bushing.from).min(limit(&bushing.to)),
+                kind: "bushing",
+                symbol: &BUSHING,
+                parent: self.end(&bushing.from, at),
+                child: self.end(&bushing.to, at),
+                axis: Some(self.direction(&bushing.from, axis.into())),
+                axis2: None,
+                until: self.released(&bushing.name),
+            }
+        };
+        let joints = self.model.joints.iter().map(joint);
+        joints.chain(self.model.bushings.iter().map(bushing)).collect()
     }
 
     /// Where a joint, or what fixes a body, acts on its child.
