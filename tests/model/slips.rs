@@ -72,6 +72,21 @@ fn slips_of_units_are_warned_of() {
     }
 }
 
+/// What bushings and laws hold does not fall.
+#[test]
+fn what_bushings_and_laws_hold_is_held() {
+    let free = ARM.split("[[joint]]").next().unwrap();
+    assert!(warnings(free).iter().any(|warning| warning.contains("nothing is joined")));
+    for held in [
+        "[[bushing]]\nname = \"mount\"\nfrom = \"ground\"\nto = \"arm\"\nposition = [0, 0, 0]\nstiffness = [9, 9, 9, 1, 1, 1]\n",
+        "[[law]]\nname = \"cord\"\nfrom = \"ground\"\nto = \"arm\"\npoint_from = [0, 0, 5]\ntension = \"9*x\"\n",
+        "[[law]]\nname = \"lift\"\non = \"arm\"\nforce = [0, 0, \"9 - z\"]\n",
+    ] {
+        let found = warnings(&format!("{free}{held}"));
+        assert!(!found.iter().any(|warning| warning.contains("nothing is joined")), "{found:?}");
+    }
+}
+
 const LINKS: &str = include_str!("../models/links_of_boxes.toml");
 
 /// Sizes that no mechanism has: each gives one warning, which names the part, the number and the

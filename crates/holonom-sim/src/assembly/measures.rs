@@ -223,5 +223,10 @@ fn is_held(model: &Model, mechanism: &Mechanism) -> bool {
         .any(|joint| [joint.parent.frame, joint.child.frame].contains(&FrameId::Ground))
         || model.bars.iter().any(|bar| ground(&bar.from) || ground(&bar.to))
         || model.springs.iter().any(|spring| ground(&spring.from) || ground(&spring.to))
+        || model.bushings.iter().any(|own| ground(&own.from) || ground(&own.to))
+        || model
+            .laws
+            .iter()
+            .any(|law| law.on.is_some() || [&law.from, &law.to].into_iter().flatten().any(ground))
         || !mechanism.description().scalars.is_empty()
 }

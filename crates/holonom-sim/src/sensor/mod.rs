@@ -284,7 +284,8 @@ impl Sensors {
     pub(crate) fn read_configuration(&self, gauge: usize, t: f64, q: &[f64], out: &mut Vec<f64>) {
         let none = &[][..];
         let (angles, signals, v, a, force, slips) = (none, none, none, none, none, none);
-        self.gauges[gauge].read(&View { t, q, angles, signals, v, a, force, slips }, None, out);
+        let view = View { t, q, angles, signals, v, a, force, works: None, slips };
+        self.gauges[gauge].read(&view, None, out);
     }
 
     /// The numbers that only events change: signals with `start` alone, and where each is held
