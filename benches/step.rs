@@ -1,6 +1,8 @@
 //! Cost of a step by scheme and by order, on the heavy top, a chain of eight links and a closed
 //! loop, as ratios in one run.
 //!
+//! Beams of both elements are compared likewise.
+//!
 //! All four schemes give the same motion; what differs is the size of the Newton systems. Orders
 //! above 2 are compositions of steps.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
@@ -87,5 +89,26 @@ fn order(_: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, step, order);
+/// Both elements of beams, 20 of them, in turn: the least time of a step, and its ratio to that of
+/// mean directors.
+fn elements(_: &mut Criterion) {
+    let quick = std::env::args().any(|a| a == "--test");
+    let text = include_str!("../examples/models/flying_beam.toml");
+    let mut runs = ["mean_directors", "helicoidal"].map(|element| {
+        let set = [Override::new("beam.beam.element", element)];
+        (element, Simulation::new(&Model::from_toml_with(text, &set).unwrap()).unwrap())
+    });
+    let (mut best, count) = ([f64::INFINITY; 2], if quick { 1 } else { 2 * REVERSAL });
+    for _ in 0..if quick { 1 } else { 10 } {
+        for (best, (_, simulation)) in best.iter_mut().zip(&mut runs) {
+            *best = best.min(steps(simulation, &mut 0, count).as_secs_f64());
+        }
+    }
+    for ((element, _), time) in runs.iter().zip(best) {
+        let one = 1e6 * time / count as f64;
+        println!("flying_beam, {element}: {one:.2} µs a step, {:.2}", time / best[0]);
+    }
+}
+
+criterion_group!(benches, step, order, elements);
 criterion_main!(benches);

@@ -4,6 +4,7 @@
 use crate::element::{Element, StrainLaw};
 use crate::helicoidal::{self, AtForms, FORMS};
 use crate::products::{add_scalars, by_forms, weighted};
+use crate::small::product;
 use crate::strain::{self, ElementCoordinates, SIZE, Strain, StrainGradients};
 use nalgebra::{Matrix6, SMatrix};
 use vi_core::sparse::{Entries, OuterProduct};
@@ -38,6 +39,18 @@ impl Element {
     }
 }
 
+/// Emits `A Bᵀ` at the places of an element.
+pub(crate) fn emit_product(
+    element: &Element,
+    left: &StrainGradients,
+    right: &StrainGradients,
+    out: &mut dyn Entries,
+) {
+    let (starts, length) = (&element.nodes.map(|node| 12 * node), 12);
+    let (left, right) = (left.as_slice(), right.as_slice());
+    out.add_outer(&OuterProduct { starts, length, left, right });
+}
+
 impl AtCoordinates<'_> {
     /// `ε`.
     #[must_use]
@@ -53,7 +66,9 @@ impl AtCoordinates<'_> {
     pub fn force(&self, n: &Strain) -> ElementCoordinates {
         match &self.forms {
             None => strain::force(&self.x, self.element.length, n),
-            Some(at) => helicoidal::force(&self.x, self.element.length, &at.pull_back(n)),
+            Some(at) => {
+                helicoidal::force(&self.x, self.element.length, &at.pull_back(n).transpose())
+            }
         }
     }
 
@@ -61,7 +76,7 @@ impl AtCoordinates<'_> {
     fn columns(&self, c: &Matrix6<f64>) -> StrainGradients {
         match &self.forms {
             None => weighted(&strain::gradients(&self.x, self.element.length), &c.transpose()),
-            Some(at) => helicoidal::force(&self.x, self.element.length, &at.pull_back(c)),
+            Some(_) => product(&self.gradients().data.0, c),
         }
     }
 
@@ -70,7 +85,7 @@ impl AtCoordinates<'_> {
     pub fn gradients(&self) -> StrainGradients {
         match &self.forms {
             None => strain::gradients(&self.x, self.element.length),
-            Some(_) => self.columns(&Matrix6::identity()),
+            Some(at) => helicoidal::force(&self.x, self.element.length, &at.slopes()),
         }
     }
 
@@ -86,12 +101,11 @@ impl AtCoordinates<'_> {
         let length = self.element.length;
         let Some(at) = &self.forms else { return strain::gradients(v, length) };
         let rates = helicoidal::gradients(&self.x, length).tr_mul(v);
-        let mut bent = SMatrix::<f64, FORMS, 6>::zeros();
+        let mut bent = SMatrix::<f64, 6, FORMS>::zeros();
         for i in 0..6 {
-            bent.set_column(i, &(at.bends(&Strain::ith(i, 1.0)) * rates));
+            bent.set_row(i, &(at.bends(&Strain::ith(i, 1.0)) * rates).transpose());
         }
-        helicoidal::force(&self.x, length, &bent)
-            + helicoidal::force(v, length, &at.pull_back(&Matrix6::identity()))
+        helicoidal::force(&self.x, length, &bent) + helicoidal::force(v, length, &at.slopes())
     }
 
     /// `Σ c_ij ∇ε_i ∇ε_jᵀ + Σ n_i ∇²ε_i`: material and geometric part of a tangent.
@@ -124,10 +138,7 @@ impl AtCoordinates<'_> {
 
     /// Emits `Σ c_ij ∇ε_i ∇ε_jᵀ`, the second gradients those of `other`.
     pub fn emit_outer(&self, other: &Self, c: &Matrix6<f64>, out: &mut dyn Entries) {
-        let (left, right) = (self.columns(c), other.gradients());
-        let (starts, length) = (&self.element.nodes.map(|node| 12 * node), 12);
-        let (left, right) = (left.as_slice(), right.as_slice());
-        out.add_outer(&OuterProduct { starts, length, left, right });
+        emit_product(self.element, &self.columns(c), &other.gradients(), out);
     }
 
     /// Emits [`AtCoordinates::tangent`] at the places of the element.

@@ -57,6 +57,7 @@
 //! selective mass scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.
 #![allow(non_snake_case)] // U_d, A, C
 
+use crate::at_start::{AtStart, OF_START};
 use crate::element::{Element, Elements, StrainLaw};
 use crate::strain::Strain;
 use nalgebra::Matrix6;
@@ -119,6 +120,7 @@ fn tension_mass(bound: f64, [length, reach]: [f64; 2], h: f64, line: f64) -> Str
 
 /// An element in a step of some length.
 struct Scaled<'a> {
+    index: usize,
     element: &'a Element,
     stiffness: &'a Matrix6<f64>, // C
     mu: f64,
@@ -126,6 +128,25 @@ struct Scaled<'a> {
 }
 
 impl Scaled<'_> {
+    /// The element at the start of a step.
+    fn start<'b>(&'b self, s: &'b Interval) -> AtStart<'b> {
+        self.element.at_start(s, self.index)
+    }
+
+    /// The stress resultants `C (½ ε̄ ± μ Δε) ± T Δε` that act on the start (+) or on the end (−).
+    fn resultants(&self, strains: [Strain; 2], sign: f64) -> Strain {
+        let C = self.stiffness;
+        let (mean, change) = mean_and_change(strains);
+        let mut n = C * (0.5 * mean + sign * self.mu * change);
+        if self.element.carries_tension_only() {
+            n += 0.5 * ((self.element.carrying(C, &mean) - C) * mean);
+        }
+        if let Some(tension) = self.tension {
+            n += sign * tension.component_mul(&change);
+        }
+        n
+    }
+
     /// `c C + d T`.
     fn sum(&self, c: f64, d: f64) -> Matrix6<f64> {
         let scaled = c * *self.stiffness;
@@ -159,11 +180,6 @@ pub fn times_raised(variables: &[f64]) -> Option<u64> {
 /// `ε̄` and `Δε`.
 fn mean_and_change([start, end]: [Strain; 2]) -> (Strain, Strain) {
     (0.5 * (start + end), end - start) // [6.11]
-}
-
-/// `ε` at both ends of a step.
-fn strains(element: &Element, s: &Interval) -> [Strain; 2] {
-    element.ends(s).map(|x| element.strain(&x))
 }
 
 impl AveragedStrains {
@@ -223,10 +239,10 @@ impl AveragedStrains {
     }
 
     /// The bounds that follow the tension, with their elements.
-    fn following(&self) -> impl Iterator<Item = (usize, &Element, &Matrix6<f64>)> {
-        let all = self.tension.iter().zip(self.elements.iter());
-        all.filter_map(|(bound, (element, C))| match bound {
-            Bound::Follows(variable) => Some((*variable, element, C)),
+    fn following(&self) -> impl Iterator<Item = (usize, usize, &Element, &Matrix6<f64>)> {
+        let all = self.tension.iter().zip(self.elements.iter()).enumerate();
+        all.filter_map(|(index, (bound, (element, C)))| match bound {
+            Bound::Follows(variable) => Some((*variable, index, element, C)),
             Bound::Constant(_) => None,
         })
     }
@@ -251,42 +267,23 @@ impl AveragedStrains {
             let tension = self.tension.get(k);
             let lengths = [element.length, self.reach];
             let tension = tension.map(|own| tension_mass(bound(own), lengths, h, line));
-            Scaled { element, stiffness, mu: mu(k), tension }
+            Scaled { index: k, element, stiffness, mu: mu(k), tension }
         })
-    }
-
-    fn add_slot(&self, s: &Interval, slot: usize, sign: f64, scale: f64, out: &mut [f64]) {
-        for own in self.scaled(s.h, &s.internal) {
-            let Scaled { element, stiffness: C, mu, tension } = own;
-            let ends = element.ends(s);
-            let at = element.at(ends[slot]);
-            let mut strains = [at.strain(), element.strain(&ends[1 - slot])];
-            strains.rotate_left(slot);
-            let (mean, change) = mean_and_change(strains);
-            let mut n = C * (0.5 * mean + sign * mu * change);
-            if element.carries_tension_only() {
-                n += 0.5 * ((element.carrying(C, &mean) - C) * mean);
-            }
-            if let Some(tension) = tension {
-                n += sign * tension.component_mul(&change);
-            }
-            at.scatter(&(scale * element.length * n), out); // [6.12]
-        }
     }
 }
 
 impl DiscretePotential for AveragedStrains {
     fn value(&self, s: &Interval) -> f64 {
-        let energy = |(element, C): (&Element, &Matrix6<f64>)| {
-            let (mean, _) = mean_and_change(strains(element, s));
+        let energy = |(k, (element, C)): (usize, (&Element, &Matrix6<f64>))| {
+            let (mean, _) = mean_and_change(element.strains_of(s, k));
             0.5 * element.length * (element.carrying(C, &mean) * mean).dot(&mean) // [6.11]
         };
-        self.elements.iter().map(energy).sum()
+        self.elements.iter().enumerate().map(energy).sum()
     }
 
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
         let energy = |own: Scaled<'_>| {
-            let (_, change) = mean_and_change(strains(own.element, s));
+            let (_, change) = mean_and_change(own.element.strains_of(s, own.index));
             let of_tension = own.tension.map_or(0.0, |t| t.component_mul(&change).dot(&change));
             let half = 0.5 * own.element.length;
             half * own.mu * (own.stiffness * change).dot(&change) + half * of_tension // [6.22]
@@ -310,16 +307,26 @@ impl DiscretePotential for AveragedStrains {
     }
 
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, 0, 1.0, scale, out);
+        for own in self.scaled(s.h, &s.internal) {
+            let (element, start) = (own.element, own.start(s));
+            let end = element.strain(&element.coordinates(&s.q1));
+            let n = own.resultants([start.strain(), end], 1.0);
+            start.scatter(&(scale * element.length * n), out); // [6.12]
+        }
     }
 
     fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, 1, -1.0, scale, out);
+        for own in self.scaled(s.h, &s.internal) {
+            let (element, end) = (own.element, own.element.within(&s.q1));
+            let start = element.start_strain(s, own.index);
+            let n = own.resultants([start, end.strain()], -1.0);
+            end.scatter(&(scale * element.length * n), out); // [6.12]
+        }
     }
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for own in self.scaled(s.h, &s.internal) {
-            let (start, end) = (own.element.within(&s.q0), own.element.within(&s.q1));
+            let (start, end) = (own.start(s), own.element.within(&s.q1));
             let weight = scale * own.element.length;
             let mut c = own.sum((0.25 + own.mu) * scale * own.element.length, weight);
             if own.element.carries_tension_only() {
@@ -334,7 +341,7 @@ impl DiscretePotential for AveragedStrains {
         for own in self.scaled(s.h, &s.internal) {
             let element = own.element;
             let (at, weight) = (element.within(&s.q0), scale * element.length);
-            let (mean, change) = mean_and_change(strains(element, s));
+            let (mean, change) = mean_and_change(element.strains_of(s, own.index));
             let C = weight * *own.stiffness;
             let mut n = C * (0.5 * mean + own.mu * change);
             let mut c = (0.25 - own.mu) * C;
@@ -362,7 +369,7 @@ impl DiscretePotential for AveragedStrains {
 
     fn begin(&self, q: &[f64], out: &mut [f64]) {
         out.fill(0.0);
-        for (variable, element, C) in self.following() {
+        for (variable, _, element, C) in self.following() {
             let tension = (C * element.strain(&element.coordinates(q)))[2];
             out[variable] = MARGIN * tension.max(0.0);
             out[variable + 1..variable + OF_BOUND].fill(tension);
@@ -371,8 +378,8 @@ impl DiscretePotential for AveragedStrains {
 
     fn advance(&self, s: &Interval, out: &mut [f64]) {
         let mut raised = false;
-        for (variable, element, C) in self.following() {
-            let (mean, _) = mean_and_change(strains(element, s));
+        for (variable, index, element, C) in self.following() {
+            let (mean, _) = mean_and_change(element.strains_of(s, index));
             let [bound, last, before] = &mut out[variable..variable + OF_BOUND] else { continue };
             let tension = C.row(2).tr_dot(&mean);
             let least = match element.carries_tension_only() {
@@ -386,6 +393,20 @@ impl DiscretePotential for AveragedStrains {
         }
         if let (true, Some(count)) = (raised, out.last_mut()) {
             *count += 1.0;
+        }
+    }
+
+    /// Of each element, where any has helicoidal strains.
+    fn derived_values(&self) -> usize {
+        match self.elements.list().iter().any(Element::keeps_start) {
+            true => OF_START * self.elements.list().len(),
+            false => 0,
+        }
+    }
+
+    fn derive(&self, q: &[f64], out: &mut [f64]) {
+        for (element, own) in self.elements.list().iter().zip(out.chunks_exact_mut(OF_START)) {
+            element.keep_start(q, own);
         }
     }
 

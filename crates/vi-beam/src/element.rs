@@ -237,7 +237,7 @@ impl Element {
             StrainLaw::Helicoidal(law) => {
                 let [from, to] = self.ends(s).map(|x| helicoidal::forms(&x, self.length));
                 let c = law.discrete_slopes([&from, &to], &self.reference).tr_mul(n);
-                helicoidal::force(&middle, self.length, &c)
+                helicoidal::force(&middle, self.length, &c.transpose())
             }
         }
     }
@@ -485,7 +485,7 @@ impl Elements {
                 Some(points) => mass_along(element.mass, element.length, points),
             };
             for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
-                let same = i == j || i % 4 == j % 4 && element.mass != MassKind::Lumped;
+                let same = i == j || i % 4 == j % 4 && element.mass == MassKind::Consistent;
                 if same || M[(i, j)] != 0.0 {
                     for k in 0..3 {
                         out.add(element.place(3 * i + k), element.place(3 * j + k), M[(i, j)]);

@@ -30,7 +30,8 @@
 //! 2267–2289.
 #![allow(non_snake_case)] // G, K, C, S, R
 
-use crate::strain::{self, ElementCoordinates, SIZE, STRAINS, Strain};
+use crate::small::product;
+use crate::strain::{self, ElementCoordinates, SIZE, Strain};
 use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
 
 /// How many quadratic forms the strains are functions of.
@@ -87,35 +88,54 @@ pub fn gradients(x: &ElementCoordinates, length: f64) -> SMatrix<f64, SIZE, FORM
     force(x, length, &Bends::identity())
 }
 
-/// The factors of the strains of mean directors in `Σ_k c_k 𝔹_k`, for each column `c`.
-fn of_mean<const N: usize>(c: &SMatrix<f64, FORMS, N>, length: f64) -> SMatrix<f64, STRAINS, N> {
-    SMatrix::from_fn(|i, j| if i < 3 { c[(i, j)] } else { length * c[(i, j)] })
-}
-
-/// `Σ_k c_k 𝔹_k x`, for each column `c`.
+/// Columns `Σ_k c_ik 𝔹_k x`, one for each row of `c`: of `∂η/∂y` they are the columns `∇η_i`.
 #[must_use]
 #[inline]
 pub fn force<const N: usize>(
     x: &ElementCoordinates,
     length: f64,
-    c: &SMatrix<f64, FORMS, N>,
+    c: &SMatrix<f64, N, FORMS>,
 ) -> SMatrix<f64, SIZE, N> {
-    let mut out = strain::force(x, length, &of_mean(c, length));
-    for k in 3..12 {
-        let quarter = 0.25 * (x[12 + k] - x[k]);
-        for j in 0..N {
-            let own = c[(6, j)] * quarter;
-            out[(k, j)] -= own;
-            out[(12 + k, j)] += own;
+    let half = 0.5 / length;
+    let mut rows = [[0.0; N]; SIZE];
+    for k in 0..3 {
+        let (a, b) = (|i: usize| x[3 + 3 * i + k], |i: usize| x[15 + 3 * i + k]);
+        let mean = |i: usize| (half * (a(i) + b(i)), i);
+        rows[12 + k] = combination([mean(0), mean(1), mean(2)], c); // [6.5]
+        rows[k] = rows[12 + k].map(|own| -own);
+        let slope = half * (x[12 + k] - x[k]);
+        for i in 0..3 {
+            let (next, last) = ((i + 1) % 3, (i + 2) % 3);
+            let (of_next, of_last, turn) = (3 + next, 3 + last, 0.25 * (b(i) - a(i)));
+            let to_b = [(0.5 * b(last), of_next), (-0.5 * b(next), of_last)];
+            let to_a = [(-0.5 * a(last), of_next), (0.5 * a(next), of_last)];
+            rows[3 + 3 * i + k] = combination([(slope, i), to_b[0], to_b[1], (-turn, 6)], c);
+            rows[15 + 3 * i + k] = combination([(slope, i), to_a[0], to_a[1], (turn, 6)], c);
         }
     }
-    out
+    SMatrix::from_fn(|i, j| rows[i][j])
+}
+
+/// The sum of some columns of `c` with their factors.
+#[inline]
+fn combination<const N: usize, const TERMS: usize>(
+    terms: [(f64, usize); TERMS],
+    c: &SMatrix<f64, N, FORMS>,
+) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for (factor, k) in terms {
+        for (sum, own) in sum.iter_mut().zip(&c.data.0[k]) {
+            *sum += factor * own;
+        }
+    }
+    sum
 }
 
 /// `Σ_k c_k B_k` with `𝔹_k = B_k ⊗ I_3`.
 #[must_use]
 pub fn weighted_matrix(c: &Forms, length: f64) -> SMatrix<f64, 8, 8> {
-    let mut B = strain::weighted_matrix(&of_mean(c, length), length);
+    let of_mean = Strain::from_fn(|i, _| if i < 3 { c[i] } else { length * c[i] });
+    let mut B = strain::weighted_matrix(&of_mean, length);
     for director in 1..4 {
         let (a, b) = (director, 4 + director);
         B[(a, a)] += 0.25 * c[6];
@@ -210,14 +230,15 @@ impl Helicoidal {
     /// `(G, K)`: the strains of order 2 before those of the stress-free placement are taken off.
     #[must_use]
     pub fn helix(&self, y: &Forms) -> Strain {
-        Helix::at(y, self.length).xi
+        let k = gap(y[6]);
+        helix(y, [1.0 + y[6] * k, 0.25 * k / (1.0 - y[6])], self.length)
     }
 
     /// The same without derivatives.
     #[must_use]
     #[inline]
     pub fn strain(&self, y: &Forms, reference: &Strain) -> Strain {
-        let xi = Helix::at(y, self.length).xi;
+        let xi = self.helix(y);
         let mut z = xi - reference;
         if self.rope {
             z[2] += Arc::of(&xi).excess(&xi);
@@ -324,28 +345,46 @@ const SERIES: [f64; 20] = {
     c
 };
 
-/// `k = (f − 1)/s` and two derivatives; `f = 1 + s k`.
-fn gap(s: f64) -> [f64; 3] {
-    const SERIES_BELOW: f64 = 0.05;
-    if s < SERIES_BELOW {
-        let terms = match s {
-            0.01.. => SERIES.len(),
-            0.001.. => 12,
-            _ => 8,
-        };
+/// Where `k` is a series of so many terms.
+fn terms(s: f64) -> Option<usize> {
+    match s {
+        0.05.. => None,
+        0.01.. => Some(SERIES.len()),
+        0.001.. => Some(12),
+        _ => Some(8),
+    }
+}
+
+/// `k = (f − 1)/s`; `f = 1 + s k`.
+fn gap(s: f64) -> f64 {
+    match terms(s) {
+        Some(terms) => SERIES[..terms].iter().rev().fold(0.0, |k, c| k * s + c),
+        None => (libm::asin(s.sqrt()) / (s * (1.0 - s)).sqrt() - 1.0) / s,
+    }
+}
+
+/// `k` and two derivatives.
+fn gap_with_slopes(s: f64) -> [f64; 3] {
+    if let Some(terms) = terms(s) {
         let mut k = [0.0; 3];
         for c in SERIES[..terms].iter().rev() {
             k = [k[0] * s + c, k[1] * s + k[0], k[2] * s + 2.0 * k[1]];
         }
         return k;
     }
-    let (root, less) = ((s * (1.0 - s)).sqrt(), 1.0 - 2.0 * s);
-    let f = libm::asin(s.sqrt()) / root;
-    let first = (1.0 - less * f) / (2.0 * root * root);
-    let second = (2.0 * f - 3.0 * less * first) / (2.0 * root * root);
-    let k = (f - 1.0) / s;
+    let (k, less, twice) = (gap(s), 1.0 - 2.0 * s, 2.0 * s * (1.0 - s));
+    let f = 1.0 + s * k;
+    let first = (1.0 - less * f) / twice;
+    let second = (2.0 * f - 3.0 * less * first) / twice;
     let slope = (first - k) / s;
     [k, slope, (second - 2.0 * slope) / s]
+}
+
+/// `(G, K)` of `y` with `f` and `b`.
+#[inline]
+fn helix(y: &Forms, [f, b]: [f64; 2], length: f64) -> Strain {
+    let (g, a) = (y.fixed_rows::<3>(0), y.fixed_rows::<3>(3));
+    join(&(f * g - b * a.dot(&g) * a), &(f / length * a))
 }
 
 /// `(G, K)` with what their derivatives need.
@@ -361,13 +400,17 @@ struct Helix {
 impl Helix {
     #[inline]
     fn at(y: &Forms, length: f64) -> Self {
-        let [k, k1, k2] = gap(y[6]);
-        let (s, w) = (y[6], 0.25 / (1.0 - y[6]));
+        let [k, k1, k2] = gap_with_slopes(y[6]);
+        let (s, less) = (y[6], 1.0 - y[6]);
+        let w = 0.25 / less;
         let f = [1.0 + s * k, k + s * k1, 2.0 * k1 + s * k2];
-        let b = [k * w, k1 * w + 4.0 * k * w * w, k2 * w + 8.0 * k1 * w * w + 32.0 * k * w * w * w];
+        let b = [
+            0.25 * k / less,
+            k1 * w + 4.0 * k * w * w,
+            k2 * w + 8.0 * k1 * w * w + 32.0 * k * w * w * w,
+        ];
         let (g, a) = (Vector3::new(y[0], y[1], y[2]), Vector3::new(y[3], y[4], y[5]));
-        let (G, K) = (f[0] * g - b[0] * a.dot(&g) * a, f[0] / length * a);
-        Self { g, a, f, b, xi: join(&G, &K) }
+        Self { g, a, f, b, xi: helix(y, [f[0], b[0]], length) }
     }
 
     /// `N·G + M·K`, and its slopes in `g` and `a`, with `f` and `b` of a derivative by `s`.
@@ -379,6 +422,26 @@ impl Helix {
         let by_g = f * N - (b * of_a) * a;
         let by_a = (f / length) * M - b * (along * N + of_a * g);
         (by_g.dot(g) + (f / length) * M.dot(a), by_g, by_a)
+    }
+
+    /// `∂(G, K)/∂y`.
+    #[inline]
+    fn slopes(&self, length: f64) -> Slopes {
+        let Self { g, a, f, b, .. } = self;
+        let along = a.dot(g);
+        let mut out = Slopes::zeros();
+        for j in 0..3 {
+            for i in 0..3 {
+                out[(i, j)] = -b[0] * a[i] * a[j];
+                out[(i, 3 + j)] = -b[0] * a[i] * g[j];
+            }
+            out[(j, j)] += f[0];
+            out[(j, 3 + j)] -= b[0] * along;
+            out[(3 + j, 3 + j)] = f[0] / length;
+            out[(j, 6)] = f[1] * g[j] - b[1] * along * a[j];
+            out[(3 + j, 6)] = f[1] / length * a[j];
+        }
+        out
     }
 
     /// `Σ n_i ∂(G, K)_i/∂y`.
@@ -469,19 +532,11 @@ impl AtForms<'_> {
         self.corrected.as_ref().map_or(self.z, |(_, corrected)| corrected.eta)
     }
 
-    /// `Σ n_i ∂η_i/∂y`, for each column `n`.
+    /// `Σ n_i ∂η_i/∂y`.
     #[must_use]
     #[inline]
-    pub fn pull_back<const N: usize>(
-        &self,
-        n: &SMatrix<f64, STRAINS, N>,
-    ) -> SMatrix<f64, FORMS, N> {
-        let mut out = SMatrix::<f64, FORMS, N>::zeros();
-        for j in 0..N {
-            let n = self.on_helix(&n.column(j).into());
-            out.set_column(j, &self.helix.pull_back(&n, self.law.length));
-        }
-        out
+    pub fn pull_back(&self, n: &Strain) -> Forms {
+        self.helix.pull_back(&self.on_helix(n), self.law.length)
     }
 
     /// `Σ n_i ∂η_i/∂(G, K)`.
@@ -497,7 +552,14 @@ impl AtForms<'_> {
     /// `∂η/∂y`.
     #[must_use]
     pub fn slopes(&self) -> Slopes {
-        self.pull_back(&Matrix6::identity()).transpose()
+        let mut out = self.helix.slopes(self.law.length);
+        if let Some(arc) = &self.arc {
+            out.set_row(2, &arc.slope.tr_mul(&out.fixed_rows::<3>(0)));
+        }
+        match &self.corrected {
+            Some((own, corrected)) => product(&corrected.slopes(own, self.law).of_eta.data.0, &out),
+            None => out,
+        }
     }
 
     /// `Σ n_i ∂²η_i/∂y∂y`.
@@ -505,13 +567,7 @@ impl AtForms<'_> {
     pub fn bends(&self, n: &Strain) -> Bends {
         let length = self.law.length;
         let mut out = self.helix.bends(&self.on_helix(n), length);
-        let mut of_helix = Slopes::zeros();
-        if self.arc.is_some() || self.corrected.is_some() {
-            for i in 0..STRAINS {
-                let row = self.helix.pull_back(&Strain::ith(i, 1.0), length);
-                of_helix.set_row(i, &row.transpose());
-            }
-        }
+        let of_helix = self.helix.slopes(length);
         if let Some(arc) = &self.arc {
             let of_G = of_helix.fixed_rows::<3>(0);
             out += of_G.tr_mul(&(n[2] * arc.bend() * of_G));
@@ -534,6 +590,15 @@ struct Corrected {
     rho: f64,
     q: f64,
     eta: Strain,
+}
+
+/// Derivatives by `ξ` of `m`, `w`, `γ_b`, `q` and `η`.
+struct CorrectedSlopes {
+    of_m: SMatrix<f64, 3, 6>,
+    of_w: SMatrix<f64, 3, 6>,
+    of_gamma: SMatrix<f64, 2, 6>,
+    of_q: SMatrix<f64, 1, 6>,
+    of_eta: Matrix6<f64>,
 }
 
 /// What acts on `η_1, η_2, η_3`, with what acts on them by `q`; on `η_K`; on `K×m`.
@@ -592,32 +657,55 @@ impl Corrected {
         out + law.stiffness.fixed_rows::<3>(3).tr_mul(&of_k.cross(K))
     }
 
+    /// `∂η/∂ξ` and what it is made of.
+    #[inline]
+    fn slopes(&self, own: &Correction, law: &Helicoidal) -> CorrectedSlopes {
+        let Self { K, G_3, m, w, gamma, rho, .. } = self;
+        let square = law.length * law.length;
+        let of_m: SMatrix<f64, 3, 6> = law.stiffness.fixed_rows::<3>(3).into();
+        let (m_hat, w_hat) = (m.cross_matrix(), w.cross_matrix());
+        let (mut of_w, mut of_eta) = (SMatrix::<f64, 3, 6>::zeros(), Matrix6::identity());
+        for j in 0..6 {
+            let m_j: Vector3<f64> = of_m.column(j).into();
+            let mut k_j = K.cross(&m_j); // of K×m
+            if j >= 3 {
+                k_j -= m_hat.column(j - 3);
+            }
+            let w_j = own.S * k_j;
+            let mut bent = K.cross(&w_j); // of K×w
+            if j >= 3 {
+                bent -= w_hat.column(j - 3);
+            }
+            of_w.set_column(j, &w_j);
+            of_eta[(0, j)] -= square / 12.0 * w_j[1];
+            of_eta[(1, j)] += square / 12.0 * w_j[0];
+            (0..3).for_each(|i| of_eta[(3 + i, j)] += square / 24.0 * bent[i]);
+        }
+        let of_gamma = own.R * of_eta.fixed_rows::<2>(0);
+        let of_q = 2.0 * gamma.transpose() * of_gamma;
+        for j in 0..6 {
+            of_eta[(2, j)] += self.slope_of_q() * of_q[j];
+        }
+        of_eta[(2, 2)] += G_3 / rho - 1.0;
+        CorrectedSlopes { of_m, of_w, of_gamma, of_q, of_eta }
+    }
+
     /// `Σ n_i ∂²η_i/∂ξ∂ξ`.
     fn bends(&self, own: &Correction, law: &Helicoidal, n: &Strain) -> Matrix6<f64> {
-        let Self { K, G_3, m, gamma, rho, q, .. } = self;
+        let Self { G_3, rho, q, .. } = self;
         let (square, extension) = (law.length * law.length, n[2]);
-        let m_by: SMatrix<f64, 3, 6> = law.stiffness.fixed_rows::<3>(3).into(); // ∂m/∂ξ
-        let mut k_by = K.cross_matrix() * m_by; // ∂(K×m)/∂ξ
-        let mut right = k_by.fixed_columns_mut::<3>(3);
-        right -= m.cross_matrix();
-        let w_by = own.S * k_by;
+        let CorrectedSlopes { of_m, of_w, of_gamma, of_q, .. } = self.slopes(own, law);
         // d²(K×m) = 2 dK×dm,  d²(K×w) = 2 dK×dw + K×S d²(K×m)
         let OnParts { M, of_k, .. } = self.parts(own, law, n);
-        let by_K = of_k.cross_matrix() * m_by + M.cross_matrix() * w_by * (square / 24.0);
+        let by_K = of_k.cross_matrix() * of_m + M.cross_matrix() * of_w * (square / 24.0);
         let mut out = Matrix6::zeros();
         let mut lower = out.fixed_rows_mut::<3>(3);
         lower -= by_K;
         let mut out = out + out.transpose();
-        let mut shear_by = SMatrix::<f64, 2, 6>::zeros(); // ∂(η_1, η_2)/∂ξ
-        for i in 0..2 {
-            shear_by.set_row(i, &self.pull_back(own, law, &Strain::ith(i, 1.0)).transpose());
-        }
-        let gamma_by = own.R * shear_by;
-        let q_by = 2.0 * gamma.transpose() * gamma_by;
-        out += (2.0 * extension * self.slope_of_q()) * gamma_by.tr_mul(&gamma_by);
+        out += (2.0 * extension * self.slope_of_q()) * of_gamma.tr_mul(&of_gamma);
         let cube = extension / (rho * rho * rho);
-        out -= (0.25 * cube) * q_by.tr_mul(&q_by);
-        let across = (0.5 * cube * G_3) * q_by;
+        out -= (0.25 * cube) * of_q.tr_mul(&of_q);
+        let across = (0.5 * cube * G_3) * of_q;
         for j in 0..6 {
             out[(2, j)] -= across[j];
             out[(j, 2)] -= across[j];
@@ -711,7 +799,7 @@ mod tests {
             }
             let error = (product - gradients(&x, 0.4) * c).amax();
             assert!(error < 1e-13, "Σ c 𝔹 x off by {error:e}");
-            let error = (product - force(&x, 0.4, &c)).amax();
+            let error = (product - force(&x, 0.4, &c.transpose())).amax();
             assert!(error < 1e-13, "force off by {error:e}");
         }
     }

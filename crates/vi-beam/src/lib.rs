@@ -35,6 +35,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod at_coordinates;
+mod at_start;
 pub mod averaged;
 pub mod damping;
 pub mod dissipation;
@@ -51,6 +52,7 @@ pub mod rest;
 pub mod section;
 pub mod section_force;
 mod section_state;
+mod small;
 pub mod strain;
 mod strained;
 mod system;

@@ -53,8 +53,30 @@ pub struct Interval {
     /// Internal variables at `q_n` ([`crate::State::internal`]); those that are not listed are
     /// zero.
     pub internal: Vec<f64>,
+    #[serde(skip)]
+    derived: Derived,
     pub(crate) compensation: Vec<f64>, // n  rounding error of q0
     t_rounding: f64,                   // s  rounding error of t + h
+}
+
+/// What a potential has derived from `q_n` alone. It follows from the other data: copies are
+/// without it, and it makes no difference between intervals.
+#[derive(Debug, Default)]
+struct Derived {
+    values: Vec<f64>,
+    is_current: bool, // of this q_n
+}
+
+impl Clone for Derived {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Derived {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// What a step reads and writes of an interval, each of shape `n`.
@@ -89,6 +111,7 @@ impl Interval {
             v_mid: zero(),
             angles: Vec::new(),
             internal: Vec::new(),
+            derived: Derived::default(),
             compensation: zero(),
             t_rounding: 0.0,
         }
@@ -118,6 +141,7 @@ impl Interval {
         self.v_mid.fill(0.0);
         self.angles.clear();
         self.internal.clear();
+        self.derived.is_current = false;
         self.compensation.fill(0.0);
     }
 
@@ -129,6 +153,21 @@ impl Interval {
         self.compensation.copy_from_slice(rounding);
         self.angles.clear();
         self.internal.clear();
+        self.derived.is_current = false;
+    }
+
+    /// Derives so many values from `q_n` alone, which last until the interval is opened again.
+    pub fn derive(&mut self, count: usize, derive: impl FnOnce(&[f64], &mut [f64])) {
+        self.derived.values.resize(count, 0.0);
+        derive(&self.q0, &mut self.derived.values);
+        self.derived.is_current = true;
+    }
+
+    /// What a potential has derived from `q_n` alone
+    /// ([`crate::potential::DiscretePotential::derive`]); empty where nothing was.
+    #[must_use]
+    pub fn derived(&self) -> &[f64] {
+        if self.derived.is_current { &self.derived.values } else { &[] }
     }
 
     /// `q_n` and its compensation, to be read; `q_{n+1}`, `Δq`, `q_{n+1/2}` and `Δq/h`, to be
@@ -159,6 +198,7 @@ impl Interval {
         self.v_mid.copy_from_slice(&other.v_mid);
         self.angles.clone_from(&other.angles);
         self.internal.clone_from(&other.internal);
+        self.derived.is_current = false;
         self.compensation.copy_from_slice(&other.compensation);
     }
 
@@ -175,6 +215,7 @@ impl Interval {
         self.compensation.copy_from_slice(&whole.compensation[own]);
         self.angles.clone_from(&whole.angles);
         self.internal.clone_from(&whole.internal);
+        self.derived.is_current = false;
     }
 
     /// Writes its end into a step of more coordinates, from `first` on.
@@ -306,6 +347,29 @@ mod tests {
         let next = [s.q1[0], s.q1[1], s.q1[2] + 1e-15]; // changed after the step
         s.rounding_error(&next, &mut error);
         assert_eq!(error, [1e-20, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn what_was_derived_from_a_start_ends_with_it() {
+        let mut s = Interval::new(1);
+        let mut other = Interval::new(1);
+        let derive = |s: &mut Interval| {
+            s.derive(2, |q, out| out.fill(q[0] + 1.0));
+            assert_eq!(s.derived(), [s.q0[0] + 1.0; 2]);
+        };
+        derive(&mut s);
+        assert!(s.exchanged().derived().is_empty() && s.clone() == s);
+        derive(&mut other);
+        other.copy_from(&s);
+        assert!(other.derived().is_empty());
+        s.open(0.0, 0.1, &[1.0]);
+        assert!(s.derived().is_empty());
+        derive(&mut s);
+        s.open_start(0.0, 0.1, &[1.0], &[0.0]);
+        assert!(s.derived().is_empty());
+        derive(&mut s);
+        s.take_part(&Interval::new(2), 1);
+        assert!(s.derived().is_empty());
     }
 
     #[test]

@@ -81,6 +81,14 @@ pub trait DiscretePotential: Send + Sync {
     fn begin(&self, _q: &[f64], _out: &mut [f64]) {}
     /// `out ←` the internal variables at the end of a step, whose own are in `out`.
     fn advance(&self, _s: &Interval, _out: &mut [f64]) {}
+    /// Number of values that a step needs again and again and that follow from `q_n` alone; zero
+    /// for most.
+    fn derived_values(&self) -> usize {
+        0
+    }
+    /// `out ←` these values, which [`Interval::derived`] has in the steps of all schemes of the
+    /// discrete Lagrangian. Without them the results are the same but for rounding.
+    fn derive(&self, _q: &[f64], _out: &mut [f64]) {}
     /// The continuous `V(q)` that `U_d` approximates, J.
     fn potential(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale ∇V(q)`.

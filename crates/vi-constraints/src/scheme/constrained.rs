@@ -59,6 +59,7 @@ impl<S: DiscreteLagrangian, C: Constraints> Scheme<S, C> for Constrained {
     fn begin(&mut self, system: &S, constraints: &C, step: SubStep, state: &mut State) {
         self.saddle.recall(&state.memory);
         step.open(&mut self.s, state);
+        system.prepare(&mut self.s);
         self.p.copy_from_slice(&state.p);
         let shape = (constraints.len(), constraints.dim());
         let emit = |out: &mut dyn Entries| constraints.jacobian(state.t, &state.q, out);

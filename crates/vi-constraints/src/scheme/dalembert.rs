@@ -117,8 +117,9 @@ impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> 
         &self.blocks
     }
 
-    fn begin(&mut self, _system: &S, constraints: &C, step: SubStep, state: &mut State) {
+    fn begin(&mut self, system: &S, constraints: &C, step: SubStep, state: &mut State) {
         step.open(&mut self.s, state);
+        system.prepare(&mut self.s);
         self.p.copy_from_slice(&state.p);
         self.blocks[0].floor = position_floor(&state.q);
         if self.units.is_empty() {

@@ -85,13 +85,14 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators, B: Basis> NodalEq
 
     fn open(
         &mut self,
-        _system: &S,
+        system: &S,
         constraints: &C,
         step: SubStep,
         state: &mut State,
         carried: &mut [f64],
     ) {
         step.open(&mut self.s, state);
+        system.prepare(&mut self.s);
         self.p.copy_from_slice(&state.p);
         let last = B::last(state, &step);
         self.increments.open(constraints, &state.q);

@@ -92,11 +92,13 @@ impl SeparableSystem {
     /// Adds a discrete potential of its own kind.
     ///
     /// # Panics
-    /// When it is the second potential with internal variables.
+    /// When it is the second potential with internal variables, or with derived values.
     #[must_use]
     pub fn discrete_potential(mut self, potential: Box<dyn DiscretePotential>) -> Self {
         let known = self.potential_with_memory().is_some();
         assert!(!known || potential.internal_variables() == 0, "one potential has memory");
+        let known = self.potentials().any(|own| own.derived_values() > 0);
+        assert!(!known || potential.derived_values() == 0, "one potential derives values");
         self.potentials.push(potential);
         self
     }

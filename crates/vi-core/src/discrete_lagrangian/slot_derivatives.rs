@@ -10,6 +10,9 @@ use crate::sparse::Entries;
 /// Implementors provide the discrete functions of one [`Interval`]; the forced terms default to
 /// none. Open for extension: anything with these slot derivatives can be integrated.
 pub trait DiscreteLagrangian: MechanicalSystem {
+    /// Derives what a step needs again and again from its `q_n`, after it was opened: see
+    /// [`crate::potential::DiscretePotential::derive`].
+    fn prepare(&self, _s: &mut Interval) {}
     /// `L_d(q_n, q_{n+1})`, J·s.
     fn discrete_lagrangian(&self, s: &Interval) -> f64;
     /// `out ← D_1 L_d(q_n, q_{n+1})`, shape `n`, unit of momentum.

@@ -9,6 +9,12 @@ use crate::potential::DiscretePotential;
 use crate::sparse::Entries;
 
 impl DiscreteLagrangian for SeparableSystem {
+    fn prepare(&self, s: &mut Interval) {
+        if let Some(own) = self.potentials().find(|own| own.derived_values() > 0) {
+            s.derive(own.derived_values(), |q, out| own.derive(q, out));
+        }
+    }
+
     fn discrete_lagrangian(&self, s: &Interval) -> f64 {
         let added = self.added_kinetic_energy(s);
         self.kinetic_energy(&s.dq) / s.h + s.h * (added - self.discrete_potential_energy(s)) // (18)
