@@ -65,10 +65,12 @@ mod beams {
     mod beam_benchmarks;
     mod beam_models;
     mod catenaries;
+    mod curved_elements;
     mod dissipative_strains;
     mod driven_beams;
     mod flexible_multibody;
     mod helicoidal_benchmarks;
+    mod helicoidal_schemes;
     mod material_damping;
     mod ropes;
     mod section_forces;

@@ -37,6 +37,7 @@
 pub mod at_coordinates;
 mod at_start;
 pub mod averaged;
+pub mod curved;
 pub mod damping;
 pub mod dissipation;
 pub mod element;

@@ -2,6 +2,7 @@
 
 pub(crate) mod agreement;
 mod bar_loops;
+mod curved_elements;
 pub(crate) mod loops;
 pub(crate) mod measures;
 mod plausibility;
@@ -329,7 +330,8 @@ pub(crate) fn counts(
     }
     let report =
         AssemblyReport { counts, redundant, closure, strains, ..AssemblyReport::default() };
-    AssemblyReport { element_kinds, ..report }
+    let warnings = curved_elements::remarks(beams).collect();
+    AssemblyReport { element_kinds, warnings, ..report }
 }
 
 /// A refused set-up of an energy–momentum scheme as an error of the model.

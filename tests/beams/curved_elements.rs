@@ -1,0 +1,75 @@
+//! Curved beams of sections with unlike stiffnesses: warnings where elements are too long, and
+//! frequencies that are right where there is none; what stands for elements with more nodes.
+#![allow(clippy::unwrap_used)] // a test
+
+use crate::benchmark::model;
+use holonom::modes::{About, ModalAnalysis};
+use holonom::{Model, Simulation};
+use vi_testkit::model::{cantilever, heavy, section, soft_section};
+
+/// A half circle of radius 1 that is clamped at its start, curved about `d_1`.
+fn arc([about_1, about_2, twist]: [f64; 3], elements: usize) -> String {
+    let own = section([1e6, 1e6, 1e6, about_1, about_2, twist], [1.0, 1e-3, 1e-3]);
+    format!(
+        "{}[[beam]]\nname = \"arc\"\nelements = {elements}\nnormal = [0, 0, 1]\nstart = \"clamped\"\n\
+         curve = {{ type = \"arc\", from = [0, 0, 0], center = [1, 0, 0], axis = [0, 0, -1], angle = {:?} }}\n{own}",
+        heavy("arc", [0.0; 3], "step = 0.01, end = 0.01"),
+        std::f64::consts::PI
+    )
+}
+
+fn warnings(model: &Model) -> Vec<String> {
+    Simulation::new(model).unwrap().assembly().warnings.clone()
+}
+
+/// Frequencies of the three slowest vibrations, Hz.
+fn slowest(model: &Model) -> [f64; 3] {
+    let report = ModalAnalysis::new(model, About::Start).unwrap().modes(3).unwrap();
+    std::array::from_fn(|k| report.modes[k].frequency)
+}
+
+#[test]
+fn elements_too_long_for_their_curvature_are_named_where_frequencies_are_wrong() {
+    let members = [
+        ("strip", [1.0, 400.0, 1.5]),
+        ("blade", [1.0, 10.0, 0.3]),
+        ("open section", [50.0, 1.0, 0.01]),
+    ];
+    for (name, stiffness) in members {
+        let exact = slowest(&model(&arc(stiffness, 40), &[]));
+        let mut worst_warned = 0.0_f64;
+        for elements in [2, 4, 8, 16] {
+            let own = model(&arc(stiffness, elements), &[]);
+            let found = slowest(&own);
+            let off = (0..3).map(|k| (found[k] / exact[k] - 1.0).abs()).fold(0.0, f64::max);
+            let warned = warnings(&own).iter().any(|text| text.contains("times as many elements"));
+            println!("{name}, {elements} elements: off by {off:.1e}, warned: {warned}");
+            assert!(warned || off < 0.03, "{name}, {elements} elements: off by {off:.1e}");
+            worst_warned = worst_warned.max(if warned { off } else { 0.0 });
+        }
+        assert!(worst_warned > 0.05, "{name}: the warning says nothing");
+    }
+    let equal = warnings(&model(&arc([1.0; 3], 4), &[]));
+    assert!(equal.is_empty(), "{equal:?}");
+    let mean = [("beam.arc.element", "mean_directors")];
+    assert!(warnings(&model(&arc([1.0, 400.0, 1.5], 4), &mean)).is_empty());
+}
+
+#[test]
+fn elements_with_more_nodes_stand_for_several_with_two() {
+    let text = heavy("cantilever", [0.0, 0.0, -1.0], "step = 1e-3, end = 1e-3")
+        + &cantilever(4, &soft_section());
+    let slow = slowest(&model(&text, &[("beam.beam.elements", "12")]));
+    for (order, elements) in [("2", "8"), ("3", "12")] {
+        let own = model(&text, &[("beam.beam.order", order)]);
+        let simulation = Simulation::new(&own).unwrap();
+        assert_eq!(simulation.assembly().counts.elements.to_string(), elements);
+        let warning = &warnings(&own)[0];
+        let advice = format!("write elements = {elements} and remove `order`");
+        assert!(warning.contains("beam.beam.order") && warning.contains(&advice), "{warning}");
+        if order == "3" {
+            assert_eq!(slowest(&own), slow);
+        }
+    }
+    assert!(warnings(&model(&text, &[])).is_empty());
+}
