@@ -31,8 +31,8 @@ pub struct Event {
     /// The time at which it acts, s, in the place of a condition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<f64>,
-    /// Joints, bars, constraints, springs, bushings and laws that vanish; with a joint all that acts
-    /// along it.
+    /// Joints, bars, constraints, springs, bushings and laws that vanish; with a joint all that
+    /// acts along it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub release: Vec<String>,
     /// Joint coordinates that are held where they are, `elbow`, or `elbow.1`: a plastic impact.

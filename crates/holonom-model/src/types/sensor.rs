@@ -61,8 +61,9 @@ pub enum SensorKind {
     /// its spring, damper and motor; of a `[[spring]]`, with its damper; of a `[[load]]`, a
     /// `[[law]]` or a `[[bushing]]`; of a `[[constraint]]` by a prescribed motion.
     Power,
-    /// What was put into the system since the start, J, negative where it was taken out: of what has
-    /// a `power`, but for prescribed motions; a spring does the work that its energy decreases by.
+    /// What was put into the system since the start, J, negative where it was taken out: of what
+    /// has a `power`, but for prescribed motions; a spring does the work that its energy decreases
+    /// by.
     Work,
     /// Of a `[[constraint]]` of type `rolling` or `blade`: the slip of the step that ended, m/s; of
     /// what rolls in space, of a blade along its axis.

@@ -50,8 +50,8 @@ pub struct SceneBody {
     pub mesh: Option<usize>,
     /// From the body's own axes to its directors: quaternion `x, y, z, w`.
     pub rotation: [f64; 4],
-    /// Where joints, bushings and springs hold a body without a shape: components along the directors from
-    /// the centre, m.
+    /// Where joints, bushings and springs hold a body without a shape: components along the
+    /// directors from the centre, m.
     pub anchors: Vec<[f64; 3]>,
     /// Whether these are apart, so that lines between them show the body.
     pub link: bool,

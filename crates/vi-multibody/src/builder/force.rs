@@ -116,9 +116,9 @@ impl NamedForce {
     }
 
     /// What a law states at a node, and how many numbers that are: the effort along a joint
-    /// coordinate or the tension between two points, N or N·m; force (N) and torque (N·m) on a body
-    /// along the axes of its law, the force on a point mass followed by zeros. `None` where it is no
-    /// law.
+    /// coordinate or the tension between two points, N or N·m; force (N) and torque (N·m) on a
+    /// body along the axes of its law, the force on a point mass followed by zeros. `None` where it
+    /// is no law.
     #[must_use]
     pub fn efforts(&self, at: Configuration<'_>, v: &[f64]) -> Option<([f64; 6], usize)> {
         let single = |effort| Some(([effort, 0.0, 0.0, 0.0, 0.0, 0.0], 1));
