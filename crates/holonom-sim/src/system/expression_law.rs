@@ -12,6 +12,7 @@ pub(crate) struct ExpressionLaw {
     program: Program,
     dissipative: bool,
     affine: bool,
+    constant: Option<EffortSlopes>, // of an affine expression without the time
     fault: LastFault,
 }
 
@@ -20,7 +21,12 @@ impl ExpressionLaw {
     pub(super) fn new(owner: String, program: Program, is_conservative: bool) -> Self {
         let dissipative = program.reads(2) && !is_conservative;
         let affine = program.is_affine(|input| input > 0);
-        Self { owner, program, dissipative, affine, fault: LastFault::default() }
+        let mut slopes = [0.0; 3];
+        let constant = (affine && !program.reads(0))
+            .then(|| program.gradient(&[0.0; 3], &mut slopes).ok())
+            .flatten()
+            .map(|_| EffortSlopes { by_coordinate: slopes[1], by_rate: slopes[2] });
+        Self { owner, program, dissipative, affine, constant, fault: LastFault::default() }
     }
 
     /// The last fault.
@@ -47,6 +53,9 @@ impl JointLaw for ExpressionLaw {
     }
 
     fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
+        if let Some(constant) = self.constant {
+            return constant;
+        }
         self.effort_and_slopes(t, coordinate, rate).1
     }
 
