@@ -7,6 +7,7 @@ pub mod closed_loop;
 mod efforts;
 mod enforced;
 pub mod ensemble;
+mod law_along;
 mod member_blocks;
 mod quantity_efforts;
 pub mod run;

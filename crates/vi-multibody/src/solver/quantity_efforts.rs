@@ -9,14 +9,13 @@
 //! from the joints up to the root alone, four columns side by side, as of closed loops. The
 //! correction is that of the exact matrix; what rounding leaves in it, the next one takes.
 //!
-//! Laws that are affine in what they read are evaluated once in a step, with their slopes.
-//!
 //! Source: Golub & Van Loan 2013, §2.1.4, for the inverse of `M + U Vᵀ`.
 #![allow(non_snake_case)] // M, U, V
 
 use super::closed_loop::cluster_link::ClusterLink;
 use super::closed_loop::four_rows::Four;
 use super::closed_loop::row_sweeps::RowSweeps;
+use super::law_along::Along;
 use super::tree_step::part::Links;
 use crate::pair::Twist;
 use crate::tree::Tree;
@@ -35,63 +34,6 @@ use vi_rigid::null_space;
 const MOST: usize = 32;
 
 crate::opaque_debug!(QuantityEfforts);
-
-/// A law during a step.
-struct Along {
-    force: usize, // index in the system
-    unknown: SignedUnknown,
-    link: usize,
-    quantities: Vec<Quantity>,
-    start: Vec<f64>,  // of those that are coordinates, at q_n
-    y: Vec<f64>,      // in the step
-    slopes: Vec<f64>, // dτ/dy
-    impulse: f64,     // (h/2) τ
-    is_affine: bool,
-    first: First,
-}
-
-/// Where an affine law was evaluated in a step: once.
-#[derive(Default)]
-struct First {
-    is_known: bool,
-    y: Vec<f64>,
-    effort: f64,
-}
-
-impl Along {
-    /// Whether a quantity is the coordinate along which the law acts, or its rate.
-    fn is_own(&self, quantity: Quantity) -> bool {
-        matches!(quantity, Quantity::Coordinate(k) | Quantity::Rate(k) if k == self.unknown)
-    }
-
-    /// The derivative of `(h/2) τ` by an unknown, by way of one quantity.
-    fn by_unknown(&self, j: usize, h: f64) -> f64 {
-        match self.quantities[j] {
-            Quantity::Coordinate(k) => 0.25 * h * k.sign * self.slopes[j],
-            Quantity::Rate(k) => 0.5 * k.sign * self.slopes[j],
-            Quantity::Fixed | Quantity::Configuration => 0.0,
-        }
-    }
-
-    /// `τ` at the quantities at hand.
-    fn find_effort(&mut self, effort: &dyn QuantityEffort, s: &Interval) -> f64 {
-        let Self { y, slopes, is_affine, first, .. } = self;
-        if !*is_affine {
-            return effort.effort(s, y);
-        }
-        if !first.is_known {
-            first.effort = effort.effort_and_slopes(s, y, slopes);
-            first.y.copy_from_slice(y);
-            first.is_known = true;
-        }
-        let changes = y.iter().zip(&first.y).zip(slopes);
-        first.effort + changes.map(|((y, first), slope)| *slope * (y - first)).sum::<f64>()
-    }
-
-    fn effort<'a>(&self, system: &'a SeparableSystem) -> Option<&'a dyn QuantityEffort> {
-        system.quantity_effort(self.force)
-    }
-}
 
 /// Up to four columns side by side.
 struct Bundle {
@@ -165,37 +107,18 @@ impl QuantityEfforts {
     }
 
     fn add(&mut self, force: usize, effort: &dyn QuantityEffort) {
-        let (unknown, n) = (effort.unknown(), effort.count());
-        let quantities: Vec<Quantity> = (0..n).map(|j| effort.quantity(j)).collect();
-        let link = self.links[self.owner[unknown.index]].link;
+        let link = self.links[self.owner[effort.unknown().index]].link;
+        let along = Along::new(force, link, effort);
         self.forces.push(force);
-        self.needs_interval |= quantities.contains(&Quantity::Configuration);
+        self.needs_interval |= along.quantities.contains(&Quantity::Configuration);
         self.is_affine &= effort.is_affine();
-        let is_affine = effort.is_affine() && !quantities.contains(&Quantity::Configuration);
-        let [start, y, slopes, first] = [0, 1, 2, 3].map(|_| vec![0.0; n]);
-        let first = First { y: first, ..First::default() };
-        self.all.push(Along {
-            force,
-            unknown,
-            link,
-            quantities,
-            start,
-            y,
-            slopes,
-            impulse: 0.0,
-            is_affine,
-            first,
-        });
+        self.all.push(along);
     }
 
     /// Groups the laws that read anything but time, what is held and their own coordinate.
     fn find_bundles(&mut self, system: &SeparableSystem, s: &Interval) {
-        let is_foreign = |along: &Along| {
-            let mut read = along.quantities.iter();
-            read.any(|quantity| *quantity != Quantity::Fixed && !along.is_own(*quantity))
-        };
         let foreign: Vec<usize> =
-            (0..self.all.len()).filter(|k| is_foreign(&self.all[*k])).collect();
+            (0..self.all.len()).filter(|k| self.all[*k].is_foreign()).collect();
         self.side = vec![0.0; foreign.len()];
         for laws in foreign.chunks(4) {
             let (mut reached, mut has_members) = (vec![false; self.links.len()], false);
@@ -254,17 +177,7 @@ impl QuantityEfforts {
         at: Configuration<'_>,
         s: &Interval,
     ) {
-        for along in &mut self.all {
-            let Some(effort) = along.effort(system) else { continue };
-            along.first.is_known = false;
-            for (j, quantity) in along.quantities.iter().enumerate() {
-                match quantity {
-                    Quantity::Fixed => along.y[j] = effort.in_step(j, s),
-                    Quantity::Coordinate(_) => along.start[j] = effort.at_start(j, at),
-                    Quantity::Rate(_) | Quantity::Configuration => {}
-                }
-            }
-        }
+        self.all.iter_mut().for_each(|along| along.begin(system, at, s));
     }
 
     /// `(h/2) τ` at the increments `u`.
@@ -274,20 +187,7 @@ impl QuantityEfforts {
         s: &Interval,
         u: &[f64],
     ) {
-        for along in &mut self.all {
-            let Some(effort) = along.effort(system) else { continue };
-            for (j, quantity) in along.quantities.iter().enumerate() {
-                match quantity {
-                    Quantity::Fixed => {}
-                    Quantity::Coordinate(k) => {
-                        along.y[j] = along.start[j] + 0.5 * k.sign * u[k.index];
-                    }
-                    Quantity::Rate(k) => along.y[j] = k.sign * u[k.index] / s.h,
-                    Quantity::Configuration => along.y[j] = effort.in_step(j, s),
-                }
-            }
-            along.impulse = 0.5 * s.h * along.find_effort(effort, s);
-        }
+        self.all.iter_mut().for_each(|along| along.evaluate(system, s, u));
     }
 
     /// `r ← r + σ (h/2) τ`.
@@ -324,21 +224,13 @@ impl QuantityEfforts {
         mut add: impl FnMut(usize, usize, f64),
     ) {
         for along in &mut self.all {
-            let Some(effort) = along.effort(system) else { continue };
-            if !along.is_affine {
-                effort.effort_and_slopes(s, &along.y, &mut along.slopes);
-            }
-            let own = |j: &usize| along.is_own(along.quantities[*j]);
-            let sum: f64 = (0..along.y.len())
-                .filter(own)
-                .map(|j| along.unknown.sign * along.by_unknown(j, s.h))
-                .sum();
-            add(along.link, along.unknown.index, -s.h * sum);
+            let slope = along.own_slope(system, s);
+            add(along.link, along.unknown.index, -s.h * slope);
         }
     }
 
-    /// `x ← L⁻¹ U`-part taken out of the swept right-hand side `x = L⁻¹ b`: what is substituted is
-    /// then the solution of `(M + U Vᵀ) x = b`.
+    /// Turns the swept right-hand side `x = L⁻¹ b` into the one whose substitution solves
+    /// `(M + U Vᵀ) x = b`.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`].
