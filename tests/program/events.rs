@@ -1,5 +1,5 @@
-//! Runs with events by the program: continued from checkpoints before, between and after events, and
-//! swept, with the numbers of runs that are neither.
+//! Runs with events by the program: continued from checkpoints before, between and after events,
+//! and swept, with the numbers of runs that are neither.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::program::command::{self, holonom, words};

@@ -5,10 +5,10 @@
 //! two points         V(l) =  ∫_{l_0}^{l} T(s) ds
 //! ```
 //! `x_0` is the coordinate at a configuration of reference. The step of such a law is
-//! `−h D_1 V(x̄)`, `−h D_2 V(x̄)`: symplectic, although nobody integrated it. `V` is wanted at nodes
-//! that are recorded alone; Gauss's rule with 8 nodes is applied to intervals that are halved until
-//! it agrees with itself, and its polynomial with the law at both ends, so kinks and knots of tables
-//! are met to rounding.
+//! `−h D_1 V(x̄)`, `−h D_2 V(x̄)`: symplectic, although nobody integrated it. `V` is wanted at
+//! nodes that are recorded alone; Gauss's rule with 8 nodes is applied to intervals that are halved
+//! until it agrees with itself, and its polynomial with the law at both ends, so kinks and knots of
+//! tables are met to rounding.
 
 use super::joint_force::JointLaw;
 use crate::constraint::joint_coordinate::JointCoordinate;
