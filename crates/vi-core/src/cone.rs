@@ -75,6 +75,8 @@ pub enum ConeFault {
 const TARGET: f64 = 1e-13;
 /// Accepted where Newton's method does not lead further.
 const ACCEPTED: f64 = 1e-12;
+/// Newton's method that ends below this has found the state of all contacts but those on a rim.
+const STALLED_AT: f64 = 1e-6;
 const NEWTON_STEPS: usize = 25;
 /// Steps in a row that do not halve an accepted residual: rounding errors alone are left.
 const STALLED: usize = 4;
@@ -197,12 +199,12 @@ impl ConeSolver {
         Err(ConeFault::NoConvergence { residual: least, cones: self.problem.cones.len() })
     }
 
-    /// Newton's method. Where it stalls at an accepted point, contacts at rest may stand on the rim
+    /// Newton's method. Where it stalls near a solution, contacts at rest may stand on the rim
     /// of their cones, with room inside for the same motion: it begins again from there.
     fn refine(&mut self, rounding: f64) -> f64 {
         let mut residual = self.newton(rounding);
         for inside in [1e-8, 1e-6, 1e-4] {
-            if !(TARGET..=ACCEPTED).contains(&residual) {
+            if !(TARGET..=STALLED_AT).contains(&residual) {
                 return residual;
             }
             self.swept.copy_from_slice(&self.impulse);

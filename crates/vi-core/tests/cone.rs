@@ -349,3 +349,56 @@ fn a_solver_takes_no_memory_twice_and_remembers_nothing() {
         assert_eq!(&alone, lambda);
     }
 }
+
+/// Boxes on one another on a slope, four contacts each: they rest, hyperstatic, for any `μ` above
+/// the slope, also where single contacts stand on the rims of their cones.
+#[test]
+fn a_stack_of_boxes_rests_on_a_slope() {
+    for (count, coefficient, slope) in
+        [(3, 0.3, 0.15_f64), (3, 0.152, 0.15), (6, 0.3, 0.15), (4, 0.3, 0.29), (10, 0.3, 0.15)]
+    {
+        let (side, height) = (0.2, 0.1);
+        let mut rows = DMatrix::<f64>::zeros(6 * count, 12 * count);
+        let mut free = DVector::zeros(6 * count);
+        let inertia = |a: f64, b: f64| (a * a + b * b) / 12.0;
+        let spin = [inertia(side, height), inertia(side, height), inertia(side, side)];
+        for body in 0..count {
+            free[6 * body] = 0.1 * slope.sin();
+            free[6 * body + 2] = -0.1 * slope.cos();
+            for corner in 0..4 {
+                let sign = |bit: usize| if corner >> bit & 1 == 1 { 0.5 } else { -0.5 };
+                for (i, direction) in [Vector3::z(), Vector3::x(), Vector3::y()].iter().enumerate()
+                {
+                    let column = 12 * body + 3 * corner + i;
+                    for (of, level, factor) in
+                        [(body, -0.5, 1.0), (body.wrapping_sub(1), 0.5, -1.0)]
+                    {
+                        if of >= count {
+                            continue; // the ground
+                        }
+                        let arm = Vector3::new(sign(0) * side, sign(1) * side, level * height);
+                        let torque = arm.cross(direction);
+                        for k in 0..3 {
+                            rows[(6 * of + k, column)] += factor * direction[k];
+                            rows[(6 * of + 3 + k, column)] += factor * torque[k] / spin[k].sqrt();
+                        }
+                    }
+                }
+            }
+        }
+        let problem = Problem {
+            cones: vec![Cone::Friction { coefficient }; 4 * count],
+            w_matrix: rows.transpose() * &rows,
+            w: rows.transpose() * &free,
+        };
+        let mut lambda = DVector::zeros(12 * count);
+        let rounds = problem.solve(&mut lambda).unwrap();
+        let moved = (free + rows * &lambda).amax();
+        println!(
+            "{count} boxes: {rounds} rounds, {moved:.1e}, laws {:.1e}",
+            problem.violation(&lambda)
+        );
+        assert!(moved < 1e-14 * count as f64, "{count} boxes move by {moved:e}");
+        assert!(problem.violation(&lambda) < 1e-12);
+    }
+}
