@@ -77,6 +77,9 @@ const TARGET: f64 = 1e-13;
 const ACCEPTED: f64 = 1e-12;
 /// Newton's method that ends below this has found the state of all contacts but those on a rim.
 const STALLED_AT: f64 = 1e-6;
+/// Velocities that no motion of the bodies has, as of a step far from its solution, leave less
+/// than this: nothing is wedged then.
+const NEARLY: f64 = 1e-5;
 const NEWTON_STEPS: usize = 25;
 /// Steps in a row that do not halve an accepted residual: rounding errors alone are left.
 const STALLED: usize = 4;
@@ -94,6 +97,7 @@ pub struct ConeSolver {
     impulse: Vec<f64>, // k
     trial: Vec<f64>,   // k
     best: Vec<f64>,    // k
+    nearest: Vec<f64>, // k
     swept: Vec<f64>,   // k
     step: Vec<f64>,    // k
 }
@@ -102,7 +106,8 @@ impl ConeSolver {
     /// Finds the impulses of `y = WΛ + w`.
     ///
     /// `w_matrix`: `W`, shape `k × k`, row by row, symmetric, positive semidefinite. `w`: `k`.
-    /// `lambda`: `k`, the warm start, then the solution; on [`ConeFault::NoConvergence`] as it was.
+    /// `lambda`: `k`, the warm start, then the solution; on [`ConeFault::NoConvergence`]
+    /// the nearest impulses that were found.
     ///
     /// # Errors
     /// [`ConeFault`].
@@ -137,8 +142,8 @@ impl ConeSolver {
             return Err(ConeFault::Wedged { cone });
         }
         self.residual.resize(&self.problem);
-        let Self { impulse, trial, best, swept, step, .. } = self;
-        for vector in [impulse, trial, best, swept, step] {
+        let Self { impulse, trial, best, nearest, swept, step, .. } = self;
+        for vector in [impulse, trial, best, nearest, swept, step] {
             vector.clear();
             vector.resize(k, 0.0);
         }
@@ -146,13 +151,10 @@ impl ConeSolver {
             self.impulse[i] = lambda[i] / unit;
         }
         let report = self.solve_scaled();
-        if report.is_err_and(|fault| matches!(fault, ConeFault::NoConvergence { .. })) {
-            return report;
-        }
         for (i, unit) in self.problem.units.iter().enumerate() {
             lambda[i] = self.impulse[i] * unit;
         }
-        if report.is_err() {
+        if matches!(report, Err(ConeFault::Wedged { .. })) {
             let size = crate::linear::norm_inf(lambda);
             lambda.iter_mut().for_each(|lambda| *lambda /= size);
         }
@@ -168,6 +170,7 @@ impl ConeSolver {
             return done(self.refine(rounding), 0);
         }
         let mut least = residual;
+        self.nearest.copy_from_slice(&self.impulse);
         for (round, rho) in (1..).zip(PARAMETERS) {
             self.sweep(if round == 1 { 10 } else { 30 }, 1.0, rounding);
             self.swept.copy_from_slice(&self.impulse);
@@ -178,9 +181,13 @@ impl ConeSolver {
             if residual <= ACCEPTED {
                 return done(residual, round);
             }
-            least = least.min(residual);
+            if residual < least {
+                least = residual;
+                self.nearest.copy_from_slice(&self.impulse);
+            }
             self.impulse.copy_from_slice(&self.swept);
         }
+        let is_near = least <= NEARLY; // by impulses that have not grown
         self.residual.evaluate(&self.problem, &self.impulse);
         self.convex.begin(&self.problem, &self.impulse, &self.residual.y);
         for program in 1..=PROGRAMS {
@@ -190,13 +197,22 @@ impl ConeSolver {
             if residual <= ACCEPTED {
                 return done(residual, PARAMETERS.len() + program);
             }
-            least = least.min(residual);
+            if residual < least {
+                least = residual;
+                self.nearest.copy_from_slice(&self.impulse);
+            }
         }
-        if let Some((cone, direction)) = self.convex.wedged(&self.problem) {
+        if !is_near && let Some((cone, direction)) = self.convex.wedged(&self.problem) {
             self.impulse.copy_from_slice(direction);
             return Err(ConeFault::Wedged { cone });
         }
-        Err(ConeFault::NoConvergence { residual: least, cones: self.problem.cones.len() })
+        self.end_nearby(least)
+    }
+
+    /// The nearest impulses that were found.
+    fn end_nearby(&mut self, residual: f64) -> Result<ConeReport, ConeFault> {
+        self.impulse.copy_from_slice(&self.nearest);
+        Err(ConeFault::NoConvergence { residual, cones: self.problem.cones.len() })
     }
 
     /// Newton's method. Where it stalls near a solution, contacts at rest may stand on the rim

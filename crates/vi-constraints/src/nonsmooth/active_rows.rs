@@ -16,6 +16,9 @@ use vi_core::cone::{Cone, ConeFault, ConeSolver};
 const LEAST: f64 = 1e-7;
 /// `W_s` is corrected where it misses a change of velocities by more than this part.
 const MISSED: f64 = 0.1;
+/// A step far from its solution moves the points of a body apart by its rotation squared: no
+/// impulses obey the laws then, and the nearest ones up to this part lead on.
+const NEARBY: f64 = 1e-3;
 
 /// The rows whose impulses are not known beforehand.
 #[derive(Debug, Default)]
@@ -32,7 +35,9 @@ pub(super) struct ActiveRows {
     before: [Vec<f64>; 2], // k  Λ and ξ of the step before
     change: [Vec<f64>; 3], // k  ΔΛ, Δξ, W_s ΔΛ
     kinds: Vec<u8>,        // of the contacts in the step before
-    is_known: bool,        // whether there was a step before
+    /// Whether the laws hold at the impulses that were found.
+    pub(super) is_exact: bool,
+    is_known: bool, // whether there was a step before
 }
 
 impl ActiveRows {
@@ -115,7 +120,17 @@ impl NodeImpulses {
         }
         problem.learn(lambda, kinds_agree);
         let ActiveRows {
-            rows, drives, cones, owners, W: own_W, w, lambda: own, solver, model, ..
+            rows,
+            drives,
+            cones,
+            owners,
+            W: own_W,
+            w,
+            lambda: own,
+            solver,
+            model,
+            is_exact,
+            ..
         } = problem;
         own_W.clear();
         w.clear();
@@ -137,23 +152,24 @@ impl NodeImpulses {
             w.push(rest);
             own.push(lambda[i]);
         }
-        let mut solved = solver.solve(cones, own_W, w, own);
-        if let Err(ConeFault::NoConvergence { .. }) = solved {
-            own.fill(0.0); // another start
-            solved = solver.solve(cones, own_W, w, own);
-        }
-        solved.map_err(|fault| {
-            let cone = match fault {
-                ConeFault::Wedged { cone } => cone,
-                _ => 0,
-            };
-            let element = contacts[owners[cone]].id.element;
-            let element = elements[element as usize].name().to_owned();
-            match fault {
-                ConeFault::Wedged { .. } => ContactFault::Immovable { element },
-                fault => ContactFault::Laws { element, fault },
+        let solved = solver.solve(cones, own_W, w, own);
+        *is_exact = solved.is_ok();
+        match solved {
+            Ok(_) => {}
+            Err(ConeFault::NoConvergence { residual, .. }) if residual < NEARBY => {}
+            Err(fault) => {
+                let cone = match fault {
+                    ConeFault::Wedged { cone } => cone,
+                    _ => 0,
+                };
+                let element = contacts[owners[cone]].id.element;
+                let element = elements[element as usize].name().to_owned();
+                return Err(match fault {
+                    ConeFault::Wedged { .. } => ContactFault::Immovable { element }.into(),
+                    fault => ContactFault::Laws { element, fault }.into(),
+                });
             }
-        })?;
+        }
         rows.iter().zip(&*own).for_each(|(&i, value)| next[i] = *value);
         Ok(())
     }

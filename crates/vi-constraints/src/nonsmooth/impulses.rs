@@ -271,7 +271,9 @@ impl NodeImpulses {
             self.next_impulses(elements)?;
             let (change, rounding, _) = self.largest_change(step.h);
             let speeds = self.minus.iter().chain(&self.plus).fold(0.0, |a: f64, u| a.max(u.abs()));
-            if change <= rounding || last <= STAGNATION * speeds && change >= last {
+            let is_exact = self.problem.is_exact;
+            let stagnates = last <= STAGNATION * speeds && change >= last;
+            if is_exact && (change <= rounding || stagnates) {
                 return Ok(());
             }
             last = change;
