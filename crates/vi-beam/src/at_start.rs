@@ -17,6 +17,7 @@ use vi_core::sparse::Entries;
 pub(crate) const OF_START: usize = STRAINS + STRAINS * SIZE;
 
 /// An element at `q_n`.
+#[allow(clippy::large_enum_variant)] // for one evaluation, on the stack
 pub(crate) enum AtStart<'a> {
     /// Of which nothing was kept.
     Here(AtCoordinates<'a>),

@@ -188,7 +188,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             return Err(SetupError::Contacts { what: "steps backwards in time" });
         }
         if let Some((relative, gap, element)) = contacts.smallest_gap(&self.state)
-            && !(relative >= -OVERLAP)
+            && (relative.is_nan() || relative < -OVERLAP)
         {
             return Err(SetupError::Overlap { element: element.to_owned(), depth: -gap });
         }

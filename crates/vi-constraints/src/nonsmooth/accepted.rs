@@ -63,7 +63,7 @@ impl NodeImpulses {
         let [impulse, before, after] = [&self.lambda, &self.minus, &self.plus].map(|all| of(all));
         let work = (0..3).map(|i| 0.5 * impulse[i] * (before[i] + after[i])).sum();
         let status = match contact.law {
-            _ if impulse == [0.0; 3] => ContactStatus::Open,
+            _ if impulse.iter().all(|x| *x == 0.0) => ContactStatus::Open,
             _ if contact.kind == Kind::Impact => ContactStatus::Impact,
             ContactLaw::Dry { .. } if impulse[0].abs() < contact.bound => ContactStatus::Stick,
             ContactLaw::Dry { .. } => ContactStatus::Slip,
