@@ -94,6 +94,7 @@ mod model {
     mod import_dialects;
     mod import_inertia;
     mod imports;
+    mod joint_stops;
     pub(crate) mod keys;
     mod law_tables;
     mod laws;

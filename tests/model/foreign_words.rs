@@ -24,8 +24,7 @@ fn what_is_not_modelled_is_answered_as_section_as_key_and_as_type() {
     for (word, answer) in [
         ("contact", "contact and impact are not modelled"),
         ("collisions", "contact and impact are not modelled"),
-        ("friction", "`damper = { damping = … }`"),
-        ("limits", "joint_coordinate"),
+        ("coulomb", "`damper = { damping = … }`"),
         ("Limit", "joint_coordinate"),
         ("range", "joint_coordinate"),
         ("mount", "[[bushing]]"),
@@ -39,7 +38,7 @@ fn what_is_not_modelled_is_answered_as_section_as_key_and_as_type() {
         ("control", "`proportional` and `derivative`"),
         ("trigger", "an [[event]] acts"),
         ("cable", "of type \"distance\""),
-        ("dry-friction", "dry friction is not modelled"),
+        ("dry-friction", "`friction = { torque = … }`"),
         ("plate", "[[beam]]"),
         ("backlash", "no clearance"),
         ("wind", "[[load]]"),
@@ -61,9 +60,11 @@ fn what_is_not_modelled_is_answered_as_section_as_key_and_as_type() {
     }
     assert!(
         help(include_str!("../hostile/asks_for_friction.toml"))
-            .contains("dry friction is not modelled")
+            .contains("`friction = { torque = … }`")
     );
-    assert!(help(include_str!("../hostile/asks_for_limits.toml")).contains("no stops"));
+    assert!(
+        help(include_str!("../hostile/asks_for_limits.toml")).contains("`limits = [lower, upper]`")
+    );
     assert!(help(&ARM.replace("end = 0.1", "end = 0.1, scheme = \"rk4\"")).contains("nodal"));
     // words that are ours, or nearly, are answered as before
     assert!(help(&ARM.replace("\"revolute\"", "\"hinge\"")).contains("did you mean `revolute`"));

@@ -348,7 +348,7 @@ fn limits_and_friction_are_listed_with_what_there_is_instead() {
     let mjcf = r#"<mujoco><worldbody><body><joint range="-1 1" frictionloss="0.1"/><geom size="1"/></body></worldbody></mujoco>"#;
     for text in [urdf.as_str(), mjcf] {
         let said = remarks(&plain(text));
-        assert!(said.contains("stops are not modelled; a sensor of the joint"), "{said}");
-        assert!(said.contains("a `damper` of the joint is viscous"), "{said}");
+        assert!(said.contains("`limits = [lower, upper]` of a [[joint]]"), "{said}");
+        assert!(said.contains("`friction = { torque = … }` of a [[joint]]"), "{said}");
     }
 }

@@ -62,6 +62,9 @@ fn hinge(model: &mut Model, [parent, child]: [&str; 2], [x, y]: [f64; 2], axis: 
         spring: None,
         damper: None,
         motor: None,
+        limits: None,
+        bumper: None,
+        friction: None,
     });
 }
 

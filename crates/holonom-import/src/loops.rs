@@ -156,5 +156,8 @@ pub(crate) fn between(
         spring: None,
         damper: None,
         motor: None,
+        limits: None,
+        bumper: None,
+        friction: None,
     }
 }

@@ -30,11 +30,11 @@ pub struct Mention {
 }
 
 /// On limits of joints.
-pub(crate) const LIMITS: &str = "limits of joints: not translated, stops are not modelled; a sensor of the joint tells when it passes them";
+pub(crate) const LIMITS: &str =
+    "limits of joints: not translated; `limits = [lower, upper]` of a [[joint]] are stops";
 
 /// On dry friction in joints.
-pub(crate) const FRICTION: &str =
-    "friction: not translated, dry friction is not modelled; a `damper` of the joint is viscous";
+pub(crate) const FRICTION: &str = "friction of joints: not translated; `friction = { torque = … }` of a [[joint]] is dry friction";
 
 /// Elements that a line of text names.
 pub(crate) const NAMED: usize = 6;

@@ -54,6 +54,7 @@ pub use types::damping::{Damping, LossFactor, RelaxationTimes};
 pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring, VelocityTerm};
 pub use types::event::{Event, Locate, coordinate_of};
 pub use types::frame::Frame;
+pub use types::joint_contact::{ContactMethod, JointBumper, JointFriction, JointLimits, Limits};
 pub use types::law::{Formula, Law};
 pub use types::load::{History, Load};
 pub use types::motion_path::{MotionPath, Move, PathTable};
@@ -394,6 +395,8 @@ impl Model {
             let motor = joint.motor.as_ref();
             joint.damper.as_ref().is_none_or(|damper| damper.damping == 0.0)
                 && joint.spring.as_ref().is_none_or(|spring| spring.table.is_none())
+                && joint.limits.is_none()
+                && joint.friction.is_none()
                 && motor
                     .is_none_or(|m| m.effort == 0.0 && m.proportional == 0.0 && m.derivative == 0.0)
         };
@@ -407,6 +410,12 @@ impl Model {
             && self.joints.iter().all(passive)
             && !self.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }))
             && !self.has_velocity_constraints()
+    }
+
+    /// Whether impulses act: rigid stops and dry friction of joints.
+    #[must_use]
+    pub fn is_nonsmooth(&self) -> bool {
+        self.joints.iter().any(Joint::is_nonsmooth)
     }
 
     /// Whether velocities are constrained: rolling, blades.

@@ -26,6 +26,7 @@ mod sections;
 mod sensors;
 mod settings;
 mod signals;
+mod stops;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -243,11 +244,12 @@ impl Found {
 /// A subject with its cases.
 type Subject = (&'static str, fn() -> Vec<Case>);
 
-const SUBJECTS: [Subject; 17] = [
+const SUBJECTS: [Subject; 18] = [
     ("bodies", bodies::cases),
     ("pictures", pictures::cases),
     ("forces", forces::cases),
     ("joints", joints::cases),
+    ("stops", stops::cases),
     ("laws", laws::cases),
     ("bushings", bushings::cases),
     ("signals", signals::cases),

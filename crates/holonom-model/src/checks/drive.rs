@@ -31,6 +31,7 @@ impl Checker<'_> {
             self.history(&format!("{key}.motor.history"), &motor.history, known);
             self.path(&format!("{key}.motor.path"), &motor.path, known);
         }
+        self.joint_contacts(key, joint);
         match (joint.kind, joint.pitch) {
             (JointKind::Screw, None) => {
                 let help = "add `pitch = …`, the advance per revolution in m";

@@ -5,6 +5,7 @@ mod bushing;
 pub(crate) mod computed;
 mod drive;
 mod event;
+mod joint_contact;
 mod law;
 mod load;
 mod order;

@@ -205,10 +205,11 @@ impl Checker<'_> {
 
     /// Whether anything acts along a joint that is measured.
     fn sensor_acts(&mut self, of: String, name: &str) {
-        let idle =
-            |joint: &Joint| [joint.spring.is_none(), joint.damper.is_none(), joint.motor.is_none()];
-        let joint = self.model.joint(name);
-        if joint.is_some_and(|joint| idle(joint) == [true; 3]) {
+        let idle = |joint: &Joint| {
+            let parts = [joint.spring.is_none(), joint.damper.is_none(), joint.motor.is_none()];
+            parts == [true; 3] && joint.bumper.is_none()
+        };
+        if self.model.joint(name).is_some_and(idle) {
             let message = format!("joint `{name}` has no spring, no damper and no motor");
             let help = "measure its reaction, or the [[constraint]] that prescribes its motion";
             self.report(of, message, help);

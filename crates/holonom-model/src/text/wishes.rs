@@ -39,7 +39,8 @@ const WISHES: [Wish; 29] = [
             "friction_coefficient",
             "coefficient_of_friction",
         ],
-        "dry friction is not modelled. Viscous friction is: `damper = { damping = … }` of a joint, `damping` of a [[spring]]",
+        "dry friction of a joint is `friction = { torque = … }`, `{ force = … }` or `{ coefficient = …, radius = … }` of a \
+         [[joint]]; viscous friction is `damper = { damping = … }` of a joint, `damping` of a [[spring]]",
     ),
     (
         &[
@@ -59,8 +60,8 @@ const WISHES: [Wish; 29] = [
             "max_angle",
             "bounds",
         ],
-        "joints have no stops and no range. A [[sensor]] of type \"joint_coordinate\" shows whether a limit was passed; \
-         a `spring` of the joint holds it back",
+        "stops of a joint are `limits = [lower, upper]` of a [[joint]], or a table with `restitution`; a `bumper` makes them \
+         elastic. A [[sensor]] of type \"joint_coordinate\" shows the coordinate",
     ),
     (
         &["bush", "mount", "compliance", "isolator", "sixdof_spring", "field"],

@@ -1,6 +1,7 @@
 //! `[[bar]]`, `[[joint]]` and `[[spring]]`: what connects components.
 
 use super::drive::{JointDamper, JointMotor, JointSpring};
+use super::joint_contact::{JointBumper, JointFriction, Limits};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vi_multibody::pair::PairKind;
@@ -179,6 +180,15 @@ pub struct Joint {
     /// A motor on a joint coordinate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motor: Option<JointMotor>,
+    /// Stops of a joint coordinate: `[lower, upper]`, or a table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
+    /// Elastic stops in the place of rigid ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bumper: Option<JointBumper>,
+    /// Dry friction of a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<JointFriction>,
 }
 
 impl Joint {
@@ -186,6 +196,12 @@ impl Joint {
     #[must_use]
     pub fn pair(&self) -> PairKind {
         self.kind.pair(self.pitch)
+    }
+
+    /// Whether impulses act on it: rigid stops, dry friction.
+    #[must_use]
+    pub fn is_nonsmooth(&self) -> bool {
+        self.friction.is_some() || self.limits.is_some() && self.bumper.is_none()
     }
 }
 

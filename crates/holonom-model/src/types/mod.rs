@@ -10,6 +10,7 @@ pub(crate) mod drive;
 pub(crate) mod event;
 pub(crate) mod formula_or_table;
 pub(crate) mod frame;
+pub(crate) mod joint_contact;
 pub(crate) mod law;
 pub(crate) mod load;
 pub(crate) mod motion_path;

@@ -1,5 +1,6 @@
 //! `[model]` and `[simulation]`: what is simulated, and how.
 
+use super::joint_contact::ContactMethod;
 use crate::Columns;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -317,6 +318,15 @@ pub struct Settings {
     /// Newton iterations of a step before it counts as failed.
     #[serde(default = "thirty")]
     pub newton_max_iterations: usize,
+    /// How impacts are placed in time.
+    #[serde(default, skip_serializing_if = "is_events")]
+    #[schemars(extend("default" = "events"))]
+    pub contact: ContactMethod,
+    /// Touches of one step at which a node is put; the rest of the step is then taken as with
+    /// `contact = "stepping"`.
+    #[serde(default = "twelve", skip_serializing_if = "is_twelve")]
+    #[schemars(extend("default" = 12))]
+    pub max_events: u32,
     /// What happens where a step is refused.
     #[serde(default, skip_serializing_if = "is_stop")]
     #[schemars(extend("default" = "stop"))]
@@ -325,6 +335,16 @@ pub struct Settings {
 
 fn is_pass(own: &Bifurcation) -> bool {
     *own == Bifurcation::Pass
+}
+fn is_events(own: &ContactMethod) -> bool {
+    *own == ContactMethod::Events
+}
+fn twelve() -> u32 {
+    12
+}
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde calls it
+fn is_twelve(own: &u32) -> bool {
+    *own == twelve()
 }
 fn one() -> u64 {
     1
@@ -366,6 +386,8 @@ impl Settings {
             bifurcation: Bifurcation::default(),
             newton_tolerance: 0.0,
             newton_max_iterations: thirty(),
+            contact: ContactMethod::default(),
+            max_events: twelve(),
             on_failure: OnFailure::default(),
         }
     }

@@ -69,6 +69,7 @@ fn reductions(model: &Model) -> Vec<Reduction> {
     each(model.joints.len(), |model, k| {
         let joint = &mut model.joints[k];
         (joint.spring, joint.damper, joint.motor, joint.rate) = (None, None, None, None);
+        (joint.limits, joint.bumper, joint.friction) = (None, None, None);
     });
     each(model.bodies.len(), |model, k| {
         let body = &mut model.bodies[k];

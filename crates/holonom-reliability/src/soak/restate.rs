@@ -5,8 +5,8 @@
 
 use holonom::Model;
 use holonom::model::{
-    Beam, Body, Constraint, Curve, Damping, Frame, GROUND, History, Inertia, Joint, Load,
-    MotionPath, Normal, Section, Shape, Spring, SpringLaw, Stations,
+    Beam, Body, Constraint, Curve, Damping, Frame, GROUND, History, Inertia, Joint, JointLimits,
+    Limits, Load, MotionPath, Normal, Section, Shape, Spring, SpringLaw, Stations,
 };
 use holonom::nalgebra::{Matrix3, Vector3};
 
@@ -192,6 +192,27 @@ impl Units {
         if joint.pair().is_angle(freedom) { 1.0 } else { self.length }
     }
 
+    /// Limits, bumpers and dry friction.
+    fn stops(self, joint: &mut Joint, sizes: &[f64]) {
+        let energy = self.of(2, 1, -2);
+        if let Some(limits) = joint.limits.map(|own| own.table()) {
+            let size = sizes[limits.freedom];
+            let [lower, upper] = [limits.lower, limits.upper].map(|own| own.map(|x| x * size));
+            joint.limits = Some(Limits::Table(JointLimits { lower, upper, ..limits }));
+            if let Some(bumper) = &mut joint.bumper {
+                bumper.stiffness *= energy / (size * size);
+                bumper.damping *= energy * self.time / (size * size);
+            }
+        }
+        if let Some(friction) = &mut joint.friction {
+            let size = sizes[friction.freedom];
+            for effort in [&mut friction.torque, &mut friction.force] {
+                effort.iter_mut().for_each(|x| *x *= energy / size);
+            }
+            friction.radius.iter_mut().for_each(|x| self.length(x));
+        }
+    }
+
     fn joint(self, joint: &mut Joint) {
         for place in [&mut joint.position, &mut joint.anchor_parent, &mut joint.anchor_child] {
             place.iter_mut().for_each(|x| self.length(x));
@@ -222,6 +243,7 @@ impl Units {
             motor.derivative *= energy * self.time / (size * size);
             self.path(&mut motor.path, size);
         }
+        self.stops(joint, &sizes);
     }
 
     fn spring(self, spring: &mut Spring) {

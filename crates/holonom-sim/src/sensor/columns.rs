@@ -282,7 +282,7 @@ fn joint_parts(
 }
 
 /// The parts of the effort of a joint, in the order of their columns.
-pub(super) const PARTS: [&str; 3] = ["spring", "damper", "motor"];
+pub(super) const PARTS: [&str; 4] = ["spring", "damper", "bumper", "motor"];
 
 #[cfg(test)]
 mod tests {

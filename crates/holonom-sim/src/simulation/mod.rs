@@ -45,6 +45,7 @@ use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::beams::Beams;
 use crate::system::bushing;
 use crate::system::held::Input;
+use crate::system::joint_contact::nonsmooth_options;
 use crate::system::law::{self, Laws};
 use crate::system::outside::{JointStart, Outside};
 use crate::system::signal;
@@ -60,7 +61,7 @@ use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, InitialValues, Options};
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 
 /// Halvings of a step that is refused.
 const DIVISIONS: u32 = 10;
@@ -490,6 +491,10 @@ pub(crate) fn stepper(
             options.newton = settings.newton();
             let system = dynamics.variational(&mechanism);
             let run = integrator(mechanism, system, options, solver, at)
+                .and_then(|run| {
+                    let contacts = dynamics.forces.contacts.clone();
+                    with_contacts(run, kind, contacts, nonsmooth_options(settings))
+                })
                 .map_err(|error| assembly::refusal(&error, model))?;
             Ok(AnyStepper::variational(run, settings, wanted))
         }

@@ -63,18 +63,19 @@ pub(crate) struct Stepper<S: Discretization<Mechanism>> {
     momenta: bool,           // whether they are asked for
     map: Option<TreeMap>,    // for the reduced ones
     work: Work,
+    sources: Vec<Source>,               // what does it: forces, then contacts
     increments: Option<LastIncrements>, // at order 2, where accelerations are asked for
     seen: LastRead,
     began: f64, // s  where the motion of this mechanism began
 }
 
 impl<S: Discretization<Mechanism>> Stepper<S> {
-    /// Of the variational schemes, or of those that have no discrete Lagrangian; `forces`: how many
-    /// do work, `wanted`: what sensors ask for.
+    /// Of the variational schemes, or of those that have no discrete Lagrangian; `sources`: what
+    /// exerts the forces, `wanted`: what sensors ask for.
     fn new(
         mut run: Integrator<S, Mechanism>,
         variational: bool,
-        forces: usize,
+        mut sources: Vec<Source>,
         add_work: AddWork<S>,
         settings: &Settings,
         wanted: Wanted,
@@ -87,7 +88,9 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         // the multipliers of an energy–momentum step are at hand
         let driven = variational && run.constraints().is_rheonomic();
         let (p, v) = (&run.state().p, run.initial_velocity());
-        let work = Work::new(p, v, forces, driven, composed);
+        let contacts = run.nonsmooth().map_or(&[][..], |contacts| contacts.elements());
+        sources.extend(contacts.iter().map(|element| Source::Element(element.source())));
+        let work = Work::new(p, v, sources.len(), driven, composed);
         let differences = wanted.accelerations && !composed;
         let increments = differences.then(|| LastIncrements::new(run.state().q.len()));
         let (ended, seen) = ([None; 2], LastRead::default());
@@ -102,6 +105,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
             momenta,
             map,
             work,
+            sources,
             increments,
             seen,
             began,
@@ -167,6 +171,9 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
                 length += step.s.h;
             }
         });
+        if let (Ok(_), Some(contacts)) = (&taken, run.nonsmooth()) {
+            work.add_contacts(contacts);
+        }
         match taken {
             Ok(_) if composed => ended[1] = action_rate.map(|rate| rate / length),
             Ok(_) => {}
@@ -342,8 +349,8 @@ impl AnyStepper {
         settings: &Settings,
         wanted: Wanted,
     ) -> Self {
-        let (forces, add_work) = (run.system().sources().len(), Work::add);
-        Self::Variational(Box::new(Stepper::new(run, true, forces, add_work, settings, wanted)))
+        let (sources, add_work) = (run.system().sources().to_vec(), Work::add);
+        Self::Variational(Box::new(Stepper::new(run, true, sources, add_work, settings, wanted)))
     }
 
     pub(crate) fn energy_momentum(
@@ -351,8 +358,8 @@ impl AnyStepper {
         settings: &Settings,
         wanted: Wanted,
     ) -> Self {
-        let (forces, add_work) = (run.system().sources().len(), Work::add_em);
-        let own = Stepper::new(run, false, forces, add_work, settings, wanted);
+        let (sources, add_work) = (run.system().sources().to_vec(), Work::add_em);
+        let own = Stepper::new(run, false, sources, add_work, settings, wanted);
         Self::EnergyMomentum(Box::new(own))
     }
 
@@ -479,9 +486,9 @@ impl AnyStepper {
         either!(self, own => own.resume(from))
     }
 
-    /// What exerts each force of the system.
+    /// What does work: each force of the system, each contact.
     pub(crate) fn sources(&self) -> &[Source] {
-        either!(self, own => own.run.system().sources())
+        either!(self, own => &own.sources)
     }
 
     /// Constraints.

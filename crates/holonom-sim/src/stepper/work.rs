@@ -7,6 +7,7 @@
 //! constraints  −Σ b_n·v_n,  b_n = p̄_n + D_1 L_d + f_d^-    over the nodes: b_n = h Gᵀλ, the force is −Gᵀλ
 //!              −Σ_i w_i·V(c̃_i)                            over the control points of a Galerkin step [2.26]
 //!              −(p̄_N − ᵠp_N)·v̂_N                           the first half of the impulse of the last node
+//! contacts     Σ ½ Λ·(U⁺ + U⁻)                         over the nodes, those at touches too
 //! ```
 //! `v_n` is interpolated between the velocities `Δq/h` of the steps beside the node. Between the
 //! sub-steps of a composition, whose lengths differ in size and sign, it is moved onto
@@ -21,6 +22,7 @@ use vi_constraints::discretization::Step;
 use vi_constraints::galerkin::GaussPoint;
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::least_norm::LeastNorm;
+use vi_constraints::nonsmooth::Nonsmooth;
 use vi_core::interpolation::StepPolynomial;
 use vi_core::linear::dot;
 use vi_core::{
@@ -34,7 +36,7 @@ use vi_multibody::mechanism::Mechanism;
 pub(crate) struct Work {
     force: Vec<f64>,            // n  scratch
     rates: Vec<f64>,            // m  ∂g/∂t, scratch
-    pub(super) parts: Vec<f64>, // J  of each force, then of all prescribed motions
+    pub(super) parts: Vec<f64>, // J  of each force, of each contact, of all prescribed motions
     balances: Vec<Vec<f64>>,    // (s + 1) × n  w_i of a Galerkin step, scratch
     before: Vec<f64>,           // J  the same up to the node before
     // of the present node and the one before; None without prescribed motions
@@ -78,7 +80,7 @@ impl DrivenVelocity {
 }
 
 impl Work {
-    /// From the start with momentum `p` and velocity `v`, of `forces` forces; `driven`: some motion
+    /// From the start with momentum `p` and velocity `v`, of so many `forces` and contacts; `driven`: some motion
     /// is prescribed, and by whose steps it is followed: `composed` ones.
     pub(crate) fn new(p: &[f64], v: &[f64], forces: usize, driven: bool, composed: bool) -> Self {
         let start = Impulse { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
@@ -177,6 +179,20 @@ impl Work {
         node.v.copy_from_slice(&s.v_mid);
         node.h = s.h;
         self.add_motions(constraints);
+    }
+
+    /// Adds the work of contacts in a macro step. The impulses are part of `b_n`, so that what they
+    /// do is counted once more in the sum of prescribed motions, from which it is taken.
+    pub(crate) fn add_contacts(&mut self, contacts: &Nonsmooth) {
+        let first = self.parts.len() - 1 - contacts.elements().len();
+        let mut sum = 0.0;
+        for contact in contacts.nodes().flat_map(|(_, contacts)| contacts) {
+            self.parts[first + contact.id.element as usize] += contact.work;
+            sum += contact.work;
+        }
+        if self.node.is_some() {
+            self.add_motions(-sum);
+        }
     }
 
     /// Adds the work of prescribed motions in a Galerkin step: `−Σ_i w_i·V(c̃_i)`, `w_i` [2.26].

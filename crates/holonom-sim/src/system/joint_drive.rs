@@ -2,13 +2,14 @@
 
 use super::time_function::TimeFunctions;
 use std::sync::Arc;
+use vi_multibody::bumper::Bumper;
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_force::{JointLaw, Motor, PdControl, Setpoint, Viscous};
 
 /// What acts on one coordinate of a joint.
 #[derive(Clone, Debug)]
 pub(crate) struct JointDrive {
-    /// `spring`, `damper` or `motor`.
+    /// `spring`, `damper`, `bumper` or `motor`.
     pub(crate) part: &'static str,
     /// Which degree of freedom of the joint.
     pub(crate) freedom: usize,
@@ -52,10 +53,19 @@ pub(crate) fn joint_parts(joint: &holonom_model::Joint) -> Vec<(&'static str, us
     let spring = joint.spring.as_ref().map(|own| ("spring", own.freedom));
     let damper = joint.damper.as_ref().map(|own| ("damper", own.freedom));
     let motor = joint.motor.as_ref().map(|own| ("motor", own.freedom));
-    [spring, damper, motor].into_iter().flatten().collect()
+    let bumper = bumper(joint).map(|(freedom, _)| ("bumper", freedom));
+    [spring, damper, bumper, motor].into_iter().flatten().collect()
 }
 
-/// Spring, damper, motor and control of a joint, in this order; `setpoint`: what the control
+/// The elastic stops of a joint.
+fn bumper(joint: &holonom_model::Joint) -> Option<(usize, Bumper)> {
+    let (limits, bumper) = (joint.limits?.table(), joint.bumper?);
+    let (lower, upper, stiffness) = (limits.lower, limits.upper, bumper.stiffness);
+    let law = Bumper { lower, upper, stiffness, damping: bumper.damping };
+    Some((limits.freedom, law))
+}
+
+/// Spring, damper, bumper, motor and control of a joint, in this order; `setpoint`: what the control
 /// follows in the place of the path of the motor.
 pub(crate) fn joint_elements(
     joint: &holonom_model::Joint,
@@ -74,6 +84,9 @@ pub(crate) fn joint_elements(
     }
     if let Some(damper) = &joint.damper {
         add("damper", damper.freedom, ElementLaw::Force(Arc::new(Viscous(damper.damping))));
+    }
+    if let Some((freedom, law)) = bumper(joint) {
+        add("bumper", freedom, ElementLaw::Force(Arc::new(law)));
     }
     if let Some(motor) = &joint.motor {
         let controlled = motor.proportional != 0.0 || motor.derivative != 0.0;

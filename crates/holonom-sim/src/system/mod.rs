@@ -8,6 +8,7 @@ pub mod dynamics;
 pub(crate) mod expression_law;
 pub mod held;
 pub(crate) mod input;
+pub mod joint_contact;
 pub(crate) mod joint_drive;
 pub(crate) mod law;
 pub(crate) mod law_fault;
@@ -126,6 +127,7 @@ pub(crate) fn build_with_locks(
     model.springs.iter().for_each(|spring| add_spring(&mut builder, spring, &names));
     for joint in &model.joints {
         drive::add_joint_forces(&mut builder, joint, &names, &mut times)?;
+        joint_contact::add_joint_contacts(&mut builder, joint, &names)?;
     }
     let mut terms = signal::Terms::new(&names, &quantities)?;
     let signals = terms.add_signals(&mut builder)?;

@@ -1,13 +1,14 @@
 //! A model file as a [`Subject`].
 
 use holonom_model::{Model, ModelError, Settings};
+use holonom_sim::system::joint_contact::nonsmooth_options;
 use holonom_sim::system::{self, System};
 use vi_constraints::{InitialValues, Method as Order, Options, SchemeKind};
 use vi_core::Composition;
 use vi_core::galerkin::Stages;
 use vi_emscheme::{EmAlgebra, EmOptions};
 use vi_multibody::Mechanism;
-use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use vi_verify::running::Running;
 use vi_verify::subject::{Initial, Method, RunningMotion, Setting, Subject};
 
@@ -83,7 +84,12 @@ impl ModelSubject {
         let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
         let at = InitialValues::new(own.t, q, v);
         let system = dynamics.variational(&mechanism);
-        integrator(mechanism, system, options, solver, at).map_err(|e| e.to_string())
+        integrator(mechanism, system, options, solver, at)
+            .and_then(|run| {
+                let contacts = dynamics.forces.contacts.clone();
+                with_contacts(run, kind, contacts, nonsmooth_options(settings))
+            })
+            .map_err(|e| e.to_string())
     }
 }
 

@@ -122,6 +122,9 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let (observer, start_observer) = (&mut self.observer, &mut self.start_observer);
         let (count, part) = (gammas.len(), length / f64::from(parts));
         let sub_steps = parts as usize * count;
+        if let Some(contacts) = nonsmooth {
+            contacts.begin();
+        }
         let mut total = StepReport { sub_steps, ..StepReport::default() };
         for taken in 0..sub_steps {
             let (index, last) = (taken % count, taken + 1 == sub_steps);

@@ -123,6 +123,11 @@ impl Nonsmooth {
         &self.records.first_impulse
     }
 
+    /// A macro step begins.
+    pub(crate) fn begin(&mut self) {
+        self.records.clear();
+    }
+
     /// Takes away what is known of the last step, for a trial; to be put back.
     pub(crate) fn set_aside(&mut self) -> SetAside {
         SetAside(std::mem::take(&mut self.records))
@@ -149,7 +154,6 @@ impl Nonsmooth {
         state: &mut State,
         each: &mut Each<'_, S, C>,
     ) -> Result<NewtonReport, StepError> {
-        self.records.clear();
         let (mut events, mut h) = (0, step.h);
         loop {
             self.close(state);

@@ -118,6 +118,10 @@ pub struct ContactPlace {
 pub trait Unilateral: Send + Sync + std::fmt::Debug {
     /// Its name, for messages.
     fn name(&self) -> &str;
+    /// What its work is listed under.
+    fn source(&self) -> String {
+        self.name().to_owned()
+    }
     /// Its law.
     fn law(&self) -> ContactLaw;
     /// The size of a gap, m or rad: rounding changes it by `ε` of that.

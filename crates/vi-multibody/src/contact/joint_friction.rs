@@ -29,6 +29,10 @@ impl Unilateral for JointFriction {
         &self.name
     }
 
+    fn source(&self) -> String {
+        format!("{}.friction", self.name)
+    }
+
     fn law(&self) -> ContactLaw {
         ContactLaw::Dry { effort: self.effort, lever: self.lever }
     }

@@ -44,6 +44,10 @@ impl Unilateral for JointStop {
         &self.name
     }
 
+    fn source(&self) -> String {
+        format!("{}.stop", self.name)
+    }
+
     fn law(&self) -> ContactLaw {
         ContactLaw::Frictionless { restitution: self.restitution }
     }

@@ -1,5 +1,6 @@
 //! Springs, dampers, bushings, motors, forces on point masses.
 
+pub mod bumper;
 pub mod bushing;
 pub mod held_effort;
 pub mod joint_force;

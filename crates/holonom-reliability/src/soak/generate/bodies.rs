@@ -74,6 +74,9 @@ pub(super) fn joint(
         spring: None,
         damper: None,
         motor: None,
+        limits: None,
+        bumper: None,
+        friction: None,
     }
 }
 

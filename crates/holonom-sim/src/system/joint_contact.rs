@@ -1,0 +1,45 @@
+//! Rigid stops and dry friction of joints, as parts of a mechanism.
+
+use super::coordinate::coordinate;
+use super::names::Names;
+use holonom_model::{ContactMethod, Joint, ModelError, Settings};
+use vi_constraints::nonsmooth::{Method, NonsmoothOptions};
+use vi_multibody::builder::{DryFriction, JointLimits, MechanismBuilder};
+
+/// Adds stops and dry friction of a joint.
+pub(crate) fn add_joint_contacts(
+    builder: &mut MechanismBuilder,
+    joint: &Joint,
+    names: &Names<'_>,
+) -> Result<(), ModelError> {
+    let id = names.joints[joint.name.as_str()].1;
+    let of = |part: &str, freedom: usize| {
+        coordinate(joint, id, freedom, format!("joint.{}.{part}.freedom", joint.name))
+    };
+    if let (Some(limits), None) = (joint.limits.map(|own| own.table()), joint.bumper) {
+        let at = of("limits", limits.freedom)?;
+        let (lower, upper, restitution) = (limits.lower, limits.upper, limits.restitution);
+        builder.joint_limits(at, JointLimits { lower, upper, restitution });
+    }
+    if let Some(friction) = joint.friction {
+        let at = of("friction", friction.freedom)?;
+        let law = match friction.coefficient {
+            Some(coefficient) => {
+                DryFriction::Coefficient { coefficient, radius: friction.radius.unwrap_or(1.0) }
+            }
+            None => DryFriction::Effort(friction.torque.or(friction.force).unwrap_or(0.0)),
+        };
+        builder.joint_friction(at, law);
+    }
+    Ok(())
+}
+
+/// How impacts are placed in time.
+#[must_use]
+pub fn nonsmooth_options(settings: &Settings) -> NonsmoothOptions {
+    let method = match settings.contact {
+        ContactMethod::Events => Method::Events,
+        ContactMethod::Stepping => Method::Stepping,
+    };
+    NonsmoothOptions { method, max_events: settings.max_events }
+}
