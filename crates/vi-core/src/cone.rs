@@ -99,6 +99,7 @@ pub struct ConeSolver {
     best: Vec<f64>,    // k
     nearest: Vec<f64>, // k
     swept: Vec<f64>,   // k
+    found: Vec<f64>,   // k
     step: Vec<f64>,    // k
 }
 
@@ -142,8 +143,8 @@ impl ConeSolver {
             return Err(ConeFault::Wedged { cone });
         }
         self.residual.resize(&self.problem);
-        let Self { impulse, trial, best, nearest, swept, step, .. } = self;
-        for vector in [impulse, trial, best, nearest, swept, step] {
+        let Self { impulse, trial, best, nearest, swept, found, step, .. } = self;
+        for vector in [impulse, trial, best, nearest, swept, found, step] {
             vector.clear();
             vector.resize(k, 0.0);
         }
@@ -223,13 +224,13 @@ impl ConeSolver {
             if !(TARGET..=STALLED_AT).contains(&residual) {
                 return residual;
             }
-            self.swept.copy_from_slice(&self.impulse);
+            self.found.copy_from_slice(&self.impulse);
             self.sweep(30, 1.0 - inside, rounding);
             let again = self.newton(rounding);
             if again < residual {
                 residual = again;
             } else {
-                self.impulse.copy_from_slice(&self.swept);
+                self.impulse.copy_from_slice(&self.found);
             }
         }
         residual
