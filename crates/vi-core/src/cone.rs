@@ -97,6 +97,7 @@ pub struct ConeSolver {
     impulse: Vec<f64>, // k
     trial: Vec<f64>,   // k
     best: Vec<f64>,    // k
+    ends_nearby: bool,
     nearest: Vec<f64>, // k
     swept: Vec<f64>,   // k
     found: Vec<f64>,   // k
@@ -104,6 +105,12 @@ pub struct ConeSolver {
 }
 
 impl ConeSolver {
+    /// Whether it ends with [`ConeFault::NoConvergence`] near a solution without looking for it by
+    /// convex programs: for who corrects `w` and asks again.
+    pub fn end_early(&mut self, wanted: bool) {
+        self.ends_nearby = wanted;
+    }
+
     /// Finds the impulses of `y = WΛ + w`.
     ///
     /// `w_matrix`: `W`, shape `k × k`, row by row, symmetric, positive semidefinite. `w`: `k`.
@@ -189,6 +196,9 @@ impl ConeSolver {
             self.impulse.copy_from_slice(&self.swept);
         }
         let is_near = least <= NEARLY; // by impulses that have not grown
+        if is_near && self.ends_nearby {
+            return self.end_nearby(least);
+        }
         self.residual.evaluate(&self.problem, &self.impulse);
         self.convex.begin(&self.problem, &self.impulse, &self.residual.y);
         for program in 1..=PROGRAMS {

@@ -19,6 +19,8 @@ const MISSED: f64 = 0.1;
 /// A step far from its solution moves the points of a body apart by its rotation squared: no
 /// impulses obey the laws then, and the nearest ones up to this part lead on.
 const NEARBY: f64 = 1e-3;
+/// In so many solutions of a step the nearest ones are not looked for any further.
+const EARLY: usize = 4;
 
 /// The rows whose impulses are not known beforehand.
 #[derive(Debug, Default)]
@@ -37,6 +39,7 @@ pub(super) struct ActiveRows {
     kinds: Vec<u8>,        // of the contacts in the step before
     /// Whether the laws hold at the impulses that were found.
     pub(super) is_exact: bool,
+    passes: usize,
     is_known: bool, // whether there was a step before
 }
 
@@ -46,6 +49,7 @@ impl ActiveRows {
         self.model.clear();
         self.model.extend_from_slice(W);
         self.is_known = false;
+        self.passes = 0;
     }
 
     /// Corrects `W_s` by the last two steps, where their laws are the same.
@@ -130,6 +134,7 @@ impl NodeImpulses {
             solver,
             model,
             is_exact,
+            passes,
             ..
         } = problem;
         own_W.clear();
@@ -152,6 +157,8 @@ impl NodeImpulses {
             w.push(rest);
             own.push(lambda[i]);
         }
+        *passes += 1;
+        solver.end_early(*passes <= EARLY);
         let solved = solver.solve(cones, own_W, w, own);
         *is_exact = solved.is_ok();
         match solved {
