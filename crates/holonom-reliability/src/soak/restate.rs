@@ -209,7 +209,7 @@ impl Units {
             for effort in [&mut friction.torque, &mut friction.force] {
                 effort.iter_mut().for_each(|x| *x *= energy / size);
             }
-            friction.radius.iter_mut().for_each(|x| self.length(x));
+            friction.radius.iter_mut().for_each(|x| self.length(std::slice::from_mut(x)));
         }
     }
 

@@ -7,8 +7,8 @@
 //! springs and beams answer less than `W` says.
 
 use super::ContactFault;
-use super::impulses::{Elements, NodeImpulses};
-use super::node_law::{Course, Drive, Rows};
+use super::node_law::{Contact, Course, Drive, Rows};
+use super::unilateral::Elements;
 use crate::scheme::StepError;
 use vi_core::cone::{Cone, ConeFault, ConeSolver};
 
@@ -41,6 +41,16 @@ pub(super) struct ActiveRows {
     pub(super) is_exact: bool,
     passes: usize,
     is_known: bool, // whether there was a step before
+}
+
+/// The contacts of a node at the last step.
+pub(super) struct Present<'a> {
+    pub(super) contacts: &'a mut [Contact],
+    pub(super) W: &'a [f64],
+    pub(super) minus: &'a [f64],
+    pub(super) plus: &'a [f64],
+    pub(super) lambda: &'a [f64],
+    pub(super) next: &'a mut [f64],
 }
 
 impl ActiveRows {
@@ -90,12 +100,14 @@ impl ActiveRows {
         old_xi.extend(drives.iter().map(|drive| xi(drive).unwrap_or(0.0)));
         self.is_known = true;
     }
-}
 
-impl NodeImpulses {
     /// `next`: the impulses by the laws at the last step.
-    pub(super) fn next_impulses(&mut self, elements: &Elements) -> Result<(), StepError> {
-        let Self { contacts, W, minus, plus, lambda, next, problem, .. } = self;
+    pub(super) fn next_impulses(
+        &mut self,
+        present: Present<'_>,
+        elements: &Elements,
+    ) -> Result<(), StepError> {
+        let (Present { contacts, W, minus, plus, lambda, next }, problem) = (present, self);
         let k = minus.len();
         problem.rows.clear();
         problem.drives.clear();
@@ -106,7 +118,7 @@ impl NodeImpulses {
         for (place, contact) in contacts.iter_mut().enumerate() {
             let first = contact.row;
             let of = first..first + contact.law.rows();
-            let [minus, plus, lambda] = [&*minus, &*plus, &*lambda].map(|all| &all[of.clone()]);
+            let [minus, plus, lambda] = [minus, plus, lambda].map(|all| &all[of.clone()]);
             let diagonal = W[first * k + first];
             let (own, cone) = contact.equations(Rows { minus, plus, lambda, w: diagonal });
             problem.drives.extend_from_slice(&own[..of.len()]);
@@ -123,7 +135,7 @@ impl NodeImpulses {
             }
         }
         problem.learn(lambda, kinds_agree);
-        let ActiveRows {
+        let Self {
             rows,
             drives,
             cones,

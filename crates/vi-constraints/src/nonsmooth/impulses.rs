@@ -8,15 +8,14 @@
 //! contracts by `O(hω)`.
 
 use super::ContactFault;
-use super::active_rows::ActiveRows;
-use super::guard::Islands;
+use super::active_rows::{ActiveRows, Present};
+use super::islands::Islands;
 use super::node_law::{Contact, Course, Kind, Rows};
 use super::stepping::Stepping;
-use super::unilateral::{ContactLaw, ContactRows, TransverseImpulses, Unilateral};
+use super::unilateral::{ContactLaw, ContactRows, Elements, TransverseImpulses};
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode};
 use crate::scheme::{StepError, SubStep};
-use std::sync::Arc;
 use vi_core::Configuration;
 use vi_core::contact_state::ContactId;
 use vi_core::state::State;
@@ -27,9 +26,6 @@ const ITERATIONS: usize = 60;
 pub(super) const CLOSED: f64 = 1e-11;
 /// A change of velocities that may stagnate, relative to velocities.
 const STAGNATION: f64 = 1e-9;
-
-/// The elements of a mechanism.
-pub(super) type Elements = [Arc<dyn Unilateral>];
 
 /// The contacts of a node and their impulses.
 #[derive(Debug, Default)]
@@ -47,7 +43,7 @@ pub(super) struct NodeImpulses {
     pub(super) next: Vec<f64>, // k
     pub(super) problem: ActiveRows,
     pub(super) transverse: Option<Box<dyn TransverseImpulses>>,
-    islands: Islands,
+    pub(super) islands: Islands,
     pub(super) trial: State, // at the end of the last step that was solved
     pub(super) solved: u64,  // steps for this node
     pub(super) is_guarded: bool,
@@ -268,7 +264,9 @@ impl NodeImpulses {
                 return Ok(());
             }
             self.measure(elements, run, (step, state));
-            self.next_impulses(elements)?;
+            let Self { contacts, W, minus, plus, lambda, next, problem, .. } = self;
+            let present = Present { contacts, W, minus, plus, lambda, next };
+            problem.next_impulses(present, elements)?;
             let (change, rounding, _) = self.largest_change(step.h);
             let speeds = self.minus.iter().chain(&self.plus).fold(0.0, |a: f64, u| a.max(u.abs()));
             let is_exact = self.problem.is_exact;
@@ -380,30 +378,6 @@ impl NodeImpulses {
         };
         let counted = contacts.iter().enumerate().filter(|(place, _)| counts(*place));
         counted.map(|(_, contact)| of(contact)).sum()
-    }
-
-    /// Restitution that would gain energy is reduced, island by island.
-    fn guard<S: Discretization<C>, C: Constraints>(
-        &mut self,
-        elements: &Elements,
-        run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
-    ) -> Result<(), StepError> {
-        if !self.contacts.iter().any(|contact| contact.kind == Kind::Impact) {
-            return Ok(());
-        }
-        let mut islands = std::mem::take(&mut self.islands);
-        islands.find(&self.contacts, &self.W);
-        let mut outcome = Ok(());
-        for island in 0..islands.count() {
-            outcome = islands.reduce(island, self, &mut |own| own.settle(elements, run, at));
-            if outcome.is_err() {
-                break;
-            }
-        }
-        self.is_guarded = self.contacts.iter().any(|contact| contact.reduction < 1.0);
-        self.islands = islands;
-        outcome
     }
 
     /// The size of the terms of the work of a node, J.

@@ -14,7 +14,7 @@
 //! | `node_law` | the law of a contact at a node |
 //! | `impulses`, `active_rows` | the impulses of all contacts of a node, in an outer iteration; their laws as one problem |
 //! | `accepted` | the state after the step of a node, and what is recorded |
-//! | `guard` | restitution that would gain energy is reduced |
+//! | `guard`, `islands` | restitution that would gain energy is reduced, island by island |
 //! | `events` | a step with nodes at first touches, or with fixed nodes |
 //! | `stepping` | what steps are solved with |
 //! | `record` | what happened at the nodes of a step |
@@ -30,6 +30,7 @@ mod active_rows;
 mod events;
 mod guard;
 mod impulses;
+mod islands;
 mod node_law;
 mod record;
 mod stepping;

@@ -1,7 +1,11 @@
 //! What the law of a node asks of a unilateral constraint or of dry friction.
 
+use std::sync::Arc;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
+
+/// The elements of a mechanism.
+pub(super) type Elements = [Arc<dyn Unilateral>];
 
 /// The law of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,6 +16,7 @@ mod along;
 mod collocation;
 pub(super) mod evaluation;
 pub mod input;
+mod place;
 mod relative;
 pub mod signals;
 mod target;
@@ -29,7 +30,7 @@ pub use target::Target;
 pub use velocity::LawOfRates;
 
 use evaluation::Work;
-use target::Place;
+use place::Place;
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force, seen_velocity};
 use vi_core::interval::Interval;

@@ -11,7 +11,7 @@
 //! Source: Marsden & West 2001, §3.2, for momentum maps with forces.
 #![allow(non_snake_case)] // F, T, Y
 
-use super::target::Place;
+use super::place::Place;
 use crate::force::wrench_law::ActsOn;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use vi_core::sparse::Entries;

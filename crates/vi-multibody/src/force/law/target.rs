@@ -7,11 +7,11 @@
 //! ```
 
 use super::input::Input;
+use super::place::Place;
 use super::relative::RelativeWrench;
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::wrench_law::{ActsOn, Block12};
 use crate::geometry::form::Form;
-use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
 /// What a law acts on.
@@ -25,27 +25,6 @@ pub enum Target {
     Member(ActsOn),
     /// The same along the axes of a frame, which takes the opposite.
     Relative(Box<RelativeWrench>),
-}
-
-/// Where the directions of efforts are taken.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Place<'a> {
-    /// Of levers and gradients.
-    pub(super) own: &'a [f64],
-    /// Of directions that turn with a member or a line.
-    pub(super) mid: &'a [f64],
-}
-
-impl<'a> Place<'a> {
-    pub(super) fn start(s: &'a Interval) -> Self {
-        Self { own: &s.q0, mid: &s.q_mid }
-    }
-    pub(super) fn end(s: &'a Interval) -> Self {
-        Self { own: &s.q1, mid: &s.q_mid }
-    }
-    pub(super) fn node(q: &'a [f64]) -> Self {
-        Self { own: q, mid: q }
-    }
 }
 
 impl Target {

@@ -1,7 +1,7 @@
 //! What is emitted over the coordinates of bodies, on the links of the sweeps.
 #![allow(non_snake_case)] // A, B, C
 
-use super::SPACE;
+use super::space::SPACE;
 use crate::geometry::matrix::{Columns, Screw, Spatial};
 use crate::geometry::one_tree::{Held, Narrow, One, Xyz};
 use crate::geometry::space::{Space, Vector};

@@ -17,11 +17,12 @@
 pub(in crate::solver) mod body_forces;
 pub(in crate::solver) mod emitted;
 pub(in crate::solver) mod part;
+pub(in crate::solver) mod space;
 pub(in crate::solver) mod velocity;
 pub(in crate::solver) mod workspace;
 
 use crate::geometry::matrix::Spatial;
-use crate::geometry::one_tree::{Held, Narrow, OneTree};
+use crate::geometry::one_tree::Held;
 use crate::mechanism::Mechanism;
 use crate::solver::efforts::{Efforts, Times};
 use crate::solver::enforced::Enforced;
@@ -30,6 +31,7 @@ use crate::sweep::link;
 use crate::tree::{self, Tree};
 use body_forces::{BodyForces, initial_interval};
 use part::Links;
+use space::SPACE;
 use vi_constraints::Constraints;
 use vi_constraints::nodal::NodalEquations;
 use vi_constraints::scheme::SubStep;
@@ -39,9 +41,6 @@ use vi_core::newton::{Block, Fault, Newton, Precision};
 use vi_core::state::State;
 use vi_core::{DiscreteLagrangian, SeparableSystem};
 use workspace::Workspace;
-
-/// What is added to the sweeps is computed lane by lane.
-pub(in crate::solver) const SPACE: OneTree<Narrow> = OneTree(Narrow);
 
 /// The nodal scheme on a tree of bodies.
 #[derive(Debug)]

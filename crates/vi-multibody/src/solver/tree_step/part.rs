@@ -1,7 +1,7 @@
 //! The linear systems of [`super::TreeStep`], some links at a time: closed loops are solved in
 //! between.
 
-use super::SPACE;
+use super::space::SPACE;
 use super::workspace::Workspace;
 use crate::geometry::matrix::Screw;
 use crate::geometry::one_tree::{Held, Narrow, One, Xyz};

@@ -10,7 +10,7 @@ use crate::geometry::members::Vector;
 use crate::geometry::one_tree::{Held, One, three};
 use crate::geometry::space::{Space, Vector as _};
 use crate::pair::Twist;
-use crate::solver::tree_step::SPACE;
+use crate::solver::tree_step::space::SPACE;
 use crate::solver::tree_step::workspace::Workspace;
 use crate::sweep::columns::Motion;
 use crate::sweep::finish::{Ends, close};

@@ -1,0 +1,24 @@
+//! Where the directions of the efforts of a law are taken.
+
+use vi_core::interval::Interval;
+
+/// Where the directions of efforts are taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place<'a> {
+    /// Of levers and gradients.
+    pub(super) own: &'a [f64],
+    /// Of directions that turn with a member or a line.
+    pub(super) mid: &'a [f64],
+}
+
+impl<'a> Place<'a> {
+    pub(super) fn start(s: &'a Interval) -> Self {
+        Self { own: &s.q0, mid: &s.q_mid }
+    }
+    pub(super) fn end(s: &'a Interval) -> Self {
+        Self { own: &s.q1, mid: &s.q_mid }
+    }
+    pub(super) fn node(q: &'a [f64]) -> Self {
+        Self { own: q, mid: q }
+    }
+}
