@@ -100,7 +100,11 @@ fn friction() -> Case {
         body("c", 1.0, [0.4; 3]),
         along(X, "cylindrical", "rod", ["ground", "c"], [0.0; 3]),
         "rate = [0.2, 2.0]\nfriction = { freedom = 1, torque = 0.5 }\n".into(),
-        ["slide", "guide", "drum", "pin", "rod"]
+        body("d", 1.0, [0.4; 3]),
+        along(X, "universal", "cross", ["ground", "d"], [0.0; 3]),
+        "axis2 = [0.0, 1.0, 0.0]\nrate = [0.0, 2.0]\nfriction = { freedom = 1, torque = 0.5 }\n"
+            .into(),
+        ["slide", "guide", "drum", "pin", "rod", "cross"]
             .map(|of| sensor(&format!("{of}_at"), "joint_coordinate", of))
             .concat(),
     ]
@@ -118,6 +122,10 @@ fn friction() -> Case {
         let of = |k: usize| rod.get(k).map_or(f64::NAN, |column| column[run.last()]);
         checks.near("displacement without friction", of(0), 0.1, 1e-10);
         checks.near("second freedom", of(1), at(2.0, 0.5 / 0.4), 2e-4);
+        let cross = run.columns_of("cross_at");
+        let of = |k: usize| cross.get(k).map_or(f64::NAN, |column| column[run.last()]);
+        checks.near("first angle of a cross", of(0), 0.0, 1e-12);
+        checks.near("second angle of a cross", of(1), at(2.0, 0.5 / 0.4), 2e-4);
         checks
     })
     .only("joint.friction")

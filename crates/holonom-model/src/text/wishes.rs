@@ -22,8 +22,8 @@ const WISHES: [Wish; 29] = [
             "collide",
             "contact_force",
         ],
-        "contact and impact are not modelled: bodies pass through each other. A point that is held on a line or a plane is a \
-         [[constraint]] of type \"point_on_line\" or \"point_on_plane\"; a [[spring]] pushes and pulls",
+        "contact of bodies is not modelled: they pass through each other. A joint has stops, `limits`; a point that is held on a line \
+         or a plane is a [[constraint]] of type \"point_on_line\" or \"point_on_plane\"; a [[law]] between two points pushes and pulls",
     ),
     (
         &[
