@@ -29,9 +29,11 @@ class Builder(Sections):
         arc_length: bool | None = None,
         bifurcation: Literal["pass", "switch"] | None = None,
         columns: Sequence[Literal["coordinates", "positions", "joints"]] | None = None,
+        contact: Literal["events", "stepping"] | None = None,
         end: Number | None = None,
         every: Integer | None = None,
         loop_tolerance: Number | None = None,
+        max_events: Integer | None = None,
         method: Literal["composition", "galerkin"] | None = None,
         momenta: bool | None = None,
         newton_max_iterations: Integer | None = None,
@@ -68,6 +70,9 @@ class Builder(Sections):
             One of ``"pass"``, ``"switch"``.
         columns : array (n,), optional
             What ``trajectory.csv`` contains beside the energies and the momentum maps.
+        contact : str, optional
+            How impacts are placed in time.
+            One of ``"events"``, ``"stepping"``.
         end : float, optional
             End time, s. The run takes the whole number of steps that reaches it.
         every : int, optional
@@ -75,6 +80,9 @@ class Builder(Sections):
         loop_tolerance : float, optional
             What closed loops may miss where their constraints nearly follow from one another: rad,
             or parts of the size of the loop. 0 takes every digit at its word.
+        max_events : int, optional
+            Touches of one step at which a node is put; the rest of the step is then taken as with
+            ``contact = "stepping"``.
         method : str, optional
             How an order above 2 is reached.
             One of ``"composition"``, ``"galerkin"``.
@@ -125,9 +133,11 @@ class Builder(Sections):
             "arc_length": arc_length,
             "bifurcation": bifurcation,
             "columns": columns,
+            "contact": contact,
             "end": end,
             "every": every,
             "loop_tolerance": loop_tolerance,
+            "max_events": max_events,
             "method": method,
             "momenta": momenta,
             "newton_max_iterations": newton_max_iterations,
@@ -399,9 +409,12 @@ class Builder(Sections):
         anchor_parent: Vector | None = None,
         axis: Vector | None = None,
         axis2: Vector | None = None,
+        bumper: Mapping[str, Any] | None = None,
         cut: bool | None = None,
         damper: Mapping[str, Any] | None = None,
         first_axis: Vector | None = None,
+        friction: Mapping[str, Any] | None = None,
+        limits: Vector | Mapping[str, Any] | None = None,
         motor: Mapping[str, Any] | None = None,
         pitch: Number | None = None,
         position: Vector | None = None,
@@ -433,6 +446,9 @@ class Builder(Sections):
         axis2 : array (3,), optional
             Universal joints: the axis fixed in the child, in space in the initial configuration,
             perpendicular to ``axis``, which is fixed in the parent.
+        bumper : dict, optional
+            Elastic stops in the place of rigid ones.
+            Keys: ``damping``, ``stiffness``.
         cut : bool, optional
             Cut the loop that the joint closes here; by default the spanning tree is found from the
             ground on, with short loops, and the joints left over are cut.
@@ -446,6 +462,11 @@ class Builder(Sections):
             that is fixed in the frame of the parent of a planar joint (of the child where the
             parent is the ground), of other joints in the frame of ``relative_to``. Of universal
             joints it is ``axis2``.
+        friction : dict, optional
+            Dry friction of a joint coordinate.
+            Keys: ``coefficient``, ``force``, ``freedom``, ``radius``, ``torque``.
+        limits : array (2,) or dict, optional
+            Stops of a joint coordinate: ``[lower, upper]``, or a table.
         motor : dict, optional
             A motor on a joint coordinate.
             Keys: ``derivative``, ``effort``, ``freedom``, ``history``, ``path``, ``proportional``.
@@ -473,9 +494,12 @@ class Builder(Sections):
             "anchor_parent": anchor_parent,
             "axis": axis,
             "axis2": axis2,
+            "bumper": bumper,
             "cut": cut,
             "damper": damper,
             "first_axis": first_axis,
+            "friction": friction,
+            "limits": limits,
             "motor": motor,
             "pitch": pitch,
             "position": position,
