@@ -206,7 +206,7 @@ pub struct NonsmoothRun {
     /// Time, velocity before and impulse of each impact.
     pub impacts: Vec<(f64, f64, f64)>,
     impulses: BTreeMap<String, Vector3<f64>>, // of the last step; points whose sum alone is unique
-    firsts: Vec<(usize, bool)>, // number of the first contact of each element; whether all are unique
+    firsts: Vec<(usize, bool)>, // first contact of each element; whether all are unique
     smallest_gap: f64,
     residual: f64,
     work: f64, // largest of a node

@@ -1,5 +1,5 @@
-//! Modes, critical loads, Campbell diagrams, harmonic responses, costs of steps: the JSON, the words
-//! and the pages of the program.
+//! Modes, critical loads, Campbell diagrams, harmonic responses, costs of steps: the JSON, the
+//! words and the pages of the program.
 
 use crate::errors::{json, no_word, raise};
 use crate::model::Model;

@@ -1,4 +1,5 @@
-//! `limits`, `bumper` and `friction` of a `[[joint]]`: stops and dry friction of a joint coordinate.
+//! `limits`, `bumper` and `friction` of a `[[joint]]`: stops and dry friction of a joint
+//! coordinate.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -80,8 +80,8 @@ impl DrivenVelocity {
 }
 
 impl Work {
-    /// From the start with momentum `p` and velocity `v`, of so many `forces` and contacts; `driven`: some motion
-    /// is prescribed, and by whose steps it is followed: `composed` ones.
+    /// From the start with momentum `p` and velocity `v`, of so many `forces` and contacts;
+    /// `driven`: some motion is prescribed, and by whose steps it is followed: `composed` ones.
     pub(crate) fn new(p: &[f64], v: &[f64], forces: usize, driven: bool, composed: bool) -> Self {
         let start = Impulse { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
         let node = driven.then(|| [start.clone(), start]);

@@ -65,8 +65,8 @@ fn bumper(joint: &holonom_model::Joint) -> Option<(usize, Bumper)> {
     Some((limits.freedom, law))
 }
 
-/// Spring, damper, bumper, motor and control of a joint, in this order; `setpoint`: what the control
-/// follows in the place of the path of the motor.
+/// Spring, damper, bumper, motor and control of a joint, in this order; `setpoint`: what the
+/// control follows in the place of the path of the motor.
 pub(crate) fn joint_elements(
     joint: &holonom_model::Joint,
     setpoint: Option<HeldEffort>,

@@ -153,8 +153,8 @@ pub trait ObserveNode<S, C>: Send {
         force: &mut [f64],
         lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular>;
-    /// `v ← v̂` of a momentum `p` at the node of a state, before a step `h`; of variational schemes.
-    /// Shape `n`.
+    /// `v ← v̂` of a momentum `p` at the node of a state, before a step `h`; of variational
+    /// schemes. Shape `n`.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.

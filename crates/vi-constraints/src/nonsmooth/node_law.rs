@@ -9,8 +9,8 @@
 //! ```
 //! A contact is hit when `U_N⁻ < 0`, `e > 0` and a step without impulses of contacts would end with
 //! `γ < 0`; also where it would not, if the contact has closed at this node: it would be passed and
-//! left again within the step. At rest under a load `U⁻ = −ha/2`, and `γ = 0` asks for `U⁺ = ha/2 ≥ −e U⁻`: no
-//! threshold of velocity is needed.
+//! left again within the step. At rest under a load `U⁻ = −ha/2`, and `γ = 0` asks for `U⁺ = ha/2 ≥
+//! −e U⁻`: no threshold of velocity is needed.
 //!
 //! | state | `ξ_T` | |
 //! |---|---|---|

@@ -76,7 +76,8 @@ pub fn row(frame: &[f64], point: &Vector3<f64>, direction: &Vector3<f64>) -> [f6
 /// ```text
 /// Δx = Δφ + ½ (ϱ_I(q_n) + ϱ_I(q_{n+1})) Δd_I        [N3]
 /// ```
-/// `ends`: the frame and the point of contact at the start and at the end; `change`: `Δq`, shape 12.
+/// `ends`: the frame and the point of contact at the start and at the end; `change`: `Δq`, shape
+/// 12.
 #[must_use]
 pub fn displacement(ends: [(&[f64], &Vector3<f64>); 2], change: &[f64]) -> Vector3<f64> {
     let [first, last] = ends.map(|(frame, point)| components(frame, point));

@@ -17,7 +17,8 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use vi_core::sparse::Entries;
 use vi_rigid::directors::FRAME;
 
-/// What such a law acts on. Axes are stated for the one of both along whose axes the components are.
+/// What such a law acts on. Axes are stated for the one of both along whose axes the components
+/// are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RelativeWrench {
     /// The member `b`.

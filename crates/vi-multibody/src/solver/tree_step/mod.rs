@@ -6,8 +6,8 @@
 //! (`solver/efforts.rs`); what depends on coordinates otherwise (springs between points, loads) is
 //! added to balances and blocks as it is emitted.
 //!
-//! So do laws on them that read other coordinates, members or signals; what they read adds a product
-//! of few columns and rows to the matrix (`solver/quantity_efforts.rs`).
+//! So do laws on them that read other coordinates, members or signals; what they read adds a
+//! product of few columns and rows to the matrix (`solver/quantity_efforts.rs`).
 //!
 //! Trees whose other potentials couple no two bodies, each of which has a mass matrix of multiples
 //! of `I_3`. All others, and the reduced scheme, are solved by [`crate::tree_nodal`], on the same
