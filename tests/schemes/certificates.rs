@@ -165,6 +165,30 @@ fn a_mechanism_without_a_degree_of_freedom_has_a_certificate() {
 
 /// Two links that a law drives, one locked and both let go, and a disc whose cord is cut: each kind
 /// of event has its rows, and each law its balance.
+/// A double pendulum whose elbow has a stop and friction.
+#[test]
+fn certificates_of_stops_and_friction_say_what_holds() {
+    let door = heavy("door", [0.0, 0.0, -9.81], "step = 0.005, end = 0.5")
+        + &two_links([1.0, 0.8], [[0.01, 0.08, 0.08], [0.01, 0.06, 0.06]], ["rate = 1.0\n", ""])
+        + "rate = -2.0\nlimits = { lower = -0.3, restitution = 0.6 }\nfriction = { torque = 0.2 }\n";
+    let certificate = certify_model(&Model::from_toml(&door).unwrap(), 1e-6, &mut |_| {}).unwrap();
+    holds(
+        &certificate,
+        &[
+            "q, with stops and friction",
+            "constraints, with stops and friction",
+            "excess over limits, with stops and friction",
+            "work of stops and friction, with stops and friction",
+            "balance with all works, with stops and friction",
+        ],
+    );
+    let not: Vec<&str> = (certificate.certificate.findings.iter())
+        .filter(|finding| finding.verdict == Verdict::NotApplicable)
+        .map(|finding| finding.quantity.as_str())
+        .collect();
+    assert_eq!(not.len(), 4, "{not:?}");
+}
+
 #[test]
 fn certificates_across_events_say_what_each_keeps() {
     let links =

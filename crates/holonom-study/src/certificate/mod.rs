@@ -2,6 +2,7 @@
 //! accuracy.
 
 mod across;
+mod contacts;
 mod date;
 mod moving;
 pub mod page;
@@ -121,9 +122,17 @@ pub fn certify_model(
             subject.start_at(start);
         }
     }
-    let plan = plan(&subject, &rest, own)?;
+    let mut plan = plan(&subject, &rest, own)?;
     let name = &model.header.name;
+    let has_contacts = contacts::has(model);
+    if has_contacts {
+        plan.criteria.clear();
+    }
     let mut certificate = certify(&subject, name, &plan, progress);
+    if has_contacts {
+        progress("stops and friction");
+        certificate.findings.extend(contacts::findings(model, own));
+    }
     if !model.laws.is_empty() || !model.bushings.is_empty() {
         progress("works of laws");
         certificate.findings.extend(works::findings(model, own));
