@@ -22,7 +22,7 @@ fn help(text: &str) -> String {
 #[test]
 fn what_is_not_modelled_is_answered_as_section_as_key_and_as_type() {
     for (word, answer) in [
-        ("contact", "contact of bodies is not modelled"),
+        ("bounce", "contact of bodies is not modelled"),
         ("collisions", "contact of bodies is not modelled"),
         ("coulomb", "`damper = { damping = … }`"),
         ("Limit", "`limits = [lower, upper]`"),
