@@ -1,6 +1,6 @@
-//! What holds of a mechanism with rigid stops or dry friction: the order of `q`, constraints, limits,
-//! what impacts and friction take out, the balance. Impulses act at nodes, so what speaks of smooth
-//! motions does not apply.
+//! What holds of a mechanism with rigid stops or dry friction: the order of `q`, constraints,
+//! limits, what impacts and friction take out, the balance. Impulses act at nodes, so what speaks
+//! of smooth motions does not apply.
 
 use holonom_model::{Joint, Model, Override, Sensor, SensorKind};
 use holonom_sim::simulation::Simulation;
