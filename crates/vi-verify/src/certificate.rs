@@ -139,6 +139,24 @@ pub struct Finding {
     pub reason: String,
 }
 
+impl Finding {
+    /// One about which nothing is known yet.
+    #[must_use]
+    pub fn new(criterion: Criterion, method: Method, order: u32, quantity: &str) -> Self {
+        Self {
+            criterion,
+            method: Some(method),
+            order,
+            quantity: quantity.to_owned(),
+            expected: String::new(),
+            measured: String::new(),
+            value: None,
+            verdict: Verdict::Inconclusive,
+            reason: String::new(),
+        }
+    }
+}
+
 impl std::fmt::Display for Finding {
     /// `FAIL, order of q, constrained, order 8: 7.64, expected 8: why`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

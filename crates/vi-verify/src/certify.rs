@@ -7,7 +7,7 @@ use super::convergence::{Horizon, Quantity};
 use super::fit::power_law;
 use super::horizons::{Horizons, clearest, saturated};
 use super::judge::{
-    EXPONENT_TOLERANCE, FORM_TOLERANCE, LEAST_TREND_STEPS, ORDER_TOLERANCE, finding, judge_energy,
+    EXPONENT_TOLERANCE, FORM_TOLERANCE, LEAST_TREND_STEPS, ORDER_TOLERANCE, judge_energy,
     judge_momentum, judge_order, judge_output, judge_residual, scientific, sub_steps,
 };
 use super::measure::{
@@ -149,7 +149,7 @@ impl Certifier<'_> {
         let mut found = match self.horizons.studies(method, order) {
             Ok(found) => found,
             Err(error) => {
-                let mut refused = finding(Criterion::Order, method, order, "q, p, λ");
+                let mut refused = Finding::new(Criterion::Order, method, order, "q, p, λ");
                 refused.expected = order.to_string();
                 refused.measured = "not measured".into();
                 refused.verdict = self.unmeasured(method, order);
@@ -199,7 +199,7 @@ impl Certifier<'_> {
         {
             Ok(run) => run,
             Err(error) => {
-                let mut failed = finding(Criterion::Energy, method, order, "run");
+                let mut failed = Finding::new(Criterion::Energy, method, order, "run");
                 failed.verdict = if applies { Verdict::Fail } else { Verdict::NotApplicable };
                 failed.expected = format!("{} steps of {} s", steps.min(plan.meant), setting.step);
                 failed.measured = "the run failed".into();
@@ -288,7 +288,7 @@ impl Certifier<'_> {
             short.iter().map(|(h, r)| Some([*h, r.momentum?])).collect();
         let Some(errors) = errors.filter(|errors| !errors.is_empty()) else { return };
         let mut found =
-            finding(Criterion::Residual, method, order, "hidden constraint at momenta (46)");
+            Finding::new(Criterion::Residual, method, order, "hidden constraint at momenta (46)");
         // momenta of configurations have the rounding of these over the step
         let rounding = |h: f64| 64.0 * f64::EPSILON * size / h;
         let largest = norm_inf(&errors.iter().map(|e| e[1]).collect::<Vec<f64>>());
@@ -329,7 +329,7 @@ impl Certifier<'_> {
         match outputs(self.subject, setting) {
             Ok(compared) => compared.iter().for_each(|c| self.push(judge_output(method, order, c))),
             Err(error) => {
-                let mut refused = finding(Criterion::Output, method, order, "all");
+                let mut refused = Finding::new(Criterion::Output, method, order, "all");
                 refused.verdict = self.unmeasured(method, order);
                 refused.reason = error;
                 self.push(refused);
@@ -338,7 +338,8 @@ impl Certifier<'_> {
     }
 
     fn reversed(&mut self, method: Method, order: u32) {
-        let mut found = finding(Criterion::Reversal, method, order, "q after N steps and back");
+        let mut found =
+            Finding::new(Criterion::Reversal, method, order, "q after N steps and back");
         if self.nature().is_some_and(|nature| nature.dissipative) {
             found.verdict = Verdict::NotApplicable;
             found.reason = "not reversible: a force dissipates, or signals are sampled".into();
@@ -371,7 +372,7 @@ impl Certifier<'_> {
     }
 
     fn symplectic(&mut self, method: Method, order: u32) {
-        let mut found = finding(Criterion::Symplecticity, method, order, "change of Ω");
+        let mut found = Finding::new(Criterion::Symplecticity, method, order, "change of Ω");
         if self.nature().is_some_and(|nature| nature.nonholonomic) {
             found.verdict = Verdict::NotApplicable;
             found.reason = "constraints on velocities: no symplectic form is conserved".into();
@@ -410,7 +411,7 @@ impl Certifier<'_> {
 
     fn conditioned(&mut self, method: Method) {
         let mut found =
-            finding(Criterion::Conditioning, method, 2, "κ ~ h^a, as written; as factorized");
+            Finding::new(Criterion::Conditioning, method, 2, "κ ~ h^a, as written; as factorized");
         let Some(written) = exponent_as_written(method) else { return };
         let start = self.subject.start(self.setting(method, 2));
         if start.is_ok_and(|mut motion| motion.tangents().dq.ncols() == 0) {
@@ -445,7 +446,7 @@ impl Certifier<'_> {
         let growth = measure::amplification(self.subject, self.setting(*first, 2), self.plan.few);
         let growth = growth.unwrap_or(10.0).max(10.0);
         for other in others {
-            let mut found = finding(Criterion::Agreement, *other, 2, "distance in q");
+            let mut found = Finding::new(Criterion::Agreement, *other, 2, "distance in q");
             found.reason = format!("against {}", first.name());
             let settings = [*first, *other].map(|method| self.setting(method, 2));
             // schemes that solve for Δq resolve it to ε|q|, momenta to ε|q|/h

@@ -46,21 +46,6 @@ pub fn scientific(value: f64, digits: usize) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:.digits$e}") }
 }
 
-/// A finding about which nothing is known yet.
-pub(super) fn finding(criterion: Criterion, method: Method, order: u32, quantity: &str) -> Finding {
-    Finding {
-        criterion,
-        method: Some(method),
-        order,
-        quantity: quantity.to_owned(),
-        expected: String::new(),
-        measured: String::new(),
-        value: None,
-        verdict: Verdict::Inconclusive,
-        reason: String::new(),
-    }
-}
-
 /// Sub-steps of a step; those of a Galerkin scheme are its control points.
 pub(super) fn sub_steps(method: Method, order: u32) -> u64 {
     match method {
@@ -76,7 +61,7 @@ pub(super) fn judge_order(
     curve: &ErrorSequence,
     study: &Study,
 ) -> Finding {
-    let mut found = finding(Criterion::Order, method, order, curve.quantity.name(method));
+    let mut found = Finding::new(Criterion::Order, method, order, curve.quantity.name(method));
     let variational = method.is_variational();
     let first_order = match curve.quantity {
         Quantity::StartMultiplier if variational => {
@@ -152,7 +137,7 @@ pub(super) fn judge_order(
 
 /// What is reported against the equations of motion: differences of second order, or round-off.
 pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> Finding {
-    let mut found = finding(Criterion::Output, method, order, compared.output.name());
+    let mut found = Finding::new(Criterion::Output, method, order, compared.output.name());
     let (coarse, fine) = (compared.errors[0], compared.errors[compared.errors.len() - 1]);
     found.expected = compared.expected();
     match compared.order() {
@@ -184,7 +169,7 @@ pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> F
 /// The energy of a conservative system: a band for variational schemes, round-off for
 /// energy–momentum schemes.
 pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
-    let mut found = finding(Criterion::Energy, method, order, "H_d");
+    let mut found = Finding::new(Criterion::Energy, method, order, "H_d");
     if run.nature.nonholonomic {
         found.verdict = Verdict::NotApplicable;
         found.reason =
@@ -279,7 +264,7 @@ pub(super) fn judge_momentum(
     run: &LongRun,
     samples: &[f64],
 ) -> Finding {
-    let mut found = finding(Criterion::Momentum, method, order, name);
+    let mut found = Finding::new(Criterion::Momentum, method, order, name);
     found.expected = "≤ N^0.6, at round-off".into();
     match growth(samples) {
         Err(NoGrowth::Exact) => {
@@ -304,7 +289,7 @@ pub(super) fn judge_momentum(
 pub(super) fn judge_residual(method: Method, order: u32, run: &LongRun) -> Finding {
     let ConstraintResiduals { position, .. } = run.residuals();
     let limit = 1e-13 * (1.0 + run.size().powi(2));
-    let mut found = finding(Criterion::Residual, method, order, "constraints g");
+    let mut found = Finding::new(Criterion::Residual, method, order, "constraints g");
     found.expected = format!("≤ {limit:.0e}");
     found.measured = scientific(position, 0);
     found.value = Some(position);

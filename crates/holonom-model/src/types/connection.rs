@@ -1,7 +1,7 @@
 //! `[[bar]]`, `[[joint]]` and `[[spring]]`: what connects components.
 
 use super::drive::{JointDamper, JointMotor, JointSpring};
-use super::joint_contact::{JointBumper, JointFriction, Limits};
+use super::joint_contact::{JointBumper, JointFriction, JointLimits, Limits};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vi_multibody::pair::PairKind;
@@ -198,10 +198,16 @@ impl Joint {
         self.kind.pair(self.pitch)
     }
 
+    /// Its rigid stops: limits without a bumper.
+    #[must_use]
+    pub fn stops(&self) -> Option<JointLimits> {
+        self.limits.filter(|_| self.bumper.is_none()).map(|own| own.table())
+    }
+
     /// Whether impulses act on it: rigid stops, dry friction.
     #[must_use]
     pub fn is_nonsmooth(&self) -> bool {
-        self.friction.is_some() || self.limits.is_some() && self.bumper.is_none()
+        self.friction.is_some() || self.stops().is_some()
     }
 }
 

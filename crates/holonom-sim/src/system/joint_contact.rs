@@ -16,7 +16,7 @@ pub(crate) fn add_joint_contacts(
     let of = |part: &str, freedom: usize| {
         coordinate(joint, id, freedom, format!("joint.{}.{part}.freedom", joint.name))
     };
-    if let (Some(limits), None) = (joint.limits.map(|own| own.table()), joint.bumper) {
+    if let Some(limits) = joint.stops() {
         let at = of("limits", limits.freedom)?;
         let (lower, upper, restitution) = (limits.lower, limits.upper, limits.restitution);
         builder.joint_limits(at, JointLimits { lower, upper, restitution });

@@ -8,23 +8,14 @@
 //! | `lock` | loses `½ Δvᵀ M Δv ≥ 0`, no more: a plastic impact in the norm of the mass |
 //! | all | wheels do not slip over any step, before and after |
 
-use holonom_model::{Constraint, Model, Override, Sensor, SensorKind};
+use super::halved::{self, RESIDUAL, ROUND_OFF, bounded, halved, judged_balance, judged_order};
+use holonom_model::{Constraint, Model, Sensor, SensorKind};
 use holonom_sim::EventRecord;
 use holonom_sim::sample::Sample;
 use holonom_sim::simulation::Simulation;
 use vi_core::linear::norm_inf;
 use vi_verify::certificate::{Criterion, Finding, Verdict};
 use vi_verify::subject::Method;
-
-/// Steps of the coarsest run, at most.
-const MOST: u64 = 20_000;
-/// By how much an observed order may miss.
-const SLACK: f64 = 0.4;
-/// Relative differences of runs below this are round-off.
-const ROUND_OFF: f64 = 1e-11;
-/// Largest residual of a constraint at position level that is rounding, relative to the largest
-/// coordinate.
-const RESIDUAL: f64 = 1e-10;
 
 /// Part of a step to which the root of a condition is known, with the rounding of the step.
 const LOCATED: f64 = 1e-9;
@@ -41,12 +32,7 @@ struct Run {
 }
 
 fn run(model: &Model, step: f64) -> Result<Run, String> {
-    let set = [
-        Override { key: "simulation.step".into(), value: format!("{step:?}") },
-        Override { key: "simulation.every".into(), value: "1".into() },
-    ];
-    let model = model.with_overrides(&set).map_err(|error| error.to_string())?;
-    let model = with_slips(&model);
+    let model = with_slips(model);
     let mut simulation = Simulation::new(&model).map_err(|error| error.to_string())?;
     let columns = simulation.sensors().columns().iter().enumerate();
     let slips: Vec<usize> =
@@ -95,17 +81,9 @@ fn with_slips(model: &Model) -> Model {
 
 /// The findings of a model with events.
 pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
-    let order = model.settings.order;
-    let finding = |criterion, quantity: &str, expected: &str| Finding {
-        criterion,
-        method: Some(method),
-        order,
-        quantity: format!("{quantity}, across events"),
-        expected: expected.to_owned(),
-        measured: String::new(),
-        value: None,
-        verdict: Verdict::NotApplicable,
-        reason: String::new(),
+    let finding = |criterion, quantity: &str, expected: &str| {
+        let quantity = format!("{quantity}, across events");
+        halved::finding(model, method, criterion, [&quantity, expected])
     };
     let names: Vec<String> = model.events.iter().map(|event| format!("`{}`", event.name)).collect();
     let reason = format!("not applicable across {}", names.join(", "));
@@ -117,44 +95,26 @@ pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
         no_map(Criterion::Reversal, "reversal"),
         no_map(Criterion::Symplecticity, "symplectic form"),
     ];
+    let order = model.settings.order;
     let of_order = finding(Criterion::Order, "q", &format!("order {order}"));
-    let step = model.settings.step;
-    let runs: Result<Vec<Run>, String> = match model.settings.steps() > MOST {
-        true => Err(format!("more than {MOST} steps")),
-        false => [1.0, 0.5, 0.25].into_iter().map(|part| run(model, part * step)).collect(),
-    };
-    let runs = match runs {
+    let runs = match halved(model, 3, |model, step| run(&model, step)) {
         Ok(runs) => runs,
         Err(reason) => {
             all.push(Finding { verdict: Verdict::Inconclusive, reason, ..of_order });
             return all;
         }
     };
-    all.push(judged_order(of_order, order, &runs));
-    let size = norm_inf(&runs[0].q);
-    let residual = runs[0].residual;
-    let holds = residual <= RESIDUAL * size.max(1.0);
-    all.push(Finding {
-        measured: format!("{residual:.1e}"),
-        value: Some(residual),
-        verdict: if holds { Verdict::Pass } else { Verdict::Fail },
-        ..finding(Criterion::Residual, "constraints in force", "round-off")
-    });
-    let [coarse, fine] = [&runs[0], &runs[1]].map(|run| run.balance.abs());
-    let rounding = ROUND_OFF * runs[0].exchanged;
-    let falls = fine <= rounding || fine < 0.5 * coarse;
-    all.push(Finding {
-        measured: format!("{coarse:.1e} J, with half the step {fine:.1e} J"),
-        value: Some(coarse),
-        verdict: if falls { Verdict::Pass } else { Verdict::Inconclusive },
-        reason: if falls { String::new() } else { "it does not fall with the step".to_owned() },
-        ..finding(Criterion::Energy, "balance with the losses of events", "falls with the step")
-    });
-    let small = |criterion, quantity: &str, value: f64, bound: f64, measured: String| Finding {
-        measured,
-        value: Some(value),
-        verdict: if value <= bound { Verdict::Pass } else { Verdict::Fail },
-        ..finding(criterion, quantity, "round-off")
+    all.push(order_across(of_order, order, &runs));
+    let (coarse, fine) = (&runs[0], &runs[1]);
+    let residual = coarse.residual;
+    let bound = RESIDUAL * norm_inf(&coarse.q).max(1.0);
+    let constraints = finding(Criterion::Residual, "constraints in force", "round-off");
+    all.push(bounded(constraints, residual, bound, format!("{residual:.1e}")));
+    let balance =
+        finding(Criterion::Energy, "balance with the losses of events", "falls with the step");
+    all.push(judged_balance(balance, [coarse.balance, fine.balance], coarse.exchanged));
+    let small = |criterion, quantity: &str, value, bound, measured| {
+        bounded(finding(criterion, quantity, "round-off"), value, bound, measured)
     };
     let (run, largest) = (&runs[0], |values: &mut dyn Iterator<Item = f64>| {
         values.reduce(|a, b| if a >= b { a } else { b }) // NaN if the last is
@@ -202,25 +162,14 @@ pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
     all
 }
 
-fn judged_order(finding: Finding, order: u32, runs: &[Run]) -> Finding {
-    let unclear = |reason: &str| (Verdict::Inconclusive, reason.to_owned());
-    let names =
-        |run: &Run| -> Vec<String> { run.events.iter().map(|own| own.event.clone()).collect() };
+/// The order where the same events act with all steps.
+fn order_across(finding: Finding, order: u32, runs: &[Run]) -> Finding {
+    let names = |run: &Run| run.events.iter().map(|own| own.event.clone()).collect::<Vec<_>>();
     if runs.iter().any(|run| names(run) != names(&runs[0])) {
-        let (verdict, reason) = unclear("other events act with another step");
-        return Finding { verdict, reason, ..finding };
+        let reason = "other events act with another step".to_owned();
+        return Finding { verdict: Verdict::Inconclusive, reason, ..finding };
     }
-    let apart = |pair: &[Run]| {
-        let difference: Vec<f64> = pair[0].q.iter().zip(&pair[1].q).map(|(a, b)| a - b).collect();
-        norm_inf(&difference) / norm_inf(&pair[1].q).max(f64::MIN_POSITIVE)
-    };
-    let errors: Vec<f64> = runs.windows(2).map(apart).collect();
-    let observed = (errors[0] / errors[1]).log2();
-    let (verdict, reason) = if errors[1] <= ROUND_OFF || observed > f64::from(order) - SLACK {
-        (Verdict::Pass, String::new())
-    } else {
-        unclear("the step is too long to show it, or an event is met at a grazing angle")
-    };
-    let measured = format!("{observed:.2} ({:.1e}, {:.1e})", errors[0], errors[1]);
-    Finding { measured, value: Some(observed), verdict, reason, ..finding }
+    let q = [0, 1, 2].map(|k: usize| &runs[k].q[..]);
+    let unclear = "the step is too long to show it, or an event is met at a grazing angle";
+    judged_order(finding, order, q, unclear)
 }

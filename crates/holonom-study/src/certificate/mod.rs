@@ -4,6 +4,7 @@
 mod across;
 mod contacts;
 mod date;
+mod halved;
 mod moving;
 pub mod page;
 mod provenance;
@@ -124,12 +125,11 @@ pub fn certify_model(
     }
     let mut plan = plan(&subject, &rest, own)?;
     let name = &model.header.name;
-    let has_contacts = contacts::has(model);
-    if has_contacts {
+    if model.is_nonsmooth() {
         plan.criteria.clear();
     }
     let mut certificate = certify(&subject, name, &plan, progress);
-    if has_contacts {
+    if model.is_nonsmooth() {
         progress("stops and friction");
         certificate.findings.extend(contacts::findings(model, own));
     }

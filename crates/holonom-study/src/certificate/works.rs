@@ -7,14 +7,13 @@
 //! ```
 //! Both are of second order in the step, of first where a law jumps.
 
-use holonom_model::{Model, Override, Sensor, SensorKind};
+use super::halved::{DOES_NOT_FALL, halved};
+use holonom_model::{Model, Sensor, SensorKind};
 use holonom_sim::sample::Sample;
 use holonom_sim::simulation::Simulation;
 use vi_verify::certificate::{Criterion, Finding, Verdict};
 use vi_verify::subject::Method;
 
-/// Steps of the coarser run, at most.
-const MOST: u64 = 20_000;
 /// What half the step may leave of an error.
 const FALLS: f64 = 0.7;
 /// Errors below this part of what is done are rounding.
@@ -23,12 +22,7 @@ const ROUND_OFF: f64 = 1e-10;
 const WRONG: f64 = 1e-2;
 
 /// A run: of each element how far its work is off, and what it has done, J; then the same of all.
-fn run(model: &Model, names: &[String], step: f64) -> Result<Vec<[f64; 2]>, String> {
-    let set = [
-        Override { key: "simulation.step".into(), value: format!("{step:?}") },
-        Override { key: "simulation.every".into(), value: "1".into() },
-    ];
-    let mut model = model.with_overrides(&set).map_err(|error| error.to_string())?;
+fn run(mut model: Model, names: &[String]) -> Result<Vec<[f64; 2]>, String> {
     for name in names {
         for kind in [SensorKind::Power, SensorKind::Work] {
             model.sensors.push(Sensor::new(format!("{kind:?} of {name}"), kind, name.clone()));
@@ -69,26 +63,14 @@ pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
     if names.is_empty() {
         return Vec::new();
     }
-    let finding = |quantity: String| Finding {
-        criterion: Criterion::Energy,
-        method: Some(method),
-        order: model.settings.order,
-        quantity,
+    let finding = |quantity: &str| Finding {
         expected: "falls with the step".to_owned(),
-        measured: String::new(),
-        value: None,
-        verdict: Verdict::Inconclusive,
-        reason: String::new(),
+        ..Finding::new(Criterion::Energy, method, model.settings.order, quantity)
     };
-    let step = model.settings.step;
-    let runs: Result<Vec<_>, String> = match model.settings.steps() > MOST {
-        true => Err(format!("more than {MOST} steps")),
-        false => [1.0, 0.5].into_iter().map(|part| run(model, &names, part * step)).collect(),
-    };
-    let runs = match runs {
+    let runs = match halved(model, 2, |model, _| run(model, &names)) {
         Ok(runs) => runs,
         Err(reason) => {
-            return vec![Finding { reason, ..finding("works of laws".to_owned()) }];
+            return vec![Finding { reason, ..finding("works of laws") }];
         }
     };
     let quantities = names.iter().map(|name| format!("work of `{name}` less ∫ P dt"));
@@ -99,14 +81,14 @@ pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
         let (verdict, reason) = match () {
             () if falls => (Verdict::Pass, ""),
             () if fine > WRONG * size => (Verdict::Fail, ""),
-            () => (Verdict::Inconclusive, "it does not fall with the step"),
+            () => (Verdict::Inconclusive, DOES_NOT_FALL),
         };
         Finding {
             measured: format!("{coarse:.1e} J of {size:.1e} J, with half the step {fine:.1e} J"),
             value: Some(coarse),
             verdict,
             reason: reason.to_owned(),
-            ..finding(quantity)
+            ..finding(&quantity)
         }
     });
     judged.collect()
