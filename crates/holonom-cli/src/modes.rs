@@ -11,7 +11,7 @@ use holonom::report::{campbell_diagram, campbell_page, mode_page, mode_picture, 
 use holonom::vi_statics::BucklingError;
 use holonom::{Model, RunFailure, RunFolder};
 
-use crate::arguments::{At, ModesArguments, Speeds};
+use crate::arguments::{ModesArguments, Speeds};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::reproduce::command;
@@ -30,12 +30,7 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
         let (model, diagram) = analysed(arguments, analyse)?;
         return campbell(arguments, &model, &diagram);
     }
-    let about = match arguments.at {
-        At::Start => About::Start,
-        At::Static => About::Static,
-        At::Rotation => About::Rotation,
-        At::Motion => About::Motion,
-    };
+    let about = arguments.at.into();
     let (model, (analysis, report)) = analysed(arguments, |model| {
         if arguments.buckling {
             let mut analysis = ModalAnalysis::of_loads(model, about)?;

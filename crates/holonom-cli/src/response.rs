@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use holonom::modes::{About, ModesError};
+use holonom::modes::ModesError;
 use holonom::report::{response_charts, response_page, rounded};
 use holonom::response::{AddedDamping, Response, ResponseError};
 use holonom::{Model, RunFailure, RunFolder};
 
-use crate::arguments::{At, ResponseArguments};
+use crate::arguments::ResponseArguments;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::reproduce::command;
@@ -17,12 +17,7 @@ use crate::{stderr, stdout};
 const FILES: [&str; 3] = ["response.json", "response.csv", "response.html"];
 
 pub(crate) fn response(arguments: &ResponseArguments) -> Result<(), Failure> {
-    let about = match arguments.at {
-        At::Start => About::Start,
-        At::Static => About::Static,
-        At::Rotation => About::Rotation,
-        At::Motion => About::Motion,
-    };
+    let about = arguments.at.into();
     let damping = AddedDamping {
         rayleigh: arguments.rayleigh.unwrap_or_default(),
         ratios: arguments.damping_ratio.clone(),

@@ -3,7 +3,7 @@
 
 use crate::errors::{json, no_word, raise};
 use crate::model::Model;
-use crate::verbs::Answer;
+use crate::verbs::{Answer, schemes_of};
 use holonom::Simulation;
 use holonom::bench::{BenchRequest, bench as measured};
 use holonom::model::Scheme;
@@ -191,13 +191,7 @@ fn costs<'py>(
     schemes: Vec<String>,
     steps: u64,
 ) -> PyResult<Answer<'py>> {
-    let schemes: Vec<Scheme> = schemes
-        .iter()
-        .map(|word| {
-            serde_json::from_value(serde_json::Value::String(word.clone()))
-                .map_err(|error| raise(py, "AnalysisFailed", (format!("schemes: {error}"),)))
-        })
-        .collect::<PyResult<_>>()?;
+    let schemes = schemes_of(py, &schemes)?;
     let own = [model.model.settings.scheme];
     if (if schemes.is_empty() { &own[..] } else { &schemes }).contains(&Scheme::Static) {
         let words = "`static` computes equilibria, no motion: it has no steps";

@@ -5,6 +5,7 @@ use crate::model::Model;
 use holonom::certificate::{Provenance, certify_model, now};
 use holonom::compare::{CompareError, Request, compare as compared, table};
 use holonom::import::{Base, ImportError, ImportOptions, JointValue, import as translate};
+use holonom::model::Scheme;
 use holonom::output::OutputSize;
 use holonom::run::prepare;
 use holonom::sweep::{Plan, Sampling, Values, Variation};
@@ -92,12 +93,7 @@ fn compare<'py>(
     end: Option<f64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Answer<'py>> {
-    let named = |word: &String| {
-        let value = serde_json::Value::String(word.clone());
-        serde_json::from_value(value)
-            .map_err(|error| raise(py, "AnalysisFailed", (format!("schemes: {error}"),)))
-    };
-    let schemes = schemes.iter().map(named).collect::<PyResult<_>>()?;
+    let schemes = schemes_of(py, &schemes)?;
     let request = Request { schemes, steps, orders, end, ..Request::default() };
     let mut told = Told { progress, failed: None };
     let found = py.detach(|| compared(&model.model, &request, &mut |words| told.tell(words)));
@@ -108,6 +104,16 @@ fn compare<'py>(
     })?;
     let value = serde_json::to_value(&comparison).unwrap_or_default();
     Ok((json(py, &value)?, table::text(&comparison)))
+}
+
+/// Schemes by their words.
+pub(crate) fn schemes_of(py: Python<'_>, words: &[String]) -> PyResult<Vec<Scheme>> {
+    let named = |word: &String| {
+        let value = serde_json::Value::String(word.clone());
+        serde_json::from_value(value)
+            .map_err(|error| raise(py, "AnalysisFailed", (format!("schemes: {error}"),)))
+    };
+    words.iter().map(named).collect()
 }
 
 /// Tells Python which part of a measurement begins.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use holonom::modes::About;
 
 use super::shared::ModelArguments;
 
@@ -66,6 +67,17 @@ pub(crate) enum At {
     Rotation,
     /// The steady motion of the initial velocities, with wheels that roll and rotors that spin
     Motion,
+}
+
+impl From<At> for About {
+    fn from(at: At) -> Self {
+        match at {
+            At::Start => Self::Start,
+            At::Static => Self::Static,
+            At::Rotation => Self::Rotation,
+            At::Motion => Self::Motion,
+        }
+    }
 }
 
 /// Speeds of rotation, rad/s.

@@ -12,7 +12,7 @@ mod study;
 mod sweep;
 mod unit;
 
-pub(crate) use configuration::{At, CheckArguments, ModesArguments, Speeds};
+pub(crate) use configuration::{CheckArguments, ModesArguments, Speeds};
 pub(crate) use model_files::{ExamplesArguments, ImportArguments, SchemaArguments};
 pub(crate) use plot::{PlotArguments, PlotStyle};
 pub(crate) use response::ResponseArguments;
