@@ -16,6 +16,7 @@ mod joint_coordinates;
 mod joint_efforts;
 mod loaded_trees;
 mod loop_step;
+mod moving_tree;
 mod near_couplings;
 mod pair_data;
 mod quantity_efforts;

@@ -1,43 +1,26 @@
 //! Springs and dampers between bodies and their parents: the sweeps against dense matrices.
 
 use crate::dense::off_dense;
+use crate::moving_tree::{MovingTree, moving_tree};
 use vi_constraints::{Options, SchemeKind};
 use vi_core::interval::Interval;
 use vi_core::{DiscreteLagrangian, Entries, Quadrature};
-use vi_multibody::builder::Inertia;
+use vi_multibody::BuiltMechanism;
 use vi_multibody::tree_nodal::TreeNodal;
 use vi_multibody::tree_step::TreeStep;
-use vi_multibody::{BuiltMechanism, FrameId, MechanismBuilder, PairKind};
 use vi_testkit::Sample;
 
 /// A random tree of all pairs; a spring and a damper between each body and its parent, with `far`
 /// also between the first body and the last.
 fn tied_tree(bodies: usize, seed: u64, far: bool) -> BuiltMechanism {
-    let mut random = Sample::new(seed);
-    let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
-    let mut links = Vec::new();
-    for k in 0..bodies {
-        let inertia = Inertia::principal(2.0 + random.number(), [1.1, 1.2, 1.4]);
-        let body = builder.body(&format!("body {k}"), inertia).at(2.0 * random.vector());
-        let body = body.rotation_vector(random.vector()).id();
-        let kind = PairKind::ALL[random.index(PairKind::ALL.len() - 1)];
-        let parent =
-            if random.index(3) > 0 { k.checked_sub(1) } else { random.index(k + 1).checked_sub(1) };
-        let frame = parent.map_or(FrameId::Ground, |parent| FrameId::from(links[parent]));
-        let joint = builder.joint(&format!("joint {k}"), kind, frame, body).at(random.vector());
-        let joint = if kind.has_axis() { joint.axis(random.vector()) } else { joint };
-        let rates: [f64; 6] = random.array();
-        let count = kind.coordinate_count();
-        if count > 0 {
-            joint.rates(&rates[..count]);
-        }
-        if let Some(parent) = parent {
-            let ends = [links[parent], body].map(|body| body.point([0.3, -0.2, 0.1]));
-            builder.spring(ends[0], ends[1], 50.0);
-            let ends = [links[parent], body].map(|body| body.point([-0.1, 0.2, 0.4]));
-            builder.damper(ends[0], ends[1], 3.0);
-        }
-        links.push(body);
+    let MovingTree { mut builder, bodies: links, parents, .. } =
+        moving_tree(bodies, &mut Sample::new(seed));
+    for (body, parent) in links.iter().zip(parents) {
+        let Some(parent) = parent.map(|parent| links[parent]) else { continue };
+        let ends = [parent, *body].map(|body| body.point([0.3, -0.2, 0.1]));
+        builder.spring(ends[0], ends[1], 50.0);
+        let ends = [parent, *body].map(|body| body.point([-0.1, 0.2, 0.4]));
+        builder.damper(ends[0], ends[1], 3.0);
     }
     if far {
         builder.spring(links[0].point([0.0; 3]), links[bodies - 1].point([0.1, 0.0, 0.0]), 5.0);

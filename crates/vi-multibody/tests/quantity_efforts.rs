@@ -2,16 +2,17 @@
 //! with a product of few columns and rows against dense matrices.
 
 use crate::dense::{off_dense, relative_distance, run};
+use crate::moving_tree::{MovingTree, moving_tree};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 use vi_constraints::{Options, SchemeKind};
 use vi_core::Quadrature;
-use vi_multibody::builder::{ActOn, Inertia, Read};
+use vi_multibody::BuiltMechanism;
+use vi_multibody::builder::{ActOn, Read};
 use vi_multibody::law::Law;
 use vi_multibody::nalgebra;
 use vi_multibody::run::Solver;
 use vi_multibody::tree_step::TreeStep;
-use vi_multibody::{BuiltMechanism, FrameId, MechanismBuilder, PairKind};
 use vi_testkit::Sample;
 
 /// `τ = Σ_k (a_k y_k + b_k sin y_k)`.
@@ -58,24 +59,8 @@ fn controlled_tree(
     [gain, wavy]: [f64; 2],
 ) -> BuiltMechanism {
     let mut random = Sample::new(seed);
-    let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
-    let (mut links, mut coordinates) = (Vec::new(), Vec::new());
-    for k in 0..bodies {
-        let inertia = Inertia::principal(2.0 + random.number(), [1.1, 1.2, 1.4]);
-        let body = builder.body(&format!("body {k}"), inertia).at(2.0 * random.vector());
-        let body = body.rotation_vector(random.vector()).id();
-        let kind = PairKind::ALL[random.index(PairKind::ALL.len() - 1)];
-        let parent =
-            if random.index(3) > 0 { k.checked_sub(1) } else { random.index(k + 1).checked_sub(1) };
-        let frame = parent.map_or(FrameId::Ground, |parent| FrameId::from(links[parent]));
-        let joint = builder.joint(&format!("joint {k}"), kind, frame, body).at(random.vector());
-        let joint = if kind.has_axis() { joint.axis(random.vector()) } else { joint };
-        let (rates, count): ([f64; 6], usize) = (random.array(), kind.coordinate_count());
-        let joint = if count > 0 { joint.rates(&rates[..count]) } else { joint };
-        let id = joint.id();
-        coordinates.extend((0..count).map(|freedom| id.coordinate(freedom)));
-        links.push(body);
-    }
+    let MovingTree { mut builder, bodies: links, coordinates, .. } =
+        moving_tree(bodies, &mut random);
     for (k, own) in coordinates.iter().enumerate() {
         let other = coordinates[(k + 1) % coordinates.len()];
         let (first, last) = (links[0], links[bodies - 1]);

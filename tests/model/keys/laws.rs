@@ -10,14 +10,16 @@ type Vector = Vector3<f64>;
 
 const TILTED: [f64; 3] = [0.3, 0.5, -0.8];
 
+/// Sensors of the accelerations of a body.
+fn accelerations(k: &str, body: &str) -> String {
+    sensor(&format!("a{k}"), "acceleration", body)
+        + &sensor(&format!("r{k}"), "angular_acceleration", body)
+}
+
 /// Between points of two bodies; from a point mass to the ground.
 fn between_points() -> Case {
     let (from, to) = ([0.1, -0.3, 0.2], [-0.2, 0.1, 0.4]);
     let held = [0.3, 0.2, -0.1];
-    let accelerations = |k: &str, body: &str| {
-        sensor(&format!("a{k}"), "acceleration", body)
-            + &sensor(&format!("r{k}"), "angular_acceleration", body)
-    };
     let text = [
         head("laws", "step = 1e-4, end = 2e-4"),
         frame("tilted", TILTED, [0.0, 0.0, 3.0]),
@@ -105,10 +107,6 @@ fn along_joints() -> Case {
 /// On bodies, along their axes and those of space, and on a point mass.
 fn on_members() -> Case {
     let (point, at) = ([0.1, -0.3, 0.2], [-0.2, 0.1, 0.4]);
-    let accelerations = |k: &str, body: &str| {
-        sensor(&format!("a{k}"), "acceleration", body)
-            + &sensor(&format!("r{k}"), "angular_acceleration", body)
-    };
     let text = [
         head("laws", "step = 1e-4, end = 2e-4"),
         FIRST.text("first"),
@@ -159,10 +157,6 @@ fn on_members() -> Case {
 /// Along the axes of another body, which takes the opposite.
 fn relative_to_a_body() -> Case {
     let at = [-0.2, 0.1, 0.4];
-    let accelerations = |k: &str, body: &str| {
-        sensor(&format!("a{k}"), "acceleration", body)
-            + &sensor(&format!("r{k}"), "angular_acceleration", body)
-    };
     let text = [
         head("laws", "step = 1e-4, end = 2e-4"),
         FIRST.text("first"),
