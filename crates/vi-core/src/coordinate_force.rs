@@ -9,6 +9,7 @@
 //! on the diagonal.
 
 use crate::configuration::Configuration;
+use crate::interval::Slot;
 
 /// An unknown of a step and the sign with which a coordinate grows with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +33,13 @@ impl EffortSlopes {
     /// `∂/∂u_j` of `σ (h/2) τ`.
     #[must_use]
     pub fn by_unknown(self, h: f64) -> f64 {
-        0.25 * h * self.by_coordinate + 0.5 * self.by_rate
+        self.by_node(h, Slot::Second)
+    }
+
+    /// `∂/∂θ` of `(h/2) τ` by the coordinate at a node of a step: `(h/4) τ_θ ± ½ τ_θ̇`.
+    #[must_use]
+    pub fn by_node(self, h: f64, node: Slot) -> f64 {
+        0.25 * h * self.by_coordinate + 0.5 * node.sign() * self.by_rate
     }
 }
 

@@ -14,7 +14,7 @@
 use crate::configuration::Configuration;
 use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
-use crate::interval::Interval;
+use crate::interval::{Interval, Slot};
 use crate::quantity_effort::QuantityEffort;
 use crate::sparse::{Block, Entries};
 use std::borrow::Cow;
@@ -42,8 +42,14 @@ pub trait DiscreteForce: Send + Sync {
     fn add_minus(&self, s: &Interval, out: &mut [f64]);
     /// `out ← out + f_d^+(q_n, q_{n+1})`.
     fn add_plus(&self, s: &Interval, out: &mut [f64]);
-    /// Emits `D_2 f_d^-`; always the same places in the same order.
-    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries);
+    /// Emits `D_by f_d^of`: `D_1 f_d^-`, `D_2 f_d^-`, `D_1 f_d^+` or `D_2 f_d^+`; for each always the
+    /// same places in the same order.
+    fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries);
+    /// Emits `D_2 f_d^-`, which every step needs: as [`DiscreteForce::add_slope`], or as an entry
+    /// along an unknown ([`Entries::add_along`]).
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        self.add_slope(s, Slot::First, Slot::Second, out);
+    }
     /// `out ← out + f(t, q, v)`, N: the continuous force that the pair approximates.
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// `(f_d^- + f_d^+)·Δq/h`, J: the work in a step; `scratch`: shape `n`.
@@ -183,10 +189,10 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         self.add_minus(s, out);
     }
 
-    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        // d/dq_{n+1} of (h/2) f(q_{n+1/2}, Δq/h) = (h/4) f_q + ½ f_v
+    fn add_slope(&self, s: &Interval, _of: Slot, by: Slot, out: &mut dyn Entries) {
+        // of (h/2) f(q_{n+1/2}, Δq/h): (h/4) f_q ± ½ f_v
         self.0.add_position_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.25 * s.h, out);
-        self.0.add_velocity_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.5, out);
+        self.0.add_velocity_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * by.sign(), out);
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {

@@ -59,6 +59,29 @@ pub struct Interval {
     t_rounding: f64,                   // s  rounding error of t + h
 }
 
+/// An argument of a function `f(q_n, q_{n+1})`; of discrete forces also which of the pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// `q_n`, and `f_d^-`.
+    First,
+    /// `q_{n+1}`, and `f_d^+`.
+    Second,
+}
+
+impl Slot {
+    /// Both.
+    pub const BOTH: [Self; 2] = [Self::First, Self::Second];
+
+    /// `∂Δq/∂q` of the slot: −1 or 1.
+    #[must_use]
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::First => -1.0,
+            Self::Second => 1.0,
+        }
+    }
+}
+
 /// What a potential has derived from `q_n` alone. It follows from the other data: copies are
 /// without it, and it makes no difference between intervals.
 #[derive(Debug, Default)]
@@ -299,6 +322,15 @@ impl Interval {
             q: &self.q1,
             angles: &self.angles,
             internal: &self.internal,
+        }
+    }
+
+    /// `q_n` or `q_{n+1}`.
+    #[must_use]
+    pub fn node(&self, slot: Slot) -> &[f64] {
+        match slot {
+            Slot::First => &self.q0,
+            Slot::Second => &self.q1,
         }
     }
 

@@ -38,6 +38,7 @@
 //! | type | is |
 //! |---|---|
 //! | [`Interval`] | `(q_n, q_{n+1})` with `Δq` and the midpoint: the argument of every discrete function |
+//! | [`Slot`] | one of both arguments; of a discrete force pair, one of both |
 //! | [`Configuration`] | `(t, q)` with unwrapped joint angles: the argument at a node |
 //! | [`MechanicalSystem`] | trait: `M`, `V(q)`, `f(t, q, v)` |
 //! | [`DiscreteLagrangian`], [`SeparableSystem`] | trait: `L_d`, its slot derivatives, discrete forces; its usual implementation |
@@ -99,7 +100,7 @@ mod vectors;
 pub use composition::Composition;
 pub use configuration::Configuration;
 pub use discrete_lagrangian::{DiscreteLagrangian, SeparableSystem};
-pub use interval::Interval;
+pub use interval::{Interval, Slot};
 pub use legendre::Energies;
 pub use mechanical_system::MechanicalSystem;
 pub use newton::{NewtonError, NewtonReport, NewtonSettings};

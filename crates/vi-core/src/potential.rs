@@ -155,6 +155,9 @@ impl<V: Potential> DiscretePotential for Midpoint<V> {
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         self.add_d2_d1(s, scale, out);
     }
+    fn add_d2_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.add_d2_d1(s, scale, out);
+    }
     fn potential(&self, at: Configuration<'_>) -> f64 {
         self.0.value(at.q)
     }
@@ -191,6 +194,9 @@ impl<V: Potential> DiscretePotential for Trapezoidal<V> {
     }
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         self.0.add_hessian(&s.q0, 0.5 * scale, out);
+    }
+    fn add_d2_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(&s.q1, 0.5 * scale, out);
     }
     fn potential(&self, at: Configuration<'_>) -> f64 {
         self.0.value(at.q)

@@ -11,6 +11,7 @@ mod dense;
 mod ensemble;
 mod ensemble_forces;
 mod ensemble_recording;
+mod force_slopes;
 mod joint_contacts;
 mod joint_coordinates;
 mod joint_efforts;

@@ -23,7 +23,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use vi_core::Configuration;
 use vi_core::force::DiscreteForce;
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::Entries;
 
 /// Which components of a load stay fixed.
@@ -238,13 +238,17 @@ impl DiscreteForce for Load {
         self.add_half(s, &s.q1, out);
     }
 
-    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+    fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
+        if of == by {
+            let torque = self.wrench(s.t_mid(), self.frame(&s.q_mid)).torque;
+            add_lever_slopes(0.5 * s.h, &torque, self.offset, out);
+        }
         if self.kind == LoadKind::Dead {
             return;
         }
         // (h/2) c, and ∂d̄_J/∂d_J = ½ I
         let scale = 0.25 * s.h * self.history.value(s.t_mid());
-        let frame = self.frame(&s.q0);
+        let frame = self.frame(s.node(of));
         for j in 0..3 {
             let column = self.offset + 3 + 3 * j;
             for k in 0..3 {

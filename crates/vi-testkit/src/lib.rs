@@ -5,11 +5,14 @@
 //! | [`allocator`] | counts allocations and the memory in use |
 //! | [`model`] | texts of model files, part by part; bodies with their motion |
 //! | [`sample`] | random numbers, vectors, frames, reproducible by their seed |
+//! | [`slopes`] | slot derivatives of discrete forces against central differences |
 #![deny(missing_docs)]
 
 pub mod allocator;
 pub mod model;
 pub mod sample;
+pub mod slopes;
 
 pub use allocator::CountingAllocator;
 pub use sample::Sample;
+pub use slopes::slope_error;

@@ -1,9 +1,9 @@
 //! A discrete Lagrangian, its slot derivatives and its discrete forces.
 
 use crate::configuration::Configuration;
-use crate::interval::Interval;
+use crate::interval::{Interval, Slot};
 use crate::mechanical_system::MechanicalSystem;
-use crate::sparse::Entries;
+use crate::sparse::{Block, Entries};
 
 /// The discrete Lagrangian of a system with its discrete forces, and their slot derivatives.
 ///
@@ -39,6 +39,9 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn add_force_plus(&self, _s: &Interval, _out: &mut [f64]) {}
     /// Emits `D_2 f_d^-`, shape `n × n`; always the same places in the same order.
     fn force_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
+    /// Emits `D_by f_d^of`, shape `n × n`; for each always the same places in the same order. Beside
+    /// `D_2 f_d^-` no step needs it: it is part of the tangent of a step.
+    fn force_slope(&self, _s: &Interval, _of: Slot, _by: Slot, _out: &mut dyn Entries) {}
     /// Number of internal variables of forces and potentials.
     fn internal_variables(&self) -> usize {
         0
@@ -76,5 +79,21 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn forced_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
         self.d2_d1(s, out);
         self.force_minus_d2(s, out);
+    }
+    /// Emits `D_1 (D_1 L_d + f_d^-)`, shape `n × n`.
+    fn forced_d1_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        self.d1_d1(s, out);
+        self.force_slope(s, Slot::First, Slot::First, out);
+    }
+    /// Emits `C = D_1 (D_2 L_d + f_d^+)`, shape `n × n`.
+    fn forced_d1_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        let mut transposed = Block { into: out, row: 0, column: 0, scale: 1.0, transposed: true };
+        self.d2_d1(s, &mut transposed);
+        self.force_slope(s, Slot::Second, Slot::First, out);
+    }
+    /// Emits `D = D_2 (D_2 L_d + f_d^+)`, shape `n × n`.
+    fn forced_d2_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        self.d2_d2(s, out);
+        self.force_slope(s, Slot::Second, Slot::Second, out);
     }
 }

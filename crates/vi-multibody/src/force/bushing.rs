@@ -16,7 +16,7 @@ use crate::geometry::six_coordinates::{Matrix6, SixCoordinates, SixGradients, Ve
 use nalgebra::DMatrix;
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force, seen_velocity};
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
 
@@ -170,16 +170,21 @@ impl DiscreteForce for SixForce {
         self.coordinates.add_gradient(&s.q1, &(0.5 * s.h * efforts), out);
     }
 
-    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+    fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
         self.reading.with_slopes_in_step(s, |work| {
             let [by_coordinates, by_rates] = self.own_slopes(work);
-            // (h/2) (½ τ_ξ + τ_ξ̇/h)
-            let by_end = 0.25 * s.h * by_coordinates + 0.5 * by_rates;
-            let [start, end] = [&s.q0, &s.q1].map(|q| self.coordinates.gradients(q));
-            self.coordinates.emit_product(&start, &by_end, &end, out);
-            let each =
-                |input: &Input, visit: &mut dyn FnMut(usize, f64)| input.for_each_slope(s, visit);
-            self.emit_far(&start, 0.5 * s.h, work, each, out);
+            // (h/2) (½ τ_ξ ± τ_ξ̇/h)
+            let slope = 0.25 * s.h * by_coordinates + 0.5 * by.sign() * by_rates;
+            let [own, moved] = [of, by].map(|slot| self.coordinates.gradients(s.node(slot)));
+            self.coordinates.emit_product(&own, &slope, &moved, out);
+            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
+                input.for_each_slope(s, by, visit);
+            };
+            self.emit_far(&own, 0.5 * s.h, work, each, out);
+            if of == by {
+                let efforts = Vector6::from_column_slice(work.efforts());
+                self.coordinates.emit_second(s.node(of), &(0.5 * s.h * efforts), out);
+            }
         });
     }
 
@@ -282,6 +287,15 @@ impl SixSpring {
         -self.slope(&self.coordinates.at(t, q))
     }
 
+    /// Emits `scale D_1 D_1 U_d` or `scale D_2 D_2 U_d`, `q` the end concerned.
+    fn emit_second(&self, s: &Interval, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        let gradients = self.coordinates.gradients(q);
+        let stiffness = 0.25 * scale * self.stiffness;
+        self.coordinates.emit_product(&gradients, &stiffness, &gradients, out);
+        let slope = self.slope(&self.coordinates.change(s).mean);
+        self.coordinates.emit_second(q, &(0.5 * scale * slope), out);
+    }
+
     fn emit_hessian(&self, t: f64, q: &[f64], scale: f64, out: &mut dyn Entries) {
         let gradients = self.coordinates.gradients(q);
         self.coordinates.emit_product(&gradients, &(scale * self.stiffness), &gradients, out);
@@ -307,11 +321,10 @@ impl DiscretePotential for SixSpring {
         self.coordinates.emit_product(&start, &(0.25 * scale * self.stiffness), &end, out);
     }
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        let gradients = self.coordinates.gradients(&s.q0);
-        let stiffness = 0.25 * scale * self.stiffness;
-        self.coordinates.emit_product(&gradients, &stiffness, &gradients, out);
-        let slope = self.slope(&self.coordinates.change(s).mean);
-        self.coordinates.emit_second(&s.q0, &(0.5 * scale * slope), out);
+        self.emit_second(s, &s.q0, scale, out);
+    }
+    fn add_d2_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.emit_second(s, &s.q1, scale, out);
     }
     fn potential(&self, at: Configuration<'_>) -> f64 {
         self.energy(&self.coordinates.at(at.t, at.q))

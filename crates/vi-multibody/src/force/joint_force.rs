@@ -17,7 +17,7 @@ use vi_core::Configuration;
 pub use vi_core::coordinate_force::EffortSlopes;
 use vi_core::coordinate_force::{AlongUnknown, CoordinateForce};
 use vi_core::force::DiscreteForce;
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
 
@@ -52,6 +52,15 @@ pub struct JointSpring {
     pub rest: f64,
 }
 
+impl JointSpring {
+    /// Emits `scale D_1 D_1 U_d` or `scale D_2 D_2 U_d`, `q` the end concerned.
+    fn emit_second(&self, s: &Interval, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        let stretch = self.coordinate.change(s).mean - self.rest;
+        self.coordinate.emit_product(q, q, 0.25 * scale * self.stiffness, out);
+        self.coordinate.emit_second(q, 0.5 * scale * self.stiffness * stretch, out);
+    }
+}
+
 impl DiscretePotential for JointSpring {
     fn value(&self, s: &Interval) -> f64 {
         let stretch = self.coordinate.change(s).mean - self.rest;
@@ -69,9 +78,10 @@ impl DiscretePotential for JointSpring {
         self.coordinate.emit_slope(s, 0.25 * scale * self.stiffness, out);
     }
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        let stretch = self.coordinate.change(s).mean - self.rest;
-        self.coordinate.emit_product(&s.q0, &s.q0, 0.25 * scale * self.stiffness, out);
-        self.coordinate.emit_second(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
+        self.emit_second(s, &s.q0, scale, out);
+    }
+    fn add_d2_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.emit_second(s, &s.q1, scale, out);
     }
     fn potential(&self, at: Configuration<'_>) -> f64 {
         let stretch = self.coordinate.at(at) - self.rest;
@@ -277,6 +287,14 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     }
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
         self.coordinate.add_gradient(&s.q1, 0.5 * s.h * self.effort(s), out);
+    }
+    fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
+        let Change { mean, difference } = self.coordinate.change(s);
+        let (effort, slopes) = self.law.effort_and_slopes(s.t_mid(), mean, difference / s.h);
+        self.coordinate.emit_product(s.node(of), s.node(by), slopes.by_node(s.h, by), out);
+        if of == by {
+            self.coordinate.emit_second(s.node(of), 0.5 * s.h * effort, out);
+        }
     }
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         let Change { mean, difference } = self.coordinate.change(s);

@@ -18,7 +18,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use std::sync::Arc;
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force};
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::Entries;
 use vi_rigid::directors::{self, FRAME, director};
 use vi_rigid::load;
@@ -229,25 +229,29 @@ impl WrenchForce {
         [t, x.x, x.y, x.z, v.x, v.y, v.z, w.x, w.y, w.z]
     }
 
-    /// `y` in a step, and its derivative by the end.
-    fn in_step(&self, s: &Interval, rows: Option<&mut Rows>) -> [f64; INPUTS] {
+    /// `y` in a step.
+    fn in_step(&self, s: &Interval) -> [f64; INPUTS] {
         let (mid, rate) = (self.on.own(&s.q_mid), self.on.own(&s.v_mid));
         let (x, v) = (self.on.point(&mid), self.on.point(&rate));
-        let frame = matches!(self.on, ActsOn::Frame { .. });
-        let start = self.on.own(&s.q0);
-        let turn = frame.then(|| RotationVector::of_step(&start, &self.on.own(&s.q1)));
-        let w = turn.as_ref().map_or_else(Vector3::zeros, |turn| turn.theta / s.h);
-        if let Some(rows) = rows {
-            self.on.point_rows(0.5, 1, rows);
-            self.on.point_rows(1.0 / s.h, 4, rows);
-            if let Some(turn) = turn {
-                for i in 0..3 {
-                    let by = turn.by_director(&director(&start, i)) / s.h;
-                    rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
-                }
-            }
+        let mut w = Vector3::zeros();
+        if matches!(self.on, ActsOn::Frame { .. }) {
+            w = RotationVector::of_step(&self.on.own(&s.q0), &self.on.own(&s.q1)).theta / s.h;
         }
         Self::inputs(s.t_mid(), &x, &v, &w)
+    }
+
+    /// Its derivative by an end.
+    fn rows_in_step(&self, s: &Interval, node: Slot) -> Rows {
+        let mut rows = Rows::zeros();
+        self.on.point_rows(0.5, 1, &mut rows);
+        self.on.point_rows(node.sign() / s.h, 4, &mut rows);
+        if matches!(self.on, ActsOn::Frame { .. }) {
+            let by = RotationVector::by_node(node, &self.on.own(&s.q0), &self.on.own(&s.q1));
+            for (i, by) in by.into_iter().enumerate() {
+                rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&(by / s.h));
+            }
+        }
+        rows
     }
 
     /// `(f, τ)` at a node as the law states them, N and N·m.
@@ -288,7 +292,7 @@ impl WrenchForce {
 
     /// Half the impulse of a step with the directors of the end `q`.
     fn add_half(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
-        let wrench = self.law.evaluate(&self.in_step(s, None));
+        let wrench = self.law.evaluate(&self.in_step(s));
         let wrench = self.on.spatial(wrench, &self.on.own(&s.q_mid));
         self.on.add_wrench(0.5 * s.h, wrench, &self.on.own(q), out);
     }
@@ -363,11 +367,15 @@ impl DiscreteForce for WrenchForce {
         self.add_half(s, &s.q1, out);
     }
 
-    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        let mut rows = Rows::zeros();
-        let y = self.in_step(s, Some(&mut rows));
-        let by_end = self.wrench_rows(&y, &self.on.own(&s.q_mid), &rows, 0.5);
-        self.on.emit(0.5 * s.h, &(self.on.columns(&self.on.own(&s.q0)) * by_end), out);
+    fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
+        let (y, rows) = (self.in_step(s), self.rows_in_step(s, by));
+        let (mid, scale) = (self.on.own(&s.q_mid), 0.5 * s.h);
+        let slope = self.wrench_rows(&y, &mid, &rows, 0.5);
+        self.on.emit(scale, &(self.on.columns(&self.on.own(s.node(of))) * slope), out);
+        if of == by {
+            let [_, torque] = self.on.spatial(self.law.evaluate(&y), &mid);
+            self.on.turn_levers(scale, &torque, out);
+        }
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
@@ -395,6 +403,7 @@ impl DiscreteForce for WrenchForce {
 mod tests {
     use super::*;
     use nalgebra::{DMatrix, Rotation3};
+    use vi_testkit::slope_error;
 
     /// Of all inputs, with curvature.
     struct Curved;
@@ -462,15 +471,9 @@ mod tests {
             let n = force.on.size();
             for turned in [[0.5, -0.3, 0.4], [0.3, -0.5, 0.2], [0.3, -0.5, 0.2001]] {
                 let q1 = frame([0.15, 0.1, -0.2], turned);
-                let expected = differences(n, &q1, |q1| {
-                    let mut out = vec![0.0; 12];
-                    force.add_minus(&Interval::between(0.4, 0.1, &q0, q1), &mut out);
-                    out
-                });
-                let mut found = DMatrix::zeros(n, n);
-                force.add_minus_d2(&Interval::between(0.4, 0.1, &q0, &q1), &mut found);
-                let error = (found - &expected).amax() / expected.amax();
-                println!("law {k}, D_2 f_d^-: {error:.1e}");
+                let s = Interval::between(0.4, 0.1, &q0[..n], &q1[..n]);
+                let error = slope_error(&force, &s);
+                println!("law {k}, slot derivatives: {error:.1e}");
                 assert!(error < 1e-7);
             }
             let value = |q: &[f64], v: &[f64]| {

@@ -10,6 +10,7 @@
 #![allow(non_snake_case)] // A, B, N: the letters above
 
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3};
+use vi_core::Slot;
 use vi_rigid::directors::{angular_velocity, director};
 
 /// Below this `σ` the series of `A` and `B` are shorter than their rounding errors.
@@ -53,8 +54,19 @@ impl RotationVector {
     }
 
     /// `∂θ/∂d_I` at the end of a step where `d` is that of the start.
-    pub(crate) fn by_director(&self, d: &Vector3<f64>) -> Matrix3<f64> {
+    fn by_director(&self, d: &Vector3<f64>) -> Matrix3<f64> {
         self.change(&(0.5 * d.cross_matrix()), &(0.5 * d.transpose()))
+    }
+
+    /// `∂θ/∂d_I`, all three, of a step by the frame at its start or its end: exchanged, they give
+    /// `−θ`.
+    pub(crate) fn by_node(node: Slot, start: &[f64], end: &[f64]) -> [Matrix3<f64>; 3] {
+        let (from, to) = match node {
+            Slot::First => (end, start),
+            Slot::Second => (start, end),
+        };
+        let turn = Self::of_step(from, to);
+        [0, 1, 2].map(|i| node.sign() * turn.by_director(&director(from, i)))
     }
 
     /// `δθ`, for any number of changes at once: `by_s` and the row `by_cosine`.

@@ -8,7 +8,7 @@ use holonom::vi_core::force::DiscreteForce;
 use holonom::vi_core::newton::{Block, Fault};
 use holonom::vi_core::{
     Composition, Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem,
-    SeparableSystem, SparseMatrix,
+    SeparableSystem, Slot, SparseMatrix,
 };
 use holonom::vi_multibody::tree_map::TreeMap;
 use holonom::{Model, system};
@@ -96,6 +96,9 @@ impl DiscreteLagrangian for WrongSign {
     fn force_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         self.inner.force_minus_d2(s, out);
     }
+    fn force_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
+        self.inner.force_slope(s, of, by, out);
+    }
     fn discrete_potential_energy(&self, s: &Interval) -> f64 {
         self.inner.discrete_potential_energy(s)
     }
@@ -117,7 +120,12 @@ impl DiscreteForce for AtTheStart {
         }
     }
     fn add_plus(&self, _s: &Interval, _out: &mut [f64]) {}
-    fn add_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
+    fn add_slope(&self, _: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
+        let own = self.damping.as_ref().filter(|_| [of, by] == [Slot::First; 2]);
+        if let Some((rate, mass)) = own {
+            mass.for_each(|i, j, value| out.add(i, j, rate * value));
+        }
+    }
     fn add_continuous(&self, _: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
         if self.declared {
             out.iter_mut().zip(&self.w).for_each(|(o, f)| *o += f);

@@ -3,7 +3,7 @@
 use super::SeparableSystem;
 use crate::configuration::Configuration;
 use crate::discrete_lagrangian::slot_derivatives::DiscreteLagrangian;
-use crate::interval::Interval;
+use crate::interval::{Interval, Slot};
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::DiscretePotential;
 use crate::sparse::Entries;
@@ -80,6 +80,12 @@ impl DiscreteLagrangian for SeparableSystem {
     fn force_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         for force in &self.forces {
             force.add_minus_d2(s, out);
+        }
+    }
+
+    fn force_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
+        for force in &self.forces {
+            force.add_slope(s, of, by, out);
         }
     }
 

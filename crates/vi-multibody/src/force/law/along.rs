@@ -4,7 +4,7 @@ use super::target::Target;
 use super::{Input, LawForce};
 use vi_core::configuration::Configuration;
 use vi_core::coordinate_force::SignedUnknown;
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 use vi_core::quantity_effort::{Quantity, QuantityEffort};
 
 impl LawForce {
@@ -50,7 +50,7 @@ impl QuantityEffort for LawForce {
     }
 
     fn for_each_slope(&self, j: usize, s: &Interval, visit: &mut dyn FnMut(usize, f64)) {
-        self.reading.inputs[j].for_each_slope(s, visit);
+        self.reading.inputs[j].for_each_slope(s, Slot::Second, visit);
     }
 
     fn effort(&self, s: &Interval, y: &[f64]) -> f64 {

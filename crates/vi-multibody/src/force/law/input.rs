@@ -1,7 +1,7 @@
 //! What a law reads: values and slopes over a step, and at a node.
 //!
 //! ```text
-//!            in a step at t_{n+1/2}                    ∂/∂q_{n+1}
+//!            in a step at t_{n+1/2}                    ∂/∂q_{n+1};  ∂/∂q_n: 1/h → −1/h, w → −w exchanged
 //! x          ½ (θ(q_n) + θ(q_{n+1}))                   ½ ∇θ(q_{n+1})
 //! v          Δθ/h                                      (1/h) ∇θ(q_{n+1})
 //! X, Ẋ       X(q_{n+1/2}), X(Δq)/h                     ½ ∂X, (1/h) ∂X
@@ -16,7 +16,7 @@ use crate::geometry::form::Form;
 use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::{Matrix3, Vector3};
 use vi_core::Configuration;
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 use vi_rigid::directors::{self, FRAME, director};
 
 /// A quantity that a law reads.
@@ -131,18 +131,17 @@ fn spin_at_node(q: &[f64], v: &[f64], offset: usize) -> Vector3<f64> {
     directors::angular_velocity(own, rate)
 }
 
-/// Visits the entries of `a·∂w` by the end of a step.
+/// Visits the entries of `a·∂w` by an end of a step.
 fn for_each_spin_slope(
     s: &Interval,
+    node: Slot,
     offset: usize,
     a: &Vector3<f64>,
     visit: &mut dyn FnMut(usize, f64),
 ) {
     let own = offset..offset + FRAME;
-    let start = &s.q0[own.clone()];
-    let turn = RotationVector::of_step(start, &s.q1[own]);
-    let by = |i: usize| turn.by_director(&director(start, i)).tr_mul(a) / s.h;
-    for_each_of_frame(offset, [0, 1, 2].map(by), visit);
+    let by = RotationVector::by_node(node, &s.q0[own.clone()], &s.q1[own]);
+    for_each_of_frame(offset, by.map(|by| by.tr_mul(a) / s.h), visit);
 }
 
 /// The same by the position at a node: `−½ (ḋ × δd)·a = −½ δd·(a × ḋ)`.
@@ -231,14 +230,14 @@ impl Input {
         }
     }
 
-    /// The entries of its derivative by the end of a step, always in the same order; a coordinate
+    /// The entries of its derivative by an end of a step, always in the same order; a coordinate
     /// may come several times.
-    pub fn for_each_slope(&self, s: &Interval, visit: &mut dyn FnMut(usize, f64)) {
-        let by_rate = 1.0 / s.h;
+    pub fn for_each_slope(&self, s: &Interval, node: Slot, visit: &mut dyn FnMut(usize, f64)) {
+        let by_rate = node.sign() / s.h;
         match self {
             Self::Time | Self::Held(_) | Self::Past(_) | Self::Six(_) => {}
-            Self::Coordinate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, 0.5 * a)),
-            Self::Rate(own) => own.for_each_slope(&s.q1, |i, a| visit(i, by_rate * a)),
+            Self::Coordinate(own) => own.for_each_slope(s.node(node), |i, a| visit(i, 0.5 * a)),
+            Self::Rate(own) => own.for_each_slope(s.node(node), |i, a| visit(i, by_rate * a)),
             Self::Point(form, axis) => form.for_each_slope(&unit(*axis, 0.5), visit),
             Self::PointRate(form, axis) => form.for_each_slope(&unit(*axis, by_rate), visit),
             Self::Length(form) => {
@@ -249,11 +248,13 @@ impl Input {
                 let Line { along, turning, .. } = Line::of(form, &s.q_mid, &s.v_mid);
                 form.for_each_slope(&(by_rate * along + 0.5 * turning), visit);
             }
-            Self::Spin(offset, axis) => for_each_spin_slope(s, *offset, &unit(*axis, 1.0), visit),
+            Self::Spin(offset, axis) => {
+                for_each_spin_slope(s, node, *offset, &unit(*axis, 1.0), visit)
+            }
             Self::RelativeSpin { of, base, along } => {
                 let a = along.at(&s.q_mid);
-                for_each_spin_slope(s, *of, &a, visit);
-                for_each_spin_slope(s, *base, &-a, visit);
+                for_each_spin_slope(s, node, *of, &a, visit);
+                for_each_spin_slope(s, node, *base, &-a, visit);
                 let w = spin_in_step(s, *of) - spin_in_step(s, *base);
                 along.for_each_slope(&(0.5 * w), visit);
             }

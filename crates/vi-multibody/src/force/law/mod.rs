@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! f_d^∓ = (h/2) Σ_k τ_k e_k(q_n | q_{n+1}),     τ = τ(y, z̄),   y of [`Input`], e_k of [`Target`]
-//! D_2 f_d^- = (h/2) Σ_k [ e_k (dτ_k/dy ∂y/∂q_{n+1})ᵀ + τ_k ∂e_k/∂q_{n+1} ]
+//! D f_d^∓ = (h/2) Σ_k [ e_k (dτ_k/dy ∂y/∂q)ᵀ + τ_k ∂e_k/∂q ],     q = q_n or q_{n+1}
 //! ```
 //! States of signals follow the implicit midpoint rule within the step and are eliminated there:
 //! ```text
@@ -33,7 +33,7 @@ use evaluation::Work;
 use place::Place;
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force, seen_velocity};
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 use vi_core::quantity_effort::QuantityEffort;
 use vi_core::sparse::Entries;
 
@@ -103,21 +103,24 @@ impl LawForce {
 impl DiscreteForce for LawForce {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
         self.reading.with_values_in_step(s, |work| {
-            self.target.add(Place::start(s), 0.5 * s.h, work.efforts(), out);
+            self.target.add(Place::end_of(s, Slot::First), 0.5 * s.h, work.efforts(), out);
         });
     }
 
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
         self.reading.with_values_in_step(s, |work| {
-            self.target.add(Place::end(s), 0.5 * s.h, work.efforts(), out);
+            self.target.add(Place::end_of(s, Slot::Second), 0.5 * s.h, work.efforts(), out);
         });
     }
 
-    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+    fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
         self.reading.with_slopes_in_step(s, |work| {
-            let (at, scale) = (Place::start(s), 0.5 * s.h);
-            self.emit_slopes(at, scale, work, |input, visit| input.for_each_slope(s, visit), out);
-            self.target.emit_turning(at, (0.5, false), scale, work.efforts(), out);
+            let (at, scale) = (Place::end_of(s, of), 0.5 * s.h);
+            let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
+                input.for_each_slope(s, by, visit);
+            };
+            self.emit_slopes(at, scale, work, each, out);
+            self.target.emit_turning(at, (0.5, of == by), scale, work.efforts(), out);
         });
     }
 
@@ -130,8 +133,9 @@ impl DiscreteForce for LawForce {
     fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
         scratch.fill(0.0);
         self.reading.with_values_in_step(s, |work| {
-            self.target.add(Place::start(s), 0.5 * s.h, work.efforts(), scratch);
-            self.target.add(Place::end(s), 0.5 * s.h, work.efforts(), scratch);
+            for end in Slot::BOTH {
+                self.target.add(Place::end_of(s, end), 0.5 * s.h, work.efforts(), scratch);
+            }
         });
         scratch.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum()
     }

@@ -1,6 +1,6 @@
 //! Where the directions of the efforts of a law are taken.
 
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 
 /// Where the directions of efforts are taken.
 #[derive(Clone, Copy, Debug)]
@@ -12,11 +12,8 @@ pub(super) struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    pub(super) fn start(s: &'a Interval) -> Self {
-        Self { own: &s.q0, mid: &s.q_mid }
-    }
-    pub(super) fn end(s: &'a Interval) -> Self {
-        Self { own: &s.q1, mid: &s.q_mid }
+    pub(super) fn end_of(s: &'a Interval, end: Slot) -> Self {
+        Self { own: s.node(end), mid: &s.q_mid }
     }
     pub(super) fn node(q: &'a [f64]) -> Self {
         Self { own: q, mid: q }

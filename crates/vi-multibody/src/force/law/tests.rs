@@ -6,6 +6,7 @@ use crate::pair::PairKind;
 use crate::pair::joint::FrameId::Ground;
 use nalgebra::{DMatrix, Rotation3, Vector3};
 use std::sync::Arc;
+use vi_testkit::slope_error;
 
 /// Quadratic in inputs and states, of any number of efforts and rates.
 struct Curved {
@@ -151,20 +152,10 @@ fn derivatives_against_central_differences() {
         for (k, law) in laws(&built).enumerate() {
             let mut law = law.clone();
             law.reading.start = Arc::from([0.0; 3]);
-            let interval = |q1: &[f64]| {
-                let mut s = Interval::between(0.4, 0.1, &q0, q1);
-                s.internal = internal.to_vec();
-                s
-            };
-            let expected = differences(&q1, |q1| {
-                let mut out = vec![0.0; n];
-                law.add_minus(&interval(q1), &mut out);
-                out
-            });
-            let mut found = DMatrix::zeros(n, n);
-            law.add_minus_d2(&interval(&q1), &mut found);
-            let error = (&found - &expected).amax() / expected.amax();
-            println!("{states} states, law {k}: D_2 f_d^- {error:.1e}");
+            let mut s = Interval::between(0.4, 0.1, &q0, &q1);
+            s.internal = internal.to_vec();
+            let error = slope_error(&law, &s);
+            println!("{states} states, law {k}: slot derivatives {error:.1e}");
             assert!(error < 3e-8);
             if states == 0 {
                 let value = |q: &[f64], v: &[f64]| {
