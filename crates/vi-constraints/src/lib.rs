@@ -7,6 +7,7 @@
 //! | file | concept |
 //! |---|---|
 //! | [`constraints`] | `g`, `G`, second derivatives |
+//! | [`design`] | derivatives of the equations of a step by parameters |
 //! | [`null_space`] | `P` and the rank by column-pivoted QR |
 //! | [`saddle_point`] | `[A Gᵀ; G 0]` over independent rows |
 //! | [`redundancy`] | independence of rows, null vectors of `Gᵀ` |
@@ -50,6 +51,7 @@
 
 pub mod closure;
 pub mod constraints;
+pub mod design;
 mod initial;
 pub mod integrator;
 mod manifold;

@@ -14,6 +14,7 @@
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
 //! | [`coordinate_force`] | potentials and forces along an unknown of a step |
 //! | [`quantity_effort`] | efforts along an unknown by several quantities |
+//! | [`number`] | real numbers, and those with a tangent |
 //! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
 //! | [`linear`], [`sparse`] | linear solvers; matrices refilled in place |
 //! | [`sparse_cholesky`] | sparse Cholesky factors |
@@ -85,6 +86,7 @@ pub mod matrix_eigen;
 pub mod mechanical_system;
 pub mod momentum_map;
 pub mod newton;
+pub mod number;
 pub mod potential;
 pub mod predictor;
 pub mod quadratic_eigen;
@@ -105,6 +107,7 @@ pub use legendre::Energies;
 pub use mechanical_system::MechanicalSystem;
 pub use newton::{NewtonError, NewtonReport, NewtonSettings};
 pub use num_dual;
+pub use number::Number;
 pub use potential::{DiscretePotential, Potential, Quadrature};
 pub use shadow_energy::shadow_energy;
 pub use sparse::{Entries, SparseMatrix};

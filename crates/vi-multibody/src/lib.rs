@@ -25,6 +25,7 @@
 //! | `solver` | [`tree_step`]: a step of trees in sweeps over their links, [`tree_nodal`]: the same for emitted matrices, [`ensemble`]: many at once; [`closed_loop`]; [`sparse_nodal`]: bodies coupled by potentials; [`tree_map`]: dense; [`run`]: the choice |
 //! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars, from the wrenches that joints transmit; [`tree_multipliers`]: frame by frame |
 //! | [`builder`] | a mechanism described in Rust |
+//! | [`design`] | derivatives by the numbers of a mechanism: of the equations of a step, of the start |
 //!
 //! Each folder uses only those above it.
 //!
@@ -68,6 +69,7 @@ pub(crate) use opaque_debug;
 pub mod builder;
 mod constraint;
 pub mod contact;
+pub mod design;
 mod force;
 mod geometry;
 pub mod mechanism;

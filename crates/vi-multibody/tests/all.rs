@@ -8,6 +8,7 @@ mod bushings;
 mod closing;
 mod control_points;
 mod dense;
+mod design;
 mod ensemble;
 mod ensemble_forces;
 mod ensemble_recording;

@@ -77,6 +77,17 @@ pub struct Load {
     history: TimeHistory,
 }
 
+/// How force, torque and point of a load change with a parameter.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoadChange {
+    /// N.
+    pub force: Vector3<f64>,
+    /// N·m.
+    pub torque: Vector3<f64>,
+    /// m.
+    pub point: Vector3<f64>,
+}
+
 /// A force at a point and a torque, spatial components.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench {
@@ -176,6 +187,25 @@ impl Load {
         let mut force = [0.0; FRAME];
         self.add(1.0, self.wrench(t, frame), frame, &mut force);
         force.iter().zip(self.frame(v)).map(|(f, v)| f * v).sum()
+    }
+
+    /// The derivative of half the impulse of a step with the directors of the end `q`, where force,
+    /// torque and point change by those of `change` (N, N·m, m): on `(φ, d_1, d_2, d_3)` of the
+    /// frame, `(h/2) (δf, δϱ_I f + ϱ_I δf + ½ δτ×d_I)`.
+    #[must_use]
+    pub fn half_impulse_by(&self, change: &LoadChange, s: &Interval, q: &[f64]) -> [f64; FRAME] {
+        let mut out = [0.0; FRAME];
+        let (force, torque) = (change.force, change.torque);
+        let changed = Self { force, torque, history: self.history.clone(), ..*self };
+        let (t, middle, scale) = (s.t_mid(), self.frame(&s.q_mid), 0.5 * s.h);
+        changed.add(scale, changed.wrench(t, middle), self.frame(q), &mut out);
+        let force = self.wrench(t, middle).force;
+        for i in 0..3 {
+            for k in 0..3 {
+                out[3 + 3 * i + k] += scale * change.point[i] * force[k];
+            }
+        }
+        out
     }
 
     fn frame<'a>(&self, q: &'a [f64]) -> &'a [f64] {

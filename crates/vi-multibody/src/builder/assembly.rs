@@ -298,7 +298,9 @@ impl MechanismBuilder {
         };
         let coordinate = |id: &CoordinateId| {
             known(element, "joint", id.joint.index(), self.joints.len())?;
-            principal(&description.joints[id.joint.index()], id.freedom, element)
+            let joint = id.joint.index();
+            let found = principal(&description.joints[joint], id.freedom, element)?;
+            Ok(found.placed(joint, id.freedom))
         };
         Ok(match &constraint.kind {
             ConstraintKind::Distance { from, to, length } => {

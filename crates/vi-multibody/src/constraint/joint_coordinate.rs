@@ -19,6 +19,7 @@ use crate::pair::joint::{FrameId, Joint};
 use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use vi_core::Configuration;
+use vi_core::Number;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
@@ -31,6 +32,7 @@ pub struct JointCoordinate {
     slot: usize,                     // among the unwrapped angles
     unknown: Option<SignedUnknown>,  // of a step, where the joint belongs to the tree
     on_ground: bool,                 // whether the joint is one with the ground
+    place: Option<(usize, usize)>,   // joint of the mechanism, freedom
 }
 
 /// An angle as a principal value and whole revolutions; a length and zero.
@@ -56,16 +58,67 @@ const UNLISTED: usize = usize::MAX;
 
 /// What a joint coordinate is a function of: products of linear forms of `q`.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum Value<T = f64> {
     /// `u`.
-    Length(Row),
+    Length(Row<T>),
     /// `θ = atan2(s, c)`.
     Angle {
         /// `s`.
-        sine: Row,
+        sine: Row<T>,
         /// `c`.
-        cosine: Row,
+        cosine: Row<T>,
     },
+}
+
+impl<T: Number> Value<T> {
+    /// Of a degree of freedom that the joint, or a pair with the same axes, has; `None` where it is
+    /// no such coordinate.
+    #[must_use]
+    pub fn of(joint: &Joint<T>, freedom: DegreeOfFreedom) -> Option<Self> {
+        // axis of the child times axis of the parent
+        let product = |[i, j]: [usize; 2]| {
+            Row::product(joint.child.axis(i), joint.parent.axis(j), T::of(0.0))
+        };
+        match freedom {
+            DegreeOfFreedom::Length(i) => {
+                Some(Self::Length(Row::product(joint.parent.axis(i), joint.gap(), T::of(0.0))))
+            }
+            DegreeOfFreedom::Angle { sine, cosine } => {
+                Some(Self::Angle { sine: product(sine), cosine: product(cosine) })
+            }
+            DegreeOfFreedom::Position | DegreeOfFreedom::Rotation => None,
+        }
+    }
+
+    /// `θ ∈ [−π, π]`, or the length.
+    #[must_use]
+    pub fn principal(&self, q: &[f64]) -> T {
+        match self {
+            Self::Length(row) => row.value(q),
+            Self::Angle { sine, cosine } => sine.value(q).arctangent(cosine.value(q)),
+        }
+    }
+
+    /// The rows it is made of, with the factors of their gradients at `q`.
+    fn parts(&self, q: &[f64]) -> [(T, Option<&Row<T>>); 2] {
+        match self {
+            Self::Length(row) => [(T::of(1.0), Some(row)), (T::of(0.0), None)],
+            Self::Angle { sine, cosine } => {
+                let (s, c) = (sine.value(q), cosine.value(q));
+                let square = s * s + c * c;
+                [(c / square, Some(sine)), (-s / square, Some(cosine))]
+            }
+        }
+    }
+
+    /// The entries of the gradient, always in the same order; a coordinate may come several times.
+    pub fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, T)) {
+        for (factor, row) in self.parts(q) {
+            if let Some(row) = row {
+                row.for_each_slope(q, |i, slope| visit(i, factor * slope));
+            }
+        }
+    }
 }
 
 /// Products of the axes of two frames with `n' = n`, beside `m_1'·m_2` and `m_1'·m_1`.
@@ -116,27 +169,28 @@ impl JointCoordinate {
     #[must_use]
     pub fn length(row: Row) -> Self {
         let value = Value::Length(row);
-        Self { value, shared: None, slot: UNLISTED, unknown: None, on_ground: false }
+        Self { value, shared: None, slot: UNLISTED, unknown: None, on_ground: false, place: None }
     }
 
     /// The coordinate of a degree of freedom that the joint, or a pair with the same axes, has.
     pub(crate) fn of(joint: &Joint, freedom: DegreeOfFreedom) -> Option<Self> {
-        // axis of the child times axis of the parent
-        let product =
-            |[i, j]: [usize; 2]| Row::product(joint.child.axis(i), joint.parent.axis(j), 0.0);
-        let value = match freedom {
-            DegreeOfFreedom::Length(i) => {
-                Value::Length(Row::product(joint.parent.axis(i), joint.gap(), 0.0))
-            }
-            DegreeOfFreedom::Angle { sine, cosine } => {
-                Value::Angle { sine: product(sine), cosine: product(cosine) }
-            }
-            DegreeOfFreedom::Position | DegreeOfFreedom::Rotation => return None,
-        };
+        let value = Value::of(joint, freedom)?;
         let on_ground =
             [&joint.parent, &joint.child].iter().any(|end| end.frame == FrameId::Ground);
         let shared = SharedAxis::of(joint, freedom).map(Box::new);
-        Some(Self { value, shared, slot: UNLISTED, unknown: None, on_ground })
+        Some(Self { value, shared, slot: UNLISTED, unknown: None, on_ground, place: None })
+    }
+
+    /// Of which joint of a mechanism it is which freedom.
+    pub(crate) fn placed(mut self, joint: usize, freedom: usize) -> Self {
+        self.place = Some((joint, freedom));
+        self
+    }
+
+    /// Joint and freedom in a mechanism, where it is one.
+    #[must_use]
+    pub fn place(&self) -> Option<(usize, usize)> {
+        self.place
     }
 
     /// Notes the unknown of a step that it is.
@@ -252,24 +306,8 @@ impl JointCoordinate {
         }
     }
 
-    /// `θ ∈ [−π, π]`, or the length.
     fn principal_value(&self, q: &[f64]) -> f64 {
-        match &self.value {
-            Value::Length(row) => row.value(q),
-            Value::Angle { sine, cosine } => libm::atan2(sine.value(q), cosine.value(q)),
-        }
-    }
-
-    /// The rows it is made of, with the factors of their gradients at `q`.
-    fn parts(&self, q: &[f64]) -> [(f64, Option<&Row>); 2] {
-        match &self.value {
-            Value::Length(row) => [(1.0, Some(row)), (0.0, None)],
-            Value::Angle { sine, cosine } => {
-                let (s, c) = (sine.value(q), cosine.value(q));
-                let square = s * s + c * c;
-                [(c / square, Some(sine)), (-s / square, Some(cosine))]
-            }
-        }
+        self.value.principal(q)
     }
 
     /// `out ← out + scale ∇θ(q)`.
@@ -297,17 +335,13 @@ impl JointCoordinate {
     }
 
     /// The entries of `∇θ(q)`, always in the same order; a coordinate may come several times.
-    pub fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
-        for (factor, row) in self.parts(q) {
-            if let Some(row) = row {
-                row.for_each_slope(q, |i, slope| visit(i, factor * slope));
-            }
-        }
+    pub fn for_each_slope(&self, q: &[f64], visit: impl FnMut(usize, f64)) {
+        self.value.for_each_slope(q, visit);
     }
 
     /// The gradient as wrenches on the frames.
     pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
-        for (factor, row) in self.parts(q) {
+        for (factor, row) in self.value.parts(q) {
             if let Some(row) = row {
                 row.for_each_wrench(q, |frame, w| {
                     visit(frame, Twist::new(factor * w.linear, factor * w.angular));

@@ -12,6 +12,7 @@
 use crate::geometry::form::Form;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
+use vi_core::Number;
 use vi_core::force::Force;
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
@@ -29,31 +30,41 @@ pub enum SpringLaw {
 
 /// A spring between two points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spring {
+pub struct Spring<T = f64> {
     /// `D = X_b − X_a`.
-    pub between: Form,
+    pub between: Form<T>,
     /// `k`.
-    pub stiffness: f64,
+    pub stiffness: T,
     /// `l_0`, m.
-    pub natural_length: f64,
+    pub natural_length: T,
     /// Force law.
     pub law: SpringLaw,
 }
 
-impl Spring {
+impl<T: Number> Spring<T> {
     /// `V'` and `V''` with respect to `s = D·D`.
-    fn derivatives(&self, s: f64) -> (f64, f64) {
+    fn derivatives(&self, s: T) -> (T, T) {
         let (k, l0) = (self.stiffness, self.natural_length);
+        let half = T::of(0.5) * k;
         match self.law {
             SpringLaw::QuadraticStretch => (k * (s - l0 * l0), k),
-            SpringLaw::Linear if l0 == 0.0 => (0.5 * k, 0.0),
+            SpringLaw::Linear if l0.vanishes() => (half, T::of(0.0)),
             SpringLaw::Linear => {
                 let l = s.sqrt();
-                (0.5 * k * (1.0 - l0 / l), 0.25 * k * l0 / (s * l))
+                (half * (T::of(1.0) - l0 / l), T::of(0.25) * k * l0 / (s * l))
             }
         }
     }
 
+    /// `scale ∂V/∂D`.
+    pub(crate) fn pull(&self, q: &[f64], scale: f64) -> Vector3<T> {
+        let d = self.between.at(q);
+        let (slope, _) = self.derivatives(d.dot(&d));
+        d * (T::of(2.0 * scale) * slope)
+    }
+}
+
+impl Spring {
     /// `dV/dl`, N: positive when the spring pulls its ends together.
     #[must_use]
     pub fn tension(&self, q: &[f64]) -> f64 {
@@ -76,9 +87,7 @@ impl Potential for Spring {
     }
 
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
-        let d = self.between.at(q);
-        let (slope, _) = self.derivatives(d.norm_squared());
-        self.between.add_transposed(&(2.0 * scale * slope * d), out);
+        self.between.add_transposed(&self.pull(q, scale), out);
     }
 
     fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
@@ -91,11 +100,19 @@ impl Potential for Spring {
 
 /// A damper between two points, along their line.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Damper {
+pub struct Damper<T = f64> {
     /// `D = X_b − X_a`.
-    pub between: Form,
+    pub between: Form<T>,
     /// `c`, N·s/m.
-    pub damping: f64,
+    pub damping: T,
+}
+
+impl<T: Number> Damper<T> {
+    /// `f` on `X_b`.
+    pub(crate) fn force(&self, q: &[f64], v: &[f64]) -> Vector3<T> {
+        let (d, rate) = (self.between.at(q), self.between.rate(v));
+        d * (-self.damping * d.dot(&rate) / d.dot(&d))
+    }
 }
 
 impl Damper {
@@ -111,8 +128,8 @@ impl Damper {
         let (d, rate) = (self.between.at(q), self.between.rate(v));
         let s = d.norm_squared();
         let (along, c) = (d.dot(&rate), self.damping);
-        let f = -c * along / s * d;
         // f = −c (D·Ḋ) D / (D·D)
+        let f = self.force(q, v);
         let by_position = -c
             * (d * rate.transpose() / s + along / s * Matrix3::identity()
                 - 2.0 * along / (s * s) * d * d.transpose());
@@ -122,10 +139,10 @@ impl Damper {
 
 impl Force for Damper {
     fn add(&self, _t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
-        self.between.add_transposed(&(scale * self.law(q, v).0), out);
+        self.between.add_transposed(&(scale * self.force(q, v)), out);
     }
     fn power(&self, _t: f64, q: &[f64], v: &[f64], _scratch: &mut [f64]) -> f64 {
-        self.law(q, v).0.dot(&self.between.rate(v))
+        self.force(q, v).dot(&self.between.rate(v))
     }
     fn add_position_derivative(
         &self,

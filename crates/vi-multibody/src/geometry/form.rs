@@ -9,32 +9,35 @@
 //! D²g[v, w] = s (A(v)·B(w) + A(w)·B(v))      constant in q
 //! ```
 //! so `g(q_{n+1}) − g(q_n) = G(q_{n+1/2}) Δq` holds exactly, and the second derivative costs
-//! nothing.
+//! nothing. With dual numbers as coefficients each of these has its derivative by a parameter beside
+//! it ([`Form::with_tangent`]).
 
 use crate::geometry::twist::Twist;
 use nalgebra::Vector3;
+use vi_core::Number;
+use vi_core::num_dual::Dual64;
 use vi_core::sparse::Entries;
 
 /// `Σ_k c_k x_k + c_0` with vectors `x_k` of two or three coordinates stored from given offsets on.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Form {
-    constant: Vector3<f64>,
-    terms: Vec<Term>,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Form<T = f64> {
+    constant: Vector3<T>,
+    terms: Vec<Term<T>>,
     points: f64, // how far it moves where all bodies and point masses move by 1
 }
 
 /// `coefficient · q[offset .. offset + dimension]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Term {
+pub struct Term<T = f64> {
     /// First coordinate of the vector.
     pub offset: usize,
     /// Number of its coordinates, 2 or 3.
     pub dimension: usize,
     /// Factor.
-    pub coefficient: f64,
+    pub coefficient: T,
 }
 
-impl Term {
+impl<T> Term<T> {
     /// The vector among the coordinates `q`.
     #[inline]
     fn of(&self, q: &[f64]) -> Vector3<f64> {
@@ -46,33 +49,33 @@ impl Term {
     }
 }
 
-impl Form {
+impl<T: Number> Form<T> {
     /// A constant vector.
     #[must_use]
-    pub fn constant(value: Vector3<f64>) -> Self {
+    pub fn constant(value: Vector3<T>) -> Self {
         Self { constant: value, terms: Vec::new(), points: 0.0 }
     }
 
     /// A point mass: the vector at `offset`.
     #[must_use]
     pub fn particle(offset: usize, dimension: usize) -> Self {
-        let term = Term { offset, dimension, coefficient: 1.0 };
+        let term = Term { offset, dimension, coefficient: T::of(1.0) };
         Self { constant: Vector3::zeros(), terms: vec![term], points: 1.0 }
     }
 
     /// The vector with components `c` in the directors of the frame at `offset`.
     #[must_use]
-    pub fn vector(offset: usize, c: &Vector3<f64>) -> Self {
+    pub fn vector(offset: usize, c: &Vector3<T>) -> Self {
         let term = |i: usize| Term { offset: offset + 3 + 3 * i, dimension: 3, coefficient: c[i] };
-        let terms = (0..3).filter(|&i| c[i] != 0.0).map(term).collect();
+        let terms = (0..3).filter(|&i| !c[i].vanishes()).map(term).collect();
         Self { constant: Vector3::zeros(), terms, points: 0.0 }
     }
 
     /// The point at `φ + Σ c_I d_I` of the frame at `offset`.
     #[must_use]
-    pub fn point(offset: usize, c: &Vector3<f64>) -> Self {
+    pub fn point(offset: usize, c: &Vector3<T>) -> Self {
         let mut form = Self::vector(offset, c);
-        form.terms.insert(0, Term { offset, dimension: 3, coefficient: 1.0 });
+        form.terms.insert(0, Term { offset, dimension: 3, coefficient: T::of(1.0) });
         form.points = 1.0;
         form
     }
@@ -91,9 +94,11 @@ impl Form {
 
     fn plus_multiple(&self, by: f64, other: &Self) -> Self {
         let mut terms = self.terms.clone();
-        terms.extend(other.terms.iter().map(|t| Term { coefficient: by * t.coefficient, ..*t }));
+        let factor = T::of(by);
+        terms
+            .extend(other.terms.iter().map(|t| Term { coefficient: factor * t.coefficient, ..*t }));
         let points = self.points + by * other.points;
-        Self { constant: self.constant + by * other.constant, terms, points }
+        Self { constant: self.constant + other.constant * factor, terms, points }
     }
 
     /// Whether a translation of all bodies and point masses changes it: a point, or the distance of
@@ -105,30 +110,60 @@ impl Form {
 
     /// `c_0`.
     #[must_use]
-    pub fn constant_part(&self) -> Vector3<f64> {
+    pub fn constant_part(&self) -> Vector3<T> {
         self.constant
     }
 
     /// Its terms.
     #[must_use]
-    pub fn terms(&self) -> &[Term] {
+    pub fn terms(&self) -> &[Term<T>] {
         &self.terms
     }
 
     /// The value at `q`.
     #[must_use]
-    pub fn at(&self, q: &[f64]) -> Vector3<f64> {
+    pub fn at(&self, q: &[f64]) -> Vector3<T> {
         self.constant + self.rate(q)
     }
 
     /// The homogeneous part at `v`: the rate of the form along the velocity `v`.
     #[must_use]
-    pub fn rate(&self, v: &[f64]) -> Vector3<f64> {
+    pub fn rate(&self, v: &[f64]) -> Vector3<T> {
         let mut sum = Vector3::zeros();
         for term in &self.terms {
-            sum += term.coefficient * term.of(v);
+            sum += term.of(v).map(T::of) * term.coefficient;
         }
         sum
+    }
+
+    /// The entries of `∂(f·form)/∂q`: coordinate and slope, always in the same order.
+    #[inline]
+    pub fn for_each_slope(&self, f: &Vector3<T>, mut visit: impl FnMut(usize, T)) {
+        for term in self.terms() {
+            for i in 0..term.dimension {
+                visit(term.offset + i, term.coefficient * f[i]);
+            }
+        }
+    }
+}
+
+impl Form {
+    /// The form with its derivative by a parameter: coefficients and constant of `tangent`.
+    #[must_use]
+    pub fn with_tangent(&self, tangent: &Self) -> Form<Dual64> {
+        let pair = |[value, slope]: [f64; 2]| Dual64::new(value, slope);
+        let own = self.terms.iter().map(|t| (t, [t.coefficient, 0.0]));
+        let moved = tangent.terms.iter().map(|t| (t, [0.0, t.coefficient]));
+        let term = |(t, c): (&Term, _)| Term {
+            offset: t.offset,
+            dimension: t.dimension,
+            coefficient: pair(c),
+        };
+        Form {
+            constant: self.constant.zip_map(&tangent.constant, Dual64::new),
+            terms: own.chain(moved).map(term).collect(),
+            points: self.points,
+        }
     }
 
     /// `out ← out + (∂form/∂q)ᵀ f`.
@@ -136,16 +171,6 @@ impl Form {
         for term in &self.terms {
             for i in 0..term.dimension {
                 out[term.offset + i] += term.coefficient * f[i];
-            }
-        }
-    }
-
-    /// The entries of `∂(f·form)/∂q`: coordinate and slope, always in the same order.
-    #[inline]
-    pub fn for_each_slope(&self, f: &Vector3<f64>, mut visit: impl FnMut(usize, f64)) {
-        for term in self.terms() {
-            for i in 0..term.dimension {
-                visit(term.offset + i, term.coefficient * f[i]);
             }
         }
     }
@@ -192,43 +217,54 @@ impl Form {
 
 /// A constraint `s (A·B − c) = 0`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct Row<T = f64> {
     /// `s`.
     pub scale: f64,
     /// `A`.
-    pub a: Form,
+    pub a: Form<T>,
     /// `B`.
-    pub b: Form,
+    pub b: Form<T>,
     /// `c`.
-    pub target: f64,
+    pub target: T,
 }
 
-impl Row {
+impl<T: Number> Row<T> {
     /// `A·B − c = 0`.
     #[must_use]
-    pub fn product(a: Form, b: Form, target: f64) -> Self {
+    pub fn product(a: Form<T>, b: Form<T>, target: T) -> Self {
         Self { scale: 1.0, a, b, target }
     }
 
     /// The three rows `B = 0`.
     #[must_use]
-    pub fn vanishing(b: &Form) -> Vec<Self> {
-        let unit = |i: usize| Form::constant(Vector3::ith(i, 1.0));
-        (0..3).map(|i| Self::product(unit(i), b.clone(), 0.0)).collect()
+    pub fn vanishing(b: &Form<T>) -> Vec<Self> {
+        let unit = |i: usize| Form::constant(Vector3::ith(i, T::of(1.0)));
+        (0..3).map(|i| Self::product(unit(i), b.clone(), T::of(0.0))).collect()
     }
 
     /// `½ (|B|² − l²) = 0`.
     #[must_use]
-    pub fn distance(b: &Form, length: f64) -> Self {
+    pub fn distance(b: &Form<T>, length: T) -> Self {
         Self { scale: 0.5, a: b.clone(), b: b.clone(), target: length * length }
     }
 
     /// `g(q)`.
     #[must_use]
-    pub fn value(&self, q: &[f64]) -> f64 {
-        self.scale * (self.a.at(q).dot(&self.b.at(q)) - self.target)
+    pub fn value(&self, q: &[f64]) -> T {
+        T::of(self.scale) * (self.a.at(q).dot(&self.b.at(q)) - self.target)
     }
 
+    /// The entries of the row of `G(q)`: coordinate and slope, always in the same order.
+    pub fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, T)) {
+        let scale = T::of(self.scale);
+        let (a, b) = (self.a.at(q) * scale, self.b.at(q) * scale);
+        for (form, f) in [(&self.a, b), (&self.b, a)] {
+            form.for_each_slope(&f, &mut visit);
+        }
+    }
+}
+
+impl Row {
     /// `G(q) v`.
     #[must_use]
     pub fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
@@ -246,14 +282,6 @@ impl Row {
     /// Emits the row `row` of `G(q)`.
     pub fn emit(&self, q: &[f64], row: usize, out: &mut dyn Entries) {
         self.for_each_slope(q, |column, slope| out.add(row, column, slope));
-    }
-
-    /// The entries of the row of `G(q)`: coordinate and slope, always in the same order.
-    pub fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
-        let (a, b) = (self.scale * self.a.at(q), self.scale * self.b.at(q));
-        for (form, f) in [(&self.a, b), (&self.b, a)] {
-            form.for_each_slope(&f, &mut visit);
-        }
     }
 
     /// The row of `G` as wrenches on the frames it touches (coordinates in twelves): force at `φ`

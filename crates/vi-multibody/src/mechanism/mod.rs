@@ -172,9 +172,9 @@ impl Mechanism {
         if let Some(known) = self.coordinates.get(&place) {
             return Some(known.clone());
         }
-        let joint = self.description.joints.get(joint)?;
-        let mut coordinate = JointCoordinate::principal(joint, freedom)?;
-        coordinate.note_unknown(self.tree.unknown_of(joint, freedom));
+        let own = self.description.joints.get(joint)?;
+        let mut coordinate = JointCoordinate::principal(own, freedom)?.placed(joint, freedom);
+        coordinate.note_unknown(self.tree.unknown_of(own, freedom));
         coordinate.list(&mut self.angles);
         self.coordinates.insert(place, coordinate.clone());
         Some(coordinate)
@@ -445,7 +445,12 @@ impl Mechanism {
     /// The weight `M γ`, N, with the acceleration `γ` of gravity at every point, shape `n`.
     #[must_use]
     pub fn weight(&self, mass: &SparseMatrix) -> Vec<f64> {
-        let gravity = &self.description.gravity;
+        self.weight_in(&self.description.gravity, mass)
+    }
+
+    /// The same with another acceleration of gravity.
+    #[must_use]
+    pub(crate) fn weight_in(&self, gravity: &Vector3<f64>, mass: &SparseMatrix) -> Vec<f64> {
         let mut acceleration = vec![0.0; self.dim()]; // γ at every point, 0 at every director
         for k in 0..self.description.bodies.len() {
             (0..3).for_each(|i| acceleration[12 * k + i] = gravity[i]);

@@ -5,6 +5,7 @@ use super::joint::{Joint, JointConfiguration};
 use super::thread;
 use crate::geometry::form::Row;
 use nalgebra::Vector3;
+use vi_core::Number;
 
 /// Some rows of `g_ex`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,10 +39,10 @@ impl PairConstraint {
     }
 
     /// Its rows but the thread.
-    pub(crate) fn rows(self, joint: &Joint) -> Vec<Row> {
-        let gap = |axis: usize| Row::product(joint.parent.axis(axis), joint.gap(), 0.0);
+    pub(crate) fn rows<T: Number>(self, joint: &Joint<T>) -> Vec<Row<T>> {
+        let gap = |axis: usize| Row::product(joint.parent.axis(axis), joint.gap(), T::of(0.0));
         let axes = |[parent, child]: [usize; 2]| {
-            Row::product(joint.parent.axis(parent), joint.child.axis(child), 0.0)
+            Row::product(joint.parent.axis(parent), joint.child.axis(child), T::of(0.0))
         };
         match self {
             Self::NoGap => Row::vanishing(&joint.gap()),

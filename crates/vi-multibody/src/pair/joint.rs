@@ -11,6 +11,7 @@
 use crate::geometry::form::Form;
 use crate::pair::PairKind;
 use nalgebra::{Matrix3, Vector3};
+use vi_core::Number;
 use vi_rigid::directors;
 
 /// A frame, or the ground (origin at 0, directors the inertial base).
@@ -27,13 +28,13 @@ pub const GROUND: [f64; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0,
 
 /// One side of a joint: everything fixed in that frame, as components in its directors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Side {
+pub struct Side<T = f64> {
     /// Which frame.
     pub frame: FrameId,
     /// `ϱ`: anchor from `φ`.
-    pub anchor: Vector3<f64>,
+    pub anchor: Vector3<T>,
     /// Columns `m_1, m_2, n` (on the child: `m_1', m_2', n'`).
-    pub axes: Matrix3<f64>,
+    pub axes: Matrix3<T>,
 }
 
 impl Side {
@@ -53,10 +54,12 @@ impl Side {
             FrameId::Frame(k) => &q[12 * k..12 * k + 12],
         }
     }
+}
 
+impl<T: Number> Side<T> {
     /// The anchor point as a form.
     #[must_use]
-    pub fn point(&self) -> Form {
+    pub fn point(&self) -> Form<T> {
         match self.frame {
             FrameId::Ground => Form::constant(self.anchor),
             FrameId::Frame(k) => Form::point(12 * k, &self.anchor),
@@ -65,8 +68,8 @@ impl Side {
 
     /// Axis `i` (0: `m_1`, 1: `m_2`, 2: `n`) as a form.
     #[must_use]
-    pub fn axis(&self, i: usize) -> Form {
-        let components: Vector3<f64> = self.axes.column(i).into();
+    pub fn axis(&self, i: usize) -> Form<T> {
+        let components: Vector3<T> = self.axes.column(i).into();
         match self.frame {
             FrameId::Ground => Form::constant(components),
             FrameId::Frame(k) => Form::vector(12 * k, &components),
@@ -94,15 +97,15 @@ impl Side {
 /// assert!(at.gap().norm() < 1e-15 && (at.axis(2) - Vector3::y()).norm() < 1e-15);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
+pub struct Joint<T = f64> {
     /// Its name.
     pub name: String,
     /// Which kinematic pair.
     pub kind: PairKind,
     /// The side of body 1.
-    pub parent: Side,
+    pub parent: Side<T>,
     /// The side of body 2.
-    pub child: Side,
+    pub child: Side<T>,
 }
 
 impl Joint {
@@ -123,16 +126,18 @@ impl Joint {
         Self { name: self.name.clone(), kind, parent, child }
     }
 
-    /// The gap `r` as a form.
-    #[must_use]
-    pub fn gap(&self) -> Form {
-        self.child.point().minus(&self.parent.point())
-    }
-
     /// The vectors of the joint in the configuration `q` of all frames.
     #[must_use]
     pub fn configuration<'a>(&'a self, q: &'a [f64]) -> JointConfiguration<'a> {
         JointConfiguration::new(self, self.parent.coordinates(q), self.child.coordinates(q))
+    }
+}
+
+impl<T: Number> Joint<T> {
+    /// The gap `r` as a form.
+    #[must_use]
+    pub fn gap(&self) -> Form<T> {
+        self.child.point().minus(&self.parent.point())
     }
 }
 

@@ -100,6 +100,7 @@ use crate::pair::joint::{Joint, JointConfiguration};
 use crate::pair::symbol::SymbolPart;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use vi_core::Number;
 
 /// The table of the pairs: a variant, its data if it has any with those of [`PairKind::ALL`], and
 /// its file.
@@ -324,7 +325,7 @@ impl PairKind {
 
     /// The constraints `g_ex` but the thread of a screw.
     #[must_use]
-    pub fn rows(self, joint: &Joint) -> Vec<Row> {
+    pub fn rows<T: Number>(self, joint: &Joint<T>) -> Vec<Row<T>> {
         self.properties().constraints.iter().flat_map(|group| group.rows(joint)).collect()
     }
 

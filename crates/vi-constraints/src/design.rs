@@ -1,0 +1,52 @@
+//! Derivatives of the equations of a step by parameters.
+//!
+//! ```text
+//! b = p̄_n + D_1 L_d + f_d^- − h G(q_n)ᵀ λ_n = 0,   g(q_{n+1}) = 0,   p̄_{n+1} = D_2 L_d + f_d^+
+//! b_θ = (D_1 L_d + f_d^-)_θ − (Gᵀ h λ_n)_θ          g_θ(q_{n+1})      (D_2 L_d + f_d^+)_θ
+//! ```
+//! Subscripts `θ` are partial derivatives with `(q_n, p̄_n, q_{n+1}, λ_n)` held. `μ`, `b'`, `σ`:
+//! costates of a step.
+
+use vi_core::Interval;
+
+/// Explicit derivatives of the equations of a step by parameters, at fixed
+/// `(q_n, p̄_n, q_{n+1}, λ_n)`.
+pub trait Design {
+    /// Number of parameters.
+    fn len(&self) -> usize;
+
+    /// Whether there is none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Along parameter `k`: `minus += b_θ` and `plus += (D_2 L_d + f_d^+)_θ`, shape `n`;
+    /// `rows += g_θ(q_{n+1})`, shape `m`. `impulse`: `h λ_n`, shape `m`.
+    fn add_tangent(
+        &self,
+        k: usize,
+        s: &Interval,
+        impulse: &[f64],
+        minus: &mut [f64],
+        plus: &mut [f64],
+        rows: &mut [f64],
+    );
+
+    /// Of all parameters at once: `gradient_k += plus·b' − minus·μ − rows·σ` with what
+    /// [`Design::add_tangent`] adds.
+    fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, out: &mut [f64]);
+
+    /// Whether a parameter enters `g`.
+    fn moves_constraints(&self) -> bool;
+}
+
+/// The costates of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Costates<'a> {
+    /// `μ`, of the equation of the step, shape `n`.
+    pub step: &'a [f64],
+    /// `b' = dJ/dp̄_{n+1}`, shape `n`.
+    pub momentum: &'a [f64],
+    /// `σ`, of `g(q_{n+1}) = 0`, shape `m`.
+    pub rows: &'a [f64],
+}

@@ -1,0 +1,87 @@
+//! Numbers that formulas of geometry are written for: real ones, and those with a tangent.
+//!
+//! ```text
+//! x = x + ε x_θ,  ε² = 0
+//! ```
+//! A formula of the elements that is evaluated with a [`Dual64`] gives its value and its derivative
+//! by one parameter, exactly; with `f64` it is the formula of the step.
+
+use num_dual::Dual64;
+
+/// `f64`, or a number with its derivative by a parameter.
+pub trait Number: nalgebra::RealField + Copy {
+    /// A constant.
+    fn of(value: f64) -> Self;
+    /// The value.
+    fn real(self) -> f64;
+    /// Whether it is zero, and its derivative as well.
+    fn vanishes(self) -> bool;
+    /// `atan2(self, x)`, rad.
+    fn arctangent(self, x: Self) -> Self;
+    /// `sin` and `cos`.
+    fn sine_cosine(self) -> [Self; 2];
+}
+
+impl Number for f64 {
+    #[inline]
+    fn of(value: f64) -> Self {
+        value
+    }
+    #[inline]
+    fn real(self) -> f64 {
+        self
+    }
+    #[inline]
+    fn vanishes(self) -> bool {
+        self == 0.0
+    }
+    #[inline]
+    fn arctangent(self, x: Self) -> Self {
+        libm::atan2(self, x)
+    }
+    #[inline]
+    fn sine_cosine(self) -> [Self; 2] {
+        [libm::sin(self), libm::cos(self)]
+    }
+}
+
+impl Number for Dual64 {
+    fn of(value: f64) -> Self {
+        Self::from_re(value)
+    }
+    fn real(self) -> f64 {
+        self.re
+    }
+    fn vanishes(self) -> bool {
+        self.re == 0.0 && self.eps == 0.0
+    }
+    fn arctangent(self, x: Self) -> Self {
+        let square = self.re * self.re + x.re * x.re;
+        let slope = (x.re * self.eps - self.re * x.eps) / square;
+        Self::new(libm::atan2(self.re, x.re), slope)
+    }
+    fn sine_cosine(self) -> [Self; 2] {
+        let (sine, cosine) = (libm::sin(self.re), libm::cos(self.re));
+        [Self::new(sine, cosine * self.eps), Self::new(cosine, -sine * self.eps)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tangents_of_angles_follow_from_their_functions() {
+        let angle = Dual64::new(2.3, 0.7);
+        let [sine, cosine] = angle.sine_cosine();
+        let again = sine.arctangent(cosine);
+        assert!((again.re - 2.3).abs() < 1e-15 && (again.eps - 0.7).abs() < 1e-15);
+        let [long, wide] = [sine * Dual64::new(3.0, 0.4), cosine * Dual64::new(3.0, 0.4)];
+        assert!((long.arctangent(wide).eps - 0.7).abs() < 1e-15, "a length turns nothing");
+    }
+
+    #[test]
+    fn what_has_a_tangent_does_not_vanish() {
+        assert!(Dual64::of(0.0).vanishes() && !Dual64::new(0.0, 1.0).vanishes());
+    }
+}

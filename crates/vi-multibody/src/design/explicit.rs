@@ -1,0 +1,249 @@
+//! What elements add to the derivative of the equations of a step by a parameter.
+
+use super::{EffortTangent, MechanismTangent};
+use crate::constraint::joint_coordinate::{Change, JointCoordinate, Value};
+use crate::force::spring::{Damper, Spring};
+use crate::geometry::form::Form;
+use crate::mechanism::Mechanism;
+use nalgebra::Vector3;
+use std::sync::Arc;
+use vi_core::coordinate_force::CoordinateForce;
+use vi_core::force::Force;
+use vi_core::num_dual::Dual64;
+use vi_core::{Interval, Quadrature};
+use vi_rigid::directors::FRAME;
+use vi_rigid::load::{Load, LoadChange};
+
+/// Takes derivatives, entry by entry.
+pub(super) trait Sink {
+    /// Of `D_1 L_d + f_d^- − Gᵀ h λ`.
+    fn minus(&mut self, i: usize, value: f64);
+    /// Of `D_2 L_d + f_d^+`.
+    fn plus(&mut self, i: usize, value: f64);
+    /// Of `g`.
+    fn row(&mut self, i: usize, value: f64);
+}
+
+/// The derivative of what an element adds to the equations of a step.
+pub(super) trait Explicit: Send + Sync {
+    /// Emits it.
+    fn emit(&self, s: &Interval, out: &mut dyn Sink);
+}
+
+/// `M_θ` of bodies and point masses: `D_1 L_d = −M Δq/h + (h/2) M γ`, `D_2 L_d = M Δq/h + (h/2) M γ`.
+pub(super) struct Masses {
+    blocks: Vec<MassBlock>,
+    gravity: Vector3<f64>,
+}
+
+/// Vectors of coordinates with the masses that couple them.
+struct MassBlock {
+    offset: usize,
+    dimension: usize,
+    masses: Vec<(usize, usize, f64)>, // vector, vector, mass
+}
+
+impl MassBlock {
+    /// `M_θ v`, entry by entry.
+    fn for_each_momentum(&self, v: impl Fn(usize) -> f64, mut visit: impl FnMut(usize, f64)) {
+        for &(a, b, mass) in &self.masses {
+            for i in 0..self.dimension {
+                let of = |vector: usize| self.offset + self.dimension * vector + i;
+                visit(of(a), mass * v(of(b)));
+            }
+        }
+    }
+}
+
+impl Masses {
+    /// Those that change; `None` where none does.
+    pub(super) fn of(
+        mechanism: &Mechanism,
+        tangent: &MechanismTangent,
+        gravity: Vector3<f64>,
+    ) -> Option<Self> {
+        let body = |(k, own): (&usize, &super::BodyTangent)| {
+            let mut masses = vec![(0, 0, own.mass)];
+            for i in 0..3 {
+                masses.extend([(0, 1 + i, own.moment[i]), (1 + i, 0, own.moment[i])]);
+                masses.extend((0..3).map(|j| (1 + i, 1 + j, own.euler[(i, j)])));
+            }
+            masses.retain(|(_, _, mass)| *mass != 0.0);
+            MassBlock { offset: FRAME * k, dimension: 3, masses }
+        };
+        let dimension = mechanism.description().dimension;
+        let particle = |(k, mass): (&usize, &f64)| MassBlock {
+            offset: mechanism.particle_offset(*k),
+            dimension,
+            masses: vec![(0, 0, *mass)],
+        };
+        let bodies = tangent.bodies.iter().map(body);
+        let blocks: Vec<_> = bodies.chain(tangent.particles.iter().map(particle)).collect();
+        (!blocks.is_empty()).then_some(Self { blocks, gravity })
+    }
+
+    /// `M_θ v`, entry by entry.
+    pub(super) fn for_each_momentum(&self, v: &[f64], mut visit: impl FnMut(usize, f64)) {
+        self.blocks.iter().for_each(|block| block.for_each_momentum(|i| v[i], &mut visit));
+    }
+}
+
+impl Explicit for Masses {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        self.for_each_momentum(&s.v_mid, |i, p| {
+            out.minus(i, -p);
+            out.plus(i, p);
+        });
+        let half = 0.5 * s.h;
+        for block in &self.blocks {
+            let point = block.offset..block.offset + block.dimension;
+            let acceleration = |i: usize| match point.contains(&i) {
+                true => self.gravity[i - point.start],
+                false => 0.0,
+            };
+            block.for_each_momentum(acceleration, |i, weight| {
+                out.minus(i, half * weight);
+                out.plus(i, half * weight);
+            });
+        }
+    }
+}
+
+/// `M γ_θ`.
+pub(super) struct Weight {
+    pub(super) force: Vec<f64>,
+}
+
+impl Explicit for Weight {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        for (i, weight) in self.force.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+            out.minus(i, 0.5 * s.h * weight);
+            out.plus(i, 0.5 * s.h * weight);
+        }
+    }
+}
+
+/// The tangents of `scale fᵀ ∂form/∂q`.
+fn each_tangent(form: &Form<Dual64>, f: &Vector3<Dual64>, mut visit: impl FnMut(usize, f64)) {
+    form.for_each_slope(f, |i, slope| visit(i, slope.eps));
+}
+
+/// A spring between two points: `−h D_1 U_d`, `−h D_2 U_d`.
+pub(super) struct PointSpring {
+    pub(super) spring: Spring<Dual64>,
+    pub(super) quadrature: Quadrature,
+}
+
+impl Explicit for PointSpring {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        let [start, end] = match self.quadrature {
+            Quadrature::Midpoint => [&s.q_mid; 2],
+            Quadrature::Trapezoidal => [&s.q0, &s.q1],
+        };
+        let (spring, half) = (&self.spring, 0.5 * s.h);
+        each_tangent(&spring.between, &spring.pull(start, -half), |i, f| out.minus(i, f));
+        each_tangent(&spring.between, &spring.pull(end, -half), |i, f| out.plus(i, f));
+    }
+}
+
+/// A damper between two points, at the midpoint.
+pub(super) struct PointDamper {
+    pub(super) damper: Damper<Dual64>,
+}
+
+impl Explicit for PointDamper {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        let force = self.damper.force(&s.q_mid, &s.v_mid) * Dual64::from_re(0.5 * s.h);
+        each_tangent(&self.damper.between, &force, |i, f| {
+            out.minus(i, f);
+            out.plus(i, f);
+        });
+    }
+}
+
+/// Any force at midpoints that is linear in the parameter.
+pub(super) struct Midpoint {
+    pub(super) force: Arc<dyn Force>,
+}
+
+impl Explicit for Midpoint {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        let mut force = vec![0.0; s.q0.len()];
+        self.force.add(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * s.h, &mut force);
+        for (i, f) in force.into_iter().enumerate().filter(|(_, f)| *f != 0.0) {
+            out.minus(i, f);
+            out.plus(i, f);
+        }
+    }
+}
+
+/// A load on a body.
+pub(super) struct ForceOfLoad {
+    pub(super) load: Load,
+    pub(super) change: LoadChange,
+}
+
+impl Explicit for ForceOfLoad {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        let first = self.load.offset();
+        let [start, end] = [&s.q0, &s.q1].map(|q| self.load.half_impulse_by(&self.change, s, q));
+        (0..FRAME).for_each(|i| out.minus(first + i, start[i]));
+        (0..FRAME).for_each(|i| out.plus(first + i, end[i]));
+    }
+}
+
+/// An effort along a joint coordinate, `(h/2) τ ∇θ` at either end: by its numbers, and by the
+/// geometry of the joint.
+pub(super) struct AlongCoordinate {
+    coordinate: JointCoordinate,
+    value: Option<Value<Dual64>>, // where the joint changes
+    effort: Option<EffortTangent>,
+    law: Box<dyn CoordinateForce + Send + Sync>,
+}
+
+impl AlongCoordinate {
+    /// What a law along a coordinate adds, where `effort` or its joint changes; `None` elsewhere.
+    pub(super) fn of(
+        mechanism: &Mechanism,
+        tangent: &MechanismTangent,
+        coordinate: &JointCoordinate,
+        effort: Option<EffortTangent>,
+        law: impl CoordinateForce + Send + Sync + 'static,
+    ) -> Option<Box<dyn Explicit>> {
+        let value = moved_value(mechanism, tangent, coordinate);
+        let changes = value.is_some() || effort.is_some();
+        let (coordinate, law) = (coordinate.clone(), Box::new(law));
+        changes.then(|| Box::new(Self { coordinate, value, effort, law }) as Box<dyn Explicit>)
+    }
+}
+
+/// The coordinate of a joint that changes, with its derivative.
+pub(super) fn moved_value(
+    mechanism: &Mechanism,
+    tangent: &MechanismTangent,
+    coordinate: &JointCoordinate,
+) -> Option<Value<Dual64>> {
+    let (joint, freedom) = coordinate.place()?;
+    let change = tangent.joints.get(&joint)?;
+    let joint = &mechanism.description().joints[joint];
+    Value::of(&change.dual(joint), joint.kind.degree_of_freedom(freedom)?)
+}
+
+impl Explicit for AlongCoordinate {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        let Change { mean, difference } = self.coordinate.change(s);
+        let (t, rate, half) = (s.t_mid(), difference / s.h, 0.5 * s.h);
+        let mut change = self.effort.as_ref().map_or(0.0, |effort| effort(t, mean, rate));
+        if let Some(value) = &self.value {
+            let [start, end] = [&s.q0, &s.q1].map(|q| value.principal(q).eps);
+            let slopes = self.law.slopes(t, mean, rate);
+            change += slopes.by_coordinate * 0.5 * (start + end);
+            change += slopes.by_rate * (end - start) / s.h;
+            let effort = half * self.law.effort(t, mean, rate);
+            value.for_each_slope(&s.q0, |i, slope| out.minus(i, effort * slope.eps));
+            value.for_each_slope(&s.q1, |i, slope| out.plus(i, effort * slope.eps));
+        }
+        self.coordinate.for_each_slope(&s.q0, |i, slope| out.minus(i, half * change * slope));
+        self.coordinate.for_each_slope(&s.q1, |i, slope| out.plus(i, half * change * slope));
+    }
+}

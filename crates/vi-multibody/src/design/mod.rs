@@ -1,0 +1,250 @@
+//! Derivatives by the numbers of a mechanism: masses, moments, anchors, axes, stiffnesses, loads.
+//!
+//! ```text
+//! D_1 L_d + f_d^-,  D_2 L_d + f_d^+,  Gᵀ h λ,  g     at fixed (q_n, q_{n+1}, λ_n)
+//! masses            linear: M_θ Δq/h, M_θ γ
+//! rows of joints    products of two forms whose coefficients are anchors and axes: the product rule
+//! springs           the same formulas with coefficients that have tangents
+//! ```
+//! [`MechanismTangent`]: how all numbers change with one parameter, a value of the shape of a
+//! [`crate::Description`] and its force elements. [`MechanismDesign`] takes one for each parameter.
+//! [`start`]: the initial state by joint coordinates, rates and parameters.
+
+mod explicit;
+mod rows;
+pub mod start;
+
+mod tangent;
+
+pub use tangent::{
+    BarTangent, BodyTangent, EffortTangent, ForceTangent, JointTangent, MechanismTangent,
+    Reference, ScalarTangent, SideTangent, SpringTangent,
+};
+
+use crate::builder::{ElementForce, ForceElements};
+use crate::force::spring::Spring;
+use crate::mechanism::Mechanism;
+use explicit::{
+    AlongCoordinate, Explicit, ForceOfLoad, Masses, PointDamper, PointSpring, Sink, Weight,
+};
+use rows::MovedRows;
+use vi_constraints::design::{Costates, Design};
+use vi_core::num_dual::Dual64;
+use vi_core::{Interval, Quadrature, SparseMatrix};
+
+/// A derivative that is not available.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DesignError {
+    /// A force whose numbers are not known reads a joint that moves.
+    #[error("the force `{force}` may read the joint `{joint}`, whose geometry changes")]
+    Reads {
+        /// The force.
+        force: String,
+        /// The joint.
+        joint: String,
+    },
+    /// A tangent is of another kind than its element.
+    #[error("the change of `{0}` is not one of such an element")]
+    Kind(String),
+}
+
+/// Derivatives of the equations of a step by parameters, each with the tangent of the numbers.
+pub struct MechanismDesign {
+    parameters: Vec<Parameter>,
+}
+
+/// What one parameter touches.
+struct Parameter {
+    elements: Vec<Box<dyn Explicit>>,
+    rows: MovedRows,
+}
+
+impl std::fmt::Debug for MechanismDesign {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let counts: Vec<usize> = self.parameters.iter().map(|own| own.elements.len()).collect();
+        f.debug_struct("MechanismDesign").field("elements", &counts).finish_non_exhaustive()
+    }
+}
+
+impl MechanismDesign {
+    /// By parameters along which the numbers of a mechanism and its force elements change so;
+    /// `mass`: `M` of all, `quadrature`: of the potentials.
+    ///
+    /// # Errors
+    /// [`DesignError`] where something changes with a parameter whose derivative is not available.
+    pub fn new(
+        mechanism: &Mechanism,
+        forces: &ForceElements,
+        mass: &SparseMatrix,
+        quadrature: Quadrature,
+        tangents: &[MechanismTangent],
+    ) -> Result<Self, DesignError> {
+        let numbers = Numbers { mechanism, forces, mass, quadrature };
+        let parameters = tangents.iter().map(|tangent| numbers.parameter(tangent));
+        Ok(Self { parameters: parameters.collect::<Result<_, _>>()? })
+    }
+}
+
+/// The numbers that change.
+struct Numbers<'a> {
+    mechanism: &'a Mechanism,
+    forces: &'a ForceElements,
+    mass: &'a SparseMatrix,
+    quadrature: Quadrature,
+}
+
+impl Numbers<'_> {
+    fn parameter(&self, tangent: &MechanismTangent) -> Result<Parameter, DesignError> {
+        let mut elements: Vec<Box<dyn Explicit>> = Vec::new();
+        let gravity = self.mechanism.description().gravity;
+        if let Some(masses) = Masses::of(self.mechanism, tangent, gravity) {
+            elements.push(Box::new(masses));
+        }
+        if tangent.gravity.amax() != 0.0 {
+            let force = self.mechanism.weight_in(&tangent.gravity, self.mass);
+            elements.push(Box::new(Weight { force }));
+        }
+        for (&k, change) in &tangent.springs {
+            let spring = &self.forces.springs[k];
+            let dual = Spring {
+                between: spring.between.with_tangent(&change.between),
+                stiffness: Dual64::new(spring.stiffness, change.stiffness),
+                natural_length: Dual64::new(spring.natural_length, change.natural_length),
+                law: spring.law,
+            };
+            elements.push(Box::new(PointSpring { spring: dual, quadrature: self.quadrature }));
+        }
+        self.along_coordinates(tangent, &mut elements)?;
+        for (&k, change) in &tangent.forces {
+            let own = &self.forces.forces[k];
+            match (change, &own.force) {
+                (ForceTangent::Damper(damper), _) => {
+                    elements.push(Box::new(PointDamper { damper: damper.clone() }));
+                }
+                (ForceTangent::Load(change), ElementForce::Body(load)) => {
+                    elements.push(Box::new(ForceOfLoad { load: load.clone(), change: *change }));
+                }
+                (ForceTangent::Coordinates(force), ElementForce::Coordinates(_)) => {
+                    elements.push(Box::new(explicit::Midpoint { force: force.clone() }));
+                }
+                (ForceTangent::Effort(_), ElementForce::Joint(_)) => {} // above
+                _ => return Err(DesignError::Kind(own.name.clone())),
+            }
+        }
+        let rows = MovedRows::of(self.mechanism, tangent)?;
+        Ok(Parameter { elements, rows })
+    }
+
+    /// Springs and forces along joint coordinates: where their numbers change, or their joint.
+    fn along_coordinates(
+        &self,
+        tangent: &MechanismTangent,
+        elements: &mut Vec<Box<dyn Explicit>>,
+    ) -> Result<(), DesignError> {
+        for (k, spring) in self.forces.joint_springs.iter().enumerate() {
+            let change = tangent.joint_springs.get(&k).copied();
+            let effort =
+                change.map(|[stiffness, rest]| tangent::of_spring(spring, stiffness, rest));
+            let (at, law) = (&spring.coordinate, spring.clone());
+            elements.extend(AlongCoordinate::of(self.mechanism, tangent, at, effort, law));
+        }
+        for (k, own) in self.forces.forces.iter().enumerate() {
+            let ElementForce::Joint(force) = &own.force else { continue };
+            let effort = match tangent.forces.get(&k) {
+                Some(ForceTangent::Effort(effort)) => Some(effort.clone()),
+                _ => None,
+            };
+            let (at, law) = (&force.coordinate, force.clone());
+            elements.extend(AlongCoordinate::of(self.mechanism, tangent, at, effort, law));
+        }
+        self.unread(tangent)
+    }
+
+    /// Laws of anything may read any joint.
+    fn unread(&self, tangent: &MechanismTangent) -> Result<(), DesignError> {
+        let law = |own: &&crate::builder::NamedForce| matches!(own.force, ElementForce::Law(_));
+        let moved = tangent.joints.keys().next();
+        match (self.forces.forces.iter().find(law), moved) {
+            (Some(law), Some(&joint)) => Err(DesignError::Reads {
+                force: law.name.clone(),
+                joint: self.mechanism.description().joints[joint].name.clone(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Adds what is emitted to vectors.
+struct Added<'a> {
+    minus: &'a mut [f64],
+    plus: &'a mut [f64],
+    rows: &'a mut [f64],
+}
+
+impl Sink for Added<'_> {
+    fn minus(&mut self, i: usize, value: f64) {
+        self.minus[i] += value;
+    }
+    fn plus(&mut self, i: usize, value: f64) {
+        self.plus[i] += value;
+    }
+    fn row(&mut self, i: usize, value: f64) {
+        self.rows[i] += value;
+    }
+}
+
+/// Weighs what is emitted by the costates.
+struct Weighed<'a> {
+    costates: Costates<'a>,
+    sum: f64,
+}
+
+impl Sink for Weighed<'_> {
+    fn minus(&mut self, i: usize, value: f64) {
+        self.sum -= value * self.costates.step[i];
+    }
+    fn plus(&mut self, i: usize, value: f64) {
+        self.sum += value * self.costates.momentum[i];
+    }
+    fn row(&mut self, i: usize, value: f64) {
+        self.sum -= value * self.costates.rows[i];
+    }
+}
+
+impl Parameter {
+    fn emit(&self, s: &Interval, impulse: &[f64], out: &mut dyn Sink) {
+        self.elements.iter().for_each(|element| element.emit(s, out));
+        self.rows.emit(s, impulse, out);
+    }
+}
+
+impl Design for MechanismDesign {
+    fn len(&self) -> usize {
+        self.parameters.len()
+    }
+
+    fn add_tangent(
+        &self,
+        k: usize,
+        s: &Interval,
+        impulse: &[f64],
+        minus: &mut [f64],
+        plus: &mut [f64],
+        rows: &mut [f64],
+    ) {
+        self.parameters[k].emit(s, impulse, &mut Added { minus, plus, rows });
+    }
+
+    fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, out: &mut [f64]) {
+        for (parameter, out) in self.parameters.iter().zip(out) {
+            let mut sink = Weighed { costates, sum: 0.0 };
+            parameter.emit(s, impulse, &mut sink);
+            *out += sink.sum;
+        }
+    }
+
+    fn moves_constraints(&self) -> bool {
+        self.parameters.iter().any(|parameter| !parameter.rows.is_empty())
+    }
+}

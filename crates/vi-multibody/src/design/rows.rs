@@ -1,0 +1,214 @@
+//! Constraint rows that change with a parameter: `g_θ`, `(Gᵀ λ)_θ`.
+
+use super::explicit::{Sink, moved_value};
+use super::{DesignError, MechanismTangent, Reference, ScalarTangent};
+use crate::constraint::joint_coordinate::{JointCoordinate, Value};
+use crate::constraint::scalar_constraint::ScalarRow;
+use crate::geometry::form::{Form, Row};
+use crate::mechanism::Mechanism;
+use crate::mechanism::description::BarEnd;
+use crate::pair::DegreeOfFreedom;
+use crate::pair::constraints::PairConstraint;
+use nalgebra::Vector3;
+use vi_core::num_dual::Dual64;
+use vi_core::{Configuration, Interval};
+
+/// A row with its derivative.
+enum MovedRow {
+    Product(Row<Dual64>),
+    /// `θ_a + ρ θ_b − c`.
+    Gear {
+        a: Option<Value<Dual64>>,
+        b: Option<Value<Dual64>>,
+        own: Box<JointCoordinate>, // θ_b
+        ratio: Dual64,
+        target: f64,
+    },
+    /// `θ − θ_ref(t)`.
+    Motion {
+        value: Option<Value<Dual64>>,
+        reference: Option<Reference>,
+    },
+}
+
+/// The rows that change with a parameter, as numbered among all constraints.
+#[derive(Default)]
+pub(super) struct MovedRows(Vec<(usize, MovedRow)>);
+
+impl MovedRow {
+    /// `g_θ`.
+    fn value(&self, at: Configuration<'_>) -> f64 {
+        let moved = |value: &Option<Value<Dual64>>| {
+            value.as_ref().map_or(0.0, |value| value.principal(at.q).eps)
+        };
+        match self {
+            Self::Product(row) => row.value(at.q).eps,
+            Self::Gear { a, b, own, ratio, target } => {
+                let turned = if ratio.eps == 0.0 { 0.0 } else { ratio.eps * own.at(at) };
+                moved(a) + turned + ratio.re * moved(b) - target
+            }
+            Self::Motion { value, reference } => {
+                moved(value) - reference.as_ref().map_or(0.0, |reference| reference(at.t)[0])
+            }
+        }
+    }
+
+    /// `∂²g/∂t∂θ`.
+    fn drift(&self, t: f64) -> f64 {
+        match self {
+            Self::Motion { reference: Some(reference), .. } => -reference(t)[1],
+            _ => 0.0,
+        }
+    }
+
+    /// The entries of `G_θ`.
+    fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
+        match self {
+            Self::Product(row) => row.for_each_slope(q, |i, slope| visit(i, slope.eps)),
+            Self::Gear { a, b, own, ratio, .. } => {
+                if let Some(a) = a {
+                    a.for_each_slope(q, |i, slope| visit(i, slope.eps));
+                }
+                match b {
+                    Some(b) => b.for_each_slope(q, |i, slope| visit(i, (*ratio * slope).eps)),
+                    None => own.for_each_slope(q, |i, slope| visit(i, ratio.eps * slope)),
+                }
+            }
+            Self::Motion { value: Some(value), .. } => {
+                value.for_each_slope(q, |i, slope| visit(i, slope.eps));
+            }
+            Self::Motion { value: None, .. } => {}
+        }
+    }
+}
+
+impl MovedRows {
+    /// Those of a mechanism that change with a parameter.
+    pub(super) fn of(
+        mechanism: &Mechanism,
+        tangent: &MechanismTangent,
+    ) -> Result<Self, DesignError> {
+        let mut rows = Self::default();
+        let description = mechanism.description();
+        for (&k, change) in &tangent.joints {
+            let (joint, first) = (&description.joints[k], mechanism.joint_rows(k).start);
+            let dual = change.dual(joint);
+            let products = joint.kind.rows(&dual);
+            let count = products.len();
+            rows.push(first, products);
+            if let Some(pitch) = joint.kind.pitch() {
+                let own = JointCoordinate::of(joint, DegreeOfFreedom::ABOUT_AXIS);
+                let thread = own.map(|own| MovedRow::Gear {
+                    a: Value::of(&dual, DegreeOfFreedom::Length(2)),
+                    b: Value::of(&dual, DegreeOfFreedom::ABOUT_AXIS),
+                    own: Box::new(own),
+                    ratio: Dual64::new(-pitch, -change.pitch),
+                    target: 0.0,
+                });
+                rows.0.extend(thread.map(|thread| (first + count, thread)));
+            }
+        }
+        for (&k, change) in &tangent.bars {
+            let bar = &description.bars[k];
+            let held = match bar.from {
+                BarEnd::Ground(_) => -change.ground,
+                BarEnd::Particle(_) => Vector3::zeros(),
+            };
+            let between = description.bar_form(bar).with_tangent(&Form::constant(held));
+            let length = Dual64::new(bar.length, change.length);
+            rows.push(mechanism.bar_rows(k).start, vec![Row::distance(&between, length)]);
+        }
+        for k in 0..description.scalars.len() {
+            rows.scalar(mechanism, tangent, k)?;
+        }
+        Ok(rows)
+    }
+
+    fn push(&mut self, first: usize, rows: Vec<Row<Dual64>>) {
+        let rows = rows.into_iter().enumerate();
+        self.0.extend(rows.map(|(i, row)| (first + i, MovedRow::Product(row))));
+    }
+
+    /// The rows of a scalar constraint that changes itself or by its joints.
+    fn scalar(
+        &mut self,
+        mechanism: &Mechanism,
+        tangent: &MechanismTangent,
+        k: usize,
+    ) -> Result<(), DesignError> {
+        let constraint = &mechanism.description().scalars[k];
+        let (first, change) = (mechanism.scalar_rows(k).start, tangent.scalars.get(&k));
+        let refused = || DesignError::Kind(constraint.name.clone());
+        let moved = |coordinate: &JointCoordinate| moved_value(mechanism, tangent, coordinate);
+        match (&constraint.rows[0], change) {
+            (ScalarRow::Product(row), Some(ScalarTangent::Distance { between, length })) => {
+                let own = row.b.with_tangent(between);
+                let length = Dual64::new(row.target.sqrt(), *length);
+                self.push(first, vec![Row::distance(&own, length)]);
+            }
+            (ScalarRow::Product(_), Some(ScalarTangent::Guide { joint, change })) => {
+                let dual = change.dual(joint);
+                let group = match constraint.rows.len() {
+                    1 => PairConstraint::GapAcrossAxis,
+                    _ => PairConstraint::GapAlongAxis,
+                };
+                self.push(first, group.rows(&dual));
+            }
+            (ScalarRow::Gear { a, b, ratio, .. }, change) => {
+                let (by_ratio, target) = match change {
+                    Some(ScalarTangent::Gear { ratio, target }) => (*ratio, *target),
+                    None => (0.0, 0.0),
+                    _ => return Err(refused()),
+                };
+                let [moved_a, moved_b] = [moved(a), moved(b)];
+                if change.is_some() || moved_a.is_some() || moved_b.is_some() {
+                    let (own, ratio) = (b.clone(), Dual64::new(*ratio, by_ratio));
+                    let row = MovedRow::Gear { a: moved_a, b: moved_b, own, ratio, target };
+                    self.0.push((first, row));
+                }
+            }
+            (ScalarRow::Motion { coordinate, .. }, change) => {
+                let reference = match change {
+                    Some(ScalarTangent::Motion(reference)) => Some(reference.clone()),
+                    None => None,
+                    _ => return Err(refused()),
+                };
+                let value = moved(coordinate);
+                if value.is_some() || reference.is_some() {
+                    self.0.push((first, MovedRow::Motion { value, reference }));
+                }
+            }
+            (_, None) => {}
+            _ => return Err(refused()),
+        }
+        Ok(())
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Emits `g_θ(q_{n+1})`, and `−(Gᵀ)_θ h λ` at `q_n`.
+    pub(super) fn emit(&self, s: &Interval, impulse: &[f64], out: &mut dyn Sink) {
+        for (row, moved) in &self.0 {
+            out.row(*row, moved.value(s.end()));
+            let impulse = impulse[*row];
+            if impulse != 0.0 {
+                moved.for_each_slope(&s.q0, |i, slope| out.minus(i, -impulse * slope));
+            }
+        }
+    }
+
+    /// `rows += g_θ`.
+    pub(super) fn add_values(&self, at: Configuration<'_>, rows: &mut [f64]) {
+        self.0.iter().for_each(|(row, moved)| rows[*row] += moved.value(at));
+    }
+
+    /// `rows += G_θ v + g_tθ`.
+    pub(super) fn add_rates(&self, at: Configuration<'_>, v: &[f64], rows: &mut [f64]) {
+        for (row, moved) in &self.0 {
+            rows[*row] += moved.drift(at.t);
+            moved.for_each_slope(at.q, |i, slope| rows[*row] += slope * v[i]);
+        }
+    }
+}

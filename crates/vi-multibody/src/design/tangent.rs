@@ -1,0 +1,186 @@
+//! How the numbers of a mechanism change with a parameter.
+
+use crate::force::joint_force::JointSpring;
+use crate::force::spring::Damper;
+use crate::geometry::form::Form;
+use crate::pair::joint::{Joint, Side};
+use nalgebra::{Matrix3, Vector3};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use vi_core::force::Force;
+use vi_core::num_dual::Dual64;
+use vi_rigid::load::LoadChange;
+
+/// The derivatives of all numbers by one parameter; what is not listed does not change. Keys are
+/// the numbers of the elements in the [`crate::Description`] and the [`crate::ForceElements`].
+#[derive(Clone, Debug, Default)]
+pub struct MechanismTangent {
+    /// Of the acceleration of gravity, m/s².
+    pub gravity: Vector3<f64>,
+    /// Of bodies.
+    pub bodies: BTreeMap<usize, BodyTangent>,
+    /// Of point masses, kg.
+    pub particles: BTreeMap<usize, f64>,
+    /// Of joints.
+    pub joints: BTreeMap<usize, JointTangent>,
+    /// Of bars.
+    pub bars: BTreeMap<usize, BarTangent>,
+    /// Of scalar constraints.
+    pub scalars: BTreeMap<usize, ScalarTangent>,
+    /// Of springs between points.
+    pub springs: BTreeMap<usize, SpringTangent>,
+    /// Of springs on joint coordinates: stiffness and rest.
+    pub joint_springs: BTreeMap<usize, [f64; 2]>,
+    /// Of other forces.
+    pub forces: BTreeMap<usize, ForceTangent>,
+}
+
+/// Of the mass of a body, in a frame that is fixed in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyTangent {
+    /// Of `M_φ`, kg.
+    pub mass: f64,
+    /// Of the static moment `∫ X_I dm` along the directors, kg·m.
+    pub moment: Vector3<f64>,
+    /// Of `∫ X_I X_J dm`, kg·m²: on the diagonal the Euler moments (57).
+    pub euler: Matrix3<f64>,
+}
+
+impl BodyTangent {
+    /// Of the mass (kg) and the inertia tensor about the centre along the directors (kg·m²), for a
+    /// centre that moves by `center` (m) in the frame, of a body of mass `M_φ`.
+    #[must_use]
+    pub fn of_inertia(mass: f64, inertia: &Matrix3<f64>) -> Self {
+        // E = ½ tr(J) I − J (57)
+        let euler = Matrix3::identity() * (0.5 * inertia.trace()) - inertia;
+        Self { mass, moment: Vector3::zeros(), euler }
+    }
+}
+
+/// Of one side of a joint: components in the directors of its frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SideTangent {
+    /// Of `ϱ`, m.
+    pub anchor: Vector3<f64>,
+    /// Of the columns `m_1, m_2, n`.
+    pub axes: Matrix3<f64>,
+}
+
+/// Of a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointTangent {
+    /// Of the side of the parent.
+    pub parent: SideTangent,
+    /// Of the side of the child.
+    pub child: SideTangent,
+    /// Of the advance per radian of a screw, m.
+    pub pitch: f64,
+}
+
+impl JointTangent {
+    /// The joint with its derivative.
+    pub(super) fn dual(&self, joint: &Joint) -> Joint<Dual64> {
+        let side = |own: &Side, change: &SideTangent| Side {
+            frame: own.frame,
+            anchor: own.anchor.zip_map(&change.anchor, Dual64::new),
+            axes: own.axes.zip_map(&change.axes, Dual64::new),
+        };
+        let (parent, child) = (side(&joint.parent, &self.parent), side(&joint.child, &self.child));
+        Joint { name: joint.name.clone(), kind: joint.kind, parent, child }
+    }
+}
+
+/// Of a bar.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BarTangent {
+    /// Of its length, m.
+    pub length: f64,
+    /// Of the point of the ground that holds it, m.
+    pub ground: Vector3<f64>,
+}
+
+/// `θ_ref` as a parameter changes it, with two derivatives in time.
+pub type Reference = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
+
+/// Of a scalar constraint.
+#[derive(Clone)]
+pub enum ScalarTangent {
+    /// Of a distance: of `D` (coefficients and constant) and of its length, m.
+    Distance {
+        /// Of `D`.
+        between: Form,
+        /// Of `l`.
+        length: f64,
+    },
+    /// Of a point on a line or on a plane: of the sides of its joint.
+    Guide {
+        /// The joint that the guide is made of.
+        joint: Box<Joint>,
+        /// How it changes.
+        change: JointTangent,
+    },
+    /// Of a gear, a held coordinate: of `ρ` and `c`.
+    Gear {
+        /// Of `ρ`.
+        ratio: f64,
+        /// Of `c`.
+        target: f64,
+    },
+    /// Of a prescribed motion: of `θ_ref`.
+    Motion(Reference),
+}
+
+impl std::fmt::Debug for ScalarTangent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Distance { .. } => "distance",
+            Self::Guide { .. } => "guide",
+            Self::Gear { .. } => "gear",
+            Self::Motion(_) => "motion",
+        })
+    }
+}
+
+/// Of a spring between two points.
+#[derive(Clone, Debug)]
+pub struct SpringTangent {
+    /// Of `D = X_b − X_a`: coefficients and constant.
+    pub between: Form,
+    /// Of `k`.
+    pub stiffness: f64,
+    /// Of `l_0`, m.
+    pub natural_length: f64,
+}
+
+/// `∂τ/∂θ` of an effort at a time, a coordinate and a rate.
+pub type EffortTangent = Arc<dyn Fn(f64, f64, f64) -> f64 + Send + Sync>;
+
+/// Of a force.
+#[derive(Clone)]
+pub enum ForceTangent {
+    /// Of a damper between two points, with its numbers.
+    Damper(Damper<Dual64>),
+    /// Of an effort along a joint coordinate.
+    Effort(EffortTangent),
+    /// Of a load on a body.
+    Load(LoadChange),
+    /// Of a force on coordinates that is evaluated at midpoints: the force that changes it.
+    Coordinates(Arc<dyn Force>),
+}
+
+impl std::fmt::Debug for ForceTangent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Damper(_) => "damper",
+            Self::Effort(_) => "effort",
+            Self::Load(_) => "load",
+            Self::Coordinates(_) => "coordinates",
+        })
+    }
+}
+
+/// `∂τ/∂θ` of `τ = −k (θ − θ_0)`.
+pub(super) fn of_spring(spring: &JointSpring, stiffness: f64, rest: f64) -> EffortTangent {
+    let (k, rest_length) = (spring.stiffness, spring.rest);
+    Arc::new(move |_, coordinate, _| k * rest - stiffness * (coordinate - rest_length))
+}
