@@ -1,7 +1,7 @@
 //! Derivatives of the equations of a step, and of the start, by every number of random mechanisms,
 //! against differences of mechanisms whose numbers are changed.
 
-#![allow(non_snake_case)] // G, M
+#![allow(non_snake_case, clippy::float_cmp)] // G, M; numbers that are exact
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::sync::Arc;
@@ -67,9 +67,18 @@ fn mechanism(seed: u64) -> (Mechanism, ForceElements) {
     }
     builder.gear("gear", coordinates[0], coordinates[1], 0.7);
     builder.motion("path", coordinates[2], |t| [0.1 + 0.3 * t, 0.3, 0.0]);
-    builder.distance_of_length("rod", ids[0].point([0.1, 0.2, 0.3]), ids[3].point([0.3, 0.1, 0.0]), 1.3);
-    builder.spring(ids[1].point([0.1, 0.0, 0.2]), ids[4].point([0.0, 0.3, 0.1]), 7.0).natural_length(0.4);
-    builder.damper(ids[2].point([0.1, 0.1, 0.2]), ids[5].point([0.0, 0.3, 0.4]), 0.9).named("between");
+    builder.distance_of_length(
+        "rod",
+        ids[0].point([0.1, 0.2, 0.3]),
+        ids[3].point([0.3, 0.1, 0.0]),
+        1.3,
+    );
+    builder
+        .spring(ids[1].point([0.1, 0.0, 0.2]), ids[4].point([0.0, 0.3, 0.1]), 7.0)
+        .natural_length(0.4);
+    builder
+        .damper(ids[2].point([0.1, 0.1, 0.2]), ids[5].point([0.0, 0.3, 0.4]), 0.9)
+        .named("between");
     builder
         .load(ids[2])
         .force([1.0, 2.0, 0.5])

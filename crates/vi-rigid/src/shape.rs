@@ -14,44 +14,45 @@
 use crate::inertia::{EulerMoments, InertiaError, PrincipalInertia};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use vi_core::Number;
 
 /// A homogeneous solid; lengths in m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Shape {
+pub enum Shape<T = f64> {
     /// A box with edges along `d_1, d_2, d_3`.
     Box {
         /// Its edges.
-        lengths: [f64; 3],
+        lengths: [T; 3],
     },
     /// A circular cylinder about `d_3`.
     Cylinder {
         /// Its radius.
-        radius: f64,
+        radius: T,
         /// Its length.
-        length: f64,
+        length: T,
     },
     /// A ball.
     Sphere {
         /// Its radius.
-        radius: f64,
+        radius: T,
     },
     /// A rod along `d_3` whose thickness counts for its volume but not for its inertia.
     ///
     /// Its inertia about its own axis is zero: it needs a joint that fixes this spin.
     Rod {
         /// Its length.
-        length: f64,
+        length: T,
         /// Its radius; without it the rod has no volume, and its mass must be given.
         #[serde(default)]
-        radius: f64,
+        radius: T,
     },
     /// A circular cone about `d_3`; the tip is at `−¾ length d_3`, the base at `+¼ length d_3`.
     Cone {
         /// Radius of the base.
-        radius: f64,
+        radius: T,
         /// Height from base to tip.
-        length: f64,
+        length: T,
     },
 }
 
@@ -64,20 +65,41 @@ pub struct MassProperties {
     pub inertia: PrincipalInertia,
 }
 
-impl Shape {
+impl<T: Number> Shape<T> {
     /// Volume, m³.
     #[must_use]
-    pub fn volume(&self) -> f64 {
+    pub fn volume(&self) -> T {
         match *self {
             Self::Box { lengths: [a, b, c] } => a * b * c,
             Self::Cylinder { radius, length } | Self::Rod { length, radius } => {
-                PI * radius * radius * length
+                T::of(PI) * radius * radius * length
             }
-            Self::Sphere { radius } => 4.0 / 3.0 * PI * radius * radius * radius,
-            Self::Cone { radius, length } => PI * radius * radius * length / 3.0,
+            Self::Sphere { radius } => T::of(4.0 / 3.0 * PI) * radius * radius * radius,
+            Self::Cone { radius, length } => T::of(PI) * radius * radius * length / T::of(3.0),
         }
     }
 
+    /// `E_I = ∫ ξ_I² dm` for a mass, kg·m².
+    #[must_use]
+    pub fn euler_moments(&self, mass: T) -> [T; 3] {
+        let zero = T::of(0.0);
+        match *self {
+            Self::Box { lengths } => lengths.map(|a| mass * a * a / T::of(12.0)),
+            Self::Cylinder { radius, length } => {
+                let across = mass * radius * radius / T::of(4.0);
+                [across, across, mass * length * length / T::of(12.0)]
+            }
+            Self::Sphere { radius } => [mass * radius * radius / T::of(5.0); 3],
+            Self::Rod { length, .. } => [zero, zero, mass * length * length / T::of(12.0)],
+            Self::Cone { radius, length } => {
+                let across = T::of(3.0 / 20.0) * mass * radius * radius;
+                [across, across, T::of(3.0 / 80.0) * mass * length * length]
+            }
+        }
+    }
+}
+
+impl Shape {
     /// Mass properties for a density, kg/m³.
     ///
     /// # Errors
@@ -100,25 +122,8 @@ impl Shape {
     pub fn mass_properties_of(&self, mass: f64) -> Result<MassProperties, InertiaError> {
         positive("the mass", mass)?;
         self.check()?;
-        let moments = self.euler_moments(mass).principal_inertia();
+        let moments = EulerMoments(self.euler_moments(mass)).principal_inertia();
         Ok(MassProperties { mass, inertia: PrincipalInertia::new(moments)? })
-    }
-
-    /// `E_I = ∫ ξ_I² dm`, kg·m².
-    fn euler_moments(&self, mass: f64) -> EulerMoments {
-        EulerMoments(match *self {
-            Self::Box { lengths } => lengths.map(|a| mass * a * a / 12.0),
-            Self::Cylinder { radius, length } => {
-                let across = mass * radius * radius / 4.0;
-                [across, across, mass * length * length / 12.0]
-            }
-            Self::Sphere { radius } => [mass * radius * radius / 5.0; 3],
-            Self::Rod { length, .. } => [0.0, 0.0, mass * length * length / 12.0],
-            Self::Cone { radius, length } => {
-                let across = 3.0 / 20.0 * mass * radius * radius;
-                [across, across, 3.0 / 80.0 * mass * length * length]
-            }
-        })
     }
 
     /// Its name in messages.

@@ -4,7 +4,7 @@ use super::error::finite;
 use super::{BuildError, JointId};
 use crate::mechanism::description::{BodySpec, joint_at};
 use crate::pair::PairKind;
-use crate::pair::joint::{FrameId, Joint, complete_axis, complete_axis_in};
+use crate::pair::joint::{FrameId, Joint, axes_along, complete_axis, complete_axis_in};
 use nalgebra::{Matrix3, Vector3};
 
 /// A joint as it was described.
@@ -80,16 +80,13 @@ impl JointPart {
                 }
             }
             (Some(axis), Some(second)) => {
-                let (n, second) = (
-                    direction(element, "axis", axis)?,
-                    direction(element, "second axis", second).map(|_| *second)?,
-                );
-                let across = second - n * n.dot(&second);
+                let n = direction(element, "axis", axis)?;
+                direction(element, "second axis", second)?;
+                let across = second - n * n.dot(second);
                 if across.norm() <= 1e-9 * second.norm() {
                     return Err(BuildError::ParallelAxes { joint: name.clone() });
                 }
-                let m1 = across.normalize();
-                Matrix3::from_columns(&[m1, n.cross(&m1), n])
+                axes_along(axis, second)
             }
             (None, _) => Matrix3::identity(),
         };

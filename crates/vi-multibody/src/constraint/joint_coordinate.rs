@@ -32,7 +32,8 @@ pub struct JointCoordinate {
     slot: usize,                     // among the unwrapped angles
     unknown: Option<SignedUnknown>,  // of a step, where the joint belongs to the tree
     on_ground: bool,                 // whether the joint is one with the ground
-    place: Option<(usize, usize)>,   // joint of the mechanism, freedom
+    joint: u32,                      // of the mechanism
+    freedom: u8,
 }
 
 /// An angle as a principal value and whole revolutions; a length and zero.
@@ -53,6 +54,8 @@ pub struct Change {
     pub difference: f64,
 }
 
+/// Of a coordinate that is no joint's of a mechanism.
+const NO_JOINT: u32 = u32::MAX;
 /// Of an angle that is not listed: its principal value is meant.
 const UNLISTED: usize = usize::MAX;
 
@@ -169,7 +172,15 @@ impl JointCoordinate {
     #[must_use]
     pub fn length(row: Row) -> Self {
         let value = Value::Length(row);
-        Self { value, shared: None, slot: UNLISTED, unknown: None, on_ground: false, place: None }
+        Self {
+            value,
+            shared: None,
+            slot: UNLISTED,
+            unknown: None,
+            on_ground: false,
+            joint: NO_JOINT,
+            freedom: 0,
+        }
     }
 
     /// The coordinate of a degree of freedom that the joint, or a pair with the same axes, has.
@@ -178,19 +189,30 @@ impl JointCoordinate {
         let on_ground =
             [&joint.parent, &joint.child].iter().any(|end| end.frame == FrameId::Ground);
         let shared = SharedAxis::of(joint, freedom).map(Box::new);
-        Some(Self { value, shared, slot: UNLISTED, unknown: None, on_ground, place: None })
+        Some(Self {
+            value,
+            shared,
+            slot: UNLISTED,
+            unknown: None,
+            on_ground,
+            joint: NO_JOINT,
+            freedom: 0,
+        })
     }
 
     /// Of which joint of a mechanism it is which freedom.
     pub(crate) fn placed(mut self, joint: usize, freedom: usize) -> Self {
-        self.place = Some((joint, freedom));
+        let joint = u32::try_from(joint).unwrap_or(NO_JOINT);
+        let freedom = u8::try_from(freedom).expect("a pair has at most six");
+        (self.joint, self.freedom) = (joint, freedom);
         self
     }
 
     /// Joint and freedom in a mechanism, where it is one.
     #[must_use]
     pub fn place(&self) -> Option<(usize, usize)> {
-        self.place
+        let known = self.joint != NO_JOINT;
+        known.then_some((self.joint as usize, usize::from(self.freedom)))
     }
 
     /// Notes the unknown of a step that it is.

@@ -15,18 +15,18 @@ use vi_core::{Configuration, Interval};
 
 /// A row with its derivative.
 enum MovedRow {
-    Product(Row<Dual64>),
+    Product(Box<Row<Dual64>>),
     /// `θ_a + ρ θ_b − c`.
     Gear {
-        a: Option<Value<Dual64>>,
-        b: Option<Value<Dual64>>,
+        a: Option<Box<Value<Dual64>>>,
+        b: Option<Box<Value<Dual64>>>,
         own: Box<JointCoordinate>, // θ_b
         ratio: Dual64,
         target: f64,
     },
     /// `θ − θ_ref(t)`.
     Motion {
-        value: Option<Value<Dual64>>,
+        value: Option<Box<Value<Dual64>>>,
         reference: Option<Reference>,
     },
 }
@@ -38,7 +38,7 @@ pub(super) struct MovedRows(Vec<(usize, MovedRow)>);
 impl MovedRow {
     /// `g_θ`.
     fn value(&self, at: Configuration<'_>) -> f64 {
-        let moved = |value: &Option<Value<Dual64>>| {
+        let moved = |value: &Option<Box<Value<Dual64>>>| {
             value.as_ref().map_or(0.0, |value| value.principal(at.q).eps)
         };
         match self {
@@ -99,8 +99,8 @@ impl MovedRows {
             if let Some(pitch) = joint.kind.pitch() {
                 let own = JointCoordinate::of(joint, DegreeOfFreedom::ABOUT_AXIS);
                 let thread = own.map(|own| MovedRow::Gear {
-                    a: Value::of(&dual, DegreeOfFreedom::Length(2)),
-                    b: Value::of(&dual, DegreeOfFreedom::ABOUT_AXIS),
+                    a: Value::of(&dual, DegreeOfFreedom::Length(2)).map(Box::new),
+                    b: Value::of(&dual, DegreeOfFreedom::ABOUT_AXIS).map(Box::new),
                     own: Box::new(own),
                     ratio: Dual64::new(-pitch, -change.pitch),
                     target: 0.0,
@@ -126,7 +126,7 @@ impl MovedRows {
 
     fn push(&mut self, first: usize, rows: Vec<Row<Dual64>>) {
         let rows = rows.into_iter().enumerate();
-        self.0.extend(rows.map(|(i, row)| (first + i, MovedRow::Product(row))));
+        self.0.extend(rows.map(|(i, row)| (first + i, MovedRow::Product(Box::new(row)))));
     }
 
     /// The rows of a scalar constraint that changes itself or by its joints.
@@ -139,7 +139,9 @@ impl MovedRows {
         let constraint = &mechanism.description().scalars[k];
         let (first, change) = (mechanism.scalar_rows(k).start, tangent.scalars.get(&k));
         let refused = || DesignError::Kind(constraint.name.clone());
-        let moved = |coordinate: &JointCoordinate| moved_value(mechanism, tangent, coordinate);
+        let moved = |coordinate: &JointCoordinate| {
+            moved_value(mechanism, tangent, coordinate).map(Box::new)
+        };
         match (&constraint.rows[0], change) {
             (ScalarRow::Product(row), Some(ScalarTangent::Distance { between, length })) => {
                 let own = row.b.with_tangent(between);

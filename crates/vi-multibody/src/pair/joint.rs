@@ -42,8 +42,7 @@ impl Side {
     /// configuration `q` of the frame (12 numbers).
     #[must_use]
     pub fn at(frame: FrameId, q: &[f64], point: &Vector3<f64>, axes: &Matrix3<f64>) -> Self {
-        let inverse = directors::triad(q).transpose();
-        Self { frame, anchor: inverse * (point - directors::center(q)), axes: inverse * axes }
+        Self::placed(frame, (&directors::center(q), &directors::triad(q)), point, axes)
     }
 
     /// The coordinates of the frame within `q` (all frames, 12 numbers each).
@@ -57,6 +56,18 @@ impl Side {
 }
 
 impl<T: Number> Side<T> {
+    /// The same of a frame with centre and triad (columns).
+    #[must_use]
+    pub fn placed(
+        frame: FrameId,
+        (center, triad): (&Vector3<T>, &Matrix3<T>),
+        point: &Vector3<T>,
+        axes: &Matrix3<T>,
+    ) -> Self {
+        let inverse = triad.transpose();
+        Self { frame, anchor: inverse * (point - center), axes: inverse * axes }
+    }
+
     /// The anchor point as a form.
     #[must_use]
     pub fn point(&self) -> Form<T> {
@@ -143,22 +154,31 @@ impl<T: Number> Joint<T> {
 
 /// A right-handed orthonormal triad `(m_1, m_2, n)` for a unit axis `n`.
 #[must_use]
-pub fn complete_axis(n: &Vector3<f64>) -> Matrix3<f64> {
+pub fn complete_axis<T: Number>(n: &Vector3<T>) -> Matrix3<T> {
     let smallest = n.iamin();
-    let m1 = n.cross(&Vector3::ith(smallest, 1.0)).normalize();
+    let m1 = n.cross(&Vector3::ith(smallest, T::of(1.0))).normalize();
     Matrix3::from_columns(&[m1, n.cross(&m1), *n])
 }
 
 /// The same with an `m_1` that is fixed in the frame whose axes are the columns of `frame`: it
 /// turns with that frame, and with whatever turns frame and axis together, to rounding.
 #[must_use]
-pub fn complete_axis_in(frame: &Matrix3<f64>, n: &Vector3<f64>) -> Matrix3<f64> {
+pub fn complete_axis_in<T: Number>(frame: &Matrix3<T>, n: &Vector3<T>) -> Matrix3<T> {
     // components of an axis along a diagonal or an axis of the frame are equal but for rounding
     const EQUAL: f64 = 1e-6;
     let own = frame.tr_mul(n).abs();
-    let smallest = own.iter().position(|component| *component <= own.min() + EQUAL).unwrap_or(0);
+    let least = own.min() + T::of(EQUAL);
+    let smallest = own.iter().position(|component| *component <= least).unwrap_or(0);
     let m1 = n.cross(&frame.column(smallest)).normalize();
     Matrix3::from_columns(&[m1, n.cross(&m1), *n])
+}
+
+/// The axes `m_1, m_2, n` (columns) with `n` along `axis`, and `m_1` in the half plane of `second`.
+#[must_use]
+pub fn axes_along<T: Number>(axis: &Vector3<T>, second: &Vector3<T>) -> Matrix3<T> {
+    let n = axis.normalize();
+    let m1 = (second - n * n.dot(second)).normalize();
+    Matrix3::from_columns(&[m1, n.cross(&m1), n])
 }
 
 /// The vectors of a joint in one configuration, spatial components.
