@@ -1,6 +1,8 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
-use super::{beam, galerkin, helicoidal, laws, motions, nonsmooth, pendulum, rigid};
+use super::{
+    beam, galerkin, helicoidal, laws, motions, nonsmooth, optimal_control, pendulum, rigid,
+};
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use std::path::Path;
@@ -134,6 +136,7 @@ pub enum Case {
     Laws(Box<laws::LawCase>),
     Motions(Box<motions::MotionCase>),
     Nonsmooth(Box<nonsmooth::NonsmoothCase>),
+    OptimalControl(Box<optimal_control::OptimalControlCase>),
 }
 
 /// Deviation of each scheme that applies.
@@ -169,6 +172,10 @@ impl Case {
             "element" | "static" | "modes" | "dynamic" if value.get("strain_rule").is_some() => {
                 Ok(Self::Helicoidal(serde_json::from_str(&text).map_err(unreadable)?))
             }
+            "optimal_control" => {
+                let case = optimal_control::OptimalControlCase::read(value)?;
+                Ok(Self::OptimalControl(Box::new(case)))
+            }
             "beam" => Ok(Self::Beam(serde_json::from_str(&text).map_err(unreadable)?)),
             _ => Err(format!("unknown kind `{kind}`")),
         }
@@ -186,7 +193,8 @@ impl Case {
             | Self::Coefficients(_)
             | Self::Laws(_)
             | Self::Motions(_)
-            | Self::Nonsmooth(_) => None,
+            | Self::Nonsmooth(_)
+            | Self::OptimalControl(_) => None,
         }
     }
 
@@ -209,6 +217,7 @@ impl Case {
             Self::Laws(case) => case.run(),
             Self::Motions(case) => case.run(),
             Self::Nonsmooth(case) => case.run(),
+            Self::OptimalControl(case) => case.run(),
         }
     }
 }

@@ -3,6 +3,7 @@
 
 pub mod beam;
 pub mod case;
+pub mod control_case;
 pub mod em;
 pub mod galerkin;
 pub mod helicoidal;
@@ -12,5 +13,6 @@ pub mod legendre;
 pub mod models;
 pub mod motions;
 pub mod nonsmooth;
+pub mod optimal_control;
 pub mod pendulum;
 pub mod rigid;

@@ -138,6 +138,7 @@ pub use vi_verify as verification;
 pub use nalgebra;
 pub use vi_beam;
 pub use vi_constraints;
+pub use vi_control;
 pub use vi_core;
 pub use vi_emscheme;
 pub use vi_multibody;

@@ -12,6 +12,7 @@ const INTEGRATORS: [&str; 9] = [
     "crates/vi-multibody/src",
     "crates/vi-beam/src",
     "crates/vi-statics/src",
+    "crates/vi-control/src",
     "crates/vi-emscheme/src",
     "crates/vi-verify/src",
     "xtask/src/verify",

@@ -1,5 +1,6 @@
 //! Systems whose kinetic energy has a constant mass matrix.
 
+mod beside_unknowns;
 mod continuous;
 mod discrete;
 

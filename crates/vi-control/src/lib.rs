@@ -1,0 +1,33 @@
+//! Sensitivities, optimal control and identification of multibody systems.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`transcription`] | the steps of a motion as a nonlinear program: problem, charts, derivatives |
+//! | [`program`] | nonlinear programs and methods that solve them |
+//! | [`kkt`] | whether a point is an optimum |
+//! | [`replay`] | an optimum as an ordinary run |
+//! | `pounce` | a method, with the feature of this name |
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+#![warn(missing_debug_implementations)]
+
+pub mod kkt;
+#[cfg(feature = "pounce")]
+pub mod pounce;
+pub mod program;
+pub mod replay;
+pub mod transcription;
+
+// What the interface of this crate speaks of, for those who depend on it alone.
+pub use nalgebra;
+pub use vi_constraints;
+pub use vi_core;
+pub use vi_multibody;
+pub use vi_rigid;
+
+pub use kkt::Kkt;
+#[cfg(feature = "pounce")]
+pub use pounce::Pounce;
+pub use program::{NlpSolver, Outcome, Program};
+pub use transcription::Transcription;

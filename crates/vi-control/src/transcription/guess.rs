@@ -1,0 +1,195 @@
+//! Motions to begin with.
+//!
+//! A guess states what joint coordinates change by in each step. Where loops close, coordinates
+//! that it does not move follow from those that it does, by Newton's method on the closures from
+//! node to node; where they do not, the guess stays as it is, open.
+
+use super::chart::{Chart, Reference};
+use super::problem::ProblemError;
+use super::{Motion, Transcription};
+use nalgebra::DMatrix;
+use vi_constraints::reparametrization::Reparametrization;
+use vi_core::interval::Interval;
+use vi_core::linear::norm_inf;
+use vi_multibody::Mechanism;
+use vi_multibody::form::Row;
+use vi_multibody::tree_map::TreeMap;
+
+/// A motion to begin with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guess {
+    /// Where it leads.
+    pub path: Path,
+    /// The value of each control in each step, shape `N × k`; empty: zero.
+    pub controls: Vec<Vec<f64>>,
+}
+
+/// The path of a guess.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Path {
+    /// What the joint coordinates of the spanning tree change by from node to node, shape `N × d`;
+    /// rotation vectors of spherical and free joints in space.
+    Increments(Vec<Vec<f64>>),
+    /// Configurations, as of an optimum with other steps.
+    Nodes {
+        /// `q_1 … q_N`, each of shape `n`, on the tree.
+        nodes: Vec<Vec<f64>>,
+        /// What coordinates that add up have changed by since the start, shape `N × d`.
+        travel: Vec<Vec<f64>>,
+    },
+}
+
+impl Guess {
+    /// All coordinates linear in time, by `change` in all, shape `d`.
+    #[must_use]
+    pub fn line(steps: usize, change: &[f64]) -> Self {
+        let part: Vec<f64> = change.iter().map(|c| c / steps as f64).collect();
+        Self { path: Path::Increments(vec![part; steps]), controls: Vec::new() }
+    }
+}
+
+impl Path {
+    /// Number of steps, and of coordinates of an odd one or of the first.
+    fn shape(&self, d: usize) -> [usize; 2] {
+        let rows = match self {
+            Self::Increments(rows) | Self::Nodes { travel: rows, .. } => rows,
+        };
+        let odd = rows.iter().map(Vec::len).find(|count| *count != d);
+        [rows.len(), odd.unwrap_or(d)]
+    }
+}
+
+impl Transcription {
+    /// A guess of twice as many steps from a motion of this program: between its nodes the
+    /// configuration that is half of their chart coordinates away from the first.
+    #[must_use]
+    pub fn refined(&self, motion: &Motion) -> Guess {
+        let (mut nodes, mut travel, mut controls) = (Vec::new(), Vec::new(), Vec::new());
+        for n in 0..motion.controls.len() {
+            let from = self.chart.reference(&motion.nodes[n]);
+            let half: Vec<f64> = coordinates(&self.chart, &from, &motion.nodes[n + 1])
+                .iter()
+                .map(|x| 0.5 * x)
+                .collect();
+            nodes.push(self.chart.place(&from, &half).q);
+            nodes.push(motion.nodes[n + 1].clone());
+            let [a, b] = [&motion.travel[n], &motion.travel[n + 1]];
+            travel.push(a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect());
+            travel.push(b.clone());
+            controls.extend([motion.controls[n].clone(), motion.controls[n].clone()]);
+        }
+        Guess { path: Path::Nodes { nodes, travel }, controls }
+    }
+}
+
+/// `ξ` of a configuration of the tree in the chart about a reference nearby.
+fn coordinates(chart: &Chart, from: &Reference, to: &[f64]) -> Vec<f64> {
+    let mut xi = vec![0.0; chart.dof()];
+    for _ in 0..20 {
+        let placed = chart.place(from, &xi);
+        let left: Vec<f64> = to.iter().zip(&placed.q).map(|(a, b)| a - b).collect();
+        let left = DMatrix::from_vec(left.len(), 1, left);
+        let Ok(step) = chart.columns(&placed).svd(true, true).solve(&left, 1e-12) else { break };
+        xi.iter_mut().zip(step.iter()).for_each(|(x, s)| *x += s);
+        if step.amax() < 1e-13 {
+            break;
+        }
+    }
+    xi
+}
+
+/// The references of all nodes of a guess, and what coordinates that add up have changed by there.
+pub(super) fn references(
+    chart: &Chart,
+    mechanism: &Mechanism,
+    (q, closures): (&[f64], &[Row]),
+    steps: usize,
+    guess: &Guess,
+) -> Result<(Vec<Reference>, Vec<Vec<f64>>), ProblemError> {
+    let d = chart.dof();
+    let shape = |found: usize, unknowns: usize| ProblemError::Guess {
+        found,
+        wanted: steps,
+        unknowns,
+        degrees: d,
+    };
+    let [found, unknowns] = guess.path.shape(d);
+    if found != steps || unknowns != d {
+        return Err(shape(found, unknowns));
+    }
+    let values = guess.controls.len();
+    if values != 0 && values != steps {
+        return Err(shape(values, d));
+    }
+    let increments = match &guess.path {
+        Path::Increments(increments) => increments,
+        Path::Nodes { nodes, travel } => {
+            if let Some(odd) = nodes.iter().find(|own| own.len() != q.len()) {
+                return Err(shape(nodes.len(), odd.len()));
+            }
+            let start = std::iter::once(q);
+            let all = start.chain(nodes.iter().map(|own| &own[..]));
+            let still = std::iter::once(vec![0.0; d]);
+            let travel = still.chain(travel.iter().cloned()).collect();
+            return Ok((all.map(|q| chart.reference(q)).collect(), travel));
+        }
+    };
+    let follows: Vec<usize> = (0..d).filter(|&j| increments.iter().all(|u| u[j] == 0.0)).collect();
+    let map = TreeMap::new(mechanism);
+    let mut nodes = vec![chart.reference(q)];
+    let mut travel = vec![vec![0.0; d]];
+    let mut s = Interval::new(q.len());
+    for (n, u) in increments.iter().enumerate() {
+        s.open(0.0, 1.0, nodes[n].q());
+        map.reparametrize(u, &mut s).map_err(|_| ProblemError::GuessTurns(n + 1))?;
+        let open = chart.reference(&s.q1);
+        let mut moved: Vec<f64> = travel[n].iter().zip(u).map(|(a, b)| a + b).collect();
+        let closed = close(chart, closures, &follows, &open, &mut moved);
+        nodes.push(closed.unwrap_or(open));
+        travel.push(moved);
+    }
+    Ok((nodes, travel))
+}
+
+/// The configuration nearby in which loops close, by the coordinates that follow; `moved` takes
+/// what they change by. `None` where none is found, or nothing has to close.
+fn close(
+    chart: &Chart,
+    closures: &[Row],
+    follows: &[usize],
+    open: &Reference,
+    moved: &mut [f64],
+) -> Option<Reference> {
+    const CLOSED: f64 = 1e-12;
+    const LARGEST: f64 = 0.5; // of a correction, m or rad
+    if closures.is_empty() || follows.is_empty() {
+        return None;
+    }
+    let (mut at, mut change) = (open.clone(), vec![0.0; chart.dof()]);
+    for _ in 0..30 {
+        let gap: Vec<f64> = closures.iter().map(|row| row.value(at.q())).collect();
+        if norm_inf(&gap) < CLOSED {
+            moved.iter_mut().zip(&change).for_each(|(m, c)| *m += c);
+            return Some(at);
+        }
+        let mut xi = vec![0.0; chart.dof()];
+        let columns = chart.columns(&chart.place(&at, &xi));
+        let mut slopes = DMatrix::zeros(closures.len(), follows.len());
+        for (k, row) in closures.iter().enumerate() {
+            row.for_each_slope(at.q(), |i, slope| {
+                for (c, &j) in follows.iter().enumerate() {
+                    slopes[(k, c)] += slope * columns[(i, j)];
+                }
+            });
+        }
+        let gap = DMatrix::from_vec(closures.len(), 1, gap);
+        let step = slopes.svd(true, true).solve(&gap, 1e-10).ok()?;
+        let shorter = LARGEST / f64::max(LARGEST, norm_inf(step.as_slice()));
+        for (&j, step) in follows.iter().zip(step.iter()) {
+            xi[j] = -shorter * step;
+            change[j] += xi[j];
+        }
+        at = chart.reference(&chart.place(&at, &xi).q);
+    }
+    None
+}

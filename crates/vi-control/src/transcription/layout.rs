@@ -1,0 +1,152 @@
+//! Where the unknowns and the equations of a motion stand, stage by stage.
+//!
+//! ```text
+//! variables   for n = 0 … N−1: values of controls that begin there, hλ_n of the closures, ξ_{n+1};  hλ_N;  T
+//! rows        for n = 0 … N−1: balance at n, closures at n+1, turns of the step, conditions at n+1;  rest
+//! ```
+
+use super::problem::{FinalTime, Problem, Quantity, Rest, When};
+use std::ops::Range;
+
+/// Places of variables and rows.
+#[derive(Debug)]
+pub(super) struct Layout {
+    pub(super) variables: usize,
+    pub(super) rows: usize,
+    values: Vec<Vec<usize>>,        // of each control: of each of its values
+    holds: Vec<usize>,              // of each control
+    impulses: Vec<usize>,           // of nodes 0 … N
+    coordinates: Vec<usize>,        // of nodes 1 … N
+    pub(super) time: Option<usize>, // T
+    balances: Vec<usize>,           // of nodes 0 … N−1
+    closures: Vec<usize>,           // of nodes 1 … N
+    turns: Vec<usize>,              // of steps
+    pub(super) conditions: Vec<Placed>, // rows beside bounds of variables
+    pub(super) rest: Range<usize>,
+}
+
+/// A condition at a node.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    pub(super) row: usize,
+    pub(super) node: usize,
+    /// Among those of the problem.
+    pub(super) condition: usize,
+}
+
+/// Counts of a mechanism.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Counts {
+    /// Degrees of freedom of the tree.
+    pub(super) tree: usize,
+    /// Independent closures.
+    pub(super) closures: usize,
+    /// Angles whose turns are bounded.
+    pub(super) turning: usize,
+}
+
+/// Whether a condition is a bound of a variable.
+pub(super) fn is_bound(quantity: &Quantity, when: When) -> bool {
+    when == When::Path && matches!(quantity, Quantity::Joint { .. })
+}
+
+impl Layout {
+    pub(super) fn new(problem: &Problem, counts: Counts) -> Self {
+        let Counts { tree, closures: m, turning } = counts;
+        let (mut variable, mut row) = (0, 0);
+        let place = |counter: &mut usize, count: usize| {
+            let at = *counter;
+            *counter += count;
+            at
+        };
+        let mut values = vec![Vec::new(); problem.controls.len()];
+        let mut layout = Self {
+            variables: 0,
+            rows: 0,
+            values: Vec::new(),
+            holds: problem.controls.iter().map(|control| control.hold).collect(),
+            impulses: Vec::new(),
+            coordinates: Vec::new(),
+            time: None,
+            balances: Vec::new(),
+            closures: Vec::new(),
+            turns: Vec::new(),
+            conditions: Vec::new(),
+            rest: 0..0,
+        };
+        for n in 0..problem.steps {
+            for (control, values) in problem.controls.iter().zip(&mut values) {
+                if n % control.hold == 0 {
+                    values.push(place(&mut variable, 1));
+                }
+            }
+            layout.impulses.push(place(&mut variable, m));
+            layout.coordinates.push(place(&mut variable, tree));
+            layout.balances.push(place(&mut row, tree));
+            layout.closures.push(place(&mut row, m));
+            layout.turns.push(place(&mut row, turning));
+            for (k, condition) in problem.conditions.iter().enumerate() {
+                let holds = match condition.when {
+                    When::End => n + 1 == problem.steps,
+                    When::Path => !is_bound(&condition.quantity, condition.when),
+                    When::Node(node) => node == n + 1,
+                };
+                if holds {
+                    let row = place(&mut row, 1);
+                    layout.conditions.push(Placed { row, node: n + 1, condition: k });
+                }
+            }
+        }
+        let rest = match &problem.rest {
+            Rest::Free => 0,
+            Rest::All => tree,
+            Rest::Unknowns(some) => some.len(),
+        };
+        // without rest nothing acts at the end
+        let free = if problem.rest == Rest::All { m } else { 0 };
+        layout.impulses.push(place(&mut variable, free));
+        let at = place(&mut row, rest);
+        layout.rest = at..at + rest;
+        if matches!(problem.time, FinalTime::Free { .. }) {
+            layout.time = Some(place(&mut variable, 1));
+        }
+        layout.values = values;
+        (layout.variables, layout.rows) = (variable, row);
+        layout
+    }
+
+    /// The variable of a control in step `n`.
+    pub(super) fn control(&self, control: usize, n: usize) -> usize {
+        self.values[control][n / self.holds[control]]
+    }
+
+    /// The variables of a control.
+    pub(super) fn values(&self, control: usize) -> &[usize] {
+        &self.values[control]
+    }
+
+    /// First variable of the impulses of closures at node `n`.
+    pub(super) fn impulse(&self, n: usize) -> usize {
+        self.impulses[n]
+    }
+
+    /// First variable of `ξ_n`, `n ≥ 1`; `None` at the start.
+    pub(super) fn coordinate(&self, n: usize) -> Option<usize> {
+        n.checked_sub(1).map(|k| self.coordinates[k])
+    }
+
+    /// First row of the balance at node `n < N`.
+    pub(super) fn balance(&self, n: usize) -> usize {
+        self.balances[n]
+    }
+
+    /// First row of the closures at node `n ≥ 1`.
+    pub(super) fn closure(&self, n: usize) -> usize {
+        self.closures[n - 1]
+    }
+
+    /// First row of the turns of step `n`.
+    pub(super) fn turn(&self, n: usize) -> usize {
+        self.turns[n]
+    }
+}

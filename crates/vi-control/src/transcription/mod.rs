@@ -1,0 +1,471 @@
+//! Discrete mechanics and optimal control: the steps of a motion as equations of a nonlinear
+//! program.
+//!
+//! ```text
+//! minimise  f(q_1 … q_N, w_0 … w_{N−1}, T)      over  q_n = F(ξ_n, q̂_n) on the tree,  w_n,  hλ_n,  T = N h
+//! n = 0      P(q_0)ᵀ [ p(0) + D_1L_d(q_0, q_1) + f_0^- − G_c(q_0)ᵀ hλ_0 ] = 0                         momentum of the start
+//! 0 < n < N  P(q_n)ᵀ [ D_2L_d(q_{n−1}, q_n) + f_{n−1}^+ + D_1L_d(q_n, q_{n+1}) + f_n^- − G_c(q_n)ᵀ hλ_n ] = 0      (28)
+//! n = N      P(q_N)ᵀ [ D_2L_d(q_{N−1}, q_N) + f_{N−1}^+ − G_c(q_N)ᵀ hλ_N ] = 0        rest, where it is asked for, (42)
+//! g_c(q_n) = 0 of closed loops;    bounds of coordinates, products of forms and controls
+//! ```
+//! Joints of the tree hold in every iterate, closed loops at the optimum. A step has `d` unknown
+//! coordinates, `d` equations and the controls. Letters: `ξ` coordinates of a chart about a
+//! reference `q̂` ([`chart`]), `g_c` independent closures, `hλ` their impulses, `w` controls.
+//!
+//! Source: S. Leyendecker, S. Ober-Blöbaum, J. E. Marsden, M. Ortiz, Optim. Control Appl. Meth. 31
+//! (2010) 505–528; S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352.
+
+pub mod chart;
+mod derivatives;
+mod guess;
+mod layout;
+mod point;
+pub mod problem;
+
+use crate::program::{Bounds, Program, Start, Undefined};
+use chart::{Chart, Reference};
+use guess::references;
+pub use guess::{Guess, Path};
+use layout::{Counts, Layout, is_bound};
+use nalgebra::DMatrix;
+use point::Point;
+use problem::{FinalTime, Problem, ProblemError, Quantity, Rest};
+use std::sync::Arc;
+use vi_constraints::InitialValues;
+use vi_constraints::null_space::NullSpaceQr;
+use vi_core::sparse::SparseMatrix;
+use vi_core::{Configuration, MechanicalSystem, SeparableSystem};
+use vi_multibody::Mechanism;
+use vi_multibody::form::Row;
+use vi_multibody::scalar_constraint::ScalarRow;
+
+/// Bound of the second of three rotations of a chart about its reference, rad: at `π/2` the chart
+/// ends.
+const CHART: f64 = 1.2;
+
+/// A problem of optimal control of a mechanism as a nonlinear program.
+#[derive(Debug)]
+pub struct Transcription {
+    chart: Chart,
+    system: Arc<SeparableSystem>,
+    mass: SparseMatrix,
+    weight: Vec<f64>, // n  the sum of constant forces
+    has_other: bool,
+    n: usize,
+    problem: Problem,
+    layout: Layout,
+    start_time: f64,
+    start_momentum: Vec<f64>,   // n
+    along_starts: Vec<f64>,     // coordinates of efforts along unknowns at the start
+    references: Vec<Reference>, // of nodes 0 … N
+    travel: Vec<Vec<f64>>,      // of references: what coordinates that add up have changed by
+    closures: Vec<Row>,         // independent
+    turning: Vec<usize>,        // angles whose turns are bounded
+    middle: Vec<usize>,         // second rotations of charts
+    resting: Vec<usize>,        // unknowns without momentum at the end
+    start: Vec<f64>,            // of the program
+    jacobian_places: Vec<(usize, usize)>,
+    hessian_places: Vec<(usize, usize)>,
+    point: Option<Point>,
+}
+
+/// A motion that a program was solved for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// `h`, s.
+    pub step: f64,
+    /// `q_0 … q_N`, each of shape `n`.
+    pub nodes: Vec<Vec<f64>>,
+    /// Of each step, the value of each control, N or N·m.
+    pub controls: Vec<Vec<f64>>,
+    /// Of each term, weighted.
+    pub costs: Vec<f64>,
+    /// What the coordinates of the tree that add up have changed by since the start, at each node,
+    /// shape `d`; of rotation vectors without meaning.
+    pub travel: Vec<Vec<f64>>,
+}
+
+impl Transcription {
+    /// The program of a problem from a start of the motion, with the forces of `system` beside the
+    /// controls.
+    ///
+    /// # Errors
+    /// [`ProblemError`].
+    pub fn new(
+        mechanism: &Mechanism,
+        system: Arc<SeparableSystem>,
+        at: InitialValues<'_>,
+        problem: Problem,
+        guess: &Guess,
+    ) -> Result<Self, ProblemError> {
+        problem.check()?;
+        check_mechanism(mechanism, &system, &problem)?;
+        let n = at.q.len();
+        let chart = Chart::new(mechanism, n);
+        let closures = independent(mechanism, &chart, &chart.reference(at.q))?;
+        let (references, travel) =
+            references(&chart, mechanism, (at.q, &closures), problem.steps, guess)?;
+        if !closures.is_empty() && matches!(problem.rest, Rest::Unknowns(_)) {
+            return Err(ProblemError::NotCovered("rest of single joints of a closed loop"));
+        }
+        let (turning, middle) = angles(mechanism);
+        let bounded = problem.max_increment.is_finite();
+        let turning = if bounded { turning } else { Vec::new() };
+        let d = chart.dof();
+        let counts = Counts { tree: d, closures: closures.len(), turning: turning.len() };
+        let layout = Layout::new(&problem, counts);
+        let along_starts = along_starts(&system, at, &problem)?;
+        let mut start_momentum = vec![0.0; n];
+        system.mass().mul_add(1.0, at.v, &mut start_momentum);
+        let resting = match &problem.rest {
+            Rest::Free => Vec::new(),
+            Rest::All => (0..d).collect(),
+            Rest::Unknowns(some) => some.clone(),
+        };
+        let mut transcription = Self {
+            mass: system.mass().clone(),
+            weight: system.constant_force(),
+            has_other: system.has_other_forces(&[]),
+            n,
+            layout,
+            start_time: at.t,
+            start_momentum,
+            along_starts,
+            references,
+            travel,
+            closures,
+            turning,
+            middle,
+            resting,
+            start: Vec::new(),
+            jacobian_places: Vec::new(),
+            hessian_places: Vec::new(),
+            point: None,
+            chart,
+            system,
+            problem,
+        };
+        transcription.start = transcription.begin(guess);
+        transcription.find_places();
+        Ok(transcription)
+    }
+
+    /// The point of a program that a guess is.
+    fn begin(&self, guess: &Guess) -> Vec<f64> {
+        let mut x = vec![0.0; self.layout.variables];
+        if let (Some(at), time) = (self.layout.time, self.problem.time.guess()) {
+            x[at] = time;
+        }
+        for (n, values) in guess.controls.iter().enumerate() {
+            for (k, value) in values.iter().enumerate() {
+                x[self.layout.control(k, n)] = *value;
+            }
+        }
+        x
+    }
+
+    fn find_places(&mut self) {
+        let Ok(point) = self.point_at(&self.start) else { return };
+        let (mut jacobian, mut hessian) = (Vec::new(), Vec::new());
+        self.emit_jacobian(&point, &mut |row, column, _| jacobian.push((row, column)));
+        let lambda = vec![0.0; self.layout.rows];
+        self.emit_hessian(&point, 1.0, &lambda, &mut |row, column, _| hessian.push((row, column)));
+        (self.jacobian_places, self.hessian_places) = (jacobian, hessian);
+    }
+
+    /// Where a method starts.
+    #[must_use]
+    pub fn start(&self) -> Start {
+        Start { x: self.start.clone(), multipliers: None }
+    }
+
+    /// The problem.
+    #[must_use]
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// Whether a closure acts at the end.
+    fn acts_at_end(&self) -> bool {
+        self.problem.rest == Rest::All
+    }
+
+    /// The motion at a point.
+    ///
+    /// # Errors
+    /// [`Undefined`].
+    pub fn motion(&self, x: &[f64]) -> Result<Motion, Undefined> {
+        let point = self.point_at(x)?;
+        let controls = (0..self.problem.steps)
+            .map(|n| {
+                (0..self.problem.controls.len()).map(|k| x[self.layout.control(k, n)]).collect()
+            })
+            .collect();
+        let travel = (0..=self.problem.steps)
+            .map(|n| (0..self.chart.dof()).map(|j| self.traveled(x, n, j)).collect())
+            .collect();
+        let costs = self.costs(&point);
+        let nodes = point.nodes.into_iter().map(|node| node.placed.q).collect();
+        Ok(Motion { step: point.h, nodes, controls, costs, travel })
+    }
+
+    /// Whether the chart of a node is near its end at a point: [`Transcription::move_references`]
+    /// and solve again.
+    #[must_use]
+    pub fn leaves_chart(&self, x: &[f64]) -> bool {
+        let turned =
+            |n: usize, j: usize| self.layout.coordinate(n).map_or(0.0, |at| x[at + j].abs());
+        (1..=self.problem.steps).any(|n| self.middle.iter().any(|&j| turned(n, j) > 0.9 * CHART))
+    }
+
+    /// Puts the references of the charts on the nodes at a point, which becomes the start; the
+    /// other variables keep their values.
+    ///
+    /// # Errors
+    /// [`Undefined`].
+    pub fn move_references(&mut self, x: &[f64]) -> Result<(), Undefined> {
+        let motion = self.motion(x)?;
+        self.references = motion.nodes.iter().map(|q| self.chart.reference(q)).collect();
+        self.travel = motion.travel;
+        self.start = x.to_vec();
+        for n in 1..=self.problem.steps {
+            if let Some(at) = self.layout.coordinate(n) {
+                self.start[at..at + self.chart.dof()].fill(0.0);
+            }
+        }
+        self.point = None;
+        Ok(())
+    }
+
+    fn at(&self) -> &Point {
+        self.point.as_ref().expect("the program was moved to a point")
+    }
+}
+
+/// What the transcription does not cover.
+fn check_mechanism(
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    problem: &Problem,
+) -> Result<(), ProblemError> {
+    let description = mechanism.description();
+    if !description.particles.is_empty() {
+        return Err(ProblemError::NotCovered("point masses"));
+    }
+    if mechanism.has_nodes() {
+        return Err(ProblemError::NotCovered("beams"));
+    }
+    if system.places_of_signals().len() + system.variables_of_forces() > 0
+        || !system.variables_of_potentials(&[]).is_empty()
+        || system.has_memory()
+    {
+        return Err(ProblemError::NotCovered("forces with a memory"));
+    }
+    let free_time = matches!(problem.time, FinalTime::Free { .. });
+    if free_time && system.has_forces_beside_unknowns() {
+        return Err(ProblemError::NotCovered(
+            "a free final time beside loads and dampers of points",
+        ));
+    }
+    let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+    let numbers = description.bodies.iter().all(|body| finite(body.center.as_slice()));
+    if numbers { Ok(()) } else { Err(ProblemError::NotANumber("start".to_owned())) }
+}
+
+/// The closures that do not follow from others at a configuration.
+fn independent(
+    mechanism: &Mechanism,
+    chart: &Chart,
+    reference: &Reference,
+) -> Result<Vec<Row>, ProblemError> {
+    let mut rows = Vec::new();
+    for row in mechanism.loop_constraints() {
+        match row {
+            ScalarRow::Product(row) => rows.push(row),
+            _ => return Err(ProblemError::NotCovered("gears, prescribed motions and rolling")),
+        }
+    }
+    let columns = chart.columns(&chart.place(reference, &vec![0.0; chart.dof()]));
+    let mut slopes = DMatrix::zeros(rows.len(), chart.dof()); // G_c P
+    for (k, row) in rows.iter().enumerate() {
+        row.for_each_slope(reference.q(), |i, slope| {
+            for j in 0..chart.dof() {
+                slopes[(k, j)] += slope * columns[(i, j)];
+            }
+        });
+    }
+    if rows.is_empty() {
+        return Ok(rows);
+    }
+    // rows that vanish but for rounding say nothing by their own length
+    let mut qr = NullSpaceQr::new(chart.dof(), rows.len());
+    let rank = qr.factorize_scaled(&slopes, |_| 1.0);
+    let mut chosen = qr.pivots()[..rank].to_vec();
+    chosen.sort_unstable();
+    Ok(chosen.into_iter().map(|k| rows[k].clone()).collect())
+}
+
+/// The angles of the tree that add up, and the second rotations of rotation vectors.
+fn angles(mechanism: &Mechanism) -> (Vec<usize>, Vec<usize>) {
+    let (mut turning, mut middle) = (Vec::new(), Vec::new());
+    for link in mechanism.tree().links() {
+        let kind = link.joint.kind;
+        let vector = kind.rotation_vector();
+        middle.extend(vector.map(|k| link.offset + k + 1));
+        let adds_up = |k: &usize| kind.is_angle(*k) && vector.is_none();
+        turning.extend((0..link.dof()).filter(adds_up).map(|k| link.offset + k));
+    }
+    (turning, middle)
+}
+
+/// The coordinates of efforts along unknowns at the start.
+fn along_starts(
+    system: &SeparableSystem,
+    at: InitialValues<'_>,
+    problem: &Problem,
+) -> Result<Vec<f64>, ProblemError> {
+    let start = Configuration::new(at.t, at.q);
+    let free_time = matches!(problem.time, FinalTime::Free { .. });
+    let mut starts = Vec::new();
+    for own in system.along_unknowns() {
+        let theta = own.force.coordinate(start);
+        let at_time = |t: f64| own.force.effort(t, theta, 0.0).to_bits();
+        let times = [0.0, 0.21, 0.67, 1.0].map(|part| at.t + part * problem.time.guess());
+        if free_time && times.iter().any(|t| at_time(*t) != at_time(at.t)) {
+            return Err(ProblemError::NotCovered("a free final time beside forces in time"));
+        }
+        starts.push(theta);
+    }
+    Ok(starts)
+}
+
+impl Program for Transcription {
+    fn variables(&self) -> usize {
+        self.layout.variables
+    }
+    fn rows(&self) -> usize {
+        self.layout.rows
+    }
+
+    fn bounds(&self) -> Bounds {
+        let none = [f64::NEG_INFINITY, f64::INFINITY];
+        let (mut variables, mut rows) = (vec![none; self.variables()], vec![[0.0; 2]; self.rows()]);
+        for (k, control) in self.problem.controls.iter().enumerate() {
+            self.layout.values(k).iter().for_each(|&at| variables[at] = control.bounds);
+        }
+        if let (Some(at), FinalTime::Free { min, max, .. }) = (self.layout.time, self.problem.time)
+        {
+            variables[at] = [min, max];
+        }
+        for n in 1..=self.problem.steps {
+            let at = self.layout.coordinate(n).unwrap_or(0);
+            self.middle.iter().for_each(|j| variables[at + j] = [-CHART, CHART]);
+            let path = self.problem.conditions.iter();
+            for condition in path.filter(|own| is_bound(&own.quantity, own.when)) {
+                let Quantity::Joint { unknown, start } = condition.quantity else { continue };
+                let j = unknown.index;
+                let of_bound = |bound: f64| unknown.sign * (bound - start) - self.travel[n][j];
+                let [a, b] = condition.bounds.map(of_bound);
+                let own = &mut variables[at + j];
+                *own = [own[0].max(a.min(b)), own[1].min(a.max(b))];
+            }
+        }
+        for n in 0..self.problem.steps {
+            for k in 0..self.turning.len() {
+                let by = self.travel[n + 1][self.turning[k]] - self.travel[n][self.turning[k]];
+                let most = self.problem.max_increment;
+                rows[self.layout.turn(n) + k] = [-most - by, most - by];
+            }
+        }
+        for placed in &self.layout.conditions {
+            rows[placed.row] = self.problem.conditions[placed.condition].bounds;
+        }
+        Bounds { variables, rows }
+    }
+
+    fn jacobian_places(&self) -> &[(usize, usize)] {
+        &self.jacobian_places
+    }
+    fn hessian_places(&self) -> &[(usize, usize)] {
+        &self.hessian_places
+    }
+
+    fn move_to(&mut self, x: &[f64]) -> Result<(), Undefined> {
+        self.point = None;
+        self.point = Some(self.point_at(x)?);
+        Ok(())
+    }
+
+    fn cost(&self) -> f64 {
+        self.costs(self.at()).iter().sum()
+    }
+
+    fn cost_gradient(&self, out: &mut [f64]) {
+        self.cost_slope(self.at(), out);
+    }
+
+    fn row_values(&self, out: &mut [f64]) {
+        let (point, d) = (self.at(), self.chart.dof());
+        let mut residual = vec![0.0; d];
+        for n in 0..=self.problem.steps {
+            self.residual(point, n, &mut residual);
+            for (row, j) in self.balances_at(n) {
+                out[row] = residual[j];
+            }
+            if n > 0 {
+                for (k, row) in self.closures.iter().enumerate() {
+                    out[self.layout.closure(n) + k] = row.value(&point.nodes[n].placed.q);
+                }
+            }
+        }
+        for n in 0..self.problem.steps {
+            for (k, &j) in self.turning.iter().enumerate() {
+                let own = |n: usize| self.layout.coordinate(n).map_or(0.0, |at| point.x[at + j]);
+                out[self.layout.turn(n) + k] = own(n + 1) - own(n);
+            }
+        }
+        for placed in &self.layout.conditions {
+            let quantity = &self.problem.conditions[placed.condition].quantity;
+            out[placed.row] = self.quantity(point, quantity, placed.node);
+        }
+    }
+
+    fn jacobian(&self, out: &mut [f64]) {
+        let mut entries = out.iter_mut();
+        self.emit_jacobian(self.at(), &mut |_, _, value| {
+            if let Some(entry) = entries.next() {
+                *entry = value;
+            }
+        });
+    }
+
+    fn hessian(&self, factor: f64, lambda: &[f64], out: &mut [f64]) {
+        let mut entries = out.iter_mut();
+        self.emit_hessian(self.at(), factor, lambda, &mut |_, _, value| {
+            if let Some(entry) = entries.next() {
+                *entry = value;
+            }
+        });
+    }
+
+    fn row_name(&self, row: usize) -> String {
+        let steps = self.problem.steps;
+        let named = self.layout.conditions.iter().find(|placed| placed.row == row);
+        if let Some(placed) = named {
+            let name = &self.problem.conditions[placed.condition].name;
+            return format!("`{name}` at node {}", placed.node);
+        }
+        if self.layout.rest.contains(&row) {
+            return "rest at the end".to_owned();
+        }
+        let of_step = |n: &usize| row >= self.layout.balance(*n);
+        let n = (0..steps).rev().find(of_step).unwrap_or(0);
+        if row >= self.layout.turn(n) && !self.turning.is_empty() {
+            format!("turn of step {n}")
+        } else if row >= self.layout.closure(n + 1) && !self.closures.is_empty() {
+            format!("closed loops at node {}", n + 1)
+        } else {
+            format!("balance at node {n}")
+        }
+    }
+}

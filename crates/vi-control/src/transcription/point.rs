@@ -1,0 +1,237 @@
+//! The motion at a point of the program: nodes, discrete momenta, residuals.
+//!
+//! ```text
+//! w_n = D_2L_d(q_{n−1}, q_n) + f_{n−1}^+ + D_1L_d(q_n, q_{n+1}) + f_n^- − G_c(q_n)ᵀ (hλ_n)
+//! r_n = Kᵀ w_n + σ (h/2)(τ_{n−1} + τ_n) e_j      τ: controls, and efforts of the model along unknowns
+//! ```
+
+use super::Transcription;
+use super::chart::Placed;
+use super::problem::{CostKind, Quantity, When};
+use crate::program::Undefined;
+use nalgebra::DMatrix;
+use vi_core::coordinate_force::EffortSlopes;
+use vi_core::interval::Interval;
+use vi_multibody::form::Row;
+
+/// A node.
+#[derive(Debug)]
+pub(super) struct Node {
+    pub(super) placed: Placed,
+    /// `K`, shape `n × d`.
+    pub(super) columns: DMatrix<f64>,
+    /// What inertia contributes to `w`, of the order `1/h`.
+    pub(super) inertial: Vec<f64>,
+    /// What gravity, potentials and forces contribute, of the order `h`.
+    pub(super) other: Vec<f64>,
+    /// `w`.
+    pub(super) balance: Vec<f64>,
+}
+
+/// An effort of the model along an unknown in a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Along {
+    /// `j`.
+    pub(super) index: usize,
+    /// `σ`.
+    pub(super) sign: f64,
+    /// `τ`.
+    pub(super) effort: f64,
+    /// Its derivatives.
+    pub(super) slopes: EffortSlopes,
+    /// `Δθ`.
+    pub(super) change: f64,
+}
+
+/// Everything at a point but derivatives.
+#[derive(Debug)]
+pub(super) struct Point {
+    pub(super) x: Vec<f64>,
+    pub(super) h: f64,
+    pub(super) nodes: Vec<Node>,
+    pub(super) intervals: Vec<Interval>,
+    /// Of each step.
+    pub(super) along: Vec<Vec<Along>>,
+}
+
+impl Transcription {
+    /// `h` at a point.
+    pub(super) fn step_of(&self, x: &[f64]) -> f64 {
+        let time = self.layout.time.map_or(self.problem.time.guess(), |at| x[at]);
+        time / self.problem.steps as f64
+    }
+
+    /// The coordinates of the chart at a node, zero at the start.
+    pub(super) fn chart_coordinates(&self, x: &[f64], n: usize) -> Vec<f64> {
+        let d = self.chart.dof();
+        self.layout.coordinate(n).map_or_else(|| vec![0.0; d], |at| x[at..at + d].to_vec())
+    }
+
+    /// A coordinate that adds up, less its value at the start.
+    pub(super) fn traveled(&self, x: &[f64], n: usize, j: usize) -> f64 {
+        self.travel[n][j] + self.layout.coordinate(n).map_or(0.0, |at| x[at + j])
+    }
+
+    /// The motion at `x`.
+    pub(super) fn point_at(&self, x: &[f64]) -> Result<Point, Undefined> {
+        let (steps, h) = (self.problem.steps, self.step_of(x));
+        if x.iter().any(|x| !x.is_finite()) || h <= 0.0 {
+            return Err(Undefined);
+        }
+        let mut nodes: Vec<Node> = Vec::with_capacity(steps + 1);
+        for n in 0..=steps {
+            let placed = self.chart.place(&self.references[n], &self.chart_coordinates(x, n));
+            let columns = self.chart.columns(&placed);
+            let zero = || vec![0.0; self.n];
+            nodes.push(Node { placed, columns, inertial: zero(), other: zero(), balance: zero() });
+        }
+        let (mut intervals, mut along) = (Vec::with_capacity(steps), Vec::with_capacity(steps));
+        let mut scratch = vec![0.0; self.n];
+        for n in 0..steps {
+            let t = self.start_time + n as f64 * h;
+            let s = Interval::between(t, h, &nodes[n].placed.q, &nodes[n + 1].placed.q);
+            self.add_step(&s, [0, 1].map(|k| n + k), &mut nodes, &mut scratch);
+            along.push(self.along_at(x, n, &s));
+            intervals.push(s);
+        }
+        for (n, node) in nodes.iter_mut().enumerate() {
+            let Node { inertial, other, balance, placed, .. } = node;
+            for ((b, i), o) in balance.iter_mut().zip(inertial.iter()).zip(other.iter()) {
+                *b = i + o;
+            }
+            if n == 0 {
+                balance.iter_mut().zip(&self.start_momentum).for_each(|(b, p)| *b += p);
+            }
+            for (k, row) in self.impulses_at(n).enumerate() {
+                let impulse = x[self.layout.impulse(n) + k];
+                row.for_each_slope(&placed.q, |i, slope| balance[i] -= impulse * slope);
+            }
+        }
+        Ok(Point { x: x.to_vec(), h, nodes, intervals, along })
+    }
+
+    /// The closures whose impulses act at node `n`.
+    pub(super) fn impulses_at(&self, n: usize) -> impl Iterator<Item = &Row> {
+        let acts = n < self.problem.steps || self.acts_at_end();
+        self.closures.iter().filter(move |_| acts)
+    }
+
+    /// Adds the discrete momenta of a step to both of its nodes.
+    fn add_step(
+        &self,
+        s: &Interval,
+        [from, to]: [usize; 2],
+        nodes: &mut [Node],
+        scratch: &mut [f64],
+    ) {
+        let h = s.h;
+        self.system.inertia().mul_add(-1.0 / h, &s.dq, &mut nodes[from].inertial);
+        self.system.inertia().mul_add(1.0 / h, &s.dq, &mut nodes[to].inertial);
+        for node in [from, to] {
+            let other = &mut nodes[node].other;
+            other.iter_mut().zip(&self.weight).for_each(|(o, w)| *o += 0.5 * h * w);
+        }
+        if self.has_other {
+            for (node, slot) in [from, to].into_iter().zip(vi_core::Slot::BOTH) {
+                self.system.beside_unknowns(s, slot, scratch);
+                nodes[node].other.iter_mut().zip(&*scratch).for_each(|(o, f)| *o += f);
+            }
+        }
+    }
+
+    fn along_at(&self, x: &[f64], n: usize, s: &Interval) -> Vec<Along> {
+        let all = self.system.along_unknowns().zip(&self.along_starts);
+        let at = |(own, start): (vi_core::coordinate_force::AlongUnknown<'_>, &f64)| {
+            let (index, sign) = (own.unknown.index, own.unknown.sign);
+            let [from, to] = [n, n + 1].map(|k| start + sign * self.traveled(x, k, index));
+            let (mean, change) = (0.5 * (from + to), to - from);
+            Along {
+                index,
+                sign,
+                effort: own.force.effort(s.t_mid(), mean, change / s.h),
+                slopes: own.force.slopes(s.t_mid(), mean, change / s.h),
+                change,
+            }
+        };
+        all.map(at).collect()
+    }
+
+    /// A quantity at a node.
+    pub(super) fn quantity(&self, point: &Point, quantity: &Quantity, n: usize) -> f64 {
+        match quantity {
+            Quantity::Joint { unknown, start } => {
+                start + unknown.sign * self.traveled(&point.x, n, unknown.index)
+            }
+            Quantity::Product(row) => row.value(&point.nodes[n].placed.q),
+        }
+    }
+
+    /// The nodes at which a deviation counts, with its factor there and the derivative of this by
+    /// `h`.
+    pub(super) fn counted(&self, when: When, h: f64) -> Vec<(usize, f64, f64)> {
+        let steps = self.problem.steps;
+        match when {
+            When::End => vec![(steps, 1.0, 0.0)],
+            When::Node(n) => vec![(n, 1.0, 0.0)],
+            When::Path => {
+                let part = |n: usize| if n == 0 || n == steps { 0.5 } else { 1.0 };
+                (0..=steps).map(|n| (n, h * part(n), part(n))).collect()
+            }
+        }
+    }
+
+    /// The momenta `Kᵀ w` with the efforts along unknowns, at a node.
+    pub(super) fn residual(&self, point: &Point, n: usize, out: &mut [f64]) {
+        let node = &point.nodes[n];
+        for (o, column) in out.iter_mut().zip(node.columns.column_iter()) {
+            *o = column.iter().zip(&node.balance).map(|(k, w)| k * w).sum();
+        }
+        for step in self.steps_at(n) {
+            for own in &point.along[step] {
+                out[own.index] += 0.5 * point.h * own.sign * own.effort;
+            }
+            for (k, control) in self.problem.controls.iter().enumerate() {
+                let value = point.x[self.layout.control(k, step)];
+                out[control.along.index] += 0.5 * point.h * control.along.sign * value;
+            }
+        }
+    }
+
+    /// The steps that end or begin at a node.
+    pub(super) fn steps_at(&self, n: usize) -> impl Iterator<Item = usize> {
+        let before = n.checked_sub(1);
+        before.into_iter().chain((n < self.problem.steps).then_some(n))
+    }
+
+    /// The value of each term of the cost.
+    pub(super) fn costs(&self, point: &Point) -> Vec<f64> {
+        let (h, x, steps) = (point.h, &point.x, self.problem.steps);
+        let value = |k: usize, n: usize| x[self.layout.control(k, n)];
+        let of_steps = |of: &[usize], term: &dyn Fn(usize, usize) -> f64| -> f64 {
+            (0..steps).map(|n| of.iter().map(|&k| term(k, n)).sum::<f64>()).sum()
+        };
+        let term = |kind: &CostKind| match kind {
+            CostKind::Effort(of) => 0.5 * h * of_steps(of, &|k, n| value(k, n) * value(k, n)),
+            CostKind::Work(of) => of_steps(of, &|k, n| {
+                let along = self.problem.controls[k].along;
+                let [from, to] = [n, n + 1].map(|n| self.traveled(x, n, along.index));
+                value(k, n) * along.sign * (to - from)
+            }),
+            CostKind::Rate(of) => {
+                let change = |k: usize, n: usize| {
+                    if n == 0 { 0.0 } else { value(k, n) - value(k, n - 1) }
+                };
+                0.5 / h * of_steps(of, &|k, n| change(k, n) * change(k, n))
+            }
+            CostKind::Time => steps as f64 * h,
+            CostKind::Deviation { quantity, target, when } => {
+                let at = |(n, factor, _): (usize, f64, f64)| {
+                    let e = self.quantity(point, quantity, n) - target;
+                    0.5 * factor * e * e
+                };
+                self.counted(*when, h).into_iter().map(at).sum()
+            }
+        };
+        self.problem.costs.iter().map(|cost| cost.weight * term(&cost.kind)).collect()
+    }
+}

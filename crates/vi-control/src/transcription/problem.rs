@@ -1,0 +1,318 @@
+//! What a motion is asked for: controls, costs, conditions, the time it takes.
+
+use vi_core::coordinate_force::SignedUnknown;
+use vi_multibody::Mechanism;
+use vi_multibody::form::Row;
+
+/// An effort along a joint coordinate of the spanning tree, N or N·m, constant over steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Control {
+    /// Its name.
+    pub name: String,
+    /// The unknown along which it acts.
+    pub along: SignedUnknown,
+    /// Its bounds; infinite where there are none.
+    pub bounds: [f64; 2],
+    /// Steps for which one value lasts, 1 at least.
+    pub hold: usize,
+}
+
+/// A function of the configuration.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Quantity {
+    /// A joint coordinate of the spanning tree: the unknown it is, and its value at the start, with
+    /// its revolutions.
+    Joint {
+        /// The unknown.
+        unknown: SignedUnknown,
+        /// At the start of the motion, m or rad.
+        start: f64,
+    },
+    /// A product of linear forms: a component of a point, a direction cosine, half a squared
+    /// distance.
+    Product(Row),
+}
+
+impl Quantity {
+    /// Coordinate `freedom` of a joint of the spanning tree, in a start `q`; `None` where it is no
+    /// unknown of the tree. An angle is its principal value there, plus whole `revolutions`.
+    #[must_use]
+    pub fn joint(
+        mechanism: &Mechanism,
+        joint: usize,
+        freedom: usize,
+        q: &[f64],
+        revolutions: i32,
+    ) -> Option<Self> {
+        let joint = mechanism.description().joints.get(joint)?;
+        let unknown = mechanism.tree().unknown_of(joint, freedom)?;
+        let coordinate =
+            vi_multibody::joint_coordinate::JointCoordinate::principal(joint, freedom)?;
+        let principal = coordinate.at(vi_core::Configuration::new(0.0, q));
+        let start = principal + std::f64::consts::TAU * f64::from(revolutions);
+        Some(Self::Joint { unknown, start })
+    }
+}
+
+/// Where a condition holds, or a deviation counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum When {
+    /// At the last node.
+    End,
+    /// At every node after the first.
+    Path,
+    /// At the node of this number, from 1 to the number of steps.
+    Node(usize),
+}
+
+/// Bounds on a quantity; equal for an equation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condition {
+    /// Its name.
+    pub name: String,
+    /// Of what.
+    pub quantity: Quantity,
+    /// Where.
+    pub when: When,
+    /// `[min, max]`, infinite where there is none.
+    pub bounds: [f64; 2],
+}
+
+/// What is at rest at the end: momentum zero along these unknowns.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Rest {
+    /// Nothing is asked for.
+    Free,
+    /// Everything: `P(q_N)ᵀ p̄_N` is a force of the closures alone.
+    All,
+    /// Some unknowns of a tree.
+    Unknowns(Vec<usize>),
+}
+
+/// A term of the cost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cost {
+    /// Its factor.
+    pub weight: f64,
+    /// Which.
+    pub kind: CostKind,
+}
+
+/// Terms of costs; all have derivatives everywhere.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CostKind {
+    /// `½ Σ_n h Σ w²` of these controls.
+    Effort(Vec<usize>),
+    /// `Σ_n τ_n Δθ_n` of these controls.
+    Work(Vec<usize>),
+    /// `½ Σ_n Σ (w_n − w_{n−1})²/h` of these controls, over all pairs of steps.
+    Rate(Vec<usize>),
+    /// `T = N h`.
+    Time,
+    /// `½ (y − target)²`: at the end or at a node once, along the path `Σ (h/2)` of both ends of
+    /// each step.
+    Deviation {
+        /// `y`.
+        quantity: Quantity,
+        /// Its value that costs nothing.
+        target: f64,
+        /// Where it counts.
+        when: When,
+    },
+}
+
+/// The time that the motion takes, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FinalTime {
+    /// Given.
+    Fixed(f64),
+    /// An unknown.
+    Free {
+        /// Least, positive.
+        min: f64,
+        /// Largest.
+        max: f64,
+        /// Where the method starts.
+        guess: f64,
+    },
+}
+
+impl FinalTime {
+    /// Given, or where the method starts.
+    #[must_use]
+    pub fn guess(&self) -> f64 {
+        match *self {
+            Self::Fixed(time) => time,
+            Self::Free { guess, .. } => guess,
+        }
+    }
+}
+
+/// A problem of optimal control.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// `N`.
+    pub steps: usize,
+    /// `T`.
+    pub time: FinalTime,
+    /// What acts beside the forces of the model.
+    pub controls: Vec<Control>,
+    /// What is minimised, the sum of these.
+    pub costs: Vec<Cost>,
+    /// What has to hold.
+    pub conditions: Vec<Condition>,
+    /// What has no momentum at the end.
+    pub rest: Rest,
+    /// Largest turn about a joint in a step, rad: beyond about 1 rad two turns have one momentum.
+    pub max_increment: f64,
+}
+
+/// A pair of directors that turns by `Δ` in a step carries `(J/h) sin Δ`: beyond `π/2` a momentum
+/// belongs to two turns.
+pub const MAX_INCREMENT: f64 = 1.0;
+
+/// Why there is no program of a problem.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProblemError {
+    /// Not covered.
+    #[error("{0} cannot be optimised yet")]
+    NotCovered(&'static str),
+    /// No steps.
+    #[error("a motion needs at least one step")]
+    NoSteps,
+    /// A final time that is not positive, or not between its bounds.
+    #[error("the final time has to be positive, and the guess between its bounds")]
+    Time,
+    /// Bounds that leave nothing.
+    #[error("`{name}`: the least value {min} is above the largest {max}")]
+    Bounds {
+        /// Of a control or a condition.
+        name: String,
+        /// `min`.
+        min: f64,
+        /// `max`.
+        max: f64,
+    },
+    /// Not finite.
+    #[error("`{0}` holds a number that is not one")]
+    NotANumber(String),
+    /// Of a cost.
+    #[error("a cost names control {control}, of {count}")]
+    Control {
+        /// As named.
+        control: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// Nothing to minimise.
+    #[error("the cost has no term: every motion that meets the conditions is as good as any other")]
+    NoCost,
+    /// A value lasts no step.
+    #[error("`{0}`: a value has to last a step at least")]
+    Hold(String),
+    /// At no node.
+    #[error("`{name}`: there is no node {node} of a motion of {steps} steps")]
+    Node {
+        /// Of a condition.
+        name: String,
+        /// As named.
+        node: usize,
+        /// `N`.
+        steps: usize,
+    },
+    /// Another shape than the motion.
+    #[error(
+        "the guess has {found} nodes of {unknowns} coordinates, the motion {wanted} of {degrees}"
+    )]
+    Guess {
+        /// Nodes.
+        found: usize,
+        /// Nodes.
+        wanted: usize,
+        /// Of the first node.
+        unknowns: usize,
+        /// Of the tree.
+        degrees: usize,
+    },
+    /// It leads where a joint has no coordinates.
+    #[error("the guess turns a joint by more than half a turn in a step, at node {0}")]
+    GuessTurns(usize),
+}
+
+/// `min ≤ max`, and both are numbers.
+fn check_bounds(name: &str, [min, max]: [f64; 2]) -> Result<(), ProblemError> {
+    if min.is_nan() || max.is_nan() || min == f64::INFINITY || max == f64::NEG_INFINITY {
+        return Err(ProblemError::NotANumber(name.to_owned()));
+    }
+    if min > max {
+        return Err(ProblemError::Bounds { name: name.to_owned(), min, max });
+    }
+    Ok(())
+}
+
+impl Problem {
+    /// What is wrong with it by itself.
+    ///
+    /// # Errors
+    /// [`ProblemError`].
+    pub fn check(&self) -> Result<(), ProblemError> {
+        if self.steps == 0 {
+            return Err(ProblemError::NoSteps);
+        }
+        let in_order = match self.time {
+            FinalTime::Fixed(time) => time > 0.0 && time.is_finite(),
+            FinalTime::Free { min, max, guess } => {
+                min > 0.0 && min <= guess && guess <= max && max.is_finite()
+            }
+        };
+        if !in_order {
+            return Err(ProblemError::Time);
+        }
+        for control in &self.controls {
+            check_bounds(&control.name, control.bounds)?;
+            if control.hold == 0 {
+                return Err(ProblemError::Hold(control.name.clone()));
+            }
+        }
+        for condition in &self.conditions {
+            check_bounds(&condition.name, condition.bounds)?;
+            self.check_node(&condition.name, condition.when)?;
+        }
+        if self.costs.is_empty() {
+            return Err(ProblemError::NoCost);
+        }
+        self.costs.iter().try_for_each(|cost| self.check_cost(cost))
+    }
+
+    fn check_node(&self, name: &str, when: When) -> Result<(), ProblemError> {
+        match when {
+            When::Node(node) if node == 0 || node > self.steps => {
+                Err(ProblemError::Node { name: name.to_owned(), node, steps: self.steps })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_cost(&self, cost: &Cost) -> Result<(), ProblemError> {
+        let count = self.controls.len();
+        if !cost.weight.is_finite() {
+            return Err(ProblemError::NotANumber("weight".to_owned()));
+        }
+        match &cost.kind {
+            CostKind::Effort(of) | CostKind::Work(of) | CostKind::Rate(of) => {
+                match of.iter().find(|&&k| k >= count) {
+                    Some(&control) => Err(ProblemError::Control { control, count }),
+                    None => Ok(()),
+                }
+            }
+            CostKind::Time => Ok(()),
+            CostKind::Deviation { target, when, .. } => {
+                if !target.is_finite() {
+                    return Err(ProblemError::NotANumber("target".to_owned()));
+                }
+                self.check_node("objective", *when)
+            }
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Jacobians and Hessians of transcriptions against central differences.
+
+use crate::support::Case;
+use nalgebra::DMatrix;
+use vi_control::Transcription;
+use vi_control::program::Program;
+use vi_control::transcription::Guess;
+use vi_control::transcription::problem::{Cost, CostKind, FinalTime, Quantity, Rest, When};
+use vi_multibody::form::{Form, Row};
+use vi_testkit::Sample;
+
+fn jacobian(program: &Transcription) -> DMatrix<f64> {
+    let mut entries = vec![0.0; program.jacobian_places().len()];
+    program.jacobian(&mut entries);
+    let mut out = DMatrix::zeros(program.rows(), program.variables());
+    for (&(row, column), value) in program.jacobian_places().iter().zip(entries) {
+        out[(row, column)] += value;
+    }
+    out
+}
+
+fn hessian(program: &Transcription, factor: f64, lambda: &[f64]) -> DMatrix<f64> {
+    let mut entries = vec![0.0; program.hessian_places().len()];
+    program.hessian(factor, lambda, &mut entries);
+    let mut out = DMatrix::zeros(program.variables(), program.variables());
+    for (&(row, column), value) in program.hessian_places().iter().zip(entries) {
+        assert!(row >= column, "the lower triangle");
+        out[(row, column)] += value;
+        if row != column {
+            out[(column, row)] += value;
+        }
+    }
+    out
+}
+
+/// `∇f` and `g`, then `∇𝓛`.
+fn first(program: &mut Transcription, x: &[f64], lambda: &[f64]) -> (f64, Vec<f64>, Vec<f64>) {
+    program.move_to(x).unwrap();
+    let (mut slope, mut rows) = (vec![0.0; x.len()], vec![0.0; program.rows()]);
+    program.cost_gradient(&mut slope);
+    program.row_values(&mut rows);
+    let of_rows = jacobian(program).tr_mul(&DMatrix::from_column_slice(rows.len(), 1, lambda));
+    let lagrangian = slope.iter().zip(of_rows.iter()).map(|(a, b)| 0.7 * a + b).collect();
+    (program.cost(), rows, lagrangian)
+}
+
+/// Checks all derivatives at a random point; `exact`: of the Hessian.
+fn check(name: &str, mut program: Transcription, tolerance: f64) {
+    let mut sample = Sample::new(5);
+    let mut x = program.start().x;
+    x.iter_mut().for_each(|x| *x += 0.3 * sample.number());
+    let lambda: Vec<f64> = (0..program.rows()).map(|_| sample.number()).collect();
+    first(&mut program, &x, &lambda);
+    let mut slope = vec![0.0; x.len()];
+    program.cost_gradient(&mut slope);
+    let (exact, second) = (jacobian(&program), hessian(&program, 0.7, &lambda));
+    let (mut worst, mut bent) = (0.0_f64, 0.0_f64);
+    for j in 0..x.len() {
+        let e = 1e-5;
+        let mut at = |by: f64| {
+            let mut x = x.clone();
+            x[j] += by;
+            first(&mut program, &x, &lambda)
+        };
+        let ((f, g, l), (f_minus, g_minus, l_minus)) = (at(e), at(-e));
+        let size = |of: f64| 1.0 + of.abs();
+        worst = worst.max(((f - f_minus) / (2.0 * e) - slope[j]).abs() / size(slope[j]));
+        for i in 0..g.len() {
+            let wanted = (g[i] - g_minus[i]) / (2.0 * e);
+            let error = (wanted - exact[(i, j)]).abs() / size(wanted);
+            assert!(
+                error < 1e-6,
+                "{name}: {} by {j}: {} for {wanted}",
+                program.row_name(i),
+                exact[(i, j)]
+            );
+            worst = worst.max(error);
+        }
+        for i in 0..l.len() {
+            let wanted = (l[i] - l_minus[i]) / (2.0 * e);
+            let error = (wanted - second[(i, j)]).abs() / size(wanted);
+            assert!(
+                error < tolerance,
+                "{name}: Hessian ({i}, {j}): {} for {wanted}",
+                second[(i, j)]
+            );
+            bent = bent.max(error);
+        }
+    }
+    println!("{name}: first {worst:.1e}, second {bent:.1e}");
+}
+
+#[test]
+fn of_the_reference_problems() {
+    for name in [
+        "oc01_pendulum_swing_up",
+        "oc02_cart_pole_swing_up",
+        "oc05_two_link_minimum_time",
+        "oc06_satellite_three_wheels",
+        "oc07_four_bar_to_rest",
+        "oc08_six_r_to_rest",
+        "oc09_arm6_effort",
+    ] {
+        check(name, Case::read(name).transcription(3), 1e-5);
+    }
+}
+
+/// Free time beside closed loops and dampers, all kinds of costs, values that last several steps.
+#[test]
+fn of_every_term() {
+    for name in ["oc07_four_bar_to_rest", "oc09_arm6_effort", "oc06_satellite_three_wheels"] {
+        for rest in [Rest::All, Rest::Free] {
+            let case = Case::read(name);
+            let (mut problem, _) = case.problem(4);
+            problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
+            problem.rest = rest;
+            problem.controls[0].hold = 3;
+            let point = Form::point(0, &nalgebra::Vector3::new(0.3, 0.1, -0.2));
+            let fixed = Form::constant(nalgebra::Vector3::new(0.2, 0.5, 1.0));
+            let distance = Row::distance(&point.minus(&fixed), 0.4);
+            let joint = case.mechanism.description().joints.len().min(2) - 1;
+            let coordinate = Quantity::joint(&case.mechanism, joint, 0, &case.q, 1).unwrap();
+            let all: Vec<usize> = (0..problem.controls.len()).collect();
+            let deviation =
+                |quantity: Quantity, when| CostKind::Deviation { quantity, target: 0.3, when };
+            for (weight, kind) in [
+                (1.3, CostKind::Work(all.clone())),
+                (0.4, CostKind::Rate(all.clone())),
+                (0.2, CostKind::Time),
+                (0.9, deviation(Quantity::Product(distance.clone()), When::Path)),
+                (0.8, deviation(Quantity::Product(distance), When::Node(2))),
+                (1.1, deviation(coordinate.clone(), When::Path)),
+                (1.2, deviation(coordinate, When::End)),
+            ] {
+                problem.costs.push(Cost { weight, kind });
+            }
+            let guess = Guess::line(4, &vec![0.2; case.mechanism.tree().dof()]);
+            let system = std::sync::Arc::new(case.system());
+            let program =
+                Transcription::new(&case.mechanism, system, case.initial(), problem, &guess)
+                    .unwrap();
+            check(name, program, 1e-5);
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! What acts beside inertia, constant forces and efforts along unknowns, at both ends of a step.
+
+use super::SeparableSystem;
+use crate::interval::{Interval, Slot};
+use crate::sparse::{Block, Entries};
+
+impl SeparableSystem {
+    /// `out ←` what `D_1 L_d + f_d^-`, or `D_2 L_d + f_d^+`, has beside inertia, constant forces
+    /// and [`SeparableSystem::along_unknowns`], shape `n`.
+    pub fn beside_unknowns(&self, s: &Interval, of: Slot, out: &mut [f64]) {
+        out.fill(0.0);
+        let (potentials, forces) = self.other(&[]);
+        match of {
+            Slot::First => {
+                potentials.for_each(|potential| potential.add_d1(s, -s.h, out));
+                forces.for_each(|force| force.add_minus(s, out));
+            }
+            Slot::Second => {
+                potentials.for_each(|potential| potential.add_d2(s, -s.h, out));
+                forces.for_each(|force| force.add_plus(s, out));
+            }
+        }
+    }
+
+    /// Emits `D_by` of [`SeparableSystem::beside_unknowns`], shape `n × n`; for each always the
+    /// same places in the same order.
+    pub fn beside_unknowns_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
+        let (potentials, forces) = self.other(&[]);
+        potentials.for_each(|potential| match (of, by) {
+            (Slot::First, Slot::First) => potential.add_d1_d1(s, -s.h, out),
+            (Slot::First, Slot::Second) => potential.add_d2_d1(s, -s.h, out),
+            (Slot::Second, Slot::First) => {
+                let (row, column, scale) = (0, 0, 1.0);
+                let mut transposed =
+                    Block { into: &mut *out, row, column, scale, transposed: true };
+                potential.add_d2_d1(s, -s.h, &mut transposed);
+            }
+            (Slot::Second, Slot::Second) => potential.add_d2_d2(s, -s.h, out),
+        });
+        forces.for_each(|force| force.add_slope(s, of, by, out));
+    }
+
+    /// Whether there are forces among these, which need not go with `h`.
+    #[must_use]
+    pub fn has_forces_beside_unknowns(&self) -> bool {
+        self.other(&[]).1.next().is_some()
+    }
+}
