@@ -5,6 +5,8 @@
 //! | [`transcription`] | the steps of a motion as a nonlinear program: problem, charts, derivatives |
 //! | [`program`] | nonlinear programs and methods that solve them |
 //! | [`kkt`] | whether a point is an optimum |
+//! | [`least_squares`] | parameters within bounds, their covariance, combinations that data do not see |
+//! | [`singular_values`] | what these are found by |
 //! | [`replay`] | an optimum as an ordinary run |
 //! | `pounce` | a method, with the feature of this name |
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
@@ -13,10 +15,12 @@
 #![warn(missing_debug_implementations)]
 
 pub mod kkt;
+pub mod least_squares;
 #[cfg(feature = "pounce")]
 pub mod pounce;
 pub mod program;
 pub mod replay;
+pub mod singular_values;
 pub mod transcription;
 
 // What the interface of this crate speaks of, for those who depend on it alone.

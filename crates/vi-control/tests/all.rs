@@ -5,6 +5,7 @@
 mod support;
 
 mod chart_derivatives;
+mod fits;
 mod optima;
 mod program_derivatives;
 mod small_programs;
