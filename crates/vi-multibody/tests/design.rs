@@ -14,7 +14,7 @@ use vi_core::{Configuration, DiscreteLagrangian, Interval, Quadrature};
 use vi_multibody::builder::{ElementForce, Inertia, MechanismBuilder};
 use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError};
 use vi_multibody::design::{
-    BarTangent, BodyTangent, ForceTangent, JointTangent, MechanismDesign, MechanismTangent,
+    BarTangent, BodyTangent, EffortChange, JointTangent, MechanismDesign, MechanismTangent,
     ScalarTangent, SpringTangent,
 };
 use vi_multibody::form::Form;
@@ -27,7 +27,7 @@ use vi_multibody::spring::Damper;
 use vi_multibody::{ForceElements, FrameId, Mechanism, PairKind};
 use vi_rigid::body::RigidBody;
 use vi_rigid::inertia::EulerMoments;
-use vi_rigid::load::{Load, LoadChange, LoadKind};
+use vi_rigid::load::{Load, LoadChange};
 use vi_rigid::time_history::TimeHistory;
 use vi_testkit::Sample;
 
@@ -95,11 +95,18 @@ fn mechanism(seed: u64) -> (Mechanism, ForceElements) {
     (built.mechanism, built.forces)
 }
 
+/// A force element whose numbers change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Element {
+    Spring(usize),
+    Force(usize),
+}
+
 /// The mechanism whose numbers are changed by `e` times a tangent.
 fn changed(
     mechanism: &Mechanism,
     forces: &ForceElements,
-    tangent: &MechanismTangent,
+    (tangent, element): (&MechanismTangent, Option<Element>),
     e: f64,
 ) -> (Mechanism, ForceElements) {
     let mut description = mechanism.description().clone();
@@ -138,10 +145,7 @@ fn changed(
         match row {
             ScalarRow::Product(mut row) => {
                 if let Some(ScalarTangent::Distance { between, length }) = change {
-                    let moved = between.clone();
-                    let sum =
-                        (0..(1.0_f64 / e.abs()).min(1.0) as usize).fold(row.b.clone(), |f, _| f);
-                    row.b = sum.plus(&scaled(&moved, e));
+                    row.b = row.b.plus(&scaled(between, e));
                     row.a = row.b.clone();
                     row.target = (row.target.sqrt() + e * length).powi(2);
                 }
@@ -186,49 +190,48 @@ fn changed(
     for (k, spring) in forces.joint_springs.iter_mut().enumerate() {
         let (joint, freedom) = spring.coordinate.place().unwrap();
         spring.coordinate = mechanism.coordinate(joint, freedom).unwrap();
-        if let Some([stiffness, rest]) = tangent.joint_springs.get(&k) {
-            spring.stiffness += e * stiffness;
-            spring.rest += e * rest;
+        if element == Some(Element::Spring(k)) {
+            spring.stiffness += e * 1.0;
+            spring.rest += e * 0.4;
         }
     }
     for (k, own) in forces.forces.iter_mut().enumerate() {
-        let change = tangent.forces.get(&k).cloned();
-        let force = match (own.force.clone(), change) {
-            (ElementForce::Joint(JointForce { coordinate, law }), change) => {
+        let changes = element == Some(Element::Force(k));
+        match &mut own.force {
+            ElementForce::Joint(JointForce { coordinate, law }) => {
                 let (joint, freedom) = coordinate.place().unwrap();
-                let coordinate = mechanism.coordinate(joint, freedom).unwrap();
-                let law = if change.is_some() { Arc::new(Viscous(0.7 + e)) } else { law };
-                ElementForce::Joint(JointForce { coordinate, law })
+                *coordinate = mechanism.coordinate(joint, freedom).unwrap();
+                if changes {
+                    *law = Arc::new(Viscous(0.7 + e));
+                }
             }
-            (ElementForce::Body(load), Some(ForceTangent::Load(by))) => {
-                let own = load_numbers(load.kind());
-                let (force, torque) = (own.force + e * by.force, own.torque + e * by.torque);
-                let history = load.history().clone();
-                let made = Load::new(load.offset(), load.kind(), force, torque, history).unwrap();
-                ElementForce::Body(made.at(own.point + e * by.point).unwrap())
+            ElementForce::Body(load) => {
+                if let Some(by) = tangent.loads.get(&k) {
+                    let own = load_numbers();
+                    let (force, torque) = (own.force + e * by.force, own.torque + e * by.torque);
+                    let history = load.history().clone();
+                    let made = Load::new(load.offset(), load.kind(), force, torque, history);
+                    *load = made.unwrap().at(own.point + e * by.point).unwrap();
+                }
             }
-            (_, Some(ForceTangent::Damper(damper))) => {
-                let real = |x: Dual64| x.re + e * x.eps;
-                let between = evaluated(&damper.between, e);
-                ElementForce::Coordinates(Arc::new(Damper {
-                    between,
-                    damping: real(damper.damping),
-                }))
-            }
-            (ElementForce::Coordinates(_), Some(ForceTangent::Coordinates(_))) => {
-                ElementForce::Coordinates(Arc::new(particle_load(
-                    &mechanism,
-                    Vector3::new(0.2, 0.5 + e, 0.1),
-                )))
-            }
-            (force, _) => force,
-        };
-        own.force = force;
+            ElementForce::Coordinates(force) if changes => match tangent.dampers.first() {
+                Some(damper) => {
+                    let between = evaluated(&damper.between, e);
+                    let damping = damper.damping.re + e * damper.damping.eps;
+                    *force = Arc::new(Damper { between, damping });
+                }
+                None => {
+                    let moved = Vector3::new(0.2, 0.5 + e, 0.1);
+                    *force = Arc::new(particle_load(&mechanism, moved));
+                }
+            },
+            _ => {}
+        }
     }
     (mechanism, forces)
 }
 
-fn load_numbers(_: LoadKind) -> LoadChange {
+fn load_numbers() -> LoadChange {
     LoadChange {
         force: Vector3::new(1.0, 2.0, 0.5),
         torque: Vector3::new(0.3, 0.1, -0.4),
@@ -270,13 +273,16 @@ fn times(unit: Form, c: f64) -> Form {
 }
 
 /// A tangent of one number, with what it is.
-fn tangents(mechanism: &Mechanism, forces: &ForceElements) -> Vec<(String, MechanismTangent)> {
+fn tangents(
+    mechanism: &Mechanism,
+    forces: &ForceElements,
+) -> Vec<(String, MechanismTangent, Option<Element>)> {
     let mut random = Sample::new(77);
-    let mut list: Vec<(String, MechanismTangent)> = Vec::new();
+    let mut list: Vec<(String, MechanismTangent, Option<Element>)> = Vec::new();
     let mut one = |name: String, change: &mut dyn FnMut(&mut MechanismTangent)| {
         let mut tangent = MechanismTangent::default();
         change(&mut tangent);
-        list.push((name, tangent));
+        list.push((name, tangent, None));
     };
     one("gravity".into(), &mut |t| t.gravity = Vector3::new(0.3, 0.1, 1.0));
     let description = mechanism.description();
@@ -324,31 +330,39 @@ fn tangents(mechanism: &Mechanism, forces: &ForceElements) -> Vec<(String, Mecha
         let between = Form::vector(24, &Vector3::new(0.1, 0.4, -0.2));
         t.springs.insert(0, SpringTangent { between, stiffness: 1.3, natural_length: 0.6 });
     });
-    for k in 0..forces.joint_springs.len() {
-        one(format!("joint spring {k}"), &mut |t| {
-            t.joint_springs.insert(k, [1.0, 0.4]);
-        });
+    let mut of_element = |element, name: String, tangent| list.push((name, tangent, Some(element)));
+    for (k, spring) in forces.joint_springs.iter().enumerate() {
+        let place = spring.coordinate.place().unwrap();
+        let change = EffortChange::of_spring(place, [spring.stiffness, spring.rest], [1.0, 0.4]);
+        let tangent = MechanismTangent { efforts: vec![change], ..MechanismTangent::default() };
+        of_element(Element::Spring(k), format!("joint spring {k}"), tangent);
     }
     for (k, own) in forces.forces.iter().enumerate() {
-        let change = match &own.force {
-            ElementForce::Joint(_) => ForceTangent::Effort(Arc::new(|_, _, rate| -rate)),
-            ElementForce::Body(_) => ForceTangent::Load(LoadChange {
-                force: Vector3::new(0.1, 0.5, 0.2),
-                torque: Vector3::new(0.7, 0.1, 0.3),
-                point: Vector3::new(0.2, 0.4, 0.9),
-            }),
-            _ if own.name == "between" => {
-                let from = Form::point(36, &Vector3::new(0.1, 0.1, 0.2));
-                let to = Form::point(72, &Vector3::new(0.0, 0.3, 0.4));
-                let by = Form::vector(72, &Vector3::new(0.3, 0.0, 0.2));
-                let between = to.minus(&from).with_tangent(&by);
-                ForceTangent::Damper(Damper { between, damping: Dual64::new(0.9, 0.5) })
+        let mut tangent = MechanismTangent::default();
+        match &own.force {
+            ElementForce::Joint(force) => {
+                let (joint, freedom) = force.coordinate.place().unwrap();
+                let by = Arc::new(|_, _, rate: f64| -rate);
+                tangent.efforts.push(EffortChange { joint, freedom, by });
             }
-            _ => ForceTangent::Coordinates(Arc::new(particle_load(mechanism, Vector3::y()))),
-        };
-        one(format!("force {k} `{}`", own.name), &mut |t| {
-            t.forces.insert(k, change.clone());
-        });
+            ElementForce::Body(_) => {
+                let change = LoadChange {
+                    force: Vector3::new(0.1, 0.5, 0.2),
+                    torque: Vector3::new(0.7, 0.1, 0.3),
+                    point: Vector3::new(0.2, 0.4, 0.9),
+                };
+                tangent.loads.insert(k, change);
+            }
+            _ if own.name == "between" => {
+                let from = Form::point(24, &Vector3::new(0.1, 0.1, 0.2));
+                let to = Form::point(60, &Vector3::new(0.0, 0.3, 0.4));
+                let by = Form::vector(60, &Vector3::new(0.3, 0.0, 0.2));
+                let between = to.minus(&from).with_tangent(&by);
+                tangent.dampers.push(Damper { between, damping: Dual64::new(0.9, 0.5) });
+            }
+            _ => tangent.forces.push(Arc::new(particle_load(mechanism, Vector3::y()))),
+        }
+        of_element(Element::Force(k), format!("force {k} `{}`", own.name), tangent);
     }
     list
 }
@@ -399,20 +413,20 @@ fn numbers_of_random_mechanisms_have_their_derivatives() {
         let sigma: Vec<f64> = (0..m).map(|_| random.number()).collect();
         let costates = Costates { step: &mu, momentum: &momentum, rows: &sigma };
         let list = tangents(&built.0, &built.1);
-        let all: Vec<_> = list.iter().map(|(_, tangent)| tangent.clone()).collect();
+        let all: Vec<_> = list.iter().map(|own| own.1.clone()).collect();
         for quadrature in [Quadrature::Midpoint, Quadrature::Trapezoidal] {
             let mass = built.0.mass(|_| {});
             let design = MechanismDesign::new(&built.0, &built.1, &mass, quadrature, &all).unwrap();
             let mut adjoint = vec![0.0; list.len()];
             design.add_adjoint(&s, &impulse, costates, &mut adjoint);
-            for (k, (name, tangent)) in list.iter().enumerate() {
+            for (k, (name, tangent, element)) in list.iter().enumerate() {
                 let (mut minus, mut plus, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m]);
                 design.add_tangent(k, &s, &impulse, &mut minus, &mut plus, &mut rows);
                 let weighed = dot(&plus, &momentum) - dot(&minus, &mu) - dot(&rows, &sigma);
                 assert!((weighed - adjoint[k]).abs() < 1e-11 * weighed.abs().max(1.0), "{name}");
                 let exact = DVector::from_vec([minus, plus, rows].concat());
                 let differences = difference(|e| {
-                    let moved = changed(&built.0, &built.1, tangent, e);
+                    let moved = changed(&built.0, &built.1, (tangent, *element), e);
                     equations(&moved, quadrature, &s, &impulse)
                 });
                 let (error, size) = ((&exact - differences).amax(), exact.amax());
@@ -545,7 +559,7 @@ fn a_closed_start_changes_with_coordinates_rates_and_lengths() {
     check("coordinate", &found.coordinates[0], &|e| closed(mechanism, &coordinates, &q, [e, 1.3]));
     check("rate", &found.rates[0], &|e| closed(mechanism, &coordinates, &q, [0.0, 1.3 + e]));
     check("length", &found.parameters[0], &|e| {
-        let (moved, _) = changed(mechanism, &built.forces, &longer, e);
+        let (moved, _) = changed(mechanism, &built.forces, (&longer, None), e);
         closed(&moved, &coordinates, &q, [0.0, 1.3])
     });
     assert_eq!(norm_inf(&found.parameters[1].q), 0.0, "a mass moves nothing");

@@ -1,6 +1,6 @@
 //! What elements add to the derivative of the equations of a step by a parameter.
 
-use super::{EffortTangent, MechanismTangent};
+use super::{EffortChange, EffortTangent, MechanismTangent};
 use crate::constraint::joint_coordinate::{Change, JointCoordinate, Value};
 use crate::force::spring::{Damper, Spring};
 use crate::geometry::form::Form;
@@ -192,28 +192,46 @@ impl Explicit for ForceOfLoad {
     }
 }
 
-/// An effort along a joint coordinate, `(h/2) τ ∇θ` at either end: by its numbers, and by the
-/// geometry of the joint.
-pub(super) struct AlongCoordinate {
+/// An effort along a joint coordinate, `(h/2) τ ∇θ` at either end, by its own numbers.
+pub(super) struct EffortOn {
     coordinate: JointCoordinate,
-    value: Option<Value<Dual64>>, // where the joint changes
-    effort: Option<EffortTangent>,
+    by: EffortTangent,
+}
+
+impl EffortOn {
+    /// `None` where the joint has no such coordinate.
+    pub(super) fn new(mechanism: &Mechanism, change: &EffortChange) -> Option<Self> {
+        let coordinate = mechanism.known_coordinate(change.joint, change.freedom)?;
+        Some(Self { coordinate, by: change.by.clone() })
+    }
+}
+
+impl Explicit for EffortOn {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        let Change { mean, difference } = self.coordinate.change(s);
+        let change = 0.5 * s.h * (self.by)(s.t_mid(), mean, difference / s.h);
+        self.coordinate.for_each_slope(&s.q0, |i, slope| out.minus(i, change * slope));
+        self.coordinate.for_each_slope(&s.q1, |i, slope| out.plus(i, change * slope));
+    }
+}
+
+/// The same by the geometry of its joint.
+pub(super) struct MovedEffort {
+    coordinate: JointCoordinate,
+    value: Value<Dual64>,
     law: Box<dyn CoordinateForce + Send + Sync>,
 }
 
-impl AlongCoordinate {
-    /// What a law along a coordinate adds, where `effort` or its joint changes; `None` elsewhere.
+impl MovedEffort {
+    /// `None` where the joint does not change.
     pub(super) fn of(
         mechanism: &Mechanism,
         tangent: &MechanismTangent,
         coordinate: &JointCoordinate,
-        effort: Option<EffortTangent>,
         law: impl CoordinateForce + Send + Sync + 'static,
     ) -> Option<Box<dyn Explicit>> {
-        let value = moved_value(mechanism, tangent, coordinate);
-        let changes = value.is_some() || effort.is_some();
-        let (coordinate, law) = (coordinate.clone(), Box::new(law));
-        changes.then(|| Box::new(Self { coordinate, value, effort, law }) as Box<dyn Explicit>)
+        let value = moved_value(mechanism, tangent, coordinate)?;
+        Some(Box::new(Self { coordinate: coordinate.clone(), value, law: Box::new(law) }))
     }
 }
 
@@ -229,21 +247,17 @@ pub(super) fn moved_value(
     Value::of(&change.dual(joint), joint.kind.degree_of_freedom(freedom)?)
 }
 
-impl Explicit for AlongCoordinate {
+impl Explicit for MovedEffort {
     fn emit(&self, s: &Interval, out: &mut dyn Sink) {
         let Change { mean, difference } = self.coordinate.change(s);
         let (t, rate, half) = (s.t_mid(), difference / s.h, 0.5 * s.h);
-        let mut change = self.effort.as_ref().map_or(0.0, |effort| effort(t, mean, rate));
-        if let Some(value) = &self.value {
-            let [start, end] = [&s.q0, &s.q1].map(|q| value.principal(q).eps);
-            let slopes = self.law.slopes(t, mean, rate);
-            change += slopes.by_coordinate * 0.5 * (start + end);
-            change += slopes.by_rate * (end - start) / s.h;
-            let effort = half * self.law.effort(t, mean, rate);
-            value.for_each_slope(&s.q0, |i, slope| out.minus(i, effort * slope.eps));
-            value.for_each_slope(&s.q1, |i, slope| out.plus(i, effort * slope.eps));
-        }
-        self.coordinate.for_each_slope(&s.q0, |i, slope| out.minus(i, half * change * slope));
-        self.coordinate.for_each_slope(&s.q1, |i, slope| out.plus(i, half * change * slope));
+        let [start, end] = [&s.q0, &s.q1].map(|q| self.value.principal(q).eps);
+        let slopes = self.law.slopes(t, mean, rate);
+        let change = half
+            * (slopes.by_coordinate * 0.5 * (start + end) + slopes.by_rate * (end - start) / s.h);
+        let effort = half * self.law.effort(t, mean, rate);
+        let both = |slope: Dual64| change * slope.re + effort * slope.eps;
+        self.value.for_each_slope(&s.q0, |i, slope| out.minus(i, both(slope)));
+        self.value.for_each_slope(&s.q1, |i, slope| out.plus(i, both(slope)));
     }
 }

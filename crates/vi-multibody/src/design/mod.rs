@@ -17,7 +17,7 @@ pub mod start;
 mod tangent;
 
 pub use tangent::{
-    BarTangent, BodyTangent, EffortTangent, ForceTangent, JointTangent, MechanismTangent,
+    BarTangent, BodyTangent, EffortChange, EffortTangent, JointTangent, MechanismTangent,
     Reference, ScalarTangent, SideTangent, SpringTangent,
 };
 
@@ -25,7 +25,8 @@ use crate::builder::{ElementForce, ForceElements};
 use crate::force::spring::Spring;
 use crate::mechanism::Mechanism;
 use explicit::{
-    AlongCoordinate, Explicit, ForceOfLoad, Masses, PointDamper, PointSpring, Sink, Weight,
+    EffortOn, Explicit, ForceOfLoad, Masses, Midpoint, MovedEffort, PointDamper, PointSpring, Sink,
+    Weight,
 };
 use rows::MovedRows;
 use vi_constraints::design::{Costates, Design};
@@ -116,21 +117,18 @@ impl Numbers<'_> {
             elements.push(Box::new(PointSpring { spring: dual, quadrature: self.quadrature }));
         }
         self.along_coordinates(tangent, &mut elements)?;
-        for (&k, change) in &tangent.forces {
+        for damper in &tangent.dampers {
+            elements.push(Box::new(PointDamper { damper: damper.clone() }));
+        }
+        for (&k, change) in &tangent.loads {
             let own = &self.forces.forces[k];
-            match (change, &own.force) {
-                (ForceTangent::Damper(damper), _) => {
-                    elements.push(Box::new(PointDamper { damper: damper.clone() }));
-                }
-                (ForceTangent::Load(change), ElementForce::Body(load)) => {
-                    elements.push(Box::new(ForceOfLoad { load: load.clone(), change: *change }));
-                }
-                (ForceTangent::Coordinates(force), ElementForce::Coordinates(_)) => {
-                    elements.push(Box::new(explicit::Midpoint { force: force.clone() }));
-                }
-                (ForceTangent::Effort(_), ElementForce::Joint(_)) => {} // above
-                _ => return Err(DesignError::Kind(own.name.clone())),
-            }
+            let ElementForce::Body(load) = &own.force else {
+                return Err(DesignError::Kind(own.name.clone()));
+            };
+            elements.push(Box::new(ForceOfLoad { load: load.clone(), change: *change }));
+        }
+        for force in &tangent.forces {
+            elements.push(Box::new(Midpoint { force: force.clone() }));
         }
         let rows = MovedRows::of(self.mechanism, tangent)?;
         Ok(Parameter { elements, rows })
@@ -142,21 +140,20 @@ impl Numbers<'_> {
         tangent: &MechanismTangent,
         elements: &mut Vec<Box<dyn Explicit>>,
     ) -> Result<(), DesignError> {
-        for (k, spring) in self.forces.joint_springs.iter().enumerate() {
-            let change = tangent.joint_springs.get(&k).copied();
-            let effort =
-                change.map(|[stiffness, rest]| tangent::of_spring(spring, stiffness, rest));
-            let (at, law) = (&spring.coordinate, spring.clone());
-            elements.extend(AlongCoordinate::of(self.mechanism, tangent, at, effort, law));
+        for change in &tangent.efforts {
+            let effort = EffortOn::new(self.mechanism, change);
+            elements
+                .push(Box::new(effort.ok_or_else(|| DesignError::Kind(format!("{change:?}")))?));
         }
-        for (k, own) in self.forces.forces.iter().enumerate() {
-            let ElementForce::Joint(force) = &own.force else { continue };
-            let effort = match tangent.forces.get(&k) {
-                Some(ForceTangent::Effort(effort)) => Some(effort.clone()),
-                _ => None,
-            };
-            let (at, law) = (&force.coordinate, force.clone());
-            elements.extend(AlongCoordinate::of(self.mechanism, tangent, at, effort, law));
+        for spring in &self.forces.joint_springs {
+            let (at, law) = (&spring.coordinate, spring.clone());
+            elements.extend(MovedEffort::of(self.mechanism, tangent, at, law));
+        }
+        for own in &self.forces.forces {
+            if let ElementForce::Joint(force) = &own.force {
+                let (at, law) = (&force.coordinate, force.clone());
+                elements.extend(MovedEffort::of(self.mechanism, tangent, at, law));
+            }
         }
         self.unread(tangent)
     }

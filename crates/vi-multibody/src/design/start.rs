@@ -301,6 +301,62 @@ pub fn derivatives(
     })
 }
 
+/// `δv` of a start whose configuration changes by `dq` and whose rates change by `rates`, one for each
+/// coordinate.
+///
+/// # Errors
+/// [`StartDerivativeError`].
+pub fn velocity(
+    mechanism: &Mechanism,
+    rows: &IndependentRows,
+    at: InitialValues<'_>,
+    coordinates: &[StartCoordinate],
+    (tangent, dq): (&MechanismTangent, &[f64]),
+    rates: &[f64],
+) -> Result<Vec<f64>, StartDerivativeError> {
+    let mut equations = Equations::new(mechanism, rows, coordinates, at)?;
+    let b = velocity_change(mechanism, &MovedRows::of(mechanism, tangent)?, at, dq);
+    let z = coordinates.iter().zip(rates).map(|(x, rate)| {
+        rate - x.second(at.q, dq, at.v) - moved_by(mechanism, tangent, x, at)[1]
+    });
+    let b = b.into_iter().map(|b| -b).collect();
+    Ok(equations.solve(&[(b, z.collect())])?.swap_remove(0))
+}
+
+/// `D²g[δq, v] + G_θ v + g_tθ`.
+fn velocity_change(
+    mechanism: &Mechanism,
+    moved: &MovedRows,
+    at: InitialValues<'_>,
+    dq: &[f64],
+) -> Vec<f64> {
+    let mut b = vec![0.0; mechanism.len()];
+    mechanism.second_derivative(at.t, at.q, dq, at.v, &mut b);
+    moved.add_rates(Configuration::new(at.t, at.q), at.v, &mut b);
+    b
+}
+
+/// By how much constraints and their rates open where a start changes by `dq` and `dv`, relative to
+/// the largest change of a row.
+///
+/// # Errors
+/// [`StartDerivativeError`].
+pub fn opened(
+    mechanism: &Mechanism,
+    at: InitialValues<'_>,
+    tangent: &MechanismTangent,
+    [dq, dv]: [&[f64]; 2],
+) -> Result<[Vec<f64>; 2], StartDerivativeError> {
+    let moved = MovedRows::of(mechanism, tangent)?;
+    let (m, configuration) = (mechanism.len(), Configuration::new(at.t, at.q));
+    let mut positions = vec![0.0; m];
+    moved.add_values(configuration, &mut positions);
+    mechanism.add_rates(at.t, at.q, dq, &mut positions);
+    let mut rates = velocity_change(mechanism, &moved, at, dq);
+    mechanism.add_rates(at.t, at.q, dv, &mut rates);
+    Ok([positions, rates])
+}
+
 /// `p += M_θ v`.
 pub fn add_mass_change(
     mechanism: &Mechanism,

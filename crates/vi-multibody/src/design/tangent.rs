@@ -1,6 +1,5 @@
 //! How the numbers of a mechanism change with a parameter.
 
-use crate::force::joint_force::JointSpring;
 use crate::force::spring::Damper;
 use crate::geometry::form::Form;
 use crate::pair::joint::{Joint, Side};
@@ -13,7 +12,7 @@ use vi_rigid::load::LoadChange;
 
 /// The derivatives of all numbers by one parameter; what is not listed does not change. Keys are
 /// the numbers of the elements in the [`crate::Description`] and the [`crate::ForceElements`].
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct MechanismTangent {
     /// Of the acceleration of gravity, m/s².
     pub gravity: Vector3<f64>,
@@ -29,10 +28,23 @@ pub struct MechanismTangent {
     pub scalars: BTreeMap<usize, ScalarTangent>,
     /// Of springs between points.
     pub springs: BTreeMap<usize, SpringTangent>,
-    /// Of springs on joint coordinates: stiffness and rest.
-    pub joint_springs: BTreeMap<usize, [f64; 2]>,
-    /// Of other forces.
-    pub forces: BTreeMap<usize, ForceTangent>,
+    /// Dampers between points that change, with their numbers.
+    pub dampers: Vec<Damper<Dual64>>,
+    /// Of efforts along joint coordinates: springs, dampers, motors, laws of one's own.
+    pub efforts: Vec<EffortChange>,
+    /// Of loads on bodies, by their numbers among the forces.
+    pub loads: BTreeMap<usize, LoadChange>,
+    /// Forces on coordinates at midpoints that come to the others as the parameter grows.
+    pub forces: Vec<Arc<dyn Force>>,
+}
+
+impl std::fmt::Debug for MechanismTangent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MechanismTangent")
+            .field("bodies", &self.bodies)
+            .field("joints", &self.joints)
+            .finish_non_exhaustive()
+    }
 }
 
 /// Of the mass of a body, in a frame that is fixed in it.
@@ -155,32 +167,34 @@ pub struct SpringTangent {
 /// `∂τ/∂θ` of an effort at a time, a coordinate and a rate.
 pub type EffortTangent = Arc<dyn Fn(f64, f64, f64) -> f64 + Send + Sync>;
 
-/// Of a force.
+/// Of an effort along a joint coordinate.
 #[derive(Clone)]
-pub enum ForceTangent {
-    /// Of a damper between two points, with its numbers.
-    Damper(Damper<Dual64>),
-    /// Of an effort along a joint coordinate.
-    Effort(EffortTangent),
-    /// Of a load on a body.
-    Load(LoadChange),
-    /// Of a force on coordinates that is evaluated at midpoints: the force that changes it.
-    Coordinates(Arc<dyn Force>),
+pub struct EffortChange {
+    /// The joint.
+    pub joint: usize,
+    /// Which of its degrees of freedom.
+    pub freedom: usize,
+    /// How the effort changes.
+    pub by: EffortTangent,
 }
 
-impl std::fmt::Debug for ForceTangent {
+impl std::fmt::Debug for EffortChange {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Damper(_) => "damper",
-            Self::Effort(_) => "effort",
-            Self::Load(_) => "load",
-            Self::Coordinates(_) => "coordinates",
-        })
+        let Self { joint, freedom, .. } = self;
+        write!(f, "effort along coordinate {freedom} of joint {joint}")
     }
 }
 
-/// `∂τ/∂θ` of `τ = −k (θ − θ_0)`.
-pub(super) fn of_spring(spring: &JointSpring, stiffness: f64, rest: f64) -> EffortTangent {
-    let (k, rest_length) = (spring.stiffness, spring.rest);
-    Arc::new(move |_, coordinate, _| k * rest - stiffness * (coordinate - rest_length))
+impl EffortChange {
+    /// Of a spring `τ = −k (θ − θ_0)`.
+    #[must_use]
+    pub fn of_spring(
+        (joint, freedom): (usize, usize),
+        [stiffness, rest]: [f64; 2],
+        [by_stiffness, by_rest]: [f64; 2],
+    ) -> Self {
+        let by =
+            move |_, coordinate: f64, _| stiffness * by_rest - by_stiffness * (coordinate - rest);
+        Self { joint, freedom, by: Arc::new(by) }
+    }
 }

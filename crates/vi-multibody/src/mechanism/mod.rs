@@ -180,6 +180,16 @@ impl Mechanism {
         Some(coordinate)
     }
 
+    /// The same where it was asked for before; otherwise an angle by its principal value.
+    #[must_use]
+    pub fn known_coordinate(&self, joint: usize, freedom: usize) -> Option<JointCoordinate> {
+        let known = self.coordinates.get(&(joint, freedom)).cloned();
+        known.or_else(|| {
+            let own = self.description.joints.get(joint)?;
+            Some(JointCoordinate::principal(own, freedom)?.placed(joint, freedom))
+        })
+    }
+
     /// The angles whose revolutions count, in the order of [`vi_core::Configuration::angles`].
     #[must_use]
     pub fn angles(&self) -> &[JointCoordinate] {
