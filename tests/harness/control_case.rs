@@ -304,15 +304,17 @@ impl Case {
             conditions.push(Condition { name, quantity, when, bounds: [value; 2] });
         }
         if let Some(turn) = turn {
-            // d_2·d_1* = d_3·d_2* = d_1·d_3* = 0
+            // d_2·d_1* = d_3·d_2* = d_1·d_3* = 0, and no other roots: d_1·d_1*, d_2·d_2* > ½
             let target = vi_rigid::rotation::exp(&turn) * directors::triad(&self.q[..12]);
-            for i in 0..3 {
-                let own = Form::vector(0, &Vector3::ith((i + 1) % 3, 1.0));
+            let mut product = |i: usize, own: usize, bounds: [f64; 2]| {
+                let own = Form::vector(0, &Vector3::ith(own % 3, 1.0));
                 let fixed = Form::constant(target.column(i).into());
                 let quantity = Quantity::Product(Row::product(own, fixed, 0.0));
                 let name = format!("attitude {i}");
-                conditions.push(Condition { name, quantity, when: When::End, bounds: [0.0; 2] });
-            }
+                conditions.push(Condition { name, quantity, when: When::End, bounds });
+            };
+            (0..3).for_each(|i| product(i, i + 1, [0.0; 2]));
+            (0..2).for_each(|i| product(i, i, [0.5, f64::INFINITY]));
         }
         for bound in list(&self.value, "coordinate_bounds") {
             let quantity = self.quantity(index(&bound["joint"]), freedom(bound));

@@ -7,6 +7,7 @@
 //! | [`kkt`] | whether a point is an optimum |
 //! | [`least_squares`] | parameters within bounds, their covariance, combinations that data do not see |
 //! | [`singular_values`] | what these are found by |
+//! | [`optimum`] | refinement, charts that follow, the verdict |
 //! | [`replay`] | an optimum as an ordinary run |
 //! | `pounce` | a method, with the feature of this name |
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
@@ -16,6 +17,7 @@
 
 pub mod kkt;
 pub mod least_squares;
+pub mod optimum;
 #[cfg(feature = "pounce")]
 pub mod pounce;
 pub mod program;

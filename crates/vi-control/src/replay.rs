@@ -41,7 +41,7 @@ impl Replay {
     }
 
     /// Runs from the start with the controls of an optimum, `efforts` in their order; `run` is at
-    /// the start, with the step of the motion.
+    /// the start, with the step of the motion. The efforts are zero then.
     pub fn of<S, C>(run: &mut Integrator<S, C>, efforts: &[HeldEffort], motion: &Motion) -> Self
     where
         S: DiscreteLagrangian + 'static,
@@ -66,6 +66,7 @@ impl Replay {
         if replay.refused.is_none() && replay.deviation > SAME_MOTION {
             replay.by_steps = Some(by_steps(run, &start, efforts, motion));
         }
+        efforts.iter().for_each(|effort| effort.set(0.0)); // none acts beside later controls
         replay
     }
 }

@@ -3,12 +3,15 @@
 
 use crate::support::{Case, list, number, numbers};
 use std::cell::RefCell;
+use std::ops::ControlFlow;
 use std::rc::Rc;
 use vi_constraints::SchemeKind;
 use vi_control::kkt::{Kkt, Tolerances};
-use vi_control::program::{NlpSolver, SharedProgram};
+use vi_control::optimum::{Progress, Setting, Verdict, optimize};
+use vi_control::program::{Iterate, NlpSolver, SharedProgram};
 use vi_control::replay::Replay;
-use vi_control::transcription::Motion;
+use vi_control::transcription::problem::ProblemError;
+use vi_control::transcription::{Guess, Motion};
 use vi_control::{Pounce, Transcription};
 
 type Shared = Rc<RefCell<Transcription>>;
@@ -161,4 +164,103 @@ fn a_replay_sees_other_controls() {
     let replay = Replay::of(&mut case.run(SchemeKind::Nodal, motion.step), &case.efforts, &motion);
     assert!(!replay.is_same(), "{replay:?}");
     assert!(replay.by_steps.unwrap() > 1e-8);
+}
+
+/// A case as a setting of the driver.
+struct Own(Case);
+
+/// The same from a guess that stands still.
+struct Still(Own);
+
+impl Setting for Still {
+    fn program(&self, steps: usize, _: Option<&Guess>) -> Result<Transcription, ProblemError> {
+        self.0.program(steps, Some(&Guess::line(steps, &[0.0; 9])))
+    }
+    fn replay(&self, motion: &Motion) -> Result<Replay, String> {
+        self.0.replay(motion)
+    }
+}
+
+impl Setting for Own {
+    fn program(&self, steps: usize, guess: Option<&Guess>) -> Result<Transcription, ProblemError> {
+        let (problem, line) = self.0.problem(steps);
+        let (system, at) = (std::sync::Arc::new(self.0.system()), self.0.initial());
+        let guess = guess.unwrap_or(&line);
+        Transcription::new(&self.0.mechanism, system, at, problem, guess)
+    }
+    fn replay(&self, motion: &Motion) -> Result<Replay, String> {
+        let mut run = self.0.run(SchemeKind::Nodal, motion.step);
+        Ok(Replay::of(&mut run, &self.0.efforts, motion))
+    }
+}
+
+fn progress(last: usize) -> Progress {
+    let seen = std::cell::Cell::new(0);
+    Rc::new(RefCell::new(move |_: usize, _: &Iterate| {
+        seen.set(seen.get() + 1);
+        if seen.get() > last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }))
+}
+
+/// The driver: refined from a quarter of the steps, judged optimal; stopped where it is told to.
+#[test]
+fn optima_are_refined_and_judged() {
+    for name in ["oc01_pendulum_swing_up", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
+        let own = Own(Case::read(name));
+        let method = &mut Pounce::default();
+        let steps = usize::try_from(own.0.value["steps"].as_u64().unwrap()).unwrap();
+        let optimum = optimize(method, &own, steps, 2, &progress(usize::MAX)).unwrap();
+        assert_eq!(optimum.verdict, Verdict::Optimal, "{name}");
+        let wanted = number(&own.0.value["results"]["cost"]);
+        assert!((optimum.cost() - wanted).abs() < 1e-8 * wanted, "{name}: {}", optimum.cost());
+        assert!(optimum.is_sufficient(), "{name}");
+        println!("{name}: {:?}, {} iterations", optimum.refinements, optimum.iterations);
+        let halved = optimum.refinements.len() > 1;
+        assert_eq!(halved, steps % 2 == 0, "{name}: 25 steps have no half");
+        let stopped = optimize(method, &own, steps, 0, &progress(2)).unwrap();
+        assert_eq!(stopped.verdict, Verdict::Stopped, "{name}");
+    }
+}
+
+/// A satellite that turns by three radians along the straight guess, and by 1.5 rad about the
+/// second axis of its charts from a guess that stands still: the charts follow.
+#[test]
+fn charts_follow_a_large_turn() {
+    for (turn, stands) in [([2.0, -1.6, 1.2], false), ([0.0, 1.5, 0.0], true)] {
+        let mut value = Case::read("oc06_satellite_three_wheels").value;
+        for (k, turn) in turn.into_iter().enumerate() {
+            value["terminal"]["coordinates"][k]["value"] = turn.into();
+        }
+        let still = Still(Own(Case::of(value)));
+        let setting: &dyn Setting = if stands { &still } else { &still.0 };
+        let method = &mut Pounce::default();
+        let optimum = optimize(method, setting, 48, 0, &progress(usize::MAX)).unwrap();
+        assert_eq!(optimum.verdict, Verdict::Optimal);
+        let turn = vi_rigid::rotation::exp(&turn.into());
+        let target = turn * vi_rigid::directors::triad(&still.0.0.q[..12]);
+        let found = vi_rigid::directors::triad(&optimum.motion.nodes[48][..12]);
+        let off = (target - found).amax();
+        let (all, last) = (optimum.iterations, optimum.iterates.len() - 1);
+        println!("cost {}, {all} iterations, {last} in the last chart", optimum.cost());
+        assert!(off < 1e-10, "{off:e}");
+        assert_eq!(all > last, stands, "whether charts were moved");
+    }
+}
+
+/// An effort that still acts beside the controls, which no run repeats: another motion.
+#[test]
+fn an_effort_beside_the_controls_is_another_motion() {
+    let own = Own(Case::read("oc03_two_link_effort"));
+    own.0.efforts[1].set(0.5);
+    let optimum = optimize(&mut Pounce::default(), &own, 40, 0, &progress(usize::MAX)).unwrap();
+    assert_eq!(optimum.verdict, Verdict::OtherMotion);
+}
+
+/// With four steps a body has to turn too far in one: that is said, not hidden.
+#[test]
+fn too_few_steps_are_named() {
+    let own = Own(Case::read("oc02_cart_pole_swing_up"));
+    let optimum = optimize(&mut Pounce::default(), &own, 4, 0, &progress(usize::MAX)).unwrap();
+    println!("{:?}", optimum.verdict);
+    assert_ne!(optimum.verdict, Verdict::Optimal);
 }
