@@ -1,5 +1,6 @@
 """The same bits as the program, whichever way a model is run; a folder read back is the arrays."""
 
+import copy
 import pickle
 import warnings
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 from conftest import DOUBLE, MODELS, program
 
 import holonom as hn
+from holonom import _core
 
 STEPS = 12
 
@@ -40,7 +42,14 @@ def test_arrays_files_and_steps_are_equal(path: Path, tmp_path: Path) -> None:
         model = model.replace({"simulation.end": end, "simulation.every": 1})
         result = hn.simulate(model)
         written = hn.simulate(model, out=tmp_path / "run")
+        stepped = [] if static else [f"simulation.end={end!r}"]
+        words = ["run", str(path), "-o", str(tmp_path / "program"), "-q"]
+        for value in [*stepped, "simulation.every=1"]:
+            words += ["--set", value]
+        assert _core.main(["holonom", *words]) == 0
     equal(result, written)
+    for file in (tmp_path / "run").glob("*.csv"):
+        assert file.read_bytes() == (tmp_path / "program" / file.name).read_bytes(), file.name
     assert pickle.loads(pickle.dumps(model)) == model
     if static:
         return
@@ -60,6 +69,50 @@ def test_arrays_files_and_steps_are_equal(path: Path, tmp_path: Path) -> None:
     for threads in (1, 2):
         found = hn.rollout(model, set=[{}, {}], steps=steps, threads=threads)
         assert np.array_equal(found.q, [result.q] * 2) and not found.failures
+
+
+def law(t: float, x: float, v: float) -> tuple[float, float, float]:
+    """A law that a state does not hold."""
+    return -0.05 * x - 0.02 * v, -0.05, -0.02
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def test_a_state_with_inputs_and_laws_travels(path: Path) -> None:
+    """Pickled, copied, set: on every model that has a joint with a coordinate, and on its bodies."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        model = hn.load(path)
+        stepper = None if model.settings["scheme"] == "static" else acted(model)
+        if stepper is None:
+            pytest.skip("nothing acts on it from outside")
+        held = 1e-3 * np.arange(1.0, 1.0 + len(stepper.held))
+        stepper.step(held, n=4)
+        kept, others = stepper.state, [copy.deepcopy(stepper), pickle.loads(pickle.dumps(stepper))]
+        stepper.step(n=4)
+        there = stepper.q
+        for other in others:
+            assert np.array_equal(other.held, held)
+            other.step(n=4)
+            assert np.array_equal(other.q, there)
+        stepper.step(-held, n=2)
+        stepper.state = kept
+        assert stepper.n == 4 and np.array_equal(stepper.held, held)
+        stepper.step(n=4)
+        assert np.array_equal(stepper.q, there)
+
+
+def acted(model: hn.Model) -> hn.Stepper | None:
+    """With an input and a law on the first joint that takes them, and a force on the first body."""
+    bodies = [f"{name}.force" for name in list(model.bodies)[:1]]
+    for joint in model.joints:
+        try:
+            return hn.Stepper(model, [joint, *bodies], laws={joint: law})
+        except hn.HolonomError:
+            continue
+    try:
+        return hn.Stepper(model, bodies) if bodies else None
+    except hn.HolonomError:
+        return None
 
 
 def test_the_program_and_an_interrupted_run_give_the_same_files(tmp_path: Path) -> None:

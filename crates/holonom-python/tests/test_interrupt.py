@@ -90,12 +90,12 @@ def test_steps_and_runs_keep_no_memory(double: str) -> None:
         for _ in range(count):
             hn.simulate(model, end=0.02)
 
-    steps(2000)
-    runs(20)
+    steps(5000)
+    runs(50)
     tracemalloc.start()
     before, traced = resident(), tracemalloc.get_traced_memory()[0]
-    steps(20_000)
-    runs(200)
+    steps(100_000)
+    runs(1000)
     grown, kept = resident() - before, tracemalloc.get_traced_memory()[0] - traced
     tracemalloc.stop()
     print(f"{grown / 1024:.0f} kB more in the process, {kept / 1024:.0f} kB of Python")
