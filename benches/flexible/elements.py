@@ -12,7 +12,8 @@ for v in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 sys.exudynFast = True  # the build without range checks
 import numpy as np
 
-MODELS = pathlib.Path(__file__).parent / "../../examples/models"
+HERE = pathlib.Path(__file__).parent
+MODELS = HERE / "../../examples/models"
 KINDS = ("helicoidal", "second_order", "mean_directors")
 ROUNDS = 3
 # elements per leg; observed nodes by the number of elements; changes of the model
@@ -21,15 +22,24 @@ STATIC = {
                     more=["load.moment.torque=[0.0, 0.0, 314.1592653589793]"]),
     "bend_45": dict(beam="bend", exact=(15.68480053, 47.15043857, 53.47485879), counts=(2, 4, 8, 16, 32), length=25 * math.pi, steps=10),
     "princeton": dict(beam="strip", exact=(0.508 - 0.01441182, -0.00897920, 0.10911312), counts=(2, 4, 8, 16, 32), length=0.508, steps=10),
+    # by shooting with the equations of the plane beam: 1e-7 cm
+    "lee_frame": dict(beam="frame", exact=(32.0282222, 94.1073662, 0.0), counts=(5, 10, 20, 40), length=120.0, steps=10, node=lambda n: n + 1 + n // 5),
 }
 MOTION = {
     "flying_beam": dict(beam="beam", legs=1, counts=(5, 10, 20, 40), steps=(0.05, 0.02, 0.01, 0.005), end=5.0, sample=0.1, peers=("EXUDYN planar", "EXUDYN"),
                         nodes=lambda n: (0, n), sets=lambda n: []),
     "elbow_cantilever": dict(beam="frame", legs=2, counts=(2, 4, 8, 16, 32), steps=(0.1, 0.05, 0.025, 0.0125), end=6.0, sample=0.2, peers=("EXUDYN",),
                              nodes=lambda n: (n, 2 * n + 1), sets=lambda n: [f"load.shake.body=frame.{n}", f"sensor.elbow.of=frame.{n}"]),
+    "elastic_ring": dict(beam="ring", legs=1, counts=(8, 16, 32, 64), steps=(0.02, 0.01, 0.005, 0.0025), end=4.0, sample=0.1, peers=("EXUDYN",),
+                         nodes=lambda n: (0, n // 2), sets=lambda n: [f"spring.cord.to=ring.{n // 2}"]),
 }
 FINE = "second_order", 160, 0.00125
 TARGETS = (3e-2, 1e-2, 3e-3, 1e-3)
+
+
+def file(name):
+    own = HERE / f"{name}.toml"
+    return own if own.exists() else MODELS / f"{name}.toml"
 
 
 def spent(args):
@@ -50,7 +60,7 @@ class Holonom:
     def run(self, name, sets, end=None, rounds=ROUNDS):
         """Rows of the trajectory by their columns, and seconds; `None` where it does not reach the end."""
         out = self.folder / name
-        command = [self.program, "run", MODELS / f"{name}.toml", "-o", out, "--force", "-q"]
+        command = [self.program, "run", file(name), "-o", out, "--force", "-q"]
         command += [a for own in sets for a in ("--set", own)]
         last = ["--end", repr(end)] if end else []
         ok, first = spent([*command, *last])
@@ -72,7 +82,7 @@ def places(columns, beam, nodes):
 
 def section(name):
     """EA, GA_1, GA_2, EI_1, EI_2, GJ of a model."""
-    s = tomllib.load(open(MODELS / f"{name}.toml", "rb"))["beam"][0]["section"]
+    s = tomllib.load(open(file(name), "rb"))["beam"][0]["section"]
     if "EA" in s:
         return [s[k] for k in ("EA", "GA1", "GA2", "EI1", "EI2", "GJ")]
     (w, t), m = s["shape"]["dimensions"], s["material"]
@@ -89,13 +99,15 @@ class Peer:
         from exudyn import utilities
         self.exu, self.u, self.sc = exudyn, utilities, exudyn.SystemContainer()
 
-    def spatial(self, points, triads, numbers, inertia, line, length):
-        """Nodes with Euler parameters, frames (d_3, d_1, d_2)."""
+    def spatial(self, points, triads, numbers, inertia, line, length, turn=0.0):
+        """Nodes with Euler parameters, frames (d_3, d_1, d_2), that turn about z."""
         u, mbs = self.u, self.mbs
         own = []
         for x, R in zip(points, triads):
             p = np.array(u.RotationMatrix2EulerParameters(R))
-            own.append(mbs.AddNode(u.NodeRigidBodyEP(referenceCoordinates=[*x, *p])))
+            v = np.cross([0.0, 0.0, turn], x)
+            rate = u.AngularVelocity2EulerParameters_t([0.0, 0.0, turn], p)
+            own.append(mbs.AddNode(u.NodeRigidBodyEP(referenceCoordinates=[*x, *p], initialVelocities=[*v, *rate])))
         ea, ga1, ga2, ei1, ei2, gj = numbers
         data = self.exu.BeamSection()
         data.stiffnessMatrix = np.diag([ea, ga1, ga2, gj, ei1, ei2])
@@ -139,9 +151,14 @@ class Peer:
             else:
                 points, axes = [np.array([s, 0.0, 0.0]) for s in s], [np.array([1.0, 0.0, 0.0])] * (n + 1)
             triads = [np.array([e, d1, np.cross(e, d1)]).T for e in axes]
-            own = self.spatial(points, triads, section(name), [2.0, 1.0, 1.0], 1.0, problem["length"] / n)
-            self.clamp(own[0], triads[0])
-            if name == "roll_up":
+            if name == "lee_frame":
+                own = [self.lee_frame(n)]
+            else:
+                own = self.spatial(points, triads, section(name), [2.0, 1.0, 1.0], 1.0, problem["length"] / n)
+                self.clamp(own[0], triads[0])
+            if name == "lee_frame":
+                mbs.AddLoad(u.LoadForceVector(markerNumber=mbs.AddMarker(u.MarkerNodePosition(nodeNumber=own[-1])), loadVector=[0, -1.5, 0]))
+            elif name == "roll_up":
                 mbs.AddLoad(u.LoadTorqueVector(markerNumber=mbs.AddMarker(u.MarkerNodeRigid(nodeNumber=own[-1])), loadVector=[0, 0, 100 * math.pi]))
             else:
                 force = [0, 0, 600] if name == "bend_45" else [0.0, -6.290421925435527, 6.290421925435527]
@@ -196,6 +213,37 @@ class Peer:
                                       loadVectorUserFunction=lambda mbs, t, v: [0, 0, shake(t)]))
         return one[-1], two[-1]
 
+    def hinge(self, a, b, R=None, S=None, free=False):
+        """Node `a` on node `b`, or on the ground: welded, or free to turn about z."""
+        u, mbs = self.u, self.mbs
+        marker = lambda k: mbs.AddMarker(u.MarkerNodeRigid(nodeNumber=k))
+        other = mbs.AddMarker(u.MarkerBodyRigid(bodyNumber=mbs.AddObject(u.ObjectGround(referencePosition=b)))) if isinstance(b, list) else marker(b)
+        mbs.AddObject(u.GenericJoint(rotationMarker0=np.eye(3) if S is None else S, rotationMarker1=R, markerNumbers=[other, marker(a)],
+                                     constrainedAxes=[1, 1, 1, 1, 1, 0 if free else 1]))
+
+    def lee_frame(self, n):
+        e, z, y = np.eye(3)[0], np.eye(3)[2], np.eye(3)[1]
+        up, along = np.array([y, z, np.cross(y, z)]).T, np.array([e, z, np.cross(e, z)]).T
+        s, length = section("lee_frame"), 120 / n
+        one = self.spatial([y * length * k for k in range(n + 1)], [up] * (n + 1), s, [2.0, 1.0, 1.0], 1.0, length)
+        two = self.spatial([120 * y + e * length * k for k in range(n + 1)], [along] * (n + 1), s, [2.0, 1.0, 1.0], 1.0, length)
+        self.hinge(one[0], [0, 0, 0], R=up.T, free=True)
+        self.hinge(two[-1], [120, 120, 0], R=along.T, free=True)
+        self.hinge(two[0], one[-1], R=along.T, S=up.T)
+        return two[n // 5]
+
+    def elastic_ring(self, n, planar):
+        u, mbs, s = self.u, self.mbs, section("elastic_ring")
+        z, angles = np.eye(3)[2], 2 * math.pi * np.arange(n + 1) / n
+        points = [np.array([math.cos(a), math.sin(a), 0.0]) for a in angles]
+        axes = [np.array([-math.sin(a), math.cos(a), 0.0]) for a in angles]
+        triads = [np.array([e, z, np.cross(e, z)]).T for e in axes]
+        own = self.spatial(points, triads, s, [0.02, 0.01, 0.01], 0.5, 2 * math.pi / n, turn=2.0)
+        self.hinge(own[-1], own[0], R=triads[-1].T, S=triads[0].T)
+        ends = [mbs.AddMarker(u.MarkerNodePosition(nodeNumber=own[k])) for k in (0, n // 2)]
+        mbs.AddObject(u.ObjectConnectorSpringDamper(markerNumbers=ends, stiffness=4.0, referenceLength=3.0))
+        return own[0], own[n // 2]
+
     def motion(self, name, n, h, planar):
         u, problem, best = self.u, MOTION[name], None
         for _ in range(ROUNDS):
@@ -227,9 +275,11 @@ def statics(holonom, peer, name):
         for kind in KINDS:
             sets = [f"beam.{problem['beam']}.elements={n}", f"beam.{problem['beam']}.element=\"{kind}\"",
                     f"simulation.step={1 / problem['steps']!r}", *problem.get("more", [])]
+            if name == "lee_frame":
+                sets.append(f"load.weight.body=frame.{problem['node'](n)}")
             got = holonom.run(name, sets)
             if got:
-                x = places(got[0], problem["beam"], [n])
+                x = places(got[0], problem["beam"], [problem.get("node", lambda n: n)(n)])
                 row.append((kind, x[-1], got[1], np.linalg.norm(x[-1] - x[0])))
             else:
                 row.append((kind, None, None, None))
