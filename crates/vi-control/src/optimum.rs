@@ -148,7 +148,7 @@ pub fn optimize(
 
 /// Whether steps can be halved so often, down to eight.
 fn is_divisible(steps: usize, halvings: u32) -> bool {
-    halvings == 0 || steps % (1 << halvings) == 0 && steps >> halvings >= 8
+    halvings == 0 || steps.is_multiple_of(1 << halvings) && steps >> halvings >= 8
 }
 
 /// The end of a solve.

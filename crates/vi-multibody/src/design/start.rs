@@ -316,9 +316,10 @@ pub fn velocity(
 ) -> Result<Vec<f64>, StartDerivativeError> {
     let mut equations = Equations::new(mechanism, rows, coordinates, at)?;
     let b = velocity_change(mechanism, &MovedRows::of(mechanism, tangent)?, at, dq);
-    let z = coordinates.iter().zip(rates).map(|(x, rate)| {
-        rate - x.second(at.q, dq, at.v) - moved_by(mechanism, tangent, x, at)[1]
-    });
+    let z = coordinates
+        .iter()
+        .zip(rates)
+        .map(|(x, rate)| rate - x.second(at.q, dq, at.v) - moved_by(mechanism, tangent, x, at)[1]);
     let b = b.into_iter().map(|b| -b).collect();
     Ok(equations.solve(&[(b, z.collect())])?.swap_remove(0))
 }
