@@ -30,9 +30,9 @@ use crate::averaged::{MASS_SCALING, scaling};
 use crate::element::Elements;
 use crate::strained::Strained;
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force, Source};
+use vi_core::force::{DiscreteForce, Force, NoTimeSlope, Source};
 use vi_core::interpolation::StrainInterpolation;
-use vi_core::interval::{Interval, Slot};
+use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
 
 /// Under which its work is listed.
@@ -103,6 +103,17 @@ impl DiscreteForce for StrainDamping {
                 own.emit_outer(s.node(of), s.node(by), &slope, out);
             }
         }
+    }
+
+    /// Without `θ` the impulses do not depend on the step.
+    fn add_step_slope(
+        &self,
+        _s: &Interval,
+        _of: Slot,
+        _change: StepChange,
+        _out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        if self.slowness.is_none() { Ok(()) } else { Err(NoTimeSlope) }
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {

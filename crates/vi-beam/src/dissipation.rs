@@ -41,8 +41,8 @@ use crate::strain::{STRAINS, Strain};
 use crate::strained::Strained;
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Source};
-use vi_core::interval::{Interval, Slot};
+use vi_core::force::{DiscreteForce, NoTimeSlope, Source};
+use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
 
 /// Under which its work is listed.
@@ -120,9 +120,24 @@ impl StrainDissipation {
         own.stiffness() * stress
     }
 
-    fn add_slot(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
+    /// `out ← out + h' f/h` of the force `f` of an end, for the step `h'`.
+    fn add_slot(&self, s: &Interval, of: Slot, h: f64, out: &mut [f64]) {
         for (index, own) in self.elements.strained().enumerate() {
-            own.add(q, &(-0.5 * s.h * self.forces(s, index, &own)), out); // [6.24]
+            own.add(s.node(of), &(-0.5 * h * self.forces(s, index, &own)), out); // [6.24]
+        }
+    }
+
+    /// Visits `φ`'s slopes by the internal variables: element, variable, `−½ h ℓ C_i g_k`.
+    fn for_each_internal(&self, s: &Interval, mut visit: impl FnMut(&Strained<'_>, usize, Strain)) {
+        for (index, own) in self.elements.strained().enumerate() {
+            let stiffness = own.stiffness();
+            for i in 0..STRAINS {
+                let stress = -0.5 * s.h * stiffness.column(i);
+                for k in 0..OF_STRAIN {
+                    let variable = OF_POINT * index + OF_STRAIN * i + k;
+                    visit(&own, variable, self.filter.of_state[k] * stress);
+                }
+            }
         }
     }
 }
@@ -135,11 +150,11 @@ fn variables(s: &Interval, index: usize, i: usize) -> Vector3<f64> {
 
 impl DiscreteForce for StrainDissipation {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
-        self.add_slot(s, &s.q0, out);
+        self.add_slot(s, Slot::First, s.h, out);
     }
 
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
-        self.add_slot(s, &s.q1, out);
+        self.add_slot(s, Slot::Second, s.h, out);
     }
 
     fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
@@ -152,6 +167,23 @@ impl DiscreteForce for StrainDissipation {
                 own.emit_outer(s.node(of), s.node(by), &c, out);
             }
         }
+    }
+
+    fn add_internal_slope(&self, s: &Interval, of: Slot, out: &mut dyn Entries) {
+        self.for_each_internal(s, |own, variable, stress| {
+            own.for_each(s.node(of), &stress, |i, slope| out.add(i, variable, slope));
+        });
+    }
+
+    fn add_step_slope(
+        &self,
+        s: &Interval,
+        of: Slot,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        self.add_slot(s, of, change.length, out); // φ knows no step
+        Ok(())
     }
 
     fn add_continuous(&self, _: Configuration<'_>, _: &[f64], _: &mut [f64]) {}
@@ -185,6 +217,28 @@ impl DiscreteForce for StrainDissipation {
             for (i, own) in own.chunks_exact_mut(OF_STRAIN).enumerate() {
                 let (_, next) = self.filter.step(&variables(s, index, i), change[i]);
                 own.copy_from_slice(next.as_slice()); // [6.25]
+            }
+        }
+    }
+
+    fn add_advance_slope(&self, s: &Interval, by: Slot, out: &mut dyn Entries) {
+        for (index, own) in self.elements.strained().enumerate() {
+            for i in 0..STRAINS {
+                let unit = Strain::ith(i, by.sign());
+                own.for_each(s.node(by), &unit, |column, slope| {
+                    for (k, driven) in self.filter.driven.iter().enumerate() {
+                        let row = OF_POINT * index + OF_STRAIN * i + k;
+                        out.add(row, column, driven * slope);
+                    }
+                });
+            }
+        }
+    }
+
+    fn add_advance_internal_slope(&self, _s: &Interval, out: &mut dyn Entries) {
+        for first in (0..self.internal_variables()).step_by(OF_STRAIN) {
+            for (i, j) in (0..OF_STRAIN).flat_map(|i| (0..OF_STRAIN).map(move |j| (i, j))) {
+                out.add(first + i, first + j, self.filter.next[(i, j)]);
             }
         }
     }

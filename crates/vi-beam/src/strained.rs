@@ -51,6 +51,12 @@ impl Strained<'_> {
         self.element.within(q).scatter(n, out);
     }
 
+    /// The entries of `Σ n_i ∇ε_i`, always in the same order.
+    pub(crate) fn for_each(&self, q: &[f64], n: &Strain, mut visit: impl FnMut(usize, f64)) {
+        let force = self.element.within(q).force(n);
+        force.iter().enumerate().for_each(|(row, f)| visit(self.element.place(row), *f));
+    }
+
     /// Emits `Σ c_ij ∇ε_i ∇ε_jᵀ + Σ n_i ∇²ε_i`.
     pub(crate) fn emit(&self, q: &[f64], c: &Matrix6<f64>, n: &Strain, out: &mut dyn Entries) {
         self.element.within(q).emit_tangent(c, n, out);

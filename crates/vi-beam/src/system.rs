@@ -6,7 +6,7 @@ use crate::damping::{self, StrainDamping};
 use crate::dissipation::{self, MASS, StrainDissipation};
 use crate::frequency::slowness;
 use crate::model::{BeamElements, StrainRule};
-use vi_core::force::{Force, MidpointForce};
+use vi_core::force::{Force, MidpointForce, NoTimeSlope};
 use vi_core::{Entries, Quadrature, SeparableSystem};
 use vi_multibody::mechanism::Mechanism;
 use vi_rigid::load::Load;
@@ -117,6 +117,17 @@ impl Force for GrowingForce {
         _scale: f64,
         _out: &mut dyn Entries,
     ) {
+    }
+    fn add_time_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        out.iter_mut().zip(&self.direction).for_each(|(out, w)| *out += scale * w);
+        Ok(())
     }
     fn is_dissipative(&self) -> bool {
         false

@@ -21,4 +21,4 @@ mod separable_system;
 mod slot_derivatives;
 
 pub use separable_system::SeparableSystem;
-pub use slot_derivatives::DiscreteLagrangian;
+pub use slot_derivatives::{DiscreteLagrangian, NoStepSlope};

@@ -14,9 +14,9 @@
 use crate::configuration::Configuration;
 use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
-use crate::interval::{Interval, Slot};
+use crate::interval::{Interval, Slot, StepChange};
 use crate::quantity_effort::QuantityEffort;
-use crate::sparse::{Block, Entries};
+use crate::sparse::{Block, Entries, Product};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -50,6 +50,19 @@ pub trait DiscreteForce: Send + Sync {
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         self.add_slope(s, Slot::First, Slot::Second, out);
     }
+    /// Emits `∂f_d^of/∂z`, columns of all internal variables of the system.
+    fn add_internal_slope(&self, _s: &Interval, _of: Slot, _out: &mut dyn Entries) {}
+    /// `out ← out + ∂f_d^of/∂h δh + ∂f_d^of/∂t δt_{n+1/2}` at fixed configurations.
+    ///
+    /// # Errors
+    /// [`NoTimeSlope`].
+    fn add_step_slope(
+        &self,
+        s: &Interval,
+        of: Slot,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope>;
     /// `out ← out + f(t, q, v)`, N: the continuous force that the pair approximates.
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// `(f_d^- + f_d^+)·Δq/h`, J: the work in a step; `scratch`: shape `n`.
@@ -83,6 +96,10 @@ pub trait DiscreteForce: Send + Sync {
     /// `out ← z_{n+1}`, the internal variables at the end of a step that started with
     /// [`Interval::internal`].
     fn advance(&self, _s: &Interval, _out: &mut [f64]) {}
+    /// Emits `∂z_{n+1}/∂q_n` or `∂z_{n+1}/∂q_{n+1}`, rows of its own internal variables.
+    fn add_advance_slope(&self, _s: &Interval, _by: Slot, _out: &mut dyn Entries) {}
+    /// Emits `∂z_{n+1}/∂z_n` of its own internal variables.
+    fn add_advance_internal_slope(&self, _s: &Interval, _out: &mut dyn Entries) {}
     /// Its effort where it acts along an unknown of a step.
     fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
         None
@@ -97,6 +114,12 @@ pub trait DiscreteForce: Send + Sync {
         None
     }
 }
+
+/// A force depends on time in a way whose derivative is not known: a kink, a jump, a function of the
+/// user's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("its derivative by the time is not known")]
+pub struct NoTimeSlope;
 
 /// The velocity at which [`DiscreteForce::add_stiffness`] takes slopes: that of a steady rotation
 /// for what acts from the ground, rest for what turns with it.
@@ -133,6 +156,20 @@ pub trait Force: Send + Sync {
         scale: f64,
         out: &mut dyn Entries,
     );
+    /// `out ← out + scale ∂f/∂t`.
+    ///
+    /// # Errors
+    /// [`NoTimeSlope`], unless said otherwise.
+    fn add_time_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        Err(NoTimeSlope)
+    }
     /// See [`DiscreteForce::acts_from_ground`].
     fn acts_from_ground(&self) -> bool {
         false
@@ -168,6 +205,16 @@ impl<F: Force + ?Sized> Force for Arc<F> {
     ) {
         (**self).add_velocity_derivative(t, q, v, scale, out);
     }
+    fn add_time_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        (**self).add_time_derivative(t, q, v, scale, out)
+    }
     fn acts_from_ground(&self) -> bool {
         (**self).acts_from_ground()
     }
@@ -193,6 +240,20 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         // of (h/2) f(q_{n+1/2}, Δq/h): (h/4) f_q ± ½ f_v
         self.0.add_position_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.25 * s.h, out);
         self.0.add_velocity_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * by.sign(), out);
+    }
+
+    fn add_step_slope(
+        &self,
+        s: &Interval,
+        _of: Slot,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        // of (h/2) f(t_{n+1/2}, q_{n+1/2}, Δq/h): ½ (f − f_v Δq/h) and (h/2) f_t
+        let (t, q, v, dh) = (s.t_mid(), &s.q_mid, &s.v_mid, change.length);
+        self.0.add(t, q, v, 0.5 * dh, out);
+        self.0.add_velocity_derivative(t, q, v, -0.5 * dh, &mut Product { v, out });
+        self.0.add_time_derivative(t, q, v, 0.5 * s.h * change.middle, out)
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
@@ -255,6 +316,16 @@ impl Force for LinearDamping {
         for &(i, j, c) in &self.entries {
             block.add(i, j, c);
         }
+    }
+    fn add_time_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        Ok(())
     }
     fn acts_from_ground(&self) -> bool {
         true

@@ -82,6 +82,15 @@ impl Slot {
     }
 }
 
+/// How a step changes in length and time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepChange {
+    /// `δh`.
+    pub length: f64,
+    /// `δt_{n+1/2}`.
+    pub middle: f64,
+}
+
 /// What a potential has derived from `q_n` alone. It follows from the other data: copies are
 /// without it, and it makes no difference between intervals.
 #[derive(Debug, Default)]

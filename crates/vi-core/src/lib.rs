@@ -40,6 +40,7 @@
 //! |---|---|
 //! | [`Interval`] | `(q_n, q_{n+1})` with `Δq` and the midpoint: the argument of every discrete function |
 //! | [`Slot`] | one of both arguments; of a discrete force pair, one of both |
+//! | [`StepChange`] | how a step changes in length and time |
 //! | [`Configuration`] | `(t, q)` with unwrapped joint angles: the argument at a node |
 //! | [`MechanicalSystem`] | trait: `M`, `V(q)`, `f(t, q, v)` |
 //! | [`DiscreteLagrangian`], [`SeparableSystem`] | trait: `L_d`, its slot derivatives, discrete forces; its usual implementation |
@@ -102,7 +103,7 @@ mod vectors;
 pub use composition::Composition;
 pub use configuration::Configuration;
 pub use discrete_lagrangian::{DiscreteLagrangian, SeparableSystem};
-pub use interval::{Interval, Slot};
+pub use interval::{Interval, Slot, StepChange};
 pub use legendre::Energies;
 pub use mechanical_system::MechanicalSystem;
 pub use newton::{NewtonError, NewtonReport, NewtonSettings};

@@ -95,60 +95,57 @@ impl SparseLu {
     /// # Errors
     /// [`Singular`] when the factorization fails or the answer is not finite.
     pub fn solve(&mut self, a: &SparseMatrix, b: &mut [f64]) -> Result<(), Singular> {
-        self.factorize_and_solve(a, b, None)
+        self.factorize(a)?;
+        self.solve_factorized(b)
     }
 
-    /// Solves `A x = b` and `Aᵀ y = c`; `b` and `c` are overwritten by `x` and `y`.
+    /// Factorizes a matrix of the analysed pattern.
     ///
     /// # Errors
-    /// As [`SparseLu::solve`].
-    pub fn solve_both(
-        &mut self,
-        a: &SparseMatrix,
-        b: &mut [f64],
-        c: &mut [f64],
-    ) -> Result<(), Singular> {
-        self.factorize_and_solve(a, b, Some(c))
+    /// [`Singular`] when the factorization fails.
+    pub fn factorize(&mut self, a: &SparseMatrix) -> Result<(), Singular> {
+        let Self { symbolic, numeric, scratch, .. } = self;
+        let stack = MemStack::new(scratch);
+        let factors =
+            symbolic.factorize_numeric_lu(numeric, view(a), Par::Seq, stack, Default::default());
+        factors.map(|_| ()).map_err(|_| Singular)
     }
 
-    fn factorize_and_solve(
-        &mut self,
-        a: &SparseMatrix,
-        b: &mut [f64],
-        transposed: Option<&mut [f64]>,
-    ) -> Result<(), Singular> {
-        let n = a.as_sprs().rows();
+    /// Solves `A x = b` with the last factorization; `b` is overwritten by `x`. Several right-hand
+    /// sides may follow one another in `b`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the answer is not finite.
+    ///
+    /// # Panics
+    /// When nothing was factorized.
+    pub fn solve_factorized(&mut self, b: &mut [f64]) -> Result<(), Singular> {
+        let n = self.symbolic.nrows();
         let columns = b.len() / n.max(1);
         debug_assert_eq!(b.len(), n * columns);
         if columns > self.columns {
             (self.scratch, self.columns) = (scratch(&self.symbolic, columns), columns);
         }
-        let factors = self
-            .symbolic
-            .factorize_numeric_lu(
-                &mut self.numeric,
-                view(a),
-                Par::Seq,
-                MemStack::new(&mut self.scratch),
-                Default::default(),
-            )
-            .map_err(|_| Singular)?;
-        factors.solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(b, n, columns),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
-        if let Some(c) = transposed {
-            factors.solve_transpose_in_place_with_conj(
-                Conj::No,
-                MatMut::from_column_major_slice_mut(c, n, 1),
-                Par::Seq,
-                MemStack::new(&mut self.scratch),
-            );
-            finite(c)?;
-        }
+        let factors = sparse_lu::LuRef::new_unchecked(&self.symbolic, &self.numeric);
+        let side = MatMut::from_column_major_slice_mut(b, n, columns);
+        let stack = MemStack::new(&mut self.scratch);
+        factors.solve_in_place_with_conj(Conj::No, side, Par::Seq, stack);
         finite(b)
+    }
+
+    /// Solves `Aᵀ x = c` with the last factorization; `c` is overwritten by `x`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the answer is not finite.
+    ///
+    /// # Panics
+    /// When nothing was factorized.
+    pub fn solve_transposed(&mut self, c: &mut [f64]) -> Result<(), Singular> {
+        let factors = sparse_lu::LuRef::new_unchecked(&self.symbolic, &self.numeric);
+        let side = MatMut::from_column_major_slice_mut(c, self.symbolic.nrows(), 1);
+        let stack = MemStack::new(&mut self.scratch);
+        factors.solve_transpose_in_place_with_conj(Conj::No, side, Par::Seq, stack);
+        finite(c)
     }
 }
 

@@ -5,7 +5,8 @@
 
 use crate::configuration::Configuration;
 use crate::galerkin::{GaussLobatto, GaussPoint};
-use crate::interval::Interval;
+use crate::interval::{Interval, Slot};
+use crate::sparse::Entries;
 use nalgebra::DMatrix;
 
 /// Rates of `m` continuous states at a node, and their slopes.
@@ -35,6 +36,11 @@ pub trait Signals: Send + Sync {
     fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// `out ←` them at the end of a step that started with those of [`Interval::internal`].
     fn advance(&self, s: &Interval, out: &mut [f64]);
+    /// Emits the derivative of [`Signals::advance`] by an end of the step, at fixed variables at its
+    /// start.
+    fn advance_slope(&self, s: &Interval, by: Slot, out: &mut dyn Entries);
+    /// Emits the derivative of [`Signals::advance`] by the variables at the start of the step.
+    fn advance_internal_slope(&self, s: &Interval, out: &mut dyn Entries);
     /// Takes the continuous states to the Gauss nodes of a Galerkin step, whose positions and
     /// velocities are known, by collocation [2.36]; in their internal variables, and in those at
     /// the `end`, all else is as at the start.

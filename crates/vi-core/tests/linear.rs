@@ -26,7 +26,8 @@ fn dense_and_sparse_lu_agree_and_refuse_singular_matrices() {
     assert!((0..3).all(|i| two[i] == y[i] && (two[3 + i] - 2.0 * y[i]).abs() < 1e-14));
     let c = a.transpose() * DVector::from_column_slice(&exact);
     let (mut again, mut z) = ([b[0], b[1], b[2]], [c[0], c[1], c[2]]);
-    lu.solve_both(&sparse, &mut again, &mut z).unwrap();
+    lu.solve(&sparse, &mut again).unwrap();
+    lu.solve_transposed(&mut z).unwrap();
     assert!((0..3).all(|i| again[i] == y[i] && (z[i] - exact[i]).abs() < 1e-14), "{z:?}");
     for i in 0..3 {
         assert!((x[i] - exact[i]).abs() < 1e-14 && (y[i] - exact[i]).abs() < 1e-14);

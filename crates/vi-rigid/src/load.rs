@@ -22,8 +22,8 @@ use crate::time_history::{HistoryError, TimeHistory};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use vi_core::Configuration;
-use vi_core::force::DiscreteForce;
-use vi_core::interval::{Interval, Slot};
+use vi_core::force::{DiscreteForce, NoTimeSlope};
+use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
 
 /// Which components of a load stay fixed.
@@ -167,7 +167,11 @@ impl Load {
     /// `frame`, both in spatial components.
     #[must_use]
     pub fn wrench(&self, t: f64, frame: &[f64]) -> Wrench {
-        let c = self.history.value(t);
+        self.directed(self.history.value(t), frame)
+    }
+
+    /// The same at the value `c` of the history.
+    fn directed(&self, c: f64, frame: &[f64]) -> Wrench {
         match self.kind {
             LoadKind::Dead => Wrench { force: c * self.force, torque: c * self.torque },
             LoadKind::Follower => {
@@ -296,6 +300,22 @@ impl DiscreteForce for Load {
                 cross(out, row, column, &(-factor * director(frame, i)));
             }
         }
+    }
+
+    fn add_step_slope(
+        &self,
+        s: &Interval,
+        of: Slot,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        let t = s.t_mid();
+        // of (h/2) c(t) (f_0, τ_0)
+        let by_history = 0.5 * s.h * change.middle * self.history.slope(t).ok_or(NoTimeSlope)?;
+        let scale = 0.5 * change.length * self.history.value(t) + by_history;
+        let unit = self.directed(1.0, self.frame(&s.q_mid));
+        self.add(scale, unit, self.frame(s.node(of)), &mut out[self.offset..]);
+        Ok(())
     }
 
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {

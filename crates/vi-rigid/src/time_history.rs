@@ -203,6 +203,21 @@ impl TimeHistory {
         }
     }
 
+    /// The derivative of the factor by the time, 1/s; `None` of histories with kinks or jumps, and of
+    /// functions.
+    #[must_use]
+    pub fn slope(&self, t: f64) -> Option<f64> {
+        match *self {
+            Self::Constant { .. } => Some(0.0),
+            Self::Linear { slope } => Some(slope),
+            Self::Harmonic { frequency, phase, amplitude, .. } => {
+                let w = std::f64::consts::TAU * frequency;
+                Some(amplitude * w * libm::cos(w * t + phase))
+            }
+            _ => None,
+        }
+    }
+
     /// Refuses parameters that are not finite and times in the wrong order.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use vi_core::force::DiscreteForce;
-use vi_core::{Interval, Slot, SparseMatrix};
+use vi_core::{Entries, Interval, Slot, SparseMatrix, StepChange};
 
 /// Half of a difference.
 const SMALL: f64 = 1e-6;
@@ -26,30 +26,101 @@ fn value(force: &dyn DiscreteForce, s: &Interval, of: Slot) -> Vec<f64> {
     out
 }
 
-/// The largest error of `D_1 f_d^-`, `D_2 f_d^-`, `D_1 f_d^+`, `D_2 f_d^+` in a step, relative to
-/// the largest entry of all four; of `D_2 f_d^-` as a step takes it, too. Coordinates that are not
-/// numbers are left where they are.
-pub fn slope_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
-    let n = s.dim();
-    let assemble = |of: Slot, by: Slot| {
-        SparseMatrix::assemble(n, n, |out| force.add_slope(s, of, by, out)).to_dense()
-    };
-    let step = SparseMatrix::assemble(n, n, |out| force.add_minus_d2(s, out)).to_dense();
-    let mut found = vec![((Slot::First, Slot::Second), step)];
-    for of in Slot::BOTH {
-        found.extend(Slot::BOTH.map(|by| ((of, by), assemble(of, by))));
-    }
-    let size = found.iter().map(|(_, matrix)| matrix.amax()).fold(0.0, f64::max);
+/// The same step with another length and time.
+fn timed(s: &Interval, h: f64, middle: f64) -> Interval {
+    let mut timed = Interval::between(middle - 0.5 * h, h, &s.q0, &s.q1);
+    timed.angles.clone_from(&s.angles);
+    timed.internal.clone_from(&s.internal);
+    timed
+}
+
+/// The same step with another internal variable.
+fn remembered(s: &Interval, k: usize, by: f64) -> Interval {
+    let mut other = s.clone();
+    other.internal[k] += by;
+    other
+}
+
+fn advanced(force: &dyn DiscreteForce, s: &Interval) -> Vec<f64> {
+    let mut out = vec![0.0; force.internal_variables()];
+    force.advance(s, &mut out);
+    out
+}
+
+/// `(f(e) − f(−e))/2e`.
+fn difference(f: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
+    let [plus, minus] = [SMALL, -SMALL].map(f);
+    plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * SMALL)).collect()
+}
+
+/// The largest error of derivatives, each with what it should be; relative to the largest entry of
+/// all.
+fn relative(all: &[(DMatrix<f64>, DMatrix<f64>)]) -> f64 {
+    let size = all.iter().map(|(_, expected)| expected.amax()).fold(0.0, f64::max);
     let mut worst: f64 = 0.0;
-    for ((of, by), matrix) in found {
-        let mut expected = DMatrix::zeros(n, n);
-        for j in (0..n).filter(|&j| s.node(by)[j].is_finite()) {
-            let ends = [SMALL, -SMALL].map(|e| value(force, &moved(s, by, j, e), of));
-            let difference = ends[0].iter().zip(&ends[1]).map(|(a, b)| (a - b) / (2.0 * SMALL));
-            difference.enumerate().for_each(|(i, slope)| expected[(i, j)] = slope);
-        }
-        let error = (&matrix - &expected).amax() / size;
+    for (found, expected) in all {
+        let error = (found - expected).amax();
+        let error = if size > 0.0 { error / size } else { error };
         worst = if error.is_nan() { error } else { worst.max(error) };
     }
     worst
+}
+
+/// The largest error of `D_1 f_d^-`, `D_2 f_d^-`, `D_1 f_d^+`, `D_2 f_d^+` in a step, relative to
+/// the largest entry of all four; of `D_2 f_d^-` as a step takes it, too; and of derivatives by the
+/// length and the time of the step, where they are known, and by internal variables. Coordinates
+/// that are not numbers are left where they are.
+pub fn slope_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
+    let (n, m, own) = (s.dim(), s.internal.len(), force.internal_variables());
+    let made = |rows: usize, columns: usize, emit: &dyn Fn(&mut dyn Entries)| {
+        SparseMatrix::assemble(rows, columns, |out| emit(out)).to_dense()
+    };
+    let by = |rows: usize, columns: usize, of: &dyn Fn(usize) -> Vec<f64>| {
+        let mut expected = DMatrix::zeros(rows, columns);
+        for j in 0..columns {
+            of(j).iter().enumerate().for_each(|(i, slope)| expected[(i, j)] = *slope);
+        }
+        expected
+    };
+    let nodes = |slot: Slot, rows: usize, f: &dyn Fn(&Interval) -> Vec<f64>| {
+        by(rows, n, &|j| match s.node(slot)[j].is_finite() {
+            true => difference(|e| f(&moved(s, slot, j, e))),
+            false => vec![0.0; rows],
+        })
+    };
+    let (mut slots, mut times, mut memory) = (Vec::new(), Vec::new(), Vec::new());
+    for of in Slot::BOTH {
+        for slot in Slot::BOTH {
+            let found = made(n, n, &|out| force.add_slope(s, of, slot, out));
+            slots.push((found, nodes(slot, n, &|s| value(force, s, of))));
+        }
+        let found = made(n, m, &|out| force.add_internal_slope(s, of, out));
+        let column = |k: usize| difference(|e| value(force, &remembered(s, k, e), of));
+        memory.push((found, by(n, m, &column)));
+        for (k, change) in [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
+            let [length, middle] = change;
+            let mut found = vec![0.0; n];
+            let step = StepChange { length, middle };
+            if force.add_step_slope(s, of, step, &mut found).is_ok() {
+                let at = |e: f64| match k {
+                    0 => timed(s, s.h + e, s.t_mid()),
+                    _ => timed(s, s.h, s.t_mid() + e),
+                };
+                let expected = difference(|e| value(force, &at(e), of));
+                times.push([found, expected].map(|x| DMatrix::from_vec(n, 1, x)).into());
+            }
+        }
+    }
+    let step = made(n, n, &|out| force.add_minus_d2(s, out));
+    slots.push((step, slots[1].1.clone()));
+    if own > 0 {
+        for slot in Slot::BOTH {
+            let found = made(own, n, &|out| force.add_advance_slope(s, slot, out));
+            memory.push((found, nodes(slot, own, &|s| advanced(force, s))));
+        }
+        let found = made(own, own, &|out| force.add_advance_internal_slope(s, out));
+        let column = |k: usize| difference(|e| advanced(force, &remembered(s, k, e)));
+        memory.push((found, by(own, own, &column)));
+    }
+    [slots, times, memory].iter().map(|group| relative(group)).fold(0.0, f64::max)
 }

@@ -15,7 +15,7 @@ use super::outside::OutsideLaw;
 use holonom_model::ModelError;
 use nalgebra::Vector3;
 use std::sync::Arc;
-use vi_core::force::Force;
+use vi_core::force::{Force, NoTimeSlope};
 use vi_core::sparse::Entries;
 use vi_multibody::builder::{ElementForce, MechanismBuilder, NamedForce};
 use vi_multibody::mechanism::Mechanism;
@@ -132,6 +132,17 @@ impl Force for HeldWrench {
         _scale: f64,
         _out: &mut dyn Entries,
     ) {
+    }
+
+    fn add_time_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        Ok(())
     }
 
     fn is_dissipative(&self) -> bool {

@@ -214,6 +214,22 @@ impl SaddlePoint {
         lower: &dyn Fn(&mut dyn Entries),
         x: &mut [f64],
     ) -> Result<(), Singular> {
+        self.factorize(emit, upper, scale, lower)?;
+        self.solve_factorized(x)
+    }
+
+    /// Factorizes the matrix with `A`, `G` and `G'` as emitted, the last two over all constraints,
+    /// and finds how well the chosen rows stay independent.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn factorize(
+        &mut self,
+        emit: &dyn Fn(&mut dyn Entries),
+        upper: &dyn Fn(&mut dyn Entries),
+        scale: f64,
+        lower: &dyn Fn(&mut dyn Entries),
+    ) -> Result<(), Singular> {
         let (n, rows) = (self.n, &self.rows);
         let fill = |out: &mut dyn Entries| {
             emit(out);
@@ -232,13 +248,30 @@ impl SaddlePoint {
             }
         }
         let (matrix, lu) = self.matrix.as_mut().expect("just written");
-        if rows.redundant().next().is_none() {
-            return lu.solve(matrix, x);
+        lu.factorize(matrix)?;
+        if rows.redundant().next().is_some() {
+            self.probe.prepare(rows, n, lower);
+            lu.solve_transposed(&mut self.probe.c)?;
+            self.probe.read(n);
         }
-        self.probe.prepare(rows, n, lower);
-        lu.solve_both(matrix, x, &mut self.probe.c)?;
-        self.probe.read(n);
         Ok(())
+    }
+
+    /// Solves with the last factorization; `x`: as of [`SaddlePoint::solve`], several may follow
+    /// one another.
+    ///
+    /// # Errors
+    /// [`Singular`], also when nothing was factorized.
+    pub fn solve_factorized(&mut self, x: &mut [f64]) -> Result<(), Singular> {
+        self.matrix.as_mut().map_or(Err(Singular), |(_, lu)| lu.solve_factorized(x))
+    }
+
+    /// Solves with the transposed matrix of the last factorization; `x`: shape `n + rank`.
+    ///
+    /// # Errors
+    /// As [`SaddlePoint::solve_factorized`].
+    pub fn solve_transposed(&mut self, x: &mut [f64]) -> Result<(), Singular> {
+        self.matrix.as_mut().map_or(Err(Singular), |(_, lu)| lu.solve_transposed(x))
     }
 
     /// `Σ_j |K_ij| size_j` over the matrix of the last solve, where the coordinates have the sizes

@@ -11,6 +11,7 @@ pub mod dalembert;
 mod equations;
 mod error;
 pub mod galerkin;
+pub mod linearization;
 pub mod nodal;
 pub mod nodal_operators;
 pub mod reduced;

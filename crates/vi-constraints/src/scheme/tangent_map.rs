@@ -7,7 +7,7 @@
 //! [ G(q')         0       ] [δλ ]  =  [  0                                        ]
 //! δp̄' = D_1D_2 L_d δq + D_2D_2 L_d δq'
 //! ```
-//! for `δq` with `G(q) δq = 0`. The symplectic form of `T*C` is
+//! for `δq` with `G(q) δq = 0` ([`super::linearization`]). The symplectic form of `T*C` is
 //! ```text
 //! Ω(a, b) = δq_aᵀ δp_b − δp_aᵀ δq_b
 //! ```
@@ -21,13 +21,13 @@
 
 use crate::constraints::Constraints;
 use crate::null_space::null_space_at;
-use crate::saddle_point::{IndependentRows, SaddlePoint};
+use crate::saddle_point::IndependentRows;
+use crate::scheme::linearization::{StepLinearization, Tangent};
 use nalgebra::DMatrix;
 use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, norm_inf};
-use vi_core::sparse::{Block, Entries, SparseMatrix};
 
 /// Tangent vectors `(δq, δp̄)` at a node, one in each column.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,11 +86,9 @@ pub enum TangentError {
 /// Carries tangent vectors along the steps of a motion.
 #[derive(Debug)]
 pub struct TangentMap {
-    step: SaddlePoint,       // [h D_2D_1 L_d, −Gᵀ; G', 0]
-    multiplier: SaddlePoint, // [I Gᵀ; G 0]
-    lambda: Vec<f64>,        // m  h λ over all constraints
-    x: Vec<f64>,             // n + r
-    p: Vec<f64>,             // n  p̄
+    step: StepLinearization,
+    column: Tangent,
+    p: Vec<f64>, // n  p̄
 }
 
 impl TangentMap {
@@ -98,13 +96,8 @@ impl TangentMap {
     #[must_use]
     pub fn new(m: usize, rows: &IndependentRows, p: &[f64]) -> Self {
         let n = p.len();
-        Self {
-            step: SaddlePoint::new(n, rows.clone()),
-            multiplier: SaddlePoint::new(n, rows.clone()),
-            lambda: vec![0.0; m],
-            x: vec![0.0; n + rows.len()],
-            p: p.to_vec(),
-        }
+        let step = StepLinearization::new(n, m, rows);
+        Self { step, column: Tangent::zero(n, 0), p: p.to_vec() }
     }
 
     /// Replaces vectors at `q_n` by their images at `q_{n+1}`; called for one step after the other.
@@ -118,59 +111,19 @@ impl TangentMap {
         s: &Interval,
         tangents: &mut Tangents,
     ) -> Result<(), TangentError> {
-        let n = s.dim();
         if forced(system, s) {
             return Err(TangentError::Forced);
         }
-        if self.step.is_worn() {
-            self.step.choose(constraints, s.t, &s.q0);
-        }
-        self.find_multiplier(system, constraints, s)?;
-        let square =
-            |emit: &dyn Fn(&mut dyn Entries)| SparseMatrix::assemble(n, n, |out| emit(out));
-        let mixed = square(&|out| system.d2_d1(s, out));
-        let second = square(&|out| system.d2_d2(s, out));
-        let first = square(&|out| {
-            system.d1_d1(s, out);
-            constraints.weighted_hessian(s.t, &s.q0, &self.lambda, -1.0, out);
-        });
-        let emit = |out: &mut dyn Entries| {
-            let (row, column, transposed) = (0, 0, false);
-            mixed.emit(&mut Block { into: out, row, column, scale: s.h, transposed });
-        };
+        let Self { step, column, p } = self;
+        step.linearize(system, constraints, s, p)?;
         for k in 0..tangents.dq.ncols() {
-            let dq: Vec<f64> = tangents.dq.column(k).iter().copied().collect();
-            self.x.fill(0.0);
-            first.mul_add(-s.h, &dq, &mut self.x[..n]);
-            for (x, dp) in self.x.iter_mut().zip(tangents.dp.column(k).iter()) {
-                *x -= s.h * dp;
-            }
-            self.step.solve(constraints, &emit, s.start(), -1.0, s.end(), &mut self.x)?;
-            let dp = &mut tangents.dp.as_mut_slice()[k * n..(k + 1) * n];
-            dp.fill(0.0);
-            mixed.tr_mul_add(1.0, &dq, dp);
-            second.mul_add(1.0, &self.x[..n], dp);
-            tangents.dq.column_mut(k).copy_from_slice(&self.x[..n]);
+            column.q.copy_from_slice(tangents.dq.column(k).as_slice());
+            column.p.copy_from_slice(tangents.dp.column(k).as_slice());
+            step.push_free(system, constraints, s, column)?;
+            tangents.dq.column_mut(k).copy_from_slice(&column.q);
+            tangents.dp.column_mut(k).copy_from_slice(&column.p);
         }
-        system.d2(s, &mut self.p);
-        Ok(())
-    }
-
-    /// `h λ` from `p̄ + D_1 L_d = h Gᵀλ`.
-    fn find_multiplier(
-        &mut self,
-        system: &impl DiscreteLagrangian,
-        constraints: &impl Constraints,
-        s: &Interval,
-    ) -> Result<(), TangentError> {
-        let n = s.dim();
-        let (mut impulse, zero) = (vec![0.0; n], vec![0.0; constraints.len()]);
-        system.d1(s, &mut impulse);
-        impulse.iter_mut().zip(&self.p).for_each(|(x, p)| *x += p);
-        let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
-        let x = &mut self.x;
-        self.multiplier.solve_at(constraints, &identity, s.start(), &impulse, &zero, x)?;
-        self.multiplier.rows().scatter(&self.x[n..], &mut self.lambda);
+        system.d2(s, p);
         Ok(())
     }
 }

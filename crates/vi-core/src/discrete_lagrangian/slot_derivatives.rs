@@ -1,9 +1,17 @@
 //! A discrete Lagrangian, its slot derivatives and its discrete forces.
 
 use crate::configuration::Configuration;
-use crate::interval::{Interval, Slot};
+use crate::interval::{Interval, Slot, StepChange};
 use crate::mechanical_system::MechanicalSystem;
 use crate::sparse::{Block, Entries};
+
+/// The derivative by the time step is not known.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what} has no derivative by the time step")]
+pub struct NoStepSlope {
+    /// Of what.
+    pub what: String,
+}
 
 /// The discrete Lagrangian of a system with its discrete forces, and their slot derivatives.
 ///
@@ -42,6 +50,30 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     /// Emits `D_by f_d^of`, shape `n × n`; for each always the same places in the same order. Beside
     /// `D_2 f_d^-` no step needs it: it is part of the tangent of a step.
     fn force_slope(&self, _s: &Interval, _of: Slot, _by: Slot, _out: &mut dyn Entries) {}
+    /// Emits `∂f_d^of/∂z`, shape `n ×` internal variables.
+    fn internal_slope(&self, _s: &Interval, _of: Slot, _out: &mut dyn Entries) {}
+    /// Emits `∂z_{n+1}/∂q_n` or `∂z_{n+1}/∂q_{n+1}`, shape internal variables `× n`.
+    fn advance_slope(&self, _s: &Interval, _by: Slot, _out: &mut dyn Entries) {}
+    /// Emits `∂z_{n+1}/∂z_n`.
+    fn advance_internal_slope(&self, _s: &Interval, _out: &mut dyn Entries) {}
+    /// `out ← out +` the change of `D_1 L_d + f_d^-`, or of `D_2 L_d + f_d^+`, with the step at
+    /// fixed configurations.
+    ///
+    /// # Errors
+    /// [`NoStepSlope`], unless said otherwise.
+    fn add_step_slope(
+        &self,
+        _s: &Interval,
+        _of: Slot,
+        _change: StepChange,
+        _out: &mut [f64],
+    ) -> Result<(), NoStepSlope> {
+        Err(NoStepSlope { what: "the discrete Lagrangian".into() })
+    }
+    /// What has no slot derivatives yet, in words; `None` where a run can be differentiated.
+    fn without_derivative(&self) -> Option<&'static str> {
+        None
+    }
     /// Number of internal variables of forces and potentials.
     fn internal_variables(&self) -> usize {
         0

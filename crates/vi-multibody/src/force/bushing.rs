@@ -15,8 +15,8 @@ use crate::force::law::{Input, Law, Reading};
 use crate::geometry::six_coordinates::{Matrix6, SixCoordinates, SixGradients, Vector6};
 use nalgebra::DMatrix;
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force, seen_velocity};
-use vi_core::interval::{Interval, Slot};
+use vi_core::force::{DiscreteForce, Force, NoTimeSlope, seen_velocity};
+use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
 
@@ -186,6 +186,30 @@ impl DiscreteForce for SixForce {
                 self.coordinates.emit_second(s.node(of), &(0.5 * s.h * efforts), out);
             }
         });
+    }
+
+    fn add_internal_slope(&self, s: &Interval, of: Slot, out: &mut dyn Entries) {
+        let gradients = self.coordinates.gradients(s.node(of));
+        self.reading.for_each_internal(s, &mut |variable, slopes| {
+            let slope = 0.5 * s.h * Vector6::from_column_slice(slopes);
+            for (offset, row) in self.coordinates.along(&gradients, &slope) {
+                let Some(offset) = offset else { continue };
+                (0..row.len()).for_each(|k| out.add(offset + k, variable, row[k]));
+            }
+        });
+    }
+
+    fn add_step_slope(
+        &self,
+        s: &Interval,
+        of: Slot,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        self.reading.with_step_slopes(s, change, |efforts| {
+            let efforts = Vector6::from_column_slice(efforts);
+            self.coordinates.add_gradient(s.node(of), &efforts, out);
+        })
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {

@@ -63,6 +63,9 @@ impl JointLaw for HeldEffort {
     fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
         EffortSlopes { by_coordinate: 0.0, by_rate: 0.0 }
     }
+    fn by_time(&self, _t: f64, _coordinate: f64, _rate: f64) -> Option<f64> {
+        Some(0.0)
+    }
     fn is_dissipative(&self) -> bool {
         false
     }

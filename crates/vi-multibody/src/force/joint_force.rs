@@ -16,8 +16,8 @@ use std::sync::Arc;
 use vi_core::Configuration;
 pub use vi_core::coordinate_force::EffortSlopes;
 use vi_core::coordinate_force::{AlongUnknown, CoordinateForce};
-use vi_core::force::DiscreteForce;
-use vi_core::interval::{Interval, Slot};
+use vi_core::force::{DiscreteForce, NoTimeSlope};
+use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
 
@@ -129,6 +129,10 @@ pub trait JointLaw: Send + Sync {
     fn effort_and_slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, EffortSlopes) {
         (self.effort(t, coordinate, rate), self.slopes(t, coordinate, rate))
     }
+    /// `∂τ/∂t`; `None`, unless said otherwise, where it is not known.
+    fn by_time(&self, _t: f64, _coordinate: f64, _rate: f64) -> Option<f64> {
+        None
+    }
     /// Whether it dissipates energy.
     fn is_dissipative(&self) -> bool;
     /// Whether `τ` is an affine function of `θ` and `θ̇`.
@@ -158,6 +162,9 @@ impl JointLaw for Arc<dyn JointLaw> {
     fn effort_and_slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, EffortSlopes) {
         (**self).effort_and_slopes(t, coordinate, rate)
     }
+    fn by_time(&self, t: f64, coordinate: f64, rate: f64) -> Option<f64> {
+        (**self).by_time(t, coordinate, rate)
+    }
     fn is_dissipative(&self) -> bool {
         (**self).is_dissipative()
     }
@@ -182,6 +189,9 @@ impl JointLaw for Viscous {
     }
     fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
         EffortSlopes { by_coordinate: 0.0, by_rate: -self.0 }
+    }
+    fn by_time(&self, _t: f64, _coordinate: f64, _rate: f64) -> Option<f64> {
+        Some(0.0)
     }
     fn is_dissipative(&self) -> bool {
         self.0 != 0.0
@@ -301,6 +311,23 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         let slopes = self.law.slopes(s.t_mid(), mean, difference / s.h);
         let slope = slopes.by_unknown(s.h);
         self.coordinate.emit_slope(s, slope, out);
+    }
+    fn add_step_slope(
+        &self,
+        s: &Interval,
+        of: Slot,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        let Change { mean, difference } = self.coordinate.change(s);
+        let (t, rate) = (s.t_mid(), difference / s.h);
+        let (effort, slopes) = self.law.effort_and_slopes(t, mean, rate);
+        let by_time = self.law.by_time(t, mean, rate).ok_or(NoTimeSlope)?;
+        // of (h/2) τ(t, θ̄, Δθ/h)
+        let scale = 0.5 * change.length * (effort - slopes.by_rate * rate)
+            + 0.5 * s.h * change.middle * by_time;
+        self.coordinate.add_gradient(s.node(of), scale, out);
+        Ok(())
     }
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         let rate = self.coordinate.rate(at.q, v);

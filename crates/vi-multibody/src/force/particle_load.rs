@@ -5,7 +5,7 @@
 //! ```
 
 use nalgebra::Vector3;
-use vi_core::force::Force;
+use vi_core::force::{Force, NoTimeSlope};
 use vi_core::sparse::Entries;
 use vi_rigid::time_history::TimeHistory;
 
@@ -45,6 +45,19 @@ impl Force for ParticleLoad {
         _scale: f64,
         _out: &mut dyn Entries,
     ) {
+    }
+    fn add_time_derivative(
+        &self,
+        t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        let scale = scale * self.history.slope(t).ok_or(NoTimeSlope)?;
+        let own = &mut out[self.offset..self.offset + self.dimension];
+        own.iter_mut().zip(&self.force).for_each(|(out, f)| *out += scale * f);
+        Ok(())
     }
     fn is_dissipative(&self) -> bool {
         false

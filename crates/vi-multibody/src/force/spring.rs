@@ -13,7 +13,7 @@ use crate::geometry::form::Form;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use vi_core::Number;
-use vi_core::force::Force;
+use vi_core::force::{Force, NoTimeSlope};
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
 
@@ -163,6 +163,16 @@ impl Force for Damper {
         out: &mut dyn Entries,
     ) {
         self.between.emit_congruence(&(scale * self.law(q, v).2), out);
+    }
+    fn add_time_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        Ok(())
     }
     fn acts_from_ground(&self) -> bool {
         self.between.is_seen_from_ground()

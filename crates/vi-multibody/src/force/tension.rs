@@ -11,7 +11,7 @@ use super::joint_force::JointLaw;
 use crate::geometry::form::Form;
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
-use vi_core::force::Force;
+use vi_core::force::{Force, NoTimeSlope};
 use vi_core::sparse::Entries;
 
 /// `T(t, l, l̇)` between two points: positive where it pulls them together.
@@ -57,6 +57,20 @@ impl Force for Tension {
     fn power(&self, t: f64, q: &[f64], v: &[f64], _scratch: &mut [f64]) -> f64 {
         let [tension, rate] = self.tension_and_rate(t, q, v);
         -tension * rate
+    }
+
+    fn add_time_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        let Line { length, along, rate, .. } = self.line(q, v);
+        let slope = self.law.by_time(t, length, rate).ok_or(NoTimeSlope)?;
+        self.between.add_transposed(&(-scale * slope * along), out);
+        Ok(())
     }
 
     fn add_position_derivative(

@@ -17,8 +17,8 @@ use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use std::sync::Arc;
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force};
-use vi_core::interval::{Interval, Slot};
+use vi_core::force::{DiscreteForce, Force, NoTimeSlope};
+use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
 use vi_rigid::directors::{self, FRAME, director};
 use vi_rigid::load;
@@ -376,6 +376,24 @@ impl DiscreteForce for WrenchForce {
             let [_, torque] = self.on.spatial(self.law.evaluate(&y), &mid);
             self.on.turn_levers(scale, &torque, out);
         }
+    }
+
+    fn add_step_slope(
+        &self,
+        s: &Interval,
+        of: Slot,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        let (y, mut slopes) = (self.in_step(s), WrenchSlopes::zeros());
+        let wrench = SMatrix::<f64, 6, 1>::from(self.law.gradient(&y, &mut slopes));
+        let mut by = SMatrix::<f64, INPUTS, 1>::zeros(); // Ẋ and w are divided by h
+        by[0] = change.middle;
+        (4..INPUTS).for_each(|j| by[j] = -y[j] * change.length / s.h);
+        let wrench = 0.5 * change.length * wrench + 0.5 * s.h * slopes * by; // of (h/2) (f, τ)
+        let spatial = self.on.spatial(wrench.data.0[0], &self.on.own(&s.q_mid));
+        self.on.add_wrench(1.0, spatial, &self.on.own(s.node(of)), out);
+        Ok(())
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {

@@ -4,11 +4,11 @@ use holonom::nalgebra::DMatrix;
 use holonom::verification::running::Running;
 use holonom::verification::subject::{Initial, Method, RunningMotion, Setting};
 use holonom::vi_constraints::{InitialValues, Integrator, Options, Reparametrization};
-use holonom::vi_core::force::DiscreteForce;
+use holonom::vi_core::force::{DiscreteForce, NoTimeSlope};
 use holonom::vi_core::newton::{Block, Fault};
 use holonom::vi_core::{
     Composition, Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem,
-    SeparableSystem, Slot, SparseMatrix,
+    SeparableSystem, Slot, SparseMatrix, StepChange,
 };
 use holonom::vi_multibody::tree_map::TreeMap;
 use holonom::{Model, system};
@@ -125,6 +125,15 @@ impl DiscreteForce for AtTheStart {
         if let Some((rate, mass)) = own {
             mass.for_each(|i, j, value| out.add(i, j, rate * value));
         }
+    }
+    fn add_step_slope(
+        &self,
+        _: &Interval,
+        _: Slot,
+        _: StepChange,
+        _: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        Err(NoTimeSlope)
     }
     fn add_continuous(&self, _: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
         if self.declared {

@@ -2,11 +2,12 @@
 
 use super::SeparableSystem;
 use crate::configuration::Configuration;
-use crate::discrete_lagrangian::slot_derivatives::DiscreteLagrangian;
-use crate::interval::{Interval, Slot};
+use crate::discrete_lagrangian::slot_derivatives::{DiscreteLagrangian, NoStepSlope};
+use crate::force::Source;
+use crate::interval::{Interval, Slot, StepChange};
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::DiscretePotential;
-use crate::sparse::Entries;
+use crate::sparse::{Block, Entries};
 
 impl DiscreteLagrangian for SeparableSystem {
     fn prepare(&self, s: &mut Interval) {
@@ -87,6 +88,67 @@ impl DiscreteLagrangian for SeparableSystem {
         for force in &self.forces {
             force.add_slope(s, of, by, out);
         }
+    }
+
+    fn internal_slope(&self, s: &Interval, of: Slot, out: &mut dyn Entries) {
+        self.forces.iter().for_each(|force| force.add_internal_slope(s, of, out));
+    }
+
+    fn advance_slope(&self, s: &Interval, by: Slot, out: &mut dyn Entries) {
+        self.forces.iter().for_each(|force| force.add_advance_slope(s, by, out));
+        if let Some(signals) = &self.signals {
+            let row = self.variables_of_forces();
+            let into = out;
+            let mut own = Block { into, row, column: 0, scale: 1.0, transposed: false };
+            signals.advance_slope(s, by, &mut own);
+        }
+    }
+
+    fn advance_internal_slope(&self, s: &Interval, out: &mut dyn Entries) {
+        self.forces.iter().for_each(|force| force.add_advance_internal_slope(s, out));
+        if let Some(signals) = &self.signals {
+            let first = self.variables_of_forces();
+            let (row, column) = (first, first);
+            let mut own = Block { into: out, row, column, scale: 1.0, transposed: false };
+            signals.advance_internal_slope(s, &mut own);
+        }
+    }
+
+    fn add_step_slope(
+        &self,
+        s: &Interval,
+        of: Slot,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoStepSlope> {
+        if self.adds_mass() {
+            return Err(NoStepSlope { what: "the added mass of strains".into() });
+        }
+        let dh = change.length;
+        for potential in self.potentials() {
+            match of {
+                Slot::First => potential.add_d1(s, -dh, out),
+                Slot::Second => potential.add_d2(s, -dh, out),
+            }
+        }
+        self.inertia.mul_add(-of.sign() * dh / (s.h * s.h), &s.dq, out);
+        for (force, source) in self.forces.iter().zip(&self.sources) {
+            force.add_step_slope(s, of, change, out).map_err(|_| NoStepSlope {
+                what: match source {
+                    Source::Element(name) if name.is_empty() => "a force without a name".into(),
+                    Source::Element(name) => format!("`{name}`"),
+                    Source::System(words) => (*words).into(),
+                },
+            })?;
+        }
+        Ok(())
+    }
+
+    fn without_derivative(&self) -> Option<&'static str> {
+        if self.is_sampled() {
+            return Some("values that are sampled at nodes");
+        }
+        self.potential_with_memory().map(|_| "a mass that follows the tension")
     }
 
     fn internal_variables(&self) -> usize {

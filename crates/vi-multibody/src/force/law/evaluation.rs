@@ -5,13 +5,24 @@ use crate::geometry::six_coordinates::{SixChange, SixCoordinates};
 use nalgebra::{DMatrix, DMatrixView};
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_core::Configuration;
-use vi_core::interval::Interval;
+use vi_core::force::NoTimeSlope;
+use vi_core::interval::{Interval, StepChange};
 use vi_core::linear::DenseLu;
 
 /// Newton iterations for the states of a step at most; more mean that kinks alternate.
 pub(super) const ITERATIONS: usize = 40;
 /// A correction below this part of a state is round-off.
 pub(super) const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+
+/// How the states of a step follow from its start and its inputs.
+pub(super) struct StateSlopes {
+    /// `∂z̄/∂z_n`.
+    pub(super) by_start: DMatrix<f64>,
+    /// `∂z̄/∂y`.
+    pub(super) by_input: DMatrix<f64>,
+    /// `dτ/dz_n`.
+    efforts: DMatrix<f64>,
+}
 
 /// Efforts and rates of states by inputs and states.
 pub trait Law: Send + Sync {
@@ -153,6 +164,20 @@ impl Work {
         self.z.fill(f64::NAN);
         self.values.fill(f64::NAN);
         self.slopes.fill(f64::NAN);
+    }
+
+    /// Of a step `h`, found before; `self.lu` has `I − (h/2) φ_z`. Allocates.
+    fn state_slopes(&mut self, h: f64) -> StateSlopes {
+        let (first, inputs, n) = (self.efforts, self.y.len(), self.z.len());
+        let mut by_start = DMatrix::identity(n, n);
+        let mut by_input = 0.5 * h * self.slopes.view((first, 0), (n, inputs));
+        for mut column in by_start.column_iter_mut().chain(by_input.column_iter_mut()) {
+            if self.lu.solve_factorized(column.as_mut_slice()).is_err() {
+                column.fill(f64::NAN);
+            }
+        }
+        let efforts = self.slopes.view((0, inputs), (first, n)) * &by_start;
+        StateSlopes { by_start, by_input, efforts }
     }
 
     /// Takes `δz/δy = −φ_z⁻¹ φ_y` into the slopes of the efforts; `self.lu` has `φ_z`.
@@ -325,6 +350,75 @@ impl Reading {
         self.read_step(s, work);
         self.differentiate(s.h, work);
         then(work)
+    }
+
+    /// With the slopes of the states of a step; allocates.
+    pub(super) fn with_state_slopes<T>(
+        &self,
+        s: &Interval,
+        then: impl FnOnce(&StateSlopes) -> T,
+    ) -> T {
+        let work = &mut *self.lock();
+        self.read_step(s, work);
+        work.find_states(&*self.law, s.h);
+        then(&work.state_slopes(s.h))
+    }
+
+    /// Visits what efforts of a step depend on among all internal variables, held values and then
+    /// states: the variable and `dτ/dz`. Allocates where there are states.
+    pub(in crate::force) fn for_each_internal(
+        &self,
+        s: &Interval,
+        visit: &mut dyn FnMut(usize, &[f64]),
+    ) {
+        let held = |input: &Input| match input {
+            Input::Held(place) => Some(self.first + place),
+            _ => None,
+        };
+        if self.inputs.iter().any(|input| held(input).is_some()) {
+            self.with_slopes_in_step(s, |work| {
+                for (j, input) in self.inputs.iter().enumerate() {
+                    let column = work.slopes.column(j);
+                    let column = &column.as_slice()[..work.efforts];
+                    held(input).into_iter().for_each(|variable| visit(variable, column));
+                }
+            });
+        }
+        if !self.states.is_empty() {
+            self.with_state_slopes(s, |slopes| {
+                for (i, state) in self.states.iter().enumerate() {
+                    visit(self.first + state, slopes.efforts.column(i).as_slice());
+                }
+            });
+        }
+    }
+
+    /// With the change of `(h/2) τ` where the step changes; its states would change, too.
+    pub(in crate::force) fn with_step_slopes<T>(
+        &self,
+        s: &Interval,
+        change: StepChange,
+        then: impl FnOnce(&[f64]) -> T,
+    ) -> Result<T, NoTimeSlope> {
+        let past = self.inputs.iter().any(|input| matches!(input, Input::Past(_)));
+        if past || !self.states.is_empty() {
+            return Err(NoTimeSlope);
+        }
+        let (h, dh) = (s.h, change.length);
+        Ok(self.with_slopes_in_step(s, |work| {
+            let mut slopes: Vec<f64> =
+                work.efforts().iter().map(|effort| 0.5 * dh * effort).collect();
+            for (j, input) in self.inputs.iter().enumerate() {
+                let by = match input {
+                    Input::Time => change.middle,
+                    _ if input.is_rate() => -work.y[j] * dh / h,
+                    _ => continue,
+                };
+                let all = slopes.iter_mut().enumerate();
+                all.for_each(|(k, slope)| *slope += 0.5 * h * work.slope(k, j) * by);
+            }
+            then(&slopes)
+        }))
     }
 
     /// The same at the inputs `y`.

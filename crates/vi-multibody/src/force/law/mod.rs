@@ -32,8 +32,8 @@ pub use velocity::LawOfRates;
 use evaluation::Work;
 use place::Place;
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force, seen_velocity};
-use vi_core::interval::{Interval, Slot};
+use vi_core::force::{DiscreteForce, Force, NoTimeSlope, seen_velocity};
+use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::quantity_effort::QuantityEffort;
 use vi_core::sparse::Entries;
 
@@ -122,6 +122,29 @@ impl DiscreteForce for LawForce {
             self.emit_slopes(at, scale, work, each, out);
             self.target.emit_turning(at, (0.5, of == by), scale, work.efforts(), out);
         });
+    }
+
+    fn add_internal_slope(&self, s: &Interval, of: Slot, out: &mut dyn Entries) {
+        let at = Place::end_of(s, of);
+        self.reading.for_each_internal(s, &mut |variable, slopes| {
+            for (k, slope) in slopes.iter().enumerate() {
+                self.target.for_each_direction(at, k, &mut |row, along| {
+                    out.add(row, variable, 0.5 * s.h * along * slope);
+                });
+            }
+        });
+    }
+
+    fn add_step_slope(
+        &self,
+        s: &Interval,
+        of: Slot,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        self.reading.with_step_slopes(s, change, |efforts| {
+            self.target.add(Place::end_of(s, of), 1.0, efforts, out);
+        })
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {

@@ -2,12 +2,14 @@
 
 use super::collocation::Collocation;
 use super::evaluation::Reading;
+use super::input::Input;
 use nalgebra::DMatrix;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_core::Configuration;
 use vi_core::galerkin::{GaussLobatto, GaussPoint};
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 use vi_core::signals::{Signals, StateRates};
+use vi_core::sparse::Entries;
 
 /// What happens at nodes: values that are sampled there and held, values of the past.
 pub trait Sampler: Send + Sync {
@@ -80,6 +82,45 @@ impl Signals for SignalStates {
         self.reading.with_values_in_step(s, |work| {
             for (place, middle) in self.reading.states.iter().zip(work.middle()) {
                 out[*place] = 2.0 * middle - out[*place];
+            }
+        });
+    }
+
+    fn advance_slope(&self, s: &Interval, by: Slot, out: &mut dyn Entries) {
+        let Reading { states, inputs, .. } = &self.reading;
+        if states.is_empty() {
+            return;
+        }
+        self.reading.with_state_slopes(s, |slopes| {
+            for (j, input) in inputs.iter().enumerate() {
+                input.for_each_slope(s, by, &mut |column, slope| {
+                    for (i, place) in states.iter().enumerate() {
+                        out.add(*place, column, 2.0 * slopes.by_input[(i, j)] * slope);
+                    }
+                });
+            }
+        });
+    }
+
+    fn advance_internal_slope(&self, s: &Interval, out: &mut dyn Entries) {
+        let states = &self.reading.states;
+        (0..self.count()).for_each(|place| {
+            let sign = if states.contains(&place) { -1.0 } else { 1.0 };
+            out.add(place, place, sign);
+        });
+        if states.is_empty() {
+            return;
+        }
+        self.reading.with_state_slopes(s, |slopes| {
+            for (i, row) in states.iter().enumerate() {
+                for (j, column) in states.iter().enumerate() {
+                    out.add(*row, *column, 2.0 * slopes.by_start[(i, j)]);
+                }
+                for (j, input) in self.reading.inputs.iter().enumerate() {
+                    if let Input::Held(place) = input {
+                        out.add(*row, *place, 2.0 * slopes.by_input[(i, j)]);
+                    }
+                }
             }
         });
     }
