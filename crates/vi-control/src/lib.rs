@@ -2,6 +2,11 @@
 //!
 //! | file | concept |
 //! |---|---|
+//! | [`gradient`] | all derivatives of the cost of a run by one sweep backward |
+//! | [`sensitivities`] | tangents beside a run: derivatives of the motion along directions |
+//! | [`objective`], [`momentum`] | the cost of a run as a sum of terms |
+//! | [`controls`] | efforts that are chosen for each step |
+//! | [`checkpoints`], `tape` | which states of a run are kept for the sweep backward |
 //! | [`transcription`] | the steps of a motion as a nonlinear program: problem, charts, derivatives |
 //! | [`program`] | nonlinear programs and methods that solve them |
 //! | [`kkt`] | whether a point is an optimum |
@@ -15,14 +20,21 @@
 #![deny(missing_docs)]
 #![warn(missing_debug_implementations)]
 
+pub mod checkpoints;
+pub mod controls;
+pub mod gradient;
 pub mod kkt;
 pub mod least_squares;
+pub mod momentum;
+pub mod objective;
 pub mod optimum;
 #[cfg(feature = "pounce")]
 pub mod pounce;
 pub mod program;
 pub mod replay;
+pub mod sensitivities;
 pub mod singular_values;
+mod tape;
 pub mod transcription;
 
 // What the interface of this crate speaks of, for those who depend on it alone.
@@ -32,8 +44,13 @@ pub use vi_core;
 pub use vi_multibody;
 pub use vi_rigid;
 
+pub use checkpoints::Checkpoints;
+pub use controls::{ControlForce, Controls, JointControl};
+pub use gradient::{Gradient, GradientError, Task};
 pub use kkt::Kkt;
+pub use objective::{Objective, Term};
 #[cfg(feature = "pounce")]
 pub use pounce::Pounce;
 pub use program::{NlpSolver, Outcome, Program};
+pub use sensitivities::{Direction, Sensitivities};
 pub use transcription::Transcription;

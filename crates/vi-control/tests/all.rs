@@ -5,7 +5,10 @@
 mod support;
 
 mod chart_derivatives;
+mod duality;
 mod fits;
+mod gradients;
 mod optima;
 mod program_derivatives;
+mod runs;
 mod small_programs;

@@ -1,0 +1,110 @@
+//! Controls: efforts and wrenches that are chosen for each step and held over it.
+//!
+//! ```text
+//! f_w^∓ = (h/2) ∇θ(q_n | q_{n+1})          of an effort along a joint coordinate: its own node
+//! dJ/dw_n = ∂ℓ/∂w_n + (f_w^+)ᵀ b' − (f_w^-)ᵀ μ                                          [2.39]
+//! ```
+//! A value acts over `hold` macro steps; in compositions over all their sub-steps.
+
+use vi_core::interval::{Interval, Slot};
+use vi_multibody::held_effort::HeldEffort;
+use vi_multibody::joint_coordinate::JointCoordinate;
+
+/// A force in which a number enters linearly that is chosen for each step.
+pub trait ControlForce: Send + Sync {
+    /// From now on this value acts.
+    fn set(&self, value: f64);
+    /// `f_wᵀ x` of an end of a step: its discrete force of the value 1, along `x`, shape `n`.
+    fn along(&self, s: &Interval, of: Slot, x: &[f64]) -> f64;
+    /// `out ← out + scale f_w` of an end.
+    fn add(&self, s: &Interval, of: Slot, scale: f64, out: &mut [f64]);
+}
+
+/// An effort along a joint coordinate, N or N·m.
+#[derive(Clone, Debug)]
+pub struct JointControl {
+    /// What acts in the system.
+    pub effort: HeldEffort,
+    /// The coordinate.
+    pub coordinate: JointCoordinate,
+}
+
+impl ControlForce for JointControl {
+    fn set(&self, value: f64) {
+        self.effort.set(value);
+    }
+    fn along(&self, s: &Interval, of: Slot, x: &[f64]) -> f64 {
+        0.5 * s.h * self.coordinate.rate(s.node(of), x)
+    }
+    fn add(&self, s: &Interval, of: Slot, scale: f64, out: &mut [f64]) {
+        self.coordinate.add_gradient(s.node(of), 0.5 * s.h * scale, out);
+    }
+}
+
+/// Controls with their values over a run.
+#[derive(Default)]
+pub struct Controls {
+    forces: Vec<Box<dyn ControlForce>>,
+    values: Vec<Vec<f64>>,
+    hold: usize,
+}
+
+impl std::fmt::Debug for Controls {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { forces, values, hold } = self;
+        f.debug_struct("Controls")
+            .field("count", &forces.len())
+            .field("values", &values.len())
+            .field("hold", hold)
+            .finish()
+    }
+}
+
+impl Controls {
+    /// Values of all controls, each for `hold` macro steps; the last ones act on.
+    ///
+    /// # Panics
+    /// When a row has another length than there are forces, or `hold` is zero.
+    #[must_use]
+    pub fn new(forces: Vec<Box<dyn ControlForce>>, values: Vec<Vec<f64>>, hold: usize) -> Self {
+        assert!(hold > 0, "a value acts for one step at least");
+        assert!(values.iter().all(|row| row.len() == forces.len()), "one value for each control");
+        Self { forces, values, hold }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.forces.len()
+    }
+
+    /// The values, in the order of time.
+    #[must_use]
+    pub fn values(&self) -> &[Vec<f64>] {
+        &self.values
+    }
+
+    /// What they act by.
+    #[must_use]
+    pub fn forces(&self) -> &[Box<dyn ControlForce>] {
+        &self.forces
+    }
+
+    /// Which values act in a macro step; `None` where there are none.
+    #[must_use]
+    pub fn place(&self, step: usize) -> Option<usize> {
+        let last = self.values.len().checked_sub(1)?;
+        Some((step / self.hold.max(1)).min(last))
+    }
+
+    /// The values in a macro step.
+    #[must_use]
+    pub fn at(&self, step: usize) -> &[f64] {
+        self.place(step).map_or(&[], |place| &self.values[place])
+    }
+
+    /// Lets the values of a macro step act.
+    pub fn set(&self, step: usize) {
+        self.forces.iter().zip(self.at(step)).for_each(|(force, value)| force.set(*value));
+    }
+}

@@ -1,0 +1,367 @@
+//! All derivatives of the cost of a run, by one sweep backward.
+//!
+//! ```text
+//! a_N = ∂Φ/∂q_N,   b_N = ∂Φ/∂p̄_N;   from step to step [2.38] with ∂ℓ/∂q_{n+1} added before and
+//! ∂ℓ/∂q_n after it
+//! dJ/dw_n  = ∂ℓ/∂w_n + (f_w^+)ᵀ b' − (f_w^-)ᵀ μ                                         [2.39]
+//! dJ/dθ   += ((D_2 L_d + f_d^+)_θ)ᵀ b' − b_θᵀ μ − g_θ(q')ᵀ σ                              [2.40]
+//! dJ/dh    likewise, with t_n − t_0 in proportion to h, and ∂ℓ/∂h
+//! ```
+//! The price is one linear solve for each step, whatever the number of controls and parameters. The
+//! four schemes have the same motion, so one recursion serves them all; compositions are their
+//! sub-steps. What a derivative takes as fixed: the number of steps, the enforced constraints, the
+//! revolutions of angles. Newton's method has no derivative: a tolerance other than zero makes one
+//! wrong by as much.
+//!
+//! Source: S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352, for the discrete
+//! adjoint of forced variational integrators.
+
+use crate::checkpoints::{Checkpoints, Sizes, levels};
+use crate::controls::Controls;
+use crate::objective::{Objective, StepGradient};
+use crate::tape::Tape;
+use vi_constraints::design::Design;
+use vi_constraints::linearization::{Costate, Sources, StepLinearization};
+use vi_constraints::scheme::StepError;
+use vi_constraints::{Constraints, Integrator};
+use vi_core::discrete_lagrangian::{DiscreteLagrangian, NoStepSlope};
+use vi_core::interval::{Interval, Slot, StepChange};
+use vi_core::linear::Singular;
+use vi_core::sparse::{Block, Product};
+use vi_core::state::State;
+
+/// Why a run has no gradient.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GradientError {
+    /// A step of the run was refused.
+    #[error("step {step} of the run: {error}")]
+    Step {
+        /// Number of the step, from 1.
+        step: usize,
+        /// Why.
+        error: StepError,
+    },
+    /// A linearized step is singular.
+    #[error("the linearized step {step} is singular")]
+    Singular {
+        /// Number of the step, from 1.
+        step: usize,
+    },
+    /// A parameter opens a redundant loop.
+    #[error(
+        "step {step}: with what is changed, constraint {row} of a redundant loop does not hold"
+    )]
+    Opens {
+        /// Number of the step, from 1.
+        step: usize,
+        /// The constraint.
+        row: usize,
+    },
+    /// Something of the run has no derivative here.
+    #[error("{what} have no derivatives")]
+    NotDifferentiable {
+        /// What.
+        what: &'static str,
+    },
+    /// Something of the run has no derivative by the time step.
+    #[error(transparent)]
+    TimeStep(#[from] NoStepSlope),
+}
+
+/// What is differentiated.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    /// Number of macro steps.
+    pub steps: usize,
+    /// The cost.
+    pub objective: &'a Objective,
+    /// What acts.
+    pub controls: &'a Controls,
+    /// Parameters, if any.
+    pub design: Option<&'a dyn Design>,
+    /// Whether also by the length of all steps.
+    pub by_step: bool,
+    /// What is kept of the run.
+    pub checkpoints: Checkpoints,
+}
+
+impl std::fmt::Debug for Task<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Task").field("steps", &self.steps).finish_non_exhaustive()
+    }
+}
+
+/// The cost of a run and its derivatives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Gradient {
+    /// `J`.
+    pub value: f64,
+    /// By `q_0`, `p̄_0` and the internal variables at the start, on tangents; that of parameters
+    /// through the start is [`Gradient::parameters`] without it.
+    pub initial: Costate,
+    /// By parameters, with the start held.
+    pub parameters: Vec<f64>,
+    /// By the values of controls, in their order.
+    pub controls: Vec<Vec<f64>>,
+    /// By the length of all steps at a fixed number of them, where it was asked for.
+    pub step: Option<f64>,
+}
+
+/// Refuses runs whose steps have no derivatives here.
+pub(crate) fn check<S, C>(run: &Integrator<S, C>) -> Result<(), GradientError>
+where
+    S: DiscreteLagrangian + 'static,
+    C: Constraints + 'static,
+{
+    let refused = |what| Err(GradientError::NotDifferentiable { what });
+    if run.nonsmooth().is_some() {
+        return refused("contacts, joint stops and dry friction");
+    }
+    if run.method().stages().is_some() {
+        return refused("Galerkin schemes");
+    }
+    if run.constraints().constrains_velocities() {
+        return refused("rolling and other constraints on velocities");
+    }
+    match run.system().without_derivative() {
+        Some(what) => refused(what),
+        None => Ok(()),
+    }
+}
+
+impl Gradient {
+    /// Runs from the present state and sweeps back; the run is at its last node then.
+    ///
+    /// # Errors
+    /// [`GradientError`]; the run is then anywhere.
+    pub fn of<S, C>(run: &mut Integrator<S, C>, task: &Task<'_>) -> Result<Self, GradientError>
+    where
+        S: DiscreteLagrangian + 'static,
+        C: Constraints + 'static,
+    {
+        check(run)?;
+        let state = run.state();
+        let (n, m) = (state.q.len(), run.constraints().len());
+        let sizes = Sizes {
+            state: size_of::<f64>() * 12 * n,
+            step: Tape::size(n, state.angles.len(), state.internal.len()),
+        };
+        let levels = levels(task.checkpoints, task.steps, sizes);
+        let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
+        let parameters = vec![0.0; task.design.map_or(0, Design::len)];
+        let mut sweep = Sweep {
+            task,
+            start: state.t,
+            linearization: StepLinearization::new(n, m, run.rows()),
+            costate: Costate::zero(n, state.internal.len()),
+            of_step: StepGradient::zero(n, task.controls.count()),
+            sources: Sources::zero(n, m),
+            tape: Tape::default(),
+            found: Self { controls, parameters, ..Self::default() },
+            by_step: 0.0,
+            first: true,
+        };
+        sweep.piece(run, 0..task.steps, &levels)?;
+        if task.steps == 0 {
+            sweep.end(run.state());
+        }
+        let Sweep { costate, mut found, by_step, start, .. } = sweep;
+        found.initial = costate;
+        // per unit of a macro step
+        let length = (run.state().t - start) / task.steps as f64;
+        found.step = task.by_step.then(|| by_step / length);
+        Ok(found)
+    }
+}
+
+/// A sweep backward under way.
+struct Sweep<'a> {
+    task: &'a Task<'a>,
+    start: f64, // t_0
+    linearization: StepLinearization,
+    costate: Costate,
+    of_step: StepGradient,
+    sources: Sources,
+    tape: Tape,
+    found: Gradient,
+    by_step: f64,
+    first: bool, // the run was not at its end yet
+}
+
+impl Sweep<'_> {
+    /// Sweeps back over macro steps; the run is where they start, and afterwards where they end.
+    fn piece<S, C>(
+        &mut self,
+        run: &mut Integrator<S, C>,
+        steps: std::ops::Range<usize>,
+        levels: &[usize],
+    ) -> Result<(), GradientError>
+    where
+        S: DiscreteLagrangian + 'static,
+        C: Constraints + 'static,
+    {
+        let [_, lower @ ..] = levels else { return Ok(()) };
+        let Some(&length) = lower.first() else {
+            self.record(run, steps)?;
+            return self.back(run);
+        };
+        let mut kept: Vec<(usize, State)> = Vec::new();
+        let (first, mut at) = (self.first, steps.start);
+        while at < steps.end {
+            kept.push((at, run.state().clone()));
+            let end = (at + length).min(steps.end);
+            if end < steps.end {
+                self.forward(run, at..end, first)?;
+            }
+            at = end;
+        }
+        let mut end = steps.end;
+        let mut last = None;
+        for (at, state) in kept.iter().rev() {
+            run.place_at(state);
+            self.first &= end == steps.end;
+            self.piece(run, *at..end, lower)?;
+            last.get_or_insert_with(|| run.state().clone());
+            end = *at;
+        }
+        if let Some(last) = last {
+            run.place_at(&last);
+        }
+        Ok(())
+    }
+
+    /// Takes macro steps; their cost counts where it was not counted before.
+    fn forward<S, C>(
+        &mut self,
+        run: &mut Integrator<S, C>,
+        steps: std::ops::Range<usize>,
+        counts: bool,
+    ) -> Result<(), GradientError>
+    where
+        S: DiscreteLagrangian + 'static,
+        C: Constraints + 'static,
+    {
+        let Task { objective, controls, .. } = *self.task;
+        let value = &mut self.found.value;
+        for step in steps {
+            controls.set(step);
+            let w = controls.at(step);
+            let taken = run.step_with(&mut |_, _, taken| {
+                if counts {
+                    *value += objective.of_step(taken.s, w);
+                }
+            });
+            taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
+        }
+        Ok(())
+    }
+
+    /// The same, recorded.
+    fn record<S, C>(
+        &mut self,
+        run: &mut Integrator<S, C>,
+        steps: std::ops::Range<usize>,
+    ) -> Result<(), GradientError>
+    where
+        S: DiscreteLagrangian + 'static,
+        C: Constraints + 'static,
+    {
+        let Task { objective, controls, .. } = *self.task;
+        self.tape.clear();
+        let Self { tape, found, first, .. } = self;
+        let mut p = Vec::new();
+        let ends = steps.end == self.task.steps;
+        for step in steps {
+            controls.set(step);
+            let w = controls.at(step);
+            p.clone_from(&run.state().p);
+            let mut start = Some(&*p);
+            let taken = run.step_with(&mut |system, _, taken| {
+                if *first {
+                    found.value += objective.of_step(taken.s, w);
+                }
+                tape.push(system, step, taken.s, start.take());
+            });
+            taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
+        }
+        if ends && *first {
+            self.end(run.state());
+        }
+        Ok(())
+    }
+
+    /// The last node.
+    fn end(&mut self, state: &State) {
+        let Costate { q, p, .. } = &mut self.costate;
+        self.found.value += self.task.objective.of_end(state);
+        self.task.objective.add_of_end(state, q, p);
+    }
+
+    /// Back over what is recorded.
+    fn back<S, C>(&mut self, run: &Integrator<S, C>) -> Result<(), GradientError>
+    where
+        S: DiscreteLagrangian + 'static,
+        C: Constraints + 'static,
+    {
+        let Task { objective, controls, design, by_step, .. } = *self.task;
+        let (system, constraints) = (run.system(), run.constraints());
+        let Self { linearization, costate, of_step, sources, tape, found, .. } = self;
+        for taken in tape.backward() {
+            let (s, step) = (&taken.s, taken.step);
+            let singular = |_: Singular| GradientError::Singular { step: step + 1 };
+            controls.set(step);
+            of_step.clear();
+            objective.add_of_step(s, controls.at(step), of_step);
+            add(&of_step.end, &mut costate.q);
+            linearization.linearize(system, constraints, s, &taken.p).map_err(singular)?;
+            linearization.pull(system, constraints, s, costate).map_err(singular)?;
+            add(&of_step.start, &mut costate.q);
+            let costates = linearization.costates();
+            if let Some(place) = controls.place(step) {
+                let own = found.controls[place].iter_mut().zip(&of_step.controls);
+                for ((gradient, of_step), force) in own.zip(controls.forces()) {
+                    *gradient += of_step + force.along(s, Slot::Second, costates.momentum)
+                        - force.along(s, Slot::First, costates.step); // [2.39]
+                }
+            }
+            let impulse = linearization.impulse();
+            if let Some(design) = design {
+                design.add_adjoint(s, impulse, costates, &mut found.parameters); // [2.40]
+            }
+            if by_step {
+                let since = s.t - self.start;
+                step_sources(system, constraints, (s, since), impulse, sources)?;
+                self.by_step += linearization.along(sources) + s.h * of_step.step;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn add(x: &[f64], to: &mut [f64]) {
+    to.iter_mut().zip(x).for_each(|(to, x)| *to += x);
+}
+
+/// The sources of a step where all steps and times since the start grow in proportion: its length by
+/// itself, its start by the time since then.
+pub(crate) fn step_sources(
+    system: &impl DiscreteLagrangian,
+    constraints: &impl Constraints,
+    (s, since): (&Interval, f64),
+    impulse: &[f64],
+    out: &mut Sources,
+) -> Result<(), GradientError> {
+    if constraints.is_rheonomic() {
+        let what = "a prescribed motion".into();
+        return Err(NoStepSlope { what }.into());
+    }
+    out.clear();
+    let change = StepChange { length: s.h, middle: since + 0.5 * s.h };
+    system.add_step_slope(s, Slot::First, change, &mut out.minus)?;
+    system.add_step_slope(s, Slot::Second, change, &mut out.plus)?;
+    let into = &mut Product { v: impulse, out: &mut out.minus };
+    let mut transposed = Block { into, row: 0, column: 0, scale: -1.0, transposed: true };
+    constraints.jacobian(s.t, &s.q0, &mut transposed); // −Gᵀ hλ
+    Ok(())
+}

@@ -1,0 +1,264 @@
+//! A cost: a sum of terms, each with its derivatives at nodes and in steps.
+//!
+//! ```text
+//! J = Σ_n ℓ_n(q_n, q_{n+1}, w_n, h) + Φ(q_N, p̄_N)
+//! effort     ½ Σ h |w|²                    time      Σ h
+//! running    Σ (h/2) ½ (e_n² + e_{n+1}²)    terminal  ½ e_N²           e: a quantity less its target
+//! ```
+
+use vi_core::interval::{Interval, Slot};
+use vi_core::{Configuration, State};
+use vi_multibody::form::Form;
+use vi_multibody::joint_coordinate::JointCoordinate;
+
+/// Derivatives of the cost of a step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StepGradient {
+    /// By `q_n`, shape `n`.
+    pub start: Vec<f64>,
+    /// By `q_{n+1}`, shape `n`.
+    pub end: Vec<f64>,
+    /// By the controls.
+    pub controls: Vec<f64>,
+    /// By `h`.
+    pub step: f64,
+}
+
+impl StepGradient {
+    /// Zero.
+    #[must_use]
+    pub fn zero(n: usize, controls: usize) -> Self {
+        let (start, end) = (vec![0.0; n], vec![0.0; n]);
+        Self { start, end, controls: vec![0.0; controls], step: 0.0 }
+    }
+
+    /// Zero again.
+    pub fn clear(&mut self) {
+        self.start.fill(0.0);
+        self.end.fill(0.0);
+        self.controls.fill(0.0);
+        self.step = 0.0;
+    }
+}
+
+/// A term of a cost.
+pub trait Term: Send + Sync {
+    /// What a (sub-)step with these controls costs.
+    fn of_step(&self, _s: &Interval, _controls: &[f64]) -> f64 {
+        0.0
+    }
+    /// Adds `scale` times its derivatives.
+    fn add_of_step(&self, _s: &Interval, _controls: &[f64], _scale: f64, _out: &mut StepGradient) {}
+    /// What the last node costs.
+    fn of_end(&self, _end: &State) -> f64 {
+        0.0
+    }
+    /// Adds `scale` times its derivatives by `q_N` and `p̄_N`.
+    fn add_of_end(&self, _end: &State, _scale: f64, _q: &mut [f64], _p: &mut [f64]) {}
+}
+
+/// A number that a configuration has.
+pub trait Quantity: Send + Sync {
+    /// The number.
+    fn value(&self, at: Configuration<'_>) -> f64;
+    /// `out ← out + scale` times its derivative by `q`, shape `n`.
+    fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
+}
+
+impl Quantity for JointCoordinate {
+    fn value(&self, at: Configuration<'_>) -> f64 {
+        self.at(at)
+    }
+    fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.add_gradient(at.q, scale, out);
+    }
+}
+
+/// A component of a point, m.
+#[derive(Clone, Debug)]
+pub struct PointComponent {
+    /// The point.
+    pub point: Form,
+    /// 0, 1 or 2.
+    pub axis: usize,
+}
+
+impl Quantity for PointComponent {
+    fn value(&self, at: Configuration<'_>) -> f64 {
+        self.point.at(at.q)[self.axis]
+    }
+    fn add_slope(&self, _at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        let along = nalgebra::Vector3::ith(self.axis, scale);
+        self.point.add_transposed(&along, out);
+    }
+}
+
+/// `½ Σ h |w|²` of some controls.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effort {
+    /// Their places; all where there are none.
+    pub of: Vec<usize>,
+}
+
+impl Effort {
+    fn places(&self, count: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..count).filter(|k| self.of.is_empty() || self.of.contains(k))
+    }
+}
+
+impl Term for Effort {
+    fn of_step(&self, s: &Interval, w: &[f64]) -> f64 {
+        0.5 * s.h * self.places(w.len()).map(|k| w[k] * w[k]).sum::<f64>()
+    }
+    fn add_of_step(&self, s: &Interval, w: &[f64], scale: f64, out: &mut StepGradient) {
+        for k in self.places(w.len()) {
+            out.controls[k] += scale * s.h * w[k];
+            out.step += 0.5 * scale * w[k] * w[k];
+        }
+    }
+}
+
+/// `Σ h`, s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Time;
+
+impl Term for Time {
+    fn of_step(&self, s: &Interval, _: &[f64]) -> f64 {
+        s.h
+    }
+    fn add_of_step(&self, _: &Interval, _: &[f64], scale: f64, out: &mut StepGradient) {
+        out.step += scale;
+    }
+}
+
+/// `Σ (h/2) ½ (e_n² + e_{n+1}²)`, the trapezoidal rule.
+#[derive(Clone, Debug)]
+pub struct Running<Q> {
+    /// What is compared.
+    pub quantity: Q,
+    /// With what.
+    pub target: f64,
+}
+
+/// The configuration at an end of a step.
+fn at(s: &Interval, end: Slot) -> Configuration<'_> {
+    match end {
+        Slot::First => s.start(),
+        Slot::Second => s.end(),
+    }
+}
+
+impl<Q: Quantity> Term for Running<Q> {
+    fn of_step(&self, s: &Interval, _: &[f64]) -> f64 {
+        let e = Slot::BOTH.map(|end| self.quantity.value(at(s, end)) - self.target);
+        0.25 * s.h * (e[0] * e[0] + e[1] * e[1])
+    }
+    fn add_of_step(&self, s: &Interval, _: &[f64], scale: f64, out: &mut StepGradient) {
+        for end in Slot::BOTH {
+            let e = self.quantity.value(at(s, end)) - self.target;
+            let by = match end {
+                Slot::First => &mut out.start,
+                Slot::Second => &mut out.end,
+            };
+            self.quantity.add_slope(at(s, end), 0.5 * scale * s.h * e, by);
+            out.step += 0.25 * scale * e * e;
+        }
+    }
+}
+
+/// `½ e_N²`.
+#[derive(Clone, Debug)]
+pub struct Terminal<Q> {
+    /// What is compared.
+    pub quantity: Q,
+    /// With what.
+    pub target: f64,
+}
+
+impl<Q: Quantity> Term for Terminal<Q> {
+    fn of_end(&self, end: &State) -> f64 {
+        let e = self.quantity.value(end.configuration()) - self.target;
+        0.5 * e * e
+    }
+    fn add_of_end(&self, end: &State, scale: f64, q: &mut [f64], _p: &mut [f64]) {
+        let e = self.quantity.value(end.configuration()) - self.target;
+        self.quantity.add_slope(end.configuration(), scale * e, q);
+    }
+}
+
+/// A quantity of the last node itself.
+#[derive(Clone, Debug)]
+pub struct Last<Q>(
+    /// What.
+    pub Q,
+);
+
+impl<Q: Quantity> Term for Last<Q> {
+    fn of_end(&self, end: &State) -> f64 {
+        self.0.value(end.configuration())
+    }
+    fn add_of_end(&self, end: &State, scale: f64, q: &mut [f64], _p: &mut [f64]) {
+        self.0.add_slope(end.configuration(), scale, q);
+    }
+}
+
+/// A weighted sum of terms.
+#[derive(Default)]
+pub struct Objective {
+    terms: Vec<(f64, Box<dyn Term>)>,
+}
+
+impl std::fmt::Debug for Objective {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let weights: Vec<f64> = self.terms.iter().map(|(weight, _)| *weight).collect();
+        f.debug_struct("Objective").field("weights", &weights).finish()
+    }
+}
+
+impl Objective {
+    /// Without terms.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// With one more.
+    #[must_use]
+    pub fn with(mut self, weight: f64, term: impl Term + 'static) -> Self {
+        self.add(weight, Box::new(term));
+        self
+    }
+
+    /// Adds one.
+    pub fn add(&mut self, weight: f64, term: Box<dyn Term>) {
+        self.terms.push((weight, term));
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// What a (sub-)step costs.
+    #[must_use]
+    pub fn of_step(&self, s: &Interval, controls: &[f64]) -> f64 {
+        self.terms.iter().map(|(weight, term)| weight * term.of_step(s, controls)).sum()
+    }
+
+    /// Adds its derivatives.
+    pub fn add_of_step(&self, s: &Interval, controls: &[f64], out: &mut StepGradient) {
+        self.terms.iter().for_each(|(weight, term)| term.add_of_step(s, controls, *weight, out));
+    }
+
+    /// What the last node costs.
+    #[must_use]
+    pub fn of_end(&self, end: &State) -> f64 {
+        self.terms.iter().map(|(weight, term)| weight * term.of_end(end)).sum()
+    }
+
+    /// Adds its derivatives by `q_N` and `p̄_N`.
+    pub fn add_of_end(&self, end: &State, q: &mut [f64], p: &mut [f64]) {
+        self.terms.iter().for_each(|(weight, term)| term.add_of_end(end, *weight, q, p));
+    }
+}
