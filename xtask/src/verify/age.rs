@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What the numbers of the page depend on.
-const INTEGRATORS: [&str; 9] = [
+const INTEGRATORS: [&str; 10] = [
     "crates/vi-core/src",
     "crates/vi-constraints/src",
     "crates/vi-rigid/src",
