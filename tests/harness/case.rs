@@ -1,7 +1,7 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
 use super::{
-    beam, galerkin, helicoidal, laws, motions, nonsmooth, optimal_control, pendulum, rigid,
+    beam, control, galerkin, helicoidal, laws, motions, nonsmooth, optimal_control, pendulum, rigid,
 };
 use nalgebra::Matrix3;
 use serde::Deserialize;
@@ -136,6 +136,7 @@ pub enum Case {
     Laws(Box<laws::LawCase>),
     Motions(Box<motions::MotionCase>),
     Nonsmooth(Box<nonsmooth::NonsmoothCase>),
+    Gradient(Box<control::GradientCase>),
     OptimalControl(Box<optimal_control::OptimalControlCase>),
 }
 
@@ -176,6 +177,9 @@ impl Case {
                 let case = optimal_control::OptimalControlCase::read(value)?;
                 Ok(Self::OptimalControl(Box::new(case)))
             }
+            "gradient" | "gradient_growth" => {
+                Ok(Self::Gradient(serde_json::from_str(&text).map_err(unreadable)?))
+            }
             "beam" => Ok(Self::Beam(serde_json::from_str(&text).map_err(unreadable)?)),
             _ => Err(format!("unknown kind `{kind}`")),
         }
@@ -193,6 +197,7 @@ impl Case {
             | Self::Coefficients(_)
             | Self::Laws(_)
             | Self::Motions(_)
+            | Self::Gradient(_)
             | Self::Nonsmooth(_)
             | Self::OptimalControl(_) => None,
         }
@@ -217,6 +222,7 @@ impl Case {
             Self::Laws(case) => case.run(),
             Self::Motions(case) => case.run(),
             Self::Nonsmooth(case) => case.run(),
+            Self::Gradient(case) => case.run(),
             Self::OptimalControl(case) => case.run(),
         }
     }

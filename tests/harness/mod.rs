@@ -3,6 +3,7 @@
 
 pub mod beam;
 pub mod case;
+pub mod control;
 pub mod control_case;
 pub mod em;
 pub mod galerkin;

@@ -217,3 +217,23 @@ fn what_is_not_known_is_named() {
         assert!(made == 0 && failed[0].contains(named), "{one}: {failed:?}");
     }
 }
+
+/// Derivatives by lengths of a closed loop see `g_θ`, by a mass at given velocities `M_θ`.
+#[test]
+fn planted_defects_of_derivatives_by_parameters_are_found() {
+    use harness::control::Planted;
+    let defects = [
+        ("gr03_four_bar", Planted::NoRows),
+        ("gr03_four_bar", Planted::MassAtMomentum),
+        ("gr01_double_pendulum", Planted::NoRows),
+        ("gr02_spatial_tree", Planted::MassAtMomentum),
+    ];
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference/control");
+    for (name, planted) in defects {
+        let Case::Gradient(case) = Case::read(&folder.join(format!("{name}.json"))).unwrap() else {
+            panic!("{name} is of another kind");
+        };
+        assert!(!case.finds(Planted::Nothing).unwrap(), "{name} as it is");
+        assert!(case.finds(planted).unwrap(), "{name}: {planted:?} is not found");
+    }
+}

@@ -296,6 +296,7 @@ impl Sweep<'_> {
         let Costate { q, p, .. } = &mut self.costate;
         self.found.value += self.task.objective.of_end(state);
         self.task.objective.add_of_end(state, q, p);
+        self.task.objective.add_parameters_of_end(state, &mut self.found.parameters);
     }
 
     /// Back over what is recorded.
@@ -327,6 +328,7 @@ impl Sweep<'_> {
             }
             let impulse = linearization.impulse();
             if let Some(design) = design {
+                objective.add_parameters_of_step(s, &mut found.parameters);
                 design.add_adjoint(s, impulse, costates, &mut found.parameters); // [2.40]
             }
             if by_step {

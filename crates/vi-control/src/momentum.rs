@@ -11,6 +11,7 @@
 use crate::objective::Term;
 use nalgebra::Vector3;
 use vi_core::State;
+use vi_multibody::design::MechanismTangent;
 use vi_multibody::joint::Side;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::PairKind;
@@ -22,7 +23,8 @@ struct Link {
     frame: usize, // first coordinate
     parent: Option<usize>,
     parent_side: Side,
-    arm: Vector3<f64>, // r in its own directors
+    arm: Vector3<f64>,    // r in its own directors
+    joint: Option<usize>, // of the description
     turns: bool,
     slides: bool,
 }
@@ -30,7 +32,16 @@ struct Link {
 /// `½ Σ ᴾp_j²` of all joints.
 #[derive(Clone, Debug)]
 pub struct TerminalMomentum {
-    links: Vec<Link>, // parents first
+    links: Vec<Link>,       // parents first
+    moved: Vec<Vec<Moved>>, // by parameters
+}
+
+/// How a parameter changes the columns of a joint: `r` and `n`, in the directors of their bodies.
+#[derive(Clone, Copy, Debug)]
+struct Moved {
+    link: usize,
+    arm: Vector3<f64>,
+    axis: Vector3<f64>,
 }
 
 /// The motion of a link, and what it carries.
@@ -51,6 +62,7 @@ impl TerminalMomentum {
         if mechanism.has_loops() || !mechanism.description().particles.is_empty() {
             return None;
         }
+        let joints = &mechanism.description().joints;
         let links = mechanism.tree().links().iter().map(|link| {
             let (turns, slides) = match link.joint.kind {
                 PairKind::Revolute => (true, false),
@@ -64,11 +76,28 @@ impl TerminalMomentum {
                 parent: link.parent,
                 parent_side: link.joint.parent,
                 arm: link.joint.child.anchor,
+                joint: joints.iter().position(|joint| *joint == link.joint),
                 turns,
                 slides,
             })
         });
-        Some(Self { links: links.collect::<Option<_>>()? })
+        Some(Self { links: links.collect::<Option<_>>()?, moved: Vec::new() })
+    }
+
+    /// The same where parameters change the mechanism so; `None` where one moves a joint that the
+    /// tree has the other way round.
+    #[must_use]
+    pub fn by_parameters(mut self, tangents: &[MechanismTangent]) -> Option<Self> {
+        for tangent in tangents {
+            let own = tangent.joints.iter().map(|(joint, change)| {
+                let link = self.links.iter().position(|link| link.joint == Some(*joint))?;
+                let axis = change.parent.axes.column(2).into_owned();
+                Some(Moved { link, arm: change.child.anchor, axis })
+            });
+            let own = own.collect::<Option<_>>()?;
+            self.moved.push(own);
+        }
+        Some(self)
     }
 
     /// Leaf → root: momenta along the joints. Root → leaf: the motion with rates of their values.
@@ -162,6 +191,28 @@ impl Term for TerminalMomentum {
                 let by = slide * force + turn * torque;
                 let axes = link.parent_side.axes;
                 (0..3).for_each(|i| add(by, scale * axes[(i, 2)], carrier + 3 + 3 * i, out));
+            }
+        }
+    }
+
+    fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
+        if self.moved.is_empty() {
+            return;
+        }
+        let all = self.motions(&end.q, &end.p);
+        for (out, moved) in out.iter_mut().zip(&self.moved) {
+            for own in moved {
+                let link = &self.links[own.link];
+                let Motion { spin, force, torque, slide, turn, .. } = all[own.link];
+                let carried = link.parent.map_or_else(Vector3::zeros, |parent| all[parent].spin);
+                let [child, parent] = [frame(&end.q, link), link.parent_side.coordinates(&end.q)];
+                let along = |x: &Vector3<f64>, of: &[f64]| -> Vector3<f64> {
+                    (0..3).map(|i| x[i] * director(of, i)).sum()
+                };
+                // f·(ω_parent × δr) − ω·(δr × f) + δn·(f u̇ + τ θ̇)
+                let by_arm = force.cross(&(carried - spin)).dot(&along(&own.arm, child));
+                let by_axis = (slide * force + turn * torque).dot(&along(&own.axis, parent));
+                *out += scale * (by_arm + by_axis);
             }
         }
     }

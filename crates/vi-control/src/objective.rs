@@ -55,6 +55,10 @@ pub trait Term: Send + Sync {
     }
     /// Adds `scale` times its derivatives by `q_N` and `p̄_N`.
     fn add_of_end(&self, _end: &State, _scale: f64, _q: &mut [f64], _p: &mut [f64]) {}
+    /// Adds `scale` times its explicit derivatives by parameters, of a (sub-)step.
+    fn add_parameters_of_step(&self, _s: &Interval, _scale: f64, _out: &mut [f64]) {}
+    /// The same of the last node.
+    fn add_parameters_of_end(&self, _end: &State, _scale: f64, _out: &mut [f64]) {}
 }
 
 /// A number that a configuration has.
@@ -249,6 +253,16 @@ impl Objective {
     /// Adds its derivatives.
     pub fn add_of_step(&self, s: &Interval, controls: &[f64], out: &mut StepGradient) {
         self.terms.iter().for_each(|(weight, term)| term.add_of_step(s, controls, *weight, out));
+    }
+
+    /// Adds its explicit derivatives by parameters, of a (sub-)step.
+    pub fn add_parameters_of_step(&self, s: &Interval, out: &mut [f64]) {
+        self.terms.iter().for_each(|(weight, term)| term.add_parameters_of_step(s, *weight, out));
+    }
+
+    /// The same of the last node.
+    pub fn add_parameters_of_end(&self, end: &State, out: &mut [f64]) {
+        self.terms.iter().for_each(|(weight, term)| term.add_parameters_of_end(end, *weight, out));
     }
 
     /// What the last node costs.

@@ -65,6 +65,7 @@ pub struct Sensitivities {
     linearization: StepLinearization,
     sources: Sources,
     of_step: StepGradient,
+    of_parameters: Vec<f64>, // explicit derivatives of the cost
     step: usize,
     start: f64,  // t_0
     length: f64, // of a macro step, s
@@ -105,6 +106,7 @@ impl Sensitivities {
         check(run)?;
         let (state, m) = (run.state(), run.constraints().len());
         let n = state.q.len();
+        let parameters = directions.iter().filter_map(|own| own.parameter).max();
         let controls = directions.iter().flat_map(|own| &own.controls).map(Vec::len).max();
         Ok(Self {
             tangents: directions.iter().map(|own| own.start.clone()).collect(),
@@ -115,6 +117,7 @@ impl Sensitivities {
             linearization: StepLinearization::new(n, m, run.rows()),
             sources: Sources::zero(n, m),
             of_step: StepGradient::zero(n, controls.unwrap_or(0)),
+            of_parameters: vec![0.0; parameters.map_or(0, |last| last + 1)],
             step: 0,
             start: state.t,
             length,
@@ -208,6 +211,7 @@ impl Sensitivities {
             linearization.push(system, constraints, s, sources, tangent).map_err(failed)?;
             *rate += dot(&of_step.end, &tangent.q);
         }
+        objective.add_parameters_of_step(s, &mut self.of_parameters);
         system.forced_d2(s, p); // p̄ of the next sub-step
         Ok(())
     }
@@ -230,8 +234,14 @@ impl Sensitivities {
         let n = end.q.len();
         let (mut by_q, mut by_p) = (vec![0.0; n], vec![0.0; n]);
         objective.add_of_end(end, &mut by_q, &mut by_p);
-        let pairs = self.rates.iter().zip(&self.tangents);
-        pairs.map(|(rate, own)| rate + dot(&by_q, &own.q) + dot(&by_p, &own.p)).collect()
+        let mut of_parameters = self.of_parameters.clone();
+        objective.add_parameters_of_end(end, &mut of_parameters);
+        let pairs = self.rates.iter().zip(&self.tangents).zip(&self.directions);
+        let rates = pairs.map(|((rate, own), direction)| {
+            let explicit = direction.parameter.map_or(0.0, |k| of_parameters[k]);
+            rate + dot(&by_q, &own.q) + dot(&by_p, &own.p) + explicit
+        });
+        rates.collect()
     }
 }
 
