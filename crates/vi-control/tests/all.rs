@@ -4,7 +4,10 @@
 #[path = "../../../tests/harness/control_case.rs"]
 mod support;
 
+mod beams;
 mod chart_derivatives;
+mod cost;
+mod defects;
 mod duality;
 mod fits;
 mod gradients;
