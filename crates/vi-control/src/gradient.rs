@@ -59,7 +59,7 @@ pub enum GradientError {
         row: usize,
     },
     /// Something of the run has no derivative here.
-    #[error("{what} have no derivatives")]
+    #[error("a run with {what} has no derivatives")]
     NotDifferentiable {
         /// What.
         what: &'static str,
@@ -116,13 +116,13 @@ where
 {
     let refused = |what| Err(GradientError::NotDifferentiable { what });
     if run.nonsmooth().is_some() {
-        return refused("contacts, joint stops and dry friction");
+        return refused("contacts, joint stops or dry friction");
     }
     if run.method().stages().is_some() {
-        return refused("Galerkin schemes");
+        return refused("Galerkin steps");
     }
     if run.constraints().constrains_velocities() {
-        return refused("rolling and other constraints on velocities");
+        return refused("rolling or other constraints on velocities");
     }
     match run.system().without_derivative() {
         Some(what) => refused(what),

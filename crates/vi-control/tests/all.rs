@@ -13,5 +13,6 @@ mod fits;
 mod gradients;
 mod optima;
 mod program_derivatives;
+mod refusals;
 mod runs;
 mod small_programs;
