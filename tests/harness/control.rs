@@ -741,7 +741,7 @@ impl GradientCase {
         self.compare(&Found { value, coordinates, rates: by_rates, parameters, controls, step })
     }
 
-    /// `d(height)/d(first coordinate)` along a chaotic motion, and the warning that it means nothing.
+    /// `d(height)/d(first coordinate)` along a chaotic motion, and the warning beyond sense.
     fn growth(&self) -> Result<Deviation, String> {
         let mut deviation = Deviation::default();
         let words = |e: vi_control::GradientError| e.to_string();

@@ -345,8 +345,8 @@ fn add(x: &[f64], to: &mut [f64]) {
     to.iter_mut().zip(x).for_each(|(to, x)| *to += x);
 }
 
-/// The sources of a step where all steps and times since the start grow in proportion: its length by
-/// itself, its start by the time since then.
+/// The sources of a step where all steps and times since the start grow in proportion: its length
+/// by itself, its start by the time since then.
 pub(crate) fn step_sources(
     system: &impl DiscreteLagrangian,
     constraints: &impl Constraints,

@@ -6,9 +6,10 @@
 //! The price is one linear solve for each step and direction: less than backward where numbers that
 //! are wanted outnumber the directions, as residuals of measurements.
 //!
-//! *Growth.* Along a chaotic motion a tangent grows as `e^{ΛT}`. The derivative of the discrete motion
-//! stays exact to its own precision, but a change as small as the rounding of a model then moves the
-//! end by more than it can move: beyond [`MEANINGLESS`] a derivative says nothing of the mechanism.
+//! *Growth.* Along a chaotic motion a tangent grows as `e^{ΛT}`. The derivative of the discrete
+//! motion stays exact to its own precision, but a change as small as the rounding of a model then
+//! moves the end by more than it can move: beyond [`MEANINGLESS`] a derivative says nothing of the
+//! mechanism.
 
 use crate::controls::Controls;
 use crate::gradient::{GradientError, check, step_sources};

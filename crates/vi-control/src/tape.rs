@@ -41,7 +41,7 @@ impl Tape {
         own.s.copy_from(s);
         match (p, before.last()) {
             (Some(p), _) => own.p.copy_from_slice(p),
-            (None, Some(last)) => system.forced_d2(&last.s, &mut own.p), // p̄ of the sub-step before
+            (None, Some(last)) => system.forced_d2(&last.s, &mut own.p), // p̄ after the one before
             (None, None) => own.p.fill(f64::NAN),
         }
         self.used += 1;

@@ -42,8 +42,8 @@ pub trait DiscreteForce: Send + Sync {
     fn add_minus(&self, s: &Interval, out: &mut [f64]);
     /// `out ← out + f_d^+(q_n, q_{n+1})`.
     fn add_plus(&self, s: &Interval, out: &mut [f64]);
-    /// Emits `D_by f_d^of`: `D_1 f_d^-`, `D_2 f_d^-`, `D_1 f_d^+` or `D_2 f_d^+`; for each always the
-    /// same places in the same order.
+    /// Emits `D_by f_d^of`: `D_1 f_d^-`, `D_2 f_d^-`, `D_1 f_d^+` or `D_2 f_d^+`; for each always
+    /// the same places in the same order.
     fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries);
     /// Emits `D_2 f_d^-`, which every step needs: as [`DiscreteForce::add_slope`], or as an entry
     /// along an unknown ([`Entries::add_along`]).
@@ -115,8 +115,8 @@ pub trait DiscreteForce: Send + Sync {
     }
 }
 
-/// A force depends on time in a way whose derivative is not known: a kink, a jump, a function of the
-/// user's.
+/// A force depends on time in a way whose derivative is not known: a kink, a jump, a function of
+/// the user's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("its derivative by the time is not known")]
 pub struct NoTimeSlope;

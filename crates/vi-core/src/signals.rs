@@ -36,8 +36,8 @@ pub trait Signals: Send + Sync {
     fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// `out ←` them at the end of a step that started with those of [`Interval::internal`].
     fn advance(&self, s: &Interval, out: &mut [f64]);
-    /// Emits the derivative of [`Signals::advance`] by an end of the step, at fixed variables at its
-    /// start.
+    /// Emits the derivative of [`Signals::advance`] by an end of the step, at fixed variables at
+    /// its start.
     fn advance_slope(&self, s: &Interval, by: Slot, out: &mut dyn Entries);
     /// Emits the derivative of [`Signals::advance`] by the variables at the start of the step.
     fn advance_internal_slope(&self, s: &Interval, out: &mut dyn Entries);

@@ -5,7 +5,7 @@
 //! A = D_2(D_1 L_d + f_d^-)    B = D_1(D_1 L_d + f_d^-) − h Σ λ_i D²g_i(q)
 //! C = D_1(D_2 L_d + f_d^+)    D = D_2(D_2 L_d + f_d^+)
 //! ```
-//! Forward [2.37], with sources `b_s` of the first, `g_s` of the second, `c_s` of the third equation:
+//! Forward [2.37], with sources `b_s`, `g_s`, `c_s` of the three equations:
 //! ```text
 //! [ A      −h Gᵀ ] [δq']     [ δp̄ + B δq + b_z δz + b_s ]
 //! [ G(q')   0    ] [δλ ] = − [ g_s                      ]      δp̄' = C δq + D δq' + f^+_z δz + c_s
@@ -16,8 +16,8 @@
 //! [ G    0      ] [σ] = [ 0                     ]      b = −μ,   y = ζ_zᵀ y' − b_zᵀ μ + (f^+_z)ᵀ b'
 //! ```
 //! Both solve with one factorization of `[hA, −Gᵀ; G(q'), 0]` over independent rows; `h λ` follows
-//! from it too, since `[0; −hλ]` solves it with `[p̄ + D_1 L_d + f_d^-; 0]`, which is in the range of
-//! `Gᵀ`. `μ` is tangent, so of `p̄` only `Pᵀp̄` counts. Rows that were left out are checked, not
+//! from it too, since `[0; −hλ]` solves it with `[p̄ + D_1 L_d + f_d^-; 0]`, which is in the range
+//! of `Gᵀ`. `μ` is tangent, so of `p̄` only `Pᵀp̄` counts. Rows that were left out are checked, not
 //! solved.
 #![allow(non_snake_case)] // A, B, C, D, G
 

@@ -47,8 +47,8 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn add_force_plus(&self, _s: &Interval, _out: &mut [f64]) {}
     /// Emits `D_2 f_d^-`, shape `n × n`; always the same places in the same order.
     fn force_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
-    /// Emits `D_by f_d^of`, shape `n × n`; for each always the same places in the same order. Beside
-    /// `D_2 f_d^-` no step needs it: it is part of the tangent of a step.
+    /// Emits `D_by f_d^of`, shape `n × n`; for each always the same places in the same order.
+    /// Beside `D_2 f_d^-` no step needs it: it is part of the tangent of a step.
     fn force_slope(&self, _s: &Interval, _of: Slot, _by: Slot, _out: &mut dyn Entries) {}
     /// Emits `∂f_d^of/∂z`, shape `n ×` internal variables.
     fn internal_slope(&self, _s: &Interval, _of: Slot, _out: &mut dyn Entries) {}
