@@ -89,6 +89,7 @@ mod statics {
 
 mod model {
     mod bushing_laws;
+    mod contacts;
     mod events;
     mod foreign_words;
     mod import_dialects;

@@ -1,10 +1,13 @@
 //! Cases of joint stops and dry friction: nodes of the same scheme, the exact solution.
 
+mod model_file;
+
 use super::case::{Deviation, Runs, raise};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::path::Path;
 use vi_constraints::nonsmooth::{
     ContactLaw, ContactRecord, ContactStatus, Method, NonsmoothOptions,
 };
@@ -345,7 +348,9 @@ impl NonsmoothCase {
         raise(&mut deviation.momentum, -run.smallest_gap / GAP);
         raise(&mut deviation.momentum, run.residual / RESIDUAL);
         self.check_exact(&run)?;
-        Ok(vec![("nodal", deviation)])
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("nonsmooth").join(&self.name);
+        std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
+        Ok(vec![("nodal", deviation), ("model file", self.run_model_file(&folder)?)])
     }
 
     /// Compares with the exact solution where a tolerance is stated.

@@ -22,8 +22,10 @@ fn help(text: &str) -> String {
 #[test]
 fn what_is_not_modelled_is_answered_as_section_as_key_and_as_type() {
     for (word, answer) in [
-        ("bounce", "contact of bodies is not modelled"),
-        ("collisions", "contact of bodies is not modelled"),
+        ("bounce", "in a [[contact]]"),
+        ("obstacles", "in a [[contact]]"),
+        ("static_friction", "one coefficient of friction"),
+        ("solref", "a [[contact]] is rigid"),
         ("coulomb", "`damper = { damping = … }`"),
         ("Limit", "`limits = [lower, upper]`"),
         ("range", "`limits = [lower, upper]`"),

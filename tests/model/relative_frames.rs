@@ -207,6 +207,8 @@ fn elsewhere(model: &Model, turned: &Matrix3<f64>, place: Vector) -> Model {
     other.bushings.iter_mut().for_each(|part| part.relative_to = relative());
     let dead = other.loads.iter_mut().filter(|load| load.frame == Frame::Space);
     dead.for_each(|part| part.relative_to = relative());
+    let planes = other.contacts.iter_mut().filter(|own| own.plane().is_some());
+    planes.for_each(|part| part.relative_to = relative());
     for constraint in &mut other.constraints {
         if let Constraint::Distance { relative_to, .. }
         | Constraint::Rolling { relative_to, .. }

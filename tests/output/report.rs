@@ -37,6 +37,7 @@ fn sample(step: u64) -> Sample {
         momenta: None,
         unstable: None,
         notice: None,
+        contacts: vec![],
         events: vec![],
     }
 }

@@ -78,6 +78,13 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "panda",
     "rolling_disc",
     "bicycle",
+    "door",
+    "slider_crank_stop",
+    "four_bar_friction",
+    "bouncing_balls",
+    "newtons_cradle",
+    "tippe_top",
+    "falling_chain",
 ];
 
 /// Files that shipped models name: they stand beside the model, under its name.

@@ -467,13 +467,17 @@ fn feeds_through(model: &Model, column: &Column) -> bool {
         | SensorKind::Reaction
         | SensorKind::Effort
         | SensorKind::Power
-        | SensorKind::Work => true,
+        | SensorKind::Work
+        | SensorKind::ContactForce
+        | SensorKind::StopForce
+        | SensorKind::FrictionTorque => true,
         SensorKind::Position
         | SensorKind::Velocity
         | SensorKind::Orientation
         | SensorKind::AngularVelocity
         | SensorKind::Distance
         | SensorKind::DistanceRate
+        | SensorKind::Gap
         | SensorKind::JointCoordinate
         | SensorKind::JointRate
         | SensorKind::SectionForce

@@ -18,6 +18,7 @@
 #![deny(missing_docs)]
 
 mod checks;
+pub mod contact_pairs;
 pub mod expression;
 mod formula;
 mod frames;
@@ -50,6 +51,7 @@ pub use types::body::{Body, GROUND, Particle};
 pub use types::bushing::{Bushing, BushingRotation, Coefficients};
 pub use types::columns::Columns;
 pub use types::connection::{Bar, Joint, JointKind, Rates, Spring, SpringLaw};
+pub use types::contact::{BodyNames, Contact, ContactPlane, ContactSide, PlaneSide};
 pub use types::damping::{Damping, LossFactor, RelaxationTimes};
 pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring, VelocityTerm};
 pub use types::event::{Event, Locate, coordinate_of};
@@ -116,6 +118,9 @@ pub struct Model {
     /// `[[constraint]]`: distances, guides, gears, prescribed motion.
     #[serde(default, rename = "constraint", skip_serializing_if = "Vec::is_empty")]
     pub constraints: Vec<Constraint>,
+    /// `[[contact]]`: bodies that touch a plane, or one another.
+    #[serde(default, rename = "contact", skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<Contact>,
     /// `[[spring]]`: springs and dampers.
     #[serde(default, rename = "spring", skip_serializing_if = "Vec::is_empty")]
     pub springs: Vec<Spring>,
@@ -146,6 +151,9 @@ pub struct Model {
     /// What looks like a slip in the text and does not show in the resolved model.
     #[serde(skip)]
     pub remarks: Vec<String>,
+    /// Bodies that shared a joint before an event released it: they are no pair either.
+    #[serde(skip)]
+    pub released: Vec<[String; 2]>,
 }
 
 impl Model {
@@ -162,6 +170,7 @@ impl Model {
             bars: Vec::new(),
             joints: Vec::new(),
             constraints: Vec::new(),
+            contacts: Vec::new(),
             springs: Vec::new(),
             bushings: Vec::new(),
             loads: Vec::new(),
@@ -172,6 +181,7 @@ impl Model {
             events: Vec::new(),
             meshes: Meshes::default(),
             remarks: Vec::new(),
+            released: Vec::new(),
         }
     }
 
@@ -222,6 +232,7 @@ impl Model {
             document.list("spring", &mut problems),
             document.list("load", &mut problems),
         );
+        let contacts = document.list("contact", &mut problems);
         let bushings = document.list("bushing", &mut problems);
         let laws = document.list("law", &mut problems);
         let tables = document.list("table", &mut problems);
@@ -242,6 +253,7 @@ impl Model {
             bars,
             joints,
             constraints,
+            contacts,
             springs,
             bushings,
             loads,
@@ -252,6 +264,7 @@ impl Model {
             events,
             meshes,
             remarks: document.turns(),
+            released: Vec::new(),
         };
         let problems = relative::resolve(&mut model, &document);
         if !problems.is_empty() {
@@ -371,6 +384,12 @@ impl Model {
         self.joints.iter().find(|joint| joint.name == name)
     }
 
+    /// The contact of this name.
+    #[must_use]
+    pub fn contact(&self, name: &str) -> Option<&Contact> {
+        self.contacts.iter().find(|contact| contact.name == name)
+    }
+
     /// The particle of this name.
     #[must_use]
     pub fn particle(&self, name: &str) -> Option<&Particle> {
@@ -402,6 +421,7 @@ impl Model {
         };
         self.loads.is_empty()
             && self.events.is_empty()
+            && self.contacts.is_empty()
             && self.laws.is_empty()
             && self.bushings.iter().all(Bushing::is_conservative)
             && !self.dissipates_algorithmically()
@@ -412,10 +432,10 @@ impl Model {
             && !self.has_velocity_constraints()
     }
 
-    /// Whether impulses act: rigid stops and dry friction of joints.
+    /// Whether impulses act: contacts, rigid stops and dry friction of joints.
     #[must_use]
     pub fn is_nonsmooth(&self) -> bool {
-        self.joints.iter().any(Joint::is_nonsmooth)
+        !self.contacts.is_empty() || self.joints.iter().any(Joint::is_nonsmooth)
     }
 
     /// Whether velocities are constrained: rolling, blades.
@@ -437,7 +457,7 @@ impl Model {
     }
 
     /// The names of all parts, by section.
-    fn names(&self) -> [(&'static str, Vec<&str>); 15] {
+    fn names(&self) -> [(&'static str, Vec<&str>); 16] {
         [
             ("frame", self.frames.iter().map(|m| m.name.as_str()).collect()),
             ("body", self.bodies.iter().map(|m| m.name.as_str()).collect()),
@@ -446,6 +466,7 @@ impl Model {
             ("bar", self.bars.iter().map(|m| m.name.as_str()).collect()),
             ("joint", self.joints.iter().map(|m| m.name.as_str()).collect()),
             ("constraint", self.constraints.iter().map(Constraint::name).collect()),
+            ("contact", self.contacts.iter().map(|m| m.name.as_str()).collect()),
             ("spring", self.springs.iter().map(|m| m.name.as_str()).collect()),
             ("bushing", self.bushings.iter().map(|m| m.name.as_str()).collect()),
             ("load", self.loads.iter().map(|m| m.name.as_str()).collect()),

@@ -50,7 +50,7 @@ pub use resolution::rotation::FastestRotation;
 pub use resolution::unstable_steps::UnstableSteps;
 pub use resolution::{Fastest, Resolution};
 pub use run::run_state::RunState;
-pub use run::{experiment, sample};
+pub use run::{contacts, experiment, sample};
 pub use system::beams::{BeamParts, Beams};
 #[doc(inline)]
 pub use system::dynamics;

@@ -148,7 +148,7 @@ impl Statics {
 
     /// The same of any model, also of one that has no equilibria.
     fn assembled(model: &Model) -> Result<Self, ModelError> {
-        let System { mechanism, dynamics, members, mut sensors, beams, laws } =
+        let System { mechanism, dynamics, members, mut sensors, beams, laws, .. } =
             system::build(model)?;
         let system = dynamics.variational(&mechanism);
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
@@ -261,7 +261,8 @@ impl Statics {
         self.sensors.follow(q);
         let (angles, signals, slips) = (&[][..], &[][..], &[][..]); // as at the start
         let t = self.problem.factor();
-        let view = View { t, q, angles, signals, v, a, force: &rest, works: None, slips };
+        let view =
+            View { t, q, angles, signals, v, a, force: &rest, works: None, slips, contacts: None };
         self.sensors.read(&self.mechanism, &self.rows, view, &mut values);
         values
     }
@@ -398,6 +399,7 @@ impl Statics {
             force: &force,
             works: None,
             slips: &[],
+            contacts: None,
         };
         let mut sample = Sample {
             step: self.step,

@@ -178,6 +178,7 @@ impl Stopwatch {
         summary.loop_residual = simulation.loop_residuals();
         summary.tension_raised = simulation.tension_raised();
         summary.events = simulation.events().unwrap_or_default().into_iter().collect();
+        summary.contacts = simulation.contact_counts();
         summary.fastest_rotation = simulation.fastest_rotation();
         summary.step_seconds = self.step_seconds(simulation);
         summary

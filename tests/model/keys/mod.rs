@@ -9,6 +9,7 @@ mod beams;
 mod bodies;
 mod bushings;
 mod connections;
+mod contacts;
 mod curves;
 mod defects;
 mod events;
@@ -129,13 +130,15 @@ enum Verdict {
 
 /// Keys for which no defect reaches the judgement, or of which nothing can be judged, each with the
 /// reason.
-const EXCEPTIONS: [(&str, &str); 10] = [
+const EXCEPTIONS: [(&str, &str); 12] = [
     ("constraint[rolling].plane.on", "a fixed body is one with the ground"),
     ("law.conservative", "without it compositions refuse the law"),
     ("model.dimension", "refused: positions have as many numbers"),
     ("simulation.arc_length", "without it the run ends at the limit point"),
     ("simulation.bifurcation", "which branch a path follows: `statics/critical_loads`"),
     ("simulation.on_failure", "without it the run fails"),
+    ("body.collision.density", "refused: shapes of contacts weigh nothing"),
+    ("body.collision.type", "cylinders, rods and cones touch nothing yet: refused"),
     ("body.picture.density", "refused: pictures weigh nothing"),
     ("simulation.project_start", "without it such a start is refused"),
     ("table.grid", "without it the first line has to be headings"),
@@ -244,12 +247,13 @@ impl Found {
 /// A subject with its cases.
 type Subject = (&'static str, fn() -> Vec<Case>);
 
-const SUBJECTS: [Subject; 18] = [
+const SUBJECTS: [Subject; 19] = [
     ("bodies", bodies::cases),
     ("pictures", pictures::cases),
     ("forces", forces::cases),
     ("joints", joints::cases),
     ("stops", stops::cases),
+    ("contacts", contacts::cases),
     ("laws", laws::cases),
     ("bushings", bushings::cases),
     ("signals", signals::cases),

@@ -4,6 +4,7 @@
 //! large. Each has to be seen.
 #![allow(clippy::unwrap_used)] // a test
 
+mod contacts;
 mod flexible;
 mod laws;
 mod modes;
@@ -83,6 +84,11 @@ impl Tables {
     pub(crate) fn alone(name: &str, text: &str) -> Self {
         let files = [(name.to_owned(), Table::read(text))].into();
         Self { files, h: f64::NAN, summary: None }
+    }
+
+    /// Keeps these tables alone.
+    pub(crate) fn keep(&mut self, names: &[&str]) {
+        self.files.retain(|name, _| names.contains(&name.as_str()));
     }
 
     pub(crate) fn find(&self, name: &str) -> Option<&[f64]> {

@@ -33,6 +33,7 @@ fn too_large(model: &Model) -> Vec<Problem> {
     list("body", &model.bodies, &mut problems);
     list("bushing", &model.bushings, &mut problems);
     list("constraint", &model.constraints, &mut problems);
+    list("contact", &model.contacts, &mut problems);
     list("event", &model.events, &mut problems);
     list("joint", &model.joints, &mut problems);
     list("law", &model.laws, &mut problems);

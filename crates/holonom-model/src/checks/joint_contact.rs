@@ -128,7 +128,7 @@ impl Checker<'_> {
     }
 
     /// Impulses act in steps of the nodal scheme of order 2.
-    fn nonsmooth(&mut self, key: &str, what: &str, or: Option<&str>) {
+    pub(super) fn nonsmooth(&mut self, key: &str, what: &str, or: Option<&str>) {
         let settings = &self.model.settings;
         let or = or.map_or(String::new(), |or| format!(", or {or}"));
         if settings.scheme == Scheme::Static {

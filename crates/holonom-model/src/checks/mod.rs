@@ -3,6 +3,7 @@
 mod beam;
 mod bushing;
 pub(crate) mod computed;
+mod contact;
 mod drive;
 mod event;
 mod joint_contact;
@@ -67,6 +68,7 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
         .iter()
         .enumerate()
         .for_each(|(i, c)| checker.constraint(&each(i, "constraint"), c, &known));
+    checker.contacts();
     let events = model.events.iter().enumerate();
     events.for_each(|(i, event)| checker.event(&each(i, "event"), event, &known));
     checker.problems
@@ -225,6 +227,11 @@ impl<'a> Checker<'a> {
             let message = "Newton's method needs at least one iteration".to_owned();
             self.report("simulation.newton_max_iterations", message, "write 30");
         }
+        if settings.contacts && self.model.contacts.is_empty() {
+            let message = "there is no contact to record".to_owned();
+            let help = "remove `contacts`, or add a [[contact]]; of stops and dry friction there are rows in events.csv, and sensors";
+            self.report("simulation.contacts", message, help);
+        }
         self.dissipative_strains();
     }
 
@@ -263,10 +270,12 @@ impl<'a> Checker<'a> {
             }
             self.shape(&key, shape);
         }
-        for (k, shape) in body.picture.iter().enumerate() {
-            let key = format!("{key}.picture[{k}]");
-            self.weighs_nothing(&key, shape);
-            self.shape(&key, shape);
+        for (of, shapes) in [("picture", &body.picture), ("collision", &body.collision)] {
+            for (k, shape) in shapes.iter().enumerate() {
+                let key = format!("{key}.{of}[{k}]");
+                self.weighs_nothing(&key, of, shape);
+                self.shape(&key, shape);
+            }
         }
         if let Some(mass) = body.mass {
             self.mass(&format!("{key}.mass"), mass);

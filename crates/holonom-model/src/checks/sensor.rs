@@ -45,13 +45,24 @@ impl Checker<'_> {
             SensorKind::Reaction if self.model.support(&sensor.of).is_some() => {}
             SensorKind::Reaction if self.carries_a_body(&sensor.of) => {}
             SensorKind::Reaction => self.reference(of, &sensor.of, &["joint", "bar"]),
+            SensorKind::Slip if self.model.contact(&sensor.of).is_some() => {}
+            SensorKind::Gap => self.reference(of, &sensor.of, &["contact"]),
+            SensorKind::ContactForce => {
+                if self.refers(of.clone(), &sensor.of, &["contact", "body"]) {
+                    self.sensor_touches(of, &sensor.of);
+                }
+            }
+            SensorKind::StopForce | SensorKind::FrictionTorque => {
+                if self.refers(of.clone(), &sensor.of, &["joint"]) {
+                    self.sensor_impulse(of, sensor);
+                }
+            }
             SensorKind::Slip => {
                 let known = self.refers(of.clone(), &sensor.of, &["constraint"]);
                 let all = &self.model.constraints;
                 if known && !all.iter().any(|c| c.name() == sensor.of && c.is_of_velocities()) {
                     let message = format!("`{}` does not roll, and is no blade", sensor.of);
-                    let help =
-                        "measure a [[constraint]] of type \"rolling\", \"blade\" or \"velocity\"";
+                    let help = "measure a [[contact]], or a [[constraint]] of type \"rolling\", \"blade\" or \"velocity\"";
                     self.report(of, message, help);
                 }
             }
@@ -68,6 +79,35 @@ impl Checker<'_> {
         self.sensor_point(key, sensor);
         self.sensor_element(key, sensor);
         self.sensor_place(key, sensor);
+    }
+
+    /// A body whose forces of contacts are measured touches something.
+    fn sensor_touches(&mut self, of: String, name: &str) {
+        let touches = self
+            .model
+            .contact_pairs()
+            .iter()
+            .any(|pair| pair.b.name == name || pair.a.name() == name);
+        if self.model.contact(name).is_none() && !touches {
+            let message = format!("`{name}` is in no contact");
+            self.report(of, message, "name it in a [[contact]], or measure another body");
+        }
+    }
+
+    /// A joint has the stops or the dry friction whose effort is measured.
+    fn sensor_impulse(&mut self, of: String, sensor: &Sensor) {
+        let Some(joint) = self.model.joint(&sensor.of) else { return };
+        let (there, what, help) = match sensor.kind {
+            SensorKind::StopForce => (
+                joint.stops().is_some(),
+                "rigid stops",
+                "give it `limits`; the effort of a `bumper` is measured by type = \"effort\"",
+            ),
+            _ => (joint.friction.is_some(), "dry friction", "give it `friction`"),
+        };
+        if !there {
+            self.report(of, format!("joint `{}` has no {what}", sensor.of), help);
+        }
     }
 
     /// Whether this is what rolls, or a blade.

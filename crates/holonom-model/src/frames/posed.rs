@@ -8,7 +8,8 @@ use super::start::is_ground;
 use crate::types::frame::Frame;
 use crate::types::reference_frame::MovingFrame;
 use crate::{
-    Bar, Beam, Body, Bushing, Constraint, Curve, Joint, Law, Load, Normal, Particle, Spring, Twist,
+    Bar, Beam, Body, Bushing, Constraint, Contact, ContactSide, Curve, Joint, Law, Load, Normal,
+    Particle, Spring, Twist,
 };
 
 /// A body; with `by_joints`, its velocities follow from its joints unless it states some.
@@ -170,6 +171,16 @@ pub(crate) fn bushing(bushing: &mut Bushing, frame: &MovingFrame) {
         let axes = frame.rotation * bushing.axes();
         bushing.matrix = Some(std::array::from_fn(|i| std::array::from_fn(|j| axes[(i, j)])));
         (bushing.quaternion, bushing.rotation_vector, bushing.euler) = (None, None, None);
+    }
+}
+
+/// A contact: the plane of the ground. One on a body, or with bodies, is left to the checks.
+pub(crate) fn contact(contact: &mut Contact, frame: &MovingFrame) {
+    let ContactSide::Plane(side) = &mut contact.a else { return };
+    if is_ground(&side.plane.on) {
+        contact.relative_to = None;
+        point(&mut side.plane.position, frame);
+        direction(&mut side.plane.normal, frame);
     }
 }
 

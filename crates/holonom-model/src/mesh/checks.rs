@@ -35,7 +35,7 @@ impl Checker<'_> {
     pub(crate) fn no_place(&mut self, key: &str, shape: &Shape) {
         let stated =
             [("position", shape.position.is_some()), ("quaternion", shape.quaternion.is_some())];
-        let help = "remove it; a shape that is only seen, at any place, is one of `picture`";
+        let help = "remove it; a shape that is only seen, at any place, is one of `picture`, one that only touches others one of `collision`";
         self.of_meshes(key, stated, help);
     }
 
@@ -46,11 +46,11 @@ impl Checker<'_> {
         }
     }
 
-    /// A shape of a picture has no density.
-    pub(crate) fn weighs_nothing(&mut self, key: &str, shape: &Shape) {
+    /// A shape of a picture, or of contacts, has no density.
+    pub(crate) fn weighs_nothing(&mut self, key: &str, of: &str, shape: &Shape) {
         if shape.density.is_some() {
             let help = "remove it; the `shape` of the body gives mass and inertia";
-            let message = "a shape of a picture weighs nothing".to_owned();
+            let message = format!("a shape of a {of} weighs nothing");
             self.report(format!("{key}.density"), message, help);
         }
     }

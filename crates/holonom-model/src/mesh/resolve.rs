@@ -22,7 +22,7 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
     let (mut problems, mut left) = (Vec::new(), MAX_MODEL_TRIANGLES);
     for (i, body) in bodies.iter_mut().enumerate() {
         let resolved = resolve_body(body, meshes, &mut left);
-        let resolved = resolved.and_then(|()| load_picture(body, meshes, &mut left));
+        let resolved = resolved.and_then(|()| load_others(body, meshes, &mut left));
         if let Err(problem) = resolved {
             problems.push((i, problem));
             if problems.len() >= MAX_PROBLEMS {
@@ -67,25 +67,31 @@ fn resolve_body(body: &mut Body, meshes: &mut Meshes, left: &mut usize) -> Resul
     Ok(())
 }
 
-/// Reads the meshes of the picture of a body.
-fn load_picture(body: &Body, meshes: &mut Meshes, left: &mut usize) -> Result<(), Problem> {
-    for (k, shape) in body.picture.iter().enumerate() {
-        load(shape.file.as_deref(), false, meshes, left)
-            .map_err(|problem| problem.below(&format!("picture[{k}]")))?;
+/// Reads the meshes of the picture of a body, and those with which it touches others; the picture
+/// may lack some.
+fn load_others(body: &Body, meshes: &mut Meshes, left: &mut usize) -> Result<(), Problem> {
+    for (of, shapes, needed) in
+        [("picture", &body.picture, false), ("collision", &body.collision, true)]
+    {
+        for (k, shape) in shapes.iter().enumerate() {
+            load(shape.file.as_deref(), needed, meshes, left)
+                .map_err(|problem| problem.below(&format!("{of}[{k}]")))?;
+        }
     }
     Ok(())
 }
 
-/// Reads the mesh of a shape; `None` where it has none, or where the picture may lack it.
+/// Reads the mesh of a shape; `None` where it has none, or where it may lack it: one that is not
+/// `needed`.
 fn load(
     file: Option<&str>,
-    weighed: bool,
+    needed: bool,
     meshes: &mut Meshes,
     left: &mut usize,
 ) -> Result<Option<Arc<Mesh>>, Problem> {
     let Some(file) = file else { return Ok(None) };
     let mesh = match meshes.load(file) {
-        Err(_) if meshes.lenient && !weighed => return Ok(None),
+        Err(_) if meshes.lenient && !needed => return Ok(None),
         read => read.map_err(|error| unreadable(file, &error))?,
     };
     let Some(rest) = left.checked_sub(mesh.triangles().len()) else {

@@ -17,7 +17,7 @@ pub struct BodySurface {
 
 impl BodySurface {
     /// A mesh where a shape places it.
-    pub(super) fn new(mesh: &Mesh, shape: &Shape) -> Self {
+    pub(crate) fn new(mesh: &Mesh, shape: &Shape) -> Self {
         Self::placed(mesh.corners(), mesh.triangles(), shape)
     }
 

@@ -65,7 +65,7 @@ macro_rules! examples {
     ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
 }
 
-const EXAMPLES: [(&str, &str); 18] = examples![
+const EXAMPLES: [(&str, &str); 19] = examples![
     "model",
     "simulation",
     "parameters",
@@ -76,6 +76,7 @@ const EXAMPLES: [(&str, &str); 18] = examples![
     "bar",
     "joint",
     "constraint",
+    "contact",
     "spring",
     "bushing",
     "load",

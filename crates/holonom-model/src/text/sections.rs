@@ -3,7 +3,7 @@
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
 /// Sections that are lists of named components.
-pub(crate) const LISTS: [&str; 15] = [
+pub(crate) const LISTS: [&str; 16] = [
     "frame",
     "body",
     "beam",
@@ -11,6 +11,7 @@ pub(crate) const LISTS: [&str; 15] = [
     "bar",
     "joint",
     "constraint",
+    "contact",
     "spring",
     "bushing",
     "load",

@@ -4,11 +4,10 @@
 /// Words, and the answer to them.
 type Wish = (&'static [&'static str], &'static str);
 
-const WISHES: [Wish; 29] = [
+const WISHES: [Wish; 30] = [
     (&["parallel", "threads", "gpu", "cores"], "a run uses one core; `holonom sweep` uses all"),
     (
         &[
-            "contact",
             "collision",
             "impact",
             "restitution",
@@ -20,10 +19,29 @@ const WISHES: [Wish; 29] = [
             "contact_pair",
             "ground_contact",
             "collide",
-            "contact_force",
+            "contype",
+            "conaffinity",
         ],
-        "contact of bodies is not modelled: they pass through each other. A joint has stops, `limits`; a point that is held on a line \
-         or a plane is a [[constraint]] of type \"point_on_line\" or \"point_on_plane\"; a [[law]] between two points pushes and pulls",
+        "bodies touch planes and one another in a [[contact]]: a = { plane = { position = …, normal = … } } or a body, b = [\"ball*\"], \
+         `friction`, `restitution`; their shapes are `collision` or `shape` of the [[body]]. Stops of a joint are its `limits`",
+    ),
+    (
+        &[
+            "static_friction",
+            "mu_s",
+            "rolling_friction",
+            "rolling_resistance",
+            "torsional_friction",
+            "spinning_friction",
+            "contact_stiffness",
+            "contact_damping",
+            "hertz",
+            "hunt_crossley",
+            "solref",
+            "solimp",
+        ],
+        "a [[contact]] is rigid, with one coefficient of friction and no resistance to rolling or spinning; elastic contact is a [[law]] \
+         between two points",
     ),
     (
         &[
@@ -31,16 +49,14 @@ const WISHES: [Wish; 29] = [
             "coulomb",
             "stiction",
             "mu",
-            "mu_s",
             "mu_k",
             "dry_friction",
             "frictionloss",
-            "static_friction",
             "friction_coefficient",
             "coefficient_of_friction",
         ],
         "dry friction of a joint is `friction = { torque = … }`, `{ force = … }` or `{ coefficient = …, radius = … }` of a \
-         [[joint]]; viscous friction is `damper = { damping = … }` of a joint, `damping` of a [[spring]]",
+         [[joint]], that of bodies which touch `friction` of a [[contact]]; viscous friction is `damper = { damping = … }` of a joint, `damping` of a [[spring]]",
     ),
     (
         &[

@@ -62,6 +62,10 @@ pub struct Body {
     /// the body's frame; they weigh nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub picture: Vec<Shape>,
+    /// Shapes with which it touches others in a `[[contact]]`, in the place of `shape`, each with a
+    /// `position` and a `quaternion` in the body's frame; they weigh nothing and are not drawn.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub collision: Vec<Shape>,
     /// Its colour in pictures, `"#rrggbb"` or a name: the sixteen of HTML, `"orange"`, `"grey"`,
     /// `"cyan"`, `"magenta"`; one of a palette by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -152,14 +156,23 @@ impl Body {
         }
     }
 
-    /// Its shape and those of its picture.
+    /// Its shape, those of its picture, and those with which it touches others.
     pub(crate) fn shapes(&self) -> impl Iterator<Item = &Shape> {
-        self.shape.iter().chain(&self.picture)
+        self.shape.iter().chain(&self.picture).chain(&self.collision)
+    }
+
+    /// The shapes with which it touches others.
+    #[must_use]
+    pub fn contact_shapes(&self) -> &[Shape] {
+        match (self.collision.is_empty(), &self.shape) {
+            (true, Some(shape)) => std::slice::from_ref(shape),
+            _ => &self.collision,
+        }
     }
 
     /// The same, to change them.
     pub(crate) fn shapes_mut(&mut self) -> impl Iterator<Item = &mut Shape> {
-        self.shape.iter_mut().chain(&mut self.picture)
+        self.shape.iter_mut().chain(&mut self.picture).chain(&mut self.collision)
     }
 
     /// Its colour in pictures, red, green, blue (sRGB), where one is stated.

@@ -66,8 +66,18 @@ pub enum SensorKind {
     /// by.
     Work,
     /// Of a `[[constraint]]` of type `rolling` or `blade`: the slip of the step that ended, m/s; of
-    /// what rolls in space, of a blade along its axis.
+    /// what rolls in space, of a blade along its axis. Of a `[[contact]]` the largest slip of its
+    /// points that touch, in the step that begins.
     Slip,
+    /// Of a `[[contact]]`: the smallest gap, m; negative where shapes overlap.
+    Gap,
+    /// Of a `[[contact]]`: the sum of its forces on the bodies of `b`, in space, N; of a body the
+    /// sum of all forces of contacts on it.
+    ContactForce,
+    /// Of a joint with rigid `limits`: the effort of its stops along the coordinate, N or N·m.
+    StopForce,
+    /// Of a joint with `friction`: its effort along the coordinate, N·m, of a displacement N.
+    FrictionTorque,
     /// Of a beam at `element`: the shear forces `N1, N2` and the normal force `N3`, N, and the
     /// moments about its directors, `M1, M2` bending and `M3` twisting, N·m.
     SectionForce,
@@ -91,6 +101,9 @@ impl SensorKind {
                 | Self::JointAcceleration
                 | Self::Reaction
                 | Self::Slip
+                | Self::ContactForce
+                | Self::StopForce
+                | Self::FrictionTorque
                 | Self::Work
                 | Self::Imu
                 | Self::Expression
@@ -188,7 +201,8 @@ pub struct Sensor {
     /// What it measures.
     #[serde(rename = "type")]
     pub kind: SensorKind,
-    /// The body, node, particle, joint, bar or beam it is attached to; an `expression` has none.
+    /// The body, node, particle, joint, bar, beam or contact it is attached to; an `expression` has
+    /// none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub of: String,
     /// The point of a body (`position`, `velocity`, `acceleration`, `imu`, `distance`): body

@@ -327,6 +327,10 @@ pub struct Settings {
     #[serde(default = "twelve", skip_serializing_if = "is_twelve")]
     #[schemars(extend("default" = 12))]
     pub max_events: u32,
+    /// Write the contacts of bodies at each recorded node to `contacts.csv`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
+    pub contacts: bool,
     /// What happens where a step is refused.
     #[serde(default, skip_serializing_if = "is_stop")]
     #[schemars(extend("default" = "stop"))]
@@ -388,6 +392,7 @@ impl Settings {
             newton_max_iterations: thirty(),
             contact: ContactMethod::default(),
             max_events: twelve(),
+            contacts: false,
             on_failure: OnFailure::default(),
         }
     }

@@ -82,11 +82,11 @@ pub struct Shape {
     pub scale: Option<Scale>,
     /// Of a mesh, the origin of the file in the body's frame, m; by default such that the mesh has
     /// its centre of mass in the origin of the body where mass or inertia follow from it, else
-    /// `[0, 0, 0]`. Of another shape of a `picture`, its centre of mass.
+    /// `[0, 0, 0]`. Of another shape of a `picture` or a `collision`, its centre of mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,
-    /// Of a mesh and of the shapes of a `picture`, from their own axes to those of the body: a unit
-    /// quaternion `[w, x, y, z]`.
+    /// Of a mesh and of the shapes of a `picture` or a `collision`, from their own axes to those of
+    /// the body: a unit quaternion `[w, x, y, z]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quaternion: Option<[f64; 4]>,
 }

@@ -5,8 +5,8 @@
 
 use holonom::Model;
 use holonom::model::{
-    Beam, Body, Constraint, Curve, Damping, Frame, GROUND, History, Inertia, Joint, JointLimits,
-    Limits, Load, MotionPath, Normal, Section, Shape, Spring, SpringLaw, Stations,
+    Beam, Body, Constraint, ContactSide, Curve, Damping, Frame, GROUND, History, Inertia, Joint,
+    JointLimits, Limits, Load, MotionPath, Normal, Section, Shape, Spring, SpringLaw, Stations,
 };
 use holonom::nalgebra::{Matrix3, Vector3};
 
@@ -105,7 +105,8 @@ impl Units {
         self.vector(&mut body.velocity, [1, 0, -1]);
         let spins = [&mut body.angular_velocity, &mut body.body_angular_velocity];
         spins.into_iter().flatten().for_each(|x| self.vector(x, [0, 0, -1]));
-        body.shape.iter_mut().chain(&mut body.picture).for_each(|shape| self.shape(shape));
+        let others = body.picture.iter_mut().chain(&mut body.collision);
+        body.shape.iter_mut().chain(others).for_each(|shape| self.shape(shape));
     }
 
     fn rows(self, rows: &mut Option<[[f64; 6]; 6]>, powers: [i32; 3]) {
@@ -320,6 +321,11 @@ pub fn in_units(model: &Model, units: Units) -> Model {
             }
         }
     }
+    for contact in &mut new.contacts {
+        if let ContactSide::Plane(side) = &mut contact.a {
+            units.length(&mut side.plane.position);
+        }
+    }
     new.springs.iter_mut().for_each(|spring| units.spring(spring));
     new.loads.iter_mut().for_each(|load| units.load(load));
     for sensor in &mut new.sensors {
@@ -455,6 +461,14 @@ pub fn displaced(model: &Model, by: &Displacement) -> Model {
                 in_space.flat_map(|term| &mut term.direction).for_each(|own| by.direction(own));
             }
             Constraint::Gear { .. } | Constraint::Motion { .. } => {}
+        }
+    }
+    for contact in &mut new.contacts {
+        if let ContactSide::Plane(side) = &mut contact.a
+            && side.plane.on == GROUND
+        {
+            by.point(&mut side.plane.position);
+            by.direction(&mut side.plane.normal);
         }
     }
     for spring in &mut new.springs {

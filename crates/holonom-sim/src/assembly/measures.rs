@@ -229,4 +229,5 @@ fn is_held(model: &Model, mechanism: &Mechanism) -> bool {
             .iter()
             .any(|law| law.on.is_some() || [&law.from, &law.to].into_iter().flatten().any(ground))
         || !mechanism.description().scalars.is_empty()
+        || model.contacts.iter().any(|own| own.plane().is_some_and(|plane| plane.on == "ground"))
 }

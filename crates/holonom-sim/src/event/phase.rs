@@ -11,6 +11,8 @@ pub(crate) fn in_force(model: &Model, switches: &Switches) -> Model {
     let mut model = model.clone();
     let gone = |name: &str| switches.released.contains(name);
     let idle = |name: &str| gone(name) || switches.disabled.contains(name);
+    let released = model.joints.iter().filter(|joint| gone(&joint.name));
+    model.released = released.map(|own| [own.parent.clone(), own.child.clone()]).collect();
     model.joints.retain(|joint| !gone(&joint.name));
     for joint in &mut model.joints {
         joint.rate = None; // of the start

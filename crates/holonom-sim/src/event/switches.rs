@@ -70,20 +70,25 @@ impl Lock {
     }
 }
 
-/// What an event did to a part: a row of `events.csv`.
+/// What an event did to a part, or what a contact did: a row of `events.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EventRecord {
     /// When, s.
     pub t: f64,
-    /// The event.
+    /// The event, the contact, or the joint with a stop or with dry friction.
     pub event: String,
-    /// The action and the part: `release sling`.
+    /// The action and the part: `release sling`; of contacts `impact`, `touch`, `slip`, `stick`,
+    /// `separate` and the bodies, or the limit of a joint: `impact upper`.
     pub action: String,
-    /// What the energy is less than before, J: of a lock by its impact, of all else at this time in
-    /// the first row.
+    /// What the energy is less than before, J: of a lock and of a contact by its impact, of all
+    /// else at this time in the first row.
     pub energy_lost: f64,
-    /// The impulse of a lock along its coordinate, N·s or N·m·s.
+    /// The impulse of a lock along its coordinate, of a contact along its normal, N·s or N·m·s.
     pub impulse: Option<f64>,
+    /// The velocity of a contact along its normal before an impact or a touch, m/s or rad/s.
+    pub before: Option<f64>,
+    /// The same after it.
+    pub after: Option<f64>,
     /// What changed at this time; not in files.
     #[serde(skip)]
     pub jump: EventJump,

@@ -38,7 +38,7 @@ pub(super) const TEMPORARY: &str = "checkpoint.tmp";
 const FILES: [&str; 4] = [CHECKPOINTS[0], CHECKPOINTS[1], REFUSED, TEMPORARY];
 
 const MAGIC: [u8; 8] = *b"holonom\x1a";
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 const HEAD: usize = 36;
 const LEVEL: u8 = 1; // of the compression
 /// Most bytes of a payload that is not compressed: thirty times the state of 100,000 bodies.

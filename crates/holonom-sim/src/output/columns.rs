@@ -6,6 +6,7 @@
 //! | `residuals.csv` | [`RESIDUALS`]; in statics [`UNSTABLE`] |
 //! | `energy.csv` | [`KINETIC`], [`GRAVITY`], [`ELASTIC`], [`SPRINGS`], [`energy`] of each bushing, [`TOTAL`], [`work`] of each source, [`BALANCE`] |
 //! | `events.csv` | [`EVENT_COLUMNS`], without [`HEAD`] |
+//! | `contacts.csv` | [`CONTACT_COLUMNS`] |
 //! | `sensors.csv` | those of [`crate::sensor::Column`] |
 //! | `beams.csv` | [`PLACE`], [`SECTION`] |
 //! | `momenta.csv` | the groups [`MULTIPLIERS`], [`MOMENTUM`], [`PROJECTED`], [`REDUCED`]; `ENERGY.kinetic` and `ENERGY.potential` of [`NODE_ENERGIES`] |
@@ -147,12 +148,39 @@ pub const MOTIONS: Source = Source::System("motions");
 pub const EVENTS: Source = Source::System("events");
 
 /// The columns of `events.csv`.
-pub const EVENT_COLUMNS: [Column; 5] = [
+pub const EVENT_COLUMNS: [Column; 7] = [
     number("t", "time", "s"),
     Column { kind: FieldKind::Text, ..number("event", "event", "") },
     Column { kind: FieldKind::Text, ..number("action", "action", "") },
     number("energy_lost", "energy", "J"),
     number("impulse", "impulse", "N·s or N·m·s"),
+    number("before", "velocity", "m/s or rad/s"),
+    number("after", "velocity", "m/s or rad/s"),
+];
+
+const fn text(name: &'static str) -> Column {
+    Column { kind: FieldKind::Text, ..number(name, name, "") }
+}
+
+/// The columns of `contacts.csv` after [`HEAD`].
+pub const CONTACT_COLUMNS: [Column; 17] = [
+    text("contact"),
+    text("a"),
+    text("b"),
+    index("feature", "point"),
+    number("x", "position", "m"),
+    number("y", "position", "m"),
+    number("z", "position", "m"),
+    number("nx", "normal", ""),
+    number("ny", "normal", ""),
+    number("nz", "normal", ""),
+    number("gap", "gap", "m"),
+    number("normal", "force", "N"),
+    number("tx", "force", "N"),
+    number("ty", "force", "N"),
+    number("tz", "force", "N"),
+    number("slip", "slip", "m/s"),
+    text("state"),
 ];
 
 /// The name of a beam.

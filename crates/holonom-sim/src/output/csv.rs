@@ -256,6 +256,7 @@ mod tests {
             momenta: None,
             unstable: None,
             notice: None,
+            contacts: Vec::new(),
             events: Vec::new(),
         }
     }

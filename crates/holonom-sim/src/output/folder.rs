@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use super::beams::BeamWriter;
 use super::checkpoint::{self, Checkpoint};
+use super::contacts::ContactWriter;
 use super::csv::{Trajectory, TrajectoryWriter};
 use super::energy::EnergyWriter;
 use super::events::{self, EventWriter};
@@ -27,10 +28,11 @@ use crate::event::EventRecord;
 use crate::sample::{Member, MomentaNames};
 use crate::sensor::Column;
 use crate::system::beams::Beams;
+use crate::system::contact_origin::ContactOrigin;
 use holonom_model::{Columns, read_regular_text};
 
 /// Files that make a folder one of ours.
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     "trajectory.csv",
     "residuals.csv",
     "sensors.csv",
@@ -38,6 +40,7 @@ const FILES: [&str; 10] = [
     "momenta.csv",
     "energy.csv",
     EVENTS,
+    CONTACTS,
     "summary.json",
     MODEL,
     "report.html",
@@ -48,6 +51,9 @@ pub(super) const MODEL: &str = "model.toml";
 
 /// What events did; one row for each action.
 const EVENTS: &str = "events.csv";
+
+/// Contacts of bodies; one row for each and each node.
+const CONTACTS: &str = "contacts.csv";
 
 /// So many of them, the first, have a row for each node.
 const ROWS: usize = 6;
@@ -308,6 +314,18 @@ impl RunFolder {
     pub fn events(&self) -> Result<EventWriter<RowFile>, OutputError> {
         let writer = self.rows(EVENTS).and_then(EventWriter::new);
         writer.map_err(|e| at(&self.path.join(EVENTS), e))
+    }
+
+    /// Begins `contacts.csv`; `origins`: the elements with impulses of the model.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn contacts(
+        &self,
+        origins: &[ContactOrigin],
+    ) -> Result<ContactWriter<RowFile>, OutputError> {
+        let writer = self.rows(CONTACTS).and_then(|file| ContactWriter::new(file, origins));
+        writer.map_err(|e| at(&self.path.join(CONTACTS), e))
     }
 
     /// Reads `events.csv`; empty where the run has none.

@@ -7,6 +7,8 @@
 //! | `sensors.csv` | what the sensors measure at the same nodes; only when the model has sensors |
 //! | `beams.csv` | strains and section forces along beams at the same nodes; only when the model has beams |
 //! | `energy.csv` | parts of the energy and the work done at the same nodes; not in statics |
+//! | `contacts.csv` | contacts of bodies at the same nodes; only when the model asks for it |
+//! | `events.csv` | what events and contacts did; only when the model has some |
 //! | `momenta.csv` | multipliers, momenta, parts of the energies at the same nodes; only when the model asks for it |
 //! | `summary.json` | [`Summary`] |
 //! | `model.toml` | the model, resolved |
@@ -19,6 +21,7 @@
 mod beams;
 mod checkpoint;
 pub mod columns;
+mod contacts;
 mod csv;
 mod energy;
 mod events;
@@ -44,6 +47,7 @@ mod written;
 pub use beams::BeamWriter;
 pub use checkpoint::{CHECKPOINTS, Checkpoint, CheckpointError};
 pub use columns::RowTable;
+pub use contacts::ContactWriter;
 pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
 pub use energy::EnergyWriter;
 pub use events::EventWriter;

@@ -4,6 +4,7 @@ use std::io;
 
 use super::beams::BeamWriter;
 use super::checkpoint::Checkpoint;
+use super::contacts::ContactWriter;
 use super::csv::TrajectoryWriter;
 use super::energy::EnergyWriter;
 use super::events::EventWriter;
@@ -28,6 +29,7 @@ pub struct Recorder {
     momenta: Option<MomentaWriter<RowFile>>,
     energies: Option<EnergyWriter<RowFile>>,
     events: Option<EventWriter<RowFile>>,
+    contacts: Option<ContactWriter<RowFile>>,
     summary: SummaryBuilder,
     files: Vec<&'static str>,
     written: Vec<Written>, // of the files, at the last checkpoint
@@ -51,13 +53,18 @@ impl Recorder {
         let beams = folder.beams(experiment.beams())?;
         let momenta = folder.momenta(experiment.momenta_names().as_ref())?;
         let energies = folder.energies(experiment.energy_columns())?;
-        let events = experiment.events().map(|_| folder.events()).transpose()?;
+        let origins = experiment.contacts();
+        let acts = experiment.events().is_some() || !origins.is_empty();
+        let events = acts.then(|| folder.events()).transpose()?;
+        let contacts =
+            experiment.writes_contacts().then(|| folder.contacts(origins)).transpose()?;
         let others = [
             (sensors.is_some(), "sensors.csv"),
             (beams.is_some(), "beams.csv"),
             (momenta.is_some(), "momenta.csv"),
             (energies.is_some(), "energy.csv"),
             (events.is_some(), "events.csv"),
+            (contacts.is_some(), "contacts.csv"),
         ];
         let mut files = vec!["trajectory.csv", "residuals.csv"];
         files.extend(others.into_iter().filter(|(there, _)| *there).map(|(_, name)| name));
@@ -71,6 +78,7 @@ impl Recorder {
             momenta,
             energies,
             events,
+            contacts,
             summary,
             files,
             written,
@@ -100,6 +108,7 @@ impl Recorder {
         self.momenta.as_mut().map_or(Ok(()), |momenta| momenta.record(sample))?;
         self.energies.as_mut().map_or(Ok(()), |energies| energies.record(sample))?;
         self.events.as_mut().map_or(Ok(()), |events| events.record(&sample.events))?;
+        self.contacts.as_mut().map_or(Ok(()), |contacts| contacts.record(sample))?;
         self.summary.record(sample);
         Ok(())
     }
@@ -115,7 +124,8 @@ impl Recorder {
             self.beams.as_mut().map_or(Ok(()), BeamWriter::flush)?;
             self.momenta.as_mut().map_or(Ok(()), MomentaWriter::flush)?;
             self.energies.as_mut().map_or(Ok(()), EnergyWriter::flush)?;
-            self.events.as_mut().map_or(Ok(()), EventWriter::flush)
+            self.events.as_mut().map_or(Ok(()), EventWriter::flush)?;
+            self.contacts.as_mut().map_or(Ok(()), ContactWriter::flush)
         };
         flush().map_err(|e| at(self.folder.path(), e))
     }

@@ -97,6 +97,7 @@ mod tests {
             momenta: None,
             unstable: None,
             notice: None,
+            contacts: Vec::new(),
             events: Vec::new(),
         };
         writer.record(&sample).unwrap();

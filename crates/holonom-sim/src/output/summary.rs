@@ -12,6 +12,7 @@ use crate::run::outcome::{RunFailure, RunOutcome};
 use crate::sample::Sample;
 use holonom_model::{Family, HighOrder, Model};
 use vi_beam::ElementKind;
+use vi_core::contact_state::ContactCounts;
 use vi_core::momentum_map::Momentum;
 
 /// How a run ended.
@@ -199,6 +200,9 @@ pub struct Summary {
     /// How often each event has acted; absent without events.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub events: BTreeMap<String, u64>,
+    /// How contacts, stops and dry friction have acted; absent where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contacts: Option<ContactCounts>,
     /// The fastest rotation of what no prescribed motion turns, against the step; absent where
     /// nothing turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -354,6 +358,7 @@ impl SummaryBuilder {
             loop_residual: None,
             tension_raised: None,
             events: BTreeMap::new(),
+            contacts: None,
             fastest_rotation: None,
             warnings: assembly.warnings.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -301,6 +301,9 @@ fn without_amplitudes(model: &mut Model) -> Vec<String> {
         | SensorKind::Power
         | SensorKind::Work
         | SensorKind::Slip
+        | SensorKind::ContactForce
+        | SensorKind::StopForce
+        | SensorKind::FrictionTorque
         | SensorKind::Imu
         | SensorKind::Expression => true,
         SensorKind::Effort => constraints.contains(&sensor.of),

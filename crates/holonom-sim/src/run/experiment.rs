@@ -11,8 +11,10 @@ use crate::resolution::rotation::FastestRotation;
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
 use crate::system::beams::Beams;
+use crate::system::contact_origin::ContactOrigin;
 use holonom_model::Columns;
 use vi_constraints::integrator::ResumeError;
+use vi_core::contact_state::ContactCounts;
 
 /// What can be run: a motion, or a continuation of equilibria.
 pub trait Experiment: Send {
@@ -56,6 +58,18 @@ pub trait Experiment: Send {
     /// The events of a motion, and how often each has acted; `None` where the model has none.
     fn events(&self) -> Option<Vec<(String, u64)>> {
         None
+    }
+    /// The elements with impulses of a motion: contacts, stops, dry friction.
+    fn contacts(&self) -> &[ContactOrigin] {
+        &[]
+    }
+    /// How they have acted so far; `None` where there are none.
+    fn contact_counts(&self) -> Option<ContactCounts> {
+        None
+    }
+    /// Whether the contacts of each node are recorded.
+    fn writes_contacts(&self) -> bool {
+        false
     }
     /// The fastest rotation of a motion so far, against the step; `None` where nothing turns.
     fn fastest_rotation(&self) -> Option<FastestRotation> {

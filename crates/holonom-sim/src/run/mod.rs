@@ -1,5 +1,6 @@
 //! A run: what can be run, its state between two steps, its nodes, and how it ends.
 
+pub mod contacts;
 pub(crate) mod divided_steps;
 pub(crate) mod energies;
 pub(crate) mod energy_watch;

@@ -4,6 +4,7 @@
 //! depends on sums and angles that are followed along the run: work, unwrapped angles and signs of
 //! sensors, angles of beam elements.
 
+use super::contacts::ContactsSoFar;
 use super::divided_steps::DividedSteps;
 use super::energy_watch::EnergyWatch;
 use super::rolling::RollingState;
@@ -31,6 +32,8 @@ pub struct RunState {
     pub(crate) loops: LoopResiduals,
     #[serde(default)]
     pub(crate) rolling: RollingState,
+    #[serde(default)]
+    pub(crate) contacts: ContactsSoFar,
     pub(crate) switches: Option<Switches>, // of a model with events
     pub(crate) iterations: f64,            // of Newton's method in the last step
     pub(crate) held: Vec<f64>,             // by inputs, one after the other

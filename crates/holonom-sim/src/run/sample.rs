@@ -2,6 +2,7 @@
 
 use crate::event::EventRecord;
 use crate::output::columns::COORDINATE_NAMES;
+use crate::run::contacts::ContactSample;
 use serde::{Deserialize, Serialize};
 use vi_core::Energies;
 use vi_core::momentum_map::Momentum;
@@ -152,7 +153,11 @@ pub struct Sample {
     /// [`crate::simulation::Simulation::warnings`] from here on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub notice: Option<String>,
-    /// What events did since the node before, and in the step from here.
+    /// Contacts, stops and dry friction that transmit a force, where the model asks for them
+    /// (`simulation.contacts`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<ContactSample>,
+    /// What events and contacts did since the node before, and in the step from here.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<EventRecord>,
 }

@@ -170,6 +170,17 @@ impl<'a> SensedParts<'a> {
                 }
                 _ => named(&[""], "slip", "m/s"),
             },
+            SensorKind::Gap => named(&[""], "gap", "m"),
+            SensorKind::ContactForce => named(&REACTION[..3], "force", "N"),
+            SensorKind::StopForce | SensorKind::FrictionTorque => {
+                let joint = self.joints.get(of);
+                let freedom = joint.and_then(|joint| match sensor.kind {
+                    SensorKind::StopForce => joint.stops().map(|own| own.freedom),
+                    _ => joint.friction.map(|own| own.freedom),
+                });
+                let angle = joint.zip(freedom).is_none_or(|(own, k)| own.pair().is_angle(k));
+                if angle { named(&[""], "torque", "N·m") } else { named(&[""], "force", "N") }
+            }
             SensorKind::Effort => self.effort_parts(of),
             SensorKind::Power => named(&self.acting_parts(of), "power", "W"),
             SensorKind::Work => named(&self.acting_parts(of), "work", "J"),

@@ -27,12 +27,14 @@
 //! | `columns` | names, quantities and units of the numbers |
 //! | `view` | what sensors see of a node |
 //! | `observer` | what is seen from a body |
+//! | `contact` | gaps and forces of contacts, stops, dry friction |
 //! | `effort` | springs, dampers, motors, prescribed motions |
 //! | `power` | what these and loads put into the system |
 //! | `work` | the same since the start |
 //! | `section` | section forces and strains of beams |
 
 mod columns;
+mod contact;
 mod effort;
 mod observer;
 mod power;
@@ -44,6 +46,7 @@ pub use columns::{Column, REACTION, UNIQUE, columns};
 pub(crate) use columns::{columns_of, columns_of_signal, parts_of_signal};
 pub(crate) use view::{View, Works};
 
+use contact::ContactGauge;
 use effort::Effort;
 use observer::Observer;
 use power::Power;
@@ -54,6 +57,7 @@ use crate::dynamics::Dynamics;
 use crate::run::run_state::same_length;
 use crate::stepper::Wanted;
 use crate::system::beams::Beams;
+use crate::system::contact_origin::ContactOrigin;
 use crate::system::names::Names;
 use crate::system::signal::output::{SignalGauge, SignalNetwork};
 use holonom_model::expression::Program;
@@ -99,6 +103,7 @@ enum Gauge {
     Held(usize),                      // scalar constraint of the description
     Slip(Vec<(usize, Vector3<f64>)>), // of what rolls: rows among those of velocities, directions
     BladeSlip(usize),
+    Contact(ContactGauge),
     Effort(Effort),
     Power(Power),
     Work(Work),
@@ -171,6 +176,7 @@ pub struct Sensors {
     of: Vec<MeasuredPart>,              // of each gauge
     observer: Option<ReactionObserver>, // where sensors ask for reactions
     accelerations: bool,                // whether any asks for them
+    contacts: bool,                     // likewise
     signals: Option<SignalGauge>,
 }
 
@@ -181,6 +187,7 @@ impl Sensors {
         mechanism: &Mechanism,
         dynamics: &Dynamics,
         (beams, signals): (&Beams, Option<SignalNetwork>),
+        contacts: &[ContactOrigin],
     ) -> Self {
         let model = names.model;
         let joints = mechanism.description().joints.iter();
@@ -189,6 +196,7 @@ impl Sensors {
             mechanism,
             dynamics,
             beams,
+            contacts,
             joints: joints.map(|joint| joint.name.as_str()).zip(0..).collect(),
             q: mechanism.initial_configuration(),
         };
@@ -250,11 +258,24 @@ impl Sensors {
                     | Gauge::JointAcceleration(_)
             ) || matches!(gauge, Gauge::Section(section) if section.needs_acceleration())
         });
+        let contacts =
+            gauges.iter().any(|own| matches!(own, Gauge::Contact(own) if own.needs_step()));
         let observer = reactions.then(|| ReactionObserver::new(mechanism));
         let signals = signals.zip(dynamics.forces.signals.clone());
         let signals = signals.map(|(own, states)| SignalGauge::new(own, states));
         let inputs = Vec::new();
-        Self { columns, hidden, expressions, inputs, gauges, of, observer, accelerations, signals }
+        Self {
+            columns,
+            hidden,
+            expressions,
+            inputs,
+            gauges,
+            of,
+            observer,
+            accelerations,
+            contacts,
+            signals,
+        }
     }
 
     /// The columns of `sensors.csv`; empty without sensors.
@@ -276,6 +297,7 @@ impl Sensors {
                     | Gauge::Orientation(_)
                     | Gauge::Distance(_)
                     | Gauge::Coordinate(_)
+                    | Gauge::Contact(ContactGauge::Gap(_))
             )
         })
     }
@@ -284,7 +306,7 @@ impl Sensors {
     pub(crate) fn read_configuration(&self, gauge: usize, t: f64, q: &[f64], out: &mut Vec<f64>) {
         let none = &[][..];
         let (angles, signals, v, a, force, slips) = (none, none, none, none, none, none);
-        let view = View { t, q, angles, signals, v, a, force, works: None, slips };
+        let view = View { t, q, angles, signals, v, a, force, works: None, slips, contacts: None };
         self.gauges[gauge].read(&view, None, out);
     }
 
@@ -297,7 +319,11 @@ impl Sensors {
 
     /// What is needed of a node.
     pub(crate) fn wanted(&self) -> Wanted {
-        Wanted { forces: self.observer.is_some(), accelerations: self.accelerations }
+        Wanted {
+            forces: self.observer.is_some(),
+            accelerations: self.accelerations,
+            contacts: self.contacts,
+        }
     }
 
     /// Reads signals as these sensors do, which are of the mechanism in force.
@@ -525,6 +551,7 @@ impl Gauge {
                 out.extend(&rows.iter().map(slip).sum::<Vector3<f64>>());
             }
             Self::BladeSlip(row) => out.push(at.slips.get(*row).copied().unwrap_or(0.0)),
+            Self::Contact(contact) => contact.read(at.configuration(), at.contacts, out),
             Self::Effort(effort) => effort.read(at, reactions, out),
             Self::Power(power) => power.read(at, reactions, out),
             Self::Work(work) => work.read(at, out),
@@ -559,6 +586,7 @@ struct Builder<'a> {
     mechanism: &'a Mechanism,
     dynamics: &'a Dynamics,
     beams: &'a Beams,
+    contacts: &'a [ContactOrigin],
     joints: BTreeMap<&'a str, usize>, // of the description, by name
     q: Vec<f64>,                      // initial configuration
 }
@@ -689,7 +717,16 @@ impl Builder<'_> {
                     None => Gauge::Held(self.scalar(of)?),
                 },
             },
+            SensorKind::Slip if self.names.model.contact(of).is_some() => {
+                Gauge::Contact(ContactGauge::slip(self.contacts, of))
+            }
             SensorKind::Slip => slip_of(self.mechanism, self.scalar(of)?)?,
+            SensorKind::Gap => Gauge::Contact(ContactGauge::gap(self.contacts, of)),
+            SensorKind::ContactForce => Gauge::Contact(ContactGauge::force(self.contacts, of)),
+            SensorKind::StopForce => Gauge::Contact(ContactGauge::joint(self.contacts, of, true)?),
+            SensorKind::FrictionTorque => {
+                Gauge::Contact(ContactGauge::joint(self.contacts, of, false)?)
+            }
             SensorKind::Effort => Gauge::Effort(Effort::of(of, self)?),
             SensorKind::Power => Gauge::Power(Power::of(of, self)?),
             SensorKind::Work => Gauge::Work(Work::of(of, self)?),

@@ -1,5 +1,6 @@
 //! What sensors see of a node.
 
+use crate::run::contacts::ContactSample;
 use crate::run::energies::EnergyTerms;
 use vi_core::Configuration;
 
@@ -40,6 +41,8 @@ pub(crate) struct View<'a> {
     pub(crate) works: Option<Works<'a>>,
     /// `A_d` of the step that ended here, of each constraint on velocities, m/s.
     pub(crate) slips: &'a [f64],
+    /// The contacts of the node; `None` where no step from it is known.
+    pub(crate) contacts: Option<&'a [ContactSample]>,
 }
 
 impl<'a> View<'a> {

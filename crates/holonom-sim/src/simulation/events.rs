@@ -257,7 +257,18 @@ impl Simulation {
         let Configuration { t, q, .. } = node.configuration();
         let (angles, signals) = (&node.state.angles[..], stepper.signals(node.state));
         let v = &node.node.v;
-        let view = View { t, q, angles, signals, v, a: &[], force: &[], works: None, slips: &[] };
+        let view = View {
+            t,
+            q,
+            angles,
+            signals,
+            v,
+            a: &[],
+            force: &[],
+            works: None,
+            slips: &[],
+            contacts: None,
+        };
         let step = node.state.step;
         conditions.read(mechanism, stepper.rows(), view, sides).map_err(|message| RunFailure {
             step,
@@ -361,6 +372,8 @@ impl Simulation {
                     action,
                     energy_lost: 0.0,
                     impulse: None,
+                    before: None,
+                    after: None,
                     jump,
                 });
             }
@@ -419,7 +432,7 @@ impl Simulation {
         let switches = &events.switches;
         let model = in_force(&events.model, switches);
         let outside = events.outside.without(|joint| switches.released.contains(joint));
-        let System { mechanism, dynamics, laws, sensors: signals, .. } =
+        let System { mechanism, dynamics, laws, sensors: signals, contacts, .. } =
             system::build_with_locks(&model, &outside, &switches.locks)?;
         let start = switches.phase.as_deref().unwrap_or(&events.first);
         let PhaseStart { step, t, q, v, internal } = start;
@@ -447,6 +460,7 @@ impl Simulation {
             events.conditions.sensors().act_by(next.mechanism(), &dynamics.forces, &idle);
             events.conditions.sensors().read_signals_as(&signals);
         }
+        self.contacts.act_by(&contacts);
         (self.laws, self.stepper, self.rolling) = (laws, next, rolling);
         Ok(())
     }

@@ -34,6 +34,7 @@ use crate::event::switches::PhaseStart;
 use crate::experiment::Experiment;
 use crate::resolution::limits::LimitWatch;
 use crate::resolution::rotation::{FastestRotation, RotationWatch};
+use crate::run::contacts::ContactWatch;
 use crate::run::energies::EnergyTerms;
 use crate::run::energy_watch::EnergyWatch;
 use crate::run::rolling::RollingWatch;
@@ -44,6 +45,8 @@ use crate::start::StartValues;
 use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::beams::Beams;
 use crate::system::bushing;
+use crate::system::contact;
+use crate::system::contact_origin::ContactOrigin;
 use crate::system::held::Input;
 use crate::system::joint_contact::nonsmooth_options;
 use crate::system::law::{self, Laws};
@@ -59,6 +62,7 @@ pub use vi_constraints::integrator::ResumeError;
 use vi_constraints::integrator::{StepReport, When};
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, InitialValues, Options};
+use vi_core::contact_state::ContactCounts;
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
@@ -83,6 +87,7 @@ pub struct Simulation {
     pub(crate) divided: DividedSteps,
     loops: LoopResiduals,
     pub(crate) rolling: RollingWatch,
+    pub(crate) contacts: ContactWatch,
     pub(crate) events: Option<Box<Events>>,
     iterations: f64, // of the step that led to the present node
     inputs: Vec<Input>,
@@ -142,7 +147,7 @@ impl Simulation {
         t: f64,
     ) -> Result<Self, ModelError> {
         outside.prepare(model)?;
-        let System { mechanism, dynamics, members, mut sensors, beams, laws } =
+        let System { mechanism, dynamics, members, mut sensors, beams, contacts, laws } =
             system::build_with(model, outside)?;
         let h = model.settings.step;
         let start = StartValues::of(model, &mechanism, outside)?;
@@ -151,6 +156,7 @@ impl Simulation {
             false => StatedStart::given(&mechanism, &start),
         };
         let at = InitialValues::new(t, &start.q, &start.v);
+        contact::check_overlap(&dynamics.forces.contacts.elements, &contacts, t, &start.q)?;
         let rolling = RollingWatch::new(&mechanism);
         let mut wanted = sensors.wanted();
         wanted.forces |= rolling.needs_forces();
@@ -170,6 +176,7 @@ impl Simulation {
         assembly.warnings.extend(law::warnings(&laws));
         assembly.warnings.extend(signal::warnings(model));
         assembly.warnings.extend(bushing::warnings(model));
+        assembly.warnings.extend(model.contact_remarks());
         limits.begin();
         let (forces, node) = (stepper.sources(), stepper.node());
         let energies = EnergyTerms::new(model, stepper.mechanism(), &dynamics, mass, forces, &node);
@@ -202,6 +209,7 @@ impl Simulation {
             divided: DividedSteps::default(),
             loops: LoopResiduals::default(),
             rolling,
+            contacts: ContactWatch::new(contacts),
             events,
             iterations: 0.0,
             inputs: outside.inputs.clone(),
@@ -341,6 +349,7 @@ impl Simulation {
             divided: self.divided,
             loops: self.loops,
             rolling: self.rolling.state().clone(),
+            contacts: self.contacts.state().clone(),
             switches: self.events.as_ref().map(|events| events.switches.clone()),
             iterations: self.iterations,
             held: self.inputs.iter().flat_map(Input::held).collect(),
@@ -362,6 +371,7 @@ impl Simulation {
             divided,
             loops,
             rolling,
+            contacts,
             switches,
             iterations,
             held,
@@ -378,6 +388,7 @@ impl Simulation {
         (self.watch, self.divided, self.loops) = (energy, divided, loops);
         self.rotation.fastest = rotation;
         self.rolling.resume(rolling);
+        self.contacts.resume(contacts);
         self.sensors.resume(&followed);
         self.iterations = iterations;
         let mut rest = &held[..];
@@ -428,6 +439,16 @@ impl Experiment for Simulation {
     fn events(&self) -> Option<Vec<(String, u64)>> {
         let counts = self.events.as_ref()?.counts();
         Some(counts.map(|(name, count)| (name.to_owned(), count)).collect())
+    }
+    fn contacts(&self) -> &[ContactOrigin] {
+        self.contacts.origins()
+    }
+    fn contact_counts(&self) -> Option<ContactCounts> {
+        let state = self.stepper.at(When::After);
+        (!self.contacts.origins().is_empty()).then_some(state.contacts.counts)
+    }
+    fn writes_contacts(&self) -> bool {
+        self.settings.contacts
     }
     fn fastest_rotation(&self) -> Option<FastestRotation> {
         self.rotation.so_far(&self.settings)

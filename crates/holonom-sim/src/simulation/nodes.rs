@@ -104,7 +104,9 @@ impl Simulation {
     /// # Errors
     /// [`RunFailure`]; a step that was not found leaves the state as it was.
     pub fn step_on(&mut self) -> Result<(), RunFailure> {
-        self.advance(false).1
+        let taken = self.advance(false).1;
+        self.contacts.take_pending(); // nobody gets them
+        taken
     }
 
     /// Reads the present node, before the step from it; what the run depends on stays as it is.
@@ -115,7 +117,7 @@ impl Simulation {
         let rolling = self.rolling.state().clone();
         let followed = (self.watch.clone(), self.rotation.fastest, self.loops);
         // accelerations and constraint forces are those of the step from the node
-        let which = if self.sensors.wanted().any() { NodeOf::Last } else { NodeOf::State };
+        let which = if self.sensors.wanted().needs_step() { NodeOf::Last } else { NodeOf::State };
         let found = self.fill(which);
         (self.watch, self.rotation.fastest, self.loops) = followed;
         self.rolling.resume(rolling);
@@ -128,7 +130,7 @@ impl Simulation {
     /// # Errors
     /// [`RunFailure`].
     pub fn sense(&mut self) -> Result<&[f64], RunFailure> {
-        let which = if self.sensors.wanted().any() { NodeOf::Last } else { NodeOf::State };
+        let which = if self.sensors.wanted().needs_step() { NodeOf::Last } else { NodeOf::State };
         if let Err(error) = self.stepper.observe(which) {
             return Err(self.lost(which, &error.to_string()));
         }
@@ -226,6 +228,7 @@ impl Simulation {
     /// Follows what is followed to the end of a step.
     pub(crate) fn follow_step(&mut self, report: StepReport) -> Result<(), RunFailure> {
         self.rolling.follow_step(self.stepper.mechanism(), self.stepper.interval());
+        self.contacts.follow_step(self.stepper.contacts());
         let (step, t, q) = self.stepper.place();
         self.sensors.follow(q);
         if let Err(folded) = self.limits.follow(t, q) {
@@ -240,11 +243,17 @@ impl Simulation {
         Ok(())
     }
 
-    /// The sample gets what events did since the last one was handed out.
+    /// The sample gets what events and contacts did since the last one was handed out.
     fn hand_out_events(&mut self) {
-        self.sample.events.clear();
+        let all = &mut self.sample.events;
+        all.clear();
         if let Some(events) = &mut self.events {
-            self.sample.events.append(&mut events.switches.pending);
+            all.append(&mut events.switches.pending);
+        }
+        let events = all.len();
+        all.append(&mut self.contacts.take_pending());
+        if events > 0 {
+            all.sort_by(|a, b| a.t.total_cmp(&b.t));
         }
     }
 
@@ -276,7 +285,9 @@ impl Simulation {
 
     /// Reads the sensors at the node that was read last.
     fn read_sensors(&mut self) {
-        let Self { stepper, sample, sensors, rolling, energies, .. } = self;
+        let Self { stepper, sample, sensors, rolling, energies, contacts, .. } = self;
+        contacts.read(stepper.contact_node());
+        let contacts = contacts.seen();
         let (at, mechanism) = (stepper.node(), stepper.mechanism());
         let (state, node) = (at.state, at.node);
         let Configuration { t, q, .. } = at.configuration();
@@ -284,7 +295,7 @@ impl Simulation {
         let (v, a, force) = (&node.v, at.acceleration, at.force);
         let slips = &rolling.state().slips;
         let works = Some(Works { terms: energies, of_forces: at.work });
-        let view = View { t, q, angles, signals, v, a, force, works, slips };
+        let view = View { t, q, angles, signals, v, a, force, works, slips, contacts };
         sensors.read(mechanism, stepper.rows(), view, &mut sample.sensors);
     }
 
@@ -314,6 +325,10 @@ impl Simulation {
         sample.residuals = at.residuals();
         sample.newton_iterations = *iterations;
         stepper.read_momenta(&mut sample.momenta);
+        sample.contacts.clear();
+        if self.settings.contacts {
+            sample.contacts.extend_from_slice(self.contacts.seen().unwrap_or_default());
+        }
         if sample.is_finite() {
             Ok(())
         } else {

@@ -29,6 +29,7 @@ use vi_beam::averaged::times_raised;
 use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::{ResumeError, StepReport, When};
+use vi_constraints::nonsmooth::{ContactRecord, NodeRecord, Nonsmooth};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, Integrator, Reparametrization};
@@ -282,6 +283,15 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         NodeView { state, node, force, acceleration, work, shadow }
     }
 
+    /// The contacts of the node that was read last; `None` where no step from it was taken.
+    fn contact_node(&self) -> Option<(&NodeRecord, &[ContactRecord])> {
+        let contacts = self.run.nonsmooth().filter(|_| self.seen.with_step)?;
+        match self.seen.when {
+            When::Before => contacts.nodes().next(),
+            When::After => contacts.trial_nodes().next(),
+        }
+    }
+
     /// Momenta of the node that was read last; without a step from there only those of its state.
     fn read_momenta(&self, found: &mut Momenta) {
         let NodeView { state, node, .. } = self.node();
@@ -438,6 +448,16 @@ impl AnyStepper {
     /// The node that was read last.
     pub(crate) fn node(&self) -> NodeView<'_> {
         either!(self, own => own.node())
+    }
+
+    /// The contacts of the last step.
+    pub(crate) fn contacts(&self) -> Option<&Nonsmooth> {
+        either!(self, own => own.run.nonsmooth())
+    }
+
+    /// The contacts of the node that was read last; `None` where no step from it was taken.
+    pub(crate) fn contact_node(&self) -> Option<(&NodeRecord, &[ContactRecord])> {
+        either!(self, own => own.contact_node())
     }
 
     /// Its multipliers and momenta, where the settings ask for them.

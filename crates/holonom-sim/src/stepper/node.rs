@@ -12,12 +12,19 @@ pub(crate) struct Wanted {
     pub(crate) forces: bool,
     /// Accelerations.
     pub(crate) accelerations: bool,
+    /// Contacts.
+    pub(crate) contacts: bool,
 }
 
 impl Wanted {
-    /// Whether anything is.
+    /// Whether constraint forces or accelerations are.
     pub(crate) fn any(self) -> bool {
         self.forces || self.accelerations
+    }
+
+    /// Whether anything is that belongs to the step from the node.
+    pub(crate) fn needs_step(self) -> bool {
+        self.any() || self.contacts
     }
 }
 

@@ -1,5 +1,6 @@
 //! Rigid stops and dry friction of joints, as parts of a mechanism.
 
+use super::contact_origin::ContactOrigin;
 use super::coordinate::coordinate;
 use super::names::Names;
 use holonom_model::{ContactMethod, Joint, ModelError, Settings};
@@ -11,6 +12,7 @@ pub(crate) fn add_joint_contacts(
     builder: &mut MechanismBuilder,
     joint: &Joint,
     names: &Names<'_>,
+    origins: &mut Vec<ContactOrigin>,
 ) -> Result<(), ModelError> {
     let id = names.joints[joint.name.as_str()].1;
     let of = |part: &str, freedom: usize| {
@@ -20,6 +22,7 @@ pub(crate) fn add_joint_contacts(
         let at = of("limits", limits.freedom)?;
         let (lower, upper, restitution) = (limits.lower, limits.upper, limits.restitution);
         builder.joint_limits(at, JointLimits { lower, upper, restitution });
+        origins.push(ContactOrigin::Stop { joint: joint.name.clone() });
     }
     if let Some(friction) = joint.friction {
         let at = of("friction", friction.freedom)?;
@@ -30,6 +33,7 @@ pub(crate) fn add_joint_contacts(
             None => DryFriction::Effort(friction.torque.or(friction.force).unwrap_or(0.0)),
         };
         builder.joint_friction(at, law);
+        origins.push(ContactOrigin::Friction { joint: joint.name.clone() });
     }
     Ok(())
 }

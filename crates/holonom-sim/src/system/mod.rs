@@ -2,6 +2,8 @@
 
 pub(crate) mod beams;
 pub(crate) mod bushing;
+pub(crate) mod contact;
+pub mod contact_origin;
 pub(crate) mod coordinate;
 pub(crate) mod drive;
 pub mod dynamics;
@@ -24,6 +26,7 @@ use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
 use crate::system::names::Names;
 use beams::{Added, BeamParts, Beams};
+use contact_origin::ContactOrigin;
 use holonom_model::{Frame, Model, ModelError, Problem, Quantities, Settings, StartPoints, Strain};
 use nalgebra::Vector3;
 use outside::Outside;
@@ -52,6 +55,8 @@ pub struct System {
     pub members: Vec<Member>,
     /// What is measured along a run.
     pub sensors: Sensors,
+    /// What its elements with impulses are in the model, in their order.
+    pub contacts: Vec<ContactOrigin>,
     /// The laws of the model, which know why they have no value.
     pub(crate) laws: law::Laws,
 }
@@ -125,10 +130,12 @@ pub(crate) fn build_with_locks(
         }
     }
     model.springs.iter().for_each(|spring| add_spring(&mut builder, spring, &names));
+    let mut contacts = Vec::new();
     for joint in &model.joints {
         drive::add_joint_forces(&mut builder, joint, &names, &mut times)?;
-        joint_contact::add_joint_contacts(&mut builder, joint, &names)?;
+        joint_contact::add_joint_contacts(&mut builder, joint, &names, &mut contacts)?;
     }
+    contact::add_contacts(&mut builder, &names, &mut contacts)?;
     let mut terms = signal::Terms::new(&names, &quantities)?;
     let signals = terms.add_signals(&mut builder)?;
     let mut laws = law::add_laws(&mut builder, model, &names, &quantities, &mut terms)?;
@@ -166,8 +173,8 @@ pub(crate) fn build_with_locks(
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
     let beams = Beams { parts, list };
-    let sensors = Sensors::new(&names, &mechanism, &dynamics, (&beams, signals));
-    Ok(System { beams, mechanism, dynamics, members, sensors, laws })
+    let sensors = Sensors::new(&names, &mechanism, &dynamics, (&beams, signals), &contacts);
+    Ok(System { beams, mechanism, dynamics, members, sensors, contacts, laws })
 }
 
 /// Compositions need resolved vibrations, which have no added mass; for others it would not help.

@@ -141,9 +141,11 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         };
         let trial = taken.and_then(|_| watch.check(&**constraints, next.configuration()));
         let s = std::mem::replace(scheme.interval_mut(), last);
-        let own = kept.zip(self.nonsmooth.as_mut()).map(|(kept, contacts)| contacts.put_back(kept));
+        if let (Some(kept), Some(contacts)) = (kept, &mut self.nonsmooth) {
+            contacts.put_back(kept);
+        }
         trial?;
-        let impulse = own.as_ref().map_or(&[][..], |own| own.impulse());
+        let impulse = self.nonsmooth.as_ref().map_or(&[][..], |contacts| contacts.trial_impulse());
         let taken = Transition::single(state, &s, &next).with_impulse(impulse);
         Ok(observer.observe(system, constraints, taken)?)
     }

@@ -7,6 +7,9 @@ use super::unilateral::ContactLaw;
 use vi_core::contact_state::Remembered;
 use vi_core::state::State;
 
+/// Dry friction below its bound by more than this part of it holds.
+const HELD: f64 = 1e-9;
+
 impl NodeImpulses {
     /// Moves a state to the end of the step that was solved last.
     pub(super) fn accept(&mut self, h: f64, state: &mut State, records: &mut Records) {
@@ -65,7 +68,10 @@ impl NodeImpulses {
         let status = match contact.law {
             _ if impulse.iter().all(|x| *x == 0.0) => ContactStatus::Open,
             _ if contact.kind == Kind::Impact => ContactStatus::Impact,
-            ContactLaw::Dry { .. } if impulse[0].abs() < contact.bound => ContactStatus::Stick,
+            // the bound may follow from forces that are known to the end of the iteration
+            ContactLaw::Dry { .. } if impulse[0].abs() < contact.bound * (1.0 - HELD) => {
+                ContactStatus::Stick
+            }
             ContactLaw::Dry { .. } => ContactStatus::Slip,
             ContactLaw::Coulomb { friction, .. } if contact.slips(&impulse, friction) => {
                 ContactStatus::Slip

@@ -66,6 +66,7 @@ pub struct Nonsmooth {
     options: NonsmoothOptions,
     node: NodeImpulses,
     pub(super) records: Records,
+    trial: Records, // of the step that was last taken on a copy of the state
     set: Vec<ContactId>,
     near: Vec<(ContactId, f64)>, // gaps at the end of the last step, in their sizes
     found: Vec<u32>,
@@ -88,6 +89,7 @@ impl Nonsmooth {
             options,
             node: NodeImpulses::default(),
             records: Records::default(),
+            trial: Records::default(),
             set: Vec::new(),
             near: Vec::new(),
             found: Vec::new(),
@@ -117,6 +119,12 @@ impl Nonsmooth {
         self.records.nodes.iter().map(|node| (node, &contacts[node.contacts.clone()]))
     }
 
+    /// The nodes of the step that was last taken on a copy of the state, likewise.
+    pub fn trial_nodes(&self) -> impl Iterator<Item = (&NodeRecord, &[ContactRecord])> {
+        let contacts = &self.trial.contacts;
+        self.trial.nodes.iter().map(|node| (node, &contacts[node.contacts.clone()]))
+    }
+
     /// `BᵀΛ` of the node where the last step started, shape `n`; empty before the first step.
     #[must_use]
     pub fn impulse(&self) -> &[f64] {
@@ -133,9 +141,14 @@ impl Nonsmooth {
         SetAside(std::mem::take(&mut self.records))
     }
 
-    /// Puts it back; what is known of the trial.
-    pub(crate) fn put_back(&mut self, SetAside(records): SetAside) -> SetAside {
-        SetAside(std::mem::replace(&mut self.records, records))
+    /// Puts it back, and keeps what is known of the trial.
+    pub(crate) fn put_back(&mut self, SetAside(records): SetAside) {
+        self.trial = std::mem::replace(&mut self.records, records);
+    }
+
+    /// `BᵀΛ` of the node where the trial started.
+    pub(crate) fn trial_impulse(&self) -> &[f64] {
+        &self.trial.first_impulse
     }
 
     /// The gap that is smallest in a configuration, in parts of its size, and its element.
@@ -397,13 +410,6 @@ impl Nonsmooth {
 /// What is known of a step, set aside.
 #[derive(Debug)]
 pub(crate) struct SetAside(Records);
-
-impl SetAside {
-    /// `BᵀΛ` of the node where the step started.
-    pub(crate) fn impulse(&self) -> &[f64] {
-        &self.0.first_impulse
-    }
-}
 
 /// Where in `(0, 1)` the cubic with these values and slopes at the ends has a negative minimum.
 fn minimum_below_zero([a, b]: [f64; 2], [da, db]: [f64; 2]) -> Option<f64> {

@@ -70,7 +70,7 @@ impl MechanismBuilder {
         let pair = Pair::new(a.1, b.1)?;
         let (frames, name) = ([a.0.into(), b.0.into()], name.to_owned());
         let size = pair.extent();
-        let contact = ShapeContact { name, pair, frames, law, size };
+        let contact = ShapeContact { source: name.clone(), name, pair, frames, law, size };
         self.contact(Arc::new(contact));
         Ok(())
     }

@@ -13,6 +13,8 @@ use vi_rigid::gap::{ContactPoint, GROUND, Pair, displacement, row, tangents};
 pub struct ShapeContact {
     /// Its name.
     pub name: String,
+    /// What its work is listed under.
+    pub source: String,
     /// The shapes.
     pub pair: Pair,
     /// The frames of both.
@@ -41,6 +43,10 @@ impl ShapeContact {
 impl Unilateral for ShapeContact {
     fn name(&self) -> &str {
         &self.name
+    }
+
+    fn source(&self) -> String {
+        self.source.clone()
     }
 
     fn law(&self) -> ContactLaw {

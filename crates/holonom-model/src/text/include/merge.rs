@@ -94,6 +94,14 @@ fn entry<'a, 'i>(
     entries.get(branch.entry)?.get_ref().as_table()
 }
 
+/// Whether a contact is with a plane of the ground.
+fn is_in_ground(contact: &DeTable<'_>) -> bool {
+    let plane = contact.get("a").and_then(|a| a.get_ref().get("plane"));
+    plane.is_some_and(|plane| {
+        plane.get_ref().get("on").is_none_or(|on| on.get_ref().as_str().is_some_and(is_ground))
+    })
+}
+
 /// Whether an entry says where its file is placed.
 fn is_placed(entry: &DeTable<'_>) -> bool {
     POSE.iter().any(|key| entry.contains_key(*key))
@@ -331,6 +339,7 @@ impl<'a, 'i> Merge<'a, 'i> {
             "constraint" => kind.is_some_and(|kind| {
                 ["distance", "point_on_line", "point_on_plane", "rolling", "blade"].contains(&kind)
             }),
+            "contact" => is_in_ground(table),
             _ => true,
         };
         if posed
@@ -350,7 +359,9 @@ impl<'a, 'i> Merge<'a, 'i> {
             let role = match key.get_ref().as_ref() {
                 "name" => Role::Name,
                 "description" => Role::Text,
-                "shape" | "picture" => Role::Shape,
+                "shape" | "picture" | "collision" => Role::Shape,
+                "a" | "b" if section == "contact" => Role::Side,
+                "plane" => Role::Side,
                 "file" if section == "table" => Role::File,
                 key if has_formulas(section, key) => Role::Formula(own_names(section)),
                 _ if section == "signal" => Role::Signal,
@@ -400,6 +411,8 @@ impl<'a, 'i> Merge<'a, 'i> {
                         }
                         (Role::Terms, "factor") => Role::Formula(own_names("constraint")),
                         (Role::Terms, "joint" | "of") => Role::Reference,
+                        (Role::Side, "plane") => Role::Side,
+                        (Role::Side, "on") => Role::Reference,
                         _ => Role::Plain,
                     };
                     self.value(out, index, entry, role);
@@ -421,6 +434,10 @@ impl<'a, 'i> Merge<'a, 'i> {
                 let name = meant(self.tree, index, name, defines);
                 node.map_or(name.clone(), |node| format!("{name}.{node}"))
             }
+            Role::Side if text.contains('*') => {
+                format!("{}{text}", self.tree.branches[index].prefix)
+            }
+            Role::Side => self.word(index, text, Role::Reference),
             Role::File if index > 0 => self.tree.as_seen_from_root(index, text),
             Role::Formula(known) if !text.starts_with('=') => renamed_parts(text, &mut |name| {
                 let Scope { names, parameters } = &self.scopes[index];
@@ -459,6 +476,8 @@ enum Role {
     Drive,
     /// Values under the names of other parts.
     Settings,
+    /// A side of a contact: names of bodies, or a plane on one.
+    Side,
     /// A description.
     Text,
     /// A shape.

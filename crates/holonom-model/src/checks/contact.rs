@@ -1,0 +1,197 @@
+//! Checks of contacts between bodies.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Vector3};
+use vi_rigid::gap::Pair;
+
+use crate::checks::Checker;
+use crate::contact_pairs::{ContactPair, SideOfPair};
+use crate::frames::start::is_ground;
+use crate::types::contact::{BodyNames, Contact, ContactPlane, ContactSide};
+use crate::{GROUND, Shape};
+
+/// Most pairs of bodies of a model.
+const MAX_PAIRS: usize = 100_000;
+
+/// Shapes between which there is contact, in words.
+const AVAILABLE: &str = "spheres, boxes and meshes stand on planes, spheres touch one another: state such shapes as `collision`";
+
+impl Checker<'_> {
+    /// The contacts of a model.
+    pub(super) fn contacts(&mut self) {
+        let model = self.model;
+        let mut known: BTreeMap<[&str; 2], &str> = BTreeMap::new();
+        let mut left = MAX_PAIRS;
+        for (i, contact) in model.contacts.iter().enumerate() {
+            let key = self.document.label("contact", i).to_owned();
+            self.contact(&key, contact);
+            let (a, b) = model.sides_of(contact);
+            let Some(rest) = left.checked_sub(a.len().saturating_mul(b.len())) else {
+                let message = format!("more than {MAX_PAIRS} pairs of bodies may touch");
+                return self.report(key, message, "name fewer bodies in `a` or in `b`");
+            };
+            left = rest;
+            let mut joined = 0;
+            let pairs = model.pairs_of(contact, &mut |_| joined += 1);
+            if pairs.is_empty() && joined == 0 && !a.is_empty() && !b.is_empty() {
+                let message = format!("nothing touches in contact `{}`", contact.name);
+                let help = "name two bodies that are not the same, and of which one moves";
+                self.report(key.clone(), message, help);
+            }
+            self.shapes_of(&key, &pairs);
+            for pair in &pairs {
+                let SideOfPair::Body(a) = pair.a else { continue };
+                let names = [a.name.as_str().min(&pair.b.name), a.name.as_str().max(&pair.b.name)];
+                let first = *known.entry(names).or_insert(&contact.name);
+                if first != contact.name {
+                    let message = format!(
+                        "`{}` and `{}` touch in contact `{first}` already",
+                        names[0], names[1]
+                    );
+                    self.report(key.clone(), message, "a pair of bodies has one contact");
+                    break;
+                }
+            }
+        }
+    }
+
+    fn contact(&mut self, key: &str, contact: &Contact) {
+        self.nonsmooth(key, "contacts", None);
+        match &contact.a {
+            ContactSide::Plane(side) => self.contact_plane(key, contact, &side.plane),
+            ContactSide::Bodies(names) => {
+                self.body_names(&format!("{key}.a"), names);
+                if contact.relative_to.is_some() {
+                    let message = "bodies have frames of their own".to_owned();
+                    self.report(format!("{key}.relative_to"), message, "remove `relative_to`");
+                }
+            }
+        }
+        self.body_names(&format!("{key}.b"), &contact.b);
+        if contact.friction < 0.0 {
+            let message =
+                format!("friction of `{}` is {}: it is negative", contact.name, contact.friction);
+            self.report(format!("{key}.friction"), message, "write 0 or more");
+        }
+        let parts = [
+            ("restitution", contact.restitution),
+            ("tangential_restitution", contact.tangential_restitution),
+        ];
+        for (name, value) in parts.into_iter().filter(|(_, value)| !(0.0..=1.0).contains(value)) {
+            let message = format!("{name} of `{}` is {value}: between 0 and 1", contact.name);
+            let help = "0 for an impact that takes the velocity away, 1 for one that gives it back";
+            self.report(format!("{key}.{name}"), message, help);
+        }
+        if contact.tangential_restitution > 0.0 && contact.friction == 0.0 {
+            let message = "without friction nothing acts across the normal".to_owned();
+            let help = "write `friction`, or remove `tangential_restitution`";
+            self.report(format!("{key}.tangential_restitution"), message, help);
+        }
+    }
+
+    fn contact_plane(&mut self, key: &str, contact: &Contact, plane: &ContactPlane) {
+        let at = format!("{key}.a.plane");
+        if Vector3::from(plane.normal).amax() < 1e-100 {
+            let message = "the normal has zero length".to_owned();
+            let help = "write a direction, such as [0, 0, 1]";
+            self.report(format!("{at}.normal"), message, help);
+        }
+        let on = plane.on.as_str();
+        let known = self.refers(format!("{at}.on"), on, &["body", GROUND]);
+        if known && !is_ground(on) && self.model.body(on).is_none() {
+            let message = format!("`{on}` is a node of a beam: planes are on bodies");
+            self.report(format!("{at}.on"), message, "write the name of a body, or \"ground\"");
+        }
+        if contact.relative_to.is_some() {
+            let message = "the plane is stated in the axes of the body that carries it".to_owned();
+            let help = "remove `relative_to`, or `on`";
+            self.report(format!("{key}.relative_to"), message, help);
+        }
+    }
+
+    /// Names of bodies; one with `*` is that of one body at least.
+    fn body_names(&mut self, key: &str, names: &BodyNames) {
+        if names.list().is_empty() {
+            let help = "write the name of a body, or \"*\" for all";
+            self.report(key, "no body is named".to_owned(), help);
+        }
+        for name in names.list() {
+            if is_ground(name) {
+                let help = "write a = { plane = { position = [x, y, z], normal = [x, y, z] } }, or the name of a body with fixed = true";
+                self.report(key, format!("`{GROUND}` has no shape"), help);
+            } else if name.contains('*') {
+                let own = BodyNames::One(name.clone());
+                if !self.model.bodies.iter().any(|body| own.contain(&body.name)) {
+                    let message = format!("no body has a name like `{name}`");
+                    self.report(
+                        key,
+                        message,
+                        "`*` stands for any characters: \"*\" for all bodies",
+                    );
+                }
+            } else if let Some(kind @ ("particle" | "beam")) =
+                self.kinds.get(name.as_str()).copied()
+            {
+                let message = format!("`{name}` is a {kind}: bodies touch");
+                self.report(key, message, "write a [[body]] with a shape in its place");
+            } else if self.refers(key.to_owned(), name, &["body"])
+                && self.model.body(name).is_none()
+            {
+                let message = format!("`{name}` is a node of a beam: bodies touch");
+                self.report(key, message, "weld a body with a shape to it, and name that");
+            }
+        }
+    }
+
+    /// There is contact between the shapes of all pairs; each kind of fault is reported once.
+    fn shapes_of(&mut self, key: &str, pairs: &[ContactPair<'_>]) {
+        let mut said = Vec::new();
+        for pair in pairs {
+            let bodies = match pair.a {
+                SideOfPair::Plane(_) => vec![pair.b],
+                SideOfPair::Body(a) => vec![a, pair.b],
+            };
+            let bare = bodies.iter().find(|body| body.contact_shapes().is_empty());
+            let (message, help) = if let Some(body) = bare {
+                let help = "add a `shape`, or `collision = [ … ]`";
+                (format!("`{}` has no shape", body.name), help.to_owned())
+            } else if let Some([a, b]) = self.unavailable(pair) {
+                let names = [pair.a.name(), pair.b.name.as_str()];
+                let message = format!(
+                    "the contact of a {a} (`{}`) with a {b} (`{}`) is not available",
+                    names[0], names[1]
+                );
+                (message, AVAILABLE.to_owned())
+            } else {
+                continue;
+            };
+            if !said.contains(&message) {
+                self.report(key, message.clone(), help);
+                said.push(message);
+            }
+        }
+    }
+
+    /// Shapes of a pair between which there is no contact.
+    fn unavailable(&self, pair: &ContactPair<'_>) -> Option<[String; 2]> {
+        let axes = Matrix3::identity();
+        let word = |shape: &Shape| format!("{:?}", shape.kind).to_lowercase();
+        let all = |shapes: &[Shape]| -> Vec<_> {
+            shapes.iter().map(|own| (word(own), own.contact_shape(&axes, Vec::new()))).collect()
+        };
+        let a = match pair.a {
+            SideOfPair::Plane(plane) => vec![("plane".into(), Some(plane.contact_shape(&axes)))],
+            SideOfPair::Body(body) => all(body.contact_shapes()),
+        };
+        for (a, of_a) in &a {
+            for (b, of_b) in all(pair.b.contact_shapes()) {
+                let both = of_a.clone().zip(of_b);
+                if both.is_none_or(|(a, b)| Pair::new(a, b).is_err()) {
+                    return Some([a.clone(), b]);
+                }
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,230 @@
+//! Contacts along a run: those of a node, and what they did since.
+//!
+//! ```text
+//! force of a node    Λ_n / ½(h_{n−1} + h_n)      h_{n−1} = 0 at the start
+//! ```
+//! A contact lasts from the node where it transmits an impulse without an impact to the node where
+//! it is open.
+
+use crate::event::EventRecord;
+use crate::system::contact_origin::ContactOrigin;
+use serde::{Deserialize, Serialize};
+use vi_constraints::nonsmooth::{ContactRecord, ContactStatus, NodeRecord, Nonsmooth};
+use vi_core::contact_state::ContactId;
+
+/// A contact with a gap above this is open, m or rad.
+const OPEN: f64 = 1e-10;
+
+/// What a contact does at a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ContactState {
+    /// It keeps its place; without friction it is closed.
+    Stick,
+    /// It slides.
+    Slip,
+    /// It is hit.
+    Impact,
+}
+
+impl ContactState {
+    /// In files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stick => "stick",
+            Self::Slip => "slip",
+            Self::Impact => "impact",
+        }
+    }
+
+    fn of(status: ContactStatus) -> Option<Self> {
+        match status {
+            ContactStatus::Open => None,
+            ContactStatus::Stick => Some(Self::Stick),
+            ContactStatus::Slip => Some(Self::Slip),
+            ContactStatus::Impact => Some(Self::Impact),
+        }
+    }
+}
+
+/// A contact that transmits an impulse at a node: of two shapes, of a joint with a stop or with dry
+/// friction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactSample {
+    /// Which of the elements with impulses of the model.
+    pub element: u32,
+    /// Which of its features.
+    pub feature: u32,
+    /// Where both bodies feel it, m; 0 of a joint.
+    pub point: [f64; 3],
+    /// The normal from A to B and both tangents, in space; 0 of a joint.
+    pub axes: [[f64; 3]; 3],
+    /// `g(q_n)`, m or rad.
+    pub gap: f64,
+    /// The force on B along these axes, N; on a coordinate of a joint N or N·m, first.
+    pub force: [f64; 3],
+    /// The slip of the step from there, m/s or rad/s.
+    pub slip: f64,
+    /// What it does.
+    pub state: ContactState,
+}
+
+impl ContactSample {
+    /// The force on B in space, N.
+    #[must_use]
+    pub fn in_space(&self) -> [f64; 3] {
+        let along = |i: usize| (0..3).map(|k| self.force[k] * self.axes[k][i]).sum();
+        std::array::from_fn(along)
+    }
+
+    /// The part of it across the normal, N.
+    #[must_use]
+    pub fn across(&self) -> [f64; 3] {
+        let along = |i: usize| (1..3).map(|k| self.force[k] * self.axes[k][i]).sum();
+        std::array::from_fn(along)
+    }
+}
+
+/// What contacts did so far, as data.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ContactsSoFar {
+    lasting: Vec<(ContactId, bool)>, // in ascending order, and whether they slip
+    begun: bool,                     // a step was taken
+    /// What they did since a node was handed out.
+    pub(crate) pending: Vec<EventRecord>,
+}
+
+/// Follows the contacts of a run.
+#[derive(Debug)]
+pub(crate) struct ContactWatch {
+    origins: Vec<ContactOrigin>, // of the elements of the model
+    acting: Vec<u32>,            // which of them each element in force is
+    state: ContactsSoFar,
+    last: Vec<(ContactId, bool)>, // scratch
+    seen: Vec<ContactSample>,     // of the node that was read last
+    known: bool,                  // whether they are known
+}
+
+impl ContactWatch {
+    pub(crate) fn new(origins: Vec<ContactOrigin>) -> Self {
+        let acting = (0..origins.len() as u32).collect();
+        let (state, known) = (ContactsSoFar::default(), false);
+        Self { origins, acting, state, last: Vec::new(), seen: Vec::new(), known }
+    }
+
+    /// The elements with impulses of the model.
+    pub(crate) fn origins(&self) -> &[ContactOrigin] {
+        &self.origins
+    }
+
+    /// Goes on with other elements, all among those of the model.
+    pub(crate) fn act_by(&mut self, elements: &[ContactOrigin]) {
+        let place = |own: &ContactOrigin| self.origins.iter().position(|all| all.is_same(own));
+        self.acting = elements.iter().map(|own| place(own).unwrap_or(0) as u32).collect();
+        let (acting, lasting) = (&self.acting, &mut self.state.lasting);
+        lasting.retain(|(id, _)| acting.contains(&id.element));
+    }
+
+    pub(crate) fn state(&self) -> &ContactsSoFar {
+        &self.state
+    }
+
+    pub(crate) fn resume(&mut self, state: ContactsSoFar) {
+        self.state = state;
+    }
+
+    /// What contacts did since a node was handed out.
+    pub(crate) fn take_pending(&mut self) -> Vec<EventRecord> {
+        std::mem::take(&mut self.state.pending)
+    }
+
+    /// The contacts of the node that was read last; `None` where no step from it is known.
+    pub(crate) fn seen(&self) -> Option<&[ContactSample]> {
+        self.known.then_some(&self.seen)
+    }
+
+    /// Reads the contacts of a node.
+    pub(crate) fn read(&mut self, node: Option<(&NodeRecord, &[ContactRecord])>) {
+        self.seen.clear();
+        self.known = node.is_some() || self.acting.is_empty();
+        let Some((node, contacts)) = node else { return };
+        let time = 0.5 * (node.before + node.after);
+        for contact in contacts {
+            let Some(state) = ContactState::of(contact.status) else { continue };
+            let place = contact.place;
+            self.seen.push(ContactSample {
+                element: self.acting[contact.id.element as usize],
+                feature: contact.id.feature,
+                point: place.map_or([0.0; 3], |place| place.point),
+                axes: place.map_or([[0.0; 3]; 3], |place| place.axes),
+                gap: contact.gap,
+                force: contact.impulse.map(|impulse| impulse / time),
+                slip: libm::hypot(contact.slip[0], contact.slip[1]),
+                state,
+            });
+        }
+    }
+
+    /// Follows the nodes of a step that was taken.
+    pub(crate) fn follow_step(&mut self, contacts: Option<&Nonsmooth>) {
+        let Some(contacts) = contacts else { return };
+        for (node, contacts) in contacts.nodes() {
+            self.follow_node(node, contacts);
+        }
+    }
+
+    fn follow_node(&mut self, node: &NodeRecord, contacts: &[ContactRecord]) {
+        let Self { origins, acting, state, last, .. } = self;
+        let ContactsSoFar { lasting, begun, pending } = state;
+        std::mem::swap(last, lasting);
+        lasting.clear();
+        let mut tell = |kind: &str, id: ContactId, contact: Option<&ContactRecord>| {
+            let origin = &origins[id.element as usize];
+            let action = format!("{kind} {}", origin.place(id.feature)).trim_end().to_owned();
+            let normal = |of: fn(&ContactRecord) -> &[f64; 3]| contact.map(|own| of(own)[0]);
+            pending.push(EventRecord {
+                t: node.t,
+                event: origin.name().to_owned(),
+                action,
+                energy_lost: contact.map_or(0.0, |own| 0.0 - own.work),
+                impulse: normal(|own| &own.impulse),
+                before: normal(|own| &own.before),
+                after: normal(|own| &own.after),
+                jump: Default::default(),
+            });
+        };
+        for contact in contacts {
+            let element = acting[contact.id.element as usize];
+            let id = ContactId { element, ..contact.id };
+            let before = last.binary_search_by(|own| own.0.cmp(&id)).ok().map(|k| last[k].1);
+            let has_gap = !matches!(origins[element as usize], ContactOrigin::Friction { .. });
+            let slips = match contact.status {
+                ContactStatus::Impact => {
+                    tell("impact", id, Some(contact));
+                    continue;
+                }
+                ContactStatus::Open => match before {
+                    Some(slips) if contact.gap <= OPEN => slips,
+                    _ => continue,
+                },
+                status => status == ContactStatus::Slip,
+            };
+            lasting.push((id, slips));
+            match before {
+                None if *begun && has_gap => tell("touch", id, Some(contact)),
+                Some(slipped) if slipped != slips => {
+                    tell(if slips { "slip" } else { "stick" }, id, None);
+                }
+                _ => {}
+            }
+        }
+        lasting.sort_unstable();
+        for (id, _) in last.iter() {
+            if lasting.binary_search_by(|own| own.0.cmp(id)).is_err() {
+                tell("separate", *id, None);
+            }
+        }
+        *begun = true;
+    }
+}

@@ -1,0 +1,140 @@
+//! Contacts of bodies, as parts of a mechanism.
+
+use super::CORRECT;
+use super::contact_origin::{ContactOrigin, TouchingShapes};
+use super::names::Names;
+use holonom_model::contact_pairs::{ContactPair, SideOfPair};
+use holonom_model::{Contact, GROUND, ModelError, Problem};
+use nalgebra::Matrix3;
+use std::sync::Arc;
+use vi_constraints::nonsmooth::{ContactLaw, Unilateral};
+use vi_core::Configuration;
+use vi_core::interval::Interval;
+use vi_multibody::builder::MechanismBuilder;
+use vi_multibody::contact::shape_contact::ShapeContact;
+use vi_multibody::joint::FrameId;
+use vi_rigid::gap::{ContactShape, Pair};
+
+/// Shapes that overlap by more than this part of their size are refused at the start.
+const OVERLAP: f64 = 1e-9;
+
+/// Adds all pairs of shapes of all contacts.
+///
+/// # Errors
+/// [`ModelError`] of shapes between which there is no contact.
+pub(crate) fn add_contacts(
+    builder: &mut MechanismBuilder,
+    names: &Names<'_>,
+    origins: &mut Vec<ContactOrigin>,
+) -> Result<(), ModelError> {
+    for pair in names.model.contact_pairs() {
+        let (contact, a, b) = (&pair.contact.name, pair.a.name(), &pair.b.name);
+        let mut elements = Vec::new();
+        for (frames, [on_a, on_b]) in shapes_of(&pair, names) {
+            let pair_of_shapes = Pair::new(on_a, on_b).map_err(|error| {
+                let problem = Problem::new(format!("contact.{contact}"), error.to_string());
+                ModelError::Assembly(vec![problem.help(CORRECT)])
+            })?;
+            let size = pair_of_shapes.extent().max(f64::MIN_POSITIVE);
+            elements.push(Arc::new(ShapeContact {
+                name: format!("{a}–{b}"),
+                source: contact.clone(),
+                pair: pair_of_shapes,
+                frames,
+                law: law(pair.contact),
+                size,
+            }));
+        }
+        let features = elements.iter().map(|own| own.pair.features()).sum();
+        let mut first = 0;
+        for element in elements {
+            builder.contact(element.clone());
+            let own = element.pair.features();
+            let (contact, a, b) = (contact.clone(), a.to_owned(), b.clone());
+            let shapes = TouchingShapes { contact, a, b, first, features, element };
+            origins.push(ContactOrigin::Shapes(shapes));
+            first += own;
+        }
+    }
+    Ok(())
+}
+
+/// The frames and the shapes of a pair of bodies, every shape with every other one.
+fn shapes_of(pair: &ContactPair<'_>, names: &Names<'_>) -> Vec<([FrameId; 2], [ContactShape; 2])> {
+    let axes =
+        |name: &str| names.index(name).map_or_else(Matrix3::identity, |k| names.principal[k]);
+    let of_body = |body| names.model.contact_shapes(body, &axes(&body.name));
+    let on_a = match pair.a {
+        SideOfPair::Plane(plane) => vec![plane.contact_shape(&axes(&plane.on))],
+        SideOfPair::Body(body) => of_body(body),
+    };
+    let on_b = of_body(pair.b);
+    let frames = [names.frame(pair.a.name()), names.frame(&pair.b.name)];
+    let both = |a: &ContactShape| -> Vec<_> {
+        on_b.iter().map(|b| (frames, [a.clone(), b.clone()])).collect()
+    };
+    on_a.iter().flat_map(both).collect()
+}
+
+fn law(contact: &Contact) -> ContactLaw {
+    let Contact { friction, restitution, tangential_restitution, .. } = *contact;
+    match friction > 0.0 {
+        true => ContactLaw::Coulomb { friction, restitution, tangential_restitution },
+        false => ContactLaw::Frictionless { restitution },
+    }
+}
+
+/// Refuses shapes that overlap in a configuration.
+///
+/// # Errors
+/// [`ModelError`] with the deepest overlap of each contact.
+pub(crate) fn check_overlap(
+    elements: &[Arc<dyn Unilateral>],
+    origins: &[ContactOrigin],
+    t: f64,
+    q: &[f64],
+) -> Result<(), ModelError> {
+    let mut at = Interval::new(q.len());
+    at.open(t, 1.0, q);
+    let mut problems: Vec<(f64, Problem)> = Vec::new();
+    let mut features = Vec::new();
+    for (element, origin) in elements.iter().zip(origins) {
+        let Some(shapes) = origin.shapes() else { continue };
+        features.clear();
+        element.features(&at, &mut features);
+        let gap = |feature: &u32| element.gap(*feature, Configuration::new(t, q));
+        let gaps = features.iter().map(|feature| (*feature, gap(feature)));
+        let Some((feature, gap)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+        if gap >= -OVERLAP * element.size() {
+            continue; // what is not a number is refused
+        }
+        let TouchingShapes { contact, a, b, first, features: count, .. } = shapes;
+        let side = if a == GROUND { format!("`{contact}`") } else { format!("`{a}`") };
+        let point = match *count > 1 {
+            true => format!(" (point {})", first + feature),
+            false => String::new(),
+        };
+        let depth = length(-gap);
+        let message = format!("`{b}` and {side} overlap by {depth} at the start{point}");
+        let problem = Problem::new(format!("contact.{contact}"), message);
+        let problem = problem.help("move the body apart from the other by that, along the normal");
+        match problems.iter_mut().find(|(_, own)| own.key == problem.key) {
+            Some((deepest, own)) if gap < *deepest => (*deepest, *own) = (gap, problem),
+            Some(_) => {}
+            None => problems.push((gap, problem)),
+        }
+    }
+    match problems.is_empty() {
+        true => Ok(()),
+        false => Err(ModelError::Assembly(problems.into_iter().map(|(_, own)| own).collect())),
+    }
+}
+
+/// A length in a unit in which it reads well.
+fn length(x: f64) -> String {
+    match x {
+        x if x >= 1.0 => format!("{} m", crate::digits::rounded(x, 3)),
+        x if x >= 1e-4 => format!("{} mm", crate::digits::rounded(x * 1e3, 3)),
+        _ => format!("{x:.1e} m"),
+    }
+}

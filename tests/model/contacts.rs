@@ -1,0 +1,176 @@
+//! `[[contact]]` in model files: what is refused, what is left out, what is said.
+
+use holonom::model::{ModelText, Problem};
+use holonom::run::prepare;
+use holonom::{Model, ModelError};
+use vi_testkit::model::{changed, part};
+
+/// Two balls over a plane, one of them on a slide.
+const BALLS: &str = include_str!("../models/balls.toml");
+
+fn problems(text: &str) -> Vec<Problem> {
+    let error = match Model::from_toml(text) {
+        Err(error) => error,
+        Ok(model) => prepare(&model).err().unwrap_or_else(|| panic!("{text} is refused")),
+    };
+    match error {
+        ModelError::Invalid(problems) | ModelError::Assembly(problems) => problems,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The first problem, with its remedy.
+fn said(text: &str) -> String {
+    let first = problems(text).swap_remove(0);
+    let said = format!("{}: {} | {}", first.key, first.message, first.help.unwrap_or_default());
+    println!("{said}");
+    said
+}
+
+#[test]
+fn what_a_contact_may_not_state_is_said() {
+    for (from, to, words) in [
+        (
+            "restitution = 0.5",
+            "restitution = 1.2",
+            "restitution of `floor` is 1.2: between 0 and 1",
+        ),
+        ("restitution = 0.5", "restitution = -0.1", "between 0 and 1"),
+        ("friction = 0.3", "friction = -0.3", "friction of `floor` is -0.3: it is negative"),
+        ("friction = 0.3", "friction = nan", "this is not a number: nan"),
+        ("friction = 0.3", "tangential_restitution = 0.3", "without friction nothing acts across"),
+        ("friction = 0.3", "friction = 0.3\nstatic_friction = 0.4", "one coefficient of friction"),
+        (
+            "friction = 0.3",
+            "friction = 0.3\ntangential_restitution = 1.1",
+            "is 1.1: between 0 and 1",
+        ),
+        ("normal = [0.0, 0.0, 1.0]", "normal = [0.0, 0.0, 0.0]", "the normal has zero length"),
+        ("normal = [0.0, 0.0, 1.0]", "on = \"tabel\"", "there is no body or ground named `tabel`"),
+        ("[\"red\", \"blue\"]", "[\"red\", \"blu\"]", "did you mean `blue`?"),
+        ("[\"red\", \"blue\"]", "\"grey*\"", "no body has a name like `grey*`"),
+        ("[\"red\", \"blue\"]", "[]", "no body is named"),
+        ("[\"red\", \"blue\"]", "\"ground\"", "`ground` has no shape"),
+        ("a = { plane = {", "a = { plain = {", "`a` is `{ plane = { position"),
+        ("scheme = \"nodal\"", "scheme = \"em-nodal\"", "does not integrate contacts"),
+        ("scheme = \"nodal\"", "scheme = \"dalembert\"", "does not integrate contacts"),
+        ("scheme = \"nodal\"", "scheme = \"static\"", "no equilibria with contacts"),
+        ("scheme = \"nodal\"", "order = 4", "order 2, not 4"),
+        ("scheme = \"nodal\"", "start = \"relaxed\"", "no relaxed start with contacts"),
+        (
+            "position = [0.0, 0.0, 1.0]",
+            "position = [0.0, 0.0, 0.0968]",
+            "`red` and `floor` overlap by 3.2 mm at the start",
+        ),
+        ("dimensions = [0.1]", "dimensions = [0.1, 0.2]", "dimension(s) for this shape"),
+        ("type = \"sphere\"", "type = \"mesh\"", "the mesh has no file"),
+    ] {
+        let text = changed(BALLS, from, to);
+        let found = said(&text);
+        assert!(found.contains(words), "{to}: {found}");
+    }
+    let bare = changed(
+        BALLS,
+        "shape = { type = \"sphere\", dimensions = [0.1] }",
+        "inertia = [1.0, 1.0, 1.0]",
+    );
+    assert!(said(&bare).contains("`red` has no shape"));
+    let drum = changed(
+        BALLS,
+        "{ type = \"sphere\", dimensions = [0.1] }",
+        "{ type = \"cone\", dimensions = [0.1, 0.2] }",
+    );
+    assert!(
+        said(&drum)
+            .contains("the contact of a plane (`ground`) with a cone (`red`) is not available")
+    );
+    let alone = part("contact", "own") + "a = \"red\"\nb = \"red\"\n";
+    assert!(said(&format!("{BALLS}{alone}")).contains("nothing touches in contact `own`"));
+    let twice = ["one", "two"].map(|name| part("contact", name) + "a = \"red\"\nb = \"blue\"\n");
+    assert!(said(&format!("{BALLS}{}", twice.concat())).contains("touch in contact `one` already"));
+    let held = part("contact", "own") + "a = \"red\"\nb = \"blue\"\nrelative_to = \"red\"\n";
+    assert!(said(&format!("{BALLS}{held}")).contains("bodies have frames of their own"));
+}
+
+#[test]
+fn the_deepest_corner_of_an_overlap_is_numbered() {
+    let text = changed(
+        BALLS,
+        "position = [0.0, 0.0, 1.0]\nmass = 1.0\nshape = { type = \"sphere\", dimensions = [0.1] }",
+        "position = [0.0, 0.0, 0.1]\nrotation_vector = [0.0, 0.1, 0.0]\nmass = 1.0\nshape = { type = \"box\", dimensions = [0.2, 0.2, 0.2] }",
+    );
+    let found = said(&text);
+    assert!(found.contains("`red` and `floor` overlap by 9.48 mm at the start (point"), "{found}");
+}
+
+#[test]
+fn bodies_that_share_a_joint_are_no_pair() {
+    let joined = BALLS.to_owned()
+        + &part("joint", "pin")
+        + "type = \"spherical\"\nparent = \"red\"\nchild = \"blue\"\nposition = [0.5, 0.0, 1.0]\n";
+    let text = joined.clone() + &part("contact", "pair") + "a = \"red\"\nb = \"blue\"\n";
+    let model = Model::from_toml(&text).unwrap();
+    let run = prepare(&model).unwrap();
+    let words = "`red` and `blue` share the joint `pin`: contact `pair` leaves them out";
+    assert!(run.warnings().iter().any(|own| own == words), "{:?}", run.warnings());
+    assert_eq!(model.contact_pairs().len(), 2, "both with the floor");
+    let quiet = joined + &part("contact", "pair") + "a = \"*\"\nb = \"*\"\n";
+    let model = Model::from_toml(&quiet).unwrap();
+    assert_eq!(prepare(&model).unwrap().warnings(), Vec::<String>::new(), "stated by patterns");
+    let rough = Model::from_toml(&changed(BALLS, "friction = 0.3", "friction = 12.0")).unwrap();
+    let warnings = prepare(&rough).unwrap().warnings();
+    assert!(
+        warnings.iter().any(|own| own.contains("friction of contact `floor` is 12")),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn all_pairs_of_patterns_count_once() {
+    let text = BALLS.to_owned()
+        + &part("body", "bluish")
+        + "mass = 1.0\nposition = [3.0, 0.0, 1.0]\nshape = { type = \"sphere\", dimensions = [0.1] }\n"
+        + &part("contact", "balls")
+        + "a = \"*\"\nb = [\"blu*\", \"blue\"]\n";
+    let model = Model::from_toml(&text).unwrap();
+    let pairs: Vec<String> = (model.contact_pairs().iter())
+        .map(|pair| format!("{} {}", pair.a.name(), pair.b.name))
+        .collect();
+    assert_eq!(pairs, ["ground red", "ground blue", "red blue", "red bluish", "blue bluish"]);
+}
+
+/// Names, patterns and planes of an included file are those of its own parts.
+#[test]
+fn contacts_of_included_files_are_of_their_parts() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("contacts");
+    std::fs::create_dir_all(&folder).unwrap();
+    let balls = BALLS.split("[model]").next().unwrap();
+    let parts = balls.to_owned()
+        + &part("contact", "pair")
+        + "a = \"re*\"\nb = \"blue\"\n"
+        + &part("contact", "tray")
+        + "a = { plane = { on = \"red\" } }\nb = \"blue\"\n";
+    let parts = parts.replace(
+        "[[contact]]\nname = \"tray\"\na",
+        "[[contact]]\nname = \"tray\"\nrestitution = 0.5\na",
+    );
+    std::fs::write(folder.join("balls.toml"), parts).unwrap();
+    let root = "include = [{ file = \"balls.toml\", prefix = \"left_\", position = [0.0, 0.0, 5.0] }]\n\
+                [model]\nname = \"two\"\n[simulation]\nstep = 0.01\nend = 0.1\n";
+    let path = folder.join("root.toml");
+    std::fs::write(&path, root).unwrap();
+    let error = ModelText::read(&path).model(&[]).err();
+    let model = match error {
+        None => ModelText::read(&path).model(&[]).unwrap(),
+        Some(error) => panic!("{error}"),
+    };
+    let floor = model.contacts.iter().find(|own| own.name == "left_floor").unwrap();
+    let height = |own: &holonom::model::Contact| own.plane().unwrap().position[2];
+    assert!((height(floor) - 5.0).abs() < 1e-12);
+    assert_eq!(floor.b.list(), ["left_red", "left_blue"]);
+    let pair = model.contacts.iter().find(|own| own.name == "left_pair").unwrap();
+    assert!(format!("{:?}", pair.a).contains("left_re*"), "{pair:?}");
+    let tray = model.contacts.iter().find(|own| own.name == "left_tray").unwrap();
+    assert_eq!(tray.plane().unwrap().on, "left_red");
+    assert!(height(tray).abs() < 1e-12, "along the axes of the body");
+}
