@@ -84,6 +84,7 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "bouncing_balls",
     "newtons_cradle",
     "tippe_top",
+    "rattleback",
     "falling_chain",
 ];
 

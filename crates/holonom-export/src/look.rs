@@ -224,7 +224,7 @@ fn solid(body: &SceneBody, color: Rgb, symbol: f64) -> RigidSurface {
             let base = own * Vector3::new(0.0, 0.0, 0.25 * b);
             Mesh::cone().placed(&scaled(a, a, b), &base)
         }
-        Some(ShapeKind::Mesh) => None,
+        Some(ShapeKind::Mesh | ShapeKind::Capsule | ShapeKind::Ellipsoid) => None,
         None if body.link => None,
         None => Mesh::sphere().placed(&Matrix3::from_diagonal(&Vector3::new(a, b, c)), &none),
     };

@@ -136,15 +136,14 @@ impl Solid {
         of_euler(self.shell_euler(), mass)
     }
 
-    /// The shape of the picture: edges of the capsule and the ellipsoid are those of the solid
-    /// around it.
+    /// The shape of the picture.
     pub(crate) fn shape(&self) -> Shape {
         let (kind, dimensions) = match *self {
             Self::Box(half) => (ShapeKind::Box, half.map(|a| 2.0 * a).to_vec()),
             Self::Sphere(r) => (ShapeKind::Sphere, vec![r]),
             Self::Cylinder(r, l) => (ShapeKind::Cylinder, vec![r, 2.0 * l]),
-            Self::Capsule(r, l) => (ShapeKind::Cylinder, vec![r, 2.0 * (l + r)]),
-            Self::Ellipsoid(half) => (ShapeKind::Box, half.map(|a| 2.0 * a).to_vec()),
+            Self::Capsule(r, l) => (ShapeKind::Capsule, vec![r, 2.0 * l]),
+            Self::Ellipsoid(half) => (ShapeKind::Ellipsoid, half.to_vec()),
         };
         Shape::new(kind, dimensions)
     }

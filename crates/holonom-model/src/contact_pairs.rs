@@ -181,6 +181,14 @@ impl Shape {
                 let points = corners.iter().map(|x| inwards * x).collect();
                 Some(ContactShape::Points { points, radius: 0.0 })
             }
+            ShapeKind::Capsule => {
+                let half = turn * Vector3::z() * (0.5 * at(1));
+                Some(ContactShape::Capsule { ends: [center - half, center + half], radius: at(0) })
+            }
+            ShapeKind::Ellipsoid => {
+                let half_axes = Vector3::new(at(0), at(1), at(2));
+                Some(ContactShape::Ellipsoid { center, axes: turn, half_axes })
+            }
             ShapeKind::Cylinder | ShapeKind::Rod | ShapeKind::Cone => None,
         }
     }

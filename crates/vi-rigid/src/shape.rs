@@ -7,6 +7,8 @@
 //! sphere    J_I = 2/5 m r²
 //! rod       J_1 = J_2 = m l²/12,          J_3 = 0         axis d_3, ideally thin
 //! cone      J_1 = J_2 = 3/80 m (4r² + l²), J_3 = 3/10 m r²  axis d_3, tip at −¾ l d_3
+//! ellipsoid J_1 = m (b² + c²)/5, …                       half axes a, b, c along d_1, d_2, d_3
+//! capsule   a cylinder of the length l and two half balls about its ends    axis d_3
 //! ```
 //! Formed as Euler moments `E_I = ∫ ξ_I² dm`, which are non-negative and free of cancellation, and
 //! turned into `J_I = E_J + E_K`.
@@ -54,6 +56,18 @@ pub enum Shape<T = f64> {
         /// Height from base to tip.
         length: T,
     },
+    /// A cylinder about `d_3` with half balls at both ends.
+    Capsule {
+        /// Its radius.
+        radius: T,
+        /// The distance of the centres of the half balls.
+        length: T,
+    },
+    /// An ellipsoid.
+    Ellipsoid {
+        /// Half of its diameters along `d_1, d_2, d_3`.
+        half_axes: [T; 3],
+    },
 }
 
 /// Mass and principal inertias.
@@ -76,6 +90,10 @@ impl<T: Number> Shape<T> {
             }
             Self::Sphere { radius } => T::of(4.0 / 3.0 * PI) * radius * radius * radius,
             Self::Cone { radius, length } => T::of(PI) * radius * radius * length / T::of(3.0),
+            Self::Capsule { radius, length } => {
+                T::of(PI) * radius * radius * (length + T::of(4.0 / 3.0) * radius)
+            }
+            Self::Ellipsoid { half_axes: [a, b, c] } => T::of(4.0 / 3.0 * PI) * a * b * c,
         }
     }
 
@@ -95,6 +113,18 @@ impl<T: Number> Shape<T> {
                 let across = T::of(3.0 / 20.0) * mass * radius * radius;
                 [across, across, T::of(3.0 / 80.0) * mass * length * length]
             }
+            Self::Capsule { radius, length } => {
+                // masses of the cylinder and of both half balls, whose centres are 3r/8 beyond the
+                // ends
+                let ball = T::of(4.0 / 3.0) * radius;
+                let (a, b) = (mass * length / (length + ball), mass * ball / (length + ball));
+                let (r, h) = (radius, T::of(0.5) * length);
+                let across = a * r * r / T::of(4.0) + b * r * r / T::of(5.0);
+                let along =
+                    a * h * h / T::of(3.0) + b * (h * h + T::of(0.75) * h * r + r * r / T::of(5.0));
+                [across, across, along]
+            }
+            Self::Ellipsoid { half_axes } => half_axes.map(|a| mass * a * a / T::of(5.0)),
         }
     }
 }
@@ -135,6 +165,8 @@ impl Shape {
             Self::Sphere { .. } => "sphere",
             Self::Rod { .. } => "rod",
             Self::Cone { .. } => "cone",
+            Self::Capsule { .. } => "capsule",
+            Self::Ellipsoid { .. } => "ellipsoid",
         }
     }
 
@@ -161,6 +193,13 @@ impl Shape {
             Self::Cone { radius, length } => {
                 positive("the radius of the cone", radius)?;
                 positive("the length of the cone", length)
+            }
+            Self::Capsule { radius, length } => {
+                positive("the radius of the capsule", radius)?;
+                positive("the length of the capsule", length)
+            }
+            Self::Ellipsoid { half_axes } => {
+                half_axes.into_iter().try_for_each(|a| positive("a half axis of the ellipsoid", a))
             }
         }
     }

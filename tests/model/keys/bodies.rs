@@ -149,7 +149,16 @@ fn solids() -> Vec<Case> {
     let round = |across: f64, along: f64| [across, across, along];
     let cylinder = round((3.0 * r * r + h * h) / 12.0, r * r / 2.0);
     let cone = round(3.0 / 80.0 * (4.0 * r * r + h * h), 0.3 * r * r);
+    // masses of the cylinder and of both half balls
+    let (a, b) = (h / (h + 4.0 / 3.0 * r), 4.0 / 3.0 * r / (h + 4.0 / 3.0 * r));
+    let capsule = round(
+        a * (h * h / 12.0 + r * r / 4.0) + b * (0.4 * r * r + h * h / 4.0 + 3.0 / 8.0 * h * r),
+        a * r * r / 2.0 + b * 0.4 * r * r,
+    );
+    let ellipsoid = [0.34 / 5.0, 0.29 / 5.0, 0.13 / 5.0];
     vec![
+        solid("capsule", &[r, h], PI * r * r * (h + 4.0 / 3.0 * r), capsule),
+        solid("ellipsoid", &[0.2, 0.3, 0.5], 4.0 / 3.0 * PI * 0.03, ellipsoid),
         solid("box", &[0.2, 0.3, 0.5], 0.03, [0.34 / 12.0, 0.29 / 12.0, 0.13 / 12.0]),
         solid("cylinder", &[r, h], PI * r * r * h, cylinder),
         solid("rod", &[h, r], PI * r * r * h, cylinder),

@@ -235,6 +235,20 @@ fn collision() -> Case {
             6.0,
             &format!("{{ type = \"mesh\", file = \"stone.obj\", scale = [1.5, 0.5, 1.0], position = [0.1, 0.05, -0.2], quaternion = {TURN:?} }}"),
         ),
+        shaped(
+            "pill",
+            9.0,
+            &format!(
+                "{{ type = \"capsule\", dimensions = [0.1, 0.6], position = [0.1, 0.2, 0.1], quaternion = {TURN:?} }}"
+            ),
+        ),
+        shaped(
+            "pebble",
+            12.0,
+            &format!(
+                "{{ type = \"ellipsoid\", dimensions = [0.2, 0.3, 0.5], position = [0.1, -0.2, 0.15], quaternion = {TURN:?} }}"
+            ),
+        ),
         part("contact", "floor") + "a = { plane = {} }\nb = \"*\"\nrestitution = 0.5\n",
     ]
     .concat();
@@ -250,7 +264,13 @@ fn collision() -> Case {
             V::new(0.1, 0.05, -0.2) + turn() * V::from(x).component_mul(&V::new(1.5, 0.5, 1.0))
         };
         let stone = [[0.0; 3], [0.2, 0.1, -0.3], [0.1, 0.4, 0.2], [-0.3, 0.2, 0.1]].map(vertex);
+        let pill = [-0.3, 0.3].map(|h| V::new(0.1, 0.2, 0.1) + turn() * V::z() * h - V::z() * 0.1);
+        let half = V::new(0.2, 0.3, 0.5);
+        let scaled = turn().tr_mul(&V::z()).component_mul(&half);
+        let pebble = V::new(0.1, -0.2, 0.15) - turn() * scaled.normalize().component_mul(&half);
         let bodies = [
+            ("pill", pill.to_vec()),
+            ("pebble", vec![pebble]),
             ("egg", vec![egg]),
             ("crate", (0..8).map(corner).collect()),
             ("stone", stone.to_vec()),

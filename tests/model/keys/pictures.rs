@@ -145,7 +145,9 @@ fn picture() -> Case {
         round("sphere", "[0.2]", 1.0),
         round("cylinder", "[0.2, 0.5]", 2.0),
         round("rod", "[0.6, 0.1]", 3.0),
-        round("cone", "[0.2, 0.8]", 4.0) + "]\n",
+        round("cone", "[0.2, 0.8]", 4.0),
+        round("capsule", "[0.2, 0.5]", 5.0),
+        round("ellipsoid", "[0.2, 0.2, 0.4]", 6.0) + "]\n",
     ]
     .concat();
     Case::new("picture", text, |run| {
@@ -160,7 +162,14 @@ fn picture() -> Case {
             checks.vector("high", high, expected[1], 1e-12);
         }
         // radius, least and largest height; circles are polygons
-        let round = [(0.2, -0.2, 0.2), (0.2, -0.25, 0.25), (0.1, -0.3, 0.3), (0.2, -0.6, 0.2)];
+        let round = [
+            (0.2, -0.2, 0.2),
+            (0.2, -0.25, 0.25),
+            (0.1, -0.3, 0.3),
+            (0.2, -0.6, 0.2),
+            (0.2, -0.45, 0.45),
+            (0.2, -0.4, 0.4),
+        ];
         for (k, (radius, low, high)) in round.into_iter().enumerate() {
             let ends = surface(run, "hammer", 2 + k);
             for (found, sign, height) in [(ends[0], -1.0, low), (ends[1], 1.0, high)] {

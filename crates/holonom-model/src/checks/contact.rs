@@ -15,7 +15,7 @@ use crate::{GROUND, Shape};
 const MAX_PAIRS: usize = 100_000;
 
 /// Shapes between which there is contact, in words.
-const AVAILABLE: &str = "spheres, boxes and meshes stand on planes, spheres touch one another: state such shapes as `collision`";
+const AVAILABLE: &str = "spheres, capsules, ellipsoids, boxes and meshes stand on planes, spheres and capsules touch one another: state such shapes as `collision`";
 
 impl Checker<'_> {
     /// The contacts of a model.

@@ -12,7 +12,8 @@ fn of_solid(shape: &Shape) -> Option<BodySurface> {
 }
 
 impl Model {
-    /// The surface of a body whose shape is a mesh, or that has a picture: all its shapes.
+    /// The surface of a body whose shape is drawn by triangles, or that has a picture: all its
+    /// shapes.
     #[must_use]
     pub fn surface(&self, body: &Body) -> Option<BodySurface> {
         let mut parts = self.surfaces(body).into_iter();
@@ -24,10 +25,11 @@ impl Model {
     /// The same, shape by shape.
     #[must_use]
     pub fn surfaces(&self, body: &Body) -> Vec<BodySurface> {
-        if body.picture.is_empty() {
-            return body.shape.iter().filter_map(|shape| self.mesh_surface(shape)).collect();
-        }
         let part = |shape| of_solid(shape).or_else(|| self.mesh_surface(shape));
+        if body.picture.is_empty() {
+            let own = body.shape.iter().filter(|shape| shape.kind.is_of_triangles());
+            return own.filter_map(part).collect();
+        }
         body.picture.iter().filter_map(part).collect()
     }
 

@@ -37,6 +37,22 @@ pub(super) fn triangulated(shape: &Shape) -> Option<BodySurface> {
             };
             revolution(&(0..=RINGS).map(ring).collect::<Vec<_>>())
         }
+        ShapeKind::Capsule => {
+            let ring = |k: u32| {
+                let (sin, cos) = libm::sincos(PI * (f64::from(k) / f64::from(RINGS) - 0.5));
+                let radius = if k.is_multiple_of(RINGS) { 0.0 } else { at(0) * cos };
+                move |end: f64| (radius, at(0) * sin + end * 0.5 * at(1))
+            };
+            let lower = (0..=RINGS / 2).map(|k| ring(k)(-1.0));
+            let upper = (RINGS / 2..=RINGS).map(|k| ring(k)(1.0));
+            revolution(&lower.chain(upper).collect::<Vec<_>>())
+        }
+        ShapeKind::Ellipsoid => {
+            let mut ball = triangulated(&Shape::new(ShapeKind::Sphere, vec![1.0]))?;
+            let half_axes = Vector3::new(at(0), at(1), at(2));
+            ball.corners.iter_mut().for_each(|x| x.component_mul_assign(&half_axes));
+            ball
+        }
         ShapeKind::Mesh => return None,
     })
 }
@@ -83,6 +99,8 @@ mod tests {
             (ShapeKind::Rod, vec![2.0, 0.5], 0.02),
             (ShapeKind::Cone, vec![0.5, 2.0], 0.02),
             (ShapeKind::Sphere, vec![0.7], 0.04),
+            (ShapeKind::Capsule, vec![0.7, 1.1], 0.03),
+            (ShapeKind::Ellipsoid, vec![0.7, 0.2, 1.1], 0.04),
         ];
         for (kind, dimensions, near) in shapes {
             let shape = Shape::new(kind, dimensions);

@@ -19,16 +19,28 @@ pub enum ShapeKind {
     Rod,
     /// `dimensions = [radius, height]`, m: base radius; the tip points along minus the third axis.
     Cone,
+    /// `dimensions = [radius, length]`, m: a cylinder with half balls whose centres are `length`
+    /// apart.
+    Capsule,
+    /// `dimensions = [x, y, z]`: half axes, m.
+    Ellipsoid,
     /// `file`: the triangles of a file.
     Mesh,
 }
 
 impl ShapeKind {
+    /// Whether it is drawn by triangles alone.
+    #[must_use]
+    pub fn is_of_triangles(self) -> bool {
+        matches!(self, Self::Mesh | Self::Capsule | Self::Ellipsoid)
+    }
+
     /// What its dimensions are.
     #[must_use]
     pub fn dimensions(self) -> &'static [&'static str] {
         match self {
-            Self::Box => &["x", "y", "z"],
+            Self::Box | Self::Ellipsoid => &["x", "y", "z"],
+            Self::Capsule => &["radius", "length"],
             Self::Cylinder | Self::Cone => &["radius", "height"],
             Self::Sphere => &["radius"],
             Self::Rod => &["length", "radius"],
@@ -66,7 +78,7 @@ pub struct Shape {
     #[serde(rename = "type")]
     pub kind: ShapeKind,
     /// Its dimensions, m: box `[x, y, z]`, cylinder and cone `[radius, height]`, sphere `[radius]`,
-    /// rod `[length, radius]`; none for a mesh.
+    /// rod `[length, radius]`, capsule `[radius, length]`, ellipsoid `[x, y, z]`; none for a mesh.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dimensions: Vec<f64>,
     /// Density, kg/m³; needed when the body states no mass.
@@ -109,6 +121,8 @@ impl Shape {
             ShapeKind::Sphere => Solid::Sphere { radius: at(0) },
             ShapeKind::Rod => Solid::Cylinder { radius: at(1), length: at(0) },
             ShapeKind::Cone => Solid::Cone { radius: at(0), length: at(1) },
+            ShapeKind::Capsule => Solid::Capsule { radius: at(0), length: at(1) },
+            ShapeKind::Ellipsoid => Solid::Ellipsoid { half_axes: [at(0), at(1), at(2)] },
             ShapeKind::Mesh => return None,
         })
     }
@@ -198,6 +212,8 @@ mod tests {
             shape(ShapeKind::Sphere, &[0.1]),
             shape(ShapeKind::Rod, &[1.0, 0.01]),
             shape(ShapeKind::Cone, &[0.05, 0.1]),
+            shape(ShapeKind::Capsule, &[0.05, 0.1]),
+            shape(ShapeKind::Ellipsoid, &[0.05, 0.1, 0.2]),
         ];
         for shape in &shapes {
             assert_eq!(Inertia::Principal(shape.inertia_per_mass()).fault(), None, "{shape:?}");

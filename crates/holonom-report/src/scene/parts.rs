@@ -251,7 +251,7 @@ impl<'a> SceneParts<'a> {
             let directors = self.poses[member].1;
             let own = directors.tr_mul(&body.rotation());
             let surface = self.model.surface(body);
-            let solid = body.shape.as_ref().filter(|shape| shape.kind != ShapeKind::Mesh);
+            let solid = body.shape.as_ref().filter(|shape| !shape.kind.is_of_triangles());
             let wheel = if body.shape.is_none() { self.wheel(member, &body.name) } else { None };
             let kind = match (&surface, &wheel) {
                 (Some(_), _) => Some(ShapeKind::Mesh),
@@ -563,9 +563,8 @@ fn extent(kind: Option<ShapeKind>, dimensions: &[f64]) -> f64 {
         Some(ShapeKind::Cylinder) => at(0).hypot(0.5 * at(1)),
         Some(ShapeKind::Rod) => at(1).hypot(0.5 * at(0)),
         Some(ShapeKind::Cone) => at(0).hypot(0.25 * at(1)).max(0.75 * at(1)),
-        Some(ShapeKind::Sphere | ShapeKind::Mesh) | None => {
-            dimensions.iter().copied().fold(0.0, f64::max)
-        }
+        Some(ShapeKind::Sphere | ShapeKind::Mesh | ShapeKind::Capsule | ShapeKind::Ellipsoid)
+        | None => dimensions.iter().copied().fold(0.0, f64::max),
     }
 }
 

@@ -179,7 +179,8 @@ fn boxes(model: &Model, body: &Body) -> Vec<[Vector3<f64>; 2]> {
             let [low, high] = about(at(0), at(0), at(1));
             [Vector3::new(low.x, low.y, 0.75 * low.z), Vector3::new(high.x, high.y, 0.25 * high.z)]
         }
-        ShapeKind::Mesh => return Vec::new(),
+        // by their triangles, above
+        ShapeKind::Mesh | ShapeKind::Capsule | ShapeKind::Ellipsoid => return Vec::new(),
     }]
 }
 
