@@ -1,9 +1,9 @@
-//! What holds of a mechanism with rigid stops or dry friction: the order of `q`, constraints,
-//! limits, what impacts and friction take out, the balance. Impulses act at nodes, so what speaks
-//! of smooth motions does not apply.
+//! What holds of a mechanism with contacts, rigid stops or dry friction: the order of `q`,
+//! constraints, gaps, limits, momentum where nothing acts from outside, what impacts and friction
+//! take out, the balance. Impulses act at nodes, so what speaks of smooth motions does not apply.
 
 use super::halved::{self, RESIDUAL, ROUND_OFF, bounded, halved, judged_balance, judged_order};
-use holonom_model::{Model, Sensor, SensorKind};
+use holonom_model::{GROUND, Model, Sensor, SensorKind};
 use holonom_sim::simulation::Simulation;
 use vi_core::linear::norm_inf;
 use vi_verify::certificate::{Criterion, Finding, Verdict};
@@ -14,6 +14,8 @@ struct Run {
     q: Vec<f64>,
     residual: f64,
     beyond: f64,    // m or rad  the largest excess over a limit
+    overlap: f64,   // m  the largest of a contact
+    drift: f64,     // largest change of a momentum, relative to what moves
     taken: f64,     // J  work of stops and friction
     balance: f64,   // J  at the end
     exchanged: f64, // J  largest energy
@@ -21,6 +23,50 @@ struct Run {
 
 /// What the sensors of limited joints are called.
 const OF_LIMITS: &str = "limits of ";
+/// What the sensors of gaps are called.
+const OF_GAPS: &str = "gaps of ";
+
+/// Why momentum is not conserved; `None` where nothing acts from outside.
+fn held(model: &Model) -> Option<&'static str> {
+    let outside = |name: &str| name == GROUND || model.body(name).is_some_and(|body| body.fixed);
+    let mut joints = model.joints.iter().flat_map(|joint| [&joint.parent, &joint.child]);
+    let mut springs = model.springs.iter().flat_map(|spring| [&spring.from, &spring.to]);
+    let pairs = model.contact_pairs();
+    let touched = pairs.iter().any(|pair| outside(pair.a.name()) || pair.b.fixed);
+    match () {
+        () if touched || joints.any(|name| outside(name)) || springs.any(|name| outside(name)) => {
+            Some("the ground takes part")
+        }
+        () if model.gravity().iter().any(|g| *g != 0.0) => Some("the bodies have weight"),
+        () if !(model.loads.is_empty() && model.laws.is_empty()) => Some("loads act from outside"),
+        () if !(model.beams.is_empty()
+            && model.bars.is_empty()
+            && model.bushings.is_empty()
+            && model.constraints.is_empty()
+            && model.events.is_empty()) =>
+        {
+            Some("parts may be held by the ground")
+        }
+        () => None,
+    }
+}
+
+/// The sizes of linear and angular momentum: sums over all bodies of `m|v|` and of
+/// `m|x||v| + |Jω|`.
+fn sizes(model: &Model) -> [f64; 2] {
+    let [mut linear, mut angular] = [0.0; 2];
+    for body in &model.bodies {
+        let [x, v] = [body.position, body.velocity].map(|own| norm(&own));
+        let spin = body.inertia_tensor().amax() * norm(body.spatial_angular_velocity().as_slice());
+        linear += body.mass() * v;
+        angular += body.mass() * x * v + spin;
+    }
+    [linear, angular]
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
 
 fn run(mut model: Model) -> Result<Run, String> {
     let bounds: Vec<_> = (model.joints.iter())
@@ -30,6 +76,11 @@ fn run(mut model: Model) -> Result<Run, String> {
         let name = format!("{OF_LIMITS}{joint}");
         model.sensors.push(Sensor::new(name, SensorKind::JointCoordinate, joint.clone()));
     }
+    for contact in &model.contacts {
+        let name = format!("{OF_GAPS}{}", contact.name);
+        model.sensors.push(Sensor::new(name, SensorKind::Gap, contact.name.clone()));
+    }
+    let sizes = sizes(&model);
     let mut simulation = Simulation::new(&model).map_err(|error| error.to_string())?;
     let columns = simulation.sensors().columns();
     let first = |joint: &str| {
@@ -39,20 +90,44 @@ fn run(mut model: Model) -> Result<Run, String> {
         .iter()
         .filter_map(|(joint, limits)| Some((first(joint)? + limits.freedom, *limits)))
         .collect();
-    let works = simulation.energy_columns().iter().enumerate();
-    let ends = [".stop", ".friction"];
-    let works: Vec<usize> = works
-        .filter(|(_, name)| name.starts_with("work.") && ends.iter().any(|end| name.ends_with(end)))
+    let gaps: Vec<usize> = (columns.iter().enumerate())
+        .filter(|(_, column)| column.sensor.starts_with(OF_GAPS))
         .map(|(k, _)| k)
         .collect();
-    let mut found =
-        Run { q: Vec::new(), residual: 0.0, beyond: 0.0, taken: 0.0, balance: 0.0, exchanged: 0.0 };
+    let works = simulation.energy_columns().iter().enumerate();
+    let ends = [".stop", ".friction"];
+    let of_impulses = |name: &str| {
+        let Some(source) = name.strip_prefix("work.") else { return false };
+        ends.iter().any(|end| source.ends_with(end)) || model.contact(source).is_some()
+    };
+    let works: Vec<usize> = works.filter(|(_, name)| of_impulses(name)).map(|(k, _)| k).collect();
+    let mut found = Run {
+        q: Vec::new(),
+        residual: 0.0,
+        beyond: 0.0,
+        overlap: 0.0,
+        drift: 0.0,
+        taken: 0.0,
+        balance: 0.0,
+        exchanged: 0.0,
+    };
+    let mut first = None;
     for sample in simulation.samples() {
         let sample = sample.map_err(|failure| failure.message)?;
         for (k, limits) in &bounds {
             let at = sample.sensors[*k];
             let over = [limits.lower.map(|own| own - at), limits.upper.map(|own| at - own)];
             found.beyond = over.into_iter().flatten().fold(found.beyond, f64::max);
+        }
+        found.overlap = gaps.iter().fold(found.overlap, |most, k| most.max(-sample.sensors[*k]));
+        let momentum = *first.get_or_insert(sample.momentum);
+        let parts = [
+            (sample.momentum.linear, momentum.linear, sizes[0]),
+            (sample.momentum.angular, momentum.angular, sizes[1]),
+        ];
+        for (now, start, size) in parts.into_iter().filter(|(.., size)| *size > 0.0) {
+            let change: Vec<f64> = now.iter().zip(&start).map(|(a, b)| a - b).collect();
+            found.drift = found.drift.max(norm_inf(&change) / size);
         }
         found.residual = found.residual.max(sample.residuals.position);
         found.taken = works.iter().map(|k| sample.energies[*k]).sum();
@@ -63,14 +138,18 @@ fn run(mut model: Model) -> Result<Run, String> {
     Ok(found)
 }
 
-/// The findings of a model with rigid stops or dry friction.
+/// The findings of a model with contacts, rigid stops or dry friction.
 pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
     let finding = |criterion, quantity: &str, expected| {
-        let quantity = format!("{quantity}, with stops and friction");
+        let quantity = match model.contacts.is_empty() {
+            true => format!("{quantity}, with stops and friction"),
+            false => format!("{quantity}, with contact"),
+        };
         halved::finding(model, method, criterion, [&quantity, expected])
     };
-    let names = model.joints.iter().filter(|joint| joint.is_nonsmooth());
-    let names: Vec<String> = names.map(|joint| format!("`{}`", joint.name)).collect();
+    let joints = model.joints.iter().filter(|joint| joint.is_nonsmooth());
+    let names = joints.map(|joint| &joint.name).chain(model.contacts.iter().map(|own| &own.name));
+    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
     let reason = format!("impulses of {} act at nodes", names.join(", "));
     let smooth = |criterion, quantity| Finding {
         reason: reason.clone(),
@@ -78,7 +157,6 @@ pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
     };
     let mut all = vec![
         smooth(Criterion::Output, "residual of the equations of motion"),
-        smooth(Criterion::Momentum, "linear and angular momentum"),
         smooth(Criterion::Reversal, "reversal"),
         smooth(Criterion::Symplecticity, "symplectic form"),
     ];
@@ -90,6 +168,14 @@ pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
             return all;
         }
     };
+    let of_momentum = finding(Criterion::Momentum, "linear and angular momentum", "round-off");
+    all.push(match held(model) {
+        Some(reason) => Finding { reason: reason.to_owned(), ..of_momentum },
+        None => {
+            let drift = runs[0].drift;
+            bounded(of_momentum, drift, ROUND_OFF, format!("{drift:.1e}"))
+        }
+    });
     let unclear =
         "impacts at nodes (`stepping`), a stop that is grazed, or a step that is too long";
     let q = [0, 1, 2].map(|k: usize| &runs[k].q[..]);
@@ -101,10 +187,19 @@ pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
     let size = RESIDUAL * norm_inf(&coarse.q).max(1.0);
     let residual = |quantity, value| small(Criterion::Residual, quantity, "round-off", value, size);
     all.push(residual("constraints", coarse.residual));
-    all.push(residual("excess over limits", coarse.beyond));
+    if model.joints.iter().any(|joint| joint.stops().is_some()) {
+        all.push(residual("excess over limits", coarse.beyond));
+    }
+    if !model.contacts.is_empty() {
+        all.push(residual("overlap of shapes", coarse.overlap));
+    }
     let rounding = ROUND_OFF * coarse.exchanged;
     let words = "not above round-off";
-    all.push(small(Criterion::Energy, "work of stops and friction", words, coarse.taken, rounding));
+    let works = match model.contacts.is_empty() {
+        true => "work of stops and friction",
+        false => "work of contacts, stops and friction",
+    };
+    all.push(small(Criterion::Energy, works, words, coarse.taken, rounding));
     let balance = finding(Criterion::Energy, "balance with all works", "falls with the step");
     all.push(judged_balance(balance, [coarse.balance, fine.balance], coarse.exchanged));
     all
