@@ -134,7 +134,8 @@ fn scene_of(folder: &RunFolder, model: &Model, sensors: Option<&TimeSeries>) -> 
     let scene = folder.frames(scene::NUMBERS, scene::INSTANTS).ok().and_then(|frames| {
         let moments = folder.bending_moments(&frames).unwrap_or_default();
         let events = folder.read_events().unwrap_or_default();
-        Scene::with_events(model, &frames, &moments, (sensors, &events))
+        let contacts = folder.read_contacts().unwrap_or_default();
+        Scene::with_events(model, &frames, &moments, (sensors, &events, &contacts))
     });
     match scene {
         Some(scene) => scene.html(),

@@ -9,6 +9,7 @@
 //! Points and directions on a body are components along its directors, so that they move with the
 //! coordinates of the trajectory. Numbers that change in time are single precision, base64.
 
+mod contacts;
 mod controls;
 mod modes;
 pub mod parts;
@@ -17,9 +18,10 @@ mod surfaces;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use contacts::SceneContacts;
 use holonom_model::{Model, ModelError, Scheme};
 use holonom_sim::EventRecord;
-use holonom_sim::output::{Frames, TimeSeries};
+use holonom_sim::output::{ContactRow, Frames, TimeSeries};
 use holonom_sim::sample::MemberKind;
 use modes::SceneMode;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -115,6 +117,7 @@ pub struct Scene {
     loads: Vec<SceneLoad>,
     reactions: Vec<JointReaction>,
     tensions: Vec<AxialForce>,
+    contacts: SceneContacts,
     /// Points of the ground that something is held at.
     fixed: Vec<[f64; 3]>,
     /// What is said below the picture.
@@ -174,16 +177,16 @@ impl Scene {
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
         sensors: Option<&TimeSeries>,
     ) -> Option<Self> {
-        Self::with_events(model, frames, moments, (sensors, &[]))
+        Self::with_events(model, frames, moments, (sensors, &[], &[]))
     }
 
-    /// The same of a run with events: what they released is no longer drawn.
+    /// The same of a run with events and contacts: what events released is no longer drawn.
     #[must_use]
     pub fn with_events(
         model: &Model,
         frames: &Frames,
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
-        (sensors, events): (Option<&TimeSeries>, &[EventRecord]),
+        (sensors, events, contacts): (Option<&TimeSeries>, &[EventRecord], &[ContactRow]),
     ) -> Option<Self> {
         let parts = SceneParts::new(model, frames)?.releasing(events);
         let member = |member: &holonom_sim::sample::Member| Member {
@@ -225,6 +228,7 @@ impl Scene {
             loads: parts.loads(),
             reactions: sensors.map_or_else(Vec::new, |s| s.reactions(&parts, model)),
             tensions: sensors.map_or_else(Vec::new, |s| s.tensions(&parts, model)),
+            contacts: SceneContacts::new(&frames.times, contacts),
             fixed,
             note,
         })

@@ -325,7 +325,7 @@ impl<'a> SceneParts<'a> {
         })
     }
 
-    /// The planes on which something rolls.
+    /// The planes on which something rolls, and those of the ground that bodies touch.
     #[must_use]
     pub fn planes(&self) -> Vec<ScenePlane> {
         let plane = |constraint: &Constraint| match constraint {
@@ -334,8 +334,11 @@ impl<'a> SceneParts<'a> {
             }
             _ => None,
         };
+        let touched = self.model.contacts.iter().filter_map(holonom_model::Contact::plane);
+        let touched = touched.filter(|plane| plane.on == holonom_model::GROUND);
+        let touched = touched.map(|own| ScenePlane { position: own.position, normal: own.normal });
         let mut planes: Vec<ScenePlane> = Vec::new();
-        for plane in self.model.constraints.iter().filter_map(plane) {
+        for plane in self.model.constraints.iter().filter_map(plane).chain(touched) {
             if !planes.contains(&plane) {
                 planes.push(plane);
             }

@@ -10,12 +10,63 @@
 
 use std::io::{self, Write};
 
+use serde::Deserialize;
+
 use super::columns::CONTACT_COLUMNS;
 use super::csv::HEAD;
 use super::rows::{RowBlocks, RowField, quoted};
-use crate::run::contacts::ContactSample;
+use crate::run::contacts::{ContactSample, ContactState};
 use crate::sample::Sample;
 use crate::system::contact_origin::ContactOrigin;
+
+/// A row of `contacts.csv`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[allow(missing_docs)] // the columns of the file
+pub struct ContactRow {
+    pub step: u64,
+    pub t: f64,
+    pub contact: String,
+    pub a: String,
+    pub b: String,
+    pub feature: u32,
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub nx: f64,
+    pub ny: f64,
+    pub nz: f64,
+    pub gap: f64,
+    pub normal: f64,
+    pub tx: f64,
+    pub ty: f64,
+    pub tz: f64,
+    pub slip: f64,
+    pub state: ContactState,
+}
+
+impl ContactRow {
+    /// Where it is, m.
+    #[must_use]
+    pub fn point(&self) -> [f64; 3] {
+        [self.x, self.y, self.z]
+    }
+
+    /// The force on `b` in space, N.
+    #[must_use]
+    pub fn force(&self) -> [f64; 3] {
+        let Self { normal, nx, ny, nz, tx, ty, tz, .. } = self;
+        [normal * nx + tx, normal * ny + ty, normal * nz + tz]
+    }
+}
+
+/// Reads `contacts.csv`.
+///
+/// # Errors
+/// Those of the file, and `InvalidData` for rows of another shape.
+pub(super) fn read(file: impl io::Read) -> io::Result<Vec<ContactRow>> {
+    let mut rows = csv::Reader::from_reader(file);
+    rows.deserialize().map(|row| row.map_err(io::Error::from)).collect()
+}
 
 /// Writes `contacts.csv`, whole rows only.
 #[derive(Debug)]

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::beams::BeamWriter;
 use super::checkpoint::{self, Checkpoint};
-use super::contacts::ContactWriter;
+use super::contacts::{self, ContactRow, ContactWriter};
 use super::csv::{Trajectory, TrajectoryWriter};
 use super::energy::EnergyWriter;
 use super::events::{self, EventWriter};
@@ -326,6 +326,18 @@ impl RunFolder {
     ) -> Result<ContactWriter<RowFile>, OutputError> {
         let writer = self.rows(CONTACTS).and_then(|file| ContactWriter::new(file, origins));
         writer.map_err(|e| at(&self.path.join(CONTACTS), e))
+    }
+
+    /// Reads `contacts.csv`; empty where the run has none.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn read_contacts(&self) -> Result<Vec<ContactRow>, OutputError> {
+        let path = self.path.join(CONTACTS);
+        if !path.exists() {
+            return Ok(Vec::new());
+        }
+        self.open_rows(CONTACTS).and_then(contacts::read).map_err(|e| at(&path, e))
     }
 
     /// Reads `events.csv`; empty where the run has none.

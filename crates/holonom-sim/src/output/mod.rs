@@ -47,7 +47,7 @@ mod written;
 pub use beams::BeamWriter;
 pub use checkpoint::{CHECKPOINTS, Checkpoint, CheckpointError};
 pub use columns::RowTable;
-pub use contacts::ContactWriter;
+pub use contacts::{ContactRow, ContactWriter};
 pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
 pub use energy::EnergyWriter;
 pub use events::EventWriter;

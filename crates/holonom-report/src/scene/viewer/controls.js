@@ -76,7 +76,7 @@
   for (const name of ["play", "slider", "clock", "speed"]) ui[name].hidden = still;
   ui.trails.hidden = still;
   ui.loads.hidden = loads.length === 0;
-  ui.reactions.hidden = reactions.length + tensions.length === 0;
+  ui.reactions.hidden = reactions.length + tensions.length + contacts.values.length === 0;
   ui.follow.hidden = !travels;
   ui.full.onclick = () => (document.fullscreenElement ? document.exitFullscreen() : root.requestFullscreen());
   for (const button of root.querySelectorAll("[data-view]")) button.onclick = () => { look(button.dataset.view); remember(); refresh(); };

@@ -20,6 +20,17 @@
   const tensions = data.tensions.map((tension) => ({ ...tension, tensions: floats(tension.tensions) }));
   const largest = (size) => motions[0].times.reduce((all, _, k) => Math.max(all, size(k) || 0), 0);
   const largestReaction = Math.max(...reactions.map((r) => largest((k) => norm(reactionAt(r, k)))), ...tensions.map((t) => largest((k) => Math.abs(t.tensions[k]))), 1e-300);
+  // point, force, state of each contact; impacts have forces of another size
+  const contacts = { starts: data.contacts.starts, values: floats(data.contacts.values) };
+  const contactsAt = (k) => {
+    const found = [];
+    for (let i = contacts.starts[k] ?? 0; i < (contacts.starts[k + 1] ?? 0); i += 1) {
+      const own = [...contacts.values.subarray(7 * i, 7 * i + 7)];
+      found.push({ point: own.slice(0, 3), force: own.slice(3, 6), state: own[6] });
+    }
+    return found;
+  };
+  const largestContact = Math.max(largest((k) => Math.max(0, ...contactsAt(k).filter((c) => c.state < 2).map((c) => norm(c.force)))), 1e-300);
   const options = { trails: path || modes.length > 0, grid: true, loads: true, reactions: true, labels: false, follow: travels };
   let tone = null; // the colour of everything that moves, where several motions are shown
   const paintOf = (k) => tone ?? palette[k % palette.length];

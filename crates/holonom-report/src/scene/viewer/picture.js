@@ -16,6 +16,13 @@
       const force = scale(reactionAt(reaction, k), (0.5 * size) / largestReaction);
       if (force.every(Number.isFinite)) arrow(point(reaction.end), force, palette[7]);
     });
+    // a dot at each point of contact, filled where it sticks; the force on the second body has its tip there
+    if (options.reactions) contactsAt(k).forEach(({ point: at, force, state }) => {
+      const filled = state === 1 ? theme().back : state === 2 ? palette[3] : theme().ink, r = (state === 2 ? 2 : 1.1) * symbol;
+      draw(meshes.sphere, along([0, 0, 1], at, [r, r, r]), filled);
+      const length = state === 2 ? 0.4 * size : (0.4 * size * norm(force)) / largestContact;
+      if (norm(force) > 0) arrow(at, scale(unit(force), length), state === 2 ? palette[3] : palette[7]);
+    });
     // on what is held at either end, from there towards the other end under tension
     if (options.reactions) tensions.forEach(({ line, tensions: values }) => {
       const [a, b] = [point(line.from), point(line.to)], length = (0.5 * size * values[k]) / largestReaction;
