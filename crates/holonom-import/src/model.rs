@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use holonom_model::{
-    Body, Header, Inertia, Joint, JointDamper, JointKind, JointSpring, Model, Settings,
+    Body, Header, Inertia, Joint, JointDamper, JointFriction, JointKind, JointLimits, JointSpring,
+    Limits, Model, Settings,
 };
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
@@ -160,6 +161,26 @@ impl Drafter<'_> {
             );
         }
         let acts = |amount: f64| amount > 0.0 && !ball;
+        let start = joint.reference + joint.value;
+        let limits = joint.limits.map(|own| own.map(|limit| plain(limit - start)));
+        let holds = limits[0].is_none_or(|x| x <= 0.0) && limits[1].is_none_or(|x| x >= 0.0);
+        if !holds {
+            remarks.mention(crate::remark::LIMITS_AT_START, label(), &joint.place);
+        }
+        let limits = match limits {
+            [None, None] => None,
+            [Some(lower), Some(upper)] => Some(Limits::Both([lower, upper])),
+            [lower, upper] => {
+                Some(Limits::Table(JointLimits { lower, upper, ..JointLimits::default() }))
+            }
+        };
+        let single = matches!(joint.kind, Mobility::Hinge | Mobility::Slide);
+        let effort = Some(joint.friction).filter(|_| single && joint.friction > 0.0);
+        let [torque, force] = match joint.kind {
+            Mobility::Slide => [None, effort],
+            _ => [effort, None],
+        };
+        let friction = JointFriction { torque, force, ..JointFriction::default() };
         let parent = node.parent.map_or_else(|| "ground".to_owned(), |p| self.bodies[p].clone());
         let child = self.bodies[k].clone();
         self.draft.model.joints.push(Joint {
@@ -171,10 +192,11 @@ impl Drafter<'_> {
                 rest: plain(rest),
             }),
             damper: acts(joint.damping).then_some(JointDamper { freedom, damping: joint.damping }),
+            limits: limits.filter(|_| holds),
+            friction: effort.map(|_| friction),
             ..between(name.clone(), kind, parent, child, *point)
         });
         let mut comment = renamed(&joint.name, &name);
-        let start = joint.reference + joint.value;
         if start != 0.0 {
             comment += &format!("0 here is {start} in the description. ");
         }

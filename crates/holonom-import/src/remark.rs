@@ -29,12 +29,20 @@ pub struct Mention {
     pub column: usize,
 }
 
-/// On limits of joints.
-pub(crate) const LIMITS: &str =
-    "limits of joints: not translated; `limits = [lower, upper]` of a [[joint]] are stops";
+/// On limits of joints with several coordinates.
+pub(crate) const LIMITS_OF_SEVERAL: &str =
+    "limits of joints with several coordinates: not translated";
 
-/// On dry friction in joints.
-pub(crate) const FRICTION: &str = "friction of joints: not translated; `friction = { torque = … }` of a [[joint]] is dry friction";
+/// On limits that leave nothing.
+pub(crate) const EMPTY_LIMITS: &str =
+    "limits of joints: the lower one is not below the upper one; not translated";
+
+/// On limits that do not hold at the start.
+pub(crate) const LIMITS_AT_START: &str = "limits of joints: the initial configuration is outside of them; not translated, `--joint NAME=VALUE` states another initial value";
+
+/// On dry friction in joints with several coordinates.
+pub(crate) const FRICTION_OF_SEVERAL: &str =
+    "dry friction of joints with several coordinates: not translated";
 
 /// Elements that a line of text names.
 pub(crate) const NAMED: usize = 6;

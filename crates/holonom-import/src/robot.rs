@@ -102,6 +102,10 @@ pub(crate) struct Joint {
     pub(crate) stiffness: f64,
     /// The coordinate without spring force, m or rad.
     pub(crate) rest: f64,
+    /// Lower and upper limit of its coordinate, m or rad.
+    pub(crate) limits: [Option<f64>; 2],
+    /// Dry friction, N or N·m.
+    pub(crate) friction: f64,
     /// Inertia of each coordinate of its pair beside that of the links, kg or kg·m².
     pub(crate) armature: [f64; 3],
     pub(crate) place: Place,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use holonom_model::{Body, Constraint, Inertia, Joint, Scale, Shape};
+use holonom_model::{Body, Constraint, Inertia, Joint, Limits, Scale, Shape};
 
 use crate::drafter::Draft;
 use crate::remark::Remark;
@@ -123,6 +123,20 @@ impl TomlWriter {
         if let Some(damper) = &joint.damper {
             let (c, freedom) = (number(damper.damping), freedom(damper.freedom));
             self.pair("damper", &format!("{{ damping = {c}{freedom} }}"));
+        }
+        match joint.limits {
+            Some(Limits::Both(both)) => self.pair("limits", &list(&both)),
+            Some(Limits::Table(limits)) => {
+                let ends = [("lower", limits.lower), ("upper", limits.upper)].into_iter();
+                let ends = ends.filter_map(|(key, x)| Some(format!("{key} = {}", number(x?))));
+                self.pair("limits", &format!("{{ {} }}", ends.collect::<Vec<_>>().join(", ")));
+            }
+            None => {}
+        }
+        if let Some(friction) = joint.friction {
+            let own = [("torque", friction.torque), ("force", friction.force)].into_iter();
+            let own = own.filter_map(|(key, x)| Some(format!("{key} = {}", number(x?))));
+            self.pair("friction", &format!("{{ {} }}", own.collect::<Vec<_>>().join(", ")));
         }
     }
 

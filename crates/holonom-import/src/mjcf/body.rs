@@ -253,6 +253,8 @@ impl Bodies<'_, '_> {
         let stiffness = acts(self.settings.springs, self.linear(element, "stiffness")?);
         let damping = acts(self.settings.dampers, self.linear(element, "damping")?);
         let armature = self.beside(element, kind)?;
+        let limits = self.limits(element, kind)?.map(|own| own.map(angle));
+        let friction = self.friction(element, kind)?;
         Ok(Joint {
             name: element.word("name").map_or_else(|| self.unnamed(scope), str::to_owned),
             kind,
@@ -263,6 +265,8 @@ impl Bodies<'_, '_> {
             damping,
             stiffness,
             rest,
+            limits,
+            friction,
             armature: [armature, 0.0, 0.0],
             place: element.place.clone(),
         })
@@ -288,17 +292,42 @@ impl Bodies<'_, '_> {
         Ok(first)
     }
 
+    /// `range`, as it is stated.
+    fn limits(&mut self, element: &XmlElement, kind: Mobility) -> Result<[Option<f64>; 2]> {
+        let Some([lower, upper]) = element.vector::<2>("range")? else { return Ok([None; 2]) };
+        if element.word("limited") == Some("false") {
+            return Ok([None; 2]);
+        }
+        if kind == Mobility::Ball {
+            self.remarks.add(crate::remark::LIMITS_OF_SEVERAL, element);
+            return Ok([None; 2]);
+        }
+        if lower >= upper {
+            self.remarks.add(crate::remark::EMPTY_LIMITS, element);
+            return Ok([None; 2]);
+        }
+        if ["solreflimit", "solimplimit", "margin"].iter().any(|n| element.word(n).is_some()) {
+            let message = "limits of joints: stops are rigid, `solreflimit`, `solimplimit` and `margin` are not used";
+            self.remarks.add(message, element);
+        }
+        Ok([Some(lower), Some(upper)])
+    }
+
+    /// `frictionloss`.
+    fn friction(&mut self, element: &XmlElement, kind: Mobility) -> Result<f64> {
+        let friction = element.amount("frictionloss")?;
+        if friction != 0.0 && kind == Mobility::Ball {
+            self.remarks.add(crate::remark::FRICTION_OF_SEVERAL, element);
+            return Ok(0.0);
+        }
+        Ok(friction)
+    }
+
     /// The armature of a joint; remarks on what acts in it beside spring and damper.
     fn beside(&mut self, element: &XmlElement, kind: Mobility) -> Result<f64> {
         let armature = element.amount("armature")?;
         if armature != 0.0 && kind == Mobility::Ball {
             self.remarks.add("armature of a ball joint: not translated", element);
-        }
-        if element.number("frictionloss")?.is_some_and(|x| x != 0.0) {
-            self.remarks.add(crate::remark::FRICTION, element);
-        }
-        if element.word("range").is_some() && element.word("limited") != Some("false") {
-            self.remarks.add(crate::remark::LIMITS, element);
         }
         if element.word("springdamper").is_some() {
             self.remarks.add("`springdamper` of joints: not translated", element);

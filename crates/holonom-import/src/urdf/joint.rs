@@ -54,14 +54,19 @@ impl UrdfReader<'_> {
         let dynamics = element.child("dynamics");
         let damping = dynamics.map_or(Ok(0.0), |d| d.amount("damping"))?;
         let friction = dynamics.map_or(Ok(None), |d| d.number("friction"))?.unwrap_or(0.0);
-        if friction != 0.0 {
-            self.remarks.add(crate::remark::FRICTION, element);
+        if friction < 0.0 {
+            let dynamics = dynamics.unwrap_or(element);
+            let message = format!("`friction` is {friction}: it would feed energy in");
+            return Err(Refusal::at(dynamics.place_of("friction"), message, "write 0 or more"));
         }
+        if friction != 0.0 && !matches!(kind, Mobility::Hinge | Mobility::Slide) {
+            self.remarks.add(crate::remark::FRICTION_OF_SEVERAL, element);
+        }
+        let limits = self.limits(element, kind)?;
         if damping != 0.0 && kind == Mobility::Planar {
             self.remarks.add("damping of a planar joint: only of its angle", element);
         }
         let ignored = [
-            ("limit", crate::remark::LIMITS),
             ("safety_controller", "safety controllers: not translated"),
             ("calibration", "calibration: not translated"),
         ];
@@ -83,9 +88,34 @@ impl UrdfReader<'_> {
             damping,
             stiffness: 0.0,
             rest: 0.0,
+            limits,
+            friction,
             armature: [0.0; 3],
             place: element.place.clone(),
         })
+    }
+
+    /// `<limit>`: lower and upper limit of a joint with one coordinate that is no revolution.
+    fn limits(&mut self, element: &XmlElement, kind: Mobility) -> Result<[Option<f64>; 2]> {
+        let Some(limit) = element.child("limit") else { return Ok([None; 2]) };
+        if ["effort", "velocity"].iter().any(|name| limit.word(name).is_some()) {
+            self.remarks.add("limits of effort and velocity: not translated", element);
+        }
+        let stated = ["lower", "upper"].iter().any(|name| limit.word(name).is_some());
+        if !stated || element.word("type") == Some("continuous") {
+            return Ok([None; 2]);
+        }
+        let [lower, upper] = [limit.number("lower")?, limit.number("upper")?];
+        let [lower, upper] = [lower.unwrap_or(0.0), upper.unwrap_or(0.0)];
+        if !matches!(kind, Mobility::Hinge | Mobility::Slide) {
+            self.remarks.add(crate::remark::LIMITS_OF_SEVERAL, element);
+            return Ok([None; 2]);
+        }
+        if lower >= upper {
+            self.remarks.add(crate::remark::EMPTY_LIMITS, element);
+            return Ok([None; 2]);
+        }
+        Ok([Some(lower), Some(upper)])
     }
 
     /// `<mimic>`: where neither joint has a single coordinate, the joint follows nothing.
