@@ -5,7 +5,7 @@ use holonom::certificate::page::{sentence, verdict};
 use holonom::certificate::{ModelCertificate, certify_model};
 use holonom::verification::certificate::{Criterion, Verdict};
 use holonom::{Model, Override};
-use vi_testkit::model::{between, heavy, part, particle, two_links};
+use vi_testkit::model::{between, body_at, head, heavy, part, particle, two_links};
 
 /// Text with every number replaced by `#`.
 fn without_numbers(text: &str) -> String {
@@ -163,8 +163,6 @@ fn a_mechanism_without_a_degree_of_freedom_has_a_certificate() {
     }
 }
 
-/// Two links that a law drives, one locked and both let go, and a disc whose cord is cut: each kind
-/// of event has its rows, and each law its balance.
 /// A double pendulum whose elbow has a stop and friction.
 #[test]
 fn certificates_of_stops_and_friction_say_what_holds() {
@@ -189,6 +187,48 @@ fn certificates_of_stops_and_friction_say_what_holds() {
     assert_eq!(not.len(), 4, "{not:?}");
 }
 
+/// Two balls that meet aside of their centres, and a ball that slides on a floor.
+#[test]
+fn certificates_of_contact_say_what_holds() {
+    let ball = |name: &str, position: [f64; 3], keys: &str| {
+        body_at(position, name, 1.0, [0.01; 3])
+            + keys
+            + "shape = { type = \"sphere\", dimensions = [0.1] }\n"
+    };
+    let free = head("meet", "step = 0.01, end = 0.6")
+        + &ball("a", [0.0; 3], "velocity = [1.0, 0.0, 0.0]\nangular_velocity = [3.0, -2.0, 4.0]\n")
+        + &ball("b", [0.5, 0.08, 0.03], "velocity = [-0.2, 0.0, 0.1]\n")
+        + &part("contact", "pair")
+        + "a = \"a\"\nb = \"b\"\nfriction = 0.3\nrestitution = 0.6\n";
+    let floor = heavy("slide", [0.0, 0.0, -9.81], "step = 0.01, end = 0.3")
+        + &ball(
+            "a",
+            [0.0, 0.0, 0.1],
+            "velocity = [2.0, 0.0, 0.0]\nangular_velocity = [3.0, 0.0, 0.0]\n",
+        )
+        + &part("contact", "floor")
+        + "a = { plane = {} }\nb = \"a\"\nfriction = 0.2\n";
+    let common = [
+        "q, with contact",
+        "overlap of shapes, with contact",
+        "work of contacts, stops and friction, with contact",
+        "balance with all works, with contact",
+    ];
+    let of =
+        |text: &str| certify_model(&Model::from_toml(text).unwrap(), 1e-6, &mut |_| {}).unwrap();
+    let momentum = "linear and angular momentum, with contact";
+    let both = [of(&free), of(&floor)];
+    holds(&both[0], &[&common[..], &[momentum]].concat());
+    holds(&both[1], &common);
+    let own = both[1].certificate.findings.iter().find(|own| own.quantity == momentum).unwrap();
+    assert_eq!(
+        (own.verdict, own.reason.as_str()),
+        (Verdict::NotApplicable, "the ground takes part")
+    );
+}
+
+/// Two links that a law drives, one locked and both let go, and a disc whose cord is cut: each kind
+/// of event has its rows, and each law its balance.
 #[test]
 fn certificates_across_events_say_what_each_keeps() {
     let links =
