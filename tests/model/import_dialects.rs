@@ -337,18 +337,57 @@ fn replicas_stand_where_mujoco_has_them() {
     }
 }
 
-/// What has no counterpart says what there is instead.
+/// Limits count from the initial configuration, in the units of a model file.
 #[test]
-fn limits_and_friction_are_listed_with_what_there_is_instead() {
-    let urdf = two_links(
-        "revolute",
-        "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/><dynamics friction=\"0.1\"/>",
-        "",
-    );
-    let mjcf = r#"<mujoco><worldbody><body><joint range="-1 1" frictionloss="0.1"/><geom size="1"/></body></worldbody></mujoco>"#;
-    for text in [urdf.as_str(), mjcf] {
-        let said = remarks(&plain(text));
-        assert!(said.contains("`limits = [lower, upper]` of a [[joint]]"), "{said}");
-        assert!(said.contains("`friction = { torque = … }` of a [[joint]]"), "{said}");
+fn limits_and_friction_are_those_of_the_joint() {
+    let of_b = "<limit lower=\"-1\" upper=\"0.5\" effort=\"1\" velocity=\"1\"/><dynamics friction=\"0.1\"/>";
+    let urdf = plain(&two_links("revolute", of_b, ""));
+    let mjcf = |joint: &str| {
+        plain(&format!(
+            "<mujoco><worldbody><body><joint name=\"jb\" {joint}/><geom size=\"1\"/></body></worldbody></mujoco>"
+        ))
+    };
+    let joint = |of: &Imported| {
+        let model = Model::from_toml(&of.text).unwrap_or_else(|e| panic!("{e}\n{}", of.text));
+        let found = model.joints.iter().find(|own| own.name == "jb").unwrap();
+        let limits = found.limits.map(|own| own.table());
+        let bounds = limits.map_or([f64::NAN; 2], |own| {
+            [own.lower.unwrap_or(f64::NAN), own.upper.unwrap_or(f64::NAN)]
+        });
+        let friction = found.friction.map(|own| [own.torque, own.force]);
+        (bounds, friction)
+    };
+    let near =
+        |found: [f64; 2], wanted: [f64; 2]| (0..2).all(|k| (found[k] - wanted[k]).abs() < 1e-12);
+    let (bounds, friction) = joint(&urdf);
+    assert!(near(bounds, [-1.0, 0.5]), "{bounds:?}");
+    assert_eq!(friction, Some([Some(0.1), None]));
+    let said = remarks(&urdf);
+    assert!(said.contains("limits of effort and velocity: not translated"), "{said}");
+    // in degrees, with the coordinate 30° in the drawn configuration
+    let hinge = mjcf("range=\"-60 90\" ref=\"30\" frictionloss=\"0.2\" solreflimit=\"0.1 1\"");
+    let (bounds, friction) = joint(&hinge);
+    assert!(near(bounds, [-90_f64.to_radians(), 60_f64.to_radians()]), "{bounds:?}");
+    assert_eq!(friction, Some([Some(0.2), None]));
+    assert!(remarks(&hinge).contains("`solreflimit`"), "{}", remarks(&hinge));
+    let slide = mjcf("type=\"slide\" range=\"-0.2 0.3\" frictionloss=\"4\"");
+    let (bounds, friction) = joint(&slide);
+    assert!(near(bounds, [-0.2, 0.3]), "{bounds:?}");
+    assert_eq!(friction, Some([None, Some(4.0)]));
+    for (text, words) in [
+        ("range=\"10 60\"", "the initial configuration is outside of them"),
+        ("range=\"10 10\"", "the lower one is not below the upper one"),
+        ("type=\"ball\" range=\"0 60\"", "limits of joints with several coordinates"),
+        ("type=\"ball\" frictionloss=\"1\"", "dry friction of joints with several coordinates"),
+    ] {
+        let found = mjcf(text);
+        let (bounds, friction) = joint(&found);
+        assert!(bounds[0].is_nan() && friction.is_none(), "{text}: {bounds:?} {friction:?}");
+        assert!(remarks(&found).contains(words), "{text}: {}", remarks(&found));
     }
+    let far = plain(&two_links("revolute", "<limit lower=\"-1e+16\" upper=\"2\"/>", ""));
+    let (bounds, _) = joint(&far);
+    assert!(bounds[0].is_nan() && (bounds[1] - 2.0).abs() < 1e-12, "{bounds:?}");
+    let free = mjcf("range=\"-60 60\" limited=\"false\"");
+    assert!(joint(&free).0[0].is_nan() && !remarks(&free).contains("limits"), "{}", free.text);
 }

@@ -78,7 +78,7 @@ const DOOR: &str = r#"<mujoco model="door">
   <worldbody>
     <geom type="plane" size="1 1 1"/>
     <body name="door" pos="0 0 1" childclass="stiff">
-      <joint name="hinge" pos="-0.4 0 0" axis="0 0 1" range="0 90" armature="0.01"/>
+      <joint name="hinge" pos="-0.4 0 0" axis="0 0 1" range="-10 90" armature="0.01"/>
       <geom type="box" size="0.4 0.02 1" density="500"/>
       <body name="handle" pos="0.3 0.05 0">
         <joint name="lift" axis="1 0 0" class="main"/>

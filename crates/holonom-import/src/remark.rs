@@ -29,6 +29,9 @@ pub struct Mention {
     pub column: usize,
 }
 
+/// Limits of this size are none, m, rad or degrees.
+pub(crate) const FAR: f64 = 1e6;
+
 /// On limits of joints with several coordinates.
 pub(crate) const LIMITS_OF_SEVERAL: &str =
     "limits of joints with several coordinates: not translated";

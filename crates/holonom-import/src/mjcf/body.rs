@@ -7,7 +7,7 @@ use super::pose::{orientation, pose};
 use super::settings::{Defaults, FileSettings, FromGeoms};
 use crate::element::XmlElement;
 use crate::mass::Mass;
-use crate::remark::Remarks;
+use crate::remark::{FAR, Remarks};
 use crate::robot::{Joint, Link, Mobility, NamedFrame};
 use crate::source::{Refusal, Result};
 
@@ -310,7 +310,7 @@ impl Bodies<'_, '_> {
             let message = "limits of joints: stops are rigid, `solreflimit`, `solimplimit` and `margin` are not used";
             self.remarks.add(message, element);
         }
-        Ok([Some(lower), Some(upper)])
+        Ok([lower, upper].map(|limit| Some(limit).filter(|x| x.abs() < FAR)))
     }
 
     /// `frictionloss`.

@@ -7,6 +7,7 @@ use nalgebra::{Unit, Vector3};
 
 use super::UrdfReader;
 use crate::element::XmlElement;
+use crate::remark::FAR;
 use crate::robot::{Gear, Joint, Link, Mobility};
 use crate::source::{Refusal, Result};
 
@@ -105,17 +106,23 @@ impl UrdfReader<'_> {
         if !stated || element.word("type") == Some("continuous") {
             return Ok([None; 2]);
         }
-        let [lower, upper] = [limit.number("lower")?, limit.number("upper")?];
-        let [lower, upper] = [lower.unwrap_or(0.0), upper.unwrap_or(0.0)];
+        let bound = |name: &str| -> Result<Option<f64>> {
+            let stated = limit.word(name).and_then(|word| word.trim().parse::<f64>().ok());
+            match stated.filter(|x| x.abs() >= FAR) {
+                Some(_) => Ok(None),
+                None => Ok(Some(limit.number(name)?.unwrap_or(0.0))),
+            }
+        };
+        let [lower, upper] = [bound("lower")?, bound("upper")?];
         if !matches!(kind, Mobility::Hinge | Mobility::Slide) {
             self.remarks.add(crate::remark::LIMITS_OF_SEVERAL, element);
             return Ok([None; 2]);
         }
-        if lower >= upper {
+        if lower.zip(upper).is_some_and(|(lower, upper)| lower >= upper) {
             self.remarks.add(crate::remark::EMPTY_LIMITS, element);
             return Ok([None; 2]);
         }
-        Ok([Some(lower), Some(upper)])
+        Ok([lower, upper])
     }
 
     /// `<mimic>`: where neither joint has a single coordinate, the joint follows nothing.
