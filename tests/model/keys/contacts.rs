@@ -286,7 +286,7 @@ fn collision() -> Case {
             let height = 1.0 - 0.7 + impulse / 2.0 * (0.7 - hit);
             checks.near(name, end(run, name).z, height, 1e-9);
             let v = run.linear_momentum(0);
-            checks.near("momentum", v.z, -6.0, 1e-12);
+            checks.near("momentum", v.z, -10.0, 1e-12);
         }
         checks
     })

@@ -1,5 +1,5 @@
-//! Contacts, a stop and dry friction under loads that vary: forces by the loads beside a node, slips
-//! and places by sums of them, impacts of a ball between two walls in closed form.
+//! Contacts, a stop and dry friction under loads that vary: forces by the loads beside a node,
+//! slips and places by sums of them, impacts of a ball between two walls in closed form.
 
 use super::{Known, Tables, Vector, axis, check};
 use std::f64::consts::TAU;
