@@ -1,7 +1,8 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
 use super::{
-    beam, control, galerkin, helicoidal, laws, motions, nonsmooth, optimal_control, pendulum, rigid,
+    beam, control, galerkin, helicoidal, identification, laws, motions, nonsmooth, optimal_control,
+    pendulum, rigid,
 };
 use nalgebra::Matrix3;
 use serde::Deserialize;
@@ -138,6 +139,7 @@ pub enum Case {
     Nonsmooth(Box<nonsmooth::NonsmoothCase>),
     Gradient(Box<control::GradientCase>),
     OptimalControl(Box<optimal_control::OptimalControlCase>),
+    Identification(Box<identification::IdentificationCase>),
 }
 
 /// Deviation of each scheme that applies.
@@ -180,6 +182,10 @@ impl Case {
             "gradient" | "gradient_growth" => {
                 Ok(Self::Gradient(serde_json::from_str(&text).map_err(unreadable)?))
             }
+            "identification" => {
+                let case = identification::IdentificationCase::read(value)?;
+                Ok(Self::Identification(Box::new(case)))
+            }
             "beam" => Ok(Self::Beam(serde_json::from_str(&text).map_err(unreadable)?)),
             _ => Err(format!("unknown kind `{kind}`")),
         }
@@ -199,7 +205,8 @@ impl Case {
             | Self::Motions(_)
             | Self::Gradient(_)
             | Self::Nonsmooth(_)
-            | Self::OptimalControl(_) => None,
+            | Self::OptimalControl(_)
+            | Self::Identification(_) => None,
         }
     }
 
@@ -224,6 +231,7 @@ impl Case {
             Self::Nonsmooth(case) => case.run(),
             Self::Gradient(case) => case.run(),
             Self::OptimalControl(case) => case.run(),
+            Self::Identification(case) => case.run(),
         }
     }
 }

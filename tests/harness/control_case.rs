@@ -11,7 +11,7 @@ use vi_control::transcription::problem::{
 use vi_control::transcription::{Guess, Path, Transcription};
 use vi_core::interval::Interval;
 use vi_core::{Quadrature, SeparableSystem};
-use vi_multibody::builder::{BuiltMechanism, MechanismBuilder};
+use vi_multibody::builder::{BuiltMechanism, MechanismBuilder, PointOn};
 use vi_multibody::form::{Form, Row};
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint::{Joint, Side, complete_axis};
@@ -69,21 +69,32 @@ fn frame(value: &Value) -> FrameId {
 }
 
 impl Case {
+    /// The text of a case of `tests/reference/control`.
+    pub(crate) fn text(name: &str) -> Value {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let file = root.join("../../tests/reference/control").join(format!("{name}.json"));
+        serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap()
+    }
+
     /// A case of `tests/reference/control`.
     pub(crate) fn read(name: &str) -> Self {
-        let folder =
-            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference/control");
-        let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
-        Self::of(serde_json::from_str(&text).unwrap())
+        Self::of(Self::text(name))
     }
 
     pub(crate) fn of(value: Value) -> Self {
+        Self::try_of(value).unwrap()
+    }
+
+    /// The case, or why its numbers are no mechanism.
+    pub(crate) fn try_of(value: Value) -> Result<Self, String> {
+        let words = |e: &dyn std::fmt::Display| e.to_string();
         let mut builder = MechanismBuilder::new().gravity(vector(&value["gravity"]));
         let bodies = list(&value, "bodies");
         for body in bodies {
             let moments: [f64; 3] = numbers(&body["principal_inertia"]).try_into().unwrap();
-            let inertia = PrincipalInertia::new(moments).unwrap();
-            let rigid = RigidBody::from_inertia(number(&body["mass"]), &inertia).unwrap();
+            let inertia = PrincipalInertia::new(moments).map_err(|e| words(&e))?;
+            let rigid = RigidBody::from_inertia(number(&body["mass"]), &inertia);
+            let rigid = rigid.map_err(|e| words(&e))?;
             builder.frame(BodySpec {
                 name: body["name"].as_str().unwrap().to_owned(),
                 body: Some(rigid),
@@ -124,6 +135,18 @@ impl Case {
         }
         let coordinate =
             |part: &Value| joints[index(&part["joint"])].unwrap().coordinate(freedom(part));
+        let ids: Vec<_> = builder.frames().collect();
+        for spring in list(&value, "springs") {
+            let end = |body: &str, point: &str| -> PointOn {
+                match frame(&spring[body]) {
+                    FrameId::Ground => <[f64; 3]>::from(vector(&spring[point])).into(),
+                    FrameId::Frame(k) => ids[k].point(vector(&spring[point])),
+                }
+            };
+            let ends = [end("body_a", "point_a"), end("body_b", "point_b")];
+            let entry = builder.spring(ends[0], ends[1], number(&spring["stiffness"]));
+            entry.natural_length(number(&spring["rest_length"]));
+        }
         for spring in list(&value, "joint_springs") {
             let (k, rest) = (number(&spring["stiffness"]), number(&spring["rest"]));
             builder.joint_spring(coordinate(spring), k, rest);
@@ -139,10 +162,10 @@ impl Case {
                 held
             })
             .collect();
-        let mechanism = builder.build().unwrap().mechanism;
+        let mechanism = builder.build().map_err(|e| words(&e))?.mechanism;
         let mut case = Self { value, mechanism, efforts, q: Vec::new(), v: Vec::new(), builder };
-        case.start();
-        case
+        case.start()?;
+        Ok(case)
     }
 
     pub(crate) fn built(&self) -> BuiltMechanism {
@@ -190,28 +213,52 @@ impl Case {
         .collect()
     }
 
-    fn start(&mut self) {
+    fn start(&mut self) -> Result<(), String> {
         let d = self.mechanism.tree().dof();
         let initial = self.value["initial"].clone();
         let closed = initial.get("consistent_coordinates").unwrap_or(&initial["coordinates"]);
         let mut u = vec![0.0; d];
-        for ((j, sign), x) in self.unknowns().into_iter().zip(numbers(closed)) {
+        let all: Vec<usize> = (0..self.unknowns().len()).collect();
+        let given: Vec<usize> = initial
+            .get("independent")
+            .map_or(all.clone(), |own| own.as_array().unwrap().iter().map(index).collect());
+        let is_closed = initial.get("consistent_coordinates").is_some();
+        for (which, x) in if is_closed { &all } else { &given }.iter().zip(numbers(closed)) {
+            let (j, sign) = self.unknowns()[*which];
             u[j] = sign * x;
         }
         let q = self.mechanism.initial_configuration();
         let map = TreeMap::new(&self.mechanism);
         let mut s = Interval::new(q.len());
-        s.open(0.0, 1.0, &q);
-        map.reparametrize(&u, &mut s).unwrap();
+        let follows: Vec<usize> =
+            all.iter().filter(|k| !given.contains(k)).map(|&k| self.unknowns()[k].0).collect();
+        for round in 0.. {
+            s.open(0.0, 1.0, &q);
+            map.reparametrize(&u, &mut s).map_err(|e| e.to_string())?;
+            let rows = self.mechanism.loop_constraints();
+            let gap: Vec<f64> = rows.iter().map(|row| row.value(s.end())).collect();
+            let size = vi_core::linear::norm_inf(&gap);
+            // rounding leaves a few last bits of lengths of a metre
+            if is_closed || follows.is_empty() || size < 1e-15 || round > 12 && size < 1e-14 {
+                break;
+            }
+            if round > 30 {
+                return Err(format!("the loop does not close: {size:.1e}"));
+            }
+            let (mut columns, mut slopes) =
+                (DMatrix::zeros(q.len(), d), DMatrix::zeros(rows.len(), q.len()));
+            map.null_space(&s.q1, &mut columns);
+            rows.iter().enumerate().for_each(|(k, row)| row.emit(&s.q1, k, &mut slopes));
+            let slopes = (slopes * columns).select_columns(&follows);
+            let gap = DMatrix::from_vec(rows.len(), 1, gap);
+            let step = slopes.svd(true, true).solve(&gap, 1e-10).unwrap();
+            follows.iter().zip(step.iter()).for_each(|(&j, step)| u[j] -= step);
+        }
         self.q = s.q1.clone();
         // rates: those given, the others by the closures
         let mut columns = DMatrix::zeros(q.len(), d);
         map.null_space(&self.q, &mut columns);
         let rows = self.mechanism.loop_constraints();
-        let all: Vec<usize> = (0..self.unknowns().len()).collect();
-        let given: Vec<usize> = initial
-            .get("independent")
-            .map_or(all, |own| own.as_array().unwrap().iter().map(index).collect());
         let mut system = DMatrix::zeros(given.len() + rows.len(), d);
         let mut right = DMatrix::zeros(given.len() + rows.len(), 1);
         for (k, (which, rate)) in given.iter().zip(numbers(&initial["rates"])).enumerate() {
@@ -224,6 +271,7 @@ impl Case {
         system.rows_mut(given.len(), rows.len()).copy_from(&(slopes * &columns));
         let rates = system.svd(true, true).solve(&right, 1e-10).unwrap();
         self.v = (columns * rates).column(0).iter().copied().collect();
+        Ok(())
     }
 
     pub(crate) fn initial(&self) -> InitialValues<'_> {
@@ -264,22 +312,48 @@ impl Case {
         Quantity::joint(&self.mechanism, own, freedom, &self.q, 0).unwrap()
     }
 
+    /// The components of a point of a body, m.
+    fn point(&self, part: &Value) -> [Quantity; 3] {
+        let point = Form::point(12 * index(&part["body"]), &vector(&part["point"]));
+        std::array::from_fn(|i| {
+            let along = Form::constant(Vector3::ith(i, 1.0));
+            Quantity::Product(Row::product(point.clone(), along, 0.0))
+        })
+    }
+
     fn objective(&self) -> Vec<Cost> {
         let all: Vec<usize> = (0..self.efforts.len()).collect();
-        let cost = |term: &Value| {
+        let mut costs = Vec::new();
+        for term in list(&self.value, "objective") {
             let weight = term.get("weight").map_or(1.0, number);
             let of = term.get("controls").map_or_else(
                 || all.clone(),
                 |own| own.as_array().unwrap().iter().map(index).collect(),
             );
-            let kind = match term["type"].as_str().unwrap() {
-                "effort" => CostKind::Effort(of),
-                "time" => CostKind::Time,
-                other => panic!("unknown term `{other}`"),
-            };
-            Cost { weight, kind }
-        };
-        list(&self.value, "objective").iter().map(cost).collect()
+            let name = term["type"].as_str().unwrap();
+            let when = if name.starts_with("running") { When::Path } else { When::End };
+            match name {
+                "effort" => costs.push(Cost { weight, kind: CostKind::Effort(of) }),
+                "time" => costs.push(Cost { weight, kind: CostKind::Time }),
+                "terminal_coordinate" | "running_coordinate" => {
+                    let quantity = self.quantity(index(&term["joint"]), freedom(term));
+                    let target = number(&term["target"]);
+                    costs.push(Cost {
+                        weight,
+                        kind: CostKind::Deviation { quantity, target, when },
+                    });
+                }
+                "terminal_point" | "running_point" => {
+                    let targets = numbers(&term["target"]);
+                    for (quantity, target) in self.point(term).into_iter().zip(targets) {
+                        let kind = CostKind::Deviation { quantity, target, when };
+                        costs.push(Cost { weight, kind });
+                    }
+                }
+                other => panic!("the term `{other}` is not one of optimal control"),
+            }
+        }
+        costs
     }
 
     /// Conditions at the end, and what the guess changes coordinates by, shape `d`.
@@ -302,6 +376,13 @@ impl Case {
             change[j] = sign * (value - start);
             let (name, when) = (format!("joint {joint}"), When::End);
             conditions.push(Condition { name, quantity, when, bounds: [value; 2] });
+        }
+        for end in list(&self.value["terminal"], "points") {
+            let targets = end.get("target").or(end.get("value")).map(numbers).unwrap();
+            for (quantity, value) in self.point(end).into_iter().zip(targets) {
+                let name = "point".to_owned();
+                conditions.push(Condition { name, quantity, when: When::End, bounds: [value; 2] });
+            }
         }
         if let Some(turn) = turn {
             // d_2·d_1* = d_3·d_2* = d_1·d_3* = 0, and no other roots: d_1·d_1*, d_2·d_2* > ½
@@ -350,7 +431,7 @@ impl Case {
             costs: self.objective(),
             conditions,
             rest,
-            max_increment: MAX_INCREMENT,
+            max_increment: self.value.get("max_increment").map_or(MAX_INCREMENT, number),
         };
         let mut guess = Guess::line(steps, &change);
         let nodes: Vec<Vec<f64>> =
@@ -379,4 +460,20 @@ impl Case {
         let system = Arc::new(self.system());
         Transcription::new(&self.mechanism, system, self.initial(), problem, &guess).unwrap()
     }
+}
+
+/// A case with a spring from the ground to a point of its first body, and one on its second joint.
+pub(crate) fn with_springs(name: &str, rest_length: f64) -> Case {
+    let mut value = Case::read(name).value;
+    value["springs"] = serde_json::json!([{
+        "body_a": -1,
+        "body_b": 0,
+        "point_a": [0.3, 0.1, 0.9],
+        "point_b": [0.1, 0.0, 0.05],
+        "stiffness": 20.0,
+        "rest_length": rest_length,
+    }]);
+    value["joint_springs"] =
+        serde_json::json!([{ "joint": 1, "freedom": 0, "stiffness": 3.0, "rest": 0.2 }]);
+    Case::of(value)
 }

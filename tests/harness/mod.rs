@@ -9,6 +9,8 @@ pub mod em;
 pub mod galerkin;
 pub mod helicoidal;
 pub mod hostile;
+pub mod identification;
+pub mod identification_case;
 pub mod laws;
 pub mod legendre;
 pub mod models;

@@ -50,9 +50,6 @@ impl OptimalControlCase {
         if let Some(odd) = fields.keys().find(|key| !known(key)) {
             return Err(format!("does not fit its kind `optimal_control`: unknown field `{odd}`"));
         }
-        if !list(&value, "springs").is_empty() {
-            return Err("springs between points are not read".to_owned());
-        }
         Ok(Self(Case::of(value)))
     }
 

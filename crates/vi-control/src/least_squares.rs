@@ -6,8 +6,8 @@
 //! cov θ = S (RᵀR)⁻¹ S,   S = diag s       residuals divided by their standard deviations
 //! ```
 //! A parameter at a bound that the gradient pushes outward is held there. Singular values below
-//! [`UNSEEN`] of the largest belong to combinations of parameters that the data do not see; they
-//! are named, and no covariance is given without a prior.
+//! [`UNSEEN`] of the largest belong to combinations of parameters that the data do not see; no
+//! step goes along them, they are named, and no covariance is given without a prior.
 //!
 //! Source: J. J. Moré, in: Numerical Analysis, Lecture Notes in Mathematics 630 (1978) 105–116; A.
 //! Wald, J. Wolfowitz, Ann. Math. Statist. 11 (1940) 147–162 for the runs of signs.
@@ -117,7 +117,8 @@ pub enum FitOutcome {
     Converged,
     /// It made as many iterations as it may.
     Exhausted,
-    /// No step decreases the sum, though the gradient is not zero.
+    /// No step decreases the sum, though the gradient is not zero: residuals do not exist beyond, or
+    /// derivatives are not theirs.
     Stuck,
 }
 
@@ -270,6 +271,18 @@ impl Fit {
         DMatrix::from_fn(self.R.nrows(), free.len(), |i, k| self.R[(i, free[k])])
     }
 
+    /// Whether nothing is left to do: no free column is along the residual, or the step without
+    /// damping is one of rounding. A step that damping makes short says nothing.
+    fn is_flat(&self, free: &[usize]) -> bool {
+        let svd = SingularValues::of(&self.columns(free));
+        let least = UNSEEN * svd.values.first().copied().unwrap_or(0.0);
+        let products = svd.left_products(&self.r);
+        let whole = |(sigma, c): (&f64, &f64)| if *sigma > least { c / sigma } else { 0.0 };
+        let step: Vec<f64> = svd.values.iter().zip(&products).map(whole).collect();
+        let size = norm_inf(&svd.combine(&step)) / f64::max(1.0, norm_inf(&self.z));
+        self.slope(free) <= FLAT || size <= FLAT
+    }
+
     /// Largest cosine between the residual and a free column.
     fn slope(&self, free: &[usize]) -> f64 {
         let rows = self.R.nrows();
@@ -288,6 +301,9 @@ const ROUNDING: f64 = 1e-13;
 
 /// Relative steps below this end the method.
 const STEP: f64 = 1e-12;
+
+/// What is left of slopes and of steps without damping at a minimum.
+const FLAT: f64 = 1e-9;
 
 impl LeastSquares {
     /// Fits parameters.
@@ -323,15 +339,12 @@ impl LeastSquares {
             }
             iterations += 1;
             match step(&mut problem, &fit, &free, &mut damping) {
-                Some((next, size)) => {
-                    fit = next;
-                    if size <= STEP {
-                        outcome = FitOutcome::Converged;
-                        break;
+                Some((next, size)) if size > STEP => fit = next,
+                last => {
+                    if let Some((next, _)) = last {
+                        fit = next;
                     }
-                }
-                None => {
-                    let flat = fit.slope(&free) <= 1e-8;
+                    let flat = fit.is_flat(&fit.free(parameters));
                     outcome = if flat { FitOutcome::Converged } else { FitOutcome::Stuck };
                     break;
                 }
@@ -355,11 +368,11 @@ fn step(
     for _ in 0..TRIALS {
         let mu = *damping * largest * largest;
         let filtered = |(sigma, c): (&f64, &f64)| {
-            let seen = *sigma > f64::EPSILON * largest;
+            let seen = *sigma > UNSEEN * largest;
             if seen { -sigma / (sigma * sigma + mu) * c } else { 0.0 }
         };
         let coefficients: Vec<f64> = svd.values.iter().zip(&products).map(filtered).collect();
-        let change = svd.combine(&coefficients);
+        let change = svd.combine(&coefficients); // [2.44]
         let mut z = fit.z.clone();
         for (&j, change) in free.iter().zip(&change) {
             let own = &problem.parameters[j];

@@ -10,6 +10,7 @@
 //! | [`transcription`] | the steps of a motion as a nonlinear program: problem, charts, derivatives |
 //! | [`program`] | nonlinear programs and methods that solve them |
 //! | [`kkt`] | whether a point is an optimum |
+//! | [`identification`] | parameters of a mechanism from measurements of its motion |
 //! | [`least_squares`] | parameters within bounds, their covariance, combinations that data do not see |
 //! | [`singular_values`] | what these are found by |
 //! | [`optimum`] | refinement, charts that follow, the verdict |
@@ -23,6 +24,7 @@
 pub mod checkpoints;
 pub mod controls;
 pub mod gradient;
+pub mod identification;
 pub mod kkt;
 pub mod least_squares;
 pub mod momentum;

@@ -2,7 +2,9 @@
 #![allow(clippy::unwrap_used)] // tests
 
 #[path = "../../../tests/harness/control_case.rs"]
-mod support;
+mod control_case;
+#[path = "../../../tests/harness/identification_case.rs"]
+mod identification_case;
 
 mod beams;
 mod chart_derivatives;
@@ -11,7 +13,9 @@ mod defects;
 mod duality;
 mod fits;
 mod gradients;
+mod identifications;
 mod optima;
+mod problems;
 mod program_derivatives;
 mod refusals;
 mod runs;

@@ -195,6 +195,27 @@ fn bad_inputs_are_refused_by_name() {
     assert_eq!(fit(&|p| p[0].start = 0.0).unwrap_err(), FitError::Idle("damping".into()));
 }
 
+/// A minimum beyond a wall where there are no residuals: stuck, not converged.
+#[test]
+fn a_wall_is_no_minimum() {
+    let wall = |theta: &[f64], out: &mut [f64], jacobian: Option<&mut DMatrix<f64>>| {
+        if theta[0] > 2.0 {
+            return Err(Refused("there is no such body".into()));
+        }
+        out.copy_from_slice(&[theta[0] - 3.0, 1.0]);
+        if let Some(jacobian) = jacobian {
+            jacobian.copy_from(&nalgebra::dmatrix![1.0; 0.0]);
+        }
+        Ok(())
+    };
+    let parameter = Parameter::new("x", 1.0);
+    let fit = LeastSquares::default().fit(&mut Function(2, wall), &[parameter.clone()]).unwrap();
+    assert_eq!(fit.outcome, FitOutcome::Stuck, "{fit:?}");
+    let bounded = Parameter { bounds: [0.0, 1.9], ..parameter };
+    let fit = LeastSquares::default().fit(&mut Function(2, wall), &[bounded]).unwrap();
+    assert_eq!((fit.outcome, &fit.at_bounds[..]), (FitOutcome::Converged, &[0][..]));
+}
+
 /// Standard errors and intervals of simulated data sets, `count` of them.
 fn coverage(count: usize) -> ([f64; 3], [f64; 3], f64) {
     let (mut square, mut stated, mut covered) = ([0.0; 3], [0.0; 3], [0.0; 3]);

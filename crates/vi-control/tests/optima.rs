@@ -1,7 +1,7 @@
 //! Reference problems of optimal control: optima by POUNCE, judged here, replayed as runs.
 #![cfg(feature = "pounce")]
 
-use crate::support::{Case, list, number, numbers};
+use crate::control_case::{Case, list, number, numbers, with_springs};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
@@ -244,6 +244,18 @@ fn charts_follow_a_large_turn() {
         println!("cost {}, {all} iterations, {last} in the last chart", optimum.cost());
         assert!(off < 1e-10, "{off:e}");
         assert_eq!(all > last, stands, "whether charts were moved");
+    }
+}
+
+/// Beside springs whose third derivatives are left out the optimum is met, by a few more iterations.
+#[test]
+fn springs_beside_slow_the_method_alone() {
+    for length in [0.0, 0.2] {
+        let own = Own(with_springs("oc03_two_link_effort", length));
+        let optimum = optimize(&mut Pounce::default(), &own, 40, 0, &progress(usize::MAX)).unwrap();
+        println!("length {length}: {} iterations, cost {}", optimum.iterations, optimum.cost());
+        assert_eq!(optimum.verdict, Verdict::Optimal);
+        assert!(optimum.iterations < 40);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Jacobians and Hessians of transcriptions against central differences.
 
-use crate::support::Case;
+use crate::control_case::{Case, with_springs};
 use nalgebra::DMatrix;
 use vi_control::Transcription;
 use vi_control::program::Program;
@@ -141,5 +141,15 @@ fn of_every_term() {
                     .unwrap();
             check(name, program, 1e-5);
         }
+    }
+}
+
+/// A spring between points and one along a joint: first derivatives are exact; the Hessian is where
+/// the spring is quadratic in the coordinates.
+#[test]
+fn beside_springs() {
+    for (length, tolerance) in [(0.0, 1e-5), (0.2, f64::INFINITY)] {
+        check("springs", with_springs("oc03_two_link_effort", length).transcription(3), tolerance);
+        check("springs", with_springs("oc07_four_bar_to_rest", length).transcription(3), tolerance);
     }
 }

@@ -193,7 +193,7 @@ impl Chart {
             for j in link.unknowns[0]..link.unknowns[1] {
                 let own = &reference.screws[j];
                 screws[j] = at.carry(own).matrix();
-                at = at.after(&Displacement::exponential(own, xi[j]));
+                at = at.after(&Displacement::exponential(own, xi[j])); // [2.42]
             }
             moved.push(at);
             let own = &mut q[12 * link.frame..12 * link.frame + 12];

@@ -428,7 +428,7 @@ impl Transcription {
         let mixed = Y_k.tr_mul(&WK);
         square += &mixed + mixed.transpose();
         square += self.chart.curvature(&node.placed, v.as_slice());
-        square += self.chart.third_derivative(&node.placed, &node.balance, y);
+        square += self.chart.third_derivative(&node.placed, &node.balance, y); // [2.43]
         let at = self.layout.coordinate(n).unwrap_or(0);
         for l in 0..d {
             (l..d).for_each(|k| out(at + k, at + l, square[(k, l)]));

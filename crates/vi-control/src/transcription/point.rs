@@ -104,7 +104,7 @@ impl Transcription {
             }
             for (k, row) in self.impulses_at(n).enumerate() {
                 let impulse = x[self.layout.impulse(n) + k];
-                row.for_each_slope(&placed.q, |i, slope| balance[i] -= impulse * slope);
+                row.for_each_slope(&placed.q, |i, slope| balance[i] -= impulse * slope); // [2.41]
             }
         }
         Ok(Point { x: x.to_vec(), h, nodes, intervals, along })
