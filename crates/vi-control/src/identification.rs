@@ -5,8 +5,9 @@
 //! ∂ρ_i/∂θ_k = ∇y·δq_k/s_i           δq_k: the tangent of the motion along θ_k                     [2.37]
 //! ```
 //! All derivatives come from tangents beside one run; least squares do the rest
-//! ([`crate::least_squares`]). Parameters may change the start, the masses, the geometry, the forces:
-//! what an [`Experiment`] says. A quantity must not change with a parameter but through `q`.
+//! ([`crate::least_squares`]). Parameters may change the start, the masses, the geometry, the
+//! forces: what an [`Experiment`] says. A quantity must not change with a parameter but through
+//! `q`.
 
 use crate::controls::Controls;
 use crate::least_squares::{Refused, Residuals};

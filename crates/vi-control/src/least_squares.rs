@@ -117,8 +117,8 @@ pub enum FitOutcome {
     Converged,
     /// It made as many iterations as it may.
     Exhausted,
-    /// No step decreases the sum, though the gradient is not zero: residuals do not exist beyond, or
-    /// derivatives are not theirs.
+    /// No step decreases the sum, though the gradient is not zero: residuals do not exist beyond,
+    /// or derivatives are not theirs.
     Stuck,
 }
 

@@ -209,7 +209,9 @@ fn a_wall_is_no_minimum() {
         Ok(())
     };
     let parameter = Parameter::new("x", 1.0);
-    let fit = LeastSquares::default().fit(&mut Function(2, wall), &[parameter.clone()]).unwrap();
+    let fit = LeastSquares::default()
+        .fit(&mut Function(2, wall), std::slice::from_ref(&parameter))
+        .unwrap();
     assert_eq!(fit.outcome, FitOutcome::Stuck, "{fit:?}");
     let bounded = Parameter { bounds: [0.0, 1.9], ..parameter };
     let fit = LeastSquares::default().fit(&mut Function(2, wall), &[bounded]).unwrap();

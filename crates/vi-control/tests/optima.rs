@@ -247,7 +247,8 @@ fn charts_follow_a_large_turn() {
     }
 }
 
-/// Beside springs whose third derivatives are left out the optimum is met, by a few more iterations.
+/// Beside springs whose third derivatives are left out the optimum is met, by a few more
+/// iterations.
 #[test]
 fn springs_beside_slow_the_method_alone() {
     for length in [0.0, 0.2] {
