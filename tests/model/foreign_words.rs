@@ -37,7 +37,7 @@ fn what_is_not_modelled_is_answered_as_section_as_key_and_as_type() {
         ("tire", "a tire by its slip"),
         ("tyres", "a tire by its slip"),
         ("adaptive", "the step is constant"),
-        ("control", "a [[signal]] with `pid`"),
+        ("controller", "a [[signal]] with `pid`"),
         ("trigger", "an [[event]] acts"),
         ("cable", "`element = \"rope\"`"),
         ("dry-friction", "`friction = { torque = … }`"),

@@ -35,6 +35,7 @@ mod text;
 mod types;
 
 pub use formula::{ALONG, Curves, MOTION, SIX, TIME};
+pub use frames::placements::{Placements, Slopes};
 pub use frames::start::StartPoints;
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
 pub use observed::{Observed, Part, Reading};
@@ -44,6 +45,7 @@ pub use text::overrides::Override;
 pub use text::places::{LineColumn, line_column, locate};
 pub use text::problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use text::read::{open_regular, read_regular, read_regular_text, read_text};
+pub use text::tangents::ParameterTangent;
 pub use types::beam::{
     Beam, BeamElement, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist,
 };
@@ -52,6 +54,7 @@ pub use types::bushing::{Bushing, BushingRotation, Coefficients};
 pub use types::columns::Columns;
 pub use types::connection::{Bar, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use types::contact::{BodyNames, Contact, ContactPlane, ContactSide, PlaneSide};
+pub use types::control::{Control, ControlShape, CountedAt, Objective, ObjectiveKind};
 pub use types::damping::{Damping, LossFactor, RelaxationTimes};
 pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring, VelocityTerm};
 pub use types::event::{Event, Locate, coordinate_of};
@@ -62,7 +65,7 @@ pub use types::load::{History, Load};
 pub use types::motion_path::{MotionPath, Move, PathTable};
 pub use types::orientation::Euler;
 pub use types::outline::{Material, Outline, OutlineKind};
-pub use types::reference_frame::ReferenceFrame;
+pub use types::reference_frame::{MovingFrame, ReferenceFrame};
 pub use types::section::Section;
 pub use types::sensor::{ReactionFrame, Sensor, SensorKind};
 pub use types::settings::{
@@ -145,6 +148,12 @@ pub struct Model {
     /// `[[event]]`: changes of the mechanism along the run.
     #[serde(default, rename = "event", skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
+    /// `[[control]]`: efforts that are free.
+    #[serde(default, rename = "control", skip_serializing_if = "Vec::is_empty")]
+    pub controls: Vec<Control>,
+    /// `[[objective]]`: what derivatives are of and optima are least in.
+    #[serde(default, rename = "objective", skip_serializing_if = "Vec::is_empty")]
+    pub objectives: Vec<Objective>,
     /// The meshes of its bodies.
     #[serde(skip)]
     pub meshes: Meshes,
@@ -179,6 +188,8 @@ impl Model {
             signals: Vec::new(),
             sensors: Vec::new(),
             events: Vec::new(),
+            controls: Vec::new(),
+            objectives: Vec::new(),
             meshes: Meshes::default(),
             remarks: Vec::new(),
             released: Vec::new(),
@@ -217,55 +228,7 @@ impl Model {
         let values = source::values_of_expressions(text, overrides).map_err(ModelError::invalid)?;
         let document =
             source::Document::parse(text, overrides, &values).map_err(ModelError::Invalid)?;
-        let mut problems = document.bad_numbers();
-        problems.extend(document.unknown_sections());
-        let header = document.table("model", &mut problems);
-        let settings = document.table("simulation", &mut problems);
-        let frames = document.list("frame", &mut problems);
-        let lists = (
-            document.list("body", &mut problems),
-            document.list("beam", &mut problems),
-            document.list("particle", &mut problems),
-            document.list("bar", &mut problems),
-            document.list("joint", &mut problems),
-            document.list("constraint", &mut problems),
-            document.list("spring", &mut problems),
-            document.list("load", &mut problems),
-        );
-        let contacts = document.list("contact", &mut problems);
-        let bushings = document.list("bushing", &mut problems);
-        let laws = document.list("law", &mut problems);
-        let tables = document.list("table", &mut problems);
-        let signals = document.list("signal", &mut problems);
-        let sensors = document.list("sensor", &mut problems);
-        let events = document.list("event", &mut problems);
-        let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
-            return Err(ModelError::invalid(problems));
-        };
-        let (bodies, beams, particles, bars, joints, constraints, springs, loads) = lists;
-        let mut model = Self {
-            header,
-            settings,
-            frames,
-            bodies,
-            beams,
-            particles,
-            bars,
-            joints,
-            constraints,
-            contacts,
-            springs,
-            bushings,
-            loads,
-            laws,
-            tables,
-            signals,
-            sensors,
-            events,
-            meshes,
-            remarks: document.turns(),
-            released: Vec::new(),
-        };
+        let mut model = Self::stated(&document, meshes)?;
         let problems = relative::resolve(&mut model, &document);
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));
@@ -312,6 +275,71 @@ impl Model {
             return Err(ModelError::InconsistentStart(missed));
         }
         Ok(model)
+    }
+
+    /// The model as it is stated, before frames are resolved and what is open is filled in.
+    fn stated(document: &source::Document<'_>, meshes: Meshes) -> Result<Self, ModelError> {
+        let mut problems = document.bad_numbers();
+        problems.extend(document.unknown_sections());
+        let header = document.table("model", &mut problems);
+        let settings = document.table("simulation", &mut problems);
+        let frames = document.list("frame", &mut problems);
+        let lists = (
+            document.list("body", &mut problems),
+            document.list("beam", &mut problems),
+            document.list("particle", &mut problems),
+            document.list("bar", &mut problems),
+            document.list("joint", &mut problems),
+            document.list("constraint", &mut problems),
+            document.list("spring", &mut problems),
+            document.list("load", &mut problems),
+        );
+        let contacts = document.list("contact", &mut problems);
+        let bushings = document.list("bushing", &mut problems);
+        let laws = document.list("law", &mut problems);
+        let tables = document.list("table", &mut problems);
+        let signals = document.list("signal", &mut problems);
+        let sensors = document.list("sensor", &mut problems);
+        let events = document.list("event", &mut problems);
+        let controls = document.list("control", &mut problems);
+        let objectives = document.list("objective", &mut problems);
+        let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
+            return Err(ModelError::invalid(problems));
+        };
+        let (bodies, beams, particles, bars, joints, constraints, springs, loads) = lists;
+        Ok(Self {
+            header,
+            settings,
+            frames,
+            bodies,
+            beams,
+            particles,
+            bars,
+            joints,
+            constraints,
+            contacts,
+            springs,
+            bushings,
+            loads,
+            laws,
+            tables,
+            signals,
+            sensors,
+            events,
+            controls,
+            objectives,
+            meshes,
+            remarks: document.turns(),
+            released: Vec::new(),
+        })
+    }
+
+    /// The model that a text states, unresolved.
+    pub(crate) fn stated_in(text: &str, overrides: &[Override]) -> Result<Self, ModelError> {
+        let values = source::values_of_expressions(text, overrides).map_err(ModelError::invalid)?;
+        let document =
+            source::Document::parse(text, overrides, &values).map_err(ModelError::Invalid)?;
+        Self::stated(&document, Meshes::default())
     }
 
     /// This model with values replaced, checked again.
@@ -457,7 +485,7 @@ impl Model {
     }
 
     /// The names of all parts, by section.
-    fn names(&self) -> [(&'static str, Vec<&str>); 16] {
+    fn names(&self) -> [(&'static str, Vec<&str>); 18] {
         [
             ("frame", self.frames.iter().map(|m| m.name.as_str()).collect()),
             ("body", self.bodies.iter().map(|m| m.name.as_str()).collect()),
@@ -475,6 +503,8 @@ impl Model {
             ("signal", self.signals.iter().map(|m| m.name.as_str()).collect()),
             ("sensor", self.sensors.iter().map(|m| m.name.as_str()).collect()),
             ("event", self.events.iter().map(|m| m.name.as_str()).collect()),
+            ("control", self.controls.iter().map(|m| m.name.as_str()).collect()),
+            ("objective", self.objectives.iter().map(|m| m.name.as_str()).collect()),
         ]
     }
 

@@ -4,6 +4,7 @@ mod beam;
 mod bushing;
 pub(crate) mod computed;
 mod contact;
+mod control;
 mod drive;
 mod event;
 mod joint_contact;
@@ -71,6 +72,10 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     checker.contacts();
     let events = model.events.iter().enumerate();
     events.for_each(|(i, event)| checker.event(&each(i, "event"), event, &known));
+    let controls = model.controls.iter().enumerate();
+    controls.for_each(|(i, own)| checker.control(&each(i, "control"), own));
+    let objectives = model.objectives.iter().enumerate();
+    objectives.for_each(|(i, own)| checker.objective(&each(i, "objective"), own));
     checker.problems
 }
 

@@ -433,6 +433,37 @@ impl Program {
         found
     }
 
+    /// Why it has no derivative by its inputs there, in words: the first part that depends on them
+    /// and jumps, or is at its kink.
+    pub(crate) fn kink(&self, inputs: &[f64]) -> Option<String> {
+        self.with_numbers(|values, _| {
+            self.forward(inputs, values);
+            let mut changes: Vec<bool> = Vec::with_capacity(values.len());
+            for (k, operation) in self.operations.iter().enumerate() {
+                let own = matches!(operation, Operation::Input(_));
+                changes.push(own || self.operands(k).any(|x| changes[x]));
+                let kinks = match *operation {
+                    Operation::Unary(Unary::Floor, x) => changes[x],
+                    Operation::Unary(Unary::Abs | Unary::Sign, x) => changes[x] && values[x] == 0.0,
+                    Operation::Binary(Binary::Min | Binary::Max, [x, y]) => {
+                        changes[k] && values[x].total_cmp(&values[y]).is_eq()
+                    }
+                    Operation::Select([c, ..]) => changes[c] && values[c] == 0.0,
+                    _ => false,
+                };
+                if kinks {
+                    let part = self.text[self.spans[k].clone()].trim();
+                    let how = match operation {
+                        Operation::Unary(Unary::Floor, _) => "jumps",
+                        _ => "has a kink there",
+                    };
+                    return Some(format!("`{part}` {how}"));
+                }
+            }
+            None
+        })
+    }
+
     /// Whether the result has the factor `switch` wherever it has the factor `k`.
     fn vanishes(&self, k: usize, switch: usize) -> bool {
         let mut users = (0..self.operations.len()).filter(|j| self.operands(*j).any(|x| x == k));

@@ -65,7 +65,7 @@ macro_rules! examples {
     ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
 }
 
-const EXAMPLES: [(&str, &str); 19] = examples![
+const EXAMPLES: [(&str, &str); 21] = examples![
     "model",
     "simulation",
     "parameters",
@@ -84,7 +84,9 @@ const EXAMPLES: [(&str, &str); 19] = examples![
     "table",
     "signal",
     "sensor",
-    "event"
+    "event",
+    "control",
+    "objective"
 ];
 
 impl Section {

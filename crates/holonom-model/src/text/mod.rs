@@ -13,4 +13,5 @@ pub(crate) mod sections;
 pub(crate) mod source;
 mod strict;
 pub(crate) mod syntax;
+pub(crate) mod tangents;
 pub(crate) mod wishes;

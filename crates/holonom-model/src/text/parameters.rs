@@ -43,10 +43,10 @@ pub(crate) fn schema() -> serde_json::Value {
 }
 
 /// A parameter: what the file says, and its value once it is known.
-struct Parameter {
-    text: String,
-    place: Range<usize>,
-    value: Option<f64>,
+pub(super) struct Parameter {
+    pub(super) text: String,
+    pub(super) place: Range<usize>,
+    pub(super) value: Option<f64>,
 }
 
 /// Whether a text or an override may hold parameters or expressions at all.
@@ -161,7 +161,10 @@ fn written(number: f64) -> String {
 }
 
 /// The parameters of the file.
-fn take(table: &mut DeTable<'_>, problems: &mut Vec<Problem>) -> BTreeMap<String, Parameter> {
+pub(super) fn take(
+    table: &mut DeTable<'_>,
+    problems: &mut Vec<Problem>,
+) -> BTreeMap<String, Parameter> {
     let mut parameters = BTreeMap::new();
     let Some(section) = table.remove(PARAMETERS) else { return parameters };
     let place = section.span();
@@ -211,7 +214,7 @@ fn take(table: &mut DeTable<'_>, problems: &mut Vec<Problem>) -> BTreeMap<String
 }
 
 /// Finds the values, each parameter after those it depends on.
-fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &mut Vec<Problem>) {
+pub(super) fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &mut Vec<Problem>) {
     // of each parameter those that wait for it, and for how many parameters it waits itself
     let mut waiting: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut missing: BTreeMap<String, usize> = BTreeMap::new();
@@ -326,7 +329,10 @@ fn without_effect(name: &str, own: &BTreeSet<String>, used: &BTreeSet<String>) -
 
 /// Visits all expressions: key path, what follows the `=` or an expression that is evaluated along
 /// the run, the value.
-fn each<'i>(table: &mut DeTable<'i>, visit: &mut dyn FnMut(&str, &str, &mut Spanned<DeValue<'i>>)) {
+pub(super) fn each<'i>(
+    table: &mut DeTable<'i>,
+    visit: &mut dyn FnMut(&str, &str, &mut Spanned<DeValue<'i>>),
+) {
     for (key, value) in table.iter_mut() {
         expressions(&mut key.get_ref().to_string(), value, visit);
     }

@@ -3,7 +3,7 @@
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
 /// Sections that are lists of named components.
-pub(crate) const LISTS: [&str; 16] = [
+pub(crate) const LISTS: [&str; 18] = [
     "frame",
     "body",
     "beam",
@@ -20,6 +20,8 @@ pub(crate) const LISTS: [&str; 16] = [
     "signal",
     "sensor",
     "event",
+    "control",
+    "objective",
 ];
 
 /// Whether a text at this key path is an expression that is evaluated along the run.

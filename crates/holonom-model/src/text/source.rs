@@ -19,6 +19,7 @@ use super::reworded::{buffered_length, quoted, reworded, suggestion, text_for_nu
 use super::sections::{LISTS, PARAMETERS, TABLES};
 use super::strict::{Strict, list_of};
 use super::syntax;
+use super::tangents::{ParameterTangent, tangents};
 use super::wishes;
 
 /// Numbers beyond this are refused.
@@ -266,12 +267,24 @@ pub(crate) fn values_of_expressions(
     replace(&mut table, text.len(), overrides)?;
     let set = overrides.iter().filter_map(|one| one.key.strip_prefix(PARAMETERS));
     let set: Vec<&str> = set.filter_map(|key| key.strip_prefix('.')).collect();
-    parameters::values(table, &own, &set).map_err(|mut problems| {
-        // places of overrides are not in the file
-        let inside = |span: &Range<usize>| span.end <= text.len();
-        problems.iter_mut().for_each(|problem| problem.span = problem.span.take().filter(inside));
-        problems
-    })
+    parameters::values(table, &own, &set).map_err(|problems| inside(text, problems))
+}
+
+/// How the numbers of a text with overrides change with its parameters.
+pub(crate) fn tangents_of_parameters(
+    text: &str,
+    overrides: &[Override],
+) -> Result<Vec<ParameterTangent>, Vec<Problem>> {
+    let mut table = plain(text)?;
+    replace(&mut table, text.len(), overrides)?;
+    tangents(table).map_err(|problems| inside(text, problems))
+}
+
+/// Without the places of overrides, which are not in the file.
+fn inside(text: &str, mut problems: Vec<Problem>) -> Vec<Problem> {
+    let inside = |span: &Range<usize>| span.end <= text.len();
+    problems.iter_mut().for_each(|problem| problem.span = problem.span.take().filter(inside));
+    problems
 }
 
 /// The text as a table.

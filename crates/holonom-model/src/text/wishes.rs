@@ -169,7 +169,6 @@ const WISHES: [Wish; 30] = [
     ),
     (
         &[
-            "control",
             "controller",
             "pid",
             "feedback",
@@ -310,7 +309,7 @@ const WISHES: [Wish; 30] = [
         "there are no random inputs: a `history` of type \"table\" takes values made elsewhere",
     ),
     (
-        &["optimization", "optimize", "objective", "design", "identify", "monte_carlo", "sweep"],
+        &["optimization", "optimize", "design", "identify", "monte_carlo", "sweep"],
         "parameters are varied by the program: `holonom sweep MODEL --vary KEY=A:B:N`",
     ),
     (

@@ -6,6 +6,7 @@ pub(crate) mod bushing;
 pub(crate) mod columns;
 pub(crate) mod connection;
 pub(crate) mod contact;
+pub(crate) mod control;
 pub(crate) mod damping;
 pub(crate) mod drive;
 pub(crate) mod event;

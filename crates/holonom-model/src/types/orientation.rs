@@ -4,6 +4,8 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vi_core::Number;
+use vi_core::num_dual::Dual64;
 use vi_rigid::rotation;
 
 use crate::text::problem::{Problem, fault};
@@ -34,17 +36,22 @@ impl Euler {
     /// The product of the rotations that have an axis and an angle: all of them where there is no
     /// [fault](Self::fault).
     fn rotation(&self) -> Matrix3<f64> {
-        let about_axis = |axis: usize, angle: f64| match &self.degrees {
-            Some(_) => about(axis, angle),
+        let angles = self.degrees.as_ref().or(self.angles.as_ref());
+        self.rotation_by(angles.map_or(&[][..], Vec::as_slice))
+    }
+
+    /// The same with other angles, in the unit in which they are stated.
+    pub(crate) fn rotation_by<T: Turning>(&self, angles: &[T]) -> Matrix3<T> {
+        let about_axis = |axis: usize, angle: T| match &self.degrees {
+            Some(_) => about(axis, angle.sine_cosine_of_degrees()),
             None => {
                 let mut vector = Vector3::zeros();
                 vector[axis] = angle;
-                rotation::exp(&vector)
+                T::turned(&vector)
             }
         };
         let axes = self.axes().unwrap_or_default();
-        let angles = self.degrees.as_ref().or(self.angles.as_ref());
-        let rotations = axes.into_iter().zip(angles.into_iter().flatten());
+        let rotations = axes.into_iter().zip(angles);
         let rotations = rotations.map(|(axis, &angle)| about_axis(axis, angle));
         rotations.reduce(|before, next| before * next).unwrap_or_else(Matrix3::identity)
     }
@@ -83,9 +90,40 @@ impl Euler {
     }
 }
 
-/// The rotation about a coordinate axis by an angle in degrees; exact for multiples of 90.
-fn about(axis: usize, degrees: f64) -> Matrix3<f64> {
-    let (sin, cos) = sin_cos_degrees(degrees);
+/// A number by which things turn.
+pub(crate) trait Turning: Number {
+    /// `exp(θ̂)`.
+    fn turned(vector: &Vector3<Self>) -> Matrix3<Self>;
+    /// Sine and cosine of an angle in degrees; exact for multiples of 90.
+    fn sine_cosine_of_degrees(self) -> [Self; 2];
+}
+
+impl Turning for f64 {
+    fn turned(vector: &Vector3<f64>) -> Matrix3<f64> {
+        rotation::exp(vector)
+    }
+    fn sine_cosine_of_degrees(self) -> [f64; 2] {
+        let (sine, cosine) = sin_cos_degrees(self);
+        [sine, cosine]
+    }
+}
+
+impl Turning for Dual64 {
+    /// The rate of `exp(θ̂)` is `(T(θ) θ̇)^ exp(θ̂)`.
+    fn turned(vector: &Vector3<Dual64>) -> Matrix3<Dual64> {
+        let value = vector.map(|x| x.re);
+        let turned = rotation::exp(&value);
+        let spin = rotation::tangent(&value) * vector.map(|x| x.eps);
+        turned.zip_map(&(rotation::skew(&spin) * turned), Dual64::new)
+    }
+    fn sine_cosine_of_degrees(self) -> [Dual64; 2] {
+        let ((sine, cosine), rate) = (sin_cos_degrees(self.re), self.eps.to_radians());
+        [Dual64::new(sine, cosine * rate), Dual64::new(cosine, -sine * rate)]
+    }
+}
+
+/// The rotation about a coordinate axis by an angle with this sine and cosine.
+fn about<T: Number>(axis: usize, [sin, cos]: [T; 2]) -> Matrix3<T> {
     let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
     let mut matrix = Matrix3::identity();
     (matrix[(i, i)], matrix[(i, j)]) = (cos, -sin);
@@ -163,7 +201,7 @@ impl Orientation<'_> {
 }
 
 /// The rotation of a quaternion `[w, x, y, z]`.
-pub(crate) fn rotation_of([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
+pub(crate) fn rotation_of<T: Number>([w, x, y, z]: [T; 4]) -> Matrix3<T> {
     let unit = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     *unit.to_rotation_matrix().matrix()
 }
@@ -177,10 +215,10 @@ pub(crate) fn quaternion_fault(quaternion: [f64; 4]) -> Option<Problem> {
 }
 
 /// The orthonormal matrix next to a nearly orthonormal one (Newton–Schulz).
-fn orthonormal(mut matrix: Matrix3<f64>) -> Matrix3<f64> {
+pub(crate) fn orthonormal<T: Number>(mut matrix: Matrix3<T>) -> Matrix3<T> {
     for _ in 0..4 {
         let excess = matrix.tr_mul(&matrix) - Matrix3::identity();
-        matrix -= matrix * excess * 0.5;
+        matrix -= matrix * excess * T::of(0.5);
     }
     matrix
 }

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vi_core::Number;
 
 use super::orientation::{Euler, Orientation};
 use crate::Body;
@@ -53,20 +54,44 @@ impl ReferenceFrame {
 /// φ = φ_F + R_F x,   R = R_F R_x,   v = v_F + ω_F × (φ − φ_F) + R_F ẋ,   ω = ω_F + R_F ω_x
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct MovingFrame {
-    pub(crate) origin: Vector3<f64>,
-    pub(crate) rotation: Matrix3<f64>,
-    pub(crate) velocity: Vector3<f64>,
-    pub(crate) omega: Vector3<f64>, // spatial components
+pub struct MovingFrame<T = f64> {
+    /// `φ_F`, m.
+    pub origin: Vector3<T>,
+    /// `R_F`.
+    pub rotation: Matrix3<T>,
+    /// `v_F`, m/s.
+    pub velocity: Vector3<T>,
+    /// `ω_F`, components in space, rad/s.
+    pub omega: Vector3<T>,
 }
 
-impl MovingFrame {
+impl<T: Number> MovingFrame<T> {
     /// The inertial frame.
     pub(crate) fn inertial() -> Self {
         let zero = Vector3::zeros();
         Self { origin: zero, rotation: Matrix3::identity(), velocity: zero, omega: zero }
     }
 
+    /// A frame fixed in this one.
+    pub(crate) fn fixed(&self, position: Vector3<T>, rotation: &Matrix3<T>) -> Self {
+        let origin = self.point(position);
+        let velocity = self.velocity_at(&origin);
+        Self { origin, rotation: self.rotation * rotation, velocity, omega: self.omega }
+    }
+
+    /// A point in space.
+    #[must_use]
+    pub fn point(&self, x: Vector3<T>) -> Vector3<T> {
+        self.origin + self.rotation * x
+    }
+
+    /// The velocity of the point of this frame that is at `point` in space.
+    pub(crate) fn velocity_at(&self, point: &Vector3<T>) -> Vector3<T> {
+        self.velocity + self.omega.cross(&(point - self.origin))
+    }
+}
+
+impl MovingFrame {
     /// That of a body whose values are stated in the inertial frame.
     pub(crate) fn of(body: &Body) -> Self {
         Self {
@@ -77,25 +102,8 @@ impl MovingFrame {
         }
     }
 
-    /// A frame fixed in this one.
-    pub(crate) fn fixed(&self, position: Vector3<f64>, rotation: &Matrix3<f64>) -> Self {
-        let origin = self.point(position);
-        let velocity = self.velocity_at(&origin);
-        Self { origin, rotation: self.rotation * rotation, velocity, omega: self.omega }
-    }
-
     /// Whether it moves.
     pub(crate) fn moves(&self) -> bool {
         self.velocity.iter().chain(&self.omega).any(|v| *v != 0.0)
-    }
-
-    /// A point in space.
-    pub(crate) fn point(&self, x: Vector3<f64>) -> Vector3<f64> {
-        self.origin + self.rotation * x
-    }
-
-    /// The velocity of the point of this frame that is at `point` in space.
-    pub(crate) fn velocity_at(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        self.velocity + self.omega.cross(&(point - self.origin))
     }
 }

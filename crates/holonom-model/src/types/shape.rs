@@ -113,8 +113,12 @@ impl Shape {
     /// The solid of the rigid-body crate; `None` for a mesh. Premise: as many dimensions as the
     /// kind has.
     fn solid(&self) -> Option<vi_rigid::shape::Shape> {
+        self.solid_of(|i| self.dimensions.get(i).copied().unwrap_or_default())
+    }
+
+    /// The same with other dimensions.
+    pub fn solid_of<T>(&self, at: impl Fn(usize) -> T) -> Option<vi_rigid::shape::Shape<T>> {
         use vi_rigid::shape::Shape as Solid;
-        let at = |i: usize| self.dimensions.get(i).copied().unwrap_or_default();
         Some(match self.kind {
             ShapeKind::Box => Solid::Box { lengths: [at(0), at(1), at(2)] },
             ShapeKind::Cylinder => Solid::Cylinder { radius: at(0), length: at(1) },

@@ -21,7 +21,7 @@ use crate::text::sections::{
 use crate::text::wishes;
 
 /// Keys of a part that name other parts.
-const REFERENCES: [&str; 16] = [
+const REFERENCES: [&str; 18] = [
     "from",
     "to",
     "parent",
@@ -38,6 +38,8 @@ const REFERENCES: [&str; 16] = [
     "lock",
     "enable",
     "disable",
+    "sensor",
+    "controls",
 ];
 
 type Value<'i> = Spanned<DeValue<'i>>;
@@ -333,7 +335,7 @@ impl<'a, 'i> Merge<'a, 'i> {
         self.lines(&mut out, index, section, table);
         let kind = table.get("type").and_then(|kind| kind.get_ref().as_str());
         let posed = match section {
-            "sensor" | "table" | "signal" | "event" => false,
+            "sensor" | "table" | "signal" | "event" | "control" | "objective" => false,
             "law" => table.contains_key("from"),
             "load" => table.get("frame").is_none_or(|f| f.get_ref().as_str() != Some("body")),
             "constraint" => kind.is_some_and(|kind| {

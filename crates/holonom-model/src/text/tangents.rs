@@ -1,0 +1,204 @@
+//! How the values of a model text change with its parameters: the derivatives of all expressions.
+//!
+//! ```text
+//! p_j = e_j(θ, p),   ∂p_j/∂θ_k = Σ_i ∂e_j/∂p_i ∂p_i/∂θ_k        in the order of dependence
+//! key = e(p)         ∂key/∂θ_k = Σ_j ∂e/∂p_j ∂p_j/∂θ_k
+//! ```
+//! `θ`: the parameters that are numbers. Slopes are those of [`Program::gradient`], exact.
+
+use std::collections::BTreeMap;
+
+use toml::de::DeTable;
+
+use super::parameters::{Parameter, each, resolve, take};
+use super::problem::Problem;
+use super::sections::is_formula;
+use crate::expression::{Known, Program, names};
+
+/// How the numbers of a model change with one of its parameters.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParameterTangent {
+    /// The parameter.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// The derivatives of the numbers at these key paths, `body.arm.mass`; others do not change.
+    pub keys: BTreeMap<String, f64>,
+    /// Expressions along the run that read it, by key path: laws, histories, paths, signals.
+    pub formulas: Vec<String>,
+}
+
+/// The tangents of all parameters of a table that are numbers.
+pub(super) fn tangents(mut table: DeTable<'_>) -> Result<Vec<ParameterTangent>, Vec<Problem>> {
+    let mut problems = Vec::new();
+    let mut parameters = take(&mut table, &mut problems);
+    resolve(&mut parameters, &mut problems);
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let free: Vec<String> = parameters
+        .iter()
+        .filter(|(_, own)| own.text.trim().parse::<f64>().is_ok())
+        .map(|(name, _)| name.clone())
+        .collect();
+    let chain = Chain::new(&parameters, &free, &mut problems);
+    let mut found: Vec<ParameterTangent> = free
+        .iter()
+        .map(|name| ParameterTangent {
+            name: name.clone(),
+            value: parameters[name].value.unwrap_or(f64::NAN),
+            ..ParameterTangent::default()
+        })
+        .collect();
+    each(&mut table, &mut |path, expression, value| {
+        let along =
+            is_formula(path) && !value.get_ref().as_str().is_some_and(|text| text.starts_with('='));
+        if along {
+            for name in names(expression) {
+                for (k, slope) in chain.rows.get(&name).into_iter().flatten().enumerate() {
+                    if *slope != 0.0 && !found[k].formulas.iter().any(|own| own == path) {
+                        found[k].formulas.push(path.to_owned());
+                    }
+                }
+            }
+            return;
+        }
+        match chain.slopes(expression) {
+            Ok(slopes) => {
+                for (own, slope) in found.iter_mut().zip(slopes) {
+                    if slope != 0.0 {
+                        own.keys.insert(path.to_owned(), slope);
+                    }
+                }
+            }
+            Err(message) => problems.push(Problem::new(path, message).at(Some(value.span()))),
+        }
+    });
+    if problems.is_empty() { Ok(found) } else { Err(problems) }
+}
+
+/// The derivatives of all parameters by those that are numbers.
+struct Chain<'a> {
+    parameters: &'a BTreeMap<String, Parameter>,
+    rows: BTreeMap<String, Vec<f64>>,
+}
+
+impl<'a> Chain<'a> {
+    fn new(
+        parameters: &'a BTreeMap<String, Parameter>,
+        free: &[String],
+        problems: &mut Vec<Problem>,
+    ) -> Self {
+        let unit = |k: usize| (0..free.len()).map(|j| f64::from(u8::from(j == k))).collect();
+        let rows = free.iter().enumerate().map(|(k, name)| (name.clone(), unit(k))).collect();
+        let mut chain = Self { parameters, rows };
+        // each after those it depends on: circles were refused
+        let mut left: Vec<&String> =
+            parameters.keys().filter(|name| !chain.rows.contains_key(*name)).collect();
+        while !left.is_empty() {
+            let known = |name: &&String| {
+                let used = names(&parameters[*name].text);
+                used.iter().all(|own| !parameters.contains_key(own) || chain.rows.contains_key(own))
+            };
+            let Some(next) = left.iter().position(known) else { break };
+            let name = left.swap_remove(next);
+            let row = chain.slopes(&parameters[name].text).unwrap_or_else(|message| {
+                let path = format!("parameters.{name}");
+                problems.push(Problem::new(path, message).at(Some(parameters[name].place.clone())));
+                vec![0.0; free.len()]
+            });
+            chain.rows.insert(name.clone(), row);
+        }
+        chain
+    }
+
+    /// The derivatives of an expression, or why it has none.
+    fn slopes(&self, text: &str) -> Result<Vec<f64>, String> {
+        let list: Vec<&String> = self.parameters.keys().collect();
+        let values: Vec<f64> =
+            self.parameters.values().map(|own| own.value.unwrap_or(f64::NAN)).collect();
+        let place = |name: &str| list.binary_search_by(|own| own.as_str().cmp(name)).ok();
+        let program = Program::parse(text, &mut |name| place(name).map(Known::Input))
+            .map_err(|error| error.message)?;
+        if let Some(kink) = program.kink(&values) {
+            let text = text.trim();
+            return Err(format!("the expression `{text}` has no derivative: {kink}"));
+        }
+        let mut slopes = vec![0.0; values.len()];
+        program.gradient(&values, &mut slopes).map_err(|undefined| undefined.message)?;
+        let mut sum = vec![0.0; self.rows.values().next().map_or(0, Vec::len)];
+        for (name, slope) in list.iter().zip(&slopes).filter(|(_, slope)| **slope != 0.0) {
+            let row = self.rows.get(*name).into_iter().flatten();
+            sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += slope * x);
+        }
+        Ok(sum)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // exact by construction
+mod tests {
+    use crate::{ModelText, Override};
+    use std::path::Path;
+
+    const TEXT: &str = r#"
+        [parameters]
+        length = 0.8
+        density = 7800.0
+        half = "= length/2"
+        weight = "= density*length*0.01^2"
+        idle = 3.0
+        [[body]]
+        name = "arm"
+        mass = "= weight"
+        position = ["= half*cos(length)", 0.0, "= -half"]
+        [[law]]
+        name = "push"
+        effort = "density*t"
+    "#;
+
+    fn tangents(text: &str, overrides: &[Override]) -> Vec<super::ParameterTangent> {
+        let text = ModelText::from_text(Path::new("x.toml"), text);
+        text.parameter_tangents(overrides).expect("it has derivatives")
+    }
+
+    #[test]
+    fn keys_change_by_the_chain_rule_through_other_parameters() {
+        let found = tangents(TEXT, &[]);
+        let names: Vec<_> = found.iter().map(|own| own.name.as_str()).collect();
+        assert_eq!(names, ["density", "idle", "length"]);
+        let [density, idle, length] = &found[..] else { unreachable!() };
+        assert!(idle.keys.is_empty() && idle.formulas.is_empty());
+        assert_eq!(density.formulas, ["law.push.effort"]);
+        assert!((density.keys["body.arm.mass"] - 0.8e-4).abs() < 1e-18);
+        assert!((length.keys["body.arm.mass"] - 0.78).abs() < 1e-15);
+        let x = 0.5 * 0.8_f64.cos() - 0.4 * 0.8_f64.sin();
+        assert!((length.keys["body.arm.position.0"] - x).abs() < 1e-15);
+        assert_eq!(length.keys["body.arm.position.2"], -0.5);
+        assert_eq!(length.keys.len(), 3);
+    }
+
+    #[test]
+    fn a_parameter_that_is_set_depends_on_no_other() {
+        let found = tangents(TEXT, &[Override::new("parameters.half", "0.3")]);
+        let length = found.iter().find(|own| own.name == "length").expect("a parameter");
+        assert_eq!(length.keys.get("body.arm.position.2"), None);
+        assert!(found.iter().any(|own| own.name == "half" && own.value == 0.3));
+    }
+
+    #[test]
+    fn kinks_and_jumps_are_refused_by_name() {
+        let refused = |expression: &str| {
+            let text = format!("[parameters]\na = 1.0\n[model]\nx = \"= {expression}\"");
+            let text = ModelText::from_text(Path::new("x.toml"), text);
+            text.parameter_tangents(&[]).err().map(|error| error.to_string()).unwrap_or_default()
+        };
+        assert!(refused("floor(2.5*a)").contains("`floor(2.5*a)` jumps"));
+        assert!(refused("abs(a - 1)").contains("`abs(a - 1)` has a kink"));
+        assert!(refused("max(a, 1)").contains("kink"));
+        assert!(refused("min(1, a)").contains("kink"));
+        assert!(refused("select(a - 1, 2, a)").contains("kink"));
+        assert!(refused("sqrt(a - 1)").contains("sqrt"));
+        assert_eq!(refused("abs(a - 2) + max(a, 0.5) + floor(1.5) + sign(a)"), "");
+    }
+}

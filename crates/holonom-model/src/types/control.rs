@@ -1,0 +1,147 @@
+//! `[[control]]` and `[[objective]]`: efforts that are free, and what is to be least.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// `[[control]]`: an effort along a joint coordinate that is free: derivatives and optima are by
+/// it. A run takes it as zero.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Control {
+    /// Its name, unique in the model.
+    pub name: String,
+    /// The joint on which it acts.
+    pub joint: String,
+    /// Which degree of freedom of the joint, counted from 0: displacements first, then angles.
+    #[serde(default)]
+    pub freedom: usize,
+    /// The least effort, N or N·m; none by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    /// The largest effort, N or N·m; none by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// Steps for each value.
+    #[serde(default = "one_step")]
+    pub hold: usize,
+    /// How it goes from value to value.
+    #[serde(default)]
+    pub shape: ControlShape,
+}
+
+/// How a control goes from value to value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ControlShape {
+    /// Each value holds for `hold` steps.
+    #[default]
+    Constant,
+    /// Values stand at the beginning and end of `hold` steps, linear between them; the middle of a
+    /// step counts.
+    Linear,
+}
+
+impl ControlShape {
+    /// How many values a control has in a number of steps.
+    #[must_use]
+    pub fn values(self, hold: usize, steps: usize) -> usize {
+        let pieces = steps.div_ceil(hold.max(1));
+        match self {
+            Self::Constant => pieces,
+            Self::Linear => pieces + 1,
+        }
+    }
+
+    /// The values that act in a step, with their weights.
+    #[must_use]
+    pub fn weights(self, hold: usize, step: usize) -> [(usize, f64); 2] {
+        let hold = hold.max(1);
+        let first = step / hold;
+        match self {
+            Self::Constant => [(first, 1.0), (first, 0.0)],
+            Self::Linear => {
+                let part = ((step % hold) as f64 + 0.5) / hold as f64;
+                [(first, 1.0 - part), (first + 1, part)]
+            }
+        }
+    }
+}
+
+fn one_step() -> usize {
+    1
+}
+
+/// What a term of the objective is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ObjectiveKind {
+    /// `½ Σ h w²` of its controls, N²·s.
+    Effort,
+    /// `Σ w Δθ` of its controls: the work that they do, J.
+    Work,
+    /// The time from start to end, s.
+    Time,
+    /// `½ Σ (Δw)²/h` of its controls: how fast they change from step to step, N²/s.
+    Rate,
+    /// `½ (y − target)²` of a sensor at the end, or its integral over the path.
+    Sensor,
+}
+
+/// Where a sensor counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum CountedAt {
+    /// At the last node.
+    #[default]
+    End,
+    /// Along the motion, by the trapezoidal rule.
+    Path,
+}
+
+/// `[[objective]]`: a term of what derivatives are of and optima are least in; the terms add up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Objective {
+    /// Its name, unique in the model.
+    pub name: String,
+    /// What it is.
+    #[serde(rename = "type")]
+    pub kind: ObjectiveKind,
+    /// The controls of an `effort`, a `work` or a `rate`; all of them by default.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub controls: Vec<String>,
+    /// Of a `sensor` its name, of one of several numbers with the number or its heading:
+    /// `"tip.z"`, `"tip.2"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensor: Option<String>,
+    /// Where a sensor counts.
+    #[serde(default)]
+    pub at: CountedAt,
+    /// The value that a sensor is to have, in its unit.
+    #[serde(default)]
+    pub target: f64,
+    /// Its factor in the sum.
+    #[serde(default = "one")]
+    pub weight: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_act_in_their_steps() {
+        let constant = ControlShape::Constant;
+        assert_eq!((constant.values(3, 7), constant.weights(3, 6)[0]), (3, (2, 1.0)));
+        let linear = ControlShape::Linear;
+        assert_eq!(linear.values(3, 7), 4);
+        let [first, second] = linear.weights(2, 3);
+        assert_eq!([first.0, second.0], [1, 2]);
+        assert!((first.1 - 0.25).abs() < 1e-15 && (second.1 - 0.75).abs() < 1e-15);
+        assert_eq!(linear.values(1, 1), 2);
+    }
+}
