@@ -21,6 +21,7 @@ mod examples;
 mod export;
 mod failure;
 mod folder;
+mod gradient;
 mod human;
 mod import;
 mod input;

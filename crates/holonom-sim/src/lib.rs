@@ -7,8 +7,10 @@
 //! | module | concept |
 //! |---|---|
 //! | [`system`] | from a model to numbers |
+//! | [`design`] | how the numbers change with parameters |
 //! | [`dynamics`] | what acts, as both families of schemes receive it |
 //! | [`simulation`] | the system of a model, and its run |
+//! | [`gradient`] | derivatives of its objectives by parameters, controls, initial values |
 //! | [`statics`] | its equilibria along the loads |
 //! | [`modes`] | natural frequencies and shapes about a configuration |
 //! | [`experiment`] | what can be run: a motion, or equilibria |
@@ -29,8 +31,10 @@
 #![deny(missing_docs)]
 
 mod assembly;
+pub mod design;
 pub mod digits;
 mod event;
+pub mod gradient;
 pub mod modes;
 pub mod output;
 mod resolution;

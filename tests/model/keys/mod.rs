@@ -10,6 +10,7 @@ mod bodies;
 mod bushings;
 mod connections;
 mod contacts;
+mod controls;
 mod curves;
 mod defects;
 mod events;
@@ -130,10 +131,13 @@ enum Verdict {
 
 /// Keys for which no defect reaches the judgement, or of which nothing can be judged, each with the
 /// reason.
-const EXCEPTIONS: [(&str, &str); 12] = [
+const EXCEPTIONS: [(&str, &str); 15] = [
+    ("control.max", "bounds are those of an optimum"),
+    ("control.min", "bounds are those of an optimum"),
     ("constraint[rolling].plane.on", "a fixed body is one with the ground"),
     ("law.conservative", "without it compositions refuse the law"),
     ("model.dimension", "refused: positions have as many numbers"),
+    ("objective.sensor", "under another name it is refused"),
     ("simulation.arc_length", "without it the run ends at the limit point"),
     ("simulation.bifurcation", "which branch a path follows: `statics/critical_loads`"),
     ("simulation.on_failure", "without it the run fails"),
@@ -247,7 +251,7 @@ impl Found {
 /// A subject with its cases.
 type Subject = (&'static str, fn() -> Vec<Case>);
 
-const SUBJECTS: [Subject; 19] = [
+const SUBJECTS: [Subject; 20] = [
     ("bodies", bodies::cases),
     ("pictures", pictures::cases),
     ("forces", forces::cases),
@@ -258,6 +262,7 @@ const SUBJECTS: [Subject; 19] = [
     ("bushings", bushings::cases),
     ("signals", signals::cases),
     ("connections", connections::cases),
+    ("controls", controls::cases),
     ("frames", frames::cases),
     ("beams", beams::cases),
     ("sections", sections::cases),

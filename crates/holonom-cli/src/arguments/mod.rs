@@ -2,6 +2,7 @@
 //! each verb.
 
 mod configuration;
+mod gradient;
 mod model_files;
 mod plot;
 mod response;
@@ -13,6 +14,7 @@ mod sweep;
 mod unit;
 
 pub(crate) use configuration::{CheckArguments, ModesArguments, Speeds};
+pub(crate) use gradient::{By, GradientArguments};
 pub(crate) use model_files::{ExamplesArguments, ImportArguments, SchemaArguments};
 pub(crate) use plot::{PlotArguments, PlotStyle};
 pub(crate) use response::ResponseArguments;
@@ -86,6 +88,8 @@ pub(crate) enum Verb {
     Modes(ModesArguments),
     /// Harmonic response of the sensors over a band of frequencies: amplitude and phase
     Response(ResponseArguments),
+    /// Derivatives of the objectives by parameters, controls and initial values
+    Gradient(GradientArguments),
     /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
     Verify(VerifyArguments),
     /// Show a finished run in the browser: the animated scene, charts, facts

@@ -47,7 +47,7 @@ use crate::system::beams::Beams;
 use crate::system::bushing;
 use crate::system::contact;
 use crate::system::contact_origin::ContactOrigin;
-use crate::system::held::Input;
+use crate::system::held::{self, Input};
 use crate::system::joint_contact::nonsmooth_options;
 use crate::system::law::{self, Laws};
 use crate::system::outside::{JointStart, Outside};
@@ -177,6 +177,7 @@ impl Simulation {
         assembly.warnings.extend(signal::warnings(model));
         assembly.warnings.extend(bushing::warnings(model));
         assembly.warnings.extend(model.contact_remarks());
+        assembly.warnings.extend(held::idle_controls(model, outside));
         limits.begin();
         let (forces, node) = (stepper.sources(), stepper.node());
         let energies = EnergyTerms::new(model, stepper.mechanism(), &dynamics, mass, forces, &node);

@@ -11,8 +11,8 @@ pub use super::input::{Input, InputPlace};
 use super::coordinate::coordinate;
 use super::input::nothing;
 use super::names::Names;
-use super::outside::OutsideLaw;
-use holonom_model::ModelError;
+use super::outside::{Outside, OutsideLaw};
+use holonom_model::{Model, ModelError};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_core::force::{Force, NoTimeSlope};
@@ -39,6 +39,13 @@ pub(super) fn add_joint_input(
     let coordinate = coordinate(joint, id, *freedom, KEY.into())?;
     builder.joint_force(coordinate, input.first()).named(&input.source());
     Ok(())
+}
+
+/// That the efforts of controls are zero where nothing from outside sets them.
+pub(crate) fn idle_controls(model: &Model, outside: &Outside) -> Option<String> {
+    let names: Vec<String> = model.controls.iter().map(|own| format!("`{}`", own.name)).collect();
+    let idle = !names.is_empty() && outside.inputs.is_empty();
+    idle.then(|| format!("the efforts of controls are zero in a run: {}", names.join(", ")))
 }
 
 /// Adds laws along joint coordinates.

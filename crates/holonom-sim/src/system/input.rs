@@ -74,6 +74,11 @@ impl Input {
         self.values.iter().take(self.len()).map(HeldEffort::get)
     }
 
+    /// What acts on its joint.
+    pub(crate) fn effort(&self) -> HeldEffort {
+        self.first()
+    }
+
     /// Its first value.
     pub(super) fn first(&self) -> HeldEffort {
         self.values[0].clone()

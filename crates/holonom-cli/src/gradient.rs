@@ -1,0 +1,135 @@
+//! `holonom gradient`: derivatives of the objectives by parameters, controls and initial values.
+
+use std::fmt::Write;
+
+use holonom::gradient::{GradientFailure, ModelGradient, Wanted, gradient as find};
+use holonom::model::ModelText;
+use holonom::report::rounded;
+use holonom::{RunFailure, RunFolder};
+
+use crate::arguments::{By, GradientArguments};
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::{stderr, stdout};
+
+/// The file of a gradient.
+const FILE: &str = "gradient.json";
+/// Largest deviation of a comparison with differences.
+const CLOSE: f64 = 1e-6;
+/// Derivatives of a control that are printed.
+const SHOWN: usize = 4;
+
+pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
+    let chosen = |kind: By| arguments.by.is_empty() || arguments.by.contains(&kind);
+    let wanted = Wanted {
+        of: arguments.of.clone(),
+        parameters: chosen(By::Parameters),
+        controls: chosen(By::Controls),
+        initial: chosen(By::Initial),
+        values: Vec::new(),
+    };
+    if let Some(folder) = &arguments.output {
+        RunFolder::vacant(folder, &[FILE], arguments.force)?;
+    }
+    let overrides = arguments.model.set.clone();
+    let text = ModelText::read(&arguments.model.model);
+    let mut failed = None;
+    let make = |model: &holonom::Model| {
+        let found = find(&text, &overrides, model, &wanted).and_then(|mut found| {
+            if arguments.check {
+                found.check(&text, &overrides, model, &wanted)?;
+            }
+            Ok(found)
+        });
+        match found {
+            Ok(found) => Ok(Some(found)),
+            Err(GradientFailure::Model(error)) => Err(error),
+            Err(error) => {
+                failed = Some(error);
+                Ok(None)
+            }
+        }
+    };
+    let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
+    let (_, found) = input.assemble_as(make)?;
+    let Some(found) = found else { return Err(failure(failed)) };
+    if let Some(warning) = found.warning() {
+        stderr::line(&format!("warning: {warning}"));
+    }
+    if let Some(folder) = &arguments.output {
+        let json = format!("{:#}\n", serde_json::to_value(&found).unwrap_or_default());
+        RunFolder::open(folder).write(FILE, &json)?;
+        if !arguments.quiet {
+            stderr::line(&format!("written to {}: {FILE}", folder.display()));
+        }
+    }
+    if arguments.json {
+        stdout::json(&serde_json::to_value(&found).unwrap_or_default())?;
+    } else if !arguments.quiet {
+        stdout::bytes(stderr::visible(&table(&found)).as_bytes())?;
+    }
+    let worst = found.worst();
+    if worst > CLOSE || worst.is_nan() {
+        return Err(Failure::Property(format!(
+            "a derivative and its differences are apart by {worst:.1e}, more than {CLOSE:e}"
+        )));
+    }
+    Ok(())
+}
+
+/// What there is instead of a gradient.
+fn failure(error: Option<GradientFailure>) -> Failure {
+    let message = error.map_or_else(|| "no gradient was found".into(), |error| error.to_string());
+    let remedy = "`holonom run` shows whether the motion reaches its end".into();
+    Failure::Run { failure: RunFailure { step: 0, t: 0.0, message, remedy }, files: Vec::new() }
+}
+
+/// The derivatives, kind by kind.
+fn table(found: &ModelGradient) -> String {
+    let steps = found.steps;
+    let mut text =
+        format!("{}: gradient over {steps} steps of {} s\n", found.model, rounded(found.step, 9));
+    let number = |x: f64| format!("{:>17}", rounded(x, 10));
+    let _ = writeln!(text, "  {:30} {}", "objective", number(found.value));
+    for term in found.terms.iter().filter(|_| found.terms.len() > 1) {
+        let _ = writeln!(text, "    {:28} {}", term.name, number(term.value));
+    }
+    if !found.parameters.is_empty() {
+        let _ = writeln!(text, "  {:30} {:>17} {:>17}", "parameter", "value", "derivative");
+    }
+    for own in &found.parameters {
+        let (value, derivative) = (number(own.value), number(own.derivative));
+        let _ = writeln!(text, "    {:28} {value} {derivative}", own.name);
+    }
+    if !found.initial.is_empty() {
+        let _ = writeln!(text, "  {:30} {:>17} {:>17}", "start of", "by coordinate", "by rate");
+    }
+    for own in &found.initial {
+        let name = format!("{}.{}", own.name, own.freedom);
+        let (coordinate, rate) = (number(own.coordinate), number(own.rate));
+        let _ = writeln!(text, "    {name:28} {coordinate} {rate}");
+    }
+    if !found.controls.is_empty() {
+        let _ = writeln!(text, "  {:30} {:>17}", "control", "by its values");
+    }
+    for own in &found.controls {
+        let first = own.derivatives.iter().take(SHOWN).map(|x| rounded(*x, 6).to_string());
+        let more = own.derivatives.len().saturating_sub(SHOWN);
+        let rest = if more > 0 { format!(", … ({more} more)") } else { String::new() };
+        let list = first.collect::<Vec<_>>().join(", ");
+        let _ = writeln!(text, "    {:28} {list}{rest}", own.name);
+    }
+    if !found.checks.is_empty() {
+        let _ = writeln!(
+            text,
+            "  {:30} {:>17} {:>17} {:>9}",
+            "random direction", "derivative", "differences", "apart"
+        );
+    }
+    for own in &found.checks {
+        let name = format!("{} {}", own.by, own.direction);
+        let (derivative, difference) = (number(own.derivative), number(own.difference));
+        let _ = writeln!(text, "    {name:28} {derivative} {difference} {:>9.0e}", own.relative);
+    }
+    text
+}

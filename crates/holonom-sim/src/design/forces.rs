@@ -1,0 +1,203 @@
+//! Springs, dampers, motors and loads by a parameter.
+
+use super::{Chain, eps, refused};
+use holonom_model::{Frame, JointMotor, Load, ModelError, MotionPath, Move, Spring};
+use std::sync::Arc;
+use vi_core::Number;
+use vi_core::num_dual::Dual64;
+use vi_multibody::builder::ElementForce;
+use vi_multibody::design::{EffortChange, EffortTangent, MechanismTangent, SpringTangent};
+use vi_multibody::form::Form;
+use vi_multibody::particle_load::ParticleLoad;
+use vi_multibody::spring::Damper;
+use vi_rigid::load::LoadChange;
+
+use crate::system::time_function::TimeFunctions;
+
+impl Chain<'_> {
+    /// Everything that acts.
+    pub(super) fn forces(&self, out: &mut MechanismTangent) -> Result<(), ModelError> {
+        for (k, spring) in self.stated.springs.iter().enumerate() {
+            self.spring(k, spring, out);
+        }
+        for k in 0..self.stated.joints.len() {
+            self.drives(k, out)?;
+        }
+        self.stated.loads.iter().for_each(|load| self.load(load, out));
+        Ok(())
+    }
+
+    /// A spring with its damper.
+    fn spring(&self, k: usize, spring: &Spring, out: &mut MechanismTangent) {
+        let key = format!("spring.{}", spring.name);
+        let base = spring.relative_to.as_deref();
+        let start =
+            self.held(&format!("{key}.point_from"), &spring.from, spring.point_from.as_deref());
+        let end = self.held(&format!("{key}.point_to"), &spring.to, spring.point_to.as_deref());
+        let change = self.point_change(&spring.to, &end, base).minus(&self.point_change(
+            &spring.from,
+            &start,
+            base,
+        ));
+        let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
+        let stiffness = number("stiffness", spring.stiffness);
+        let damping = number("damping", spring.damping);
+        let at = |name: &str, own| self.placements.point(name, own, base);
+        let distance = || {
+            let between = at(&spring.to, end) - at(&spring.from, start);
+            match between.amax() == Dual64::of(0.0) {
+                true => Dual64::of(0.0),
+                false => between.norm(),
+            }
+        };
+        let natural = match (spring.natural_length, spring.tension) {
+            (Some(length), _) => number("natural_length", length),
+            (None, Some(tension)) => distance() - number("tension", tension) / stiffness,
+            (None, None) => distance(),
+        };
+        let still = change.terms().is_empty() && change.constant_part().amax() == 0.0;
+        if !still || stiffness.eps != 0.0 || natural.eps != 0.0 {
+            let (stiffness, natural_length) = (stiffness.eps, natural.eps);
+            let between = change.clone();
+            out.springs.insert(k, SpringTangent { between, stiffness, natural_length });
+        }
+        if damping.eps != 0.0 || (!still && damping.re != 0.0) {
+            let between: &Form = &self.system.dynamics.forces.springs[k].between;
+            out.dampers.push(Damper { between: between.with_tangent(&change), damping });
+        }
+    }
+
+    /// Spring, damper and motor of a joint.
+    fn drives(&self, k: usize, out: &mut MechanismTangent) -> Result<(), ModelError> {
+        let joint = &self.stated.joints[k];
+        let key = format!("joint.{}", joint.name);
+        let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
+        let mut add = |freedom, by: EffortTangent| {
+            out.efforts.push(EffortChange { joint: k, freedom, by });
+        };
+        if let Some(own) = joint.spring.as_ref().filter(|own| own.table.is_none()) {
+            let stiffness = number("spring.stiffness", own.stiffness);
+            let rest = number("spring.rest", own.rest);
+            if stiffness.eps != 0.0 || rest.eps != 0.0 {
+                let by = [stiffness.eps, rest.eps];
+                let change =
+                    EffortChange::of_spring((k, own.freedom), [own.stiffness, own.rest], by);
+                add(own.freedom, change.by);
+            }
+        }
+        if let Some(own) = &joint.damper {
+            let slope = number("damper.damping", own.damping).eps;
+            if slope != 0.0 {
+                add(own.freedom, Arc::new(move |_, _, rate| -slope * rate));
+            }
+        }
+        if let Some(own) = &joint.motor {
+            self.motor(&key, own, &mut add)?;
+        }
+        Ok(())
+    }
+
+    /// Effort and gains of a motor.
+    fn motor(
+        &self,
+        key: &str,
+        own: &JointMotor,
+        add: &mut dyn FnMut(usize, EffortTangent),
+    ) -> Result<(), ModelError> {
+        let number =
+            |part: &str, value| self.slopes.number(&format!("{key}.motor.{part}"), value).eps;
+        let effort = number("effort", own.effort);
+        let gains =
+            [number("proportional", own.proportional), number("derivative", own.derivative)];
+        let mut times = TimeFunctions::new(self.model);
+        if let Some(path) = self.path_change(&format!("{key}.motor.path"), &own.path) {
+            let gains = [own.proportional, own.derivative];
+            let by = move |t, _, _| {
+                let [value, rate, _] = path(t);
+                gains[0] * value + gains[1] * rate
+            };
+            add(own.freedom, Arc::new(by));
+        }
+        if effort != 0.0 {
+            let history = times.history("", &own.history);
+            add(own.freedom, Arc::new(move |t, _, _| effort * history.value(t)));
+        }
+        if gains.iter().any(|gain| *gain != 0.0) {
+            if own.proportional == 0.0 && own.derivative == 0.0 {
+                let what = "the derivative by the gains of a motor that does not control";
+                return Err(refused(&format!("{key}.motor"), what, "state a gain other than zero"));
+            }
+            let path = times.path("", &own.path);
+            let by = move |t, coordinate: f64, rate: f64| {
+                let [value, speed, _] = path(t);
+                gains[0] * (value - coordinate) + gains[1] * (speed - rate)
+            };
+            add(own.freedom, Arc::new(by));
+        }
+        Ok(())
+    }
+
+    /// How a path changes: it is linear in its offset, rates, amplitude and moves.
+    pub(super) fn path_change(
+        &self,
+        key: &str,
+        path: &MotionPath,
+    ) -> Option<impl Fn(f64) -> [f64; 3] + Send + Sync + use<>> {
+        if path.expression.is_some() || path.table.is_some() {
+            return None;
+        }
+        let slope = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value).eps;
+        let moved = |(i, own): (usize, &Move)| {
+            let by = slope(&format!("moves.{i}.by"), own.by);
+            Move { by, ..*own }
+        };
+        let change = MotionPath {
+            offset: slope("offset", path.offset),
+            rate: slope("rate", path.rate),
+            acceleration: slope("acceleration", path.acceleration),
+            amplitude: slope("amplitude", path.amplitude),
+            moves: path.moves.iter().enumerate().map(moved).collect(),
+            ..path.clone()
+        };
+        let numbers = [change.offset, change.rate, change.acceleration, change.amplitude];
+        let by = change.moves.iter().map(|own| own.by);
+        let still = numbers.into_iter().chain(by).all(|x| x == 0.0);
+        (!still).then(|| change.function())
+    }
+
+    /// A load on a body or on a particle.
+    fn load(&self, load: &Load, out: &mut MechanismTangent) {
+        let Some(member) = load.body.as_deref() else { return };
+        let key = format!("load.{}", load.name);
+        let vector = |part: &str, value| self.slopes.vector(&format!("{key}.{part}"), value);
+        let (force, torque) = (vector("force", load.force), vector("torque", load.torque));
+        let point = vector("point", load.point.unwrap_or_default());
+        let base = self.placements.base(load.relative_to.as_deref()).rotation;
+        let forces = &self.system.dynamics.forces.forces;
+        if let Some(k) = self.model.particles.iter().position(|own| own.name == member) {
+            let force = eps(&(base * force));
+            if force.amax() != 0.0 {
+                let mechanism = &self.system.mechanism;
+                let (offset, dimension) =
+                    (mechanism.particle_offset(k), mechanism.description().dimension);
+                let history = TimeFunctions::new(self.model).history("", &load.history);
+                out.forces.push(Arc::new(ParticleLoad { offset, dimension, force, history }));
+            }
+            return;
+        }
+        let Some(frame) = self.model.frame(member) else { return };
+        let axes = self.principal(frame);
+        let turn = |x| match load.frame {
+            Frame::Body => axes * eps(&x),
+            Frame::Space => eps(&(base * x)),
+        };
+        let change =
+            LoadChange { force: turn(force), torque: turn(torque), point: axes * eps(&point) };
+        let own = forces
+            .iter()
+            .position(|own| own.name == load.name && matches!(own.force, ElementForce::Body(_)));
+        if let Some(k) = own.filter(|_| change != LoadChange::default()) {
+            out.loads.insert(k, change);
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! How the numbers of a mechanism change with the parameters of its model file.
+//!
+//! ```text
+//! [parameters] ── expressions ── keys ── shapes, placements, frames ── masses, anchors, axes, forces ── MechanismTangent
+//!                                                                   └─ q_0, v_0
+//! ```
+//! Each function of the chain is evaluated with dual numbers, once for each parameter. A number of
+//! the model file that no function of the chain takes has no derivative here: it is refused by its
+//! key, so none counts as zero by neglect. Frames of bodies keep their principal axes: a body that
+//! changes has a tensor that is not diagonal in them.
+
+mod forces;
+mod geometry;
+pub(crate) mod start;
+#[cfg(test)]
+mod tests;
+
+use crate::system::System;
+use holonom_model::{
+    Constraint, Model, ModelError, ModelText, Override, ParameterTangent, Placements, Slopes,
+};
+use nalgebra::{Matrix3, Vector3};
+use vi_core::num_dual::Dual64;
+use vi_multibody::design::MechanismTangent;
+use vi_rigid::directors::{self, FRAME};
+
+/// How a model changes with one of its parameters.
+#[derive(Clone, Debug, Default)]
+pub struct ModelTangent {
+    /// The parameter.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// The numbers of the mechanism and of what acts on it.
+    pub numbers: MechanismTangent,
+    /// `q_0` as it is stated, shape `n`.
+    pub q: Vec<f64>,
+    /// `v_0` as bodies and particles state it, shape `n`.
+    pub v: Vec<f64>,
+    /// `ω_0` of the bodies, three numbers each.
+    pub omega: Vec<f64>,
+    /// Rates that joints state: joint, freedom, derivative.
+    pub rates: Vec<(usize, usize, f64)>,
+}
+
+/// A derivative that is not available, as an error of the model.
+pub(crate) fn refused(key: &str, what: impl Into<String>, help: impl Into<String>) -> ModelError {
+    ModelError::Unsupported { key: key.to_owned(), what: what.into(), help: help.into() }
+}
+
+/// The tangents of a model by those of its parameters on which it depends.
+///
+/// # Errors
+/// [`ModelError`] where a parameter enters a key by which there is no derivative.
+pub fn tangents(
+    text: &ModelText,
+    overrides: &[Override],
+    model: &Model,
+    system: &System,
+) -> Result<Vec<ModelTangent>, ModelError> {
+    let stated = text.stated(overrides)?;
+    let parameters = text.parameter_tangents(overrides)?;
+    let moving = |own: &&ParameterTangent| !(own.keys.is_empty() && own.formulas.is_empty());
+    let one = |own| tangent(&stated, model, system, own);
+    parameters.iter().filter(moving).map(one).collect()
+}
+
+fn tangent(
+    stated: &Model,
+    model: &Model,
+    system: &System,
+    parameter: &ParameterTangent,
+) -> Result<ModelTangent, ModelError> {
+    let name = &parameter.name;
+    if let Some(formula) = parameter.formulas.first() {
+        let what = format!("the derivative by `{name}`, which the expression `{formula}` reads");
+        return Err(refused(
+            formula,
+            what,
+            "leave `parameters` out of --by, or state a number there",
+        ));
+    }
+    let slopes = Slopes::new(parameter);
+    let placements = Placements::new(stated, model, &slopes);
+    let chain = Chain { stated, model, system, slopes: &slopes, placements: &placements };
+    let found = chain.tangent(parameter)?;
+    if let Some(key) = slopes.left().first() {
+        let what = format!("the derivative by `{name}`, which enters `{key}`");
+        return Err(refused(key, what, "leave `parameters` out of --by, or state a number there"));
+    }
+    Ok(found)
+}
+
+/// What the numbers of a mechanism follow from.
+struct Chain<'a> {
+    stated: &'a Model,
+    model: &'a Model,
+    system: &'a System,
+    slopes: &'a Slopes<'a>,
+    placements: &'a Placements<'a>,
+}
+
+/// The derivatives of a vector.
+fn eps(x: &Vector3<Dual64>) -> Vector3<f64> {
+    x.map(|x| x.eps)
+}
+
+impl Chain<'_> {
+    fn tangent(&self, parameter: &ParameterTangent) -> Result<ModelTangent, ModelError> {
+        let mut found = ModelTangent {
+            name: parameter.name.clone(),
+            value: parameter.value,
+            ..ModelTangent::default()
+        };
+        let gravity = self.slopes.vector("model.gravity", self.model.gravity());
+        found.numbers.gravity = eps(&gravity);
+        self.start(&mut found);
+        self.bodies(&mut found.numbers);
+        self.joints(&mut found)?;
+        self.bars(&mut found.numbers);
+        self.constraints(&mut found.numbers)?;
+        self.forces(&mut found.numbers)?;
+        self.fixed_in_space()?;
+        Ok(found)
+    }
+
+    /// From components along the axes of a body to those along its directors.
+    fn principal(&self, frame: usize) -> Matrix3<f64> {
+        let spec = &self.system.mechanism.description().bodies[frame];
+        let own = self.model.bodies.get(frame).map(|body| body.rotation());
+        own.map_or_else(Matrix3::identity, |own| spec.triad.tr_mul(&own))
+    }
+
+    /// Centre and triad of a frame of the mechanism.
+    fn placed(&self, frame: usize) -> (Vector3<Dual64>, Matrix3<Dual64>) {
+        match self.model.bodies.get(frame) {
+            Some(body) => {
+                let placed = self.placements.frame(&body.name);
+                let axes = self.principal(frame).transpose().map(Dual64::from_re);
+                (placed.origin, placed.rotation * axes)
+            }
+            None => {
+                let spec = &self.system.mechanism.description().bodies[frame];
+                (spec.center.map(Dual64::from_re), spec.triad.map(Dual64::from_re))
+            }
+        }
+    }
+
+    /// Whether a frame is placed elsewhere as the parameter changes.
+    fn moves(&self, name: &str) -> bool {
+        let placed = self.placements.base(Some(name));
+        placed.origin.iter().chain(placed.rotation.iter()).any(|x| x.eps != 0.0)
+    }
+
+    /// `q_0` and `v_0` as they are stated.
+    fn start(&self, found: &mut ModelTangent) {
+        let mechanism = &self.system.mechanism;
+        let n = mechanism.initial_configuration().len();
+        (found.q, found.v) = (vec![0.0; n], vec![0.0; n]);
+        for (k, body) in self.model.bodies.iter().enumerate() {
+            let frame = self.placements.frame(&body.name);
+            let (center, triad) = self.placed(k);
+            let own = FRAME * k..FRAME * (k + 1);
+            directors::set_frame(&mut found.q[own.clone()], &eps(&center), &triad.map(|x| x.eps));
+            // ḋ_I = ω × d_I
+            let spin = Matrix3::from_columns(
+                &[0, 1, 2].map(|i| frame.omega.cross(&triad.column(i).into_owned())),
+            );
+            let (velocity, spin) = (eps(&frame.velocity), spin.map(|x| x.eps));
+            directors::set_frame(&mut found.v[own], &velocity, &spin);
+            found.omega.extend(frame.omega.iter().map(|x| x.eps));
+        }
+        for (k, particle) in self.model.particles.iter().enumerate() {
+            let [position, velocity] = self.placements.particle(&particle.name);
+            let at = mechanism.particle_offset(k);
+            for i in 0..mechanism.description().dimension {
+                (found.q[at + i], found.v[at + i]) = (position[i].eps, velocity[i].eps);
+            }
+            let mass =
+                self.slopes.number(&format!("particle.{}.mass", particle.name), particle.mass);
+            if mass.eps != 0.0 {
+                found.numbers.particles.insert(k, mass.eps);
+            }
+        }
+    }
+
+    /// Parts of which no derivative is taken must not move: in their bodies where they are stated in
+    /// space, or with their frames.
+    fn fixed_in_space(&self) -> Result<(), ModelError> {
+        let stated = self.stated;
+        let bushings = stated.bushings.iter().map(|own| {
+            let bodies = vec![&own.from, &own.to];
+            (format!("bushing.{}", own.name), bodies, &own.relative_to)
+        });
+        let carried = stated.constraints.iter().filter_map(|own| match own {
+            Constraint::Rolling { name, body, relative_to, .. }
+            | Constraint::Blade { name, body, relative_to, .. } => {
+                Some((format!("constraint.{name}"), vec![body], relative_to))
+            }
+            _ => None,
+        });
+        let laws = stated
+            .laws
+            .iter()
+            .map(|own| (format!("law.{}", own.name), Vec::new(), &own.relative_to));
+        let beams = stated
+            .beams
+            .iter()
+            .map(|own| (format!("beam.{}", own.name), Vec::new(), &own.relative_to));
+        for (key, bodies, relative_to) in bushings.chain(carried).chain(laws).chain(beams) {
+            let held = bodies.into_iter().filter(|name| stated.body(name).is_some());
+            if let Some(frame) = held.chain(relative_to).find(|name| self.moves(name)) {
+                let what = format!("the derivative by a parameter that moves `{frame}`");
+                return Err(refused(&key, what, "leave `parameters` out of --by"));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,274 @@
+//! How the start of a run changes with a parameter.
+//!
+//! ```text
+//! δq* of stated positions, δv* of stated velocities or of stated rates
+//! δq = δq* − W⁻¹ Gᵀ μ,   G δq = −g_θ                              a projected start, at a closed one
+//! δv = δv* − M⁻¹ Gᵀ μ,   G δv = −D²g[δq, v] − G_θ v − g_tθ
+//! δp̄ = M δv + M_θ v
+//! ```
+
+use super::{ModelTangent, refused};
+use crate::start::How;
+use holonom_model::{Model, ModelError};
+use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
+use vi_constraints::{Constraints, InitialValues};
+use vi_core::linear::norm_inf;
+use vi_core::sparse::Entries;
+use vi_core::{Configuration, SparseMatrix};
+use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError, StartTangent};
+use vi_multibody::mechanism::Mechanism;
+
+/// Part of the change of a row from which on a constraint counts as open.
+const OPEN: f64 = 1e-8;
+
+/// By how much stated positions may differ from the start, for them to be closed, m.
+const CLOSED: f64 = 1e-6;
+
+/// What a start is of.
+pub(crate) struct StartOf<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) mechanism: &'a Mechanism,
+    pub(crate) mass: &'a SparseMatrix,
+    pub(crate) rows: &'a IndependentRows,
+    pub(crate) at: InitialValues<'a>,
+    pub(crate) how: How,
+}
+
+impl StartOf<'_> {
+    /// The coordinates that determine the start, with joint and freedom: those with stated rates
+    /// first.
+    ///
+    /// # Errors
+    /// [`ModelError`] where the tree has none that do.
+    pub(crate) fn coordinates(
+        &self,
+    ) -> Result<Vec<(Option<usize>, usize, StartCoordinate)>, ModelError> {
+        let all = StartCoordinate::of_tree(self.mechanism);
+        let stated = |own: &(Option<usize>, usize, StartCoordinate)| {
+            let joint = own.0.and_then(|k| self.model.joints.get(k));
+            joint.is_some_and(|joint| joint.rate.is_some())
+        };
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by_key(|&k| !stated(&all[k]));
+        let plain: Vec<StartCoordinate> = order.iter().map(|&k| all[k].2.clone()).collect();
+        let chosen = start::independent(self.mechanism, self.rows, self.at, &plain);
+        let mut chosen = chosen.map_err(|_| {
+            let what = "derivatives by initial values of what has no joint coordinates";
+            refused("model", what, "leave `initial` out of --by")
+        })?;
+        chosen.iter_mut().for_each(|k| *k = order[*k]);
+        chosen.sort_unstable();
+        Ok(chosen.into_iter().map(|k| all[k].clone()).collect())
+    }
+
+    /// How the start changes with a parameter.
+    ///
+    /// # Errors
+    /// [`ModelError`] where it does not stay on the constraints, or a projection is not known.
+    pub(crate) fn change(&self, own: &ModelTangent) -> Result<StartTangent, ModelError> {
+        let Self { model, mechanism, mass, at, .. } = *self;
+        if self.how == How::WithRates {
+            return self.kept_rates(own);
+        }
+        let mut q = own.q.clone();
+        let none = vec![0.0; q.len()];
+        let [open, _] = self.opened(own, [&q, &none])?;
+        if let Some(row) = self.largest(&open, &q) {
+            self.must_project(row, &own.name, "positions")?;
+            let stated = mechanism.initial_configuration();
+            let moved = stated.iter().zip(at.q).any(|(a, b)| (a - b).abs() > CLOSED);
+            if moved
+                || (0..q.len()).any(|i| !mass.column(i).any(|(row, mass)| row == i && mass > 0.0))
+            {
+                let what = format!("the derivative of a projected start by `{}`", own.name);
+                let help = "state positions that are closed, by expressions of the parameter";
+                return Err(refused("simulation.project_start", what, help));
+            }
+            self.correct(&open, &mut q, &own.name)?;
+        }
+        self.stays_mobile(own, &q)?;
+        let by_rates = model.joints.iter().any(|joint| joint.rate.is_some());
+        let mut v = if by_rates { self.by_rates(own, &q)? } else { own.v.clone() };
+        let [_, open] = self.opened(own, [&q, &v])?;
+        if let Some(row) = self.largest(&open, &v) {
+            self.must_project(row, &own.name, "velocities")?;
+            self.correct(&open, &mut v, &own.name)?;
+        }
+        let mut p = vec![0.0; q.len()];
+        mass.mul_add(1.0, &v, &mut p);
+        start::add_mass_change(mechanism, &own.numbers, at.v, &mut p);
+        Ok(StartTangent { q, v, p })
+    }
+
+    /// A start that is closed and keeps the stated rates of joints: their coordinates are kept as
+    /// well, and are as many as the degrees of freedom.
+    fn kept_rates(&self, own: &ModelTangent) -> Result<StartTangent, ModelError> {
+        let chosen = self.rated(own)?;
+        let plain: Vec<StartCoordinate> = chosen.iter().map(|x| x.2.clone()).collect();
+        let numbers = std::slice::from_ref(&own.numbers);
+        let Self { mechanism, mass, rows, at, .. } = *self;
+        let found = start::derivatives(mechanism, mass, rows, at, &plain, numbers);
+        let found = found.map_err(|error| self.refusal(&error, own))?;
+        let mut change = found.parameters.into_iter().next().unwrap_or_default();
+        self.stays_mobile(own, &change.q)?;
+        for ((joint, freedom, _), by) in chosen.iter().zip(&found.rates) {
+            let stated = own.rates.iter().find(|(k, f, _)| (Some(*k), *f) == (*joint, *freedom));
+            let slope = stated.map_or(0.0, |own| own.2);
+            change.v.iter_mut().zip(&by.v).for_each(|(x, by)| *x += slope * by);
+            change.p.iter_mut().zip(&by.p).for_each(|(x, by)| *x += slope * by);
+        }
+        Ok(change)
+    }
+
+    /// The independent coordinates where the rates of all of them are stated.
+    fn rated(
+        &self,
+        own: &ModelTangent,
+    ) -> Result<Vec<(Option<usize>, usize, StartCoordinate)>, ModelError> {
+        let chosen = self.coordinates()?;
+        let stated = |joint: &Option<usize>| {
+            let joint = joint.and_then(|k| self.model.joints.get(k));
+            joint.is_some_and(|joint| joint.rate.is_some())
+        };
+        if chosen.iter().all(|(joint, ..)| stated(joint)) {
+            return Ok(chosen);
+        }
+        let what =
+            format!("the derivative by `{}` of velocities that are projected freely", own.name);
+        let help = "state the rates of as many joints as there are degrees of freedom";
+        Err(refused("simulation.project_start", what, help))
+    }
+
+    /// Refuses a parameter by which constraints that are redundant do not stay so: along velocities
+    /// that the mechanism has, their rates open.
+    fn stays_mobile(&self, own: &ModelTangent, dq: &[f64]) -> Result<(), ModelError> {
+        if self.rows.redundant().next().is_none() || own.numbers.joints.is_empty() {
+            return Ok(());
+        }
+        let plain: Vec<StartCoordinate> = self.coordinates()?.into_iter().map(|x| x.2).collect();
+        let ways = start::derivatives(self.mechanism, self.mass, self.rows, self.at, &plain, &[])
+            .map_err(|error| self.refusal(&error, own))?;
+        let mut v = vec![0.0; dq.len()];
+        for (k, way) in ways.rates.iter().enumerate() {
+            let scale = 1.0 / (1.0 + k as f64);
+            v.iter_mut().zip(&way.v).for_each(|(v, way)| *v += scale * way);
+        }
+        let at = InitialValues::new(self.at.t, self.at.q, &v);
+        let still = vec![0.0; dq.len()];
+        let [_, open] = start::opened(self.mechanism, at, &own.numbers, [dq, &still])
+            .map_err(|error| self.refusal(&error, own))?;
+        let mut change = still.clone();
+        self.correct(&open, &mut change, &own.name)
+    }
+
+    fn opened(&self, own: &ModelTangent, change: [&[f64]; 2]) -> Result<[Vec<f64>; 2], ModelError> {
+        let found = start::opened(self.mechanism, self.at, &own.numbers, change);
+        found.map_err(|error| self.refusal(&error, own))
+    }
+
+    /// The row that opens most, if any does.
+    fn largest(&self, open: &[f64], change: &[f64]) -> Option<usize> {
+        let allowed = OPEN * norm_inf(change).max(norm_inf(self.at.v)).max(1.0);
+        let worst = (0..open.len()).max_by(|&a, &b| open[a].abs().total_cmp(&open[b].abs()))?;
+        (open[worst].abs() > allowed).then_some(worst)
+    }
+
+    /// Refuses a start that leaves the constraints where it may not be projected.
+    fn must_project(&self, row: usize, parameter: &str, what: &str) -> Result<(), ModelError> {
+        if self.model.settings.project_start {
+            return Ok(());
+        }
+        let name = self.mechanism.constraint_name(row);
+        let message = format!(
+            "the derivative by `{parameter}`: the initial {what} do not follow it, `{name}` opens"
+        );
+        let help = format!(
+            "state the initial {what} by expressions of `{parameter}`, or write project_start = true"
+        );
+        Err(refused(&self.key(name), message, help))
+    }
+
+    /// `x ← x − W⁻¹ Gᵀ μ` with `G δx` = what is open.
+    fn correct(&self, open: &[f64], x: &mut [f64], parameter: &str) -> Result<(), ModelError> {
+        let n = x.len();
+        let mut solver = SaddlePoint::new(n, self.rows.clone());
+        let emit = |out: &mut dyn Entries| self.mass.emit(out);
+        let at = Configuration::new(self.at.t, self.at.q);
+        let mut found = vec![0.0; n + self.rows.len()];
+        let solved = solver.solve_at(self.mechanism, &emit, at, &vec![0.0; n], open, &mut found);
+        solved.map_err(|error| {
+            let what = format!("the derivative of the start by `{parameter}`: {error}");
+            refused("simulation.project_start", what, "state closed positions")
+        })?;
+        x.iter_mut().zip(&found[..n]).for_each(|(x, by)| *x -= by);
+        let mut left = open.to_vec();
+        left.iter_mut().for_each(|x| *x = -*x);
+        self.mechanism.add_rates(self.at.t, self.at.q, &found[..n], &mut left);
+        let size = norm_inf(open);
+        match self.largest(&left, &found[..n]).filter(|&row| left[row].abs() > OPEN * size) {
+            Some(row) => Err(self.opens(self.mechanism.constraint_name(row), parameter)),
+            None => Ok(()),
+        }
+    }
+
+    /// A parameter that opens a redundant loop.
+    fn opens(&self, name: &str, parameter: &str) -> ModelError {
+        let loops: Vec<String> = self
+            .mechanism
+            .cut_joints()
+            .iter()
+            .map(|&k| format!("`{}`", self.mechanism.description().joints[k].name))
+            .collect();
+        let what = format!(
+            "the derivative by `{parameter}`: no neighbouring mechanism closes, its redundant \
+             constraints open at `{name}`"
+        );
+        let help = format!(
+            "change the axes or places of all joints of the loop through {} together, by expressions \
+             of `{parameter}`",
+            loops.join(", ")
+        );
+        refused(&self.key(name), what, help)
+    }
+
+    /// The key of what has this name.
+    fn key(&self, name: &str) -> String {
+        match self.model.joint(name) {
+            Some(_) => format!("joint.{name}"),
+            None => format!("constraint.{name}"),
+        }
+    }
+
+    pub(crate) fn refusal(&self, error: &StartDerivativeError, own: &ModelTangent) -> ModelError {
+        match error {
+            StartDerivativeError::Opens { name, .. } => self.opens(name, &own.name),
+            _ => {
+                let what = format!("the derivative by `{}`: {error}", own.name);
+                refused("model", what, "leave `parameters` out of --by")
+            }
+        }
+    }
+
+    /// `δv` where joints state rates.
+    fn by_rates(&self, own: &ModelTangent, dq: &[f64]) -> Result<Vec<f64>, ModelError> {
+        let closed = self.mechanism.has_loops();
+        let chosen = if closed { self.rated(own)? } else { self.coordinates()? };
+        let mut rates = Vec::new();
+        for (joint, freedom, coordinate) in &chosen {
+            let of_joint = own.rates.iter().find(|(k, f, _)| (Some(*k), *f) == (*joint, *freedom));
+            rates.push(match (coordinate, of_joint) {
+                (_, Some((_, _, slope))) => *slope,
+                (StartCoordinate::Place(i), None) if joint.is_none() => own.v[*i],
+                (StartCoordinate::Turn { frame, axis, .. }, None) if joint.is_none() => {
+                    own.omega.get(frame * 3 + axis).copied().unwrap_or_default()
+                }
+                _ => 0.0,
+            });
+        }
+        let coordinates: Vec<StartCoordinate> = chosen.into_iter().map(|own| own.2).collect();
+        let numbers = (&own.numbers, dq);
+        let found =
+            start::velocity(self.mechanism, self.rows, self.at, &coordinates, numbers, &rates);
+        found.map_err(|error| self.refusal(&error, own))
+    }
+}

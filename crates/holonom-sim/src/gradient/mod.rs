@@ -1,0 +1,411 @@
+//! The gradient of the objectives of a model by its parameters, controls and initial values.
+//!
+//! ```text
+//! J = Σ weight term        one run, one sweep backward, whatever the number of derivatives
+//! dJ/dθ = a_0·δq_0 + b_0·δp̄_0 + explicit        dJ/dz, dJ/dż: the same of coordinates and rates
+//! ```
+//! The efforts of the controls are zero. [`Check`] compares with central differences of whole runs.
+
+mod check;
+mod objective;
+#[cfg(test)]
+mod tests;
+
+pub use check::Check;
+
+use crate::design::start::StartOf;
+use crate::design::{self, ModelTangent, refused};
+use crate::simulation::Simulation;
+use crate::start::StartValues;
+use crate::system::input::{Input, InputPlace};
+use crate::system::outside::Outside;
+use crate::system::{self, System};
+use holonom_model::{Model, ModelError, ModelText, Override};
+use objective::Costs;
+use serde::Serialize;
+use vi_constraints::InitialValues;
+use vi_constraints::initialization;
+use vi_control::checkpoints::Checkpoints;
+use vi_control::controls::{ControlForce, Controls, JointControl};
+use vi_control::gradient::{Gradient, GradientError, Task};
+use vi_control::sensitivities::{Beside, Direction, Sensitivities};
+use vi_core::linear::dot;
+use vi_multibody::design::MechanismDesign;
+use vi_multibody::design::start::{self, StartTangent};
+
+/// What derivatives are wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wanted {
+    /// Objectives, by name; all where there are none.
+    pub of: Vec<String>,
+    /// By the parameters of the model file.
+    pub parameters: bool,
+    /// By the efforts of controls.
+    pub controls: bool,
+    /// By initial coordinates and rates.
+    pub initial: bool,
+    /// The values of the controls, a list for each; zero where there is none.
+    pub values: Vec<Vec<f64>>,
+}
+
+impl Wanted {
+    /// All derivatives of the sum of all objectives, at efforts of zero.
+    #[must_use]
+    pub fn everything() -> Self {
+        let (of, values) = (Vec::new(), Vec::new());
+        Self { of, parameters: true, controls: true, initial: true, values }
+    }
+}
+
+/// A derivative by a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ByParameter {
+    /// The parameter.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// `dJ/dθ`, through the start as well.
+    pub derivative: f64,
+}
+
+/// Derivatives by the start of a joint, or of what is free.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ByStart {
+    /// The joint, the body or the particle.
+    pub name: String,
+    /// Which of its coordinates.
+    pub freedom: usize,
+    /// By the coordinate, at fixed rates.
+    pub coordinate: f64,
+    /// By the rate.
+    pub rate: f64,
+}
+
+/// Derivatives by the values of a control.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ByControl {
+    /// The control.
+    pub name: String,
+    /// One for each of its values.
+    pub derivatives: Vec<f64>,
+}
+
+/// A term of the objective.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TermValue {
+    /// Its name.
+    pub name: String,
+    /// Its value, with its weight.
+    pub value: f64,
+}
+
+/// The gradient of the objectives of a model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ModelGradient {
+    /// The model.
+    pub model: String,
+    /// Steps of the run.
+    pub steps: usize,
+    /// The step, s.
+    pub step: f64,
+    /// `J`.
+    pub value: f64,
+    /// Its terms.
+    pub terms: Vec<TermValue>,
+    /// By parameters.
+    pub parameters: Vec<ByParameter>,
+    /// By initial values.
+    pub initial: Vec<ByStart>,
+    /// By controls.
+    pub controls: Vec<ByControl>,
+    /// `max_n |δq_n|/|δq_0|` of a change of the start.
+    pub growth: f64,
+    /// From which time on derivatives say nothing of the mechanism, s.
+    pub meaningless_from: Option<f64>,
+    /// Comparisons with central differences.
+    pub checks: Vec<Check>,
+}
+
+impl ModelGradient {
+    /// A word of warning where derivatives are meaningless.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let t = self.meaningless_from?;
+        Some(format!(
+            "from t = {} s on a change of the start has grown by more than 1e6: derivatives of what comes later are exact and \
+             say nothing of the mechanism; end the run earlier",
+            crate::digits::rounded(t, 6)
+        ))
+    }
+}
+
+/// Why there is no gradient.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GradientFailure {
+    /// The model has none.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The run has none.
+    #[error("{0}")]
+    Run(GradientError),
+}
+
+/// A run with its controls and costs.
+pub(crate) struct Prepared {
+    pub(crate) simulation: Simulation,
+    pub(crate) system: System,
+    pub(crate) controls: Controls,
+    pub(crate) costs: Costs,
+    pub(crate) outside: Outside,
+    pub(crate) steps: usize,
+}
+
+impl Prepared {
+    /// Of a model whose controls have these values, one list for each; zero where there is none.
+    pub(crate) fn new(
+        model: &Model,
+        of: &[String],
+        (values, start): (&[Vec<f64>], &Outside),
+    ) -> Result<Self, ModelError> {
+        supported(model)?;
+        let steps = (model.settings.end / model.settings.step).round();
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked by the model
+        let steps = steps as usize;
+        let input = |own: &holonom_model::Control| {
+            Input::new(InputPlace::Joint { name: own.joint.clone(), freedom: own.freedom })
+        };
+        let inputs: Vec<Input> = model.controls.iter().map(input).collect();
+        let outside = Outside { inputs: inputs.clone(), ..start.clone() };
+        let mut system = system::build_with(model, &outside)?;
+        let mut forces: Vec<Box<dyn ControlForce>> = Vec::new();
+        let mut rows = vec![vec![0.0; inputs.len()]; steps];
+        for (k, (control, input)) in model.controls.iter().zip(&inputs).enumerate() {
+            let joint = model.joints.iter().position(|own| own.name == control.joint);
+            let found = joint.and_then(|joint| system.mechanism.coordinate(joint, control.freedom));
+            let Some(coordinate) = found else { continue }; // the checks refuse it
+            forces.push(Box::new(JointControl { effort: input.effort(), coordinate }));
+            for (step, row) in rows.iter_mut().enumerate() {
+                let own = values.get(k).map_or(&[][..], Vec::as_slice);
+                let weighed = control.shape.weights(control.hold, step);
+                let value = |(at, weight): (usize, f64)| weight * own.get(at).unwrap_or(&0.0);
+                row[k] = weighed.into_iter().map(value).sum();
+            }
+        }
+        let controls = Controls::new(forces, rows, 1);
+        let costs = Costs::new(model, &mut system.mechanism, of)?;
+        let simulation = Simulation::with_outside(model, &outside)?;
+        Ok(Self { simulation, system, controls, costs, outside, steps })
+    }
+
+    /// `J` of the run from its start.
+    pub(crate) fn value(&mut self) -> Result<f64, GradientFailure> {
+        let Self { simulation, controls, costs, steps, .. } = self;
+        let run = simulation.integrator();
+        let mut value = 0.0;
+        for step in 0..*steps {
+            controls.set(step);
+            let w = controls.at(step);
+            let objective = &costs.sum;
+            let taken = run.step_with(&mut |_, _, taken| value += objective.of_step(taken.s, w));
+            taken.map_err(|error| {
+                GradientFailure::Run(GradientError::Step { step: step + 1, error })
+            })?;
+        }
+        Ok(value + costs.sum.of_end(run.state()) + costs.rates(controls, simulation.settings.step))
+    }
+}
+
+/// Refuses what has no derivative, by its key.
+fn supported(model: &Model) -> Result<(), ModelError> {
+    let settings = &model.settings;
+    let help = "derivatives are those of the schemes constrained, dalembert, nodal and reduced";
+    if !matches!(settings.scheme.family(), holonom_model::Family::Variational(_)) {
+        let what = "derivatives of this scheme";
+        return Err(refused("simulation.scheme", what, help));
+    }
+    if let Some(event) = model.events.first() {
+        let key = format!("event.{}", event.name);
+        return Err(refused(&key, "derivatives across events", "remove the [[event]]"));
+    }
+    if model.objectives.is_empty() {
+        let what = "a gradient of nothing";
+        return Err(refused(
+            "objective",
+            what,
+            "add an [[objective]]: effort, work, time, rate or sensor",
+        ));
+    }
+    Ok(())
+}
+
+/// The gradient of the objectives of a model.
+///
+/// # Errors
+/// [`GradientFailure`].
+pub fn gradient(
+    text: &ModelText,
+    overrides: &[Override],
+    model: &Model,
+    wanted: &Wanted,
+) -> Result<ModelGradient, GradientFailure> {
+    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &Outside::default()))?;
+    let tangents = match wanted.parameters {
+        true => design::tangents(text, overrides, model, &prepared.system)?,
+        false => Vec::new(),
+    };
+    if let Some(own) = tangents.iter().find_map(|own| prepared.costs.reads_moved(model, own)) {
+        return Err(own.into());
+    }
+    let mechanism = &prepared.system.mechanism;
+    let dynamics = &prepared.system.dynamics;
+    let mass = dynamics.parts.mass_matrix(mechanism);
+    let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
+    let design =
+        MechanismDesign::new(mechanism, &dynamics.forces, &mass, dynamics.quadrature, &numbers)
+            .map_err(|error| {
+                refused("model", error.to_string(), "leave `parameters` out of --by")
+            })?;
+    // the start
+    let stated = StartValues::of(model, mechanism, &prepared.outside)?;
+    let run = prepared.simulation.integrator();
+    let rows = run.rows().clone();
+    let begun = initialization::start(
+        run.system(),
+        run.constraints(),
+        &rows,
+        InitialValues::new(run.state().t, &stated.q, &stated.v),
+    )
+    .map_err(|error| refused("simulation.start", error.to_string(), "state a consistent start"))?;
+    if model.settings.start == holonom_model::Start::Relaxed && wanted.parameters {
+        let help = "write start = \"stated\", or leave `parameters` out of --by";
+        return Err(refused("simulation.start", "derivatives of a relaxed start", help).into());
+    }
+    let at = InitialValues::new(begun.state.t, &begun.state.q, &begun.v);
+    let of = StartOf { model, mechanism, mass: &mass, rows: &rows, at, how: stated.how };
+    let changes: Vec<StartTangent> =
+        tangents.iter().map(|own| of.change(own)).collect::<Result<_, _>>()?;
+    let coordinates = if wanted.initial { of.coordinates()? } else { Vec::new() };
+    let plain: Vec<_> = coordinates.iter().map(|own| own.2.clone()).collect();
+    let starts = match wanted.initial {
+        true => start::derivatives(mechanism, &mass, &rows, at, &plain, &[])
+            .map_err(|error| of.refusal(&error, &ModelTangent::default()))?,
+        false => start::StartDerivatives::default(),
+    };
+    // run and sweep
+    let design = (!tangents.is_empty()).then_some(&design as &dyn vi_constraints::design::Design);
+    let task = Task {
+        steps: prepared.steps,
+        objective: &prepared.costs.sum,
+        controls: &prepared.controls,
+        design,
+        by_step: false,
+        checkpoints: Checkpoints::default(),
+    };
+    let found = Gradient::of(run, &task).map_err(GradientFailure::Run)?;
+    let along = |own: &StartTangent| dot(&found.initial.q, &own.q) + dot(&found.initial.p, &own.p);
+    let by_parameter = |(k, own): (usize, &ModelTangent)| ByParameter {
+        name: own.name.clone(),
+        value: own.value,
+        derivative: along(&changes[k]) + found.parameters.get(k).copied().unwrap_or_default(),
+    };
+    let by_start = |(k, own): (usize, &(Option<usize>, usize, start::StartCoordinate))| ByStart {
+        name: name_of(mechanism, own),
+        freedom: own.1,
+        coordinate: along(&starts.coordinates[k]),
+        rate: along(&starts.rates[k]),
+    };
+    let step = model.settings.step;
+    let rates = prepared.costs.rate_slopes(&prepared.controls, step);
+    let by_control = |(k, own): (usize, &holonom_model::Control)| {
+        let mut derivatives = vec![0.0; own.shape.values(own.hold, prepared.steps)];
+        for (n, row) in found.controls.iter().enumerate() {
+            for (value, weight) in own.shape.weights(own.hold, n) {
+                if weight != 0.0 {
+                    derivatives[value] += weight * (row[k] + rates[n][k]);
+                }
+            }
+        }
+        ByControl { name: own.name.clone(), derivatives }
+    };
+    let controls = if wanted.controls { &model.controls[..] } else { &[] };
+    let mut gradient = ModelGradient {
+        model: model.header.name.clone(),
+        steps: prepared.steps,
+        step,
+        value: found.value + prepared.costs.rates(&prepared.controls, step),
+        terms: Vec::new(),
+        parameters: tangents.iter().enumerate().map(by_parameter).collect(),
+        initial: coordinates.iter().enumerate().map(by_start).collect(),
+        controls: controls.iter().enumerate().map(by_control).collect(),
+        growth: 1.0,
+        meaningless_from: None,
+        checks: Vec::new(),
+    };
+    terms(model, wanted, &mut gradient)?;
+    grow(model, wanted, (&starts, &changes), &mut gradient)?;
+    Ok(gradient)
+}
+
+/// The name of what a coordinate of the start is of.
+fn name_of(
+    mechanism: &vi_multibody::Mechanism,
+    (joint, _, coordinate): &(Option<usize>, usize, start::StartCoordinate),
+) -> String {
+    let description = mechanism.description();
+    match (joint, coordinate) {
+        (Some(joint), _) => description.joints[*joint].name.clone(),
+        (None, start::StartCoordinate::Place(i)) => mechanism.coordinate_name(*i).to_owned(),
+        (None, start::StartCoordinate::Turn { frame, .. }) => {
+            description.bodies[*frame].name.clone()
+        }
+        (None, start::StartCoordinate::Joint(_)) => String::new(),
+    }
+}
+
+/// The values of the terms, each of a run of its own sum.
+fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), GradientFailure> {
+    let chosen = |name: &String| wanted.of.is_empty() || wanted.of.contains(name);
+    let names: Vec<&String> =
+        model.objectives.iter().map(|own| &own.name).filter(|name| chosen(name)).collect();
+    if let [name] = names[..] {
+        out.terms = vec![TermValue { name: name.clone(), value: out.value }];
+        return Ok(());
+    }
+    for name in names {
+        let of = std::slice::from_ref(name);
+        let value = Prepared::new(model, of, (&wanted.values, &Outside::default()))?.value()?;
+        out.terms.push(TermValue { name: name.clone(), value });
+    }
+    Ok(())
+}
+
+/// How a change of the start grows.
+fn grow(
+    model: &Model,
+    wanted: &Wanted,
+    (starts, changes): (&start::StartDerivatives, &[StartTangent]),
+    out: &mut ModelGradient,
+) -> Result<(), GradientFailure> {
+    let all = starts.coordinates.iter().chain(changes);
+    let Some(first) = all.into_iter().find(|own| own.q.iter().any(|x| *x != 0.0)) else {
+        return Ok(());
+    };
+    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &Outside::default()))?;
+    let run = prepared.simulation.integrator();
+    let start = vi_constraints::linearization::Tangent {
+        q: first.q.clone(),
+        p: first.p.clone(),
+        z: vec![0.0; run.state().internal.len()],
+    };
+    let directions = vec![Direction::from(start)];
+    let mut beside =
+        Sensitivities::new(run, model.settings.step, directions).map_err(GradientFailure::Run)?;
+    for _ in 0..prepared.steps {
+        let with =
+            Beside { controls: &prepared.controls, design: None, objective: &prepared.costs.sum };
+        beside.advance(run, with).map_err(GradientFailure::Run)?;
+    }
+    let growth = beside.growth()[0];
+    (out.growth, out.meaningless_from) = (growth.largest, growth.meaningless_from);
+    Ok(())
+}

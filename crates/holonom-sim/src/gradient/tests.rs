@@ -1,0 +1,327 @@
+//! Gradients of unlike models against central differences of whole runs, and what is refused.
+
+#![allow(clippy::float_cmp)] // what is exactly zero
+
+use super::{ByStart, GradientFailure, ModelGradient, Wanted, gradient};
+use holonom_model::ModelText;
+use std::path::Path;
+
+const ARM: &str = r#"
+[model]
+name = "arm"
+gravity = [0.0, 0.0, "= -g"]
+[simulation]
+step = 0.01
+end = 0.3
+[parameters]
+length = 0.8
+density = 780.0
+stiffness = 4.0
+damping = 0.2
+g = 9.81
+speed = -3.0
+[[body]]
+name = "upper"
+position = ["= length/2", 0.0, 0.0]
+shape = { type = "box", dimensions = ["= length", 0.04, 0.04], density = "= density" }
+[[body]]
+name = "lower"
+position = ["= 1.5*length", 0.0, 0.0]
+shape = { type = "box", dimensions = ["= length", 0.03, 0.03], density = "= density" }
+[[joint]]
+name = "shoulder"
+type = "revolute"
+parent = "ground"
+child = "upper"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+rate = "= speed"
+spring = { stiffness = "= stiffness", rest = 0.2 }
+damper = { damping = "= damping" }
+[[joint]]
+name = "elbow"
+type = "cylindrical"
+parent = "upper"
+child = "lower"
+position = ["= length", 0.0, 0.0]
+axis = [0.1, 1.0, 0.2]
+spring = { freedom = 0, stiffness = 90.0 }
+[[control]]
+name = "drive"
+joint = "elbow"
+freedom = 1
+hold = 4
+shape = "linear"
+[[control]]
+name = "push"
+joint = "elbow"
+hold = 3
+[[sensor]]
+name = "tip"
+type = "position"
+of = "lower"
+point = [0.4, 0.0, 0.1]
+[[sensor]]
+name = "angle"
+type = "joint_coordinate"
+of = "shoulder"
+[[objective]]
+name = "height"
+type = "sensor"
+sensor = "tip.z"
+target = 1.5
+[[objective]]
+name = "course"
+type = "sensor"
+sensor = "angle"
+at = "path"
+target = -0.4
+weight = 3.0
+[[objective]]
+name = "worked"
+type = "work"
+controls = ["drive"]
+weight = 0.3
+"#;
+
+/// A four-bar linkage: three redundant rows, a length that opens it, a projected start.
+const LINKAGE: &str = r#"
+[model]
+name = "linkage"
+gravity = [0.0, 0.0, -9.81]
+[simulation]
+step = 0.01
+end = 0.4
+project_start = true
+[parameters]
+coupler = 0.9
+ground = 0.8
+mass = 1.6
+stiffness = 5.0
+[[body]]
+name = "crank"
+position = [0.075, 0.0, 0.12990381056766578]
+rotation_vector = [0.0, -1.0471975511965976, 0.0]
+mass = 0.8
+inertia = [0.0002, 0.0061, 0.00615]
+[[body]]
+name = "coupler"
+position = [0.546556821879383, 0.0, 0.47251090512719507]
+rotation_vector = [0.0, -0.4923447, 0.0]
+mass = "= mass"
+inertia = [0.0004, 0.108, 0.1083]
+[[body]]
+name = "rocker"
+position = [0.871556821879383, 0.0, 0.3426070945595293]
+rotation_vector = [0.0, -1.3648990, 0.0]
+mass = 1.2
+inertia = [0.0003, 0.049, 0.0492]
+[[joint]]
+name = "shaft"
+type = "revolute"
+parent = "ground"
+child = "crank"
+anchor_parent = [0.0, 0.0, 0.0]
+anchor_child = [-0.15, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+rate = 3.0
+[[joint]]
+name = "pin"
+type = "revolute"
+parent = "crank"
+child = "coupler"
+anchor_parent = [0.15, 0.0, 0.0]
+anchor_child = ["= -coupler/2", 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+damper = { damping = 0.05 }
+[[joint]]
+name = "pivot"
+type = "revolute"
+parent = "ground"
+child = "rocker"
+anchor_parent = ["= ground", 0.0, 0.0]
+anchor_child = [-0.35, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+spring = { stiffness = "= stiffness", rest = 0.1 }
+[[joint]]
+name = "cut"
+type = "revolute"
+parent = "coupler"
+child = "rocker"
+anchor_parent = ["= coupler/2", 0.0, 0.0]
+anchor_child = [0.35, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+cut = true
+[[control]]
+name = "motor"
+joint = "shaft"
+[[sensor]]
+name = "point"
+type = "position"
+of = "coupler"
+point = [0.1, 0.0, 0.2]
+[[objective]]
+name = "course"
+type = "sensor"
+sensor = "point.z"
+at = "path"
+target = 0.5
+weight = 3.0
+"#;
+
+/// A free body and a particle on a bar, tied by a spring; frames that move with a parameter.
+const FLYING: &str = r#"
+[model]
+name = "flying"
+gravity = [0.0, 0.0, -9.81]
+[simulation]
+step = 0.01
+end = 0.4
+order = 4
+[parameters]
+place = 0.4
+turn = 0.5
+spin = 2.0
+length = 0.7
+stiffness = 12.0
+force = 2.0
+[[frame]]
+name = "tower"
+position = [0.0, "= place", 1.0]
+rotation_vector = [0.0, "= turn", 0.2]
+[[body]]
+name = "box"
+relative_to = "tower"
+position = [0.1, 0.2, "= 0.5*place"]
+velocity = [0.3, 0.0, "= spin"]
+body_angular_velocity = ["= spin", 0.5, -1.0]
+mass = 1.3
+inertia = [[0.3, "= 0.02*turn", 0.0], ["= 0.02*turn", 0.2, 0.01], [0.0, 0.01, 0.4]]
+[[particle]]
+name = "bob"
+mass = 0.4
+position = [0.0, 0.0, "= -length"]
+velocity = ["= 0.2*spin", 0.0, 0.0]
+[[bar]]
+name = "string"
+from = "ground"
+to = "bob"
+point = [0.0, 0.0, 0.0]
+length = "= length"
+[[spring]]
+name = "tie"
+from = "box"
+to = "bob"
+point_from = [0.1, "= 0.2*place", 0.0]
+stiffness = "= stiffness"
+damping = 0.0
+[[load]]
+name = "thrust"
+body = "box"
+force = ["= force", 0.0, 0.1]
+point = [0.0, 0.1, 0.0]
+frame = "body"
+[[sensor]]
+name = "apart"
+type = "distance"
+of = "box"
+to = "bob"
+[[objective]]
+name = "near"
+type = "sensor"
+sensor = "apart"
+target = 0.3
+"#;
+
+fn found(text: &str, check: bool) -> Result<ModelGradient, GradientFailure> {
+    let text = ModelText::from_text(Path::new("model.toml"), text);
+    let model = text.model(&[])?;
+    let wanted = Wanted { initial: model.header.name != "flying", ..Wanted::everything() };
+    let mut found = gradient(&text, &[], &model, &wanted)?;
+    if check {
+        found.check(&text, &[], &model, &wanted)?;
+    }
+    Ok(found)
+}
+
+#[test]
+fn gradients_agree_with_differences_of_runs() {
+    for text in [ARM, LINKAGE, FLYING] {
+        let found = found(text, true).unwrap();
+        for own in &found.checks {
+            println!(
+                "{} {} {}: {} {} {:.1e}",
+                found.model, own.by, own.direction, own.derivative, own.difference, own.relative
+            );
+        }
+        assert!(found.worst() < 1e-8, "{}: {:?}", found.model, found.checks);
+        assert!(found.checks.len() >= 3 && found.growth > 0.5 && found.warning().is_none());
+        assert!(found.parameters.iter().all(|own| own.derivative != 0.0), "{:?}", found.parameters);
+    }
+}
+
+#[test]
+fn the_independent_coordinate_of_a_linkage_is_the_one_with_a_rate() {
+    let found = found(LINKAGE, false).unwrap();
+    let names: Vec<&str> = found.initial.iter().map(|own: &ByStart| own.name.as_str()).collect();
+    assert_eq!(names, ["shaft"]);
+    assert_eq!(found.controls[0].derivatives.len(), 40);
+}
+
+#[test]
+fn what_has_no_derivative_is_refused_by_its_key() {
+    let refused = |text: &str, from: &str, to: &str| {
+        let changed = text.replace(from, to);
+        assert_ne!(changed, text, "{from}");
+        let error = found(&changed, false).expect_err(to);
+        error.to_string()
+    };
+    let cases = [
+        (ARM, "step = 0.01", "step = 0.01\nscheme = \"em-nodal\"", "simulation.scheme"),
+        (ARM, "sensor = \"tip.z\"", "sensor = \"tip\"", "several numbers"),
+        (ARM, "type = \"position\"", "type = \"velocity\"", "the sensor `tip`"),
+        (ARM, "sensor = \"angle\"", "sensor = \"angle.1\"", "no coordinate"),
+        (ARM, "axis = [0.0, 1.0, 0.0]", "axis = [0.0, 1.0, \"= 0.1*length\"]", "`shoulder`"),
+        (
+            LINKAGE,
+            "axis = [0.0, 1.0, 0.0]\ndamper",
+            "axis = [\"= coupler - 0.9\", 1.0, 0.0]\ndamper",
+            "no neighbouring mechanism closes",
+        ),
+        (
+            // drawn with seven digits, at rest
+            LINKAGE,
+            "axis = [0.0, 1.0, 0.0]\nrate = 3.0",
+            "axis = [0.0, 1.0, \"= ground - 0.8\"]",
+            "the derivative of a projected start",
+        ),
+        (LINKAGE, "project_start = true", "start_tolerance = 1e-4", "state the initial"),
+    ];
+    for (text, from, to, what) in cases {
+        let message = refused(text, from, to);
+        assert!(message.contains(what), "{what}: {message}");
+    }
+}
+
+/// A double pendulum released from the horizontal.
+#[test]
+fn meaningless_derivatives_are_named_with_their_time() {
+    let chaotic = ARM
+        .replace("end = 0.3", "end = 27.0")
+        .replace("damper = { damping = \"= damping\" }\n", "")
+        .replace("damping = 0.2\n", "")
+        .replace("spring = { stiffness = \"= stiffness\", rest = 0.2 }\n", "")
+        .replace("stiffness = 4.0\n", "")
+        .replace(
+            "axis = [0.1, 1.0, 0.2]\nspring = { freedom = 0, stiffness = 90.0 }",
+            "axis = [0.0, 1.0, 0.0]",
+        )
+        .replace("type = \"cylindrical\"", "type = \"revolute\"")
+        .replace("freedom = 1\n", "")
+        .replace("speed = -3.0", "speed = 1.0");
+    let chaotic =
+        chaotic.replace("[[control]]\nname = \"push\"\njoint = \"elbow\"\nhold = 3\n", "");
+    let found = found(&chaotic, false).unwrap();
+    let warning = found.warning().unwrap_or_default();
+    assert!(warning.contains("from t = "), "{:e}: {warning}", found.growth);
+}

@@ -1,0 +1,140 @@
+//! Controls and objectives: masses that slide, whose motion under efforts is a sum, so that costs
+//! are quadratic functions of the efforts and their gradients are exact differences.
+
+use super::{Case, Checks, Run};
+use holonom::gradient::{ModelGradient, Wanted, gradient};
+use holonom::model::ModelText;
+use std::path::Path;
+use vi_testkit::model::{body, head, part, sensor};
+
+const STEP: f64 = 0.1;
+const STEPS: usize = 12;
+/// Steps for each value of the first and the second control.
+const HOLD: [usize; 2] = [3, 4];
+/// Values of both.
+const VALUES: [&[f64]; 2] = [&[1.0, -0.4, 0.7, 0.2], &[0.3, -0.8, 0.5, 0.9]];
+
+/// Places of a mass, kg, that begins with a speed, m/s, under an effort in each step.
+fn places(mass: f64, speed: f64, efforts: &[f64]) -> Vec<f64> {
+    let (mut x, mut v) = (vec![0.0], speed);
+    for effort in efforts {
+        let before = v;
+        v += STEP * effort / mass;
+        x.push(x[x.len() - 1] + 0.5 * STEP * (before + v));
+    }
+    x
+}
+
+/// The efforts of each step.
+fn efforts(values: &[Vec<f64>]) -> [Vec<f64>; 2] {
+    let linear = |n: usize| {
+        let at = (n as f64 + 0.5) / HOLD[1] as f64;
+        let k = at as usize;
+        values[1][k] + (values[1][k + 1] - values[1][k]) * (at - k as f64)
+    };
+    let constant = |n: usize| values[0][n / HOLD[0]];
+    [(0..STEPS).map(constant).collect(), (0..STEPS).map(linear).collect()]
+}
+
+/// The terms by their names.
+fn terms(values: &[Vec<f64>]) -> [(&'static str, f64); 6] {
+    let [push, pull] = efforts(values);
+    let (x, y) = (places(2.0, 0.3, &push), places(1.5, -0.2, &pull));
+    let path: f64 = y.windows(2).map(|e| (e[0] - 0.2).powi(2) + (e[1] - 0.2).powi(2)).sum();
+    let work = |efforts: &[f64], x: &[f64]| -> f64 {
+        efforts.iter().zip(x.windows(2)).map(|(w, x)| w * (x[1] - x[0])).sum()
+    };
+    let squares = |efforts: &[f64]| -> f64 { efforts.iter().map(|w| w * w).sum() };
+    let rate: f64 = pull.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
+    [
+        ("arrival", 3.0 * 0.5 * (x[STEPS] - 0.7).powi(2)),
+        ("course", 2.0 * 0.25 * STEP * path),
+        ("cheap", 0.4 * 0.5 * STEP * squares(&push)),
+        ("worked", 0.7 * (work(&push, &x) + work(&pull, &y))),
+        ("smooth", 0.01 * 0.5 / STEP * rate),
+        ("short", 1.3 * STEPS as f64 * STEP),
+    ]
+}
+
+fn cost(values: &[Vec<f64>]) -> f64 {
+    terms(values).iter().map(|own| own.1).sum()
+}
+
+fn found(document: &str) -> Option<ModelGradient> {
+    let text = ModelText::from_text(Path::new("model.toml"), document);
+    let wanted =
+        Wanted { values: VALUES.iter().map(|own| own.to_vec()).collect(), ..Wanted::everything() };
+    gradient(&text, &[], &text.model(&[]).ok()?, &wanted).ok()
+}
+
+pub(super) fn cases() -> Vec<Case> {
+    let slider = |name: &str, mass: f64, keys: &str| {
+        body(name, mass, [0.1, 0.2, 0.3])
+            + &part("joint", &format!("{name}_rail"))
+            + &format!(
+                "parent = \"ground\"\nchild = \"{name}\"\nposition = [0.0, 0.0, 0.0]\n{keys}"
+            )
+    };
+    let objective = |name: &str, keys: &str| part("objective", name) + keys;
+    let text = [
+        head("controls", &format!("step = {STEP}, end = {:?}", STEP * STEPS as f64)),
+        slider("a", 2.0, "type = \"prismatic\"\naxis = [1.0, 0.0, 0.0]\nrate = 0.3\n"),
+        slider(
+            "b",
+            1.5,
+            "type = \"planar\"\naxis = [0.0, 0.0, 1.0]\nfirst_axis = [1.0, 0.0, 0.0]\n\
+             rate = [0.1, -0.2, 0.0]\n",
+        ),
+        sensor("place", "position", "a"),
+        sensor("slide", "joint_coordinate", "b_rail"),
+        part("control", "push") + "joint = \"a_rail\"\nhold = 3\nmin = -3.0\nmax = 4.0\n",
+        part("control", "pull") + "joint = \"b_rail\"\nfreedom = 1\nhold = 4\nshape = \"linear\"\n",
+        objective(
+            "arrival",
+            "type = \"sensor\"\nsensor = \"place.x\"\ntarget = 0.7\nweight = 3.0\n",
+        ),
+        objective(
+            "course",
+            "type = \"sensor\"\nsensor = \"slide.1\"\nat = \"path\"\ntarget = 0.2\nweight = 2.0\n",
+        ),
+        objective("cheap", "type = \"effort\"\ncontrols = [\"push\"]\nweight = 0.4\n"),
+        objective("worked", "type = \"work\"\nweight = 0.7\n"),
+        objective("smooth", "type = \"rate\"\ncontrols = [\"pull\"]\nweight = 0.01\n"),
+        objective("short", "type = \"time\"\nweight = 1.3\n"),
+    ]
+    .concat();
+    let bound = "bounds are those of an optimum";
+    let controls = Case::new("controls", text.clone(), judged).only("control");
+    let controls = controls.blind("control.min", bound).blind("control.max", bound);
+    vec![controls, Case::new("objectives", text, judged).only("objective")]
+}
+
+fn judged(run: &Run) -> Checks {
+    let mut checks = Checks::default();
+    let Some(found) = found(&run.document.to_string()) else {
+        checks.near("there is a gradient", 0.0, 1.0, 1e-3);
+        return checks;
+    };
+    let values: Vec<Vec<f64>> = VALUES.iter().map(|own| own.to_vec()).collect();
+    checks.near("cost", found.value, cost(&values), 1e-11);
+    for (name, value) in terms(&values) {
+        let own = found.terms.iter().find(|own| own.name == name);
+        checks.near(name, own.map_or(f64::INFINITY, |own| own.value), value, 1e-11);
+    }
+    for (k, name) in ["push", "pull"].into_iter().enumerate() {
+        let own = found.controls.iter().find(|own| own.name == name);
+        let own = own.map_or(&[][..], |own| &own.derivatives);
+        checks.near("values", own.len() as f64, VALUES[k].len() as f64, 1e-3);
+        for i in 0..VALUES[k].len() {
+            let changed = |by: f64| {
+                let mut values = values.clone();
+                values[k][i] += by;
+                cost(&values)
+            };
+            let slope = 0.5 * (changed(1.0) - changed(-1.0));
+            let own = own.get(i).copied().unwrap_or(f64::INFINITY);
+            checks.near(&format!("{name} {i}"), own, slope, 1e-11);
+        }
+    }
+    checks
+}
