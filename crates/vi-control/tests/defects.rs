@@ -22,7 +22,7 @@ enum Defect {
     NoCurvature,
     /// `C` without `D_1 f_d^+`.
     NoSlopeOfLaterForce,
-    /// The matrix of the step is not transposed.
+    /// What forces have in the matrix of the step is not transposed.
     NotTransposed,
     /// A control has its whole impulse at each end, not half of it.
     WholeImpulse,
@@ -81,17 +81,15 @@ impl<T: DiscreteLagrangian> DiscreteLagrangian for Faulty<'_, T> {
     }
     fn force_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
         let missing = self.defect == Defect::NoSlopeOfLaterForce;
+        let transposed =
+            self.defect == Defect::NotTransposed && [of, by] == [Slot::First, Slot::Second];
         if !(missing && [of, by] == [Slot::Second, Slot::First]) {
-            self.inner.force_slope(s, of, by, out);
+            let mut block = Block { into: out, row: 0, column: 0, scale: 1.0, transposed };
+            self.inner.force_slope(s, of, by, &mut block);
         }
     }
     fn discrete_potential_energy(&self, s: &Interval) -> f64 {
         self.inner.discrete_potential_energy(s)
-    }
-    fn forced_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
-        let transposed = self.defect == Defect::NotTransposed;
-        let mut block = Block { into: out, row: 0, column: 0, scale: 1.0, transposed };
-        self.inner.forced_d2_d1(s, &mut block);
     }
 }
 

@@ -187,7 +187,8 @@ impl StepLinearization {
         let emit = |out: &mut dyn Entries| {
             let (row, column, transposed) = (0, 0, false);
             let mut scaled = Block { into: out, row, column, scale: s.h, transposed };
-            system.forced_d2_d1(s, &mut scaled);
+            system.d2_d1(s, &mut scaled);
+            system.force_slope(s, Slot::First, Slot::Second, &mut scaled); // A
         };
         let upper = |out: &mut dyn Entries| constraints.jacobian(start.t, start.q, out);
         let lower = |out: &mut dyn Entries| constraints.jacobian(end.t, end.q, out);

@@ -69,6 +69,9 @@ impl JointLaw for HeldEffort {
     fn is_dissipative(&self) -> bool {
         false
     }
+    fn is_given(&self) -> bool {
+        true
+    }
     fn is_affine(&self) -> bool {
         true
     }

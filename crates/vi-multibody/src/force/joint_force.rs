@@ -143,6 +143,10 @@ pub trait JointLaw: Send + Sync {
     fn is_potential(&self) -> bool {
         false
     }
+    /// Whether `τ` depends on time alone, or on what is set from outside: it has no slopes.
+    fn is_given(&self) -> bool {
+        false
+    }
 }
 
 impl std::fmt::Debug for dyn JointLaw {
@@ -173,6 +177,9 @@ impl JointLaw for Arc<dyn JointLaw> {
     }
     fn is_potential(&self) -> bool {
         (**self).is_potential()
+    }
+    fn is_given(&self) -> bool {
+        (**self).is_given()
     }
 }
 
@@ -223,6 +230,9 @@ impl JointLaw for Motor {
     }
     fn is_dissipative(&self) -> bool {
         false
+    }
+    fn is_given(&self) -> bool {
+        true
     }
     fn is_affine(&self) -> bool {
         true
@@ -301,7 +311,9 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
         let Change { mean, difference } = self.coordinate.change(s);
         let (effort, slopes) = self.law.effort_and_slopes(s.t_mid(), mean, difference / s.h);
-        self.coordinate.emit_product(s.node(of), s.node(by), slopes.by_node(s.h, by), out);
+        if !self.law.is_given() {
+            self.coordinate.emit_product(s.node(of), s.node(by), slopes.by_node(s.h, by), out);
+        }
         if of == by {
             self.coordinate.emit_second(s.node(of), 0.5 * s.h * effort, out);
         }
