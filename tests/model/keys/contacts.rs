@@ -239,14 +239,14 @@ fn collision() -> Case {
             "pill",
             9.0,
             &format!(
-                "{{ type = \"capsule\", dimensions = [0.1, 0.6], position = [0.1, 0.2, 0.1], quaternion = {TURN:?} }}"
+                "{{ type = \"capsule\", dimensions = [0.1, 0.6], position = [0.1, 0.2, -0.2], quaternion = {TURN:?} }}"
             ),
         ),
         shaped(
             "pebble",
             12.0,
             &format!(
-                "{{ type = \"ellipsoid\", dimensions = [0.2, 0.3, 0.5], position = [0.1, -0.2, 0.15], quaternion = {TURN:?} }}"
+                "{{ type = \"ellipsoid\", dimensions = [0.2, 0.3, 0.5], position = [0.1, -0.2, -0.1], quaternion = {TURN:?} }}"
             ),
         ),
         part("contact", "floor") + "a = { plane = {} }\nb = \"*\"\nrestitution = 0.5\n",
@@ -264,10 +264,10 @@ fn collision() -> Case {
             V::new(0.1, 0.05, -0.2) + turn() * V::from(x).component_mul(&V::new(1.5, 0.5, 1.0))
         };
         let stone = [[0.0; 3], [0.2, 0.1, -0.3], [0.1, 0.4, 0.2], [-0.3, 0.2, 0.1]].map(vertex);
-        let pill = [-0.3, 0.3].map(|h| V::new(0.1, 0.2, 0.1) + turn() * V::z() * h - V::z() * 0.1);
+        let pill = [-0.3, 0.3].map(|h| V::new(0.1, 0.2, -0.2) + turn() * V::z() * h - V::z() * 0.1);
         let half = V::new(0.2, 0.3, 0.5);
         let scaled = turn().tr_mul(&V::z()).component_mul(&half);
-        let pebble = V::new(0.1, -0.2, 0.15) - turn() * scaled.normalize().component_mul(&half);
+        let pebble = V::new(0.1, -0.2, -0.1) - turn() * scaled.normalize().component_mul(&half);
         let bodies = [
             ("pill", pill.to_vec()),
             ("pebble", vec![pebble]),
