@@ -184,8 +184,8 @@ impl Chain<'_> {
         }
     }
 
-    /// Parts of which no derivative is taken must not move: in their bodies where they are stated in
-    /// space, or with their frames.
+    /// Parts of which no derivative is taken must not move: in their bodies where they are stated
+    /// in space, or with their frames.
     fn fixed_in_space(&self) -> Result<(), ModelError> {
         let stated = self.stated;
         let bushings = stated.bushings.iter().map(|own| {

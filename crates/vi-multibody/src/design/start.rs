@@ -301,8 +301,8 @@ pub fn derivatives(
     })
 }
 
-/// `δv` of a start whose configuration changes by `dq` and whose rates change by `rates`, one for each
-/// coordinate.
+/// `δv` of a start whose configuration changes by `dq` and whose rates change by `rates`, one for
+/// each coordinate.
 ///
 /// # Errors
 /// [`StartDerivativeError`].

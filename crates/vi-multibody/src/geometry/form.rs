@@ -9,8 +9,8 @@
 //! D²g[v, w] = s (A(v)·B(w) + A(w)·B(v))      constant in q
 //! ```
 //! so `g(q_{n+1}) − g(q_n) = G(q_{n+1/2}) Δq` holds exactly, and the second derivative costs
-//! nothing. With dual numbers as coefficients each of these has its derivative by a parameter beside
-//! it ([`Form::with_tangent`]).
+//! nothing. With dual numbers as coefficients each of these has its derivative by a parameter
+//! beside it ([`Form::with_tangent`]).
 
 use crate::geometry::twist::Twist;
 use nalgebra::Vector3;
