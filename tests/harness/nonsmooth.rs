@@ -298,7 +298,8 @@ impl NonsmoothCase {
         let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
         let (at, system) = (InitialValues::new(0.0, &q, &v), built.system(Quadrature::Midpoint));
         let run = integrator(built.mechanism, system, options, Solver::Auto, at);
-        let contacts = NonsmoothOptions { method: self.simulation.method, max_events: 12 };
+        let contacts =
+            NonsmoothOptions { method: self.simulation.method, ..NonsmoothOptions::default() };
         let run = with_contacts(
             run.map_err(|e| e.to_string())?,
             options.scheme,
@@ -490,10 +491,10 @@ impl NonsmoothRun {
         let mut gaps = node.gaps.iter();
         for element in contacts.elements().iter().filter(|own| own.law().restitution().is_some()) {
             let mut features = Vec::new();
-            element.features(self.run.interval(), &mut features);
-            for feature in features {
+            element.near(self.run.interval(), at, &mut features);
+            for (_, gap) in features {
                 let expected = gaps.next().ok_or("there are more gaps than in the reference")?;
-                let off = (element.gap(feature, at) - expected).abs();
+                let off = (gap - expected).abs();
                 raise(&mut deviation.q, off / tolerance);
             }
         }

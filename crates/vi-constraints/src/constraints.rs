@@ -138,6 +138,11 @@ pub trait Constraints: Send + Sync {
     }
     /// Replaces each unwrapped angle by its value at `q` next to it, rad.
     fn unwrap_angles(&self, _q: &[f64], _angles: &mut [f64]) {}
+    /// The same after a step with the unknowns `u`; angles whose revolutions alone count may be
+    /// those of the increments, to rounding errors.
+    fn follow_angles(&self, q: &[f64], _u: &[f64], angles: &mut [f64]) {
+        self.unwrap_angles(q, angles);
+    }
     /// The angles at `q` without revolutions, rad, in `(−π, π]`.
     fn principal_angles(&self, q: &[f64]) -> Vec<f64> {
         let mut angles = vec![0.0; self.angle_count()];

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`Cone::Normal`] | 1 | `0 ≤ Λ ⊥ y ≥ 0` |
 //! | [`Cone::Friction`] | 3 | the same of the normals; `Λ_T = −μΛ_N y_T/\|y_T\|`, `\|Λ_T\| ≤ μΛ_N` where `y_T = 0` |
+//! | [`Cone::Sliding`] | 3 | the same of the normals; `Λ_T = −Λ_N (s + S (y_T − v))` |
 //! | [`Cone::Bounded`] | 1 | `Λ = −b sgn y`, `\|Λ\| ≤ b` where `y = 0` |
 //!
 //! `W` is the Delassus matrix, symmetric and positive semidefinite, and may be singular: impulses
@@ -13,6 +14,8 @@
 //! Newton's method on the laws as projections, with steps of least norm, ends at rounding errors.
 //! Where both fail, convex programs in a sequence lead near a solution. Nothing depends on earlier
 //! problems but `Λ` itself, the warm start: of several solutions the one next to it is likely.
+//!
+//! Of many contacts [`LargeConeSolver`] takes `W` in sparse rows.
 //!
 //! ```
 //! use vi_core::cone::{Cone, ConeSolver};
@@ -26,11 +29,13 @@
 #![allow(non_snake_case)] // W, F
 
 mod convex;
+mod large;
 mod least_norm;
 mod local;
 mod problem;
 mod residual;
 
+pub use large::{LargeConeSolver, SparseRows};
 pub use problem::Cone;
 
 use convex::Convex;
@@ -134,14 +139,17 @@ impl ConeSolver {
         if k == 0 {
             return Ok(ConeReport { residual: 0.0, rounds: 0 });
         }
-        let law = |cone: &Cone| match *cone {
-            Cone::Normal => 0.0,
-            Cone::Friction { coefficient } => coefficient,
-            Cone::Bounded { bound } => bound,
-        };
         let mut numbers = w_matrix.iter().chain(w).chain(&*lambda).copied();
-        if !(numbers.all(f64::is_finite) && cones.iter().all(|cone| law(cone).is_finite())) {
+        if !(numbers.all(f64::is_finite) && cones.iter().all(Cone::is_finite)) {
             return Err(ConeFault::NotFinite);
+        }
+        if let ([law], [a], [w]) = (cones, w_matrix, w)
+            && *a > 0.0
+        {
+            let (block, now) =
+                (Matrix3::from_diagonal_element(*a), Vector3::new(lambda[0], 0.0, 0.0));
+            lambda[0] = local::law(*law, (&block, &Vector3::new(*w, 0.0, 0.0)), 1.0, &now)[0];
+            return Ok(ConeReport { residual: 0.0, rounds: 0 });
         }
         self.problem.load(cones, w_matrix, w);
         if let Some(cone) = self.problem.unmovable_approach() {
@@ -253,31 +261,25 @@ impl ConeSolver {
         for _ in 0..sweeps {
             let mut change = 0.0_f64;
             for &Placed { cone, row } in &problem.cones {
-                let A = |i: usize, j: usize| problem.row(row + i)[row + j];
-                let own = |i: usize, impulse: &[f64]| {
-                    let block: f64 = (0..cone.rows()).map(|j| A(i, j) * impulse[row + j]).sum();
-                    problem.velocity(row + i, impulse) - block
-                };
-                let mut set = |i: usize, value: f64, impulse: &mut [f64]| {
-                    let relative = (value - impulse[row + i]).abs() / value.abs().max(1e-300);
+                let rows = cone.rows();
+                let A = Matrix3::from_fn(|i, j| match i.max(j) < rows {
+                    true => problem.row(row + i)[row + j],
+                    false => 0.0,
+                });
+                let now = Vector3::from_fn(|i, _| if i < rows { impulse[row + i] } else { 0.0 });
+                let c = Vector3::from_fn(|i, _| match i < rows {
+                    true => {
+                        let block: f64 = (0..rows).map(|j| A[(i, j)] * now[j]).sum();
+                        problem.velocity(row + i, impulse) - block
+                    }
+                    false => 0.0,
+                });
+                let next = local::law(cone, (&A, &c), part, &now);
+                for i in 0..rows {
+                    let value = next[i];
+                    let relative = (value - now[i]).abs() / value.abs().max(1e-300);
                     change = change.max(relative);
                     impulse[row + i] = value;
-                };
-                match cone {
-                    Cone::Normal => {
-                        set(0, local::unilateral(A(0, 0), own(0, impulse)), impulse);
-                    }
-                    Cone::Bounded { bound } => {
-                        let now = impulse[row];
-                        set(0, local::bounded(A(0, 0), own(0, impulse), bound, now), impulse);
-                    }
-                    Cone::Friction { coefficient } => {
-                        let block = Matrix3::from_fn(A);
-                        let c = Vector3::from_fn(|i, _| own(i, impulse));
-                        let now = Vector3::from_fn(|i, _| impulse[row + i]);
-                        let next = local::friction(&block, &c, part * coefficient, &now);
-                        (0..3).for_each(|i| set(i, next[i], impulse));
-                    }
                 }
             }
             if change <= rounding {

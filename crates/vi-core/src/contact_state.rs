@@ -25,6 +25,23 @@ pub struct Remembered {
     pub impulse: [f64; 3],
     /// Rate of the slip in the step from there.
     pub rate: f64,
+    /// Slip over the step from there in space, m/s, of what transmitted an impulse.
+    #[serde(default)]
+    pub slip: Option<[f64; 3]>,
+    /// `μ r |h λ_⊥|` of dry friction in the half of the step from there that belongs to the next
+    /// node, N·s or N·m·s.
+    #[serde(default)]
+    pub transmitted: f64,
+}
+
+impl Remembered {
+    /// The slip along the tangents of these axes, the normal first, m/s.
+    #[must_use]
+    pub fn along(&self, axes: &[[f64; 3]; 3]) -> Option<[f64; 2]> {
+        let slip = self.slip?;
+        let dot = |axis: &[f64; 3]| axis.iter().zip(&slip).map(|(a, b)| a * b).sum();
+        Some([dot(&axes[1]), dot(&axes[2])])
+    }
 }
 
 /// How contacts have acted in a motion so far.
@@ -59,6 +76,10 @@ pub struct ContactState {
     pub step: f64,
     /// The contacts of the last node, in ascending order.
     pub contacts: Vec<Remembered>,
+    /// The momentum of the state is projected: it lacks the half of the constraint impulses of the
+    /// step before.
+    #[serde(default)]
+    pub begins: bool,
     /// What happened so far.
     pub counts: ContactCounts,
 }
@@ -79,7 +100,7 @@ impl ContactState {
 
     /// Becomes a copy; allocates only when it grows.
     pub fn copy_from(&mut self, other: &Self) {
-        (self.step, self.counts) = (other.step, other.counts);
+        (self.step, self.counts, self.begins) = (other.step, other.counts, other.begins);
         self.contacts.clear();
         self.contacts.extend_from_slice(&other.contacts);
     }

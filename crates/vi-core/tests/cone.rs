@@ -54,6 +54,14 @@ impl Problem {
                     // y ≠ 0: on the bound, against the motion
                     violations.push((speed[0] * impulse[0] + speed[0].abs() * bound).abs());
                 }
+                Cone::Sliding { direction, slope, at } => {
+                    violations.extend([-impulse[0], -speed[0], (impulse[0] * speed[0]).abs()]);
+                    let off = [0, 1].map(|i| speed[1 + i] * speeds - at[i]);
+                    for i in 0..2 {
+                        let part = direction[i] + slope[i][0] * off[0] + slope[i][1] * off[1];
+                        violations.push((impulse[1 + i] + impulse[0] * part).abs());
+                    }
+                }
                 Cone::Friction { coefficient } => {
                     let tangent = |v: &DVector<f64>| [v[1], v[2]];
                     let ([p, q], [u, v]) = (tangent(&impulse), tangent(&speed));

@@ -66,7 +66,7 @@ pub fn integrator_at(
     let loops = Loops::find(&mechanism, at.t, at.q)?;
     let mechanism = mechanism.accepting(loops.nearly_redundant());
     let start = loops.singular_start(&system, &mechanism, at, options.scheme == EmForm::Nodal)?;
-    let at = start.as_ref().map_or(at, |start| InitialValues::new(at.t, &start.q, &start.v));
+    let at = start.as_ref().map_or(at, |start| InitialValues { q: &start.q, v: &start.v, ..at });
     let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
     let scheme = match options.scheme {
         EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),

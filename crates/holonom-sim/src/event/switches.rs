@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use vi_constraints::nonsmooth::NamedContacts;
 use vi_core::State;
 
 /// All that events add to the state of a run.
@@ -43,12 +44,14 @@ pub(crate) struct PhaseStart {
     pub(crate) q: Vec<f64>,        // n
     pub(crate) v: Vec<f64>,        // n  of the projected momentum before
     pub(crate) internal: Vec<f64>, // internal variables
+    #[serde(default)]
+    pub(crate) contacts: NamedContacts,
 }
 
 impl PhaseStart {
-    pub(crate) fn new(state: &State, v: &[f64]) -> Self {
+    pub(crate) fn new(state: &State, v: &[f64], contacts: NamedContacts) -> Self {
         let (q, internal) = (state.q.clone(), state.internal.clone());
-        Self { step: state.step, t: state.t, q, v: v.to_vec(), internal }
+        Self { step: state.step, t: state.t, q, v: v.to_vec(), internal, contacts }
     }
 }
 

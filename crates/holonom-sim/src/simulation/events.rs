@@ -337,7 +337,8 @@ impl Simulation {
         let (energy, work) = (node.hamiltonian(), node.work.to_vec());
         let stored = self.energies.stored(&node);
         let before = Motion::of(self.stepper.mechanism(), &node);
-        let mut start = PhaseStart::new(node.state, &node.node.v);
+        let contacts = self.stepper.named_contacts();
+        let mut start = PhaseStart::new(node.state, &node.node.v, contacts);
         let held = self.stepper.places_of_signals().start;
         let Some(events) = &mut self.events else { return Ok(()) };
         let mut records = Vec::new();
@@ -435,17 +436,17 @@ impl Simulation {
         let System { mechanism, dynamics, laws, sensors: signals, contacts, .. } =
             system::build_with_locks(&model, &outside, &switches.locks)?;
         let start = switches.phase.as_deref().unwrap_or(&events.first);
-        let PhaseStart { step, t, q, v, internal } = start;
-        let at = InitialValues::new(*t, q, v);
+        let PhaseStart { step, t, q, v, internal, contacts } = start;
         let angles = match &switches.phase {
             Some(_) => events.angles_of(&mechanism, q),
             None => mechanism.principal_angles(q),
         };
+        let at = InitialValues::new(*t, q, v).with_angles(&angles);
         let rolling = self.rolling.continued(&mechanism);
         let mut wanted = self.sensors.wanted();
         wanted.forces |= rolling.needs_forces();
         let mut next = stepper(mechanism, &dynamics, &model, at, events.solver, wanted)?;
-        next.continue_from(*step, [events.first.t, *t], &angles, internal);
+        next.continue_from(*step, [events.first.t, *t], internal, contacts);
         self.energies.act_by(next.sources(), &dynamics.forces);
         self.energies.take_up(&switches.works);
         let released = switches.released.clone();

@@ -189,7 +189,7 @@ impl Simulation {
             false => {
                 let internal = stepper.at(When::After).internal.clone();
                 let (q, v) = (start.q.clone(), start.v.clone());
-                let first = PhaseStart { step: 0, t, q, v, internal };
+                let first = PhaseStart { step: 0, t, q, v, internal, ..PhaseStart::default() };
                 let events = Events::new(model, outside, solver, stepper.mechanism(), first)?;
                 Some(Box::new(events))
             }

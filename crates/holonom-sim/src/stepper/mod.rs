@@ -29,7 +29,7 @@ use vi_beam::averaged::times_raised;
 use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::{ResumeError, StepReport, When};
-use vi_constraints::nonsmooth::{ContactRecord, NodeRecord, Nonsmooth};
+use vi_constraints::nonsmooth::{ContactRecord, NamedContacts, NodeRecord, Nonsmooth};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, Integrator, Reparametrization};
@@ -416,13 +416,18 @@ impl AnyStepper {
         &mut self,
         step: u64,
         [t_0, t]: [f64; 2],
-        angles: &[f64],
         internal: &[f64],
+        contacts: &NamedContacts,
     ) {
         either!(self, own => {
-            own.run.continue_from(step, t_0, angles, internal);
+            own.run.continue_from(step, t_0, internal, contacts);
             own.began = t;
         });
+    }
+
+    /// [`Integrator::named_contacts`].
+    pub(crate) fn named_contacts(&self) -> NamedContacts {
+        either!(self, own => own.run.named_contacts())
     }
 
     /// The present node, between two of the grid, counts as the next.

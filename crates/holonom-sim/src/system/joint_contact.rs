@@ -45,5 +45,5 @@ pub fn nonsmooth_options(settings: &Settings) -> NonsmoothOptions {
         ContactMethod::Events => Method::Events,
         ContactMethod::Stepping => Method::Stepping,
     };
-    NonsmoothOptions { method, max_events: settings.max_events }
+    NonsmoothOptions { method, max_events: settings.max_events, ..NonsmoothOptions::default() }
 }

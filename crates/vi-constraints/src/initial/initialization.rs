@@ -36,13 +36,22 @@ pub struct InitialValues<'a> {
     pub q: &'a [f64],
     /// `v(0)`, shape `n`.
     pub v: &'a [f64],
+    /// Angles next to those at `q(0)`, rad, as [`Constraints::unwrap_angles`] takes them; empty:
+    /// without revolutions.
+    pub angles: &'a [f64],
 }
 
 impl<'a> InitialValues<'a> {
     /// Configuration and velocity at the time `t` (s).
     #[must_use]
     pub fn new(t: f64, q: &'a [f64], v: &'a [f64]) -> Self {
-        Self { t, q, v }
+        Self { t, q, v, angles: &[] }
+    }
+
+    /// With the revolutions of angles.
+    #[must_use]
+    pub fn with_angles(self, angles: &'a [f64]) -> Self {
+        Self { angles, ..self }
     }
 }
 
@@ -118,7 +127,7 @@ pub fn start(
     system: &impl MechanicalSystem,
     constraints: &impl Constraints,
     rows: &IndependentRows,
-    InitialValues { t, q, v }: InitialValues<'_>,
+    InitialValues { t, q, v, .. }: InitialValues<'_>,
 ) -> Result<ConsistentStart, StartError> {
     if q.iter().chain(v).any(|x| !x.is_finite()) {
         return Err(StartError::NotFinite);

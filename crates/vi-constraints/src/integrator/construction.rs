@@ -128,6 +128,10 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             start(&system, &*constraints, &rows, at)?;
         system.begin(&mut state, &initial_velocity);
         state.angles = constraints.principal_angles(&state.q);
+        if at.angles.len() == state.angles.len() {
+            state.angles.copy_from_slice(at.angles);
+            constraints.unwrap_angles(&state.q, &mut state.angles);
+        }
         let observer = system.observer(constraints.len(), &rows);
         let watch =
             ClosureWatch::new(&*constraints, state.configuration(), options.newton.tolerance);

@@ -134,9 +134,9 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let taken = match &mut self.nonsmooth {
             None => solver.advance(&mut **scheme, system, &**constraints, sub_step, &mut next),
             Some(contacts) => {
-                let mut run =
-                    Stepping::new((&*system, &**constraints), &mut **scheme, solver, observer);
-                contacts.advance(&mut run, sub_step, &mut next, &mut None)
+                let parts = (&*system, &**constraints);
+                let mut run = Stepping::new(parts, &mut **scheme, solver, observer, &mut next);
+                contacts.advance(&mut run, sub_step, Some(state), &mut None)
             }
         };
         let trial = taken.and_then(|_| watch.check(&**constraints, next.configuration()));

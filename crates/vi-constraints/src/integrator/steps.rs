@@ -7,7 +7,7 @@ use super::origin::Origin;
 use super::report::StepReport;
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode, Step, Transition};
-use crate::nonsmooth::Stepping;
+use crate::nonsmooth::{NamedContacts, Stepping};
 use crate::scheme::{StepError, SubStep};
 use vi_core::interval::Interval;
 use vi_core::newton::Precision;
@@ -80,7 +80,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             Ok(report)
         });
         if taken.is_err() {
-            self.state.copy_from(&self.before);
+            self.take_back();
         }
         taken
     }
@@ -105,17 +105,16 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     ) -> Result<StepReport, StepError> {
         let step = self.state.step + 1;
         let next = self.origin.time(step, self.step);
-        self.take_length(self.step, next, step, parts, each)
+        self.take_length((self.step, next, step), parts, true, each)
     }
 
     /// A macro step of the length `length` as `parts` of it, to the time `next` and the node
-    /// `step`.
+    /// `step`; where it `is_whole`, `before` is a copy of the state.
     fn take_length(
         &mut self,
-        length: f64,
-        next: f64,
-        step: u64,
+        (length, next, step): (f64, f64, u64),
         parts: u32,
+        is_whole: bool,
         mut each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
     ) -> Result<StepReport, StepError> {
         let Self { system, constraints, scheme, solver, state, gammas, nonsmooth, .. } = self;
@@ -133,9 +132,10 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             let step = SubStep { index, count, h, t_end };
             let report = if let Some(contacts) = nonsmooth {
                 let observer = observer_at(state, observer, start_observer);
-                let mut run =
-                    Stepping::new((&*system, &**constraints), &mut **scheme, solver, observer);
-                contacts.advance(&mut run, step, state, &mut each)?
+                let parts = (&*system, &**constraints);
+                let mut run = Stepping::new(parts, &mut **scheme, solver, observer, state);
+                let start = (is_whole && taken == 0).then_some(&self.before);
+                contacts.advance(&mut run, step, start, &mut each)?
             } else {
                 let report = solver.advance(&mut **scheme, system, &**constraints, step, state)?;
                 constraints.unwrap_angles(&state.q, &mut state.angles);
@@ -177,9 +177,9 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.before.copy_from(&self.state);
         self.state.history.clear(); // of steps of another length
         let step = self.state.step + u64::from(ends);
-        let taken = self.take_length(h, t_end, step, 1, Some(each));
+        let taken = self.take_length((h, t_end, step), 1, false, Some(each));
         if taken.is_err() {
-            self.state.copy_from(&self.before);
+            self.take_back();
         }
         taken
     }
@@ -187,6 +187,13 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// Goes back to the node where the last macro step started.
     pub fn take_back(&mut self) {
         self.state.copy_from(&self.before);
+        self.forget_gaps();
+    }
+
+    fn forget_gaps(&mut self) {
+        if let Some(contacts) = &mut self.nonsmooth {
+            contacts.move_elsewhere();
+        }
     }
 
     /// The time of node `n`, s.
@@ -196,17 +203,35 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     }
 
     /// Continues a motion that another mechanism of the same coordinates has brought to here: its
-    /// number of steps, whose nodes are counted from `t_0` (s), its angles, and its internal
-    /// variables where they are those of this system.
-    pub fn continue_from(&mut self, step: u64, t_0: f64, angles: &[f64], internal: &[f64]) {
+    /// number of steps, whose nodes are counted from `t_0` (s), its internal variables where they
+    /// are those of this system, and what its contacts remember where they are also here.
+    pub fn continue_from(
+        &mut self,
+        step: u64,
+        t_0: f64,
+        internal: &[f64],
+        contacts: &NamedContacts,
+    ) {
         self.origin = Origin { t: t_0, step: 0 };
         let state = &mut self.state;
         state.step = step;
-        state.angles.copy_from_slice(angles);
         if internal.len() == state.internal.len() {
             state.internal.copy_from_slice(internal);
         }
+        if let Some(own) = &self.nonsmooth {
+            state.contacts = contacts.among(own.elements());
+        }
         self.before.copy_from(state);
+        self.forget_gaps();
+    }
+
+    /// What contacts remember at the present node, by the names of their elements.
+    #[must_use]
+    pub fn named_contacts(&self) -> NamedContacts {
+        let own = self.nonsmooth.as_ref();
+        own.map_or_else(NamedContacts::default, |own| {
+            NamedContacts::new(&self.state.contacts, own.elements())
+        })
     }
 
     /// The motion ends here, between two nodes: the present one counts as the next.
@@ -225,6 +250,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.origin = origin;
         self.before.copy_from(&state);
         self.state = state;
+        self.forget_gaps();
         Ok(())
     }
 
@@ -232,6 +258,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// ensemble; allocates nothing.
     pub fn place_at(&mut self, node: &State) {
         self.state.copy_from(node);
+        self.forget_gaps();
     }
 
     /// A macro step of this motion that was computed elsewhere, from the present state to `end`,
@@ -248,6 +275,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     ) -> Result<(), StepError> {
         self.before.copy_from(&self.state);
         self.state.copy_from(end);
+        self.forget_gaps();
         std::mem::swap(self.scheme.interval_mut(), s);
         let met = if meets_constraints {
             Ok(())

@@ -11,19 +11,22 @@ use vi_core::state::State;
 const HELD: f64 = 1e-9;
 
 impl NodeImpulses {
-    /// Moves a state to the end of the step that was solved last.
-    pub(super) fn accept(&mut self, h: f64, state: &mut State, records: &mut Records) {
-        let (t, before) = (state.t, state.contacts.step);
-        if records.first_impulse.is_empty() {
-            records.first_impulse.resize(state.q.len(), 0.0);
+    /// Records the step that was solved last, in the state at its `end`, a copy of the one where it
+    /// starts that has moved on.
+    pub(super) fn accept(&mut self, (t, h): (f64, f64), end: &mut State, records: &mut Records) {
+        let before = end.contacts.step;
+        if records.nodes.is_empty() && !self.lambda.is_empty() {
+            records.first_impulse.resize(end.q.len(), 0.0);
             for (i, lambda) in self.lambda.iter().enumerate() {
                 self.rows.add_to(i, *lambda, &mut records.first_impulse);
             }
         }
-        state.copy_from(&self.trial);
         let first = records.contacts.len();
-        let remembered = &mut state.contacts;
-        remembered.step = h;
+        let remembered = &mut end.contacts;
+        // the impulse at a node stands for the halves of both steps beside it, but for a projected
+        // momentum
+        let share = if remembered.begins { 1.0 } else { h / (before + h) };
+        (remembered.step, remembered.begins) = (h, false);
         remembered.contacts.clear();
         for contact in &self.contacts {
             let record = self.record(contact);
@@ -35,7 +38,14 @@ impl NodeImpulses {
                 ContactLaw::Coulomb { .. } => libm::hypot(contact.sigma[0], contact.sigma[1]),
                 _ => contact.sigma[0],
             };
-            remembered.contacts.push(Remembered { id: contact.id, impulse, rate });
+            let transmitted = contact.transmitted * share;
+            let slides = contact.law.rows() == 3 && record.status != ContactStatus::Open;
+            let slip = contact.place.filter(|_| slides).map(|place| {
+                let [_, first, second] = place.axes;
+                [0, 1, 2].map(|i| first[i] * contact.sigma[0] + second[i] * contact.sigma[1])
+            });
+            let id = contact.id;
+            remembered.contacts.push(Remembered { id, impulse, rate, slip, transmitted });
             records.contacts.push(record);
         }
         let counts = &mut remembered.counts;
@@ -73,7 +83,9 @@ impl NodeImpulses {
                 ContactStatus::Stick
             }
             ContactLaw::Dry { .. } => ContactStatus::Slip,
-            ContactLaw::Coulomb { friction, .. } if contact.slips(&impulse, friction) => {
+            ContactLaw::Coulomb { friction, .. }
+                if contact.turns || contact.slips(&impulse, friction) =>
+            {
                 ContactStatus::Slip
             }
             _ => ContactStatus::Stick,

@@ -1,16 +1,19 @@
-//! The laws at the last step, as one problem for the next impulses.
+//! The laws of an island at the last step, as one problem for the next impulses.
 //!
 //! ```text
 //! y(Λ') = ξ + W_s (Λ' − Λ)
 //! ```
 //! `W_s` begins with `W` and learns from the steps of the iteration (BFGS): where `hω` is not small
-//! springs and beams answer less than `W` says.
+//! springs and beams answer less than `W` says. An island of more than 300 rows keeps `W`, in
+//! sparse rows, and its laws hold to `1e-11`.
 
 use super::ContactFault;
+use super::delassus::Delassus;
+use super::islands::Islands;
 use super::node_law::{Contact, Course, Drive, Rows};
 use super::unilateral::Elements;
 use crate::scheme::StepError;
-use vi_core::cone::{Cone, ConeFault, ConeSolver};
+use vi_core::cone::{Cone, ConeFault, ConeSolver, LargeConeSolver, SparseRows};
 
 /// Changes below this part of impulses and velocities say nothing of `W_s` but rounding.
 const LEAST: f64 = 1e-7;
@@ -21,32 +24,41 @@ const MISSED: f64 = 0.1;
 const NEARBY: f64 = 1e-3;
 /// In so many solutions of a step the nearest ones are not looked for any further.
 const EARLY: usize = 4;
+/// Most rows of a dense matrix.
+const DENSE: usize = 300;
 
-/// The rows whose impulses are not known beforehand.
+/// The rows of an island whose impulses are not known beforehand.
 #[derive(Debug, Default)]
 pub(super) struct ActiveRows {
-    rows: Vec<usize>,
-    drives: Vec<Drive>, // k
+    all: Vec<usize>,    // m  rows of the island
+    active: Vec<usize>, // m  places among those to be found, or `KNOWN`
+    drives: Vec<Drive>, // m
     cones: Vec<Cone>,
     owners: Vec<usize>, // contacts of the cones
     W: Vec<f64>,
+    sparse: (Vec<usize>, Vec<u32>, Vec<f64>), // of a large island
     w: Vec<f64>,
-    lambda: Vec<f64>,
+    found: Vec<f64>,
     solver: ConeSolver,
-    model: Vec<f64>,       // k × k  W_s
-    before: [Vec<f64>; 2], // k  Λ and ξ of the step before
-    change: [Vec<f64>; 3], // k  ΔΛ, Δξ, W_s ΔΛ
+    large: LargeConeSolver,
+    model: Vec<f64>,       // m × m  W_s; empty of a large island
+    lambda: Vec<f64>,      // m  Λ of the last step
+    before: [Vec<f64>; 2], // m  Λ and ξ of the step before
+    change: [Vec<f64>; 3], // m  ΔΛ, Δξ, W_s ΔΛ
     kinds: Vec<u8>,        // of the contacts in the step before
-    /// Whether the laws hold at the impulses that were found.
-    pub(super) is_exact: bool,
+    is_exact: bool,
     passes: usize,
     is_known: bool, // whether there was a step before
 }
 
+/// The impulse of a row is known.
+const KNOWN: usize = usize::MAX;
+
 /// The contacts of a node at the last step.
 pub(super) struct Present<'a> {
     pub(super) contacts: &'a mut [Contact],
-    pub(super) W: &'a [f64],
+    pub(super) W: &'a Delassus,
+    pub(super) islands: &'a Islands,
     pub(super) minus: &'a [f64],
     pub(super) plus: &'a [f64],
     pub(super) lambda: &'a [f64],
@@ -55,17 +67,48 @@ pub(super) struct Present<'a> {
 
 impl ActiveRows {
     /// An iteration begins.
-    pub(super) fn begin(&mut self, W: &[f64]) {
-        self.model.clear();
-        self.model.extend_from_slice(W);
+    pub(super) fn begin(
+        &mut self,
+        contacts: &[Contact],
+        W: &Delassus,
+        islands: &Islands,
+        k: usize,
+    ) {
+        let Self { all, model, .. } = self;
+        all.clear();
+        for contact in islands.contacts(k).iter().map(|place| &contacts[*place]) {
+            all.extend(contact.row..contact.row + contact.law.rows());
+        }
+        let m = all.len();
+        model.clear();
+        if m <= DENSE {
+            model.resize(m * m, 0.0);
+            for (place, row) in all.iter().enumerate() {
+                for (j, entry) in W.row(*row) {
+                    if let Some(j) = islands.local(j, k) {
+                        model[place * m + j] = entry;
+                    }
+                }
+            }
+        }
         self.is_known = false;
         self.passes = 0;
     }
 
+    /// Whether its laws hold to less than rounding.
+    pub(super) fn is_large(&self) -> bool {
+        self.all.len() > DENSE
+    }
+
+    /// Whether the laws hold at the impulses that were found.
+    pub(super) fn is_exact(&self) -> bool {
+        self.is_exact
+    }
+
     /// Corrects `W_s` by the last two steps, where their laws are the same.
-    fn learn(&mut self, lambda: &[f64], kinds_agree: bool) {
-        let Self { drives, model, before: [old, old_xi], change: [s, y, ws], .. } = self;
-        let k = lambda.len();
+    fn learn(&mut self, kinds_agree: bool) {
+        let Self { drives, model, lambda, before: [old, old_xi], change: [s, y, ws], .. } = self;
+        let (k, lambda) = (lambda.len(), &lambda[..]);
         let xi = |drive: &Drive| match *drive {
             Drive::Zero { xi, compliance: 0.0 } => Some(xi),
             _ => None,
@@ -101,78 +144,61 @@ impl ActiveRows {
         self.is_known = true;
     }
 
-    /// `next`: the impulses by the laws at the last step.
+    /// `next`: the impulses of an island by the laws at the last step.
     pub(super) fn next_impulses(
         &mut self,
+        island: usize,
         present: Present<'_>,
         elements: &Elements,
     ) -> Result<(), StepError> {
-        let (Present { contacts, W, minus, plus, lambda, next }, problem) = (present, self);
-        let k = minus.len();
-        problem.rows.clear();
-        problem.drives.clear();
-        problem.cones.clear();
-        problem.owners.clear();
-        let mut kinds_agree = problem.kinds.len() == contacts.len();
-        problem.kinds.resize(contacts.len(), 0);
-        for (place, contact) in contacts.iter_mut().enumerate() {
+        let Present { contacts, W, islands, minus, plus, lambda, next } = present;
+        self.lambda.clear();
+        self.lambda.extend(self.all.iter().map(|row| lambda[*row]));
+        self.drives.clear();
+        self.cones.clear();
+        self.owners.clear();
+        self.active.clear();
+        let places = islands.contacts(island);
+        let mut kinds_agree = self.kinds.len() == places.len();
+        self.kinds.resize(places.len(), 0);
+        let mut count = 0;
+        for (kind, place) in self.kinds.iter_mut().zip(places) {
+            let contact = &mut contacts[*place];
             let first = contact.row;
             let of = first..first + contact.law.rows();
             let [minus, plus, lambda] = [minus, plus, lambda].map(|all| &all[of.clone()]);
-            let diagonal = W[first * k + first];
+            let diagonal = W.at(first, first);
             let (own, cone) = contact.equations(Rows { minus, plus, lambda, w: diagonal });
-            problem.drives.extend_from_slice(&own[..of.len()]);
-            let kind = contact.kind as u8 + 2 * u8::from(contact.slides);
-            let kind = kind + 4 * u8::from(contact.course != Course::Usual);
-            kinds_agree &= problem.kinds[place] == kind;
-            problem.kinds[place] = kind;
+            self.drives.extend_from_slice(&own[..of.len()]);
+            let now = contact.kind as u8 + 2 * u8::from(contact.slides);
+            let now = now + 4 * u8::from(contact.course != Course::Usual);
+            let now = now + 8 * u8::from(contact.turns);
+            kinds_agree &= *kind == now;
+            *kind = now;
             if let Drive::Known(value) = own[0] {
                 next[first] = value;
+                self.active.push(KNOWN);
             } else {
-                problem.rows.extend(of);
-                problem.cones.push(cone);
-                problem.owners.push(place);
+                self.active.extend(count..count + of.len());
+                count += of.len();
+                self.cones.push(cone);
+                self.owners.push(*place);
             }
         }
-        problem.learn(lambda, kinds_agree);
-        let Self {
-            rows,
-            drives,
-            cones,
-            owners,
-            W: own_W,
-            w,
-            lambda: own,
-            solver,
-            model,
-            is_exact,
-            passes,
-            ..
-        } = problem;
-        own_W.clear();
-        w.clear();
-        own.clear();
-        for &i in &*rows {
-            let Drive::Zero { xi, compliance } = drives[i] else { continue };
-            let mut rest = xi;
-            for (j, drive) in drives.iter().enumerate() {
-                let entry = model[i * k + j];
-                match drive {
-                    Drive::Known(value) => rest += entry * (value - lambda[j]),
-                    Drive::Zero { .. } => {
-                        let entry = if i == j { entry + compliance } else { entry };
-                        own_W.push(entry);
-                        rest -= entry * lambda[j];
-                    }
-                }
-            }
-            w.push(rest);
-            own.push(lambda[i]);
+        if !self.is_large() {
+            self.learn(kinds_agree);
         }
-        *passes += 1;
-        solver.end_early(*passes <= EARLY);
-        let solved = solver.solve(cones, own_W, w, own);
-        *is_exact = solved.is_ok();
+        self.state(W, islands, island);
+        self.passes += 1;
+        let Self { cones, W, sparse, w, found, solver, large, .. } = self;
+        let solved = if self.all.len() > DENSE {
+            let (ends, places, values) = &*sparse;
+            large.solve(cones, SparseRows { ends, places, values }, w, found)
+        } else {
+            solver.end_early(self.passes <= EARLY);
+            solver.solve(cones, W, w, found)
+        };
+        self.is_exact = solved.is_ok();
         match solved {
             Ok(_) => {}
             Err(ConeFault::NoConvergence { residual, .. }) if residual < NEARBY => {}
@@ -181,7 +207,7 @@ impl ActiveRows {
                     ConeFault::Wedged { cone } => cone,
                     _ => 0,
                 };
-                let element = contacts[owners[cone]].id.element;
+                let element = contacts[self.owners[cone]].id.element;
                 let element = elements[element as usize].name().to_owned();
                 return Err(match fault {
                     ConeFault::Wedged { .. } => ContactFault::Immovable { element }.into(),
@@ -189,7 +215,54 @@ impl ActiveRows {
                 });
             }
         }
-        rows.iter().zip(&*own).for_each(|(&i, value)| next[i] = *value);
+        for (row, active) in self.all.iter().zip(&self.active) {
+            if *active != KNOWN {
+                next[*row] = self.found[*active];
+            }
+        }
         Ok(())
+    }
+
+    /// States the problem of the rows to be found: `W` and `w = ξ − W Λ`.
+    fn state(&mut self, W: &Delassus, islands: &Islands, island: usize) {
+        let m = self.all.len();
+        let is_large = self.is_large();
+        let Self { all, active, drives, W: own, sparse, w, found, model, lambda, .. } = self;
+        let (ends, places, values) = sparse;
+        own.clear();
+        values.clear();
+        w.clear();
+        found.clear();
+        ends.clear();
+        places.clear();
+        for l in (0..m).filter(|l| active[*l] != KNOWN) {
+            let Drive::Zero { xi, compliance } = drives[l] else { continue };
+            let mut rest = xi;
+            let mut take = |j: usize, entry: f64| match drives[j] {
+                Drive::Known(value) => rest += entry * (value - lambda[j]),
+                Drive::Zero { .. } => {
+                    let entry = if l == j { entry + compliance } else { entry };
+                    if is_large {
+                        places.push(active[j] as u32);
+                        values.push(entry);
+                    } else {
+                        own.push(entry);
+                    }
+                    rest -= entry * lambda[j];
+                }
+            };
+            if is_large {
+                for (j, entry) in W.row(all[l]) {
+                    if let Some(j) = islands.local(j, island) {
+                        take(j, entry);
+                    }
+                }
+                ends.push(places.len());
+            } else {
+                (0..m).for_each(|j| take(j, model[l * m + j]));
+            }
+            w.push(rest);
+            found.push(lambda[l]);
+        }
     }
 }

@@ -19,7 +19,6 @@ use crate::discretization::{Discretization, Step};
 use crate::scheme::{StepError, SubStep};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use vi_core::Configuration;
 use vi_core::bracket::Bracket;
 use vi_core::contact_state::ContactId;
 use vi_core::interval::Interval;
@@ -30,6 +29,9 @@ use vi_core::state::State;
 const TOUCH: f64 = 1e-13;
 /// Where a gap may be passed between two nodes that are open, likewise.
 const NEAR: f64 = 1e-2;
+/// More contacts than this go on from the impulses that were found where others join them; fewer
+/// begin again at those of the state, which choose among several solutions.
+const MANY: usize = 100;
 /// Parts of a step that are not taken by themselves.
 const REST: f64 = 1e-9;
 
@@ -51,11 +53,14 @@ pub struct NonsmoothOptions {
     pub method: Method,
     /// Most nodes between the ends of a step.
     pub max_events: u32,
+    /// Whether slip that other forces turn back takes the mean direction over the time of a node:
+    /// order 2 in the place of 1, for up to twice as many solutions of such a node.
+    pub turning_slip: bool,
 }
 
 impl Default for NonsmoothOptions {
     fn default() -> Self {
-        Self { method: Method::Events, max_events: 12 }
+        Self { method: Method::Events, max_events: 12, turning_slip: false }
     }
 }
 
@@ -63,17 +68,21 @@ impl Default for NonsmoothOptions {
 #[derive(Debug)]
 pub struct Nonsmooth {
     elements: Vec<Arc<dyn Unilateral>>,
+    kinds: Vec<(f64, bool)>, // of elements: the size of a gap, whether there is one
     options: NonsmoothOptions,
     node: NodeImpulses,
     pub(super) records: Records,
     trial: Records, // of the step that was last taken on a copy of the state
     set: Vec<ContactId>,
     near: Vec<(ContactId, f64)>, // gaps at the end of the last step, in their sizes
-    found: Vec<u32>,
+    start: Vec<(ContactId, f64)>, // the same where the step starts
+    is_current: bool,            // `near` is of the present node
+    found: Vec<(u32, f64)>,
     scratch: ContactRows,
     v: [Vec<f64>; 2], // n  velocities at both ends of a step
     probe: Interval,
-    first: Interval, // of a step with several nodes
+    first: Interval,          // of a step with several nodes
+    base: Option<Box<State>>, // where a step begins
 }
 
 /// A sub-step is seen.
@@ -84,19 +93,24 @@ impl Nonsmooth {
     #[must_use]
     pub fn new(elements: Vec<Arc<dyn Unilateral>>, options: NonsmoothOptions) -> Self {
         let none = || Interval::new(0);
+        let kind = |own: &Arc<dyn Unilateral>| (own.size(), own.law().restitution().is_some());
         Self {
+            kinds: elements.iter().map(kind).collect(),
             elements,
             options,
-            node: NodeImpulses::default(),
+            node: NodeImpulses::new(options.turning_slip),
             records: Records::default(),
             trial: Records::default(),
             set: Vec::new(),
             near: Vec::new(),
+            start: Vec::new(),
+            is_current: false,
             found: Vec::new(),
             scratch: ContactRows::default(),
             v: [Vec::new(), Vec::new()],
             probe: none(),
             first: none(),
+            base: None,
         }
     }
 
@@ -136,13 +150,20 @@ impl Nonsmooth {
         self.records.clear();
     }
 
+    /// The next step begins at another state than that where the last one ended.
+    pub(crate) fn move_elsewhere(&mut self) {
+        self.is_current = false;
+    }
+
     /// Takes away what is known of the last step, for a trial; to be put back.
     pub(crate) fn set_aside(&mut self) -> SetAside {
+        self.is_current = false;
         SetAside(std::mem::take(&mut self.records))
     }
 
     /// Puts it back, and keeps what is known of the trial.
     pub(crate) fn put_back(&mut self, SetAside(records): SetAside) {
+        self.is_current = false;
         self.trial = std::mem::replace(&mut self.records, records);
     }
 
@@ -159,98 +180,129 @@ impl Nonsmooth {
         Some((relative, relative * element.size(), element.name()))
     }
 
-    /// A step to `t_end`.
+    /// A step to `t_end`; `start`: a copy of the state where it starts, where there is one.
     pub(crate) fn advance<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
         step: SubStep,
-        state: &mut State,
+        start: Option<&State>,
         each: &mut Each<'_, S, C>,
     ) -> Result<NewtonReport, StepError> {
-        let (mut events, mut h) = (0, step.h);
+        let mut own = self.base.take();
+        let taken = self.take_nodes(run, step, (start, &mut own), each);
+        self.base = own;
+        taken?;
+        Ok(run.report)
+    }
+
+    fn take_nodes<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        step: SubStep,
+        (mut start, own): (Option<&State>, &mut Option<Box<State>>),
+        each: &mut Each<'_, S, C>,
+    ) -> Result<(), StepError> {
+        let (mut events, mut h, nodes) = (0, step.h, self.records.nodes.len());
         loop {
-            self.close(state);
-            self.node.open(&self.elements, run, (state, h), &self.set)?;
-            let mut sub_step = SubStep { h, ..step };
-            let fixed = self.options.method == Method::Stepping
-                || events >= self.options.max_events
-                || h <= REST * step.h;
-            if fixed {
-                self.solve_fixed(run, sub_step, state)?;
-                state.contacts.counts.exhausted += u64::from(events > 0);
-            } else if let Some(to) = self.solve_to_touch(run, (sub_step, step.h), state)? {
-                sub_step = SubStep { h: to, t_end: state.t + to, ..step };
-                state.contacts.counts.events += 1;
-                events += 1;
-            }
-            self.accept(sub_step.h, state);
-            run.constraints.unwrap_angles(&state.q, &mut state.angles);
+            let base = match start.take() {
+                Some(start) => start,
+                None => {
+                    let own = own.get_or_insert_default();
+                    own.copy_from(run.end);
+                    &**own
+                }
+            };
+            run.is_at_start = true;
+            let t_end = self.take_node(run, (step, h, events), base)?;
+            events += run.end.contacts.counts.events - base.contacts.counts.events;
             let s = run.scheme.interval();
             if let Some(each) = each {
-                each(run.system, run.constraints, Step::single(s, &state.memory.multipliers));
+                each(run.system, run.constraints, Step::single(s, &run.end.memory.multipliers));
             }
-            if self.records.nodes.len() == 1 {
+            if t_end.to_bits() == step.t_end.to_bits() {
+                break;
+            }
+            if self.records.nodes.len() == nodes + 1 {
                 if self.first.dim() != s.dim() {
                     self.first = Interval::new(s.dim());
                 }
                 self.first.copy_from(s);
             }
-            if sub_step.t_end.to_bits() == step.t_end.to_bits() {
-                break;
-            }
-            h = step.t_end - state.t;
+            h = step.t_end - run.end.t;
         }
-        if self.records.nodes.len() > 1 {
+        if self.records.nodes.len() > nodes + 1 {
             // the quantities of the node where the step started are read from the step from there
             std::mem::swap(&mut self.first, run.scheme.interval_mut());
         }
-        Ok(run.report)
+        Ok(())
     }
 
-    fn accept(&mut self, h: f64, state: &mut State) {
-        // counted in the state where the step starts: the trial is a copy of it from before
-        let counts = state.contacts.counts;
-        self.node.trial.contacts.counts = counts;
-        self.node.accept(h, state, &mut self.records);
-        let gap = |&(id, relative): &(ContactId, f64)| {
-            relative * self.elements[id.element as usize].size()
-        };
-        let smallest = self.near.iter().map(gap).chain(state.contacts.counts.smallest_gap);
-        state.contacts.counts.smallest_gap = smallest.min_by(f64::total_cmp);
+    /// The step from a node: to the end of the macro step, or to the first touch.
+    fn take_node<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        (step, h, events): (SubStep, f64, u64),
+        state: &State,
+    ) -> Result<f64, StepError> {
+        self.close(state);
+        self.node.open(&self.elements, run, (state, h), &self.set)?;
+        let mut sub_step = SubStep { h, ..step };
+        let mut counts = state.contacts.counts;
+        let fixed = self.options.method == Method::Stepping
+            || events >= u64::from(self.options.max_events)
+            || h <= REST * step.h;
+        if fixed {
+            self.solve_fixed(run, sub_step, state)?;
+            counts.exhausted += u64::from(events > 0);
+        } else if let Some(to) = self.solve_to_touch(run, (sub_step, step.h), state)? {
+            sub_step = SubStep { h: to, t_end: state.t + to, ..step };
+            counts.events += 1;
+        }
+        let gap = |&(id, relative): &(ContactId, f64)| relative * self.kinds[id.element as usize].0;
+        let smallest = self.near.iter().map(gap).chain(counts.smallest_gap);
+        counts.smallest_gap = smallest.min_by(f64::total_cmp);
+        run.end.contacts.counts = counts;
+        self.node.accept((state.t, sub_step.h), run.end, &mut self.records);
+        self.is_current = true;
+        Ok(sub_step.t_end)
     }
 
     /// `set`: the contacts that are closed at the node of a state, and dry friction.
     fn close(&mut self, state: &State) {
-        self.list_near(state, None);
-        let Self { set, near, elements, .. } = self;
+        if !self.is_current {
+            self.list_near(state, None);
+        }
+        self.is_current = false;
+        let Self { set, near, start, kinds, .. } = self;
+        std::mem::swap(start, near);
         set.clear();
-        let closed = near.iter().filter(|(id, gap)| {
-            *gap <= CLOSED || elements[id.element as usize].law().restitution().is_none()
-        });
+        let closed =
+            start.iter().filter(|(id, gap)| *gap <= CLOSED || !kinds[id.element as usize].1);
         set.extend(closed.map(|(id, _)| *id));
     }
 
     /// `near`: the contacts that may touch, with their gaps: at a node, or at the end of a step
     /// from it.
     fn list_near(&mut self, state: &State, taken: Option<(&Interval, &State)>) {
-        let Self { near, found, elements, probe, .. } = self;
+        let Self { near, found, elements, kinds, probe, .. } = self;
         let (s, at) = match taken {
-            Some((s, end)) => (s, Configuration { angles: &state.angles, ..end.configuration() }),
+            Some((s, end)) => (s, end.configuration()),
             None => {
                 if probe.dim() != state.q.len() {
                     *probe = Interval::new(state.q.len());
                 }
                 state.open(probe, 1.0);
+                probe.close();
                 (&*probe, state.configuration())
             }
         };
         near.clear();
         for (element, own) in elements.iter().enumerate() {
             found.clear();
-            own.features(s, found);
-            let id = |&feature: &u32| ContactId { element: element as u32, feature };
-            let gap = |id: ContactId| (id, own.gap(id.feature, at) / own.size());
-            near.extend(found.iter().map(id).map(gap));
+            own.near(s, at, found);
+            let size = kinds[element].0;
+            let id = |feature| ContactId { element: element as u32, feature };
+            near.extend(found.iter().map(|(feature, gap)| (id(*feature), gap / size)));
         }
     }
 
@@ -263,9 +315,7 @@ impl Nonsmooth {
         state: &State,
     ) -> Result<Option<f64>, StepError> {
         self.node.solve(&self.elements, run, (step, state))?;
-        let trial = std::mem::take(&mut self.node.trial);
-        self.list_near(state, Some((run.scheme.interval(), &trial)));
-        self.node.trial = trial;
+        self.list_near(state, Some((run.scheme.interval(), run.end)));
         let Self { near, set, .. } = self;
         let open = near.iter().filter(|(id, _)| set.binary_search(id).is_err());
         Ok(open.map(|(_, gap)| *gap).min_by(f64::total_cmp))
@@ -292,10 +342,11 @@ impl Nonsmooth {
         below: f64,
     ) -> Result<(), StepError> {
         let Self { near, set, .. } = self;
-        for (id, _) in near.iter().filter(|(_, gap)| *gap < below) {
-            if let Err(place) = set.binary_search(id) {
-                set.insert(place, *id);
-            }
+        set.extend(near.iter().filter(|(_, gap)| *gap < below).map(|(id, _)| *id));
+        set.sort_unstable();
+        set.dedup();
+        if self.set.len() > MANY {
+            return self.node.open_again(&self.elements, run, (state, h), &self.set);
         }
         self.node.open(&self.elements, run, (state, h), &self.set)
     }
@@ -377,8 +428,19 @@ impl Nonsmooth {
                 continue;
             }
             let (element, feature) = (&self.elements[id.element as usize], id.feature);
-            let size = element.size();
-            let gaps = [element.gap(feature, state.configuration()), relative * size];
+            let size = self.kinds[id.element as usize].0;
+            let same = self.start.get(place).filter(|own| own.0 == id);
+            let known_gap = same.or_else(|| {
+                let place = self.start.binary_search_by(|own| own.0.cmp(&id));
+                place.ok().map(|place| &self.start[place])
+            });
+            let gaps = [
+                match known_gap {
+                    Some((_, relative)) => relative * size,
+                    None => element.gap(feature, state.configuration()),
+                },
+                relative * size,
+            ];
             let change = (gaps[1] - gaps[0]).abs();
             let is_near = gaps[0].min(gaps[1]) <= NEAR * size + 2.0 * change;
             if !(is_near && change.is_finite()) {
@@ -388,11 +450,10 @@ impl Nonsmooth {
                 self.v.iter_mut().for_each(|v| v.resize(state.q.len(), 0.0));
                 let [before, after] = &mut self.v;
                 self.node.velocity_after(run, (state, h), before)?;
-                let trial = &self.node.trial;
-                run.velocity(trial, h, &trial.p, after)?;
+                run.velocity_at_end(h, after)?;
                 known = true;
             }
-            let end = Configuration { angles: &state.angles, ..self.node.trial.configuration() };
+            let end = run.end.configuration();
             let mut rates = [0.0; 2];
             for ((rate, at), v) in rates.iter_mut().zip([state.configuration(), end]).zip(&self.v) {
                 self.scratch.clear();

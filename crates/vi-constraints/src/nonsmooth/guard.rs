@@ -8,7 +8,7 @@
 //! depends on `η` continuously, and `w(0) = w_0`.
 
 use super::impulses::NodeImpulses;
-use super::node_law::{Contact, Kind};
+use super::node_law::Kind;
 use super::stepping::Stepping;
 use super::unilateral::Elements;
 use crate::constraints::Constraints;
@@ -35,39 +35,35 @@ impl NodeImpulses {
         if !self.contacts.iter().any(|contact| contact.kind == Kind::Impact) {
             return Ok(());
         }
-        let mut islands = std::mem::take(&mut self.islands);
-        islands.find(&self.contacts, &self.W);
+        let mut own = std::mem::take(&mut self.guarded);
         let mut outcome = Ok(());
-        for island in 0..islands.count() {
-            outcome = self.reduce(&|place| islands.is_of(place, island), &mut |own| {
-                own.settle(elements, run, at)
-            });
+        for island in 0..self.islands.count() {
+            own.clear();
+            own.extend_from_slice(self.islands.contacts(island));
+            if own.iter().any(|place| self.contacts[*place].kind == Kind::Impact) {
+                outcome = self.reduce(&own, &mut |node| node.settle(elements, run, at));
+            }
             if outcome.is_err() {
                 break;
             }
         }
         self.is_guarded = self.contacts.iter().any(|contact| contact.reduction < 1.0);
-        self.islands = islands;
+        self.guarded = own;
         outcome
     }
 
-    /// Reduces the restitution of an island where it would gain energy.
+    /// Reduces the restitution of an island, of these contacts, where it would gain energy.
     fn reduce(
         &mut self,
-        own: &dyn Fn(usize) -> bool,
+        own: &[usize],
         settle: &mut dyn FnMut(&mut Self) -> Result<(), StepError>,
     ) -> Result<(), StepError> {
-        let impact =
-            |(place, contact): (usize, &Contact)| own(place) && contact.kind == Kind::Impact;
-        let any = self.contacts.iter().enumerate().any(impact);
         let (plain, rounding) = (self.work(own), ROUNDING * self.work_size());
-        if !any || plain <= rounding {
+        if plain <= rounding {
             return Ok(());
         }
         let mut with = |node: &mut Self, factor: f64| {
-            for (_, contact) in node.contacts.iter_mut().enumerate().filter(|(k, _)| own(*k)) {
-                contact.reduction = factor;
-            }
+            own.iter().for_each(|place| node.contacts[*place].reduction = factor);
             settle(node)?;
             Ok::<f64, StepError>(node.work(own))
         };

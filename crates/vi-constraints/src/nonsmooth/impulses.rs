@@ -9,6 +9,7 @@
 
 use super::ContactFault;
 use super::active_rows::{ActiveRows, Present};
+use super::delassus::Delassus;
 use super::islands::Islands;
 use super::node_law::{Contact, Course, Kind, Rows};
 use super::stepping::Stepping;
@@ -16,7 +17,6 @@ use super::unilateral::{ContactLaw, ContactRows, Elements, TransverseImpulses};
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode};
 use crate::scheme::{StepError, SubStep};
-use vi_core::Configuration;
 use vi_core::contact_state::ContactId;
 use vi_core::state::State;
 
@@ -24,6 +24,8 @@ use vi_core::state::State;
 const ITERATIONS: usize = 60;
 /// A gap that is closed, in parts of its size.
 pub(super) const CLOSED: f64 = 1e-11;
+/// A change of velocities that islands with sparse rows end with, relative to velocities.
+const LARGE: f64 = 1e-10;
 /// A change of velocities that may stagnate, relative to velocities.
 const STAGNATION: f64 = 1e-9;
 
@@ -32,24 +34,29 @@ const STAGNATION: f64 = 1e-9;
 pub(super) struct NodeImpulses {
     pub(super) contacts: Vec<Contact>,
     pub(super) rows: ContactRows,
-    columns: Vec<f64>,          // k × n  v̂ of each row
-    v: Vec<f64>,                // n      v̂ of p̄_n
-    at_rest: Vec<f64>,          // n      v̂ of no momentum
-    p: Vec<f64>,                // n
-    pub(super) W: Vec<f64>,     // k × k
+    p: Vec<f64>, // n
+    pub(super) W: Delassus,
     pub(super) minus: Vec<f64>, // k  U⁻
     pub(super) plus: Vec<f64>,  // k  U⁺
     pub(super) lambda: Vec<f64>,
     pub(super) next: Vec<f64>, // k
-    pub(super) problem: ActiveRows,
+    turning_slip: bool,
+    usual: Vec<f64>,           // k  Λ without turning slip
+    problems: Vec<ActiveRows>, // of islands
     pub(super) transverse: Option<Box<dyn TransverseImpulses>>,
     pub(super) islands: Islands,
-    pub(super) trial: State, // at the end of the last step that was solved
-    pub(super) solved: u64,  // steps for this node
+    found: Vec<(ContactId, [f64; 3])>, // before the node was opened again
+    pub(super) guarded: Vec<usize>,    // scratch: contacts of an island
+    pub(super) solved: u64,            // steps for this node
+    length: f64,                       // of the last one, s
     pub(super) is_guarded: bool,
 }
 
 impl NodeImpulses {
+    pub(super) fn new(turning_slip: bool) -> Self {
+        Self { turning_slip, ..Self::default() }
+    }
+
     /// Opens a node with contacts, in ascending order.
     pub(super) fn open<S: Discretization<C>, C: Constraints>(
         &mut self,
@@ -59,7 +66,7 @@ impl NodeImpulses {
         set: &[ContactId],
     ) -> Result<(), StepError> {
         let at = state.configuration();
-        let Self { contacts, rows, columns, v, at_rest, p, W, minus, lambda, .. } = self;
+        let Self { contacts, rows, W, islands, p, minus, lambda, .. } = self;
         contacts.clear();
         rows.clear();
         lambda.clear();
@@ -70,14 +77,18 @@ impl NodeImpulses {
             element.rows(id.feature, at, rows);
             lambda.extend_from_slice(&known.map_or([0.0; 3], |known| known.impulse)[..law.rows()]);
             let gap = element.gap(id.feature, at);
+            let place = element.place(id.feature, at);
             contacts.push(Contact {
                 id,
                 law,
                 row,
                 size: element.size(),
-                place: element.place(id.feature, at),
+                place,
                 gap,
                 before: known.map_or(0.0, |known| known.rate),
+                slip_before: known.zip(place).and_then(|(known, place)| known.along(&place.axes)),
+                turns: false,
+                shift: [0.0; 2],
                 is_new: known.is_none() && gap <= CLOSED * element.size(),
                 was_closed: known.is_some_and(|known| known.impulse[0] > 0.0),
                 is_hit: false,
@@ -89,40 +100,50 @@ impl NodeImpulses {
                 gamma: 0.0,
                 sigma: [0.0; 2],
                 bound: 0.0,
+                transmitted: 0.0,
+                missing: known.filter(|_| state.contacts.begins).map_or(0.0, |own| own.transmitted),
             });
         }
-        let (n, k) = (state.q.len(), rows.len());
-        for (vector, size) in
-            [(&mut *columns, n * k), (&mut *v, n), (&mut *p, n), (&mut *W, k * k), (&mut *minus, k)]
-        {
+        let k = rows.len();
+        for vector in [&mut *minus, &mut self.plus, &mut self.next] {
             vector.clear();
-            vector.resize(size, 0.0);
+            vector.resize(k, 0.0);
         }
-        self.plus.resize(k, 0.0);
-        self.next.resize(k, 0.0);
+        p.resize(state.q.len(), 0.0);
         (self.solved, self.is_guarded) = (0, false);
-        if k == 0 {
-            return Ok(());
+        if k > 0 {
+            W.open(run, (state, h), rows, minus)?;
         }
-        run.velocity(state, h, &state.p, v)?;
-        let moves = run.constraints.is_rheonomic();
-        at_rest.clear();
-        if moves {
-            at_rest.resize(n, 0.0);
-            run.velocity(state, h, p, at_rest)?;
+        islands.find(contacts, W);
+        if k > 0 {
+            let count = islands.count().max(self.problems.len());
+            self.problems.resize_with(count, ActiveRows::default);
         }
-        for (i, column) in columns.chunks_exact_mut(n).enumerate() {
-            p.fill(0.0);
-            rows.add_to(i, 1.0, p);
-            run.velocity(state, h, p, column)?;
-            column.iter_mut().zip(&*at_rest).for_each(|(v, own)| *v -= own);
-            minus[i] = rows.dot(i, v); // U⁻
-        }
-        for i in 0..k {
-            for j in 0..=i {
-                let [a, b] =
-                    [(i, j), (j, i)].map(|(i, j)| rows.dot(i, &columns[j * n..(j + 1) * n]));
-                (W[i * k + j], W[j * k + i]) = (0.5 * (a + b), 0.5 * (a + b));
+        Ok(())
+    }
+
+    /// The same with more contacts: the iteration goes on from the impulses that were found.
+    pub(super) fn open_again<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        elements: &Elements,
+        run: &mut Stepping<'_, S, C>,
+        at: (&State, f64),
+        set: &[ContactId],
+    ) -> Result<(), StepError> {
+        let Self { contacts, lambda, found, .. } = self;
+        found.clear();
+        found.extend(contacts.iter().map(|contact| {
+            let mut own = [0.0; 3];
+            let rows = contact.row..contact.row + contact.law.rows();
+            own.iter_mut().zip(&lambda[rows]).for_each(|(to, from)| *to = *from);
+            (contact.id, own)
+        }));
+        self.open(elements, run, at, set)?;
+        let Self { contacts, lambda, found, .. } = self;
+        for contact in contacts {
+            if let Ok(place) = found.binary_search_by(|own| own.0.cmp(&contact.id)) {
+                let own = lambda[contact.row..].iter_mut().take(contact.law.rows());
+                own.zip(found[place].1).for_each(|(to, from)| *to = from);
             }
         }
         Ok(())
@@ -135,17 +156,13 @@ impl NodeImpulses {
         (state, h): (&State, f64),
         out: &mut [f64],
     ) -> Result<(), StepError> {
-        if self.lambda.is_empty() {
-            return run.velocity(state, h, &state.p, out);
-        }
-        out.copy_from_slice(&self.v);
-        for (column, lambda) in self.columns.chunks_exact(out.len()).zip(&self.lambda) {
-            out.iter_mut().zip(column).for_each(|(v, own)| *v += lambda * own);
-        }
-        Ok(())
+        let Self { p, rows, lambda, .. } = self;
+        p.copy_from_slice(&state.p);
+        lambda.iter().enumerate().for_each(|(i, own)| rows.add_to(i, *own, p));
+        run.velocity(state, h, p, out)
     }
 
-    /// Solves the step for the impulses of the node; the state after it is `trial`.
+    /// Solves the step for the impulses of the node.
     pub(super) fn solve<S: Discretization<C>, C: Constraints>(
         &mut self,
         elements: &Elements,
@@ -203,9 +220,8 @@ impl NodeImpulses {
             let taken = self.try_step(run, (step, state));
             self.lambda.copy_from_slice(&self.next);
             taken?;
-            let Self { contacts, trial, .. } = self;
-            let end = Configuration { angles: &state.angles, ..trial.configuration() };
-            for contact in contacts.iter_mut().filter(|contact| contact.is_hit) {
+            let end = run.end.configuration();
+            for contact in self.contacts.iter_mut().filter(|contact| contact.is_hit) {
                 let ContactId { element, feature } = contact.id;
                 let is_passed = elements[element as usize].gap(feature, end) < 0.0;
                 let bounces = contact.law.restitution().is_some_and(|e| e > 0.0);
@@ -223,8 +239,18 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         at: (SubStep, &State),
     ) -> Result<(), StepError> {
-        self.contacts.iter_mut().for_each(|contact| contact.course = Course::Usual);
+        for contact in &mut self.contacts {
+            (contact.course, contact.turns) = (Course::Usual, false);
+        }
         self.iterate(elements, run, at)?;
+        if self.turning_slip && self.find_turns(elements)? {
+            self.usual.clone_from(&self.lambda);
+            if self.iterate(elements, run, at).is_err() {
+                self.contacts.iter_mut().for_each(|contact| contact.turns = false);
+                self.lambda.clone_from(&self.usual);
+                self.iterate(elements, run, at)?;
+            }
+        }
         let mut decided = false;
         loop {
             let Self { contacts, minus, plus, lambda, .. } = self;
@@ -249,6 +275,36 @@ impl NodeImpulses {
         }
     }
 
+    /// Which contacts slide in the mean direction of their slip, because other forces turn it back:
+    /// those that would not hold their rate if it was zero. Asked of an island as a whole, from the
+    /// last step.
+    fn find_turns(&mut self, elements: &Elements) -> Result<bool, StepError> {
+        let Self { contacts, W, islands, minus, plus, lambda, next, problems, .. } = self;
+        let mut any = false;
+        for island in 0..islands.count() {
+            let own = islands.contacts(island);
+            if !own.iter().any(|place| contacts[*place].may_turn()) {
+                continue;
+            }
+            for place in own {
+                let contact = &mut contacts[*place];
+                contact.shift =
+                    contact.slip_before.filter(|_| contact.may_turn()).unwrap_or([0.0; 2]);
+            }
+            let present = Present { contacts, W, islands, minus, plus, lambda, next };
+            problems[island].next_impulses(island, present, elements)?;
+            for place in own {
+                let contact = &mut contacts[*place];
+                contact.shift = [0.0; 2];
+                let ContactLaw::Coulomb { friction, .. } = contact.law else { continue };
+                let rows = contact.row..contact.row + 3;
+                contact.turns = contact.may_turn() && contact.slips(&next[rows], friction);
+                any |= contact.turns;
+            }
+        }
+        Ok(any)
+    }
+
     /// The outer iteration, from the present impulses.
     fn iterate<S: Discretization<C>, C: Constraints>(
         &mut self,
@@ -256,7 +312,10 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) -> Result<(), StepError> {
-        self.problem.begin(&self.W);
+        let Self { problems, contacts, W, islands, .. } = self;
+        for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
+            problem.begin(contacts, W, islands, k);
+        }
         let mut last = f64::INFINITY;
         for _ in 0..ITERATIONS {
             self.try_step(run, (step, state))?;
@@ -264,12 +323,15 @@ impl NodeImpulses {
                 return Ok(());
             }
             self.measure(elements, run, (step, state));
-            let Self { contacts, W, minus, plus, lambda, next, problem, .. } = self;
-            let present = Present { contacts, W, minus, plus, lambda, next };
-            problem.next_impulses(present, elements)?;
+            let Self { contacts, W, islands, minus, plus, lambda, next, problems, .. } = self;
+            let mut is_exact = true;
+            for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
+                let present = Present { contacts, W, islands, minus, plus, lambda, next };
+                problem.next_impulses(k, present, elements)?;
+                is_exact &= problem.is_exact();
+            }
             let (change, rounding, _) = self.largest_change(step.h);
             let speeds = self.minus.iter().chain(&self.plus).fold(0.0, |a: f64, u| a.max(u.abs()));
-            let is_exact = self.problem.is_exact;
             let stagnates = last <= STAGNATION * speeds && change >= last;
             if is_exact && (change <= rounding || stagnates) {
                 return Ok(());
@@ -287,22 +349,26 @@ impl NodeImpulses {
         Err(fault.into())
     }
 
-    /// Takes the step with the present impulses: `trial`.
+    /// Takes the step with the present impulses.
     fn try_step<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) -> Result<(), StepError> {
-        let Self { trial, rows, lambda, contacts, .. } = self;
-        trial.copy_from(state);
+        let Self { rows, lambda, contacts, .. } = self;
+        if !run.is_at_start {
+            run.end.copy_from(state);
+        }
+        run.is_at_start = false;
         if contacts.iter().any(|contact| contact.is_hit) {
-            trial.history.clear(); // velocities jump
+            run.end.history.clear(); // velocities jump
         }
         for (i, lambda) in lambda.iter().enumerate().filter(|(_, lambda)| **lambda != 0.0) {
-            rows.add_to(i, *lambda, &mut trial.p); // p̄_n + BᵀΛ
+            rows.add_to(i, *lambda, &mut run.end.p); // p̄_n + BᵀΛ
         }
-        self.solved += 1;
-        run.take(step, trial)
+        let again = self.solved > 0 && self.length.to_bits() == step.h.to_bits();
+        (self.solved, self.length) = (self.solved + 1, step.h);
+        run.take(step, again)
     }
 
     /// `γ`, `σ`, `b` and `U⁺` of the last step.
@@ -312,8 +378,8 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) {
-        let Self { contacts, rows, trial, W, minus, plus, lambda, p, transverse, .. } = self;
-        let end = Configuration { angles: &state.angles, ..trial.configuration() };
+        let Self { contacts, rows, W, minus, plus, lambda, p, transverse, .. } = self;
+        let end = run.end.configuration();
         let s = run.scheme.interval();
         let mut is_known = false; // the constraint impulse
         for contact in contacts {
@@ -334,50 +400,49 @@ impl NodeImpulses {
                             is_known = true;
                         }
                         let across = transverse.as_ref().map_or(0.0, |own| own.across(id));
-                        contact.bound += lever * across; // [N5]
+                        contact.transmitted = lever * across;
+                        contact.bound += contact.transmitted + contact.missing; // [N5]
                     }
                 }
                 _ => contact.gamma = element.gap(feature, end) / step.h, // [N2]
             }
         }
-        let k = minus.len();
-        for i in 0..k {
-            let row = W[i * k..(i + 1) * k].iter().zip(&*lambda);
-            plus[i] = minus[i] + row.map(|(w, lambda)| w * lambda).sum::<f64>();
+        for (i, plus) in plus.iter_mut().enumerate() {
+            *plus = minus[i] + W.product(i, |j| lambda[j]);
         }
     }
 
     /// The change `W(Λ' − Λ)` that is largest beside rounding, the velocity that rounding leaves
     /// of it, and the element.
     fn largest_change(&self, h: f64) -> (f64, f64, u32) {
-        let Self { contacts, W, minus, plus, lambda, next, .. } = self;
-        let k = minus.len();
+        let Self { contacts, W, islands, problems, minus, plus, lambda, next, .. } = self;
         let speeds = minus.iter().chain(plus).fold(0.0, |a: f64, u| a.max(u.abs()));
         let (mut worst, mut found) = (-1.0, (0.0, 0.0, 0));
-        for contact in contacts {
-            let rounding = 4.0 * f64::EPSILON * (speeds + contact.size / h);
-            for i in contact.row..contact.row + contact.law.rows() {
-                let row = W[i * k..(i + 1) * k].iter();
-                let terms = row.zip(next.iter().zip(lambda)).map(|(w, (a, b))| w * (a - b));
-                let change = terms.sum::<f64>().abs();
-                if change / rounding > worst {
-                    worst = change / rounding;
-                    found = (change, rounding, contact.id.element);
+        for island in 0..islands.count() {
+            let part = if problems[island].is_large() { LARGE } else { 4.0 * f64::EPSILON };
+            for contact in islands.contacts(island).iter().map(|place| &contacts[*place]) {
+                let rounding =
+                    (part * speeds).max(4.0 * f64::EPSILON * (speeds + contact.size / h));
+                for i in contact.row..contact.row + contact.law.rows() {
+                    let change = W.product(i, |j| next[j] - lambda[j]).abs();
+                    if change / rounding > worst {
+                        worst = change / rounding;
+                        found = (change, rounding, contact.id.element);
+                    }
                 }
             }
         }
         found
     }
 
-    /// `½ Λ·(U⁺ + U⁻)` of the contacts that `counts`, J.
-    pub(super) fn work(&self, counts: impl Fn(usize) -> bool) -> f64 {
+    /// `½ Λ·(U⁺ + U⁻)` of some contacts, J.
+    pub(super) fn work(&self, places: &[usize]) -> f64 {
         let Self { contacts, minus, plus, lambda, .. } = self;
         let of = |contact: &Contact| {
             let own = contact.row..contact.row + contact.law.rows();
             own.map(|i| 0.5 * lambda[i] * (plus[i] + minus[i])).sum::<f64>()
         };
-        let counted = contacts.iter().enumerate().filter(|(place, _)| counts(*place));
-        counted.map(|(_, contact)| of(contact)).sum()
+        places.iter().map(|place| of(&contacts[*place])).sum()
     }
 
     /// The size of the terms of the work of a node, J.

@@ -1,47 +1,100 @@
 //! Islands: contacts that `W` couples.
 
+use super::delassus::Delassus;
 use super::node_law::Contact;
 
 /// Entries of `W` that couple, in parts of the diagonal.
 const COUPLED: f64 = 1e-13;
 
-/// Which island each contact belongs to.
+/// The contacts of each island, in the order of their first contacts.
 #[derive(Debug, Default)]
 pub(super) struct Islands {
-    of: Vec<usize>,
+    parent: Vec<u32>,  // of contacts
+    owners: Vec<u32>,  // of rows: contacts
+    numbers: Vec<u32>, // of contacts: islands
+    locals: Vec<u32>,  // of rows: places among the rows of their islands
+    sizes: Vec<u32>,   // rows of islands
+    ends: Vec<usize>,
+    members: Vec<usize>,
 }
 
 impl Islands {
     /// From the pattern of `W`.
-    pub(super) fn find(&mut self, contacts: &[Contact], W: &[f64]) {
-        let Self { of } = self;
-        let k = W.len().isqrt();
-        of.clear();
-        of.extend(0..contacts.len());
-        let rows = |contact: &Contact| contact.row..contact.row + contact.law.rows();
-        for a in 0..contacts.len() {
-            for b in 0..a {
-                let coupled = rows(&contacts[a]).any(|i| {
-                    rows(&contacts[b]).any(|j| {
-                        let size = W[i * k + i] * W[j * k + j];
-                        W[i * k + j] * W[i * k + j] > COUPLED * COUPLED * size
-                    })
-                });
-                let (old, new) = (of[a].max(of[b]), of[a].min(of[b]));
-                if coupled && old != new {
-                    of.iter_mut().filter(|own| **own == old).for_each(|own| *own = new);
+    pub(super) fn find(&mut self, contacts: &[Contact], W: &Delassus) {
+        let Self { parent, owners, numbers, locals, sizes, ends, members } = self;
+        parent.clear();
+        owners.clear();
+        numbers.clear();
+        ends.clear();
+        members.clear();
+        locals.clear();
+        sizes.clear();
+        for (place, contact) in contacts.iter().enumerate() {
+            parent.push(place as u32);
+            owners.resize(contact.row + contact.law.rows(), place as u32);
+        }
+        for i in 0..owners.len() {
+            let own = W.at(i, i);
+            for (j, entry) in W.row(i).take_while(|(j, _)| *j < i) {
+                if entry * entry > COUPLED * COUPLED * own * W.at(j, j) {
+                    let [a, b] = [owners[i], owners[j]].map(|contact| root(parent, contact));
+                    parent[a.max(b) as usize] = a.min(b);
                 }
             }
         }
+        for place in 0..contacts.len() {
+            // the root of an island is its first contact
+            let first = root(parent, place as u32) as usize;
+            let number = if first == place { ends.len() as u32 } else { numbers[first] };
+            if first == place {
+                ends.push(0);
+            }
+            numbers.push(number);
+            ends[number as usize] += 1;
+            sizes.resize(ends.len(), 0);
+            for _ in 0..contacts[place].law.rows() {
+                locals.push(sizes[number as usize]);
+                sizes[number as usize] += 1;
+            }
+        }
+        let mut sum = 0;
+        for end in &mut *ends {
+            (*end, sum) = (sum, sum + *end); // where it starts
+        }
+        members.resize(contacts.len(), 0);
+        for (place, number) in numbers.iter().enumerate() {
+            let next = &mut ends[*number as usize];
+            members[*next] = place;
+            *next += 1;
+        }
     }
 
-    /// How many numbers of islands there are; some may have no contact.
     pub(super) fn count(&self) -> usize {
-        self.of.len()
+        self.ends.len()
+    }
+
+    /// The places of the contacts of an island, in ascending order.
+    pub(super) fn contacts(&self, island: usize) -> &[usize] {
+        &self.members
+            [island.checked_sub(1).map_or(0, |before| self.ends[before])..self.ends[island]]
     }
 
     /// Whether a contact, by its place, is of an island.
     pub(super) fn is_of(&self, place: usize, island: usize) -> bool {
-        self.of[place] == island
+        self.numbers[place] as usize == island
     }
+
+    /// The place of a row among those of an island; `None` of another one.
+    pub(super) fn local(&self, row: usize, island: usize) -> Option<usize> {
+        let own = self.is_of(self.owners[row] as usize, island);
+        own.then(|| self.locals[row] as usize)
+    }
+}
+
+fn root(parent: &mut [u32], mut i: u32) -> u32 {
+    while parent[i as usize] != i {
+        parent[i as usize] = parent[parent[i as usize] as usize];
+        i = parent[i as usize];
+    }
+    i
 }

@@ -11,13 +11,15 @@
 //! | file | concept |
 //! |---|---|
 //! | [`unilateral`] | what an element has: gaps, rows, slip, law |
-//! | `node_law` | the law of a contact at a node |
-//! | `impulses`, `active_rows` | the impulses of all contacts of a node, in an outer iteration; their laws as one problem |
+//! | `node_law`, `mean_direction` | the law of a contact at a node; of slip that turns |
+//! | `impulses`, `active_rows` | the impulses of all contacts of a node, in an outer iteration; the laws of an island as one problem |
+//! | `delassus`, `groups` | `W` in sparse rows; the coordinates that impulses move together |
 //! | `accepted` | the state after the step of a node, and what is recorded |
 //! | `guard`, `islands` | restitution that would gain energy is reduced, island by island |
 //! | `events` | a step with nodes at first touches, or with fixed nodes |
 //! | `stepping` | what steps are solved with |
 //! | `record` | what happened at the nodes of a step |
+//! | `named` | what contacts remember, for a mechanism with other elements |
 //!
 //! Letters: `Λ` impulse of a row (N·s, N·m·s), `B` row, `U` velocity of a row, `W` Delassus
 //! matrix, `g` gap, `γ = g(q_{n+1})/h`, `σ` slip of a step over `h`, `ξ` what a row drives to zero,
@@ -27,10 +29,14 @@
 
 mod accepted;
 mod active_rows;
+mod delassus;
 mod events;
+mod groups;
 mod guard;
 mod impulses;
 mod islands;
+mod mean_direction;
+mod named;
 mod node_law;
 mod record;
 mod stepping;
@@ -39,6 +45,7 @@ pub mod unilateral;
 pub(crate) use stepping::Stepping;
 
 pub use events::{Method, Nonsmooth, NonsmoothOptions};
+pub use named::NamedContacts;
 pub use record::{ContactRecord, ContactStatus, NodeRecord};
 pub use unilateral::{ContactLaw, ContactPlace, ContactRows, TransverseImpulses, Unilateral};
 

@@ -22,6 +22,7 @@
 //! `H = −(s_1 − W_ii Λ_i − s_0)/W_ii` would hold the rate; where `|H| > b`, `s_0 H > 0` and
 //! `s_0 s_1 ≤ 0`, the row gets the mean of the sign over the time of the node.
 
+use super::mean_direction::mean_direction;
 use super::unilateral::{ContactLaw, ContactPlace};
 use vi_core::cone::Cone;
 use vi_core::contact_state::ContactId;
@@ -56,19 +57,24 @@ pub(super) struct Contact {
     pub(super) row: usize, // its first
     pub(super) size: f64,
     pub(super) place: Option<ContactPlace>,
-    pub(super) gap: f64,         // at q_n
-    pub(super) before: f64,      // s_0
-    pub(super) is_new: bool,     // closed, and no contact of the node before
-    pub(super) was_closed: bool, // at the node before, without an impact
+    pub(super) gap: f64,                      // at q_n
+    pub(super) before: f64,                   // s_0 of dry friction
+    pub(super) slip_before: Option<[f64; 2]>, // s_0 along the tangents, of what was closed
+    pub(super) turns: bool,                   // it slides in the mean direction from s_0
+    pub(super) shift: [f64; 2],               // that ξ_T is asked for without
+    pub(super) is_new: bool,                  // closed, and no contact of the node before
+    pub(super) was_closed: bool,              // at the node before, without an impact
     pub(super) is_hit: bool,
-    pub(super) reduction: f64,  // η of the energy guard
-    pub(super) slides: bool,    // decided once: by the mean velocity
-    pub(super) kept: bool,      // it was to slide, and sticks after all
-    pub(super) kind: Kind,      // of the last evaluation
-    pub(super) course: Course,  //
-    pub(super) gamma: f64,      // g(q_{n+1})/h
-    pub(super) sigma: [f64; 2], // slip over h
-    pub(super) bound: f64,      // b of dry friction
+    pub(super) reduction: f64,   // η of the energy guard
+    pub(super) slides: bool,     // decided once: by the mean velocity
+    pub(super) kept: bool,       // it was to slide, and sticks after all
+    pub(super) kind: Kind,       // of the last evaluation
+    pub(super) course: Course,   //
+    pub(super) gamma: f64,       // g(q_{n+1})/h
+    pub(super) sigma: [f64; 2],  // slip over h
+    pub(super) bound: f64,       // b of dry friction
+    pub(super) transmitted: f64, // μ r |h λ_⊥| at the node
+    pub(super) missing: f64,     // of it, where the momentum is projected
 }
 
 /// What a row of a contact is driven by, at the last step that was solved.
@@ -110,9 +116,19 @@ impl Contact {
                             + self.reduction * tangential_restitution * rows.minus[1 + i]
                     }
                     Kind::Position if self.slides => rows.plus[1 + i] + rows.minus[1 + i],
-                    Kind::Position => self.sigma[i],
+                    Kind::Position => self.sigma[i] - self.shift[i],
                 });
-                let cone = Cone::Friction { coefficient: friction };
+                let turning =
+                    self.slip_before.filter(|_| self.turns && self.kind == Kind::Position);
+                let cone = match turning {
+                    None => Cone::Friction { coefficient: friction },
+                    Some(s_0) => {
+                        let (mean, slope) = mean_direction(s_0, self.sigma);
+                        let direction = mean.map(|s| friction * s);
+                        let slope = slope.map(|row| row.map(|s| friction * s));
+                        Cone::Sliding { direction, slope, at: self.sigma }
+                    }
+                };
                 ([zero(normal), zero(a), zero(b)], cone)
             }
             ContactLaw::Dry { .. } => {
@@ -162,12 +178,25 @@ impl Contact {
     /// `change`: `|(WΛ)_T|`.
     pub(super) fn cannot_stop(&self, rows: Rows<'_>, change: f64) -> bool {
         let ContactLaw::Coulomb { friction, .. } = self.law else { return false };
-        if self.kind != Kind::Position || self.kept || !self.slips(rows.lambda, friction) {
+        if self.kind != Kind::Position
+            || self.kept
+            || self.turns
+            || !self.slips(rows.lambda, friction)
+        {
             return false;
         }
         let ([a, b], v) = (self.sigma, &rows.minus[1..3]);
         let off = libm::hypot(a - v[0], b - v[1]);
         a * v[0] + b * v[1] > 0.0 && libm::hypot(a, b) > 2.0 * (change + off)
+    }
+
+    /// Whether its slip stops or turns back in this step, if it is held by its friction.
+    pub(super) fn may_turn(&self) -> bool {
+        let Some([a, b]) = self.slip_before else { return false };
+        self.kind == Kind::Position
+            && !self.slides
+            && (a != 0.0 || b != 0.0)
+            && a * self.sigma[0] + b * self.sigma[1] <= 0.0
     }
 
     /// Whether it slides no more, though it was taken to.

@@ -14,6 +14,8 @@ pub(crate) struct Stepping<'a, S: Discretization<C>, C> {
     pub(crate) scheme: &'a mut dyn Scheme<S, C>,
     pub(crate) solver: &'a mut StepSolver,
     pub(crate) observer: &'a mut S::Observer,
+    pub(crate) end: &'a mut State,   // of the last step that was solved
+    pub(crate) is_at_start: bool,    // `end` is still the state where the step starts
     pub(crate) report: NewtonReport, // sums of iterations
 }
 
@@ -23,17 +25,30 @@ impl<'a, S: Discretization<C>, C: Constraints> Stepping<'a, S, C> {
         scheme: &'a mut dyn Scheme<S, C>,
         solver: &'a mut StepSolver,
         observer: &'a mut S::Observer,
+        end: &'a mut State,
     ) -> Self {
-        Self { system, constraints, scheme, solver, observer, report: NewtonReport::default() }
+        let report = NewtonReport::default();
+        Self { system, constraints, scheme, solver, observer, end, is_at_start: true, report }
     }
 
-    pub(super) fn take(&mut self, step: SubStep, state: &mut State) -> Result<(), StepError> {
-        let Self { system, constraints, scheme, solver, .. } = self;
-        let report = solver.advance(&mut **scheme, system, constraints, step, state)?;
+    /// `end` is that of a step whose start it is; `again`: the same step as the last one, with
+    /// another impulse.
+    pub(super) fn take(&mut self, step: SubStep, again: bool) -> Result<(), StepError> {
+        let Self { system, constraints, scheme, solver, end, .. } = self;
+        solver.begin_at_last(again);
+        let report = solver.advance(&mut **scheme, system, constraints, step, end)?;
+        constraints.follow_angles(&end.q, solver.solution(), &mut end.angles);
         self.report.iterations += report.iterations;
         self.report.restarts += report.restarts;
         self.report.residual = self.report.residual.max(report.residual);
         Ok(())
+    }
+
+    /// `v ← v̂` at the end of the step.
+    pub(super) fn velocity_at_end(&mut self, h: f64, v: &mut [f64]) -> Result<(), StepError> {
+        let Self { system, constraints, observer, end, .. } = self;
+        let found = observer.velocity(system, constraints, (end, h), &end.p, v);
+        found.map_err(|_| ContactFault::RankLost.into())
     }
 
     /// `v ← v̂` of a momentum at the node of a state.

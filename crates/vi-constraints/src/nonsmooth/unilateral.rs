@@ -88,7 +88,7 @@ impl ContactRows {
         self.ends.is_empty()
     }
 
-    fn row(&self, i: usize) -> &[(usize, f64)] {
+    pub(super) fn row(&self, i: usize) -> &[(usize, f64)] {
         let start = i.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.entries[start..self.ends[i]]
     }
@@ -117,8 +117,8 @@ pub struct ContactPlace {
 /// One element: a joint stop, the dry friction of a joint coordinate, a pair of shapes. It has one
 /// contact for each of its features that are near.
 ///
-/// A gap is a smooth function of the configuration as long as its feature is named. Angles are
-/// those next to [`Configuration::angles`].
+/// A gap is a smooth function of the configuration as long as its feature is named. Angles of a
+/// configuration are those at its `q`.
 pub trait Unilateral: Send + Sync + std::fmt::Debug {
     /// Its name, for messages.
     fn name(&self) -> &str;
@@ -130,8 +130,9 @@ pub trait Unilateral: Send + Sync + std::fmt::Debug {
     fn law(&self) -> ContactLaw;
     /// The size of a gap, m or rad: rounding changes it by `ε` of that.
     fn size(&self) -> f64;
-    /// Appends, in ascending order, its features that may touch in this step; of dry friction 0.
-    fn features(&self, s: &Interval, out: &mut Vec<u32>);
+    /// Appends, in ascending order, its features that may touch in this step, each with its gap at
+    /// a configuration next to an end of it; of dry friction 0.
+    fn near(&self, s: &Interval, at: Configuration<'_>, out: &mut Vec<(u32, f64)>);
     /// `g`, m or rad, positive when open; of dry friction 0.
     fn gap(&self, feature: u32, at: Configuration<'_>) -> f64;
     /// Writes its rows: `∇g`, then those of the tangents; `∇θ` of dry friction.

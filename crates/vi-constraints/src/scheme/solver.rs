@@ -13,6 +13,7 @@ use vi_core::state::State;
 pub struct StepSolver {
     newton: Newton,
     x: Vec<f64>,
+    again: bool,
 }
 
 impl StepSolver {
@@ -20,13 +21,19 @@ impl StepSolver {
     #[must_use]
     pub fn new<S, C>(scheme: &dyn Scheme<S, C>, settings: NewtonSettings) -> Self {
         let unknowns = scheme.blocks().iter().map(|block| block.range.end).max().unwrap_or(0);
-        Self { newton: Newton::new(unknowns, settings), x: vec![0.0; unknowns] }
+        Self { newton: Newton::new(unknowns, settings), x: vec![0.0; unknowns], again: false }
     }
 
     /// The solution of the last step.
     #[must_use]
     pub fn solution(&self) -> &[f64] {
         &self.x
+    }
+
+    /// Whether Newton's method of the next steps begins at the solution of the last one before it
+    /// takes other guesses: for a step that is taken again with another momentum.
+    pub(crate) fn begin_at_last(&mut self, wanted: bool) {
+        self.again = wanted;
     }
 
     /// Takes a sub-step: replaces `(t, q_n, p̄_n)` by the next node.
@@ -42,14 +49,14 @@ impl StepSolver {
         step: SubStep,
         state: &mut State,
     ) -> Result<NewtonReport, StepError> {
-        let Self { newton, x } = self;
+        let Self { newton, x, again } = self;
         state.history.fit(x.len(), step.count, scheme.alternating(step.count));
         scheme.begin(system, constraints, step, state);
         let mut problem = StepEquations { scheme, system, constraints };
-        let mut outcome = solve_step(newton, state, step, &mut problem, x);
+        let mut outcome = solve_step(newton, state, (step, *again), &mut problem, x);
         if problem.scheme.renew(constraints, outcome.is_ok()) {
             state.history.clear();
-            outcome = solve_step(newton, state, step, &mut problem, x);
+            outcome = solve_step(newton, state, (step, false), &mut problem, x);
         }
         let report = outcome?;
         problem.scheme.end(system, constraints, newton, state)?;
@@ -100,14 +107,17 @@ impl<S, C> NewtonProblem for StepEquations<'_, '_, S, C> {
 fn solve_step<S, C>(
     newton: &mut Newton,
     state: &mut State,
-    step: SubStep,
+    (step, again): (SubStep, bool),
     problem: &mut StepEquations<'_, '_, S, C>,
     x: &mut [f64],
 ) -> Result<NewtonReport, StepError> {
     let searching = newton.settings.line_search;
     let mut failure = None;
     for attempt in 0.. {
-        let guess = problem.scheme.guess(problem.system, attempt, step, state, x);
+        let guess = match attempt {
+            0 if again => Some(Guess::Plain),
+            _ => problem.scheme.guess(problem.system, attempt, step, state, x),
+        };
         let Some(guess) = guess.filter(|guess| *guess == Guess::Plain || !searching) else { break };
         newton.settings.line_search = searching || guess == Guess::Damped;
         let outcome = newton.solve(problem, x);

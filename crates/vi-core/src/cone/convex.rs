@@ -115,6 +115,11 @@ fn project(problem: &Problem, impulse: &mut [f64]) {
         match cone {
             Cone::Normal => impulse[row] = impulse[row].max(0.0),
             Cone::Bounded { bound } => impulse[row] = clip(impulse[row], bound),
+            Cone::Sliding { direction, .. } => {
+                let normal = impulse[row].max(0.0);
+                let tangents = direction.map(|s| -normal * s);
+                impulse[row..row + 3].copy_from_slice(&[normal, tangents[0], tangents[1]]);
+            }
             Cone::Friction { coefficient } => {
                 let (normal, tangent) = (impulse[row], norm([impulse[row + 1], impulse[row + 2]]));
                 if tangent <= coefficient * normal {

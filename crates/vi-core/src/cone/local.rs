@@ -12,16 +12,72 @@
 //! ```
 #![allow(non_snake_case)] // A
 
-use super::residual::{clip, norm};
+use super::problem::Cone;
+use super::residual::{clip, norm, sliding};
 use nalgebra::{Matrix3, Vector3};
 
+/// The law of a contact with `part` of its friction; of laws of one row the first entries count.
+pub(super) fn law(
+    cone: Cone,
+    (A, c): (&Matrix3<f64>, &Vector3<f64>),
+    part: f64,
+    now: &Vector3<f64>,
+) -> Vector3<f64> {
+    let one = |value| Vector3::new(value, 0.0, 0.0);
+    match cone {
+        Cone::Normal => one(unilateral(A[(0, 0)], c[0])),
+        Cone::Bounded { bound } => one(bounded(A[(0, 0)], c[0], bound, now[0])),
+        Cone::Friction { coefficient } => friction(A, c, part * coefficient, now),
+        Cone::Sliding { direction, slope, at } => slide(A, c, (direction, slope, at), now),
+    }
+}
+
+/// A contact that slides: Newton's method of the three equations, from `now`.
+fn slide(
+    A: &Matrix3<f64>,
+    c: &Vector3<f64>,
+    (direction, slope, at): ([f64; 2], [[f64; 2]; 2], [f64; 2]),
+    now: &Vector3<f64>,
+) -> Vector3<f64> {
+    if c[0] >= 0.0 {
+        return Vector3::zeros();
+    }
+    let simple = || {
+        let across = A[(0, 1)] * direction[0] + A[(0, 2)] * direction[1];
+        let below = if A[(0, 0)] > across { A[(0, 0)] - across } else { A[(0, 0)] };
+        let normal = -c[0] / below;
+        Vector3::new(normal, -normal * direction[0], -normal * direction[1])
+    };
+    let mut x = if now[0] > 0.0 { *now } else { simple() };
+    for _ in 0..20 {
+        let y = A * x + c;
+        let part = sliding(direction, slope, at, [y[1], y[2]]);
+        let F = Vector3::new(y[0], x[1] + x[0] * part[0], x[2] + x[0] * part[1]);
+        let D = Matrix3::from_fn(|i, j| match i {
+            0 => A[(0, j)],
+            _ => {
+                let turn = slope[i - 1][0] * A[(1, j)] + slope[i - 1][1] * A[(2, j)];
+                let own = if j == 0 { part[i - 1] } else { f64::from(u8::from(i == j)) };
+                own + x[0] * turn
+            }
+        });
+        let Some(inverse) = D.try_inverse() else { return simple() };
+        let step = inverse * F;
+        x -= step;
+        if step.amax() <= 4.0 * f64::EPSILON * x.amax() {
+            break;
+        }
+    }
+    if x[0] > 0.0 && x.iter().all(|x| x.is_finite()) { x } else { simple() }
+}
+
 /// `0 ≤ λ ⊥ aλ + c ≥ 0`.
-pub(super) fn unilateral(a: f64, c: f64) -> f64 {
+fn unilateral(a: f64, c: f64) -> f64 {
     if c < 0.0 && a > 0.0 { -c / a } else { 0.0 }
 }
 
 /// `|λ| ≤ b`, `λ = −b sgn(aλ + c)`; `now` is kept where nothing decides.
-pub(super) fn bounded(a: f64, c: f64, bound: f64, now: f64) -> f64 {
+fn bounded(a: f64, c: f64, bound: f64, now: f64) -> f64 {
     if a > 0.0 {
         clip(-c / a, bound)
     } else if c == 0.0 {
@@ -33,12 +89,7 @@ pub(super) fn bounded(a: f64, c: f64, bound: f64, now: f64) -> f64 {
 
 /// The three rows of a contact with friction; of several directions of slip the one next to
 /// `now`. Where no state holds (`μ` beyond the existence of one), a step of projected iteration.
-pub(super) fn friction(
-    A: &Matrix3<f64>,
-    c: &Vector3<f64>,
-    mu: f64,
-    now: &Vector3<f64>,
-) -> Vector3<f64> {
+fn friction(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) -> Vector3<f64> {
     if c[0] >= 0.0 {
         return Vector3::zeros();
     }

@@ -18,6 +18,16 @@ pub enum Cone {
         /// `μ ≥ 0`.
         coefficient: f64,
     },
+    /// A contact that slides in a direction that is known to first order, three rows, the normal
+    /// one first: `0 ≤ Λ_N ⊥ y_N ≥ 0`, `Λ_T = −Λ_N (s + S (y_T − v))`.
+    Sliding {
+        /// `s`, `μ` times a mean direction.
+        direction: [f64; 2],
+        /// `S`, row by row, s/m.
+        slope: [[f64; 2]; 2],
+        /// `v`, m/s.
+        at: [f64; 2],
+    },
     /// `|Λ| ≤ b`, and `Λ = −b sgn y` where `y ≠ 0`: dry friction of a joint, one row.
     Bounded {
         /// `b ≥ 0`.
@@ -26,12 +36,38 @@ pub enum Cone {
 }
 
 impl Cone {
+    /// The law where impulses are measured in `unit`, velocities in its reciprocal.
+    pub(super) fn in_units(self, unit: f64) -> Self {
+        match self {
+            Self::Bounded { bound } => Self::Bounded { bound: bound / unit },
+            Self::Sliding { direction, slope, at } => Self::Sliding {
+                direction,
+                slope: slope.map(|row| row.map(|entry| entry / unit)),
+                at: at.map(|v| v * unit),
+            },
+            cone => cone,
+        }
+    }
+
+    /// Whether its numbers are.
+    pub(super) fn is_finite(&self) -> bool {
+        match *self {
+            Self::Normal => true,
+            Self::Friction { coefficient } => coefficient.is_finite(),
+            Self::Bounded { bound } => bound.is_finite(),
+            Self::Sliding { direction, slope, at } => {
+                let numbers = direction.iter().chain(slope.as_flattened()).chain(&at);
+                numbers.copied().all(f64::is_finite)
+            }
+        }
+    }
+
     /// Rows of `y = WΛ + w` that the law takes.
     #[must_use]
     pub fn rows(&self) -> usize {
         match self {
             Self::Normal | Self::Bounded { .. } => 1,
-            Self::Friction { .. } => 3,
+            Self::Friction { .. } | Self::Sliding { .. } => 3,
         }
     }
 }
@@ -70,11 +106,7 @@ impl Problem {
             let largest = (0..cone.rows()).map(diagonal).fold(0.0, f64::max);
             let unit = if largest > 0.0 { 1.0 / largest.sqrt() } else { 1.0 };
             self.units.resize(row + cone.rows(), unit);
-            let cone = match cone {
-                Cone::Bounded { bound } => Cone::Bounded { bound: bound / unit },
-                cone => cone,
-            };
-            self.cones.push(Placed { cone, row });
+            self.cones.push(Placed { cone: cone.in_units(unit), row });
         }
         debug_assert_eq!(self.units.len(), k, "as many rows as the cones have");
         let units = &self.units;

@@ -53,20 +53,7 @@ impl Residual {
             let rows = *row..row + cone.rows();
             let (y, impulse) = (&self.y[rows.clone()], &impulse[rows.clone()]);
             let F = &mut self.F[rows.clone()];
-            match *cone {
-                Cone::Normal => F[0] = impulse[0] - (impulse[0] - self.rho * y[0]).max(0.0),
-                Cone::Bounded { bound } => {
-                    F[0] = impulse[0] - clip(impulse[0] - self.rho * y[0], bound)
-                }
-                Cone::Friction { coefficient } => {
-                    let [normal, first, second] = [0, 1, 2].map(|i| impulse[i] - self.rho * y[i]);
-                    F[0] = impulse[0] - normal.max(0.0);
-                    let R = coefficient * normal.max(0.0);
-                    let disc = to_disc([first, second], R);
-                    F[1] = impulse[1] - disc[0];
-                    F[2] = impulse[2] - disc[1];
-                }
-            }
+            violation(*cone, (y, impulse), self.rho, F);
             let (fault, size) = (norm_inf(F), norm_inf(&self.sizes[rows]));
             *relative = if fault == 0.0 { 0.0 } else { fault / size };
         }
@@ -82,6 +69,23 @@ impl Residual {
                 Cone::Normal if z > 0.0 => copy_row(problem, row, self.rho, out),
                 Cone::Bounded { bound } if z.abs() <= bound => {
                     copy_row(problem, row, self.rho, out)
+                }
+                Cone::Sliding { direction, slope, at } => {
+                    if z > 0.0 {
+                        copy_row(problem, row, self.rho, out);
+                    } else {
+                        out[(row, row)] = 1.0;
+                    }
+                    let part = sliding(direction, slope, at, [1, 2].map(|i| self.y[row + i]));
+                    for i in 0..2 {
+                        for column in 0..problem.rows() {
+                            let of = |k: usize| problem.row(row + 1 + k)[column];
+                            let turn = slope[i][0] * of(0) + slope[i][1] * of(1);
+                            out[(row + 1 + i, column)] = impulse[row] * turn;
+                        }
+                        out[(row + 1 + i, row + 1 + i)] += 1.0;
+                        out[(row + 1 + i, row)] += part[i];
+                    }
                 }
                 Cone::Normal | Cone::Bounded { .. } => out[(row, row)] = 1.0,
                 Cone::Friction { coefficient } => {
@@ -104,6 +108,39 @@ impl Residual {
             }
         }
     }
+}
+
+/// `F` of one law.
+pub(super) fn violation(cone: Cone, (y, impulse): (&[f64], &[f64]), rho: f64, F: &mut [f64]) {
+    match cone {
+        Cone::Normal => F[0] = impulse[0] - (impulse[0] - rho * y[0]).max(0.0),
+        Cone::Bounded { bound } => F[0] = impulse[0] - clip(impulse[0] - rho * y[0], bound),
+        Cone::Friction { coefficient } => {
+            let [normal, first, second] = [0, 1, 2].map(|i| impulse[i] - rho * y[i]);
+            F[0] = impulse[0] - normal.max(0.0);
+            let R = coefficient * normal.max(0.0);
+            let disc = to_disc([first, second], R);
+            F[1] = impulse[1] - disc[0];
+            F[2] = impulse[2] - disc[1];
+        }
+        Cone::Sliding { direction, slope, at } => {
+            F[0] = impulse[0] - (impulse[0] - rho * y[0]).max(0.0);
+            let part = sliding(direction, slope, at, [y[1], y[2]]);
+            F[1] = impulse[1] + impulse[0] * part[0];
+            F[2] = impulse[2] + impulse[0] * part[1];
+        }
+    }
+}
+
+/// `s + S (y_T − v)`.
+pub(super) fn sliding(
+    direction: [f64; 2],
+    slope: [[f64; 2]; 2],
+    at: [f64; 2],
+    y: [f64; 2],
+) -> [f64; 2] {
+    let off = [y[0] - at[0], y[1] - at[1]];
+    [0, 1].map(|i| direction[i] + slope[i][0] * off[0] + slope[i][1] * off[1])
 }
 
 /// `∂F_T/∂Λ` outside of the disc of the radius `R`, of which `μ` is the slope over `Λ_N − y_N`.
@@ -168,8 +205,13 @@ mod tests {
                 Cone::Normal,
                 Cone::Friction { coefficient: 1.2 },
                 Cone::Bounded { bound: 0.4 },
+                Cone::Sliding {
+                    direction: [0.3, -0.2],
+                    slope: [[0.4, -0.1], [-0.1, 0.7]],
+                    at: [0.5, 0.1],
+                },
             ];
-            let k = 8;
+            let k = 11;
             let rows = sample.matrix(k, k);
             let (W, w) = (rows.tr_mul(&rows), sample.matrix(k, 1));
             let mut problem = Problem::default();

@@ -419,6 +419,20 @@ impl MechanismBuilder {
         principal(&mechanism.description().joints[joint], id.freedom, element)?;
         Ok(mechanism.coordinate(joint, id.freedom).expect("its principal value exists"))
     }
+
+    /// The same for contacts.
+    pub(super) fn followed(
+        &self,
+        id: CoordinateId,
+        mechanism: &mut Mechanism,
+    ) -> Result<JointCoordinate, BuildError> {
+        let joint = id.joint.index();
+        known(|| "contact of a joint".to_owned(), "joint", joint, self.joints.len())?;
+        let element = || format!("contact of joint `{}`", self.joints[joint].name);
+        principal(&mechanism.description().joints[joint], id.freedom, element)?;
+        let found = mechanism.followed_coordinate(joint, id.freedom);
+        Ok(found.expect("its principal value exists"))
+    }
 }
 
 /// A joint coordinate by its principal value.

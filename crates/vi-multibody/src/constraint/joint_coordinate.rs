@@ -235,6 +235,11 @@ impl JointCoordinate {
         }
     }
 
+    /// Its place among the angles that are listed; of others none.
+    pub(crate) fn slot(&self) -> usize {
+        self.slot
+    }
+
     /// Whether it is a length that is measured from the ground: in a steady rotation its rate
     /// changes with the configuration.
     #[must_use]

@@ -41,8 +41,8 @@ impl Unilateral for JointFriction {
         self.size
     }
 
-    fn features(&self, _s: &Interval, out: &mut Vec<u32>) {
-        out.push(0);
+    fn near(&self, _s: &Interval, _at: Configuration<'_>, out: &mut Vec<(u32, f64)>) {
+        out.push((0, 0.0));
     }
 
     fn gap(&self, _feature: u32, _at: Configuration<'_>) -> f64 {

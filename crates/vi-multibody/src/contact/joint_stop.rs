@@ -16,6 +16,9 @@ pub const LOWER: u32 = 0;
 /// Feature of the upper stop.
 pub const UPPER: u32 = 1;
 
+/// Gaps above this part of their size are read from the angles of the node.
+const NEAR: f64 = 1e-2;
+
 /// Limits of a joint coordinate.
 #[derive(Clone, Debug)]
 pub struct JointStop {
@@ -56,14 +59,21 @@ impl Unilateral for JointStop {
         self.size
     }
 
-    fn features(&self, _s: &Interval, out: &mut Vec<u32>) {
-        out.extend(self.lower.map(|_| LOWER));
-        out.extend(self.upper.map(|_| UPPER));
+    fn near(&self, _s: &Interval, at: Configuration<'_>, out: &mut Vec<(u32, f64)>) {
+        let stops = [(LOWER, self.lower), (UPPER, self.upper)];
+        let stated = stops.iter().filter(|(_, limit)| limit.is_some());
+        out.extend(stated.map(|(feature, _)| (*feature, self.gap(*feature, at))));
     }
 
     fn gap(&self, feature: u32, at: Configuration<'_>) -> f64 {
         let limit = if feature == LOWER { self.lower } else { self.upper };
-        self.coordinate.distance_from(limit.unwrap_or(0.0), at) * Self::sign(feature)
+        let limit = limit.unwrap_or(0.0);
+        let from_afar = self.coordinate.at_node(at) - limit;
+        // near the stop an angle is compared without its revolutions
+        match from_afar.abs() > NEAR * self.size {
+            true => from_afar * Self::sign(feature),
+            false => self.coordinate.distance_from(limit, at) * Self::sign(feature),
+        }
     }
 
     fn rows(&self, feature: u32, at: Configuration<'_>, out: &mut ContactRows) {

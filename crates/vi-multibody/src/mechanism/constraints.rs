@@ -166,6 +166,16 @@ impl Constraints for Mechanism {
         }
     }
 
+    fn follow_angles(&self, q: &[f64], u: &[f64], angles: &mut [f64]) {
+        for (slot, coordinate) in self.angles.iter().enumerate() {
+            let own = self.followed[slot].and_then(|own| Some(own.sign * u.get(own.index)?));
+            angles[slot] = match own {
+                Some(increment) => angles[slot] + increment,
+                None => coordinate.at(Configuration { t: 0.0, q, angles, internal: &[] }),
+            };
+        }
+    }
+
     fn weighted_hessian(&self, _: f64, q: &[f64], w: &[f64], scale: f64, out: &mut dyn Entries) {
         let bodies = self.description.bodies.len();
         for k in 0..bodies {

@@ -30,6 +30,7 @@ use spanning::{span_bodies, span_particles};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use vi_constraints::Constraints;
+use vi_core::coordinate_force::SignedUnknown;
 use vi_core::momentum_map::Momentum;
 use vi_core::newton::Block;
 use vi_core::potential::LinearPotential;
@@ -61,6 +62,7 @@ pub struct Mechanism {
     other_rows: Vec<usize>,       // those of `rows` that are no products of a joint
     step_rows: Vec<usize>,        // those of `rows` that the midpoint does not know: of rolling
     angles: Vec<JointCoordinate>, // whose revolutions count
+    followed: Vec<Option<SignedUnknown>>, // of angles by the increments of steps
     coordinates: BTreeMap<(usize, usize), JointCoordinate>, // asked for: joint, freedom
     joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
     bar_rows: Vec<Range<usize>>,
@@ -115,6 +117,7 @@ impl Mechanism {
             rows,
             other_rows,
             step_rows,
+            followed: vec![None; angles.len()],
             angles,
             coordinates: BTreeMap::new(),
             joint_rows,
@@ -170,12 +173,16 @@ impl Mechanism {
     pub fn coordinate(&mut self, joint: usize, freedom: usize) -> Option<JointCoordinate> {
         let place = (joint, freedom);
         if let Some(known) = self.coordinates.get(&place) {
+            if let Some(followed) = self.followed.get_mut(known.slot()) {
+                *followed = None;
+            }
             return Some(known.clone());
         }
         let own = self.description.joints.get(joint)?;
         let mut coordinate = JointCoordinate::principal(own, freedom)?.placed(joint, freedom);
         coordinate.note_unknown(self.tree.unknown_of(own, freedom));
         coordinate.list(&mut self.angles);
+        self.followed.resize(self.angles.len(), None);
         self.coordinates.insert(place, coordinate.clone());
         Some(coordinate)
     }
@@ -188,6 +195,23 @@ impl Mechanism {
             let own = self.description.joints.get(joint)?;
             Some(JointCoordinate::principal(own, freedom)?.placed(joint, freedom))
         })
+    }
+
+    /// The same for contacts, which read the value of an angle next to a stop alone: unless others
+    /// read it, too, it is followed by the increments of the steps.
+    pub(crate) fn followed_coordinate(
+        &mut self,
+        joint: usize,
+        freedom: usize,
+    ) -> Option<JointCoordinate> {
+        if let Some(known) = self.coordinates.get(&(joint, freedom)) {
+            return Some(known.clone());
+        }
+        let coordinate = self.coordinate(joint, freedom)?;
+        if let Some(followed) = self.followed.get_mut(coordinate.slot()) {
+            *followed = coordinate.unknown();
+        }
+        Some(coordinate)
     }
 
     /// The angles whose revolutions count, in the order of [`vi_core::Configuration::angles`].

@@ -76,7 +76,7 @@ pub fn integrator(
     let rows = loops.rows.clone();
     let leaves = matches!(options.scheme, SchemeKind::Nodal | SchemeKind::Reduced);
     let moved = loops.singular_start(&system, &mechanism, at, leaves)?;
-    let at = moved.as_ref().map_or(at, |start| InitialValues::new(at.t, &start.q, &start.v));
+    let at = moved.as_ref().map_or(at, |start| InitialValues { q: &start.q, v: &start.v, ..at });
     let (n, m) = (mechanism.dim(), mechanism.len());
     let scheme: BoxedScheme = match options.scheme {
         kind if options.method.stages().is_some() => {

@@ -218,7 +218,7 @@ impl LoopRank {
     pub fn departure(
         &self,
         mechanism: &Mechanism,
-        InitialValues { t, q, v }: InitialValues<'_>,
+        InitialValues { t, q, v, .. }: InitialValues<'_>,
     ) -> Result<Departure, SetupError> {
         let rates = tree_rates(mechanism, q, v);
         let mut loops = Loops::new(mechanism);
