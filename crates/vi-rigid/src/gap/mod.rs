@@ -15,18 +15,31 @@
 //! | points with a radius (sphere, capsule, corners of a box) – plane | [`points_plane`] | a point |
 //! | ellipsoid – plane | [`ellipsoid_plane`] | one |
 //! | sphere – sphere, sphere – capsule, capsule – capsule | [`segments`] | one, or two of parallel capsules |
+//! | points with a radius – capsule | [`segments`] | a point |
+//! | box – plane | [`points_plane`] | a corner |
+//! | cylinder – plane | [`cylinder_plane`] | a point of a rim |
+//! | points with a radius, sphere – box, cylinder | `solids` | a point |
+//! | points – box | `solids` | a point and a face |
+//! | box – box | `box_box` | a corner and a face, or two edges |
 //!
-//! Closed forms without iteration. The gap of a pair does not depend on which shape is named first.
+//! Closed forms without iteration. [`Pair::active`] names the features that may touch. The gap of a
+//! pair does not depend on which shape is named first.
 
+pub mod cylinder_plane;
 pub mod ellipsoid_plane;
 pub mod points_plane;
 pub mod segments;
 
+mod box_box;
 mod contact_point;
+mod solids;
 
 pub use contact_point::{ContactPoint, GROUND, displacement, row, tangents};
 
+use box_box::Place;
+use contact_point::in_space;
 use nalgebra::{Matrix3, Vector3};
+use solids::Solid;
 
 /// A shape in the components of its frame, lengths in m.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +75,22 @@ pub enum ContactShape {
         /// Half of its diameters along them.
         half_axes: Vector3<f64>,
     },
+    /// A box.
+    Box {
+        /// Its centre.
+        center: Vector3<f64>,
+        /// The unit vectors of its axes, in columns.
+        axes: Matrix3<f64>,
+        /// Half of its lengths along them.
+        half_lengths: Vector3<f64>,
+    },
+    /// A cylinder with flat ends.
+    Cylinder {
+        /// The ends of its axis.
+        ends: [Vector3<f64>; 2],
+        /// Its radius.
+        radius: f64,
+    },
 }
 
 impl ContactShape {
@@ -90,6 +119,8 @@ impl ContactShape {
             Self::Capsule { ends, .. } if ends[0] == ends[1] => "sphere",
             Self::Capsule { .. } => "capsule",
             Self::Ellipsoid { .. } => "ellipsoid",
+            Self::Box { .. } => "box",
+            Self::Cylinder { .. } => "cylinder",
         }
     }
 
@@ -103,6 +134,39 @@ impl ContactShape {
             }
             Self::Capsule { ends, radius } => ends[0].norm().max(ends[1].norm()) + radius,
             Self::Ellipsoid { center, half_axes, .. } => center.norm() + half_axes.amax(),
+            Self::Box { center, half_lengths, .. } => center.norm() + half_lengths.norm(),
+            Self::Cylinder { ends, radius } => ends[0].norm().max(ends[1].norm()) + radius,
+        }
+    }
+
+    /// A ball that holds the shape; `None` of a plane.
+    #[must_use]
+    pub fn ball(&self) -> Option<(Vector3<f64>, f64)> {
+        match self {
+            Self::Plane { .. } => None,
+            Self::Points { points, radius } => {
+                let sum: Vector3<f64> = points.iter().sum();
+                let center = sum / points.len().max(1) as f64;
+                let apart = points.iter().map(|point| (point - center).norm());
+                Some((center, apart.fold(0.0, f64::max) + radius))
+            }
+            Self::Capsule { ends, radius } => {
+                Some((0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]).norm() + radius))
+            }
+            Self::Ellipsoid { center, half_axes, .. } => Some((*center, half_axes.amax())),
+            Self::Box { center, half_lengths, .. } => Some((*center, half_lengths.norm())),
+            Self::Cylinder { ends, radius } => {
+                let half = 0.5 * (ends[1] - ends[0]).norm();
+                Some((0.5 * (ends[0] + ends[1]), libm::hypot(half, *radius)))
+            }
+        }
+    }
+
+    /// A box on a frame; `None` of other shapes.
+    fn place(&self, frame: &[f64]) -> Option<Place> {
+        match Solid::in_space(self, frame)? {
+            Solid::Box(center, axes, half) => Some((center, axes, half)),
+            Solid::Cylinder(..) => None,
         }
     }
 }
@@ -110,7 +174,7 @@ impl ContactShape {
 /// There is no gap between two such shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the gap between {a} and {b} is not available: spheres, capsules, ellipsoids and points stand on planes, spheres and capsules touch one another"
+    "the gap between {a} and {b} is not available: all shapes stand on planes; boxes touch boxes, spheres and capsules one another and points; spheres and points touch boxes, spheres cylinders"
 )]
 pub struct NoGap {
     /// One of them.
@@ -132,36 +196,22 @@ impl Pair {
     /// # Errors
     /// [`NoGap`] where no formula is there for the two.
     pub fn new(a: ContactShape, b: ContactShape) -> Result<Self, NoGap> {
-        use ContactShape::{Capsule, Ellipsoid, Plane, Points};
-        match (&a, &b) {
-            (Plane { .. }, Points { .. } | Capsule { .. } | Ellipsoid { .. })
-            | (Points { .. } | Capsule { .. } | Ellipsoid { .. }, Plane { .. })
-            | (Capsule { .. }, Capsule { .. }) => Ok(Self { a, b }),
-            _ => Err(NoGap { a: a.name(), b: b.name() }),
+        match features(&a, &b) {
+            0 => Err(NoGap { a: a.name(), b: b.name() }),
+            _ => Ok(Self { a, b }),
         }
     }
 
     /// How many features it has; they are numbered from 0.
     #[must_use]
     pub fn features(&self) -> u32 {
-        use ContactShape::{Capsule, Ellipsoid, Plane, Points};
-        match (&self.a, &self.b) {
-            (Plane { .. }, Points { points, .. }) | (Points { points, .. }, Plane { .. }) => {
-                points.len() as u32
-            }
-            (Plane { .. }, Capsule { ends, .. }) | (Capsule { ends, .. }, Plane { .. }) => {
-                if ends[0] == ends[1] { 1 } else { 2 }
-            }
-            (Capsule { ends: a, .. }, Capsule { ends: b, .. }) => {
-                if a[0] == a[1] || b[0] == b[1] {
-                    1
-                } else {
-                    segments::FEATURES
-                }
-            }
-            (Ellipsoid { .. }, _) | (_, Ellipsoid { .. }) => 1,
-            _ => 0,
-        }
+        features(&self.a, &self.b)
+    }
+
+    /// The shape on frame A, and the one on frame B.
+    #[must_use]
+    pub fn shapes(&self) -> [&ContactShape; 2] {
+        [&self.a, &self.b]
     }
 
     /// A length of the size of both, m.
@@ -173,41 +223,174 @@ impl Pair {
     /// The contact of a feature; `frame_a` and `frame_b`: the frames of the shapes, shape 12.
     #[must_use]
     pub fn contact(&self, feature: u32, frame_a: &[f64], frame_b: &[f64]) -> ContactPoint {
-        self.between(feature, &self.a, frame_a, &self.b, frame_b)
-            .or_else(|| {
-                let turned = self.between(feature, &self.b, frame_b, &self.a, frame_a)?;
-                Some(turned.exchanged())
-            })
-            .expect("a pair of shapes with a gap")
+        contact(feature, (&self.a, frame_a), (&self.b, frame_b))
     }
 
-    fn between(
-        &self,
-        feature: u32,
-        a: &ContactShape,
-        frame_a: &[f64],
-        b: &ContactShape,
-        frame_b: &[f64],
-    ) -> Option<ContactPoint> {
-        let ContactShape::Plane { point, normal } = a else {
-            let (ContactShape::Capsule { .. }, ContactShape::Capsule { .. }) = (a, b) else {
-                return None;
-            };
-            return Some(segments::contact(feature, (a, frame_a), (b, frame_b)));
-        };
-        let plane = points_plane::Plane::in_space(point, normal, frame_a);
-        let index = feature as usize;
-        match b {
-            ContactShape::Points { points, radius } => {
-                Some(points_plane::contact(&plane, &points[index], *radius, frame_b))
+    /// Appends the features that may touch, in ascending order, with gaps up to `reach`, m.
+    pub fn active(&self, frame_a: &[f64], frame_b: &[f64], reach: f64, out: &mut Vec<(u32, f64)>) {
+        active((&self.a, frame_a), (&self.b, frame_b), reach, out);
+    }
+}
+
+/// How many features two shapes have; 0 where there is no formula for them.
+#[must_use]
+pub fn features(a: &ContactShape, b: &ContactShape) -> u32 {
+    one_way(a, b).max(one_way(b, a))
+}
+
+/// The same in this order of the shapes.
+fn one_way(a: &ContactShape, b: &ContactShape) -> u32 {
+    use ContactShape::{Box, Capsule, Cylinder, Ellipsoid, Plane, Points};
+    let is_ball = |ends: &[Vector3<f64>; 2]| ends[0] == ends[1];
+    match (a, b) {
+        (Plane { .. } | Capsule { .. }, Points { points, .. }) => points.len() as u32,
+        (Plane { .. }, Capsule { ends, .. }) => {
+            if is_ball(ends) {
+                1
+            } else {
+                2
             }
-            ContactShape::Capsule { ends, radius } => {
-                Some(points_plane::contact(&plane, &ends[index], *radius, frame_b))
+        }
+        (Plane { .. }, Ellipsoid { .. }) => 1,
+        (Plane { .. }, Box { .. }) => 8,
+        (Plane { .. }, Cylinder { .. }) => cylinder_plane::FEATURES,
+        (Capsule { ends: a, .. }, Capsule { ends: b, .. }) => {
+            if is_ball(a) || is_ball(b) {
+                1
+            } else {
+                segments::FEATURES
             }
-            ContactShape::Ellipsoid { center, axes, half_axes } => {
-                Some(ellipsoid_plane::contact(&plane, (center, axes, half_axes), frame_b))
+        }
+        (Box { .. }, Points { points, radius }) if *radius == 0.0 => {
+            points.len() as u32 * solids::FACES
+        }
+        (Box { .. } | Cylinder { .. }, Points { points, radius }) if *radius > 0.0 => {
+            points.len() as u32
+        }
+        (Box { .. } | Cylinder { .. }, Capsule { ends, radius })
+            if is_ball(ends) && *radius > 0.0 =>
+        {
+            1
+        }
+        (Box { .. }, Box { .. }) => box_box::FEATURES,
+        _ => 0,
+    }
+}
+
+/// The contact of a feature of two shapes, each with its frame.
+///
+/// # Panics
+/// Where they have no [`features`].
+#[must_use]
+pub fn contact(
+    feature: u32,
+    (a, frame_a): (&ContactShape, &[f64]),
+    (b, frame_b): (&ContactShape, &[f64]),
+) -> ContactPoint {
+    match one_way(a, b) {
+        0 => between(feature, (b, frame_b), (a, frame_a)).map(ContactPoint::exchanged),
+        _ => between(feature, (a, frame_a), (b, frame_b)),
+    }
+    .expect("a pair of shapes with a gap")
+}
+
+fn between(
+    feature: u32,
+    (a, frame_a): (&ContactShape, &[f64]),
+    (b, frame_b): (&ContactShape, &[f64]),
+) -> Option<ContactPoint> {
+    use ContactShape::{Box, Capsule, Cylinder, Ellipsoid, Plane, Points};
+    let index = feature as usize;
+    match (a, b) {
+        (Plane { point, normal }, _) => {
+            let plane = points_plane::Plane::in_space(point, normal, frame_a);
+            match b {
+                Points { points, radius } => {
+                    Some(points_plane::contact(&plane, &points[index], *radius, frame_b))
+                }
+                Capsule { ends, radius } => {
+                    Some(points_plane::contact(&plane, &ends[index], *radius, frame_b))
+                }
+                Ellipsoid { center, axes, half_axes } => {
+                    Some(ellipsoid_plane::contact(&plane, (center, axes, half_axes), frame_b))
+                }
+                Box { .. } => {
+                    Some(plane.contact_with(&box_box::corner(&b.place(frame_b)?, feature)))
+                }
+                Cylinder { ends, radius } => {
+                    Some(cylinder_plane::contact(feature, &plane, (ends, *radius), frame_b))
+                }
+                Plane { .. } => None,
             }
-            ContactShape::Plane { .. } => None,
+        }
+        (Capsule { .. }, Points { points, radius }) => {
+            let ball = ContactShape::sphere(points[index], *radius);
+            Some(segments::contact(0, (a, frame_a), (&ball, frame_b)))
+        }
+        (Capsule { .. }, Capsule { .. }) => {
+            Some(segments::contact(feature, (a, frame_a), (b, frame_b)))
+        }
+        (Box { .. }, Box { .. }) => {
+            Some(box_box::contact(feature, &a.place(frame_a)?, &b.place(frame_b)?))
+        }
+        (Box { .. }, Points { points, radius }) if *radius == 0.0 => {
+            let (center, axes, half) = a.place(frame_a)?;
+            let plane = solids::face((&center, &axes, &half), feature % solids::FACES);
+            let point = &points[(feature / solids::FACES) as usize];
+            Some(plane.contact_with(&in_space(frame_b, point)))
+        }
+        (_, Points { points, radius }) => {
+            Some(Solid::in_space(a, frame_a)?.contact(&in_space(frame_b, &points[index]), *radius))
+        }
+        (_, Capsule { ends, radius }) => {
+            Some(Solid::in_space(a, frame_a)?.contact(&in_space(frame_b, &ends[0]), *radius))
+        }
+        _ => None,
+    }
+}
+
+/// Appends the features of two shapes that may touch, in ascending order, with gaps up to `reach`.
+pub fn active(
+    (a, frame_a): (&ContactShape, &[f64]),
+    (b, frame_b): (&ContactShape, &[f64]),
+    reach: f64,
+    out: &mut Vec<(u32, f64)>,
+) {
+    use ContactShape::{Box, Points};
+    match (a, b) {
+        (Box { .. }, Box { .. }) => {
+            if let (Some(a), Some(b)) = (a.place(frame_a), b.place(frame_b)) {
+                box_box::active(&a, &b, reach, out);
+            }
+        }
+        (Box { .. }, Points { points, radius }) if *radius == 0.0 => {
+            points_on_box(a.place(frame_a), (points, frame_b), reach, out);
+        }
+        (Points { points, radius }, Box { .. }) if *radius == 0.0 => {
+            points_on_box(b.place(frame_b), (points, frame_a), reach, out);
+        }
+        _ => {
+            for feature in 0..features(a, b) {
+                let gap = contact(feature, (a, frame_a), (b, frame_b)).gap;
+                if gap <= reach {
+                    out.push((feature, gap));
+                }
+            }
+        }
+    }
+}
+
+fn points_on_box(
+    of: Option<Place>,
+    (points, frame): (&[Vector3<f64>], &[f64]),
+    reach: f64,
+    out: &mut Vec<(u32, f64)>,
+) {
+    let Some((center, axes, half)) = of else { return };
+    for (k, point) in points.iter().enumerate() {
+        let (face, gap) = solids::nearest_face((&center, &axes, &half), &in_space(frame, point));
+        if gap <= reach {
+            out.push((solids::FACES * k as u32 + face, gap));
         }
     }
 }

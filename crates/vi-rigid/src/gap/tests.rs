@@ -25,17 +25,46 @@ fn pairs(sample: &mut Sample) -> Vec<Pair> {
     let half_axes = Vector3::new(0.3, 0.5, 0.9);
     let ellipsoid =
         ContactShape::Ellipsoid { center: sample.vector(), axes: axes(sample), half_axes };
+    let brick = ContactShape::Box {
+        center: sample.vector(),
+        axes: axes(sample),
+        half_lengths: Vector3::new(0.2, 0.3, 0.4),
+    };
+    let (half_lengths, other_axes) = (Vector3::new(0.5, 0.1, 0.3), axes(sample));
+    let slab = ContactShape::Box { center: sample.vector(), axes: other_axes, half_lengths };
+    let ends = [sample.vector(), sample.vector()];
+    let roller = ContactShape::Cylinder { ends, radius: 0.25 };
+    let balls = ContactShape::Points {
+        points: (0..4).map(|_| 0.3 * sample.vector()).collect(),
+        radius: 0.05,
+    };
     [
         (plane.clone(), corners.clone()),
         (plane.clone(), ball.clone()),
         (capsule.clone(), plane.clone()),
-        (ellipsoid, plane),
-        (ball.clone(), small),
-        (ball, capsule.clone()),
-        (capsule, other),
+        (ellipsoid, plane.clone()),
+        (ball.clone(), small.clone()),
+        (ball.clone(), capsule.clone()),
+        (capsule.clone(), other),
+        (plane.clone(), brick.clone()),
+        (roller.clone(), plane),
+        (brick.clone(), small.clone()),
+        (roller.clone(), small),
+        (balls.clone(), brick.clone()),
+        (capsule, corners.clone()),
+        (corners, brick.clone()),
+        (brick, slab),
+        (balls, roller),
     ]
     .map(|(a, b)| Pair::new(a, b).unwrap())
     .into()
+}
+
+/// Features of boxes count where they may touch.
+fn is_active(pair: &Pair, feature: u32, [p, q]: &[[f64; FRAME]; 2]) -> bool {
+    let mut active = Vec::new();
+    pair.active(p, q, f64::MAX, &mut active);
+    active.iter().any(|(own, _)| *own == feature)
 }
 
 fn frames(sample: &mut Sample) -> [[f64; FRAME]; 2] {
@@ -54,7 +83,7 @@ fn the_normal_row_is_the_gradient_of_the_gap() {
             let at = frames(&mut sample);
             for feature in 0..pair.features() {
                 let contact = pair.contact(feature, &at[0], &at[1]);
-                if contact.gap > 100.0 {
+                if contact.gap > 100.0 || !is_active(&pair, feature, &at) {
                     continue; // the second end of capsules that are not parallel
                 }
                 let twists: [[f64; 6]; 2] = [sample.array(), sample.array()];
@@ -95,8 +124,19 @@ fn a_gap_does_not_depend_on_the_order_of_the_shapes() {
             let [p, q] = frames(&mut sample);
             let exchanged = Pair::new(pair.b.clone(), pair.a.clone()).unwrap();
             for feature in 0..pair.features() {
-                let (one, other) =
-                    (pair.contact(feature, &p, &q), exchanged.contact(feature, &q, &p).exchanged());
+                if !is_active(&pair, feature, &[p, q]) {
+                    continue;
+                }
+                let boxes = pair.shapes().iter().all(|shape| shape.name() == "box");
+                let turned = match (boxes, feature) {
+                    (true, 0..48) => feature + 48,
+                    (true, 48..96) => feature - 48,
+                    (true, _) => 96 + (feature - 96) % 12 * 12 + (feature - 96) / 12,
+                    _ => feature,
+                };
+                let one = pair.contact(feature, &p, &q);
+                let other = exchanged.contact(turned, &q, &p).exchanged();
+                assert!(is_active(&exchanged, turned, &[q, p]), "{pair:?} {feature}");
                 if one.gap > 100.0 {
                     assert!(other.gap > 100.0);
                     continue;
@@ -116,9 +156,13 @@ fn gaps_are_the_least_distances() {
         let mut sample = Sample::new(seed);
         let [p, q] = frames(&mut sample);
         for pair in pairs(&mut sample) {
-            let found = (0..pair.features())
-                .map(|feature| pair.contact(feature, &p, &q).gap)
-                .fold(f64::INFINITY, f64::min);
+            let mut active = Vec::new();
+            pair.active(&p, &q, f64::MAX, &mut active);
+            let found = active.iter().map(|(_, gap)| *gap).fold(f64::INFINITY, f64::min);
+            let [a, b] = pair.shapes().map(ContactShape::name);
+            if b == "box" && (a == "box" || a == "points") {
+                continue; // gaps of lines and planes: tested where they touch
+            }
             let least = sampled(&pair, &p, &q);
             assert!(found <= least + 1e-12 && found > least - 0.02, "{pair:?} {found} {least}");
         }
@@ -145,6 +189,29 @@ fn cloud(shape: &ContactShape, frame: &[f64]) -> (Vec<Vector3<f64>>, f64) {
             let places = (0..=100).flat_map(|i| (0..100).map(move |j| (i, j)));
             let at = |(i, j)| center + axes * direction(i, j).component_mul(half_axes);
             (places.map(at).collect(), 0.0)
+        }
+        ContactShape::Box { center, axes, half_lengths } => {
+            let side = |k: usize| k as f64 / 8.0 - 1.0;
+            let places =
+                (0..17 * 17 * 17).map(|k| [side(k % 17), side(k / 17 % 17), side(k / 289)]);
+            let on_face = places.filter(|place| place.iter().any(|x| x.abs() > 0.999));
+            let at = |x: [f64; 3]| center + axes * Vector3::from(x).component_mul(half_lengths);
+            (on_face.map(at).collect(), 0.0)
+        }
+        ContactShape::Cylinder { ends, radius } => {
+            let along = (ends[1] - ends[0]).normalize();
+            let first = solids::perpendicular(&along);
+            let second = along.cross(&first);
+            let at = |k: usize| {
+                let (turn, place) = (std::f64::consts::TAU * (k % 80) as f64 / 80.0, k / 80);
+                let (part, size) = match place {
+                    0..=20 => (place as f64 / 20.0, 1.0),
+                    _ => (f64::from(u8::from(place % 2 == 0)), (place - 20) as f64 / 20.0),
+                };
+                let across = first * turn.cos() + second * turn.sin();
+                ends[0] + (ends[1] - ends[0]) * part + across * (*radius * size)
+            };
+            ((0..80 * 41).map(at).collect(), 0.0)
         }
         ContactShape::Plane { .. } => unreachable!(),
     };
@@ -243,5 +310,117 @@ fn shapes_without_a_formula_are_refused() {
     for (a, b) in [(&plane, &plane), (&ellipsoid, &ball), (&ball, &ellipsoid)] {
         let refused = Pair::new(a.clone(), b.clone()).unwrap_err();
         assert_eq!((refused.a, refused.b), (a.name(), b.name()));
+    }
+}
+
+/// The gap of two boxes is the distance of the nearest points of both, next to each other in any
+/// attitude: by projected gradients on the coefficients of the points.
+#[test]
+fn gaps_of_boxes_are_distances() {
+    let (mut worst, mut kinds) = (0.0_f64, [0; 3]);
+    for seed in 0..800 {
+        let mut sample = Sample::new(seed);
+        let half = |sample: &mut Sample| sample.vector().map(|x: f64| 0.2 + 0.3 * x.abs());
+        let [a, b] = [0, 1].map(|_| {
+            let half_lengths = half(&mut sample);
+            ContactShape::Box { center: Vector3::zeros(), axes: axes(&mut sample), half_lengths }
+        });
+        let pair = Pair::new(a, b).unwrap();
+        let [p, mut q] = [GROUND, GROUND];
+        let direction = unit(&mut sample);
+        // moved off until they are 0.01 apart along the direction that separates them best
+        let mut far = 3.0;
+        for _ in 0..60 {
+            (0..3).for_each(|i| q[i] = far * direction[i]);
+            let mut active = Vec::new();
+            pair.active(&p, &q, f64::MAX, &mut active);
+            let gap = active.iter().map(|(_, gap)| *gap).fold(f64::INFINITY, f64::min);
+            if !gap.is_finite() || (gap - 0.01).abs() < 1e-9 {
+                break;
+            }
+            far -= gap - 0.01;
+        }
+        let mut active = Vec::new();
+        pair.active(&p, &q, f64::MAX, &mut active);
+        let distance = nearest(&pair, &p, &q);
+        let Some((feature, gap)) = active.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
+            continue; // a corner beside the face: the nearest features are a corner and an edge
+        };
+        if distance > gap + 1e-6 {
+            continue; // likewise, the gap is that of a plane
+        }
+        kinds[if *feature < 48 {
+            0
+        } else if *feature < 96 {
+            1
+        } else {
+            2
+        }] += 1;
+        worst = worst.max((gap - distance).abs());
+    }
+    println!("corners of B, of A, edges: {kinds:?}, gaps to {worst:.1e}");
+    assert!(kinds.iter().all(|kind| *kind > 20) && worst < 1e-6, "{kinds:?} {worst:e}");
+}
+
+/// The distance of two boxes, by projected steps.
+fn nearest(pair: &Pair, p: &[f64], q: &[f64]) -> f64 {
+    let [a, b] = [(0, p), (1, q)].map(|(k, frame)| pair.shapes()[k].place(frame).unwrap());
+    let clamp = |(center, axes, half): &Place, x: &Vector3<f64>| {
+        let y = axes.tr_mul(&(x - center));
+        center + axes * Vector3::from_fn(|i, _| y[i].clamp(-half[i], half[i]))
+    };
+    let mut x = a.0;
+    for _ in 0..20_000 {
+        x = clamp(&a, &clamp(&b, &x));
+    }
+    (x - clamp(&b, &x)).norm()
+}
+
+/// A box that stands on a box has the corners above the face, and where both cross the four places
+/// where their edges do.
+#[test]
+fn boxes_on_boxes_stand_on_four_points() {
+    let brick = |half: [f64; 3]| ContactShape::Box {
+        center: Vector3::zeros(),
+        axes: Matrix3::identity(),
+        half_lengths: half.into(),
+    };
+    let active = |a: [f64; 3], b: [f64; 3], at: [f64; 3]| {
+        let (pair, mut q, mut found) = (Pair::new(brick(a), brick(b)).unwrap(), GROUND, Vec::new());
+        q[..3].copy_from_slice(&at);
+        pair.active(&GROUND, &q, 1e-3, &mut found);
+        let place = |feature: u32| pair.contact(feature, &GROUND, &q);
+        found.iter().map(|(feature, _)| (*feature, place(*feature))).collect::<Vec<_>>()
+    };
+    let small_on_large = active([1.0, 1.0, 0.2], [0.3, 0.4, 0.2], [0.1, 0.0, 0.4 + 1e-4]);
+    let large_on_small = active([0.3, 0.4, 0.2], [1.0, 1.0, 0.2], [0.1, 0.0, 0.4 + 1e-4]);
+    let planks = active([1.0, 0.1, 0.05], [0.1, 1.0, 0.05], [0.0, 0.0, 0.1 + 1e-4]);
+    let apart = active([1.0, 0.1, 0.05], [0.1, 1.0, 0.05], [0.0, 0.0, 0.2]);
+    for (found, kind) in [(&small_on_large, 0..48), (&large_on_small, 48..96), (&planks, 96..240)] {
+        assert_eq!(found.len(), 4, "{found:?}");
+        for (feature, contact) in found {
+            assert!(kind.contains(feature), "{feature}");
+            assert!((contact.gap - 1e-4).abs() < 1e-15, "{contact:?}");
+            assert!((contact.normal - Vector3::z()).norm() < 1e-15, "{contact:?}");
+        }
+    }
+    let corners: f64 = planks.iter().map(|(_, c)| c.point.xy().norm() - 0.02_f64.sqrt()).sum();
+    assert!(corners.abs() < 1e-14 && apart.is_empty());
+}
+
+/// A cylinder lies on its side on two lowest points, and stands on four of a rim.
+#[test]
+fn a_cylinder_lies_or_stands() {
+    let plane = ContactShape::Plane { point: Vector3::zeros(), normal: Vector3::z() };
+    let roller = |along: Vector3<f64>| {
+        let ends = [-0.5 * along, 0.5 * along];
+        Pair::new(plane.clone(), ContactShape::Cylinder { ends, radius: 0.3 }).unwrap()
+    };
+    for (along, height, count) in [(Vector3::x(), 0.3, 2), (Vector3::z(), 0.5, 4)] {
+        let (mut q, mut found) = (GROUND, Vec::new());
+        q[2] = height;
+        roller(along).active(&GROUND, &q, 1e-3, &mut found);
+        assert_eq!(found.len(), count, "{found:?}");
+        assert!(found.iter().all(|(_, gap)| gap.abs() < 1e-15), "{found:?}");
     }
 }

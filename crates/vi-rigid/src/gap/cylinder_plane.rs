@@ -1,0 +1,49 @@
+//! A cylinder on a plane: points of its rims.
+//!
+//! ```text
+//! x = c + R e,   e ∝ −m + δ min(1, δ/|m|) b,   m = n − (n·a) a,   g = n·(x − o)
+//! ```
+//! the lowest point of each rim; where the cylinder nearly stands, `|n × a| < 0.1`, also three
+//! points of the rim that are fixed in the body, at 60°, 180° and 300° from `b`. Of a cylinder that
+//! stands the direction is `b`, which is fixed in the body, too: `δ` is 1e-9.
+//!
+//! Letters: `c` centre of a rim, `a` axis, `R` radius.
+
+use super::contact_point::{ContactPoint, in_space, turned};
+use super::points_plane::Plane;
+use super::solids::perpendicular;
+use nalgebra::Vector3;
+
+/// Of a cylinder on a plane: four points of each rim.
+pub(super) const FEATURES: u32 = 2 * POINTS;
+const POINTS: u32 = 4;
+/// `|n × a|` below which it stands on a rim.
+const STANDS: f64 = 0.1;
+/// `δ`.
+const FIXED: f64 = 1e-9;
+
+/// The contact of a point of a rim; that of a point that does not count has a large gap.
+pub(super) fn contact(
+    feature: u32,
+    plane: &Plane,
+    (ends, radius): (&[Vector3<f64>; 2], f64),
+    frame: &[f64],
+) -> ContactPoint {
+    let own = (ends[1] - ends[0]).normalize();
+    let axis = turned(frame, &own);
+    let across = plane.normal - axis * plane.normal.dot(&axis);
+    let fixed = turned(frame, &perpendicular(&own));
+    let side = axis.cross(&fixed);
+    let direction = match feature % POINTS {
+        0 => (fixed * (FIXED * (FIXED / across.norm()).min(1.0)) - across).normalize(),
+        1 => fixed * 0.5 + side * (0.5 * 3.0_f64.sqrt()),
+        2 => -fixed,
+        _ => fixed * 0.5 - side * (0.5 * 3.0_f64.sqrt()),
+    };
+    let rim = in_space(frame, &ends[(feature / POINTS) as usize]);
+    let found = plane.contact_with(&(rim + direction * radius));
+    match feature.is_multiple_of(POINTS) || across.norm() < STANDS {
+        true => found,
+        false => ContactPoint { gap: f64::MAX, ..found },
+    }
+}

@@ -1,0 +1,119 @@
+//! Balls about points against boxes and cylinders.
+//!
+//! ```text
+//! box        s_i = |y_i| − a_i                       y: the point in the axes of the box
+//! cylinder   s = (|z| − L, r − R)                    z along the axis, r from it
+//! g = |max(s, 0)| − ϱ    outside,    max s − ϱ    inside (nearest face)
+//! ```
+//! The distance is smooth outside of the solid, also where the nearest point moves from a face to
+//! an edge. A point without a radius touches a face of a box: a feature for each of them.
+
+use super::ContactShape;
+use super::contact_point::{ContactPoint, in_space, turned};
+use super::points_plane::Plane;
+use nalgebra::{Matrix3, Vector3};
+
+/// Faces of a box: those of the axis `k/2`, the positive one first.
+pub(super) const FACES: u32 = 6;
+
+/// A box or a cylinder in space.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Solid {
+    /// Centre, axes, half lengths.
+    Box(Vector3<f64>, Matrix3<f64>, Vector3<f64>),
+    /// Centre, unit axis, half length, radius.
+    Cylinder(Vector3<f64>, Vector3<f64>, f64, f64),
+}
+
+impl Solid {
+    /// Of a shape on a frame; `None` of others.
+    pub(super) fn in_space(shape: &ContactShape, frame: &[f64]) -> Option<Self> {
+        match shape {
+            ContactShape::Box { center, axes, half_lengths } => {
+                let columns = [0, 1, 2].map(|i| turned(frame, &axes.column(i).into_owned()));
+                let axes = Matrix3::from_columns(&columns);
+                Some(Self::Box(in_space(frame, center), axes, *half_lengths))
+            }
+            ContactShape::Cylinder { ends, radius } => {
+                let [first, last] = ends.map(|end| in_space(frame, &end));
+                let along = last - first;
+                let length = along.norm();
+                Some(Self::Cylinder(0.5 * (first + last), along / length, 0.5 * length, *radius))
+            }
+            _ => None,
+        }
+    }
+
+    /// The outward excess of a point over each pair of faces, with the outward directions.
+    fn excess(&self, x: &Vector3<f64>) -> ([f64; 3], [Vector3<f64>; 3], usize) {
+        match self {
+            Self::Box(center, axes, half) => {
+                let arm = x - center;
+                let y = [0, 1, 2].map(|i| arm.dot(&axes.column(i)));
+                let outward = [0, 1, 2].map(|i| axes.column(i) * 1.0_f64.copysign(y[i]));
+                ([0, 1, 2].map(|i| y[i].abs() - half[i]), outward, 3)
+            }
+            Self::Cylinder(center, axis, half, radius) => {
+                let arm = x - center;
+                let z = arm.dot(axis);
+                let across = arm - axis * z;
+                let r = across.norm();
+                // on the axis any direction is outward
+                let outward = if r > 0.0 { across / r } else { perpendicular(axis) };
+                let along = axis * 1.0_f64.copysign(z);
+                ([z.abs() - half, r - radius, f64::MIN], [along, outward, along], 2)
+            }
+        }
+    }
+
+    /// The contact of a ball, as B.
+    pub(super) fn contact(&self, x: &Vector3<f64>, radius: f64) -> ContactPoint {
+        let (excess, outward, count) = self.excess(x);
+        let outside = excess.map(|s| s.max(0.0));
+        let distance = outside.iter().map(|s| s * s).sum::<f64>().sqrt();
+        let (gap, normal) = if distance > 0.0 {
+            let sum: Vector3<f64> = (0..count).map(|i| outward[i] * (outside[i] / distance)).sum();
+            (distance, sum)
+        } else {
+            let face =
+                (1..count).fold(0, |best, i| if excess[i] > excess[best] { i } else { best });
+            (excess[face], outward[face])
+        };
+        let (on_solid, on_ball) = (x - normal * gap, x - normal * radius);
+        ContactPoint { gap: gap - radius, normal, point: 0.5 * (on_solid + on_ball) }
+    }
+}
+
+/// A unit vector across another one.
+pub(super) fn perpendicular(axis: &Vector3<f64>) -> Vector3<f64> {
+    let least = axis.iamin();
+    let along = Vector3::from_fn(|i, _| f64::from(u8::from(i == least)));
+    (along - axis * axis[least]).normalize()
+}
+
+/// The plane of a face of a box.
+pub(super) fn face(
+    (center, axes, half): (&Vector3<f64>, &Matrix3<f64>, &Vector3<f64>),
+    face: u32,
+) -> Plane {
+    let (axis, sign) = ((face / 2) as usize, if face.is_multiple_of(2) { 1.0 } else { -1.0 });
+    let normal = axes.column(axis) * sign;
+    Plane { point: center + normal * half[axis], normal }
+}
+
+/// The face that a point is outside of, or next to: that of the largest excess.
+pub(super) fn nearest_face(
+    (center, axes, half): (&Vector3<f64>, &Matrix3<f64>, &Vector3<f64>),
+    x: &Vector3<f64>,
+) -> (u32, f64) {
+    let arm = x - center;
+    let mut best = (0, f64::MIN);
+    for axis in 0..3 {
+        let y = arm.dot(&axes.column(axis));
+        let excess = y.abs() - half[axis];
+        if excess > best.1 {
+            best = (2 * axis as u32 + u32::from(y < 0.0), excess);
+        }
+    }
+    best
+}
