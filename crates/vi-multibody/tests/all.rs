@@ -23,4 +23,5 @@ mod near_couplings;
 mod pair_data;
 mod quantity_efforts;
 mod random_trees;
+mod shape_contacts;
 mod tree_step;

@@ -5,6 +5,7 @@ use super::{BuildError, CoordinateId, ForceElements, MechanismBuilder};
 use crate::contact::joint_friction::JointFriction;
 use crate::contact::joint_stop::JointStop;
 use crate::contact::shape_contact::ShapeContact;
+use crate::contact::shape_group::{GroupError, ShapeGroup};
 use crate::mechanism::Mechanism;
 use crate::pair::joint::FrameId;
 use std::sync::Arc;
@@ -75,6 +76,21 @@ impl MechanismBuilder {
         Ok(())
     }
 
+    /// Adds the contacts of many shapes, each with each but for `excluded` pairs of their numbers.
+    ///
+    /// # Errors
+    /// [`GroupError`].
+    pub fn shape_group(
+        &mut self,
+        name: &str,
+        shapes: Vec<(FrameId, ContactShape)>,
+        excluded: &[(usize, usize)],
+        law: ContactLaw,
+    ) -> Result<(), GroupError> {
+        self.contact(Arc::new(ShapeGroup::new(name, shapes, excluded, law)?));
+        Ok(())
+    }
+
     /// Adds a contact of your own.
     pub fn contact(&mut self, contact: Arc<dyn Unilateral>) {
         self.contacts.push(ContactPart::Own(contact));
@@ -96,7 +112,7 @@ impl MechanismBuilder {
                 ContactPart::Stop(id, limits) => (id, [limits.lower, limits.upper]),
                 ContactPart::Friction(id, _) => (id, [None, None]),
             };
-            let coordinate = self.listed(*id, mechanism)?;
+            let coordinate = self.followed(*id, mechanism)?;
             let name = self.joints[id.joint.index()].name.clone();
             let limits = limits.map(|limit| limit.unwrap_or(0.0));
             let size = if coordinate.is_angle() { 1.0 } else { extent.max(norm_inf(&limits)) };

@@ -1,8 +1,10 @@
 //! Joint stops, dry friction of joints, contacts of shapes, as parts of a mechanism.
 
+mod broad_phase;
 pub mod joint_friction;
 pub mod joint_stop;
 pub mod shape_contact;
+pub mod shape_group;
 mod transmitted;
 
 pub(crate) use transmitted::TransmittedImpulses;

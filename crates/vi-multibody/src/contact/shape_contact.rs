@@ -6,7 +6,9 @@ use vi_constraints::nonsmooth::{ContactLaw, ContactPlace, ContactRows, Unilatera
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_rigid::directors::FRAME;
-use vi_rigid::gap::{ContactPoint, GROUND, Pair, displacement, row, tangents};
+use vi_rigid::gap::{
+    ContactPoint, ContactShape, GROUND, Pair, contact, displacement, row, tangents,
+};
 
 /// Two shapes that touch.
 #[derive(Clone, Debug)]
@@ -26,17 +28,63 @@ pub struct ShapeContact {
 }
 
 /// The coordinates of a frame.
-fn frame(of: FrameId, q: &[f64]) -> &[f64] {
+pub(super) fn frame(of: FrameId, q: &[f64]) -> &[f64] {
     match of {
         FrameId::Ground => &GROUND,
         FrameId::Frame(k) => &q[FRAME * k..FRAME * (k + 1)],
     }
 }
 
+/// A feature of two shapes on their frames.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touching<'a> {
+    pub(super) shapes: [&'a ContactShape; 2],
+    pub(super) frames: [FrameId; 2],
+    pub(super) feature: u32,
+}
+
+impl Touching<'_> {
+    pub(super) fn at(&self, q: &[f64]) -> ContactPoint {
+        let [a, b] = [0, 1].map(|k| (self.shapes[k], frame(self.frames[k], q)));
+        contact(self.feature, a, b)
+    }
+
+    /// So many of its rows: of the normal, then of the tangents.
+    pub(super) fn rows(&self, q: &[f64], count: usize, out: &mut ContactRows) {
+        let ContactPoint { normal, point, .. } = self.at(q);
+        let [first, second] = tangents(&normal);
+        for direction in [normal, first, second].iter().take(count) {
+            for (of, sign) in self.frames.iter().zip([-1.0, 1.0]) {
+                let FrameId::Frame(k) = *of else { continue };
+                let own = row(frame(*of, q), &point, direction);
+                own.iter().enumerate().for_each(|(i, x)| out.add(FRAME * k + i, sign * x));
+            }
+            out.end_row();
+        }
+    }
+
+    pub(super) fn slip(&self, s: &Interval) -> [f64; 2] {
+        let [first, last] = [&s.q0, &s.q1].map(|q| self.at(q));
+        let mut between = Vector3::zeros(); // Δx^B − Δx^A
+        for (of, sign) in self.frames.iter().zip([-1.0, 1.0]) {
+            let FrameId::Frame(k) = *of else { continue };
+            let ends = [(frame(*of, &s.q0), &first.point), (frame(*of, &s.q1), &last.point)];
+            between += sign * displacement(ends, &s.dq[FRAME * k..FRAME * (k + 1)]);
+        }
+        tangents(&first.normal).map(|tangent| tangent.dot(&between))
+    }
+
+    pub(super) fn place(&self, q: &[f64]) -> ContactPlace {
+        let ContactPoint { normal, point, .. } = self.at(q);
+        let [first, second] = tangents(&normal);
+        let axes = [normal, first, second].map(Into::into);
+        ContactPlace { point: point.into(), axes }
+    }
+}
+
 impl ShapeContact {
-    fn at(&self, feature: u32, q: &[f64]) -> ContactPoint {
-        let [a, b] = self.frames.map(|of| frame(of, q));
-        self.pair.contact(feature, a, b)
+    fn touching(&self, feature: u32) -> Touching<'_> {
+        Touching { shapes: self.pair.shapes(), frames: self.frames, feature }
     }
 }
 
@@ -57,45 +105,24 @@ impl Unilateral for ShapeContact {
         self.size
     }
 
-    fn features(&self, _s: &Interval, out: &mut Vec<u32>) {
-        out.extend(0..self.pair.features());
+    fn near(&self, _s: &Interval, at: Configuration<'_>, out: &mut Vec<(u32, f64)>) {
+        let [a, b] = self.frames.map(|of| frame(of, at.q));
+        self.pair.active(a, b, f64::MAX, out);
     }
 
     fn gap(&self, feature: u32, at: Configuration<'_>) -> f64 {
-        self.at(feature, at.q).gap
+        self.touching(feature).at(at.q).gap
     }
 
     fn rows(&self, feature: u32, at: Configuration<'_>, out: &mut ContactRows) {
-        let ContactPoint { normal, point, .. } = self.at(feature, at.q);
-        let [first, second] = tangents(&normal);
-        for direction in [normal, first, second].iter().take(self.law.rows()) {
-            for (of, sign) in self.frames.iter().zip([-1.0, 1.0]) {
-                let FrameId::Frame(k) = *of else { continue };
-                let own = row(frame(*of, at.q), &point, direction);
-                own.iter().enumerate().for_each(|(i, x)| out.add(FRAME * k + i, sign * x));
-            }
-            out.end_row();
-        }
+        self.touching(feature).rows(at.q, self.law.rows(), out);
     }
 
     fn slip(&self, feature: u32, s: &Interval) -> [f64; 2] {
-        if self.law.rows() == 1 {
-            return [0.0; 2];
-        }
-        let [first, last] = [&s.q0, &s.q1].map(|q| self.at(feature, q));
-        let mut between = Vector3::zeros(); // Δx^B − Δx^A
-        for (of, sign) in self.frames.iter().zip([-1.0, 1.0]) {
-            let FrameId::Frame(k) = *of else { continue };
-            let ends = [(frame(*of, &s.q0), &first.point), (frame(*of, &s.q1), &last.point)];
-            between += sign * displacement(ends, &s.dq[FRAME * k..FRAME * (k + 1)]);
-        }
-        tangents(&first.normal).map(|tangent| tangent.dot(&between))
+        if self.law.rows() == 1 { [0.0; 2] } else { self.touching(feature).slip(s) }
     }
 
     fn place(&self, feature: u32, at: Configuration<'_>) -> Option<ContactPlace> {
-        let ContactPoint { normal, point, .. } = self.at(feature, at.q);
-        let [first, second] = tangents(&normal);
-        let axes = [normal, first, second].map(Into::into);
-        Some(ContactPlace { point: point.into(), axes })
+        Some(self.touching(feature).place(at.q))
     }
 }
