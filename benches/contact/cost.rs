@@ -1,0 +1,149 @@
+//! Cost of contacts: stops beside plain steps, as ratios in one run, and spheres that settle in a
+//! box, by their number.
+//!
+//! Rows: chains of 1 and 8 links with stops out of reach beside the same without; with a spring
+//! that presses the last link on its stop beside the same without the stop. Then beds of spheres in
+//! five layers with friction 0.3: time of a step and contact when they lie, and the exponent over
+//! the number of spheres.
+#![allow(clippy::unwrap_used, missing_docs)] // a bench
+
+use holonom::vi_constraints::nonsmooth::{ContactLaw, Method, NonsmoothOptions};
+use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
+use holonom::vi_core::Quadrature;
+use holonom::vi_multibody::builder::{Inertia, JointLimits, MechanismBuilder};
+use holonom::vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
+use holonom::vi_multibody::{FrameId, PairKind};
+use holonom::vi_rigid::gap::ContactShape;
+use std::time::Instant;
+
+fn begin(builder: &MechanismBuilder, h: f64, method: Method) -> MechanismIntegrator {
+    let built = builder.build().unwrap();
+    let options = Options::new(SchemeKind::Nodal, h);
+    let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
+    let (at, system) = (InitialValues::new(0.0, &q, &v), built.system(Quadrature::Midpoint));
+    let run = integrator(built.mechanism, system, options, Solver::Auto, at).unwrap();
+    let contacts = NonsmoothOptions { method, ..NonsmoothOptions::default() };
+    with_contacts(run, SchemeKind::Nodal, built.forces.contacts, contacts).unwrap()
+}
+
+/// A chain with a lower stop of its last link, or stops of all links far away; `pressed`: by a
+/// spring.
+fn chain(links: usize, stops: Option<f64>, pressed: bool) -> MechanismIntegrator {
+    let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+    let mut parent: FrameId = FrameId::Ground;
+    for k in 0..links {
+        let inertia = Inertia::principal(1.0, [1e-3, 0.1, 0.1]);
+        let at = [0.5 + k as f64, 0.0, 0.0];
+        let body = builder.body(&format!("link{k}"), inertia).at(at).id();
+        let hinge = builder.joint(&format!("hinge{k}"), PairKind::Revolute, parent, body);
+        let hinge = hinge.at([k as f64, 0.0, 0.0]).axis([0.0, -1.0, 0.0]).id().coordinate(0);
+        let is_last = k + 1 == links;
+        if let Some(lower) = stops.filter(|lower| *lower != 0.0 || is_last) {
+            let (lower, upper) = (Some(lower), Some(30.0));
+            builder.joint_limits(hinge, JointLimits { lower, upper, restitution: 0.5 });
+        }
+        if pressed && is_last {
+            builder.joint_spring(hinge, 20.0, -1.0);
+        }
+        parent = body.into();
+    }
+    begin(&builder, 0.001, Method::Events)
+}
+
+/// The least times of a step, s, of several runs that alternate.
+fn least(make: &[&dyn Fn() -> MechanismIntegrator], rounds: usize) -> Vec<f64> {
+    let mut best = vec![f64::INFINITY; make.len()];
+    for _ in 0..rounds {
+        for (best, make) in best.iter_mut().zip(make) {
+            let mut run = make();
+            (0..20).for_each(|_| run.step().map(|_| ()).unwrap());
+            for _ in 0..6 {
+                let start = Instant::now();
+                (0..10).for_each(|_| run.step().map(|_| ()).unwrap());
+                *best = best.min(start.elapsed().as_secs_f64() / 10.0);
+            }
+        }
+    }
+    best
+}
+
+/// Spheres above one another in columns that are not straight, in a box without a lid.
+fn bed(count: usize) -> MechanismIntegrator {
+    const LAYERS: usize = 5;
+    let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+    let side = ((count / LAYERS) as f64).sqrt().round() as usize;
+    let (radius, pitch) = (0.05, 0.108);
+    let mut seed = 12345_u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (seed >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
+    };
+    let width = pitch * side as f64;
+    let wall = |point: [f64; 3], normal: [f64; 3]| {
+        let (point, normal) = (point.into(), normal.into());
+        (FrameId::Ground, ContactShape::Plane { point, normal })
+    };
+    let mut shapes = vec![
+        wall([0.0; 3], [0.0, 0.0, 1.0]),
+        wall([0.0; 3], [1.0, 0.0, 0.0]),
+        wall([0.0; 3], [0.0, 1.0, 0.0]),
+        wall([width, 0.0, 0.0], [-1.0, 0.0, 0.0]),
+        wall([0.0, width, 0.0], [0.0, -1.0, 0.0]),
+    ];
+    for k in 0..side * side * LAYERS {
+        let place = [k % side, k / side % side, k / (side * side)];
+        let at = place.map(|i| pitch * (i as f64 + 0.5) + 0.006 * random());
+        let inertia = Inertia::principal(1.0, [0.4 * radius * radius; 3]);
+        let body = builder.body(&format!("sphere{k}"), inertia).at(at).id();
+        shapes.push((body.into(), ContactShape::sphere([0.0; 3].into(), radius)));
+    }
+    let law = ContactLaw::Coulomb { friction: 0.3, restitution: 0.0, tangential_restitution: 0.0 };
+    builder.shape_group("bed", shapes, &[], law).unwrap();
+    begin(&builder, 0.005, Method::Stepping)
+}
+
+fn main() {
+    let quick = std::env::args().any(|a| a == "--test");
+    let rounds = if quick { 1 } else { 60 };
+    for links in [1, 8] {
+        let plain = || chain(links, None, false);
+        let far = || chain(links, Some(-30.0), false);
+        let pressed = || chain(links, None, true);
+        let closed = || chain(links, Some(0.0), true);
+        let found = least(&[&plain, &far, &pressed, &closed], rounds);
+        println!(
+            "{links} links: plain {:.3} us, stops out of reach {:.3}, one closed stop {:.3} plain steps",
+            1e6 * found[0],
+            found[1] / found[0],
+            found[3] / found[2]
+        );
+    }
+    let sizes: &[usize] = if quick { &[45] } else { &[125, 1125, 10125] };
+    let mut costs = Vec::new();
+    for &count in sizes {
+        let mut run = bed(count);
+        let (mut spent, mut counted, mut worst) = (0.0, 0, 0.0_f64);
+        let (fall, lie) = if quick { (20, 5) } else { (160, 20) };
+        for step in 0..fall + lie {
+            let start = Instant::now();
+            run.step().unwrap();
+            let own = start.elapsed().as_secs_f64();
+            worst = worst.max(own);
+            if step >= fall {
+                spent += own;
+                counted += run.nonsmooth().unwrap().nodes().map(|node| node.1.len()).sum::<usize>();
+            }
+        }
+        let cost = spent / counted.max(1) as f64;
+        println!(
+            "{count} spheres: {} contacts, {:.2} us per step and contact, slowest step {worst:.2} s, gap {:.1e} m",
+            counted / lie,
+            1e6 * cost,
+            run.state().contacts.counts.smallest_gap.unwrap_or(0.0)
+        );
+        costs.push((count as f64, spent));
+    }
+    if let [(first, a), .., (last, b)] = costs[..] {
+        println!("exponent {:.2}", (b / a).ln() / (last / first).ln());
+    }
+}
