@@ -436,7 +436,7 @@ impl Simulation {
         let System { mechanism, dynamics, laws, sensors: signals, contacts, .. } =
             system::build_with_locks(&model, &outside, &switches.locks)?;
         let start = switches.phase.as_deref().unwrap_or(&events.first);
-        let PhaseStart { step, t, q, v, internal, contacts } = start;
+        let PhaseStart { step, t, q, v, internal, contacts: remembered } = start;
         let angles = match &switches.phase {
             Some(_) => events.angles_of(&mechanism, q),
             None => mechanism.principal_angles(q),
@@ -446,7 +446,7 @@ impl Simulation {
         let mut wanted = self.sensors.wanted();
         wanted.forces |= rolling.needs_forces();
         let mut next = stepper(mechanism, &dynamics, &model, at, events.solver, wanted)?;
-        next.continue_from(*step, [events.first.t, *t], internal, contacts);
+        next.continue_from(*step, [events.first.t, *t], internal, remembered);
         self.energies.act_by(next.sources(), &dynamics.forces);
         self.energies.take_up(&switches.works);
         let released = switches.released.clone();

@@ -101,9 +101,8 @@ pub(crate) fn check_overlap(
     for (element, origin) in elements.iter().zip(origins) {
         let Some(shapes) = origin.shapes() else { continue };
         features.clear();
-        element.features(&at, &mut features);
-        let gap = |feature: &u32| element.gap(*feature, Configuration::new(t, q));
-        let gaps = features.iter().map(|feature| (*feature, gap(feature)));
+        element.near(&at, Configuration::new(t, q), &mut features);
+        let gaps = features.iter().copied();
         let Some((feature, gap)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
         if gap >= -OVERLAP * element.size() {
             continue; // what is not a number is refused
