@@ -87,6 +87,27 @@ fn a_compressed_column_softens_and_then_is_unstable() {
     assert_eq!(beyond.unstable_by_inertia, Some(2));
 }
 
+/// ω² = k/m with and without them, and a warning with them alone.
+#[test]
+fn stops_and_dry_friction_take_no_part_and_modes_say_so() {
+    use vi_testkit::model::{head, slider};
+    let spring = "stiffness = 8.0\n";
+    for (keys, said) in
+        [("", false), ("limits = [-0.1, 0.1]\n", true), ("friction = { force = 1.0 }\n", true)]
+    {
+        let text = head("cart", "step = 0.01, end = 0.1")
+            + &slider("cart", "slide", 2.0)
+            + keys
+            + "spring = { "
+            + spring.trim()
+            + " }\n";
+        let report = modes(&text, &[], About::Start, 1);
+        println!("{keys:?}: ω² = {}, {:?}", report.modes[0].omega_squared, report.warnings);
+        assert!((report.modes[0].omega_squared - 4.0).abs() < 1e-12);
+        assert_eq!(report.warnings.iter().any(|words| words.contains("dry friction")), said);
+    }
+}
+
 #[test]
 fn a_pendulum_and_a_chain_swing_as_they_must() {
     let shipped = |name: &str| {

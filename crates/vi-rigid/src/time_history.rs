@@ -203,8 +203,8 @@ impl TimeHistory {
         }
     }
 
-    /// The derivative of the factor by the time, 1/s; `None` of histories with kinks or jumps, and of
-    /// functions.
+    /// The derivative of the factor by the time, 1/s; `None` of histories with kinks or jumps, and
+    /// of functions.
     #[must_use]
     pub fn slope(&self, t: f64) -> Option<f64> {
         match *self {

@@ -1,5 +1,5 @@
-//! Problems of `shapes.py` and `stops.py` in Rapier: `rapier PROBLEM STEP` prints the number that is judged and the seconds
-//! of the loop of steps. No body sleeps.
+//! Problems of `shapes.py` and `stops.py` in Rapier: `rapier PROBLEM STEP` prints the number that
+//! is judged and the seconds of the loop of steps. No body sleeps.
 use rapier3d_f64::prelude::*;
 use std::time::Instant;
 

@@ -109,7 +109,8 @@ impl<'a> Placements<'a> {
         }
     }
 
-    /// The frame of a body, a `[[frame]]`, a joint or a node of a beam. Premise: the model is valid.
+    /// The frame of a body, a `[[frame]]`, a joint or a node of a beam. Premise: the model is
+    /// valid.
     #[must_use]
     pub fn frame(&self, name: &str) -> MovingFrame<Dual64> {
         if let Some(known) = self.known.borrow().get(name) {

@@ -10,11 +10,11 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::include;
+use super::include::{self, ModelText};
 use super::key_path::below;
 use super::overrides::{Override, set};
 use super::parameters;
-use super::problem::{MAX_PROBLEMS, Problem, nearest};
+use super::problem::{MAX_PROBLEMS, ModelError, Problem, nearest};
 use super::reworded::{buffered_length, quoted, reworded, suggestion, text_for_number};
 use super::sections::{LISTS, PARAMETERS, TABLES};
 use super::strict::{Strict, list_of};
@@ -270,8 +270,22 @@ pub(crate) fn values_of_expressions(
     parameters::values(table, &own, &set).map_err(|problems| inside(text, problems))
 }
 
+impl ModelText {
+    /// How the numbers of the model change with its parameters, values replaced as for
+    /// [`Self::model`].
+    ///
+    /// # Errors
+    /// [`ModelError`]: an expression has no derivative there.
+    pub fn parameter_tangents(
+        &self,
+        overrides: &[Override],
+    ) -> Result<Vec<ParameterTangent>, ModelError> {
+        tangents_of_parameters(self.text()?, overrides).map_err(ModelError::invalid)
+    }
+}
+
 /// How the numbers of a text with overrides change with its parameters.
-pub(crate) fn tangents_of_parameters(
+fn tangents_of_parameters(
     text: &str,
     overrides: &[Override],
 ) -> Result<Vec<ParameterTangent>, Vec<Problem>> {

@@ -330,7 +330,11 @@ fn ignored(model: &Model, about: About) -> Option<String> {
          those of a steady motion with wheels or rotors"
             .to_owned()
     });
-    moving.into_iter().chain(held).reduce(|all, more| format!("{all}; {more}"))
+    let nonsmooth = model.is_nonsmooth().then(|| {
+        "stops, dry friction and contacts take no part: parts move as if nothing held them"
+            .to_owned()
+    });
+    moving.into_iter().chain(held).chain(nonsmooth).reduce(|all, more| format!("{all}; {more}"))
 }
 
 fn refusal(error: ModeError) -> ModesError {

@@ -30,7 +30,8 @@ pub(super) trait Explicit: Send + Sync {
     fn emit(&self, s: &Interval, out: &mut dyn Sink);
 }
 
-/// `M_θ` of bodies and point masses: `D_1 L_d = −M Δq/h + (h/2) M γ`, `D_2 L_d = M Δq/h + (h/2) M γ`.
+/// `M_θ` of bodies and point masses:
+/// `D_1 L_d = −M Δq/h + (h/2) M γ`, `D_2 L_d = M Δq/h + (h/2) M γ`.
 pub(super) struct Masses {
     blocks: Vec<MassBlock>,
     gravity: Vector3<f64>,

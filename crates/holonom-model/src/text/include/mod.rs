@@ -17,8 +17,6 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::problem::{ModelError, Problem};
-use super::source::tangents_of_parameters;
-use super::tangents::ParameterTangent;
 use crate::{Meshes, Model, Override, read_text};
 use tree::IncludeTree;
 use writer::Piece;
@@ -169,18 +167,6 @@ impl ModelText {
     /// [`ModelError`].
     pub fn stated(&self, overrides: &[Override]) -> Result<Model, ModelError> {
         Model::stated_in(self.text()?, overrides)
-    }
-
-    /// How the numbers of the model change with its parameters, values replaced as for
-    /// [`Self::model`].
-    ///
-    /// # Errors
-    /// [`ModelError`]: an expression has no derivative there.
-    pub fn parameter_tangents(
-        &self,
-        overrides: &[Override],
-    ) -> Result<Vec<ParameterTangent>, ModelError> {
-        tangents_of_parameters(self.text()?, overrides).map_err(ModelError::invalid)
     }
 
     /// Everything that is wrong, one by one, each with its file.
