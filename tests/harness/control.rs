@@ -558,8 +558,7 @@ impl GradientCase {
         };
         let tangents = self.parameters.iter().map(|parameter| {
             let mut tangent = MechanismTangent::default();
-            let sets = parameter.sets.iter();
-            sets.map(|set| self.change(&built, set, &mut tangent)).collect::<Result<(), _>>()?;
+            parameter.sets.iter().try_for_each(|set| self.change(&built, set, &mut tangent))?;
             Ok(tangent)
         });
         let tangents: Vec<MechanismTangent> = tangents.collect::<Result<_, String>>()?;

@@ -174,22 +174,32 @@ impl Shape {
         let inwards = axes.transpose();
         let turn = inwards * self.quaternion.map_or_else(Matrix3::identity, rotation_of);
         let center = inwards * Vector3::from(self.position.unwrap_or_default());
+        let along = |length: f64| turn * Vector3::z() * (0.5 * length);
+        let cylinder = |radius: f64, length: f64| {
+            let half = along(length);
+            ContactShape::Cylinder { ends: [center - half, center + half], radius }
+        };
         match self.kind {
             ShapeKind::Sphere => Some(ContactShape::sphere(center, at(0))),
-            ShapeKind::Box => Some(ContactShape::corners(center, &turn, [at(0), at(1), at(2)])),
+            ShapeKind::Box => {
+                let half_lengths = 0.5 * Vector3::new(at(0), at(1), at(2));
+                Some(ContactShape::Box { center, axes: turn, half_lengths })
+            }
             ShapeKind::Mesh => {
                 let points = corners.iter().map(|x| inwards * x).collect();
                 Some(ContactShape::Points { points, radius: 0.0 })
             }
             ShapeKind::Capsule => {
-                let half = turn * Vector3::z() * (0.5 * at(1));
+                let half = along(at(1));
                 Some(ContactShape::Capsule { ends: [center - half, center + half], radius: at(0) })
             }
             ShapeKind::Ellipsoid => {
                 let half_axes = Vector3::new(at(0), at(1), at(2));
                 Some(ContactShape::Ellipsoid { center, axes: turn, half_axes })
             }
-            ShapeKind::Cylinder | ShapeKind::Rod | ShapeKind::Cone => None,
+            ShapeKind::Cylinder => Some(cylinder(at(0), at(1))),
+            ShapeKind::Rod => Some(cylinder(at(1), at(0))),
+            ShapeKind::Cone => None,
         }
     }
 }

@@ -14,7 +14,6 @@ use vi_core::State;
 use vi_multibody::design::MechanismTangent;
 use vi_multibody::joint::Side;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::pair::PairKind;
 use vi_rigid::directors::{FRAME, center, director};
 
 /// A link of the tree.
@@ -64,13 +63,11 @@ impl TerminalMomentum {
         }
         let joints = &mechanism.description().joints;
         let links = mechanism.tree().links().iter().map(|link| {
-            let (turns, slides) = match link.joint.kind {
-                PairKind::Revolute => (true, false),
-                PairKind::Prismatic => (false, true),
-                PairKind::Cylindrical => (true, true),
-                PairKind::Fixed => (false, false),
-                _ => return None,
-            };
+            let kind = link.joint.kind;
+            let (turns, slides) = (!kind.transmits(5), !kind.transmits(2)); // about n, along n
+            if kind.dof() != usize::from(turns) + usize::from(slides) {
+                return None;
+            }
             Some(Link {
                 frame: FRAME * link.frame,
                 parent: link.parent,

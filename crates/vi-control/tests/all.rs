@@ -1,6 +1,7 @@
 //! Tests of this crate, in one binary.
 #![allow(clippy::unwrap_used)] // tests
 
+#[cfg_attr(not(feature = "pounce"), allow(dead_code))] // optima run it
 #[path = "../../../tests/harness/control_case.rs"]
 mod control_case;
 #[path = "../../../tests/harness/identification_case.rs"]

@@ -178,8 +178,9 @@ fn a_pair_of_no_table_moves_as_its_rows_say() {
 }
 
 /// Files that name pairs in order to build joints, beside the folder of the pairs.
-const BUILDERS: [&str; 7] = [
+const BUILDERS: [&str; 8] = [
     "holonom-model/src/types/connection.rs",
+    "holonom-sim/src/design/geometry.rs",
     "holonom-sim/src/system/beams.rs",
     "holonom-sim/src/resolution/rotor.rs",
     "holonom-sim/src/system/mod.rs",

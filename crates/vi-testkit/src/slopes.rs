@@ -54,9 +54,9 @@ fn difference(f: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
 }
 
 /// The largest error of derivatives, each with what it should be; relative to the largest entry of
-/// all.
-fn relative(all: &[(DMatrix<f64>, DMatrix<f64>)]) -> f64 {
-    let size = all.iter().map(|(_, expected)| expected.amax()).fold(0.0, f64::max);
+/// all, which is `least` at least.
+fn relative(all: &[(DMatrix<f64>, DMatrix<f64>)], least: f64) -> f64 {
+    let size = all.iter().map(|(_, expected)| expected.amax()).fold(least, f64::max);
     let mut worst: f64 = 0.0;
     for (found, expected) in all {
         let error = (found - expected).amax();
@@ -122,5 +122,8 @@ pub fn slope_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
         let column = |k: usize| difference(|e| advanced(force, &remembered(s, k, e)));
         memory.push((found, by(own, own, &column)));
     }
-    [slots, times, memory].iter().map(|group| relative(group)).fold(0.0, f64::max)
+    // the impulse of a linear damper does not depend on the length of the step
+    let impulse = Slot::BOTH.map(|of| value(force, s, of)).concat();
+    let rate = impulse.iter().fold(0.0, |most: f64, f| most.max(f.abs())) / s.h.abs();
+    relative(&slots, 0.0).max(relative(&times, rate)).max(relative(&memory, 0.0))
 }

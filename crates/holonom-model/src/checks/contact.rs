@@ -15,7 +15,7 @@ use crate::{GROUND, Shape};
 const MAX_PAIRS: usize = 100_000;
 
 /// Shapes between which there is contact, in words.
-const AVAILABLE: &str = "spheres, capsules, ellipsoids, boxes and meshes stand on planes, spheres and capsules touch one another: state such shapes as `collision`";
+const AVAILABLE: &str = "all shapes but cones stand on planes; spheres and capsules touch one another and meshes; boxes touch boxes, spheres and meshes; spheres touch cylinders: state such shapes as `collision`";
 
 impl Checker<'_> {
     /// The contacts of a model.
@@ -173,12 +173,15 @@ impl Checker<'_> {
         }
     }
 
-    /// Shapes of a pair between which there is no contact.
+    /// Shapes of a pair between which there is no contact; a mesh is one of its corners here.
     fn unavailable(&self, pair: &ContactPair<'_>) -> Option<[String; 2]> {
         let axes = Matrix3::identity();
         let word = |shape: &Shape| format!("{:?}", shape.kind).to_lowercase();
         let all = |shapes: &[Shape]| -> Vec<_> {
-            shapes.iter().map(|own| (word(own), own.contact_shape(&axes, Vec::new()))).collect()
+            shapes
+                .iter()
+                .map(|own| (word(own), own.contact_shape(&axes, vec![Vector3::zeros()])))
+                .collect()
         };
         let a = match pair.a {
             SideOfPair::Plane(plane) => vec![("plane".into(), Some(plane.contact_shape(&axes)))],

@@ -30,6 +30,7 @@ class Builder(Sections):
         bifurcation: Literal["pass", "switch"] | None = None,
         columns: Sequence[Literal["coordinates", "positions", "joints"]] | None = None,
         contact: Literal["events", "stepping"] | None = None,
+        contacts: bool | None = None,
         end: Number | None = None,
         every: Integer | None = None,
         loop_tolerance: Number | None = None,
@@ -73,6 +74,8 @@ class Builder(Sections):
         contact : str, optional
             How impacts are placed in time.
             One of ``"events"``, ``"stepping"``.
+        contacts : bool, optional
+            Write the contacts of bodies at each recorded node to ``contacts.csv``.
         end : float, optional
             End time, s. The run takes the whole number of steps that reaches it.
         every : int, optional
@@ -134,6 +137,7 @@ class Builder(Sections):
             "bifurcation": bifurcation,
             "columns": columns,
             "contact": contact,
+            "contacts": contacts,
             "end": end,
             "every": every,
             "loop_tolerance": loop_tolerance,
@@ -161,6 +165,7 @@ class Builder(Sections):
         *,
         angular_velocity: Vector | None = None,
         body_angular_velocity: Vector | None = None,
+        collision: Sequence[Mapping[str, Any]] | None = None,
         color: str | None = None,
         euler: Mapping[str, Any] | None = None,
         fixed: bool | None = None,
@@ -188,6 +193,10 @@ class Builder(Sections):
             Initial angular velocity, spatial components, rad/s.
         body_angular_velocity : array (3,), optional
             Initial angular velocity, body components, rad/s; instead of ``angular_velocity``.
+        collision : list of dict, optional
+            Shapes with which it touches others in a ``[[contact]]``, in the place of ``shape``,
+            each with a ``position`` and a ``quaternion`` in the body's frame; they weigh nothing
+            and are not drawn.
         color : str, optional
             Its colour in pictures, ``"#rrggbb"`` or a name: the sixteen of HTML, ``"orange"``,
             ``"grey"``, ``"cyan"``, ``"magenta"``; one of a palette by default.
@@ -234,6 +243,7 @@ class Builder(Sections):
             "name": name,
             "angular_velocity": angular_velocity,
             "body_angular_velocity": body_angular_velocity,
+            "collision": collision,
             "color": color,
             "euler": euler,
             "fixed": fixed,
@@ -1153,7 +1163,7 @@ class Builder(Sections):
     def sensor(
         self,
         name: str,
-        type: Literal["position", "velocity", "acceleration", "orientation", "angular_velocity", "angular_acceleration", "imu", "distance", "distance_rate", "joint_coordinate", "joint_rate", "joint_acceleration", "reaction", "effort", "power", "work", "slip", "section_force", "expression", "strain"],
+        type: Literal["position", "velocity", "acceleration", "orientation", "angular_velocity", "angular_acceleration", "imu", "distance", "distance_rate", "joint_coordinate", "joint_rate", "joint_acceleration", "reaction", "effort", "power", "work", "slip", "gap", "contact_force", "stop_force", "friction_torque", "section_force", "expression", "strain"],
         *,
         at: Number | None = None,
         element: Integer | None = None,
@@ -1180,7 +1190,8 @@ class Builder(Sections):
             One of ``"position"``, ``"velocity"``, ``"acceleration"``, ``"orientation"``,
             ``"angular_velocity"``, ``"angular_acceleration"``, ``"imu"``, ``"distance"``,
             ``"distance_rate"``, ``"joint_coordinate"``, ``"joint_rate"``, ``"joint_acceleration"``,
-            ``"reaction"``, ``"effort"``, ``"power"``, ``"work"``, ``"slip"``, ``"section_force"``,
+            ``"reaction"``, ``"effort"``, ``"power"``, ``"work"``, ``"slip"``, ``"gap"``,
+            ``"contact_force"``, ``"stop_force"``, ``"friction_torque"``, ``"section_force"``,
             ``"expression"``, ``"strain"``.
         at : float, optional
             The place on a beam (``section_force``, ``strain``) in the place of ``element``: arc
@@ -1197,8 +1208,8 @@ class Builder(Sections):
             Orientation of the axes of an ``imu`` in the body as a rotation matrix, rows; its
             columns are the axes.
         of : str, optional
-            The body, node, particle, joint, bar or beam it is attached to; an ``expression`` has
-            none.
+            The body, node, particle, joint, bar, beam or contact it is attached to; an
+            ``expression`` has none.
         point : array (3,), optional
             The point of a body (``position``, ``velocity``, ``acceleration``, ``imu``,
             ``distance``): body components from the centre of mass, m; the centre by default.
@@ -1329,3 +1340,139 @@ class Builder(Sections):
             "rotation_vector": rotation_vector,
         }
         return self._add("include", given)
+
+    def contact(
+        self,
+        name: str,
+        a: Mapping[str, Any] | str | Sequence[Name],
+        b: str | Sequence[Name],
+        *,
+        friction: Number | None = None,
+        relative_to: Name | None = None,
+        restitution: Number | None = None,
+        tangential_restitution: Number | None = None,
+    ) -> Part:
+        """``[[contact]]``: bodies that cannot pass through a plane, or through one another; rigid,
+        with dry friction after Coulomb and impacts after Newton. Bodies that share a joint are no
+        pair.
+
+        Parameters
+        ----------
+        name : str
+            Its name, unique in the model.
+        a : dict or str or list of str
+            What the bodies of ``b`` touch: a plane, or bodies.
+        b : str or list of str
+            The bodies that touch it: a name or a list of names, in which ``*`` stands for any
+            characters. They touch with their ``collision`` shapes, without these with their
+            ``shape``.
+        friction : float, optional
+            Coefficient of friction: sliding, the force across the normal is this part of the normal
+            force, against the slip; up to that it holds.
+        relative_to : str, optional
+            The frame of a plane that is fixed in the ground: a body, a node of a beam, a joint or a
+            ``[[frame]]``, as it is initially; the inertial frame by default.
+        restitution : float, optional
+            Normal velocity after an impact over that before, between 0 and 1.
+        tangential_restitution : float, optional
+            The same of the velocity across the normal, as far as friction can reverse it; 1 of a
+            superball.
+        """
+        given: dict[str, Any] = {
+            "name": name,
+            "a": a,
+            "b": b,
+            "friction": friction,
+            "relative_to": relative_to,
+            "restitution": restitution,
+            "tangential_restitution": tangential_restitution,
+        }
+        return self._add("contact", given)
+
+    def control(
+        self,
+        name: str,
+        joint: Name,
+        *,
+        freedom: Integer | None = None,
+        hold: Integer | None = None,
+        max: Number | None = None,
+        min: Number | None = None,
+        shape: Literal["constant", "linear"] | None = None,
+    ) -> Part:
+        """``[[control]]``: an effort along a joint coordinate that is free: derivatives and optima
+        are by it. A run takes it as zero.
+
+        Parameters
+        ----------
+        name : str
+            Its name, unique in the model.
+        joint : str
+            The joint on which it acts.
+        freedom : int, optional
+            Which degree of freedom of the joint, counted from 0: displacements first, then angles.
+        hold : int, optional
+            Steps for each value.
+        max : float, optional
+            The largest effort, N or N·m; none by default.
+        min : float, optional
+            The least effort, N or N·m; none by default.
+        shape : str, optional
+            How it goes from value to value.
+            One of ``"constant"``, ``"linear"``.
+        """
+        given: dict[str, Any] = {
+            "name": name,
+            "joint": joint,
+            "freedom": freedom,
+            "hold": hold,
+            "max": max,
+            "min": min,
+            "shape": shape,
+        }
+        return self._add("control", given)
+
+    def objective(
+        self,
+        name: str,
+        type: Literal["effort", "work", "time", "rate", "sensor"],
+        *,
+        at: Literal["end", "path"] | None = None,
+        controls: Sequence[Name] | None = None,
+        sensor: str | None = None,
+        target: Number | None = None,
+        weight: Number | None = None,
+    ) -> Part:
+        """``[[objective]]``: a term of what derivatives are of and optima are least in; the terms
+        add up.
+
+        Parameters
+        ----------
+        name : str
+            Its name, unique in the model.
+        type : str
+            What it is.
+            One of ``"effort"``, ``"work"``, ``"time"``, ``"rate"``, ``"sensor"``.
+        at : str, optional
+            Where a sensor counts.
+            One of ``"end"``, ``"path"``.
+        controls : list of str, optional
+            The controls of an ``effort``, a ``work`` or a ``rate``; all of them by default.
+        sensor : str, optional
+            Of a ``sensor`` its name, of one of several numbers with the number or its heading:
+            ``"tip.z"``, ``"tip.2"``.
+        target : float, optional
+            The value that a sensor is to have, in its unit.
+        weight : float, optional
+            Its factor in the sum.
+        """
+        given: dict[str, Any] = {
+            "name": name,
+            "type": type,
+            "at": at,
+            "controls": controls,
+            "sensor": sensor,
+            "target": target,
+            "weight": weight,
+        }
+        return self._add("objective", given)

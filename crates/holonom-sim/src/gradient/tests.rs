@@ -276,6 +276,7 @@ fn what_has_no_derivative_is_refused_by_its_key() {
         let error = found(&changed, false).expect_err(to);
         error.to_string()
     };
+    let at_rest = LINKAGE.replace("rate = 3.0\n", "");
     let cases = [
         (ARM, "step = 0.01", "step = 0.01\nscheme = \"em-nodal\"", "simulation.scheme"),
         (ARM, "sensor = \"tip.z\"", "sensor = \"tip\"", "several numbers"),
@@ -295,7 +296,12 @@ fn what_has_no_derivative_is_refused_by_its_key() {
             "axis = [0.0, 1.0, \"= ground - 0.8\"]",
             "the derivative of a projected start",
         ),
-        (LINKAGE, "project_start = true", "start_tolerance = 1e-4", "state the initial"),
+        (
+            &at_rest,
+            "project_start = true",
+            "start_tolerance = 1e-4",
+            "the initial positions do not",
+        ),
     ];
     for (text, from, to, what) in cases {
         let message = refused(text, from, to);
