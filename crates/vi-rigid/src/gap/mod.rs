@@ -196,9 +196,9 @@ impl Pair {
     /// # Errors
     /// [`NoGap`] where no formula is there for the two.
     pub fn new(a: ContactShape, b: ContactShape) -> Result<Self, NoGap> {
-        match features(&a, &b) {
-            0 => Err(NoGap { a: a.name(), b: b.name() }),
-            _ => Ok(Self { a, b }),
+        match has_gap(&a, &b) {
+            false => Err(NoGap { a: a.name(), b: b.name() }),
+            true => Ok(Self { a, b }),
         }
     }
 
@@ -230,6 +230,18 @@ impl Pair {
     pub fn active(&self, frame_a: &[f64], frame_b: &[f64], reach: f64, out: &mut Vec<(u32, f64)>) {
         active((&self.a, frame_a), (&self.b, frame_b), reach, out);
     }
+}
+
+/// Whether there is a formula for two shapes; they may have no features yet, as points without any.
+#[must_use]
+pub fn has_gap(a: &ContactShape, b: &ContactShape) -> bool {
+    let one = |shape: &ContactShape| match shape {
+        ContactShape::Points { points, radius } if points.is_empty() => {
+            ContactShape::Points { points: vec![Vector3::zeros()], radius: *radius }
+        }
+        shape => shape.clone(),
+    };
+    features(&one(a), &one(b)) > 0
 }
 
 /// How many features two shapes have; 0 where there is no formula for them.

@@ -307,6 +307,9 @@ fn shapes_without_a_formula_are_refused() {
         half_axes: Vector3::new(1.0, 2.0, 3.0),
     };
     let ball = ContactShape::sphere(Vector3::zeros(), 1.0);
+    // whether there is a gap is asked before the points of a mesh are known
+    let none = ContactShape::Points { points: Vec::new(), radius: 0.0 };
+    assert!(has_gap(&plane, &none) && has_gap(&none, &ball) && !has_gap(&none, &ellipsoid));
     for (a, b) in [(&plane, &plane), (&ellipsoid, &ball), (&ball, &ellipsoid)] {
         let refused = Pair::new(a.clone(), b.clone()).unwrap_err();
         assert_eq!((refused.a, refused.b), (a.name(), b.name()));
