@@ -7,7 +7,7 @@ use crate::harness::case::distance;
 use crate::harness::models::orders;
 use holonom::run::prepare;
 use holonom::{EventRecord, Model, RunState, Sample, Simulation};
-use vi_testkit::model::{AXES, along, between, body, head, heavy, part, sensor};
+use vi_testkit::model::{AXES, along, between, body, changed, head, heavy, part, sensor};
 
 /// The nodes of a run that does not fail.
 fn run(text: &str) -> Vec<Sample> {
@@ -512,4 +512,53 @@ fn what_is_let_go_stores_nothing_and_has_done_its_work() {
     });
     let order = (balances[0] / balances[1]).log2();
     assert!(order > 1.7, "balances {balances:?} J, order {order}");
+}
+
+/// What contacts remember goes on through an event that is none of theirs: impulses, the length of
+/// the step before, the rates in it, revolutions. Without friction by what the pin transmits the
+/// motion is the same to rounding errors; with it, to the second order of the step.
+#[test]
+fn contacts_go_on_through_an_event_that_changes_nothing_of_them() {
+    let idle = part("load", "nothing")
+        + "body = \"rod\"\nforce = [0.0, 0.0, 0.0]\n"
+        + &part("event", "word")
+        + "at = 0.3\ndisable = [\"nothing\"]\n";
+    let end = |keys: &str, event: &str, h: f64| {
+        let text = changed(&rod("", event), "rate = 0.7\n", &format!("rate = 0.7\n{keys}\n"));
+        let text = changed(&text, "step = 0.01", &format!("step = {h}"));
+        run(&text).last().unwrap().clone()
+    };
+    for keys in [
+        "friction = { torque = 0.8 }", // slides
+        "friction = { torque = 9.0 }", // stops and stays
+        "limits = { upper = 0.25, restitution = 0.6 }",
+        "limits = { upper = 0.1, restitution = 0.0 }\nfriction = { torque = 0.3 }",
+    ] {
+        let [plain, with] = ["", &idle].map(|event| end(keys, event, 0.01));
+        let off = distance(&plain.q, &with.q);
+        println!("{keys}: {off:.1e}");
+        assert!(off < 1e-13, "{keys}: off by {off:e}");
+    }
+    let keys = "friction = { coefficient = 0.4, radius = 0.1 }";
+    let off = [0.02, 0.01, 0.005].map(|h| {
+        let [plain, with] = ["", &idle].map(|event| end(keys, event, h));
+        distance(&plain.q, &with.q)
+    });
+    println!("by what the pin transmits: {off:?}");
+    assert!(orders(&off).iter().all(|order| *order > 1.7) && off[2] > 0.0, "{off:?}");
+}
+
+/// A stop far from the principal value of its angle is not taken for an overlap by the next phase.
+#[test]
+fn revolutions_at_a_stop_are_kept_in_the_next_phase() {
+    let keys = "limits = { lower = -1.0, upper = 200.0, restitution = 0.5 }";
+    let event = part("load", "nothing")
+        + "body = \"rod\"\nforce = [0.0, 0.0, 0.0]\n"
+        + &part("event", "word")
+        + "at = 0.5\ndisable = [\"nothing\"]\n";
+    let text = changed(&rod("", &event), "rate = 0.7\n", &format!("rate = 20.0\n{keys}\n"));
+    let last = run(&text).last().unwrap().clone();
+    let angle = last.sensors[0];
+    println!("angle {angle} at t = {}", last.t);
+    assert!((10.0..40.0).contains(&angle) && last.t > 0.89, "{angle}");
 }
