@@ -53,8 +53,9 @@ pub struct NonsmoothOptions {
     pub method: Method,
     /// Most nodes between the ends of a step.
     pub max_events: u32,
-    /// Whether slip that other forces turn back takes the mean direction over the time of a node:
-    /// order 2 in the place of 1, for up to twice as many solutions of such a node.
+    /// Whether slip that other forces turn back takes the mean direction over the time of a node,
+    /// for up to twice as many solutions of such a node. Order 2 is not reached by it
+    /// (docs/theory.md, 2.20).
     pub turning_slip: bool,
 }
 
