@@ -1,8 +1,8 @@
 //! Contacts of many shapes with one law: each of them with each other one.
 //!
-//! Pairs that may touch are found by boxes about the motion of a step ([`super::broad_phase`]);
-//! planes are compared with all. A feature is numbered by the two shapes and the feature of the
-//! pair, so that it keeps its number from step to step. Shapes on one frame do not touch.
+//! Pairs that may touch are found by boxes about the motion of a step (`broad_phase`); planes are
+//! compared with all. A feature is numbered by the two shapes and the feature of the pair, so that
+//! it keeps its number from step to step. Shapes on one frame do not touch.
 
 use super::broad_phase::{Bounds, BroadPhase};
 use super::shape_contact::{Touching, frame};
