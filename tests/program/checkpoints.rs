@@ -148,7 +148,7 @@ fn a_foreign_checkpoint_is_refused_and_stays() {
     let mut other = bytes.clone();
     other[8] = 99;
     CHECKPOINTS.iter().for_each(|name| fs::write(path.join(name), &other).unwrap());
-    refused("its format has version 99; this program reads version 7");
+    refused("its format has version 99; this program reads version 8");
     // of somebody else: neither continued from nor replaced nor removed
     CHECKPOINTS.iter().for_each(|name| fs::write(path.join(name), "my notes").unwrap());
     refused("it is not a checkpoint");
