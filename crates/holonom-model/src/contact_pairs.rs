@@ -64,15 +64,20 @@ impl Model {
     ) -> Vec<ContactPair<'a>> {
         let shared = self.shared_joints();
         let share = |a: &'a str, b: &'a str| shared.contains(&[a.min(b), a.max(b)]);
-        let rests = |name: &str| name == GROUND || self.body(name).is_some_and(|body| body.fixed);
         let (sides, others) = self.sides_of(contact);
         let mut pairs = Vec::new();
         let mut known = BTreeSet::new();
         for a in sides {
+            let rests = match a {
+                SideOfPair::Body(body) => body.fixed,
+                SideOfPair::Plane(plane) => {
+                    plane.on == GROUND || self.body(&plane.on).is_some_and(|body| body.fixed)
+                }
+            };
             for &b in &others {
                 let (pair, names) = (ContactPair { contact, a, b }, [a.name(), b.name.as_str()]);
                 let new = known.insert([names[0].min(names[1]), names[0].max(names[1])]);
-                if !new || names[0] == names[1] || names.iter().all(|name| rests(name)) {
+                if !new || names[0] == names[1] || (rests && b.fixed) {
                     continue;
                 }
                 match share(a.name(), &b.name) && a.name() != GROUND {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
-use vi_rigid::gap::{ContactShape, Pair};
+use vi_rigid::gap::{ContactShape, has_gap};
 
 use crate::checks::Checker;
 use crate::contact_pairs::{ContactPair, SideOfPair};
@@ -173,15 +173,12 @@ impl Checker<'_> {
         }
     }
 
-    /// Shapes of a pair between which there is no contact; a mesh is one of its corners here.
+    /// Shapes of a pair between which there is no contact.
     fn unavailable(&self, pair: &ContactPair<'_>) -> Option<[String; 2]> {
         let axes = Matrix3::identity();
         let word = |shape: &Shape| format!("{:?}", shape.kind).to_lowercase();
         let all = |shapes: &[Shape]| -> Vec<_> {
-            shapes
-                .iter()
-                .map(|own| (word(own), own.contact_shape(&axes, vec![Vector3::zeros()])))
-                .collect()
+            shapes.iter().map(|own| (word(own), own.contact_shape(&axes, Vec::new()))).collect()
         };
         let a = match pair.a {
             SideOfPair::Plane(plane) => vec![("plane".into(), Some(plane.contact_shape(&axes)))],
@@ -189,9 +186,8 @@ impl Checker<'_> {
         };
         for (a, of_a) in &a {
             for (b, of_b) in all(pair.b.contact_shapes()) {
-                let both = of_a.clone().zip(of_b);
-                let are_both_edged = both.as_ref().is_some_and(|(a, b)| is_edged(a) && is_edged(b));
-                if are_both_edged || both.is_none_or(|(a, b)| Pair::new(a, b).is_err()) {
+                let touch = |(a, b)| has_gap(a, b) && !(is_edged(a) && is_edged(b));
+                if !of_a.as_ref().zip(of_b.as_ref()).is_some_and(touch) {
                     return Some([a.clone(), b]);
                 }
             }

@@ -4,8 +4,9 @@ use super::CORRECT;
 use super::contact_origin::{ContactOrigin, TouchingShapes};
 use super::names::Names;
 use holonom_model::contact_pairs::{ContactPair, SideOfPair};
-use holonom_model::{Contact, GROUND, ModelError, Problem};
+use holonom_model::{Body, Contact, GROUND, ModelError, Problem};
 use nalgebra::Matrix3;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_constraints::nonsmooth::{ContactLaw, Unilateral};
 use vi_core::Configuration;
@@ -27,10 +28,11 @@ pub(crate) fn add_contacts(
     names: &Names<'_>,
     origins: &mut Vec<ContactOrigin>,
 ) -> Result<(), ModelError> {
+    let mut known = BTreeMap::new();
     for pair in names.model.contact_pairs() {
         let (contact, a, b) = (&pair.contact.name, pair.a.name(), &pair.b.name);
         let mut elements = Vec::new();
-        for (frames, [on_a, on_b]) in shapes_of(&pair, names) {
+        for (frames, [on_a, on_b]) in shapes_of(&pair, names, &mut known) {
             let pair_of_shapes = Pair::new(on_a, on_b).map_err(|error| {
                 let problem = Problem::new(format!("contact.{contact}"), error.to_string());
                 ModelError::Assembly(vec![problem.help(CORRECT)])
@@ -59,11 +61,21 @@ pub(crate) fn add_contacts(
     Ok(())
 }
 
+/// The shapes of bodies that were asked for.
+type KnownShapes<'a> = BTreeMap<&'a str, Vec<ContactShape>>;
+
 /// The frames and the shapes of a pair of bodies, every shape with every other one.
-fn shapes_of(pair: &ContactPair<'_>, names: &Names<'_>) -> Vec<([FrameId; 2], [ContactShape; 2])> {
+fn shapes_of<'a>(
+    pair: &ContactPair<'a>,
+    names: &Names<'a>,
+    known: &mut KnownShapes<'a>,
+) -> Vec<([FrameId; 2], [ContactShape; 2])> {
     let axes =
         |name: &str| names.index(name).map_or_else(Matrix3::identity, |k| names.principal[k]);
-    let of_body = |body| names.model.contact_shapes(body, &axes(&body.name));
+    let mut of_body = |body: &'a Body| {
+        let shapes = || names.model.contact_shapes(body, &axes(&body.name));
+        known.entry(&body.name).or_insert_with(shapes).clone()
+    };
     let on_a = match pair.a {
         SideOfPair::Plane(plane) => vec![plane.contact_shape(&axes(&plane.on))],
         SideOfPair::Body(body) => of_body(body),

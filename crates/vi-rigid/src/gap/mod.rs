@@ -100,16 +100,6 @@ impl ContactShape {
         Self::Capsule { ends: [center, center], radius }
     }
 
-    /// The corners of a box.
-    #[must_use]
-    pub fn corners(center: Vector3<f64>, axes: &Matrix3<f64>, lengths: [f64; 3]) -> Self {
-        let corner = |k: usize| {
-            let side = |i: usize| if k >> i & 1 == 1 { 0.5 } else { -0.5 };
-            center + axes * Vector3::from_fn(|i, _| side(i) * lengths[i])
-        };
-        Self::Points { points: (0..8).map(corner).collect(), radius: 0.0 }
-    }
-
     /// Its name in messages.
     #[must_use]
     pub fn name(&self) -> &'static str {
@@ -235,26 +225,20 @@ impl Pair {
 /// Whether there is a formula for two shapes; they may have no features yet, as points without any.
 #[must_use]
 pub fn has_gap(a: &ContactShape, b: &ContactShape) -> bool {
-    let one = |shape: &ContactShape| match shape {
-        ContactShape::Points { points, radius } if points.is_empty() => {
-            ContactShape::Points { points: vec![Vector3::zeros()], radius: *radius }
-        }
-        shape => shape.clone(),
-    };
-    features(&one(a), &one(b)) > 0
+    one_way(a, b).or(one_way(b, a)).is_some()
 }
 
 /// How many features two shapes have; 0 where there is no formula for them.
 #[must_use]
 pub fn features(a: &ContactShape, b: &ContactShape) -> u32 {
-    one_way(a, b).max(one_way(b, a))
+    one_way(a, b).or(one_way(b, a)).unwrap_or(0)
 }
 
-/// The same in this order of the shapes.
-fn one_way(a: &ContactShape, b: &ContactShape) -> u32 {
+/// The same in this order of the shapes; `None` where there is no formula.
+fn one_way(a: &ContactShape, b: &ContactShape) -> Option<u32> {
     use ContactShape::{Box, Capsule, Cylinder, Ellipsoid, Plane, Points};
     let is_ball = |ends: &[Vector3<f64>; 2]| ends[0] == ends[1];
-    match (a, b) {
+    let count = match (a, b) {
         (Plane { .. } | Capsule { .. }, Points { points, .. }) => points.len() as u32,
         (Plane { .. }, Capsule { ends, .. }) => {
             if is_ball(ends) {
@@ -285,8 +269,9 @@ fn one_way(a: &ContactShape, b: &ContactShape) -> u32 {
             1
         }
         (Box { .. }, Box { .. }) => box_box::FEATURES,
-        _ => 0,
-    }
+        _ => return None,
+    };
+    Some(count)
 }
 
 /// The contact of a feature of two shapes, each with its frame.
@@ -300,8 +285,8 @@ pub fn contact(
     (b, frame_b): (&ContactShape, &[f64]),
 ) -> ContactPoint {
     match one_way(a, b) {
-        0 => between(feature, (b, frame_b), (a, frame_a)).map(ContactPoint::exchanged),
-        _ => between(feature, (a, frame_a), (b, frame_b)),
+        None => between(feature, (b, frame_b), (a, frame_a)).map(ContactPoint::exchanged),
+        Some(_) => between(feature, (a, frame_a), (b, frame_b)),
     }
     .expect("a pair of shapes with a gap")
 }

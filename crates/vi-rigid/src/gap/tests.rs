@@ -11,11 +11,20 @@ fn axes(sample: &mut Sample) -> Matrix3<f64> {
     crate::rotation::exp(&sample.of_length(1.3))
 }
 
+/// The corners of a box.
+fn corners(center: Vector3<f64>, axes: &Matrix3<f64>, lengths: [f64; 3]) -> ContactShape {
+    let corner = |k: usize| {
+        let side = |i: usize| if k >> i & 1 == 1 { 0.5 } else { -0.5 };
+        center + axes * Vector3::from_fn(|i, _| side(i) * lengths[i])
+    };
+    ContactShape::Points { points: (0..8).map(corner).collect(), radius: 0.0 }
+}
+
 /// Pairs of every kind, with a shift of B that keeps them apart.
 fn pairs(sample: &mut Sample) -> Vec<Pair> {
     let plane = ContactShape::Plane { point: sample.vector(), normal: unit(sample) };
     let box_axes = axes(sample);
-    let corners = ContactShape::corners(sample.vector(), &box_axes, [0.4, 0.6, 0.8]);
+    let corners = corners(sample.vector(), &box_axes, [0.4, 0.6, 0.8]);
     let ball = ContactShape::sphere(sample.vector(), 0.3);
     let small = ContactShape::sphere(sample.vector(), 0.1);
     let ends = [sample.vector(), sample.vector()];
