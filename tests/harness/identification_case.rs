@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::sync::Arc;
 use vi_constraints::SchemeKind;
 use vi_constraints::linearization::Tangent;
-use vi_control::identification::{Experiment, MotionResiduals, Series, Trial};
+use vi_control::identification::{Experiment, MotionResiduals, Reading, Series, Trial};
 use vi_control::least_squares::{Estimate, FitError, LeastSquares, Parameter, Refused};
 use vi_control::objective::Quantity;
 use vi_control::{ControlForce, Controls, Direction, JointControl};
@@ -93,8 +93,9 @@ impl Unknown {
     pub(crate) fn series(&self) -> Vec<Series> {
         let series = |(sensor, own): (usize, &Value)| Series {
             sensor,
+            reading: Reading::Value,
             sigma: number(&own["sigma"]),
-            nodes: own["steps"].as_array().unwrap().iter().map(whole).collect(),
+            steps: numbers(&own["steps"]),
             values: numbers(&own["values"]),
         };
         list(&self.0, "measurements").iter().enumerate().map(series).collect()
@@ -164,6 +165,6 @@ impl Experiment for Unknown {
         let run = run.map_err(|e| refused(&e))?;
         case.value = Value::Null;
         let design: Option<Box<dyn vi_constraints::design::Design>> = Some(Box::new(design));
-        Ok(Trial { run, step, controls, design, directions, quantities })
+        Ok(Trial { run, step, controls, design, directions, tangents, quantities })
     }
 }

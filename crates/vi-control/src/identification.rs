@@ -1,13 +1,15 @@
 //! Parameters of a mechanism from measurements of its motion.
 //!
 //! ```text
-//! ρ_i = (y(t_i; θ) − ŷ_i)/s_i       y: a quantity at a node, ŷ: measured, s: its standard deviation
-//! ∂ρ_i/∂θ_k = ∇y·δq_k/s_i           δq_k: the tangent of the motion along θ_k                     [2.37]
+//! ρ_i = (y(t_i; θ) − ŷ_i)/s_i       y: a quantity or its rate, ŷ: measured, s: its standard deviation
+//! y(t_n + s h) = H_00(s) y_n + H_10(s) h ẏ_n + H_01(s) y_{n+1} + H_11(s) h ẏ_{n+1}     ẏ_n = ∇y·v̂_n
+//! δy_n = ∇y·δq_n + y_θ              δq_n, δp̄_n: the tangent of the motion along θ              [2.37]
+//! δẏ_n = D²y[v̂_n, δq_n] + ∇y·δv̂_n + (∇y)_θ v̂_n
 //! ```
-//! All derivatives come from tangents beside one run; least squares do the rest
-//! ([`crate::least_squares`]). Parameters may change the start, the masses, the geometry, the
-//! forces: what an [`Experiment`] says. A quantity must not change with a parameter but through
-//! `q`.
+//! Hermite's cubic polynomials between nodes, and their derivatives for rates, have a higher order
+//! than the scheme of order 2. All derivatives come from tangents beside one run; least squares do
+//! the rest ([`crate::least_squares`]). Parameters may change the start, the masses, the geometry,
+//! the forces, the quantities: what an [`Experiment`] says.
 
 use crate::controls::Controls;
 use crate::least_squares::{Refused, Residuals};
@@ -15,7 +17,10 @@ use crate::objective::{Objective, Quantity};
 use crate::sensitivities::{Beside, Direction, Growth, Sensitivities};
 use nalgebra::DMatrix;
 use vi_constraints::design::Design;
+use vi_core::MechanicalSystem;
 use vi_core::linear::dot;
+use vi_multibody::design::MechanismTangent;
+use vi_multibody::design::velocity::NodeVelocity;
 use vi_multibody::run::MechanismIntegrator;
 
 /// A run for some parameters, at its start.
@@ -30,6 +35,9 @@ pub struct Trial {
     pub design: Option<Box<dyn Design>>,
     /// One direction for each parameter, in their order.
     pub directions: Vec<Direction>,
+    /// How the mechanism changes with the parameters of the design, in the order of
+    /// [`Direction::parameter`]: velocities follow.
+    pub tangents: Vec<MechanismTangent>,
     /// What is measured, in the order of the sensors of [`Series`].
     pub quantities: Vec<Box<dyn Quantity>>,
 }
@@ -49,15 +57,45 @@ pub trait Experiment {
     fn begin(&mut self, theta: &[f64]) -> Result<Trial, Refused>;
 }
 
+/// What is measured of a quantity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reading {
+    /// `y`.
+    #[default]
+    Value,
+    /// `ẏ`.
+    Rate,
+}
+
+impl Reading {
+    /// The factors of `(y, ẏ)` at the node before a time and at the next; `s`: the part of a step
+    /// of length `h` from the first to the time.
+    fn weights(self, s: f64, h: f64) -> [[f64; 2]; 2] {
+        let r = 1.0 - s;
+        match self {
+            Self::Value => [
+                [(1.0 + 2.0 * s) * r * r, h * s * r * r],
+                [s * s * (3.0 - 2.0 * s), -h * s * s * r],
+            ],
+            Self::Rate => {
+                let slope = 6.0 * s * r / h;
+                [[-slope, r * (1.0 - 3.0 * s)], [slope, s * (3.0 * s - 2.0)]]
+            }
+        }
+    }
+}
+
 /// What a sensor read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// Which quantity of a trial.
     pub sensor: usize,
+    /// What of it.
+    pub reading: Reading,
     /// Standard deviation of a value, positive.
     pub sigma: f64,
-    /// The nodes of the values, ascending.
-    pub nodes: Vec<usize>,
+    /// The times of the values since the start, in steps, ascending.
+    pub steps: Vec<f64>,
     /// The values, as many.
     pub values: Vec<f64>,
 }
@@ -69,11 +107,11 @@ pub enum SeriesError {
     /// A deviation that is not positive.
     #[error("series {0}: the standard deviation has to be positive")]
     Deviation(usize),
-    /// Not as many values as nodes.
-    #[error("series {0}: there are not as many values as nodes")]
+    /// Not as many values as times.
+    #[error("series {0}: there are not as many values as times")]
     Shape(usize),
-    /// Out of order.
-    #[error("series {0}: the nodes have to increase")]
+    /// Out of order, before the start, or no number.
+    #[error("series {0}: the times have to increase from the start on")]
     Order(usize),
     /// Not a number.
     #[error("series {series}: value {value} is no number")]
@@ -93,6 +131,29 @@ pub struct MotionResiduals<E> {
     growth: Vec<Growth>,
 }
 
+/// The part that a node has in a residual.
+#[derive(Clone, Copy, Debug)]
+struct Share {
+    node: usize,
+    row: usize,
+    series: usize,
+    weights: [f64; 2], // of y and ẏ, over the standard deviation
+}
+
+/// Times this near to a node, in steps, are those of the node.
+const AT_NODE: f64 = 1e-9;
+
+/// The node before a time, and the part of a step from there.
+fn place(x: f64) -> (usize, f64) {
+    let near = x.round();
+    let (node, part) = match (x - near).abs() <= AT_NODE * near.max(1.0) {
+        true => (near, 0.0),
+        false => (x.floor(), x - x.floor()),
+    };
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a step of a run
+    (node as usize, part)
+}
+
 impl<E: Experiment> MotionResiduals<E> {
     /// Of measurements of an experiment.
     ///
@@ -103,10 +164,12 @@ impl<E: Experiment> MotionResiduals<E> {
             if !(own.sigma > 0.0 && own.sigma.is_finite()) {
                 return Err(SeriesError::Deviation(k));
             }
-            if own.nodes.len() != own.values.len() {
+            if own.steps.len() != own.values.len() {
                 return Err(SeriesError::Shape(k));
             }
-            if own.nodes.windows(2).any(|pair| pair[0] >= pair[1]) {
+            let begins = own.steps.first().is_none_or(|x| *x >= 0.0);
+            let increase = own.steps.windows(2).all(|pair| pair[0] < pair[1]);
+            if !(begins && increase && own.steps.iter().all(|x| x.is_finite())) {
                 return Err(SeriesError::Order(k));
             }
             if let Some(value) = own.values.iter().position(|value| !value.is_finite()) {
@@ -121,44 +184,80 @@ impl<E: Experiment> MotionResiduals<E> {
         &self.series
     }
 
+    /// What runs.
+    pub fn experiment(&self) -> &E {
+        &self.experiment
+    }
+
     /// How much tangents along the parameters grew in the last run: beyond
     /// [`crate::sensitivities::MEANINGLESS`] residuals have many minima.
     pub fn growth(&self) -> &[Growth] {
         &self.growth
     }
 
-    /// Writes the residuals at a node, and their derivatives.
-    fn read(
-        &self,
-        trial: &Trial,
-        tangents: &Sensitivities,
-        node: usize,
-        out: &mut [f64],
-        mut jacobian: Option<&mut DMatrix<f64>>,
-    ) {
-        let (at, mut first) = (trial.run.state().configuration(), 0);
-        let mut slope = vec![0.0; at.q.len()];
-        for own in &self.series {
-            if let Ok(k) = own.nodes.binary_search(&node) {
-                let quantity = &trial.quantities[own.sensor];
-                let row = first + k;
-                out[row] = (quantity.value(at) - own.values[k]) / own.sigma;
-                if let Some(jacobian) = jacobian.as_deref_mut() {
-                    slope.fill(0.0);
-                    quantity.add_slope(at, 1.0 / own.sigma, &mut slope);
-                    for (j, tangent) in tangents.tangents().iter().enumerate() {
-                        jacobian[(row, j)] = dot(&slope, &tangent.q);
+    /// The parts of all nodes in all residuals, node after node.
+    fn shares(&self, h: f64) -> Vec<Share> {
+        let mut shares = Vec::new();
+        let mut row = 0;
+        for (series, own) in self.series.iter().enumerate() {
+            for x in &own.steps {
+                let (node, part) = place(*x);
+                for (i, weights) in own.reading.weights(part, h).into_iter().enumerate() {
+                    if weights.iter().any(|weight| *weight != 0.0) {
+                        let weights = weights.map(|weight| weight / own.sigma);
+                        shares.push(Share { node: node + i, row, series, weights });
                     }
                 }
+                row += 1;
             }
-            first += own.nodes.len();
         }
+        shares.sort_by_key(|own| own.node);
+        shares
+    }
+}
+
+/// `v̂` and its derivatives, found at nodes where rates are read.
+struct Velocities {
+    node: NodeVelocity,
+    v: Vec<f64>,
+    changes: Vec<Vec<f64>>, // along the directions
+}
+
+impl Velocities {
+    fn of(trial: &Trial) -> Result<Self, Refused> {
+        if trial.run.system().adds_mass() {
+            let why = "rates have no derivative where steps add to the masses";
+            return Err(Refused(why.to_owned()));
+        }
+        let rows = trial.run.rows();
+        let node = NodeVelocity::new(trial.run.constraints(), rows, &trial.tangents);
+        let node = node.map_err(|error| Refused(error.to_string()))?;
+        Ok(Self { node, v: Vec::new(), changes: Vec::new() })
+    }
+
+    fn find(
+        &mut self,
+        trial: &Trial,
+        directions: &[Direction],
+        tangents: &Sensitivities,
+    ) -> Result<(), Refused> {
+        let refused = |error: vi_core::linear::Singular| Refused(error.to_string());
+        let (mechanism, state) = (trial.run.constraints(), trial.run.state());
+        let found = self.node.find(mechanism, trial.run.system().mass(), state);
+        self.v = found.map_err(refused)?.to_vec();
+        self.changes.clear();
+        for (direction, own) in directions.iter().zip(tangents.tangents()) {
+            let (at, change) = (state.configuration(), [&own.q[..], &own.p[..]]);
+            let found = self.node.change(mechanism, at, direction.parameter, change);
+            self.changes.push(found.map_err(refused)?.to_vec());
+        }
+        Ok(())
     }
 }
 
 impl<E: Experiment> Residuals for MotionResiduals<E> {
     fn len(&self) -> usize {
-        self.series.iter().map(|own| own.nodes.len()).sum()
+        self.series.iter().map(|own| own.steps.len()).sum()
     }
 
     fn evaluate(
@@ -172,18 +271,56 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         let directions = if wanted { std::mem::take(&mut trial.directions) } else { Vec::new() };
         let refused = |error: crate::gradient::GradientError| Refused(error.to_string());
         let mut tangents =
-            Sensitivities::new(&trial.run, trial.step, directions).map_err(refused)?;
-        let last = self.series.iter().filter_map(|own| own.nodes.last().copied()).max();
+            Sensitivities::new(&trial.run, trial.step, directions.clone()).map_err(refused)?;
+        let shares = self.shares(trial.step);
+        let mut velocities = None;
+        if shares.iter().any(|own| own.weights[1] != 0.0) {
+            velocities = Some(Velocities::of(&trial)?);
+        }
+        let measured = self.series.iter().flat_map(|own| own.values.iter().map(|y| -y / own.sigma));
+        out.iter_mut().zip(measured).for_each(|(out, y)| *out = y);
+        if let Some(jacobian) = jacobian.as_deref_mut() {
+            jacobian.fill(0.0);
+        }
         let objective = Objective::default();
-        for node in 0..=last.unwrap_or(0) {
-            self.read(&trial, &tangents, node, out, jacobian.as_deref_mut());
-            if Some(node) == last {
-                break;
+        let mut slope = vec![0.0; trial.run.state().q.len()];
+        let mut reached = 0;
+        for own in shares.chunk_by(|a, b| a.node == b.node) {
+            for _ in reached..own[0].node {
+                let Trial { run, controls, design, .. } = &mut trial;
+                let design = design.as_deref();
+                let beside = Beside { controls, design, objective: &objective };
+                tangents.advance(run, beside).map_err(refused)?;
             }
-            let Trial { run, controls, design, .. } = &mut trial;
-            let design = design.as_deref();
-            let beside = Beside { controls, design, objective: &objective };
-            tangents.advance(run, beside).map_err(refused)?;
+            reached = own[0].node;
+            let of_rates = own.iter().any(|own| own.weights[1] != 0.0);
+            if let Some(all) = velocities.as_mut().filter(|_| of_rates) {
+                all.find(&trial, &directions, &tangents)?;
+            }
+            let at = trial.run.state().configuration();
+            let none = Vec::new();
+            let v = velocities.as_ref().map_or(&none, |all| &all.v);
+            for Share { row, series, weights: [of_value, of_rate], .. } in own {
+                let quantity = &trial.quantities[self.series[*series].sensor];
+                slope.fill(0.0);
+                quantity.add_slope(at, 1.0, &mut slope);
+                out[*row] += of_value * quantity.value(at);
+                if *of_rate != 0.0 {
+                    out[*row] += of_rate * dot(&slope, v);
+                }
+                let Some(jacobian) = jacobian.as_deref_mut() else { continue };
+                for (j, (own, direction)) in tangents.tangents().iter().zip(&directions).enumerate()
+                {
+                    let moved = |k: usize| quantity.by_parameter(k, at, v);
+                    let [value, rate] = direction.parameter.map_or([0.0; 2], moved);
+                    let mut change = of_value * (dot(&slope, &own.q) + value);
+                    if let Some(all) = velocities.as_ref().filter(|_| *of_rate != 0.0) {
+                        let bend = quantity.second(at, v, &own.q);
+                        change += of_rate * (bend + dot(&slope, &all.changes[j]) + rate);
+                    }
+                    jacobian[(*row, j)] += change;
+                }
+            }
         }
         if wanted {
             self.growth = tangents.growth().to_vec();

@@ -67,6 +67,12 @@ pub trait Quantity: Send + Sync {
     fn value(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale` times its derivative by `q`, shape `n`.
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
+    /// `D²y[v, w]`.
+    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64;
+    /// `y_θ` and `(∇y)_θ v` of a parameter on which it depends beside `q`.
+    fn by_parameter(&self, _parameter: usize, _at: Configuration<'_>, _v: &[f64]) -> [f64; 2] {
+        [0.0; 2]
+    }
 }
 
 impl Quantity for JointCoordinate {
@@ -75,6 +81,9 @@ impl Quantity for JointCoordinate {
     }
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.add_gradient(at.q, scale, out);
+    }
+    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
+        JointCoordinate::second(self, at.q, v, w)
     }
 }
 
@@ -94,6 +103,9 @@ impl Quantity for PointComponent {
     fn add_slope(&self, _at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         let along = nalgebra::Vector3::ith(self.axis, scale);
         self.point.add_transposed(&along, out);
+    }
+    fn second(&self, _at: Configuration<'_>, _v: &[f64], _w: &[f64]) -> f64 {
+        0.0
     }
 }
 

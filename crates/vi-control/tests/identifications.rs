@@ -3,7 +3,7 @@
 use crate::control_case::{Case, list, number, numbers};
 use crate::identification_case::Unknown;
 use nalgebra::DMatrix;
-use vi_control::identification::{MotionResiduals, Series, SeriesError};
+use vi_control::identification::{MotionResiduals, Reading, Series, SeriesError};
 use vi_control::least_squares::{FitError, FitOutcome, LeastSquares, Residuals};
 
 fn unknown(name: &str) -> Unknown {
@@ -81,16 +81,23 @@ fn a_combination_that_is_not_seen_is_named() {
     );
 }
 
-/// Derivatives of residuals against differences, on the tree and on the closed loop.
+/// Derivatives of residuals against differences, on the tree and on the closed loop: values and
+/// rates, at nodes and between them.
 #[test]
 fn derivatives_of_residuals_are_those_of_the_motion() {
-    for name in ["id01_pendulum", "id02_four_bar", "id04_not_identifiable"] {
+    let readings = [(Reading::Value, 0.0), (Reading::Value, 0.3), (Reading::Rate, 0.0)];
+    let readings = readings.into_iter().chain([(Reading::Rate, 0.8)]);
+    let names = ["id01_pendulum", "id02_four_bar", "id04_not_identifiable"];
+    for (name, (reading, later)) in names.iter().flat_map(|n| readings.clone().map(move |r| (n, r)))
+    {
         let case = unknown(name);
         let theta: Vec<f64> = case.parameters().iter().map(|own| own.start).collect();
         let mut series = case.series();
         for own in &mut series {
-            own.nodes.truncate(8);
+            own.steps.truncate(8);
             own.values.truncate(8);
+            own.reading = reading;
+            own.steps.iter_mut().for_each(|x| *x += later);
         }
         let mut residuals = MotionResiduals::new(case, series).unwrap();
         let count = residuals.len();
@@ -113,7 +120,8 @@ fn derivatives_of_residuals_are_those_of_the_motion() {
                 let wanted = (plus[i] - minus[i]) / (2.0 * e);
                 let exact = jacobian[(i, k)];
                 let off = (wanted - exact).abs() / (1.0 + jacobian.column(k).amax());
-                assert!(off < 1e-6, "{name}: residual {i} by {k}: {exact} for {wanted}");
+                let of = format!("{name} {reading:?} {later}: residual {i} by {k}");
+                assert!(off < 1e-6, "{of}: {exact} for {wanted}");
             }
         }
     }
@@ -128,7 +136,7 @@ fn bad_series_are_refused() {
         MotionResiduals::new(case, series).unwrap_err()
     };
     assert_eq!(refused(&|own| own.sigma = 0.0), SeriesError::Deviation(0));
-    assert_eq!(refused(&|own| own.nodes.swap(0, 1)), SeriesError::Order(0));
+    assert_eq!(refused(&|own| own.steps.swap(0, 1)), SeriesError::Order(0));
     assert_eq!(refused(&|own| own.values.truncate(3)), SeriesError::Shape(0));
     let odd = SeriesError::NotANumber { series: 0, value: 4 };
     assert_eq!(refused(&|own| own.values[4] = f64::NAN), odd);
@@ -138,4 +146,49 @@ fn bad_series_are_refused() {
     parameters[3].start = 5.0;
     assert!(matches!(case.fit(&LeastSquares::default(), &parameters), Err(FitError::Start(_))));
     assert!(list(&Case::text("id02_four_bar"), "measurements").len() == 2);
+}
+
+/// Values between nodes, and rates, of a pendulum against the same motion with a tenth of the step:
+/// of third order and better, at nodes the values themselves.
+#[test]
+fn values_between_nodes_and_rates_are_those_of_the_motion() {
+    let read = |refined: usize, reading: Reading, later: f64| {
+        let mut value = Case::text("id01_pendulum");
+        let (h, steps) = (number(&value["h"]), value["steps"].as_u64().unwrap());
+        let controls = list(&value, "controls").to_vec();
+        let finer: Vec<_> = controls.into_iter().flat_map(|row| vec![row; refined]).collect();
+        value["h"] = (h / refined as f64).into();
+        value["steps"] = (steps * refined as u64).into();
+        value["controls"] = finer.into();
+        let case = Unknown(value);
+        let theta: Vec<f64> = case.parameters().iter().map(|own| own.start).collect();
+        let mut series = case.series();
+        let own = &mut series[0];
+        own.reading = reading;
+        own.sigma = 1.0;
+        own.steps.iter_mut().for_each(|x| *x = (*x + later) * refined as f64);
+        own.values.fill(0.0);
+        own.steps.pop();
+        own.values.pop();
+        series.truncate(1);
+        let mut residuals = MotionResiduals::new(case, series).unwrap();
+        let mut out = vec![0.0; residuals.len()];
+        residuals.evaluate(&theta, &mut out, None).unwrap();
+        out
+    };
+    // what is between nodes is no further from the motion than nodes are
+    for reading in [Reading::Value, Reading::Rate] {
+        let fine = |later| read(32, reading, later);
+        let off = |refined: usize, later: f64| {
+            let own = read(refined, reading, later);
+            let apart = own.iter().zip(fine(later)).map(|(a, b)| (a - b).abs());
+            apart.fold(0.0, f64::max)
+        };
+        for later in [0.25, 0.5, 0.875] {
+            let (coarse, half, nodes) = (off(1, later), off(2, later), off(1, 0.0));
+            println!("{reading:?} {later}: {coarse:.2e} {half:.2e}, at nodes {nodes:.2e}");
+            assert!(coarse < 1.5 * nodes, "{reading:?} {later}: {coarse:e}");
+            assert!(coarse / half > 3.0, "{reading:?} {later}: {coarse:e} {half:e}");
+        }
+    }
 }

@@ -10,9 +10,10 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, InitialValues};
 use vi_core::linear::{dot, norm_inf};
 use vi_core::num_dual::Dual64;
-use vi_core::{Configuration, DiscreteLagrangian, Interval, Quadrature};
+use vi_core::{Configuration, DiscreteLagrangian, Interval, Quadrature, State};
 use vi_multibody::builder::{ElementForce, Inertia, MechanismBuilder};
 use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError};
+use vi_multibody::design::velocity::NodeVelocity;
 use vi_multibody::design::{
     BarTangent, BodyTangent, EffortChange, JointTangent, MechanismDesign, MechanismTangent,
     ScalarTangent, SpringTangent,
@@ -436,6 +437,53 @@ fn numbers_of_random_mechanisms_have_their_derivatives() {
                     "seed {seed}, {name}: {error:.1e} of {size:.1e}"
                 );
             }
+        }
+    }
+}
+
+/// Velocities of nodes: with configuration, momentum and the numbers changed at once, each of them
+/// alone, and against `v` of a momentum `M v` that the constraints allow.
+#[test]
+fn velocities_of_nodes_have_their_derivatives() {
+    for seed in 1..=3 {
+        let built = mechanism(seed);
+        let n = built.0.dim();
+        let mut random = Sample::new(seed + 30);
+        let q: Vec<f64> =
+            built.0.initial_configuration().iter().map(|x| x + 0.01 * random.number()).collect();
+        let mut vector = || -> Vec<f64> { (0..n).map(|_| random.number()).collect() };
+        let (p, dq, dp) = (vector(), vector(), vector());
+        let mass = |mechanism: &Mechanism| mechanism.mass(|_| {});
+        let rows = IndependentRows::find(&built.0, 0.3, &q);
+        let list = tangents(&built.0, &built.1);
+        let all: Vec<_> = list.iter().map(|own| own.1.clone()).collect();
+        let state = |q: &[f64], p: &[f64]| State::new(0.3, q.to_vec(), p.to_vec());
+        let mut node = NodeVelocity::new(&built.0, &rows, &all).unwrap();
+        let none = vec![0.0; n];
+        let nothing = MechanismTangent::default();
+        let alone = [(None, &dq, &none), (None, &none, &dp)];
+        let along = (0..list.len()).map(|k| (Some(k), &dq, &dp));
+        for (parameter, dq, dp) in alone.into_iter().chain(along) {
+            let (name, tangent, element) = match parameter {
+                Some(k) => (list[k].0.as_str(), &list[k].1, list[k].2),
+                None => ("none", &nothing, None),
+            };
+            node.find(&built.0, &mass(&built.0), &state(&q, &p)).unwrap();
+            let at = Configuration::new(0.3, &q);
+            let exact = node.change(&built.0, at, parameter, [dq, dp]).unwrap();
+            let exact = DVector::from_column_slice(exact);
+            let differences = difference(|e| {
+                let (moved, _) = changed(&built.0, &built.1, (tangent, element), e);
+                let add = |x: &[f64], by: &[f64]| -> Vec<f64> {
+                    x.iter().zip(by).map(|(x, by)| x + e * by).collect()
+                };
+                let mut node = NodeVelocity::new(&moved, &rows, &[]).unwrap();
+                let v = node.find(&moved, &mass(&moved), &state(&add(&q, dq), &add(&p, dp)));
+                v.unwrap().to_vec()
+            });
+            let (error, size) = ((&exact - differences).amax(), exact.amax());
+            assert!(size > 1e-3, "{name}: it changes nothing");
+            assert!(error < 2e-7 * size.max(1.0), "seed {seed}, {name}: {error:.1e} of {size:.1e}");
         }
     }
 }

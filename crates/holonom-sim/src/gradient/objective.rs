@@ -51,6 +51,12 @@ impl Quantity for Distance {
         let between = self.0.at(at.q);
         self.0.add_transposed(&(scale / between.norm() * between), out);
     }
+    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
+        let (between, v, w) = (self.0.at(at.q), self.0.rate(v), self.0.rate(w));
+        let length = between.norm();
+        let line = between / length;
+        (v.dot(&w) - line.dot(&v) * line.dot(&w)) / length
+    }
 }
 
 impl Costs {

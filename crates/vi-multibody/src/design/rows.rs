@@ -192,12 +192,14 @@ impl MovedRows {
 
     /// Emits `g_θ(q_{n+1})`, and `−(Gᵀ)_θ h λ` at `q_n`.
     pub(super) fn emit(&self, s: &Interval, impulse: &[f64], out: &mut dyn Sink) {
-        for (row, moved) in &self.0 {
-            out.row(*row, moved.value(s.end()));
-            let impulse = impulse[*row];
-            if impulse != 0.0 {
-                moved.for_each_slope(&s.q0, |i, slope| out.minus(i, -impulse * slope));
-            }
+        self.0.iter().for_each(|(row, moved)| out.row(*row, moved.value(s.end())));
+        self.for_each_force(&s.q0, impulse, |i, force| out.minus(i, -force));
+    }
+
+    /// The entries of `(Gᵀ)_θ μ`.
+    pub(super) fn for_each_force(&self, q: &[f64], mu: &[f64], mut visit: impl FnMut(usize, f64)) {
+        for (row, moved) in self.0.iter().filter(|(row, _)| mu[*row] != 0.0) {
+            moved.for_each_slope(q, |i, slope| visit(i, mu[*row] * slope));
         }
     }
 

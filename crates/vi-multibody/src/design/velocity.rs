@@ -1,0 +1,124 @@
+//! How the velocity of the projected momentum of a node changes.
+//!
+//! ```text
+//! [M Gᵀ; G 0](v̂, μ) = (p̄, −g_t)
+//! [M Gᵀ; G 0](δv̂, δμ) = (δp̄ − M_θ v̂ − (Σ μ_i D²g_i) δq − (Gᵀ)_θ μ,  −D²g[δq, v̂] − G_θ v̂ − g_tθ)
+//! ```
+//! The second line is the first one differentiated. Redundant constraints: `μ` of independent rows;
+//! the others follow.
+#![allow(non_snake_case)] // G, M
+
+use super::explicit::Masses;
+use super::rows::MovedRows;
+use super::{DesignError, MechanismTangent};
+use crate::mechanism::Mechanism;
+use nalgebra::Vector3;
+use vi_constraints::Constraints;
+use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
+use vi_core::linear::Singular;
+use vi_core::sparse::{Entries, Product, SparseMatrix};
+use vi_core::{Configuration, State};
+
+/// What a parameter changes of a velocity.
+struct Moved {
+    masses: Option<Masses>,
+    rows: MovedRows,
+}
+
+/// `v̂` at nodes with its derivatives.
+pub struct NodeVelocity {
+    saddle: SaddlePoint,
+    moved: Vec<Moved>,
+    x: Vec<f64>,  // n + r
+    v: Vec<f64>,  // n
+    mu: Vec<f64>, // m
+    a: Vec<f64>,  // n
+    b: Vec<f64>,  // m
+}
+
+impl std::fmt::Debug for NodeVelocity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("NodeVelocity").field("v", &self.v).finish_non_exhaustive()
+    }
+}
+
+impl NodeVelocity {
+    /// Of a mechanism with independent `rows`, by parameters along which its numbers change so.
+    ///
+    /// # Errors
+    /// [`DesignError`] where a tangent is of another kind than its element.
+    pub fn new(
+        mechanism: &Mechanism,
+        rows: &IndependentRows,
+        tangents: &[MechanismTangent],
+    ) -> Result<Self, DesignError> {
+        let (n, m) = (mechanism.dim(), mechanism.len());
+        let moved = tangents.iter().map(|own| {
+            let masses = Masses::of(mechanism, own, Vector3::zeros());
+            Ok(Moved { masses, rows: MovedRows::of(mechanism, own)? })
+        });
+        Ok(Self {
+            saddle: SaddlePoint::new(n, rows.clone()),
+            moved: moved.collect::<Result<_, DesignError>>()?,
+            x: vec![0.0; n + rows.len()],
+            v: vec![0.0; n],
+            mu: vec![0.0; m],
+            a: vec![0.0; n],
+            b: vec![0.0; m],
+        })
+    }
+
+    /// `v̂` at the node of a state, shape `n`; `mass`: `M`.
+    ///
+    /// # Errors
+    /// [`Singular`] where the constraints have lost rank, or a direction that they leave free has
+    /// no mass.
+    pub fn find(
+        &mut self,
+        mechanism: &Mechanism,
+        mass: &SparseMatrix,
+        state: &State,
+    ) -> Result<&[f64], Singular> {
+        let (n, at) = (self.v.len(), Configuration::new(state.t, &state.q));
+        mechanism.time_derivative(at.t, at.q, &mut self.b);
+        self.b.iter_mut().for_each(|b| *b = -*b);
+        let emit = |out: &mut dyn Entries| mass.emit(out);
+        self.saddle.solve_at(mechanism, &emit, at, &state.p, &self.b, &mut self.x)?;
+        self.v.copy_from_slice(&self.x[..n]);
+        self.mu.fill(0.0);
+        self.saddle.rows().scatter(&self.x[n..], &mut self.mu);
+        Ok(&self.v)
+    }
+
+    /// `δv̂` at the node of the last [`NodeVelocity::find`], shape `n`, where the configuration
+    /// changes by `dq`, the momentum by `dp`, and one of the parameters at the rate 1 if any does.
+    ///
+    /// # Errors
+    /// As of [`NodeVelocity::find`].
+    pub fn change(
+        &mut self,
+        mechanism: &Mechanism,
+        at: Configuration<'_>,
+        parameter: Option<usize>,
+        [dq, dp]: [&[f64]; 2],
+    ) -> Result<&[f64], Singular> {
+        let Self { saddle, moved, x, v, mu, a, b } = self;
+        let n = v.len();
+        a.copy_from_slice(dp);
+        let mut product = Product { v: dq, out: a };
+        mechanism.weighted_hessian(at.t, at.q, mu, -1.0, &mut product);
+        mechanism.second_derivative(at.t, at.q, dq, v, b);
+        if let Some(own) = parameter.map(|k| &moved[k]) {
+            if let Some(masses) = &own.masses {
+                masses.for_each_momentum(v, |i, momentum| a[i] -= momentum);
+            }
+            own.rows.add_rates(at, v, b);
+            own.rows.for_each_force(at.q, mu, |i, force| a[i] -= force);
+        }
+        x[..n].copy_from_slice(a);
+        b.iter_mut().for_each(|b| *b = -*b);
+        saddle.rows().gather(b, &mut x[n..]);
+        saddle.solve_factorized(x)?;
+        Ok(&x[..n])
+    }
+}
