@@ -89,6 +89,12 @@ tables! {
         parameter_without_its_sign: TOP, "[[joint]]" =>
             "[[constraint]]\nname = \"speed\"\ntype = \"motion\"\njoint = \"tip\"\npath = { rate = \"omega\" }\n[[joint]]";
         gravity_as_a_number: TOP, "gravity = [0.0, 0.0, -9.81]" => "gravity = 9.81";
+        shapes_as_a_word: TOP, "mass = 15.0" => "mass = 15.0\ncollision = \"shape\"";
+        joints_as_a_word: TOP, "[simulation]" =>
+            "[[constraint]]\nname = \"g\"\ntype = \"gear\"\njoints = \"tip\"\nratio = 2.0\n[simulation]";
+        gravity_of_the_simulation: TOP, "every = 5" => "gravity = [0.0, 0.0, -9.81]";
+        step_of_the_model: TOP, "[model]" => "[model]\nstep = 0.001";
+        gravity_as_a_section: TOP, "[simulation]" => "[gravity]\nacceleration = 9.81\n[simulation]";
         joint_by_another_name: TOP, "\"spherical\"" => "\"hinge\"";
         key_of_a_picture: TOP, "mass = 15.0" => "mass = 15.0\nmesh = \"top.stl\"";
         files_of_a_text: TOP, "[model]" => "include = [\"leg.toml\", { file = \"leg.toml\", prefx = \"a_\" }]\n[model]";

@@ -134,6 +134,14 @@ fn impossible_sizes_are_warned_of() {
             &["`rate` of joint `shaft` is 360 rad/s", "\"= 360*deg\""],
         ),
         (
+            of(axis, &format!("{axis}\nlimits = [-45, 1.5]")),
+            &["a limit of joint `shaft` is -45 rad", "\"= -45*deg\""],
+        ),
+        (
+            of(axis, &format!("{axis}\nspring = {{ stiffness = 1.0, rest = 90 }}")),
+            &["`rest` of the spring of joint `shaft` is 90 rad"],
+        ),
+        (
             of(
                 axis,
                 &format!(

@@ -117,6 +117,21 @@ impl Section {
         Some(Self { name, tables, example })
     }
 
+    /// The type in words of a key of this name, where all of the section's keys of this name have it.
+    pub(crate) fn kind_of(&self, key: &str) -> Option<&str> {
+        let rows = || self.tables.iter().flat_map(|table| &table.rows);
+        let mut kinds = rows().filter(|row| row.name == key).filter_map(|row| row.kind.as_deref());
+        let first = kinds.next()?;
+        kinds.all(|kind| kind == first).then_some(first)
+    }
+
+    /// The only section with a key of this name.
+    pub(crate) fn with_key(key: &str) -> Option<Self> {
+        let has = |section: &Self| section.tables[0].rows.iter().any(|row| row.name == key);
+        let mut having = Self::names().filter_map(Self::of).filter(has);
+        having.next().filter(|_| having.next().is_none())
+    }
+
     /// Its heading in a model file: `[model]`, `[[joint]]`.
     #[must_use]
     pub fn heading(&self) -> String {

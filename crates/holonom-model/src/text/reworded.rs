@@ -4,6 +4,7 @@ use super::problem::nearest;
 use super::strict::wrong_length;
 use super::syntax::number_help;
 use super::wishes;
+use crate::reference::Section;
 
 /// The quoted words of a message of serde.
 pub(crate) fn quoted(message: &str) -> impl Iterator<Item = &str> {
@@ -114,6 +115,15 @@ pub(crate) fn suggestion(word: &str, known: &[&str]) -> Option<String> {
     }
 }
 
+/// Where a key stands that is none of those known at its place.
+pub(crate) fn suggestion_of_key(word: &str, known: &[&str]) -> Option<String> {
+    let here = suggestion(word, known)?;
+    match Section::with_key(word).filter(|_| here.starts_with("known: ")) {
+        Some(section) => Some(format!("`{word}` is a key of {} ({here})", section.heading())),
+        None => Some(here),
+    }
+}
+
 /// The lengths in serde's "invalid length 4, expected …3…".
 pub(crate) fn buffered_length(message: &str) -> Option<(usize, usize)> {
     let (found, expected) = message.strip_prefix("invalid length ")?.split_once(", expected ")?;
@@ -121,19 +131,41 @@ pub(crate) fn buffered_length(message: &str) -> Option<(usize, usize)> {
     Some((found.parse().ok()?, digits.parse().ok()?))
 }
 
+/// The text that stands where serde expects a number or a list, and what it expects.
+pub(crate) fn text_instead(message: &str) -> Option<(&str, &str)> {
+    message.strip_prefix("invalid type: string \"")?.rsplit_once("\", expected ")
+}
+
 /// The text that stands where serde expects a number.
 pub(crate) fn text_for_number(message: &str) -> Option<&str> {
-    let (text, expected) =
-        message.strip_prefix("invalid type: string \"")?.rsplit_once("\", expected ")?;
+    let (text, expected) = text_instead(message)?;
     ["f64", "u64", "u32", "usize", "a number"].contains(&expected).then_some(text)
 }
 
-/// serde's words in ours, with the nearest of the expected ones.
-pub(crate) fn reworded(message: &str) -> (String, Option<String>) {
+/// The type of the key at a path, in words.
+fn kind_at(path: &str) -> Option<String> {
+    let section = Section::of(path.split('.').next()?)?;
+    section.kind_of(path.rsplit('.').next()?).map(str::to_owned)
+}
+
+/// What serde says of a value that is no list, where one of this kind belongs.
+fn list_expected(message: &str, kind: Option<&str>) -> (String, Option<String>) {
+    let kind = kind.filter(|kind| kind.starts_with("list of ")).unwrap_or("list of numbers");
+    let example = match kind.rsplit(' ').next() {
+        Some("tables") => "[{ … }, { … }]",
+        Some("names") => "[\"first\", \"second\"]",
+        _ => "[0.0, 0.0, -9.81]",
+    };
+    let message = message.replace("expected a sequence", &format!("expected a {kind}"));
+    (message, Some(format!("write a list such as {example}")))
+}
+
+/// serde's words about the value at a path in ours, with the nearest of the expected ones.
+pub(crate) fn reworded(message: &str, path: &str) -> (String, Option<String>) {
     let words: Vec<&str> = quoted(message).collect();
     match (words.first(), message) {
         (Some(word), m) if m.starts_with("unknown field") => {
-            (format!("unknown key `{word}`"), suggestion(word, &words[1..]))
+            (format!("unknown key `{word}`"), suggestion_of_key(word, &words[1..]))
         }
         (Some(word), m) if m.starts_with("unknown variant") => {
             (format!("unknown value `{word}`"), suggestion(word, &words[1..]))
@@ -156,11 +188,11 @@ pub(crate) fn reworded(message: &str) -> (String, Option<String>) {
         }
         _ => {
             if message.ends_with("expected a sequence") {
-                let help = "write a list such as [0.0, 0.0, -9.81]".to_owned();
-                return (
-                    message.replace("expected a sequence", "expected a list of numbers"),
-                    Some(help),
-                );
+                return list_expected(message, kind_at(path).as_deref());
+            }
+            if let Some((found, length)) = message.split_once(", expected an array of length ") {
+                let help = "write a list in brackets, its entries separated by commas".to_owned();
+                return (format!("{found}, expected a list of {length}"), Some(help));
             }
             if let Some(found) = message.strip_suffix(", expected a string") {
                 let help = "write a name in quotes; what belongs to it, such as a point, has a key of its own".to_owned();

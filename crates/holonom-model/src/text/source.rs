@@ -15,12 +15,13 @@ use super::key_path::below;
 use super::overrides::{Override, set};
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, ModelError, Problem, nearest};
-use super::reworded::{buffered_length, quoted, reworded, suggestion, text_for_number};
+use super::reworded::{buffered_length, quoted, reworded, suggestion_of_key, text_instead};
 use super::sections::{LISTS, PARAMETERS, TABLES};
 use super::strict::{Strict, list_of};
 use super::syntax;
 use super::tangents::{ParameterTangent, tangents};
 use super::wishes;
+use crate::reference::Section;
 
 /// Numbers beyond this are refused.
 pub(crate) const HUGE: f64 = 1e100;
@@ -139,7 +140,16 @@ impl<'i> Document<'i> {
             let help = match (wishes::answer_to_section(name), nearest(name, known())) {
                 (Some(answer), _) => answer.to_owned(),
                 (None, Some(best)) => format!("did you mean `{best}`?"),
-                (None, None) => format!("sections are {}", known().collect::<Vec<_>>().join(", ")),
+                (None, None) => {
+                    let sections =
+                        format!("sections are {}", known().collect::<Vec<_>>().join(", "));
+                    match Section::with_key(name) {
+                        Some(section) => {
+                            format!("`{name}` is a key of {} ({sections})", section.heading())
+                        }
+                        None => sections,
+                    }
+                }
             };
             Problem::new(name.as_ref(), format!("unknown section `{name}`"))
                 .help(help)
@@ -210,8 +220,8 @@ impl<'i> Document<'i> {
                 if let Some((found, _)) = buffered_length(&error.message) {
                     span = list_of(value, found).unwrap_or(span);
                 }
-                let (message, help) = reworded(&error.message);
                 let key = self.path_at(path, &span);
+                let (message, help) = reworded(&error.message, &key);
                 let mut problem = Problem::new(key, message).at(self.inside(span));
                 problem.help = help;
                 problems.push(problem);
@@ -231,7 +241,7 @@ impl<'i> Document<'i> {
             let name = key.get_ref();
             let place = self.path_at(path, &key.span());
             let mut problem = Problem::new(place, format!("unknown key `{name}`"));
-            problem.help = suggestion(name, &known);
+            problem.help = suggestion_of_key(name, &known);
             problem.at(self.inside(key.span()))
         };
         unknown.take(MAX_PROBLEMS).map(problem).collect()
@@ -415,11 +425,22 @@ fn places(table: &DeTable<'_>, labels: &Labels) -> BTreeMap<String, Place> {
 /// The key of the kind of a part, which serde does not list among those of the kind.
 const TAG: &str = "type";
 
+/// How often a text stands as a value.
+fn occurrences(value: &Spanned<DeValue<'_>>, text: &str) -> usize {
+    match value.get_ref() {
+        DeValue::Table(table) => table.values().map(|v| occurrences(v, text)).sum(),
+        DeValue::Array(array) => array.iter().map(|v| occurrences(v, text)).sum(),
+        DeValue::String(found) => usize::from(found == text),
+        _ => 0,
+    }
+}
+
 /// The place of what a message without a place is about: tables with a `type` are read from a
 /// buffer.
 fn meant(value: &Spanned<DeValue<'_>>, message: &str) -> Option<Range<usize>> {
     let unknown = message.starts_with("unknown field").then(|| quoted(message).next()).flatten();
-    let text = text_for_number(message);
+    let text = text_instead(message).map(|(text, _)| text);
+    let text = text.filter(|text| occurrences(value, text) == 1);
     let place = |value: &Spanned<DeValue<'_>>| match value.get_ref() {
         DeValue::Table(table) => {
             table.keys().find(|key| unknown == Some(key.get_ref())).map(Spanned::span)

@@ -206,6 +206,17 @@ fn degrees(model: &Model) -> Vec<String> {
                 say(format!("`rate` of joint `{}`", joint.name), *rate, "rad/s");
             }
         }
+        let limits = joint.limits.map(|limits| limits.table());
+        let limits = limits.filter(|limits| pair.is_angle(limits.freedom));
+        let bounds = limits.into_iter().flat_map(|limits| [limits.lower, limits.upper]);
+        for bound in bounds.flatten().filter(|bound| stops_at_degrees(*bound)) {
+            say(format!("a limit of joint `{}`", joint.name), bound, "rad");
+        }
+        let spring = joint.spring.as_ref().filter(|spring| pair.is_angle(spring.freedom));
+        if let Some(rest) = spring.map(|spring| spring.rest).filter(|rest| reads_as_degrees(*rest))
+        {
+            say(format!("`rest` of the spring of joint `{}`", joint.name), rest, "rad");
+        }
         if let Some(motor) = joint.motor.as_ref().filter(|motor| pair.is_angle(motor.freedom)) {
             path(&format!("motor of joint `{}`", joint.name), &motor.path, &mut say);
         }
@@ -247,6 +258,11 @@ fn path(of: &str, path: &MotionPath, say: &mut dyn FnMut(String, f64, &str)) {
 /// Whether a number is a multiple of a quarter turn in degrees: nobody counts radians by 90.
 fn reads_as_degrees(value: f64) -> bool {
     (90.0..=720.0).contains(&value.abs()) && value % 90.0 == 0.0
+}
+
+/// Whether a stop reads as an angle in degrees: none is built after five turns or more.
+fn stops_at_degrees(value: f64) -> bool {
+    (30.0..=720.0).contains(&value.abs()) && value % 15.0 == 0.0
 }
 
 fn gravity(model: &Model) -> Option<String> {
