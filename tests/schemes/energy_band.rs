@@ -83,7 +83,7 @@ fn words(text: &str) -> Option<String> {
 #[test]
 fn the_list_of_histories_is_complete() {
     let text = |history: &str| format!("history = {history}");
-    let mut found = [0; 8];
+    let mut found = [0; 9];
     for history in HISTORIES {
         let model = body(
             (0.1, ""),
@@ -101,6 +101,7 @@ fn the_list_of_histories_is_complete() {
             History::Harmonic { .. } => 5,
             History::Table { .. } => 6,
             History::Expression(_) => 7,
+            History::Steps { .. } => 8,
         };
         found[place] += 1;
     }

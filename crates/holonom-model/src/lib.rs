@@ -52,6 +52,7 @@ pub use types::beam::{
 pub use types::body::{Body, GROUND, Particle};
 pub use types::bushing::{Bushing, BushingRotation, Coefficients};
 pub use types::columns::Columns;
+pub use types::condition::{Condition, ConditionKind, ConditionTime};
 pub use types::connection::{Bar, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use types::contact::{BodyNames, Contact, ContactPlane, ContactSide, PlaneSide};
 pub use types::control::{Control, ControlShape, CountedAt, Objective, ObjectiveKind};
@@ -63,6 +64,7 @@ pub use types::joint_contact::{ContactMethod, JointBumper, JointFriction, JointL
 pub use types::law::{Formula, Law};
 pub use types::load::{History, Load};
 pub use types::motion_path::{MotionPath, Move, PathTable};
+pub use types::optimize::{FreeParameter, FreeTime, Optimize};
 pub use types::orientation::Euler;
 pub use types::outline::{Material, Outline, OutlineKind};
 pub use types::reference_frame::{MovingFrame, ReferenceFrame};
@@ -154,6 +156,12 @@ pub struct Model {
     /// `[[objective]]`: what derivatives are of and optima are least in.
     #[serde(default, rename = "objective", skip_serializing_if = "Vec::is_empty")]
     pub objectives: Vec<Objective>,
+    /// `[[condition]]`: what an optimum has to meet.
+    #[serde(default, rename = "condition", skip_serializing_if = "Vec::is_empty")]
+    pub conditions: Vec<Condition>,
+    /// `[optimize]`: what is free in an optimum, and how it is looked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub optimize: Option<Optimize>,
     /// The meshes of its bodies.
     #[serde(skip)]
     pub meshes: Meshes,
@@ -190,6 +198,8 @@ impl Model {
             events: Vec::new(),
             controls: Vec::new(),
             objectives: Vec::new(),
+            conditions: Vec::new(),
+            optimize: None,
             meshes: Meshes::default(),
             remarks: Vec::new(),
             released: Vec::new(),
@@ -303,6 +313,8 @@ impl Model {
         let events = document.list("event", &mut problems);
         let controls = document.list("control", &mut problems);
         let objectives = document.list("objective", &mut problems);
+        let conditions = document.list("condition", &mut problems);
+        let optimize = document.optional_table("optimize", &mut problems);
         let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
             return Err(ModelError::invalid(problems));
         };
@@ -328,6 +340,8 @@ impl Model {
             events,
             controls,
             objectives,
+            conditions,
+            optimize,
             meshes,
             remarks: document.turns(),
             released: Vec::new(),
@@ -485,7 +499,7 @@ impl Model {
     }
 
     /// The names of all parts, by section.
-    fn names(&self) -> [(&'static str, Vec<&str>); 18] {
+    fn names(&self) -> [(&'static str, Vec<&str>); 19] {
         [
             ("frame", self.frames.iter().map(|m| m.name.as_str()).collect()),
             ("body", self.bodies.iter().map(|m| m.name.as_str()).collect()),
@@ -505,6 +519,7 @@ impl Model {
             ("event", self.events.iter().map(|m| m.name.as_str()).collect()),
             ("control", self.controls.iter().map(|m| m.name.as_str()).collect()),
             ("objective", self.objectives.iter().map(|m| m.name.as_str()).collect()),
+            ("condition", self.conditions.iter().map(|m| m.name.as_str()).collect()),
         ]
     }
 
@@ -513,6 +528,12 @@ impl Model {
         columns::resolve(self);
         let dimension = self.header.dimension;
         self.header.gravity.resize(dimension, 0.0);
+        let step = self.settings.step;
+        let motors = self.joints.iter_mut().filter_map(|joint| joint.motor.as_mut());
+        let histories = motors.map(|motor| &mut motor.history);
+        for history in histories.chain(self.loads.iter_mut().map(|load| &mut load.history)) {
+            history.resolve(step);
+        }
         for particle in &mut self.particles {
             particle.velocity.resize(dimension, 0.0);
         }

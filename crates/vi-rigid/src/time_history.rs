@@ -123,6 +123,13 @@ pub enum TimeHistory {
         /// Points in the order of time; equal times are a jump.
         points: Vec<[f64; 2]>,
     },
+    /// One value after the other, each for a time; zero before the first and after the last.
+    Steps {
+        /// s.
+        step: f64,
+        /// Values.
+        values: Vec<f64>,
+    },
     /// Any function of the time.
     #[serde(skip)]
     Function(TimeFunction),
@@ -199,6 +206,7 @@ impl TimeHistory {
                 offset + amplitude * libm::sin(std::f64::consts::TAU * frequency * t + phase)
             }
             Self::Table { ref points } => table(points, t),
+            Self::Steps { step, ref values } => steps(step, values, t),
             Self::Function(TimeFunction(ref value)) => value(t),
         }
     }
@@ -255,9 +263,28 @@ impl TimeHistory {
                 }
                 Ok(())
             }
+            Self::Steps { step, ref values } => {
+                if values.is_empty() {
+                    return Err(HistoryError::EmptyTable);
+                }
+                finite(&[("step", step)])?;
+                ordered("start", 0.0, "step", step)?;
+                values.iter().try_for_each(|value| finite(&[("values", *value)]))
+            }
             Self::Function(_) => Ok(()),
         }
     }
+}
+
+/// Parts of a step by which a time that is rounded misses the beginning of one.
+const ROUNDED: f64 = 1e-9;
+
+/// The value of the step in which `t` lies; at its beginning its own.
+fn steps(step: f64, values: &[f64], t: f64) -> f64 {
+    let at = libm::floor(t / step + ROUNDED);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // whole and not negative
+    let own = if at >= 0.0 { values.get(at as usize) } else { None };
+    own.copied().unwrap_or(0.0)
 }
 
 /// Binary search for the points around `t`, then linear interpolation.
@@ -322,6 +349,8 @@ mod tests {
         let wave =
             TimeHistory::Harmonic { frequency: 0.5, phase: 0.0, amplitude: 2.0, offset: 1.0 };
         check(&wave, &[(0.0, 1.0), (0.5, 3.0), (1.5, -1.0)]);
+        let steps = TimeHistory::Steps { step: 0.1, values: vec![2.0, -1.0, 3.0, 4.0] };
+        check(&steps, &[(-0.05, 0.0), (0.0, 2.0), (0.15, -1.0), (3.0 * 0.1, 4.0), (0.4, 0.0)]);
         let points = vec![[1.0, 2.0], [2.0, 4.0], [2.0, 0.0], [4.0, 1.0]];
         let table = TimeHistory::Table { points };
         check(&table, &[(0.9, 0.0), (1.0, 2.0), (1.5, 3.0), (2.0, 0.0), (3.0, 0.5), (5.0, 1.0)]);

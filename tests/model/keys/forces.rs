@@ -100,7 +100,7 @@ fn distributed() -> Case {
 /// The text of a history and its value.
 type History = (&'static str, &'static str, fn(f64) -> f64);
 
-const HISTORIES: [History; 6] = [
+const HISTORIES: [History; 7] = [
     ("linear", "end = 0.03", |t| t / 0.03),
     ("ramp", "start = 0.01, end = 0.03", |t| ((t - 0.01) / 0.02).clamp(0.0, 1.0)),
     ("pulse", "start = 0.01, end = 0.03", |t| f64::from(u8::from((0.01..0.03).contains(&t)))),
@@ -113,6 +113,12 @@ const HISTORIES: [History; 6] = [
         _ if t < 0.02 => 0.4 + 1.1 * (t - 0.005) / 0.015,
         _ if t < 0.035 => 1.5 - 2.1 * (t - 0.02) / 0.015,
         _ => -0.6,
+    }),
+    ("steps", "values = [0.4, 1.5, -0.6], step = 0.012", |t| match t {
+        _ if t < 0.012 => 0.4,
+        _ if t < 0.024 => 1.5,
+        _ if t < 0.036 => -0.6,
+        _ => 0.0,
     }),
 ];
 

@@ -77,7 +77,7 @@ impl Checker<'_> {
     }
 
     /// The name of a sensor, of one of several numbers with its part.
-    fn measured(&mut self, key: &str, sensor: &str) {
+    pub(super) fn measured(&mut self, key: &str, sensor: &str) {
         let name = sensor.split_once('.').map_or(sensor, |(name, _)| name);
         let known: Vec<&str> = self.model.sensors.iter().map(|own| own.name.as_str()).collect();
         if known.contains(&name) {

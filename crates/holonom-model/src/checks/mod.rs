@@ -3,6 +3,7 @@
 mod beam;
 mod bushing;
 pub(crate) mod computed;
+mod condition;
 mod contact;
 mod control;
 mod drive;
@@ -76,6 +77,9 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     controls.for_each(|(i, own)| checker.control(&each(i, "control"), own));
     let objectives = model.objectives.iter().enumerate();
     objectives.for_each(|(i, own)| checker.objective(&each(i, "objective"), own));
+    let conditions = model.conditions.iter().enumerate();
+    conditions.for_each(|(i, own)| checker.condition(&each(i, "condition"), own));
+    model.optimize.iter().for_each(|own| checker.optimize(own));
     checker.problems
 }
 

@@ -65,7 +65,7 @@ macro_rules! examples {
     ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
 }
 
-const EXAMPLES: [(&str, &str); 21] = examples![
+const EXAMPLES: [(&str, &str); 23] = examples![
     "model",
     "simulation",
     "parameters",
@@ -86,7 +86,9 @@ const EXAMPLES: [(&str, &str); 21] = examples![
     "sensor",
     "event",
     "control",
-    "objective"
+    "objective",
+    "condition",
+    "optimize"
 ];
 
 impl Section {

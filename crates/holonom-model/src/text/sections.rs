@@ -1,9 +1,9 @@
 //! The sections of a model file.
 
 /// Sections that are one table.
-pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
+pub(crate) const TABLES: [&str; 3] = ["model", "simulation", "optimize"];
 /// Sections that are lists of named components.
-pub(crate) const LISTS: [&str; 18] = [
+pub(crate) const LISTS: [&str; 19] = [
     "frame",
     "body",
     "beam",
@@ -22,6 +22,7 @@ pub(crate) const LISTS: [&str; 18] = [
     "event",
     "control",
     "objective",
+    "condition",
 ];
 
 /// Whether a text at this key path is an expression that is evaluated along the run.

@@ -176,6 +176,15 @@ impl<'i> Document<'i> {
         self.read(section, value, problems)
     }
 
+    /// Reads a section that is one table, where there is one.
+    pub(crate) fn optional_table<T: DeserializeOwned>(
+        &self,
+        section: &str,
+        problems: &mut Vec<Problem>,
+    ) -> Option<T> {
+        self.read(section, self.table.get(section)?, problems)
+    }
+
     /// Reads a section that is a list; entries that cannot be read are left out.
     pub(crate) fn list<T: DeserializeOwned>(
         &self,

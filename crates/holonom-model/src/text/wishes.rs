@@ -4,7 +4,7 @@
 /// Words, and the answer to them.
 type Wish = (&'static [&'static str], &'static str);
 
-const WISHES: [Wish; 30] = [
+const WISHES: [Wish; 31] = [
     (&["parallel", "threads", "gpu", "cores"], "a run uses one core; `holonom sweep` uses all"),
     (
         &[
@@ -114,7 +114,7 @@ const WISHES: [Wish; 30] = [
          true",
     ),
     (
-        &["trigger", "switch", "condition", "when", "if", "zero_crossing", "terminate", "halt"],
+        &["trigger", "switch", "when", "if", "zero_crossing", "terminate", "halt"],
         "an [[event]] acts `when` a condition becomes true, or `at` a time: it releases, locks, enables, disables parts, or ends the \
          run. A load and a motor have a `history` of their own, a motion has a `path`",
     ),
@@ -309,7 +309,12 @@ const WISHES: [Wish; 30] = [
         "there are no random inputs: a `history` of type \"table\" takes values made elsewhere",
     ),
     (
-        &["optimization", "optimize", "design", "identify", "monte_carlo", "sweep"],
+        &["optimization", "optimise", "design", "optimal_control", "design_variable"],
+        "`holonom optimize MODEL` finds parameters and controls: [optimize] says what is free, [[control]], [[objective]] and \
+         [[condition]] what is wanted",
+    ),
+    (
+        &["identify", "monte_carlo", "sweep"],
         "parameters are varied by the program: `holonom sweep MODEL --vary KEY=A:B:N`",
     ),
     (

@@ -71,6 +71,14 @@ pub enum History {
         /// Factors at these times.
         values: Vec<f64>,
     },
+    /// One value after the other, each for a step; 0 after the last.
+    Steps {
+        /// Factors.
+        values: Vec<f64>,
+        /// How long each holds, s; the step of the simulation by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        step: Option<f64>,
+    },
 }
 
 impl FormulaOr for History {
@@ -136,6 +144,17 @@ impl History {
                 let points = times.iter().zip(values).map(|(t, f)| [*t, *f]).collect();
                 TimeHistory::Table { points }
             }
+            Self::Steps { values, step } => {
+                let step = step.unwrap_or(f64::NAN); // resolved in a model
+                TimeHistory::Steps { step, values: values.clone() }
+            }
+        }
+    }
+
+    /// Fills in the step of the simulation, s.
+    pub(crate) fn resolve(&mut self, simulated: f64) {
+        if let Self::Steps { step, .. } = self {
+            step.get_or_insert(simulated);
         }
     }
 
@@ -155,7 +174,7 @@ impl History {
                 times.fold(0.0, |most, t| most.max(history.value(t).abs()))
             }
             Self::Linear { end } => until / end,
-            Self::Table { values, .. } => {
+            Self::Table { values, .. } | Self::Steps { values, .. } => {
                 values.iter().fold(0.0, |most, value| most.max(value.abs()))
             }
             _ => 1.0,
@@ -170,6 +189,10 @@ impl History {
             Self::Table { times, values } => {
                 let last = values.iter().rposition(|value| *value != 0.0);
                 times.get(last.map_or(0, |k| k + 1)).copied()
+            }
+            Self::Steps { values, step } => {
+                let last = values.iter().rposition(|value| *value != 0.0);
+                step.map(|step| last.map_or(0.0, |k| (k + 1) as f64 * step))
             }
             Self::Unstated
             | Self::Expression(_)
@@ -197,6 +220,11 @@ impl History {
             }
             Self::Table { times, values } if times.len() != values.len() => {
                 Some(format!("{} times but {} values", times.len(), values.len()))
+            }
+            Self::Steps { values, .. } if values.is_empty() => Some("it has no values".into()),
+            Self::Steps { step, .. } => {
+                let odd = step.filter(|step| *step <= 0.0);
+                odd.map(|step| format!("step = {step} must be positive"))
             }
             Self::Table { times, .. } if times.is_empty() => Some("the table is empty".into()),
             Self::Table { times, .. } => times

@@ -114,7 +114,8 @@ pub(super) fn refused_step(
 pub(super) fn certificate(model: &Model, defect: Option<SoakDefect>) -> Result<(), Violation> {
     const ACCURACY: f64 = 1e-6;
     const SHORTEST: f64 = 1e-3; // s
-    let jumps = |history: &History| matches!(history, History::Pulse { .. });
+    let jumps =
+        |history: &History| matches!(history, History::Pulse { .. } | History::Steps { .. });
     let motors = model.joints.iter().filter_map(|joint| joint.motor.as_ref());
     let histories = motors.map(|motor| &motor.history);
     if histories.chain(model.loads.iter().map(|load| &load.history)).any(jumps) {

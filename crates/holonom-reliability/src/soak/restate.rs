@@ -63,6 +63,7 @@ impl Units {
             }
             History::Harmonic { frequency, .. } => *frequency /= self.time,
             History::Table { times, .. } => times.iter_mut().for_each(|t| *t *= self.time),
+            History::Steps { step, .. } => step.iter_mut().for_each(|t| *t *= self.time),
         }
     }
 
