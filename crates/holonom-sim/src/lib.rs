@@ -11,6 +11,7 @@
 //! | [`dynamics`] | what acts, as both families of schemes receive it |
 //! | [`simulation`] | the system of a model, and its run |
 //! | [`gradient`] | derivatives of its objectives by parameters, controls, initial values |
+//! | [`mod@optimize`] | optima: parameters, controls |
 //! | [`statics`] | its equilibria along the loads |
 //! | [`modes`] | natural frequencies and shapes about a configuration |
 //! | [`experiment`] | what can be run: a motion, or equilibria |
@@ -36,7 +37,9 @@ pub mod digits;
 mod event;
 pub mod gradient;
 pub mod modes;
+pub mod optimize;
 pub mod output;
+mod random;
 mod resolution;
 pub mod response;
 mod run;

@@ -76,7 +76,7 @@ impl Parameter {
         Self { name: name.to_owned(), start, bounds, prior: None, scale }
     }
 
-    fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let [min, max] = self.bounds;
         let prior = self.prior.is_none_or(|[at, s]| at.is_finite() && s > 0.0 && s.is_finite());
         let within = min <= self.start && self.start <= max && self.start.is_finite();

@@ -12,6 +12,7 @@
 //! | [`kkt`] | whether a point is an optimum |
 //! | [`identification`] | parameters of a mechanism from measurements of its motion |
 //! | [`least_squares`] | parameters within bounds, their covariance, combinations that data do not see |
+//! | [`constrained_least_squares`] | the same under conditions: designs |
 //! | [`singular_values`] | what these are found by |
 //! | [`optimum`] | refinement, charts that follow, the verdict |
 //! | [`replay`] | an optimum as an ordinary run |
@@ -22,6 +23,7 @@
 #![warn(missing_debug_implementations)]
 
 pub mod checkpoints;
+pub mod constrained_least_squares;
 pub mod controls;
 pub mod gradient;
 pub mod identification;

@@ -13,7 +13,7 @@ use crate::program::{
 };
 use crate::replay::Replay;
 use crate::transcription::problem::{MAX_INCREMENT, ProblemError};
-use crate::transcription::{Guess, Motion, Transcription};
+use crate::transcription::{Guess, Met, Motion, Transcription};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
@@ -73,6 +73,10 @@ pub struct Optimum {
     pub replay: Option<Replay>,
     /// Multipliers.
     pub multipliers: Multipliers,
+    /// Its conditions.
+    pub met: Vec<Met>,
+    /// Multipliers of the balances, shape `N × d`.
+    pub costates: Vec<Vec<f64>>,
     /// Iterations of the last solve.
     pub iterates: Vec<Iterate>,
     /// Iterations of all solves.
@@ -158,6 +162,8 @@ struct Solve {
     motion: Motion,
     kkt: Kkt,
     multipliers: Multipliers,
+    met: Vec<Met>,
+    costates: Vec<Vec<f64>>,
     iterates: Vec<Iterate>,
     iterations: usize,
 }
@@ -188,7 +194,11 @@ fn solve(
         }
         let motion = program.borrow().motion(&solved.x).map_err(undefined)?;
         let kkt = Kkt::judge(&mut *program.borrow_mut(), &solved.x, &solved.multipliers);
+        let met = program.borrow().met(&solved.x, &solved.multipliers).map_err(undefined)?;
+        let costates = program.borrow().costates(&solved.multipliers);
         return Ok(Solve {
+            met,
+            costates,
             outcome: solved.outcome,
             motion,
             kkt: kkt.map_err(undefined)?,
@@ -236,6 +246,8 @@ fn judged(
         kkt: solved.kkt,
         replay,
         multipliers: solved.multipliers,
+        met: solved.met,
+        costates: solved.costates,
         iterates: solved.iterates,
         iterations,
         refinements,

@@ -11,6 +11,7 @@ mod beams;
 mod chart_derivatives;
 mod cost;
 mod defects;
+mod designs;
 mod duality;
 mod fits;
 mod gradients;

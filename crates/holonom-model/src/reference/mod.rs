@@ -152,7 +152,10 @@ impl<'s> Reader<'s> {
     fn resolve(&self, schema: &'s Value) -> &'s Value {
         match definition(schema) {
             Some(name) => &self.schema["$defs"][name],
-            None => schema,
+            None => match list(schema, "anyOf") {
+                [only] => self.resolve(only),
+                _ => schema,
+            },
         }
     }
 
@@ -204,6 +207,7 @@ impl<'s> Reader<'s> {
             if property["const"].is_null() {
                 let below = if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
                 self.refer(&below, property);
+                self.refer(&format!("{below}.NAME"), &property["additionalProperties"]);
                 rows.push(self.key(key, property, required.contains(&key)));
             }
         }

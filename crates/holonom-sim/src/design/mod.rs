@@ -58,9 +58,25 @@ pub fn tangents(
     model: &Model,
     system: &System,
 ) -> Result<Vec<ModelTangent>, ModelError> {
+    tangents_of(text, overrides, model, system, |_| true)
+}
+
+/// The same of some of them alone, by name.
+///
+/// # Errors
+/// [`ModelError`] where one of these enters a key by which there is no derivative.
+pub(crate) fn tangents_of(
+    text: &ModelText,
+    overrides: &[Override],
+    model: &Model,
+    system: &System,
+    wanted: impl Fn(&str) -> bool,
+) -> Result<Vec<ModelTangent>, ModelError> {
     let stated = text.stated(overrides)?;
     let parameters = text.parameter_tangents(overrides)?;
-    let moving = |own: &&ParameterTangent| !(own.keys.is_empty() && own.formulas.is_empty());
+    let moving = |own: &&ParameterTangent| {
+        wanted(&own.name) && !(own.keys.is_empty() && own.formulas.is_empty())
+    };
     let one = |own| tangent(&stated, model, system, own);
     parameters.iter().filter(moving).map(one).collect()
 }

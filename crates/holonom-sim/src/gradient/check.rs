@@ -4,7 +4,9 @@
 //! (J(+ε) − J(−ε))/2ε at ε and ε/2, extrapolated
 //! ```
 
-use super::{GradientFailure, ModelGradient, Prepared, Wanted};
+use super::prepared::Prepared;
+use super::{GradientFailure, ModelGradient, Wanted};
+use crate::random::Random;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelText, Override};
 use serde::Serialize;
@@ -36,17 +38,6 @@ enum By {
     Controls,
     Coordinates,
     Rates,
-}
-
-/// A number in [−1, 1): Knuth's MMIX generator.
-struct Random(u64);
-
-impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
 }
 
 /// The model that is run again and again.

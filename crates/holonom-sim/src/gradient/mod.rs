@@ -8,29 +8,24 @@
 
 mod check;
 mod objective;
+pub(crate) mod prepared;
+pub(crate) mod quantity;
 #[cfg(test)]
 mod tests;
+pub(crate) mod trial;
 
 pub use check::Check;
+pub use prepared::GradientFailure;
 
-use crate::design::start::StartOf;
 use crate::design::{self, ModelTangent, refused};
-use crate::simulation::Simulation;
-use crate::start::StartValues;
-use crate::system::input::{Input, InputPlace};
 use crate::system::outside::Outside;
-use crate::system::{self, System};
-use holonom_model::{Model, ModelError, ModelText, Override};
-use objective::Costs;
+use holonom_model::{Model, ModelText, Override};
+use prepared::{Begin, Prepared};
 use serde::Serialize;
-use vi_constraints::InitialValues;
-use vi_constraints::initialization;
 use vi_control::checkpoints::Checkpoints;
-use vi_control::controls::{ControlForce, Controls, JointControl};
-use vi_control::gradient::{Gradient, GradientError, Task};
+use vi_control::gradient::{Gradient, Task};
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
 use vi_core::linear::dot;
-use vi_multibody::design::MechanismDesign;
 use vi_multibody::design::start::{self, StartTangent};
 
 /// What derivatives are wanted.
@@ -139,105 +134,6 @@ impl ModelGradient {
     }
 }
 
-/// Why there is no gradient.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum GradientFailure {
-    /// The model has none.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The run has none.
-    #[error("{0}")]
-    Run(GradientError),
-}
-
-/// A run with its controls and costs.
-pub(crate) struct Prepared {
-    pub(crate) simulation: Simulation,
-    pub(crate) system: System,
-    pub(crate) controls: Controls,
-    pub(crate) costs: Costs,
-    pub(crate) outside: Outside,
-    pub(crate) steps: usize,
-}
-
-impl Prepared {
-    /// Of a model whose controls have these values, one list for each; zero where there is none.
-    pub(crate) fn new(
-        model: &Model,
-        of: &[String],
-        (values, start): (&[Vec<f64>], &Outside),
-    ) -> Result<Self, ModelError> {
-        supported(model)?;
-        let steps = (model.settings.end / model.settings.step).round();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked by the model
-        let steps = steps as usize;
-        let input = |own: &holonom_model::Control| {
-            Input::new(InputPlace::Joint { name: own.joint.clone(), freedom: own.freedom })
-        };
-        let inputs: Vec<Input> = model.controls.iter().map(input).collect();
-        let outside = Outside { inputs: inputs.clone(), ..start.clone() };
-        let mut system = system::build_with(model, &outside)?;
-        let mut forces: Vec<Box<dyn ControlForce>> = Vec::new();
-        let mut rows = vec![vec![0.0; inputs.len()]; steps];
-        for (k, (control, input)) in model.controls.iter().zip(&inputs).enumerate() {
-            let joint = model.joints.iter().position(|own| own.name == control.joint);
-            let found = joint.and_then(|joint| system.mechanism.coordinate(joint, control.freedom));
-            let Some(coordinate) = found else { continue }; // the checks refuse it
-            forces.push(Box::new(JointControl { effort: input.effort(), coordinate }));
-            for (step, row) in rows.iter_mut().enumerate() {
-                let own = values.get(k).map_or(&[][..], Vec::as_slice);
-                let weighed = control.shape.weights(control.hold, step);
-                let value = |(at, weight): (usize, f64)| weight * own.get(at).unwrap_or(&0.0);
-                row[k] = weighed.into_iter().map(value).sum();
-            }
-        }
-        let controls = Controls::new(forces, rows, 1);
-        let costs = Costs::new(model, &mut system.mechanism, of)?;
-        let simulation = Simulation::with_outside(model, &outside)?;
-        Ok(Self { simulation, system, controls, costs, outside, steps })
-    }
-
-    /// `J` of the run from its start.
-    pub(crate) fn value(&mut self) -> Result<f64, GradientFailure> {
-        let Self { simulation, controls, costs, steps, .. } = self;
-        let run = simulation.integrator();
-        let mut value = 0.0;
-        for step in 0..*steps {
-            controls.set(step);
-            let w = controls.at(step);
-            let objective = &costs.sum;
-            let taken = run.step_with(&mut |_, _, taken| value += objective.of_step(taken.s, w));
-            taken.map_err(|error| {
-                GradientFailure::Run(GradientError::Step { step: step + 1, error })
-            })?;
-        }
-        Ok(value + costs.sum.of_end(run.state()) + costs.rates(controls, simulation.settings.step))
-    }
-}
-
-/// Refuses what has no derivative, by its key.
-fn supported(model: &Model) -> Result<(), ModelError> {
-    let settings = &model.settings;
-    let help = "derivatives are those of the schemes constrained, dalembert, nodal and reduced";
-    if !matches!(settings.scheme.family(), holonom_model::Family::Variational(_)) {
-        let what = "derivatives of this scheme";
-        return Err(refused("simulation.scheme", what, help));
-    }
-    if let Some(event) = model.events.first() {
-        let key = format!("event.{}", event.name);
-        return Err(refused(&key, "derivatives across events", "remove the [[event]]"));
-    }
-    if model.objectives.is_empty() {
-        let what = "a gradient of nothing";
-        return Err(refused(
-            "objective",
-            what,
-            "add an [[objective]]: effort, work, time, rate or sensor",
-        ));
-    }
-    Ok(())
-}
-
 /// The gradient of the objectives of a model.
 ///
 /// # Errors
@@ -248,6 +144,10 @@ pub fn gradient(
     model: &Model,
     wanted: &Wanted,
 ) -> Result<ModelGradient, GradientFailure> {
+    if model.objectives.is_empty() {
+        let help = "add an [[objective]]: effort, work, time, rate or sensor";
+        return Err(refused("objective", "a gradient of nothing", help).into());
+    }
     let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &Outside::default()))?;
     let tangents = match wanted.parameters {
         true => design::tangents(text, overrides, model, &prepared.system)?,
@@ -256,38 +156,20 @@ pub fn gradient(
     if let Some(own) = tangents.iter().find_map(|own| prepared.costs.reads_moved(model, own)) {
         return Err(own.into());
     }
+    let begin = Begin::new(model, &mut prepared)?;
+    let design = prepared::design(&prepared, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;
-    let dynamics = &prepared.system.dynamics;
-    let mass = dynamics.parts.mass_matrix(mechanism);
-    let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
-    let design =
-        MechanismDesign::new(mechanism, &dynamics.forces, &mass, dynamics.quadrature, &numbers)
-            .map_err(|error| {
-                refused("model", error.to_string(), "leave `parameters` out of --by")
-            })?;
-    // the start
-    let stated = StartValues::of(model, mechanism, &prepared.outside)?;
-    let run = prepared.simulation.integrator();
-    let rows = run.rows().clone();
-    let begun = initialization::start(
-        run.system(),
-        run.constraints(),
-        &rows,
-        InitialValues::new(run.state().t, &stated.q, &stated.v),
-    )
-    .map_err(|error| refused("simulation.start", error.to_string(), "state a consistent start"))?;
+    let of = begin.of(model, mechanism);
     if model.settings.start == holonom_model::Start::Relaxed && wanted.parameters {
         let help = "write start = \"stated\", or leave `parameters` out of --by";
         return Err(refused("simulation.start", "derivatives of a relaxed start", help).into());
     }
-    let at = InitialValues::new(begun.state.t, &begun.state.q, &begun.v);
-    let of = StartOf { model, mechanism, mass: &mass, rows: &rows, at, how: stated.how };
     let changes: Vec<StartTangent> =
         tangents.iter().map(|own| of.change(own)).collect::<Result<_, _>>()?;
     let coordinates = if wanted.initial { of.coordinates()? } else { Vec::new() };
     let plain: Vec<_> = coordinates.iter().map(|own| own.2.clone()).collect();
     let starts = match wanted.initial {
-        true => start::derivatives(mechanism, &mass, &rows, at, &plain, &[])
+        true => start::derivatives(mechanism, &begin.mass, begin.rows(), begin.at(), &plain, &[])
             .map_err(|error| of.refusal(&error, &ModelTangent::default()))?,
         false => start::StartDerivatives::default(),
     };
@@ -301,6 +183,7 @@ pub fn gradient(
         by_step: false,
         checkpoints: Checkpoints::default(),
     };
+    let run = prepared.simulation.integrator();
     let found = Gradient::of(run, &task).map_err(GradientFailure::Run)?;
     let along = |own: &StartTangent| dot(&found.initial.q, &own.q) + dot(&found.initial.p, &own.p);
     let by_parameter = |(k, own): (usize, &ModelTangent)| ByParameter {

@@ -1,16 +1,13 @@
 //! The objectives of a model as terms of a cost.
 
+use super::quantity::{Measured, Reads};
 use crate::design::{ModelTangent, refused};
-use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind, SensorKind};
-use nalgebra::Vector3;
+use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind};
 use vi_control::controls::Controls;
-use vi_control::objective::{
-    Effort, Objective, PointComponent, Quantity, Running, StepGradient, Term, Terminal, Time,
-};
-use vi_core::{Configuration, Interval};
-use vi_multibody::form::Form;
+use vi_control::objective::{Effort, Objective, Running, StepGradient, Term, Terminal, Time};
+use vi_core::Interval;
 use vi_multibody::joint_coordinate::JointCoordinate;
-use vi_multibody::mechanism::{Attachment, Mechanism};
+use vi_multibody::mechanism::Mechanism;
 
 /// A cost, with what is no matter of the motion.
 pub(crate) struct Costs {
@@ -18,8 +15,8 @@ pub(crate) struct Costs {
     pub(crate) sum: Objective,
     /// `½ Σ (Δw)²/h`: weight, controls.
     of_rates: Vec<(f64, Vec<usize>)>,
-    /// Joint coordinates that are read: objective, joint, freedom.
-    reads: Vec<(String, usize, usize)>,
+    /// Joint coordinates that are read.
+    reads: Vec<Reads>,
 }
 
 /// `Σ w Δθ`.
@@ -37,25 +34,6 @@ impl Term for Work {
             own.add_gradient(&s.q0, -scale * w[*k], &mut out.start);
             own.add_gradient(&s.q1, scale * w[*k], &mut out.end);
         }
-    }
-}
-
-/// The distance of two points, m.
-struct Distance(Form);
-
-impl Quantity for Distance {
-    fn value(&self, at: Configuration<'_>) -> f64 {
-        self.0.at(at.q).norm()
-    }
-    fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        let between = self.0.at(at.q);
-        self.0.add_transposed(&(scale / between.norm() * between), out);
-    }
-    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
-        let (between, v, w) = (self.0.at(at.q), self.0.rate(v), self.0.rate(w));
-        let length = between.norm();
-        let line = between / length;
-        (v.dot(&w) - line.dot(&v) * line.dot(&w)) / length
     }
 }
 
@@ -102,7 +80,8 @@ impl Costs {
                     let found =
                         joint.and_then(|joint| mechanism.coordinate(joint, control.freedom));
                     if let (Some(joint), Some(found)) = (joint, found) {
-                        self.reads.push((own.name.clone(), joint, control.freedom));
+                        let key = format!("objective.{}", own.name);
+                        self.reads.push(Reads { key, joint, freedom: control.freedom });
                         coordinates.push((k, found));
                     }
                 }
@@ -113,7 +92,6 @@ impl Costs {
         Ok(())
     }
 
-    /// A sensor by its name, of one of several numbers with its part.
     fn add_sensor(
         &mut self,
         model: &Model,
@@ -122,79 +100,17 @@ impl Costs {
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}.sensor", own.name);
         let text = own.sensor.as_deref().unwrap_or_default();
-        let (name, part) =
-            text.split_once('.').map_or((text, None), |(name, part)| (name, Some(part)));
-        let refuse = |what: String, help: &str| Err(refused(&key, what, help));
-        let Some(sensor) = model.sensors.iter().find(|sensor| sensor.name == name) else {
-            return refuse(format!("a sensor `{name}`"), "add the [[sensor]]"); // checked before
-        };
-        let member = |name: &str| match model.frame(name) {
-            Some(frame) => Attachment::Body(frame),
-            None => match model.particles.iter().position(|own| own.name == name) {
-                Some(k) => Attachment::Particle(k),
-                None => Attachment::Ground,
-            },
-        };
-        let point = |name: &str, components: Option<[f64; 3]>| {
-            let own = Vector3::from(components.unwrap_or_default());
-            let along = match (
-                model.frame(name),
-                model.bodies.get(model.frame(name).unwrap_or(usize::MAX)),
-            ) {
-                (Some(frame), Some(body)) => {
-                    mechanism.description().bodies[frame].triad.tr_mul(&(body.rotation() * own))
-                }
-                _ => own,
-            };
-            mechanism.point_of(member(name), &along)
-        };
-        match sensor.kind {
-            SensorKind::Position if sensor.seen_from.is_none() => {
-                let axis = part.and_then(|part| {
-                    ["x", "y", "z"].iter().position(|own| *own == part).or(part.parse().ok())
-                });
-                let Some(axis) = axis.filter(|axis| *axis < model.header.dimension) else {
-                    let what = format!("the position `{name}`, which is several numbers");
-                    return refuse(what, "write one of them, such as \"NAME.z\"");
-                };
-                let point = point(&sensor.of, sensor.point);
-                self.count(own, PointComponent { point, axis });
-            }
-            SensorKind::Distance
-                if model.frame(&sensor.of).is_some() || model.particle(&sensor.of).is_some() =>
-            {
-                let end = point(sensor.to.as_deref().unwrap_or_default(), sensor.point_to);
-                let between = end.minus(&point(&sensor.of, sensor.point));
-                self.count(own, Distance(between));
-            }
-            SensorKind::JointCoordinate => {
-                let joint = model.joints.iter().position(|joint| joint.name == sensor.of);
-                let freedom = part.map_or(Ok(0), str::parse::<usize>);
-                let found = joint.zip(freedom.ok()).and_then(|(joint, freedom)| {
-                    Some((joint, freedom, mechanism.coordinate(joint, freedom)?))
-                });
-                let Some((joint, freedom, found)) = found else {
-                    let what = format!("`{text}`, which is no coordinate of a joint");
-                    return refuse(what, "write the number of the coordinate, such as \"NAME.0\"");
-                };
-                self.reads.push((own.name.clone(), joint, freedom));
-                self.count(own, found);
-            }
-            _ => {
-                let what = format!("the derivative of the sensor `{name}`");
-                let help = "take a position in space, a distance of points or a joint coordinate";
-                return refuse(what, help);
-            }
-        }
-        Ok(())
-    }
-
-    fn count(&mut self, own: &Stated, quantity: impl Quantity + 'static) {
-        let target = own.target;
+        let (quantity, target) = (Measured::of(model, mechanism, &key, text)?, own.target);
+        self.reads.extend(quantity.joint().map(|(joint, freedom)| Reads {
+            key: format!("objective.{}", own.name),
+            joint,
+            freedom,
+        }));
         match own.at {
             CountedAt::End => self.sum.add(own.weight, Box::new(Terminal { quantity, target })),
             CountedAt::Path => self.sum.add(own.weight, Box::new(Running { quantity, target })),
         }
+        Ok(())
     }
 
     /// `½ Σ (Δw)²/h`.
@@ -223,22 +139,8 @@ impl Costs {
         out
     }
 
-    /// Refuses a parameter by which a joint coordinate changes that an objective reads: an angle by
-    /// its axes, a length by its anchors as well.
+    /// Refuses a parameter by which a joint coordinate changes that an objective reads.
     pub(crate) fn reads_moved(&self, model: &Model, tangent: &ModelTangent) -> Option<ModelError> {
-        let moved = |(_, joint, freedom): &&(String, usize, usize)| {
-            let Some(change) = tangent.numbers.joints.get(joint) else { return false };
-            let angle = model.joints[*joint].pair().properties().motion.is_angle(*freedom);
-            let turned = change.parent.axes.amax().max(change.child.axes.amax()) > 1e-14;
-            turned || !angle
-        };
-        let (name, joint, _) = self.reads.iter().find(moved)?;
-        let joint = &model.joints[*joint].name;
-        let what = format!(
-            "the derivative by `{}`, which changes the joint `{joint}` whose coordinate is measured",
-            tangent.name
-        );
-        let help = "measure a position, or leave `parameters` out of --by";
-        Some(refused(&format!("objective.{name}"), what, help))
+        self.reads.iter().find_map(|own| own.moved(model, tangent))
     }
 }

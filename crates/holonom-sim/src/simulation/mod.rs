@@ -283,6 +283,14 @@ impl Simulation {
         run
     }
 
+    /// The integrator of a variational scheme.
+    ///
+    /// # Panics
+    /// When the scheme is one of the energy–momentum schemes.
+    pub(crate) fn into_integrator(self) -> MechanismIntegrator {
+        self.stepper.into_variational().expect("a variational scheme was asked for")
+    }
+
     /// The integrator of an energy–momentum scheme, likewise; `None` for the others.
     pub fn energy_momentum(&mut self) -> Option<&mut EmIntegrator<Mechanism>> {
         let run = self.stepper.as_energy_momentum()?;

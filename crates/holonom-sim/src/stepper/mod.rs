@@ -544,6 +544,14 @@ impl AnyStepper {
         }
     }
 
+    /// The same, without the stepper.
+    pub(crate) fn into_variational(self) -> Option<MechanismIntegrator> {
+        match self {
+            Self::Variational(own) => Some(own.run),
+            Self::EnergyMomentum(_) => None,
+        }
+    }
+
     /// The integrator, of an energy–momentum scheme.
     pub(crate) fn as_energy_momentum(&mut self) -> Option<&mut EmIntegrator<Mechanism>> {
         match self {

@@ -59,26 +59,64 @@ impl Path {
     }
 }
 
+impl Guess {
+    /// The motion of a run, `q_0 … q_N`, in another number of steps, with what controls are in each
+    /// of its steps; none: zero.
+    #[must_use]
+    pub fn of_run(
+        mechanism: &Mechanism,
+        nodes: &[Vec<f64>],
+        controls: &[Vec<f64>],
+        steps: usize,
+    ) -> Self {
+        let n = nodes.first().map_or(0, Vec::len);
+        let chart = Chart::new(mechanism, n);
+        let mut travel = vec![vec![0.0; chart.dof()]];
+        for pair in nodes.windows(2) {
+            let moved = coordinates(&chart, &chart.reference(&pair[0]), &pair[1]);
+            let last = travel.last().into_iter().flatten();
+            travel.push(last.zip(&moved).map(|(a, b)| a + b).collect());
+        }
+        resampled(&chart, (nodes, &travel), controls, steps)
+    }
+}
+
+/// A motion in another number of steps: between its nodes the configuration that is a part of
+/// their chart coordinates away from the first.
+fn resampled(
+    chart: &Chart,
+    (nodes, travel): (&[Vec<f64>], &[Vec<f64>]),
+    controls: &[Vec<f64>],
+    steps: usize,
+) -> Guess {
+    let of = nodes.len().saturating_sub(1);
+    let (mut own_nodes, mut own_travel) = (Vec::new(), Vec::new());
+    for n in 1..=steps {
+        let (k, rest) = (n * of / steps, n * of % steps);
+        if rest == 0 {
+            own_nodes.push(nodes[k].clone());
+            own_travel.push(travel[k].clone());
+            continue;
+        }
+        let part = rest as f64 / steps as f64;
+        let from = chart.reference(&nodes[k]);
+        let moved: Vec<f64> =
+            coordinates(chart, &from, &nodes[k + 1]).iter().map(|x| part * x).collect();
+        own_nodes.push(chart.place(&from, &moved).q);
+        let between = |(a, b): (&f64, &f64)| a + part * (b - a);
+        own_travel.push(travel[k].iter().zip(&travel[k + 1]).map(between).collect());
+    }
+    let acts = |n: usize| controls[(2 * n + 1) * controls.len() / (2 * steps)].clone();
+    let controls = if controls.is_empty() { Vec::new() } else { (0..steps).map(acts).collect() };
+    Guess { path: Path::Nodes { nodes: own_nodes, travel: own_travel }, controls }
+}
+
 impl Transcription {
-    /// A guess of twice as many steps from a motion of this program: between its nodes the
-    /// configuration that is half of their chart coordinates away from the first.
+    /// A guess of twice as many steps from a motion of this program.
     #[must_use]
     pub fn refined(&self, motion: &Motion) -> Guess {
-        let (mut nodes, mut travel, mut controls) = (Vec::new(), Vec::new(), Vec::new());
-        for n in 0..motion.controls.len() {
-            let from = self.chart.reference(&motion.nodes[n]);
-            let half: Vec<f64> = coordinates(&self.chart, &from, &motion.nodes[n + 1])
-                .iter()
-                .map(|x| 0.5 * x)
-                .collect();
-            nodes.push(self.chart.place(&from, &half).q);
-            nodes.push(motion.nodes[n + 1].clone());
-            let [a, b] = [&motion.travel[n], &motion.travel[n + 1]];
-            travel.push(a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect());
-            travel.push(b.clone());
-            controls.extend([motion.controls[n].clone(), motion.controls[n].clone()]);
-        }
-        Guess { path: Path::Nodes { nodes, travel }, controls }
+        let Motion { nodes, travel, controls, .. } = motion;
+        resampled(&self.chart, (nodes, travel), controls, 2 * controls.len())
     }
 }
 

@@ -22,7 +22,7 @@ mod layout;
 mod point;
 pub mod problem;
 
-use crate::program::{Bounds, Program, Start, Undefined};
+use crate::program::{Bounds, Multipliers, Program, Start, Undefined};
 use chart::{Chart, Reference};
 use guess::references;
 pub use guess::{Guess, Path};
@@ -83,6 +83,19 @@ pub struct Motion {
     /// What the coordinates of the tree that add up have changed by since the start, at each node,
     /// shape `d`; of rotation vectors without meaning.
     pub travel: Vec<Vec<f64>>,
+}
+
+/// A condition at a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Met {
+    /// Among those of the problem.
+    pub condition: usize,
+    /// Where.
+    pub node: usize,
+    /// What its quantity is there.
+    pub value: f64,
+    /// Its multiplier: the cost changes by minus this with the bound.
+    pub multiplier: f64,
 }
 
 impl Transcription {
@@ -207,6 +220,43 @@ impl Transcription {
         let costs = self.costs(&point);
         let nodes = point.nodes.into_iter().map(|node| node.placed.q).collect();
         Ok(Motion { step: point.h, nodes, controls, costs, travel })
+    }
+
+    /// What conditions have at their nodes at a point with its multipliers.
+    ///
+    /// # Errors
+    /// [`Undefined`].
+    pub fn met(&self, x: &[f64], multipliers: &Multipliers) -> Result<Vec<Met>, Undefined> {
+        let point = self.point_at(x)?;
+        let mut met = Vec::new();
+        for (k, condition) in self.problem.conditions.iter().enumerate() {
+            let value = |n: usize| self.quantity(&point, &condition.quantity, n);
+            if is_bound(&condition.quantity, condition.when) {
+                let Quantity::Joint { unknown, .. } = condition.quantity else { continue };
+                for n in 1..=self.problem.steps {
+                    let at = self.layout.coordinate(n).unwrap_or(0) + unknown.index;
+                    let multiplier = unknown.sign * (multipliers.upper[at] - multipliers.lower[at]);
+                    met.push(Met { condition: k, node: n, value: value(n), multiplier });
+                }
+                continue;
+            }
+            for own in self.layout.conditions.iter().filter(|own| own.condition == k) {
+                let multiplier = multipliers.rows[own.row];
+                met.push(Met { condition: k, node: own.node, value: value(own.node), multiplier });
+            }
+        }
+        Ok(met)
+    }
+
+    /// The multipliers of the balances at the nodes 0 to N − 1, shape `N × d`.
+    #[must_use]
+    pub fn costates(&self, multipliers: &Multipliers) -> Vec<Vec<f64>> {
+        let d = self.chart.dof();
+        let own = |n: usize| {
+            let at = self.layout.balance(n);
+            multipliers.rows[at..at + d].to_vec()
+        };
+        (0..self.problem.steps).map(own).collect()
     }
 
     /// Whether the chart of a node is near its end at a point: [`Transcription::move_references`]

@@ -1,0 +1,162 @@
+//! A run with what derivatives need: its controls, its costs, its start.
+
+use super::objective::Costs;
+use crate::design::start::StartOf;
+use crate::design::{ModelTangent, refused};
+use crate::simulation::Simulation;
+use crate::start::{How, StartValues};
+use crate::system::input::{Input, InputPlace};
+use crate::system::outside::Outside;
+use crate::system::{self, System};
+use holonom_model::{Model, ModelError};
+use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::{InitialValues, initialization};
+use vi_control::controls::{ControlForce, Controls, JointControl};
+use vi_control::gradient::GradientError;
+use vi_core::{SparseMatrix, State};
+use vi_multibody::design::MechanismDesign;
+use vi_multibody::mechanism::Mechanism;
+
+/// Why there is no gradient.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GradientFailure {
+    /// The model has none.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The run has none.
+    #[error("{0}")]
+    Run(GradientError),
+}
+
+/// A run with its controls and costs.
+pub(crate) struct Prepared {
+    pub(crate) simulation: Simulation,
+    pub(crate) system: System,
+    pub(crate) controls: Controls,
+    pub(crate) costs: Costs,
+    pub(crate) outside: Outside,
+    pub(crate) steps: usize,
+}
+
+impl Prepared {
+    /// Of a model whose controls have these values, one list for each; zero where there is none.
+    pub(crate) fn new(
+        model: &Model,
+        of: &[String],
+        (values, start): (&[Vec<f64>], &Outside),
+    ) -> Result<Self, ModelError> {
+        supported(model)?;
+        let steps = (model.settings.end / model.settings.step).round();
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked by the model
+        let steps = steps as usize;
+        let input = |own: &holonom_model::Control| {
+            Input::new(InputPlace::Joint { name: own.joint.clone(), freedom: own.freedom })
+        };
+        let inputs: Vec<Input> = model.controls.iter().map(input).collect();
+        let outside = Outside { inputs: inputs.clone(), ..start.clone() };
+        let mut system = system::build_with(model, &outside)?;
+        let mut forces: Vec<Box<dyn ControlForce>> = Vec::new();
+        let mut rows = vec![vec![0.0; inputs.len()]; steps];
+        for (k, (control, input)) in model.controls.iter().zip(&inputs).enumerate() {
+            let joint = model.joints.iter().position(|own| own.name == control.joint);
+            let found = joint.and_then(|joint| system.mechanism.coordinate(joint, control.freedom));
+            let Some(coordinate) = found else { continue }; // the checks refuse it
+            forces.push(Box::new(JointControl { effort: input.effort(), coordinate }));
+            for (step, row) in rows.iter_mut().enumerate() {
+                let own = values.get(k).map_or(&[][..], Vec::as_slice);
+                let weighed = control.shape.weights(control.hold, step);
+                let value = |(at, weight): (usize, f64)| weight * own.get(at).unwrap_or(&0.0);
+                row[k] = weighed.into_iter().map(value).sum();
+            }
+        }
+        let controls = Controls::new(forces, rows, 1);
+        let costs = Costs::new(model, &mut system.mechanism, of)?;
+        let simulation = Simulation::with_outside(model, &outside)?;
+        Ok(Self { simulation, system, controls, costs, outside, steps })
+    }
+
+    /// `J` of the run from its start.
+    pub(crate) fn value(&mut self) -> Result<f64, GradientFailure> {
+        let Self { simulation, controls, costs, steps, .. } = self;
+        let run = simulation.integrator();
+        let mut value = 0.0;
+        for step in 0..*steps {
+            controls.set(step);
+            let w = controls.at(step);
+            let objective = &costs.sum;
+            let taken = run.step_with(&mut |_, _, taken| value += objective.of_step(taken.s, w));
+            taken.map_err(|error| {
+                GradientFailure::Run(GradientError::Step { step: step + 1, error })
+            })?;
+        }
+        Ok(value + costs.sum.of_end(run.state()) + costs.rates(controls, simulation.settings.step))
+    }
+}
+
+/// Refuses what has no derivative, by its key.
+fn supported(model: &Model) -> Result<(), ModelError> {
+    let settings = &model.settings;
+    let help = "derivatives are those of the schemes constrained, dalembert, nodal and reduced";
+    if !matches!(settings.scheme.family(), holonom_model::Family::Variational(_)) {
+        let what = "derivatives of this scheme";
+        return Err(refused("simulation.scheme", what, help));
+    }
+    if let Some(event) = model.events.first() {
+        let key = format!("event.{}", event.name);
+        return Err(refused(&key, "derivatives across events", "remove the [[event]]"));
+    }
+    Ok(())
+}
+
+/// The start of a prepared run.
+pub(crate) struct Begin {
+    pub(crate) mass: SparseMatrix,
+    rows: IndependentRows,
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) t: f64,
+    how: How,
+}
+
+impl Begin {
+    pub(crate) fn new(model: &Model, prepared: &mut Prepared) -> Result<Self, ModelError> {
+        let Prepared { simulation, system, outside, .. } = prepared;
+        let stated = StartValues::of(model, &system.mechanism, outside)?;
+        let run = simulation.integrator();
+        let rows = run.rows().clone();
+        let at = InitialValues::new(run.state().t, &stated.q, &stated.v);
+        let begun =
+            initialization::start(run.system(), run.constraints(), &rows, at).map_err(|error| {
+                refused("simulation.start", error.to_string(), "state a consistent start")
+            })?;
+        let mass = system.dynamics.parts.mass_matrix(&system.mechanism);
+        let State { t, q, .. } = begun.state;
+        Ok(Self { mass, rows, q, v: begun.v, t, how: stated.how })
+    }
+
+    pub(crate) fn rows(&self) -> &IndependentRows {
+        &self.rows
+    }
+
+    pub(crate) fn at(&self) -> InitialValues<'_> {
+        InitialValues::new(self.t, &self.q, &self.v)
+    }
+
+    /// How it changes.
+    pub(crate) fn of<'a>(&'a self, model: &'a Model, mechanism: &'a Mechanism) -> StartOf<'a> {
+        let (mass, rows, at) = (&self.mass, &self.rows, self.at());
+        StartOf { model, mechanism, mass, rows, at, how: self.how }
+    }
+}
+
+/// How a prepared run changes with the parameters of its model, in the order of `tangents`.
+pub(crate) fn design(
+    prepared: &Prepared,
+    mass: &SparseMatrix,
+    tangents: &[ModelTangent],
+) -> Result<MechanismDesign, ModelError> {
+    let System { mechanism, dynamics, .. } = &prepared.system;
+    let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
+    MechanismDesign::new(mechanism, &dynamics.forces, mass, dynamics.quadrature, &numbers)
+        .map_err(|error| refused("model", error.to_string(), "leave `parameters` out of --by"))
+}

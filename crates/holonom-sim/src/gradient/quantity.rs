@@ -1,0 +1,173 @@
+//! What a sensor measures as a function of the configuration, with its derivative.
+
+use crate::design::{ModelTangent, refused};
+use holonom_model::{Model, ModelError, SensorKind};
+use nalgebra::Vector3;
+use vi_control::objective::{PointComponent, Quantity};
+use vi_core::Configuration;
+use vi_multibody::form::Form;
+use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_multibody::mechanism::{Attachment, Mechanism};
+
+/// A number that a sensor measures.
+#[derive(Clone, Debug)]
+pub(crate) enum Measured {
+    /// A component of a point, m.
+    Point(PointComponent),
+    /// From one point to another: their distance, m.
+    Distance(Form),
+    /// A joint coordinate, m or rad.
+    Joint {
+        /// Of the mechanism.
+        joint: usize,
+        /// Which of its coordinates.
+        freedom: usize,
+        /// What it is.
+        coordinate: JointCoordinate,
+    },
+}
+
+impl Quantity for Measured {
+    fn value(&self, at: Configuration<'_>) -> f64 {
+        match self {
+            Self::Point(own) => own.value(at),
+            Self::Distance(between) => between.at(at.q).norm(),
+            Self::Joint { coordinate, .. } => coordinate.at(at),
+        }
+    }
+    fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        match self {
+            Self::Point(own) => own.add_slope(at, scale, out),
+            Self::Distance(between) => {
+                let line = between.at(at.q);
+                between.add_transposed(&(scale / line.norm() * line), out);
+            }
+            Self::Joint { coordinate, .. } => coordinate.add_slope(at, scale, out),
+        }
+    }
+    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
+        match self {
+            Self::Point(own) => own.second(at, v, w),
+            Self::Distance(between) => {
+                let (line, v, w) = (between.at(at.q), between.rate(v), between.rate(w));
+                let length = line.norm();
+                let along = line / length;
+                (v.dot(&w) - along.dot(&v) * along.dot(&w)) / length
+            }
+            Self::Joint { coordinate, .. } => Quantity::second(coordinate, at, v, w),
+        }
+    }
+}
+
+impl Measured {
+    /// What a sensor measures, by its name, of one of several numbers with its part; `key`: of the
+    /// model, where it is named.
+    ///
+    /// # Errors
+    /// [`ModelError`] of a sensor that has no derivative.
+    pub(crate) fn of(
+        model: &Model,
+        mechanism: &mut Mechanism,
+        key: &str,
+        text: &str,
+    ) -> Result<Self, ModelError> {
+        let (name, part) =
+            text.split_once('.').map_or((text, None), |(name, part)| (name, Some(part)));
+        let refuse = |what: String, help: &str| Err(refused(key, what, help));
+        let Some(sensor) = model.sensors.iter().find(|sensor| sensor.name == name) else {
+            return refuse(format!("a sensor `{name}`"), "add the [[sensor]]"); // checked before
+        };
+        let is_point = |name: &str| model.frame(name).is_some() || model.particle(name).is_some();
+        match sensor.kind {
+            SensorKind::Position if sensor.seen_from.is_none() => {
+                let axis = part.and_then(|part| {
+                    ["x", "y", "z"].iter().position(|own| *own == part).or(part.parse().ok())
+                });
+                let Some(axis) = axis.filter(|axis| *axis < model.header.dimension) else {
+                    let what = format!("the position `{name}`, which is several numbers");
+                    return refuse(what, "write one of them, such as \"NAME.z\"");
+                };
+                let point = point(model, mechanism, &sensor.of, sensor.point);
+                Ok(Self::Point(PointComponent { point, axis }))
+            }
+            SensorKind::Distance if is_point(&sensor.of) => {
+                let to = sensor.to.as_deref().unwrap_or_default();
+                let end = point(model, mechanism, to, sensor.point_to);
+                Ok(Self::Distance(end.minus(&point(model, mechanism, &sensor.of, sensor.point))))
+            }
+            SensorKind::JointCoordinate => {
+                let joint = model.joints.iter().position(|joint| joint.name == sensor.of);
+                let freedom = part.map_or(Ok(0), str::parse::<usize>);
+                let found = joint.zip(freedom.ok()).and_then(|(joint, freedom)| {
+                    let coordinate = mechanism.coordinate(joint, freedom)?;
+                    Some(Self::Joint { joint, freedom, coordinate })
+                });
+                found.ok_or_else(|| {
+                    let what = format!("`{text}`, which is no coordinate of a joint");
+                    let help = "write the number of the coordinate, such as \"NAME.0\"";
+                    refused(key, what, help)
+                })
+            }
+            _ => {
+                let what = format!("the derivative of the sensor `{name}`");
+                let help = "take a position in space, a distance of points or a joint coordinate";
+                refuse(what, help)
+            }
+        }
+    }
+
+    /// The joint and the freedom of a joint coordinate.
+    pub(crate) fn joint(&self) -> Option<(usize, usize)> {
+        match self {
+            Self::Joint { joint, freedom, .. } => Some((*joint, *freedom)),
+            _ => None,
+        }
+    }
+}
+
+/// A point of a member, by components along the axes of the model.
+fn point(model: &Model, mechanism: &Mechanism, name: &str, components: Option<[f64; 3]>) -> Form {
+    let own = Vector3::from(components.unwrap_or_default());
+    let frame = model.frame(name);
+    let along = match frame.and_then(|frame| Some((frame, model.bodies.get(frame)?))) {
+        Some((frame, body)) => {
+            mechanism.description().bodies[frame].triad.tr_mul(&(body.rotation() * own))
+        }
+        None => own,
+    };
+    let particle = || model.particles.iter().position(|own| own.name == name);
+    let member = match frame {
+        Some(frame) => Attachment::Body(frame),
+        None => particle().map_or(Attachment::Ground, Attachment::Particle),
+    };
+    mechanism.point_of(member, &along)
+}
+
+/// A joint coordinate that something reads.
+#[derive(Clone, Debug)]
+pub(crate) struct Reads {
+    /// What reads it, by its key.
+    pub(crate) key: String,
+    pub(crate) joint: usize,
+    pub(crate) freedom: usize,
+}
+
+impl Reads {
+    /// Refuses a parameter by which the coordinate itself changes: an angle by its axes, a length
+    /// by its anchors as well.
+    pub(crate) fn moved(&self, model: &Model, tangent: &ModelTangent) -> Option<ModelError> {
+        let change = tangent.numbers.joints.get(&self.joint)?;
+        let joint = &model.joints[self.joint];
+        let angle = joint.pair().properties().motion.is_angle(self.freedom);
+        let turned = change.parent.axes.amax().max(change.child.axes.amax()) > 1e-14;
+        if !turned && angle {
+            return None;
+        }
+        let what = format!(
+            "the derivative by `{}`, which changes the joint `{}` whose coordinate is measured",
+            tangent.name, joint.name
+        );
+        let help = "measure a position, or leave `parameters` out of --by";
+        Some(refused(&self.key, what, help))
+    }
+}

@@ -1,0 +1,298 @@
+//! What an optimum is, as `optimum.json` and `iterations.csv` have it.
+
+use crate::gradient::TermValue;
+use holonom_model::{Condition, Model, ModelError};
+use serde::Serialize;
+
+/// Seed of disturbed beginnings.
+pub(super) const SEED: u64 = 20_101_127;
+
+/// How a search ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// A local optimum.
+    Optimal,
+    /// The conditions are not met, and no direction brings the motion nearer to them.
+    Infeasible,
+    /// It was told to stop.
+    Stopped,
+    /// It made as many iterations as it may, or found no further step.
+    #[default]
+    Unfinished,
+    /// The method takes its point for an optimum, and derivatives do not.
+    NotOptimal,
+    /// The run of its controls is another motion.
+    OtherMotion,
+    /// A body turns by more than 1 rad in a step.
+    TurnsTooFar,
+}
+
+impl Status {
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Optimal => "a local optimum",
+            Self::Infeasible => "infeasible: no direction brings it nearer to the conditions",
+            Self::Stopped => "stopped before the end",
+            Self::Unfinished => "not finished: no optimum was reached",
+            Self::NotOptimal => "not optimal by its own derivatives",
+            Self::OtherMotion => "not the motion of its controls",
+            Self::TurnsTooFar => "a body turns by more than 1 rad in a step",
+        }
+    }
+}
+
+/// A parameter that was free.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterFound {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Where the search began.
+    pub start: f64,
+    /// The least value.
+    pub min: f64,
+    /// The largest.
+    pub max: f64,
+    /// Whether it is at one of them.
+    pub at_bound: bool,
+}
+
+/// A condition.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ConditionMet {
+    /// Its name.
+    pub name: String,
+    /// What its sensor shows; along the path where it is nearest to a bound, or farthest beyond.
+    pub value: f64,
+    /// The least value, or what it is to equal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    /// The largest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// How far the value is beyond.
+    pub violation: f64,
+    /// The derivative of the cost by the bound: what one unit more costs.
+    pub price: f64,
+}
+
+impl ConditionMet {
+    /// By values and multipliers at its nodes.
+    pub(super) fn of(own: &Condition, at: impl Iterator<Item = (f64, f64)>) -> Self {
+        let [min, max] = own.bounds();
+        let beyond = |value: f64| (min - value).max(value - max);
+        let (mut nearest, mut price) = (f64::NAN, 0.0);
+        for (value, multiplier) in at {
+            if nearest.is_nan() || beyond(value) > beyond(nearest) {
+                nearest = value;
+            }
+            price -= multiplier;
+        }
+        let finite = |bound: f64| bound.is_finite().then_some(bound);
+        Self {
+            name: own.name.clone(),
+            value: nearest,
+            min: finite(min),
+            max: finite(max),
+            violation: beyond(nearest).max(0.0),
+            price: price + 0.0, // no negative zero
+        }
+    }
+}
+
+/// A control.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ControlFound {
+    /// Its name.
+    pub name: String,
+    /// The least effort, N or N·m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    /// The largest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// Its largest modulus.
+    pub largest: f64,
+    /// Steps in which it is at a bound.
+    pub at_bounds: usize,
+}
+
+/// An optimum with other steps on the way.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Refinement {
+    /// Number of steps.
+    pub steps: usize,
+    /// Its cost.
+    pub cost: f64,
+}
+
+/// Conditions of an optimum by the derivatives of the program.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Judged {
+    /// `|∇𝓛|`, in parts of the largest multiplier.
+    pub stationarity: f64,
+    /// Largest violation of an equation or a bound.
+    pub violation: f64,
+    /// Largest product of a multiplier and the distance from its bound.
+    pub complementarity: f64,
+}
+
+/// The run of the controls.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Replayed {
+    /// Largest deviation of its nodes from those of the optimum, m or 1.
+    pub deviation: f64,
+    /// The node of it.
+    pub node: usize,
+    /// Largest deviation of single steps from these nodes, where the run deviates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_steps: Option<f64>,
+}
+
+/// A search.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StartFound {
+    /// Its number, from 1.
+    pub start: usize,
+    /// How it ended.
+    pub status: Status,
+    /// Its cost.
+    pub cost: f64,
+    /// Why it has none.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub message: String,
+}
+
+/// An optimum.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct OptimumReport {
+    /// The model.
+    pub model: String,
+    /// How the search ended.
+    pub status: Status,
+    /// Why it is no optimum: what misses most.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub missed: Vec<String>,
+    /// Steps of the motion.
+    pub steps: usize,
+    /// Their length, s.
+    pub step: f64,
+    /// The time that the motion takes, s.
+    pub time: f64,
+    /// `J`.
+    pub cost: f64,
+    /// Its terms, with their weights.
+    pub terms: Vec<TermValue>,
+    /// Parameters that were free.
+    pub parameters: Vec<ParameterFound>,
+    /// Controls.
+    pub controls: Vec<ControlFound>,
+    /// Conditions.
+    pub conditions: Vec<ConditionMet>,
+    /// Iterations of all numbers of steps.
+    pub iterations: usize,
+    /// Whether no motion nearby is as good; of controls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sufficient: Option<bool>,
+    /// Optima with fewer steps on the way, this one last.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refinements: Vec<Refinement>,
+    /// The conditions of an optimum; of controls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub judged: Option<Judged>,
+    /// The run of the controls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub replay: Option<Replayed>,
+    /// All searches, where there were several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub starts: Vec<StartFound>,
+}
+
+impl OptimumReport {
+    /// The observed order of the cost in the step and its limit, of three refinements.
+    #[must_use]
+    pub fn convergence(&self) -> Option<[f64; 2]> {
+        let [.., a, b, c] = self.refinements[..] else { return None };
+        let halved = 2 * a.steps == b.steps && 2 * b.steps == c.steps;
+        let ratio = (b.cost - a.cost) / (c.cost - b.cost);
+        let order = libm::log2(ratio);
+        (halved && order.is_finite() && ratio > 1.0)
+            .then(|| [order, c.cost + (c.cost - b.cost) / (ratio - 1.0)])
+    }
+}
+
+/// An iteration, a row of `iterations.csv`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Step {
+    /// Number of the search, from 1.
+    pub start: usize,
+    /// Steps of the motion.
+    pub steps: usize,
+    /// Its number, from 0.
+    pub iteration: usize,
+    /// `J`.
+    pub cost: f64,
+    /// Largest violation of equations.
+    pub infeasibility: f64,
+    /// Largest entry of `∇𝓛`; of controls.
+    pub stationarity: f64,
+    /// Barrier parameter; of controls.
+    pub barrier: f64,
+    /// Part of the step that was taken; of controls.
+    pub step: f64,
+    /// Multiple of the identity added to the Hessian; of controls.
+    pub shift: f64,
+    /// Parameters; of a design.
+    pub parameters: Vec<f64>,
+}
+
+/// What is said while a search lasts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Number of the search, from 1.
+    pub start: usize,
+    /// Iterations so far.
+    pub iteration: usize,
+    /// `J`.
+    pub cost: f64,
+    /// Largest violation.
+    pub infeasibility: f64,
+}
+
+/// An optimum with what its files hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// In numbers.
+    pub report: OptimumReport,
+    /// The iterations.
+    pub steps: Vec<Step>,
+    /// The model of the optimum, for an ordinary run.
+    pub model: Model,
+    /// The multipliers of the balances at the nodes 0 to N − 1, one for each coordinate of the tree.
+    pub costates: Vec<Vec<f64>>,
+    /// Of each step the value of each control, N or N·m.
+    pub controls: Vec<Vec<f64>>,
+}
+
+/// Why there is no optimum at all.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OptimizeFailure {
+    /// The model asks for what cannot be.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// There is no motion to begin with.
+    #[error("{0}")]
+    Run(String),
+}
+
+/// Leaves out of a model what an ordinary run does without.
+pub(super) fn plain(model: &mut Model) {
+    model.controls.clear();
+    model.objectives.clear();
+    model.conditions.clear();
+    model.optimize = None;
+}

@@ -1,0 +1,105 @@
+//! Designs with answers that are known.
+
+use super::{Found, OptimizeFailure, Status, optimize};
+use holonom_model::{ModelText, Override};
+use std::path::Path;
+
+/// A pendulum of a point mass on a rod of a length, from rest at an angle.
+const PENDULUM: &str = r#"
+[model]
+name = "pendulum"
+gravity = [0.0, 0.0, -9.81]
+[simulation]
+step = 0.005
+end = 1.0
+[parameters]
+length = 0.7
+[[body]]
+name = "bob"
+mass = 1.0
+inertia = [1e-6, 1e-6, 1e-6]
+position = ["= length*sin(0.1)", 0.0, "= -length*cos(0.1)"]
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "ground"
+child = "bob"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+[[sensor]]
+name = "place"
+type = "position"
+of = "bob"
+"#;
+
+fn found(text: &str, overrides: &[Override]) -> Result<Found, OptimizeFailure> {
+    let text = ModelText::from_text(Path::new("model.toml"), text);
+    let model = text.model(overrides)?;
+    optimize(&text, overrides, &model, &mut |_| true)
+}
+
+/// A quarter of a period of 2 s: the length of a seconds pendulum of finite amplitude,
+/// `T = 2π√(l/g) (1 + α²/16 + 11 α⁴/3072)`, but for the step and the inertia of the bob.
+#[test]
+fn a_pendulum_gets_the_length_of_its_period() {
+    let text = format!(
+        "{PENDULUM}[[condition]]\nname = \"quarter\"\nsensor = \"place.x\"\nat = 0.5\nequals = 0.0\n\
+         [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
+    );
+    let found = found(&text, &[]).unwrap();
+    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    let longer = 1.0 + 0.01 / 16.0 + 11.0 * 1e-4 / 3072.0;
+    let length = 9.81 * (1.0 / std::f64::consts::PI / longer).powi(2);
+    let value = found.report.parameters[0].value;
+    assert!((value - length).abs() < 1e-4 * length, "{value} for {length}");
+    assert!(found.report.conditions[0].violation < 1e-10);
+    assert!(found.report.iterations < 12, "{}", found.report.iterations);
+    assert!(found.model.optimize.is_none() && found.model.conditions.is_empty());
+}
+
+/// An objective and a condition: the price is the change of the cost with the bound.
+#[test]
+fn a_price_is_what_the_condition_costs() {
+    let with = |bound: f64| {
+        let text = format!(
+            "{PENDULUM}[[objective]]\nname = \"low\"\ntype = \"sensor\"\nsensor = \"place.z\"\ntarget = -1.2\nweight = 3.0\n\
+             [[objective]]\nname = \"duration\"\ntype = \"time\"\n\
+             [[condition]]\nname = \"narrow\"\nsensor = \"place.x\"\nat = \"path\"\nmin = {bound:?}\n\
+             [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
+        );
+        found(&text, &[]).unwrap().report
+    };
+    let own = with(-0.08);
+    assert_eq!(own.status, Status::Optimal, "{own:?}");
+    assert!((own.conditions[0].value + 0.08).abs() < 1e-9 && own.conditions[0].price > 0.0);
+    let slope = (with(-0.0799).cost - with(-0.0801).cost) / 2e-4;
+    let price = own.conditions[0].price;
+    assert!((slope - price).abs() < 1e-3 * price, "{slope} for {price}");
+    assert_eq!(own.terms[1].value, 1.0);
+    assert!((own.cost - own.terms[0].value - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn what_cannot_be_is_said() {
+    let condition =
+        "[[condition]]\nname = \"quarter\"\nsensor = \"place.x\"\nat = 0.5\nequals = 0.0\n";
+    let free = "[optimize]\nparameters = { length = { min = 0.3, max = 1.5 } }\n";
+    let words = |text: &str| match found(&format!("{PENDULUM}{text}"), &[]) {
+        Ok(found) => format!("{:?}", found.report.status),
+        Err(error) => error.to_string(),
+    };
+    let one =
+        |changed: &str, with: &str| words(&format!("{condition}{free}").replace(changed, with));
+    assert!(one("equals = 0.0", "equals = 7.0").contains("Infeasible"));
+    assert!(one("length = {", "size = {").contains("no parameter"));
+    assert!(one("min = 0.3", "min = 0.9").contains("outside of its bounds"));
+    assert!(one("parameters", "time = { min = 0.5, max = 2.0 }\nparameters").contains("free"));
+    assert!(
+        one("sensor = \"place.x\"\nat = 0.5\nequals = 0.0", "type = \"rest\"").contains("rest")
+    );
+    assert!(words(free).contains("without an aim"));
+    assert!(words(condition).contains("nothing is free"));
+    let idle = free.replace("length", "other");
+    let text = format!("{condition}{idle}").replace("[optimize]", "[parameters.x]\n[optimize]");
+    assert!(!words(&text).is_empty());
+}

@@ -1,0 +1,466 @@
+//! Least squares under conditions: parameters of a design.
+//!
+//! ```text
+//! minimise ½ ρ(θ)ᵀρ(θ)      over  θ_min ≤ θ ≤ θ_max,   l ≤ c(θ) ≤ u
+//! s = c + λ/w,   v = s − clamp(s, l, u)        minimise f = ½ ρᵀρ + ½ Σ w v²;   then λ ← w v
+//! (JᵀJ + S + μ I) δz = −Jᵀr                    z = θ/scale,  r = (ρ, √w v),  J = ∂r/∂z
+//! S δz = (J⁺ − J)ᵀ r⁺                          what JᵀJ lacks of the Hessian, by its last change
+//! ```
+//! The conditions enter the sum of squares with a weight `w` and a multiplier `λ` (Powell, Hestenes,
+//! Rockafellar). A weight grows where its violation does not fall to a quarter. At the end
+//! `∂(½ρᵀρ)/∂θ + λ ∂c/∂θ = 0` for parameters within their bounds: the cost changes by `−λ` with the
+//! bound of a condition that is active.
+//!
+//! Source: J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed. (2006), chapter 17; J. E.
+//! Dennis, D. M. Gay, R. E. Welsch, ACM Trans. Math. Softw. 7 (1981) 348–368 for `S`.
+#![allow(non_snake_case)] // J, S
+
+use crate::least_squares::{FitError, Parameter, Refused, Residuals};
+use nalgebra::{DMatrix, DVector};
+use vi_core::linear::{dot, norm_inf};
+
+/// Violations, in parts of the size of the bound or of 1, below which a condition is met.
+pub const MET: f64 = 1e-10;
+
+/// Rounds of multipliers.
+const ROUNDS: usize = 60;
+/// Change of multipliers, in parts of the largest, that ends the rounds.
+const SETTLED: f64 = 1e-9;
+/// Largest growth of a weight.
+const HEAVIEST: f64 = 1e9;
+
+/// Bounds of the last residuals, which are conditions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conditions {
+    /// `[l, u]` of each, equal for an equation, infinite where there is none.
+    pub bounds: Vec<[f64; 2]>,
+}
+
+/// How a design ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DesignOutcome {
+    /// A minimum that meets the conditions.
+    Optimal,
+    /// No direction brings the parameters nearer to the conditions.
+    Infeasible,
+    /// It made as many evaluations with derivatives as it may.
+    Exhausted,
+    /// It was told to stop.
+    Stopped,
+    /// No step decreases the sum, though the gradient is not zero.
+    Stuck,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    /// How it ended.
+    pub outcome: DesignOutcome,
+    /// `θ`.
+    pub parameters: Vec<f64>,
+    /// `½ ρᵀρ`.
+    pub half_sum_of_squares: f64,
+    /// `c(θ)`.
+    pub conditions: Vec<f64>,
+    /// `λ`.
+    pub multipliers: Vec<f64>,
+    /// The largest violation of a condition, in its unit.
+    pub violation: f64,
+    /// Parameters that are at a bound.
+    pub at_bounds: Vec<usize>,
+    /// Steps taken.
+    pub iterations: usize,
+}
+
+/// An evaluation with derivatives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluation {
+    /// `θ`.
+    pub parameters: Vec<f64>,
+    /// `½ ρᵀρ`.
+    pub half_sum_of_squares: f64,
+    /// The largest violation of a condition.
+    pub violation: f64,
+}
+
+/// Residuals whose last ones are conditions, with weights and multipliers.
+struct Augmented<'a> {
+    own: &'a mut dyn Residuals,
+    bounds: &'a [[f64; 2]],
+    multipliers: Vec<f64>,
+    weights: Vec<f64>, // w
+    watch: &'a mut dyn FnMut(&Evaluation) -> bool,
+    stopped: bool,
+}
+
+/// Distance from bounds, with its sign.
+fn outside(value: f64, [lower, upper]: [f64; 2]) -> f64 {
+    value - value.max(lower).min(upper)
+}
+
+impl Augmented<'_> {
+    fn first(&self) -> usize {
+        self.own.len() - self.bounds.len()
+    }
+
+    fn violation(&self, conditions: &[f64]) -> f64 {
+        let size = |(c, bounds): (&f64, &[f64; 2])| outside(*c, *bounds).abs();
+        conditions.iter().zip(self.bounds).map(size).fold(0.0, f64::max)
+    }
+
+    /// Whether all conditions are met, each for its size.
+    fn is_met(&self, conditions: &[f64]) -> bool {
+        let met = |(c, bounds): (&f64, &[f64; 2])| {
+            let size = bounds.iter().filter(|x| x.is_finite()).fold(1.0, |s, x| x.abs().max(s));
+            outside(*c, *bounds).abs() <= MET * size
+        };
+        conditions.iter().zip(self.bounds).all(met)
+    }
+
+    /// `λ` of the next round.
+    fn renewed(&self, conditions: &[f64]) -> Vec<f64> {
+        let next = |(k, c): (usize, &f64)| {
+            let w = self.weights[k];
+            w * outside(c + self.multipliers[k] / w, self.bounds[k])
+        };
+        conditions.iter().enumerate().map(next).collect()
+    }
+}
+
+impl Residuals for Augmented<'_> {
+    fn len(&self) -> usize {
+        self.own.len()
+    }
+
+    fn evaluate(
+        &mut self,
+        theta: &[f64],
+        out: &mut [f64],
+        mut jacobian: Option<&mut DMatrix<f64>>,
+    ) -> Result<(), Refused> {
+        if self.stopped {
+            return Err(Refused("it was told to stop".to_owned()));
+        }
+        self.own.evaluate(theta, out, jacobian.as_deref_mut())?;
+        let first = self.first();
+        let evaluation = Evaluation {
+            parameters: theta.to_vec(),
+            half_sum_of_squares: half_square(&out[..first]),
+            violation: self.violation(&out[first..]),
+        };
+        self.stopped = !(self.watch)(&evaluation);
+        for k in 0..self.bounds.len() {
+            let (w, row) = (self.weights[k], first + k);
+            let v = outside(out[row] + self.multipliers[k] / w, self.bounds[k]);
+            let factor =
+                if v == 0.0 && self.bounds[k][0] < self.bounds[k][1] { 0.0 } else { w.sqrt() };
+            out[row] = factor * v;
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                jacobian.row_mut(row).iter_mut().for_each(|x| *x *= factor);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn half_square(r: &[f64]) -> f64 {
+    0.5 * dot(r, r)
+}
+
+/// A point with residuals and derivatives, by relative parameters.
+struct Point {
+    z: Vec<f64>,
+    r: Vec<f64>,
+    J: DMatrix<f64>,
+    gradient: DVector<f64>, // Jᵀr
+}
+
+impl Point {
+    /// `None`: the point is refused, or not finite.
+    fn at(
+        own: &mut Augmented<'_>,
+        parameters: &[Parameter],
+        z: Vec<f64>,
+    ) -> Result<Option<Self>, Refused> {
+        let (mut r, mut J) = (vec![0.0; own.len()], DMatrix::zeros(own.len(), z.len()));
+        own.evaluate(&theta(parameters, &z), &mut r, Some(&mut J))?;
+        for (j, own) in parameters.iter().enumerate() {
+            J.column_mut(j).iter_mut().for_each(|x| *x *= own.scale);
+        }
+        let along = |j: usize| dot(&J.as_slice()[j * r.len()..(j + 1) * r.len()], &r);
+        let gradient = DVector::from_fn(z.len(), |j, _| along(j));
+        let finite = r.iter().chain(J.iter()).all(|x| x.is_finite());
+        Ok(finite.then_some(Self { z, r, J, gradient }))
+    }
+
+    /// Parameters that are not held at a bound.
+    fn free(&self, parameters: &[Parameter]) -> Vec<usize> {
+        let held = |j: &usize| {
+            let [min, max] = parameters[*j].bounds;
+            let (theta, slope) = (parameters[*j].scale * self.z[*j], self.gradient[*j]);
+            min >= max || theta <= min && slope > 0.0 || theta >= max && slope < 0.0
+        };
+        (0..self.z.len()).filter(|j| !held(j)).collect()
+    }
+
+    /// Largest free derivative, in parts of the sizes of its terms.
+    fn slope(&self, free: &[usize]) -> f64 {
+        let size = dot(&self.r, &self.r).sqrt();
+        let cosine = |&j: &usize| {
+            let both = self.J.column(j).norm() * size;
+            if both > 0.0 { self.gradient[j].abs() / both } else { 0.0 }
+        };
+        norm_inf(&free.iter().map(cosine).collect::<Vec<f64>>())
+    }
+}
+
+/// `θ`, each within its bounds.
+fn theta(parameters: &[Parameter], z: &[f64]) -> Vec<f64> {
+    let value = |(own, z): (&Parameter, &f64)| (own.scale * z).clamp(own.bounds[0], own.bounds[1]);
+    parameters.iter().zip(z).map(value).collect()
+}
+
+/// How a round ended.
+#[derive(Clone, Copy, PartialEq)]
+enum Round {
+    Minimum,
+    Exhausted,
+    Stuck,
+}
+
+/// Damped Newton steps to a minimum of the augmented sum.
+struct Newton<'a> {
+    parameters: &'a [Parameter],
+    S: DMatrix<f64>,
+    damping: f64,
+    steps: usize,
+    most: usize,
+}
+
+impl Newton<'_> {
+    fn minimum(&mut self, own: &mut Augmented<'_>, at: &mut Point) -> Round {
+        loop {
+            let free = at.free(self.parameters);
+            if at.slope(&free) <= FLAT || half_square(&at.r) == 0.0 {
+                return Round::Minimum;
+            }
+            if self.steps >= self.most {
+                return Round::Exhausted;
+            }
+            self.steps += 1;
+            match self.step(own, at, &free) {
+                Some((next, size)) => {
+                    self.update(at, &next);
+                    *at = next;
+                    if size <= STEP {
+                        return Round::Minimum;
+                    }
+                }
+                None if at.slope(&free) <= NEARLY_FLAT => return Round::Minimum,
+                None => return Round::Stuck,
+            }
+        }
+    }
+
+    /// The next point and the size of its step; `None` where no step decreases the sum.
+    fn step(
+        &mut self,
+        own: &mut Augmented<'_>,
+        at: &Point,
+        free: &[usize],
+    ) -> Option<(Point, f64)> {
+        let J = at.J.select_columns(free);
+        let plain = J.tr_mul(&J);
+        let curved = DMatrix::from_fn(free.len(), free.len(), |i, k| {
+            plain[(i, k)] + self.S[(free[i], free[k])]
+        });
+        let largest = plain.diagonal().amax().max(f64::MIN_POSITIVE);
+        let right = DVector::from_fn(free.len(), |k, _| -at.gradient[free[k]]);
+        let before = half_square(&at.r);
+        for _ in 0..TRIALS {
+            let damped =
+                &curved + DMatrix::identity(free.len(), free.len()) * (self.damping * largest);
+            let found = damped.clone().cholesky().map(|own| own.solve(&right));
+            let Some(change) = found else {
+                self.damping = (4.0 * self.damping).max(1e-6);
+                continue;
+            };
+            let mut z = at.z.clone();
+            for (&j, change) in free.iter().zip(change.iter()) {
+                let own = &self.parameters[j];
+                let [min, max] = own.bounds.map(|bound| bound / own.scale);
+                z[j] = (z[j] + change).clamp(min, max);
+            }
+            let moved: Vec<f64> = z.iter().zip(&at.z).map(|(a, b)| a - b).collect();
+            let size = norm_inf(&moved) / f64::max(1.0, norm_inf(&z));
+            let own_moved = DVector::from_fn(free.len(), |k, _| moved[free[k]]);
+            let predicted = right.dot(&own_moved) - 0.5 * own_moved.dot(&(&curved * &own_moved));
+            if let Ok(Some(next)) = Point::at(own, self.parameters, z) {
+                let decrease = before - half_square(&next.r);
+                let close = decrease.abs() <= ROUNDING * before && size <= 1e-5;
+                if decrease > 0.0 || close && next.slope(free) < at.slope(free) {
+                    if predicted > 0.0 && decrease > 0.75 * predicted {
+                        self.damping *= 0.1;
+                    } else if decrease < 0.25 * predicted && !close {
+                        self.damping = (4.0 * self.damping).max(1e-6);
+                    }
+                    return Some((next, size));
+                }
+            }
+            if own.stopped || size == 0.0 {
+                return None;
+            }
+            self.damping = (8.0 * self.damping).max(1e-6);
+        }
+        None
+    }
+
+    /// `S` of the last change.
+    fn update(&mut self, from: &Point, to: &Point) {
+        let change: DVector<f64> = DVector::from_fn(to.z.len(), |j, _| to.z[j] - from.z[j]);
+        let r = DVector::from_column_slice(&to.r);
+        let bend = (&to.J - &from.J).tr_mul(&r); // (J⁺ − J)ᵀ r⁺
+        let y = &to.gradient - &from.gradient;
+        let along = y.dot(&change);
+        if along.abs() <= 1e-12 * y.norm() * change.norm() || along == 0.0 {
+            return;
+        }
+        let curved = change.dot(&(&self.S * &change)).abs();
+        let shorter = if curved > 0.0 { (change.dot(&bend).abs() / curved).min(1.0) } else { 1.0 };
+        self.S *= shorter;
+        let left = &bend - &self.S * &change;
+        let both = &left * y.transpose() + &y * left.transpose();
+        self.S += both / along - &y * y.transpose() * (change.dot(&left) / (along * along));
+    }
+}
+
+/// `f` may rise by rounding.
+const ROUNDING: f64 = 1e-12;
+/// Relative steps below this end a round.
+const STEP: f64 = 1e-13;
+/// What is left of slopes at a minimum, and where rounding hides the decrease.
+const FLAT: f64 = 1e-12;
+const NEARLY_FLAT: f64 = 1e-7;
+/// Dampings that are tried.
+const TRIALS: usize = 40;
+
+/// Minimises; `watch` sees each evaluation with derivatives, false stops.
+///
+/// # Errors
+/// [`FitError`].
+pub fn minimise(
+    residuals: &mut dyn Residuals,
+    conditions: &Conditions,
+    parameters: &[Parameter],
+    max_steps: usize,
+    watch: &mut dyn FnMut(&Evaluation) -> bool,
+) -> Result<Design, FitError> {
+    if let Some(odd) = parameters.iter().find(|own| !own.is_sound()) {
+        return Err(FitError::Parameter(odd.name.clone()));
+    }
+    let (all, bounds) = (residuals.len(), &conditions.bounds[..]);
+    let (count, first) = (bounds.len(), all - bounds.len());
+    let z: Vec<f64> = parameters.iter().map(|own| own.start / own.scale).collect();
+    let weights = weigh(residuals, &theta(parameters, &z), parameters, first)?;
+    let least = weights.clone();
+    let multipliers = vec![0.0; count];
+    let mut own = Augmented { own: residuals, bounds, multipliers, weights, watch, stopped: false };
+    let p = parameters.len();
+    let mut newton =
+        Newton { parameters, S: DMatrix::zeros(p, p), damping: 1e-3, steps: 0, most: max_steps };
+    let (mut before, mut outcome) = (vec![f64::INFINITY; count], None);
+    let (mut z, mut raw) = (z, vec![0.0; all]);
+    for round in 0..ROUNDS {
+        let begun = Point::at(&mut own, parameters, z.clone());
+        let begun = match begun {
+            Err(error) if round == 0 => return Err(FitError::Start(error)),
+            Ok(None) if round == 0 => return Err(FitError::NotFinite),
+            Err(_) | Ok(None) => break,
+            Ok(Some(begun)) => begun,
+        };
+        let mut at = begun;
+        let ended = newton.minimum(&mut own, &mut at);
+        z = at.z;
+        own.own.evaluate(&theta(parameters, &z), &mut raw, None).map_err(FitError::Start)?;
+        if own.stopped {
+            outcome = Some(DesignOutcome::Stopped);
+            break;
+        }
+        let (values, alone) = (&raw[first..], half_square(&raw[..first]) == 0.0);
+        let next = own.renewed(values);
+        let size = norm_inf(&next);
+        let moved = next.iter().zip(&own.multipliers).map(|(a, b)| a - b).collect::<Vec<_>>();
+        let (met, settled) = (own.is_met(values), norm_inf(&moved) <= SETTLED * size || alone);
+        own.multipliers = next;
+        outcome = match ended {
+            Round::Exhausted => Some(DesignOutcome::Exhausted),
+            _ if met && settled => Some(DesignOutcome::Optimal),
+            Round::Stuck => Some(DesignOutcome::Stuck),
+            Round::Minimum if alone && !met => Some(DesignOutcome::Infeasible),
+            Round::Minimum => None,
+        };
+        if outcome.is_some() {
+            break;
+        }
+        let mut heavy = !met;
+        for k in 0..count {
+            let violated = outside(values[k], bounds[k]).abs();
+            if violated > 0.25 * before[k] && violated > MET {
+                own.weights[k] = (10.0 * own.weights[k]).min(HEAVIEST * least[k]);
+            }
+            heavy &= own.weights[k] >= HEAVIEST * least[k] || violated <= MET;
+            before[k] = violated;
+        }
+        if heavy {
+            outcome = Some(DesignOutcome::Infeasible);
+            break;
+        }
+    }
+    let theta = theta(parameters, &z);
+    let values = raw[first..].to_vec();
+    let at_bound = |j: &usize| {
+        let [min, max] = parameters[*j].bounds;
+        theta[*j] <= min || theta[*j] >= max
+    };
+    let alone = first == 0 || half_square(&raw[..first]) == 0.0;
+    Ok(Design {
+        outcome: outcome.unwrap_or(DesignOutcome::Exhausted),
+        at_bounds: (0..theta.len()).filter(at_bound).collect(),
+        half_sum_of_squares: half_square(&raw[..first]),
+        violation: own.violation(&values),
+        // where nothing else is minimised conditions have no price
+        multipliers: if alone { vec![0.0; count] } else { own.multipliers },
+        conditions: values,
+        parameters: theta,
+        iterations: newton.steps,
+    })
+}
+
+/// Weights by which conditions change the sum as much as the residuals do.
+fn weigh(
+    residuals: &mut dyn Residuals,
+    theta: &[f64],
+    parameters: &[Parameter],
+    first: usize,
+) -> Result<Vec<f64>, FitError> {
+    let all = residuals.len();
+    let (mut at, mut slopes) = (vec![0.0; all], DMatrix::zeros(all, theta.len()));
+    residuals.evaluate(theta, &mut at, Some(&mut slopes)).map_err(FitError::Start)?;
+    if at.iter().chain(slopes.iter()).any(|x| !x.is_finite()) {
+        return Err(FitError::NotFinite);
+    }
+    if let Some(idle) = (0..theta.len()).find(|&j| slopes.column(j).amax() == 0.0) {
+        return Err(FitError::Idle(parameters[idle].name.clone()));
+    }
+    let square = |i: usize| -> f64 {
+        let scaled = |(j, own): (usize, &Parameter)| (own.scale * slopes[(i, j)]).powi(2);
+        parameters.iter().enumerate().map(scaled).sum()
+    };
+    let size: f64 = (0..first).map(square).sum();
+    let weight = |i: usize| {
+        let own = square(i);
+        // of no influence at the start: as a condition of size 1
+        if size > 0.0 && own > 0.0 { 10.0 * size / own } else { 1.0 }
+    };
+    Ok((first..all).map(weight).collect())
+}

@@ -1,0 +1,100 @@
+//! Least squares under conditions: minima by hand, with their prices.
+
+use nalgebra::DMatrix;
+use vi_control::constrained_least_squares::{Conditions, Design, DesignOutcome, minimise};
+use vi_control::least_squares::{Parameter, Refused, Residuals};
+
+type Row = (fn(&[f64]) -> f64, fn(&[f64]) -> Vec<f64>);
+
+struct Rows(Vec<Row>);
+
+impl Residuals for Rows {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+    fn evaluate(
+        &mut self,
+        theta: &[f64],
+        out: &mut [f64],
+        mut jacobian: Option<&mut DMatrix<f64>>,
+    ) -> Result<(), Refused> {
+        for (i, (value, slope)) in self.0.iter().enumerate() {
+            out[i] = value(theta);
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                slope(theta).into_iter().enumerate().for_each(|(j, x)| jacobian[(i, j)] = x);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn parameters(starts: &[f64], bounds: [f64; 2]) -> Vec<Parameter> {
+    let own = |(k, start): (usize, &f64)| {
+        let own = Parameter::new(&format!("p{k}"), *start);
+        Parameter { bounds, ..own }
+    };
+    starts.iter().enumerate().map(own).collect()
+}
+
+fn solve(rows: Vec<Row>, bounds: Vec<[f64; 2]>, own: &[Parameter]) -> Design {
+    minimise(&mut Rows(rows), &Conditions { bounds }, own, 300, &mut |_| true).unwrap()
+}
+
+const WIDE: [f64; 2] = [-10.0, 10.0];
+const X: Row = (|p| p[0] - 2.0, |_| vec![1.0, 0.0]);
+const Y: Row = (|p| 3.0 * (p[1] - 1.0), |_| vec![0.0, 3.0]);
+const CIRCLE: Row = (|p| p[0] * p[0] + p[1] * p[1], |p| vec![2.0 * p[0], 2.0 * p[1]]);
+
+/// The nearest point of a circle in a scaled distance: the multiplier is `−dJ/du`.
+#[test]
+fn an_equation_is_met_and_has_its_price() {
+    let at = |u: f64| solve(vec![X, Y, CIRCLE], vec![[u; 2]], &parameters(&[1.0, 1.0], WIDE));
+    let found = at(1.0);
+    assert_eq!(found.outcome, DesignOutcome::Optimal);
+    let ([x, y], l) = ([found.parameters[0], found.parameters[1]], found.multipliers[0]);
+    assert!((x * x + y * y - 1.0).abs() < 1e-10);
+    assert!((x - 2.0 + 2.0 * l * x).abs() < 1e-8 && (9.0 * (y - 1.0) + 2.0 * l * y).abs() < 1e-8);
+    let [more, less] = [1.0 + 1e-4, 1.0 - 1e-4].map(|u| at(u).half_sum_of_squares);
+    let slope = (more - less) / 2e-4;
+    assert!((slope + l).abs() < 1e-6, "{slope} {l}");
+}
+
+/// Bounds that are not active change nothing; active ones hold with a multiplier of their sign.
+#[test]
+fn inequalities_act_where_they_are_active() {
+    let own = parameters(&[0.5, 0.1], WIDE);
+    let free = solve(vec![X, Y, CIRCLE], vec![[f64::NEG_INFINITY, 9.0]], &own);
+    assert_eq!(free.outcome, DesignOutcome::Optimal);
+    assert!((free.parameters[0] - 2.0).abs() < 1e-9 && free.multipliers[0] == 0.0);
+    let upper = solve(vec![X, Y, CIRCLE], vec![[f64::NEG_INFINITY, 1.0]], &own);
+    assert!(upper.multipliers[0] > 0.1 && (upper.conditions[0] - 1.0).abs() < 1e-10);
+    let lower = solve(vec![X, Y, CIRCLE], vec![[9.0, f64::INFINITY]], &own);
+    assert!(lower.multipliers[0] < -0.1 && (lower.conditions[0] - 9.0).abs() < 1e-9);
+    let narrow = parameters(&[0.5, 0.1], [0.0, 0.7]);
+    let cut = solve(vec![X, Y, CIRCLE], vec![[f64::NEG_INFINITY, 9.0]], &narrow);
+    assert_eq!(cut.at_bounds, [0, 1]);
+    assert!((cut.half_sum_of_squares - 0.5 * (1.69 + 0.81)).abs() < 1e-9);
+}
+
+/// Conditions alone are solved as equations; those that nothing meets are infeasible.
+#[test]
+fn conditions_alone_are_equations() {
+    let cubic: Row = (|p| p[0].powi(3), |p| vec![3.0 * p[0] * p[0]]);
+    let found = solve(vec![cubic], vec![[0.2; 2]], &parameters(&[1.0], WIDE));
+    assert_eq!(found.outcome, DesignOutcome::Optimal);
+    assert!((found.parameters[0] - 0.2_f64.cbrt()).abs() < 1e-10);
+    let never = solve(vec![cubic], vec![[2000.0; 2]], &parameters(&[1.0], WIDE));
+    assert_eq!(never.outcome, DesignOutcome::Infeasible);
+    let both = vec![[1.0; 2], [4.0; 2]];
+    let torn = solve(vec![X, Y, CIRCLE, CIRCLE], both, &parameters(&[1.0, 1.0], WIDE));
+    assert_eq!(torn.outcome, DesignOutcome::Infeasible);
+    let seen = &mut 0;
+    let mut watch = |_: &_| {
+        *seen += 1;
+        *seen < 3
+    };
+    let bounds = Conditions { bounds: vec![[0.2; 2]] };
+    let stopped =
+        minimise(&mut Rows(vec![cubic]), &bounds, &parameters(&[9.0], WIDE), 300, &mut watch);
+    assert_eq!(stopped.unwrap().outcome, DesignOutcome::Stopped);
+}
