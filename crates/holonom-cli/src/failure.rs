@@ -23,6 +23,12 @@ pub(crate) enum Failure {
     /// Code 128 and the number of the signal: the same command continues the sweep.
     #[error("the sweep was interrupted")]
     SweepInterrupted { signal: u8 },
+    /// Code 128 and the number of the signal: the search ended before an optimum.
+    #[error("the search was interrupted")]
+    SearchInterrupted { signal: u8, folder: PathBuf },
+    /// Code 1: a search found no optimum.
+    #[error("{0}")]
+    NoOptimum(String),
     /// Code 1: some points of a sweep failed.
     #[error("{failed} of {of} points failed")]
     Points { failed: usize, of: usize, table: PathBuf },
@@ -100,6 +106,16 @@ impl Failure {
             Self::SweepInterrupted { signal } => {
                 say("the sweep was interrupted", "the same command continues it");
                 128 + signal
+            }
+            Self::SearchInterrupted { signal, folder } => {
+                let folder = folder.display();
+                let help = format!("where it was is written to {folder}; it is no optimum");
+                say("the search was interrupted", &help);
+                128 + signal
+            }
+            Self::NoOptimum(message) => {
+                say(message, "where the search ended is written; begin elsewhere, or ask for less");
+                1
             }
             Self::Points { table, .. } => {
                 let help = format!("the column `status` of {} names them", table.display());

@@ -27,6 +27,7 @@ mod import;
 mod input;
 mod memory;
 mod modes;
+mod optimize;
 mod picture;
 mod plot;
 mod progress;

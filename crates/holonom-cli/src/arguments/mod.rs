@@ -4,6 +4,7 @@
 mod configuration;
 mod gradient;
 mod model_files;
+mod optimize;
 mod plot;
 mod response;
 mod results;
@@ -16,6 +17,7 @@ mod unit;
 pub(crate) use configuration::{CheckArguments, ModesArguments, Speeds};
 pub(crate) use gradient::{By, GradientArguments};
 pub(crate) use model_files::{ExamplesArguments, ImportArguments, SchemaArguments};
+pub(crate) use optimize::OptimizeArguments;
 pub(crate) use plot::{PlotArguments, PlotStyle};
 pub(crate) use response::ResponseArguments;
 pub(crate) use results::{ExportArguments, ViewArguments};
@@ -90,6 +92,8 @@ pub(crate) enum Verb {
     Response(ResponseArguments),
     /// Derivatives of the objectives by parameters, controls and initial values
     Gradient(GradientArguments),
+    /// Find parameters, or controls, of least cost that meet the conditions
+    Optimize(OptimizeArguments),
     /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
     Verify(VerifyArguments),
     /// Show a finished run in the browser: the animated scene, charts, facts
