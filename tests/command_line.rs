@@ -40,6 +40,7 @@ mod program {
     mod guide;
     pub(crate) mod interrupted;
     mod interruption;
+    mod optima;
     mod run_files;
     #[cfg(unix)]
     mod signals;

@@ -1,14 +1,16 @@
 //! `holonom optimize`: parameters or controls of least cost that meet the conditions.
 
+use std::cell::RefCell;
 use std::fmt::Write;
+use std::rc::Rc;
 
 use holonom::model::ModelText;
 use holonom::optimize::{
-    Found, OptimizeFailure, OptimumReport, Progress, Status, optimize as find,
+    Found, OptimizeFailure, OptimumReport, Progress, Status, Watch, optimize as find,
 };
 use holonom::report::{counted as one_or, rounded};
 use holonom::run::{Control, prepare, run_with};
-use holonom::{RunFailure, RunFolder};
+use holonom::{Model, Override, RunFailure, RunFolder};
 
 use crate::arguments::OptimizeArguments;
 use crate::failure::Failure;
@@ -30,22 +32,23 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
     keep_the_model(path, &place.join("model.toml"))?;
     RunFolder::vacant(&place, &FILES, arguments.force)?;
     RunFolder::vacant(&place, &OF_RUN, arguments.force)?;
-    let signals = Signals::watch();
+    let signals = Rc::new(Signals::watch());
     let visible = !arguments.no_progress && !arguments.quiet;
     let bar = progress::bar(visible, "{spinner} iteration {pos}, {msg}");
-    let mut watch = |at: &Progress| {
-        bar.set_position(at.iteration as u64);
-        bar.set_message(format!(
+    let (shown, heard) = (bar.clone(), signals.clone());
+    let watch: Watch = Rc::new(RefCell::new(move |at: &Progress| {
+        shown.set_position(at.iteration as u64);
+        shown.set_message(format!(
             "cost {}, violation {:.1e}",
             rounded(at.cost, 8),
             at.infeasibility
         ));
-        signals.caught().is_none()
-    };
+        heard.caught().is_none()
+    }));
     let overrides = arguments.model.set.clone();
     let text = ModelText::read(path);
     let mut failed = None;
-    let make = |model: &holonom::Model| match find(&text, &overrides, model, &mut watch) {
+    let make = |model: &Model| match search(&text, &overrides, model, &watch) {
         Ok(found) => Ok(Some(found)),
         Err(OptimizeFailure::Model(error)) => Err(error),
         Err(error) => {
@@ -77,6 +80,23 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
             Err(Failure::NoOptimum(format!("no optimum: {}{missed}", status.words())))
         }
     }
+}
+
+/// Searches by the method that the program is built with.
+fn search(
+    text: &ModelText,
+    overrides: &[Override],
+    model: &Model,
+    watch: &Watch,
+) -> Result<Found, OptimizeFailure> {
+    #[cfg(feature = "optimize")]
+    {
+        let settings = model.optimize.clone().unwrap_or_default();
+        let mut method = holonom::vi_control::Pounce { max_iterations: settings.max_iterations };
+        find(text, overrides, model, Some(&mut method), watch)
+    }
+    #[cfg(not(feature = "optimize"))]
+    find(text, overrides, model, None, watch)
 }
 
 /// Runs the model of an optimum, and writes all files.

@@ -6,10 +6,10 @@
 //! (JᵀJ + S + μ I) δz = −Jᵀr                    z = θ/scale,  r = (ρ, √w v),  J = ∂r/∂z
 //! S δz = (J⁺ − J)ᵀ r⁺                          what JᵀJ lacks of the Hessian, by its last change
 //! ```
-//! The conditions enter the sum of squares with a weight `w` and a multiplier `λ` (Powell, Hestenes,
-//! Rockafellar). A weight grows where its violation does not fall to a quarter. At the end
-//! `∂(½ρᵀρ)/∂θ + λ ∂c/∂θ = 0` for parameters within their bounds: the cost changes by `−λ` with the
-//! bound of a condition that is active.
+//! The conditions enter the sum of squares with a weight `w` and a multiplier `λ` (Powell,
+//! Hestenes, Rockafellar). A weight grows where its violation does not fall to a quarter. At the
+//! end `∂(½ρᵀρ)/∂θ + λ ∂c/∂θ = 0` for parameters within their bounds: the cost changes by `−λ` with
+//! the bound of a condition that is active.
 //!
 //! Source: J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed. (2006), chapter 17; J. E.
 //! Dennis, D. M. Gay, R. E. Welsch, ACM Trans. Math. Softw. 7 (1981) 348–368 for `S`.
@@ -151,7 +151,7 @@ impl Residuals for Augmented<'_> {
         self.stopped = !(self.watch)(&evaluation);
         for k in 0..self.bounds.len() {
             let (w, row) = (self.weights[k], first + k);
-            let v = outside(out[row] + self.multipliers[k] / w, self.bounds[k]);
+            let v = outside(out[row] + self.multipliers[k] / w, self.bounds[k]); // [2.46]
             let factor =
                 if v == 0.0 && self.bounds[k][0] < self.bounds[k][1] { 0.0 } else { w.sqrt() };
             out[row] = factor * v;

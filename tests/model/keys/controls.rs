@@ -4,7 +4,10 @@
 use super::{Case, Checks, Run};
 use holonom::gradient::{ModelGradient, Wanted, gradient};
 use holonom::model::ModelText;
+use holonom::optimize::{Progress, Status, Watch, optimize};
+use std::cell::RefCell;
 use std::path::Path;
+use std::rc::Rc;
 use vi_testkit::model::{body, head, part, sensor};
 
 const STEP: f64 = 0.1;
@@ -106,7 +109,85 @@ pub(super) fn cases() -> Vec<Case> {
     let bound = "bounds are those of an optimum";
     let controls = Case::new("controls", text.clone(), judged).only("control");
     let controls = controls.blind("control.min", bound).blind("control.max", bound);
-    vec![controls, Case::new("objectives", text, judged).only("objective")]
+    vec![
+        controls,
+        Case::new("objectives", text, judged).only("objective"),
+        design("condition"),
+        design("optimize"),
+    ]
+}
+
+/// Masses that slide freely at speeds that are free: each speed follows from a condition, or from a
+/// bound.
+fn design(only: &'static str) -> Case {
+    let mut text = head("design", &format!("step = {STEP}, end = {:?}", STEP * STEPS as f64));
+    text += "[parameters]\n";
+    for (name, _) in SPEEDS {
+        text += &format!("{name} = 0.1\n");
+    }
+    for (name, _) in SPEEDS {
+        text += &body(&format!("body_{name}"), 1.0, [0.1, 0.2, 0.3]);
+        text += &part("joint", &format!("rail_{name}"));
+        text += &format!(
+            "type = \"prismatic\"\nparent = \"ground\"\nchild = \"body_{name}\"\nposition = [0.0, 0.0, 0.0]\n\
+             axis = [1.0, 0.0, 0.0]\nrate = \"= {name}\"\n"
+        );
+        text += &sensor(&format!("place_{name}"), "joint_coordinate", &format!("rail_{name}"));
+    }
+    for (name, target, weight) in
+        [("b", 2.0, 1.0), ("c", -1.0, 2.0), ("d", 5.0, 1.0), ("e", -5.0, 1.0)]
+    {
+        text += &part("objective", &format!("aim_{name}"));
+        text += &format!(
+            "type = \"sensor\"\nsensor = \"place_{name}\"\ntarget = {target:?}\nweight = {weight:?}\n"
+        );
+    }
+    let condition = |name: &str, keys: &str| {
+        part("condition", &format!("condition_{name}"))
+            + &format!("sensor = \"place_{name}\"\n{keys}\n")
+    };
+    text += &condition("a", "at = 0.6\nequals = 0.5");
+    text += &condition("b", "at = \"path\"\nmax = 0.4");
+    text += &condition("c", "min = 0.9");
+    text += "[optimize]\nstarts = 2\n";
+    for (name, bounds) in [
+        ("a", [-9.0, 9.0]),
+        ("b", [-9.0, 9.0]),
+        ("c", [-9.0, 9.0]),
+        ("d", [-9.0, 1.5]),
+        ("e", [-0.7, 9.0]),
+    ] {
+        text +=
+            &format!("parameters.{name} = {{ min = {:?}, max = {:?} }}\n", bounds[0], bounds[1]);
+    }
+    let case = Case::new(format!("design, {only}"), text, designed).only(only);
+    if only == "condition" {
+        case
+    } else {
+        case.blind("optimize.parameters", "a bound that is not active")
+    }
+}
+
+/// Speeds, m/s, of masses that move for 1.2 s.
+const SPEEDS: [(&str, f64); 5] =
+    [("a", 0.5 / 0.6), ("b", 0.4 / 1.2), ("c", 0.9 / 1.2), ("d", 1.5), ("e", -0.7)];
+
+fn designed(run: &Run) -> Checks {
+    let mut checks = Checks::default();
+    let text = ModelText::from_text(Path::new("model.toml"), &run.document.to_string());
+    let watch: Watch = Rc::new(RefCell::new(|_: &Progress| true));
+    let found = optimize(&text, &[], &run.model, None, &watch).ok();
+    let report = found.map(|own| own.report).filter(|own| own.status == Status::Optimal);
+    let Some(report) = report else {
+        checks.near("there is an optimum", 0.0, 1.0, 1e-3);
+        return checks;
+    };
+    checks.near("searches", report.starts.len() as f64, 2.0, 1e-3);
+    for (name, speed) in SPEEDS {
+        let own = report.parameters.iter().find(|own| own.name == name);
+        checks.near(name, own.map_or(f64::INFINITY, |own| own.value), speed, 1e-8);
+    }
+    checks
 }
 
 fn judged(run: &Run) -> Checks {

@@ -131,7 +131,17 @@ enum Verdict {
 
 /// Keys for which no defect reaches the judgement, or of which nothing can be judged, each with the
 /// reason.
-const EXCEPTIONS: [(&str, &str); 15] = [
+const EXCEPTIONS: [(&str, &str); 25] = [
+    ("condition.of", "rest is one of controls: holonom-sim with the feature `pounce`"),
+    ("condition.sensor", "under another name it is refused"),
+    ("condition.type", "rest is one of controls: holonom-sim with the feature `pounce`"),
+    ("optimize.guess", "of controls: holonom-sim with the feature `pounce`"),
+    ("optimize.max_iterations", "with enough of them nothing changes"),
+    ("optimize.refine", "of controls: holonom-sim with the feature `pounce`"),
+    ("optimize.time", "of controls: holonom-sim with the feature `pounce`"),
+    ("optimize.time.guess", "of controls: holonom-sim with the feature `pounce`"),
+    ("optimize.time.max", "of controls: holonom-sim with the feature `pounce`"),
+    ("optimize.time.min", "of controls: holonom-sim with the feature `pounce`"),
     ("control.max", "bounds are those of an optimum"),
     ("control.min", "bounds are those of an optimum"),
     ("constraint[rolling].plane.on", "a fixed body is one with the ground"),

@@ -108,7 +108,7 @@ impl Checker<'_> {
     pub(crate) fn optimize(&mut self, own: &Optimize) {
         if let Some(time) = own.time {
             let guess = time.guess.unwrap_or(self.model.settings.end);
-            if !(time.min > 0.0) || time.min >= time.max {
+            if time.min <= 0.0 || time.min >= time.max {
                 let message = format!("the time lies between {} s and {} s", time.min, time.max);
                 self.report("optimize.time.min", message, "write a positive time below `max`");
             } else if !(time.min..=time.max).contains(&guess) {
@@ -145,5 +145,87 @@ impl Checker<'_> {
             let help = "add a [[control]], or parameters = { NAME = { min = …, max = … } }";
             self.report("optimize", message, help);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Model;
+
+    const HEAD: &str = r#"
+        model = { name = "m" }
+        simulation = { step = 0.1, end = 1.0 }
+        body = [{ name = "b", mass = 1.0, inertia = [1.0, 1.0, 1.0] }]
+        joint = [{ name = "j", type = "revolute", parent = "ground", child = "b", position = [0, 0, 0], axis = [0, 0, 1] }]
+        sensor = [{ name = "angle", type = "joint_coordinate", of = "j" }]
+        objective = [{ name = "cheap", type = "effort" }]
+        control = [{ name = "torque", joint = "j" }]
+    "#;
+
+    fn words(more: &str) -> String {
+        Model::from_toml(&format!("{HEAD}{more}")).err().map(|e| e.to_string()).unwrap_or_default()
+    }
+
+    #[test]
+    fn conditions_that_ask_for_nothing_or_for_too_much_are_refused() {
+        let one = |keys: &str| words(&format!("condition = [{{ name = \"c\", {keys} }}]"));
+        assert_eq!(one("sensor = \"angle\", equals = 1.0"), "");
+        assert_eq!(one("type = \"rest\", of = [\"j\"]"), "");
+        assert_eq!(one("sensor = \"angle\", at = 0.3, max = 1.0"), "");
+        for (keys, words) in [
+            ("sensor = \"angle\"", "asks for nothing"),
+            ("equals = 1.0", "missing key `sensor`"),
+            ("sensor = \"angel\", equals = 1.0", "no sensor named"),
+            ("sensor = \"angle\", equals = 1.0, max = 2.0", "a value and bounds"),
+            ("sensor = \"angle\", min = 2.0, max = 2.0", "leave nothing"),
+            ("sensor = \"angle\", equals = 1.0, of = [\"j\"]", "of joints"),
+            ("sensor = \"angle\", equals = 1.0, at = 0.25", "no node at"),
+            ("sensor = \"angle\", equals = 1.0, at = 1.5", "not later than the end"),
+            ("sensor = \"angle\", equals = 1.0, at = 0.0", "not after the start"),
+            ("sensor = \"angle\", equals = 1.0, at = \"begin\"", "\"path\" or a time"),
+            ("type = \"rest\", equals = 0.0", "has no `equals`"),
+            ("type = \"rest\", at = \"path\"", "has no `at`"),
+            ("type = \"rest\", of = [\"b\"]", "is a body"),
+        ] {
+            assert!(one(keys).contains(words), "{keys}: {}", one(keys));
+        }
+        let two = |keys: &str| {
+            words(&format!(
+                "condition = [{{ name = \"c\", sensor = \"angle\", equals = 3.0 }}, {{ name = \"d\", {keys} }}]"
+            ))
+        };
+        assert!(two("sensor = \"angle\", at = \"path\", max = 2.0").contains("bounds of `d`"));
+        assert_eq!(two("sensor = \"angle\", at = \"path\", max = 4.0"), "");
+        let rest =
+            "condition = [{ name = \"c\", type = \"rest\" }, { name = \"d\", type = \"rest\" }]";
+        assert!(words(rest).contains("asks for rest as well"));
+    }
+
+    #[test]
+    fn searches_without_sense_are_refused() {
+        let one = |keys: &str| words(&format!("optimize = {{ {keys} }}"));
+        assert_eq!(one("time = { min = 0.5, max = 2.0 }, guess = \"run\", refine = 0"), "");
+        for (keys, words) in [
+            ("time = { min = 2.0, max = 1.0 }", "lies between"),
+            ("time = { min = 0.0, max = 2.0 }", "lies between"),
+            ("time = { min = 1.5, max = 2.0 }", "outside of the bounds"),
+            ("time = { min = 0.5, max = 2.0, guess = 3.0 }", "outside of the bounds"),
+            ("parameters = { a = { min = 1.0, max = 1.0 } }", "leave nothing"),
+            ("parameters = { a = { min = 1.0 } }", "missing key `max`"),
+            ("guess = \" \"", "no name"),
+            ("refine = 11", "`refine` is out of range"),
+            ("starts = 0", "`starts` is out of range"),
+            ("max_iterations = 0", "`max_iterations` is out of range"),
+        ] {
+            assert!(one(keys).contains(words), "{keys}: {}", one(keys));
+        }
+        let timed = "optimize = { time = { min = 0.5, max = 2.0 } }\n\
+                     condition = [{ name = \"c\", sensor = \"angle\", equals = 1.0, at = 0.5 }]";
+        assert!(words(timed).contains("the time is free"));
+        let bare =
+            HEAD.lines().filter(|line| !line.contains("control") && !line.contains("objective"));
+        let bare: Vec<&str> = bare.collect();
+        let error = Model::from_toml(&format!("{}\noptimize = {{ refine = 1 }}", bare.join("\n")));
+        assert!(error.unwrap_err().to_string().contains("nothing is free"));
     }
 }

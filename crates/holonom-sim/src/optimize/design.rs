@@ -45,7 +45,7 @@ impl Rows {
         for own in &model.objectives {
             let first = rows.count;
             let key = format!("objective.{}", own.name);
-            if !(own.weight > 0.0) {
+            if own.weight <= 0.0 {
                 let help = "write a positive weight: the sum of squares becomes least";
                 return Err(refused(
                     &format!("{key}.weight"),
@@ -103,7 +103,13 @@ impl Rows {
         self.count += nodes.len();
         let values = vec![value; nodes.len()];
         let steps = nodes.into_iter().map(|node| node as f64).collect();
-        self.series.push(Series { sensor: self.reads.len(), reading: Reading::Value, sigma, steps, values });
+        self.series.push(Series {
+            sensor: self.reads.len(),
+            reading: Reading::Value,
+            sigma,
+            steps,
+            values,
+        });
         self.reads.push(SensorRead { key: key.to_owned(), sensor: sensor.to_owned() });
     }
 }
@@ -247,7 +253,7 @@ pub(super) fn design(
 /// What terms of time add to the cost.
 fn constant(model: &Model) -> f64 {
     let time = |own: &&holonom_model::Objective| own.kind == ObjectiveKind::Time;
-    model.objectives.iter().filter(time).map(|own| own.weight * model.settings.end).sum()
+    model.objectives.iter().filter(time).fold(0.0, |sum, own| sum + own.weight * model.settings.end)
 }
 
 fn status(outcome: DesignOutcome) -> Status {
@@ -296,7 +302,7 @@ fn report(
         steps: last_step(model),
         step: model.settings.step,
         time: model.settings.end,
-        cost: terms.iter().map(|own| own.value).sum(),
+        cost: terms.iter().map(|own| own.value).fold(0.0, |sum, value| sum + value),
         terms,
         parameters: parameters.iter().enumerate().map(parameter).collect(),
         conditions: model.conditions.iter().zip(&rows.conditions).map(met).collect(),

@@ -3,6 +3,8 @@
 use crate::gradient::TermValue;
 use holonom_model::{Condition, Model, ModelError};
 use serde::Serialize;
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// Seed of disturbed beginnings.
 pub(super) const SEED: u64 = 20_101_127;
@@ -263,6 +265,9 @@ pub struct Progress {
     pub infeasibility: f64,
 }
 
+/// Sees each iteration; false stops.
+pub type Watch = Rc<RefCell<dyn FnMut(&Progress) -> bool>>;
+
 /// An optimum with what its files hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
@@ -272,7 +277,8 @@ pub struct Found {
     pub steps: Vec<Step>,
     /// The model of the optimum, for an ordinary run.
     pub model: Model,
-    /// The multipliers of the balances at the nodes 0 to N − 1, one for each coordinate of the tree.
+    /// The multipliers of the balances at the nodes 0 to N − 1, one for each coordinate of the
+    /// tree.
     pub costates: Vec<Vec<f64>>,
     /// Of each step the value of each control, N or N·m.
     pub controls: Vec<Vec<f64>>,

@@ -3,9 +3,13 @@
 //!
 //! | file | concept |
 //! |---|---|
+//! | `control` | controls, and the time |
 //! | `design` | parameters alone |
 //! | `found`, `tables` | what an optimum is |
 
+mod control;
+#[cfg(test)]
+mod control_tests;
 mod design;
 mod found;
 mod tables;
@@ -14,13 +18,14 @@ mod tests;
 
 pub use found::{
     ConditionMet, ControlFound, Found, Judged, OptimizeFailure, OptimumReport, ParameterFound,
-    Progress, Refinement, Replayed, StartFound, Status, Step,
+    Progress, Refinement, Replayed, StartFound, Status, Step, Watch,
 };
 
 use crate::design::refused;
 use holonom_model::{Model, ModelText, Optimize, Override};
+use vi_control::program::NlpSolver;
 
-/// Finds an optimum of a model; `progress` sees each iteration, false stops.
+/// Finds an optimum of a model; `method`: what solves nonlinear programs, for controls.
 ///
 /// # Errors
 /// [`OptimizeFailure`]; how a search ended is a [`Status`].
@@ -28,7 +33,8 @@ pub fn optimize(
     text: &ModelText,
     overrides: &[Override],
     model: &Model,
-    progress: &mut dyn FnMut(&Progress) -> bool,
+    method: Option<&mut dyn NlpSolver>,
+    progress: &Watch,
 ) -> Result<Found, OptimizeFailure> {
     let settings = model.optimize.clone().unwrap_or_else(Optimize::default);
     if model.controls.is_empty() && settings.parameters.is_empty() {
@@ -37,9 +43,14 @@ pub fn optimize(
         return Err(refused("optimize", "a search in which nothing is free", help).into());
     }
     if model.controls.is_empty() {
-        return design::design(text, overrides, model, &settings, progress);
+        let watch = &mut |at: &Progress| (progress.borrow_mut())(at);
+        return design::design(text, overrides, model, &settings, watch);
+    }
+    if let Some(method) = method {
+        return control::control(model, &settings, method, progress);
     }
     let what = "a search for controls, for which this program has no method";
-    let help = "build it with its feature: `cargo install holonom-cli --features optimize`";
+    let help =
+        "build it with its feature: `cargo install --path crates/holonom-cli --features optimize`";
     Err(refused("control", what, help).into())
 }

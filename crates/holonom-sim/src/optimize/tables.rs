@@ -51,8 +51,8 @@ impl Found {
         out
     }
 
-    /// `costates.csv`: the time of each node but the last, s, and the multipliers of its balances, one
-    /// for each coordinate of the spanning tree.
+    /// `costates.csv`: the time of each node but the last, s, and the multipliers of its balances,
+    /// one for each coordinate of the spanning tree.
     #[must_use]
     pub fn costates(&self) -> String {
         let count = self.costates.first().map_or(0, Vec::len);

@@ -1,8 +1,12 @@
 //! Designs with answers that are known.
 
+#![allow(clippy::float_cmp)] // what is exact
+
 use super::{Found, OptimizeFailure, Status, optimize};
 use holonom_model::{ModelText, Override};
+use std::cell::RefCell;
 use std::path::Path;
+use std::rc::Rc;
 
 /// A pendulum of a point mass on a rod of a length, from rest at an angle.
 const PENDULUM: &str = r#"
@@ -35,7 +39,8 @@ of = "bob"
 fn found(text: &str, overrides: &[Override]) -> Result<Found, OptimizeFailure> {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(overrides)?;
-    optimize(&text, overrides, &model, &mut |_| true)
+    let watch: super::Watch = Rc::new(RefCell::new(|_: &super::Progress| true));
+    optimize(&text, overrides, &model, None, &watch)
 }
 
 /// A quarter of a period of 2 s: the length of a seconds pendulum of finite amplitude,
