@@ -17,6 +17,7 @@
 
 use crate::least_squares::{FitError, Parameter, Refused, Residuals};
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 use vi_core::linear::{dot, norm_inf};
 
 /// Violations, in parts of the size of the bound or of 1, below which a condition is met.
@@ -34,6 +35,9 @@ const HEAVIEST: f64 = 1e9;
 pub struct Conditions {
     /// `[l, u]` of each, equal for an equation, infinite where there is none.
     pub bounds: Vec<[f64; 2]>,
+    /// Those that follow one another along a path: where they are active one by one, the extremes
+    /// among neighbours are.
+    pub paths: Vec<Range<usize>>,
 }
 
 /// How a design ended.
@@ -87,6 +91,7 @@ pub struct Evaluation {
 struct Augmented<'a> {
     own: &'a mut dyn Residuals,
     bounds: &'a [[f64; 2]],
+    paths: &'a [Range<usize>],
     multipliers: Vec<f64>,
     weights: Vec<f64>, // w
     watch: &'a mut dyn FnMut(&Evaluation) -> bool,
@@ -123,7 +128,39 @@ impl Augmented<'_> {
             let w = self.weights[k];
             w * outside(c + self.multipliers[k] / w, self.bounds[k])
         };
-        conditions.iter().enumerate().map(next).collect()
+        let mut renewed: Vec<f64> = conditions.iter().enumerate().map(next).collect();
+        for path in self.paths {
+            for k in path.clone() {
+                let multiplier = std::mem::take(&mut renewed[k]);
+                renewed[extreme(conditions, path, k, multiplier)] += multiplier;
+            }
+        }
+        renewed
+    }
+
+    /// By how much multipliers change with the rounding of conditions.
+    fn rounding(&self) -> f64 {
+        let size = |(w, bounds): (&f64, &[f64; 2])| {
+            let size = bounds.iter().filter(|x| x.is_finite()).fold(1.0_f64, |s, x| s.max(x.abs()));
+            8.0 * f64::EPSILON * w * size
+        };
+        self.weights.iter().zip(self.bounds).map(size).fold(0.0, f64::max)
+    }
+}
+
+/// The place on a path, uphill from `k`, where a value is an extreme among its neighbours: a
+/// largest one where the multiplier is of an upper bound, a least one of a lower bound.
+fn extreme(values: &[f64], path: &Range<usize>, k: usize, multiplier: f64) -> usize {
+    let height = |i: usize| if multiplier >= 0.0 { values[i] } else { -values[i] };
+    let mut at = k;
+    loop {
+        let before = at.checked_sub(1).filter(|i| path.contains(i));
+        let after = Some(at + 1).filter(|i| path.contains(i));
+        let higher = before.into_iter().chain(after).filter(|&i| height(i) > height(at));
+        match higher.max_by(|a, b| height(*a).total_cmp(&height(*b))) {
+            Some(next) => at = next,
+            None => return at,
+        }
     }
 }
 
@@ -196,9 +233,9 @@ impl Point {
     /// Parameters that are not held at a bound.
     fn free(&self, parameters: &[Parameter]) -> Vec<usize> {
         let held = |j: &usize| {
-            let [min, max] = parameters[*j].bounds;
-            let (theta, slope) = (parameters[*j].scale * self.z[*j], self.gradient[*j]);
-            min >= max || theta <= min && slope > 0.0 || theta >= max && slope < 0.0
+            let [min, max] = relative(&parameters[*j]);
+            let (z, slope) = (self.z[*j], self.gradient[*j]);
+            min >= max || z <= min && slope > 0.0 || z >= max && slope < 0.0
         };
         (0..self.z.len()).filter(|j| !held(j)).collect()
     }
@@ -214,10 +251,19 @@ impl Point {
     }
 }
 
-/// `θ`, each within its bounds.
+/// `θ`; a bound is met exactly.
 fn theta(parameters: &[Parameter], z: &[f64]) -> Vec<f64> {
-    let value = |(own, z): (&Parameter, &f64)| (own.scale * z).clamp(own.bounds[0], own.bounds[1]);
+    let value = |(own, z): (&Parameter, &f64)| match (relative(own), own.bounds) {
+        ([lower, _], [min, _]) if *z <= lower => min,
+        ([_, upper], [_, max]) if *z >= upper => max,
+        (_, [min, max]) => (own.scale * z).clamp(min, max),
+    };
     parameters.iter().zip(z).map(value).collect()
+}
+
+/// The bounds of `z`.
+fn relative(own: &Parameter) -> [f64; 2] {
+    own.bounds.map(|bound| bound / own.scale)
 }
 
 /// How a round ended.
@@ -288,7 +334,7 @@ impl Newton<'_> {
             let mut z = at.z.clone();
             for (&j, change) in free.iter().zip(change.iter()) {
                 let own = &self.parameters[j];
-                let [min, max] = own.bounds.map(|bound| bound / own.scale);
+                let [min, max] = relative(own);
                 z[j] = (z[j] + change).clamp(min, max);
             }
             let moved: Vec<f64> = z.iter().zip(&at.z).map(|(a, b)| a - b).collect();
@@ -364,7 +410,9 @@ pub fn minimise(
     let weights = weigh(residuals, &theta(parameters, &z), parameters, first)?;
     let least = weights.clone();
     let multipliers = vec![0.0; count];
-    let mut own = Augmented { own: residuals, bounds, multipliers, weights, watch, stopped: false };
+    let paths = &conditions.paths[..];
+    let mut own =
+        Augmented { own: residuals, bounds, paths, multipliers, weights, watch, stopped: false };
     let p = parameters.len();
     let mut newton =
         Newton { parameters, S: DMatrix::zeros(p, p), damping: 1e-3, steps: 0, most: max_steps };
@@ -390,7 +438,8 @@ pub fn minimise(
         let next = own.renewed(values);
         let size = norm_inf(&next);
         let moved = next.iter().zip(&own.multipliers).map(|(a, b)| a - b).collect::<Vec<_>>();
-        let (met, settled) = (own.is_met(values), norm_inf(&moved) <= SETTLED * size || alone);
+        let (met, settled) =
+            (own.is_met(values), norm_inf(&moved) <= (SETTLED * size).max(own.rounding()) || alone);
         own.multipliers = next;
         outcome = match ended {
             Round::Exhausted => Some(DesignOutcome::Exhausted),

@@ -37,7 +37,8 @@ fn parameters(starts: &[f64], bounds: [f64; 2]) -> Vec<Parameter> {
 }
 
 fn solve(rows: Vec<Row>, bounds: Vec<[f64; 2]>, own: &[Parameter]) -> Design {
-    minimise(&mut Rows(rows), &Conditions { bounds }, own, 300, &mut |_| true).unwrap()
+    minimise(&mut Rows(rows), &Conditions { bounds, paths: Vec::new() }, own, 300, &mut |_| true)
+        .unwrap()
 }
 
 const WIDE: [f64; 2] = [-10.0, 10.0];
@@ -93,8 +94,49 @@ fn conditions_alone_are_equations() {
         *seen += 1;
         *seen < 3
     };
-    let bounds = Conditions { bounds: vec![[0.2; 2]] };
+    let bounds = Conditions { bounds: vec![[0.2; 2]], paths: Vec::new() };
     let stopped =
         minimise(&mut Rows(vec![cubic]), &bounds, &parameters(&[9.0], WIDE), 300, &mut watch);
     assert_eq!(stopped.unwrap().outcome, DesignOutcome::Stopped);
+}
+
+/// A bound along a path of fifty places: the place of the extreme alone has a multiplier, whatever
+/// its neighbours miss on the way; another start ends at the same point.
+#[test]
+fn a_path_touches_its_bound_at_an_extreme() {
+    struct Path;
+    impl Residuals for Path {
+        fn len(&self) -> usize {
+            51
+        }
+        fn evaluate(
+            &mut self,
+            theta: &[f64],
+            out: &mut [f64],
+            mut jacobian: Option<&mut DMatrix<f64>>,
+        ) -> Result<(), Refused> {
+            out[0] = theta[0] - 2.0;
+            for i in 1..51 {
+                out[i] = theta[0] * (0.1 * (i as f64 - 20.3)).cos();
+            }
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                jacobian[(0, 0)] = 1.0;
+                (1..51).for_each(|i| jacobian[(i, 0)] = (0.1 * (i as f64 - 20.3)).cos());
+            }
+            Ok(())
+        }
+    }
+    let bounds = vec![[f64::NEG_INFINITY, 0.8]; 50];
+    let conditions = Conditions { bounds, paths: vec![0..50] };
+    for start in [0.3, 1.0, 5.0] {
+        let own = parameters(&[start], WIDE);
+        let found = minimise(&mut Path, &conditions, &own, 300, &mut |_| true).unwrap();
+        assert_eq!(found.outcome, DesignOutcome::Optimal);
+        let largest = (0.03_f64).cos();
+        assert!((found.parameters[0] - 0.8 / largest).abs() < 1e-9);
+        let active: Vec<usize> = (0..50).filter(|&i| found.multipliers[i] != 0.0).collect();
+        assert_eq!(active, [19], "from {start}");
+        assert!((found.multipliers[19] * largest - (2.0 - 0.8 / largest)).abs() < 1e-6);
+        assert!(found.iterations < 60, "{}", found.iterations);
+    }
 }

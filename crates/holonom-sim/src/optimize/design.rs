@@ -184,7 +184,9 @@ pub(super) fn design(
     let wrong =
         |error: vi_control::identification::SeriesError| OptimizeFailure::Run(error.to_string());
     let mut residuals = MotionResiduals::new(trials(), rows.series.clone()).map_err(wrong)?;
-    let conditions = Conditions { bounds: rows.bounds.clone() };
+    let first = rows.count - rows.bounds.len();
+    let paths = rows.conditions.iter().map(|own| own.start - first..own.end - first).collect();
+    let conditions = Conditions { bounds: rows.bounds.clone(), paths };
     let (mut best, mut starts): (Option<(Design, Vec<Step>)>, _) = (None, Vec::new());
     let mut random = Random(SEED);
     for start in 1..=settings.starts {
