@@ -23,7 +23,7 @@ pub(crate) enum Measured {
         /// Which of its coordinates.
         freedom: usize,
         /// What it is.
-        coordinate: JointCoordinate,
+        coordinate: Box<JointCoordinate>,
     },
 }
 
@@ -54,7 +54,7 @@ impl Quantity for Measured {
                 let along = line / length;
                 (v.dot(&w) - along.dot(&v) * along.dot(&w)) / length
             }
-            Self::Joint { coordinate, .. } => Quantity::second(coordinate, at, v, w),
+            Self::Joint { coordinate, .. } => coordinate.second(at.q, v, w),
         }
     }
 }
@@ -99,7 +99,7 @@ impl Measured {
                 let joint = model.joints.iter().position(|joint| joint.name == sensor.of);
                 let freedom = part.map_or(Ok(0), str::parse::<usize>);
                 let found = joint.zip(freedom.ok()).and_then(|(joint, freedom)| {
-                    let coordinate = mechanism.coordinate(joint, freedom)?;
+                    let coordinate = Box::new(mechanism.coordinate(joint, freedom)?);
                     Some(Self::Joint { joint, freedom, coordinate })
                 });
                 found.ok_or_else(|| {

@@ -22,7 +22,7 @@ pub use found::{
 };
 
 use crate::design::refused;
-use holonom_model::{Model, ModelText, Optimize, Override};
+use holonom_model::{Model, ModelText, Override};
 use vi_control::program::NlpSolver;
 
 /// Finds an optimum of a model; `method`: what solves nonlinear programs, for controls.
@@ -36,7 +36,7 @@ pub fn optimize(
     method: Option<&mut dyn NlpSolver>,
     progress: &Watch,
 ) -> Result<Found, OptimizeFailure> {
-    let settings = model.optimize.clone().unwrap_or_else(Optimize::default);
+    let settings = model.optimize.clone().unwrap_or_default();
     if model.controls.is_empty() && settings.parameters.is_empty() {
         let help =
             "add a [[control]], or [optimize] with parameters = { NAME = { min = …, max = … } }";
