@@ -187,6 +187,10 @@ fn designed(run: &Run) -> Checks {
         let own = report.parameters.iter().find(|own| own.name == name);
         checks.near(name, own.map_or(f64::INFINITY, |own| own.value), speed, 1e-8);
     }
+    for (name, value) in [("condition_a", 0.5), ("condition_b", 0.4), ("condition_c", 0.9)] {
+        let own = report.conditions.iter().find(|own| own.name == name);
+        checks.near(name, own.map_or(f64::INFINITY, |own| own.value), value, 1e-8);
+    }
     checks
 }
 

@@ -211,7 +211,7 @@ mod tests {
             ("time = { min = 1.5, max = 2.0 }", "outside of the bounds"),
             ("time = { min = 0.5, max = 2.0, guess = 3.0 }", "outside of the bounds"),
             ("parameters = { a = { min = 1.0, max = 1.0 } }", "leave nothing"),
-            ("parameters = { a = { min = 1.0 } }", "missing key `max`"),
+            ("parameters = { a = { min = 1.0 } }", "the key `max` is missing"),
             ("guess = \" \"", "no name"),
             ("refine = 11", "`refine` is out of range"),
             ("starts = 0", "`starts` is out of range"),
