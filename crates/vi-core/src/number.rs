@@ -6,7 +6,7 @@
 //! A formula of the elements that is evaluated with a [`Dual64`] gives its value and its derivative
 //! by one parameter, exactly; with `f64` it is the formula of the step.
 
-use num_dual::Dual64;
+use num_dual::{Dual64, HyperDual64};
 
 /// `f64`, or a number with its derivative by a parameter.
 pub trait Number: nalgebra::RealField + Copy {
@@ -66,6 +66,41 @@ impl Number for Dual64 {
     }
 }
 
+/// `x + ε_1 x_1 + ε_2 x_2 + ε_1 ε_2 x_12`: two derivatives at once.
+impl Number for HyperDual64 {
+    fn of(value: f64) -> Self {
+        Self::from_re(value)
+    }
+    fn real(self) -> f64 {
+        self.re
+    }
+    fn vanishes(self) -> bool {
+        [self.re, self.eps1, self.eps2, self.eps1eps2] == [0.0; 4]
+    }
+    fn arctangent(self, x: Self) -> Self {
+        let y = self;
+        let square = y.re * y.re + x.re * x.re;
+        let first = x.re * y.eps1 - y.re * x.eps1;
+        let second = x.re * y.eps2 - y.re * x.eps2;
+        let mixed = x.eps2 * y.eps1 + x.re * y.eps1eps2 - y.eps2 * x.eps1 - y.re * x.eps1eps2;
+        let grown = 2.0 * (x.re * x.eps2 + y.re * y.eps2);
+        Self::new(
+            libm::atan2(y.re, x.re),
+            first / square,
+            second / square,
+            (mixed - first * grown / square) / square,
+        )
+    }
+    fn sine_cosine(self) -> [Self; 2] {
+        let (sine, cosine) = (libm::sin(self.re), libm::cos(self.re));
+        let of = |value: f64, slope: f64| {
+            let bend = slope * self.eps1eps2 - value * self.eps1 * self.eps2;
+            Self::new(value, slope * self.eps1, slope * self.eps2, bend)
+        };
+        [of(sine, cosine), of(cosine, -sine)]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,6 +113,18 @@ mod tests {
         assert!((again.re - 2.3).abs() < 1e-15 && (again.eps - 0.7).abs() < 1e-15);
         let [long, wide] = [sine * Dual64::new(3.0, 0.4), cosine * Dual64::new(3.0, 0.4)];
         assert!((long.arctangent(wide).eps - 0.7).abs() < 1e-15, "a length turns nothing");
+    }
+
+    #[test]
+    fn second_derivatives_of_angles_follow_from_their_functions() {
+        let angle = HyperDual64::new(2.3, 0.7, -0.4, 0.9);
+        let [sine, cosine] = angle.sine_cosine();
+        let length = HyperDual64::new(3.0, 0.4, 0.2, -0.5);
+        let again = (sine * length).arctangent(cosine * length);
+        let parts = [again.re, again.eps1, again.eps2, again.eps1eps2];
+        for (part, exact) in parts.into_iter().zip([2.3, 0.7, -0.4, 0.9]) {
+            assert!((part - exact).abs() < 1e-14, "{part} for {exact}");
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@
 
 #![allow(non_snake_case)] // G: the Jacobian of g
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Scalar, Vector3};
 use vi_core::momentum_map::Momentum;
 use vi_core::sparse::Entries;
 
@@ -25,14 +25,14 @@ pub const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 /// The centre `φ`, m.
 #[must_use]
 #[inline]
-pub fn center(q: &[f64]) -> Vector3<f64> {
+pub fn center<T: Scalar + Copy>(q: &[T]) -> Vector3<T> {
     Vector3::new(q[0], q[1], q[2])
 }
 
 /// The director `d_{i+1}`, `i = 0, 1, 2`.
 #[must_use]
 #[inline]
-pub fn director(q: &[f64], i: usize) -> Vector3<f64> {
+pub fn director<T: Scalar + Copy>(q: &[T], i: usize) -> Vector3<T> {
     let k = 3 + 3 * i;
     Vector3::new(q[k], q[k + 1], q[k + 2])
 }

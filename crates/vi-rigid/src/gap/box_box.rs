@@ -20,9 +20,10 @@ use super::contact_point::ContactPoint;
 use super::points_plane::Plane;
 use super::solids::{FACES, face};
 use nalgebra::{Matrix3, Vector3};
+use vi_core::Number;
 
 /// A box in space: centre, axes, half lengths.
-pub(super) type Place = (Vector3<f64>, Matrix3<f64>, Vector3<f64>);
+pub(super) type Place<T = f64> = (Vector3<T>, Matrix3<T>, Vector3<f64>);
 
 const CORNERS: u32 = 8;
 const OF_A: u32 = CORNERS * FACES;
@@ -43,8 +44,8 @@ fn side(bit: u32) -> f64 {
 }
 
 /// Corner `k`: its sides along the three axes are the bits.
-pub(super) fn corner((center, axes, half): &Place, k: u32) -> Vector3<f64> {
-    center + axes * Vector3::from_fn(|i, _| side(k >> i) * half[i])
+pub(super) fn corner<T: Number>((center, axes, half): &Place<T>, k: u32) -> Vector3<T> {
+    center + axes * Vector3::from_fn(|i, _| T::of(side(k >> i) * half[i]))
 }
 
 /// Edge `k`: its middle and its half, along the axis `k/4`, at the sides by the two bits.

@@ -2,22 +2,23 @@
 
 use crate::directors::{FRAME, center, director};
 use nalgebra::Vector3;
+use vi_core::Number;
 
 /// The frame of the ground.
 pub const GROUND: [f64; FRAME] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 /// The closest points of two shapes, in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactPoint {
+pub struct ContactPoint<T = f64> {
     /// `g`, m; negative where the shapes overlap.
-    pub gap: f64,
+    pub gap: T,
     /// Unit normal, from A to B.
-    pub normal: Vector3<f64>,
+    pub normal: Vector3<T>,
     /// The middle of the closest points, m.
-    pub point: Vector3<f64>,
+    pub point: Vector3<T>,
 }
 
-impl ContactPoint {
+impl<T: Number> ContactPoint<T> {
     /// The same with A and B exchanged.
     #[must_use]
     pub fn exchanged(self) -> Self {
@@ -26,15 +27,15 @@ impl ContactPoint {
 }
 
 /// A point in the components of its frame, moved to space.
-pub(super) fn in_space(frame: &[f64], point: &Vector3<f64>) -> Vector3<f64> {
+pub(super) fn in_space<T: Number>(frame: &[T], point: &Vector3<f64>) -> Vector3<T> {
     center(frame) + turned(frame, point)
 }
 
 /// A direction in the components of its frame, turned to space.
-pub(super) fn turned(frame: &[f64], direction: &Vector3<f64>) -> Vector3<f64> {
-    director(frame, 0) * direction.x
-        + director(frame, 1) * direction.y
-        + director(frame, 2) * direction.z
+pub(super) fn turned<T: Number>(frame: &[T], direction: &Vector3<f64>) -> Vector3<T> {
+    director(frame, 0) * T::of(direction.x)
+        + director(frame, 1) * T::of(direction.y)
+        + director(frame, 2) * T::of(direction.z)
 }
 
 /// The components `ϱ_I = (x − φ)·d_I` of a point in space.

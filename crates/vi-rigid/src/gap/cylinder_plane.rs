@@ -13,6 +13,7 @@ use super::contact_point::{ContactPoint, in_space, turned};
 use super::points_plane::Plane;
 use super::solids::perpendicular;
 use nalgebra::Vector3;
+use vi_core::Number;
 
 /// Of a cylinder on a plane: four points of each rim.
 pub(super) const FEATURES: u32 = 2 * POINTS;
@@ -23,27 +24,28 @@ const STANDS: f64 = 0.1;
 const FIXED: f64 = 1e-9;
 
 /// The contact of a point of a rim; that of a point that does not count has a large gap.
-pub(super) fn contact(
+pub(super) fn contact<T: Number>(
     feature: u32,
-    plane: &Plane,
+    plane: &Plane<T>,
     (ends, radius): (&[Vector3<f64>; 2], f64),
-    frame: &[f64],
-) -> ContactPoint {
+    frame: &[T],
+) -> ContactPoint<T> {
     let own = (ends[1] - ends[0]).normalize();
     let axis = turned(frame, &own);
     let across = plane.normal - axis * plane.normal.dot(&axis);
     let fixed = turned(frame, &perpendicular(&own));
     let side = axis.cross(&fixed);
+    let (near, half, leg) = (T::of(FIXED), T::of(0.5), T::of(0.5 * 3.0_f64.sqrt()));
     let direction = match feature % POINTS {
-        0 => (fixed * (FIXED * (FIXED / across.norm()).min(1.0)) - across).normalize(),
-        1 => fixed * 0.5 + side * (0.5 * 3.0_f64.sqrt()),
+        0 => (fixed * (near * (near / across.norm()).min(T::of(1.0))) - across).normalize(),
+        1 => fixed * half + side * leg,
         2 => -fixed,
-        _ => fixed * 0.5 - side * (0.5 * 3.0_f64.sqrt()),
+        _ => fixed * half - side * leg,
     };
     let rim = in_space(frame, &ends[(feature / POINTS) as usize]);
-    let found = plane.contact_with(&(rim + direction * radius));
-    match feature.is_multiple_of(POINTS) || across.norm() < STANDS {
+    let found = plane.contact_with(&(rim + direction * T::of(radius)));
+    match feature.is_multiple_of(POINTS) || Number::real(across.norm()) < STANDS {
         true => found,
-        false => ContactPoint { gap: f64::MAX, ..found },
+        false => ContactPoint { gap: T::of(f64::MAX), ..found },
     }
 }

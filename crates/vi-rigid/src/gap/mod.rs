@@ -40,6 +40,7 @@ use box_box::Place;
 use contact_point::in_space;
 use nalgebra::{Matrix3, Vector3};
 use solids::Solid;
+use vi_core::Number;
 
 /// A shape in the components of its frame, lengths in m.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,7 +154,7 @@ impl ContactShape {
     }
 
     /// A box on a frame; `None` of other shapes.
-    fn place(&self, frame: &[f64]) -> Option<Place> {
+    fn place<T: Number>(&self, frame: &[T]) -> Option<Place<T>> {
         match Solid::in_space(self, frame)? {
             Solid::Box(center, axes, half) => Some((center, axes, half)),
             Solid::Cylinder(..) => None,
@@ -228,6 +229,20 @@ pub fn has_gap(a: &ContactShape, b: &ContactShape) -> bool {
     one_way(a, b).or(one_way(b, a)).is_some()
 }
 
+/// Whether every feature of two shapes has a gap that is smooth, and counts as long as it is
+/// negative: no edge that could meet an edge, no rim that stands.
+#[must_use]
+pub fn is_smooth(a: &ContactShape, b: &ContactShape) -> bool {
+    use ContactShape::{Box, Cylinder, Plane, Points};
+    let edged = match (a, b) {
+        (Plane { .. }, Cylinder { .. }) | (Cylinder { .. }, Plane { .. }) => true,
+        (Box { .. }, Box { .. }) => true,
+        (Box { .. }, Points { radius, .. }) | (Points { radius, .. }, Box { .. }) => *radius == 0.0,
+        _ => false,
+    };
+    has_gap(a, b) && !edged
+}
+
 /// How many features two shapes have; 0 where there is no formula for them.
 #[must_use]
 pub fn features(a: &ContactShape, b: &ContactShape) -> u32 {
@@ -284,6 +299,22 @@ pub fn contact(
     (a, frame_a): (&ContactShape, &[f64]),
     (b, frame_b): (&ContactShape, &[f64]),
 ) -> ContactPoint {
+    match (a.place(frame_a), b.place(frame_b)) {
+        (Some(a), Some(b)) => box_box::contact(feature, &a, &b),
+        _ => smooth_contact(feature, (a, frame_a), (b, frame_b)),
+    }
+}
+
+/// The same for any number type, of all pairs but two boxes.
+///
+/// # Panics
+/// Where they have no [`features`], and of two boxes.
+#[must_use]
+pub fn smooth_contact<T: Number>(
+    feature: u32,
+    (a, frame_a): (&ContactShape, &[T]),
+    (b, frame_b): (&ContactShape, &[T]),
+) -> ContactPoint<T> {
     match one_way(a, b) {
         None => between(feature, (b, frame_b), (a, frame_a)).map(ContactPoint::exchanged),
         Some(_) => between(feature, (a, frame_a), (b, frame_b)),
@@ -291,11 +322,11 @@ pub fn contact(
     .expect("a pair of shapes with a gap")
 }
 
-fn between(
+fn between<T: Number>(
     feature: u32,
-    (a, frame_a): (&ContactShape, &[f64]),
-    (b, frame_b): (&ContactShape, &[f64]),
-) -> Option<ContactPoint> {
+    (a, frame_a): (&ContactShape, &[T]),
+    (b, frame_b): (&ContactShape, &[T]),
+) -> Option<ContactPoint<T>> {
     use ContactShape::{Box, Capsule, Cylinder, Ellipsoid, Plane, Points};
     let index = feature as usize;
     match (a, b) {
@@ -326,9 +357,6 @@ fn between(
         }
         (Capsule { .. }, Capsule { .. }) => {
             Some(segments::contact(feature, (a, frame_a), (b, frame_b)))
-        }
-        (Box { .. }, Box { .. }) => {
-            Some(box_box::contact(feature, &a.place(frame_a)?, &b.place(frame_b)?))
         }
         (Box { .. }, Points { points, radius }) if *radius == 0.0 => {
             let (center, axes, half) = a.place(frame_a)?;

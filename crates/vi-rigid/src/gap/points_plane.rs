@@ -7,32 +7,38 @@
 
 use super::contact_point::{ContactPoint, in_space, turned};
 use nalgebra::Vector3;
+use vi_core::Number;
 
 /// A plane in space.
 #[derive(Clone, Copy, Debug)]
-pub struct Plane {
+pub struct Plane<T = f64> {
     /// A point of it.
-    pub point: Vector3<f64>,
+    pub point: Vector3<T>,
     /// Its unit normal, out of the body.
-    pub normal: Vector3<f64>,
+    pub normal: Vector3<T>,
 }
 
-impl Plane {
+impl<T: Number> Plane<T> {
     /// A plane in the components of its frame.
     #[must_use]
-    pub fn in_space(point: &Vector3<f64>, normal: &Vector3<f64>, frame: &[f64]) -> Self {
+    pub fn in_space(point: &Vector3<f64>, normal: &Vector3<f64>, frame: &[T]) -> Self {
         Self { point: in_space(frame, point), normal: turned(frame, normal) }
     }
 
     /// The contact with the lowest point of a body.
-    pub(super) fn contact_with(&self, lowest: &Vector3<f64>) -> ContactPoint {
+    pub(super) fn contact_with(&self, lowest: &Vector3<T>) -> ContactPoint<T> {
         let gap = self.normal.dot(&(lowest - self.point));
-        ContactPoint { gap, normal: self.normal, point: lowest - self.normal * (0.5 * gap) }
+        ContactPoint { gap, normal: self.normal, point: lowest - self.normal * (T::of(0.5) * gap) }
     }
 }
 
 /// The contact of a ball about a point.
 #[must_use]
-pub fn contact(plane: &Plane, point: &Vector3<f64>, radius: f64, frame: &[f64]) -> ContactPoint {
-    plane.contact_with(&(in_space(frame, point) - plane.normal * radius))
+pub fn contact<T: Number>(
+    plane: &Plane<T>,
+    point: &Vector3<f64>,
+    radius: f64,
+    frame: &[T],
+) -> ContactPoint<T> {
+    plane.contact_with(&(in_space(frame, point) - plane.normal * T::of(radius)))
 }

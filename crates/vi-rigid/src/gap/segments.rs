@@ -11,6 +11,7 @@
 use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space};
 use nalgebra::Vector3;
+use vi_core::Number;
 
 /// Of a pair of capsules.
 pub(super) const FEATURES: u32 = 2;
@@ -19,63 +20,66 @@ const PARALLEL: f64 = 1e-12;
 
 /// A segment in space with its radius.
 #[derive(Clone, Copy, Debug)]
-struct Segment {
-    start: Vector3<f64>,
-    along: Vector3<f64>,
-    radius: f64,
+struct Segment<T> {
+    start: Vector3<T>,
+    along: Vector3<T>,
+    radius: T,
 }
 
-impl Segment {
-    fn new((shape, frame): (&ContactShape, &[f64])) -> Self {
+impl<T: Number> Segment<T> {
+    fn new((shape, frame): (&ContactShape, &[T])) -> Self {
         let ContactShape::Capsule { ends, radius } = shape else {
             unreachable!("a pair of capsules")
         };
         let [start, end] = ends.map(|end| in_space(frame, &end));
-        Self { start, along: end - start, radius: *radius }
+        Self { start, along: end - start, radius: T::of(*radius) }
     }
 
-    fn at(&self, s: f64) -> Vector3<f64> {
+    fn at(&self, s: T) -> Vector3<T> {
         self.start + self.along * s
     }
 
     /// The parameter of the point next to `x`.
-    fn nearest(&self, x: &Vector3<f64>) -> f64 {
+    fn nearest(&self, x: &Vector3<T>) -> T {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
         let square = self.along.norm_squared();
-        if square > 0.0 {
-            ((x - self.start).dot(&self.along) / square).clamp(0.0, 1.0)
+        if square > zero {
+            ((x - self.start).dot(&self.along) / square).clamp(zero, one)
         } else {
-            0.0
+            zero
         }
     }
 }
 
 /// The contact of a feature of two capsules, in the frames of A and B.
 #[must_use]
-pub(super) fn contact(
+pub(super) fn contact<T: Number>(
     feature: u32,
-    a: (&ContactShape, &[f64]),
-    b: (&ContactShape, &[f64]),
-) -> ContactPoint {
+    a: (&ContactShape, &[T]),
+    b: (&ContactShape, &[T]),
+) -> ContactPoint<T> {
+    let (zero, one) = (T::of(0.0), T::of(1.0));
     let (a, b) = (Segment::new(a), Segment::new(b));
     let (d, r) = (b.start - a.start, a.radius + b.radius);
     let (aa, bb, ab) = (a.along.norm_squared(), b.along.norm_squared(), a.along.dot(&b.along));
     let determinant = aa * bb - ab * ab;
     let ends = [
-        (0.0, b.nearest(&a.start)),
-        (1.0, b.nearest(&a.at(1.0))),
-        (a.nearest(&b.start), 0.0),
-        (a.nearest(&b.at(1.0)), 1.0),
+        (zero, b.nearest(&a.start)),
+        (one, b.nearest(&a.at(one))),
+        (a.nearest(&b.start), zero),
+        (a.nearest(&b.at(one)), one),
     ];
-    let between = |(s, t): (f64, f64)| b.at(t) - a.at(s);
-    let place = if aa > 0.0 && bb > 0.0 && determinant <= PARALLEL * aa * bb {
+    let between = |(s, t): (T, T)| b.at(t) - a.at(s);
+    let place = if aa > zero && bb > zero && determinant <= T::of(PARALLEL) * aa * bb {
         overlap(&ends, &between)[feature as usize]
     } else if feature > 0 {
         None
     } else {
         let (da, db) = (d.dot(&a.along), d.dot(&b.along));
         let inside = ((da * bb - db * ab) / determinant, (da * ab - db * aa) / determinant);
-        let interior =
-            determinant > 0.0 && (0.0..=1.0).contains(&inside.0) && (0.0..=1.0).contains(&inside.1);
+        let interior = determinant > zero
+            && (zero..=one).contains(&inside.0)
+            && (zero..=one).contains(&inside.1);
         let closest = ends.into_iter().fold(ends[0], |best, end| {
             if between(end).norm_squared() < between(best).norm_squared() { end } else { best }
         });
@@ -86,24 +90,25 @@ pub(super) fn contact(
     let apart = between((s, t));
     let distance = apart.norm();
     // centres in one point have no normal: the gap is that of a full overlap along the first axis
-    let normal = if distance > 0.0 { apart / distance } else { Vector3::x() };
-    let gap = if far { f64::MAX } else { distance - r };
+    let normal = if distance > zero { apart / distance } else { Vector3::x() };
+    let gap = if far { T::of(f64::MAX) } else { distance - r };
     let (x_a, x_b) = (a.at(s) + normal * a.radius, b.at(t) - normal * b.radius);
-    ContactPoint { gap, normal, point: 0.5 * (x_a + x_b) }
+    ContactPoint { gap, normal, point: (x_a + x_b) * T::of(0.5) }
 }
 
 /// The two ends of the overlap of parallel segments, the nearer one first; one where they do not
 /// overlap.
-fn overlap(
-    ends: &[(f64, f64); 4],
-    between: &impl Fn((f64, f64)) -> Vector3<f64>,
-) -> [Option<(f64, f64)>; 2] {
-    let size = |place: (f64, f64)| between(place).norm_squared();
+fn overlap<T: Number>(
+    ends: &[(T, T); 4],
+    between: &impl Fn((T, T)) -> Vector3<T>,
+) -> [Option<(T, T)>; 2] {
+    let size = |place: (T, T)| Number::real(between(place).norm_squared());
     let first =
         ends.iter().fold(ends[0], |best, end| if size(*end) < size(best) { *end } else { best });
     // the other end of the overlap: farthest from the first one, at the same distance
-    let same = |place: &&(f64, f64)| size(**place).sqrt() <= size(first).sqrt() * (1.0 + 1e-6);
-    let from_first = |place: &(f64, f64)| (place.0 - first.0).abs() + (place.1 - first.1).abs();
+    let same = |place: &&(T, T)| size(**place).sqrt() <= size(first).sqrt() * (1.0 + 1e-6);
+    let apart = |a: T, b: T| (Number::real(a) - Number::real(b)).abs();
+    let from_first = |place: &(T, T)| apart(place.0, first.0) + apart(place.1, first.1);
     let other = ends
         .iter()
         .filter(same)

@@ -12,22 +12,23 @@ use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space, turned};
 use super::points_plane::Plane;
 use nalgebra::{Matrix3, Vector3};
+use vi_core::Number;
 
 /// Faces of a box: those of the axis `k/2`, the positive one first.
 pub(super) const FACES: u32 = 6;
 
 /// A box or a cylinder in space.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Solid {
+pub(super) enum Solid<T = f64> {
     /// Centre, axes, half lengths.
-    Box(Vector3<f64>, Matrix3<f64>, Vector3<f64>),
+    Box(Vector3<T>, Matrix3<T>, Vector3<f64>),
     /// Centre, unit axis, half length, radius.
-    Cylinder(Vector3<f64>, Vector3<f64>, f64, f64),
+    Cylinder(Vector3<T>, Vector3<T>, T, f64),
 }
 
-impl Solid {
+impl<T: Number> Solid<T> {
     /// Of a shape on a frame; `None` of others.
-    pub(super) fn in_space(shape: &ContactShape, frame: &[f64]) -> Option<Self> {
+    pub(super) fn in_space(shape: &ContactShape, frame: &[T]) -> Option<Self> {
         match shape {
             ContactShape::Box { center, axes, half_lengths } => {
                 let columns = [0, 1, 2].map(|i| turned(frame, &axes.column(i).into_owned()));
@@ -38,20 +39,22 @@ impl Solid {
                 let [first, last] = ends.map(|end| in_space(frame, &end));
                 let along = last - first;
                 let length = along.norm();
-                Some(Self::Cylinder(0.5 * (first + last), along / length, 0.5 * length, *radius))
+                let half = T::of(0.5);
+                Some(Self::Cylinder((first + last) * half, along / length, length * half, *radius))
             }
             _ => None,
         }
     }
 
     /// The outward excess of a point over each pair of faces, with the outward directions.
-    fn excess(&self, x: &Vector3<f64>) -> ([f64; 3], [Vector3<f64>; 3], usize) {
+    fn excess(&self, x: &Vector3<T>) -> ([T; 3], [Vector3<T>; 3], usize) {
+        let one = T::of(1.0);
         match self {
             Self::Box(center, axes, half) => {
                 let arm = x - center;
                 let y = [0, 1, 2].map(|i| arm.dot(&axes.column(i)));
-                let outward = [0, 1, 2].map(|i| axes.column(i) * 1.0_f64.copysign(y[i]));
-                ([0, 1, 2].map(|i| y[i].abs() - half[i]), outward, 3)
+                let outward = [0, 1, 2].map(|i| axes.column(i) * one.copysign(y[i]));
+                ([0, 1, 2].map(|i| y[i].abs() - T::of(half[i])), outward, 3)
             }
             Self::Cylinder(center, axis, half, radius) => {
                 let arm = x - center;
@@ -59,46 +62,49 @@ impl Solid {
                 let across = arm - axis * z;
                 let r = across.norm();
                 // on the axis any direction is outward
-                let outward = if r > 0.0 { across / r } else { perpendicular(axis) };
-                let along = axis * 1.0_f64.copysign(z);
-                ([z.abs() - half, r - radius, f64::MIN], [along, outward, along], 2)
+                let outward = if Number::real(r) > 0.0 { across / r } else { perpendicular(axis) };
+                let along = axis * one.copysign(z);
+                let excess = [z.abs() - *half, r - T::of(*radius), T::of(f64::MIN)];
+                (excess, [along, outward, along], 2)
             }
         }
     }
 
     /// The contact of a ball, as B.
-    pub(super) fn contact(&self, x: &Vector3<f64>, radius: f64) -> ContactPoint {
+    pub(super) fn contact(&self, x: &Vector3<T>, radius: f64) -> ContactPoint<T> {
         let (excess, outward, count) = self.excess(x);
-        let outside = excess.map(|s| s.max(0.0));
-        let distance = outside.iter().map(|s| s * s).sum::<f64>().sqrt();
-        let (gap, normal) = if distance > 0.0 {
-            let sum: Vector3<f64> = (0..count).map(|i| outward[i] * (outside[i] / distance)).sum();
+        let outside = excess.map(|s| s.max(T::of(0.0)));
+        let square = outside.iter().fold(T::of(0.0), |sum, s| sum + *s * *s);
+        let (gap, normal) = if Number::real(square) > 0.0 {
+            let distance = square.sqrt();
+            let sum: Vector3<T> = (0..count).map(|i| outward[i] * (outside[i] / distance)).sum();
             (distance, sum)
         } else {
             let face =
                 (1..count).fold(0, |best, i| if excess[i] > excess[best] { i } else { best });
             (excess[face], outward[face])
         };
+        let radius = T::of(radius);
         let (on_solid, on_ball) = (x - normal * gap, x - normal * radius);
-        ContactPoint { gap: gap - radius, normal, point: 0.5 * (on_solid + on_ball) }
+        ContactPoint { gap: gap - radius, normal, point: (on_solid + on_ball) * T::of(0.5) }
     }
 }
 
 /// A unit vector across another one.
-pub(super) fn perpendicular(axis: &Vector3<f64>) -> Vector3<f64> {
-    let least = axis.iamin();
-    let along = Vector3::from_fn(|i, _| f64::from(u8::from(i == least)));
+pub(super) fn perpendicular<T: Number>(axis: &Vector3<T>) -> Vector3<T> {
+    let least = axis.map(Number::real).iamin();
+    let along = Vector3::from_fn(|i, _| T::of(f64::from(u8::from(i == least))));
     (along - axis * axis[least]).normalize()
 }
 
 /// The plane of a face of a box.
-pub(super) fn face(
-    (center, axes, half): (&Vector3<f64>, &Matrix3<f64>, &Vector3<f64>),
+pub(super) fn face<T: Number>(
+    (center, axes, half): (&Vector3<T>, &Matrix3<T>, &Vector3<f64>),
     face: u32,
-) -> Plane {
+) -> Plane<T> {
     let (axis, sign) = ((face / 2) as usize, if face.is_multiple_of(2) { 1.0 } else { -1.0 });
-    let normal = axes.column(axis) * sign;
-    Plane { point: center + normal * half[axis], normal }
+    let normal = axes.column(axis) * T::of(sign);
+    Plane { point: center + normal * T::of(half[axis]), normal }
 }
 
 /// The face that a point is outside of, or next to: that of the largest excess.
