@@ -30,6 +30,77 @@ fn said(text: &str) -> String {
     said
 }
 
+/// A compliant contact on a line of its own.
+fn compliant(keys: &str) -> String {
+    format!("model = {{ type = \"hunt_crossley\", {keys} }}")
+}
+
+#[test]
+fn what_a_compliant_contact_may_not_state_is_said() {
+    let sliding = "stiffness = 1e5, transition_velocity = 0.01";
+    for (friction, keys, words) in [
+        ("", "stiffness = 0.0", "the stiffness 0 is not positive"),
+        ("", "stiffness = nan", "this is not a number: nan"),
+        ("", "exponent = 1.5", "stiffness"),
+        ("", "stiffness = 1e5, exponent = 0.5", "the exponent 0.5 is below 1"),
+        ("", "stiffness = 1e5, dissipation = -0.1", "-0.1 is negative"),
+        ("", "stiffness = 1e5, damping = 0.1", "damping"),
+        ("", "stiffness = 1e5, transition_velocity = 0.01", "without friction nothing acts"),
+        ("", "stiffness = 1e5, static_ratio = 1.2", "without friction nothing acts"),
+        ("restitution = 0.5", "stiffness = 1e5", "has no restitution"),
+        ("friction = 0.3", "stiffness = 1e5", "has a velocity of transition"),
+        ("friction = 0.3", "stiffness = 1e5, transition_velocity = 0.0", "0 is not positive"),
+        ("friction = 0.3", &format!("{sliding}, static_ratio = 0.5"), "is 0.5 of that of sliding"),
+        ("friction = 0.3", &format!("{sliding}, static_ratio = 1.5"), "where static friction ends"),
+        (
+            "friction = 0.3",
+            &format!("{sliding}, stribeck_velocity = 0.1"),
+            "static friction is that of sliding",
+        ),
+    ] {
+        let text = changed(BALLS, "friction = 0.3", "");
+        let text = changed(&text, "restitution = 0.5", &format!("{friction}\n{}", compliant(keys)));
+        let found = said(&text);
+        assert!(found.contains(words), "{keys}: {found}");
+    }
+    let rule = compliant("stiffness = 1e5");
+    let smooth = changed(&changed(BALLS, "friction = 0.3", ""), "restitution = 0.5", &rule);
+    let em = changed(&smooth, "scheme = \"nodal\"", "scheme = \"em-nodal\"");
+    assert!(said(&em).contains("the scheme em-nodal has no compliant contacts"));
+    let rod = "type = \"cylinder\", dimensions = [0.1, 0.2]";
+    let rod = changed(&smooth, "type = \"sphere\", dimensions = [0.1]", rod);
+    assert!(said(&rod).contains("a plane (`ground`) with a cylinder"), "a rim that stands");
+}
+
+/// Compliant contacts are forces: every variational scheme and order takes them, statics too.
+#[test]
+fn every_variational_scheme_takes_a_compliant_contact() {
+    let rule = compliant("stiffness = 1e5, dissipation = 0.1");
+    let text = changed(&changed(BALLS, "friction = 0.3", ""), "restitution = 0.5", &rule);
+    for scheme in ["constrained", "dalembert", "reduced", "nodal"] {
+        let text = changed(&text, "\"nodal\"", &format!("\"{scheme}\""));
+        prepare(&Model::from_toml(&text).unwrap()).unwrap_or_else(|e| panic!("{scheme}: {e}"));
+    }
+    for order in ["order = 4", "order = 4\nmethod = \"galerkin\""] {
+        let text = changed(&text, "scheme = \"nodal\"", order);
+        prepare(&Model::from_toml(&text).unwrap()).unwrap_or_else(|e| panic!("{order}: {e}"));
+    }
+}
+
+/// A stiff contact is not resolved by a long step: that is said, and what helps.
+#[test]
+fn a_step_that_does_not_resolve_a_compliant_contact_is_said() {
+    let rule = |stiffness: &str| compliant(&format!("stiffness = {stiffness}"));
+    let text =
+        |rule: &str| changed(&changed(BALLS, "friction = 0.3", ""), "restitution = 0.5", rule);
+    let remarks =
+        |stiffness: &str| Model::from_toml(&text(&rule(stiffness))).unwrap().contact_remarks();
+    assert_eq!(remarks("10.0"), Vec::<String>::new());
+    let found = remarks("1e12");
+    assert!(found[0].contains("the contact `floor` of `ground` and"), "{found:?}");
+    assert!(found[0].contains("or remove `model` for a rigid contact"), "{found:?}");
+}
+
 #[test]
 fn what_a_contact_may_not_state_is_said() {
     for (from, to, words) in [

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::gap::ContactShape;
 
-use crate::types::contact::{BodyNames, Contact, ContactPlane, ContactSide};
+use crate::types::contact::{BodyNames, Contact, ContactModel, ContactPlane, ContactSide};
 use crate::types::orientation::rotation_of;
 use crate::types::shape::{Shape, ShapeKind};
 use crate::{Body, BodySurface, GROUND, Model};
@@ -135,6 +135,9 @@ impl Model {
                     ));
                 }
             });
+            if let Some(remark) = self.unresolved(contact) {
+                remarks.push(remark);
+            }
             if contact.friction > STRANGE {
                 remarks.push(format!(
                     "the friction of contact `{}` is {}: coefficients of dry friction are seldom above 1",
@@ -143,6 +146,38 @@ impl Model {
             }
         }
         remarks
+    }
+
+    /// A compliant contact that steps do not resolve: the shortest of its pairs, by velocities at
+    /// the start and in a fall by the size of a body.
+    fn unresolved<'a>(&'a self, contact: &'a Contact) -> Option<String> {
+        let ContactModel::HuntCrossley { stiffness, exponent, .. } = contact.model?;
+        let gravity = Vector3::from(crate::spatial(&self.header.gravity)).norm();
+        let rest = Vector3::zeros();
+        let last = |pair: ContactPair<'a>| {
+            let a = match pair.a {
+                SideOfPair::Plane(plane) => self.body(&plane.on),
+                SideOfPair::Body(body) => Some(body),
+            };
+            let moving = a.into_iter().chain([pair.b]).filter(|body| !body.fixed);
+            let inverse: f64 = moving.map(|body| 1.0 / body.mass()).sum();
+            let shapes = self.contact_shapes(pair.b, &Matrix3::identity());
+            let size = shapes.iter().fold(0.0, |size: f64, own| size.max(own.extent()));
+            let velocity = |body: &Body| if body.fixed { rest } else { body.velocity.into() };
+            let apart: Vector3<f64> = velocity(pair.b) - a.map_or(rest, velocity);
+            let v = apart.norm().max((2.0 * gravity * size).sqrt());
+            let v = if v > 0.0 { v } else { 1.0 };
+            (time_of_contact(1.0 / inverse, [stiffness, exponent], v), pair.a.name(), &pair.b.name)
+        };
+        let pairs = self.pairs_of(contact, &mut |_| {});
+        let (time, a, b) = pairs.into_iter().map(last).min_by(|x, y| x.0.total_cmp(&y.0))?;
+        let step = self.settings.step * self.settings.composition().shortest();
+        (step > time * RESOLVED).then(|| {
+            format!(
+                "the contact `{}` of `{a}` and `{b}` lasts about {:.1e} s, and a step {step:.1e} s: take {:.0e} s or less, or remove `model` for a rigid contact",
+                contact.name, time, time * RESOLVED
+            )
+        })
     }
 
     fn shared_joints(&self) -> BTreeSet<[&str; 2]> {
@@ -164,6 +199,20 @@ impl Model {
     }
 }
 
+/// How long a mass that hits with the velocity `v` touches a spring `k δ^p`, s.
+///
+/// ```text
+/// δ_m^{p+1} = (p + 1) m v²/(2k),   T = 2√π Γ(1 + 1/(p+1))/Γ(½ + 1/(p+1)) δ_m/v
+/// ```
+fn time_of_contact(mass: f64, [stiffness, exponent]: [f64; 2], v: f64) -> f64 {
+    let part = 1.0 / (exponent + 1.0);
+    let deepest = libm::pow(mass * v * v / (2.0 * part * stiffness), part);
+    let factor = libm::tgamma(1.0 + part) / libm::tgamma(0.5 + part);
+    2.0 * std::f64::consts::PI.sqrt() * factor * deepest / v
+}
+
+/// Steps are at most this part of a compliant contact.
+const RESOLVED: f64 = 0.05;
 /// Coefficients of friction above this are worth a remark.
 const STRANGE: f64 = 10.0;
 
@@ -206,5 +255,20 @@ impl Shape {
             ShapeKind::Rod => Some(cylinder(at(1), at(0))),
             ShapeKind::Cone => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contact_lasts_half_a_period_of_a_linear_spring_and_as_long_as_hertz_says() {
+        let linear = time_of_contact(2.0, [800.0, 1.0], 3.0);
+        assert!((linear - std::f64::consts::PI / 20.0).abs() < 1e-14);
+        let (m, k, v) = (2.0_f64, 5e4_f64, 2.0_f64);
+        let deepest = (5.0 * m * v * v / (4.0 * k)).powf(0.4);
+        let hertz = time_of_contact(m, [k, 1.5], v);
+        assert!((hertz / (2.943_275 * deepest / v) - 1.0).abs() < 1e-6);
     }
 }

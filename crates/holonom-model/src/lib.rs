@@ -54,12 +54,13 @@ pub use types::bushing::{Bushing, BushingRotation, Coefficients};
 pub use types::columns::Columns;
 pub use types::condition::{Condition, ConditionKind, ConditionTime};
 pub use types::connection::{Bar, Joint, JointKind, Rates, Spring, SpringLaw};
-pub use types::contact::{BodyNames, Contact, ContactPlane, ContactSide, PlaneSide};
+pub use types::contact::{BodyNames, Contact, ContactModel, ContactPlane, ContactSide, PlaneSide};
 pub use types::control::{Control, ControlShape, CountedAt, Objective, ObjectiveKind};
 pub use types::damping::{Damping, LossFactor, RelaxationTimes};
 pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring, VelocityTerm};
 pub use types::event::{Event, Locate, coordinate_of};
 pub use types::frame::Frame;
+pub use types::friction::{FrictionCourse, FrictionModel};
 pub use types::joint_contact::{ContactMethod, JointBumper, JointFriction, JointLimits, Limits};
 pub use types::law::{Formula, Law};
 pub use types::load::{History, Load};
@@ -474,10 +475,15 @@ impl Model {
             && !self.has_velocity_constraints()
     }
 
+    /// Contacts that act by impulses.
+    pub fn rigid_contacts(&self) -> impl Iterator<Item = &Contact> {
+        self.contacts.iter().filter(|contact| contact.is_rigid())
+    }
+
     /// Whether impulses act: contacts, rigid stops and dry friction of joints.
     #[must_use]
     pub fn is_nonsmooth(&self) -> bool {
-        !self.contacts.is_empty() || self.joints.iter().any(Joint::is_nonsmooth)
+        self.rigid_contacts().next().is_some() || self.joints.iter().any(Joint::is_nonsmooth)
     }
 
     /// Whether velocities are constrained: rolling, blades.

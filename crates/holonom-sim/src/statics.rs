@@ -17,11 +17,13 @@ use crate::assembly::agreement;
 use crate::assembly::{self, AssemblyReport};
 use crate::experiment::Experiment;
 use crate::resolution::limits::LimitWatch;
+use crate::run::contacts::ContactWatch;
 pub use crate::run::outcome::StaticFacts;
 use crate::run::outcome::{RunFailure, RunOutcome};
 use crate::sample::{Member, Residuals, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::beams::{Beams, bending_bounds};
+use crate::system::contact_origin::ContactOrigin;
 use crate::system::law::{self, Laws};
 use crate::system::{self, System};
 
@@ -53,6 +55,7 @@ pub struct Statics {
     assembly: AssemblyReport,
     members: Vec<Member>,
     sensors: Sensors,
+    contacts: ContactWatch, // compliant ones
     beams: Beams,
     laws: Laws, // which know why they have no value
     limits: LimitWatch,
@@ -148,7 +151,7 @@ impl Statics {
 
     /// The same of any model, also of one that has no equilibria.
     fn assembled(model: &Model) -> Result<Self, ModelError> {
-        let System { mechanism, dynamics, members, mut sensors, beams, laws, .. } =
+        let System { mechanism, dynamics, members, mut sensors, beams, contacts, laws } =
             system::build(model)?;
         let system = dynamics.variational(&mechanism);
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
@@ -181,6 +184,7 @@ impl Statics {
             assembly,
             members,
             sensors,
+            contacts: ContactWatch::new(contacts),
             beams,
             laws,
             limits,
@@ -261,8 +265,9 @@ impl Statics {
         self.sensors.follow(q);
         let (angles, signals, slips) = (&[][..], &[][..], &[][..]); // as at the start
         let t = self.problem.factor();
-        let view =
-            View { t, q, angles, signals, v, a, force: &rest, works: None, slips, contacts: None };
+        self.contacts.read(None, [q, v]);
+        let (works, contacts) = (None, self.contacts.seen());
+        let view = View { t, q, angles, signals, v, a, force: &rest, works, slips, contacts };
         self.sensors.read(&self.mechanism, &self.rows, view, &mut values);
         values
     }
@@ -389,6 +394,8 @@ impl Statics {
         let rest = vec![0.0; point.q.len()];
         let force = self.constraint_force(point);
         let (angles, signals) = (&point.angles[..], &[][..]); // as at the start
+        self.contacts.read(None, [&point.q, &rest]);
+        let contacts = self.contacts.seen();
         let view = View {
             t: point.factor,
             q: &point.q,
@@ -399,8 +406,9 @@ impl Statics {
             force: &force,
             works: None,
             slips: &[],
-            contacts: None,
+            contacts,
         };
+        let recorded = contacts.filter(|_| self.settings.contacts).unwrap_or_default();
         let mut sample = Sample {
             step: self.step,
             t: point.factor,
@@ -410,6 +418,7 @@ impl Statics {
             newton_iterations: point.iterations as f64,
             q: point.q.clone(),
             unstable: point.unstable,
+            contacts: recorded.to_vec(),
             ..Sample::default()
         };
         self.sensors.read(&self.mechanism, &self.rows, view, &mut sample.sensors);
@@ -593,6 +602,14 @@ impl Experiment for Statics {
 
     fn sensors(&self) -> &Sensors {
         &self.sensors
+    }
+
+    fn contacts(&self) -> &[ContactOrigin] {
+        self.contacts.origins()
+    }
+
+    fn writes_contacts(&self) -> bool {
+        self.settings.contacts
     }
 
     fn beams(&self) -> &Beams {

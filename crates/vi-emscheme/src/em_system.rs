@@ -124,6 +124,9 @@ impl EmSystem {
         for spring in &elements.joint_springs {
             self = self.gradient(spring.clone());
         }
+        for contact in &elements.compliant {
+            self = self.potential(contact.clone());
+        }
         for own in &elements.bushings {
             self = self.potential(own.spring.clone());
         }

@@ -20,8 +20,8 @@
 //! | [`tree`] | sweeps over bodies; point masses on bars ([`particle`]) |
 //! | [`mechanism`] | bodies, joints and bars as data ([`description`]) and as one system; spanning tree; [`initial_rates`]; [`prescribed`] motions that contradict each other |
 //! | `sweep` | the sweeps over the links of a tree, each once for one tree and for many at once |
-//! | `force` | [`spring`]: between two points; [`joint_force`]: springs, dampers, motors along joint coordinates; [`bumper`]: elastic stops |
-//! | [`contact`] | joint stops and dry friction of joint coordinates, contacts of shapes |
+//! | `force` | [`spring`]: between two points; [`joint_force`]: springs, dampers, motors along joint coordinates; [`bumper`]: elastic stops; [`stribeck`]: smooth friction |
+//! | [`contact`] | joint stops and dry friction of joint coordinates, contacts of shapes, rigid and compliant |
 //! | `solver` | [`tree_step`]: a step of trees in sweeps over their links, [`tree_nodal`]: the same for emitted matrices, [`ensemble`]: many at once; [`closed_loop`]; [`sparse_nodal`]: bodies coupled by potentials; [`tree_map`]: dense; [`run`]: the choice |
 //! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars, from the wrenches that joints transmit; [`tree_multipliers`]: frame by frame |
 //! | [`builder`] | a mechanism described in Rust |
@@ -87,8 +87,8 @@ pub use vi_rigid;
 
 pub use constraint::{joint_coordinate, rolling, scalar_constraint, velocity_constraint};
 pub use force::{
-    bumper, bushing, held_effort, joint_force, law, particle_load, spring, stored_energy, tension,
-    wrench_law,
+    bumper, bushing, held_effort, joint_force, law, particle_load, spring, stored_energy, stribeck,
+    tension, wrench_law,
 };
 pub use geometry::{form, six_coordinates, spatial};
 pub use mechanism::{description, initial_rates, prescribed};

@@ -6,6 +6,7 @@ mod builder;
 mod builder_refusals;
 mod bushings;
 mod closing;
+mod compliant_contacts;
 mod control_points;
 mod dense;
 mod design;

@@ -8,6 +8,7 @@
 mod beams;
 mod bodies;
 mod bushings;
+mod compliant;
 mod connections;
 mod contacts;
 mod controls;
@@ -261,13 +262,14 @@ impl Found {
 /// A subject with its cases.
 type Subject = (&'static str, fn() -> Vec<Case>);
 
-const SUBJECTS: [Subject; 20] = [
+const SUBJECTS: [Subject; 21] = [
     ("bodies", bodies::cases),
     ("pictures", pictures::cases),
     ("forces", forces::cases),
     ("joints", joints::cases),
     ("stops", stops::cases),
     ("contacts", contacts::cases),
+    ("compliant", compliant::cases),
     ("laws", laws::cases),
     ("bushings", bushings::cases),
     ("signals", signals::cases),

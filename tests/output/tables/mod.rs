@@ -4,6 +4,7 @@
 //! large. Each has to be seen.
 #![allow(clippy::unwrap_used)] // a test
 
+mod compliant;
 mod contacts;
 mod flexible;
 mod laws;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
-use vi_rigid::gap::{ContactShape, has_gap};
+use vi_rigid::gap::{ContactShape, has_gap, is_smooth};
 
 use crate::checks::Checker;
 use crate::contact_pairs::{ContactPair, SideOfPair};
@@ -16,6 +16,9 @@ const MAX_PAIRS: usize = 100_000;
 
 /// Shapes between which there is contact, in words.
 const AVAILABLE: &str = "all shapes but cones stand on planes; spheres and capsules touch one another and corners of meshes; spheres touch boxes and cylinders: state such shapes as `collision`";
+
+/// Shapes between which there is compliant contact, in words.
+const COMPLIANT: &str = "with a `model` spheres, capsules, ellipsoids, boxes and meshes stand on planes; spheres and capsules touch one another, spheres touch boxes and cylinders: state such shapes as `collision`";
 
 impl Checker<'_> {
     /// The contacts of a model.
@@ -57,7 +60,10 @@ impl Checker<'_> {
     }
 
     fn contact(&mut self, key: &str, contact: &Contact) {
-        self.nonsmooth(key, "contacts", None);
+        match contact.is_rigid() {
+            true => self.nonsmooth(key, "contacts", Some("give the contact a `model`")),
+            false => self.contact_model(key, contact),
+        }
         match &contact.a {
             ContactSide::Plane(side) => self.contact_plane(key, contact, &side.plane),
             ContactSide::Bodies(names) => {
@@ -162,7 +168,8 @@ impl Checker<'_> {
                     "the contact of a {a} (`{}`) with a {b} (`{}`) is not available",
                     names[0], names[1]
                 );
-                (message, AVAILABLE.to_owned())
+                let rigid = pair.contact.is_rigid();
+                (message, if rigid { AVAILABLE } else { COMPLIANT }.to_owned())
             } else {
                 continue;
             };
@@ -175,7 +182,7 @@ impl Checker<'_> {
 
     /// Shapes of a pair between which there is no contact.
     fn unavailable(&self, pair: &ContactPair<'_>) -> Option<[String; 2]> {
-        let axes = Matrix3::identity();
+        let (rigid, axes) = (pair.contact.is_rigid(), Matrix3::identity());
         let word = |shape: &Shape| format!("{:?}", shape.kind).to_lowercase();
         let all = |shapes: &[Shape]| -> Vec<_> {
             shapes.iter().map(|own| (word(own), own.contact_shape(&axes, Vec::new()))).collect()
@@ -186,7 +193,10 @@ impl Checker<'_> {
         };
         for (a, of_a) in &a {
             for (b, of_b) in all(pair.b.contact_shapes()) {
-                let touch = |(a, b)| has_gap(a, b) && !(is_edged(a) && is_edged(b));
+                let touch = |(a, b)| match rigid {
+                    true => has_gap(a, b) && !(is_edged(a) && is_edged(b)),
+                    false => is_smooth(a, b),
+                };
                 if !of_a.as_ref().zip(of_b.as_ref()).is_some_and(touch) {
                     return Some([a.clone(), b]);
                 }

@@ -124,7 +124,17 @@ impl Checker<'_> {
                 self.report(format!("{at}.{name}"), message, "write 0 or more");
             }
         }
-        self.nonsmooth(&at, "dry friction", None);
+        match friction.model {
+            None => {
+                let or = Some("give the friction a `model`");
+                self.nonsmooth(&at, "dry friction", or);
+            }
+            Some(_) if coefficient.is_some() => {
+                let message = "smooth friction has an effort of its own".to_owned();
+                self.report(format!("{at}.coefficient"), message, format!("write `{own}`, {unit}"));
+            }
+            Some(model) => self.friction_course(&format!("{at}.model"), &model.course()),
+        }
     }
 
     /// Impulses act in steps of the nodal scheme of order 2.

@@ -2,6 +2,7 @@
 
 mod beam;
 mod bushing;
+mod compliant;
 pub(crate) mod computed;
 mod condition;
 mod contact;

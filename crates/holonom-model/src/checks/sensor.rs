@@ -103,7 +103,11 @@ impl Checker<'_> {
                 "rigid stops",
                 "give it `limits`; the effort of a `bumper` is measured by type = \"effort\"",
             ),
-            _ => (joint.friction.is_some(), "dry friction", "give it `friction`"),
+            _ => (
+                joint.dry_friction().is_some(),
+                "dry friction",
+                "give it `friction`; the effort of one with a `model` is measured by type = \"effort\"",
+            ),
         };
         if !there {
             self.report(of, format!("joint `{}` has no {what}", sensor.of), help);
@@ -247,7 +251,8 @@ impl Checker<'_> {
     fn sensor_acts(&mut self, of: String, name: &str) {
         let idle = |joint: &Joint| {
             let parts = [joint.spring.is_none(), joint.damper.is_none(), joint.motor.is_none()];
-            parts == [true; 3] && joint.bumper.is_none()
+            let smooth = joint.friction.is_some_and(|own| own.model.is_some());
+            parts == [true; 3] && joint.bumper.is_none() && !smooth
         };
         if self.model.joint(name).is_some_and(idle) {
             let message = format!("joint `{name}` has no spring, no damper and no motor");

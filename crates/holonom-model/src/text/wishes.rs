@@ -4,7 +4,7 @@
 /// Words, and the answer to them.
 type Wish = (&'static [&'static str], &'static str);
 
-const WISHES: [Wish; 31] = [
+const WISHES: [Wish; 33] = [
     (&["parallel", "threads", "gpu", "cores"], "a run uses one core; `holonom sweep` uses all"),
     (
         &[
@@ -26,22 +26,24 @@ const WISHES: [Wish; 31] = [
          `friction`, `restitution`; their shapes are `collision` or `shape` of the [[body]]. Stops of a joint are its `limits`",
     ),
     (
+        &["rolling_friction", "rolling_resistance", "torsional_friction", "spinning_friction"],
+        "a [[contact]] has no resistance to rolling or spinning",
+    ),
+    (
+        &["static_friction", "mu_s", "mu_static"],
+        "a rigid [[contact]] has one coefficient of friction; of smooth friction, `static_ratio` of a `model` is static over sliding friction",
+    ),
+    (
         &[
-            "static_friction",
-            "mu_s",
-            "rolling_friction",
-            "rolling_resistance",
-            "torsional_friction",
-            "spinning_friction",
             "contact_stiffness",
             "contact_damping",
             "hertz",
             "hunt_crossley",
+            "penalty",
             "solref",
             "solimp",
         ],
-        "a [[contact]] is rigid, with one coefficient of friction and no resistance to rolling or spinning; elastic contact is a [[law]] \
-         between two points",
+        "a [[contact]] is rigid, or compliant with model = { type = \"hunt_crossley\", stiffness = …, exponent = 1.5, dissipation = … }",
     ),
     (
         &[

@@ -204,10 +204,16 @@ impl Joint {
         self.limits.filter(|_| self.bumper.is_none()).map(|own| own.table())
     }
 
+    /// Its dry friction: friction without a smooth `model`.
+    #[must_use]
+    pub fn dry_friction(&self) -> Option<JointFriction> {
+        self.friction.filter(|own| own.model.is_none())
+    }
+
     /// Whether impulses act on it: rigid stops, dry friction.
     #[must_use]
     pub fn is_nonsmooth(&self) -> bool {
-        self.friction.is_some() || self.stops().is_some()
+        self.dry_friction().is_some() || self.stops().is_some()
     }
 }
 

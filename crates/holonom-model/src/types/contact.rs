@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::body::GROUND;
+use super::friction::{FrictionCourse, one};
 
 /// `[[contact]]`: bodies that cannot pass through a plane, or through one another; rigid, with dry
 /// friction after Coulomb and impacts after Newton. Bodies that share a joint are no pair.
@@ -32,6 +33,51 @@ pub struct Contact {
     /// superball.
     #[serde(default)]
     pub tangential_restitution: f64,
+    /// In the place of a rigid contact: a force that grows with the overlap.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<ContactModel>,
+}
+
+/// `model` of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+pub enum ContactModel {
+    /// `k δ^p max(0, 1 + c δ̇)` of the overlap `δ`, after Hunt and Crossley, for every variational
+    /// scheme and order: where the compliance is known. With `friction` also the normal force times
+    /// `friction · [1 + (r − 1) exp(−(v/v_s)²)] tanh(v/v_t)` against the slip `v`; nothing sticks.
+    HuntCrossley {
+        /// `k`, N/m^p.
+        stiffness: f64,
+        /// `p`, 1 or more; 1.5 of two spheres after Hertz.
+        #[serde(default = "hertz")]
+        exponent: f64,
+        /// `c`, s/m: an impact with the small velocity `v` has the restitution `1 − (2/3) c v`.
+        #[serde(default)]
+        dissipation: f64,
+        /// `v_t`, at which friction has three quarters of its size, m/s; with `friction`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        transition_velocity: Option<f64>,
+        /// `r`: static over sliding friction, 1 or more.
+        #[serde(default = "one")]
+        static_ratio: f64,
+        /// `v_s`: over which friction falls from static to sliding, m/s.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stribeck_velocity: Option<f64>,
+    },
+}
+
+fn hertz() -> f64 {
+    1.5
+}
+
+impl ContactModel {
+    /// The course of its friction, where one is stated.
+    #[must_use]
+    pub fn course(&self) -> Option<FrictionCourse> {
+        let Self::HuntCrossley { transition_velocity, static_ratio, stribeck_velocity, .. } = *self;
+        let transition_velocity = transition_velocity?;
+        Some(FrictionCourse { transition_velocity, static_ratio, stribeck_velocity })
+    }
 }
 
 /// `a` of a contact: a plane, or bodies.
@@ -106,6 +152,12 @@ impl BodyNames {
 }
 
 impl Contact {
+    /// Whether it acts by impulses.
+    #[must_use]
+    pub fn is_rigid(&self) -> bool {
+        self.model.is_none()
+    }
+
     /// The plane that it is with.
     #[must_use]
     pub fn plane(&self) -> Option<&ContactPlane> {

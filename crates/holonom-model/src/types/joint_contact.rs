@@ -4,6 +4,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::friction::FrictionModel;
+
 /// `limits` of a joint: `[lower, upper]`, or a table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "limits are two numbers, or a table with `lower` or `upper`")]
@@ -79,6 +81,17 @@ pub struct JointFriction {
     /// Of an angle, with `coefficient`: the radius of the pin, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
+    /// In the place of dry friction: a smooth function of the rate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<FrictionModel>,
+}
+
+impl JointFriction {
+    /// What it is while the joint slides, N or N·m.
+    #[must_use]
+    pub fn effort(&self) -> f64 {
+        self.torque.or(self.force).unwrap_or(0.0)
+    }
 }
 
 /// `contact` of `[simulation]`: how impacts at joint stops are placed in time.

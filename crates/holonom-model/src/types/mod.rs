@@ -13,6 +13,7 @@ pub(crate) mod drive;
 pub(crate) mod event;
 pub(crate) mod formula_or_table;
 pub(crate) mod frame;
+pub(crate) mod friction;
 pub(crate) mod joint_contact;
 pub(crate) mod law;
 pub(crate) mod load;

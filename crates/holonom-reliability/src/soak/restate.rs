@@ -5,8 +5,9 @@
 
 use holonom::Model;
 use holonom::model::{
-    Beam, Body, Constraint, ContactSide, Curve, Damping, Frame, GROUND, History, Inertia, Joint,
-    JointLimits, Limits, Load, MotionPath, Normal, Section, Shape, Spring, SpringLaw, Stations,
+    Beam, Body, Constraint, ContactModel, ContactSide, Curve, Damping, Frame, FrictionModel,
+    GROUND, History, Inertia, Joint, JointLimits, Limits, Load, MotionPath, Normal, Section, Shape,
+    Spring, SpringLaw, Stations,
 };
 use holonom::nalgebra::{Matrix3, Vector3};
 
@@ -212,6 +213,14 @@ impl Units {
                 effort.iter_mut().for_each(|x| *x *= energy / size);
             }
             friction.radius.iter_mut().for_each(|x| self.length(std::slice::from_mut(x)));
+            if let Some(FrictionModel::Stribeck {
+                transition_velocity, stribeck_velocity, ..
+            }) = &mut friction.model
+            {
+                let rate = size / self.time;
+                *transition_velocity *= rate;
+                stribeck_velocity.iter_mut().for_each(|x| *x *= rate);
+            }
         }
     }
 
@@ -325,6 +334,22 @@ pub fn in_units(model: &Model, units: Units) -> Model {
     for contact in &mut new.contacts {
         if let ContactSide::Plane(side) = &mut contact.a {
             units.length(&mut side.plane.position);
+        }
+        if let Some(ContactModel::HuntCrossley {
+            stiffness,
+            exponent,
+            dissipation,
+            transition_velocity,
+            stribeck_velocity,
+            ..
+        }) = &mut contact.model
+        {
+            let velocity = units.length / units.time;
+            *stiffness *= units.of(1, 1, -2) / units.length.powf(*exponent);
+            *dissipation /= velocity;
+            for own in [transition_velocity, stribeck_velocity] {
+                own.iter_mut().for_each(|x| *x *= velocity);
+            }
         }
     }
     new.springs.iter_mut().for_each(|spring| units.spring(spring));

@@ -78,6 +78,12 @@ pub(crate) fn tangents_of(
         wanted(&own.name) && !(own.keys.is_empty() && own.formulas.is_empty())
     };
     let one = |own| tangent(&stated, model, system, own);
+    let compliant = model.contacts.iter().find(|contact| !contact.is_rigid());
+    if let Some((contact, parameter)) = compliant.zip(parameters.iter().find(moving)) {
+        let (key, name) = (format!("contact.{}.model", contact.name), &parameter.name);
+        let what = format!("the derivative by `{name}` of a model with compliant contacts");
+        return Err(refused(&key, what, "leave `parameters` out of --by"));
+    }
     parameters.iter().filter(moving).map(one).collect()
 }
 

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `trajectory.csv` | `MEMBER.` and [`COORDINATES`] of each member, then [`TAIL`] |
 //! | `residuals.csv` | [`RESIDUALS`]; in statics [`UNSTABLE`] |
-//! | `energy.csv` | [`KINETIC`], [`GRAVITY`], [`ELASTIC`], [`SPRINGS`], [`energy`] of each bushing, [`TOTAL`], [`work`] of each source, [`BALANCE`] |
+//! | `energy.csv` | [`KINETIC`], [`GRAVITY`], [`ELASTIC`], [`SPRINGS`], [`CONTACTS`], [`energy`] of each bushing, [`TOTAL`], [`work`] of each source, [`BALANCE`] |
 //! | `events.csv` | [`EVENT_COLUMNS`], without [`HEAD`] |
 //! | `contacts.csv` | [`CONTACT_COLUMNS`] |
 //! | `sensors.csv` | those of [`crate::sensor::Column`] |
@@ -132,8 +132,10 @@ pub const GRAVITY: Column = number("gravity", "energy", "J");
 pub const ELASTIC: Column = number("elastic", "energy", "J");
 /// `V` of springs.
 pub const SPRINGS: Column = number("springs", "energy", "J");
+/// `V` of compliant contacts.
+pub const CONTACTS: Column = number("contacts", "energy", "J");
 /// The parts of the energy, those that a model has.
-pub const PARTS: [Column; 4] = [KINETIC, GRAVITY, ELASTIC, SPRINGS];
+pub const PARTS: [Column; 5] = [KINETIC, GRAVITY, ELASTIC, SPRINGS, CONTACTS];
 /// `V` of a bushing, `energy.NAME`.
 pub const ENERGY: Column = number("energy", "energy", "J");
 /// Their sum.

@@ -4,9 +4,11 @@ use holonom_model::{Columns, Settings};
 use serde::{Deserialize, Serialize};
 
 use super::columns::{
-    HEAD, NODE_ENERGIES, NODE_PARTS, PLACE, POSITION_NAMES, RESIDUALS, SECTION, TAIL,
+    CONTACT_COLUMNS, HEAD, NODE_ENERGIES, NODE_PARTS, PLACE, POSITION_NAMES, RESIDUALS, SECTION,
+    TAIL,
 };
 use crate::experiment::Experiment;
+use crate::system::contact_origin::ContactOrigin;
 
 /// Bytes of a number in a row, with its comma, on average: 17 digits where it is not round.
 const NUMBER: f64 = 17.0;
@@ -17,6 +19,8 @@ const FIXED: [usize; 3] = [
     HEAD.len() + RESIDUALS.len(),
     HEAD.len() + PLACE.len() + SECTION.len(),
 ];
+/// Points on which a body rests.
+const POINTS: usize = 4;
 /// Size from which on fewer rows are advised, bytes.
 const LARGE: f64 = 2e8;
 
@@ -51,6 +55,7 @@ impl OutputSize {
         });
         let beams = experiment.beams();
         let elements = beams.list.iter().map(|beam| beams.pairs(beam).count()).sum::<usize>();
+        let contacts = if experiment.writes_contacts() { contacts(experiment) } else { 0 };
         let head = |count: usize| if count > 0 { count + HEAD.len() } else { 0 };
         let numbers = members.sum::<usize>()
             + FIXED[0]
@@ -58,6 +63,7 @@ impl OutputSize {
             + head(sensors)
             + head(energies)
             + momenta
+            + contacts * (HEAD.len() + CONTACT_COLUMNS.len())
             + FIXED[2] * elements;
         Self { rows, bytes: rows as f64 * numbers as f64 * NUMBER }
     }
@@ -83,6 +89,13 @@ impl OutputSize {
             size(self.bytes)
         ))
     }
+}
+
+/// Rows of `contacts.csv` of a node at most, roughly: bodies rest on few points.
+fn contacts(experiment: &dyn Experiment) -> usize {
+    let shapes = experiment.contacts().iter().filter_map(ContactOrigin::shapes);
+    let points = shapes.map(|own| (own.element.features() as usize).min(POINTS)).sum::<usize>();
+    points.min(POINTS * experiment.members().len())
 }
 
 /// A size in words.

@@ -117,6 +117,7 @@ impl Resolution {
         &self,
         settings: &Settings,
         rotation: Option<&FastestRotation>,
+        impulses: bool,
     ) -> Option<String> {
         let Fastest { member, omega_max, h_omega_max } = &self.by_constraint_forces;
         let turns = rotation.is_some_and(|own| omega_max - own.rate < SAME * own.rate);
@@ -126,14 +127,14 @@ impl Resolution {
                  h ω is above 2, and these forces may grow; {}",
                 rounded(*h_omega_max, 3),
                 rounded(*omega_max, 4),
-                advice(&self.by_constraint_forces, settings)
+                advice(&self.by_constraint_forces, settings, impulses)
             )
         })
     }
 
     /// What to do where a step fails, if it is for a vibration, and the step (s) that resolves
     /// that.
-    pub(crate) fn remedy(&self, settings: &Settings) -> Option<(String, f64)> {
+    pub(crate) fn remedy(&self, settings: &Settings, impulses: bool) -> Option<(String, f64)> {
         let words = |fastest: &Fastest| {
             let Fastest { member, omega_max, h_omega_max } = fastest;
             format!(
@@ -144,7 +145,7 @@ impl Resolution {
         };
         if self.is_beyond(RESOLVED, settings) {
             let found = &self.by_constraint_forces;
-            let advice = advice(found, settings);
+            let advice = advice(found, settings, impulses);
             let words = words(found);
             let words = format!("{words}, by the forces that joints and bars transmit: {advice}");
             return Some((words, resolving(found, settings)));
@@ -177,9 +178,14 @@ fn resolving(fastest: &Fastest, settings: &Settings) -> f64 {
     ROUNDED * resolved_by(settings) * settings.step / fastest.h_omega_max
 }
 
-fn advice(fastest: &Fastest, settings: &Settings) -> String {
+/// `impulses`: contacts, stops or dry friction act, which no other scheme takes.
+fn advice(fastest: &Fastest, settings: &Settings, impulses: bool) -> String {
     let step = resolving(fastest, settings);
-    format!("write a step below {step:.1e} s, or scheme = \"em-nodal\", which needs not resolve it")
+    let or = match impulses {
+        true => "",
+        false => ", or scheme = \"em-nodal\", which needs not resolve it",
+    };
+    format!("write a step below {step:.1e} s{or}")
 }
 
 fn fastest(found: &FastestMotion, run: &MechanismIntegrator, settings: &Settings) -> Fastest {

@@ -53,8 +53,9 @@ impl FastestRotation {
         self.angle >= NOTABLE && self.phase_error.is_none_or(|error| error.abs() >= ERROR)
     }
 
-    /// The warning, with what cures it.
-    pub(crate) fn warning(&self, settings: &Settings) -> Option<String> {
+    /// The warning, with what cures it; `impulses`: contacts, stops or dry friction act, which keep
+    /// the order at 2.
+    pub(crate) fn warning(&self, settings: &Settings, impulses: bool) -> Option<String> {
         let Self { member, t, rate, angle, phase_error } = self;
         if !self.is_notable() {
             return None;
@@ -68,7 +69,7 @@ impl FastestRotation {
         let order = settings.order;
         let step = rotor::step_of_error(settings, *rate, ERROR);
         let step = format!("a step below {step:.1e} s");
-        let cure = match rotor::cure(settings, *angle) {
+        let cure = match rotor::cure(settings, *angle).filter(|_| !impulses) {
             Some((order, error)) => {
                 format!("write order = {order} (an error of {error:.0e}), or {step}")
             }

@@ -9,8 +9,11 @@
 use crate::event::EventRecord;
 use crate::system::contact_origin::ContactOrigin;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use vi_constraints::nonsmooth::{ContactRecord, ContactStatus, NodeRecord, Nonsmooth};
 use vi_core::contact_state::ContactId;
+use vi_multibody::contact::compliant_contact::CompliantContact;
+use vi_rigid::gap::tangents;
 
 /// A contact with a gap above this is open, m or rad.
 const OPEN: f64 = 1e-10;
@@ -99,7 +102,8 @@ pub(crate) struct ContactsSoFar {
 #[derive(Debug)]
 pub(crate) struct ContactWatch {
     origins: Vec<ContactOrigin>, // of the elements of the model
-    acting: Vec<u32>,            // which of them each element in force is
+    acting: Vec<u32>,            // which of them each rigid element in force is
+    compliant: Vec<(u32, Arc<CompliantContact>)>, // those in force
     state: ContactsSoFar,
     last: Vec<(ContactId, bool)>, // scratch
     seen: Vec<ContactSample>,     // of the node that was read last
@@ -108,9 +112,17 @@ pub(crate) struct ContactWatch {
 
 impl ContactWatch {
     pub(crate) fn new(origins: Vec<ContactOrigin>) -> Self {
-        let acting = (0..origins.len() as u32).collect();
-        let (state, known) = (ContactsSoFar::default(), false);
-        Self { origins, acting, state, last: Vec::new(), seen: Vec::new(), known }
+        let mut watch = Self {
+            origins: origins.clone(),
+            acting: Vec::new(),
+            compliant: Vec::new(),
+            state: ContactsSoFar::default(),
+            last: Vec::new(),
+            seen: Vec::new(),
+            known: false,
+        };
+        watch.act_by(&origins);
+        watch
     }
 
     /// The elements with impulses of the model.
@@ -118,10 +130,19 @@ impl ContactWatch {
         &self.origins
     }
 
+    /// Whether contacts, stops or dry friction act by impulses.
+    pub(crate) fn has_impulses(&self) -> bool {
+        self.origins.iter().any(|own| own.compliant().is_none())
+    }
+
     /// Goes on with other elements, all among those of the model.
     pub(crate) fn act_by(&mut self, elements: &[ContactOrigin]) {
         let place = |own: &ContactOrigin| self.origins.iter().position(|all| all.is_same(own));
-        self.acting = elements.iter().map(|own| place(own).unwrap_or(0) as u32).collect();
+        let place = |own: &ContactOrigin| place(own).unwrap_or(0) as u32;
+        let rigid = elements.iter().filter(|own| own.compliant().is_none());
+        self.acting = rigid.map(place).collect();
+        let compliant = |own| Some((place(own), own.compliant()?.clone()));
+        self.compliant = elements.iter().filter_map(compliant).collect();
         let (acting, lasting) = (&self.acting, &mut self.state.lasting);
         lasting.retain(|(id, _)| acting.contains(&id.element));
     }
@@ -144,9 +165,16 @@ impl ContactWatch {
         self.known.then_some(&self.seen)
     }
 
-    /// Reads the contacts of a node.
-    pub(crate) fn read(&mut self, node: Option<(&NodeRecord, &[ContactRecord])>) {
+    /// Reads the contacts of a node with the velocity `v`.
+    pub(crate) fn read(
+        &mut self,
+        node: Option<(&NodeRecord, &[ContactRecord])>,
+        [q, v]: [&[f64]; 2],
+    ) {
         self.seen.clear();
+        for (element, contact) in &self.compliant {
+            self.seen.extend(compliant_samples(*element, contact, [q, v]));
+        }
         self.known = node.is_some() || self.acting.is_empty();
         let Some((node, contacts)) = node else { return };
         let time = 0.5 * (node.before + node.after);
@@ -227,4 +255,28 @@ impl ContactWatch {
         }
         *begun = true;
     }
+}
+
+/// The features of a compliant contact that touch.
+fn compliant_samples<'a>(
+    element: u32,
+    contact: &'a CompliantContact,
+    [q, v]: [&'a [f64]; 2],
+) -> impl Iterator<Item = ContactSample> + 'a {
+    let friction = contact.law().friction;
+    let creep = friction.map_or(f64::INFINITY, |(_, course)| course.transition_velocity);
+    contact.forces(q, v).map(move |own| {
+        let normal = own.at.normal;
+        let [first, second] = tangents(&normal);
+        ContactSample {
+            element,
+            feature: own.feature,
+            point: own.at.point.into(),
+            axes: [normal, first, second].map(Into::into),
+            gap: own.at.gap,
+            force: [normal, first, second].map(|axis| axis.dot(&own.force)),
+            slip: own.slip,
+            state: if own.slip > creep { ContactState::Slip } else { ContactState::Stick },
+        }
+    })
 }

@@ -1,7 +1,7 @@
 //! Parts of the energy of a node and the work done since the start: the columns of `energy.csv`.
 //!
 //! ```text
-//! total    H + Σ V_law,  H = T + V,   V = gravity + elastic (beams) + springs + bushings
+//! total    H + Σ V_law,  H = T + V,   V = gravity + elastic (beams) + springs + contacts + bushings
 //! balance  total(t) − total(0) − Σ work     of second order in the time step; round-off for energy–momentum schemes
 //! ```
 //! `T` and `H` are those of the projected momentum. Works are sums over all steps, of each load,
@@ -11,7 +11,7 @@
 
 use crate::dynamics::Dynamics;
 use crate::output::columns::{
-    BALANCE, ELASTIC, EVENTS, GRAVITY, KINETIC, MOTIONS, SPRINGS, TOTAL, energy, work,
+    BALANCE, CONTACTS, ELASTIC, EVENTS, GRAVITY, KINETIC, MOTIONS, SPRINGS, TOTAL, energy, work,
 };
 use crate::stepper::NodeView;
 use holonom_model::{Curves, Model};
@@ -24,6 +24,7 @@ use vi_core::linear::dot;
 use vi_core::potential::{DiscretePotential, LinearPotential, Potential};
 use vi_core::{Configuration, SparseMatrix};
 use vi_multibody::builder::{ForceElements, NamedForce, NamedSixSpring};
+use vi_multibody::contact::compliant_contact::CompliantContact;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::stored_energy::StoredEnergy;
 
@@ -43,6 +44,7 @@ pub(crate) struct EnergyTerms {
     gravity: Option<LinearPotential>, // of the weight
     beams: Option<Arc<BeamElements>>,
     springs: Option<ForceElements>,
+    compliant: Option<Vec<CompliantContact>>,
     bushings: Vec<(String, Option<NamedSixSpring>)>, // with its name; none once it is gone
     laws: Vec<StoringLaw>,
     works: Vec<usize>,     // place of the work of each force, as in `carried`
@@ -79,6 +81,7 @@ impl EnergyTerms {
         let Dynamics { parts, forces, .. } = dynamics;
         let gravity = mechanism.gravity(mass);
         let (beams, springs) = (!model.beams.is_empty(), forces.has_springs());
+        let compliant = !forces.compliant.is_empty();
         let store = |own: &NamedForce| {
             let (along, law) = own.potential().filter(|_| !own.name.is_empty())?;
             let stored = StoredEnergy::new(along, law.clone(), start.configuration());
@@ -105,8 +108,13 @@ impl EnergyTerms {
         };
         let works: Vec<usize> = sources.iter().map(place).collect();
         let motions = mechanism.is_rheonomic();
-        let parts_of_potential =
-            [(gravity.is_some(), GRAVITY), (beams, ELASTIC), (springs, SPRINGS)].into_iter();
+        let parts_of_potential = [
+            (gravity.is_some(), GRAVITY),
+            (beams, ELASTIC),
+            (springs, SPRINGS),
+            (compliant, CONTACTS),
+        ]
+        .into_iter();
         let mut columns = vec![KINETIC.name.to_owned()];
         columns.extend(parts_of_potential.filter(|p| p.0).map(|p| p.1.name.to_owned()));
         columns.extend(forces.bushings.iter().map(|own| energy(&own.name)));
@@ -124,6 +132,7 @@ impl EnergyTerms {
             gravity,
             beams: beams.then(|| parts.clone()),
             springs: springs.then(|| forces.clone()),
+            compliant: compliant.then(|| forces.compliant.clone()),
             bushings: forces
                 .bushings
                 .iter()
@@ -211,6 +220,9 @@ impl EnergyTerms {
         if let Some(springs) = &mut self.springs {
             springs.clone_from(forces);
         }
+        if let Some(compliant) = &mut self.compliant {
+            compliant.clone_from(&forces.compliant);
+        }
         for (name, bushing) in &mut self.bushings {
             *bushing = forces.bushings.iter().find(|own| own.name == *name).cloned();
         }
@@ -233,8 +245,8 @@ impl EnergyTerms {
     /// The energy of beams, springs and bushings among the numbers of all columns, J.
     pub(crate) fn elastic(&self, columns: &[f64]) -> f64 {
         let first = 1 + usize::from(self.gravity.is_some());
-        let count = usize::from(self.beams.is_some()) + usize::from(self.springs.is_some());
-        let count = count + self.bushings.len();
+        let parts = [self.beams.is_some(), self.springs.is_some(), self.compliant.is_some()];
+        let count = self.bushings.len() + parts.into_iter().filter(|own| *own).count();
         columns.iter().skip(first).take(count).sum()
     }
 
@@ -250,6 +262,10 @@ impl EnergyTerms {
             let springs: f64 = forces.springs.iter().map(|spring| spring.value(at.q)).sum();
             springs + forces.joint_springs.iter().map(|spring| spring.potential(at)).sum::<f64>()
         }));
+        let stored = |own: &Vec<CompliantContact>| -> f64 {
+            own.iter().fold(0.0, |sum, contact| sum + contact.value(at.q))
+        };
+        out.extend(self.compliant.as_ref().map(stored));
         let bushing = |own: &NamedSixSpring| own.spring.potential(at);
         out.extend(self.bushings.iter().map(|(_, own)| own.as_ref().map_or(0.0, bushing)));
         let laws = out.len();
@@ -318,7 +334,8 @@ impl Rounding {
         let kinetic = step * step * dot(&sizes, &momentum);
         let weight = gravity.iter().flat_map(|weight| &weight.force);
         let weight: f64 = weight.zip(&sizes).map(|(force, size)| force.abs() * size).sum();
-        let elastic = dynamics.forces.has_springs() || !dynamics.forces.bushings.is_empty();
+        let forces = &dynamics.forces;
+        let elastic = forces.has_springs() || !forces.bushings.is_empty();
         let stiffness = match model.beams.is_empty() && !elastic {
             true => 0.0,
             false => {

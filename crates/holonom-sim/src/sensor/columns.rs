@@ -293,7 +293,7 @@ fn joint_parts(
 }
 
 /// The parts of the effort of a joint, in the order of their columns.
-pub(super) const PARTS: [&str; 4] = ["spring", "damper", "bumper", "motor"];
+pub(super) const PARTS: [&str; 5] = ["spring", "damper", "bumper", "friction", "motor"];
 
 #[cfg(test)]
 mod tests {

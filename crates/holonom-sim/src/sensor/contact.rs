@@ -8,19 +8,16 @@
 //! ```
 
 use crate::run::contacts::ContactSample;
-use crate::system::contact_origin::ContactOrigin;
+use crate::system::contact_origin::{ContactOrigin, ShapeElement};
 use nalgebra::Vector3;
-use std::sync::Arc;
-use vi_constraints::nonsmooth::Unilateral;
 use vi_core::Configuration;
 use vi_multibody::contact::joint_stop::LOWER;
-use vi_multibody::contact::shape_contact::ShapeContact;
 
 /// What is read of contacts.
 #[derive(Clone, Debug)]
 pub(super) enum ContactGauge {
     /// The smallest gap.
-    Gap(Vec<Arc<ShapeContact>>),
+    Gap(Vec<ShapeElement>),
     /// The sum of forces in space: elements, with the sign of each.
     Force(Vec<(u32, f64)>),
     /// The largest slip of these elements.
@@ -83,9 +80,7 @@ impl ContactGauge {
         out: &mut Vec<f64>,
     ) {
         if let Self::Gap(pairs) = self {
-            let gaps = pairs
-                .iter()
-                .flat_map(|own| (0..own.pair.features()).map(move |feature| own.gap(feature, at)));
+            let gaps = pairs.iter().filter_map(|own| own.gap(at));
             return out.push(gaps.min_by(f64::total_cmp).unwrap_or(f64::NAN));
         }
         let numbers = if matches!(self, Self::Force(_)) { 3 } else { 1 };

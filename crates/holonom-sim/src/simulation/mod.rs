@@ -454,7 +454,7 @@ impl Experiment for Simulation {
     }
     fn contact_counts(&self) -> Option<ContactCounts> {
         let state = self.stepper.at(When::After);
-        (!self.contacts.origins().is_empty()).then_some(state.contacts.counts)
+        self.contacts.has_impulses().then_some(state.contacts.counts)
     }
     fn writes_contacts(&self) -> bool {
         self.settings.contacts

@@ -286,7 +286,8 @@ impl Simulation {
     /// Reads the sensors at the node that was read last.
     fn read_sensors(&mut self) {
         let Self { stepper, sample, sensors, rolling, energies, contacts, .. } = self;
-        contacts.read(stepper.contact_node());
+        let seen = stepper.node();
+        contacts.read(stepper.contact_node(), [&seen.state.q, &seen.node.v]);
         let contacts = contacts.seen();
         let (at, mechanism) = (stepper.node(), stepper.mechanism());
         let (state, node) = (at.state, at.node);

@@ -52,9 +52,11 @@ pub(super) fn judge(
         }
     }
     let rotation = watch.of(0.0, &free, true, settings);
+    let impulses = model.is_nonsmooth();
     let vibration = assembly.fastest_motion.as_ref();
-    let vibration = vibration.and_then(|found| found.warning(settings, rotation.as_ref()));
-    let turning = rotation.as_ref().and_then(|rotation| rotation.warning(settings));
+    let vibration =
+        vibration.and_then(|found| found.warning(settings, rotation.as_ref(), impulses));
+    let turning = rotation.as_ref().and_then(|rotation| rotation.warning(settings, impulses));
     assembly.warnings.extend(turning.into_iter().chain(vibration));
     assembly.fastest_rotation = rotation;
 }
@@ -65,12 +67,13 @@ impl Simulation {
         let fastest = self.rotation.so_far(&self.settings).filter(|_| !self.rotation.failed)?;
         let start = self.assembly.fastest_rotation.as_ref().filter(|own| own.is_notable());
         let known = start.is_some_and(|start| fastest.rate < FASTER * start.rate);
-        if known { None } else { fastest.warning(&self.settings) }
+        if known { None } else { fastest.warning(&self.settings, self.contacts.has_impulses()) }
     }
 
     /// What to do where a step is not found, if that is because of a rotation or a vibration that
     /// it does not resolve, and the step (s) that does.
     pub(super) fn remedy_of_step(&mut self) -> Option<(String, f64)> {
+        let impulses = self.contacts.has_impulses();
         let Self { stepper, rotation, settings, assembly, bodies, .. } = self;
         stepper.observe(NodeOf::State).ok()?;
         let here = stepper.node();
@@ -79,10 +82,10 @@ impl Simulation {
             // where the start is too coarse, the node is not that of the motion
             let start = assembly.fastest_motion.as_ref();
             match start.filter(|start| start.is_beyond(RESOLVED, settings)) {
-                Some(start) => start.remedy(settings),
+                Some(start) => start.remedy(settings, impulses),
                 None => {
                     let here = Resolution::at(stepper.as_variational()?, *bodies, settings).ok()?;
-                    here.remedy(settings)
+                    here.remedy(settings, impulses)
                 }
             }
         })

@@ -1,10 +1,11 @@
 //! Contacts of bodies, as parts of a mechanism.
 
 use super::CORRECT;
-use super::contact_origin::{ContactOrigin, TouchingShapes};
+use super::contact_origin::{ContactOrigin, ShapeElement, TouchingShapes};
+use super::joint_drive::stribeck;
 use super::names::Names;
 use holonom_model::contact_pairs::{ContactPair, SideOfPair};
-use holonom_model::{Body, Contact, GROUND, ModelError, Problem};
+use holonom_model::{Body, Contact, ContactModel, GROUND, ModelError, Problem};
 use nalgebra::Matrix3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,9 +13,10 @@ use vi_constraints::nonsmooth::{ContactLaw, Unilateral};
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_multibody::builder::MechanismBuilder;
+use vi_multibody::contact::compliant_contact::{CompliantContact, CompliantLaw};
 use vi_multibody::contact::shape_contact::ShapeContact;
 use vi_multibody::joint::FrameId;
-use vi_rigid::gap::{ContactShape, Pair};
+use vi_rigid::gap::{ContactShape, NoGap, Pair};
 
 /// Shapes that overlap by more than this part of their size are refused at the start.
 const OVERLAP: f64 = 1e-9;
@@ -29,36 +31,64 @@ pub(crate) fn add_contacts(
     origins: &mut Vec<ContactOrigin>,
 ) -> Result<(), ModelError> {
     let mut known = BTreeMap::new();
+    let mut compliant = Vec::new(); // after those with impulses
     for pair in names.model.contact_pairs() {
         let (contact, a, b) = (&pair.contact.name, pair.a.name(), &pair.b.name);
-        let mut elements = Vec::new();
-        for (frames, [on_a, on_b]) in shapes_of(&pair, names, &mut known) {
-            let pair_of_shapes = Pair::new(on_a, on_b).map_err(|error| {
-                let problem = Problem::new(format!("contact.{contact}"), error.to_string());
-                ModelError::Assembly(vec![problem.help(CORRECT)])
-            })?;
-            let size = pair_of_shapes.extent().max(f64::MIN_POSITIVE);
-            elements.push(Arc::new(ShapeContact {
-                name: format!("{a}–{b}"),
-                source: contact.clone(),
-                pair: pair_of_shapes,
-                frames,
-                law: law(pair.contact),
-                size,
-            }));
-        }
-        let features = elements.iter().map(|own| own.pair.features()).sum();
+        let refused = |error: NoGap| {
+            let problem = Problem::new(format!("contact.{contact}"), error.to_string());
+            ModelError::Assembly(vec![problem.help(CORRECT)])
+        };
+        let element =
+            |(frames, [on_a, on_b]): ([FrameId; 2], [_; 2])| match compliant_law(pair.contact) {
+                Some(law) => {
+                    let made = CompliantContact::new(frames, [on_a, on_b], law)?;
+                    Ok(ShapeElement::Compliant(Arc::new(made)))
+                }
+                None => rigid(&pair, frames, Pair::new(on_a, on_b)?),
+            };
+        let shapes = shapes_of(&pair, names, &mut known).into_iter();
+        let elements: Vec<_> = shapes.map(element).collect::<Result<_, _>>().map_err(refused)?;
+        let features = elements.iter().map(ShapeElement::features).sum();
         let mut first = 0;
         for element in elements {
-            builder.contact(element.clone());
-            let own = element.pair.features();
+            let own = element.features();
             let (contact, a, b) = (contact.clone(), a.to_owned(), b.clone());
+            let origins = match &element {
+                ShapeElement::Rigid(own) => {
+                    builder.contact(own.clone());
+                    &mut *origins
+                }
+                ShapeElement::Compliant(own) => {
+                    builder.compliant_contact(&contact, CompliantContact::clone(own));
+                    &mut compliant
+                }
+            };
             let shapes = TouchingShapes { contact, a, b, first, features, element };
             origins.push(ContactOrigin::Shapes(shapes));
             first += own;
         }
     }
+    origins.append(&mut compliant);
     Ok(())
+}
+
+fn rigid(of: &ContactPair<'_>, frames: [FrameId; 2], pair: Pair) -> Result<ShapeElement, NoGap> {
+    Ok(ShapeElement::Rigid(Arc::new(ShapeContact {
+        name: format!("{}–{}", of.a.name(), of.b.name),
+        source: of.contact.name.clone(),
+        size: pair.extent().max(f64::MIN_POSITIVE),
+        pair,
+        frames,
+        law: law(of.contact),
+    })))
+}
+
+/// The law of a contact with a `model`.
+fn compliant_law(contact: &Contact) -> Option<CompliantLaw> {
+    let model = contact.model?;
+    let ContactModel::HuntCrossley { stiffness, exponent, dissipation, .. } = model;
+    let friction = model.course().map(|course| (contact.friction, stribeck(&course)));
+    Some(CompliantLaw { stiffness, exponent, dissipation, friction })
 }
 
 /// The shapes of bodies that were asked for.

@@ -2,6 +2,9 @@
 
 use holonom_model::GROUND;
 use std::sync::Arc;
+use vi_constraints::nonsmooth::Unilateral;
+use vi_core::Configuration;
+use vi_multibody::contact::compliant_contact::CompliantContact;
 use vi_multibody::contact::joint_stop::LOWER;
 use vi_multibody::contact::shape_contact::ShapeContact;
 
@@ -36,7 +39,37 @@ pub struct TouchingShapes {
     /// How many features the two bodies have.
     pub features: u32,
     /// Their gaps.
-    pub element: Arc<ShapeContact>,
+    pub element: ShapeElement,
+}
+
+/// The element of a pair of shapes.
+#[derive(Clone, Debug)]
+pub enum ShapeElement {
+    /// By impulses.
+    Rigid(Arc<ShapeContact>),
+    /// By a force.
+    Compliant(Arc<CompliantContact>),
+}
+
+impl ShapeElement {
+    /// How many features it has.
+    #[must_use]
+    pub fn features(&self) -> u32 {
+        match self {
+            Self::Rigid(own) => own.pair.features(),
+            Self::Compliant(own) => own.pair().features(),
+        }
+    }
+
+    /// The smallest gap of its features, m.
+    #[must_use]
+    pub fn gap(&self, at: Configuration<'_>) -> Option<f64> {
+        let (pair, gap): (_, Box<dyn Fn(u32) -> f64>) = match self {
+            Self::Rigid(own) => (&own.pair, Box::new(|feature| own.gap(feature, at))),
+            Self::Compliant(own) => (own.pair(), Box::new(|feature| own.gap(feature, at.q))),
+        };
+        (0..pair.features()).map(gap).min_by(f64::total_cmp)
+    }
 }
 
 impl ContactOrigin {
@@ -77,6 +110,15 @@ impl ContactOrigin {
             (Self::Stop { joint: own }, Self::Stop { joint })
             | (Self::Friction { joint: own }, Self::Friction { joint }) => own == joint,
             _ => false,
+        }
+    }
+
+    /// The compliant contact that it is.
+    #[must_use]
+    pub fn compliant(&self) -> Option<&Arc<CompliantContact>> {
+        match &self.shapes()?.element {
+            ShapeElement::Rigid(_) => None,
+            ShapeElement::Compliant(own) => Some(own),
         }
     }
 

@@ -24,13 +24,13 @@ pub(crate) fn add_joint_contacts(
         builder.joint_limits(at, JointLimits { lower, upper, restitution });
         origins.push(ContactOrigin::Stop { joint: joint.name.clone() });
     }
-    if let Some(friction) = joint.friction {
+    if let Some(friction) = joint.dry_friction() {
         let at = of("friction", friction.freedom)?;
         let law = match friction.coefficient {
             Some(coefficient) => {
                 DryFriction::Coefficient { coefficient, radius: friction.radius.unwrap_or(1.0) }
             }
-            None => DryFriction::Effort(friction.torque.or(friction.force).unwrap_or(0.0)),
+            None => DryFriction::Effort(friction.effort()),
         };
         builder.joint_friction(at, law);
         origins.push(ContactOrigin::Friction { joint: joint.name.clone() });

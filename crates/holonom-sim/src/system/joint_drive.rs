@@ -1,15 +1,17 @@
 //! What acts on the coordinates of a joint: springs, dampers, motors, controls.
 
 use super::time_function::TimeFunctions;
+use holonom_model::FrictionCourse;
 use std::sync::Arc;
 use vi_multibody::bumper::Bumper;
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_force::{JointLaw, Motor, PdControl, Setpoint, Viscous};
+use vi_multibody::stribeck::{Stribeck, StribeckFriction};
 
 /// What acts on one coordinate of a joint.
 #[derive(Clone, Debug)]
 pub(crate) struct JointDrive {
-    /// `spring`, `damper`, `bumper` or `motor`.
+    /// `spring`, `damper`, `bumper`, `friction` or `motor`.
     pub(crate) part: &'static str,
     /// Which degree of freedom of the joint.
     pub(crate) freedom: usize,
@@ -54,7 +56,8 @@ pub(crate) fn joint_parts(joint: &holonom_model::Joint) -> Vec<(&'static str, us
     let damper = joint.damper.as_ref().map(|own| ("damper", own.freedom));
     let motor = joint.motor.as_ref().map(|own| ("motor", own.freedom));
     let bumper = bumper(joint).map(|(freedom, _)| ("bumper", freedom));
-    [spring, damper, bumper, motor].into_iter().flatten().collect()
+    let friction = friction(joint).map(|(freedom, _)| ("friction", freedom));
+    [spring, damper, bumper, friction, motor].into_iter().flatten().collect()
 }
 
 /// The elastic stops of a joint.
@@ -65,7 +68,21 @@ fn bumper(joint: &holonom_model::Joint) -> Option<(usize, Bumper)> {
     Some((limits.freedom, law))
 }
 
-/// Spring, damper, bumper, motor and control of a joint, in this order; `setpoint`: what the
+/// The smooth friction of a joint.
+fn friction(joint: &holonom_model::Joint) -> Option<(usize, StribeckFriction)> {
+    let friction = joint.friction?;
+    let course = stribeck(&friction.model?.course());
+    Some((friction.freedom, StribeckFriction { effort: friction.effort(), course }))
+}
+
+/// The course of smooth friction.
+pub(super) fn stribeck(course: &FrictionCourse) -> Stribeck {
+    let FrictionCourse { transition_velocity, static_ratio, stribeck_velocity } = *course;
+    let stribeck_velocity = stribeck_velocity.unwrap_or(transition_velocity);
+    Stribeck { transition_velocity, static_ratio, stribeck_velocity }
+}
+
+/// Spring, damper, bumper, friction, motor and control of a joint, in this order; `setpoint`: what the
 /// control follows in the place of the path of the motor.
 pub(crate) fn joint_elements(
     joint: &holonom_model::Joint,
@@ -87,6 +104,9 @@ pub(crate) fn joint_elements(
     }
     if let Some((freedom, law)) = bumper(joint) {
         add("bumper", freedom, ElementLaw::Force(Arc::new(law)));
+    }
+    if let Some((freedom, law)) = friction(joint) {
+        add("friction", freedom, ElementLaw::Force(Arc::new(law)));
     }
     if let Some(motor) = &joint.motor {
         let controlled = motor.proportional != 0.0 || motor.derivative != 0.0;

@@ -3,7 +3,7 @@
 //! take out, the balance. Impulses act at nodes, so what speaks of smooth motions does not apply.
 
 use super::halved::{self, RESIDUAL, ROUND_OFF, bounded, halved, judged_balance, judged_order};
-use holonom_model::{GROUND, Model, Sensor, SensorKind};
+use holonom_model::{Contact, GROUND, Model, Sensor, SensorKind};
 use holonom_sim::simulation::Simulation;
 use vi_core::linear::norm_inf;
 use vi_verify::certificate::{Criterion, Finding, Verdict};
@@ -76,9 +76,10 @@ fn run(mut model: Model) -> Result<Run, String> {
         let name = format!("{OF_LIMITS}{joint}");
         model.sensors.push(Sensor::new(name, SensorKind::JointCoordinate, joint.clone()));
     }
-    for contact in &model.contacts {
-        let name = format!("{OF_GAPS}{}", contact.name);
-        model.sensors.push(Sensor::new(name, SensorKind::Gap, contact.name.clone()));
+    let rigid: Vec<String> = model.rigid_contacts().map(|own| own.name.clone()).collect();
+    for contact in rigid {
+        let name = format!("{OF_GAPS}{contact}");
+        model.sensors.push(Sensor::new(name, SensorKind::Gap, contact));
     }
     let sizes = sizes(&model);
     let mut simulation = Simulation::new(&model).map_err(|error| error.to_string())?;
@@ -98,7 +99,8 @@ fn run(mut model: Model) -> Result<Run, String> {
     let ends = [".stop", ".friction"];
     let of_impulses = |name: &str| {
         let Some(source) = name.strip_prefix("work.") else { return false };
-        ends.iter().any(|end| source.ends_with(end)) || model.contact(source).is_some()
+        ends.iter().any(|end| source.ends_with(end))
+            || model.contact(source).is_some_and(Contact::is_rigid)
     };
     let works: Vec<usize> = works.filter(|(_, name)| of_impulses(name)).map(|(k, _)| k).collect();
     let mut found = Run {
@@ -141,14 +143,14 @@ fn run(mut model: Model) -> Result<Run, String> {
 /// The findings of a model with contacts, rigid stops or dry friction.
 pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
     let finding = |criterion, quantity: &str, expected| {
-        let quantity = match model.contacts.is_empty() {
+        let quantity = match model.rigid_contacts().next().is_none() {
             true => format!("{quantity}, with stops and friction"),
             false => format!("{quantity}, with contact"),
         };
         halved::finding(model, method, criterion, [&quantity, expected])
     };
     let joints = model.joints.iter().filter(|joint| joint.is_nonsmooth());
-    let names = joints.map(|joint| &joint.name).chain(model.contacts.iter().map(|own| &own.name));
+    let names = joints.map(|joint| &joint.name).chain(model.rigid_contacts().map(|own| &own.name));
     let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
     let reason = format!("impulses of {} act at nodes", names.join(", "));
     let smooth = |criterion, quantity| Finding {
@@ -190,12 +192,12 @@ pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
     if model.joints.iter().any(|joint| joint.stops().is_some()) {
         all.push(residual("excess over limits", coarse.beyond));
     }
-    if !model.contacts.is_empty() {
+    if model.rigid_contacts().next().is_some() {
         all.push(residual("overlap of shapes", coarse.overlap));
     }
     let rounding = ROUND_OFF * coarse.exchanged;
     let words = "not above round-off";
-    let works = match model.contacts.is_empty() {
+    let works = match model.rigid_contacts().next().is_none() {
         true => "work of stops and friction",
         false => "work of contacts, stops and friction",
     };

@@ -230,6 +230,12 @@ impl MechanismBuilder {
         for own in &self.own_forces {
             forces.add(&own.name, ElementForce::Coordinates(own.force.clone()));
         }
+        for (name, contact) in &self.compliant {
+            forces.compliant.push(contact.clone());
+            if contact.is_dissipative() {
+                forces.add(name, ElementForce::Coordinates(Arc::new(contact.clone())));
+            }
+        }
         self.add_contacts(mechanism, &mut forces)?;
         self.add_laws(mechanism, &mut forces)?;
         Ok(forces)

@@ -2,6 +2,7 @@
 
 use super::error::finite;
 use super::{BuildError, CoordinateId, ForceElements, MechanismBuilder};
+use crate::contact::compliant_contact::CompliantContact;
 use crate::contact::joint_friction::JointFriction;
 use crate::contact::joint_stop::JointStop;
 use crate::contact::shape_contact::ShapeContact;
@@ -89,6 +90,11 @@ impl MechanismBuilder {
     ) -> Result<(), GroupError> {
         self.contact(Arc::new(ShapeGroup::new(name, shapes, excluded, law)?));
         Ok(())
+    }
+
+    /// Adds a compliant contact; the work of its damping and friction is listed under its name.
+    pub fn compliant_contact(&mut self, name: &str, contact: CompliantContact) {
+        self.compliant.push((name.to_owned(), contact));
     }
 
     /// Adds a contact of your own.

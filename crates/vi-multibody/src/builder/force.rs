@@ -4,6 +4,7 @@ use super::error::finite;
 use super::{BodyId, BuildError, CoordinateId, ParticleId, PointOn, PointPlace};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::contact::Contacts;
+use crate::contact::compliant_contact::CompliantContact;
 use crate::force::bushing::{SixForce, SixSpring};
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
 use crate::force::law::{LawForce, SignalStates};
@@ -47,6 +48,8 @@ pub struct ForceElements {
     pub forces: Vec<NamedForce>,
     /// States and held values that laws read.
     pub signals: Option<SignalStates>,
+    /// The energies of compliant contacts.
+    pub compliant: Vec<CompliantContact>,
     /// Contacts, joint stops and dry friction: [`crate::run::with_contacts`].
     pub contacts: Contacts,
 }
@@ -221,6 +224,9 @@ impl ForceElements {
         }
         for spring in &self.joint_springs {
             system = system.discrete_potential(Box::new(spring.clone()));
+        }
+        for contact in &self.compliant {
+            system = system.potential(contact.clone());
         }
         let first = system.variables_of_forces(); // of signals
         for own in &self.bushings {

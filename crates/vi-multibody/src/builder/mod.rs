@@ -30,6 +30,7 @@ pub use law::{ActOn, Read};
 pub use rates::RateOf;
 
 use crate::constraint::scalar_constraint::Reference;
+use crate::contact::compliant_contact::CompliantContact;
 use crate::force::joint_force::{JointLaw, Motor};
 use crate::force::wrench_law::WrenchLaw;
 use crate::mechanism::description::{BarEnd, BodySpec, ParticleSpec};
@@ -95,6 +96,7 @@ pub struct MechanismBuilder {
     wrenches: Vec<WrenchPart>,
     bushings: Vec<BushingPart>,
     contacts: Vec<ContactPart>,
+    compliant: Vec<(String, CompliantContact)>,
     own_forces: Vec<OwnForce>,
     laws: Vec<LawPart>,
     signals: Option<SignalsPart>,

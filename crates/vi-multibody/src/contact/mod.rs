@@ -1,6 +1,7 @@
-//! Joint stops, dry friction of joints, contacts of shapes, as parts of a mechanism.
+//! Joint stops, dry friction of joints, contacts of shapes, rigid and compliant, as parts of a mechanism.
 
 mod broad_phase;
+pub mod compliant_contact;
 pub mod joint_friction;
 pub mod joint_stop;
 pub mod shape_contact;

@@ -8,5 +8,6 @@ pub mod law;
 pub mod particle_load;
 pub mod spring;
 pub mod stored_energy;
+pub mod stribeck;
 pub mod tension;
 pub mod wrench_law;
