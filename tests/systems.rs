@@ -12,6 +12,7 @@ mod schemes {
     mod certificates;
     mod chain_and_top;
     mod compare;
+    mod contact_tops;
     mod energy_band;
     mod energy_momentum;
     mod four_particles;
@@ -92,6 +93,7 @@ mod model {
     mod contacts;
     mod events;
     mod foreign_words;
+    mod import_contacts;
     mod import_dialects;
     mod import_inertia;
     mod imports;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use holonom_model::Model;
 use nalgebra::Isometry3;
 
+use crate::contact::GroundPlane;
 use crate::names::TakenNames;
 use crate::tree::BodyTree;
 
@@ -30,5 +31,7 @@ pub(crate) struct Drafter<'a> {
     pub(crate) joints: BTreeMap<String, String>,
     /// Meshes with more triangles are drawn as the box around them.
     pub(crate) finest: usize,
+    /// Planes of the ground that bodies touch.
+    pub(crate) planes: Vec<GroundPlane>,
     pub(crate) draft: Draft,
 }

@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod contact;
 mod drafter;
 mod element;
 mod loops;
@@ -97,6 +98,8 @@ pub struct ImportOptions {
     pub close: Vec<Close>,
     /// Whether armatures of joints become rotors that are geared to them.
     pub armature: bool,
+    /// Whether bodies touch planes of the ground: those of MJCF, and one under a URDF robot.
+    pub contacts: bool,
     /// Time step, s; by default that of the description, or 1 ms.
     pub step: Option<f64>,
     /// End time, s.
@@ -115,6 +118,7 @@ impl Default for ImportOptions {
             repair_inertia: false,
             close: Vec::new(),
             armature: true,
+            contacts: false,
             step: None,
             end: 1.0,
             folder: None,
@@ -227,7 +231,7 @@ fn read(
     let mut meshes = MeshCache::beside(path, options.folder());
     match root.name.as_str() {
         "robot" => urdf::robot(root, options, &mut meshes, remarks),
-        "mujoco" => mjcf::robot(root, &mut meshes, remarks),
+        "mujoco" => mjcf::robot(root, options, &mut meshes, remarks),
         other => {
             let message = format!("<{}> is neither <robot> nor <mujoco>", other.escape_debug());
             Err(Refusal::at(&root.place, message, "import reads URDF and MJCF files"))

@@ -9,6 +9,7 @@ use holonom_model::{
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use crate::ImportOptions;
+use crate::contact::{planes, shapes};
 use crate::drafter::{Draft, Drafter};
 use crate::loops::between;
 use crate::mass::{Mass, ROUNDED};
@@ -41,6 +42,10 @@ pub(crate) fn draft(
         frames: vec![Isometry3::identity(); tree.nodes.len()],
         joints: BTreeMap::new(),
         finest: finest(tree, remarks),
+        planes: match options.contacts {
+            true => planes(robot, &tree.nodes, remarks),
+            false => Vec::new(),
+        },
         draft,
     };
     let masses: Vec<_> = tree.nodes.iter().map(|node| possible(node, remarks)).collect();
@@ -58,6 +63,7 @@ pub(crate) fn draft(
     (0..tree.nodes.len()).for_each(|k| drafter.joint(k, remarks));
     robot.loops.iter().for_each(|l| drafter.closure(l, remarks));
     robot.gears.iter().for_each(|gear| drafter.gear(gear, remarks));
+    drafter.contacts(remarks);
     (0..tree.nodes.len()).for_each(|k| drafter.armature(k, options.armature, remarks));
     if !robot.shapes_without_mass.is_empty() {
         remarks.of_all(format!(
@@ -132,6 +138,7 @@ impl Drafter<'_> {
                 Some(_) => Vec::new(),
                 None => shown.iter().map(|placed| part(placed, &to_body)).collect(),
             },
+            collision: shapes(node, &self.planes, &to_body),
             ..Body::default()
         });
         self.draft.on_bodies.push(comment(node, &self.bodies[k]));

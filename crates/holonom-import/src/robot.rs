@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use holonom_model::nearest;
 
 use crate::Close;
+use crate::contact::{GroundPlane, Touching};
 use crate::mass::Mass;
 use crate::solid::PlacedSolid;
 use crate::source::{Place, Refusal, Result, SourceText};
@@ -27,6 +28,8 @@ pub(crate) struct Robot {
     pub(crate) frames: Vec<NamedFrame>,
     /// Files of geometries that could not be read.
     pub(crate) unread: Vec<Unread>,
+    /// Planes of the ground that bodies may touch.
+    pub(crate) planes: Vec<GroundPlane>,
     /// Links with geometry and without mass.
     pub(crate) shapes_without_mass: Vec<String>,
 }
@@ -71,6 +74,8 @@ pub(crate) struct Link {
     pub(crate) mass: Mass,
     /// In its frame.
     pub(crate) solids: Vec<PlacedSolid>,
+    /// What touches others, in its frame.
+    pub(crate) touching: Vec<Touching>,
     pub(crate) place: Place,
 }
 

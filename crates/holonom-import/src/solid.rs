@@ -51,6 +51,21 @@ impl PlacedSolid {
         Self { solid: self.solid, pose: pose * self.pose, mesh }
     }
 
+    /// The height of its lowest point; of a mesh that of the box around it, m.
+    pub(crate) fn lowest(&self) -> f64 {
+        let up = self.pose.rotation.inverse() * Vector3::z(); // in its own axes
+        let [x, y, z]: [f64; 3] = up.abs().into();
+        let across = x.hypot(y);
+        let reach = match self.solid {
+            Solid::Box([a, b, c]) => a * x + b * y + c * z,
+            Solid::Sphere(r) => r,
+            Solid::Cylinder(r, l) => r * across + l * z,
+            Solid::Capsule(r, l) => r + l * z,
+            Solid::Ellipsoid([a, b, c]) => Vector3::new(a * x, b * y, c * z).norm(),
+        };
+        self.pose.translation.z - reach
+    }
+
     /// Whether there is something to be seen.
     pub(crate) fn is_shown(&self) -> bool {
         self.solid.is_solid() || self.mesh.is_some()

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use holonom_model::{Body, Constraint, Inertia, Joint, Limits, Scale, Shape};
+use holonom_model::{Body, Constraint, Contact, Inertia, Joint, Limits, Scale, Shape};
 
 use crate::drafter::Draft;
 use crate::remark::Remark;
@@ -46,6 +46,10 @@ pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
         writer.section("[[constraint]]");
         writer.constraint(constraint);
     }
+    for contact in &model.contacts {
+        writer.section("[[contact]]");
+        writer.contact(contact);
+    }
     writer.0
 }
 
@@ -87,10 +91,12 @@ impl TomlWriter {
         if let Some(shape) = &body.shape {
             self.pair("shape", &format!("{{ {} }}", written(shape)));
         }
-        if !body.picture.is_empty() {
+        for (key, shapes) in [("picture", &body.picture), ("collision", &body.collision)] {
             let part = |shape: &Shape| format!("    {{ {} }},\n", written(shape));
-            let parts: String = body.picture.iter().map(part).collect();
-            self.pair("picture", &format!("[\n{parts}]"));
+            let parts: String = shapes.iter().map(part).collect();
+            if !shapes.is_empty() {
+                self.pair(key, &format!("[\n{parts}]"));
+            }
         }
     }
 
@@ -138,6 +144,18 @@ impl TomlWriter {
             let own = own.filter_map(|(key, x)| Some(format!("{key} = {}", number(x?))));
             self.pair("friction", &format!("{{ {} }}", own.collect::<Vec<_>>().join(", ")));
         }
+    }
+
+    fn contact(&mut self, contact: &Contact) {
+        self.pair("name", &quoted(&contact.name));
+        if let Some(plane) = contact.plane() {
+            let (position, normal) = (list(&plane.position), list(&plane.normal));
+            let plane = format!("position = {position}, normal = {normal}");
+            self.pair("a", &format!("{{ plane = {{ {plane} }} }}"));
+        }
+        let names: Vec<String> = contact.b.list().iter().map(|name| quoted(name)).collect();
+        self.pair("b", &format!("[{}]", names.join(", ")));
+        self.pair("friction", &number(contact.friction));
     }
 
     fn constraint(&mut self, constraint: &Constraint) {

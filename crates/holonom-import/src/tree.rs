@@ -81,6 +81,7 @@ impl BodyTree {
                 node.name = format!("{}_{}", link.name, joint.name);
                 node.mass = Mass::default();
                 node.solids.clear();
+                node.touching.clear();
             }
         }
         self.body_of.push(Some(self.nodes.len() - 1));
@@ -101,6 +102,7 @@ impl BodyTree {
             pose,
             mass: link.mass,
             solids: link.solids.clone(),
+            touching: link.touching.clone(),
             welded: Vec::new(),
             note: None,
             place: link.place.clone(),
@@ -117,6 +119,7 @@ impl BodyTree {
                 let node = &mut self.nodes[body];
                 node.mass = node.mass.plus(&link.mass.moved(&pose));
                 node.solids.extend(link.solids.iter().map(|placed| placed.moved(&pose)));
+                node.touching.extend(link.touching.iter().map(|own| own.moved(&pose)));
                 node.welded.push(link.name.clone());
             }
             None => {

@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 
+use crate::contact::Touching;
 use crate::mass::Mass;
 use crate::robot::Joint;
 use crate::solid::PlacedSolid;
@@ -20,6 +21,8 @@ pub(crate) struct TreeBody {
     pub(crate) mass: Mass,
     /// In its frame.
     pub(crate) solids: Vec<PlacedSolid>,
+    /// In its frame.
+    pub(crate) touching: Vec<Touching>,
     /// Links welded to it.
     pub(crate) welded: Vec<String>,
     /// Where its mass comes from, if not from the description.

@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use super::geom::{Geom, Geoms};
 use super::pose::{orientation, pose};
 use super::settings::{Defaults, FileSettings, FromGeoms};
+use crate::contact::{FRICTION, GroundPlane, NOT_ASKED, Surface, Touching};
 use crate::element::XmlElement;
 use crate::mass::Mass;
 use crate::remark::{FAR, Remarks};
@@ -33,6 +34,9 @@ pub(crate) struct Bodies<'a, 'b> {
     pub(crate) sites: Vec<NamedFrame>,
     /// Names of bodies that are moved from outside.
     pub(crate) mocaps: Vec<String>,
+    /// Whether contact is asked for.
+    pub(crate) contacts: bool,
+    pub(crate) planes: Vec<GroundPlane>,
 }
 
 impl Bodies<'_, '_> {
@@ -69,15 +73,13 @@ impl Bodies<'_, '_> {
                 "joint" | "freejoint" => self.joint(child, scope)?,
                 "geom" => {
                     let element = self.defaults.apply(child, scope.class.as_deref())?;
-                    let read = self.geoms.geom(&element, scope.weighs, self.remarks)?;
-                    if scope.link.is_none() && read.placed.is_some() {
-                        self.remarks.add("geometry fixed to the ground: no picture", child);
-                    }
-                    geoms.push(moved(&read, &scope.frame));
-                    let zero =
-                        ["contype", "conaffinity"].map(|name| element.word(name) == Some("0"));
-                    if zero != [true, true] {
-                        self.remarks.add("contact: not translated", child);
+                    if !self.plane(child, &element, scope)? {
+                        let read = self.geoms.geom(&element, scope.weighs, self.remarks)?;
+                        if scope.link.is_none() && read.placed.is_some() {
+                            self.remarks.add("geometry fixed to the ground: no picture", child);
+                        }
+                        let surface = self.surface(child, &element, scope)?;
+                        geoms.push(Geom { surface, ..moved(&read, &scope.frame) });
                     }
                 }
                 "site" => {
@@ -98,6 +100,46 @@ impl Bodies<'_, '_> {
         Ok(())
     }
 
+    /// A plane of the ground that bodies are to touch; whether it is one.
+    fn plane(&mut self, child: &XmlElement, element: &XmlElement, scope: &Context) -> Result<bool> {
+        let surface = surface(element)?;
+        let is_plane = element.word("type") == Some("plane") && scope.link.is_none();
+        let taken = is_plane && self.contacts && surface.groups != [0, 0];
+        if taken {
+            let name = child.word("name").unwrap_or("floor").to_owned();
+            let pose = scope.frame * pose(element, self.settings)?;
+            self.planes.push(GroundPlane { name, pose, surface });
+        }
+        Ok(taken)
+    }
+
+    /// How a geom of a body touches planes, where that is asked for.
+    fn surface(
+        &mut self,
+        child: &XmlElement,
+        element: &XmlElement,
+        scope: &Context,
+    ) -> Result<Option<Surface>> {
+        let surface = surface(element)?;
+        if surface.groups == [0, 0] {
+            return Ok(None);
+        }
+        if !self.contacts {
+            self.remarks.add(NOT_ASKED, child);
+            return Ok(None);
+        }
+        if scope.link.is_none() {
+            self.remarks.add("contact with what is fixed to the ground: only planes", child);
+        }
+        let soft = ["solref", "solimp", "margin", "gap"];
+        if soft.iter().any(|name| element.word(name).is_some()) {
+            let message =
+                "contact: it is rigid, `solref`, `solimp`, `margin` and `gap` are not used";
+            self.remarks.add(message, child);
+        }
+        Ok(Some(surface))
+    }
+
     fn body(&mut self, element: &XmlElement, scope: &Context) -> Result<()> {
         let number = self.links.len();
         let name = element.word("name").map_or_else(|| format!("body{number}"), str::to_owned);
@@ -109,6 +151,7 @@ impl Bodies<'_, '_> {
             joints: Vec::new(),
             mass: Mass::default(),
             solids: Vec::new(),
+            touching: Vec::new(),
             place: element.place.clone(),
         });
         if element.flag("mocap") == Some(true) {
@@ -133,6 +176,10 @@ impl Bodies<'_, '_> {
         self.children(element, &inner, &mut geoms)?;
         let mass = self.mass(element, &geoms)?;
         let link = &mut self.links[number];
+        let touching = geoms.iter().filter_map(|geom| {
+            Some(Touching { placed: geom.placed.clone()?, surface: geom.surface? })
+        });
+        link.touching = touching.collect();
         link.solids = geoms.into_iter().filter_map(|geom| geom.placed).collect();
         link.mass = mass;
         Ok(())
@@ -336,6 +383,23 @@ impl Bodies<'_, '_> {
     }
 }
 
+/// Friction and groups of a geom.
+fn surface(element: &XmlElement) -> Result<Surface> {
+    let friction = element.numbers("friction")?.and_then(|all| all.first().copied());
+    let bits = |name: &str| -> Result<u32> {
+        Ok(element.number(name)?.map_or(1, |own| own as i64 as u32))
+    };
+    let surface = Surface {
+        friction: friction.unwrap_or(FRICTION),
+        groups: [bits("contype")?, bits("conaffinity")?],
+    };
+    if surface.friction < 0.0 {
+        let message = format!("`friction` is {}: it is negative", surface.friction);
+        return Err(Refusal::at(element.place_of("friction"), message, "write 0 or more"));
+    }
+    Ok(surface)
+}
+
 /// Whether a body has a joint, in a frame or not.
 fn has_joint(element: &XmlElement) -> bool {
     element.children.iter().any(|child| match child.name.as_str() {
@@ -347,5 +411,5 @@ fn has_joint(element: &XmlElement) -> bool {
 
 fn moved(geom: &Geom, frame: &Isometry3<f64>) -> Geom {
     let placed = geom.placed.as_ref().map(|placed| placed.moved(frame));
-    Geom { placed, mass: geom.mass.moved(frame) }
+    Geom { placed, mass: geom.mass.moved(frame), surface: geom.surface }
 }

@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Unit, Vector3};
 
 use super::pose::{orientation, pose, to_axis};
 use super::settings::FileSettings;
+use crate::contact::Surface;
 use crate::element::XmlElement;
 use crate::mass::Mass;
 use crate::mesh::MeshCache;
@@ -22,6 +23,8 @@ pub(crate) struct Geom {
     pub(crate) placed: Option<PlacedSolid>,
     /// Mass properties; massless where it has no mass.
     pub(crate) mass: Mass,
+    /// How it touches planes of the ground; `None` where it does not.
+    pub(crate) surface: Option<Surface>,
 }
 
 /// Density without one, kg/m³.
@@ -57,7 +60,7 @@ impl Geoms<'_> {
         remarks: &mut Remarks,
     ) -> Result<Geom> {
         let kind = element.word("type").unwrap_or("sphere");
-        let none = Geom { placed: None, mass: Mass::default() };
+        let none = Geom { placed: None, mass: Mass::default(), surface: None };
         if element.word("mesh").is_some() && kind != "mesh" {
             remarks.add("solids fitted to meshes: neither mass nor picture", element);
             return Ok(none);
@@ -87,7 +90,7 @@ impl Geoms<'_> {
             true => placed.solid.with_mass(mass).moved(&placed.pose),
             false => Mass::default(),
         };
-        Ok(Geom { placed: Some(placed), mass: properties })
+        Ok(Geom { placed: Some(placed), mass: properties, surface: None })
     }
 
     /// Whether its group counts, and mass or density are not zero.
@@ -121,13 +124,13 @@ impl Geoms<'_> {
                 remarks.add(format!("meshes, {reason}: {lost}"), element);
                 let file = file.map_or_else(|| name.to_owned(), |mesh| mesh.file);
                 self.unread.push(Unread { file, reason });
-                return Ok(Geom { placed: None, mass: Mass::default() });
+                return Ok(Geom { placed: None, mass: Mass::default(), surface: None });
             }
         };
         let pose = pose(element, self.settings)?;
         let placed = Some(summary.placed(&pose));
         if !weighs {
-            return Ok(Geom { placed, mass: Mass::default() });
+            return Ok(Geom { placed, mass: Mass::default(), surface: None });
         }
         let unit = match shell {
             true => summary.shell_mass(),
@@ -143,7 +146,7 @@ impl Geoms<'_> {
             remarks.add(message, element);
         }
         let mass = unit.scaled(mass(element, unit.mass)? / unit.mass);
-        Ok(Geom { placed, mass: mass.moved(&pose) })
+        Ok(Geom { placed, mass: mass.moved(&pose), surface: None })
     }
 }
 

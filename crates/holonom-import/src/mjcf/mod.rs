@@ -17,6 +17,7 @@ use equality::Equalities;
 use geom::{Geoms, MeshFile};
 use settings::{Defaults, FileSettings};
 
+use crate::ImportOptions;
 use crate::element::XmlElement;
 use crate::mesh::MeshCache;
 use crate::remark::Remarks;
@@ -26,6 +27,7 @@ use crate::source::{Place, Refusal, Result};
 /// Reads a robot from the root element `<mujoco>`.
 pub(crate) fn robot(
     root: &XmlElement,
+    options: &ImportOptions,
     meshes: &mut MeshCache,
     remarks: &mut Remarks,
 ) -> Result<Robot> {
@@ -42,9 +44,11 @@ pub(crate) fn robot(
         links: Vec::new(),
         sites: Vec::new(),
         mocaps: Vec::new(),
+        contacts: options.contacts,
+        planes: Vec::new(),
     };
     root.all("worldbody").try_for_each(|world| bodies.world(world))?;
-    let Bodies { mut links, sites, mocaps, .. } = bodies;
+    let Bodies { mut links, sites, mocaps, planes, .. } = bodies;
     let unread = geoms.unread;
     unique_names(&links)?;
     if links.is_empty() {
@@ -81,6 +85,7 @@ pub(crate) fn robot(
         gears,
         frames,
         unread,
+        planes,
         shapes_without_mass: Vec::new(),
     })
 }

@@ -70,7 +70,7 @@ impl UrdfReader<'_> {
 
     /// A geometry with its mass properties at 1 kg/m³ if it `weighs`. One that cannot be read is
     /// left out if it does not.
-    fn geometry(
+    pub(super) fn geometry(
         &mut self,
         element: &XmlElement,
         weighs: bool,

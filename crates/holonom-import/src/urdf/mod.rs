@@ -14,6 +14,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use holonom_model::nearest;
 
+use crate::contact::{NOT_ASKED, Surface, Touching};
 use crate::element::XmlElement;
 use crate::mesh::MeshCache;
 use crate::remark::Remarks;
@@ -33,6 +34,7 @@ pub(crate) fn robot(
     let mut reader = UrdfReader {
         root,
         density: options.density,
+        contacts: options.contacts,
         meshes,
         remarks,
         gears: Vec::new(),
@@ -55,6 +57,7 @@ pub(crate) fn robot(
         loops,
         gears,
         unread,
+        planes: Vec::new(),
         shapes_without_mass,
     })
 }
@@ -73,6 +76,8 @@ struct UrdfReader<'a> {
     root: &'a XmlElement,
     /// Of links without inertia, kg/m³.
     density: Option<f64>,
+    /// Whether geometry for contact is read.
+    contacts: bool,
     meshes: &'a mut MeshCache,
     remarks: &'a mut Remarks,
     gears: Vec<Gear>,
@@ -178,10 +183,15 @@ impl<'a> UrdfReader<'a> {
             joints: Vec::new(),
             mass: self.inertial(element)?.plus(&of_solids),
             solids,
+            touching: Vec::new(),
             place: element.child("inertial").unwrap_or(element).place.clone(),
         };
         for collision in element.all("collision") {
-            self.remarks.add("contact: not translated", &named(collision, element));
+            if !self.contacts {
+                self.remarks.add(NOT_ASKED, &named(collision, element));
+            } else if let Some((placed, _)) = self.geometry(collision, false)? {
+                link.touching.push(Touching { placed, surface: Surface::default() });
+            }
         }
         let Some((_, joint)) = above else { return Ok(link) };
         known::leftovers(joint, joint, self.remarks);

@@ -1,0 +1,139 @@
+//! Contact of bodies with planes of the ground.
+//!
+//! MJCF lets two geoms touch where `contype` of one has a bit of `conaffinity` of the other, with
+//! the larger coefficient of friction. URDF has no ground: it is put under the lowest point of the
+//! geometry for contact.
+
+use std::collections::BTreeMap;
+
+use holonom_model::{BodyNames, Contact, ContactPlane, ContactSide, GROUND, PlaneSide, Shape};
+use nalgebra::{Isometry3, Vector3};
+
+use crate::drafter::Drafter;
+use crate::numbers::vector;
+use crate::picture::part;
+use crate::remark::Remarks;
+use crate::robot::Robot;
+use crate::solid::PlacedSolid;
+use crate::tree_body::TreeBody;
+
+/// Coefficient of friction where none is stated, as in MuJoCo.
+pub(crate) const FRICTION: f64 = 1.0;
+
+/// On contact that is not asked for.
+pub(crate) const NOT_ASKED: &str =
+    "contact: not translated; `--contacts` lets the robot stand on the ground";
+
+/// What touches, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Surface {
+    pub(crate) friction: f64,
+    /// Its own bits, and those of what it touches.
+    pub(crate) groups: [u32; 2],
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self { friction: FRICTION, groups: [1, 1] }
+    }
+}
+
+impl Surface {
+    fn touches(&self, other: &Self) -> bool {
+        self.groups[0] & other.groups[1] != 0 || other.groups[0] & self.groups[1] != 0
+    }
+}
+
+/// A solid of a link that touches.
+#[derive(Clone, Debug)]
+pub(crate) struct Touching {
+    pub(crate) placed: PlacedSolid,
+    pub(crate) surface: Surface,
+}
+
+impl Touching {
+    /// The same in another frame, in which this frame has the given pose.
+    pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Self {
+        Self { placed: self.placed.moved(pose), surface: self.surface }
+    }
+}
+
+/// A plane of the ground: the third axis points out of it.
+#[derive(Clone, Debug)]
+pub(crate) struct GroundPlane {
+    pub(crate) name: String,
+    pub(crate) pose: Isometry3<f64>,
+    pub(crate) surface: Surface,
+}
+
+/// The planes that a robot stands on.
+pub(crate) fn planes(robot: &Robot, nodes: &[TreeBody], remarks: &mut Remarks) -> Vec<GroundPlane> {
+    if robot.format != "URDF" {
+        return robot.planes.clone();
+    }
+    let nodes = nodes.iter().filter(|node| !node.absent);
+    let lowest = nodes.flat_map(|node| node.touching.iter().map(|own| own.moved(&node.pose)));
+    let lowest = lowest.map(|own| own.placed.lowest()).min_by(f64::total_cmp);
+    let Some(height) = lowest else { return Vec::new() };
+    remarks.of_all(format!(
+        "ground: URDF states none, a plane under the lowest point of the geometry for contact was taken, with the friction {FRICTION}"
+    ));
+    let pose = Isometry3::translation(0.0, 0.0, height);
+    vec![GroundPlane { name: "floor".to_owned(), pose, surface: Surface::default() }]
+}
+
+/// The shapes with which a body touches planes; `to_body`: from the axes of the link.
+pub(crate) fn shapes(
+    node: &TreeBody,
+    planes: &[GroundPlane],
+    to_body: &Isometry3<f64>,
+) -> Vec<Shape> {
+    let touching = node.touching.iter().filter(|own| {
+        own.placed.is_shown() && planes.iter().any(|plane| plane.surface.touches(&own.surface))
+    });
+    touching.map(|own| part(&own.placed, to_body)).collect()
+}
+
+impl Drafter<'_> {
+    /// The contacts of all bodies with planes: one for each plane and coefficient of friction.
+    pub(crate) fn contacts(&mut self, remarks: &mut Remarks) {
+        for plane in self.planes.clone() {
+            let mut bodies: BTreeMap<u64, (f64, Vec<String>)> = BTreeMap::new();
+            for (k, node) in self.tree.nodes.iter().enumerate().filter(|(_, own)| !own.absent) {
+                let touching = node.touching.iter().filter(|own| own.placed.is_shown());
+                let own = touching.filter(|own| plane.surface.touches(&own.surface));
+                let frictions: Vec<f64> =
+                    own.map(|own| own.surface.friction.max(plane.surface.friction)).collect();
+                let Some(largest) = frictions.iter().copied().max_by(f64::total_cmp) else {
+                    continue;
+                };
+                if frictions.iter().any(|own| *own < largest) {
+                    let message = "geometry with several coefficients of friction: the largest one was taken for all of the body";
+                    remarks.mention(message, format!("link \"{}\"", node.name), &node.place);
+                }
+                let of = bodies.entry(largest.to_bits()).or_insert((largest, Vec::new()));
+                of.1.push(self.bodies[k].clone());
+            }
+            for (friction, names) in bodies.into_values() {
+                let [x, y, z] = (plane.pose.rotation * Vector3::z()).into();
+                let normal = [x, y, z].map(|own: f64| own + 0.0);
+                let position = vector(&plane.pose.translation.vector);
+                let plane_of = ContactPlane { position, normal, on: GROUND.to_owned() };
+                let name = self.names.unique(&plane.name, "contact");
+                self.draft.model.contacts.push(Contact {
+                    name,
+                    a: ContactSide::Plane(PlaneSide { plane: plane_of }),
+                    b: BodyNames::Several(names),
+                    relative_to: None,
+                    friction,
+                    restitution: 0.0,
+                    tangential_restitution: 0.0,
+                    model: None,
+                });
+            }
+        }
+        if !self.draft.model.contacts.is_empty() {
+            remarks.of_all("contact with planes of the ground: rigid, with one coefficient of friction; contact of bodies with one another: not translated");
+        }
+    }
+}
