@@ -30,6 +30,68 @@ fn said(text: &str) -> String {
     said
 }
 
+/// Many bodies of one contact have a broad phase: the same motion, forces and words as with a
+/// contact for each pair.
+#[test]
+fn many_bodies_move_as_their_pairs() {
+    const COUNT: usize = 12;
+    let ball = |k: usize| {
+        let (x, y, z) = (0.11 * (k % 3) as f64, 0.11 * (k / 3 % 2) as f64, 0.1 * (k / 6) as f64);
+        let at = [x, y + 0.02 * z, 0.06 + 1.2 * z];
+        let shape = match k {
+            5 => {
+                "collision = [{ type = \"sphere\", dimensions = [0.04], position = [0.0, 0.0, 0.01] }, { type = \"sphere\", dimensions = [0.03] }]"
+            }
+            _ => "shape = { type = \"sphere\", dimensions = [0.05] }",
+        };
+        let velocity = [0.4 - 0.3 * (k % 3) as f64, 0.0, -0.5];
+        format!(
+            "{}mass = 1.0\ninertia = [0.001, 0.001, 0.001]\nposition = {at:?}\nvelocity = {velocity:?}\n{shape}\n",
+            part("body", &format!("ball{k:02}"))
+        )
+    };
+    let head =
+        heavy("heap", DOWN, "step = 0.005, end = 0.15, contact = \"stepping\", contacts = true");
+    let common = head
+        + &(0..COUNT).map(ball).collect::<String>()
+        + &part("contact", "floor")
+        + "a = { plane = {} }\nb = \"ball*\"\nfriction = 0.3\n"
+        + &part("sensor", "force")
+        + "type = \"contact_force\"\nof = \"ball04\"\n";
+    let one = part("contact", "balls") + "a = \"ball*\"\nb = \"ball*\"\nfriction = 0.3\n";
+    let each = |(a, b): (usize, usize)| {
+        format!(
+            "{}a = \"ball{a:02}\"\nb = \"ball{b:02}\"\nfriction = 0.3\n",
+            part("contact", &format!("{a} {b}"))
+        )
+    };
+    let pairs = (0..COUNT).flat_map(|a| (a + 1..COUNT).map(move |b| (a, b))).map(each);
+    let of = |rules: &str| {
+        let model = Model::from_toml(&(common.clone() + rules)).unwrap();
+        let mut simulation = holonom::Simulation::new(&model).unwrap();
+        let all: Vec<Sample> = simulation.samples().map(|own| own.unwrap()).collect();
+        all
+    };
+    let (group, pairs) = (of(&one), of(&pairs.collect::<String>()));
+    let mut touching = 0;
+    for (group, pairs) in group.iter().zip(&pairs) {
+        let apart = group.q.iter().zip(&pairs.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-9, "t = {}: {apart:e}", group.t);
+        assert_eq!(group.contacts.len(), pairs.contacts.len());
+        touching = touching.max(group.contacts.len());
+        let words = |sample: &Sample| {
+            let mut all: Vec<String> = sample.events.iter().map(|own| own.action.clone()).collect();
+            all.sort();
+            all
+        };
+        assert_eq!(words(group), words(pairs), "t = {}", group.t);
+        let force = group.sensors.iter().zip(&pairs.sensors);
+        assert!(force.into_iter().all(|(a, b)| (a - b).abs() < 1e-5 || a.is_nan() && b.is_nan()));
+    }
+    println!("up to {touching} points touch");
+    assert!(touching > 12, "{touching}");
+}
+
 /// A compliant contact on a line of its own.
 fn compliant(keys: &str) -> String {
     format!("model = {{ type = \"hunt_crossley\", {keys} }}")
@@ -81,10 +143,13 @@ fn every_variational_scheme_takes_a_compliant_contact() {
         let text = changed(&text, "\"nodal\"", &format!("\"{scheme}\""));
         prepare(&Model::from_toml(&text).unwrap()).unwrap_or_else(|e| panic!("{scheme}: {e}"));
     }
-    for order in ["order = 4", "order = 4\nmethod = \"galerkin\""] {
-        let text = changed(&text, "scheme = \"nodal\"", order);
-        prepare(&Model::from_toml(&text).unwrap()).unwrap_or_else(|e| panic!("{order}: {e}"));
-    }
+    let galerkin = changed(&text, "scheme = \"nodal\"", "order = 4\nmethod = \"galerkin\"");
+    prepare(&Model::from_toml(&galerkin).unwrap()).unwrap();
+    let composed = changed(&text, "scheme = \"nodal\"", "order = 4");
+    let refused = prepare(&Model::from_toml(&composed).unwrap()).err().unwrap().to_string();
+    assert!(refused.contains("order 2 with dissipative forces"), "{refused}");
+    let elastic = changed(&composed, ", dissipation = 0.1", "");
+    prepare(&Model::from_toml(&elastic).unwrap()).unwrap();
 }
 
 /// A stiff contact is not resolved by a long step: that is said, and what helps.

@@ -17,7 +17,7 @@ use super::csv::HEAD;
 use super::rows::{RowBlocks, RowField, quoted};
 use crate::run::contacts::{ContactSample, ContactState};
 use crate::sample::Sample;
-use crate::system::contact_origin::ContactOrigin;
+use crate::system::contact_origin::{ContactOrigin, Sides, TouchingShapes};
 
 /// A row of `contacts.csv`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -72,7 +72,7 @@ pub(super) fn read(file: impl io::Read) -> io::Result<Vec<ContactRow>> {
 #[derive(Debug)]
 pub struct ContactWriter<W: Write> {
     rows: RowBlocks<W>,
-    names: Vec<Option<([String; 3], u32)>>, // contact, a and b as fields, first feature
+    shapes: Vec<Option<TouchingShapes>>, // of each element
 }
 
 impl<W: Write> ContactWriter<W> {
@@ -81,13 +81,8 @@ impl<W: Write> ContactWriter<W> {
     /// # Errors
     /// Errors of the file.
     pub fn new(sink: W, origins: &[ContactOrigin]) -> io::Result<Self> {
-        let names = |origin: &ContactOrigin| {
-            let Some(shapes) = origin.shapes() else { return Ok(None) };
-            let [contact, a, b] = [&shapes.contact, &shapes.a, &shapes.b].map(|own| quoted(own));
-            Ok(Some(([contact?, a?, b?], shapes.first)))
-        };
-        let names = origins.iter().map(names).collect::<io::Result<_>>()?;
-        let mut writer = Self { rows: RowBlocks::new(sink), names };
+        let shapes = origins.iter().map(|origin| origin.shapes().cloned()).collect();
+        let mut writer = Self { rows: RowBlocks::new(sink), shapes };
         let own = CONTACT_COLUMNS.iter().map(|column| column.name);
         writer.rows.push(|row| row.write_record(HEAD.into_iter().chain(own)))?;
         writer.rows.flush()?; // a run that fails at once leaves a file with a header
@@ -100,11 +95,14 @@ impl<W: Write> ContactWriter<W> {
     /// Errors of the file.
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
         for contact in &sample.contacts {
-            let Some((names, first)) = &self.names[contact.element as usize] else { continue };
+            let Some(shapes) = &self.shapes[contact.element as usize] else { continue };
             let ContactSample { feature, point, axes, gap, force, slip, state, .. } = contact;
-            let [name, a, b] = [0, 1, 2].map(|k| RowField::Text(&names[k]));
+            let Sides { a, b, number, .. } = shapes.sides(*feature);
+            let [name, a, b] = [&shapes.contact, a, b].map(quoted);
+            let [name, a, b] = [name?, a?, b?];
+            let [name, a, b] = [&name, &a, &b].map(|own| RowField::Text(own));
             let head = [RowField::Number(sample.t), name, a, b];
-            let feature = RowField::Index((first + feature) as usize);
+            let feature = RowField::Index(number as usize);
             let place = point.iter().chain(&axes[0]).chain([gap, &force[0]]);
             let across = contact.across();
             let numbers = place.chain(&across).chain([slip]).map(|x| RowField::Number(*x));

@@ -8,7 +8,7 @@ use super::columns::{
     TAIL,
 };
 use crate::experiment::Experiment;
-use crate::system::contact_origin::ContactOrigin;
+use crate::system::contact_origin::{ContactOrigin, TouchingBodies};
 
 /// Bytes of a number in a row, with its comma, on average: 17 digits where it is not round.
 const NUMBER: f64 = 17.0;
@@ -94,8 +94,11 @@ impl OutputSize {
 /// Rows of `contacts.csv` of a node at most, roughly: bodies rest on few points.
 fn contacts(experiment: &dyn Experiment) -> usize {
     let shapes = experiment.contacts().iter().filter_map(ContactOrigin::shapes);
-    let points = shapes.map(|own| (own.element.features() as usize).min(POINTS)).sum::<usize>();
-    points.min(POINTS * experiment.members().len())
+    let points = shapes.map(|own| match &own.bodies {
+        TouchingBodies::Pair { .. } => (own.sides(0).of as usize).min(POINTS),
+        TouchingBodies::Group(bodies) => POINTS * bodies.len(),
+    });
+    points.sum::<usize>().min(POINTS * experiment.members().len())
 }
 
 /// A size in words.

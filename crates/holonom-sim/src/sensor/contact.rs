@@ -8,7 +8,7 @@
 //! ```
 
 use crate::run::contacts::ContactSample;
-use crate::system::contact_origin::{ContactOrigin, ShapeElement};
+use crate::system::contact_origin::{ContactOrigin, ShapeElement, TouchingShapes};
 use nalgebra::Vector3;
 use vi_core::Configuration;
 use vi_multibody::contact::joint_stop::LOWER;
@@ -19,13 +19,34 @@ pub(super) enum ContactGauge {
     /// The smallest gap.
     Gap(Vec<ShapeElement>),
     /// The sum of forces in space: elements, with the sign of each.
-    Force(Vec<(u32, f64)>),
+    Force(Vec<(u32, Signs)>),
     /// The largest slip of these elements.
     Slip(Vec<u32>),
     /// The effort of the stops of a joint along its coordinate.
     Stop(u32),
     /// The effort of dry friction along a joint coordinate.
     Friction(u32),
+}
+
+/// How forces are added up.
+#[derive(Clone, Debug)]
+pub(super) enum Signs {
+    /// On the second sides of a contact.
+    Whole,
+    /// On a body, of these shapes.
+    Of(String, Box<TouchingShapes>),
+}
+
+impl Signs {
+    fn of(&self, feature: u32) -> f64 {
+        let Self::Of(body, shapes) = self else { return 1.0 };
+        let sides = shapes.sides(feature);
+        match () {
+            () if sides.b == body => 1.0,
+            () if sides.a == body => -1.0,
+            () => 0.0,
+        }
+    }
 }
 
 impl ContactGauge {
@@ -41,8 +62,8 @@ impl ContactGauge {
         let sign = |origin: &ContactOrigin| {
             let shapes = origin.shapes()?;
             match () {
-                () if shapes.contact == of || shapes.b == of => Some(1.0),
-                () if shapes.a == of => Some(-1.0),
+                () if shapes.contact == of => Some(Signs::Whole),
+                () if shapes.has(of) => Some(Signs::Of(of.to_owned(), Box::new(shapes.clone()))),
                 () => None,
             }
         };
@@ -94,7 +115,8 @@ impl ContactGauge {
                 for contact in contacts {
                     let own = elements.binary_search_by_key(&contact.element, |own| own.0);
                     if let Ok(own) = own {
-                        sum += elements[own].1 * Vector3::from(contact.in_space());
+                        let sign = elements[own].1.of(contact.feature);
+                        sum += sign * Vector3::from(contact.in_space());
                     }
                 }
                 out.extend(&sum);

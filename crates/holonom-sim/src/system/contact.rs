@@ -1,13 +1,13 @@
 //! Contacts of bodies, as parts of a mechanism.
 
 use super::CORRECT;
-use super::contact_origin::{ContactOrigin, ShapeElement, TouchingShapes};
+use super::contact_origin::{ContactOrigin, ShapeElement, Sides, TouchingBodies, TouchingShapes};
 use super::joint_drive::stribeck;
 use super::names::Names;
 use holonom_model::contact_pairs::{ContactPair, SideOfPair};
 use holonom_model::{Body, Contact, ContactModel, GROUND, ModelError, Problem};
 use nalgebra::Matrix3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use vi_constraints::nonsmooth::{ContactLaw, Unilateral};
 use vi_core::Configuration;
@@ -15,8 +15,9 @@ use vi_core::interval::Interval;
 use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::contact::compliant_contact::{CompliantContact, CompliantLaw};
 use vi_multibody::contact::shape_contact::ShapeContact;
+use vi_multibody::contact::shape_group::ShapeGroup;
 use vi_multibody::joint::FrameId;
-use vi_rigid::gap::{ContactShape, NoGap, Pair};
+use vi_rigid::gap::{ContactShape, NoGap, Pair, features};
 
 /// Shapes that overlap by more than this part of their size are refused at the start.
 const OVERLAP: f64 = 1e-9;
@@ -32,55 +33,130 @@ pub(crate) fn add_contacts(
 ) -> Result<(), ModelError> {
     let mut known = BTreeMap::new();
     let mut compliant = Vec::new(); // after those with impulses
-    for pair in names.model.contact_pairs() {
-        let (contact, a, b) = (&pair.contact.name, pair.a.name(), &pair.b.name);
-        let refused = |error: NoGap| {
-            let problem = Problem::new(format!("contact.{contact}"), error.to_string());
-            ModelError::Assembly(vec![problem.help(CORRECT)])
-        };
-        let element =
-            |(frames, [on_a, on_b]): ([FrameId; 2], [_; 2])| match compliant_law(pair.contact) {
-                Some(law) => {
-                    let made = CompliantContact::new(frames, [on_a, on_b], law)?;
-                    Ok(ShapeElement::Compliant(Arc::new(made)))
-                }
-                None => rigid(&pair, frames, Pair::new(on_a, on_b)?),
-            };
-        let shapes = shapes_of(&pair, names, &mut known).into_iter();
-        let elements: Vec<_> = shapes.map(element).collect::<Result<_, _>>().map_err(refused)?;
-        let features = elements.iter().map(ShapeElement::features).sum();
-        let mut first = 0;
-        for element in elements {
-            let own = element.features();
-            let (contact, a, b) = (contact.clone(), a.to_owned(), b.clone());
-            let origins = match &element {
-                ShapeElement::Rigid(own) => {
-                    builder.contact(own.clone());
-                    &mut *origins
-                }
-                ShapeElement::Compliant(own) => {
-                    builder.compliant_contact(&contact, CompliantContact::clone(own));
-                    &mut compliant
-                }
-            };
-            let shapes = TouchingShapes { contact, a, b, first, features, element };
-            origins.push(ContactOrigin::Shapes(shapes));
-            first += own;
+    let pairs = names.model.contact_pairs();
+    for own in pairs.chunk_by(|a, b| a.contact.name == b.contact.name) {
+        if let Some(group) = group_of(own, names, &mut known) {
+            if let ShapeElement::Group(element) = &group.element {
+                builder.contact(element.clone());
+            }
+            origins.push(ContactOrigin::Shapes(group));
+            continue;
+        }
+        for pair in own {
+            add_pair(builder, pair, (names, &mut known), [origins, &mut compliant])?;
         }
     }
     origins.append(&mut compliant);
     Ok(())
 }
 
-fn rigid(of: &ContactPair<'_>, frames: [FrameId; 2], pair: Pair) -> Result<ShapeElement, NoGap> {
-    Ok(ShapeElement::Rigid(Arc::new(ShapeContact {
+/// Adds all pairs of shapes of two bodies, by impulses or compliant.
+fn add_pair<'a>(
+    builder: &mut MechanismBuilder,
+    pair: &ContactPair<'a>,
+    (names, known): (&Names<'a>, &mut KnownShapes<'a>),
+    [by_impulses, compliant]: [&mut Vec<ContactOrigin>; 2],
+) -> Result<(), ModelError> {
+    let (contact, a, b) = (&pair.contact.name, pair.a.name(), &pair.b.name);
+    let refused = |error: NoGap| {
+        let problem = Problem::new(format!("contact.{contact}"), error.to_string());
+        ModelError::Assembly(vec![problem.help(CORRECT)])
+    };
+    let frames = [names.frame(a), names.frame(b)];
+    let [on_a, on_b] = shapes_of(pair, names, known);
+    let both = on_a.iter().flat_map(|a| on_b.iter().map(move |b| [a.clone(), b.clone()]));
+    let both: Vec<_> = both.collect();
+    let counts: Vec<u32> = both.iter().map(|[a, b]| features(a, b)).collect();
+    let (mut first, features) = (0, counts.iter().sum());
+    for (shapes, count) in both.into_iter().zip(counts) {
+        let (element, origins) = match compliant_law(pair.contact) {
+            Some(law) => {
+                let own = CompliantContact::new(frames, shapes, law).map_err(refused)?;
+                builder.compliant_contact(contact, own.clone());
+                (ShapeElement::Compliant(Arc::new(own)), &mut *compliant)
+            }
+            None => {
+                let [on_a, on_b] = shapes;
+                let own = Arc::new(rigid(pair, frames, Pair::new(on_a, on_b).map_err(refused)?));
+                builder.contact(own.clone());
+                (ShapeElement::Rigid(own), &mut *by_impulses)
+            }
+        };
+        let (a, b) = (a.to_owned(), b.clone());
+        let bodies = TouchingBodies::Pair { a, b, first, features };
+        let contact = contact.clone();
+        origins.push(ContactOrigin::Shapes(TouchingShapes { contact, bodies, element }));
+        first += count;
+    }
+    Ok(())
+}
+
+/// Pairs of one contact from which on its shapes are a group, with a broad phase.
+const MANY: usize = 64;
+
+/// The group of the pairs of a contact by impulses, where they are many, and most of those of its
+/// bodies.
+fn group_of<'a>(
+    pairs: &[ContactPair<'a>],
+    names: &Names<'a>,
+    known: &mut KnownShapes<'a>,
+) -> Option<TouchingShapes> {
+    let contact = pairs.first().filter(|own| own.contact.is_rigid())?.contact;
+    if pairs.len() < MANY {
+        return None;
+    }
+    let mut bodies: Vec<&'a Body> = Vec::new();
+    let mut places: BTreeMap<&'a str, usize> = BTreeMap::new();
+    let mut add = |body: &'a Body| {
+        places.entry(&body.name).or_insert_with(|| {
+            bodies.push(body);
+            bodies.len() - 1
+        });
+    };
+    for pair in pairs {
+        let SideOfPair::Body(a) = pair.a else { return None };
+        add(a);
+    }
+    pairs.iter().for_each(|pair| add(pair.b));
+    let ends = pairs.iter().map(|pair| (places[pair.a.name()], places[pair.b.name.as_str()]));
+    let touching: BTreeSet<(usize, usize)> = ends.collect();
+    let all = bodies.len() * (bodies.len() - 1) / 2;
+    if touching.iter().any(|(a, b)| a >= b) || all > 2 * touching.len() {
+        return None; // sides in another order, or too many exclusions
+    }
+    let (mut shapes, mut owners) = (Vec::new(), Vec::new());
+    for (k, body) in bodies.iter().enumerate() {
+        for shape in shapes_of_body(body, names, known) {
+            shapes.push((names.frame(&body.name), shape));
+            owners.push(k);
+        }
+    }
+    let apart = |(i, j): &(usize, usize)| {
+        owners[*i] != owners[*j] && !touching.contains(&(owners[*i], owners[*j]))
+    };
+    let count = shapes.len();
+    let excluded: Vec<(usize, usize)> = match all > touching.len() {
+        true => {
+            (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j))).filter(apart).collect()
+        }
+        false => Vec::new(),
+    };
+    let group = ShapeGroup::new(&contact.name, shapes, &excluded, law(contact)).ok()?;
+    let bodies = owners.iter().map(|k| bodies[*k].name.clone()).collect();
+    let element = ShapeElement::Group(Arc::new(group));
+    let (contact, bodies) = (contact.name.clone(), TouchingBodies::Group(bodies));
+    Some(TouchingShapes { contact, bodies, element })
+}
+
+fn rigid(of: &ContactPair<'_>, frames: [FrameId; 2], pair: Pair) -> ShapeContact {
+    ShapeContact {
         name: format!("{}–{}", of.a.name(), of.b.name),
         source: of.contact.name.clone(),
         size: pair.extent().max(f64::MIN_POSITIVE),
         pair,
         frames,
         law: law(of.contact),
-    })))
+    }
 }
 
 /// The law of a contact with a `model`.
@@ -94,28 +170,31 @@ fn compliant_law(contact: &Contact) -> Option<CompliantLaw> {
 /// The shapes of bodies that were asked for.
 type KnownShapes<'a> = BTreeMap<&'a str, Vec<ContactShape>>;
 
-/// The frames and the shapes of a pair of bodies, every shape with every other one.
+/// The shapes of both sides of a pair.
 fn shapes_of<'a>(
     pair: &ContactPair<'a>,
     names: &Names<'a>,
     known: &mut KnownShapes<'a>,
-) -> Vec<([FrameId; 2], [ContactShape; 2])> {
-    let axes =
-        |name: &str| names.index(name).map_or_else(Matrix3::identity, |k| names.principal[k]);
-    let mut of_body = |body: &'a Body| {
-        let shapes = || names.model.contact_shapes(body, &axes(&body.name));
-        known.entry(&body.name).or_insert_with(shapes).clone()
-    };
+) -> [Vec<ContactShape>; 2] {
     let on_a = match pair.a {
-        SideOfPair::Plane(plane) => vec![plane.contact_shape(&axes(&plane.on))],
-        SideOfPair::Body(body) => of_body(body),
+        SideOfPair::Plane(plane) => vec![plane.contact_shape(&axes(names, &plane.on))],
+        SideOfPair::Body(body) => shapes_of_body(body, names, known),
     };
-    let on_b = of_body(pair.b);
-    let frames = [names.frame(pair.a.name()), names.frame(&pair.b.name)];
-    let both = |a: &ContactShape| -> Vec<_> {
-        on_b.iter().map(|b| (frames, [a.clone(), b.clone()])).collect()
-    };
-    on_a.iter().flat_map(both).collect()
+    [on_a, shapes_of_body(pair.b, names, known)]
+}
+
+fn shapes_of_body<'a>(
+    body: &'a Body,
+    names: &Names<'a>,
+    known: &mut KnownShapes<'a>,
+) -> Vec<ContactShape> {
+    let shapes = || names.model.contact_shapes(body, &axes(names, &body.name));
+    known.entry(&body.name).or_insert_with(shapes).clone()
+}
+
+/// The axes along which shapes of a body stand.
+fn axes(names: &Names<'_>, body: &str) -> Matrix3<f64> {
+    names.index(body).map_or_else(Matrix3::identity, |k| names.principal[k])
 }
 
 fn law(contact: &Contact) -> ContactLaw {
@@ -149,12 +228,9 @@ pub(crate) fn check_overlap(
         if gap >= -OVERLAP * element.size() {
             continue; // what is not a number is refused
         }
-        let TouchingShapes { contact, a, b, first, features: count, .. } = shapes;
+        let (contact, Sides { a, b, number, of }) = (&shapes.contact, shapes.sides(feature));
         let side = if a == GROUND { format!("`{contact}`") } else { format!("`{a}`") };
-        let point = match *count > 1 {
-            true => format!(" (point {})", first + feature),
-            false => String::new(),
-        };
+        let point = if of > 1 { format!(" (point {number})") } else { String::new() };
         let depth = length(-gap);
         let message = format!("`{b}` and {side} overlap by {depth} at the start{point}");
         let problem = Problem::new(format!("contact.{contact}"), message);

@@ -7,11 +7,12 @@ use vi_core::Configuration;
 use vi_multibody::contact::compliant_contact::CompliantContact;
 use vi_multibody::contact::joint_stop::LOWER;
 use vi_multibody::contact::shape_contact::ShapeContact;
+use vi_multibody::contact::shape_group::ShapeGroup;
 
 /// What an element with impulses is in the model.
 #[derive(Clone, Debug)]
 pub enum ContactOrigin {
-    /// A pair of shapes of a `[[contact]]`.
+    /// Shapes of a `[[contact]]`.
     Shapes(TouchingShapes),
     /// The stops of a joint.
     Stop {
@@ -25,51 +26,125 @@ pub enum ContactOrigin {
     },
 }
 
-/// A pair of shapes of a `[[contact]]`.
+/// Shapes of a `[[contact]]`.
 #[derive(Clone, Debug)]
 pub struct TouchingShapes {
     /// The section.
     pub contact: String,
-    /// The body of the one side, or what carries the plane.
-    pub a: String,
-    /// The body of the other side.
-    pub b: String,
-    /// The number of its first feature among those of the two bodies.
-    pub first: u32,
-    /// How many features the two bodies have.
-    pub features: u32,
+    /// Which bodies these are.
+    pub bodies: TouchingBodies,
     /// Their gaps.
     pub element: ShapeElement,
 }
 
-/// The element of a pair of shapes.
+/// The bodies of shapes that touch.
+#[derive(Clone, Debug)]
+pub enum TouchingBodies {
+    /// A shape of one with a shape of another.
+    Pair {
+        /// The body of the one side, or what carries the plane.
+        a: String,
+        /// The body of the other side.
+        b: String,
+        /// The number of its first feature among those of the two bodies.
+        first: u32,
+        /// How many features the two bodies have.
+        features: u32,
+    },
+    /// Of each shape of a group its body; shapes of one body stand side by side.
+    Group(Vec<String>),
+}
+
+/// The bodies of a feature, and its number among those of the two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sides<'a> {
+    /// The body of the one side, or what carries the plane.
+    pub a: &'a str,
+    /// The body of the other side.
+    pub b: &'a str,
+    /// The number of the feature.
+    pub number: u32,
+    /// How many features the two bodies have.
+    pub of: u32,
+}
+
+/// The element of shapes that touch.
 #[derive(Clone, Debug)]
 pub enum ShapeElement {
-    /// By impulses.
+    /// Two of them, by impulses.
     Rigid(Arc<ShapeContact>),
-    /// By a force.
+    /// Two of them, by a force.
     Compliant(Arc<CompliantContact>),
+    /// Many, each with each, by impulses.
+    Group(Arc<ShapeGroup>),
 }
 
 impl ShapeElement {
-    /// How many features it has.
-    #[must_use]
-    pub fn features(&self) -> u32 {
-        match self {
-            Self::Rigid(own) => own.pair.features(),
-            Self::Compliant(own) => own.pair().features(),
-        }
-    }
-
-    /// The smallest gap of its features, m.
+    /// The smallest gap, m.
     #[must_use]
     pub fn gap(&self, at: Configuration<'_>) -> Option<f64> {
         let (pair, gap): (_, Box<dyn Fn(u32) -> f64>) = match self {
             Self::Rigid(own) => (&own.pair, Box::new(|feature| own.gap(feature, at))),
             Self::Compliant(own) => (own.pair(), Box::new(|feature| own.gap(feature, at.q))),
+            Self::Group(own) => return own.smallest_gap(at),
         };
         (0..pair.features()).map(gap).min_by(f64::total_cmp)
     }
+}
+
+impl TouchingBodies {
+    fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Pair { a, b, first, .. }, Self::Pair { a: c, b: d, first: other, .. }) => {
+                (a, b, first) == (c, d, other)
+            }
+            (Self::Group(own), Self::Group(other)) => own == other,
+            _ => false,
+        }
+    }
+}
+
+impl TouchingShapes {
+    /// The bodies of a feature.
+    #[must_use]
+    pub fn sides(&self, feature: u32) -> Sides<'_> {
+        match (&self.bodies, &self.element) {
+            (TouchingBodies::Pair { a, b, first, features }, _) => {
+                Sides { a, b, number: first + feature, of: *features }
+            }
+            (TouchingBodies::Group(bodies), ShapeElement::Group(group)) => {
+                let (i, j) = group.pair(feature);
+                let [a, b] = [i, j].map(|k| &bodies[k]);
+                let (mut number, mut count) = (group.feature_of_pair(feature), 0);
+                for k in own_shapes(bodies, i) {
+                    for l in own_shapes(bodies, j) {
+                        if (k, l) < (i, j) {
+                            number += group.features_of(k, l);
+                        }
+                        count += group.features_of(k, l);
+                    }
+                }
+                Sides { a, b, number, of: count }
+            }
+            _ => Sides { a: "", b: "", number: feature, of: 1 }, // a group is of a group
+        }
+    }
+
+    /// Whether a body is one of them.
+    #[must_use]
+    pub fn has(&self, body: &str) -> bool {
+        match &self.bodies {
+            TouchingBodies::Pair { a, b, .. } => a == body || b == body,
+            TouchingBodies::Group(bodies) => bodies.iter().any(|own| own == body),
+        }
+    }
+}
+
+/// The shapes of the body of shape `k`, which stand side by side.
+fn own_shapes(bodies: &[String], k: usize) -> std::ops::Range<usize> {
+    let same = |own: &&String| **own == bodies[k];
+    let before = bodies[..k].iter().rev().take_while(same).count();
+    k - before..k + bodies[k..].iter().take_while(same).count()
 }
 
 impl ContactOrigin {
@@ -87,10 +162,10 @@ impl ContactOrigin {
     pub fn place(&self, feature: u32) -> String {
         match self {
             Self::Shapes(shapes) => {
-                let TouchingShapes { a, b, first, features, .. } = shapes;
-                let bodies = if a == GROUND { b.clone() } else { format!("{a} and {b}") };
-                match *features > 1 {
-                    true => format!("{bodies} (point {})", first + feature),
+                let Sides { a, b, number, of } = shapes.sides(feature);
+                let bodies = if a == GROUND { b.to_owned() } else { format!("{a} and {b}") };
+                match of > 1 {
+                    true => format!("{bodies} (point {number})"),
                     false => bodies,
                 }
             }
@@ -104,8 +179,7 @@ impl ContactOrigin {
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Shapes(own), Self::Shapes(other)) => {
-                let key = |of: &TouchingShapes| (of.contact.clone(), of.a.clone(), of.b.clone());
-                own.first == other.first && key(own) == key(other)
+                own.contact == other.contact && own.bodies.is_same(&other.bodies)
             }
             (Self::Stop { joint: own }, Self::Stop { joint })
             | (Self::Friction { joint: own }, Self::Friction { joint }) => own == joint,
@@ -117,7 +191,7 @@ impl ContactOrigin {
     #[must_use]
     pub fn compliant(&self) -> Option<&Arc<CompliantContact>> {
         match &self.shapes()?.element {
-            ShapeElement::Rigid(_) => None,
+            ShapeElement::Rigid(_) | ShapeElement::Group(_) => None,
             ShapeElement::Compliant(own) => Some(own),
         }
     }

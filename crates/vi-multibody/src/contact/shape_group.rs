@@ -118,6 +118,31 @@ impl ShapeGroup {
         (pair / count, pair % count)
     }
 
+    /// A feature as one of its pair.
+    #[must_use]
+    pub fn feature_of_pair(&self, feature: u32) -> u32 {
+        feature % self.most
+    }
+
+    /// How many features two of its shapes have.
+    #[must_use]
+    pub fn features_of(&self, a: usize, b: usize) -> u32 {
+        features(&self.shapes[a].shape, &self.shapes[b].shape)
+    }
+
+    /// The smallest of all gaps, m; `None` where no shapes may touch.
+    #[must_use]
+    pub fn smallest_gap(&self, at: Configuration<'_>) -> Option<f64> {
+        let count = self.shapes.len() as u32;
+        let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+        let gaps = pairs.filter(|pair| self.may_touch(*pair)).flat_map(|(a, b)| {
+            let first = (a * count + b) * self.most;
+            let own = 0..self.features_of(a as usize, b as usize);
+            own.map(move |feature| self.gap(first + feature, at))
+        });
+        gaps.min_by(f64::total_cmp)
+    }
+
     fn touching(&self, feature: u32) -> Touching<'_> {
         let (a, b) = self.pair(feature);
         let [a, b] = [a, b].map(|k| &self.shapes[k]);
