@@ -1,9 +1,10 @@
 //! Geometry for contact of robot descriptions: what stands on the ground, what touches what.
+#![allow(clippy::float_cmp)] // exact numbers of a description
 
 use super::import_dialects::imported;
 use holonom::Sample;
 use holonom::import::{Base, ImportOptions};
-use holonom::model::{Contact, Model, ShapeKind};
+use holonom::model::{Model, ShapeKind};
 
 fn with_contacts(base: Base) -> ImportOptions {
     ImportOptions { contacts: true, base, ..ImportOptions::default() }
@@ -72,10 +73,6 @@ fn a_quadruped_stands_on_its_feet() {
     }
 }
 
-fn contact<'a>(model: &'a Model, name: &str) -> &'a Contact {
-    model.contacts.iter().find(|own| own.name == name).unwrap_or_else(|| panic!("no {name}"))
-}
-
 /// `contype` and `conaffinity` tell which geoms touch; the larger coefficient of friction counts;
 /// what is fixed to the ground but for planes does not touch.
 #[test]
@@ -93,15 +90,22 @@ fn groups_and_friction_of_mjcf() {
     </worldbody></mujoco>"#;
     let found = imported(text, &with_contacts(Base::Fixed));
     println!("{}", found.text);
-    let of = |name: &str| {
-        let own = contact(&found.model, name);
-        (own.b.list().to_vec(), own.friction)
+    let of = |friction: f64, height: f64| {
+        let mut own =
+            found.model.contacts.iter().filter(|own| {
+                own.friction == friction && own.plane().unwrap().position[2] == height
+            });
+        let found = own.next().unwrap_or_else(|| panic!("{friction} at {height}"));
+        assert!(own.next().is_none());
+        found
     };
-    assert_eq!(of("floor"), (vec!["a".to_owned(), "c".to_owned()], 1.0));
-    let floor = contact(&found.model, "floor").plane().unwrap().clone();
-    assert_eq!((floor.position, floor.normal), ([0.0, 0.0, -0.5], [0.0, 0.0, 1.0]));
-    let ramp = contact(&found.model, "ramp");
-    assert_eq!((ramp.b.list(), ramp.friction), (&["b".to_owned()][..], 1.0));
+    assert_eq!(found.model.contacts.len(), 3);
+    // a geom of contype 1 touches a plane of conaffinity 1, whatever its own conaffinity is
+    assert_eq!(of(1.0, -0.5).b.list(), ["a", "c"]);
+    assert_eq!(of(0.9, -0.5).b.list(), ["b"]);
+    assert_eq!(of(1.0, -0.5).plane().unwrap().normal, [0.0, 0.0, 1.0]);
+    let ramp = of(1.0, -9.0);
+    assert_eq!((ramp.name.as_str(), ramp.b.list()), ("ramp", &["b".to_owned()][..]));
     let normal = ramp.plane().unwrap().normal;
     assert!((normal[1] + 0.5).abs() < 1e-15 && (normal[2] - 0.75_f64.sqrt()).abs() < 1e-15);
     let kinds =

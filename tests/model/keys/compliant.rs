@@ -61,7 +61,7 @@ fn contacts() -> Case {
         rule(
             "sledge",
             -0.19,
-            "friction = 0.25\nmodel = { type = \"hunt_crossley\", stiffness = 1e4, transition_velocity = 0.05, static_ratio = 1.5, stribeck_velocity = 0.1 }",
+            "friction = 0.25\nmodel = { type = \"hunt_crossley\", stiffness = 1e4, transition_velocity = 0.05, static_ratio = 1.5, stribeck_velocity = 0.3 }",
         ),
     ]
     .concat()
@@ -79,7 +79,7 @@ fn contacts() -> Case {
         checks.near("after Hertz", height("hertz"), bounce(5e4, 1.5, 0.0), 1e-5);
         checks.near("with dissipation", height("other"), bounce(2e4, 1.25, 0.2), 1e-5);
         let pressed = 1e4 * 0.01_f64.powf(1.5);
-        let slowed = |_, v: f64| -0.25 * pressed * course(v, 0.05, (1.5, 0.1)) / 2.0;
+        let slowed = |_, v: f64| -0.25 * pressed * course(v, 0.05, (1.5, 0.3)) / 2.0;
         let sledge = moved([0.0, 0.5], 0.2, slowed, 2000)[0];
         checks.near("sliding", last(run, "x"), sledge, 1e-6);
         checks

@@ -474,7 +474,7 @@ class Builder(Sections):
             joints it is ``axis2``.
         friction : dict, optional
             Dry friction of a joint coordinate.
-            Keys: ``coefficient``, ``force``, ``freedom``, ``radius``, ``torque``.
+            Keys: ``coefficient``, ``force``, ``freedom``, ``model``, ``radius``, ``torque``.
         limits : array (2,) or dict, optional
             Stops of a joint coordinate: ``[lower, upper]``, or a table.
         motor : dict, optional
@@ -1348,6 +1348,7 @@ class Builder(Sections):
         b: str | Sequence[Name],
         *,
         friction: Number | None = None,
+        model: Mapping[str, Any] | None = None,
         relative_to: Name | None = None,
         restitution: Number | None = None,
         tangential_restitution: Number | None = None,
@@ -1369,6 +1370,8 @@ class Builder(Sections):
         friction : float, optional
             Coefficient of friction: sliding, the force across the normal is this part of the normal
             force, against the slip; up to that it holds.
+        model : dict, optional
+            In the place of a rigid contact: a force that grows with the overlap.
         relative_to : str, optional
             The frame of a plane that is fixed in the ground: a body, a node of a beam, a joint or a
             ``[[frame]]``, as it is initially; the inertial frame by default.
@@ -1383,6 +1386,7 @@ class Builder(Sections):
             "a": a,
             "b": b,
             "friction": friction,
+            "model": model,
             "relative_to": relative_to,
             "restitution": restitution,
             "tangential_restitution": tangential_restitution,
