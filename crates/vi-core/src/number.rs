@@ -75,7 +75,7 @@ impl Number for HyperDual64 {
         self.re
     }
     fn vanishes(self) -> bool {
-        [self.re, self.eps1, self.eps2, self.eps1eps2] == [0.0; 4]
+        [self.re, self.eps1, self.eps2, self.eps1eps2].iter().all(|part| *part == 0.0)
     }
     fn arctangent(self, x: Self) -> Self {
         let y = self;

@@ -46,7 +46,7 @@ impl Checker<'_> {
                 let help = "write `transition_velocity`, m/s: far below the velocities of sliding";
                 self.report(at, message.to_owned(), help);
             }
-            None if static_ratio == 1.0 && stribeck_velocity.is_none() => {}
+            None if static_ratio.to_bits() == 1.0_f64.to_bits() && stribeck_velocity.is_none() => {}
             _ => {
                 let message = "without friction nothing acts across the normal".to_owned();
                 let help = "write `friction` of the contact, or remove what belongs to it";
