@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use holonom_model::Model;
 use nalgebra::Isometry3;
 
-use crate::contact::GroundPlane;
 use crate::names::TakenNames;
+use crate::surface::GroundPlane;
 use crate::tree::BodyTree;
 
 /// A model with the comments of its text.

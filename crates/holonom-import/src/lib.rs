@@ -34,6 +34,7 @@ mod repair;
 mod robot;
 mod solid;
 mod source;
+mod surface;
 mod text;
 mod tree;
 mod tree_body;

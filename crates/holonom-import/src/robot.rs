@@ -5,10 +5,10 @@ use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use holonom_model::nearest;
 
 use crate::Close;
-use crate::contact::{GroundPlane, Touching};
 use crate::mass::Mass;
 use crate::solid::PlacedSolid;
 use crate::source::{Place, Refusal, Result, SourceText};
+use crate::surface::{GroundPlane, Touching};
 
 /// A robot.
 #[derive(Debug)]

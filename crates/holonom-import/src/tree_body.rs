@@ -2,11 +2,11 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use crate::contact::Touching;
 use crate::mass::Mass;
 use crate::robot::Joint;
 use crate::solid::PlacedSolid;
 use crate::source::Place;
+use crate::surface::Touching;
 
 /// A body of the model.
 #[derive(Clone, Debug)]

@@ -5,12 +5,12 @@ use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use super::geom::{Geom, Geoms};
 use super::pose::{orientation, pose};
 use super::settings::{Defaults, FileSettings, FromGeoms};
-use crate::contact::{FRICTION, GroundPlane, NOT_ASKED, Surface, Touching};
 use crate::element::XmlElement;
 use crate::mass::Mass;
 use crate::remark::{FAR, Remarks};
 use crate::robot::{Joint, Link, Mobility, NamedFrame};
 use crate::source::{Refusal, Result};
+use crate::surface::{FRICTION, GroundPlane, NOT_ASKED, Surface, Touching};
 
 /// Where an element stands: in which link, under which class, in which `<frame>`.
 #[derive(Clone)]

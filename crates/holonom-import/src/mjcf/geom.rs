@@ -6,7 +6,6 @@ use nalgebra::{Isometry3, Unit, Vector3};
 
 use super::pose::{orientation, pose, to_axis};
 use super::settings::FileSettings;
-use crate::contact::Surface;
 use crate::element::XmlElement;
 use crate::mass::Mass;
 use crate::mesh::MeshCache;
@@ -14,6 +13,7 @@ use crate::remark::Remarks;
 use crate::robot::Unread;
 use crate::solid::{PlacedSolid, Solid};
 use crate::source::{Refusal, Result};
+use crate::surface::Surface;
 use crate::urdf::weighed;
 
 /// A geometry in the frame of its body.

@@ -14,12 +14,12 @@ use nalgebra::{Isometry3, Vector3};
 
 use holonom_model::nearest;
 
-use crate::contact::{NOT_ASKED, Surface, Touching};
 use crate::element::XmlElement;
 use crate::mesh::MeshCache;
 use crate::remark::Remarks;
 use crate::robot::{Gear, Link, NamedFrame, Robot, Unread};
 use crate::source::{Refusal, Result};
+use crate::surface::{NOT_ASKED, Surface, Touching};
 use crate::{Base, ImportOptions};
 pub(crate) use geometry::weighed;
 

@@ -1,5 +1,4 @@
-//! Friction as a smooth function of the velocity of sliding: `model` of the friction of a joint, and
-//! part of the `model` of a contact.
+//! Smooth friction: `model` of the friction of a joint, and part of the `model` of a contact.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

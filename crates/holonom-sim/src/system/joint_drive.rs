@@ -82,8 +82,8 @@ pub(super) fn stribeck(course: &FrictionCourse) -> Stribeck {
     Stribeck { transition_velocity, static_ratio, stribeck_velocity }
 }
 
-/// Spring, damper, bumper, friction, motor and control of a joint, in this order; `setpoint`: what the
-/// control follows in the place of the path of the motor.
+/// Spring, damper, bumper, friction, motor and control of a joint, in this order; `setpoint`: what
+/// the control follows in the place of the path of the motor.
 pub(crate) fn joint_elements(
     joint: &holonom_model::Joint,
     setpoint: Option<HeldEffort>,

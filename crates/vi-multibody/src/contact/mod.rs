@@ -1,4 +1,4 @@
-//! Joint stops, dry friction of joints, contacts of shapes, rigid and compliant, as parts of a mechanism.
+//! Joint stops, dry friction of joints, contacts of shapes by impulses or forces, in a mechanism.
 
 mod broad_phase;
 pub mod compliant_contact;
