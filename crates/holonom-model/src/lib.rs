@@ -61,6 +61,7 @@ pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring, Velocit
 pub use types::event::{Event, Locate, coordinate_of};
 pub use types::frame::Frame;
 pub use types::friction::{FrictionCourse, FrictionModel};
+pub use types::identify::{Identify, Measurement, Prior, Unknown};
 pub use types::joint_contact::{ContactMethod, JointBumper, JointFriction, JointLimits, Limits};
 pub use types::law::{Formula, Law};
 pub use types::load::{History, Load};
@@ -163,6 +164,12 @@ pub struct Model {
     /// `[optimize]`: what is free in an optimum, and how it is looked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub optimize: Option<Optimize>,
+    /// `[[measurement]]`: sensors beside measured values.
+    #[serde(default, rename = "measurement", skip_serializing_if = "Vec::is_empty")]
+    pub measurements: Vec<Measurement>,
+    /// `[identify]`: what is to be found from measurements.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identify: Option<Identify>,
     /// The meshes of its bodies.
     #[serde(skip)]
     pub meshes: Meshes,
@@ -201,6 +208,8 @@ impl Model {
             objectives: Vec::new(),
             conditions: Vec::new(),
             optimize: None,
+            measurements: Vec::new(),
+            identify: None,
             meshes: Meshes::default(),
             remarks: Vec::new(),
             released: Vec::new(),
@@ -316,6 +325,8 @@ impl Model {
         let objectives = document.list("objective", &mut problems);
         let conditions = document.list("condition", &mut problems);
         let optimize = document.optional_table("optimize", &mut problems);
+        let measurements = document.list("measurement", &mut problems);
+        let identify = document.optional_table("identify", &mut problems);
         let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
             return Err(ModelError::invalid(problems));
         };
@@ -343,6 +354,8 @@ impl Model {
             objectives,
             conditions,
             optimize,
+            measurements,
+            identify,
             meshes,
             remarks: document.turns(),
             released: Vec::new(),

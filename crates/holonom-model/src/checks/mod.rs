@@ -9,6 +9,7 @@ mod contact;
 mod control;
 mod drive;
 mod event;
+mod identify;
 mod joint_contact;
 mod law;
 mod load;
@@ -81,6 +82,9 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     let conditions = model.conditions.iter().enumerate();
     conditions.for_each(|(i, own)| checker.condition(&each(i, "condition"), own));
     model.optimize.iter().for_each(|own| checker.optimize(own));
+    let measurements = model.measurements.iter().enumerate();
+    measurements.for_each(|(i, own)| checker.measurement(&each(i, "measurement"), own));
+    model.identify.iter().for_each(|own| checker.identify(own));
     checker.problems
 }
 

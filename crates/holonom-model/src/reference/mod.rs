@@ -65,7 +65,7 @@ macro_rules! examples {
     ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
 }
 
-const EXAMPLES: [(&str, &str); 23] = examples![
+const EXAMPLES: [(&str, &str); 25] = examples![
     "model",
     "simulation",
     "parameters",
@@ -88,7 +88,9 @@ const EXAMPLES: [(&str, &str); 23] = examples![
     "control",
     "objective",
     "condition",
-    "optimize"
+    "optimize",
+    "measurement",
+    "identify"
 ];
 
 impl Section {

@@ -1,9 +1,9 @@
 //! The sections of a model file.
 
 /// Sections that are one table.
-pub(crate) const TABLES: [&str; 3] = ["model", "simulation", "optimize"];
-/// Sections that are lists of named components.
-pub(crate) const LISTS: [&str; 19] = [
+pub(crate) const TABLES: [&str; 4] = ["model", "simulation", "optimize", "identify"];
+/// Sections that are lists of components.
+pub(crate) const LISTS: [&str; 20] = [
     "frame",
     "body",
     "beam",
@@ -23,6 +23,7 @@ pub(crate) const LISTS: [&str; 19] = [
     "control",
     "objective",
     "condition",
+    "measurement",
 ];
 
 /// Whether a text at this key path is an expression that is evaluated along the run.

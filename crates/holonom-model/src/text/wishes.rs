@@ -316,7 +316,7 @@ const WISHES: [Wish; 33] = [
          [[condition]] what is wanted",
     ),
     (
-        &["identify", "monte_carlo", "sweep"],
+        &["monte_carlo", "sweep"],
         "parameters are varied by the program: `holonom sweep MODEL --vary KEY=A:B:N`",
     ),
     (

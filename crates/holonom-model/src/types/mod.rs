@@ -14,6 +14,7 @@ pub(crate) mod event;
 pub(crate) mod formula_or_table;
 pub(crate) mod frame;
 pub(crate) mod friction;
+pub(crate) mod identify;
 pub(crate) mod joint_contact;
 pub(crate) mod law;
 pub(crate) mod load;

@@ -335,9 +335,8 @@ impl<'a, 'i> Merge<'a, 'i> {
         self.lines(&mut out, index, section, table);
         let kind = table.get("type").and_then(|kind| kind.get_ref().as_str());
         let posed = match section {
-            "sensor" | "table" | "signal" | "event" | "control" | "objective" | "condition" => {
-                false
-            }
+            "sensor" | "table" | "signal" | "event" | "control" | "objective" | "condition"
+            | "measurement" => false,
             "law" => table.contains_key("from"),
             "load" => table.get("frame").is_none_or(|f| f.get_ref().as_str() != Some("body")),
             "constraint" => kind.is_some_and(|kind| {
