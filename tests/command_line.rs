@@ -38,6 +38,7 @@ mod program {
     mod exit_codes;
     mod foreign_files;
     mod guide;
+    mod identify;
     pub(crate) mod interrupted;
     mod interruption;
     mod optima;

@@ -5,8 +5,8 @@ use clap::CommandFactory;
 use crate::arguments::{Cli, Verb};
 use crate::failure::Failure;
 use crate::{
-    bench, check, compare, examples, export, gradient, import, modes, optimize, plot, response,
-    resume, run, schema, stdout, sweep, unit, verify, view,
+    bench, check, compare, examples, export, gradient, identify, import, modes, optimize, plot,
+    response, resume, run, schema, stdout, sweep, unit, verify, view,
 };
 
 /// Does what a verb asks for; the exit code.
@@ -27,6 +27,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::Response(arguments) => response::response(&arguments),
         Verb::Gradient(arguments) => gradient::gradient(&arguments),
         Verb::Optimize(arguments) => optimize::optimize(&arguments),
+        Verb::Identify(arguments) => identify::identify(&arguments),
         Verb::Verify(arguments) => verify::verify(&arguments),
         Verb::View(arguments) => view::view(&arguments),
         Verb::Export(arguments) => export::export(&arguments),

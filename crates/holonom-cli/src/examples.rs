@@ -86,10 +86,14 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "tippe_top",
     "rattleback",
     "falling_chain",
+    "friction_pendulum",
 ];
 
 /// Files that shipped models name: they stand beside the model, under its name.
-const FILES: &[(&str, &str)] = &[("motor.csv", include_str!("../models/motor.csv"))];
+const FILES: &[(&str, &str)] = &[
+    ("motor.csv", include_str!("../models/motor.csv")),
+    ("friction_pendulum.csv", include_str!("../models/friction_pendulum.csv")),
+];
 
 pub(crate) fn examples(arguments: &ExamplesArguments) -> Result<(), Failure> {
     if let Some(folder) = &arguments.all {

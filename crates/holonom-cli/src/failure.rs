@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use holonom::RunFailure;
+use holonom::identification::DataError;
 use holonom::import::ImportError;
 use holonom::output::{Interruption, OutputError};
 use holonom::report::time;
@@ -38,6 +39,15 @@ pub(crate) enum Failure {
     /// Code 1: a property was measured and does not hold.
     #[error("{0}")]
     Property(String),
+    /// Code 1: unknown numbers were not found.
+    #[error("{0}")]
+    Estimate(String),
+    /// Code 128 and the number of the signal: the last iterate is kept, if there is one.
+    #[error("the method was interrupted")]
+    FitInterrupted { signal: u8, file: PathBuf },
+    /// Code 3: measured values are none of the model.
+    #[error(transparent)]
+    Data(#[from] DataError),
     /// Code 1: a file cannot be read or written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -133,6 +143,22 @@ impl Failure {
             Self::Property(message) => {
                 say(message, "see the remarks above and in the certificate");
                 1
+            }
+            Self::Estimate(message) => {
+                say(message, "see the warnings above; all files are written");
+                1
+            }
+            Self::FitInterrupted { signal, file } => {
+                let help = match file.as_os_str().is_empty() {
+                    true => "no run was complete".to_owned(),
+                    false => format!("{} has the last iterate", file.display()),
+                };
+                say(&self.to_string(), &help);
+                128 + signal
+            }
+            Self::Data(error) => {
+                say(&error.message, &error.help);
+                3
             }
             Self::Output(error) => {
                 say(&error.to_string(), error.remedy());

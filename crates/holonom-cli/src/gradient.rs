@@ -26,7 +26,7 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
         parameters: chosen(By::Parameters),
         controls: chosen(By::Controls),
         initial: chosen(By::Initial),
-        values: Vec::new(),
+        ..Wanted::everything()
     };
     if let Some(folder) = &arguments.output {
         RunFolder::vacant(folder, &[FILE], arguments.force)?;
@@ -85,7 +85,7 @@ fn failure(error: Option<GradientFailure>) -> Failure {
 }
 
 /// The derivatives, kind by kind.
-fn table(found: &ModelGradient) -> String {
+pub(crate) fn table(found: &ModelGradient) -> String {
     let steps = found.steps;
     let mut text =
         format!("{}: gradient over {steps} steps of {} s\n", found.model, rounded(found.step, 9));

@@ -23,6 +23,7 @@ mod failure;
 mod folder;
 mod gradient;
 mod human;
+mod identify;
 mod import;
 mod input;
 mod memory;

@@ -1,13 +1,15 @@
 //! What the verbs say, for a caller that shows it itself.
 
 use holonom::certificate::ModelCertificate;
+use holonom::gradient::ModelGradient;
+use holonom::identification::Identified;
 use holonom::modes::{Campbell, ModesError, Report};
 use holonom::output::{OutputSize, Summary};
 use holonom::response::{Response, ResponseError};
 use holonom::{AssemblyReport, Model};
 
 use crate::failure::Failure;
-use crate::{human, modes, response, verify};
+use crate::{gradient, human, identify, modes, response, verify};
 
 /// A run in numbers, as `holonom run` says it, without the files.
 #[must_use]
@@ -49,6 +51,18 @@ pub fn response(found: &Response) -> String {
 #[must_use]
 pub fn no_response(error: ResponseError) -> (String, String) {
     words(response::failure(Some(error)))
+}
+
+/// The derivatives, as `holonom gradient` says them.
+#[must_use]
+pub fn gradient(found: &ModelGradient) -> String {
+    gradient::table(found)
+}
+
+/// The estimates, as `holonom identify` says them.
+#[must_use]
+pub fn identified(found: &Identified) -> String {
+    identify::table(found)
 }
 
 fn words(failure: Failure) -> (String, String) {

@@ -21,6 +21,8 @@ pub enum Strokes {
     MarkedLine,
     /// Points alone, in no order.
     Marks,
+    /// Points of the last curve, lines of the others over them: measured values, and a model.
+    LineOverMarks,
 }
 
 /// A line chart.

@@ -212,7 +212,8 @@ impl<'a> Panel<'a> {
 
     fn draw(&mut self, drawing: &mut Drawing, labelled: bool) {
         self.draw_axes(drawing, labelled);
-        if !self.style.patterns && self.chart.strokes != Strokes::Marks {
+        if !self.style.patterns && matches!(self.chart.strokes, Strokes::Line | Strokes::MarkedLine)
+        {
             let places =
                 |curve: &Series| curve.points.iter().filter_map(|p| self.place(p)).collect();
             self.covered = coincidence::covered(self.curves.iter().map(places).collect());
@@ -227,12 +228,19 @@ impl<'a> Panel<'a> {
 
     fn draw_curve(&self, drawing: &mut Drawing, i: usize, curve: &Series, width: f64) {
         let (color, dashes) = self.look(i);
-        if self.chart.strokes != Strokes::Line {
+        let last = i + 1 == self.curves.len();
+        let [marked, lined] = match self.chart.strokes {
+            Strokes::Line => [false, true],
+            Strokes::MarkedLine => [true, true],
+            Strokes::Marks => [true, false],
+            Strokes::LineOverMarks => [last, !last],
+        };
+        if marked {
             let places = curve.points.iter().filter_map(|p| self.place(p));
             let radius = coincidence::radius(self.style.mark, self.covers(i));
             places.for_each(|at| drawing.push(Mark::Disc(at, radius, color)));
         }
-        if self.chart.strokes == Strokes::Marks {
+        if !lined {
             return;
         }
         // values that are not numbers interrupt a curve

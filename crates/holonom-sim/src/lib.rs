@@ -12,6 +12,7 @@
 //! | [`simulation`] | the system of a model, and its run |
 //! | [`gradient`] | derivatives of its objectives by parameters, controls, initial values |
 //! | [`mod@optimize`] | optima: parameters, controls |
+//! | [`identification`] | its unknown numbers from measurements |
 //! | [`statics`] | its equilibria along the loads |
 //! | [`modes`] | natural frequencies and shapes about a configuration |
 //! | [`experiment`] | what can be run: a motion, or equilibria |
@@ -36,6 +37,7 @@ pub mod design;
 pub mod digits;
 mod event;
 pub mod gradient;
+pub mod identification;
 pub mod modes;
 pub mod optimize;
 pub mod output;

@@ -130,8 +130,8 @@ pub use holonom_import as import;
 pub use holonom_model as model;
 pub use holonom_report as report;
 pub use holonom_sim::{
-    design, dynamics, experiment, gradient, modes, optimize, output, response, sample, sensor,
-    simulation, statics, system,
+    design, dynamics, experiment, gradient, identification, modes, optimize, output, response,
+    sample, sensor, simulation, statics, system,
 };
 pub use holonom_study::{bench, certificate, compare};
 pub use vi_verify as verification;

@@ -18,6 +18,7 @@ mod events;
 pub(crate) mod forces;
 mod frames;
 mod general_sections;
+mod identify;
 mod joints;
 mod judged;
 mod laws;
@@ -262,7 +263,7 @@ impl Found {
 /// A subject with its cases.
 type Subject = (&'static str, fn() -> Vec<Case>);
 
-const SUBJECTS: [Subject; 21] = [
+const SUBJECTS: [Subject; 22] = [
     ("bodies", bodies::cases),
     ("pictures", pictures::cases),
     ("forces", forces::cases),
@@ -275,6 +276,7 @@ const SUBJECTS: [Subject; 21] = [
     ("signals", signals::cases),
     ("connections", connections::cases),
     ("controls", controls::cases),
+    ("identify", identify::cases),
     ("frames", frames::cases),
     ("beams", beams::cases),
     ("sections", sections::cases),

@@ -3,6 +3,7 @@
 
 mod configuration;
 mod gradient;
+mod identify;
 mod model_files;
 mod optimize;
 mod plot;
@@ -16,6 +17,7 @@ mod unit;
 
 pub(crate) use configuration::{CheckArguments, ModesArguments, Speeds};
 pub(crate) use gradient::{By, GradientArguments};
+pub(crate) use identify::IdentifyArguments;
 pub(crate) use model_files::{ExamplesArguments, ImportArguments, SchemaArguments};
 pub(crate) use optimize::OptimizeArguments;
 pub(crate) use plot::{PlotArguments, PlotStyle};
@@ -94,6 +96,8 @@ pub(crate) enum Verb {
     Gradient(GradientArguments),
     /// Find parameters, or controls, of least cost that meet the conditions
     Optimize(OptimizeArguments),
+    /// Find unknown numbers of a model from measurements of its motion, with standard errors
+    Identify(IdentifyArguments),
     /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
     Verify(VerifyArguments),
     /// Show a finished run in the browser: the animated scene, charts, facts

@@ -24,6 +24,17 @@ const OPEN: f64 = 1e-8;
 /// By how much stated positions may differ from the start, for them to be closed, m.
 const CLOSED: f64 = 1e-6;
 
+/// A coordinate of the start with its joint, if it has one, and which of its coordinates it is.
+pub(crate) type TreeCoordinate = (Option<usize>, usize, StartCoordinate);
+
+/// How a start changes at which coordinates and rates of joints are given.
+pub(crate) struct GivenStart {
+    /// By parameters.
+    pub(crate) parameters: Vec<StartTangent>,
+    /// By each coordinate and its rate.
+    pub(crate) given: Vec<[StartTangent; 2]>,
+}
+
 /// What a start is of.
 pub(crate) struct StartOf<'a> {
     pub(crate) model: &'a Model,
@@ -40,16 +51,26 @@ impl StartOf<'_> {
     ///
     /// # Errors
     /// [`ModelError`] where the tree has none that do.
-    pub(crate) fn coordinates(
+    pub(crate) fn coordinates(&self) -> Result<Vec<TreeCoordinate>, ModelError> {
+        self.coordinates_with(&[])
+    }
+
+    /// The same with coordinates of joints before all others: joint, freedom.
+    ///
+    /// # Errors
+    /// As of [`StartOf::coordinates`].
+    pub(crate) fn coordinates_with(
         &self,
-    ) -> Result<Vec<(Option<usize>, usize, StartCoordinate)>, ModelError> {
+        first: &[(usize, usize)],
+    ) -> Result<Vec<TreeCoordinate>, ModelError> {
         let all = StartCoordinate::of_tree(self.mechanism);
-        let stated = |own: &(Option<usize>, usize, StartCoordinate)| {
+        let stated = |own: &TreeCoordinate| {
             let joint = own.0.and_then(|k| self.model.joints.get(k));
             joint.is_some_and(|joint| joint.rate.is_some())
         };
+        let is_first = |own: &TreeCoordinate| own.0.is_some_and(|k| first.contains(&(k, own.1)));
         let mut order: Vec<usize> = (0..all.len()).collect();
-        order.sort_by_key(|&k| !stated(&all[k]));
+        order.sort_by_key(|&k| (!is_first(&all[k]), !stated(&all[k])));
         let plain: Vec<StartCoordinate> = order.iter().map(|&k| all[k].2.clone()).collect();
         let chosen = start::independent(self.mechanism, self.rows, self.at, &plain);
         let mut chosen = chosen.map_err(|_| {
@@ -100,6 +121,71 @@ impl StartOf<'_> {
         Ok(StartTangent { q, v, p })
     }
 
+    /// How a start changes at which coordinates and rates of some joints are given, by parameters
+    /// and by these: joint, freedom. Others keep what the model states of them.
+    ///
+    /// # Errors
+    /// [`ModelError`] where the given ones do not determine the start with others, or a parameter
+    /// opens a redundant loop.
+    pub(crate) fn given(
+        &self,
+        tangents: &[ModelTangent],
+        first: &[(usize, usize)],
+    ) -> Result<GivenStart, ModelError> {
+        let chosen = self.coordinates_with(first)?;
+        let place = |own: &(usize, usize)| {
+            chosen.iter().position(|(joint, freedom, _)| (*joint, *freedom) == (Some(own.0), own.1))
+        };
+        let mut places = Vec::new();
+        for own in first {
+            let Some(place) = place(own) else {
+                let name = &self.model.joints[own.0].name;
+                let what = format!("the start of `{name}`, which follows from that of others");
+                let help =
+                    "name as many joints as there are degrees of freedom, none that closes a loop";
+                return Err(refused("identify.initial", what, help));
+            };
+            places.push(place);
+        }
+        let plain: Vec<StartCoordinate> = chosen.iter().map(|x| x.2.clone()).collect();
+        let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
+        let Self { mechanism, mass, rows, at, .. } = *self;
+        let none = ModelTangent::default();
+        let found = start::derivatives(mechanism, mass, rows, at, &plain, &numbers);
+        let found = found.map_err(|error| {
+            let own = match &error {
+                StartDerivativeError::Opens { parameter, .. } => &tangents[*parameter],
+                _ => tangents.first().unwrap_or(&none),
+            };
+            self.refusal(&error, own)
+        })?;
+        let by_rates = self.model.joints.iter().any(|joint| joint.rate.is_some());
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let stated = InitialValues::new(at.t, &q, &v);
+        let mut parameters = found.parameters;
+        for (own, change) in tangents.iter().zip(&mut parameters) {
+            self.stays_mobile(own, &change.q)?;
+            for (k, (joint, freedom, coordinate)) in chosen.iter().enumerate() {
+                if places.contains(&k) {
+                    continue;
+                }
+                let by = [&own.q[..], &own.v[..]];
+                let [value, rate] =
+                    start::stated_change(mechanism, &own.numbers, coordinate, stated, by);
+                let of_joint =
+                    own.rates.iter().find(|(k, f, _)| (Some(*k), *f) == (*joint, *freedom));
+                let rate = match by_rates && joint.is_some() {
+                    true => of_joint.map_or(0.0, |own| own.2),
+                    false => rate,
+                };
+                change.add(value, &found.coordinates[k]);
+                change.add(rate, &found.rates[k]);
+            }
+        }
+        let of = |k: &usize| [found.coordinates[*k].clone(), found.rates[*k].clone()];
+        Ok(GivenStart { parameters, given: places.iter().map(of).collect() })
+    }
+
     /// A start that is closed and keeps the stated rates of joints: their coordinates are kept as
     /// well, and are as many as the degrees of freedom.
     fn kept_rates(&self, own: &ModelTangent) -> Result<StartTangent, ModelError> {
@@ -114,17 +200,13 @@ impl StartOf<'_> {
         for ((joint, freedom, _), by) in chosen.iter().zip(&found.rates) {
             let stated = own.rates.iter().find(|(k, f, _)| (Some(*k), *f) == (*joint, *freedom));
             let slope = stated.map_or(0.0, |own| own.2);
-            change.v.iter_mut().zip(&by.v).for_each(|(x, by)| *x += slope * by);
-            change.p.iter_mut().zip(&by.p).for_each(|(x, by)| *x += slope * by);
+            change.add(slope, by);
         }
         Ok(change)
     }
 
     /// The independent coordinates where the rates of all of them are stated.
-    fn rated(
-        &self,
-        own: &ModelTangent,
-    ) -> Result<Vec<(Option<usize>, usize, StartCoordinate)>, ModelError> {
+    fn rated(&self, own: &ModelTangent) -> Result<Vec<TreeCoordinate>, ModelError> {
         let chosen = self.coordinates()?;
         let stated = |joint: &Option<usize>| {
             let joint = joint.and_then(|k| self.model.joints.get(k));

@@ -17,11 +17,13 @@ pub(crate) mod trial;
 pub use check::Check;
 pub use prepared::GradientFailure;
 
+use crate::design::start::TreeCoordinate;
 use crate::design::{self, ModelTangent, refused};
-use crate::system::outside::Outside;
-use holonom_model::{Model, ModelText, Override};
+use crate::system::outside::{JointStart, Outside};
+use holonom_model::{Model, ModelError, ModelText, Override};
 use prepared::{Begin, Prepared};
 use serde::Serialize;
+use trial::{InitialCoordinate, StatedStart};
 use vi_control::checkpoints::Checkpoints;
 use vi_control::gradient::{Gradient, Task};
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
@@ -41,14 +43,33 @@ pub struct Wanted {
     pub initial: bool,
     /// The values of the controls, a list for each; zero where there is none.
     pub values: Vec<Vec<f64>>,
+    /// Where joints begin; where the model states where there is none.
+    pub start: JointStart,
 }
 
 impl Wanted {
     /// All derivatives of the sum of all objectives, at efforts of zero.
     #[must_use]
     pub fn everything() -> Self {
-        let (of, values) = (Vec::new(), Vec::new());
-        Self { of, parameters: true, controls: true, initial: true, values }
+        let (of, values, start) = (Vec::new(), Vec::new(), JointStart::default());
+        Self { of, parameters: true, controls: true, initial: true, values, start }
+    }
+
+    fn outside(&self) -> Outside {
+        Outside { start: self.start.clone(), ..Outside::default() }
+    }
+
+    /// The joints whose start is given: joint, freedom.
+    fn given(&self, model: &Model) -> Vec<(usize, usize)> {
+        let all = self.start.coordinates.iter().chain(&self.start.rates);
+        let place = |own: &(String, usize, f64)| {
+            let joint = model.joints.iter().position(|joint| joint.name == own.0)?;
+            Some((joint, own.1))
+        };
+        let mut given: Vec<(usize, usize)> = all.filter_map(place).collect();
+        given.sort_unstable();
+        given.dedup();
+        given
     }
 }
 
@@ -148,7 +169,7 @@ pub fn gradient(
         let help = "add an [[objective]]: effort, work, time, rate or sensor";
         return Err(refused("objective", "a gradient of nothing", help).into());
     }
-    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &Outside::default()))?;
+    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
     let tangents = match wanted.parameters {
         true => design::tangents(text, overrides, model, &prepared.system)?,
         false => Vec::new(),
@@ -164,9 +185,15 @@ pub fn gradient(
         let help = "write start = \"stated\", or leave `parameters` out of --by";
         return Err(refused("simulation.start", "derivatives of a relaxed start", help).into());
     }
-    let changes: Vec<StartTangent> =
-        tangents.iter().map(|own| of.change(own)).collect::<Result<_, _>>()?;
-    let coordinates = if wanted.initial { of.coordinates()? } else { Vec::new() };
+    let given = wanted.given(model);
+    let changes: Vec<StartTangent> = match given.is_empty() {
+        true => tangents.iter().map(|own| of.change(own)).collect::<Result<_, _>>()?,
+        false => of.given(&tangents, &given)?.parameters,
+    };
+    let coordinates = match wanted.initial {
+        true => of.coordinates_with(&given)?,
+        false => Vec::new(),
+    };
     let plain: Vec<_> = coordinates.iter().map(|own| own.2.clone()).collect();
     let starts = match wanted.initial {
         true => start::derivatives(mechanism, &begin.mass, begin.rows(), begin.at(), &plain, &[])
@@ -191,7 +218,7 @@ pub fn gradient(
         value: own.value,
         derivative: along(&changes[k]) + found.parameters.get(k).copied().unwrap_or_default(),
     };
-    let by_start = |(k, own): (usize, &(Option<usize>, usize, start::StartCoordinate))| ByStart {
+    let by_start = |(k, own): (usize, &TreeCoordinate)| ByStart {
         name: name_of(mechanism, own),
         freedom: own.1,
         coordinate: along(&starts.coordinates[k]),
@@ -229,11 +256,33 @@ pub fn gradient(
     Ok(gradient)
 }
 
+/// Independent coordinates of joints at the start of a model, as derivatives are by them: joint,
+/// which of its coordinates, its value (m, rad) and its rate.
+///
+/// # Errors
+/// [`ModelError`]: the model has no start, or something that is free has no joint.
+pub fn initial_values(model: &Model) -> Result<Vec<(String, usize, f64, f64)>, ModelError> {
+    let mut prepared = Prepared::new(model, &[], (&[], &Outside::default()))?;
+    let begin = Begin::new(model, &mut prepared)?;
+    let stated = StatedStart::of(model)?;
+    let chosen = begin.of(model, &prepared.system.mechanism).coordinates()?;
+    let one = |own: &TreeCoordinate| {
+        let name = name_of(&prepared.system.mechanism, own);
+        let value = |is_rate| {
+            let (joint, freedom) = (name.clone(), own.1);
+            stated.value(&InitialCoordinate { joint, freedom, is_rate, alone: false })
+        };
+        let found = own.0.and_then(|_| Some((name.clone(), own.1, value(false)?, value(true)?)));
+        found.ok_or_else(|| {
+            let what = format!("derivatives by the start of `{name}`, which has no joint");
+            refused("joint", what, "hold it by a joint")
+        })
+    };
+    chosen.iter().map(one).collect()
+}
+
 /// The name of what a coordinate of the start is of.
-fn name_of(
-    mechanism: &vi_multibody::Mechanism,
-    (joint, _, coordinate): &(Option<usize>, usize, start::StartCoordinate),
-) -> String {
+fn name_of(mechanism: &vi_multibody::Mechanism, (joint, _, coordinate): &TreeCoordinate) -> String {
     let description = mechanism.description();
     match (joint, coordinate) {
         (Some(joint), _) => description.joints[*joint].name.clone(),
@@ -256,7 +305,7 @@ fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), 
     }
     for name in names {
         let of = std::slice::from_ref(name);
-        let value = Prepared::new(model, of, (&wanted.values, &Outside::default()))?.value()?;
+        let value = Prepared::new(model, of, (&wanted.values, &wanted.outside()))?.value()?;
         out.terms.push(TermValue { name: name.clone(), value });
     }
     Ok(())
@@ -273,7 +322,7 @@ fn grow(
     let Some(first) = all.into_iter().find(|own| own.q.iter().any(|x| *x != 0.0)) else {
         return Ok(());
     };
-    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &Outside::default()))?;
+    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
     let run = prepared.simulation.integrator();
     let start = vi_constraints::linearization::Tangent {
         q: first.q.clone(),

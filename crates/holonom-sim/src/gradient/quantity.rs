@@ -3,6 +3,7 @@
 use crate::design::{ModelTangent, refused};
 use holonom_model::{Model, ModelError, SensorKind};
 use nalgebra::Vector3;
+use vi_control::identification::Reading;
 use vi_control::objective::{PointComponent, Quantity};
 use vi_core::Configuration;
 use vi_multibody::form::Form;
@@ -71,6 +72,22 @@ impl Measured {
         key: &str,
         text: &str,
     ) -> Result<Self, ModelError> {
+        match Self::read(model, mechanism, key, text)? {
+            (own, Reading::Value) => Ok(own),
+            (_, Reading::Rate) => Err(no_derivative(key, text)),
+        }
+    }
+
+    /// The same with sensors of rates: whose rate it is.
+    ///
+    /// # Errors
+    /// [`ModelError`] of a sensor that has no derivative.
+    pub(crate) fn read(
+        model: &Model,
+        mechanism: &mut Mechanism,
+        key: &str,
+        text: &str,
+    ) -> Result<(Self, Reading), ModelError> {
         let (name, part) =
             text.split_once('.').map_or((text, None), |(name, part)| (name, Some(part)));
         let refuse = |what: String, help: &str| Err(refused(key, what, help));
@@ -78,24 +95,30 @@ impl Measured {
             return refuse(format!("a sensor `{name}`"), "add the [[sensor]]"); // checked before
         };
         let is_point = |name: &str| model.frame(name).is_some() || model.particle(name).is_some();
-        match sensor.kind {
-            SensorKind::Position if sensor.seen_from.is_none() => {
+        let reading = match sensor.kind {
+            SensorKind::Velocity | SensorKind::DistanceRate | SensorKind::JointRate => {
+                Reading::Rate
+            }
+            _ => Reading::Value,
+        };
+        let own = match sensor.kind {
+            SensorKind::Position | SensorKind::Velocity if sensor.seen_from.is_none() => {
                 let axis = part.and_then(|part| {
                     ["x", "y", "z"].iter().position(|own| *own == part).or(part.parse().ok())
                 });
                 let Some(axis) = axis.filter(|axis| *axis < model.header.dimension) else {
-                    let what = format!("the position `{name}`, which is several numbers");
+                    let what = format!("the sensor `{name}`, which is several numbers");
                     return refuse(what, "write one of them, such as \"NAME.z\"");
                 };
                 let point = point(model, mechanism, &sensor.of, sensor.point);
                 Ok(Self::Point(PointComponent { point, axis }))
             }
-            SensorKind::Distance if is_point(&sensor.of) => {
+            SensorKind::Distance | SensorKind::DistanceRate if is_point(&sensor.of) => {
                 let to = sensor.to.as_deref().unwrap_or_default();
                 let end = point(model, mechanism, to, sensor.point_to);
                 Ok(Self::Distance(end.minus(&point(model, mechanism, &sensor.of, sensor.point))))
             }
-            SensorKind::JointCoordinate => {
+            SensorKind::JointCoordinate | SensorKind::JointRate => {
                 let joint = model.joints.iter().position(|joint| joint.name == sensor.of);
                 let freedom = part.map_or(Ok(0), str::parse::<usize>);
                 let found = joint.zip(freedom.ok()).and_then(|(joint, freedom)| {
@@ -108,12 +131,9 @@ impl Measured {
                     refused(key, what, help)
                 })
             }
-            _ => {
-                let what = format!("the derivative of the sensor `{name}`");
-                let help = "take a position in space, a distance of points or a joint coordinate";
-                refuse(what, help)
-            }
-        }
+            _ => Err(no_derivative(key, text)),
+        };
+        Ok((own?, reading))
     }
 
     /// The joint and the freedom of a joint coordinate.
@@ -123,6 +143,14 @@ impl Measured {
             _ => None,
         }
     }
+}
+
+/// The refusal of a sensor.
+fn no_derivative(key: &str, text: &str) -> ModelError {
+    let name = text.split_once('.').map_or(text, |(name, _)| name);
+    let what = format!("the derivative of the sensor `{name}`");
+    let help = "take a position in space, a distance of points or a joint coordinate";
+    refused(key, what, help)
 }
 
 /// A point of a member, by components along the axes of the model.

@@ -3,13 +3,18 @@
 use super::prepared::{self, Begin, Prepared};
 use super::quantity::{Measured, Reads};
 use crate::design::{self, refused};
-use crate::system::outside::Outside;
+use crate::start::StartValues;
+use crate::system;
+use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
 use vi_constraints::linearization::Tangent;
 use vi_control::identification::{Experiment, Trial};
 use vi_control::least_squares::Refused;
 use vi_control::objective::Quantity;
 use vi_control::sensitivities::Direction;
+use vi_core::Configuration;
+use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_multibody::mechanism::Mechanism;
 
 /// A sensor that is read.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,12 +25,68 @@ pub(crate) struct SensorRead {
     pub(crate) sensor: String,
 }
 
-/// The runs of a model by some of its parameters.
+/// A coordinate or a rate of a joint at the start that is free.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct InitialCoordinate {
+    /// The joint.
+    pub(crate) joint: String,
+    /// Which of its coordinates.
+    pub(crate) freedom: usize,
+    /// Whether its rate is meant.
+    pub(crate) is_rate: bool,
+    /// Whether the joint has no other coordinate.
+    pub(crate) alone: bool,
+}
+
+impl InitialCoordinate {
+    /// `JOINT.coordinate`, `JOINT.rate`; of one of several with its number.
+    pub(crate) fn name(&self) -> String {
+        let what = if self.is_rate { "rate" } else { "coordinate" };
+        match self.alone {
+            true => format!("{}.{what}", self.joint),
+            false => format!("{}.{what}.{}", self.joint, self.freedom),
+        }
+    }
+}
+
+/// The start that a model states.
+pub(crate) struct StatedStart {
+    mechanism: Mechanism,
+    q: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl StatedStart {
+    /// Of a model.
+    ///
+    /// # Errors
+    /// [`ModelError`], where it has none.
+    pub(crate) fn of(model: &Model) -> Result<Self, ModelError> {
+        let mechanism = system::build(model)?.mechanism;
+        let StartValues { q, v, .. } = StartValues::of(model, &mechanism, &Outside::default())?;
+        Ok(Self { mechanism, q, v })
+    }
+
+    /// A coordinate or a rate, m, rad, m/s or rad/s; `None` where the joint has none.
+    pub(crate) fn value(&self, own: &InitialCoordinate) -> Option<f64> {
+        let joint = self.mechanism.description().joints.iter().find(|j| j.name == own.joint)?;
+        let coordinate = JointCoordinate::principal(joint, own.freedom)?;
+        Some(match own.is_rate {
+            true => coordinate.rate(&self.q, &self.v),
+            false => coordinate.at(Configuration::new(0.0, &self.q)),
+        })
+    }
+}
+
+/// The runs of a model by some of its parameters, and by the start of some of its joints.
+#[derive(Clone)]
 pub(crate) struct ModelTrials<'a> {
     pub(crate) text: &'a ModelText,
     pub(crate) overrides: &'a [Override],
     /// Their names.
     pub(crate) parameters: Vec<String>,
+    /// The start of joints, after the parameters: each coordinate before its rate.
+    pub(crate) initial: Vec<InitialCoordinate>,
     /// What is measured.
     pub(crate) reads: Vec<SensorRead>,
 }
@@ -40,6 +101,16 @@ impl ModelTrials<'_> {
             overrides.push(Override::new(key, format!("{value:?}")));
         }
         overrides
+    }
+
+    /// Where joints begin, for some parameters.
+    pub(crate) fn outside(&self, theta: &[f64]) -> Outside {
+        let mut start = JointStart::default();
+        for (own, value) in self.initial.iter().zip(theta.iter().skip(self.parameters.len())) {
+            let list = if own.is_rate { &mut start.rates } else { &mut start.coordinates };
+            list.push((own.joint.clone(), own.freedom, *value));
+        }
+        Outside { start, ..Outside::default() }
     }
 
     /// The model for some parameters.
@@ -57,7 +128,7 @@ impl ModelTrials<'_> {
     pub(crate) fn trial(&self, theta: &[f64]) -> Result<Trial, ModelError> {
         let overrides = self.overrides(theta);
         let model = self.text.model(&overrides)?;
-        let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default()))?;
+        let mut prepared = Prepared::new(&model, &[], (&[], &self.outside(theta)))?;
         let wanted = |name: &str| self.parameters.iter().any(|own| own == name);
         let mut tangents =
             design::tangents_of(self.text, &overrides, &model, &prepared.system, wanted)?;
@@ -74,7 +145,8 @@ impl ModelTrials<'_> {
         let design = prepared::design(&prepared, &begin.mass, &tangents)?;
         let mut quantities: Vec<Box<dyn Quantity>> = Vec::new();
         for SensorRead { key, sensor } in &self.reads {
-            let own = Measured::of(&model, &mut prepared.system.mechanism, key, sensor)?;
+            let mechanism = &mut prepared.system.mechanism;
+            let (own, _) = Measured::read(&model, mechanism, key, sensor)?;
             if let Some((joint, freedom)) = own.joint() {
                 let reads = Reads { key: key.clone(), joint, freedom };
                 if let Some(error) = tangents.iter().find_map(|own| reads.moved(&model, own)) {
@@ -85,17 +157,33 @@ impl ModelTrials<'_> {
         }
         let of = begin.of(&model, &prepared.system.mechanism);
         let mut directions = Vec::new();
-        for (k, own) in tangents.iter().enumerate() {
-            let change = of.change(own)?;
-            let start = Tangent { q: change.q, p: change.p, z: Vec::new() };
-            directions.push(Direction { start, parameter: Some(k), ..Direction::default() });
+        let (changes, given) = match self.initial.is_empty() {
+            true => {
+                let changes: Result<_, _> = tangents.iter().map(|own| of.change(own)).collect();
+                (changes?, Vec::new())
+            }
+            false => {
+                let joint = |name: &str| model.joints.iter().position(|own| own.name == name);
+                let rates = self.initial.iter().filter(|own| own.is_rate);
+                let first = rates.filter_map(|own| Some((joint(&own.joint)?, own.freedom)));
+                let found = of.given(&tangents, &first.collect::<Vec<_>>())?;
+                (found.parameters, found.given)
+            }
+        };
+        let memory = prepared.simulation.integrator().state().internal.len();
+        let parameters = (0..changes.len()).map(Some).chain(std::iter::repeat(None));
+        for (change, parameter) in
+            changes.into_iter().chain(given.into_iter().flatten()).zip(parameters)
+        {
+            let start = Tangent { q: change.q, p: change.p, z: vec![0.0; memory] };
+            directions.push(Direction { start, parameter, ..Direction::default() });
         }
+        let numbers = tangents.into_iter().map(|own| own.numbers).collect();
         let step = model.settings.step;
         let Prepared { simulation, controls, .. } = prepared;
         let run = simulation.into_integrator();
         let design: Option<Box<dyn vi_constraints::design::Design>> = Some(Box::new(design));
-        let tangents = tangents.into_iter().map(|own| own.numbers).collect();
-        Ok(Trial { run, step, controls, design, directions, tangents, quantities })
+        Ok(Trial { run, step, controls, design, directions, tangents: numbers, quantities })
     }
 }
 

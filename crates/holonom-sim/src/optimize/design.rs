@@ -177,8 +177,10 @@ pub(super) fn design(
     let rows = Rows::new(model)?;
     let parameters = free(text, overrides, settings)?;
     let names: Vec<String> = parameters.iter().map(|own| own.name.clone()).collect();
-    let trials =
-        || ModelTrials { text, overrides, parameters: names.clone(), reads: rows.reads.clone() };
+    let trials = || {
+        let (initial, reads) = (Vec::new(), rows.reads.clone());
+        ModelTrials { text, overrides, parameters: names.clone(), initial, reads }
+    };
     let begin: Vec<f64> = parameters.iter().map(|own| own.start).collect();
     trials().trial(&begin)?; // what has no derivative is an error of the model
     let wrong =

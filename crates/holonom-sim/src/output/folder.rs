@@ -32,7 +32,7 @@ use crate::system::contact_origin::ContactOrigin;
 use holonom_model::{Columns, read_regular_text};
 
 /// Files that make a folder one of ours.
-const FILES: [&str; 11] = [
+const FILES: [&str; 14] = [
     "trajectory.csv",
     "residuals.csv",
     "sensors.csv",
@@ -44,6 +44,9 @@ const FILES: [&str; 11] = [
     "summary.json",
     MODEL,
     "report.html",
+    "estimate.json",
+    "estimate.csv",
+    "estimate.html",
 ];
 
 /// The file of the model.

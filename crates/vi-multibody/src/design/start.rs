@@ -94,6 +94,15 @@ pub struct StartTangent {
     pub p: Vec<f64>,
 }
 
+impl StartTangent {
+    /// `δ += scale` times another.
+    pub fn add(&mut self, scale: f64, other: &Self) {
+        let own = self.q.iter_mut().chain(&mut self.v).chain(&mut self.p);
+        let other = other.q.iter().chain(&other.v).chain(&other.p);
+        own.zip(other).for_each(|(x, by)| *x += scale * by);
+    }
+}
+
 /// The derivatives of the start.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StartDerivatives {
@@ -335,6 +344,24 @@ fn velocity_change(
     mechanism.second_derivative(at.t, at.q, dq, at.v, &mut b);
     moved.add_rates(Configuration::new(at.t, at.q), at.v, &mut b);
     b
+}
+
+/// By how much a coordinate and its rate change with a parameter where a start is stated by
+/// positions and velocities that change by `dq` and `dv`.
+#[must_use]
+pub fn stated_change(
+    mechanism: &Mechanism,
+    tangent: &MechanismTangent,
+    coordinate: &StartCoordinate,
+    at: InitialValues<'_>,
+    [dq, dv]: [&[f64]; 2],
+) -> [f64; 2] {
+    let [mut value, mut rate] = moved_by(mechanism, tangent, coordinate, at);
+    coordinate.for_each_slope(at.q, |i, slope| {
+        value += slope * dq[i];
+        rate += slope * dv[i];
+    });
+    [value, rate + coordinate.second(at.q, dq, at.v)]
 }
 
 /// By how much constraints and their rates open where a start changes by `dq` and `dv`, relative to

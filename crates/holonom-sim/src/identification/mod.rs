@@ -1,0 +1,285 @@
+//! Unknown numbers of a model from measurements of its motion: `[identify]`, `[[measurement]]`.
+//!
+//! ```text
+//! text, overrides, data ── ModelTrials: a run with its tangents for any θ ── least squares ── Identified
+//! ```
+//! The unknowns: parameters of the model file, then coordinate and rate of each freedom of the
+//! joints under `initial`.
+
+pub mod data;
+#[cfg(test)]
+mod reference_tests;
+mod report;
+#[cfg(test)]
+mod tests;
+
+pub use data::{DataError, MeasuredColumn};
+pub use report::{Combination, EstimatedNumber, FitOf, Identified, MeasuredRow};
+
+use crate::design::refused;
+use crate::gradient::quantity::Measured;
+use crate::gradient::trial::{InitialCoordinate, ModelTrials, SensorRead, StatedStart};
+use crate::system::outside::Outside;
+use holonom_model::{Model, ModelError, ModelText, Override, ParameterTangent, nearest};
+use nalgebra::DMatrix;
+use std::fmt::Write;
+use vi_control::identification::{MotionResiduals, Series};
+use vi_control::least_squares::{FitError, LeastSquares, Parameter, Refused, Residuals};
+
+/// Sizes of initial coordinates and rates below this count as 1.
+const SMALL: f64 = 1e-6;
+
+/// Why there is no estimate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum IdentifyError {
+    /// The model has none.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The data have none.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// The run at the start of the method fails.
+    #[error("at the start of the method: {0}")]
+    Run(String),
+    /// It was interrupted before the first run was complete.
+    #[error("interrupted before the first run was complete")]
+    Interrupted,
+}
+
+/// What is asked and told while the method works.
+pub struct Watch<'a> {
+    /// Called before each run with its number, from 1.
+    pub run: &'a mut dyn FnMut(usize),
+    /// Asked before each run; `true` ends the method with what it has.
+    pub interrupted: &'a mut dyn FnMut() -> bool,
+}
+
+impl std::fmt::Debug for Watch<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Watch").finish_non_exhaustive()
+    }
+}
+
+/// Residuals that are watched.
+struct Watched<'a, 'w, 'm> {
+    own: MotionResiduals<ModelTrials<'m>>,
+    watch: &'a mut Watch<'w>,
+    runs: usize,
+    stopped: bool,
+}
+
+impl Residuals for Watched<'_, '_, '_> {
+    fn len(&self) -> usize {
+        self.own.len()
+    }
+    fn evaluate(
+        &mut self,
+        theta: &[f64],
+        out: &mut [f64],
+        jacobian: Option<&mut DMatrix<f64>>,
+    ) -> Result<(), Refused> {
+        self.stopped = self.stopped || (self.watch.interrupted)();
+        if self.stopped {
+            return Err(Refused("interrupted".to_owned()));
+        }
+        self.runs += 1;
+        (self.watch.run)(self.runs);
+        self.own.evaluate(theta, out, jacobian)
+    }
+}
+
+/// What was found, and the run with it.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The estimate in numbers.
+    pub estimate: Identified,
+    /// Measured beside computed values.
+    pub rows: Vec<MeasuredRow>,
+    /// The model with the estimates.
+    pub model: Model,
+    /// Where its joints begin, as far as that was unknown.
+    pub start: Outside,
+    /// Whether the method was interrupted.
+    pub interrupted: bool,
+}
+
+impl Found {
+    /// `estimate.csv`: measured beside computed values, column after column.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut text = String::from("column,t,measured,computed,residual\n");
+        for MeasuredRow { t, measurement, measured, computed, residual } in &self.rows {
+            let column = &self.estimate.columns[*measurement].column;
+            let _ = writeln!(text, "{column},{t},{measured},{computed},{residual}");
+        }
+        text
+    }
+}
+
+/// What is fitted: runs for any unknown numbers, these, their residuals.
+struct Prepared<'m> {
+    trials: ModelTrials<'m>,
+    parameters: Vec<Parameter>,
+    residuals: MotionResiduals<ModelTrials<'m>>,
+}
+
+impl<'m> Prepared<'m> {
+    fn new(
+        text: &'m ModelText,
+        overrides: &'m [Override],
+        model: &Model,
+        data: &[MeasuredColumn],
+    ) -> Result<Self, IdentifyError> {
+        let Some(wanted) = &model.identify else {
+            let help = "add [identify] with parameters = { NAME = { start = … } }";
+            return Err(refused("identify", "an estimate of nothing", help).into());
+        };
+        let known = text.parameter_tangents(overrides)?;
+        let mut parameters = Vec::new();
+        for (name, own) in &wanted.parameters {
+            parameters.push(unknown(name, own, &known)?);
+        }
+        let key = |i: usize| format!("measurement[{i}].sensor");
+        let reads = model.measurements.iter().enumerate();
+        let reads = reads.map(|(i, own)| SensorRead { key: key(i), sensor: own.sensor.clone() });
+        let mut trials = ModelTrials {
+            text,
+            overrides,
+            parameters: wanted.parameters.keys().cloned().collect(),
+            initial: Vec::new(),
+            reads: reads.collect(),
+        };
+        let theta: Vec<f64> = parameters.iter().map(|own| own.start).collect();
+        for (own, value) in initial(&trials.model(&theta)?, &wanted.initial)? {
+            let mut parameter = Parameter::new(&own.name(), value);
+            parameter.scale = if value.abs() < SMALL { 1.0 } else { value.abs() };
+            parameters.push(parameter);
+            trials.initial.push(own);
+        }
+        let theta: Vec<f64> = parameters.iter().map(|own| own.start).collect();
+        trials.trial(&theta)?; // a refusal has its key
+        let mut mechanism = crate::system::build(model)?.mechanism;
+        let mut series = Vec::new();
+        for (sensor, (own, column)) in model.measurements.iter().zip(data).enumerate() {
+            let steps = column.times.iter().map(|t| t / model.settings.step).collect();
+            let (_, reading) = Measured::read(model, &mut mechanism, &key(sensor), &own.sensor)?;
+            let values = column.values.clone();
+            series.push(Series { sensor, reading, sigma: own.sigma, steps, values });
+        }
+        let residuals = MotionResiduals::new(trials.clone(), series)
+            .map_err(|error| IdentifyError::Run(error.to_string()))?;
+        Ok(Self { trials, parameters, residuals })
+    }
+}
+
+/// Finds the unknown numbers of a model from data, one column for each of its measurements.
+///
+/// # Errors
+/// [`IdentifyError`].
+pub fn identify(
+    text: &ModelText,
+    overrides: &[Override],
+    model: &Model,
+    data: &[MeasuredColumn],
+    watch: &mut Watch<'_>,
+) -> Result<Found, IdentifyError> {
+    let Prepared { trials, parameters, residuals } = Prepared::new(text, overrides, model, data)?;
+    let mut residuals = Watched { own: residuals, watch, runs: 0, stopped: false };
+    let max_iterations = model.identify.as_ref().map_or(0, |own| own.max_iterations);
+    let fit = LeastSquares { max_iterations }.fit(&mut residuals, &parameters);
+    let fit = fit.map_err(|error| match residuals.stopped {
+        true => IdentifyError::Interrupted,
+        false => refusal(error),
+    })?;
+    let Watched { own: residuals, runs, stopped: interrupted, .. } = residuals;
+    let ended = (&fit, interrupted, runs);
+    let (estimate, rows) = report::of(model, &parameters, data, ended, residuals.growth());
+    let model = trials.model(&fit.parameters)?;
+    let start = trials.outside(&fit.parameters);
+    Ok(Found { estimate, rows, model, start, interrupted })
+}
+
+/// What a method that does not begin says of model and data.
+fn refusal(error: FitError) -> IdentifyError {
+    match error {
+        FitError::Idle(name) => {
+            let what = format!("an estimate of `{name}`: nothing that is measured depends on it");
+            refused(&key_of(&name), what, "measure what depends on it, or leave it out").into()
+        }
+        FitError::TooFew { residuals, parameters } => {
+            let message =
+                format!("there are {residuals} measured values for {parameters} unknown numbers");
+            let help = "measure more, or state what is known as a `prior`".to_owned();
+            DataError { message, help }.into()
+        }
+        error => IdentifyError::Run(error.to_string()),
+    }
+}
+
+/// The key of an unknown number.
+fn key_of(name: &str) -> String {
+    match name.contains('.') {
+        true => "identify.initial".to_owned(),
+        false => format!("identify.parameters.{name}"),
+    }
+}
+
+/// A parameter of the model file that is unknown.
+fn unknown(
+    name: &str,
+    own: &holonom_model::Unknown,
+    known: &[ParameterTangent],
+) -> Result<Parameter, ModelError> {
+    let key = format!("identify.parameters.{name}");
+    let Some(found) = known.iter().find(|known| known.name == name) else {
+        let what = format!("an estimate of `{name}`, which is no number under [parameters]");
+        let help = match nearest(name, known.iter().map(|own| own.name.as_str())) {
+            Some(best) => format!("did you mean `{best}`?"),
+            None if known.is_empty() => {
+                "state it there, and let expressions use it: mass = \"= NAME\"".to_owned()
+            }
+            None => {
+                let all: Vec<_> = known.iter().map(|own| format!("`{}`", own.name)).collect();
+                format!("numbers are {}; expressions follow from them", all.join(", "))
+            }
+        };
+        return Err(refused(&key, what, help));
+    };
+    if found.keys.is_empty() && found.formulas.is_empty() {
+        let what = format!("an estimate of `{name}`, on which nothing depends");
+        return Err(refused(&key, what, "let an expression of the model use it"));
+    }
+    let mut parameter = Parameter::new(name, own.start.unwrap_or(found.value));
+    let [min, max] = [own.min.unwrap_or(f64::NEG_INFINITY), own.max.unwrap_or(f64::INFINITY)];
+    if !(min..=max).contains(&parameter.start) {
+        let what = format!("the start {} of `{name}`, outside its bounds", parameter.start);
+        return Err(refused(&key, what, "write `start`, between `min` and `max`"));
+    }
+    parameter.bounds = [min, max];
+    parameter.prior = own.prior.map(|prior| [prior.value, prior.sigma]);
+    Ok(parameter)
+}
+
+/// Coordinates and rates of joints at the start, with the values that the model states.
+fn initial(model: &Model, joints: &[String]) -> Result<Vec<(InitialCoordinate, f64)>, ModelError> {
+    let mut found = Vec::new();
+    if joints.is_empty() {
+        return Ok(found);
+    }
+    let stated = StatedStart::of(model)?;
+    for name in joints {
+        let count = model.joint(name).map_or(0, |joint| joint.pair().coordinate_count());
+        for freedom in 0..count {
+            for is_rate in [false, true] {
+                let own =
+                    InitialCoordinate { joint: name.clone(), freedom, is_rate, alone: count == 1 };
+                let value = stated.value(&own).ok_or_else(|| {
+                    let what = format!("an estimate of the start of `{name}`");
+                    refused("identify.initial", what, "name a joint that slides or turns")
+                })?;
+                found.push((own, value));
+            }
+        }
+    }
+    Ok(found)
+}
