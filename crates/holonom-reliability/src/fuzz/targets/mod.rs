@@ -11,6 +11,7 @@
 //! | [`sweep`] | `--vary`, `--shard` | every point has a value for every key |
 //! | [`import`] | robots in URDF and MJCF | the text of an accepted model gives it again |
 //! | [`mesh`] | meshes in STL and OBJ | a copy gives the same mesh, a solid has a positive volume |
+//! | [`measured`] | measured values, as `identify` reads them | values are finite, times increase within the run |
 //! | [`arguments`] | the command line of the program | it ends with one of its codes |
 //!
 //! Everywhere: no panic, an end, bounded memory, an error with words.
@@ -20,6 +21,7 @@ pub mod assembly;
 pub mod checkpoint;
 pub mod expression;
 pub mod import;
+pub mod measured;
 pub mod mesh;
 pub mod model;
 mod sample_run;
@@ -92,6 +94,7 @@ pub fn all() -> Vec<Box<dyn Target>> {
         Box::new(arguments::Arguments),
         Box::new(import::RobotDescriptions),
         Box::new(mesh::MeshFiles),
+        Box::new(measured::MeasuredValues),
     ]
 }
 
