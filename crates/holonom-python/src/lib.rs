@@ -11,6 +11,7 @@
 //! | `recording` | the nodes of a run, as arrays |
 //! | `simulate` | a run from its start to its end, in memory or with files |
 //! | `stepper` | one step after another, with inputs held over a step |
+//! | `design` | gradients of objectives, unknown numbers from measurements |
 //! | `ensemble` | many steppers, a step of all in one call |
 //! | `fault` | what a function of Python raised within a step |
 //! | `folder` | the tables of a folder |
@@ -23,6 +24,7 @@
 
 mod acting;
 mod analyses;
+mod design;
 mod ensemble;
 mod errors;
 mod fault;
@@ -60,5 +62,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(folder::write_page, module)?)?;
     module.add_function(wrap_pyfunction!(folder::export, module)?)?;
     analyses::add(module)?;
+    design::add(module)?;
     verbs::add(module)
 }

@@ -56,7 +56,7 @@ class Schema:
         found = self.whole["properties"][section]
         schema = self.resolved(found.get("items", found))
         description = schema.get("description", found.get("description", ""))
-        for part in schema.get("anyOf", []):
+        for part in map(self.resolved, schema.get("anyOf", [])):
             schema = part if "properties" in part else schema
         kinds = schema.get("oneOf")
         if not kinds:
@@ -158,7 +158,8 @@ class Schema:
         pairs = [f"            {quoted(key)}: {named(key)}," for key in [*first, *rest]]
         given = "\n".join(["        given: dict[str, Any] = {", *pairs, "        }"])
         turn = "        self._align(given, along)\n" if extra else ""
-        add = "_add_beam" if section == "beam" else "_add"
+        alone = "items" not in self.whole["properties"][section]
+        add = "_add_beam" if section == "beam" else "_set" if alone else "_add"
         return f"{text}{given}\n{turn}        return self.{add}({quoted(section)}, given)\n"
 
     def docstring(

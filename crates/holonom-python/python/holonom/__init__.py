@@ -13,6 +13,7 @@ arrays. All units are SI, angles are in rad. ``import holonom as hn``.
 ``sweep``, ``plan``                 many runs
 ``check``, ``statics``, ``modes``   what ``holonom check`` and so on find
 ``campbell``, ``response``          modes over the speed; amplitude and phase over a band
+``Gradient``, ``identify``          objectives with exact gradients; numbers from measurements
 ``verify``, ``compare``, ``bench``  properties, measured; schemes side by side; what a step costs
 ``import_robot``, ``schema``        a model of a robot description; the keys of model files
 ==================================  ==============================================================
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from ._analyses import Campbell, Modes, Response, bench, campbell, modes, response
     from ._answer import Analysis, Answer
     from ._acting import CompiledLaw, Law, compiled
+    from ._design import Gradient, Identified, identify
     from ._ensemble import Ensemble
     from ._parts import BeamPart, Part, Parts
     from ._spec import Spec, box, circle, cylinder, rectangle, rod, section, sphere, tube
@@ -57,6 +59,7 @@ _LATER = {
     "_acting": ("CompiledLaw", "Law", "compiled"),
     "_analyses": ("Campbell", "Modes", "Response", "bench", "campbell", "modes", "response"),
     "_answer": ("Analysis", "Answer"),
+    "_design": ("Gradient", "Identified", "identify"),
     "_ensemble": ("Ensemble",),
     "_parts": ("BeamPart", "Part", "Parts"),
     "_spec": ("Spec", "box", "circle", "cylinder", "rectangle", "rod", "section", "sphere", "tube"),
@@ -92,8 +95,10 @@ __all__ = [
     "CompiledLaw",
     "Ensemble",
     "FunctionFailed",
+    "Gradient",
     "HolonomError",
     "HolonomWarning",
+    "Identified",
     "ImportFailed",
     "Imported",
     "InternalError",
@@ -130,6 +135,7 @@ __all__ = [
     "compare",
     "compiled",
     "cylinder",
+    "identify",
     "import_robot",
     "load",
     "modes",

@@ -135,10 +135,17 @@ class Sections:
     def _begin(self, model: Mapping[str, Any], simulation: Mapping[str, Any]) -> None:
         self.model, self.simulation, self.parameters = Part(stated(model)), Part(stated(simulation)), {}
         self._parts: dict[str, list[Part]] = {}
+        self._alone: set[str] = set()
 
     def _add(self, section: str, given: Mapping[str, Any]) -> Part:
         part = Part(stated(given))
         self._parts.setdefault(section, []).append(part)
+        return part
+
+    def _set(self, section: str, given: Mapping[str, Any]) -> Part:
+        part = Part(stated(given))
+        self._parts[section] = [part]
+        self._alone.add(section)
         return part
 
     def _add_beam(self, section: str, given: Mapping[str, Any]) -> BeamPart:

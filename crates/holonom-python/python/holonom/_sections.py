@@ -1341,6 +1341,53 @@ class Builder(Sections):
         }
         return self._add("include", given)
 
+    def condition(
+        self,
+        name: str,
+        *,
+        at: Literal["end", "path"] | Number | None = None,
+        equals: Number | None = None,
+        max: Number | None = None,
+        min: Number | None = None,
+        of: Sequence[Name] | None = None,
+        sensor: str | None = None,
+        type: Literal["sensor", "rest"] | None = None,
+    ) -> Part:
+        """``[[condition]]``: what an optimum has to meet. A run does without it.
+
+        Parameters
+        ----------
+        name : str
+            Its name, unique in the model.
+        at : str or float, optional
+            When it holds.
+        equals : float, optional
+            The value of the sensor, in its unit.
+        max : float, optional
+            Its largest value.
+        min : float, optional
+            Its least value.
+        of : list of str, optional
+            The joints that are at rest, of a condition of type ``rest``; all by default.
+        sensor : str, optional
+            The name of a sensor, of one of several numbers with the number or its heading:
+            ``"tip.z"``, ``"tip.2"``.
+        type : str, optional
+            What it is.
+            One of ``"sensor"``, ``"rest"``.
+        """
+        given: dict[str, Any] = {
+            "name": name,
+            "at": at,
+            "equals": equals,
+            "max": max,
+            "min": min,
+            "of": of,
+            "sensor": sensor,
+            "type": type,
+        }
+        return self._add("condition", given)
+
     def contact(
         self,
         name: str,
@@ -1436,6 +1483,58 @@ class Builder(Sections):
         }
         return self._add("control", given)
 
+    def identify(
+        self,
+        *,
+        initial: Sequence[Name] | None = None,
+        max_iterations: Integer | None = None,
+        parameters: Mapping[str, Any] | None = None,
+    ) -> Part:
+        """``[identify]``: what is to be found from measurements.
+
+        Parameters
+        ----------
+        initial : list of str, optional
+            Joints whose coordinates and rates at the start are unknown, too.
+        max_iterations : int, optional
+            Iterations of the method at most.
+        parameters : dict, optional
+            Unknown numbers of ``[parameters]``, by name.
+        """
+        given: dict[str, Any] = {
+            "initial": initial,
+            "max_iterations": max_iterations,
+            "parameters": parameters,
+        }
+        return self._set("identify", given)
+
+    def measurement(
+        self,
+        sensor: str,
+        sigma: Number,
+        *,
+        column: str | None = None,
+    ) -> Part:
+        """``[[measurement]]``: a sensor beside a column of measured values, for ``holonom
+        identify``.
+
+        Parameters
+        ----------
+        sensor : str
+            The name of a sensor, of one of several numbers with the number or its heading:
+            ``"tip.z"``, ``"tip.2"``.
+        sigma : float
+            The standard deviation of a measured value, in the unit of the sensor.
+        column : str, optional
+            The heading of the column of the data; that of ``sensor`` by default.
+        """
+        given: dict[str, Any] = {
+            "sensor": sensor,
+            "sigma": sigma,
+            "column": column,
+        }
+        return self._add("measurement", given)
+
     def objective(
         self,
         name: str,
@@ -1480,3 +1579,44 @@ class Builder(Sections):
             "weight": weight,
         }
         return self._add("objective", given)
+
+    def optimize(
+        self,
+        *,
+        guess: str | None = None,
+        max_iterations: Integer | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        refine: Integer | None = None,
+        starts: Integer | None = None,
+        time: Mapping[str, Any] | None = None,
+    ) -> Part:
+        """``[optimize]``: what is free in an optimum, and how it is looked for.
+
+        Parameters
+        ----------
+        guess : str, optional
+            The motion with which the search begins: ``"line"`` from start to end, ``"run"`` as the
+            model moves without controls, or the folder of an earlier optimum.
+        max_iterations : int, optional
+            Iterations at most, of each number of steps.
+        parameters : dict, optional
+            The parameters that are free, by name: ``{ length = { min = 0.2, max = 0.6 } }``. The
+            search begins with their values.
+        refine : int, optional
+            How often the steps are halved on the way: 2 begins with a quarter of them.
+        starts : int, optional
+            How many searches, the second and further ones from disturbed beginnings.
+        time : dict, optional
+            The time that the motion takes is free; ``end`` of the simulation by default. The number
+            of steps is that of the simulation.
+            Keys: ``guess``, ``max``, ``min``.
+        """
+        given: dict[str, Any] = {
+            "guess": guess,
+            "max_iterations": max_iterations,
+            "parameters": parameters,
+            "refine": refine,
+            "starts": starts,
+            "time": time,
+        }
+        return self._set("optimize", given)

@@ -85,6 +85,9 @@ class Spec(Builder):
         spec.model, spec.simulation = Part(rest.pop("model", {})), Part(rest.pop("simulation", {}))
         spec.parameters = rest.pop("parameters", {})
         for section, parts in rest.items():
+            if isinstance(parts, Mapping):
+                spec._set(section, parts)
+                continue
             kind = BeamPart if section == "beam" else Part
             entries = [{"file": part} if isinstance(part, str) else part for part in parts]
             spec._parts[section] = [kind(entry) for entry in entries]
@@ -99,6 +102,8 @@ class Spec(Builder):
         for section, parts in self._parts.items():
             if parts:
                 found[section] = [part.to_dict() for part in parts]
+            if section in self._alone and parts:
+                found[section] = parts[0].to_dict()
         return found
 
     def to_toml(self) -> str:

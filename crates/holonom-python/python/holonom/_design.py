@@ -1,0 +1,286 @@
+"""Objectives as functions with exact gradients; unknown numbers from measurements."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._answer import Answer, interruptible
+from ._errors import HolonomWarning, no_panic
+from ._model import Model, model_of
+
+Array = NDArray[np.float64]
+
+
+class Gradient:
+    """The objectives of a model as a function of numbers, with its exact gradient.
+
+    ``value, slope = objective(x)``: one run and one sweep backward, whatever the number of
+    derivatives. ``scipy.optimize.minimize(objective, objective.start, jac=True)`` takes it as it is.
+
+    Parameters
+    ----------
+    model : as of :func:`simulate`, with an ``[[objective]]``.
+    of : names of objectives; their sum by default.
+    parameters : names of numbers under ``[parameters]`` that come first in ``x``, in their units;
+        ``True``: all on which something depends.
+    controls : whether the values of each ``[[control]]`` follow, N or N·m.
+    initial : whether the coordinates (m, rad) of independent joints at the start follow, then their
+        rates (m/s, rad/s).
+
+    Raises
+    ------
+    InvalidModel : the model has no such derivative; the message has the key.
+    AnalysisFailed : the run does not reach its end.
+
+    Examples
+    --------
+    >>> import holonom as hn
+    >>> objective = hn.Gradient(MODEL, parameters=["length"])  # doctest: +SKIP
+    >>> value, slope = objective(objective.start)  # doctest: +SKIP
+    """
+
+    names: list[str]
+    """What the entries of ``x`` are."""
+    start: Array
+    """The values that the model states, zero for controls, shape ``(N,)``."""
+
+    @no_panic
+    def __init__(
+        self,
+        model: Any,
+        *,
+        of: Sequence[str] | None = None,
+        parameters: Sequence[str] | bool = False,
+        controls: bool = False,
+        initial: bool = False,
+    ) -> None:
+        self._model: Model = model_of(model)
+        self._of = list(of) if of is not None else []
+        core = self._model._core
+        known = dict(_core.numbers(core)) if parameters is not False else {}
+        wanted = list(known) if parameters is True else list(parameters or [])
+        for name in wanted:
+            if name not in known:
+                names = ", ".join(known) or "none"
+                raise ValueError(f"parameters: no number `{name}` changes the model; there are: {names}")
+        self._parameters = wanted
+        self._joints = [own[:2] for own in _core.initial(core)] if initial else []
+        values = [known[name] for name in wanted]
+        names = list(wanted)
+        self._controls: list[tuple[str, int]] = []
+        if controls:
+            found, _ = _core.gradient(core, self._place([], [[]], [], []))
+            self._controls = [(own["name"], len(own["derivatives"])) for own in found["controls"]]
+            for name, count in self._controls:
+                names += [f"{name}[{k}]" for k in range(count)]
+                values += [0.0] * count
+        if initial:
+            stated = _core.initial(core)
+            names += [f"{joint}.coordinate.{k}" for joint, k, _, _ in stated]
+            names += [f"{joint}.rate.{k}" for joint, k, _, _ in stated]
+            values += [own[2] for own in stated] + [own[3] for own in stated]
+        if not names:
+            raise ValueError("by what? write parameters=[…], controls=True or initial=True")
+        self.names, self.start = names, np.array(values, dtype=np.float64)
+        self.last: Answer | None = None
+
+    def _place(
+        self,
+        of: list[str],
+        controls: list[list[float]] | None,
+        coordinates: list[tuple[str, int, float]],
+        rates: list[tuple[str, int, float]],
+    ) -> dict[str, Any]:
+        return {
+            "of": of,
+            "parameters": bool(self._parameters),
+            "initial": bool(self._joints),
+            "controls": controls,
+            "coordinates": coordinates,
+            "rates": rates,
+        }
+
+    @no_panic
+    def __call__(self, x: Any) -> tuple[float, Array]:
+        """The objective, and its derivatives by ``x``, shape ``(N,)``.
+
+        Parameters
+        ----------
+        x : shape ``(N,)``, as :attr:`names` say.
+        """
+        at = np.asarray(x, dtype=np.float64)
+        if at.shape != self.start.shape:
+            raise ValueError(f"x has the shape {at.shape}, not {self.start.shape}")
+        if not np.all(np.isfinite(at)):
+            raise ValueError("x: every entry has to be finite")
+        parts = [float(value) for value in at]
+        count = len(self._parameters)
+        own, rest = parts[:count], parts[count:]
+        model = self._model
+        if own:
+            given = zip(self._parameters, own, strict=True)
+            model = model.replace({f"parameters.{name}": value for name, value in given})
+        controls: list[list[float]] | None = [] if self._controls else None
+        for _, length in self._controls:
+            assert controls is not None
+            controls.append(rest[:length])
+            rest = rest[length:]
+        half = len(self._joints)
+        coordinates = [(*joint, value) for joint, value in zip(self._joints, rest[:half], strict=True)]
+        rates = [(*joint, value) for joint, value in zip(self._joints, rest[half:], strict=True)]
+        place = self._place(self._of, controls, coordinates, rates)
+        found, text = interruptible(lambda: _core.gradient(model._core, place))
+        self.last = Answer(found, text)
+        by = {one["name"]: one["derivative"] for one in found["parameters"]}
+        slope = [by[name] for name in self._parameters]
+        for one in found["controls"]:
+            slope += one["derivatives"]
+        starts = {(one["name"], one["freedom"]): one for one in found["initial"]}
+        for key in ("coordinate", "rate"):
+            slope += [starts[joint][key] for joint in self._joints]
+        if found["meaningless_from"] is not None:
+            t = found["meaningless_from"]
+            words = f"from t = {t:.6g} s on derivatives say nothing of the mechanism; end the run earlier"
+            warnings.warn(words, HolonomWarning, stacklevel=2)
+        return float(found["value"]), np.array(slope, dtype=np.float64)
+
+    def value(self, x: Any) -> float:
+        """The objective alone."""
+        return self(x)[0]
+
+    def gradient(self, x: Any) -> Array:
+        """Its derivatives alone, shape ``(N,)``."""
+        return self(x)[1]
+
+
+class Identified(Answer):
+    """What :func:`identify` found: numbers with their standard errors."""
+
+    model: Model
+    """The model with the estimates of its parameters."""
+    joints: dict[str, float]
+    """Coordinates of joints at the start that were unknown, ``simulate(…, joints=found.joints)``."""
+    rates: dict[str, float]
+    """Their rates."""
+
+    def __init__(
+        self,
+        found: dict[str, Any],
+        text: str,
+        model: Model,
+        rows: list[tuple[int, float, float, float, float]],
+    ) -> None:
+        super().__init__(found, text)
+        self._rows = rows
+        self.joints, self.rates = {}, {}
+        replaced = {}
+        for own in found["parameters"]:
+            joint, *kind = own["name"].split(".")
+            if not kind:
+                replaced[f"parameters.{joint}"] = own["value"]
+                continue
+            start = self.joints if kind[0] == "coordinate" else self.rates
+            start[".".join([joint, *kind[1:]])] = own["value"]
+        self.model = model.replace(replaced) if replaced else model
+
+    @property
+    def names(self) -> list[str]:
+        """What was unknown, shape ``(P,)``."""
+        return [own["name"] for own in self["parameters"]]
+
+    @property
+    def estimates(self) -> Array:
+        """The estimates, shape ``(P,)``, in their units."""
+        return np.array([own["value"] for own in self["parameters"]], dtype=np.float64)
+
+    @property
+    def standard_errors(self) -> Array:
+        """Their standard errors, shape ``(P,)``; NaN at a bound, and where a combination is not seen."""
+        found = [own["standard_error"] for own in self["parameters"]]
+        return np.array([np.nan if one is None else one for one in found], dtype=np.float64)
+
+    @property
+    def covariance(self) -> Array:
+        """Their covariance, shape ``(P, P)``; NaN where a combination is not seen."""
+        return self._square("covariance")
+
+    @property
+    def correlation(self) -> Array:
+        """Their correlations, shape ``(P, P)``; NaN beside a number at a bound."""
+        return self._square("correlation")
+
+    def _square(self, key: str) -> Array:
+        count = len(self["parameters"])
+        if self[key] is None:
+            return np.full((count, count), np.nan)
+        rows = [[np.nan if one is None else one for one in row] for row in self[key]]
+        return np.array(rows, dtype=np.float64).reshape(count, count)
+
+    @property
+    def residuals(self) -> dict[str, Array]:
+        """By column: time (s), measured, computed, residual in standard deviations, shape
+        ``(values, 4)``."""
+        heads = [own["column"] for own in self["columns"]]
+        return {
+            head: np.array([row[1:] for row in self._rows if row[0] == k], dtype=np.float64)
+            for k, head in enumerate(heads)
+        }
+
+    @property
+    def converged(self) -> bool:
+        """Whether the method has converged and every combination is seen."""
+        return bool(self["outcome"] == "converged" and not self["unseen"])
+
+
+@no_panic
+def identify(
+    model: Any,
+    data: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    progress: Callable[[int, int], object] | None = None,
+) -> Identified:
+    """Unknown numbers of ``[identify]`` from measured values, by least squares.
+
+    Parameters
+    ----------
+    model : as of :func:`simulate`, with ``[[measurement]]`` and ``[identify]``.
+    data : a file of comma-separated values, or its columns: ``"t"`` in s, shape ``(K,)``, and each
+        measurement, shape ``(K,)``; NaN where a value was not measured.
+    progress : called with the number of runs.
+
+    Raises
+    ------
+    InvalidModel : a number has no derivative, or nothing depends on it.
+    AnalysisFailed : the data are none of the model, or the first run fails.
+    """
+    whole = model_of(model)
+    if isinstance(data, Mapping):
+        name, content = "data", _table(data)
+    else:
+        name, content = os.fspath(data), Path(data).read_text(encoding="utf-8")
+    (found, text), rows = _core.identify(whole._core, name, content, progress)
+    return Identified(found, text, whole, rows)
+
+
+def _table(data: Mapping[str, Any]) -> str:
+    """The columns as the text of a file."""
+    columns = {str(name): np.asarray(own, dtype=np.float64) for name, own in data.items()}
+    if "t" not in columns:
+        raise ValueError("data: the column `t` of times is missing")
+    count = columns["t"].shape
+    for name, own in columns.items():
+        if own.ndim != 1 or own.shape != count:
+            raise ValueError(f"data: `{name}` has the shape {own.shape}, `t` {count}")
+        if np.any(np.isinf(own)):
+            raise ValueError(f"data: `{name}` has a value that is infinite")
+    rows = zip(*(own.tolist() for own in columns.values()), strict=True)
+    lines = [",".join("" if value != value else repr(value) for value in row) for row in rows]
+    return "\n".join([",".join(columns), *lines]) + "\n"

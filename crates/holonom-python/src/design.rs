@@ -1,0 +1,112 @@
+//! Gradients of objectives, and unknown numbers from measurements.
+
+use crate::errors::{json, raise};
+use crate::model::Model;
+use crate::verbs::Answer;
+use crate::watch;
+use holonom::gradient::{GradientFailure, Wanted, initial_values};
+use holonom::identification::{IdentifyError, Watch, data};
+use holonom::system::outside::JointStart;
+use holonom_cli::text;
+use pyo3::prelude::*;
+use std::cell::{Cell, RefCell};
+
+/// A coordinate of a joint with a value.
+type Given = (String, usize, f64);
+/// A measured value: which measurement, time, measured, computed, residual.
+type Row = (usize, f64, f64, f64, f64);
+
+/// Adds these functions.
+pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(gradient, module)?)?;
+    module.add_function(wrap_pyfunction!(numbers, module)?)?;
+    module.add_function(wrap_pyfunction!(initial, module)?)?;
+    module.add_function(wrap_pyfunction!(identify, module)?)
+}
+
+/// By what derivatives are wanted, and where.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Place {
+    of: Vec<String>,
+    parameters: bool,
+    initial: bool,
+    controls: Option<Vec<Vec<f64>>>,
+    coordinates: Vec<Given>,
+    rates: Vec<Given>,
+}
+
+/// What `holonom gradient` finds, at values of controls and at a start of joints.
+#[pyfunction]
+fn gradient<'py>(py: Python<'py>, model: &Model, at: Place) -> PyResult<Answer<'py>> {
+    let wanted = Wanted {
+        of: at.of,
+        parameters: at.parameters,
+        controls: at.controls.is_some(),
+        initial: at.initial,
+        values: at.controls.unwrap_or_default(),
+        start: JointStart { coordinates: at.coordinates, rates: at.rates },
+    };
+    let found = py.detach(|| {
+        holonom::gradient::gradient(&model.text, &model.overrides, &model.model, &wanted)
+    });
+    let found = found.map_err(|error| match error {
+        GradientFailure::Model(error) => model.refused(py, &error),
+        error => raise(py, "AnalysisFailed", (error.to_string(),)),
+    })?;
+    let value = serde_json::to_value(&found).unwrap_or_default();
+    Ok((json(py, &value)?, text::gradient(&found)))
+}
+
+/// The parameters that are numbers, with their values.
+#[pyfunction]
+fn numbers(py: Python<'_>, model: &Model) -> PyResult<Vec<(String, f64)>> {
+    let found = model.text.parameter_tangents(&model.overrides);
+    let found = found.map_err(|error| model.refused(py, &error))?;
+    let moving = found.into_iter().filter(|own| !(own.keys.is_empty() && own.formulas.is_empty()));
+    Ok(moving.map(|own| (own.name, own.value)).collect())
+}
+
+/// Independent coordinates of joints at the start: joint, which of its coordinates, value, rate.
+#[pyfunction]
+fn initial(py: Python<'_>, model: &Model) -> PyResult<Vec<(String, usize, f64, f64)>> {
+    initial_values(&model.model).map_err(|error| model.refused(py, &error))
+}
+
+/// What `holonom identify` finds from the text of a file of data, and the values beside one
+/// another.
+#[pyfunction]
+fn identify<'py>(
+    py: Python<'py>,
+    model: &Model,
+    name: &str,
+    content: &str,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Answer<'py>, Vec<Row>)> {
+    let wrong = |message: String, help: String| raise(py, "AnalysisFailed", (message, help));
+    let columns = match model.model.identify {
+        Some(_) => data::read(name, content, &model.model)
+            .map_err(|error| wrong(error.message, error.help))?,
+        None => Vec::new(), // refused below
+    };
+    let (found, asked) = py.detach(|| {
+        let asked = RefCell::new(watch::Watch::new(progress));
+        let runs = Cell::new(0);
+        let mut run = |number: usize| runs.set(number as u64);
+        let mut interrupted = || !asked.borrow_mut().proceed(runs.get(), u64::MAX);
+        let mut watch = Watch { run: &mut run, interrupted: &mut interrupted };
+        let Model { text, overrides, model } = model;
+        let found = holonom::identification::identify(text, overrides, model, &columns, &mut watch);
+        (found, asked.into_inner())
+    });
+    asked.stopped()?;
+    let found = found.map_err(|error| match error {
+        IdentifyError::Model(error) => model.refused(py, &error),
+        IdentifyError::Data(error) => wrong(error.message, error.help),
+        error => wrong(error.to_string(), "start nearer to the truth".into()),
+    })?;
+    let value = serde_json::to_value(&found.estimate).unwrap_or_default();
+    let rows = found.rows.iter();
+    let rows = rows.map(|own| (own.measurement, own.t, own.measured, own.computed, own.residual));
+    Ok(((json(py, &value)?, text::identified(&found.estimate)), rows.collect()))
+}

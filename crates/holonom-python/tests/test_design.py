@@ -1,0 +1,223 @@
+"""Gradients against differences of calls, minimizers, and numbers from measurements."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from numpy.typing import NDArray
+
+import holonom as hn
+
+ARM = """
+model = { name = "arm", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.01, end = 0.4 }
+
+[parameters]
+length = 0.8
+stiffness = 4.0
+idle = 1.0
+
+[[body]]
+name = "upper"
+position = ["= length/2", 0.0, 0.0]
+shape = { type = "box", dimensions = ["= length", 0.04, 0.04], density = 780.0 }
+
+[[body]]
+name = "lower"
+position = ["= 1.5*length", 0.0, 0.0]
+shape = { type = "box", dimensions = ["= length", 0.03, 0.03], density = 780.0 }
+
+[[joint]]
+name = "shoulder"
+type = "revolute"
+parent = "ground"
+child = "upper"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+rate = -3.0
+spring = { stiffness = "= stiffness", rest = 0.2 }
+
+[[joint]]
+name = "elbow"
+type = "revolute"
+parent = "upper"
+child = "lower"
+position = ["= length", 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+
+[[control]]
+name = "drive"
+joint = "elbow"
+hold = 20
+
+[[sensor]]
+name = "tip"
+type = "position"
+of = "lower"
+point = [0.4, 0.0, 0.0]
+
+[[sensor]]
+name = "angle"
+type = "joint_coordinate"
+of = "shoulder"
+
+[[objective]]
+name = "height"
+type = "sensor"
+sensor = "tip.z"
+target = 0.5
+
+[[objective]]
+name = "cheap"
+type = "effort"
+weight = 0.01
+
+[[measurement]]
+sensor = "angle"
+sigma = 0.01
+
+[[measurement]]
+sensor = "tip.x"
+column = "far"
+sigma = 0.01
+
+[identify]
+parameters = { stiffness = { start = 5.0 }, length = { start = 0.85, min = 0.5 } }
+initial = ["shoulder"]
+"""
+
+
+def differences(objective: hn.Gradient, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    slope = np.zeros_like(x)
+    for k in range(len(x)):
+        e = np.zeros_like(x)
+        e[k] = 1e-4
+        long, short = (
+            (objective.value(x + f * e) - objective.value(x - f * e)) / (2e-4 * f)
+            for f in (2.0, 1.0)
+        )
+        slope[k] = (4.0 * short - long) / 3.0
+    return slope
+
+
+def test_gradients_are_those_of_the_values() -> None:
+    model = hn.Model.from_toml(ARM)
+    objective = hn.Gradient(model, parameters=True, controls=True, initial=True)
+    assert objective.names == [
+        "length",
+        "stiffness",
+        "drive[0]",
+        "drive[1]",
+        "shoulder.coordinate.0",
+        "elbow.coordinate.0",
+        "shoulder.rate.0",
+        "elbow.rate.0",
+    ]
+    assert np.array_equal(objective.start, [0.8, 4.0, 0.0, 0.0, 0.0, 0.0, -3.0, 0.0])
+    x = objective.start + [0.05, -0.3, 0.7, -0.4, 0.2, -0.1, 0.5, 0.3]
+    value, slope = objective(x)
+    assert slope.shape == (8,) and slope.dtype == np.float64 and isinstance(value, float)
+    wanted = differences(objective, x)
+    assert np.all(np.abs(wanted) > 1e-6)
+    np.testing.assert_allclose(slope, wanted, rtol=1e-8, atol=1e-9)
+    assert objective.last is not None and "height" in str(objective.last)
+    np.testing.assert_array_equal(objective.gradient(x), slope)
+    # a run with the same numbers ends where the objective says
+    part = hn.Gradient(model, of=["height"], parameters=["length"])
+    run = hn.simulate(model)
+    height = run.sensors["tip"][-1, 2]
+    assert abs(part.value(part.start) - 0.5 * (height - 0.5) ** 2) < 1e-12
+
+
+def test_minimizers_take_it() -> None:
+    optimize = pytest.importorskip("scipy.optimize")
+    objective = hn.Gradient(ARM_MODEL, parameters=["stiffness"], controls=True)
+    found = optimize.minimize(objective, objective.start, jac=True, method="L-BFGS-B")
+    assert found.fun < 0.2 * objective.value(objective.start)
+    assert np.max(np.abs(found.jac)) < 1e-3
+    assert found.nfev < 60
+
+
+def test_what_has_no_gradient_is_named() -> None:
+    with pytest.raises(ValueError, match="no number `width`"):
+        hn.Gradient(ARM_MODEL, parameters=["width"])
+    with pytest.raises(ValueError, match="no number `idle`"):
+        hn.Gradient(ARM_MODEL, parameters=["idle"])
+    with pytest.raises(ValueError, match="by what"):
+        hn.Gradient(ARM_MODEL)
+    objective = hn.Gradient(ARM_MODEL, controls=True)
+    with pytest.raises(ValueError, match="shape"):
+        objective([1.0])
+    with pytest.raises(ValueError, match="finite"):
+        objective([1.0, np.nan])
+    plain = ARM_MODEL.to_dict()
+    plain.pop("objective")
+    with pytest.raises(hn.InvalidModel, match="gradient of nothing"):
+        hn.Gradient(hn.Model.from_dict(plain), controls=True)
+
+
+def measured(noise: float) -> dict[str, NDArray[np.float64]]:
+    run = hn.simulate(ARM_MODEL, joints={"shoulder": 0.2}, rates={"shoulder": -2.0})
+    random = np.random.default_rng(3)
+    far = run.sensors["tip"][:, 0] + noise * random.standard_normal(len(run.t))
+    angle = run.sensors["angle"] + noise * random.standard_normal(len(run.t))
+    far[::2] = np.nan
+    return {"t": run.t, "angle": angle, "far": far}
+
+
+def test_numbers_are_found_again(tmp_path: Path) -> None:
+    found = hn.identify(ARM_MODEL, measured(0.0))
+    assert found.names == ["length", "stiffness", "shoulder.coordinate", "shoulder.rate"]
+    assert found.converged
+    np.testing.assert_allclose(found.estimates, [0.8, 4.0, 0.2, -2.0], rtol=1e-6)
+    assert found.joints.keys() == {"shoulder"} and found.rates.keys() == {"shoulder"}
+    again = hn.simulate(found.model, joints=found.joints, rates=found.rates)
+    np.testing.assert_allclose(again.sensors["angle"], measured(0.0)["angle"], atol=1e-7)
+    noisy = hn.identify(ARM_MODEL, measured(0.01))
+    off = (noisy.estimates - [0.8, 4.0, 0.2, -2.0]) / noisy.standard_errors
+    assert np.max(np.abs(off)) < 4.0
+    covariance = noisy.covariance
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), noisy.standard_errors)
+    assert covariance.shape == (4, 4) and np.allclose(np.diag(noisy.correlation), 1.0)
+    rows = noisy.residuals
+    assert rows["angle"].shape == (41, 4) and rows["far"].shape == (20, 4)
+    computed, value, residual = rows["far"][:, 2], rows["far"][:, 1], rows["far"][:, 3]
+    np.testing.assert_allclose((computed - value) / 0.01, residual, atol=1e-9)
+    # the same from a file
+    data = measured(0.01)
+    file = tmp_path / "data.csv"
+    lines = ["t,angle,far"]
+    for row in zip(*(own.tolist() for own in data.values()), strict=True):
+        lines.append(",".join("" if value != value else repr(value) for value in row))
+    file.write_text("\n".join(lines), encoding="utf-8")
+    assert np.array_equal(hn.identify(ARM_MODEL, file).estimates, noisy.estimates)
+    runs: list[int] = []
+    hn.identify(ARM_MODEL, file, progress=lambda run, _: runs.append(run))
+    assert runs == sorted(runs)
+
+
+def test_what_is_no_data_is_refused() -> None:
+    data = measured(0.0)
+    with pytest.raises(ValueError, match="column `t`"):
+        hn.identify(ARM_MODEL, {"angle": data["angle"]})
+    with pytest.raises(ValueError, match="shape"):
+        hn.identify(ARM_MODEL, {"t": data["t"], "angle": data["angle"][1:]})
+    with pytest.raises(hn.AnalysisFailed, match="no column `far`"):
+        hn.identify(ARM_MODEL, {"t": data["t"], "angle": data["angle"]})
+    with pytest.raises(hn.AnalysisFailed, match="beyond the end"):
+        hn.identify(ARM_MODEL, {**data, "t": 2.0 * data["t"]})
+    plain = ARM_MODEL.to_dict()
+    plain.pop("identify")
+    with pytest.raises(hn.InvalidModel, match="estimate of nothing"):
+        hn.identify(hn.Model.from_dict(plain), data)
+
+
+def test_the_shipped_pendulum() -> None:
+    place = ROOT / "examples" / "models"
+    found = hn.identify(place / "friction_pendulum.toml", place / "friction_pendulum.csv")
+    off = (found.estimates - [0.27, 0.031, 0.35, -0.4]) / found.standard_errors
+    assert np.max(np.abs(off)) < 3.0
+
+
+ARM_MODEL = hn.Model.from_toml(ARM)
