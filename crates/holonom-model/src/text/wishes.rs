@@ -4,7 +4,7 @@
 /// Words, and the answer to them.
 type Wish = (&'static [&'static str], &'static str);
 
-const WISHES: [Wish; 33] = [
+const WISHES: [Wish; 34] = [
     (&["parallel", "threads", "gpu", "cores"], "a run uses one core; `holonom sweep` uses all"),
     (
         &[
@@ -314,6 +314,19 @@ const WISHES: [Wish; 33] = [
         &["optimization", "optimise", "design", "optimal_control", "design_variable"],
         "`holonom optimize MODEL` finds parameters and controls: [optimize] says what is free, [[control]], [[objective]] and \
          [[condition]] what is wanted",
+    ),
+    (
+        &[
+            "identification",
+            "calibration",
+            "calibrate",
+            "estimate",
+            "estimation",
+            "fit",
+            "parameter_estimation",
+        ],
+        "unknown numbers are found by `holonom identify MODEL DATA.csv`: [identify] names them, [[measurement]] puts sensors beside \
+         columns of data",
     ),
     (
         &["monte_carlo", "sweep"],
