@@ -174,7 +174,7 @@ const SPEEDS: [(&str, f64); 5] =
 
 fn designed(run: &Run) -> Checks {
     let mut checks = Checks::default();
-    let text = ModelText::from_text(Path::new("model.toml"), &run.document.to_string());
+    let text = ModelText::from_text(Path::new("model.toml"), run.document.to_string());
     let watch: Watch = Rc::new(RefCell::new(|_: &Progress| true));
     let found = optimize(&text, &[], &run.model, None, &watch).ok();
     let report = found.map(|own| own.report).filter(|own| own.status == Status::Optimal);
