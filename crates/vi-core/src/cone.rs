@@ -28,6 +28,7 @@
 //! ```
 #![allow(non_snake_case)] // W, F
 
+mod conjugate;
 mod convex;
 mod large;
 mod least_norm;
@@ -38,6 +39,7 @@ mod residual;
 pub use large::{LargeConeSolver, SparseRows};
 pub use problem::Cone;
 
+use conjugate::Conjugate;
 use convex::Convex;
 use least_norm::LeastNorm;
 use nalgebra::{Matrix3, Vector3};
@@ -86,11 +88,19 @@ const STALLED_AT: f64 = 1e-6;
 /// than this: nothing is wedged then.
 const NEARLY: f64 = 1e-5;
 const NEWTON_STEPS: usize = 25;
+/// Steps from impulses that obey the laws already.
+const LAST_STEPS: usize = 2;
 /// Steps in a row that do not halve an accepted residual: rounding errors alone are left.
 const STALLED: usize = 4;
 /// `ρ` of the rounds: where Newton's method fails with one, others lead elsewhere.
 const PARAMETERS: [f64; 9] = [1.0, 1.0, 1e2, 1e-2, 1e4, 1e-4, 10.0, 0.1, 1e3];
 const PROGRAMS: usize = 60;
+/// Most rows of which Newton's method begins after a few sweeps.
+const FEW: usize = 60;
+/// Most sweeps forth and back of more rows, the laws to end with, sweeps between two looks at them.
+const FAR_SWEEPS: usize = 400;
+const FAR_TARGET: f64 = 1e-9;
+const BETWEEN: usize = 8;
 
 /// The solver with its memory, which grows to the largest problem; then nothing is allocated.
 #[derive(Clone, Debug, Default)]
@@ -98,6 +108,7 @@ pub struct ConeSolver {
     problem: Problem,
     residual: Residual,
     least_norm: LeastNorm,
+    conjugate: Conjugate,
     convex: Convex,
     impulse: Vec<f64>, // k
     trial: Vec<f64>,   // k
@@ -134,12 +145,31 @@ impl ConeSolver {
         w: &[f64],
         lambda: &mut [f64],
     ) -> Result<ConeReport, ConeFault> {
+        self.solve_within(cones, w_matrix, (w, &[]), lambda)
+    }
+
+    /// The same where `w` is known to `errors`, shape `k`, or exactly where that is empty: laws of
+    /// rows that `W` does not tell apart may contradict one another by as much.
+    ///
+    /// # Errors
+    /// [`ConeFault`].
+    ///
+    /// # Panics
+    /// Where the sizes differ from the number of rows of the cones.
+    pub fn solve_within(
+        &mut self,
+        cones: &[Cone],
+        w_matrix: &[f64],
+        (w, errors): (&[f64], &[f64]),
+        lambda: &mut [f64],
+    ) -> Result<ConeReport, ConeFault> {
         let k = cones.iter().map(Cone::rows).sum::<usize>();
         assert!(w_matrix.len() == k * k && w.len() == k && lambda.len() == k, "{k} rows");
+        assert!(errors.is_empty() || errors.len() == k, "{k} rows");
         if k == 0 {
             return Ok(ConeReport { residual: 0.0, rounds: 0 });
         }
-        let mut numbers = w_matrix.iter().chain(w).chain(&*lambda).copied();
+        let mut numbers = w_matrix.iter().chain(w).chain(errors).chain(&*lambda).copied();
         if !(numbers.all(f64::is_finite) && cones.iter().all(Cone::is_finite)) {
             return Err(ConeFault::NotFinite);
         }
@@ -151,7 +181,7 @@ impl ConeSolver {
             lambda[0] = local::law(*law, (&block, &Vector3::new(*w, 0.0, 0.0)), 1.0, &now)[0];
             return Ok(ConeReport { residual: 0.0, rounds: 0 });
         }
-        self.problem.load(cones, w_matrix, w);
+        self.problem.load(cones, w_matrix, w, errors);
         if let Some(cone) = self.problem.unmovable_approach() {
             lambda.fill(0.0);
             lambda[self.problem.cones[cone].row] = 1.0;
@@ -182,23 +212,33 @@ impl ConeSolver {
         let done = |residual, rounds| Ok(ConeReport { residual, rounds });
         self.residual.set_parameter(1.0);
         let residual = self.residual.evaluate(&self.problem, &self.impulse);
-        if residual <= ACCEPTED {
+        if self.residual.excess() <= TARGET {
+            return done(self.newton(rounding, LAST_STEPS), 0);
+        }
+        if self.residual.excess() <= ACCEPTED {
             return done(self.refine(rounding), 0);
         }
-        let mut least = residual;
+        if residual <= ACCEPTED {
+            self.impulse.fill(0.0); // large ones that balance one another
+        }
+        let mut least = self.residual.excess();
         self.nearest.copy_from_slice(&self.impulse);
         for (round, rho) in (1..).zip(PARAMETERS) {
-            self.sweep(if round == 1 { 10 } else { 30 }, 1.0, rounding);
+            match round {
+                1 if self.problem.rows() > FEW => self.sweep_far(),
+                1 => self.sweep(10, 1.0, rounding),
+                _ => self.sweep(30, 1.0, rounding),
+            }
             self.swept.copy_from_slice(&self.impulse);
             self.residual.set_parameter(rho);
-            self.newton(rounding);
+            self.newton(rounding, NEWTON_STEPS);
             self.residual.set_parameter(1.0);
             let residual = self.refine(rounding);
-            if residual <= ACCEPTED {
+            if self.holds() {
                 return done(residual, round);
             }
-            if residual < least {
-                least = residual;
+            if self.residual.excess() < least {
+                least = self.residual.excess();
                 self.nearest.copy_from_slice(&self.impulse);
             }
             self.impulse.copy_from_slice(&self.swept);
@@ -213,11 +253,11 @@ impl ConeSolver {
             let part = if program <= PROGRAMS / 2 { 1.0 } else { 0.5 };
             self.impulse.copy_from_slice(self.convex.advance(&self.problem, part));
             let residual = self.refine(rounding);
-            if residual <= ACCEPTED {
+            if self.holds() {
                 return done(residual, PARAMETERS.len() + program);
             }
-            if residual < least {
-                least = residual;
+            if self.residual.excess() < least {
+                least = self.residual.excess();
                 self.nearest.copy_from_slice(&self.impulse);
             }
         }
@@ -226,6 +266,12 @@ impl ConeSolver {
             return Err(ConeFault::Wedged { cone });
         }
         self.end_nearby(least)
+    }
+
+    /// Whether the impulses obey the laws, as far as `w` is known.
+    fn holds(&mut self) -> bool {
+        self.residual.evaluate(&self.problem, &self.impulse);
+        self.residual.excess() <= ACCEPTED
     }
 
     /// The nearest impulses that were found.
@@ -237,14 +283,15 @@ impl ConeSolver {
     /// Newton's method. Where it stalls near a solution, contacts at rest may stand on the rim
     /// of their cones, with room inside for the same motion: it begins again from there.
     fn refine(&mut self, rounding: f64) -> f64 {
-        let mut residual = self.newton(rounding);
+        let mut residual = self.newton(rounding, NEWTON_STEPS);
         for inside in [1e-8, 1e-6, 1e-4] {
-            if !(TARGET..=STALLED_AT).contains(&residual) {
+            let is_known = !self.problem.errors.is_empty() && self.holds();
+            if is_known || !(TARGET..=STALLED_AT).contains(&residual) {
                 return residual;
             }
             self.found.copy_from_slice(&self.impulse);
             self.sweep(30, 1.0 - inside, rounding);
-            let again = self.newton(rounding);
+            let again = self.newton(rounding, NEWTON_STEPS);
             if again < residual {
                 residual = again;
             } else {
@@ -257,30 +304,10 @@ impl ConeSolver {
     /// Sweeps over the contacts, each law solved exactly with `part` of its friction, until nothing
     /// but rounding changes.
     fn sweep(&mut self, sweeps: usize, part: f64, rounding: f64) {
-        let Self { problem, impulse, .. } = self;
         for _ in 0..sweeps {
             let mut change = 0.0_f64;
-            for &Placed { cone, row } in &problem.cones {
-                let rows = cone.rows();
-                let A = Matrix3::from_fn(|i, j| match i.max(j) < rows {
-                    true => problem.row(row + i)[row + j],
-                    false => 0.0,
-                });
-                let now = Vector3::from_fn(|i, _| if i < rows { impulse[row + i] } else { 0.0 });
-                let c = Vector3::from_fn(|i, _| match i < rows {
-                    true => {
-                        let block: f64 = (0..rows).map(|j| A[(i, j)] * now[j]).sum();
-                        problem.velocity(row + i, impulse) - block
-                    }
-                    false => 0.0,
-                });
-                let next = local::law(cone, (&A, &c), part, &now);
-                for i in 0..rows {
-                    let value = next[i];
-                    let relative = (value - now[i]).abs() / value.abs().max(1e-300);
-                    change = change.max(relative);
-                    impulse[row + i] = value;
-                }
+            for k in 0..self.problem.cones.len() {
+                change = change.max(self.settle(k, part));
             }
             if change <= rounding {
                 return;
@@ -288,14 +315,61 @@ impl ConeSolver {
         }
     }
 
+    /// Sweeps forth and back with conjugate directions, until the laws hold to `1e-9`: of many
+    /// contacts these cost less than steps of Newton's method.
+    fn sweep_far(&mut self) {
+        let k = self.problem.rows();
+        self.conjugate.begin(k);
+        for turn in 1..=FAR_SWEEPS {
+            self.conjugate.before(&self.impulse);
+            (0..self.problem.cones.len()).for_each(|k| _ = self.settle(k, 1.0));
+            (0..self.problem.cones.len()).rev().for_each(|k| _ = self.settle(k, 1.0));
+            self.conjugate.after(&mut self.impulse);
+            if turn % BETWEEN == 0
+                && self.residual.evaluate(&self.problem, &self.impulse) <= FAR_TARGET
+            {
+                break;
+            }
+        }
+        (0..self.problem.cones.len()).for_each(|k| _ = self.settle(k, 1.0));
+    }
+
+    /// Solves the law of a contact at the impulses of the others; the largest relative change.
+    fn settle(&mut self, contact: usize, part: f64) -> f64 {
+        let Self { problem, impulse, .. } = self;
+        let Placed { cone, row } = problem.cones[contact];
+        let rows = cone.rows();
+        let A = Matrix3::from_fn(|i, j| match i.max(j) < rows {
+            true => problem.row(row + i)[row + j],
+            false => 0.0,
+        });
+        let now = Vector3::from_fn(|i, _| if i < rows { impulse[row + i] } else { 0.0 });
+        let c = Vector3::from_fn(|i, _| match i < rows {
+            true => {
+                let block: f64 = (0..rows).map(|j| A[(i, j)] * now[j]).sum();
+                problem.velocity(row + i, impulse) - block
+            }
+            false => 0.0,
+        });
+        let next = local::law(cone, (&A, &c), part, &now);
+        let mut change = 0.0_f64;
+        for i in 0..rows {
+            let value = next[i];
+            change = change.max((value - now[i]).abs() / value.abs().max(1e-300));
+            impulse[row + i] = value;
+        }
+        change
+    }
+
     /// Newton's method from `impulse`, to the rounding errors; keeps the best point and returns
     /// its residual.
-    fn newton(&mut self, rounding: f64) -> f64 {
+    fn newton(&mut self, rounding: f64, steps: usize) -> f64 {
         let k = self.problem.rows();
         let mut least = self.residual.evaluate(&self.problem, &self.impulse);
         let (mut now, mut stalled) = (least, 0);
+        let mut holds = self.residual.excess() <= ACCEPTED;
         self.best.copy_from_slice(&self.impulse);
-        for _ in 0..NEWTON_STEPS {
+        for _ in 0..steps {
             if least <= rounding {
                 break;
             }
@@ -323,9 +397,10 @@ impl ConeSolver {
             let slow = now > 0.5 * least;
             if now < least {
                 least = now;
+                holds |= self.residual.excess() <= ACCEPTED;
                 self.best.copy_from_slice(&self.impulse);
             }
-            stalled = if slow && least <= ACCEPTED { stalled + 1 } else { 0 };
+            stalled = if slow && holds { stalled + 1 } else { 0 };
             if stalled == STALLED {
                 break;
             }

@@ -1,16 +1,14 @@
 //! Joint stops and dry friction of joints: closed forms, what is conserved, what is refused.
 
-use vi_constraints::nonsmooth::{ContactStatus, Method, NonsmoothOptions};
+use crate::contact_runs::{G, run_by};
+use vi_constraints::nonsmooth::{ContactStatus, Method};
 use vi_constraints::setup::SetupError;
-use vi_constraints::{InitialValues, Options, SchemeKind};
-use vi_core::{Composition, Quadrature, State};
+use vi_constraints::{Options, SchemeKind};
+use vi_core::{Composition, State};
 use vi_multibody::builder::{
     BuildError, BuiltMechanism, CoordinateId, DryFriction, Inertia, JointLimits, MechanismBuilder,
 };
-use vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use vi_multibody::{FrameId::Ground, PairKind};
-
-const G: f64 = 9.81;
 
 /// A builder with one body that slides along an axis from the origin, at a speed.
 fn slider(gravity: [f64; 3], axis: [f64; 3], speed: f64) -> (MechanismBuilder, CoordinateId) {
@@ -37,16 +35,6 @@ fn pendulum(angle: f64) -> (MechanismBuilder, CoordinateId) {
 
 fn limits(lower: Option<f64>, upper: Option<f64>, restitution: f64) -> JointLimits {
     JointLimits { lower, upper, restitution }
-}
-
-fn run_by(builder: &MechanismBuilder, step: f64, method: Method) -> MechanismIntegrator {
-    let built = builder.build().unwrap();
-    let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
-    let (system, at) = (built.system(Quadrature::Midpoint), InitialValues::new(0.0, &q, &v));
-    let options = Options::new(SchemeKind::Nodal, step);
-    let run = integrator(built.mechanism, system, options, Solver::Auto, at).unwrap();
-    let contacts = NonsmoothOptions { method, ..NonsmoothOptions::default() };
-    with_contacts(run, SchemeKind::Nodal, built.forces.contacts, contacts).unwrap()
 }
 
 fn refusal(builder: &MechanismBuilder, options: Options) -> SetupError {

@@ -1,42 +1,11 @@
 //! Contacts of shapes: many shapes, what stands.
 
+use crate::contact_runs::{G, box_shape, coulomb, floor, run_by};
 use nalgebra::Vector3;
-use vi_constraints::nonsmooth::{ContactLaw, Method, NonsmoothOptions};
-use vi_constraints::{InitialValues, Options, SchemeKind};
-use vi_core::Quadrature;
+use vi_constraints::nonsmooth::Method;
 use vi_multibody::FrameId::{self, Ground};
 use vi_multibody::builder::{Inertia, MechanismBuilder};
-use vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use vi_rigid::gap::ContactShape;
-
-const G: f64 = 9.81;
-
-fn run_by(builder: &MechanismBuilder, step: f64, method: Method) -> MechanismIntegrator {
-    let built = builder.build().unwrap();
-    let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
-    let (system, at) = (built.system(Quadrature::Midpoint), InitialValues::new(0.0, &q, &v));
-    let options = Options::new(SchemeKind::Nodal, step);
-    let run = integrator(built.mechanism, system, options, Solver::Auto, at).unwrap();
-    let contacts = NonsmoothOptions { method, ..NonsmoothOptions::default() };
-    with_contacts(run, SchemeKind::Nodal, built.forces.contacts, contacts).unwrap()
-}
-
-fn coulomb(friction: f64, restitution: f64) -> ContactLaw {
-    ContactLaw::Coulomb { friction, restitution, tangential_restitution: 0.0 }
-}
-
-fn floor() -> ContactShape {
-    ContactShape::Plane { point: Vector3::zeros(), normal: Vector3::z() }
-}
-
-fn box_shape(half_lengths: [f64; 3]) -> ContactShape {
-    let half_lengths = half_lengths.into();
-    ContactShape::Box {
-        center: Vector3::zeros(),
-        axes: nalgebra::Matrix3::identity(),
-        half_lengths,
-    }
-}
 
 /// Spheres that fall into a corner of planes come to rest without overlap, the same to the bit as
 /// pairs one by one.

@@ -38,6 +38,7 @@ pub(super) struct ActiveRows {
     W: Vec<f64>,
     sparse: (Vec<usize>, Vec<u32>, Vec<f64>), // of a large island
     w: Vec<f64>,
+    errors: Vec<f64>, // of w
     found: Vec<f64>,
     solver: ConeSolver,
     large: LargeConeSolver,
@@ -63,6 +64,8 @@ pub(super) struct Present<'a> {
     pub(super) plus: &'a [f64],
     pub(super) lambda: &'a [f64],
     pub(super) next: &'a mut [f64],
+    pub(super) speeds: f64, // the largest of `minus` and `plus`
+    pub(super) h: f64,
 }
 
 impl ActiveRows {
@@ -151,13 +154,14 @@ impl ActiveRows {
         present: Present<'_>,
         elements: &Elements,
     ) -> Result<(), StepError> {
-        let Present { contacts, W, islands, minus, plus, lambda, next } = present;
+        let Present { contacts, W, islands, minus, plus, lambda, next, speeds, h } = present;
         self.lambda.clear();
         self.lambda.extend(self.all.iter().map(|row| lambda[*row]));
         self.drives.clear();
         self.cones.clear();
         self.owners.clear();
         self.active.clear();
+        self.errors.clear();
         let places = islands.contacts(island);
         let mut kinds_agree = self.kinds.len() == places.len();
         self.kinds.resize(places.len(), 0);
@@ -171,7 +175,8 @@ impl ActiveRows {
             let (own, cone) = contact.equations(Rows { minus, plus, lambda, w: diagonal });
             self.drives.extend_from_slice(&own[..of.len()]);
             let now = contact.kind as u8 + 2 * u8::from(contact.slides);
-            let now = now + 4 * u8::from(contact.course != Course::Usual);
+            let is_usual = matches!(contact.course, Course::Usual | Course::Plain);
+            let now = now + 4 * u8::from(!is_usual);
             let now = now + 8 * u8::from(contact.turns);
             kinds_agree &= *kind == now;
             *kind = now;
@@ -181,6 +186,7 @@ impl ActiveRows {
             } else {
                 self.active.extend(count..count + of.len());
                 count += of.len();
+                self.errors.resize(count, contact.error(speeds, h));
                 self.cones.push(cone);
                 self.owners.push(*place);
             }
@@ -190,13 +196,13 @@ impl ActiveRows {
         }
         self.state(W, islands, island);
         self.passes += 1;
-        let Self { cones, W, sparse, w, found, solver, large, .. } = self;
+        let Self { cones, W, sparse, w, errors, found, solver, large, .. } = self;
         let solved = if self.all.len() > DENSE {
             let (ends, places, values) = &*sparse;
             large.solve(cones, SparseRows { ends, places, values }, w, found)
         } else {
             solver.end_early(self.passes <= EARLY);
-            solver.solve(cones, W, w, found)
+            solver.solve_within(cones, W, (w, errors), found)
         };
         self.is_exact = solved.is_ok();
         match solved {

@@ -10,7 +10,8 @@
 //! impacts with a point of accumulation end. All gaps are looked at after each step: impulses move
 //! bodies that were at rest.
 
-use super::impulses::{CLOSED, NodeImpulses};
+use super::impulses::NodeImpulses;
+use super::node_law::CLOSED;
 use super::record::{ContactRecord, NodeRecord, Records};
 use super::stepping::Stepping;
 use super::unilateral::{ContactRows, TransverseImpulses, Unilateral};
@@ -25,7 +26,7 @@ use vi_core::interval::Interval;
 use vi_core::newton::NewtonReport;
 use vi_core::state::State;
 
-/// A first touch ends between 0 and this, likewise.
+/// A first touch ends between 0 and this, in parts of the size of a gap.
 const TOUCH: f64 = 1e-13;
 /// Where a gap may be passed between two nodes that are open, likewise.
 const NEAR: f64 = 1e-2;
@@ -381,9 +382,16 @@ impl Nonsmooth {
                 return Ok(Some(found));
             }
             // it touches now
+            let known = self.set.len();
             let to = end.0.min(REST * whole);
             self.solve(run, SubStep { h: to, t_end: state.t + to, ..step }, state)?;
             self.join(run, (step.h, state), TOUCH)?;
+            if self.set.len() == known {
+                // the gap that is passed is not yet closed: the smallest one joins in any case
+                let trial = SubStep { h: end.0, t_end: state.t + end.0, ..step };
+                let smallest = self.solve(run, trial, state)?.unwrap_or(0.0);
+                self.join(run, (step.h, state), smallest.max(0.0).next_up())?;
+            }
         }
     }
 
@@ -394,15 +402,20 @@ impl Nonsmooth {
         (step, (length, passed)): (SubStep, (f64, f64)),
         state: &State,
     ) -> Result<(f64, f64), StepError> {
-        self.list_near(state, None);
-        let Self { near, set, .. } = &*self;
-        let open = near.iter().filter(|(id, _)| set.binary_search(id).is_err());
-        let now = open.map(|(_, gap)| *gap).min_by(f64::total_cmp).unwrap_or(0.0);
+        // what is passed may have been out of reach where the step starts
+        let Self { near, set, elements, kinds, .. } = &*self;
+        let passed_gap = |&(id, gap): &(ContactId, f64)| {
+            let is_passed = gap < 0.0 && set.binary_search(&id).is_err();
+            let element = &elements[id.element as usize];
+            let before = element.gap(id.feature, state.configuration());
+            is_passed.then(|| before / kinds[id.element as usize].0)
+        };
+        let now = near.iter().filter_map(passed_gap).min_by(f64::total_cmp).unwrap_or(0.0).max(0.0);
         let mut bracket = Bracket::new([0.0, -now], [length, -passed]);
         let mut at = length;
         while let Some(h) = bracket.next(f64::EPSILON * length) {
             let trial = SubStep { h, t_end: state.t + h, ..step };
-            let gap = self.solve(run, trial, state)?.unwrap_or(0.0);
+            let gap = self.solve(run, trial, state)?.unwrap_or(now);
             at = h;
             bracket.take(h, -gap);
             if (0.0..=TOUCH).contains(&gap) {

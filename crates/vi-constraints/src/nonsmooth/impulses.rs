@@ -11,7 +11,7 @@ use super::ContactFault;
 use super::active_rows::{ActiveRows, Present};
 use super::delassus::Delassus;
 use super::islands::Islands;
-use super::node_law::{Contact, Course, Kind, Rows};
+use super::node_law::{CLOSED, Contact, Course, Kind, Rows};
 use super::stepping::Stepping;
 use super::unilateral::{ContactLaw, ContactRows, Elements, TransverseImpulses};
 use crate::constraints::Constraints;
@@ -22,8 +22,8 @@ use vi_core::state::State;
 
 /// Solutions of a step for one set of laws.
 const ITERATIONS: usize = 60;
-/// A gap that is closed, in parts of its size.
-pub(super) const CLOSED: f64 = 1e-11;
+/// Solutions after which rates that are still reversed, or not, are taken by the usual law.
+const UNSETTLED: usize = 30;
 /// A change of velocities that islands with sparse rows end with, relative to velocities.
 const LARGE: f64 = 1e-10;
 /// A change of velocities that may stagnate, relative to velocities.
@@ -243,7 +243,7 @@ impl NodeImpulses {
             (contact.course, contact.turns) = (Course::Usual, false);
         }
         self.iterate(elements, run, at)?;
-        if self.turning_slip && self.find_turns(elements)? {
+        if self.turning_slip && self.find_turns(elements, at.0.h)? {
             self.usual.clone_from(&self.lambda);
             if self.iterate(elements, run, at).is_err() {
                 self.contacts.iter_mut().for_each(|contact| contact.turns = false);
@@ -278,7 +278,8 @@ impl NodeImpulses {
     /// Which contacts slide in the mean direction of their slip, because other forces turn it back:
     /// those that would not hold their rate if it was zero. Asked of an island as a whole, from the
     /// last step.
-    fn find_turns(&mut self, elements: &Elements) -> Result<bool, StepError> {
+    fn find_turns(&mut self, elements: &Elements, h: f64) -> Result<bool, StepError> {
+        let speeds = self.speeds();
         let Self { contacts, W, islands, minus, plus, lambda, next, problems, .. } = self;
         let mut any = false;
         for island in 0..islands.count() {
@@ -291,7 +292,7 @@ impl NodeImpulses {
                 contact.shift =
                     contact.slip_before.filter(|_| contact.may_turn()).unwrap_or([0.0; 2]);
             }
-            let present = Present { contacts, W, islands, minus, plus, lambda, next };
+            let present = Present { contacts, W, islands, minus, plus, lambda, next, speeds, h };
             problems[island].next_impulses(island, present, elements)?;
             for place in own {
                 let contact = &mut contacts[*place];
@@ -317,21 +318,27 @@ impl NodeImpulses {
             problem.begin(contacts, W, islands, k);
         }
         let mut last = f64::INFINITY;
-        for _ in 0..ITERATIONS {
+        for pass in 0..ITERATIONS {
+            if pass == UNSETTLED {
+                let reversed = |own: &&mut Contact| own.course != Course::Usual;
+                let contacts = self.contacts.iter_mut().filter(reversed);
+                contacts.for_each(|contact| contact.course = Course::Plain);
+            }
             self.try_step(run, (step, state))?;
             if self.contacts.is_empty() {
                 return Ok(());
             }
             self.measure(elements, run, (step, state));
+            let (speeds, h) = (self.speeds(), step.h);
             let Self { contacts, W, islands, minus, plus, lambda, next, problems, .. } = self;
             let mut is_exact = true;
             for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
-                let present = Present { contacts, W, islands, minus, plus, lambda, next };
+                let present =
+                    Present { contacts, W, islands, minus, plus, lambda, next, speeds, h };
                 problem.next_impulses(k, present, elements)?;
                 is_exact &= problem.is_exact();
             }
             let (change, rounding, _) = self.largest_change(step.h);
-            let speeds = self.minus.iter().chain(&self.plus).fold(0.0, |a: f64, u| a.max(u.abs()));
             let stagnates = last <= STAGNATION * speeds && change >= last;
             if is_exact && (change <= rounding || stagnates) {
                 return Ok(());
@@ -412,17 +419,21 @@ impl NodeImpulses {
         }
     }
 
+    /// The largest velocity of a row before and after the impulses.
+    fn speeds(&self) -> f64 {
+        self.minus.iter().chain(&self.plus).fold(0.0, |most: f64, u| most.max(u.abs()))
+    }
+
     /// The change `W(Λ' − Λ)` that is largest beside rounding, the velocity that rounding leaves
     /// of it, and the element.
     fn largest_change(&self, h: f64) -> (f64, f64, u32) {
-        let Self { contacts, W, islands, problems, minus, plus, lambda, next, .. } = self;
-        let speeds = minus.iter().chain(plus).fold(0.0, |a: f64, u| a.max(u.abs()));
+        let Self { contacts, W, islands, problems, lambda, next, .. } = self;
+        let speeds = self.speeds();
         let (mut worst, mut found) = (-1.0, (0.0, 0.0, 0));
         for island in 0..islands.count() {
             let part = if problems[island].is_large() { LARGE } else { 4.0 * f64::EPSILON };
             for contact in islands.contacts(island).iter().map(|place| &contacts[*place]) {
-                let rounding =
-                    (part * speeds).max(4.0 * f64::EPSILON * (speeds + contact.size / h));
+                let rounding = (part * speeds).max(contact.rounding(speeds, h));
                 for i in contact.row..contact.row + contact.law.rows() {
                     let change = W.product(i, |j| next[j] - lambda[j]).abs();
                     if change / rounding > worst {

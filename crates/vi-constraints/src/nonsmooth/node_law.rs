@@ -27,6 +27,9 @@ use super::unilateral::{ContactLaw, ContactPlace};
 use vi_core::cone::Cone;
 use vi_core::contact_state::ContactId;
 
+/// A gap that counts as closed, in parts of its size.
+pub(super) const CLOSED: f64 = 1e-11;
+
 /// How the normal of a contact is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -47,6 +50,8 @@ pub(super) enum Course {
     Reversing,
     /// It was to be reversed, and an iterate has kept its sign: the impulse is that of the bound.
     Held,
+    /// The usual law, because the iteration did not settle whether the rate is reversed.
+    Plain,
 }
 
 /// A contact of a node.
@@ -99,6 +104,17 @@ impl Contact {
     /// Whether it may be hit, if it approaches.
     pub(super) fn may_bounce(&self) -> bool {
         self.law.restitution().is_some_and(|restitution| restitution > 0.0 || self.is_new)
+    }
+
+    /// Rounding of its velocities beside others of a size, and of gaps and slip over `h`.
+    pub(super) fn rounding(&self, speeds: f64, h: f64) -> f64 {
+        4.0 * f64::EPSILON * (speeds + self.size / h)
+    }
+
+    /// To which its laws are known: beside rounding, a gap that counts as closed may be open.
+    pub(super) fn error(&self, speeds: f64, h: f64) -> f64 {
+        let is_closed = self.gap.abs() <= CLOSED * self.size;
+        self.rounding(speeds, h) + if is_closed { self.gap.abs() / h } else { 0.0 }
     }
 
     /// What drives its rows, and its cone.
@@ -154,9 +170,12 @@ impl Contact {
     /// Dry friction with its reversal [N6]: Newton's linearization of `Λ + b s̄(s_1) = 0`.
     fn dry_friction(&mut self, lambda: f64, w: f64) -> Drive {
         let (s_0, s_1, b) = (self.before, self.sigma[0], self.bound);
+        if self.course == Course::Plain {
+            return Drive::Zero { xi: s_1, compliance: 0.0 };
+        }
         if self.course == Course::Usual {
             let hold = -(s_1 - w * lambda - s_0) / w;
-            if !(hold.abs() > b && s_0 * hold > 0.0 && s_0 * s_1 <= 0.0) {
+            if !(w > 0.0 && hold.abs() > b && s_0 * hold > 0.0 && s_0 * s_1 <= 0.0) {
                 return Drive::Zero { xi: s_1, compliance: 0.0 };
             }
         }

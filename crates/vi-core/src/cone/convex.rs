@@ -105,7 +105,9 @@ impl Convex {
         let approach = dot(&problem.w, &self.drift);
         let speeds = (0..problem.rows()).map(|i| problem.velocity(i, &self.drift) - problem.w[i]);
         let moved = speeds.fold(0.0, |moved: f64, speed| moved.max(speed.abs()));
-        (largest > 0.0 && approach < 0.0 && moved < STILL).then_some((cone, &self.drift[..]))
+        let size = problem.w.iter().map(|w| w.abs()).sum::<f64>();
+        (largest > 0.0 && approach < -STILL * size && moved < STILL)
+            .then_some((cone, &self.drift[..]))
     }
 }
 

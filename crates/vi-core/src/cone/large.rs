@@ -1,14 +1,8 @@
-//! Many contacts: sweeps over the sparse rows of `W`, made faster by conjugate directions.
-//!
-//! ```text
-//! Λ ← S(Λ)                        a sweep forth and back over the contacts, each law solved exactly
-//! r_k = S(Λ_k) − Λ_k,   β = |r_k|²/|r_{k−1}|²
-//! Λ_{k+1} = S(Λ_k) + β d_{k−1},   d_k = r_k + β d_{k−1}          where β ≤ 1, else d_k = r_k
-//! ```
-//! Source: M. Silcowitz-Hansen, S. Niebe, K. Erleben, The Visual Computer 26 (2010) 893–901. The
-//! cost of a sweep is linear in the number of entries.
+//! Many contacts: sweeps over the sparse rows of `W` with conjugate directions. The cost of a sweep
+//! is linear in the number of entries.
 #![allow(non_snake_case)] // W, A
 
+use super::conjugate::Conjugate;
 use super::local;
 use super::problem::Cone;
 use super::residual::violation;
@@ -55,11 +49,10 @@ pub struct LargeConeSolver {
     units: Vec<f64>, // k
     ends: Vec<usize>,
     places: Vec<u32>,
-    values: Vec<f64>,    // W in units
-    w: Vec<f64>,         // k
-    impulse: Vec<f64>,   // k
-    before: Vec<f64>,    // k
-    direction: Vec<f64>, // k
+    values: Vec<f64>,  // W in units
+    w: Vec<f64>,       // k
+    impulse: Vec<f64>, // k
+    conjugate: Conjugate,
 }
 
 impl LargeConeSolver {
@@ -108,17 +101,14 @@ impl LargeConeSolver {
             });
             self.contacts.push(Contact { cone: cone.in_units(unit), row, block });
         }
-        let Self { units, ends, places, values, impulse, before, direction, .. } = self;
+        let Self { units, ends, places, values, impulse, .. } = self;
         let copies = [(impulse, lambda, true), (&mut self.w, w, false)];
         for (to, from, is_impulse) in copies {
             to.clear();
             let scaled = from.iter().zip(&*units);
             to.extend(scaled.map(|(x, unit)| if is_impulse { x / unit } else { x * unit }));
         }
-        for vector in [before, direction] {
-            vector.clear();
-            vector.resize(w.len(), 0.0);
-        }
+        self.conjugate.begin(w.len());
         ends.clear();
         ends.extend_from_slice(W.ends);
         places.clear();
@@ -133,7 +123,6 @@ impl LargeConeSolver {
 
     fn iterate(&mut self) -> Result<ConeReport, ConeFault> {
         let mut residual = self.residual();
-        let mut last = 0.0;
         for sweep in 0..SWEEPS {
             if sweep % BETWEEN == 0 {
                 if sweep > 0 {
@@ -143,19 +132,10 @@ impl LargeConeSolver {
                     return Ok(ConeReport { residual, rounds: sweep });
                 }
             }
-            self.before.copy_from_slice(&self.impulse);
+            self.conjugate.before(&self.impulse);
             (0..self.contacts.len()).for_each(|k| self.settle(k));
             (0..self.contacts.len()).rev().for_each(|k| self.settle(k));
-            let Self { impulse, before, direction, .. } = self;
-            let step = impulse.iter().zip(&*before).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-            let part = if last > 0.0 { step / last } else { f64::INFINITY };
-            let onward = if part <= 1.0 { part } else { 0.0 };
-            for ((own, before), direction) in impulse.iter_mut().zip(&*before).zip(direction) {
-                let change = *own - before;
-                *own += onward * *direction;
-                *direction = change + onward * *direction;
-            }
-            last = step;
+            self.conjugate.after(&mut self.impulse);
         }
         // without the last direction the impulses are in their cones
         (0..self.contacts.len()).for_each(|k| self.settle(k));

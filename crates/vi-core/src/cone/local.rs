@@ -93,7 +93,8 @@ fn friction(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) -> 
     if c[0] >= 0.0 {
         return Vector3::zeros();
     }
-    stick(A, c, mu).or_else(|| slip(A, c, mu, now)).unwrap_or_else(|| {
+    let slips = || slip_near(A, c, mu, now).or_else(|| slip(A, c, mu, now));
+    stick(A, c, mu).or_else(slips).unwrap_or_else(|| {
         let y = A * now + c;
         let normal = (now[0] - y[0]).max(0.0);
         let z = [now[1] - y[1], now[2] - y[2]];
@@ -106,6 +107,50 @@ fn stick(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64) -> Option<Vector3<f64>> {
     let lambda = A.cholesky()?.solve(&-c); // singular: the Newton steps settle it
     let holds = lambda[0] >= 0.0 && norm([lambda[1], lambda[2]]) <= mu * lambda[0];
     holds.then_some(lambda)
+}
+
+/// Slip in a direction `e` where it holds: `λ` with `y_N = 0`, and `y_T` along `e`.
+fn slipping(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, e: [f64; 2]) -> Option<Vector3<f64>> {
+    let normal = -c[0] / (A[(0, 0)] - mu * (A[(0, 1)] * e[0] + A[(0, 2)] * e[1]));
+    let lambda = normal * Vector3::new(1.0, -mu * e[0], -mu * e[1]);
+    let y = A * lambda + c;
+    let holds = normal > 0.0 && normal.is_finite() && y[1] * e[0] + y[2] * e[1] >= 0.0;
+    holds.then_some(lambda)
+}
+
+/// Slip in a direction next to that of `now`, by Newton's method.
+fn slip_near(
+    A: &Matrix3<f64>,
+    c: &Vector3<f64>,
+    mu: f64,
+    now: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    /// Turns beyond this look for a direction elsewhere.
+    const FAR: f64 = 0.5;
+    let size = norm([now[1], now[2]]);
+    if size == 0.0 || mu == 0.0 {
+        return None;
+    }
+    let mut e = [-now[1] / size, -now[2] / size];
+    for _ in 0..8 {
+        let across = [-e[1], e[0]];
+        let along = |i: usize, e: [f64; 2]| mu * (A[(i, 1)] * e[0] + A[(i, 2)] * e[1]);
+        let (below, below_turn) = (A[(0, 0)] - along(0, e), -along(0, across));
+        let t = [1, 2].map(|i| c[i] * below - c[0] * (A[(i, 0)] - along(i, e)));
+        let t_turn = [1, 2].map(|i| c[i] * below_turn + c[0] * along(i, across));
+        let value = t[1] * e[0] - t[0] * e[1];
+        let slope = t_turn[1] * e[0] - t_turn[0] * e[1] - t[1] * e[1] - t[0] * e[0];
+        let turn = -value / slope;
+        if turn.is_nan() || turn.abs() > FAR {
+            return None;
+        }
+        let sum = [0, 1].map(|i| e[i] + turn * across[i]);
+        e = sum.map(|x| x / norm(sum));
+        if turn.abs() <= 4.0 * f64::EPSILON {
+            return slipping(A, c, mu, e);
+        }
+    }
+    None
 }
 
 /// Sines and cosines of the sixteenths of a turn.
@@ -144,10 +189,7 @@ fn slip(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) -> Opti
         let (e_next, value_next) = (direction(k), across(direction(k)));
         if value == 0.0 || value * value_next < 0.0 {
             let root = zero(&across, (e, value), (e_next, value_next));
-            let normal = -c[0] / (A[(0, 0)] - mu * (A[(0, 1)] * root[0] + A[(0, 2)] * root[1]));
-            let lambda = normal * Vector3::new(1.0, -mu * root[0], -mu * root[1]);
-            let y = A * lambda + c;
-            if normal > 0.0 && normal.is_finite() && y[1] * root[0] + y[2] * root[1] >= 0.0 {
+            if let Some(lambda) = slipping(A, c, mu, root) {
                 let distance = (lambda - now).norm();
                 if best.is_none_or(|(least, _)| distance < least) {
                     best = Some((distance, lambda));

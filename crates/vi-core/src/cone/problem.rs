@@ -82,9 +82,10 @@ pub(super) struct Placed {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Problem {
     pub cones: Vec<Placed>,
-    pub W: Vec<f64>,     // k × k
-    pub w: Vec<f64>,     // k
-    pub units: Vec<f64>, // k  D
+    pub W: Vec<f64>,      // k × k
+    pub w: Vec<f64>,      // k
+    pub units: Vec<f64>,  // k  D
+    pub errors: Vec<f64>, // k  of w; empty where it is exact
 }
 
 /// A normal velocity of a row that nothing can move is no approach below this part of the largest.
@@ -96,7 +97,7 @@ impl Problem {
     }
 
     /// Takes the problem over into its own units.
-    pub(super) fn load(&mut self, cones: &[Cone], W: &[f64], w: &[f64]) {
+    pub(super) fn load(&mut self, cones: &[Cone], W: &[f64], w: &[f64], errors: &[f64]) {
         let k = w.len();
         self.cones.clear();
         self.units.clear();
@@ -116,6 +117,18 @@ impl Problem {
         for (row, unit) in W.chunks_exact(k.max(1)).zip(units) {
             self.W.extend(row.iter().zip(units).map(|(entry, other)| entry * unit * other));
         }
+        self.errors.clear();
+        for i in 0..errors.len() {
+            // an error of a row that contradicts this one is shared with it by the coupling
+            let row = self.W[i * k..(i + 1) * k].iter().zip(errors.iter().zip(units));
+            let shared = row.map(|(entry, (error, unit))| entry.abs() * error * unit);
+            self.errors.push(shared.fold(errors[i] * units[i], f64::max));
+        }
+    }
+
+    /// To which `w_i` is known.
+    pub(super) fn error(&self, i: usize) -> f64 {
+        self.errors.get(i).copied().unwrap_or(0.0)
     }
 
     pub(super) fn row(&self, i: usize) -> &[f64] {
@@ -138,7 +151,7 @@ impl Problem {
             if moves || matches!(cone, Cone::Bounded { .. }) || self.w[row] >= 0.0 {
                 continue;
             }
-            if self.w[row] < -STILL * size {
+            if self.w[row] < -STILL * size - self.error(row) {
                 return Some(k);
             }
             self.w[row] = 0.0;

@@ -17,6 +17,10 @@ use super::problem::{Cone, Placed, Problem};
 use crate::linear::norm_inf;
 use nalgebra::DMatrix;
 
+/// Terms beyond this many times the largest of `w` do not count as sizes: the rounding errors of
+/// impulses that balance one another would hide `w` itself. A mass ratio of `1e8` stays below.
+const BALANCED: f64 = 1e7;
+
 /// `F` of an impulse, with the velocities and the sizes of what was summed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Residual {
@@ -24,6 +28,7 @@ pub(super) struct Residual {
     pub F: Vec<f64>,    // k
     sizes: Vec<f64>,    // k  of the terms of y and Λ
     relative: Vec<f64>, // cones
+    excess: f64,        // the largest of them, beside the errors of w
     rho: f64,
 }
 
@@ -49,15 +54,28 @@ impl Residual {
             let terms = problem.row(i).iter().zip(impulse).map(|(w, impulse)| (w * impulse).abs());
             self.sizes[i] = problem.w[i].abs() + impulse[i].abs() + terms.sum::<f64>();
         }
+        self.excess = 0.0;
+        let most = BALANCED * norm_inf(&problem.w);
         for (Placed { cone, row }, relative) in problem.cones.iter().zip(&mut self.relative) {
+            let error = (*row..row + cone.rows()).map(|i| problem.error(i)).fold(0.0, f64::max);
             let rows = *row..row + cone.rows();
             let (y, impulse) = (&self.y[rows.clone()], &impulse[rows.clone()]);
             let F = &mut self.F[rows.clone()];
             violation(*cone, (y, impulse), self.rho, F);
             let (fault, size) = (norm_inf(F), norm_inf(&self.sizes[rows]));
             *relative = if fault == 0.0 { 0.0 } else { fault / size };
+            if fault > error {
+                let size = size.min(most).max(f64::MIN_POSITIVE);
+                self.excess = self.excess.max((fault - error) / size);
+            }
         }
         norm_inf(&self.relative)
+    }
+
+    /// The same as was returned last, of what the errors of `w` leave, with sizes beyond
+    /// [`BALANCED`] left out.
+    pub(super) fn excess(&self) -> f64 {
+        self.excess
     }
 
     /// A generalized derivative `∂F/∂Λ` at the point of the last evaluation.
@@ -215,7 +233,7 @@ mod tests {
             let rows = sample.matrix(k, k);
             let (W, w) = (rows.tr_mul(&rows), sample.matrix(k, 1));
             let mut problem = Problem::default();
-            problem.load(&cones, W.as_slice(), w.as_slice());
+            problem.load(&cones, W.as_slice(), w.as_slice(), &[]);
             let (mut residual, mut other) = (Residual::default(), Residual::default());
             for one in [&mut residual, &mut other] {
                 one.resize(&problem);
