@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // tests
 
 mod beside;
+mod box_stacks;
 mod builder;
 mod builder_refusals;
 mod bushings;

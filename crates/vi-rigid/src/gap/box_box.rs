@@ -8,7 +8,8 @@
 //! 1996: the normals of the faces and the products of the edges) tells which features may touch: of
 //! a face its corners and those of the opposite face that stand above one another, and the edges of
 //! both that cross; of two edges these. A gap is that of lines and planes: it is smooth also where
-//! a corner leaves its face.
+//! a corner leaves its face. Where corners of both meet, that of B counts; where an end of an edge
+//! is on the other one, the corner there.
 //!
 //! | number | feature |
 //! |---|---|
@@ -153,7 +154,8 @@ pub(super) fn active(a: &Place, b: &Place, reach: f64, out: &mut Vec<(u32, f64)>
             }
         }
         for c in 0..CORNERS {
-            if is_above(b, own[1], &corner(a, c)) && is_of_face(c, own[0]) {
+            let x = corner(a, c);
+            if is_of_face(c, own[0]) && is_above(b, own[1], &x) && !is_at_corner(b, own[1], &x) {
                 take(OF_A + FACES * c + own[1]);
             }
         }
@@ -217,6 +219,13 @@ fn is_above((center, axes, half): &Place, face: u32, x: &Vector3<f64>) -> bool {
     (0..3).filter(|i| *i != (face / 2) as usize).all(inside)
 }
 
+/// Whether the foot of a point on a face is a corner of it, which is a contact already.
+fn is_at_corner((center, axes, half): &Place, face: u32, x: &Vector3<f64>) -> bool {
+    let arm = x - center;
+    let at_end = |i: usize| arm.dot(&axes.column(i)).abs() >= half[i] * (1.0 - TIE);
+    (0..3).filter(|i| *i != (face / 2) as usize).all(at_end)
+}
+
 /// Whether two edges cross, seen along the normal, inside of both, and are not parallel.
 fn crosses(a: &Place, i: u32, b: &Place, j: u32, normal: &Vector3<f64>) -> bool {
     let ((x_a, e_a), (x_b, e_b)) = (edge(a, i), edge(b, j));
@@ -229,5 +238,5 @@ fn crosses(a: &Place, i: u32, b: &Place, j: u32, normal: &Vector3<f64>) -> bool 
     // d = s p − t q
     let s = d.cross(&q).dot(normal) / across;
     let t = d.cross(&p).dot(normal) / across;
-    s.abs() < 1.0 && t.abs() < 1.0
+    s.abs() < 1.0 - TIE && t.abs() < 1.0 - TIE // at an end a corner touches
 }
