@@ -121,7 +121,8 @@ impl Section {
         Some(Self { name, tables, example })
     }
 
-    /// The type in words of a key of this name, where all of the section's keys of this name have it.
+    /// The type in words of a key of this name, where all of the section's keys of this name have
+    /// it.
     pub(crate) fn kind_of(&self, key: &str) -> Option<&str> {
         let rows = || self.tables.iter().flat_map(|table| &table.rows);
         let mut kinds = rows().filter(|row| row.name == key).filter_map(|row| row.kind.as_deref());

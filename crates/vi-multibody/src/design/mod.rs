@@ -8,8 +8,8 @@
 //! ```
 //! [`MechanismTangent`]: how all numbers change with one parameter, a value of the shape of a
 //! [`crate::Description`] and its force elements. [`MechanismDesign`] takes one for each parameter.
-//! [`start`]: the initial state by joint coordinates, rates and parameters; [`velocity`]: velocities
-//! of nodes.
+//! [`start`]: the initial state by joint coordinates, rates and parameters; [`velocity`]:
+//! velocities of nodes.
 
 mod explicit;
 mod rows;
