@@ -32,9 +32,21 @@ pub trait Design {
         rows: &mut [f64],
     );
 
-    /// Of all parameters at once: `gradient_k += plus·b' − minus·μ − rows·σ` with what
-    /// [`Design::add_tangent`] adds.
-    fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, out: &mut [f64]);
+    /// Number of sums over the steps that the derivatives by all parameters are made of: what
+    /// several parameters share is summed once.
+    fn sums(&self) -> usize {
+        self.len()
+    }
+
+    /// Adds those of a step. Where each parameter has its own, `sums_k += plus·b' − minus·μ −
+    /// rows·σ` with what [`Design::add_tangent`] adds.
+    fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, sums: &mut [f64]);
+
+    /// Of all parameters at once: adds the derivatives that the sums over all steps make; `out`:
+    /// shape [`Design::len`].
+    fn add_gradient(&self, sums: &[f64], out: &mut [f64]) {
+        out.iter_mut().zip(sums).for_each(|(out, sum)| *out += sum);
+    }
 
     /// Whether a parameter enters `g`.
     fn moves_constraints(&self) -> bool;

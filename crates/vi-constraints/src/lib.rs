@@ -42,7 +42,7 @@
 //! | [`NodeSolvers`](node_solvers::NodeSolvers), [`RateOperators`](node_solvers::RateOperators) | `v̂` and `λ` of a node from the structure of a mechanism; without them by the saddle-point matrix |
 //! | [`FastestMotions`](fastest_motion::FastestMotions) | the fastest vibrations about a node, with and without potentials: what a step has to resolve |
 //! | [`LegendreTransforms`], [`TangentMap`](tangent_map::TangentMap) | (34)–(42) of given configurations; the exact tangent of a step |
-//! | [`StepLinearization`](linearization::StepLinearization) | the same with forces, sources and memory; backward for costates |
+//! | [`StepLinearization`](linearization::StepLinearization), [`CostateSweep`](costate_sweep::CostateSweep) | the same with forces, sources and memory; backward for costates, by it or by the structure of a mechanism |
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708 (LMO08).
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
@@ -69,8 +69,8 @@ pub use nodes::{fastest_motion, legendre, node, node_solvers, projection};
 pub use rows::{connected, least_norm, redundancy, saddle_point, unit_rows};
 #[doc(inline)]
 pub use scheme::{
-    constrained, dalembert, galerkin, linearization, nodal, nodal_operators, reduced, tangent_map,
-    unknowns,
+    constrained, costate_sweep, dalembert, galerkin, linearization, nodal, nodal_operators,
+    reduced, tangent_map, unknowns,
 };
 
 // What the interface of this crate speaks of, for those who depend on it alone.

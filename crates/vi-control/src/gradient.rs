@@ -19,14 +19,15 @@
 use crate::checkpoints::{Checkpoints, Sizes, levels};
 use crate::controls::Controls;
 use crate::objective::{Objective, StepGradient};
-use crate::tape::Tape;
+use crate::tape::{Taken, Tape};
+use vi_constraints::costate_sweep::CostateSweep;
 use vi_constraints::design::Design;
 use vi_constraints::linearization::{Costate, Sources, StepLinearization};
 use vi_constraints::scheme::StepError;
 use vi_constraints::{Constraints, Integrator};
 use vi_core::discrete_lagrangian::{DiscreteLagrangian, NoStepSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
-use vi_core::linear::Singular;
+use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Block, Product};
 use vi_core::state::State;
 
@@ -144,19 +145,25 @@ impl Gradient {
         let state = run.state();
         let (n, m) = (state.q.len(), run.constraints().len());
         let sizes = Sizes {
-            state: size_of::<f64>() * 12 * n,
+            state: size_of::<f64>() * 13 * n,
             step: Tape::size(n, state.angles.len(), state.internal.len()),
         };
         let levels = levels(task.checkpoints, task.steps, sizes);
+        // costates of rows are of the saddle-point matrix
+        let geometry = task.design.is_some_and(Design::moves_constraints);
+        let by_structure = if geometry { None } else { run.costate_sweep() };
+        let general = || Box::new(StepLinearization::new(n, m, run.rows())) as _;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
         let mut sweep = Sweep {
             task,
             start: state.t,
-            linearization: StepLinearization::new(n, m, run.rows()),
+            costates: by_structure.unwrap_or_else(general),
             costate: Costate::zero(n, state.internal.len()),
+            p: state.p.clone(),
             of_step: StepGradient::zero(n, task.controls.count()),
             sources: Sources::zero(n, m),
+            sums: vec![0.0; task.design.map_or(0, Design::sums)],
             tape: Tape::default(),
             found: Self { controls, parameters, ..Self::default() },
             by_step: 0.0,
@@ -164,9 +171,12 @@ impl Gradient {
         };
         sweep.piece(run, 0..task.steps, &levels)?;
         if task.steps == 0 {
-            sweep.end(run.state());
+            sweep.end(run);
         }
-        let Sweep { costate, mut found, by_step, start, .. } = sweep;
+        let Sweep { costate, mut found, by_step, start, sums, .. } = sweep;
+        if let Some(design) = task.design {
+            design.add_gradient(&sums, &mut found.parameters);
+        }
         found.initial = costate;
         // per unit of a macro step
         let length = (run.state().t - start) / task.steps as f64;
@@ -176,40 +186,38 @@ impl Gradient {
 }
 
 /// A sweep backward under way.
-struct Sweep<'a> {
+struct Sweep<'a, S, C> {
     task: &'a Task<'a>,
     start: f64, // t_0
-    linearization: StepLinearization,
+    costates: Box<dyn CostateSweep<S, C>>,
     costate: Costate,
+    p: Vec<f64>, // n  the momentum that is held where the run is
     of_step: StepGradient,
     sources: Sources,
+    sums: Vec<f64>, // over the steps, of parameters
     tape: Tape,
     found: Gradient,
     by_step: f64,
     first: bool, // the run was not at its end yet
 }
 
-impl Sweep<'_> {
+impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> {
     /// Sweeps back over macro steps; the run is where they start, and afterwards where they end.
-    fn piece<S, C>(
+    fn piece(
         &mut self,
         run: &mut Integrator<S, C>,
         steps: std::ops::Range<usize>,
         levels: &[usize],
-    ) -> Result<(), GradientError>
-    where
-        S: DiscreteLagrangian + 'static,
-        C: Constraints + 'static,
-    {
+    ) -> Result<(), GradientError> {
         let [_, lower @ ..] = levels else { return Ok(()) };
         let Some(&length) = lower.first() else {
             self.record(run, steps)?;
             return self.back(run);
         };
-        let mut kept: Vec<(usize, State)> = Vec::new();
+        let mut kept: Vec<(usize, State, Vec<f64>)> = Vec::new();
         let (first, mut at) = (self.first, steps.start);
         while at < steps.end {
-            kept.push((at, run.state().clone()));
+            kept.push((at, run.state().clone(), self.p.clone()));
             let end = (at + length).min(steps.end);
             if end < steps.end {
                 self.forward(run, at..end, first)?;
@@ -218,8 +226,9 @@ impl Sweep<'_> {
         }
         let mut end = steps.end;
         let mut last = None;
-        for (at, state) in kept.iter().rev() {
+        for (at, state, p) in kept.iter().rev() {
             run.place_at(state);
+            self.p.copy_from_slice(p);
             self.first &= end == steps.end;
             self.piece(run, *at..end, lower)?;
             last.get_or_insert_with(|| run.state().clone());
@@ -232,24 +241,24 @@ impl Sweep<'_> {
     }
 
     /// Takes macro steps; their cost counts where it was not counted before.
-    fn forward<S, C>(
+    fn forward(
         &mut self,
         run: &mut Integrator<S, C>,
         steps: std::ops::Range<usize>,
         counts: bool,
-    ) -> Result<(), GradientError>
-    where
-        S: DiscreteLagrangian + 'static,
-        C: Constraints + 'static,
-    {
+    ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
-        let value = &mut self.found.value;
+        let Self { found, costates, p, .. } = self;
+        let last = steps.end - 1;
         for step in steps {
             controls.set(step);
             let w = controls.at(step);
-            let taken = run.step_with(&mut |_, _, taken| {
+            let taken = run.step_with(&mut |system, _, taken| {
                 if counts {
-                    *value += objective.of_step(taken.s, w);
+                    found.value += objective.of_step(taken.s, w);
+                }
+                if step == last {
+                    costates.momentum(system, taken.s, p);
                 }
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
@@ -258,67 +267,59 @@ impl Sweep<'_> {
     }
 
     /// The same, recorded.
-    fn record<S, C>(
+    fn record(
         &mut self,
         run: &mut Integrator<S, C>,
         steps: std::ops::Range<usize>,
-    ) -> Result<(), GradientError>
-    where
-        S: DiscreteLagrangian + 'static,
-        C: Constraints + 'static,
-    {
+    ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
         self.tape.clear();
-        let Self { tape, found, first, .. } = self;
-        let mut p = Vec::new();
+        let Self { tape, found, first, costates, p, .. } = self;
         let ends = steps.end == self.task.steps;
         for step in steps {
             controls.set(step);
             let w = controls.at(step);
-            p.clone_from(&run.state().p);
-            let mut start = Some(&*p);
             let taken = run.step_with(&mut |system, _, taken| {
                 if *first {
                     found.value += objective.of_step(taken.s, w);
                 }
-                tape.push(system, step, taken.s, start.take());
+                tape.push(step, taken.s, p);
+                costates.momentum(system, taken.s, p);
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
         }
         if ends && *first {
-            self.end(run.state());
+            self.end(run);
         }
         Ok(())
     }
 
     /// The last node.
-    fn end(&mut self, state: &State) {
-        let Costate { q, p, .. } = &mut self.costate;
+    fn end(&mut self, run: &Integrator<S, C>) {
+        let (state, costate) = (run.state(), &mut self.costate);
         self.found.value += self.task.objective.of_end(state);
-        self.task.objective.add_of_end(state, q, p);
+        self.task.objective.add_of_end(state, &mut costate.q, &mut costate.p);
         self.task.objective.add_parameters_of_end(state, &mut self.found.parameters);
+        if let Some(last) = self.tape.len().checked_sub(1) {
+            self.costates.hold(run.system(), self.tape.at(last).s, costate);
+        }
     }
 
     /// Back over what is recorded.
-    fn back<S, C>(&mut self, run: &Integrator<S, C>) -> Result<(), GradientError>
-    where
-        S: DiscreteLagrangian + 'static,
-        C: Constraints + 'static,
-    {
+    fn back(&mut self, run: &Integrator<S, C>) -> Result<(), GradientError> {
         let Task { objective, controls, design, by_step, .. } = *self.task;
         let (system, constraints) = (run.system(), run.constraints());
-        let Self { linearization, costate, of_step, sources, tape, found, .. } = self;
-        for taken in tape.backward() {
-            let (s, step) = (&taken.s, taken.step);
+        let Self { costates, costate, of_step, sources, sums, tape, found, .. } = self;
+        for k in (0..tape.len()).rev() {
+            let Taken { step, s, p } = tape.at(k);
             let singular = |_: Singular| GradientError::Singular { step: step + 1 };
             controls.set(step);
             of_step.clear();
             objective.add_of_step(s, controls.at(step), of_step);
             add(&of_step.end, &mut costate.q);
-            linearization.linearize(system, constraints, s, &taken.p).map_err(singular)?;
-            linearization.pull(system, constraints, s, costate).map_err(singular)?;
+            costates.pull(system, constraints, s, p, costate).map_err(singular)?;
             add(&of_step.start, &mut costate.q);
-            let costates = linearization.costates();
+            let (impulse, costates) = (costates.impulse(), costates.costates());
             if let Some(place) = controls.place(step) {
                 let own = found.controls[place].iter_mut().zip(&of_step.controls);
                 for ((gradient, of_step), force) in own.zip(controls.forces()) {
@@ -326,15 +327,16 @@ impl Sweep<'_> {
                         - force.along(s, Slot::First, costates.step); // [2.39]
                 }
             }
-            let impulse = linearization.impulse();
             if let Some(design) = design {
                 objective.add_parameters_of_step(s, &mut found.parameters);
-                design.add_adjoint(s, impulse, costates, &mut found.parameters); // [2.40]
+                design.add_adjoint(s, impulse, costates, sums); // [2.40]
             }
             if by_step {
                 let since = s.t - self.start;
                 step_sources(system, constraints, (s, since), impulse, sources)?;
-                self.by_step += linearization.along(sources) + s.h * of_step.step;
+                let Sources { minus, plus, .. } = &*sources;
+                let along = dot(plus, costates.momentum) - dot(minus, costates.step);
+                self.by_step += along + s.h * of_step.step;
             }
         }
         Ok(())

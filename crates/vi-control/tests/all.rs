@@ -9,7 +9,7 @@ mod identification_case;
 
 mod beams;
 mod chart_derivatives;
-mod cost;
+mod costates;
 mod defects;
 mod designs;
 mod duality;

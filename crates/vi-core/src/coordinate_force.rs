@@ -9,7 +9,7 @@
 //! on the diagonal.
 
 use crate::configuration::Configuration;
-use crate::interval::Slot;
+use crate::interval::{Interval, Slot};
 
 /// An unknown of a step and the sign with which a coordinate grows with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +69,16 @@ pub trait CoordinateForce {
     fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes;
     /// Whether `τ` is an affine function of `θ` and `θ̇`.
     fn is_affine(&self) -> bool;
+    /// Whether `τ` is no function of `θ` and `θ̇`: it has no slopes.
+    fn is_given(&self) -> bool {
+        false
+    }
+    /// `θ̄` and `Δθ` of a step.
+    fn change(&self, s: &Interval) -> [f64; 2];
+    /// `∇θ(q)·v`.
+    fn rate(&self, q: &[f64], v: &[f64]) -> f64;
     /// `out ← out + scale ∇θ(q)`, shape `n`.
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
+    /// `out ← out + scale D²θ(q) v`, shape `n`.
+    fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]);
 }

@@ -37,6 +37,7 @@
 //! | `JointCoordinate`, `JointSpring`, `JointForce` | a length or an angle of a joint; what acts along it |
 //! | `NearlyRedundant`, `LoopSurvey` | constraints of loops that are redundant but for the digits of a file; loops as they are found, locked or not |
 //! | `TreeStep`, `TreeVelocity`; `LoopStep`, `LoopVelocity` | the nodal scheme on trees of bodies, in sweeps of its own; `v̂` of a node by them; the same with closed loops on top |
+//! | `TreeCostates`, `LoopCostates` | costates of the end of a step to those of its start, on trees of bodies; with few rows of loops on top |
 //! | `TreeNodal`, `LoopNodal`, `SparseNodal`, `TreeDescriptor`, `Beside` | `NodalOperators`: trees, closed loops, coupled bodies and beams, deep coupled trees and point masses, bodies beside point masses |
 //! | `TreeSweeps`, `LoopSweeps`, `CoupledSweeps` | Galerkin schemes on trees with control points side by side, on closed loops, on trees with beams |
 //! | `Ensemble` | many members of one tree in the lanes of wide registers, each as its own integrator would move it |

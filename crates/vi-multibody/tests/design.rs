@@ -418,8 +418,9 @@ fn numbers_of_random_mechanisms_have_their_derivatives() {
         for quadrature in [Quadrature::Midpoint, Quadrature::Trapezoidal] {
             let mass = built.0.mass(|_| {});
             let design = MechanismDesign::new(&built.0, &built.1, &mass, quadrature, &all).unwrap();
-            let mut adjoint = vec![0.0; list.len()];
-            design.add_adjoint(&s, &impulse, costates, &mut adjoint);
+            let (mut sums, mut adjoint) = (vec![0.0; design.sums()], vec![0.0; list.len()]);
+            design.add_adjoint(&s, &impulse, costates, &mut sums);
+            design.add_gradient(&sums, &mut adjoint);
             for (k, (name, tangent, element)) in list.iter().enumerate() {
                 let (mut minus, mut plus, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m]);
                 design.add_tangent(k, &s, &impulse, &mut minus, &mut plus, &mut rows);

@@ -7,6 +7,7 @@ use crate::agreement::contradiction;
 use crate::closure::ClosureWatch;
 use crate::constrained::Constrained;
 use crate::constraints::Constraints;
+use crate::costate_sweep::CostateChoice;
 use crate::dalembert::{Dalembert, MapSource, QrSource};
 use crate::discretization::Discretization;
 use crate::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal, Pointwise};
@@ -153,6 +154,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             initial_velocity,
             watch,
             nonsmooth: None,
+            costates: None,
         })
     }
 
@@ -175,6 +177,13 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     pub fn starting_singular(mut self, rows: &IndependentRows, report: StartReport) -> Self {
         self.start_observer = Some(self.system.observer(self.constraints.len(), rows));
         self.start = report;
+        self
+    }
+
+    /// With what pulls costates back over steps by the structure of the mechanism.
+    #[must_use]
+    pub fn with_costates(mut self, choice: CostateChoice<S, C>) -> Self {
+        self.costates = Some(choice);
         self
     }
 

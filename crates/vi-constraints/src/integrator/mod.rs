@@ -41,6 +41,7 @@ pub use setup::{Method, Options, SetupError, SingularStart, check_dense};
 
 use crate::closure::ClosureWatch;
 use crate::constraints::Constraints;
+use crate::costate_sweep::{CostateChoice, CostateSweep};
 use crate::discretization::Discretization;
 use crate::initialization::StartReport;
 use crate::nonsmooth::Nonsmooth;
@@ -73,6 +74,7 @@ pub struct Integrator<S: Discretization<C>, C> {
     initial_velocity: Vec<f64>,
     watch: ClosureWatch,
     nonsmooth: Option<Box<Nonsmooth>>,
+    costates: Option<CostateChoice<S, C>>,
 }
 
 impl<S: Discretization<C>, C> std::fmt::Debug for Integrator<S, C> {
@@ -144,6 +146,12 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     #[must_use]
     pub fn nonsmooth(&self) -> Option<&Nonsmooth> {
         self.nonsmooth.as_deref()
+    }
+
+    /// What pulls costates back over steps by the structure of the mechanism, where that is known.
+    #[must_use]
+    pub fn costate_sweep(&self) -> Option<Box<dyn CostateSweep<S, C>>> {
+        self.costates.and_then(|choice| choice(&self.system, &self.constraints, &self.rows))
     }
 
     /// Condition numbers of the Newton matrix of the last step.

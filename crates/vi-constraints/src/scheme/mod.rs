@@ -7,6 +7,7 @@
 mod basis;
 mod condition;
 pub mod constrained;
+pub mod costate_sweep;
 pub mod dalembert;
 mod equations;
 mod error;

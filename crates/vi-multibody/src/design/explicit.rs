@@ -83,6 +83,16 @@ impl Masses {
         (!blocks.is_empty()).then_some(Self { blocks, gravity })
     }
 
+    /// Entries of `M_θ` between vectors of coordinates: first coordinate of a member, dimension of
+    /// its vectors, which two of them, mass.
+    pub(super) fn for_each_mass(&self, mut visit: impl FnMut(usize, usize, (usize, usize), f64)) {
+        for block in &self.blocks {
+            for &(a, b, mass) in &block.masses {
+                visit(block.offset, block.dimension, (a, b), mass);
+            }
+        }
+    }
+
     /// `M_θ v`, entry by entry.
     pub(super) fn for_each_momentum(&self, v: &[f64], mut visit: impl FnMut(usize, f64)) {
         self.blocks.iter().for_each(|block| block.for_each_momentum(|i| v[i], &mut visit));

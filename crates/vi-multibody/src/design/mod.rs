@@ -12,6 +12,7 @@
 //! velocities of nodes.
 
 mod explicit;
+mod mass_sums;
 mod rows;
 pub mod start;
 
@@ -30,6 +31,7 @@ use explicit::{
     EffortOn, Explicit, ForceOfLoad, Masses, Midpoint, MovedEffort, PointDamper, PointSpring, Sink,
     Weight,
 };
+use mass_sums::{Factors, MassSums};
 use rows::MovedRows;
 use vi_constraints::design::{Costates, Design};
 use vi_core::num_dual::Dual64;
@@ -55,10 +57,14 @@ pub enum DesignError {
 /// Derivatives of the equations of a step by parameters, each with the tangent of the numbers.
 pub struct MechanismDesign {
     parameters: Vec<Parameter>,
+    beside: Vec<usize>, // parameters that touch something beside masses
+    masses: MassSums,
+    factors: Vec<Factors>, // of each parameter
 }
 
 /// What one parameter touches.
 struct Parameter {
+    masses: Option<Masses>,
     elements: Vec<Box<dyn Explicit>>,
     rows: MovedRows,
 }
@@ -85,7 +91,13 @@ impl MechanismDesign {
     ) -> Result<Self, DesignError> {
         let numbers = Numbers { mechanism, forces, mass, quadrature };
         let parameters = tangents.iter().map(|tangent| numbers.parameter(tangent));
-        Ok(Self { parameters: parameters.collect::<Result<_, _>>()? })
+        let parameters: Vec<Parameter> = parameters.collect::<Result<_, _>>()?;
+        let (gravity, own) = (mechanism.description().gravity, parameters.len());
+        let masses = parameters.iter().map(|parameter| parameter.masses.as_ref());
+        let (masses, factors) = MassSums::of(masses, gravity, own);
+        let touches = |k: &usize| !parameters[*k].touches_masses_alone();
+        let beside = (0..own).filter(touches).collect();
+        Ok(Self { parameters, beside, masses, factors })
     }
 }
 
@@ -101,9 +113,7 @@ impl Numbers<'_> {
     fn parameter(&self, tangent: &MechanismTangent) -> Result<Parameter, DesignError> {
         let mut elements: Vec<Box<dyn Explicit>> = Vec::new();
         let gravity = self.mechanism.description().gravity;
-        if let Some(masses) = Masses::of(self.mechanism, tangent, gravity) {
-            elements.push(Box::new(masses));
-        }
+        let masses = Masses::of(self.mechanism, tangent, gravity);
         if tangent.gravity.amax() != 0.0 {
             let force = self.mechanism.weight_in(&tangent.gravity, self.mass);
             elements.push(Box::new(Weight { force }));
@@ -133,7 +143,7 @@ impl Numbers<'_> {
             elements.push(Box::new(Midpoint { force: force.clone() }));
         }
         let rows = MovedRows::of(self.mechanism, tangent)?;
-        Ok(Parameter { elements, rows })
+        Ok(Parameter { masses, elements, rows })
     }
 
     /// Springs and forces along joint coordinates: where their numbers change, or their joint.
@@ -212,7 +222,12 @@ impl Sink for Weighed<'_> {
 }
 
 impl Parameter {
-    fn emit(&self, s: &Interval, impulse: &[f64], out: &mut dyn Sink) {
+    fn touches_masses_alone(&self) -> bool {
+        self.elements.is_empty() && self.rows.is_empty()
+    }
+
+    /// Emits all but masses.
+    fn emit_beside(&self, s: &Interval, impulse: &[f64], out: &mut dyn Sink) {
         self.elements.iter().for_each(|element| element.emit(s, out));
         self.rows.emit(s, impulse, out);
     }
@@ -232,14 +247,29 @@ impl Design for MechanismDesign {
         plus: &mut [f64],
         rows: &mut [f64],
     ) {
-        self.parameters[k].emit(s, impulse, &mut Added { minus, plus, rows });
+        let (own, mut out) = (&self.parameters[k], Added { minus, plus, rows });
+        if let Some(masses) = &own.masses {
+            masses.emit(s, &mut out);
+        }
+        own.emit_beside(s, impulse, &mut out);
     }
 
-    fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, out: &mut [f64]) {
-        for (parameter, out) in self.parameters.iter().zip(out) {
+    fn sums(&self) -> usize {
+        self.parameters.len() + self.masses.len()
+    }
+
+    fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, sums: &mut [f64]) {
+        for &k in &self.beside {
             let mut sink = Weighed { costates, sum: 0.0 };
-            parameter.emit(s, impulse, &mut sink);
-            *out += sink.sum;
+            self.parameters[k].emit_beside(s, impulse, &mut sink);
+            sums[k] += sink.sum;
+        }
+        self.masses.add(s, costates, sums);
+    }
+
+    fn add_gradient(&self, sums: &[f64], out: &mut [f64]) {
+        for (k, (factors, out)) in self.factors.iter().zip(out).enumerate() {
+            *out += sums[k] + factors.iter().map(|(sum, factor)| factor * sums[*sum]).sum::<f64>();
         }
     }
 

@@ -19,7 +19,7 @@ use vi_core::coordinate_force::{AlongUnknown, CoordinateForce};
 use vi_core::force::{DiscreteForce, NoTimeSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::DiscretePotential;
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, Product};
 
 /// `½ k (θ − θ_0)²` on a joint coordinate.
 ///
@@ -114,8 +114,18 @@ impl CoordinateForce for JointSpring {
     fn is_affine(&self) -> bool {
         true
     }
+    fn change(&self, s: &Interval) -> [f64; 2] {
+        let Change { mean, difference } = self.coordinate.change(s);
+        [mean, difference]
+    }
+    fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
+        self.coordinate.rate(q, v)
+    }
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         self.coordinate.add_gradient(q, scale, out);
+    }
+    fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        self.coordinate.emit_second(q, scale, &mut Product { v, out });
     }
 }
 
@@ -391,7 +401,20 @@ impl<L: JointLaw> CoordinateForce for JointForce<L> {
     fn is_affine(&self) -> bool {
         self.law.is_affine()
     }
+    fn is_given(&self) -> bool {
+        self.law.is_given()
+    }
+    fn change(&self, s: &Interval) -> [f64; 2] {
+        let Change { mean, difference } = self.coordinate.change(s);
+        [mean, difference]
+    }
+    fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
+        self.coordinate.rate(q, v)
+    }
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         self.coordinate.add_gradient(q, scale, out);
+    }
+    fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        self.coordinate.emit_second(q, scale, &mut Product { v, out });
     }
 }

@@ -39,6 +39,7 @@ pub use structure::{Solver, has_many_ancestors};
 
 use crate::contact::{Contacts, TransmittedImpulses};
 use crate::mechanism::Mechanism;
+use crate::solver::tree_costates::TreeCostates;
 use crate::solver::tree_map::TreeMap;
 use galerkin::galerkin;
 use nodal::nodal;
@@ -46,6 +47,7 @@ use node_solvers::node_solvers;
 use std::sync::Arc;
 use structure::BoxedScheme;
 use vi_constraints::constrained::Constrained;
+use vi_constraints::costate_sweep::CostateSweep;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::integrator::{SetupError, check_dense};
 use vi_constraints::nonsmooth::{Nonsmooth, NonsmoothOptions};
@@ -93,9 +95,19 @@ pub fn integrator(
     };
     let solvers = node_solvers(&mechanism, &system, solver, (&loops, leaves, at));
     let run = Integrator::with_scheme(system, mechanism, scheme, rows, options, at)?;
-    let run = begun(run.reading_with(solvers), moved)?;
+    let run = begun(run.reading_with(solvers).with_costates(costates), moved)?;
     loops.known(run.constraints(), run.state().configuration())?;
     Ok(run)
+}
+
+/// The sweep over the links of a tree, transposed, with few rows of loops on top; `None` of other
+/// mechanisms.
+fn costates(
+    system: &SeparableSystem,
+    mechanism: &Mechanism,
+    rows: &IndependentRows,
+) -> Option<Box<dyn CostateSweep<SeparableSystem, Mechanism>>> {
+    TreeCostates::new(mechanism, system, rows).map(|sweep| Box::new(sweep) as _)
 }
 
 /// Adds contacts, joint stops and dry friction, where there are any, to an integration by a scheme.

@@ -1,7 +1,7 @@
 //! The end of a step: coordinates, momenta, round-off.
 
 use super::link::{Link, Work};
-use super::place::{Place, balance, change};
+use super::place::{Place, balance, change, momenta};
 use crate::geometry::matrix::Columns;
 use crate::geometry::one_tree::three;
 use crate::geometry::space::{Number, Space, Vector};
@@ -161,17 +161,10 @@ fn move_momenta<S: Space>(
     p: &mut [Number<S>],
 ) -> [S::Vector; 4] {
     let (before, mut after, mut rest) = (s.read_frame(p, link.frame), impulse, impulse);
+    let momenta = momenta(s, link, change, rate); // M Δq/h
     for i in 0..4 {
-        let mut momentum = s.zero(); // M Δq/h
-        if link.is_diagonal {
-            momentum = change[i].scaled(s.factor(link.mass[i][i]) * rate);
-        } else {
-            for j in 0..4 {
-                momentum = momentum + change[j].scaled(s.factor(link.mass[i][j]) * rate);
-            }
-        }
-        rest[i] = (before[i] + impulse[i]) - momentum;
-        after[i] = momentum + impulse[i];
+        rest[i] = (before[i] + impulse[i]) - momenta[i];
+        after[i] = momenta[i] + impulse[i];
     }
     s.write_frame(after, p, link.frame);
     rest

@@ -33,6 +33,7 @@
 pub(crate) mod advance;
 pub(crate) mod body_masses;
 pub(crate) mod columns;
+pub(crate) mod costate;
 pub(crate) mod coupled;
 pub(crate) mod eliminate;
 pub(crate) mod finish;

@@ -64,6 +64,30 @@ pub(crate) fn open_at_rest<S: Space>(
     columns.iter_mut().for_each(|column| column.axis_next = column.axis);
 }
 
+/// Axes, levers and inertia at the end `q_{n+1}` of a step, and the motion from there back to
+/// `q_n`: what follows solves with the transposed matrix of the step.
+#[inline(always)]
+pub(crate) fn open_back<S: Space>(
+    s: S,
+    links: &[Link<S::Store>],
+    works: &mut [Work<S::Store>],
+    columns: &mut [ColumnWork<S::Store>],
+    [q0, q1]: [&[Number<S>]; 2],
+) {
+    for (link, work) in links.iter().zip(works) {
+        let (to, parent) = (Place::of(s, q0, link.frame), Place::of_parent(s, link, q0));
+        open_joint(s, link, work, (&to, &parent));
+        (work.lever_next, work.column.axis_next) = (work.lever, work.column.axis);
+        let (own, parent) = (Place::of(s, q1, link.frame), Place::of_parent(s, link, q1));
+        open_joint(s, link, work, (&own, &parent));
+        open_inertia(s, link, work, &own.d);
+        work.turn = to.d.times_transposed(&own.d).minus(&Columns::identity(s)).held();
+    }
+    open_columns(s, links, columns, q0);
+    columns.iter_mut().for_each(|column| column.axis_next = column.axis);
+    open_columns(s, links, columns, q1);
+}
+
 /// Axis and lever of a link that is at `own`, its parent `at`.
 #[inline(always)]
 fn open_joint<S: Space>(

@@ -83,3 +83,24 @@ pub(crate) fn change<S: Space>(
     let [a, b, c] = turn.times(d).0; // (A − 1) d
     [moved, a, b, c]
 }
+
+/// `rate M v` of a link.
+#[inline(always)]
+pub(crate) fn momenta<S: Space>(
+    s: S,
+    link: &Link<S::Store>,
+    v: [S::Vector; 4],
+    rate: f64,
+) -> [S::Vector; 4] {
+    let mut momenta = [s.zero(); 4];
+    for i in 0..4 {
+        if link.is_diagonal {
+            momenta[i] = v[i].scaled(s.factor(link.mass[i][i]) * rate);
+        } else {
+            for j in 0..4 {
+                momenta[i] = momenta[i] + v[j].scaled(s.factor(link.mass[i][j]) * rate);
+            }
+        }
+    }
+    momenta
+}

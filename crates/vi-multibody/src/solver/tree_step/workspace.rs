@@ -6,6 +6,7 @@ use crate::geometry::one_tree::{Held, Narrow, One, OneTree, Width, sweep};
 use crate::mechanism::Mechanism;
 use crate::sweep::advance::{self, Seen, Turn};
 use crate::sweep::columns::Motion;
+use crate::sweep::costate::{self, Pulled};
 use crate::sweep::coupled::{self, Couplings};
 use crate::sweep::eliminate::{self, Part};
 use crate::sweep::finish::{self, Ends, Next};
@@ -150,7 +151,11 @@ impl Workspace {
     }
 
     /// The column of an unknown of a link.
-    pub(super) fn column_mut(&mut self, link: usize, unknown: usize) -> &mut ColumnWork<One> {
+    pub(in crate::solver) fn column_mut(
+        &mut self,
+        link: usize,
+        unknown: usize,
+    ) -> &mut ColumnWork<One> {
         link::column_mut(&self.links[link], &mut self.works[link], &mut self.columns, unknown)
     }
 
@@ -168,6 +173,33 @@ impl Workspace {
         state: &mut State,
     ) -> bool {
         finish_links(&self.links, &mut self.works, tree, impulse, s, state)
+    }
+
+    /// [`open::open_back`].
+    pub(in crate::solver) fn open_back(&mut self, ends: [&[f64]; 2]) {
+        open_links_back(&self.links, &mut self.works, &mut self.columns, ends);
+    }
+
+    /// [`costate::release`].
+    pub(in crate::solver) fn release_unknowns(&mut self) {
+        costate::release(OneTree(Narrow), &mut self.works, &mut self.columns);
+    }
+
+    /// `r ← P(q_{n+1})ᵀ c` of the costates `a'`, `b'` ([`costate::weigh`]).
+    pub(in crate::solver) fn weigh(&mut self, s: &Interval, a: &[f64], b: &[f64], r: &mut [f64]) {
+        weigh_links(&self.links, &mut self.works, 1.0 / s.h, [&s.q1, a, b]);
+        self.pull_back(r);
+    }
+
+    /// [`costate::pull`] with `w` and `m`; `a`, `b`, `μ`.
+    pub(in crate::solver) fn pull(
+        &mut self,
+        s: &Interval,
+        (w, m): (&[f64], &[f64]),
+        [a, b, mu]: [&mut [f64]; 3],
+    ) {
+        let pulled = Pulled { a, b, mu };
+        pull_links(&self.links, &mut self.works, 1.0 / s.h, ([&s.q0, w], m), pulled);
     }
 
     /// [`velocity::push_forward`].
@@ -246,6 +278,29 @@ sweep! {
     ) -> ()
 }
 use coupled::follow as sweep_follow_coupled;
+
+sweep! {
+    open_links_back = sweep_open_back(
+        links: &'a [Link<One>], works: &'a mut [Work<One>], columns: &'a mut [ColumnWork<One>],
+        ends: [&'a [f64]; 2]
+    ) -> ()
+}
+use open::open_back as sweep_open_back;
+
+sweep! {
+    weigh_links = sweep_weigh(
+        links: &'a [Link<One>], works: &'a mut [Work<One>], rate: f64, at: [&'a [f64]; 3]
+    ) -> ()
+}
+use costate::weigh as sweep_weigh;
+
+sweep! {
+    pull_links = sweep_pull(
+        links: &'a [Link<One>], works: &'a mut [Work<One>], rate: f64,
+        at: ([&'a [f64]; 2], &'a [f64]), out: Pulled<'a, f64>
+    ) -> ()
+}
+use costate::pull as sweep_pull;
 
 sweep! {
     push_forward_links = sweep_push_forward(

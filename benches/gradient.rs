@@ -1,0 +1,232 @@
+//! What a gradient costs, in runs: by one sweep backward, whatever the number of derivatives.
+//!
+//! Chains of hinges (`benches/chain.rs`) with motors, a four-bar linkage, the six-hinge linkage on
+//! the edges of a cube; by the masses or by the lengths of links as parameters, by values of
+//! controls. A run and a gradient are taken in turn, each five times; the least times count, and
+//! their ratio. Names among the arguments choose cases.
+#![allow(clippy::unwrap_used)] // a bench
+
+use holonom::nalgebra::{Matrix3, Vector3};
+use holonom::vi_constraints::{Constraints, Options, SchemeKind};
+use holonom::vi_control::objective::{Effort, Last, PointComponent};
+use holonom::vi_control::{
+    Checkpoints, ControlForce, Controls, Gradient, JointControl, Objective, Task,
+};
+use holonom::vi_core::{MechanicalSystem, Quadrature};
+use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
+use holonom::vi_multibody::design::{BodyTangent, JointTangent, MechanismDesign, MechanismTangent};
+use holonom::vi_multibody::form::Form;
+use holonom::vi_multibody::held_effort::HeldEffort;
+use holonom::vi_multibody::run::MechanismIntegrator;
+use holonom::vi_multibody::{ForceElements, FrameId, PairKind};
+use holonom::vi_rigid::Shape;
+use std::time::Instant;
+
+/// How many steps of a run are taken, and what controls it.
+struct Case {
+    name: String,
+    steps: usize,
+    controls: Controls,
+}
+
+/// A chain with `motors` on its first hinges, each with so many values.
+fn chain(
+    n: usize,
+    (step, steps): (f64, usize),
+    (motors, values): (usize, usize),
+) -> (Case, MechanismIntegrator) {
+    let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+    let bar = Inertia::shape_of_mass(Shape::Box { lengths: [1.0, 0.1, 0.1] }, 1.0);
+    let (mut parent, mut driven) = (FrameId::Ground, Vec::new());
+    for i in 0..n {
+        let link = builder.body(&format!("b{i}"), bar).at([i as f64 + 0.5, 0.0, 0.0]).id();
+        let axis = if i.is_multiple_of(2) { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
+        let hinge = builder.joint(&format!("j{i}"), PairKind::Revolute, parent, link);
+        let hinge = hinge.at([i as f64, 0.0, 0.0]).axis(axis).rate(0.1).id().coordinate(0);
+        if i < motors {
+            let effort = HeldEffort::default();
+            builder.joint_force(hinge, effort.clone());
+            driven.push((hinge, effort));
+        }
+        parent = link.into();
+    }
+    let mut built = builder.build().unwrap();
+    let force = |(hinge, effort)| {
+        let coordinate = built.coordinate(hinge).unwrap();
+        Box::new(JointControl { effort, coordinate }) as Box<dyn ControlForce>
+    };
+    let forces: Vec<_> = driven.into_iter().map(force).collect();
+    let controls = Controls::new(forces, vec![vec![0.01; motors]; values], steps / values);
+    let run = built.integrator(Options::new(SchemeKind::Nodal, step)).unwrap();
+    (Case { name: format!("chain of {n}, h = {step} s"), steps, controls }, run)
+}
+
+const LOOPS: [(&str, fn() -> MechanismIntegrator); 2] =
+    [("four-bar linkage", four_bar), ("six-hinge linkage", six_hinges)];
+
+fn four_bar() -> MechanismIntegrator {
+    let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+    let bar = |mass| Inertia::principal(mass, [0.02, 0.05, 0.04]);
+    let crank = builder.body("crank", bar(0.8)).at([0.0, 0.0, 0.15]).id();
+    let coupler = builder.body("coupler", bar(1.6)).at([0.45, 0.0, 0.4]).id();
+    let rocker = builder.body("rocker", bar(1.1)).at([0.85, 0.0, 0.25]).id();
+    for (parent, child, x, z) in [
+        (FrameId::Ground, crank, 0.0, 0.0),
+        (crank.into(), coupler, 0.0, 0.3),
+        (FrameId::Ground, rocker, 0.8, 0.0),
+        (coupler.into(), rocker, 0.9, 0.5),
+    ] {
+        let hinge = builder.joint("hinge", PairKind::Revolute, parent, child);
+        hinge.at([x, 0.0, z]).axis([0.0, 1.0, 0.0]);
+    }
+    builder.build().unwrap().integrator(Options::new(SchemeKind::Nodal, 1e-3)).unwrap()
+}
+
+/// The shipped model `six_hinge_cube`, falling.
+fn six_hinges() -> MechanismIntegrator {
+    let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+    let (i, o) = (1.0, 0.0);
+    let corners = [[o, o, o], [i, o, o], [i, -i, o], [i, -i, i], [o, -i, i], [o, o, i]];
+    let axes = [[o, -i, o], [o, o, -i], [-i, o, o]];
+    let links = (0..6).map(|k| {
+        let ends = [corners[k], corners[(k + 1) % 6]].map(Vector3::from);
+        let mut lengths = [0.1; 3];
+        lengths[k % 3] = 1.0;
+        let bar = Inertia::shape_of_mass(Shape::Box { lengths }, 1.0);
+        builder.body(&format!("link {k}"), bar).at((ends[0] + ends[1]) * 0.5).id()
+    });
+    let links: Vec<_> = links.collect();
+    for k in 0..6 {
+        let hinge = builder.joint("hinge", PairKind::Revolute, links[(k + 5) % 6], links[k]);
+        hinge.at(corners[k]).axis(axes[k % 3]);
+    }
+    builder.build().unwrap().integrator(Options::new(SchemeKind::Nodal, 1e-3)).unwrap()
+}
+
+/// What a parameter is.
+#[derive(Clone, Copy, Debug)]
+enum By {
+    Masses,
+    Lengths,
+}
+
+/// So many parameters, each of one link or of one joint.
+fn tangents(run: &MechanismIntegrator, by: By, count: usize) -> Vec<MechanismTangent> {
+    let description = run.constraints().description();
+    let tangent = |k: usize| {
+        let mut tangent = MechanismTangent::default();
+        match by {
+            By::Masses => {
+                let inertia = Matrix3::from_diagonal(&Vector3::new(1e-3, 1e-2, 1e-2));
+                let change = BodyTangent::of_inertia(1.0 + k as f64, &inertia);
+                tangent.bodies.insert(k % description.bodies.len(), change);
+            }
+            By::Lengths => {
+                let mut change = JointTangent::default();
+                change.parent.anchor.x = 1.0 + k as f64;
+                tangent.joints.insert(k % description.joints.len(), change);
+            }
+        }
+        tangent
+    };
+    (0..count).map(tangent).collect()
+}
+
+/// Seconds that this thread has been running, where the system tells; else seconds that pass.
+fn seconds(begin: Instant) -> f64 {
+    let known = std::fs::read_to_string("/proc/thread-self/schedstat");
+    let nanoseconds: Option<f64> =
+        known.ok().and_then(|known| known.split_whitespace().next()?.parse().ok());
+    nanoseconds.map_or_else(|| begin.elapsed().as_secs_f64(), |time| 1e-9 * time)
+}
+
+/// Seconds of the run and of its gradient by so many parameters.
+fn measure(
+    run: &mut MechanismIntegrator,
+    case: &Case,
+    (by, count): (By, usize),
+    rounds: usize,
+) -> [f64; 2] {
+    let Case { steps, ref controls, .. } = *case;
+    let n = run.constraints().dim();
+    let height = PointComponent { point: Form::particle(n - 12, 3), axis: 2 };
+    let objective = Objective::new().with(1.0, Last(height)).with(1.0, Effort { of: vec![] });
+    let (tangents, mass) = (tangents(run, by, count), run.system().mass());
+    let (quadrature, forces) = (Quadrature::Midpoint, ForceElements::default());
+    let design = MechanismDesign::new(run.constraints(), &forces, mass, quadrature, &tangents);
+    let design = design.unwrap();
+    let task = Task {
+        steps,
+        objective: &objective,
+        controls,
+        design: (count > 0).then_some(&design as _),
+        by_step: false,
+        checkpoints: Checkpoints::default(),
+    };
+    let (start, begin, mut least) = (run.state().clone(), Instant::now(), [f64::INFINITY; 2]);
+    for _ in 0..rounds {
+        run.place_at(&start);
+        let before = seconds(begin);
+        for step in 0..steps {
+            controls.set(step);
+            run.step().unwrap();
+        }
+        least[0] = least[0].min(seconds(begin) - before);
+        run.place_at(&start);
+        let before = seconds(begin);
+        let found = Gradient::of(run, &task).unwrap();
+        least[1] = least[1].min(seconds(begin) - before);
+        assert!(found.value.is_finite() && found.parameters.len() == count);
+    }
+    run.place_at(&start);
+    least
+}
+
+/// All parameters of one case.
+fn report(run: &mut MechanismIntegrator, case: &Case, rounds: usize) {
+    let count = case.controls.values().len() * case.controls.count();
+    for by in [
+        (By::Masses, 0),
+        (By::Masses, 1),
+        (By::Masses, 10),
+        (By::Masses, 1000),
+        (By::Lengths, 1),
+        (By::Lengths, 10),
+        (By::Lengths, 1000),
+    ] {
+        if case.name.contains("six") && matches!(by, (By::Lengths, _)) {
+            continue; // no neighbouring linkage closes
+        }
+        let [alone, gradient] = measure(run, case, by, rounds);
+        println!(
+            "{}, {count} controls, {} {:?}: a step {:.2} µs, a gradient {:.2} runs",
+            case.name,
+            by.1,
+            by.0,
+            1e6 * alone / case.steps as f64,
+            gradient / alone
+        );
+    }
+}
+
+fn main() {
+    let quick = std::env::args().any(|a| a == "--test");
+    let named: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let chosen = |name: &str| named.is_empty() || named.iter().any(|own| name.contains(own));
+    let rounds = if quick { 1 } else { 5 };
+    let (none, held, many) = ((0, 1), (8, 1), (8, 100));
+    let all = [(8, 1e-3, 400), (8, 1e-2, 400), (64, 1e-3, 200), (64, 1e-2, 200)];
+    let all = all.into_iter().chain([(512, 1e-3, 100), (512, 1e-2, 100)]);
+    for (n, h, steps) in all.take(if quick { 1 } else { 6 }) {
+        for motors in [none, held, many] {
+            let (case, mut run) = chain(n, (h, steps), motors);
+            if chosen(&case.name) {
+                report(&mut run, &case, rounds);
+            }
+        }
+    }
+    for (name, run) in LOOPS.into_iter().filter(|(name, _)| chosen(name)) {
+        let case = Case { name: name.into(), steps: 400, controls: Controls::default() };
+        report(&mut run(), &case, rounds);
+    }
+}

@@ -1,0 +1,260 @@
+//! [`CostateSweep`] of a tree of bodies, by the sweeps of its steps.
+//!
+//! Its formulas stand in `crate::sweep::costate`. Efforts along unknowns do the work `σ τ m_j` on
+//! tangents, whatever the configuration: their gradients enter neither `w` nor, by their change,
+//! `B` and `D`. The momentum that is held is therefore the one without them,
+//! ```text
+//! p̃_{n+1} = D_2 L_d + f_d^+ − Σ (h/2) τ ∇θ(q_{n+1}),   ∂((h/2) τ)/∂θ = κ_1 at q_n, κ_2 at q_{n+1}
+//! c ∋ κ_2 β ∇θ(q_{n+1}),   a ∋ κ_1 (β − σ m_j) ∇θ(q_n)         β = ∇θ(q_{n+1})·b'
+//! ```
+//! and `β = −σ m_j'` of the step after it. Where loops are closed ([`LoopCostates`]), their
+//! multipliers need the whole balance: `p̄` is held, and the change of the gradients at `q_{n+1}`
+//! is a part of `c`.
+
+use super::loop_costates::{LoopCostates, MOST_ROWS};
+use super::tree_step::body_forces::BodyForces;
+use super::tree_step::emitted::Emitted;
+use super::tree_step::workspace::Workspace;
+use crate::mechanism::Mechanism;
+use crate::tree::Tree;
+use vi_constraints::Constraints;
+use vi_constraints::costate_sweep::CostateSweep;
+use vi_constraints::design::Costates;
+use vi_constraints::linearization::Costate;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_core::coordinate_force::{AlongUnknown, SignedUnknown};
+use vi_core::interval::{Interval, Slot};
+use vi_core::linear::Singular;
+use vi_core::sparse::{Block, Entries, Product};
+use vi_core::{DiscreteLagrangian, SeparableSystem};
+
+/// The costates of trees that [`super::tree_step::TreeStep`] applies to, `O(N)`; of closed loops on
+/// top of them with few independent rows.
+#[derive(Debug)]
+pub(in crate::solver) struct TreeCostates {
+    tree: Tree,
+    at: Workspace,
+    along: Vec<Along>,
+    loops: Option<LoopCostates>,
+    other: Option<Emitted>, // −h times the blocks of what else acts, transposed
+    weight: Vec<f64>,       // n  constant forces
+    w: Vec<f64>,            // n
+    mu: Vec<f64>,           // n
+    momentum: Vec<f64>,     // n  b'
+    rest: Vec<f64>,         // d  u = 0
+    m: Vec<f64>,            // d
+    none: Vec<f64>,         // of the constraints
+}
+
+/// What acts along an unknown.
+#[derive(Clone, Copy, Debug)]
+struct Along {
+    unknown: SignedUnknown,
+    link: usize,
+    impulse: f64,    // (h/2) τ
+    beta: f64,       // ∇θ(q_{n+1})·b'
+    slope: [f64; 2], // κ_1, κ_2
+}
+
+impl Along {
+    fn of(own: AlongUnknown<'_>, at: &Workspace) -> Self {
+        let unknown = own.unknown;
+        let link = at.links.partition_point(|link| link.unknown <= unknown.index) - 1;
+        Self { unknown, link, impulse: 0.0, beta: 0.0, slope: [0.0; 2] }
+    }
+}
+
+/// `out ← out + Eᵀ v` of what else acts: `D_by` of its part of the equation of an end.
+fn transposed(
+    system: &SeparableSystem,
+    s: &Interval,
+    [of, by]: [Slot; 2],
+    v: &[f64],
+    out: &mut [f64],
+) {
+    let into = &mut Product { v, out };
+    let mut into = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
+    system.beside_unknowns_slope(s, of, by, &mut into);
+}
+
+impl TreeCostates {
+    /// `None` where the sweeps do not apply: beside point masses, constraints on velocities, many
+    /// rows of loops or nearly redundant ones, internal variables, and potentials and forces that
+    /// couple bodies; `rows`: the independent ones.
+    pub(in crate::solver) fn new(
+        mechanism: &Mechanism,
+        system: &SeparableSystem,
+        rows: &IndependentRows,
+    ) -> Option<Self> {
+        let closures = mechanism.loop_constraints();
+        let rank = (rows.len() + closures.len()).checked_sub(mechanism.len())?;
+        let applies = mechanism.description().particles.is_empty()
+            && !mechanism.has_velocity_constraints()
+            && rank <= MOST_ROWS
+            && mechanism.nearly_redundant().is_none()
+            && system.internal_variables() == 0
+            && BodyForces::apply(mechanism, system, &[]);
+        let at = applies.then(|| Workspace::new(mechanism, system)).flatten()?;
+        let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
+        let (n, d) = (weight.len(), tree.dof());
+        let other = system.has_other_forces(&[]).then(|| Emitted::new(tree.links().len(), 0));
+        let along = system.along_unknowns().map(|own| Along::of(own, &at));
+        let closed = !closures.is_empty();
+        Some(Self {
+            loops: closed.then(|| LoopCostates::new(closures, rank, (n, d))),
+            along: along.collect(),
+            other,
+            at,
+            tree,
+            weight,
+            w: vec![0.0; n],
+            mu: vec![0.0; n],
+            momentum: vec![0.0; n],
+            rest: vec![0.0; d],
+            m: vec![0.0; d],
+            none: vec![0.0; mechanism.len()],
+        })
+    }
+
+    /// Makes `a`, the derivative by `q_{n+1}` with `p̄_{n+1}` held, one with `p̃_{n+1}` held.
+    fn hold_efforts(&mut self, system: &SeparableSystem, s: &Interval, [a, b]: [&mut [f64]; 2]) {
+        for (along, own) in self.along.iter_mut().zip(system.along_unknowns()) {
+            let [mean, difference] = own.force.change(s);
+            along.impulse = 0.5 * s.h * own.force.effort(s.t_mid(), mean, difference / s.h);
+            along.beta = own.force.rate(&s.q1, b);
+            own.force.add_bend(&s.q1, b, along.impulse, a);
+        }
+    }
+
+    /// Takes the slopes of efforts along unknowns, and adds their part of `P(q_{n+1})ᵀ c` to `m`.
+    fn take_efforts(&mut self, system: &SeparableSystem, s: &Interval) {
+        let Self { at, along, m, .. } = self;
+        at.release_unknowns();
+        for (along, own) in along.iter_mut().zip(system.along_unknowns()) {
+            if own.force.is_given() {
+                continue;
+            }
+            let [mean, difference] = own.force.change(s);
+            let slopes = own.force.slopes(s.t_mid(), mean, difference / s.h);
+            along.slope = Slot::BOTH.map(|node| slopes.by_node(s.h, node));
+            let SignedUnknown { index, sign } = along.unknown;
+            m[index] += sign * along.slope[1] * along.beta;
+            at.column_mut(along.link, index).slope -= s.h * along.slope[1];
+        }
+    }
+
+    /// Their part of `a`, and `β` for the step before.
+    fn give_efforts(&mut self, system: &SeparableSystem, s: &Interval, a: &mut [f64]) {
+        for (along, own) in self.along.iter_mut().zip(system.along_unknowns()) {
+            let work = along.unknown.sign * self.m[along.unknown.index];
+            if along.slope[0] != 0.0 {
+                own.force.add_gradient(&s.q0, along.slope[0] * (along.beta - work), a);
+            }
+            along.beta = -work;
+        }
+    }
+
+    /// `w` without what acts along unknowns and the rows of loops; the links are then open at
+    /// `q_{n+1}`.
+    fn take_balance(
+        &mut self,
+        system: &SeparableSystem,
+        s: &Interval,
+        p: &[f64],
+    ) -> Result<(), Singular> {
+        let mut w = std::mem::take(&mut self.w);
+        system.beside_unknowns(s, Slot::First, &mut w);
+        self.add_free(system, s, Slot::First, &mut w);
+        w.iter_mut().zip(p).for_each(|(w, p)| *w += p);
+        self.w = w;
+        let Self { at, along, loops, w, .. } = self;
+        if let Some(loops) = loops {
+            let balance = loops.stand(at, &s.q0, w);
+            for Along { unknown, impulse, .. } in along {
+                balance[unknown.index] += unknown.sign * *impulse;
+            }
+        }
+        at.open_back([&s.q0, &s.q1]);
+        loops.as_mut().map_or(Ok(()), |loops| loops.balance(at, s, w))
+    }
+
+    /// `out ← out ± M Δq/h + (h/2) w` of inertia and constant forces in `D_1 L_d` or `D_2 L_d`.
+    fn add_free(&self, system: &SeparableSystem, s: &Interval, of: Slot, out: &mut [f64]) {
+        system.inertia().mul_add(of.sign() / s.h, &s.dq, out);
+        out.iter_mut().zip(&self.weight).for_each(|(out, w)| *out += 0.5 * s.h * w);
+    }
+}
+
+impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
+    fn momentum(&self, system: &SeparableSystem, s: &Interval, out: &mut [f64]) {
+        if self.loops.is_some() {
+            return system.forced_d2(s, out);
+        }
+        system.beside_unknowns(s, Slot::Second, out);
+        self.add_free(system, s, Slot::Second, out);
+    }
+
+    fn hold(&mut self, system: &SeparableSystem, s: &Interval, costate: &mut Costate) {
+        let Costate { q: a, p: b, .. } = costate;
+        if self.loops.is_none() && b.iter().any(|b| *b != 0.0) {
+            self.hold_efforts(system, s, [a, b]);
+        } else {
+            self.along.iter_mut().for_each(|along| along.beta = 0.0);
+        }
+    }
+
+    fn pull(
+        &mut self,
+        system: &SeparableSystem,
+        _: &Mechanism,
+        s: &Interval,
+        p: &[f64],
+        costate: &mut Costate,
+    ) -> Result<(), Singular> {
+        let Costate { q: a, p: b, .. } = costate;
+        self.momentum.copy_from_slice(b);
+        if self.loops.is_some() {
+            self.hold_efforts(system, s, [a, b]);
+        }
+        self.take_balance(system, s, p)?;
+        if let Some(other) = &mut self.other {
+            transposed(system, s, [Slot::Second; 2], b, a);
+            let emit = |into: &mut dyn Entries| {
+                let (row, column, scale) = (0, 0, 1.0);
+                let mut into = Block { into, row, column, scale, transposed: true };
+                system.beside_unknowns_slope(s, Slot::First, Slot::Second, &mut into);
+            };
+            other.assemble(&emit, (&self.tree, &self.at.links), [&s.q1, &s.q0], -s.h);
+        }
+        self.at.weigh(s, a, b, &mut self.m); // P(q_{n+1})ᵀ c
+        self.take_efforts(system, s);
+        let Self { at, loops, other, w, m, mu, rest, .. } = self;
+        m.iter_mut().for_each(|m| *m *= -s.h);
+        let blocks = other.as_ref().map_or(&[][..], |other| &other.blocks);
+        if let Some(loops) = loops {
+            loops.constrain(at, blocks, m)?;
+        }
+        at.solve(blocks, rest, m).map_err(|_| Singular)?;
+        if !m.iter().all(|m| m.is_finite()) {
+            return Err(Singular);
+        }
+        at.pull(s, (w, m), [a, b, mu]);
+        if let Some(loops) = loops {
+            loops.bend(&s.q0, b, a);
+        }
+        if self.other.is_some() {
+            transposed(system, s, [Slot::Second, Slot::First], &self.momentum, a);
+            transposed(system, s, [Slot::First; 2], b, a);
+        }
+        self.give_efforts(system, s, a);
+        Ok(())
+    }
+
+    fn costates(&self) -> Costates<'_> {
+        Costates { step: &self.mu, momentum: &self.momentum, rows: &self.none }
+    }
+
+    fn impulse(&self) -> &[f64] {
+        &self.none
+    }
+}
