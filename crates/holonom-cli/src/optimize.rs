@@ -169,7 +169,11 @@ fn table(found: &OptimumReport) -> String {
         true => ", second-order sufficient",
         false => ", second order not shown",
     });
-    line("status", format!("{}, {iterations}{sufficient}", found.status.words()));
+    let words = match found.status {
+        Status::Optimal if found.terms.is_empty() => "the conditions are met",
+        status => status.words(),
+    };
+    line("status", format!("{words}, {iterations}{sufficient}"));
     if !found.terms.is_empty() {
         let own = |term: &holonom::gradient::TermValue| {
             format!("{} {}", term.name, rounded(term.value, 10))

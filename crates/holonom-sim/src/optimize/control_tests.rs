@@ -71,20 +71,21 @@ fn a_pendulum_swings_up_at_the_stored_cost() {
 #[test]
 fn bounds_and_a_free_time_hold() {
     let text = PENDULUM
-        .replace("joint = \"hinge\" }]", "joint = \"hinge\", min = -3.5, max = 3.5, hold = 2 }]");
+        .replace("joint = \"hinge\" }]", "joint = \"hinge\", min = -7.0, max = 7.0, hold = 2 }]");
     let text = text.replace(
         "type = \"effort\" }]",
-        "type = \"effort\" }, { name = \"soon\", type = \"time\", weight = 3.0 }]",
-    ) + "optimize = { time = { min = 1.0, max = 6.0 }, refine = 0 }";
+        "type = \"effort\" }, { name = \"soon\", type = \"time\", weight = 80.0 }]",
+    ) + "optimize = { time = { min = 0.3, max = 6.0 }, refine = 0 }";
+    let text = text.replace("3.141592653589793", "1.0");
     let free = found(&text).unwrap();
     let report = &free.report;
     assert_eq!(report.status, Status::Optimal, "{report:?}");
-    assert!(report.time > 1.0 && report.time < 6.0 && (report.time - 2.0).abs() > 1e-3);
-    assert!(report.controls[0].largest <= 3.5 && report.controls[0].at_bounds > 0, "{report:?}");
+    assert!(report.time > 0.3 && report.time < 1.9 && (report.time - 2.0).abs() > 1e-3);
+    assert!(report.controls[0].largest <= 7.0 && report.controls[0].at_bounds > 0, "{report:?}");
     let pairs = free.controls.chunks(2);
     assert!(pairs.into_iter().all(|pair| pair[0] == pair[1]), "two steps for each value");
-    assert!((report.terms[1].value - 3.0 * report.time).abs() < 1e-12);
-    assert!((run(&free)[2] - 0.5).abs() < 1e-7);
+    assert!((report.terms[1].value - 80.0 * report.time).abs() < 1e-10);
+    assert!((run(&free)[2] + 0.5 * 1.0_f64.cos()).abs() < 1e-7);
     let by_point = PENDULUM.replace(
         "sensor = \"angle\", equals = 3.141592653589793",
         "sensor = \"place.z\", min = 0.499999",
@@ -133,4 +134,44 @@ fn what_cannot_be_optimised_is_said() {
         let error = error.map(|error| error.to_string()).unwrap_or_default();
         assert!(error.contains(words), "{words}: {error}");
     }
+}
+
+/// The case `oc07`: a closed loop with redundant rows comes to rest, driven at one joint.
+#[test]
+fn a_four_bar_comes_to_rest_at_the_stored_cost() {
+    let body = |name: &str, mass: f64, inertia: f64, x: f64, z: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = {mass:?}\ninertia = [{inertia:?}, {inertia:?}, {:?}]\nposition = [{x:?}, 0.0, {z:?}]\n",
+            0.1 * inertia
+        )
+    };
+    let joint = |name: &str, [parent, child]: [&str; 2], x: f64, z: f64, more: &str| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
+             position = [{x:?}, 0.0, {z:?}]\naxis = [0.0, 1.0, 0.0]\n{more}\n"
+        )
+    };
+    let (x, z) = (0.07500000000000001, 0.12990381056766578);
+    let (u, w) = (0.546556821879383, 0.47251090512719507);
+    let text = [
+        "model = { name = \"four-bar\", gravity = [0.0, 0.0, -9.81] }\n".to_owned(),
+        "simulation = { step = 0.0125, end = 0.5, project_start = true }\n".to_owned(),
+        "sensor = [{ name = \"angle\", type = \"joint_coordinate\", of = \"shaft\" }]\n".to_owned(),
+        "control = [{ name = \"drive\", joint = \"shaft\" }]\n".to_owned(),
+        "objective = [{ name = \"cheap\", type = \"effort\" }]\n".to_owned(),
+        "condition = [{ name = \"there\", sensor = \"angle\", equals = -2.0 }, { name = \"stop\", type = \"rest\" }]\n"
+            .to_owned(),
+        body("crank", 0.8, 0.0061066666666666665, x, z),
+        body("coupler", 1.6, 0.10821333333333334, u, w),
+        body("rocker", 1.2, 0.04915999999999999, 0.871556821879383, 0.3426070945595293),
+        joint("shaft", ["ground", "crank"], 0.0, 0.0, "rate = -6.0"),
+        joint("pin", ["crank", "coupler"], 2.0 * x, 2.0 * z, ""),
+        joint("pivot", ["ground", "rocker"], 0.8, 0.0, ""),
+        joint("cut", ["coupler", "rocker"], 2.0 * (u - x), 2.0 * (w - z), "cut = true"),
+    ]
+    .concat();
+    let found = found(&text).unwrap();
+    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert!((found.report.cost - 8.43491718802377).abs() < 1e-7, "{}", found.report.cost);
+    assert!(found.report.replay.unwrap().deviation < 1e-8);
 }
