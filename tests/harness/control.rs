@@ -829,6 +829,12 @@ impl Design for WithoutRows<'_> {
         let rows = if self.wanted { &none } else { costates.rows };
         self.inner.add_adjoint(s, impulse, Costates { rows, ..costates }, out);
     }
+    fn sums(&self) -> usize {
+        self.inner.sums()
+    }
+    fn add_gradient(&self, sums: &[f64], out: &mut [f64]) {
+        self.inner.add_gradient(sums, out);
+    }
     fn moves_constraints(&self) -> bool {
         self.inner.moves_constraints()
     }

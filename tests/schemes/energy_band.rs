@@ -9,7 +9,7 @@ use holonom::{Model, Simulation};
 use vi_testkit::model::{AXES, along, body_at, heavy, hinge, motion};
 
 /// Every kind of history, from the start and after a rest, over about a second.
-const HISTORIES: [&str; 12] = [
+const HISTORIES: [&str; 14] = [
     "\"sin(9*t)^2\"",
     "{ type = \"constant\" }",
     "{ type = \"linear\", end = 0.5 }",
@@ -22,6 +22,8 @@ const HISTORIES: [&str; 12] = [
     "{ type = \"harmonic\", frequency = 2.0, phase = 1.0 }",
     "{ type = \"table\", times = [0.0, 0.1, 0.2, 0.6], values = [0.0, 1.0, -1.0, 0.0] }",
     "{ type = \"table\", times = [0.0, 0.3, 0.4, 0.6], values = [0.0, 0.0, -1.0, 0.0] }",
+    "{ type = \"steps\", values = [1.0, -0.5, 0.0, 0.8], step = 0.1 }",
+    "{ type = \"steps\", values = [0.0, 0.0, -1.0] }",
 ];
 
 /// Every kind of path from rest.
