@@ -4,6 +4,7 @@ use crate::harness::case::distance;
 use holonom::model::{ModelText, Problem};
 use holonom::run::prepare;
 use holonom::{Model, ModelError, RunOutcome, Sample};
+use vi_testkit::Sample as Random;
 use vi_testkit::model::{changed, heavy, part};
 
 const DOWN: [f64; 3] = [0.0, 0.0, -9.81];
@@ -90,6 +91,49 @@ fn many_bodies_move_as_their_pairs() {
     }
     println!("up to {touching} points touch");
     assert!(touching > 12, "{touching}");
+}
+
+/// Boxes that tumble and fall flat: corners that are hit beside corners that stay, corners that
+/// stick while the box turns, with laws that contradict one another.
+#[test]
+fn boxes_that_fall_come_to_lie_flat() {
+    let mut flat = 0;
+    for seed in 0..16 {
+        let mut sample = Random::new(seed);
+        let mut number = || sample.number();
+        let size = [0; 3].map(|_| 0.2 * 10.0_f64.powf(number()));
+        let turned = [0; 3].map(|_| 3.0 * number());
+        let spin = [0; 3].map(|_| 5.0 * number());
+        let (friction, restitution) = (0.5 + 0.5 * number(), 0.4 + 0.4 * number());
+        let method = ["events", "stepping"][seed as usize % 2];
+        let model = [
+            heavy(
+                "brick",
+                DOWN,
+                &format!("step = 0.002, end = 1.2, contact = \"{method}\", contacts = true"),
+            ),
+            part("body", "brick"),
+            format!("shape = {{ type = \"box\", dimensions = {size:?}, density = 800.0 }}\n"),
+            format!("position = [0.0, 0.0, {:?}]\n", 0.05 + 0.5 * size.iter().sum::<f64>()),
+            format!("rotation_vector = {turned:?}\nangular_velocity = {spin:?}\n"),
+            part("contact", "floor"),
+            format!(
+                "a = {{ plane = {{}} }}\nb = \"brick\"\nfriction = {friction:?}\nrestitution = {restitution:?}\n"
+            ),
+        ];
+        let model = Model::from_toml(&model.concat()).unwrap();
+        let mut simulation = holonom::Simulation::new(&model).unwrap();
+        let mut last = 0;
+        for own in simulation.samples() {
+            let own = own.unwrap_or_else(|error| panic!("seed {seed}: {error:?}"));
+            let gaps = own.contacts.iter().map(|contact| contact.gap);
+            assert!(gaps.fold(0.0, f64::min) > -1e-9, "seed {seed}, t = {}", own.t);
+            last = own.contacts.len();
+        }
+        flat += usize::from(last == 4);
+    }
+    println!("{flat} of 16 stand on four corners in the end");
+    assert!(flat > 0);
 }
 
 /// A compliant contact on a line of its own.

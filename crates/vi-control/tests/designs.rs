@@ -119,7 +119,7 @@ fn a_path_touches_its_bound_at_an_extreme() {
             for i in 1..51 {
                 out[i] = theta[0] * (0.1 * (i as f64 - 20.3)).cos();
             }
-            if let Some(jacobian) = jacobian.as_deref_mut() {
+            if let Some(jacobian) = jacobian {
                 jacobian[(0, 0)] = 1.0;
                 (1..51).for_each(|i| jacobian[(i, 0)] = (0.1 * (i as f64 - 20.3)).cos());
             }
@@ -127,7 +127,7 @@ fn a_path_touches_its_bound_at_an_extreme() {
         }
     }
     let bounds = vec![[f64::NEG_INFINITY, 0.8]; 50];
-    let conditions = Conditions { bounds, paths: vec![0..50] };
+    let conditions = Conditions { bounds, paths: std::iter::once(0..50).collect() };
     for start in [0.3, 1.0, 5.0] {
         let own = parameters(&[start], WIDE);
         let found = minimise(&mut Path, &conditions, &own, 300, &mut |_| true).unwrap();

@@ -95,7 +95,11 @@ const STALLED: usize = 4;
 /// `ρ` of the rounds: where Newton's method fails with one, others lead elsewhere.
 const PARAMETERS: [f64; 9] = [1.0, 1.0, 1e2, 1e-2, 1e4, 1e-4, 10.0, 0.1, 1e3];
 const PROGRAMS: usize = 60;
-/// Most rows of which Newton's method begins after a few sweeps.
+/// Compliances of rows whose laws contradict one another; `ρ` and steps with each.
+const COMPLIANCES: [f64; 6] = [1e-10, 1e-9, 1e-8, 1e-11, 1e-12, 1e-6];
+const SOFT_PARAMETERS: [f64; 6] = [1.0, 1e2, 1e4, 1e6, 1e8, 1e10];
+const SOFT_STEPS: usize = 3;
+/// Most rows of which Newton's method begins after a few sweeps, and compliances are tried.
 const FEW: usize = 60;
 /// Most sweeps forth and back of more rows, the laws to end with, sweeps between two looks at them.
 const FAR_SWEEPS: usize = 400;
@@ -247,6 +251,10 @@ impl ConeSolver {
         if is_near && self.ends_nearby {
             return self.end_nearby(least);
         }
+        let is_small = self.problem.rows() <= FEW;
+        if is_small && let Some(done) = self.along_compliances(rounding, &mut least) {
+            return Ok(done);
+        }
         self.residual.evaluate(&self.problem, &self.impulse);
         self.convex.begin(&self.problem, &self.impulse, &self.residual.y);
         for program in 1..=PROGRAMS {
@@ -266,6 +274,40 @@ impl ConeSolver {
             return Err(ConeFault::Wedged { cone });
         }
         self.end_nearby(least)
+    }
+
+    /// From the nearest impulses: rows that `W` does not tell apart, with `w` that contradict one
+    /// another, are left by impulses that go far along what changes no velocity, until a contact
+    /// opens or slides. Proximal steps take them there.
+    fn along_compliances(&mut self, rounding: f64, least: &mut f64) -> Option<ConeReport> {
+        let mut rounds = PARAMETERS.len();
+        for rho in SOFT_PARAMETERS {
+            for compliance in COMPLIANCES {
+                self.impulse.copy_from_slice(&self.nearest);
+                for _ in 0..SOFT_STEPS {
+                    rounds += 1;
+                    self.found.copy_from_slice(&self.impulse);
+                    self.problem.soften(compliance, &self.found);
+                    self.residual.set_parameter(rho);
+                    self.newton(rounding, NEWTON_STEPS);
+                    self.problem.harden();
+                    self.swept.copy_from_slice(&self.impulse);
+                    self.newton(rounding, NEWTON_STEPS);
+                    self.residual.set_parameter(1.0);
+                    let residual = self.refine(rounding);
+                    if self.holds() {
+                        return Some(ConeReport { residual, rounds });
+                    }
+                    if self.residual.excess() < *least {
+                        *least = self.residual.excess();
+                        self.nearest.copy_from_slice(&self.impulse);
+                    }
+                    self.impulse.copy_from_slice(&self.swept);
+                }
+            }
+        }
+        self.impulse.copy_from_slice(&self.nearest);
+        None
     }
 
     /// Whether the impulses obey the laws, as far as `w` is known.

@@ -154,6 +154,50 @@ fn contacts_of_few_degrees_of_freedom_are_hyperstatic() {
     solve_many(1000, 4, 1.0, 1.0, 0);
 }
 
+/// Four corners of a rigid box on a floor, with velocities that no motion of it has, by `1e-12` to
+/// `1e-6` of them: laws of steps that turn, or of impacts beside contacts, contradict one another
+/// so. A corner opens, or friction between corners grows to its bound.
+#[test]
+fn corners_whose_laws_contradict_one_another_open_or_slide() {
+    let (mut most, mut worst, mut failed) = (0, 0.0_f64, Vec::new());
+    for seed in 0..400 {
+        let mut sample = Sample::new(seed);
+        let [a, b, c] = [0; 3].map(|_| 10.0_f64.powf(sample.number()));
+        let inertia = [b * b + c * c, a * a + c * c, a * a + b * b].map(|own| own / 3.0);
+        let mut rows = DMatrix::zeros(6, 12);
+        for (k, [x, y]) in [[a, b], [-a, b], [a, -b], [-a, -b]].into_iter().enumerate() {
+            let arm = Vector3::new(x, y, -c);
+            for (i, direction) in [Vector3::z(), Vector3::x(), Vector3::y()].iter().enumerate() {
+                let turn = arm.cross(direction);
+                for j in 0..3 {
+                    rows[(j, 3 * k + i)] = direction[j];
+                    rows[(3 + j, 3 * k + i)] = turn[j] / inertia[j].sqrt();
+                }
+            }
+        }
+        let mut motion = sample.matrix(6, 1) * 0.1;
+        motion[2] = -1.0;
+        let off = 10.0_f64.powf(-9.0 + 3.0 * sample.number());
+        let w = rows.transpose() * motion + sample.matrix(12, 1) * off;
+        let friction = Cone::Friction { coefficient: 0.55 + 0.45 * sample.number() };
+        let w_matrix = rows.transpose() * rows;
+        let problem = Problem { cones: vec![friction; 4], w_matrix, w: w.column(0).into_owned() };
+        let mut lambda = DVector::zeros(12);
+        match problem.solve(&mut lambda) {
+            Ok(rounds) => {
+                most = most.max(rounds);
+                worst = worst.max(problem.violation(&lambda));
+            }
+            Err(fault) => failed.push((seed, off, fault)),
+        }
+    }
+    println!(
+        "laws to {worst:.1e}, rounds ≤ {most}, without a solution: {} {failed:?}",
+        failed.len()
+    );
+    assert!(failed.len() <= 8 && worst <= 2e-12, "{worst:e} {failed:?}");
+}
+
 /// Where the one motion that opens the contacts moves the largest mass, a solution may be out of
 /// reach; that ends with an error.
 #[test]

@@ -86,6 +86,7 @@ pub(super) struct Problem {
     pub w: Vec<f64>,      // k
     pub units: Vec<f64>,  // k  D
     pub errors: Vec<f64>, // k  of w; empty where it is exact
+    rigid: Vec<[f64; 2]>, // k  W_ii and w_i without compliance
 }
 
 /// A normal velocity of a row that nothing can move is no approach below this part of the largest.
@@ -123,6 +124,27 @@ impl Problem {
             let row = self.W[i * k..(i + 1) * k].iter().zip(errors.iter().zip(units));
             let shared = row.map(|(entry, (error, unit))| entry.abs() * error * unit);
             self.errors.push(shared.fold(errors[i] * units[i], f64::max));
+        }
+    }
+
+    /// Gives each row a compliance about the present impulses, `y + ε (Λ − Λ_0)`: the impulses are
+    /// then unique.
+    pub(super) fn soften(&mut self, compliance: f64, impulse: &[f64]) {
+        let k = self.rows();
+        self.rigid.clear();
+        for (i, impulse) in impulse.iter().enumerate() {
+            self.rigid.push([self.W[i * (k + 1)], self.w[i]]);
+            self.W[i * (k + 1)] += compliance;
+            self.w[i] -= compliance * impulse;
+        }
+    }
+
+    /// Takes the compliance away, to the bit.
+    pub(super) fn harden(&mut self) {
+        let k = self.rows();
+        for (i, [diagonal, w]) in self.rigid.drain(..).enumerate() {
+            self.W[i * (k + 1)] = diagonal;
+            self.w[i] = w;
         }
     }
 
