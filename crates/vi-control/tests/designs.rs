@@ -113,7 +113,7 @@ fn a_path_touches_its_bound_at_an_extreme() {
             &mut self,
             theta: &[f64],
             out: &mut [f64],
-            mut jacobian: Option<&mut DMatrix<f64>>,
+            jacobian: Option<&mut DMatrix<f64>>,
         ) -> Result<(), Refused> {
             out[0] = theta[0] - 2.0;
             for i in 1..51 {
