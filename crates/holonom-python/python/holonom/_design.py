@@ -69,8 +69,8 @@ class Gradient:
         wanted = list(known) if parameters is True else list(parameters or [])
         for name in wanted:
             if name not in known:
-                names = ", ".join(known) or "none"
-                raise ValueError(f"parameters: no number `{name}` changes the model; there are: {names}")
+                there = ", ".join(known) or "none"
+                raise ValueError(f"parameters: no number `{name}` changes the model; there are: {there}")
         self._parameters = wanted
         self._joints = [own[:2] for own in _core.initial(core)] if initial else []
         values = [known[name] for name in wanted]
