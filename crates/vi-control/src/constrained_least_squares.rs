@@ -15,7 +15,9 @@
 //! Dennis, D. M. Gay, R. E. Welsch, ACM Trans. Math. Softw. 7 (1981) 348–368 for `S`.
 #![allow(non_snake_case)] // J, S
 
-use crate::least_squares::{FitError, Parameter, Refused, Residuals};
+use crate::least_squares::{
+    FitError, Moved, Parameter, Refused, Residuals, column, half_square, slope, theta,
+};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 use vi_core::linear::{dot, norm_inf};
@@ -96,6 +98,7 @@ struct Augmented<'a> {
     weights: Vec<f64>, // w
     watch: &'a mut dyn FnMut(&Evaluation) -> bool,
     stopped: bool,
+    raw: Vec<f64>, // ρ, c of the last evaluation
 }
 
 /// Distance from bounds, with its sign.
@@ -179,6 +182,7 @@ impl Residuals for Augmented<'_> {
             return Err(Refused("it was told to stop".to_owned()));
         }
         self.own.evaluate(theta, out, jacobian.as_deref_mut())?;
+        self.raw.copy_from_slice(out);
         let first = self.first();
         let evaluation = Evaluation {
             parameters: theta.to_vec(),
@@ -200,13 +204,10 @@ impl Residuals for Augmented<'_> {
     }
 }
 
-fn half_square(r: &[f64]) -> f64 {
-    0.5 * dot(r, r)
-}
-
 /// A point with residuals and derivatives, by relative parameters.
 struct Point {
     z: Vec<f64>,
+    raw: Vec<f64>, // ρ, c
     r: Vec<f64>,
     J: DMatrix<f64>,
     gradient: DVector<f64>, // Jᵀr
@@ -224,46 +225,21 @@ impl Point {
         for (j, own) in parameters.iter().enumerate() {
             J.column_mut(j).iter_mut().for_each(|x| *x *= own.scale);
         }
-        let along = |j: usize| dot(&J.as_slice()[j * r.len()..(j + 1) * r.len()], &r);
-        let gradient = DVector::from_fn(z.len(), |j, _| along(j));
+        let gradient = DVector::from_fn(z.len(), |j, _| dot(column(&J, j), &r));
         let finite = r.iter().chain(J.iter()).all(|x| x.is_finite());
-        Ok(finite.then_some(Self { z, r, J, gradient }))
+        Ok(finite.then(|| Self { z, raw: own.raw.clone(), r, J, gradient }))
     }
 
     /// Parameters that are not held at a bound.
     fn free(&self, parameters: &[Parameter]) -> Vec<usize> {
-        let held = |j: &usize| {
-            let [min, max] = relative(&parameters[*j]);
-            let (z, slope) = (self.z[*j], self.gradient[*j]);
-            min >= max || z <= min && slope > 0.0 || z >= max && slope < 0.0
-        };
+        let held = |j: &usize| parameters[*j].is_held(self.z[*j], self.gradient[*j]);
         (0..self.z.len()).filter(|j| !held(j)).collect()
     }
 
     /// Largest free derivative, in parts of the sizes of its terms.
     fn slope(&self, free: &[usize]) -> f64 {
-        let size = dot(&self.r, &self.r).sqrt();
-        let cosine = |&j: &usize| {
-            let both = self.J.column(j).norm() * size;
-            if both > 0.0 { self.gradient[j].abs() / both } else { 0.0 }
-        };
-        norm_inf(&free.iter().map(cosine).collect::<Vec<f64>>())
+        slope(&self.J, &self.r, free)
     }
-}
-
-/// `θ`; a bound is met exactly.
-fn theta(parameters: &[Parameter], z: &[f64]) -> Vec<f64> {
-    let value = |(own, z): (&Parameter, &f64)| match (relative(own), own.bounds) {
-        ([lower, _], [min, _]) if *z <= lower => min,
-        ([_, upper], [_, max]) if *z >= upper => max,
-        (_, [min, max]) => (own.scale * z).clamp(min, max),
-    };
-    parameters.iter().zip(z).map(value).collect()
-}
-
-/// The bounds of `z`.
-fn relative(own: &Parameter) -> [f64; 2] {
-    own.bounds.map(|bound| bound / own.scale)
 }
 
 /// How a round ended.
@@ -331,15 +307,8 @@ impl Newton<'_> {
                 self.damping = (4.0 * self.damping).max(1e-6);
                 continue;
             };
-            let mut z = at.z.clone();
-            for (&j, change) in free.iter().zip(change.iter()) {
-                let own = &self.parameters[j];
-                let [min, max] = relative(own);
-                z[j] = (z[j] + change).clamp(min, max);
-            }
-            let moved: Vec<f64> = z.iter().zip(&at.z).map(|(a, b)| a - b).collect();
-            let size = norm_inf(&moved) / f64::max(1.0, norm_inf(&z));
-            let own_moved = DVector::from_fn(free.len(), |k, _| moved[free[k]]);
+            let Moved { z, by, size } = Moved::new(self.parameters, &at.z, free, change.as_slice());
+            let own_moved = DVector::from_fn(free.len(), |k, _| by[free[k]]);
             let predicted = right.dot(&own_moved) - 0.5 * own_moved.dot(&(&curved * &own_moved));
             if let Ok(Some(next)) = Point::at(own, self.parameters, z) {
                 let decrease = before - half_square(&next.r);
@@ -411,8 +380,9 @@ pub fn minimise(
     let least = weights.clone();
     let multipliers = vec![0.0; count];
     let paths = &conditions.paths[..];
+    let (stopped, raw) = (false, vec![0.0; all]);
     let mut own =
-        Augmented { own: residuals, bounds, paths, multipliers, weights, watch, stopped: false };
+        Augmented { own: residuals, bounds, paths, multipliers, weights, watch, stopped, raw };
     let p = parameters.len();
     let mut newton =
         Newton { parameters, S: DMatrix::zeros(p, p), damping: 1e-3, steps: 0, most: max_steps };
@@ -428,8 +398,7 @@ pub fn minimise(
         };
         let mut at = begun;
         let ended = newton.minimum(&mut own, &mut at);
-        z = at.z;
-        own.own.evaluate(&theta(parameters, &z), &mut raw, None).map_err(FitError::Start)?;
+        (z, raw) = (at.z, at.raw);
         if own.stopped {
             outcome = Some(DesignOutcome::Stopped);
             break;

@@ -82,6 +82,76 @@ impl Parameter {
         let within = min <= self.start && self.start <= max && self.start.is_finite();
         within && prior && self.scale > 0.0 && self.scale.is_finite()
     }
+
+    /// The bounds of `z = θ/scale`.
+    fn relative(&self) -> [f64; 2] {
+        self.bounds.map(|bound| bound / self.scale)
+    }
+
+    /// `θ`; a bound is met exactly.
+    fn value(&self, z: f64) -> f64 {
+        let ([lower, upper], [min, max]) = (self.relative(), self.bounds);
+        match z {
+            z if z <= lower => min,
+            z if z >= upper => max,
+            z => (self.scale * z).clamp(min, max),
+        }
+    }
+
+    /// Whether it is held at a bound, where the sum has this slope along it.
+    pub(crate) fn is_held(&self, z: f64, slope: f64) -> bool {
+        let [lower, upper] = self.relative();
+        lower >= upper || z <= lower && slope > 0.0 || z >= upper && slope < 0.0
+    }
+}
+
+/// `θ` of relative parameters.
+pub(crate) fn theta(parameters: &[Parameter], z: &[f64]) -> Vec<f64> {
+    parameters.iter().zip(z).map(|(own, z)| own.value(*z)).collect()
+}
+
+/// A step of the free parameters, cut at their bounds.
+pub(crate) struct Moved {
+    /// Where it ends.
+    pub(crate) z: Vec<f64>,
+    /// The change of each.
+    pub(crate) by: Vec<f64>,
+    /// The largest, relative.
+    pub(crate) size: f64,
+}
+
+impl Moved {
+    pub(crate) fn new(parameters: &[Parameter], from: &[f64], free: &[usize], by: &[f64]) -> Self {
+        let mut z = from.to_vec();
+        for (&j, change) in free.iter().zip(by) {
+            let [lower, upper] = parameters[j].relative();
+            z[j] = (z[j] + change).clamp(lower, upper);
+        }
+        let by: Vec<f64> = z.iter().zip(from).map(|(a, b)| a - b).collect();
+        let size = norm_inf(&by) / f64::max(1.0, norm_inf(&z));
+        Self { z, by, size }
+    }
+}
+
+/// Column `j` of a matrix.
+pub(crate) fn column(matrix: &DMatrix<f64>, j: usize) -> &[f64] {
+    let rows = matrix.nrows();
+    &matrix.as_slice()[j * rows..(j + 1) * rows]
+}
+
+pub(crate) fn half_square(r: &[f64]) -> f64 {
+    0.5 * dot(r, r)
+}
+
+/// Largest cosine between the residual and a free column of its derivatives.
+pub(crate) fn slope(derivatives: &DMatrix<f64>, r: &[f64], free: &[usize]) -> f64 {
+    let size = dot(r, r).sqrt();
+    let cosine = |&j: &usize| {
+        let own = column(derivatives, j);
+        let both = dot(own, own).sqrt() * size;
+        if both > 0.0 { dot(own, r).abs() / both } else { 0.0 }
+    };
+    norm_inf(&free.iter().map(cosine).collect::<Vec<f64>>())
 }
 
 /// Wrong inputs, and residuals that do not exist at the start.
@@ -212,18 +282,10 @@ impl Problem<'_> {
         self.measured() + self.parameters.iter().filter(|own| own.prior.is_some()).count()
     }
 
-    fn theta(&self, z: &[f64]) -> Vec<f64> {
-        let value = |(own, z): (&Parameter, &f64)| {
-            // a bound is met exactly
-            (own.scale * z).clamp(own.bounds[0], own.bounds[1])
-        };
-        self.parameters.iter().zip(z).map(value).collect()
-    }
-
     /// `None`: the point is refused, or not finite.
     fn at(&mut self, z: Vec<f64>) -> Result<Option<Fit>, Refused> {
         let (m, p) = (self.measured(), self.parameters.len());
-        let theta = self.theta(&z);
+        let theta = theta(self.parameters, &z);
         let (mut r, mut jacobian) = (vec![0.0; self.len()], DMatrix::zeros(m, p));
         self.residuals.evaluate(&theta, &mut r[..m], Some(&mut jacobian))?;
         let mut R = DMatrix::zeros(self.len(), p);
@@ -244,26 +306,15 @@ impl Problem<'_> {
     }
 }
 
-fn half_square(r: &[f64]) -> f64 {
-    0.5 * dot(r, r)
-}
-
 impl Fit {
     /// `∂(½ρᵀρ)/∂z_j`.
     fn gradient(&self, j: usize) -> f64 {
-        let rows = self.R.nrows();
-        dot(&self.R.as_slice()[j * rows..(j + 1) * rows], &self.r)
+        dot(column(&self.R, j), &self.r)
     }
 
     /// Parameters that are not held at a bound.
     fn free(&self, parameters: &[Parameter]) -> Vec<usize> {
-        let held = |j: &usize| {
-            let own = &parameters[*j];
-            let (theta, slope) = (own.scale * self.z[*j], self.gradient(*j));
-            let at_lower = theta <= own.bounds[0] && slope > 0.0;
-            let at_upper = theta >= own.bounds[1] && slope < 0.0;
-            own.bounds[0] >= own.bounds[1] || at_lower || at_upper
-        };
+        let held = |j: &usize| parameters[*j].is_held(self.z[*j], self.gradient(*j));
         (0..parameters.len()).filter(|j| !held(j)).collect()
     }
 
@@ -280,19 +331,7 @@ impl Fit {
         let whole = |(sigma, c): (&f64, &f64)| if *sigma > least { c / sigma } else { 0.0 };
         let step: Vec<f64> = svd.values.iter().zip(&products).map(whole).collect();
         let size = norm_inf(&svd.combine(&step)) / f64::max(1.0, norm_inf(&self.z));
-        self.slope(free) <= FLAT || size <= FLAT
-    }
-
-    /// Largest cosine between the residual and a free column.
-    fn slope(&self, free: &[usize]) -> f64 {
-        let rows = self.R.nrows();
-        let size = dot(&self.r, &self.r).sqrt();
-        let cosine = |&j: &usize| {
-            let own = &self.R.as_slice()[j * rows..(j + 1) * rows];
-            let both = dot(own, own).sqrt() * size;
-            if both > 0.0 { self.gradient(j).abs() / both } else { 0.0 }
-        };
-        norm_inf(&free.iter().map(cosine).collect::<Vec<f64>>())
+        slope(&self.R, &self.r, free) <= FLAT || size <= FLAT
     }
 }
 
@@ -373,20 +412,12 @@ fn step(
         };
         let coefficients: Vec<f64> = svd.values.iter().zip(&products).map(filtered).collect();
         let change = svd.combine(&coefficients); // [2.44]
-        let mut z = fit.z.clone();
-        for (&j, change) in free.iter().zip(&change) {
-            let own = &problem.parameters[j];
-            let [min, max] = own.bounds.map(|bound| bound / own.scale);
-            z[j] = (z[j] + change).clamp(min, max);
-        }
-        let moved: Vec<f64> = z.iter().zip(&fit.z).map(|(a, b)| a - b).collect();
-        let size = norm_inf(&moved) / f64::max(1.0, norm_inf(&z));
+        let Moved { z, by, size } = Moved::new(problem.parameters, &fit.z, free, &change);
         // of the linear model, with the change as it was cut
         let predicted = {
             let mut r = fit.r.clone();
-            let rows = fit.R.nrows();
-            for (j, change) in moved.iter().enumerate() {
-                let own = &fit.R.as_slice()[j * rows..(j + 1) * rows];
+            for (j, change) in by.iter().enumerate() {
+                let own = column(&fit.R, j);
                 r.iter_mut().zip(own).for_each(|(r, own)| *r += change * own);
             }
             before - half_square(&r)
@@ -445,7 +476,7 @@ fn estimate(problem: &Problem<'_>, fit: &Fit, outcome: FitOutcome, iterations: u
     Estimate {
         outcome,
         iterations,
-        parameters: problem.theta(&fit.z),
+        parameters: theta(problem.parameters, &fit.z),
         at_bounds: (0..p).filter(|j| !free.contains(j)).collect(),
         residuals: fit.r[..problem.measured()].to_vec(),
         half_sum_of_squares: sum,
@@ -454,7 +485,7 @@ fn estimate(problem: &Problem<'_>, fit: &Fit, outcome: FitOutcome, iterations: u
         singular_values: svd.values.clone(),
         hardly_seen: below(UNSEEN, HARDLY_SEEN),
         unseen,
-        gradient: fit.slope(&free),
+        gradient: slope(&fit.R, &fit.r, &free),
     }
 }
 
