@@ -160,10 +160,6 @@ impl CompliantContact {
         })
     }
 
-    fn is_open(&self, q: &[f64]) -> bool {
-        self.closed(q).next().is_none()
-    }
-
     fn at<T: Number>(&self, feature: u32, frames: [[T; FRAME]; 2]) -> ContactPoint<T> {
         let [a, b] = self.pair.shapes();
         smooth_contact(feature, (a, &frames[0]), (b, &frames[1]))
@@ -172,8 +168,7 @@ impl CompliantContact {
     /// `∇g` by its own coordinates.
     fn gradient(&self, feature: u32, q: &[f64]) -> [f64; BOTH] {
         std::array::from_fn(|k| {
-            let seed = |i, x| Dual64::new(x, f64::from(u8::from(i == k)));
-            self.place(k).map_or(0.0, |_| self.at(feature, self.own(q, seed)).gap.eps)
+            self.place(k).map_or(0.0, |_| self.at(feature, self.own(q, along(k))).gap.eps)
         })
     }
 
@@ -245,17 +240,51 @@ impl CompliantContact {
         })
     }
 
-    /// Emits a block of its own coordinates, column by column.
-    fn emit(&self, column: impl Fn(usize) -> [f64; BOTH], scale: f64, out: &mut dyn Entries) {
-        for (j, at) in (0..BOTH).filter_map(|k| Some((k, self.place(k)?))) {
-            let numbers = column(j);
-            for (row, number) in (0..BOTH).zip(numbers) {
-                if let Some(row) = self.place(row) {
-                    out.add(row, at, scale * number);
-                }
+    /// Emits the sum over the features that touch of blocks of its own coordinates, column by
+    /// column.
+    fn add_blocks(
+        &self,
+        q: &[f64],
+        add: impl Fn(u32, f64, &mut [[f64; BOTH]; BOTH]),
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let mut block = [[0.0; BOTH]; BOTH];
+        self.closed(q).for_each(|(feature, gap)| add(feature, gap, &mut block));
+        for (j, column) in self.places() {
+            for (i, row) in self.places() {
+                out.add(row, column, scale * block[j][i]);
             }
         }
     }
+
+    /// The same of the derivatives of its forces by what `seeds` makes of the number of a column.
+    fn add_slopes(
+        &self,
+        q: &[f64],
+        seeds: impl Fn(usize) -> [[[Dual64; FRAME]; 2]; 2],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let add = |feature: u32, _: f64, block: &mut [[f64; BOTH]; BOTH]| {
+            for (j, _) in self.places() {
+                let [frames, rates] = seeds(j);
+                let own = self.generalized(feature, frames, rates);
+                block[j].iter_mut().zip(own).for_each(|(sum, own)| *sum += own.eps);
+            }
+        };
+        self.add_blocks(q, add, scale, out);
+    }
+
+    /// Its own coordinates of bodies that move, with their places among all.
+    fn places(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        (0..BOTH).filter_map(|k| Some((k, self.place(k)?)))
+    }
+}
+
+/// The number `k` of those that vary along `j`.
+fn along(j: usize) -> impl Fn(usize, f64) -> Dual64 {
+    move |k, x| Dual64::new(x, f64::from(u8::from(k == j)))
 }
 
 impl Potential for CompliantContact {
@@ -279,13 +308,12 @@ impl Potential for CompliantContact {
 
     fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
         let CompliantLaw { stiffness, exponent: p, .. } = self.law;
-        let mut block = [[0.0; BOTH]; BOTH];
-        for (feature, gap) in self.closed(q) {
+        let add = |feature: u32, gap: f64, block: &mut [[f64; BOTH]; BOTH]| {
             let force = stiffness * libm::pow(-gap, p);
             let slope = stiffness * p * libm::pow(-gap, p - 1.0);
             let first = self.gradient(feature, q);
-            for j in (0..BOTH).filter(|j| self.place(*j).is_some()) {
-                for i in (0..=j).filter(|i| self.place(*i).is_some()) {
+            for (j, _) in self.places() {
+                for (i, _) in self.places().take_while(|(i, _)| *i <= j) {
                     let unit = |k: usize, of: usize| f64::from(u8::from(k == of));
                     let seed = |k, x| HyperDual64::new(x, unit(k, i), unit(k, j), 0.0);
                     let bend = self.at(feature, self.own(q, seed)).gap.eps1eps2;
@@ -293,8 +321,8 @@ impl Potential for CompliantContact {
                     block[i][j] = block[j][i];
                 }
             }
-        }
-        self.emit(|j| block[j], scale, out);
+        };
+        self.add_blocks(q, add, scale, out);
     }
 }
 
@@ -319,21 +347,8 @@ impl Force for CompliantContact {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let open = self.is_open(q);
-        let column = |j: usize| {
-            let mut sum = [0.0; BOTH];
-            if open {
-                return sum;
-            }
-            for (feature, _) in self.closed(q) {
-                let seed = |k, x| Dual64::new(x, f64::from(u8::from(k == j)));
-                let rates = self.rates(v, |_, x| Dual64::of(x));
-                let own = self.generalized(feature, self.own(q, seed), rates);
-                sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own.eps);
-            }
-            sum
-        };
-        self.emit(column, scale, out);
+        let rates = self.rates(v, |_, x| Dual64::of(x));
+        self.add_slopes(q, |j| [self.own(q, along(j)), rates], scale, out);
     }
 
     fn add_velocity_derivative(
@@ -344,21 +359,8 @@ impl Force for CompliantContact {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let open = self.is_open(q);
-        let column = |j: usize| {
-            let mut sum = [0.0; BOTH];
-            if open {
-                return sum;
-            }
-            for (feature, _) in self.closed(q) {
-                let seed = |k, x| Dual64::new(x, f64::from(u8::from(k == j)));
-                let frames = self.own(q, |_, x| Dual64::of(x));
-                let own = self.generalized(feature, frames, self.rates(v, seed));
-                sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own.eps);
-            }
-            sum
-        };
-        self.emit(column, scale, out);
+        let frames = self.own(q, |_, x| Dual64::of(x));
+        self.add_slopes(q, |j| [frames, self.rates(v, along(j))], scale, out);
     }
 
     fn add_time_derivative(
@@ -447,7 +449,7 @@ mod tests {
     fn derivatives_against_central_differences() {
         let s = step();
         for (name, contact) in contacts() {
-            assert!(!contact.is_open(&s.q_mid), "{name} touches");
+            assert!(contact.closed(&s.q_mid).next().is_some(), "{name} touches");
             let error = slope_error(&MidpointForce(contact.clone()), &s);
             let (mut hessian, e) = (DMatrix::zeros(24, 24), 1e-6);
             contact.add_hessian(&s.q_mid, 1.0, &mut hessian);
@@ -506,7 +508,10 @@ mod tests {
         let (_, contact) = contacts().swap_remove(0);
         let mut apart = step().q_mid;
         apart[FRAME + 2] += 9.0;
-        assert!(contact.is_open(&apart) && contact.value(&apart).to_bits() == 0.0_f64.to_bits());
+        assert!(
+            contact.closed(&apart).next().is_none()
+                && contact.value(&apart).to_bits() == 0.0_f64.to_bits()
+        );
         let (q, mut v) = (step().q_mid, vec![0.0; 24]);
         v[FRAME + 2] = 50.0; // it leaves faster than 1/c
         let left = contact.forces(&q, &v).map(|own| own.force.norm());
