@@ -286,8 +286,7 @@ impl ConeSolver {
                 self.impulse.copy_from_slice(&self.nearest);
                 for _ in 0..SOFT_STEPS {
                     rounds += 1;
-                    self.found.copy_from_slice(&self.impulse);
-                    self.problem.soften(compliance, &self.found);
+                    self.problem.soften(compliance, &self.impulse);
                     self.residual.set_parameter(rho);
                     self.newton(rounding, NEWTON_STEPS);
                     self.problem.harden();
