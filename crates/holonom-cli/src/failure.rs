@@ -86,6 +86,12 @@ impl Failure {
         })
     }
 
+    /// Of a run before its first step.
+    pub(crate) fn before_a_step(message: String, remedy: &str) -> Self {
+        let failure = RunFailure { step: 0, t: 0.0, message, remedy: remedy.to_owned() };
+        Self::Run { failure, files: Vec::new() }
+    }
+
     /// Tells the user, and gives the exit code.
     pub(crate) fn report(&self) -> u8 {
         match self {

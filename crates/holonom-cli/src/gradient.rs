@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
+use holonom::RunFolder;
 use holonom::gradient::{GradientFailure, ModelGradient, Wanted, gradient as find};
 use holonom::model::ModelText;
 use holonom::report::rounded;
-use holonom::{RunFailure, RunFolder};
 
 use crate::arguments::{By, GradientArguments};
 use crate::failure::Failure;
@@ -80,8 +80,7 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
 /// What there is instead of a gradient.
 fn failure(error: Option<GradientFailure>) -> Failure {
     let message = error.map_or_else(|| "no gradient was found".into(), |error| error.to_string());
-    let remedy = "`holonom run` shows whether the motion reaches its end".into();
-    Failure::Run { failure: RunFailure { step: 0, t: 0.0, message, remedy }, files: Vec::new() }
+    Failure::before_a_step(message, "`holonom run` shows whether the motion reaches its end")
 }
 
 /// The derivatives, kind by kind.

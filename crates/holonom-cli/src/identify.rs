@@ -9,7 +9,7 @@ use holonom::model::{ModelText, read_regular_text};
 use holonom::report::{estimate_page, rounded};
 use holonom::run::run_with;
 use holonom::simulation::Simulation;
-use holonom::{Model, RunFailure, RunFolder};
+use holonom::{Model, RunFolder};
 
 use crate::arguments::IdentifyArguments;
 use crate::failure::Failure;
@@ -118,9 +118,7 @@ fn failure(error: IdentifyError, signals: &Signals) -> Failure {
         error => {
             let remedy =
                 "`holonom run` with `--set parameters.NAME=START` shows what happens there";
-            let (message, remedy) = (error.to_string(), remedy.to_owned());
-            let failure = RunFailure { step: 0, t: 0.0, message, remedy };
-            Failure::Run { failure, files: Vec::new() }
+            Failure::before_a_step(error.to_string(), remedy)
         }
     }
 }

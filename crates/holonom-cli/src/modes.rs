@@ -9,7 +9,7 @@ use holonom::modes::{
 use holonom::output::OutputError;
 use holonom::report::{campbell_diagram, campbell_page, mode_page, mode_picture, rounded};
 use holonom::vi_statics::BucklingError;
-use holonom::{Model, RunFailure, RunFolder};
+use holonom::{Model, RunFolder};
 
 use crate::arguments::{ModesArguments, Speeds};
 use crate::failure::Failure;
@@ -103,13 +103,11 @@ pub(crate) fn failure(error: Option<ModesError>) -> Failure {
                 }
                 _ => "state stiffnesses of more alike sizes, or use more elements",
             };
-            let failure = RunFailure { step: 0, t: 0.0, message, remedy: remedy.into() };
-            Failure::Run { failure, files: Vec::new() }
+            Failure::before_a_step(message, remedy)
         }
         Some(ModesError::Uncertain(_) | ModesError::Nothing(_)) => {
             let remedy = "ask for more modes (-n), state stiffnesses and masses of more alike sizes, or use more elements";
-            let failure = RunFailure { step: 0, t: 0.0, message, remedy: remedy.into() };
-            Failure::Run { failure, files: Vec::new() }
+            Failure::before_a_step(message, remedy)
         }
         _ => Failure::Usage {
             message,

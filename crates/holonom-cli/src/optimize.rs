@@ -10,7 +10,7 @@ use holonom::optimize::{
 };
 use holonom::report::{counted as one_or, rounded};
 use holonom::run::{Control, prepare, run_with};
-use holonom::{Model, Override, RunFailure, RunFolder};
+use holonom::{Model, Override, RunFolder};
 
 use crate::arguments::OptimizeArguments;
 use crate::failure::Failure;
@@ -116,9 +116,8 @@ fn written(
         files.extend([FILES[2], FILES[3]]);
     }
     let mut simulation = prepare(&found.model).map_err(|error| {
-        let remedy = "the model of the optimum is not valid: tell its developers".to_owned();
-        let failure = RunFailure { step: 0, t: 0.0, message: error.to_string(), remedy };
-        Failure::Run { failure, files: Vec::new() }
+        let remedy = "the model of the optimum is not valid: tell its developers";
+        Failure::before_a_step(error.to_string(), remedy)
     })?;
     let control = Control {
         progress: &mut |_, _| {},
@@ -141,8 +140,7 @@ fn written(
 /// What there is instead of an optimum.
 fn failure(error: Option<OptimizeFailure>) -> Failure {
     let message = error.map_or_else(|| "no optimum was found".into(), |error| error.to_string());
-    let remedy = "`holonom run` shows whether the motion reaches its end".into();
-    Failure::Run { failure: RunFailure { step: 0, t: 0.0, message, remedy }, files: Vec::new() }
+    Failure::before_a_step(message, "`holonom run` shows whether the motion reaches its end")
 }
 
 fn counted(count: usize, one: &str) -> String {

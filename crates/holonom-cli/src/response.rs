@@ -5,7 +5,7 @@ use std::fmt::Write;
 use holonom::modes::ModesError;
 use holonom::report::{response_charts, response_page, rounded};
 use holonom::response::{AddedDamping, Response, ResponseError};
-use holonom::{Model, RunFailure, RunFolder};
+use holonom::{Model, RunFolder};
 
 use crate::arguments::ResponseArguments;
 use crate::failure::Failure;
@@ -92,8 +92,7 @@ pub(crate) fn failure(error: Option<ResponseError>) -> Failure {
             return Failure::Usage { message, help: help.into() };
         }
     };
-    let failure = RunFailure { step: 0, t: 0.0, message, remedy: remedy.into() };
-    Failure::Run { failure, files: Vec::new() }
+    Failure::before_a_step(message, remedy)
 }
 
 /// Writes the files, the page and the charts.
