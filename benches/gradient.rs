@@ -2,8 +2,9 @@
 //!
 //! Chains of hinges (`benches/chain.rs`) with motors, a four-bar linkage, the six-hinge linkage on
 //! the edges of a cube; by the masses or by the lengths of links as parameters, by values of
-//! controls. A run and a gradient are taken in turn, each 25 times, three times by lengths; the
-//! least times count, and their ratio. Names among the arguments choose cases.
+//! controls. A run and a gradient are taken in turn, each 25 times; the least times count, and
+//! their ratio. At the end chains of 32 to 512 links: how the time of a gradient grows with them.
+//! Names among the arguments choose cases.
 #![allow(clippy::unwrap_used)] // a bench
 
 use holonom::nalgebra::{Matrix3, Vector3};
@@ -37,12 +38,13 @@ fn chain(
 ) -> (Case, MechanismIntegrator) {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let bar = Inertia::shape_of_mass(Shape::Box { lengths: [1.0, 0.1, 0.1] }, 1.0);
+    let rate = 0.1_f64.min(6.4 / n as f64); // the last link of a long chain turns with all of them
     let (mut parent, mut driven) = (FrameId::Ground, Vec::new());
     for i in 0..n {
         let link = builder.body(&format!("b{i}"), bar).at([i as f64 + 0.5, 0.0, 0.0]).id();
         let axis = if i.is_multiple_of(2) { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
         let hinge = builder.joint(&format!("j{i}"), PairKind::Revolute, parent, link);
-        let hinge = hinge.at([i as f64, 0.0, 0.0]).axis(axis).rate(0.1).id().coordinate(0);
+        let hinge = hinge.at([i as f64, 0.0, 0.0]).axis(axis).rate(rate).id().coordinate(0);
         if i < motors {
             let effort = HeldEffort::default();
             builder.joint_force(hinge, effort.clone());
@@ -111,7 +113,8 @@ enum By {
     Lengths,
 }
 
-/// So many parameters, each of one link or of one joint.
+/// So many parameters, each of one link or of one joint; of a linkage that closes with other
+/// lengths only if all change in proportion, of all joints.
 fn tangents(run: &MechanismIntegrator, by: By, count: usize) -> Vec<MechanismTangent> {
     let description = run.constraints().description();
     let tangent = |k: usize| {
@@ -121,6 +124,14 @@ fn tangents(run: &MechanismIntegrator, by: By, count: usize) -> Vec<MechanismTan
                 let inertia = Matrix3::from_diagonal(&Vector3::new(1e-3, 1e-2, 1e-2));
                 let change = BodyTangent::of_inertia(1.0 + k as f64, &inertia);
                 tangent.bodies.insert(k % description.bodies.len(), change);
+            }
+            By::Lengths if run.constraints().has_loops() => {
+                for (j, joint) in description.joints.iter().enumerate() {
+                    let mut change = JointTangent::default();
+                    change.parent.anchor = joint.parent.anchor * (1.0 + k as f64);
+                    change.child.anchor = joint.child.anchor * (1.0 + k as f64);
+                    tangent.joints.insert(j, change);
+                }
             }
             By::Lengths => {
                 let mut change = JointTangent::default();
@@ -185,11 +196,8 @@ fn report(run: &mut MechanismIntegrator, case: &Case, rounds: usize) {
         (By::Masses, 1000),
         (By::Lengths, 1),
         (By::Lengths, 10),
+        (By::Lengths, 1000),
     ] {
-        if case.name.contains("six") && matches!(by, (By::Lengths, _)) {
-            continue; // no neighbouring linkage closes
-        }
-        let rounds = if matches!(by, (By::Lengths, _)) { rounds.min(3) } else { rounds };
         let [alone, gradient] = measure(run, case, by, rounds);
         println!(
             "{}, {count} controls, {} {:?}: a step {:.2} µs, a gradient {:.2} runs",
@@ -208,10 +216,10 @@ fn main() {
     let chosen = |name: &str| named.is_empty() || named.iter().any(|own| name.contains(own));
     let rounds = if quick { 1 } else { 25 };
     let (none, held, many) = ((0, 1), (8, 1), (8, 100));
-    let all = [(8, 1e-3, 400), (8, 1e-2, 400), (64, 1e-3, 60), (64, 1e-2, 60)];
+    let all = [(1, 1e-3, 2000), (8, 1e-3, 400), (8, 1e-2, 400), (64, 1e-3, 60), (64, 1e-2, 60)];
     let all = all.into_iter().chain([(512, 1e-3, 20), (512, 1e-2, 20)]);
-    for (n, h, steps) in all.take(if quick { 1 } else { 6 }) {
-        for motors in [none, held, many] {
+    for (n, h, steps) in all.take(if quick { 1 } else { 7 }) {
+        for motors in [none, held, many].into_iter().take(if n < 8 { 1 } else { 3 }) {
             let (case, mut run) = chain(n, (h, steps), motors);
             if chosen(&case.name) {
                 report(&mut run, &case, rounds);
@@ -222,4 +230,34 @@ fn main() {
         let case = Case { name: name.into(), steps: 200, controls: Controls::default() };
         report(&mut run(), &case, rounds);
     }
+    if chosen("growth") {
+        growth(if quick { &[32, 64] } else { &[32, 64, 128, 256, 512] }, rounds);
+    }
+}
+
+/// The exponent with which the time of a gradient grows between chains of so many links.
+fn growth(links: &[usize], rounds: usize) {
+    for (by, count) in [(By::Masses, 1000), (By::Lengths, 10), (By::Lengths, 1000)] {
+        let mut points = Vec::new();
+        for &n in links {
+            let (case, mut run) = chain(n, (1e-3, 20), (0, 1));
+            let seconds = measure(&mut run, &case, (by, count), rounds);
+            points.push(seconds.map(|seconds| [(n as f64).ln(), seconds.ln()]));
+        }
+        let [of_run, of_gradient] = [0, 1].map(|i| slope(points.iter().map(|own| own[i])));
+        println!(
+            "growth, {count} {by:?}: with the power {of_run:.2} of the links a run, {of_gradient:.2} a gradient"
+        );
+    }
+}
+
+/// Of the line of least squares through points `(x, y)`.
+fn slope(points: impl Iterator<Item = [f64; 2]> + Clone) -> f64 {
+    let mean =
+        |i: usize| points.clone().map(|own| own[i]).sum::<f64>() / points.clone().count() as f64;
+    let [x, y] = [0, 1].map(mean);
+    let over = |f: fn(f64, f64) -> f64| -> f64 {
+        points.clone().map(|own| f(own[0] - x, own[1] - y)).sum()
+    };
+    over(|x, y| x * y) / over(|x, _| x * x)
 }

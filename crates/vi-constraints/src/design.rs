@@ -34,9 +34,7 @@ pub trait Design {
 
     /// Number of sums over the steps that the derivatives by all parameters are made of: what
     /// several parameters share is summed once.
-    fn sums(&self) -> usize {
-        self.len()
-    }
+    fn sums(&self) -> usize;
 
     /// Adds those of a step. Where each parameter has its own, `sums_k += plus·b' − minus·μ −
     /// rows·σ` with what [`Design::add_tangent`] adds.
@@ -44,9 +42,7 @@ pub trait Design {
 
     /// Of all parameters at once: adds the derivatives that the sums over all steps make; `out`:
     /// shape [`Design::len`].
-    fn add_gradient(&self, sums: &[f64], out: &mut [f64]) {
-        out.iter_mut().zip(sums).for_each(|(out, sum)| *out += sum);
-    }
+    fn add_gradient(&self, sums: &[f64], out: &mut [f64]);
 
     /// Whether a parameter enters `g`.
     fn moves_constraints(&self) -> bool;

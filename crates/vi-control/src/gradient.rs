@@ -20,7 +20,7 @@ use crate::checkpoints::{Checkpoints, Sizes, levels};
 use crate::controls::Controls;
 use crate::objective::{Objective, StepGradient};
 use crate::tape::{Taken, Tape};
-use vi_constraints::costate_sweep::CostateSweep;
+use vi_constraints::costate_sweep::{CostateSweep, Tangents};
 use vi_constraints::design::Design;
 use vi_constraints::linearization::{Costate, Sources, StepLinearization};
 use vi_constraints::scheme::StepError;
@@ -149,16 +149,15 @@ impl Gradient {
             step: Tape::size(n, state.angles.len(), state.internal.len()),
         };
         let levels = levels(task.checkpoints, task.steps, sizes);
-        // costates of rows are of the saddle-point matrix
-        let geometry = task.design.is_some_and(Design::moves_constraints);
-        let by_structure = if geometry { None } else { run.costate_sweep() };
+        let moves = task.design.is_some_and(Design::moves_constraints);
+        let along = if moves { Tangents::OfBodies } else { Tangents::OfMechanism };
         let general = || Box::new(StepLinearization::new(n, m, run.rows())) as _;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
         let mut sweep = Sweep {
             task,
             start: state.t,
-            costates: by_structure.unwrap_or_else(general),
+            costates: run.costate_sweep(along).unwrap_or_else(general),
             costate: Costate::zero(n, state.internal.len()),
             p: state.p.clone(),
             of_step: StepGradient::zero(n, task.controls.count()),

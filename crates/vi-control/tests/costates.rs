@@ -3,7 +3,7 @@
 
 use crate::runs::{Subject, conservative, four_bar, pendulum, remembering, run, spatial};
 use nalgebra::{DMatrix, DVector, Vector3};
-use vi_constraints::costate_sweep::CostateSweep;
+use vi_constraints::costate_sweep::{CostateSweep, Tangents};
 use vi_constraints::linearization::{Costate, StepLinearization};
 use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_core::linear::norm_inf;
@@ -82,13 +82,14 @@ fn random_mechanism(
     (dof > kept).then(|| built.integrator(Options::new(SchemeKind::Nodal, 0.02)).ok()).flatten()
 }
 
-/// What a sweep backward over some steps finds: `a` along tangents and `b` at the start, `μ` of
-/// each step.
+/// What a sweep backward over some steps finds: `a` along tangents and `b` at the start; of each
+/// step `μ`, and `σ` and `h λ` between bodies.
 #[derive(Debug)]
 struct Found {
     a: Vec<f64>,
     b: Vec<f64>,
     mu: Vec<Vec<f64>>,
+    rows: Vec<[Vec<f64>; 2]>,
 }
 
 fn back(
@@ -96,6 +97,7 @@ fn back(
     sweep: &mut Sweep,
     (steps, p): (&[Interval], &[f64]),
     mut costate: Costate,
+    along: Tangents,
 ) -> Found {
     let (system, mechanism) = (run.system(), run.constraints());
     let mut momenta = vec![p.to_vec()];
@@ -105,10 +107,15 @@ fn back(
         momenta.push(next);
     }
     sweep.hold(system, steps.last().unwrap(), &mut costate);
-    let mut mu = Vec::new();
+    let (mut mu, mut rows) = (Vec::new(), Vec::new());
     for (s, p) in steps.iter().zip(&momenta).rev() {
         sweep.pull(system, mechanism, s, p, &mut costate).unwrap();
         mu.push(sweep.costates().step.to_vec());
+        let between = |of: &[f64]| of[mechanism.len_internal()..].to_vec();
+        rows.push([sweep.costates().rows, sweep.impulse()].map(between));
+    }
+    if along == Tangents::OfBodies {
+        return Found { a: costate.q, b: costate.p, mu, rows };
     }
     let start = &steps[0];
     let (n, m, rank) = (mechanism.dim(), mechanism.len(), run.rows().len());
@@ -117,7 +124,7 @@ fn back(
     let directions = jacobian.svd(false, true).v_t.unwrap();
     let tangents = directions.rows(rank, n - rank);
     let a = tangents * DVector::from_column_slice(&costate.q);
-    Found { a: a.as_slice().into(), b: costate.p, mu }
+    Found { a: a.as_slice().into(), b: costate.p, mu, rows }
 }
 
 /// The largest difference of two vectors, relative to the largest entry.
@@ -127,21 +134,38 @@ fn apart(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// By how much the sweep over links differs from the saddle-point matrix over some steps; `None`
-/// where there is none.
+/// where there is none. Along all tangents of bodies where constraints are independent: others have
+/// many multipliers.
 fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) -> Option<f64> {
-    let mut sweep = run.costate_sweep()?;
     let (n, m) = (run.state().q.len(), run.constraints().len());
+    let mut sweeps = vec![(Tangents::OfMechanism, run.costate_sweep(Tangents::OfMechanism)?)];
+    if run.rows().len() == m {
+        sweeps.push((Tangents::OfBodies, run.costate_sweep(Tangents::OfBodies)?));
+    }
     let (p, mut taken) = (run.state().p.clone(), Vec::<Interval>::new());
     for _ in 0..steps {
         run.step_with(&mut |_, _, step| taken.push(step.s.clone())).unwrap();
     }
     let mut random = || (0..n).map(|_| sample.number()).collect();
     let end = Costate { q: random(), p: random(), z: Vec::new() };
-    let mut general = StepLinearization::new(n, m, run.rows());
-    let ours = back(run, &mut *sweep, (&taken, &p), end.clone());
-    let other = back(run, &mut general, (&taken, &p), end);
-    let mu = apart(&ours.mu.concat(), &other.mu.concat());
-    Some(mu.max(apart(&ours.a, &other.a)).max(apart(&ours.b, &other.b)))
+    let mut worst = 0.0_f64;
+    for (along, mut sweep) in sweeps {
+        let mut general = StepLinearization::new(n, m, run.rows());
+        let ours = back(run, &mut *sweep, (&taken, &p), end.clone(), along);
+        let other = back(run, &mut general, (&taken, &p), end.clone(), along);
+        let off = [(&ours.a, &other.a), (&ours.b, &other.b)].map(|(x, y)| apart(x, y));
+        worst = worst.max(off[0]).max(off[1]);
+        worst = worst.max(apart(&ours.mu.concat(), &other.mu.concat()));
+        if along == Tangents::OfBodies {
+            for i in 0..2 {
+                let of = |found: &Found| -> Vec<f64> {
+                    found.rows.iter().flat_map(|own| own[i].clone()).collect()
+                };
+                worst = worst.max(apart(&of(&ours), &of(&other)));
+            }
+        }
+    }
+    Some(worst)
 }
 
 #[test]
@@ -211,6 +235,6 @@ fn of_chosen_mechanisms_and_compositions() {
     let others: [fn() -> Subject; 2] = [spatial, remembering];
     for subject in others {
         let (run, ..) = run(subject(), SchemeKind::Nodal, Composition::Identity, 1);
-        assert!(run.costate_sweep().is_none());
+        assert!(run.costate_sweep(Tangents::OfMechanism).is_none());
     }
 }

@@ -41,7 +41,7 @@ pub use setup::{Method, Options, SetupError, SingularStart, check_dense};
 
 use crate::closure::ClosureWatch;
 use crate::constraints::Constraints;
-use crate::costate_sweep::{CostateChoice, CostateSweep};
+use crate::costate_sweep::{CostateChoice, CostateSweep, Tangents};
 use crate::discretization::Discretization;
 use crate::initialization::StartReport;
 use crate::nonsmooth::Nonsmooth;
@@ -150,8 +150,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 
     /// What pulls costates back over steps by the structure of the mechanism, where that is known.
     #[must_use]
-    pub fn costate_sweep(&self) -> Option<Box<dyn CostateSweep<S, C>>> {
-        self.costates.and_then(|choice| choice(&self.system, &self.constraints, &self.rows))
+    pub fn costate_sweep(&self, along: Tangents) -> Option<Box<dyn CostateSweep<S, C>>> {
+        self.costates.and_then(|choice| choice(&self.system, &self.constraints, &self.rows, along))
     }
 
     /// Condition numbers of the Newton matrix of the last step.

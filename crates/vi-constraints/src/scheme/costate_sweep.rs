@@ -26,7 +26,7 @@ pub trait CostateSweep<S, C> {
     fn hold(&mut self, system: &S, s: &Interval, costate: &mut Costate);
 
     /// Replaces the costate at the end of the step, derivatives by `q_{n+1}` included that only
-    /// this step has, by that at its start; `p`: `p̃_n`. `a` on tangents.
+    /// this step has, by that at its start; `p`: `p̃_n`. `a` along [`Tangents`].
     ///
     /// # Errors
     /// [`Singular`].
@@ -39,16 +39,27 @@ pub trait CostateSweep<S, C> {
         costate: &mut Costate,
     ) -> Result<(), Singular>;
 
-    /// The costates of the last step; those of rows count where parameters move constraints.
+    /// The costates of the last step; those of rows count with [`Tangents::OfBodies`].
     fn costates(&self) -> Costates<'_>;
 
-    /// `h λ` of the last step, shape `m`, where parameters move constraints.
+    /// `h λ` of the last step, shape `m`; it counts with [`Tangents::OfBodies`].
     fn impulse(&self) -> &[f64];
 }
 
 /// Makes the sweep of a mechanism with these independent constraints; `None` where its structure
 /// offers none that is faster.
-pub type CostateChoice<S, C> = fn(&S, &C, &IndependentRows) -> Option<Box<dyn CostateSweep<S, C>>>;
+pub type CostateChoice<S, C> =
+    fn(&S, &C, &IndependentRows, Tangents) -> Option<Box<dyn CostateSweep<S, C>>>;
+
+/// Along which changes of a configuration costates count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tangents {
+    /// `G δq = 0`.
+    OfMechanism,
+    /// Any of rigid bodies, as where a parameter moves constraints: `a` is then a derivative along
+    /// all of them, and the multipliers and costates of all rows between bodies are found.
+    OfBodies,
+}
 
 impl<S: DiscreteLagrangian, C: Constraints> CostateSweep<S, C> for StepLinearization {
     fn momentum(&self, system: &S, s: &Interval, out: &mut [f64]) {

@@ -22,7 +22,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
-use vi_core::sparse::{Entries, Product};
+use vi_core::sparse::{Block, Entries, Product};
 
 /// `θ_ref`, `θ̇_ref` and `θ̈_ref` at time `t`.
 pub type Reference = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
@@ -159,6 +159,25 @@ impl ScalarRow {
         match self {
             Self::Product(row) => *g += row.rate(q, v),
             _ => self.emit(q, 0, &mut Product { v, out: std::slice::from_mut(g) }),
+        }
+    }
+
+    /// `out ← out + scale ∇g(q)`, shape `n`.
+    pub(crate) fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        match self {
+            Self::Product(row) => row.for_each_slope(q, |i, slope| out[i] += scale * slope),
+            _ => {
+                let into = &mut Product { v: &[1.0], out };
+                self.emit(q, 0, &mut Block { into, row: 0, column: 0, scale, transposed: true });
+            }
+        }
+    }
+
+    /// `out ← out + scale D²g(q) v`, shape `n`.
+    pub(crate) fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        match self {
+            Self::Product(row) => row.for_each_bend(v, |i, bend| out[i] += scale * bend),
+            _ => self.emit_second(q, scale, &mut Product { v, out }),
         }
     }
 

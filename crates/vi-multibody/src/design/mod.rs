@@ -13,6 +13,7 @@
 
 mod explicit;
 mod mass_sums;
+mod row_sums;
 mod rows;
 pub mod start;
 
@@ -32,6 +33,7 @@ use explicit::{
     Weight,
 };
 use mass_sums::{Factors, MassSums};
+use row_sums::RowSums;
 use rows::MovedRows;
 use vi_constraints::design::{Costates, Design};
 use vi_core::num_dual::Dual64;
@@ -57,16 +59,18 @@ pub enum DesignError {
 /// Derivatives of the equations of a step by parameters, each with the tangent of the numbers.
 pub struct MechanismDesign {
     parameters: Vec<Parameter>,
-    beside: Vec<usize>, // parameters that touch something beside masses
+    beside: Vec<usize>, // parameters that touch more than what is summed
     masses: MassSums,
+    products: RowSums,
     factors: Vec<Factors>, // of each parameter
 }
 
 /// What one parameter touches.
 struct Parameter {
     masses: Option<Masses>,
+    products: MovedRows,
     elements: Vec<Box<dyn Explicit>>,
-    rows: MovedRows,
+    rows: MovedRows, // the others
 }
 
 impl std::fmt::Debug for MechanismDesign {
@@ -94,10 +98,14 @@ impl MechanismDesign {
         let parameters: Vec<Parameter> = parameters.collect::<Result<_, _>>()?;
         let (gravity, own) = (mechanism.description().gravity, parameters.len());
         let masses = parameters.iter().map(|parameter| parameter.masses.as_ref());
-        let (masses, factors) = MassSums::of(masses, gravity, own);
-        let touches = |k: &usize| !parameters[*k].touches_masses_alone();
+        let (masses, mut factors) = MassSums::of(masses, gravity, own);
+        let rows = parameters.iter().map(|parameter| parameter.products.products());
+        let first = own + masses.len();
+        let (products, more) = RowSums::of(rows, first);
+        factors.iter_mut().zip(more).for_each(|(factors, more)| factors.extend(more));
+        let touches = |k: &usize| parameters[*k].touches_more();
         let beside = (0..own).filter(touches).collect();
-        Ok(Self { parameters, beside, masses, factors })
+        Ok(Self { parameters, beside, masses, products, factors })
     }
 }
 
@@ -142,8 +150,8 @@ impl Numbers<'_> {
         for force in &tangent.forces {
             elements.push(Box::new(Midpoint { force: force.clone() }));
         }
-        let rows = MovedRows::of(self.mechanism, tangent)?;
-        Ok(Parameter { masses, elements, rows })
+        let [products, rows] = MovedRows::of(self.mechanism, tangent)?.split();
+        Ok(Parameter { masses, products, elements, rows })
     }
 
     /// Springs and forces along joint coordinates: where their numbers change, or their joint.
@@ -222,11 +230,11 @@ impl Sink for Weighed<'_> {
 }
 
 impl Parameter {
-    fn touches_masses_alone(&self) -> bool {
-        self.elements.is_empty() && self.rows.is_empty()
+    fn touches_more(&self) -> bool {
+        !(self.elements.is_empty() && self.rows.is_empty())
     }
 
-    /// Emits all but masses.
+    /// Emits all but masses and products of forms.
     fn emit_beside(&self, s: &Interval, impulse: &[f64], out: &mut dyn Sink) {
         self.elements.iter().for_each(|element| element.emit(s, out));
         self.rows.emit(s, impulse, out);
@@ -251,11 +259,12 @@ impl Design for MechanismDesign {
         if let Some(masses) = &own.masses {
             masses.emit(s, &mut out);
         }
+        own.products.emit(s, impulse, &mut out);
         own.emit_beside(s, impulse, &mut out);
     }
 
     fn sums(&self) -> usize {
-        self.parameters.len() + self.masses.len()
+        self.parameters.len() + self.masses.len() + self.products.len()
     }
 
     fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, sums: &mut [f64]) {
@@ -265,6 +274,7 @@ impl Design for MechanismDesign {
             sums[k] += sink.sum;
         }
         self.masses.add(s, costates, sums);
+        self.products.add(s, impulse, costates, sums);
     }
 
     fn add_gradient(&self, sums: &[f64], out: &mut [f64]) {
@@ -274,6 +284,7 @@ impl Design for MechanismDesign {
     }
 
     fn moves_constraints(&self) -> bool {
-        self.parameters.iter().any(|parameter| !parameter.rows.is_empty())
+        let moves = |own: &Parameter| !(own.products.is_empty() && own.rows.is_empty());
+        self.parameters.iter().any(moves)
     }
 }

@@ -190,6 +190,21 @@ impl MovedRows {
         self.0.is_empty()
     }
 
+    /// The rows that are products of forms, and the others.
+    pub(super) fn split(self) -> [Self; 2] {
+        let is_product = |own: &(usize, MovedRow)| matches!(own.1, MovedRow::Product(_));
+        let (products, others) = self.0.into_iter().partition(is_product);
+        [Self(products), Self(others)]
+    }
+
+    /// The rows that are products of forms.
+    pub(super) fn products(&self) -> impl Iterator<Item = (usize, &Row<Dual64>)> + Clone {
+        self.0.iter().filter_map(|(row, moved)| match moved {
+            MovedRow::Product(product) => Some((*row, &**product)),
+            _ => None,
+        })
+    }
+
     /// Emits `g_θ(q_{n+1})`, and `−(Gᵀ)_θ h λ` at `q_n`.
     pub(super) fn emit(&self, s: &Interval, impulse: &[f64], out: &mut dyn Sink) {
         self.0.iter().for_each(|(row, moved)| out.row(*row, moved.value(s.end())));

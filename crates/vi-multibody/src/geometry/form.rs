@@ -40,7 +40,7 @@ pub struct Term<T = f64> {
 impl<T> Term<T> {
     /// The vector among the coordinates `q`.
     #[inline]
-    fn of(&self, q: &[f64]) -> Vector3<f64> {
+    pub(crate) fn of(&self, q: &[f64]) -> Vector3<f64> {
         match q[self.offset..self.offset + self.dimension] {
             [x, y, z] => Vector3::new(x, y, z),
             [x, y] => Vector3::new(x, y, 0.0),
@@ -144,6 +144,19 @@ impl<T: Number> Form<T> {
                 visit(term.offset + i, term.coefficient * f[i]);
             }
         }
+    }
+}
+
+impl Form<Dual64> {
+    /// The form without its derivative.
+    fn values(&self) -> Form {
+        let term = |t: &Term<Dual64>| Term {
+            offset: t.offset,
+            dimension: t.dimension,
+            coefficient: t.coefficient.re,
+        };
+        let terms = self.terms.iter().map(term).collect();
+        Form { constant: self.constant.map(|c| c.re), terms, points: self.points }
     }
 }
 
@@ -261,6 +274,14 @@ impl<T: Number> Row<T> {
         for (form, f) in [(&self.a, b), (&self.b, a)] {
             form.for_each_slope(&f, &mut visit);
         }
+    }
+}
+
+impl Row<Dual64> {
+    /// The row without its derivative.
+    pub(crate) fn values(&self) -> Row {
+        let Self { scale, a, b, target } = self;
+        Row { scale: *scale, a: a.values(), b: b.values(), target: target.re }
     }
 }
 

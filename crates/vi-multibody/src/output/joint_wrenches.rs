@@ -29,9 +29,26 @@ pub(super) struct JointWrenches {
     is_unique: bool,   // whether there are none
 }
 
+/// The link that each joint of the description carries; `None` where it closes a loop.
+pub(crate) fn links_of_joints(mechanism: &Mechanism) -> Vec<Option<usize>> {
+    let (joints, tree) = (&mechanism.description().joints, mechanism.tree());
+    let link = |frame| match frame {
+        FrameId::Frame(k) => Some(tree.link_of()[k]),
+        FrameId::Ground => None,
+    };
+    let carried = joints.iter().map(|joint| {
+        let [parent, child] = [&joint.parent, &joint.child].map(|side| link(side.frame));
+        let hangs = child.is_some_and(|child| tree.links()[child].parent == parent);
+        if hangs { child } else { parent }
+    });
+    let mut carried: Vec<_> = carried.collect();
+    mechanism.cut_joints().iter().for_each(|&k| carried[k] = None);
+    carried
+}
+
 /// What closures and joints transmit.
 #[derive(Clone, Debug)]
-pub(super) struct Transmitted {
+pub(crate) struct Transmitted {
     lambda: Vec<f64>,     // m; 0 but for constraints that close loops
     wrenches: Vec<Twist>, // R of each link
 }
@@ -39,23 +56,9 @@ pub(super) struct Transmitted {
 impl JointWrenches {
     /// For a mechanism; point masses have no part in it.
     pub(super) fn new(mechanism: &Mechanism) -> Self {
-        let description = mechanism.description();
-        let tree = mechanism.tree();
-        let link = |frame| match frame {
-            FrameId::Frame(k) => Some(tree.link_of()[k]),
-            FrameId::Ground => None,
-        };
-        let mut carried = vec![None; description.joints.len()];
-        for (carried, joint) in carried.iter_mut().zip(&description.joints) {
-            let [parent, child] = [&joint.parent, &joint.child].map(|side| link(side.frame));
-            let hangs = child.is_some_and(|child| tree.links()[child].parent == parent);
-            *carried = if hangs { child } else { parent };
-        }
-        mechanism.cut_joints().iter().for_each(|&k| carried[k] = None);
         let has_closures = !mechanism.loop_rows().is_empty();
         let closures = has_closures.then(|| ClosureForces::new(mechanism));
-        let wrenches = vec![Twist::zero(); tree.links().len()];
-        let found = Transmitted { lambda: vec![0.0; mechanism.len()], wrenches };
+        let (carried, found) = (links_of_joints(mechanism), Transmitted::none(mechanism));
         Self { carried, closures, null: found.clone(), found, is_unique: true }
     }
 
@@ -102,17 +105,24 @@ impl JointWrenches {
 }
 
 impl Transmitted {
+    /// Nothing.
+    pub(crate) fn none(mechanism: &Mechanism) -> Self {
+        let wrenches = vec![Twist::zero(); mechanism.tree().links().len()];
+        Self { lambda: vec![0.0; mechanism.len()], wrenches }
+    }
+
     /// The multipliers of the constraints that close loops, shape `m`.
     pub(super) fn lambda(&self) -> &[f64] {
         &self.lambda
     }
 
     /// `R_α` of a link, about its centre.
-    pub(super) fn wrench(&self, link: usize) -> &Twist {
+    pub(crate) fn wrench(&self, link: usize) -> &Twist {
         &self.wrenches[link]
     }
 
-    fn transmit(
+    /// Those of a constraint force `c` and of the multipliers of `closures`.
+    pub(crate) fn transmit(
         &mut self,
         mechanism: &Mechanism,
         q: &[f64],

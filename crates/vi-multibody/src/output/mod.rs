@@ -3,6 +3,6 @@
 
 mod bar_tensions;
 pub mod joint_motion;
-mod joint_wrenches;
+pub(crate) mod joint_wrenches;
 pub mod reaction;
 pub mod tree_multipliers;

@@ -16,7 +16,6 @@ use nalgebra::DMatrix;
 use vi_core::dense::PivotedQr;
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, Singular, dot};
-use vi_core::sparse::{Block, Product};
 
 /// Independent rows up to which each is eliminated on its own.
 pub(super) const MOST_ROWS: usize = 24;
@@ -99,8 +98,8 @@ impl LoopCostates {
             }
         }
         let chosen = &qr.pivots()[..*rank];
-        for (row, lambda) in chosen.iter().zip(lambda) {
-            emit(&rows[*row], &s.q0, -*lambda, w);
+        for (row, lambda) in chosen.iter().zip(&*lambda) {
+            rows[*row].add_gradient(&s.q0, -*lambda, w);
         }
         Ok(())
     }
@@ -138,18 +137,30 @@ impl LoopCostates {
         Ok(())
     }
 
+    /// Takes `G_c(q_{n+1})ᵀ σ` off `r`; writes `h λ_c` and `σ` of all rows, numbered as they are in
+    /// `places`.
+    pub(super) fn give(
+        &self,
+        s: &Interval,
+        places: &[usize],
+        r: &mut [f64],
+        [impulse, rows]: [&mut [f64]; 2],
+    ) {
+        places.iter().for_each(|&place| (impulse[place], rows[place]) = (0.0, 0.0));
+        let chosen = &self.qr.pivots()[..self.rank];
+        for ((row, lambda), sigma) in chosen.iter().zip(&self.lambda).zip(&self.sigma) {
+            let sigma = sigma / s.h; // the links are solved with −h K
+            self.rows[*row].add_gradient(&s.q1, -sigma, r);
+            (impulse[places[*row]], rows[places[*row]]) = (*lambda, sigma);
+        }
+    }
+
     /// `a ← a + Σ h λ_i D²g_i(q_n) μ` of the rows of closure; `b = −μ`.
     pub(super) fn bend(&self, q: &[f64], b: &[f64], a: &mut [f64]) {
         for (row, lambda) in self.qr.pivots()[..self.rank].iter().zip(&self.lambda) {
-            self.rows[*row].emit_second(q, -lambda, &mut Product { v: b, out: a });
+            self.rows[*row].add_bend(q, b, -lambda, a);
         }
     }
-}
-
-/// `out ← out + scale ∇g`.
-fn emit(row: &ScalarRow, q: &[f64], scale: f64, out: &mut [f64]) {
-    let into = &mut Product { v: &[1.0], out };
-    row.emit(q, 0, &mut Block { into, row: 0, column: 0, scale, transposed: true });
 }
 
 /// `P(q)ᵀ ∇g` of all rows, by links that are open at `q`.
@@ -162,7 +173,7 @@ fn project(
 ) {
     for (row, out) in rows.iter().zip(out) {
         gradient.fill(0.0);
-        emit(row, q, 1.0, gradient);
+        row.add_gradient(q, 1.0, gradient);
         at.pull_back_of(q, gradient, out);
     }
 }

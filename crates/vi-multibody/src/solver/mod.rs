@@ -7,6 +7,7 @@ pub mod closed_loop;
 mod efforts;
 mod enforced;
 pub mod ensemble;
+mod joint_costates;
 mod law_along;
 mod loop_costates;
 mod member_blocks;

@@ -47,7 +47,7 @@ use node_solvers::node_solvers;
 use std::sync::Arc;
 use structure::BoxedScheme;
 use vi_constraints::constrained::Constrained;
-use vi_constraints::costate_sweep::CostateSweep;
+use vi_constraints::costate_sweep::{CostateSweep, Tangents};
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::integrator::{SetupError, check_dense};
 use vi_constraints::nonsmooth::{Nonsmooth, NonsmoothOptions};
@@ -106,8 +106,9 @@ fn costates(
     system: &SeparableSystem,
     mechanism: &Mechanism,
     rows: &IndependentRows,
+    along: Tangents,
 ) -> Option<Box<dyn CostateSweep<SeparableSystem, Mechanism>>> {
-    TreeCostates::new(mechanism, system, rows).map(|sweep| Box::new(sweep) as _)
+    TreeCostates::new(mechanism, system, rows, along).map(|sweep| Box::new(sweep) as _)
 }
 
 /// Adds contacts, joint stops and dry friction, where there are any, to an integration by a scheme.

@@ -7,10 +7,11 @@
 //! p̃_{n+1} = D_2 L_d + f_d^+ − Σ (h/2) τ ∇θ(q_{n+1}),   ∂((h/2) τ)/∂θ = κ_1 at q_n, κ_2 at q_{n+1}
 //! c ∋ κ_2 β ∇θ(q_{n+1}),   a ∋ κ_1 (β − σ m_j) ∇θ(q_n)         β = ∇θ(q_{n+1})·b'
 //! ```
-//! and `β = −σ m_j'` of the step after it. Where loops are closed ([`LoopCostates`]), their
-//! multipliers need the whole balance: `p̄` is held, and the change of the gradients at `q_{n+1}`
-//! is a part of `c`.
+//! and `β = −σ m_j'` of the step after it. Where loops are closed ([`LoopCostates`]), or costates
+//! of joints are wanted ([`JointCostates`]), multipliers need the whole balance: `p̄` is held, and
+//! the change of the gradients at `q_{n+1}` is a part of `c`.
 
+use super::joint_costates::JointCostates;
 use super::loop_costates::{LoopCostates, MOST_ROWS};
 use super::tree_step::body_forces::BodyForces;
 use super::tree_step::emitted::Emitted;
@@ -18,7 +19,7 @@ use super::tree_step::workspace::Workspace;
 use crate::mechanism::Mechanism;
 use crate::tree::Tree;
 use vi_constraints::Constraints;
-use vi_constraints::costate_sweep::CostateSweep;
+use vi_constraints::costate_sweep::{CostateSweep, Tangents};
 use vi_constraints::design::Costates;
 use vi_constraints::linearization::Costate;
 use vi_constraints::saddle_point::IndependentRows;
@@ -36,6 +37,7 @@ pub(in crate::solver) struct TreeCostates {
     at: Workspace,
     along: Vec<Along>,
     loops: Option<LoopCostates>,
+    joints: Option<JointCostates>,
     other: Option<Emitted>, // −h times the blocks of what else acts, transposed
     weight: Vec<f64>,       // n  constant forces
     w: Vec<f64>,            // n
@@ -85,6 +87,7 @@ impl TreeCostates {
         mechanism: &Mechanism,
         system: &SeparableSystem,
         rows: &IndependentRows,
+        along: Tangents,
     ) -> Option<Self> {
         let closures = mechanism.loop_constraints();
         let rank = (rows.len() + closures.len()).checked_sub(mechanism.len())?;
@@ -98,9 +101,11 @@ impl TreeCostates {
         let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
         let (n, d) = (weight.len(), tree.dof());
         let other = system.has_other_forces(&[]).then(|| Emitted::new(tree.links().len(), 0));
-        let along = system.along_unknowns().map(|own| Along::of(own, &at));
         let closed = !closures.is_empty();
+        let joints = (along == Tangents::OfBodies).then(|| JointCostates::new(mechanism));
+        let along = system.along_unknowns().map(|own| Along::of(own, &at));
         Some(Self {
+            joints,
             loops: closed.then(|| LoopCostates::new(closures, rank, (n, d))),
             along: along.collect(),
             other,
@@ -114,6 +119,11 @@ impl TreeCostates {
             m: vec![0.0; d],
             none: vec![0.0; mechanism.len()],
         })
+    }
+
+    /// Whether `p̄` is held, not `p̃`.
+    fn holds_efforts(&self) -> bool {
+        self.loops.is_some() || self.joints.is_some()
     }
 
     /// Makes `a`, the derivative by `q_{n+1}` with `p̄_{n+1}` held, one with `p̃_{n+1}` held.
@@ -178,6 +188,52 @@ impl TreeCostates {
         loops.as_mut().map_or(Ok(()), |loops| loops.balance(at, s, w))
     }
 
+    /// Finds `h λ` of the joints: they balance `w` with what acts along unknowns.
+    fn take_joints(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        s: &Interval,
+    ) -> Result<(), Singular> {
+        let Self { joints: Some(joints), w, along, .. } = self else { return Ok(()) };
+        joints.start.copy_from_slice(w);
+        for (along, own) in along.iter().zip(system.along_unknowns()) {
+            own.force.add_gradient(&s.q0, along.impulse, &mut joints.start);
+        }
+        joints.balance(mechanism, s)
+    }
+
+    /// The curvature of joints and of what acts along unknowns in `a`; `σ` of all rows.
+    fn give_joints(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        s: &Interval,
+        [a, b]: [&mut [f64]; 2],
+    ) -> Result<(), Singular> {
+        let Self { joints: Some(joints), loops, along, m, mu, momentum, other, .. } = self else {
+            return Ok(());
+        };
+        joints.bend(s, mu, a);
+        // c − Aᵀ μ
+        let r = &mut joints.end;
+        system.inertia().mul_add(1.0 / s.h, momentum, r);
+        system.inertia().mul_add(1.0 / s.h, mu, r);
+        if other.is_some() {
+            transposed(system, s, Slot::BOTH, b, r);
+        }
+        for (along, own) in along.iter().zip(system.along_unknowns()) {
+            let work = along.unknown.sign * m[along.unknown.index];
+            own.force.add_bend(&s.q0, b, along.impulse, a);
+            own.force.add_gradient(&s.q1, along.slope[1] * (along.beta - work), r);
+        }
+        if let Some(loops) = loops {
+            let JointCostates { closures, end, impulse, rows, .. } = joints;
+            loops.give(s, closures, end, [impulse, rows]);
+        }
+        joints.press(mechanism, s)
+    }
+
     /// `out ← out ± M Δq/h + (h/2) w` of inertia and constant forces in `D_1 L_d` or `D_2 L_d`.
     fn add_free(&self, system: &SeparableSystem, s: &Interval, of: Slot, out: &mut [f64]) {
         system.inertia().mul_add(of.sign() / s.h, &s.dq, out);
@@ -187,7 +243,7 @@ impl TreeCostates {
 
 impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
     fn momentum(&self, system: &SeparableSystem, s: &Interval, out: &mut [f64]) {
-        if self.loops.is_some() {
+        if self.holds_efforts() {
             return system.forced_d2(s, out);
         }
         system.beside_unknowns(s, Slot::Second, out);
@@ -196,7 +252,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
 
     fn hold(&mut self, system: &SeparableSystem, s: &Interval, costate: &mut Costate) {
         let Costate { q: a, p: b, .. } = costate;
-        if self.loops.is_none() && b.iter().any(|b| *b != 0.0) {
+        if !self.holds_efforts() && b.iter().any(|b| *b != 0.0) {
             self.hold_efforts(system, s, [a, b]);
         } else {
             self.along.iter_mut().for_each(|along| along.beta = 0.0);
@@ -206,17 +262,18 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
     fn pull(
         &mut self,
         system: &SeparableSystem,
-        _: &Mechanism,
+        mechanism: &Mechanism,
         s: &Interval,
         p: &[f64],
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         let Costate { q: a, p: b, .. } = costate;
         self.momentum.copy_from_slice(b);
-        if self.loops.is_some() {
+        if self.holds_efforts() {
             self.hold_efforts(system, s, [a, b]);
         }
         self.take_balance(system, s, p)?;
+        self.take_joints(system, mechanism, s)?;
         if let Some(other) = &mut self.other {
             transposed(system, s, [Slot::Second; 2], b, a);
             let emit = |into: &mut dyn Entries| {
@@ -226,9 +283,12 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
             };
             other.assemble(&emit, (&self.tree, &self.at.links), [&s.q1, &s.q0], -s.h);
         }
+        if let Some(joints) = &mut self.joints {
+            joints.end.copy_from_slice(a);
+        }
         self.at.weigh(s, a, b, &mut self.m); // P(q_{n+1})ᵀ c
         self.take_efforts(system, s);
-        let Self { at, loops, other, w, m, mu, rest, .. } = self;
+        let Self { at, loops, joints, other, w, m, mu, rest, .. } = self;
         m.iter_mut().for_each(|m| *m *= -s.h);
         let blocks = other.as_ref().map_or(&[][..], |other| &other.blocks);
         if let Some(loops) = loops {
@@ -238,6 +298,9 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         if !m.iter().all(|m| m.is_finite()) {
             return Err(Singular);
         }
+        if joints.is_some() {
+            w.fill(0.0); // the curvature is that of their rows, not of P
+        }
         at.pull(s, (w, m), [a, b, mu]);
         if let Some(loops) = loops {
             loops.bend(&s.q0, b, a);
@@ -246,15 +309,17 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
             transposed(system, s, [Slot::Second, Slot::First], &self.momentum, a);
             transposed(system, s, [Slot::First; 2], b, a);
         }
+        self.give_joints(system, mechanism, s, [a, b])?;
         self.give_efforts(system, s, a);
         Ok(())
     }
 
     fn costates(&self) -> Costates<'_> {
-        Costates { step: &self.mu, momentum: &self.momentum, rows: &self.none }
+        let rows = self.joints.as_ref().map_or(&self.none, |joints| &joints.rows);
+        Costates { step: &self.mu, momentum: &self.momentum, rows }
     }
 
     fn impulse(&self) -> &[f64] {
-        &self.none
+        self.joints.as_ref().map_or(&self.none, |joints| &joints.impulse)
     }
 }
