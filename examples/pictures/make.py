@@ -2,10 +2,11 @@
 
     python examples/pictures/make.py PROGRAM FOLDER [NAME ...]      with Pillow; Chromium draws
 
-Each model is run for at most 1500 steps into FOLDER; the picture is the scene of its page at 60 % of the run. With names, only
-these pictures are drawn; the page is written in any case. Moving drawings are those of MOVING, by `holonom export --format svg`.
+Each model is run for at most 1500 steps into FOLDER; the picture is the scene of its page at 60 % of the run, of a model with
+controls that of its optimum, by a program with the feature `optimize`. With names, only these pictures are drawn; the page is written
+in any case. Moving drawings are those of MOVING, by `holonom export --format svg`.
 """
-import io, pathlib, subprocess, sys, tomllib
+import io, json, pathlib, subprocess, sys, tomllib
 from PIL import Image
 
 HERE = pathlib.Path(__file__).parent
@@ -24,10 +25,14 @@ def run(*arguments):
 
 
 def picture(name):
-    model = tomllib.load(open(MODELS / f"{name}.toml", "rb"))["simulation"]
+    whole = tomllib.load(open(MODELS / f"{name}.toml", "rb"))
+    model, out = whole["simulation"], folder / name
     end = model["end"] if model.get("scheme") == "static" else min(model["end"], MOST * model["step"])
-    out = folder / name
-    run(program, "run", MODELS / f"{name}.toml", "-o", out, "--force", "--end", end, "-q")
+    if "control" in whole:
+        run(program, "optimize", MODELS / f"{name}.toml", "-o", out, "--force", "-q")
+        end = json.loads((out / "optimum.json").read_text())["time"]
+    else:
+        run(program, "run", MODELS / f"{name}.toml", "-o", out, "--force", "--end", end, "-q")
     page = out / "report.html"
     if 'id="scene"' not in page.read_text():
         return False

@@ -36,7 +36,8 @@ fn optimum(folder: &Path) -> Value {
 
 /// The run of `model.toml` is the one in the folder, byte for byte.
 fn is_repeated(folder: &Path) {
-    assert_eq!(code(folder, &["run", "clock-optimum/model.toml", "-o", "again", "-q"]), 0);
+    let again = ["run", "clock-optimum/model.toml", "-o", "again", "-q", "--force"];
+    assert_eq!(code(folder, &again), 0);
     for file in ["trajectory.csv", "sensors.csv", "energy.csv", "residuals.csv"] {
         let [own, again] =
             ["clock-optimum", "again"].map(|name| fs::read(folder.join(name).join(file)).unwrap());
@@ -51,10 +52,12 @@ fn a_design_is_written_as_the_run_of_its_model() {
     let found = optimum(&folder);
     assert_eq!(found["status"], "optimal");
     let names = files(&folder.join("clock-optimum"));
-    for name in ["optimum.json", "iterations.csv", "model.toml", "summary.json", "report.html"] {
+    for name in ["optimum.json", "optimum.html", "iterations.csv", "model.toml", "summary.json", "report.html"] {
         assert!(names.contains(name), "{name} in {names:?}");
     }
     assert!(!names.contains("controls.csv"));
+    let page = fs::read_to_string(folder.join("clock-optimum/optimum.html")).unwrap();
+    assert!(page.contains("id=\"scene\"") && page.contains("id=\"parameters\""), "its page");
     is_repeated(&folder);
     let length = found["parameters"][0]["value"].as_f64().unwrap();
     let sensors = fs::read_to_string(folder.join("clock-optimum/sensors.csv")).unwrap();
@@ -109,4 +112,74 @@ fn optimal_efforts_are_repeated_bit_for_bit() {
     let again: Value = serde_json::from_slice(&again.stdout).unwrap();
     let [a, b] = [&found, &again].map(|own| own["cost"].as_f64().unwrap());
     assert!((a - b).abs() < 1e-8 * a, "{a} {b}");
+}
+
+/// The cost of a reference case with so many steps.
+#[cfg(feature = "optimize")]
+fn stored_cost(case: &str, steps: u64) -> f64 {
+    let path = format!("{}/../../tests/reference/control/{case}.json", env!("CARGO_MANIFEST_DIR"));
+    let case: Value = serde_json::from_slice(&fs::read(path).unwrap()).unwrap();
+    let all = case["results"]["convergence"].as_array().unwrap();
+    let own = all.iter().find(|own| own["steps"] == steps);
+    own.unwrap_or_else(|| panic!("no cost at {steps} steps"))["cost"].as_f64().unwrap()
+}
+
+/// Every shipped model with controls: its optimum, the cost of each refinement that a reference case
+/// has, the order of a smooth one, and the run of the result, bit for bit.
+#[cfg(feature = "optimize")]
+#[test]
+fn shipped_optima_are_found_from_their_own_guess() {
+    let cases = [
+        ("optimum_pendulum", Some("oc01_pendulum_swing_up"), 3),
+        ("optimum_cart_pole", Some("oc02_cart_pole_swing_up"), 3),
+        ("optimum_satellite", Some("oc06_satellite_three_wheels"), 3),
+        ("optimum_four_bar", Some("oc07_four_bar_to_rest"), 3),
+        ("optimum_six_bodies", Some("oc08_six_r_to_rest"), 2),
+        ("optimum_arm", None, 0),
+    ];
+    let folder = folder("optima", "shipped");
+    let listed = holonom(&folder, &["examples"]);
+    let listed = String::from_utf8(listed.stdout).unwrap();
+    let shipped = listed.lines().filter(|line| line.starts_with("optimum_")).count();
+    assert_eq!(shipped, cases.len());
+    for (name, case, stored) in cases {
+        assert_eq!(code(&folder, &["examples", name, "-o", "clock.toml", "--force"]), 0);
+        let done = holonom(&folder, &["optimize", "clock.toml", "--force", "--json"]);
+        assert_eq!(done.status.code(), Some(0), "{name}: {}", words(&done));
+        let found: Value = serde_json::from_slice(&done.stdout).unwrap();
+        assert_eq!(
+            (&found["status"], &found["sufficient"]),
+            (&"optimal".into(), &true.into()),
+            "{name}"
+        );
+        let refined = found["refinements"].as_array().unwrap();
+        for own in refined.iter().rev().take(stored) {
+            let [steps, cost] = ["steps", "cost"].map(|key| own[key].as_f64().unwrap());
+            let wanted = stored_cost(case.unwrap(), steps as u64);
+            assert!((cost - wanted).abs() < 1e-8 * wanted, "{name}: {cost} for {wanted}");
+        }
+        for met in found["conditions"].as_array().unwrap() {
+            assert!(met["violation"].as_f64().unwrap() < 1e-12, "{name}: {met}");
+        }
+        if case.is_none() {
+            is_bang_bang(&found);
+        }
+        is_repeated(&folder);
+        assert_eq!(code(&folder, &["run", "clock.toml", "-o", "plain", "-q", "--force"]), 0);
+    }
+}
+
+/// In the least time each torque is at a bound nearly always; fewer steps need more time.
+#[cfg(feature = "optimize")]
+fn is_bang_bang(found: &Value) {
+    let steps = found["steps"].as_u64().unwrap();
+    for control in found["controls"].as_array().unwrap() {
+        assert!(10 * control["at_bounds"].as_u64().unwrap() > 8 * steps, "{control}");
+    }
+    let time = found["terms"][0]["value"].as_f64().unwrap();
+    assert_eq!(found["terms"][0]["name"], "time");
+    assert!(
+        time > 0.99 * found["cost"].as_f64().unwrap() && (time - 0.4814).abs() < 1e-3,
+        "{time}"
+    );
 }

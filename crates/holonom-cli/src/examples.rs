@@ -87,6 +87,12 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "rattleback",
     "falling_chain",
     "friction_pendulum",
+    "optimum_pendulum",
+    "optimum_cart_pole",
+    "optimum_satellite",
+    "optimum_four_bar",
+    "optimum_six_bodies",
+    "optimum_arm",
 ];
 
 /// Files that shipped models name: they stand beside the model, under its name.
