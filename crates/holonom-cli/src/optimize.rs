@@ -6,11 +6,11 @@ use std::rc::Rc;
 
 use holonom::model::ModelText;
 use holonom::optimize::{
-    Found, OptimizeFailure, OptimumReport, Progress, Status, Watch, optimize as find,
+    Found, OptimizeFailure, OptimumReport, Progress, Status, Watch, optimize_by_own_method,
 };
-use holonom::report::{counted as one_or, rounded};
+use holonom::report::{optimum_counts, optimum_facts, optimum_page, rounded, scene_of_run};
 use holonom::run::{Control, prepare, run_with};
-use holonom::{Model, Override, RunFolder};
+use holonom::{Model, RunFolder};
 
 use crate::arguments::OptimizeArguments;
 use crate::failure::Failure;
@@ -21,7 +21,8 @@ use crate::signals::Signals;
 use crate::{progress, stderr, stdout};
 
 /// The files of an optimum beside those of its run.
-const FILES: [&str; 4] = ["optimum.json", "iterations.csv", "controls.csv", "costates.csv"];
+const FILES: [&str; 5] =
+    ["optimum.json", "optimum.html", "iterations.csv", "controls.csv", "costates.csv"];
 /// Files that show that a run is there.
 const OF_RUN: [&str; 3] = ["model.toml", "summary.json", "trajectory.csv"];
 
@@ -33,7 +34,8 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
     RunFolder::vacant(&place, &FILES, arguments.force)?;
     RunFolder::vacant(&place, &OF_RUN, arguments.force)?;
     let signals = Rc::new(Signals::watch());
-    let visible = !arguments.no_progress && !arguments.quiet;
+    let talk = &arguments.talk;
+    let visible = !talk.no_progress && !talk.quiet;
     let bar = progress::bar(visible, "{spinner} iteration {pos}, {msg}");
     let (shown, heard) = (bar.clone(), signals.clone());
     let watch: Watch = Rc::new(RefCell::new(move |at: &Progress| {
@@ -48,7 +50,7 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
     let overrides = arguments.model.set.clone();
     let text = ModelText::read(path);
     let mut failed = None;
-    let make = |model: &Model| match search(&text, &overrides, model, &watch) {
+    let make = |model: &Model| match optimize_by_own_method(&text, &overrides, model, &watch) {
         Ok(found) => Ok(Some(found)),
         Err(OptimizeFailure::Model(error)) => Err(error),
         Err(error) => {
@@ -56,14 +58,14 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
             Ok(None)
         }
     };
-    let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
-    let (_, found) = input.assemble_as(make)?;
+    let input = Input::new(&arguments.model, overrides.clone(), talk.json);
+    let (model, found) = input.assemble_as(make)?;
     bar.finish_and_clear();
     let Some(found) = found else { return Err(failure(failed)) };
-    let (folder, files) = written(&found, &place, arguments.force)?;
-    if arguments.json {
+    let (folder, files) = written((&model, &found), &place, arguments.force)?;
+    if talk.json {
         stdout::json(&serde_json::to_value(&found.report).unwrap_or_default())?;
-    } else if !arguments.quiet {
+    } else if !talk.quiet {
         let text =
             table(&found.report) + &format!("  {:13} {}: {files}\n", "written", place.display());
         stdout::bytes(stderr::visible(&text).as_bytes())?;
@@ -82,38 +84,22 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
     }
 }
 
-/// Searches by the method that the program is built with.
-fn search(
-    text: &ModelText,
-    overrides: &[Override],
-    model: &Model,
-    watch: &Watch,
-) -> Result<Found, OptimizeFailure> {
-    #[cfg(feature = "optimize")]
-    {
-        let settings = model.optimize.clone().unwrap_or_default();
-        let mut method = holonom::vi_control::Pounce { max_iterations: settings.max_iterations };
-        find(text, overrides, model, Some(&mut method), watch)
-    }
-    #[cfg(not(feature = "optimize"))]
-    find(text, overrides, model, None, watch)
-}
-
 /// Runs the model of an optimum, and writes all files.
 fn written(
-    found: &Found,
+    (model, found): (&Model, &Found),
     place: &std::path::Path,
     force: bool,
 ) -> Result<(RunFolder, String), Failure> {
     let folder = RunFolder::create(place, force)?;
-    let mut files = vec![FILES[0], FILES[1]];
+    let [of_numbers, page, iterations, controls, costates] = FILES;
+    let mut files = vec![of_numbers, page, iterations];
     let json = format!("{:#}\n", serde_json::to_value(&found.report).unwrap_or_default());
-    folder.write(FILES[0], &json)?;
-    folder.write(FILES[1], &found.iterations())?;
+    folder.write(of_numbers, &json)?;
+    folder.write(iterations, &found.iterations())?;
     if !found.controls.is_empty() {
-        folder.write(FILES[2], &found.controls())?;
-        folder.write(FILES[3], &found.costates())?;
-        files.extend([FILES[2], FILES[3]]);
+        folder.write(controls, &found.controls())?;
+        folder.write(costates, &found.costates())?;
+        files.extend([controls, costates]);
     }
     let mut simulation = prepare(&found.model).map_err(|error| {
         let remedy = "the model of the optimum is not valid: tell its developers";
@@ -128,6 +114,7 @@ fn written(
         command: Some(command()),
     };
     let finished = run_with(&found.model, &mut *simulation, &folder, control)?;
+    folder.write(page, &optimum_page(model, found, &scene_of_run(&folder)?, &command()))?;
     let names = finished.files.iter().filter_map(|file| file.strip_prefix(place).ok());
     let names: Vec<String> = names.map(|name| name.display().to_string()).collect();
     let plots = names.iter().filter(|name| name.ends_with(".svg")).count();
@@ -143,96 +130,11 @@ fn failure(error: Option<OptimizeFailure>) -> Failure {
     Failure::before_a_step(message, "`holonom run` shows whether the motion reaches its end")
 }
 
-fn counted(count: usize, one: &str) -> String {
-    one_or(count as u64, one, &format!("{one}s"))
-}
-
 /// An optimum for people.
-fn table(found: &OptimumReport) -> String {
-    let free = match (found.controls.len(), found.parameters.len()) {
-        (0, parameters) => counted(parameters, "parameter"),
-        (controls, _) => counted(controls, "control"),
-    };
-    let mut text = format!(
-        "{}: optimum of {free} over {} steps of {} s\n",
-        found.model,
-        found.steps,
-        rounded(found.step, 9)
-    );
-    let mut line = |subject: &str, finding: String| {
-        let _ = writeln!(text, "  {subject:13} {finding}");
-    };
-    let iterations = counted(found.iterations, "iteration");
-    let sufficient = found.sufficient.map_or("", |own| match own {
-        true => ", second-order sufficient",
-        false => ", second order not shown",
-    });
-    let words = match found.status {
-        Status::Optimal if found.terms.is_empty() => "the conditions are met",
-        status => status.words(),
-    };
-    line("status", format!("{words}, {iterations}{sufficient}"));
-    if !found.terms.is_empty() {
-        let own = |term: &holonom::gradient::TermValue| {
-            format!("{} {}", term.name, rounded(term.value, 10))
-        };
-        let terms: Vec<String> = found.terms.iter().map(own).collect();
-        line("cost", format!("{}: {}", rounded(found.cost, 12), terms.join(", ")));
-    }
-    for own in &found.parameters {
-        let bound = if own.at_bound { ", at its bound" } else { "" };
-        let (value, start) = (rounded(own.value, 12), rounded(own.start, 6));
-        let (min, max) = (rounded(own.min, 6), rounded(own.max, 6));
-        line(
-            "parameter",
-            format!("{} = {value}, from {start} within {min} to {max}{bound}", own.name),
-        );
-    }
-    if !found.controls.is_empty() {
-        let free = |own: &&holonom::optimize::ControlFound| own.at_bounds > 0;
-        let active: Vec<String> = found
-            .controls
-            .iter()
-            .filter(free)
-            .map(|own| format!("`{}` in {}", own.name, counted(own.at_bounds, "step")))
-            .collect();
-        let words = if active.is_empty() { "none active".to_owned() } else { active.join(", ") };
-        line("bounds", words);
-    }
-    if !found.conditions.is_empty() {
-        let worst = found.conditions.iter().fold(0.0_f64, |worst, own| worst.max(own.violation));
-        let met = match found.status {
-            Status::Optimal => format!("all met to {worst:.0e}"),
-            _ => format!("missed by {worst:.1e} at most"),
-        };
-        let dearest =
-            found.conditions.iter().max_by(|a, b| a.price.abs().total_cmp(&b.price.abs()));
-        let price = dearest.filter(|own| own.price != 0.0).map_or_else(String::new, |own| {
-            format!("; the largest price: `{}`, {} for one more", own.name, rounded(own.price, 6))
-        });
-        line("conditions", met + &price);
-    }
-    if found.refinements.len() > 1 {
-        let costs: Vec<String> =
-            found.refinements.iter().map(|own| rounded(own.cost, 9).to_string()).collect();
-        let steps: Vec<String> =
-            found.refinements.iter().map(|own| own.steps.to_string()).collect();
-        let order = found.convergence().map_or_else(String::new, |[order, limit]| {
-            format!(": order {order:.1}, limit about {}", rounded(limit, 7))
-        });
-        let (costs, steps) = (costs.join(", "), steps.join(", "));
-        line("convergence", format!("cost {costs} at {steps} steps{order}"));
-    }
-    if let Some(own) = &found.replay {
-        let steps =
-            own.by_steps.map_or_else(String::new, |by| format!(", step by step to {by:.0e}"));
-        line("replay", format!("the motion follows its controls to {:.0e}{steps}", own.deviation));
-    }
-    for own in &found.starts {
-        line(
-            "start",
-            format!("{}: cost {}, {}", own.start, rounded(own.cost, 9), own.status.words()),
-        );
+pub(crate) fn table(found: &OptimumReport) -> String {
+    let mut text = format!("{}: {}\n", found.model, optimum_counts(found));
+    for fact in optimum_facts(found) {
+        let _ = writeln!(text, "  {:13} {}", fact.subject, fact.finding);
     }
     text
 }

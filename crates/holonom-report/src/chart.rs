@@ -23,6 +23,8 @@ pub enum Strokes {
     Marks,
     /// Points of the last curve, lines of the others over them: measured values, and a model.
     LineOverMarks,
+    /// Lines, the first one whole over the others: a value, and bounds that it reaches.
+    LineOverBounds,
 }
 
 /// A line chart.

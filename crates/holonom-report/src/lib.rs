@@ -19,6 +19,8 @@ mod estimate_page;
 mod facts;
 mod mode_page;
 mod mode_shapes;
+mod optimum_facts;
+mod optimum_page;
 pub mod page;
 mod panels;
 mod picture;
@@ -47,6 +49,8 @@ pub use estimate_page::{estimate_charts, estimate_page};
 pub use facts::{Fact, counted, counts, facts, rounded, time};
 pub use mode_page::{campbell_page, mode_page};
 pub use mode_shapes::{campbell_diagram, mode_picture};
+pub use optimum_facts::{optimum_counts, optimum_facts};
+pub use optimum_page::{control_charts, iteration_charts, optimum_page};
 pub use page::{Figure, page};
 pub use picture::{Item, LabelSide, Paint, Picture, axonometric};
 pub use plots::{Plot, plots, static_plots};
@@ -129,6 +133,16 @@ pub fn is_current(folder: &RunFolder) -> bool {
         (Ok(page), Ok(summary)) => page >= summary,
         _ => false,
     }
+}
+
+/// The animated scene of a run as a part of another page.
+///
+/// # Errors
+/// [`OutputError`] when the files of the run cannot be read.
+pub fn scene_of_run(folder: &RunFolder) -> Result<String, OutputError> {
+    let sensors = folder.read_sensors()?;
+    let model = folder.model().ok();
+    Ok(model.map_or_else(String::new, |model| scene_of(folder, &model, sensors.as_ref())))
 }
 
 /// The animated scene as a part of a page; empty where the files hold no motion that can be shown.

@@ -127,7 +127,7 @@ pub fn heading(title: &str, about: &[String], command: &str) -> String {
 }
 
 /// Links to the sections of a page.
-fn push_contents<'a>(html: &mut String, links: impl Iterator<Item = (&'a str, &'a str)>) {
+pub fn push_contents<'a>(html: &mut String, links: impl Iterator<Item = (&'a str, &'a str)>) {
     html.push_str("<nav class=\"contents\" aria-label=\"contents\">");
     for (id, name) in links {
         let _ = write!(html, "<a href=\"#{id}\">{name}</a>");

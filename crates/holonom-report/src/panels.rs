@@ -230,7 +230,7 @@ impl<'a> Panel<'a> {
         let (color, dashes) = self.look(i);
         let last = i + 1 == self.curves.len();
         let [marked, lined] = match self.chart.strokes {
-            Strokes::Line => [false, true],
+            Strokes::Line | Strokes::LineOverBounds => [false, true],
             Strokes::MarkedLine => [true, true],
             Strokes::Marks => [true, false],
             Strokes::LineOverMarks => [last, !last],

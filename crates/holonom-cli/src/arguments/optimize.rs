@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::run::Talk;
 use super::shared::ModelArguments;
 
 #[derive(Args)]
@@ -20,13 +21,6 @@ pub(crate) struct OptimizeArguments {
     /// Replace the results of an earlier call
     #[arg(long)]
     pub(crate) force: bool,
-    /// Print optimum.json on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// No progress
-    #[arg(long)]
-    pub(crate) no_progress: bool,
-    /// Print warnings and errors alone
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) talk: Talk,
 }

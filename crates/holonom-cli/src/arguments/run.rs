@@ -107,7 +107,7 @@ pub(crate) struct ResumeArguments {
     pub(crate) talk: Talk,
 }
 
-/// What `run` and `resume` print.
+/// What a verb prints that runs a model.
 #[derive(Args)]
 pub(crate) struct Talk {
     /// Print the summary as JSON on standard output

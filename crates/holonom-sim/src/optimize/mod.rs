@@ -25,6 +25,27 @@ use crate::design::refused;
 use holonom_model::{Model, ModelText, Override};
 use vi_control::program::NlpSolver;
 
+/// Finds an optimum of a model by the method that is compiled in: with the feature `pounce`
+/// [`Pounce`](vi_control::Pounce), else none, which is enough for parameters.
+///
+/// # Errors
+/// [`OptimizeFailure`]; how a search ended is a [`Status`].
+pub fn optimize_by_own_method(
+    text: &ModelText,
+    overrides: &[Override],
+    model: &Model,
+    progress: &Watch,
+) -> Result<Found, OptimizeFailure> {
+    #[cfg(feature = "pounce")]
+    {
+        let settings = model.optimize.clone().unwrap_or_default();
+        let mut method = vi_control::Pounce { max_iterations: settings.max_iterations };
+        optimize(text, overrides, model, Some(&mut method), progress)
+    }
+    #[cfg(not(feature = "pounce"))]
+    optimize(text, overrides, model, None, progress)
+}
+
 /// Finds an optimum of a model; `method`: what solves nonlinear programs, for controls.
 ///
 /// # Errors
@@ -50,7 +71,7 @@ pub fn optimize(
         return control::control(model, &settings, method, progress);
     }
     let what = "a search for controls, for which this program has no method";
-    let help =
-        "build it with its feature: `cargo install --path crates/holonom-cli --features optimize`";
+    let help = "build it with its feature: `cargo install --path crates/holonom-cli --features optimize`, \
+                the Python package by `.ci/wheel --features optimize`";
     Err(refused("control", what, help).into())
 }

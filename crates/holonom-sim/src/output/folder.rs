@@ -32,7 +32,7 @@ use crate::system::contact_origin::ContactOrigin;
 use holonom_model::{Columns, read_regular_text};
 
 /// Files that make a folder one of ours.
-const FILES: [&str; 14] = [
+const FILES: [&str; 19] = [
     "trajectory.csv",
     "residuals.csv",
     "sensors.csv",
@@ -47,6 +47,11 @@ const FILES: [&str; 14] = [
     "estimate.json",
     "estimate.csv",
     "estimate.html",
+    "optimum.json",
+    "optimum.html",
+    "iterations.csv",
+    "controls.csv",
+    "costates.csv",
 ];
 
 /// The file of the model.
