@@ -4,12 +4,13 @@ use holonom::certificate::ModelCertificate;
 use holonom::gradient::ModelGradient;
 use holonom::identification::Identified;
 use holonom::modes::{Campbell, ModesError, Report};
+use holonom::optimize::OptimumReport;
 use holonom::output::{OutputSize, Summary};
 use holonom::response::{Response, ResponseError};
 use holonom::{AssemblyReport, Model};
 
 use crate::failure::Failure;
-use crate::{gradient, human, identify, modes, response, verify};
+use crate::{gradient, human, identify, modes, optimize, response, verify};
 
 /// A run in numbers, as `holonom run` says it, without the files.
 #[must_use]
@@ -51,6 +52,12 @@ pub fn response(found: &Response) -> String {
 #[must_use]
 pub fn no_response(error: ResponseError) -> (String, String) {
     words(response::failure(Some(error)))
+}
+
+/// An optimum, as `holonom optimize` says it.
+#[must_use]
+pub fn optimum(found: &OptimumReport) -> String {
+    optimize::table(found)
 }
 
 /// The derivatives, as `holonom gradient` says them.

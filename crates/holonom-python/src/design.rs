@@ -1,4 +1,4 @@
-//! Gradients of objectives, and unknown numbers from measurements.
+//! Gradients of objectives, unknown numbers from measurements, optima.
 
 use crate::errors::{json, raise};
 use crate::model::Model;
@@ -6,13 +6,19 @@ use crate::verbs::Answer;
 use crate::watch;
 use holonom::gradient::{GradientFailure, Wanted, initial_values};
 use holonom::identification::{IdentifyError, Watch, data};
+use holonom::optimize::{self, Found, OptimizeFailure, Progress, optimize_by_own_method};
+use holonom::report::optimum_page;
 use holonom::system::outside::JointStart;
 use holonom_cli::text;
 use pyo3::prelude::*;
 use std::cell::{Cell, RefCell};
+use std::rc::Rc;
 
 /// A coordinate of a joint with a value.
 type Given = (String, usize, f64);
+/// An optimum beside its numbers: its model, the values of controls, multipliers of the balances, the
+/// table of iterations, the page.
+type Optimal = (String, Vec<Vec<f64>>, Vec<Vec<f64>>, String, String);
 /// A measured value: which measurement, time, measured, computed, residual.
 type Row = (usize, f64, f64, f64, f64);
 
@@ -21,7 +27,8 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(gradient, module)?)?;
     module.add_function(wrap_pyfunction!(numbers, module)?)?;
     module.add_function(wrap_pyfunction!(initial, module)?)?;
-    module.add_function(wrap_pyfunction!(identify, module)?)
+    module.add_function(wrap_pyfunction!(identify, module)?)?;
+    module.add_function(wrap_pyfunction!(optimize, module)?)
 }
 
 /// By what derivatives are wanted, and where.
@@ -109,4 +116,33 @@ fn identify<'py>(
     let rows = found.rows.iter();
     let rows = rows.map(|own| (own.measurement, own.t, own.measured, own.computed, own.residual));
     Ok(((json(py, &value)?, text::identified(&found.estimate)), rows.collect()))
+}
+
+/// What `holonom optimize` finds.
+#[pyfunction]
+fn optimize<'py>(
+    py: Python<'py>,
+    model: &Model,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Answer<'py>, Optimal)> {
+    let (found, asked) = py.detach(|| {
+        let asked = Rc::new(RefCell::new(watch::Watch::new(progress)));
+        let told = asked.clone();
+        let each = move |at: &Progress| told.borrow_mut().proceed(at.iteration as u64, u64::MAX);
+        let each: optimize::Watch = Rc::new(RefCell::new(each));
+        let Model { text, overrides, model } = model;
+        let found = optimize_by_own_method(text, overrides, model, &each);
+        (found, asked.replace(watch::Watch::new(None)))
+    });
+    asked.stopped()?;
+    let found = found.map_err(|error| match error {
+        OptimizeFailure::Model(error) => model.refused(py, &error),
+        error @ OptimizeFailure::Run(_) => raise(py, "AnalysisFailed", (error.to_string(),)),
+    })?;
+    let value = serde_json::to_value(&found.report).unwrap_or_default();
+    let words = text::optimum(&found.report);
+    let page = optimum_page(&model.model, &found, "", "holonom.optimize");
+    let iterations = found.iterations();
+    let Found { model, controls, costates, .. } = found;
+    Ok(((json(py, &value)?, words), (model.to_toml(), controls, costates, iterations, page)))
 }

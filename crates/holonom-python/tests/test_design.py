@@ -220,4 +220,83 @@ def test_the_shipped_pendulum() -> None:
     assert np.max(np.abs(off)) < 3.0
 
 
+CLOCK = """
+model = { name = "clock", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.01, end = 1.0 }
+parameters = { length = 0.7 }
+
+[[body]]
+name = "bob"
+mass = 1.0
+inertia = [1e-3, 1e-3, 1e-3]
+position = ["= length", 0.0, 0.0]
+
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "ground"
+child = "bob"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+
+[[sensor]]
+name = "place"
+type = "position"
+of = "bob"
+
+[[sensor]]
+name = "angle"
+type = "joint_coordinate"
+of = "hinge"
+"""
+DESIGN = """
+condition = [{ name = "down", sensor = "place.x", at = 0.5, equals = 0.0 }]
+optimize = { parameters = { length = { min = 0.2, max = 2.0 } } }
+"""
+CONTROL = """
+control = [{ name = "torque", joint = "hinge" }]
+objective = [{ name = "cheap", type = "effort" }]
+condition = [{ name = "up", sensor = "angle", equals = -1.0 }, { name = "stop", type = "rest" }]
+"""
+
+
+def head(more: str) -> hn.Model:
+    return hn.Model.from_toml(more + CLOCK)
+
+
+def test_a_design_is_an_ordinary_model() -> None:
+    seen: list[int] = []
+    found = hn.optimize(head(DESIGN), progress=lambda iteration, _: seen.append(iteration))
+    assert found.optimal and found.parameters.keys() == {"length"}
+    length = found.parameters["length"]
+    assert found.model.to_dict()["body"][0]["position"][0] == length != 0.7
+    run = hn.simulate(found.model)
+    node = int(np.argmin(np.abs(run.t - 0.5)))
+    assert abs(run.sensors["place"][node, 0]) < 1e-9
+    # the point mass of a pendulum of this length passes its lowest point after a quarter of K(1/√2)
+    quarter = 1.8540746773013719 * np.sqrt((length + 1e-3 / length) / 9.81)
+    assert abs(quarter - 0.5) < 1e-3
+    assert found.controls.shape == (0, 0) and found.t.shape == (0,)
+    assert found.iterations["length"][-1] == length and found.iterations["iteration"][0] == 0
+    assert "parameter" in str(found) and "length" in found.page()
+    with pytest.warns(hn.HolonomWarning, match="infeasible"):
+        missed = hn.optimize(head(DESIGN.replace("equals = 0.0", "equals = 5.0")))
+    assert not missed.optimal and missed["status"] == "infeasible"
+    with pytest.raises(hn.InvalidModel, match="no parameter that is a number"):
+        hn.optimize(head(DESIGN.replace("length = {", "width = {")))
+
+
+def test_controls_need_their_method() -> None:
+    try:
+        found = hn.optimize(head(CONTROL))
+    except hn.InvalidModel as error:
+        assert "--features optimize" in str(error) and error.problems[0].key == "control"
+        return
+    assert found.optimal and found.controls.shape == (100, 1) and found.costates.shape == (100, 1)
+    assert abs(0.5 * 0.01 * np.sum(found.controls**2) - found.cost) < 1e-12
+    run = hn.simulate(found.model)
+    assert abs(run.sensors["angle"][-1] + 1.0) < 1e-8
+    assert found.t[0] == 0.005 and "Controls" in found.page()
+
+
 ARM_MODEL = hn.Model.from_toml(ARM)

@@ -14,6 +14,7 @@ arrays. All units are SI, angles are in rad. ``import holonom as hn``.
 ``check``, ``statics``, ``modes``   what ``holonom check`` and so on find
 ``campbell``, ``response``          modes over the speed; amplitude and phase over a band
 ``Gradient``, ``identify``          objectives with exact gradients; numbers from measurements
+``optimize``                        parameters or controls of least cost
 ``verify``, ``compare``, ``bench``  properties, measured; schemes side by side; what a step costs
 ``import_robot``, ``schema``        a model of a robot description; the keys of model files
 ==================================  ==============================================================
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     from ._analyses import Campbell, Modes, Response, bench, campbell, modes, response
     from ._answer import Analysis, Answer
     from ._acting import CompiledLaw, Law, compiled
-    from ._design import Gradient, Identified, identify
+    from ._design import Gradient, Identified, Optimum, identify, optimize
     from ._ensemble import Ensemble
     from ._parts import BeamPart, Part, Parts
     from ._spec import Spec, box, circle, cylinder, rectangle, rod, section, sphere, tube
@@ -59,7 +60,7 @@ _LATER = {
     "_acting": ("CompiledLaw", "Law", "compiled"),
     "_analyses": ("Campbell", "Modes", "Response", "bench", "campbell", "modes", "response"),
     "_answer": ("Analysis", "Answer"),
-    "_design": ("Gradient", "Identified", "identify"),
+    "_design": ("Gradient", "Identified", "Optimum", "identify", "optimize"),
     "_ensemble": ("Ensemble",),
     "_parts": ("BeamPart", "Part", "Parts"),
     "_spec": ("Spec", "box", "circle", "cylinder", "rectangle", "rod", "section", "sphere", "tube"),
@@ -110,6 +111,7 @@ __all__ = [
     "Model",
     "Modes",
     "Momentum",
+    "Optimum",
     "OutputExists",
     "OutputFailed",
     "Part",
@@ -140,6 +142,7 @@ __all__ = [
     "load",
     "modes",
     "open",
+    "optimize",
     "plan",
     "rectangle",
     "response",

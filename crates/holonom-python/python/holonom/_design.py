@@ -1,4 +1,4 @@
-"""Objectives as functions with exact gradients; unknown numbers from measurements."""
+"""Objectives as functions with exact gradients; numbers from measurements; optima."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._answer import Answer, interruptible
+from ._answer import Analysis, Answer, interruptible
 from ._errors import HolonomWarning, no_panic
 from ._model import Model, model_of
 
@@ -268,6 +268,96 @@ def identify(
         name, content = os.fspath(data), Path(data).read_text(encoding="utf-8")
     (found, text), rows = _core.identify(whole._core, name, content, progress)
     return Identified(found, text, whole, rows)
+
+
+class Optimum(Analysis):
+    """What :func:`optimize` found: a design, or controls and their motion.
+
+    ``found["status"]`` is ``"optimal"``, or says how the search ended.
+    """
+
+    model: Model
+    """The model of the optimum, with its controls as motors: ``simulate(found.model)`` is its motion."""
+    controls: Array
+    """The value of each control in each step, N or N·m, shape ``(steps, controls)``."""
+    costates: Array
+    """Multipliers of the balances at the nodes but the last, shape ``(steps, coordinates)``."""
+    iterations: dict[str, Array]
+    """By name what each iteration has: cost, infeasibility, …, each of shape ``(iterations,)``."""
+
+    def __init__(
+        self,
+        found: dict[str, Any],
+        text: str,
+        beside: tuple[str, list[list[float]], list[list[float]], str, str],
+    ) -> None:
+        model, controls, costates, iterations, page = beside
+        super().__init__(found, text, lambda: page)
+        self.model = Model.from_toml(model)
+        self.controls, self.costates = _rows(controls), _rows(costates)
+        head, *lines = iterations.splitlines()
+        cells = [[float(cell) if cell else np.nan for cell in line.split(",")] for line in lines]
+        names = head.split(",")
+        table = np.array(cells, dtype=np.float64).reshape(len(lines), len(names))
+        self.iterations = {name: table[:, k] for k, name in enumerate(names)}
+
+    @property
+    def optimal(self) -> bool:
+        """Whether it is an optimum: conditions met, derivatives zero, repeated by its run."""
+        return bool(self["status"] == "optimal")
+
+    @property
+    def cost(self) -> float:
+        """What is least."""
+        return float(self["cost"])
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The parameters that were free, in their units."""
+        return {own["name"]: own["value"] for own in self["parameters"]}
+
+    @property
+    def t(self) -> Array:
+        """The middle of each step, s, shape ``(steps,)``: where the controls stand."""
+        return (np.arange(len(self.controls)) + 0.5) * float(self["step"])
+
+
+@no_panic
+def optimize(model: Any, *, progress: Callable[[int, int], object] | None = None) -> Optimum:
+    """Parameters, or controls and the time, of least cost that meet the conditions.
+
+    What is free stands under ``[optimize]`` and ``[[control]]``, what is wanted under
+    ``[[objective]]`` and ``[[condition]]``. A search that finds no optimum returns its last point,
+    and warns.
+
+    Parameters
+    ----------
+    model : as of :func:`simulate`.
+    progress : called with the number of iterations.
+
+    Raises
+    ------
+    InvalidModel : something has no derivative, or nothing is free; controls, where the package is
+        built without its feature ``optimize``.
+    AnalysisFailed : there is no motion to begin with.
+
+    Examples
+    --------
+    >>> import holonom as hn
+    >>> found = hn.optimize("clock.toml")  # doctest: +SKIP
+    >>> found.parameters, found.optimal  # doctest: +SKIP
+    """
+    (found, text), beside = _core.optimize(model_of(model)._core, progress)
+    optimum = Optimum(found, text, beside)
+    if not optimum.optimal:
+        missed = "; ".join([str(found["status"]).replace("_", " "), *found.get("missed", [])])
+        warnings.warn(f"no optimum: {missed}", HolonomWarning, stacklevel=2)
+    return optimum
+
+
+def _rows(rows: list[list[float]]) -> Array:
+    """Rows of numbers as an array, shape ``(rows, numbers)``."""
+    return np.array(rows, dtype=np.float64).reshape(len(rows), -1 if rows else 0)
 
 
 def _table(data: Mapping[str, Any]) -> str:
