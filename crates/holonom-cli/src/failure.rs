@@ -125,7 +125,10 @@ impl Failure {
             }
             Self::SearchInterrupted { signal, folder } => {
                 let folder = folder.display();
-                let help = format!("where it was is written to {folder}; it is no optimum");
+                let help = format!(
+                    "where it was is written to {folder}; it is no optimum. Of controls \
+                     `--set optimize.guess={folder} --force` begins from there"
+                );
                 say("the search was interrupted", &help);
                 128 + signal
             }
