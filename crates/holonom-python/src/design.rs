@@ -6,7 +6,7 @@ use crate::verbs::Answer;
 use crate::watch;
 use holonom::gradient::{GradientFailure, Wanted, initial_values};
 use holonom::identification::{IdentifyError, Watch, data};
-use holonom::optimize::{self, Found, OptimizeFailure, Progress, optimize_by_own_method};
+use holonom::optimize::{Found, OptimizeFailure, Progress, optimize_by_own_method};
 use holonom::report::optimum_page;
 use holonom::system::outside::JointStart;
 use holonom_cli::text;
@@ -129,7 +129,7 @@ fn optimize<'py>(
         let asked = Rc::new(RefCell::new(watch::Watch::new(progress)));
         let told = asked.clone();
         let each = move |at: &Progress| told.borrow_mut().proceed(at.iteration as u64, u64::MAX);
-        let each: optimize::Watch = Rc::new(RefCell::new(each));
+        let each: holonom::optimize::Watch = Rc::new(RefCell::new(each));
         let Model { text, overrides, model } = model;
         let found = optimize_by_own_method(text, overrides, model, &each);
         (found, asked.replace(watch::Watch::new(None)))
