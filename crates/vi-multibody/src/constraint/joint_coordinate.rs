@@ -423,6 +423,26 @@ impl JointCoordinate {
         }
     }
 
+    /// `out ← out + scale D²θ(q) v`.
+    pub(crate) fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        let mut add = |row: &Row, [slope, bend]: [f64; 2]| {
+            row.for_each_slope(q, |i, own| out[i] += slope * own);
+            row.for_each_bend(v, |i, own| out[i] += bend * own);
+        };
+        match &self.value {
+            Value::Length(row) => row.for_each_bend(v, |i, own| out[i] += scale * own),
+            Value::Angle { sine, cosine } => {
+                let [s, sine_rate] = sine.value_and_rate(q, v);
+                let [c, cosine_rate] = cosine.value_and_rate(q, v);
+                let square = s * s + c * c;
+                let [same, mixed] =
+                    [-2.0 * s * c, s * s - c * c].map(|x| scale * x / (square * square));
+                add(sine, [same * sine_rate + mixed * cosine_rate, scale * c / square]);
+                add(cosine, [mixed * sine_rate - same * cosine_rate, -scale * s / square]);
+            }
+        }
+    }
+
     /// Emits `scale D²θ(q)`; always the same places in the same order.
     pub fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
         match &self.value {

@@ -177,7 +177,14 @@ impl ScalarRow {
     pub(crate) fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
         match self {
             Self::Product(row) => row.for_each_bend(v, |i, bend| out[i] += scale * bend),
-            _ => self.emit_second(q, scale, &mut Product { v, out }),
+            Self::Gear { a, b, ratio, .. } => {
+                a.add_bend(q, v, scale, out);
+                b.add_bend(q, v, ratio * scale, out);
+            }
+            Self::Motion { coordinate, .. } => coordinate.add_bend(q, v, scale, out),
+            Self::Height(_) | Self::Velocity(_) => {
+                self.emit_second(q, scale, &mut Product { v, out });
+            }
         }
     }
 

@@ -10,7 +10,8 @@
 #![allow(non_snake_case)] // A, B
 
 use super::mass_sums::Factors;
-use crate::geometry::form::{Form, Row, Term};
+use crate::geometry::form::{Row, Term};
+use crate::geometry::products::{ProductRow, Products};
 use std::collections::BTreeMap;
 use vi_constraints::design::Costates;
 use vi_core::Interval;
@@ -27,17 +28,18 @@ enum Datum {
     Target,
 }
 
-/// The sums of a row.
-struct RowSum {
-    row: usize, // among all constraints
-    product: Row,
-    data: Vec<Datum>,
-    first: usize, // of the sums
+/// The sums of some rows.
+#[derive(Default)]
+struct Group {
+    products: Products,
+    numbers: Vec<usize>,       // of the rows among all constraints
+    data: Vec<(usize, Datum)>, // row of the group
+    first: usize,              // of the sums
 }
 
 /// The sums that parameters need.
 pub(super) struct RowSums {
-    rows: Vec<RowSum>,
+    groups: Vec<Group>,
     count: usize,
 }
 
@@ -75,15 +77,17 @@ impl RowSums {
                 known.insert((row, datum), (0, dual));
             });
         }
-        let mut found: Vec<RowSum> = Vec::new();
+        let mut groups: Vec<Group> = Vec::new();
         for (place, (&(row, datum), (number, dual))) in known.iter_mut().enumerate() {
             *number = first + place;
-            match found.last_mut().filter(|last| last.row == row) {
-                Some(last) => last.data.push(datum),
-                None => {
-                    let (product, data) = (dual.values(), vec![datum]);
-                    found.push(RowSum { row, product, data, first: *number });
-                }
+            let last = groups.last_mut();
+            if !last.is_some_and(|group| group.take(row, dual)) {
+                let mut group = Group { first: *number, ..Group::default() };
+                group.take(row, dual);
+                groups.push(group);
+            }
+            if let Some(group) = groups.last_mut() {
+                group.data.push((group.numbers.len() - 1, datum));
             }
         }
         let factors = |own: I| {
@@ -94,7 +98,7 @@ impl RowSums {
             factors
         };
         let factors = rows.map(factors).collect();
-        (Self { rows: found, count: known.len() }, factors)
+        (Self { groups, count: known.len() }, factors)
     }
 
     /// How many there are.
@@ -111,26 +115,38 @@ impl RowSums {
         sums: &mut [f64],
     ) {
         let mu = costates.step;
-        for RowSum { row, product, data, first } in &self.rows {
-            let sigma = product.scale * costates.rows[*row];
-            let lambda = product.scale * impulse[*row];
-            // by A with B and by B with A, at q_{n+1}, at q_n, along μ
-            let with = |B: &Form| [B.at(&s.q1) * -sigma, B.at(&s.q0) * lambda, B.rate(mu) * lambda];
-            let sides = [with(&product.b), with(&product.a)];
-            for (sum, datum) in sums[*first..].iter_mut().zip(data) {
-                *sum += match *datum {
+        for Group { products, numbers, data, first } in &self.groups {
+            let [end, start] = [&s.q1, &s.q0].map(|q| products.values(q));
+            let along = products.rates(mu);
+            for (sum, &(k, datum)) in sums[*first..].iter_mut().zip(data) {
+                let ProductRow { scale, sides } = products.rows()[k];
+                let sigma = scale * costates.rows[numbers[k]];
+                let lambda = scale * impulse[numbers[k]];
+                *sum += match datum {
                     Datum::Coefficient { side, offset, dimension } => {
                         let x = Term { offset, dimension, coefficient: () };
-                        let [end, start, along] = &sides[side];
-                        x.of(&s.q1).dot(end) + x.of(mu).dot(start) + x.of(&s.q0).dot(along)
+                        let other = sides[1 - side];
+                        lambda * (x.of(mu).dot(&start[other]) + x.of(&s.q0).dot(&along[other]))
+                            - sigma * x.of(&s.q1).dot(&end[other])
                     }
                     Datum::Constant { side, component } => {
-                        let [end, _, along] = &sides[side];
-                        end[component] + along[component]
+                        let other = sides[1 - side];
+                        lambda * along[other][component] - sigma * end[other][component]
                     }
                     Datum::Target => sigma,
                 };
             }
         }
+    }
+}
+
+impl Group {
+    /// Whether it has the row, or takes it.
+    fn take(&mut self, row: usize, dual: &Row<Dual64>) -> bool {
+        self.numbers.last() == Some(&row)
+            || (self.products.push(&dual.values()) && {
+                self.numbers.push(row);
+                true
+            })
     }
 }

@@ -19,7 +19,7 @@ use vi_core::coordinate_force::{AlongUnknown, CoordinateForce};
 use vi_core::force::{DiscreteForce, NoTimeSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::DiscretePotential;
-use vi_core::sparse::{Entries, Product};
+use vi_core::sparse::Entries;
 
 /// `½ k (θ − θ_0)²` on a joint coordinate.
 ///
@@ -125,7 +125,7 @@ impl CoordinateForce for JointSpring {
         self.coordinate.add_gradient(q, scale, out);
     }
     fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
-        self.coordinate.emit_second(q, scale, &mut Product { v, out });
+        self.coordinate.add_bend(q, v, scale, out);
     }
 }
 
@@ -415,6 +415,6 @@ impl<L: JointLaw> CoordinateForce for JointForce<L> {
         self.coordinate.add_gradient(q, scale, out);
     }
     fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
-        self.coordinate.emit_second(q, scale, &mut Product { v, out });
+        self.coordinate.add_bend(q, v, scale, out);
     }
 }

@@ -6,6 +6,7 @@ pub mod form;
 pub(crate) mod matrix;
 pub(crate) mod members;
 pub(crate) mod one_tree;
+pub(crate) mod products;
 pub(crate) mod rotation_vector;
 pub mod six_coordinates;
 pub(crate) mod space;

@@ -9,19 +9,22 @@
 //! `W`: the wrenches of the rows of a joint on the body that it carries. The internal constraints
 //! of bodies have no parameters, and do no work on rigid bodies: their multipliers are not needed.
 //! `O(N)`; the factors of a node serve the step before it and the one after it.
-#![allow(non_snake_case)] // R, W
+#![allow(non_snake_case)] // Q, R, U, W
 
 use crate::constraint::scalar_constraint::ScalarRow;
+use crate::geometry::products::{MOST, ProductRow, Products, Vectors};
 use crate::geometry::twist::Twist;
 use crate::mechanism::Mechanism;
 use crate::output::joint_wrenches::{Transmitted, links_of_joints};
-use nalgebra::{Cholesky, Const, SMatrix, Vector3};
+use nalgebra::{Vector3, Vector6};
+use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_rigid::directors::{FRAME, director};
 
-type Square = SMatrix<f64, 6, 6>;
+/// What a column of `W` has beside the others at least, of its square.
+const INDEPENDENT: f64 = 1e-20;
 
 /// The joints during a step backward.
 #[derive(Debug)]
@@ -48,22 +51,57 @@ struct TreeJoint {
     frame: usize,
     anchor: Vector3<f64>, // in the directors of the frame
     first: usize,         // of its constraints
-    rows: Vec<ScalarRow>,
+    products: Products,
+    thread: Option<ScalarRow>, // after them
 }
 
 /// Where joints are, and how they transmit wrenches there.
 #[derive(Debug)]
 struct Node {
     q: Vec<f64>,
-    joints: Vec<JointFactors>,
+    joints: Vec<JointPlace>,
 }
 
-/// `W` of one joint about its anchor; 0 beyond its rows.
-#[derive(Debug)]
-struct JointFactors {
+/// A joint at a node.
+#[derive(Clone, Debug)]
+struct JointPlace {
+    values: Vectors,   // of its forms
     arm: Vector3<f64>, // from the centre to the anchor
-    W: Square,
-    normal: Cholesky<f64, Const<6>>, // of WᵀW; the identity beyond its rows
+    wrenches: Wrenches,
+}
+
+/// `W = Q U` of one joint about its anchor, the columns of `Q` orthogonal.
+#[derive(Clone, Debug, Default)]
+struct Wrenches {
+    count: usize,
+    Q: [Vector6<f64>; 6],
+    square: [f64; 6], // of the columns
+    U: [[f64; 6]; 6], // above the diagonal, by columns
+}
+
+impl Wrenches {
+    /// With one more column; [`Singular`] where it depends on the others.
+    fn push(&mut self, mut column: Vector6<f64>) -> Result<(), Singular> {
+        let (k, size) = (self.count, column.norm_squared());
+        for i in 0..k {
+            self.U[k][i] = self.Q[i].dot(&column) / self.square[i];
+            column -= self.U[k][i] * self.Q[i];
+        }
+        let square = column.norm_squared();
+        (self.Q[k], self.square[k], self.count) = (column, square, k + 1);
+        if square > INDEPENDENT * size { Ok(()) } else { Err(Singular) }
+    }
+
+    /// `x` with `W x = −R`, in least squares.
+    fn balance(&self, mut R: Vector6<f64>, x: &mut [f64]) {
+        for i in 0..self.count {
+            x[i] = -self.Q[i].dot(&R) / self.square[i];
+            R += x[i] * self.Q[i];
+        }
+        for i in (0..self.count).rev() {
+            x[i] -= (i + 1..self.count).map(|j| self.U[j][i] * x[j]).sum::<f64>();
+        }
+    }
 }
 
 impl TreeJoint {
@@ -71,37 +109,62 @@ impl TreeJoint {
         let links = links_of_joints(mechanism);
         let joint = |(k, link): (usize, Option<usize>)| {
             let link = link?;
-            let rows = mechanism.rows_of_joint(k).map(|(_, row)| row.clone()).collect();
+            let (mut products, mut thread) = (Products::default(), None);
+            for (_, row) in mechanism.rows_of_joint(k) {
+                match row {
+                    ScalarRow::Product(row) => assert!(products.push(row), "at most six rows"),
+                    other => thread = Some(other.clone()),
+                }
+            }
             let own = &mechanism.tree().links()[link];
             let (frame, anchor) = (own.frame, own.joint.child.anchor);
-            Some(Self { link, frame, anchor, first: mechanism.joint_rows(k).start, rows })
+            let first = mechanism.joint_rows(k).start;
+            Some(Self { link, frame, anchor, first, products, thread })
         };
         links.into_iter().enumerate().filter_map(joint).collect()
     }
 
-    /// Its constraints, with their rows.
-    fn rows(&self) -> impl Iterator<Item = (usize, &ScalarRow)> {
-        self.rows.iter().enumerate().map(|(i, row)| (self.first + i, row))
+    /// Its constraints.
+    fn rows(&self) -> Range<usize> {
+        self.first..self.first + self.products.rows().len() + usize::from(self.thread.is_some())
     }
 
-    fn factors(&self, q: &[f64]) -> Result<JointFactors, Singular> {
+    fn stand(&self, q: &[f64], place: &mut JointPlace) -> Result<(), Singular> {
         let own = &q[FRAME * self.frame..FRAME * (self.frame + 1)];
         let arm: Vector3<f64> = (0..3).map(|i| self.anchor[i] * director(own, i)).sum();
-        let (mut W, mut normal) = (Square::zeros(), Square::identity());
-        for (i, row) in self.rows.iter().enumerate() {
+        let JointPlace { values, wrenches, .. } = place;
+        *values = self.products.values(q);
+        // what the forms have of the frame: φ, a vector from the anchor on
+        let mut parts = [(0.0, Vector3::zeros()); MOST];
+        for (form, (point, vector)) in self.products.forms().iter().zip(&mut parts) {
+            for term in form.terms().iter().filter(|term| term.offset / FRAME == self.frame) {
+                match term.offset % FRAME {
+                    0 => *point += term.coefficient,
+                    _ => *vector += term.coefficient * term.of(q),
+                }
+            }
+            *vector -= *point * arm;
+        }
+        wrenches.count = 0;
+        for ProductRow { scale, sides } in self.products.rows() {
             let mut wrench = Twist::zero();
-            row.for_each_wrench(q, |frame, part| {
+            for (own, other) in [(sides[0], sides[1]), (sides[1], sides[0])] {
+                let ((point, vector), force) = (parts[own], *scale * values[other]);
+                wrench.add_scaled(1.0, &Twist::new(point * force, vector.cross(&force)));
+            }
+            wrenches.push(wrench.to_vector())?;
+        }
+        if let Some(thread) = &self.thread {
+            let mut wrench = Twist::zero();
+            thread.for_each_wrench(q, |frame, part| {
                 if frame == self.frame {
                     wrench.add_scaled(1.0, &part);
                 }
             });
-            W.set_column(i, &about(&arm, &wrench).to_vector());
+            wrenches.push(about(&arm, &wrench).to_vector())?;
         }
-        let rows = self.rows.len();
-        normal
-            .view_mut((0, 0), (rows, rows))
-            .copy_from(&W.columns(0, rows).tr_mul(&W.columns(0, rows)));
-        Ok(JointFactors { arm, W, normal: normal.cholesky().ok_or(Singular)? })
+        place.arm = arm;
+        Ok(())
     }
 }
 
@@ -112,21 +175,16 @@ fn about(arm: &Vector3<f64>, wrench: &Twist) -> Twist {
 
 impl Node {
     fn new(mechanism: &Mechanism, joints: usize) -> Self {
-        let none = || JointFactors {
-            arm: Vector3::zeros(),
-            W: Square::zeros(),
-            normal: Cholesky::new(Square::identity()).expect("the identity is definite"),
-        };
-        let joints = std::iter::repeat_with(none).take(joints).collect();
-        Self { q: vec![0.0; mechanism.dim()], joints }
+        let values = [Vector3::zeros(); MOST];
+        let place = JointPlace { values, arm: Vector3::zeros(), wrenches: Wrenches::default() };
+        Self { q: vec![0.0; mechanism.dim()], joints: vec![place; joints] }
     }
 
     /// Moves to `q`.
     fn stand(&mut self, joints: &[TreeJoint], q: &[f64]) -> Result<(), Singular> {
         if self.q != q {
-            for (factors, joint) in self.joints.iter_mut().zip(joints) {
-                *factors = joint.factors(q)?;
-            }
+            let mut places = self.joints.iter_mut().zip(joints);
+            places.try_for_each(|(place, joint)| joint.stand(q, place))?;
             self.q.copy_from_slice(q);
         }
         Ok(())
@@ -141,11 +199,9 @@ impl Node {
         x: &mut [f64],
     ) {
         transmitted.transmit(mechanism, &self.q, Some(c), &[]);
-        for (JointFactors { arm, W, normal }, joint) in self.joints.iter().zip(joints) {
-            let R = about(arm, transmitted.wrench(joint.link)).to_vector();
-            let found = normal.solve(&-W.tr_mul(&R));
-            let x = &mut x[joint.first..joint.first + joint.rows.len()];
-            x.copy_from_slice(&found.as_slice()[..joint.rows.len()]);
+        for (JointPlace { arm, wrenches, .. }, joint) in self.joints.iter().zip(joints) {
+            let R = about(arm, transmitted.wrench(joint.link));
+            wrenches.balance(R.to_vector(), &mut x[joint.rows()]);
         }
     }
 }
@@ -176,16 +232,24 @@ impl JointCostates {
         nodes.swap(0, 1); // the start of the step after this one is its end
         nodes[0].stand(joints, &s.q0)?;
         nodes[0].solve(joints, transmitted, (mechanism, start), impulse);
-        for (row, own) in joints.iter().flat_map(TreeJoint::rows) {
-            own.add_gradient(&s.q0, -impulse[row], start);
+        for (joint, place) in joints.iter().zip(&nodes[0].joints) {
+            let own = &impulse[joint.rows()];
+            joint.products.add_slopes(&place.values, (-1.0, own), start);
+            if let (Some(thread), Some(last)) = (&joint.thread, own.last()) {
+                thread.add_gradient(&s.q0, -last, start);
+            }
         }
         Ok(())
     }
 
     /// `a ← a + Σ h λ_i D²g_i(q_n) μ` of joints and bodies.
     pub(super) fn bend(&self, s: &Interval, mu: &[f64], a: &mut [f64]) {
-        for (row, own) in self.joints.iter().flat_map(TreeJoint::rows) {
-            own.add_bend(&s.q0, mu, self.impulse[row], a);
+        for joint in &self.joints {
+            let own = &self.impulse[joint.rows()];
+            joint.products.add_slopes(&joint.products.rates(mu), (1.0, own), a);
+            if let (Some(thread), Some(last)) = (&joint.thread, own.last()) {
+                thread.add_bend(&s.q0, mu, *last, a);
+            }
         }
         let parts = s.q0.chunks_exact(FRAME).zip(mu.chunks_exact(FRAME));
         let parts = parts.zip(self.start.chunks_exact(FRAME)).zip(a.chunks_exact_mut(FRAME));

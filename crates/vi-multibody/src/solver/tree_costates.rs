@@ -211,14 +211,12 @@ impl TreeCostates {
         s: &Interval,
         [a, b]: [&mut [f64]; 2],
     ) -> Result<(), Singular> {
-        let Self { joints: Some(joints), loops, along, m, mu, momentum, other, .. } = self else {
+        let Self { joints: Some(joints), loops, along, m, mu, other, .. } = self else {
             return Ok(());
         };
         joints.bend(s, mu, a);
         // c − Aᵀ μ
         let r = &mut joints.end;
-        system.inertia().mul_add(1.0 / s.h, momentum, r);
-        system.inertia().mul_add(1.0 / s.h, mu, r);
         if other.is_some() {
             transposed(system, s, Slot::BOTH, b, r);
         }
@@ -302,6 +300,9 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
             w.fill(0.0); // the curvature is that of their rows, not of P
         }
         at.pull(s, (w, m), [a, b, mu]);
+        if let Some(joints) = joints {
+            joints.end.iter_mut().zip(&*a).for_each(|(r, a)| *r -= a); // + (M/h)(b' + μ)
+        }
         if let Some(loops) = loops {
             loops.bend(&s.q0, b, a);
         }
