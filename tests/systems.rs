@@ -90,6 +90,7 @@ mod statics {
 
 mod model {
     mod bushing_laws;
+    mod contact_laws;
     mod contacts;
     mod events;
     mod foreign_words;
@@ -102,6 +103,7 @@ mod model {
     mod law_tables;
     mod laws;
     mod model_file;
+    mod overlaps;
     mod parameters;
     mod relative_frames;
     mod shipped_models;

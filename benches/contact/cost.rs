@@ -97,7 +97,7 @@ fn bed(count: usize) -> MechanismIntegrator {
         let body = builder.body(&format!("sphere{k}"), inertia).at(at).id();
         shapes.push((body.into(), ContactShape::sphere([0.0; 3].into(), radius)));
     }
-    let law = ContactLaw::Coulomb { friction: 0.3, restitution: 0.0, tangential_restitution: 0.0 };
+    let law = ContactLaw::coulomb(0.3, 0.0);
     builder.shape_group("bed", shapes, &[], law).unwrap();
     begin(&builder, 0.005, Method::Stepping)
 }

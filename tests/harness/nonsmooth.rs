@@ -144,7 +144,12 @@ impl ContactCase {
     fn law(&self) -> ContactLaw {
         let Self { friction, restitution, tangential_restitution, .. } = *self;
         match friction > 0.0 {
-            true => ContactLaw::Coulomb { friction, restitution, tangential_restitution },
+            true => ContactLaw::Coulomb {
+                friction,
+                static_friction: friction,
+                restitution,
+                tangential_restitution,
+            },
             false => ContactLaw::Frictionless { restitution },
         }
     }

@@ -222,7 +222,11 @@ fn what_a_contact_may_not_state_is_said() {
         ("friction = 0.3", "friction = -0.3", "friction of `floor` is -0.3: it is negative"),
         ("friction = 0.3", "friction = nan", "this is not a number: nan"),
         ("friction = 0.3", "tangential_restitution = 0.3", "without friction nothing acts across"),
-        ("friction = 0.3", "friction = 0.3\nstatic_friction = 0.4", "one coefficient of friction"),
+        (
+            "friction = 0.3",
+            "friction = 0.3\nmu_s = 0.4",
+            "`static_friction` of a rigid [[contact]]",
+        ),
         (
             "friction = 0.3",
             "friction = 0.3\ntangential_restitution = 1.1",
@@ -393,4 +397,33 @@ fn boxes_and_cylinders_of_model_files_stand() {
     let two = changed(&pile, "type = \"sphere\", dimensions = [0.1]", cube);
     let found = said(&changed(&two, "0.0, 0.5]", "0.0, 0.6]"));
     assert!(found.contains("a box (`low`) with a box (`ball`) is not available"), "{found}");
+}
+
+/// `events.csv` has the touches of a compliant contact, one for each bounce.
+#[test]
+fn touches_of_compliant_contacts_are_events() {
+    let text = heavy("bounce", DOWN, "step = 2e-4, end = 1.2")
+        + &part("body", "ball")
+        + "mass = 1.0\nposition = [0.0, 0.0, 0.3]\nshape = { type = \"sphere\", dimensions = [0.1] }\n"
+        + &part("body", "still")
+        + "mass = 1.0\nposition = [2.0, 0.0, 0.09999]\nshape = { type = \"sphere\", dimensions = [0.1] }\n"
+        + &part("contact", "floor")
+        + &format!("a = {{ plane = {{}} }}\nb = \"*\"\n{}\n", compliant("stiffness = 1e6"));
+    let model = Model::from_toml(&text).unwrap();
+    let mut simulation = holonom::Simulation::new(&model).unwrap();
+    let mut all = Vec::new();
+    for sample in simulation.samples() {
+        all.extend(sample.unwrap().events.into_iter().map(|own| (own.t, own.event, own.action)));
+    }
+    let of: Vec<&(f64, String, String)> =
+        all.iter().filter(|own| own.2.ends_with("ball")).collect();
+    let words: Vec<&str> = of.iter().map(|own| own.2.as_str()).collect();
+    println!("{of:?}");
+    assert!(words.starts_with(&["touch ball", "separate ball", "touch ball", "separate ball"]));
+    assert!(of.iter().all(|own| own.1 == "floor"));
+    let fall = (2.0 * 0.2_f64 / 9.81).sqrt();
+    assert!((0.0..2e-4).contains(&(of[0].0 - fall)), "at the end of the step of the touch");
+    // elastic: it flies for twice the time of the fall
+    assert!((of[2].0 - of[1].0 - 2.0 * fall).abs() < 1e-3);
+    assert_ne!(all[0].2, "touch still", "it touches from the start");
 }

@@ -24,7 +24,7 @@ fn what_is_not_modelled_is_answered_as_section_as_key_and_as_type() {
     for (word, answer) in [
         ("bounce", "in a [[contact]]"),
         ("obstacles", "in a [[contact]]"),
-        ("static_friction", "one coefficient of friction"),
+        ("mu_s", "`static_friction` of a rigid [[contact]]"),
         ("solref", "a [[contact]] is rigid"),
         ("coulomb", "`damper = { damping = … }`"),
         ("Limit", "`limits = [lower, upper]`"),

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use nalgebra::{Matrix3, Vector3};
-use vi_rigid::gap::ContactShape;
+use vi_rigid::gap::{ContactShape, has_gap};
 
 use crate::types::contact::{BodyNames, Contact, ContactModel, ContactPlane, ContactSide};
 use crate::types::orientation::rotation_of;
@@ -42,6 +42,16 @@ impl<'a> SideOfPair<'a> {
             Self::Body(body) => &body.name,
         }
     }
+}
+
+/// Whether there is contact by impulses between two shapes. Where a corner lies on an edge of
+/// another body, which of its faces it touches is a matter of rounding: two with corners do not.
+#[must_use]
+pub fn may_touch(a: &ContactShape, b: &ContactShape) -> bool {
+    let is_edged = |shape: &ContactShape| {
+        matches!(shape, ContactShape::Box { .. } | ContactShape::Points { .. })
+    };
+    has_gap(a, b) && !(is_edged(a) && is_edged(b))
 }
 
 impl ContactPlane {

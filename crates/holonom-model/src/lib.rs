@@ -54,7 +54,9 @@ pub use types::bushing::{Bushing, BushingRotation, Coefficients};
 pub use types::columns::Columns;
 pub use types::condition::{Condition, ConditionKind, ConditionTime};
 pub use types::connection::{Bar, Joint, JointKind, Rates, Spring, SpringLaw};
-pub use types::contact::{BodyNames, Contact, ContactModel, ContactPlane, ContactSide, PlaneSide};
+pub use types::contact::{
+    BodyNames, Contact, ContactModel, ContactPlane, ContactSide, Overlap, PlaneSide,
+};
 pub use types::control::{Control, ControlShape, CountedAt, Objective, ObjectiveKind};
 pub use types::damping::{Damping, LossFactor, RelaxationTimes};
 pub use types::drive::{Constraint, JointDamper, JointMotor, JointSpring, VelocityTerm};
@@ -62,7 +64,9 @@ pub use types::event::{Event, Locate, coordinate_of};
 pub use types::frame::Frame;
 pub use types::friction::{FrictionCourse, FrictionModel};
 pub use types::identify::{Identify, Measurement, Prior, Unknown};
-pub use types::joint_contact::{ContactMethod, JointBumper, JointFriction, JointLimits, Limits};
+pub use types::joint_contact::{
+    ContactMethod, Impact, JointBumper, JointFriction, JointLimits, Limits,
+};
 pub use types::law::{Formula, Law};
 pub use types::load::{History, Load};
 pub use types::motion_path::{MotionPath, Move, PathTable};

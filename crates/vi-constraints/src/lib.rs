@@ -17,7 +17,7 @@
 //! | [`tangent_space`] | `F_d` of any constraints: a step in the tangent space, projected |
 //! | [`constrained`], [`dalembert`], [`nodal`], [`reduced`] | schemes 1 to 4; [`nodal_operators`]: the last two by operators |
 //! | [`scheme`], [`discretization`] | their common interface; what a family of schemes provides |
-//! | [`initialization`] | consistent starts |
+//! | [`initialization`], [`closest`] | consistent starts; the configuration next to a given one, also where nothing overlaps |
 //! | [`agreement`] | dependent constraints that contradict each other at the start |
 //! | [`nearby`] | whether they depend on one another next to it, too |
 //! | [`closure`] | the residual `g(q_n)` of every step against round-off |
@@ -61,7 +61,7 @@ pub mod nonsmooth;
 mod rows;
 pub mod scheme;
 
-pub use initial::{agreement, initialization, nearby};
+pub use initial::{agreement, closest, initialization, nearby};
 #[doc(inline)]
 pub use integrator::{discretization, setup};
 pub use manifold::{null_space, reparametrization, tangent_space};

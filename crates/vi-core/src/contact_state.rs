@@ -32,6 +32,9 @@ pub struct Remembered {
     /// node, N·s or N·m·s.
     #[serde(default)]
     pub transmitted: f64,
+    /// Whether it kept its place in the step from there.
+    #[serde(default)]
+    pub sticks: bool,
 }
 
 impl Remembered {

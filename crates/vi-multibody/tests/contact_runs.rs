@@ -21,7 +21,7 @@ pub(crate) fn run_by(builder: &MechanismBuilder, step: f64, method: Method) -> M
 }
 
 pub(crate) fn coulomb(friction: f64, restitution: f64) -> ContactLaw {
-    ContactLaw::Coulomb { friction, restitution, tangential_restitution: 0.0 }
+    ContactLaw::coulomb(friction, restitution)
 }
 
 pub(crate) fn floor() -> ContactShape {

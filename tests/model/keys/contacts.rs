@@ -3,7 +3,7 @@
 
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use vi_testkit::model::{along, body_at, frame, head, heavy, part, sensor, slider};
+use vi_testkit::model::{along, body_at, frame, head, heavy, load, part, sensor, slider};
 
 type V = Vector3<f64>;
 
@@ -360,6 +360,109 @@ fn recorded() -> Case {
     .only("simulation.contacts")
 }
 
+/// Two balls that overlap by 0.06 m part in the ratio of their masses; two others only touch.
+fn overlapping() -> Case {
+    let text = [
+        head("overlapping", STEP),
+        flying("light", 1.0, [0.1; 3], [0.0; 3], [0.0; 3]) + &ball(0.12),
+        flying("heavy", 3.0, [0.1; 3], [0.12, 0.0, 0.16], [0.0; 3]) + &ball(0.14),
+        flying("left", 1.0, [0.1; 3], [5.0, 0.0, 0.0], [0.0; 3]) + &ball(0.1),
+        flying("right", 1.0, [0.1; 3], [5.2, 0.0, 0.0], [0.0; 3]) + &ball(0.1),
+        part("contact", "pair"),
+        "a = \"light\"\nb = \"heavy\"\noverlap = \"separate\"\n".into(),
+        part("contact", "touching"),
+        "a = \"left\"\nb = \"right\"\noverlap = \"refuse\"\n".into(),
+    ]
+    .concat();
+    Case::new("overlapping", text, |run| {
+        let mut checks = Checks::default();
+        let way = V::new(0.6, 0.0, 0.8) * 0.06;
+        let (light, heavy) = (run.place("light", 0), run.place("heavy", 0));
+        checks.vector("light", light, -way * 0.75, 1e-12);
+        checks.vector("heavy", heavy, V::new(0.12, 0.0, 0.16) + way * 0.25, 1e-12);
+        checks
+    })
+    .only("contact.overlap")
+    .blind("contact.overlap `refuse`*", "nothing overlaps there")
+    .blind("contact.overlap dropped", "nothing overlaps there")
+}
+
+/// A block that a growing force pulls: it breaks loose by static friction, and slides by the other.
+fn held() -> Case {
+    let text = [
+        heavy("held", [0.0, 0.0, -9.81], "step = 0.001, end = 1.0"),
+        body_at([0.0, 0.0, 0.1], "block", 2.0, [0.1; 3]),
+        "shape = { type = \"box\", dimensions = [0.4, 0.3, 0.2] }\n".into(),
+        part("contact", "floor"),
+        "a = { plane = {} }\nb = \"block\"\nfriction = 0.3\nstatic_friction = 0.45\n".into(),
+        load("pull", "block", [[15.0, 0.0, 0.0], [0.0; 3]]),
+        "history = { type = \"ramp\", start = 0.0, end = 1.0 }\n".into(),
+    ]
+    .concat();
+    Case::new("held", text, |run| {
+        let mut checks = Checks::default();
+        let (weight, t) = (2.0_f64 * 9.81, run.t(run.last()));
+        let loose = 0.45 * weight / 15.0;
+        let pull = 15.0 * ((t.powi(3) - loose.powi(3)) / 6.0 - 0.5 * loose * loose * (t - loose));
+        let way = (pull - 0.5 * 0.3 * weight * (t - loose).powi(2)) / 2.0;
+        checks.near("way", end(run, "block").x, way, 4e-3 * way);
+        checks
+    })
+    .only("contact.static_friction")
+}
+
+/// Three balls that touch: hit one after the other, the last one takes all of the velocity.
+fn sequence() -> Case {
+    let own = |name: &str, x: f64, v: f64| {
+        flying(name, 1.0, [0.1; 3], [x, 0.0, 0.0], [v, 0.0, 0.0]) + &ball(0.1)
+    };
+    let text = [
+        head("sequence", "step = 0.01, end = 1.0, impact = \"sequential\""),
+        own("a", -0.7, 1.0),
+        own("b", 0.0, 0.0),
+        own("c", 0.2, 0.0),
+        part("contact", "balls") + "a = \"*\"\nb = \"*\"\nrestitution = 1.0\n",
+    ]
+    .concat();
+    Case::new("sequence", text, |run| {
+        let mut checks = Checks::default();
+        let x = ["a", "b", "c"].map(|name| end(run, name).x);
+        checks.all("places", &x, &[-0.2, 0.0, 0.7], 1e-10);
+        checks
+    })
+    .settings()
+    .only("simulation.impact")
+}
+
+/// A spinning ball that grips: after Moreau its slip comes back, after Newton it rolls.
+fn thrown_back() -> [Case; 2] {
+    [("moreau", 0.6), ("newton", 0.0)].map(|(impact, back)| {
+        let text = [
+            head("thrown", &format!("step = 0.01, end = 0.4, impact = \"{impact}\"")),
+            flying("ball", 2.0, [0.04; 3], [0.0, 0.0, 0.6], [1.0, 0.0, -2.0]) + &ball(0.2),
+            "angular_velocity = [0.0, -4.0, 0.0]\n".into(),
+            part("contact", "floor"),
+            "a = { plane = {} }\nb = \"ball\"\nfriction = 1.5\nrestitution = 0.6\n".into(),
+        ]
+        .concat();
+        Case::new(format!("thrown back by {impact}"), text, move |run| {
+            let mut checks = Checks::default();
+            let slip = 1.0 + 0.2 * 4.0;
+            let impulse = -(1.0 + back) * slip / (0.5 + 0.2 * 0.2 / 0.04);
+            checks.near("x", end(run, "ball").x, 0.4 + impulse / 2.0 * 0.2, 1e-10);
+            checks.near("z", end(run, "ball").z, 0.2 + 0.6 * 2.0 * 0.2, 1e-10);
+            checks
+        })
+        .settings()
+        .only("simulation.impact")
+        .blind_if(impact == "newton", "simulation.impact `newton`*", "one point is hit")
+        .blind_if(impact == "newton", "simulation.impact dropped", "it is the default")
+    })
+}
+
 pub(super) fn cases() -> Vec<Case> {
-    vec![planes(), friction(), pairs(), collision(), sensors(), recorded()]
+    let mut all = vec![planes(), friction(), pairs(), collision(), sensors(), recorded()];
+    all.extend([overlapping(), held(), sequence()]);
+    all.extend(thrown_back());
+    all
 }

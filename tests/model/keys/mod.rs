@@ -133,7 +133,7 @@ enum Verdict {
 
 /// Keys for which no defect reaches the judgement, or of which nothing can be judged, each with the
 /// reason.
-const EXCEPTIONS: [(&str, &str); 25] = [
+const EXCEPTIONS: [(&str, &str); 26] = [
     ("condition.of", "rest is one of controls: holonom-sim with the feature `pounce`"),
     ("condition.sensor", "under another name it is refused"),
     ("condition.type", "rest is one of controls: holonom-sim with the feature `pounce`"),
@@ -144,6 +144,7 @@ const EXCEPTIONS: [(&str, &str); 25] = [
     ("optimize.time.guess", "of controls: holonom-sim with the feature `pounce`"),
     ("optimize.time.max", "of controls: holonom-sim with the feature `pounce`"),
     ("optimize.time.min", "of controls: holonom-sim with the feature `pounce`"),
+    ("contact.overlap", "without it such a start is refused"),
     ("control.max", "bounds are those of an optimum"),
     ("control.min", "bounds are those of an optimum"),
     ("constraint[rolling].plane.on", "a fixed body is one with the ground"),

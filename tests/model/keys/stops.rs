@@ -131,6 +131,27 @@ fn friction() -> Case {
     .only("joint.friction")
 }
 
+/// A slide that a growing force pulls: it breaks loose by static friction, and slides by the other.
+fn held() -> Case {
+    let text = [
+        head("held", "step = 0.001, end = 1.0"),
+        slider("cart", "slide", 2.0),
+        "friction = { force = 4.0, static_ratio = 1.5 }\n".into(),
+        "motor = { effort = 10.0, history = { type = \"ramp\", start = 0.0, end = 1.0 } }\n".into(),
+        sensor("x", "joint_coordinate", "slide"),
+    ]
+    .concat();
+    Case::new("held", text, |run| {
+        let mut checks = Checks::default();
+        let (t, loose) = (run.t(run.last()), 0.6_f64);
+        let pull = 10.0 * ((t.powi(3) - loose.powi(3)) / 6.0 - 0.5 * loose * loose * (t - loose));
+        let way = (pull - 0.5 * 4.0 * (t - loose).powi(2)) / 2.0;
+        checks.near("way", last(run, "x"), way, 4e-3 * way);
+        checks
+    })
+    .only("joint.friction.static_ratio")
+}
+
 /// Impacts at the nodes of the steps: from the node before the limit.
 fn stepping() -> Case {
     let text = [
@@ -172,5 +193,5 @@ fn touches() -> Case {
 }
 
 pub(super) fn cases() -> Vec<Case> {
-    vec![limits(), bumper(), friction(), stepping(), touches()]
+    vec![limits(), bumper(), friction(), held(), stepping(), touches()]
 }

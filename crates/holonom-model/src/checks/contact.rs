@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
-use vi_rigid::gap::{ContactShape, has_gap, is_smooth};
+use vi_rigid::gap::is_smooth;
 
 use crate::checks::Checker;
-use crate::contact_pairs::{ContactPair, SideOfPair};
+use crate::contact_pairs::{ContactPair, SideOfPair, may_touch};
 use crate::frames::start::is_ground;
 use crate::types::contact::{BodyNames, Contact, ContactPlane, ContactSide};
-use crate::{GROUND, Shape};
+use crate::{GROUND, Impact, Overlap, Shape};
 
 /// Most pairs of bodies of a model.
 const MAX_PAIRS: usize = 100_000;
@@ -89,10 +89,42 @@ impl Checker<'_> {
             let help = "0 for an impact that takes the velocity away, 1 for one that gives it back";
             self.report(format!("{key}.{name}"), message, help);
         }
+        if let Some(own) = contact.static_friction {
+            self.static_friction(key, contact, own);
+        }
+        if contact.overlap == Overlap::Separate && !contact.is_rigid() {
+            let message = "a contact with a `model` may overlap: its force parts what does";
+            self.report(format!("{key}.overlap"), message.to_owned(), "remove `overlap`");
+        }
+        let moreau = self.model.settings.impact == Impact::Moreau;
+        if contact.tangential_restitution > 0.0 && moreau && contact.is_rigid() {
+            let message = "after Moreau the tangential restitution is that of the normal";
+            let help =
+                "remove `tangential_restitution`, or write impact = \"newton\" under [simulation]";
+            self.report(format!("{key}.tangential_restitution"), message.to_owned(), help);
+        }
         if contact.tangential_restitution > 0.0 && contact.friction == 0.0 {
             let message = "without friction nothing acts across the normal".to_owned();
             let help = "write `friction`, or remove `tangential_restitution`";
             self.report(format!("{key}.tangential_restitution"), message, help);
+        }
+    }
+
+    fn static_friction(&mut self, key: &str, contact: &Contact, own: f64) {
+        let (at, name) = (format!("{key}.static_friction"), &contact.name);
+        if !contact.is_rigid() {
+            let message = "a contact with a `model` never sticks".to_owned();
+            let help = "write `static_ratio` and `stribeck_velocity` of the `model`";
+            self.report(at, message, help);
+        } else if contact.friction == 0.0 {
+            let message = "without friction nothing sticks".to_owned();
+            self.report(at, message, "write `friction`, or remove `static_friction`");
+        } else if own.is_nan() || own < contact.friction {
+            let message = format!(
+                "static friction of `{name}` is {own}, below that of sliding, {}",
+                contact.friction
+            );
+            self.report(at, message, "write the larger of both");
         }
     }
 
@@ -194,7 +226,7 @@ impl Checker<'_> {
         for (a, of_a) in &a {
             for (b, of_b) in all(pair.b.contact_shapes()) {
                 let touch = |(a, b)| match rigid {
-                    true => has_gap(a, b) && !(is_edged(a) && is_edged(b)),
+                    true => may_touch(a, b),
                     false => is_smooth(a, b),
                 };
                 if !of_a.as_ref().zip(of_b.as_ref()).is_some_and(touch) {
@@ -204,10 +236,4 @@ impl Checker<'_> {
         }
         None
     }
-}
-
-/// Whether it has corners: where a corner lies on an edge of another body, which of its faces it
-/// touches is a matter of rounding.
-fn is_edged(shape: &ContactShape) -> bool {
-    matches!(shape, ContactShape::Box { .. } | ContactShape::Points { .. })
 }

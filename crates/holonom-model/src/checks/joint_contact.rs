@@ -124,6 +124,16 @@ impl Checker<'_> {
                 self.report(format!("{at}.{name}"), message, "write 0 or more");
             }
         }
+        if let Some(ratio) = friction.static_ratio {
+            let at = format!("{at}.static_ratio");
+            if friction.model.is_some() {
+                let message = "smooth friction has a ratio of its own".to_owned();
+                self.report(at, message, "write it in the `model`");
+            } else if ratio.is_nan() || ratio < 1.0 {
+                let message = format!("static friction is {ratio} of that of sliding");
+                self.report(at, message, "write 1 or more");
+            }
+        }
         match friction.model {
             None => {
                 let or = Some("give the friction a `model`");

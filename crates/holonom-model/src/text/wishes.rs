@@ -9,7 +9,6 @@ const WISHES: [Wish; 34] = [
     (
         &[
             "collision",
-            "impact",
             "restitution",
             "bounce",
             "penetration",
@@ -30,8 +29,9 @@ const WISHES: [Wish; 34] = [
         "a [[contact]] has no resistance to rolling or spinning",
     ),
     (
-        &["static_friction", "mu_s", "mu_static"],
-        "a rigid [[contact]] has one coefficient of friction; of smooth friction, `static_ratio` of a `model` is static over sliding friction",
+        &["mu_s", "mu_static", "static_coefficient"],
+        "static friction is `static_friction` of a rigid [[contact]], and `static_ratio` of the friction of a joint or of a `model`: static over \
+         sliding friction",
     ),
     (
         &[

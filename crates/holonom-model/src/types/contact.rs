@@ -26,6 +26,10 @@ pub struct Contact {
     /// force, against the slip; up to that it holds.
     #[serde(default)]
     pub friction: f64,
+    /// Coefficient of friction of what sticks, above `friction`: up to that it holds, and then
+    /// slides with the other one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub static_friction: Option<f64>,
     /// Normal velocity after an impact over that before, between 0 and 1.
     #[serde(default)]
     pub restitution: f64,
@@ -33,9 +37,31 @@ pub struct Contact {
     /// superball.
     #[serde(default)]
     pub tangential_restitution: f64,
+    /// What happens where shapes overlap at the start.
+    #[serde(default, skip_serializing_if = "is_refused")]
+    #[schemars(extend("default" = "refuse"))]
+    pub overlap: Overlap,
     /// In the place of a rigid contact: a force that grows with the overlap.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<ContactModel>,
+}
+
+/// `overlap` of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Overlap {
+    /// The model is refused.
+    #[default]
+    Refuse,
+    /// Bodies are moved apart, by the least way in the norm of their masses: joints and loops stay
+    /// closed, stops and other contacts are not passed, joints keep their rates. The run says by
+    /// how much.
+    Separate,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde calls it
+fn is_refused(own: &Overlap) -> bool {
+    *own == Overlap::Refuse
 }
 
 /// `model` of a contact.

@@ -81,6 +81,9 @@ pub struct JointFriction {
     /// Of an angle, with `coefficient`: the radius of the pin, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
+    /// Static over sliding friction, 1 or more: at rest it holds up to that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub static_ratio: Option<f64>,
     /// In the place of dry friction: a smooth function of the rate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<FrictionModel>,
@@ -92,6 +95,20 @@ impl JointFriction {
     pub fn effort(&self) -> f64 {
         self.torque.or(self.force).unwrap_or(0.0)
     }
+}
+
+/// `impact` of `[simulation]`: what happens where several bodies, or points of a body, are hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Impact {
+    /// The normal velocity after over that before is the restitution, of all points at once.
+    #[default]
+    Newton,
+    /// All points at once take the impulses of an impact without restitution, times one more than
+    /// the restitution, the smallest of what is hit: what grips is thrown back across the normal.
+    Moreau,
+    /// One point after the other, that of the fastest approach first, each after Newton.
+    Sequential,
 }
 
 /// `contact` of `[simulation]`: how impacts at joint stops are placed in time.

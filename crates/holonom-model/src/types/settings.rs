@@ -1,6 +1,6 @@
 //! `[model]` and `[simulation]`: what is simulated, and how.
 
-use super::joint_contact::ContactMethod;
+use super::joint_contact::{ContactMethod, Impact};
 use crate::Columns;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -327,6 +327,10 @@ pub struct Settings {
     #[serde(default = "twelve", skip_serializing_if = "is_twelve")]
     #[schemars(extend("default" = 12))]
     pub max_events: u32,
+    /// What an impact is.
+    #[serde(default, skip_serializing_if = "is_newton")]
+    #[schemars(extend("default" = "newton"))]
+    pub impact: Impact,
     /// Write the contacts of bodies at each recorded node to `contacts.csv`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = false))]
@@ -342,6 +346,10 @@ fn is_pass(own: &Bifurcation) -> bool {
 }
 fn is_events(own: &ContactMethod) -> bool {
     *own == ContactMethod::Events
+}
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde calls it
+fn is_newton(own: &Impact) -> bool {
+    *own == Impact::Newton
 }
 fn twelve() -> u32 {
     12
@@ -392,6 +400,7 @@ impl Settings {
             newton_max_iterations: thirty(),
             contact: ContactMethod::default(),
             max_events: twelve(),
+            impact: Impact::default(),
             contacts: false,
             on_failure: OnFailure::default(),
         }

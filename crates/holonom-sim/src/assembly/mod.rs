@@ -92,6 +92,9 @@ pub struct AssemblyReport {
     /// Distance of the projection of the initial configuration onto the constraints, m; `None` when
     /// it was not.
     pub projected: Option<f64>,
+    /// By how much bodies were moved so that no shapes overlap, m; `None` where they did not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub separated: Option<f64>,
     /// What is worth knowing.
     pub warnings: Vec<String>,
 }
@@ -146,6 +149,14 @@ impl AssemblyReport {
             ));
             self.projected = Some(moved);
         }
+    }
+
+    /// Shapes that overlapped were moved apart, by `moved`, m; `changed` says how.
+    pub(crate) fn shapes_separated(&mut self, moved: f64, changed: &str) {
+        self.warnings.push(format!(
+            "the initial configuration was changed so that no shapes overlap: moved {changed}"
+        ));
+        self.separated = Some(moved);
     }
 
     /// The initial velocities were: `changed` says how; `rates`: stated rates of joints were kept.

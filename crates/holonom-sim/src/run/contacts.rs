@@ -93,6 +93,8 @@ impl ContactSample {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ContactsSoFar {
     lasting: Vec<(ContactId, bool)>, // in ascending order, and whether they slip
+    #[serde(default)]
+    pressed: Vec<ContactId>, // compliant ones that touch, in ascending order
     begun: bool,                     // a step was taken
     /// What they did since a node was handed out.
     pub(crate) pending: Vec<EventRecord>,
@@ -143,8 +145,9 @@ impl ContactWatch {
         self.acting = rigid.map(place).collect();
         let compliant = |own| Some((place(own), own.compliant()?.clone()));
         self.compliant = elements.iter().filter_map(compliant).collect();
-        let (acting, lasting) = (&self.acting, &mut self.state.lasting);
-        lasting.retain(|(id, _)| acting.contains(&id.element));
+        let ContactsSoFar { lasting, pressed, .. } = &mut self.state;
+        lasting.retain(|(id, _)| self.acting.contains(&id.element));
+        pressed.retain(|id| self.compliant.iter().any(|own| own.0 == id.element));
     }
 
     pub(crate) fn state(&self) -> &ContactsSoFar {
@@ -194,8 +197,36 @@ impl ContactWatch {
         }
     }
 
-    /// Follows the nodes of a step that was taken.
-    pub(crate) fn follow_step(&mut self, contacts: Option<&Nonsmooth>) {
+    /// The compliant contacts that touch where the run starts.
+    pub(crate) fn begin(&mut self, q: &[f64]) {
+        self.state.pressed = self.pressed(q).collect();
+    }
+
+    /// The compliant contacts that touch.
+    fn pressed<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = ContactId> + 'a {
+        self.compliant.iter().flat_map(move |(element, contact)| {
+            let id = |feature| ContactId { element: *element, feature };
+            contact.touching(q).map(id)
+        })
+    }
+
+    /// Follows a step that was taken to `(t, q)`: its nodes, and what touches compliantly at its
+    /// end.
+    pub(crate) fn follow_step(&mut self, contacts: Option<&Nonsmooth>, (t, q): (f64, &[f64])) {
+        if !self.compliant.is_empty() {
+            let now: Vec<ContactId> = self.pressed(q).collect();
+            let before = std::mem::replace(&mut self.state.pressed, now);
+            let Self { origins, state, .. } = self;
+            let only = |a: &[ContactId], b: &[ContactId]| -> Vec<ContactId> {
+                a.iter().filter(|id| !b.contains(id)).copied().collect()
+            };
+            let [touch, part] = [only(&state.pressed, &before), only(&before, &state.pressed)];
+            let all = touch.into_iter().map(|id| ("touch", id));
+            for (kind, id) in all.chain(part.into_iter().map(|id| ("separate", id))) {
+                let origin = &origins[id.element as usize];
+                state.pending.push(event(origin, kind, id, t));
+            }
+        }
         let Some(contacts) = contacts else { return };
         for (node, contacts) in contacts.nodes() {
             self.follow_node(node, contacts);
@@ -204,22 +235,17 @@ impl ContactWatch {
 
     fn follow_node(&mut self, node: &NodeRecord, contacts: &[ContactRecord]) {
         let Self { origins, acting, state, last, .. } = self;
-        let ContactsSoFar { lasting, begun, pending } = state;
+        let ContactsSoFar { lasting, begun, pending, .. } = state;
         std::mem::swap(last, lasting);
         lasting.clear();
         let mut tell = |kind: &str, id: ContactId, contact: Option<&ContactRecord>| {
-            let origin = &origins[id.element as usize];
-            let action = format!("{kind} {}", origin.place(id.feature)).trim_end().to_owned();
             let normal = |of: fn(&ContactRecord) -> &[f64; 3]| contact.map(|own| of(own)[0]);
             pending.push(EventRecord {
-                t: node.t,
-                event: origin.name().to_owned(),
-                action,
                 energy_lost: contact.map_or(0.0, |own| 0.0 - own.work),
                 impulse: normal(|own| &own.impulse),
                 before: normal(|own| &own.before),
                 after: normal(|own| &own.after),
-                jump: Default::default(),
+                ..event(&origins[id.element as usize], kind, id, node.t)
             });
         };
         for contact in contacts {
@@ -254,6 +280,20 @@ impl ContactWatch {
             }
         }
         *begun = true;
+    }
+}
+
+/// What a contact does.
+fn event(origin: &ContactOrigin, kind: &str, id: ContactId, t: f64) -> EventRecord {
+    EventRecord {
+        t,
+        event: origin.name().to_owned(),
+        action: format!("{kind} {}", origin.place(id.feature)).trim_end().to_owned(),
+        energy_lost: 0.0,
+        impulse: None,
+        before: None,
+        after: None,
+        jump: Default::default(),
     }
 }
 

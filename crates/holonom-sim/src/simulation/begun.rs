@@ -87,7 +87,10 @@ impl Begun<'_> {
             return report.configuration_relaxed(moved, speed, unstable);
         }
         let keeps_rates = start.how == How::WithRates;
-        if keeps_rates || projected.position_moved > 0.0 {
+        if start.separated {
+            let (moved, changed) = start::change_of_configuration(mechanism, q, found);
+            report.shapes_separated(moved, &changed);
+        } else if keeps_rates || projected.position_moved > 0.0 {
             let (moved, changed) = start::change_of_configuration(mechanism, q, found);
             report.configuration_projected(moved, &changed);
         }

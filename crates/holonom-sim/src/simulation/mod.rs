@@ -41,11 +41,10 @@ use crate::run::rolling::RollingWatch;
 use crate::run::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
-use crate::start::StartValues;
+use crate::start::{StartValues, separation};
 use crate::stepper::{AnyStepper, NodeOf, Wanted};
 use crate::system::beams::Beams;
 use crate::system::bushing;
-use crate::system::contact;
 use crate::system::contact_origin::ContactOrigin;
 use crate::system::held::{self, Input};
 use crate::system::joint_contact::nonsmooth_options;
@@ -155,8 +154,8 @@ impl Simulation {
             true => StatedStart::of(&mechanism),
             false => StatedStart::given(&mechanism, &start),
         };
+        let start = separation::separated(model, (&mechanism, &dynamics, &contacts), t, start)?;
         let at = InitialValues::new(t, &start.q, &start.v);
-        contact::check_overlap(&dynamics.forces.contacts.elements, &contacts, t, &start.q)?;
         let rolling = RollingWatch::new(&mechanism);
         let mut wanted = sensors.wanted();
         wanted.forces |= rolling.needs_forces();
@@ -218,6 +217,7 @@ impl Simulation {
             sample: Sample::default(),
             recording: Duration::ZERO,
         };
+        simulation.contacts.begin(simulation.stepper.place().2);
         simulation.begin_events().map_err(failure::event_at_start)?;
         Ok(simulation)
     }

@@ -228,8 +228,8 @@ impl Simulation {
     /// Follows what is followed to the end of a step.
     pub(crate) fn follow_step(&mut self, report: StepReport) -> Result<(), RunFailure> {
         self.rolling.follow_step(self.stepper.mechanism(), self.stepper.interval());
-        self.contacts.follow_step(self.stepper.contacts());
         let (step, t, q) = self.stepper.place();
+        self.contacts.follow_step(self.stepper.contacts(), (t, q));
         self.sensors.follow(q);
         if let Err(folded) = self.limits.follow(t, q) {
             let (message, remedy) = bent_too_far(&folded);

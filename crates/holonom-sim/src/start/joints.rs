@@ -107,11 +107,24 @@ pub(super) fn begun(
             nu[index] = sign * rate.value;
         }
     }
+    let v = moving(model, mechanism, outside, &rates, (&q, velocities_of_tree(&tree, &q, nu)))?;
+    Ok(StartValues { q, v, ..from })
+}
+
+/// `v = P(q) ν` with the rates `ν` that velocities `v_old` have at `q_old`.
+pub(super) fn carried(
+    mechanism: &Mechanism,
+    (q_old, v_old): (&[f64], &[f64]),
+    q: &[f64],
+) -> Vec<f64> {
+    let tree = TreeMap::new(mechanism);
+    velocities_of_tree(&tree, q, rates_of_tree(&tree, q_old, v_old))
+}
+
+fn velocities_of_tree(tree: &TreeMap, q: &[f64], nu: DVector<f64>) -> Vec<f64> {
     let mut map = DMatrix::zeros(q.len(), tree.dof());
-    tree.null_space(&q, &mut map);
-    let v: Vec<f64> = (map * nu).iter().copied().collect();
-    let v = moving(model, mechanism, outside, &rates, (&q, v))?;
-    Ok(StartValues { q, v, how: from.how })
+    tree.null_space(q, &mut map);
+    (map * nu).iter().copied().collect()
 }
 
 /// `ν` of velocities that a tree has: `argmin |P ν − v|`.

@@ -2,7 +2,8 @@
 //!
 //! `start = "relaxed"`: the equilibrium under the loads at `t = 0`, or of the steady rotation that
 //! the initial velocities are ([`vi_statics::rotation`]), `v_0 = W (q_0 − q_o)`.
-//! `project_start = true`: initial values that satisfy the constraints.
+//! `project_start = true`: initial values that satisfy the constraints. Shapes that overlap are moved
+//! apart where their contact says so ([`separation`]).
 //!
 //! ```text
 //! v_0 = argmin (v − v*)ᵀ M (v − v*)     G v + ∂g/∂t = 0,   θ̇_r = stated rate of each joint r that states one
@@ -14,6 +15,7 @@
 mod joints;
 mod rolling;
 mod rough_start;
+pub(crate) mod separation;
 
 use crate::assembly;
 use crate::digits::rounded;
@@ -35,6 +37,8 @@ pub(crate) struct StartValues {
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
     pub(crate) how: How,
+    /// Whether shapes that overlapped were moved apart.
+    pub(crate) separated: bool,
 }
 
 /// How initial values come about.
@@ -75,7 +79,7 @@ impl StartValues {
         let tolerance = model.settings.start_tolerance;
         let mut missed = assembly::velocity_inconsistencies(mechanism, &q, &v, tolerance);
         if missed.is_empty() || nearly_consistent(mechanism, &q, &v, tolerance) {
-            return Ok(Self { q, v, how: How::Stated });
+            return Ok(Self { q, v, how: How::Stated, separated: false });
         }
         if !model.settings.project_start {
             offer_rates(model, mechanism, &mut missed);
@@ -84,9 +88,9 @@ impl StartValues {
         }
         if model.joints.iter().any(|joint| joint.rate.is_some()) {
             let (q, v) = with_stated_rates(model)?;
-            return Ok(Self { q, v, how: How::WithRates });
+            return Ok(Self { q, v, how: How::WithRates, separated: false });
         }
-        Ok(Self { q, v, how: How::Stated })
+        Ok(Self { q, v, how: How::Stated, separated: false })
     }
 }
 
@@ -166,7 +170,7 @@ fn relaxed(model: &Model) -> Result<StartValues, ModelError> {
     }
     let speed = rotation.map_or(0.0, |rotation| rotation.velocity.norm());
     let unstable = statics.problem().unstable_directions().unwrap_or(0);
-    Ok(StartValues { q, v, how: How::Relaxed { speed, unstable } })
+    Ok(StartValues { q, v, how: How::Relaxed { speed, unstable }, separated: false })
 }
 
 /// `(q_0, v_0)` that keep the rates which the joints of the model state.

@@ -265,6 +265,16 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         }
         let before = seen.when == When::Before;
         work.at(before, &at.p, &node.p_projected, &node.v, &mut seen.work);
+        let mut parts = std::mem::take(&mut self.seen.work);
+        let first = (parts.len() - 1).saturating_sub(self.contact_count());
+        for (element, work) in self.works_before() {
+            parts[first + element] += work;
+        }
+        self.seen.work = parts;
+    }
+
+    fn contact_count(&self) -> usize {
+        self.run.nonsmooth().map_or(0, |contacts| contacts.elements().len())
     }
 
     /// The node that was read last.
@@ -272,7 +282,8 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let LastRead { when, force, acceleration, work, .. } = &self.seen;
         let state = self.run.at(*when);
         let node = self.run.observed(state);
-        let hamiltonian = node.hamiltonian_projected.total();
+        let by_contacts = self.works_before().map(|(_, work)| work).sum::<f64>();
+        let hamiltonian = node.hamiltonian_projected.total() + by_contacts;
         let composed = self.variational && self.run.reads_states();
         let of_step = match (composed, when) {
             (true, When::Before) => self.ended[0],
@@ -280,7 +291,13 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
             (false, _) => Some(node.discrete_energy.total()),
         };
         let shadow = of_step.map(|step| shadow_energy(self.order, hamiltonian, step));
-        NodeView { state, node, force, acceleration, work, shadow }
+        NodeView { state, node, force, acceleration, work, by_contacts, shadow }
+    }
+
+    /// Of the contacts of the node that was read last the element and the work up to the node, J.
+    fn works_before(&self) -> impl Iterator<Item = (usize, f64)> {
+        let contacts = self.contact_node().into_iter().flat_map(|(_, contacts)| contacts);
+        contacts.map(|own| (own.id.element as usize, own.work_before))
     }
 
     /// The contacts of the node that was read last; `None` where no step from it was taken.

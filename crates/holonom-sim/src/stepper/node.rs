@@ -74,6 +74,8 @@ pub(crate) struct NodeView<'a> {
     pub(crate) acceleration: &'a [f64],
     /// Work since the start: of each force, then of all prescribed motions.
     pub(crate) work: &'a [f64],
+    /// What the impulses of contacts add to the kinetic energy up to the node, J.
+    pub(crate) by_contacts: f64,
     /// Shadow energy; `None` at the start of composed steps.
     pub(crate) shadow: Option<f64>,
 }
@@ -86,12 +88,12 @@ impl<'a> NodeView<'a> {
 
     /// Energy of the node.
     pub(crate) fn hamiltonian(&self) -> f64 {
-        self.node.hamiltonian_projected.total()
+        self.node.hamiltonian_projected.total() + self.by_contacts
     }
 
     /// Kinetic part of it.
     pub(crate) fn kinetic(&self) -> f64 {
-        self.node.hamiltonian_projected.kinetic
+        self.node.hamiltonian_projected.kinetic + self.by_contacts
     }
 
     /// Constraint residuals.

@@ -199,25 +199,25 @@ fn axes(names: &Names<'_>, body: &str) -> Matrix3<f64> {
 
 fn law(contact: &Contact) -> ContactLaw {
     let Contact { friction, restitution, tangential_restitution, .. } = *contact;
+    let static_friction = contact.static_friction.unwrap_or(friction);
     match friction > 0.0 {
-        true => ContactLaw::Coulomb { friction, restitution, tangential_restitution },
+        true => {
+            ContactLaw::Coulomb { friction, static_friction, restitution, tangential_restitution }
+        }
         false => ContactLaw::Frictionless { restitution },
     }
 }
 
-/// Refuses shapes that overlap in a configuration.
-///
-/// # Errors
-/// [`ModelError`] with the deepest overlap of each contact.
-pub(crate) fn check_overlap(
+/// Shapes that overlap in a configuration: the deepest overlap of each contact by its name, said.
+pub(crate) fn overlaps(
     elements: &[Arc<dyn Unilateral>],
     origins: &[ContactOrigin],
     t: f64,
     q: &[f64],
-) -> Result<(), ModelError> {
+) -> Vec<(String, Problem)> {
     let mut at = Interval::new(q.len());
     at.open(t, 1.0, q);
-    let mut problems: Vec<(f64, Problem)> = Vec::new();
+    let mut problems: Vec<(f64, String, Problem)> = Vec::new();
     let mut features = Vec::new();
     for (element, origin) in elements.iter().zip(origins) {
         let Some(shapes) = origin.shapes() else { continue };
@@ -234,17 +234,15 @@ pub(crate) fn check_overlap(
         let depth = length(-gap);
         let message = format!("`{b}` and {side} overlap by {depth} at the start{point}");
         let problem = Problem::new(format!("contact.{contact}"), message);
-        let problem = problem.help("move the body apart from the other by that, along the normal");
-        match problems.iter_mut().find(|(_, own)| own.key == problem.key) {
-            Some((deepest, own)) if gap < *deepest => (*deepest, *own) = (gap, problem),
+        let help = "move the body apart from the other by that, along the normal, or write overlap = \"separate\"";
+        let problem = problem.help(help);
+        match problems.iter_mut().find(|(_, name, _)| name == contact) {
+            Some((deepest, _, own)) if gap < *deepest => (*deepest, *own) = (gap, problem),
             Some(_) => {}
-            None => problems.push((gap, problem)),
+            None => problems.push((gap, contact.clone(), problem)),
         }
     }
-    match problems.is_empty() {
-        true => Ok(()),
-        false => Err(ModelError::Assembly(problems.into_iter().map(|(_, own)| own).collect())),
-    }
+    problems.into_iter().map(|(_, contact, problem)| (contact, problem)).collect()
 }
 
 /// A length in a unit in which it reads well.

@@ -3,8 +3,8 @@
 use super::contact_origin::ContactOrigin;
 use super::coordinate::coordinate;
 use super::names::Names;
-use holonom_model::{ContactMethod, Joint, ModelError, Settings};
-use vi_constraints::nonsmooth::{Method, NonsmoothOptions};
+use holonom_model::{ContactMethod, Impact, Joint, ModelError, Settings};
+use vi_constraints::nonsmooth::{ImpactLaw, Method, NonsmoothOptions};
 use vi_multibody::builder::{DryFriction, JointLimits, MechanismBuilder};
 
 /// Adds stops and dry friction of a joint.
@@ -32,18 +32,24 @@ pub(crate) fn add_joint_contacts(
             }
             None => DryFriction::Effort(friction.effort()),
         };
-        builder.joint_friction(at, law);
+        builder.static_joint_friction(at, law, friction.static_ratio.unwrap_or(1.0));
         origins.push(ContactOrigin::Friction { joint: joint.name.clone() });
     }
     Ok(())
 }
 
-/// How impacts are placed in time.
+/// How impacts are placed in time, and what they are.
 #[must_use]
 pub fn nonsmooth_options(settings: &Settings) -> NonsmoothOptions {
     let method = match settings.contact {
         ContactMethod::Events => Method::Events,
         ContactMethod::Stepping => Method::Stepping,
     };
-    NonsmoothOptions { method, max_events: settings.max_events, ..NonsmoothOptions::default() }
+    let impact_law = match settings.impact {
+        Impact::Newton => ImpactLaw::Newton,
+        Impact::Moreau => ImpactLaw::Moreau,
+        Impact::Sequential => ImpactLaw::Sequential,
+    };
+    let max_events = settings.max_events;
+    NonsmoothOptions { method, max_events, impact_law, ..NonsmoothOptions::default() }
 }

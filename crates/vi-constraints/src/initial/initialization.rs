@@ -14,10 +14,9 @@
 //! ```text
 //! |g_i| ≤ 64 ε Σ_j |G_ij| s_j        or, where it nearly follows from the others, its allowance
 //! ```
-//! The equations are solved for `x_j/s_j`, with `W_ij s_i s_j` and the rows divided by their sizes.
-//!
 //! Source: LMO08 §3, initialization.
 
+use super::closest::{Sizes, closest};
 use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use serde::{Deserialize, Serialize};
@@ -106,6 +105,12 @@ pub enum StartError {
         /// `|g_i|`, in its unit.
         residual: f64,
     },
+    /// Unilateral constraints that no motion opens, or none within reach.
+    #[error("no motion nearby opens `{element}`")]
+    Closed {
+        /// One of them.
+        element: String,
+    },
     /// The matrix `[M Gᵀ; G 0]` is singular.
     #[error(
         "a free direction carries no mass, or constraints depend on one another in a way that \
@@ -141,7 +146,7 @@ pub fn start(
     let mut sizes = Sizes::new(n, m);
     sizes.measure(constraints, Configuration::new(t, q));
     if !sizes.are_closed(&g, constraints.allowances(), |row| rows.is_dropped(row)) {
-        q0 = closest(system, constraints, rows, t, q)?;
+        q0 = closest(system.mass(), constraints, rows, (t, q), &[])?;
         report.position_moved = distance(&q0, q);
     }
 
@@ -200,164 +205,6 @@ fn row_lengths(constraints: &impl Constraints, t: f64, q: &[f64]) -> Vec<f64> {
     let largest = norm_inf(q);
     out.iter_mut().for_each(|size| *size = 1.0 + size.min(largest));
     out
-}
-
-/// The sizes of coordinates and rows: nothing is measured in metres.
-struct Sizes {
-    of_q: Vec<f64>,    // n  s_j
-    of_rows: Vec<f64>, // m  Σ_j |G_ij| s_j
-}
-
-impl Sizes {
-    fn new(n: usize, m: usize) -> Self {
-        Self { of_q: vec![1.0; n], of_rows: vec![1.0; m] }
-    }
-
-    fn measure(&mut self, constraints: &impl Constraints, at: Configuration<'_>) {
-        constraints.coordinate_sizes(at.q, &mut self.of_q);
-        constraints.row_sizes(at, &mut self.of_rows);
-        self.of_rows.iter_mut().filter(|size| **size <= 0.0).for_each(|size| *size = 1.0);
-    }
-
-    /// The residual of row `i` in units of rounding.
-    fn excess(&self, i: usize, g: f64) -> f64 {
-        const PARTS: f64 = 64.0 * f64::EPSILON;
-        g.abs() / (PARTS * self.of_rows[i])
-    }
-
-    /// Whether the residuals of all rows are those of rounding, or allowed where a row was
-    /// `dropped`.
-    fn are_closed(&self, g: &[f64], allowed: &[f64], dropped: impl Fn(usize) -> bool) -> bool {
-        (0..g.len()).all(|i| self.excess(i, g[i]) <= 1.0 || dropped(i) && is_allowed(g, allowed, i))
-    }
-
-    /// How far two configurations are apart, in units of their sizes.
-    fn apart(&self, a: &[f64], b: &[f64]) -> f64 {
-        let apart = a.iter().zip(b).zip(&self.of_q).map(|((a, b), size)| (a - b).abs() / size);
-        apart.fold(0.0, f64::max)
-    }
-}
-
-fn is_allowed(g: &[f64], allowed: &[f64], i: usize) -> bool {
-    allowed.get(i).is_some_and(|allowed| g[i].abs() <= *allowed)
-}
-
-/// Entries with rows and columns in units of their own.
-struct Scaled<'a> {
-    rows: &'a dyn Fn(usize) -> f64,
-    columns: &'a dyn Fn(usize) -> f64,
-    out: &'a mut dyn Entries,
-}
-
-impl Entries for Scaled<'_> {
-    fn add(&mut self, row: usize, column: usize, value: f64) {
-        self.out.add(row, column, (self.rows)(row) * value * (self.columns)(column));
-    }
-}
-
-/// The largest entry of the diagonal of a matrix.
-struct LargestDiagonal<'a>(&'a [f64], f64);
-
-impl Entries for LargestDiagonal<'_> {
-    fn add(&mut self, row: usize, column: usize, value: f64) {
-        if row == column {
-            self.1 = self.1.max(value.abs() * self.0[row] * self.0[row]);
-        }
-    }
-}
-
-fn closest(
-    system: &impl MechanicalSystem,
-    constraints: &impl Constraints,
-    rows: &IndependentRows,
-    t: f64,
-    target: &[f64],
-) -> Result<Vec<f64>, StartError> {
-    const MAX_ITERATIONS: usize = 200;
-    const SETTLED: f64 = 1e-12;
-    const ENOUGH: f64 = 10.0; // rounding in a configuration that settles no further
-    let (n, m, r) = (constraints.dim(), constraints.len(), rows.len());
-    let mut in_mass_norm = SaddlePoint::new(n, rows.clone());
-    let mut in_plain_norm = SaddlePoint::new(n, rows.clone());
-    let (mut g, mut chosen) = (vec![0.0; m], vec![0.0; r]);
-    let mut q = target.to_vec();
-    let mut sizes = Sizes::new(n, m);
-    let (mut residual, mut last) = (f64::INFINITY, f64::INFINITY);
-    for iteration in 0..MAX_ITERATIONS {
-        let at = Configuration::new(t, &q);
-        constraints.value(at, &mut g);
-        sizes.measure(constraints, at);
-        residual = norm_inf(&g);
-        if !residual.is_finite() {
-            break;
-        }
-        let enforced = rows.rows().iter().map(|&i| sizes.excess(i, g[i])).fold(0.0, f64::max);
-        let mut largest = LargestDiagonal(&sizes.of_q, 0.0);
-        system.mass().emit(&mut largest);
-        let unit = if largest.1 > 0.0 { 1.0 / largest.1 } else { 1.0 };
-        let of_q = |j: usize| sizes.of_q[j];
-        let of_rows = |i: usize| 1.0 / sizes.of_rows[i];
-        let weight = |j: usize| unit * sizes.of_q[j];
-        let weighted = |out: &mut dyn Entries| {
-            system.mass().emit(&mut Scaled { rows: &weight, columns: &of_q, out });
-        };
-        let plain = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
-        let above = |out: &mut dyn Entries| {
-            constraints.jacobian(t, &q, &mut Scaled { rows: &of_rows, columns: &of_q, out });
-        };
-        let jacobian =
-            vi_core::SparseMatrix::assemble(m, n, |out| constraints.jacobian(t, &q, out));
-        let step: Vec<f64> = q.iter().zip(target).map(|(a, b)| a - b).collect();
-        let mut b = g.iter().map(|g| -g).collect::<Vec<_>>();
-        jacobian.mul_add(1.0, &step, &mut b);
-        b.iter_mut().zip(&sizes.of_rows).for_each(|(b, size)| *b /= size);
-        rows.gather(&b, &mut chosen);
-        let mut x = vec![0.0; n + r];
-        x[n..].copy_from_slice(&chosen);
-        let backup = x.clone();
-        if in_mass_norm.solve_with(&weighted, &above, 1.0, &above, &mut x).is_err() {
-            x = backup;
-            in_plain_norm
-                .solve_with(&plain, &above, 1.0, &above, &mut x)
-                .map_err(|_| StartError::Singular)?;
-        }
-        let moved = target.iter().zip(&x).zip(&sizes.of_q);
-        let next: Vec<f64> = moved.map(|((q, dx), size)| q + size * dx).collect();
-        let moved = sizes.apart(&next, &q);
-        let settled = moved <= SETTLED || enforced >= 0.5 * last && iteration > 5;
-        last = enforced;
-        if enforced <= ENOUGH && settled {
-            constraints.value(Configuration::new(t, &next), &mut g);
-            let after = rows.rows().iter().map(|&i| sizes.excess(i, g[i])).fold(0.0, f64::max);
-            let q = if after <= enforced.max(1.0) { next } else { q };
-            return taken_up(constraints, rows, t, q, &sizes);
-        }
-        q = next;
-    }
-    Err(StartError::NoConfiguration { residual, iterations: MAX_ITERATIONS })
-}
-
-/// The configuration `q` on the independent rows, unless one of the others is left with more than
-/// it may be.
-fn taken_up(
-    constraints: &impl Constraints,
-    rows: &IndependentRows,
-    t: f64,
-    q: Vec<f64>,
-    sizes: &Sizes,
-) -> Result<Vec<f64>, StartError> {
-    const FOLLOWS: f64 = 30.0; // rounding in a row that follows from others, at most
-    let mut g = vec![0.0; constraints.len()];
-    constraints.value(Configuration::new(t, &q), &mut g);
-    let excess = |&row: &usize| match is_allowed(&g, constraints.allowances(), row) {
-        true => 0.0,
-        false => sizes.excess(row, g[row]),
-    };
-    let worst = rows.redundant().max_by(|a, b| excess(a).total_cmp(&excess(b)));
-    match worst.filter(|row| excess(row) > FOLLOWS) {
-        Some(row) => Err(StartError::Misfit { row, residual: g[row].abs() }),
-        None => Ok(q),
-    }
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {

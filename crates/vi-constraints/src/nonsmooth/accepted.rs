@@ -7,9 +7,6 @@ use super::unilateral::ContactLaw;
 use vi_core::contact_state::Remembered;
 use vi_core::state::State;
 
-/// Dry friction below its bound by more than this part of it holds.
-const HELD: f64 = 1e-9;
-
 impl NodeImpulses {
     /// Records the step that was solved last, in the state at its `end`, a copy of the one where it
     /// starts that has moved on.
@@ -17,8 +14,8 @@ impl NodeImpulses {
         let before = end.contacts.step;
         if records.nodes.is_empty() && !self.lambda.is_empty() {
             records.first_impulse.resize(end.q.len(), 0.0);
-            for (i, lambda) in self.lambda.iter().enumerate() {
-                self.rows.add_to(i, *lambda, &mut records.first_impulse);
+            for (i, (lambda, impact)) in self.lambda.iter().zip(&self.impacts).enumerate() {
+                self.rows.add_to(i, lambda + impact, &mut records.first_impulse);
             }
         }
         let first = records.contacts.len();
@@ -26,10 +23,11 @@ impl NodeImpulses {
         // the impulse at a node stands for the halves of both steps beside it, but for a projected
         // momentum
         let share = if remembered.begins { 1.0 } else { h / (before + h) };
+        let share_before = if remembered.begins { 0.0 } else { before / (before + h) };
         (remembered.step, remembered.begins) = (h, false);
         remembered.contacts.clear();
         for contact in &self.contacts {
-            let record = self.record(contact);
+            let record = self.record(contact, h);
             let impulse = match record.status {
                 ContactStatus::Impact => [0.0; 3],
                 _ => record.impulse,
@@ -44,8 +42,8 @@ impl NodeImpulses {
                 let [_, first, second] = place.axes;
                 [0, 1, 2].map(|i| first[i] * contact.sigma[0] + second[i] * contact.sigma[1])
             });
-            let id = contact.id;
-            remembered.contacts.push(Remembered { id, impulse, rate, slip, transmitted });
+            let (id, sticks) = (contact.id, record.status == ContactStatus::Stick);
+            remembered.contacts.push(Remembered { id, impulse, rate, slip, transmitted, sticks });
             records.contacts.push(record);
         }
         let counts = &mut remembered.counts;
@@ -62,36 +60,47 @@ impl NodeImpulses {
         for contact in &self.contacts {
             counts.largest_reduction = counts.largest_reduction.max(1.0 - contact.reduction);
         }
+        if records.nodes.is_empty() && !self.contacts.is_empty() {
+            self.find_node_velocity(share_before, &mut records.contacts[first..]);
+        }
         let contacts = first..records.contacts.len();
         records.nodes.push(NodeRecord { t, before, after: h, contacts });
     }
 
-    fn record(&self, contact: &Contact) -> ContactRecord {
+    fn record(&self, contact: &Contact, h: f64) -> ContactRecord {
         let own = contact.row..contact.row + contact.law.rows();
         let of = |all: &[f64]| {
             let mut three = [0.0; 3];
             three.iter_mut().zip(&all[own.clone()]).for_each(|(to, from)| *to = *from);
             three
         };
-        let [impulse, before, after] = [&self.lambda, &self.minus, &self.plus].map(|all| of(all));
+        let [rest, impact] = [&self.lambda, &self.impacts].map(|all| of(all));
+        let [before, after] = [&self.arrival, &self.plus].map(|all| of(all));
+        let impulse = [0, 1, 2].map(|i| rest[i] + impact[i]);
         let work = (0..3).map(|i| 0.5 * impulse[i] * (before[i] + after[i])).sum();
         let status = match contact.law {
             _ if impulse.iter().all(|x| *x == 0.0) => ContactStatus::Open,
-            _ if contact.kind == Kind::Impact => ContactStatus::Impact,
-            // the bound may follow from forces that are known to the end of the iteration
-            ContactLaw::Dry { .. } if impulse[0].abs() < contact.bound * (1.0 - HELD) => {
-                ContactStatus::Stick
+            _ if contact.kind == Kind::Impact || impact[0] > 0.0 && rest[0] == 0.0 => {
+                ContactStatus::Impact
             }
-            ContactLaw::Dry { .. } => ContactStatus::Slip,
-            ContactLaw::Coulomb { friction, .. }
-                if contact.turns || contact.slips(&impulse, friction) =>
-            {
-                ContactStatus::Slip
-            }
+            _ if contact.turns || self.is_sliding(contact, h) => ContactStatus::Slip,
             _ => ContactStatus::Stick,
         };
         let (id, gap, slip) = (contact.id, contact.gap, contact.sigma);
         let (slip_before, place) = (contact.before, contact.place);
-        ContactRecord { id, status, impulse, before, after, place, gap, slip, slip_before, work }
+        let work_before = 0.0;
+        ContactRecord {
+            id,
+            status,
+            impulse,
+            before,
+            after,
+            place,
+            gap,
+            slip,
+            slip_before,
+            work,
+            work_before,
+        }
     }
 }

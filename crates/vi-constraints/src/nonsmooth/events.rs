@@ -10,6 +10,7 @@
 //! impacts with a point of accumulation end. All gaps are looked at after each step: impulses move
 //! bodies that were at rest.
 
+use super::impact_law::ImpactLaw;
 use super::impulses::NodeImpulses;
 use super::node_law::CLOSED;
 use super::record::{ContactRecord, NodeRecord, Records};
@@ -58,11 +59,14 @@ pub struct NonsmoothOptions {
     /// for up to twice as many solutions of such a node. Order 2 is not reached by it
     /// (docs/theory.md, 2.20).
     pub turning_slip: bool,
+    /// What an impact is.
+    pub impact_law: ImpactLaw,
 }
 
 impl Default for NonsmoothOptions {
     fn default() -> Self {
-        Self { method: Method::Events, max_events: 12, turning_slip: false }
+        let (method, impact_law) = (Method::Events, ImpactLaw::Newton);
+        Self { method, max_events: 12, turning_slip: false, impact_law }
     }
 }
 
@@ -100,7 +104,7 @@ impl Nonsmooth {
             kinds: elements.iter().map(kind).collect(),
             elements,
             options,
-            node: NodeImpulses::new(options.turning_slip),
+            node: NodeImpulses::new(options.turning_slip, options.impact_law),
             records: Records::default(),
             trial: Records::default(),
             set: Vec::new(),

@@ -58,35 +58,45 @@ impl NodeImpulses {
         own: &[usize],
         settle: &mut dyn FnMut(&mut Self) -> Result<(), StepError>,
     ) -> Result<(), StepError> {
-        let (plain, rounding) = (self.work(own), ROUNDING * self.work_size());
-        if plain <= rounding {
-            return Ok(());
-        }
-        let mut with = |node: &mut Self, factor: f64| {
-            own.iter().for_each(|place| node.contacts[*place].reduction = factor);
-            settle(node)?;
-            Ok::<f64, StepError>(node.work(own))
-        };
-        let without = with(self, 0.0)?;
-        let allowed = without.max(0.0);
-        if plain <= allowed + rounding {
-            with(self, 1.0)?;
-            return Ok(());
-        }
-        let mut bracket = Bracket::new([0.0, without - allowed], [1.0, plain - allowed]);
-        let mut at = 0.0;
-        for _ in 0..SOLUTIONS {
-            let Some(factor) = bracket.next(FACTOR) else { break };
-            let excess = with(self, factor)? - allowed;
-            at = factor;
-            bracket.take(factor, if excess.abs() <= rounding { 0.0 } else { excess });
-            if excess.abs() <= rounding {
-                break;
-            }
-        }
-        if at.to_bits() != bracket.low().to_bits() {
-            with(self, bracket.low())?;
-        }
-        Ok(())
+        let (plain, rounding) = (self.work(own), self.work_size());
+        reduced(plain, rounding, &mut |factor| {
+            own.iter().for_each(|place| self.contacts[*place].reduction = factor);
+            settle(self)?;
+            Ok(self.work(own))
+        })
     }
+}
+
+/// Solves an impact `with` the largest factor `η ≤ 1` of its restitution that gains no energy;
+/// `with` returns the work. `plain`: that of `η = 1`, which is solved; `size`: of its terms, J.
+pub(super) fn reduced(
+    plain: f64,
+    size: f64,
+    with: &mut dyn FnMut(f64) -> Result<f64, StepError>,
+) -> Result<(), StepError> {
+    let rounding = ROUNDING * size;
+    if plain <= rounding {
+        return Ok(());
+    }
+    let without = with(0.0)?;
+    let allowed = without.max(0.0);
+    if plain <= allowed + rounding {
+        with(1.0)?;
+        return Ok(());
+    }
+    let mut bracket = Bracket::new([0.0, without - allowed], [1.0, plain - allowed]);
+    let mut at = 0.0;
+    for _ in 0..SOLUTIONS {
+        let Some(factor) = bracket.next(FACTOR) else { break };
+        let excess = with(factor)? - allowed;
+        at = factor;
+        bracket.take(factor, if excess.abs() <= rounding { 0.0 } else { excess });
+        if excess.abs() <= rounding {
+            break;
+        }
+    }
+    if at.to_bits() != bracket.low().to_bits() {
+        with(bracket.low())?;
+    }
+    Ok(())
 }

@@ -10,8 +10,10 @@
 use super::ContactFault;
 use super::active_rows::{ActiveRows, Present};
 use super::delassus::Delassus;
+use super::impact_law::{ImpactLaw, VelocityProblem};
 use super::islands::Islands;
 use super::node_law::{CLOSED, Contact, Course, Kind, Rows};
+use super::node_velocity::NodeVelocity;
 use super::stepping::Stepping;
 use super::unilateral::{ContactLaw, ContactRows, Elements, TransverseImpulses};
 use crate::constraints::Constraints;
@@ -36,25 +38,30 @@ pub(super) struct NodeImpulses {
     pub(super) rows: ContactRows,
     p: Vec<f64>, // n
     pub(super) W: Delassus,
-    pub(super) minus: Vec<f64>, // k  U⁻
-    pub(super) plus: Vec<f64>,  // k  U⁺
+    pub(super) arrival: Vec<f64>, // k  U⁻
+    pub(super) impacts: Vec<f64>, // k  impulses of impacts before the step
+    pub(super) minus: Vec<f64>,   // k  U⁻ after them
+    pub(super) plus: Vec<f64>,    // k  U⁺
     pub(super) lambda: Vec<f64>,
     pub(super) next: Vec<f64>, // k
     turning_slip: bool,
+    pub(super) impact_law: ImpactLaw,
+    pub(super) collision: VelocityProblem,
     usual: Vec<f64>,           // k  Λ without turning slip
     problems: Vec<ActiveRows>, // of islands
     pub(super) transverse: Option<Box<dyn TransverseImpulses>>,
     pub(super) islands: Islands,
     found: Vec<(ContactId, [f64; 3])>, // before the node was opened again
     pub(super) guarded: Vec<usize>,    // scratch: contacts of an island
-    pub(super) solved: u64,            // steps for this node
-    length: f64,                       // of the last one, s
+    pub(super) node_velocity: NodeVelocity,
+    pub(super) solved: u64, // steps for this node
+    length: f64,            // of the last one, s
     pub(super) is_guarded: bool,
 }
 
 impl NodeImpulses {
-    pub(super) fn new(turning_slip: bool) -> Self {
-        Self { turning_slip, ..Self::default() }
+    pub(super) fn new(turning_slip: bool, impact_law: ImpactLaw) -> Self {
+        Self { turning_slip, impact_law, ..Self::default() }
     }
 
     /// Opens a node with contacts, in ascending order.
@@ -91,6 +98,9 @@ impl NodeImpulses {
                 shift: [0.0; 2],
                 is_new: known.is_none() && gap <= CLOSED * element.size(),
                 was_closed: known.is_some_and(|known| known.impulse[0] > 0.0),
+                held: known.is_some_and(|known| known.sticks),
+                holds: false,
+                caught: false,
                 is_hit: false,
                 reduction: 1.0,
                 slides: false,
@@ -105,7 +115,7 @@ impl NodeImpulses {
             });
         }
         let k = rows.len();
-        for vector in [&mut *minus, &mut self.plus, &mut self.next] {
+        for vector in [&mut *minus, &mut self.plus, &mut self.next, &mut self.impacts] {
             vector.clear();
             vector.resize(k, 0.0);
         }
@@ -114,6 +124,20 @@ impl NodeImpulses {
         if k > 0 {
             W.open(run, (state, h), rows, minus)?;
         }
+        let speeds = minus.iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+        for contact in contacts.iter_mut().filter(|contact| contact.law.has_static_friction()) {
+            // what touches without slip
+            let slip = match contact.law.rows() {
+                3 => libm::hypot(minus[contact.row + 1], minus[contact.row + 2]),
+                _ => minus[contact.row].abs(),
+            };
+            let open = state
+                .contacts
+                .find(contact.id)
+                .is_none_or(|known| known.impulse.iter().all(|x| *x == 0.0));
+            contact.held |= open && slip <= contact.rounding(speeds, h);
+        }
+        self.arrival.clone_from(minus);
         islands.find(contacts, W);
         if k > 0 {
             let count = islands.count().max(self.problems.len());
@@ -156,9 +180,10 @@ impl NodeImpulses {
         (state, h): (&State, f64),
         out: &mut [f64],
     ) -> Result<(), StepError> {
-        let Self { p, rows, lambda, .. } = self;
+        let Self { p, rows, lambda, impacts, .. } = self;
         p.copy_from_slice(&state.p);
-        lambda.iter().enumerate().for_each(|(i, own)| rows.add_to(i, *own, p));
+        let all = lambda.iter().zip(impacts).enumerate();
+        all.for_each(|(i, (own, impact))| rows.add_to(i, own + *impact, p));
         run.velocity(state, h, p, out)
     }
 
@@ -171,7 +196,10 @@ impl NodeImpulses {
     ) -> Result<(), StepError> {
         for contact in &mut self.contacts {
             (contact.slides, contact.kept, contact.reduction) = (false, false, 1.0);
-            contact.is_hit = false;
+            (contact.is_hit, contact.holds, contact.caught) = (false, contact.held, false);
+        }
+        if self.impact_law != ImpactLaw::Newton {
+            return self.solve_after_impacts(elements, run, (step, state));
         }
         // what was closed before and stays so is settled by positions: a look at velocities tells
         if self.may_be_hit(|contact| !contact.was_closed) {
@@ -188,13 +216,13 @@ impl NodeImpulses {
     }
 
     /// Whether a contact of these approaches and may bounce.
-    fn may_be_hit(&self, of: impl Fn(&Contact) -> bool) -> bool {
+    pub(super) fn may_be_hit(&self, of: impl Fn(&Contact) -> bool) -> bool {
         let approaches = |own: &Contact| self.minus[own.row] < 0.0 && own.may_bounce();
         self.contacts.iter().any(|own| of(own) && approaches(own))
     }
 
     /// Whether a contact that approaches leaves the node more slowly than its restitution says.
-    fn would_bounce(&self) -> bool {
+    pub(super) fn would_bounce(&self) -> bool {
         self.may_be_hit(|own| {
             let restitution = own.law.restitution().unwrap_or(0.0);
             self.plus[own.row] + restitution * self.minus[own.row] < own.gamma
@@ -202,7 +230,7 @@ impl NodeImpulses {
     }
 
     /// Which contacts are hit: a step without impulses of contacts is taken where that matters.
-    fn find_hits<S: Discretization<C>, C: Constraints>(
+    pub(super) fn find_hits<S: Discretization<C>, C: Constraints>(
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
@@ -231,9 +259,34 @@ impl NodeImpulses {
         Ok(())
     }
 
+    /// Solves with static friction first; then what breaks loose slides.
+    pub(super) fn settle<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        elements: &Elements,
+        run: &mut Stepping<'_, S, C>,
+        at: (SubStep, &State),
+    ) -> Result<(), StepError> {
+        loop {
+            self.settle_slip(elements, run, at)?;
+            let speeds = self.speeds();
+            let Self { contacts, lambda, W, .. } = self;
+            let mut any = false;
+            for contact in contacts.iter_mut().filter(|own| own.law.has_static_friction()) {
+                let slides = contact.is_sliding(lambda, W, (speeds, at.0.h));
+                if let Some(holds) = contact.holds_now(slides) {
+                    (contact.holds, contact.slides, contact.kept) = (holds, false, false);
+                    any = true;
+                }
+            }
+            if !any {
+                return Ok(());
+            }
+        }
+    }
+
     /// Iterates; then rows that slide steadily take the mean velocity, and go back where they stick
     /// after all.
-    pub(super) fn settle<S: Discretization<C>, C: Constraints>(
+    fn settle_slip<S: Discretization<C>, C: Constraints>(
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
@@ -297,9 +350,8 @@ impl NodeImpulses {
             for place in own {
                 let contact = &mut contacts[*place];
                 contact.shift = [0.0; 2];
-                let ContactLaw::Coulomb { friction, .. } = contact.law else { continue };
-                let rows = contact.row..contact.row + 3;
-                contact.turns = contact.may_turn() && contact.slips(&next[rows], friction);
+                let rows = contact.row..contact.row + contact.law.rows();
+                contact.turns = contact.may_turn() && contact.slips(&next[rows]);
                 any |= contact.turns;
             }
         }
@@ -362,16 +414,18 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) -> Result<(), StepError> {
-        let Self { rows, lambda, contacts, .. } = self;
+        let Self { rows, lambda, impacts, contacts, .. } = self;
         if !run.is_at_start {
             run.end.copy_from(state);
         }
         run.is_at_start = false;
-        if contacts.iter().any(|contact| contact.is_hit) {
+        let jumps = impacts.iter().any(|impact| *impact != 0.0);
+        if jumps || contacts.iter().any(|contact| contact.is_hit) {
             run.end.history.clear(); // velocities jump
         }
-        for (i, lambda) in lambda.iter().enumerate().filter(|(_, lambda)| **lambda != 0.0) {
-            rows.add_to(i, *lambda, &mut run.end.p); // p̄_n + BᵀΛ
+        let all = lambda.iter().zip(impacts).map(|(own, impact)| own + *impact);
+        for (i, lambda) in all.enumerate().filter(|(_, lambda)| *lambda != 0.0) {
+            rows.add_to(i, lambda, &mut run.end.p); // p̄_n + BᵀΛ
         }
         let again = self.solved > 0 && self.length.to_bits() == step.h.to_bits();
         (self.solved, self.length) = (self.solved + 1, step.h);
@@ -385,7 +439,7 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) {
-        let Self { contacts, rows, W, minus, plus, lambda, p, transverse, .. } = self;
+        let Self { contacts, rows, W, minus, plus, lambda, impacts, p, transverse, .. } = self;
         let end = run.end.configuration();
         let s = run.scheme.interval();
         let mut is_known = false; // the constraint impulse
@@ -394,12 +448,13 @@ impl NodeImpulses {
             let element = &elements[id as usize];
             contact.sigma = element.slip(feature, s).map(|slip| slip / step.h);
             match contact.law {
-                ContactLaw::Dry { effort, lever } => {
+                ContactLaw::Dry { effort, lever, .. } => {
                     contact.bound = 0.5 * (state.contacts.step + step.h) * effort;
                     if lever != 0.0 {
                         if !is_known {
                             p.copy_from_slice(&state.p);
-                            lambda.iter().enumerate().for_each(|(i, own)| rows.add_to(i, *own, p));
+                            let all = lambda.iter().zip(&*impacts).enumerate();
+                            all.for_each(|(i, (own, impact))| rows.add_to(i, own + impact, p));
                             run.observer.constraint_impulse(run.system, s, p);
                             if let Some(own) = transverse {
                                 own.find(state.configuration(), p);
@@ -410,6 +465,7 @@ impl NodeImpulses {
                         contact.transmitted = lever * across;
                         contact.bound += contact.transmitted + contact.missing; // [N5]
                     }
+                    contact.bound *= contact.ratio();
                 }
                 _ => contact.gamma = element.gap(feature, end) / step.h, // [N2]
             }
@@ -446,6 +502,11 @@ impl NodeImpulses {
         found
     }
 
+    /// Whether a contact slides at the step that was solved last.
+    pub(super) fn is_sliding(&self, contact: &Contact, h: f64) -> bool {
+        contact.is_sliding(&self.lambda, &self.W, (self.speeds(), h))
+    }
+
     /// `½ Λ·(U⁺ + U⁻)` of some contacts, J.
     pub(super) fn work(&self, places: &[usize]) -> f64 {
         let Self { contacts, minus, plus, lambda, .. } = self;
@@ -461,5 +522,14 @@ impl NodeImpulses {
         let Self { minus, plus, lambda, .. } = self;
         let speeds = minus.iter().zip(plus).map(|(a, b)| a.abs() + b.abs());
         lambda.iter().zip(speeds).map(|(lambda, u)| 0.5 * lambda.abs() * u).sum()
+    }
+}
+
+impl Contact {
+    /// Whether it slides: its impulses are at their bound, and its slip is more than rounding.
+    fn is_sliding(&self, lambda: &[f64], W: &Delassus, (speeds, h): (f64, f64)) -> bool {
+        let rows = self.row..self.row + self.law.rows();
+        let compliance = W.at(rows.end - 1, rows.end - 1);
+        self.slides_by(&lambda[rows], compliance, self.rounding(speeds, h))
     }
 }

@@ -14,7 +14,9 @@
 //! | `node_law`, `mean_direction` | the law of a contact at a node; of slip that turns |
 //! | `impulses`, `active_rows` | the impulses of all contacts of a node, in an outer iteration; the laws of an island as one problem |
 //! | `delassus`, `groups` | `W` in sparse rows; the coordinates that impulses move together |
+//! | `node_velocity` | the velocity of a node, to which its kinetic energy belongs |
 //! | `accepted` | the state after the step of a node, and what is recorded |
+//! | `impact_law` | impacts after Newton, after Moreau, or one after the other |
 //! | `guard`, `islands` | restitution that would gain energy is reduced, island by island |
 //! | `events` | a step with nodes at first touches, or with fixed nodes |
 //! | `stepping` | what steps are solved with |
@@ -33,11 +35,13 @@ mod delassus;
 mod events;
 mod groups;
 mod guard;
+mod impact_law;
 mod impulses;
 mod islands;
 mod mean_direction;
 mod named;
 mod node_law;
+mod node_velocity;
 mod record;
 mod stepping;
 pub mod unilateral;
@@ -45,6 +49,7 @@ pub mod unilateral;
 pub(crate) use stepping::Stepping;
 
 pub use events::{Method, Nonsmooth, NonsmoothOptions};
+pub use impact_law::ImpactLaw;
 pub use named::NamedContacts;
 pub use record::{ContactRecord, ContactStatus, NodeRecord};
 pub use unilateral::{ContactLaw, ContactPlace, ContactRows, TransverseImpulses, Unilateral};

@@ -21,6 +21,11 @@
 //! [N6]: `s_0` is the rate in the step before, `s_1` that in the present one. The impulse
 //! `H = −(s_1 − W_ii Λ_i − s_0)/W_ii` would hold the rate; where `|H| > b`, `s_0 H > 0` and
 //! `s_0 s_1 ≤ 0`, the row gets the mean of the sign over the time of the node.
+//!
+//! Static friction: what stuck in the step before, touches without slip, or turns back in this step
+//! is solved with its static coefficient. Where it slips by that, it is solved again with the other
+//! one. Of points whose impulses are not unique one may be at its bound and rest: what slips has a
+//! slip beside rounding.
 
 use super::mean_direction::mean_direction;
 use super::unilateral::{ContactLaw, ContactPlace};
@@ -73,6 +78,9 @@ pub(super) struct Contact {
     pub(super) reduction: f64,   // η of the energy guard
     pub(super) slides: bool,     // decided once: by the mean velocity
     pub(super) kept: bool,       // it was to slide, and sticks after all
+    pub(super) held: bool,       // it stuck in the step before
+    pub(super) holds: bool,      // by its static friction
+    pub(super) caught: bool,     // it was asked whether that holds it where it turned back
     pub(super) kind: Kind,       // of the last evaluation
     pub(super) course: Course,   //
     pub(super) gamma: f64,       // g(q_{n+1})/h
@@ -117,6 +125,23 @@ impl Contact {
         self.rounding(speeds, h) + if is_closed { self.gap.abs() / h } else { 0.0 }
     }
 
+    /// `μ` at present, of Coulomb's law.
+    pub(super) fn coefficient(&self) -> f64 {
+        match self.law {
+            ContactLaw::Coulomb { static_friction, .. } if self.holds => static_friction,
+            ContactLaw::Coulomb { friction, .. } => friction,
+            _ => 0.0,
+        }
+    }
+
+    /// Friction at present over that of sliding, of dry friction.
+    pub(super) fn ratio(&self) -> f64 {
+        match self.law {
+            ContactLaw::Dry { static_ratio, .. } if self.holds => static_ratio,
+            _ => 1.0,
+        }
+    }
+
     /// What drives its rows, and its cone.
     pub(super) fn equations(&mut self, rows: Rows<'_>) -> ([Drive; 3], Cone) {
         let zero = |xi| Drive::Zero { xi, compliance: 0.0 };
@@ -124,7 +149,8 @@ impl Contact {
             ContactLaw::Frictionless { restitution } => {
                 ([zero(self.normal(rows, restitution)), zero(0.0), zero(0.0)], Cone::Normal)
             }
-            ContactLaw::Coulomb { friction, restitution, tangential_restitution } => {
+            ContactLaw::Coulomb { restitution, tangential_restitution, .. } => {
+                let friction = self.coefficient();
                 let normal = self.normal(rows, restitution);
                 let [a, b] = [0, 1].map(|i| match self.kind {
                     Kind::Impact => {
@@ -196,12 +222,7 @@ impl Contact {
     /// Whether it slides by more than the velocity changes in this step, so that it cannot stop;
     /// `change`: `|(WΛ)_T|`.
     pub(super) fn cannot_stop(&self, rows: Rows<'_>, change: f64) -> bool {
-        let ContactLaw::Coulomb { friction, .. } = self.law else { return false };
-        if self.kind != Kind::Position
-            || self.kept
-            || self.turns
-            || !self.slips(rows.lambda, friction)
-        {
+        if self.kind != Kind::Position || self.kept || self.turns || !self.slips(rows.lambda) {
             return false;
         }
         let ([a, b], v) = (self.sigma, &rows.minus[1..3]);
@@ -220,13 +241,47 @@ impl Contact {
 
     /// Whether it slides no more, though it was taken to.
     pub(super) fn sticks_after_all(&self, lambda: &[f64]) -> bool {
-        let ContactLaw::Coulomb { friction, .. } = self.law else { return false };
-        self.slides && !self.slips(lambda, friction)
+        self.slides && !self.slips(lambda)
     }
 
-    pub(super) fn slips(&self, lambda: &[f64], friction: f64) -> bool {
+    /// Whether these impulses are on the rim of its cone, or at its bound.
+    pub(super) fn slips(&self, lambda: &[f64]) -> bool {
         const INSIDE: f64 = 1e-9; // parts of the bound
-        let bound = friction * lambda[0];
-        bound > 0.0 && libm::hypot(lambda[1], lambda[2]) >= (1.0 - INSIDE) * bound
+        let (size, bound) = match self.law {
+            ContactLaw::Frictionless { .. } => return false,
+            ContactLaw::Coulomb { .. } => {
+                (libm::hypot(lambda[1], lambda[2]), self.coefficient() * lambda[0])
+            }
+            // the bound may follow from forces that are known to the end of the iteration
+            ContactLaw::Dry { .. } => (lambda[0].abs(), self.bound),
+        };
+        bound > 0.0 && size >= (1.0 - INSIDE) * bound
+    }
+
+    /// Whether it slides at the end of the iteration; `compliance`: `W_ii` along a tangent, `least`:
+    /// the rounding of a slip.
+    pub(super) fn slides_by(&self, lambda: &[f64], compliance: f64, least: f64) -> bool {
+        const PART: f64 = 1e-8; // of what the impulses change
+        let size = match self.law.rows() {
+            3 => libm::hypot(lambda[1], lambda[2]),
+            _ => lambda[0].abs(),
+        };
+        let slip = libm::hypot(self.sigma[0], self.sigma[1]);
+        self.slips(lambda) && slip > least.max(PART * compliance * size)
+    }
+
+    /// Whether it is to hold by its static friction from now on, or no more; `None`: as before.
+    pub(super) fn holds_now(&mut self, slides: bool) -> Option<bool> {
+        if !self.law.has_static_friction() || self.kind != Kind::Position {
+            return None;
+        }
+        if self.holds {
+            return (slides || self.course != Course::Usual).then_some(false);
+        }
+        let turned = match self.law {
+            ContactLaw::Dry { .. } => self.before != 0.0 && self.before * self.sigma[0] <= 0.0,
+            _ => self.turns || self.may_turn(),
+        };
+        (turned && !std::mem::replace(&mut self.caught, true)).then_some(true)
     }
 }

@@ -39,6 +39,8 @@ pub struct ContactRecord {
     pub slip_before: f64,
     /// `½ Λ·(U⁺ + U⁻)`, J.
     pub work: f64,
+    /// The part of it up to the velocity of the node, J: of the first node of a macro step; else 0.
+    pub work_before: f64,
 }
 
 /// A node with contacts.

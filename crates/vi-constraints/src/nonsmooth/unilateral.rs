@@ -19,6 +19,8 @@ pub enum ContactLaw {
     Coulomb {
         /// Coefficient of friction `μ`.
         friction: f64,
+        /// Coefficient of friction of what sticks, `μ` or more.
+        static_friction: f64,
         /// Coefficient of restitution `e`.
         restitution: f64,
         /// Coefficient of tangential restitution `e_T`.
@@ -30,14 +32,33 @@ pub enum ContactLaw {
         effort: f64,
         /// `μr` of the force across the coordinate, m, or `μ`.
         lever: f64,
+        /// Friction of what sticks over that of what slides, 1 or more.
+        static_ratio: f64,
     },
 }
 
 impl ContactLaw {
+    /// With Coulomb friction `μ`, restitution `e` and `e_T = 0`.
+    #[must_use]
+    pub fn coulomb(friction: f64, restitution: f64) -> Self {
+        let static_friction = friction;
+        Self::Coulomb { friction, static_friction, restitution, tangential_restitution: 0.0 }
+    }
+
     /// How many rows it has.
     #[must_use]
     pub fn rows(&self) -> usize {
         if matches!(self, Self::Coulomb { .. }) { 3 } else { 1 }
+    }
+
+    /// Whether it holds with more friction than it slides with.
+    #[must_use]
+    pub fn has_static_friction(&self) -> bool {
+        match *self {
+            Self::Frictionless { .. } => false,
+            Self::Coulomb { friction, static_friction, .. } => static_friction > friction,
+            Self::Dry { static_ratio, .. } => static_ratio > 1.0,
+        }
     }
 
     /// `e`, where it has a gap.
@@ -88,7 +109,7 @@ impl ContactRows {
         self.ends.is_empty()
     }
 
-    pub(super) fn row(&self, i: usize) -> &[(usize, f64)] {
+    pub(crate) fn row(&self, i: usize) -> &[(usize, f64)] {
         let start = i.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.entries[start..self.ends[i]]
     }

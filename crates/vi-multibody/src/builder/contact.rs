@@ -42,7 +42,7 @@ pub enum DryFriction {
 #[derive(Clone)]
 pub(super) enum ContactPart {
     Stop(CoordinateId, JointLimits),
-    Friction(CoordinateId, DryFriction),
+    Friction(CoordinateId, DryFriction, f64),
     Own(Arc<dyn Unilateral>),
 }
 
@@ -54,7 +54,18 @@ impl MechanismBuilder {
 
     /// Adds dry friction to a joint coordinate.
     pub fn joint_friction(&mut self, coordinate: CoordinateId, friction: DryFriction) {
-        self.contacts.push(ContactPart::Friction(coordinate, friction));
+        self.static_joint_friction(coordinate, friction, 1.0);
+    }
+
+    /// The same with a static friction of `ratio` times that of sliding, 1 or more: up to that it
+    /// holds what sticks.
+    pub fn static_joint_friction(
+        &mut self,
+        coordinate: CoordinateId,
+        friction: DryFriction,
+        ratio: f64,
+    ) {
+        self.contacts.push(ContactPart::Friction(coordinate, friction, ratio));
     }
 
     /// Adds the contact of a shape on one frame with a shape on another frame; shapes stand in the
@@ -116,7 +127,7 @@ impl MechanismBuilder {
                     continue;
                 }
                 ContactPart::Stop(id, limits) => (id, [limits.lower, limits.upper]),
-                ContactPart::Friction(id, _) => (id, [None, None]),
+                ContactPart::Friction(id, ..) => (id, [None, None]),
             };
             let coordinate = self.followed(*id, mechanism)?;
             let name = self.joints[id.joint.index()].name.clone();
@@ -130,12 +141,17 @@ impl MechanismBuilder {
                     check_limits(&name, limits)?;
                     Arc::new(JointStop { name, coordinate, lower, upper, restitution, size })
                 }
-                ContactPart::Friction(_, friction) => {
+                ContactPart::Friction(_, friction, static_ratio) => {
+                    let static_ratio = *static_ratio;
                     let [effort, lever] = numbers_of(&name, *friction)?;
+                    if static_ratio.is_nan() || static_ratio < 1.0 {
+                        let element = format!("friction of joint `{name}`");
+                        return Err(BuildError::StaticFriction { element, ratio: static_ratio });
+                    }
                     if lever > 0.0 {
                         forces.contacts.by_reaction.push((place, id.joint.index()));
                     }
-                    Arc::new(JointFriction { name, coordinate, effort, lever, size })
+                    Arc::new(JointFriction { name, coordinate, effort, lever, static_ratio, size })
                 }
                 ContactPart::Own(contact) => contact.clone(),
             });

@@ -46,6 +46,14 @@ pub enum BuildError {
         /// The number.
         value: f64,
     },
+    /// Static friction below that of sliding.
+    #[error("{element}: static friction is {ratio} of that of sliding; it is 1 or more")]
+    StaticFriction {
+        /// The part.
+        element: String,
+        /// The number.
+        ratio: f64,
+    },
     /// Limits of a joint that exclude each other.
     #[error("joint `{joint}`: its lower limit {lower} is not below its upper limit {upper}")]
     Limits {

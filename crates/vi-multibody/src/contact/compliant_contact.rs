@@ -105,6 +105,11 @@ impl CompliantContact {
         self.at(feature, self.own(q, |_, x| x)).gap
     }
 
+    /// The features that touch.
+    pub fn touching<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = u32> + 'a {
+        self.closed(q).map(|(feature, _)| feature)
+    }
+
     /// What the features that touch do.
     pub fn forces<'a>(
         &'a self,

@@ -20,6 +20,8 @@ pub struct JointFriction {
     pub effort: f64,
     /// `μr` of the force across the axis of an angle, m; `μ` of a length.
     pub lever: f64,
+    /// Friction of what sticks over that of what slides, 1 or more.
+    pub static_ratio: f64,
     /// The size of the coordinate, m or rad.
     pub size: f64,
 }
@@ -34,7 +36,8 @@ impl Unilateral for JointFriction {
     }
 
     fn law(&self) -> ContactLaw {
-        ContactLaw::Dry { effort: self.effort, lever: self.lever }
+        let Self { effort, lever, static_ratio, .. } = *self;
+        ContactLaw::Dry { effort, lever, static_ratio }
     }
 
     fn size(&self) -> f64 {

@@ -1,0 +1,96 @@
+//! The velocity of a node with contacts, and what its kinetic energy owes to their impulses.
+//!
+//! ```text
+//! U_n = U⁻ + W Λ'       U_n = 0   of what stays closed along the normal, sticks or holds
+//!                       Λ' = h_{n−1}/(h_{n−1} + h_n) Λ   of what slides,   Λ' = Λ   of what is hit
+//! T_n − T⁻ = ½ Λ'·(U_n + U⁻)
+//! ```
+//! `T⁻` of `p̄_n` has half a step of the loads that a support carries, `½ m (ha/2)²` of a body that
+//! rests, and the friction of half a step too little. Conjugate gradients begin at the part of the
+//! impulses that belongs to the step before, which is the solution under uniform loads.
+
+use super::impulses::NodeImpulses;
+use super::record::{ContactRecord, ContactStatus};
+
+/// A residual of velocities in parts of the largest one.
+const SETTLED: f64 = 1e-13;
+/// Most iterations.
+const ITERATIONS: usize = 200;
+
+/// Scratch.
+#[derive(Debug, Default)]
+pub(super) struct NodeVelocity {
+    free: Vec<bool>,       // k  whether U_n = 0
+    part: Vec<f64>,        // k  Λ'
+    residual: Vec<f64>,    // k  −U_n of free rows
+    direction: Vec<f64>,   // k
+    image: Vec<f64>,       // k  W times it
+    conditioned: Vec<f64>, // k
+}
+
+impl NodeImpulses {
+    /// Writes to the records of the node the work of the impulses up to it; `share`:
+    /// `h_{n−1}/(h_{n−1} + h_n)`.
+    pub(super) fn find_node_velocity(&mut self, share: f64, records: &mut [ContactRecord]) {
+        let Self { contacts, W, arrival: minus, node_velocity: own, .. } = self;
+        let k = minus.len();
+        own.free.clear();
+        own.part.clear();
+        for (contact, record) in contacts.iter().zip(&*records) {
+            for i in 0..contact.law.rows() {
+                let (free, part) = match record.status {
+                    ContactStatus::Open => (false, 0.0),
+                    ContactStatus::Impact => (false, 1.0),
+                    ContactStatus::Stick => (true, share),
+                    ContactStatus::Slip => (i == 0 && contact.law.restitution().is_some(), share),
+                };
+                own.free.push(free && W.at(contact.row + i, contact.row + i) > 0.0);
+                own.part.push(part * record.impulse[i]);
+            }
+        }
+        let speeds = minus.iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+        let NodeVelocity { free, part, residual, direction, image, conditioned } = own;
+        let velocity = |i: usize, part: &[f64]| minus[i] + W.product(i, |j| part[j]);
+        residual.clear();
+        residual.extend((0..k).map(|i| if free[i] { -velocity(i, part) } else { 0.0 }));
+        let condition = |residual: &[f64], out: &mut Vec<f64>| {
+            out.clear();
+            let rows = residual.iter().enumerate();
+            out.extend(rows.map(|(i, r)| if free[i] { r / W.at(i, i) } else { 0.0 }));
+        };
+        condition(residual, conditioned);
+        direction.clone_from(conditioned);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut size = dot(residual, conditioned);
+        for _ in 0..ITERATIONS {
+            let largest = residual.iter().fold(0.0, |most: f64, r| most.max(r.abs()));
+            if largest <= SETTLED * speeds {
+                break;
+            }
+            image.clear();
+            let rows = 0..k;
+            image.extend(rows.map(|i| if free[i] { W.product(i, |j| direction[j]) } else { 0.0 }));
+            let curvature = dot(direction, image);
+            if curvature.is_nan() || curvature <= 0.0 {
+                break; // nothing but what balances itself is left
+            }
+            let length = size / curvature;
+            for i in 0..k {
+                part[i] += length * direction[i];
+                residual[i] -= length * image[i];
+            }
+            condition(residual, conditioned);
+            let next = dot(residual, conditioned);
+            let turn = next / size;
+            size = next;
+            for (direction, conditioned) in direction.iter_mut().zip(&*conditioned) {
+                *direction = conditioned + turn * *direction;
+            }
+        }
+        for (contact, record) in contacts.iter().zip(records) {
+            let rows = contact.row..contact.row + contact.law.rows();
+            let work = rows.map(|i| 0.5 * part[i] * (velocity(i, part) + minus[i]));
+            record.work_before = work.sum();
+        }
+    }
+}
