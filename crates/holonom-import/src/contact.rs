@@ -1,4 +1,4 @@
-//! Contact of bodies with planes of the ground.
+//! Contact of bodies with planes of the ground, and the shapes of all that touches.
 //!
 //! MJCF lets two geoms touch where `contype` of one has a bit of `conaffinity` of the other, with
 //! the larger coefficient of friction. URDF has no ground: it is put under the lowest point of the
@@ -6,7 +6,9 @@
 
 use std::collections::BTreeMap;
 
-use holonom_model::{BodyNames, Contact, ContactPlane, ContactSide, GROUND, PlaneSide, Shape};
+use holonom_model::{
+    BodyNames, Contact, ContactPlane, ContactSide, GROUND, Overlap, PlaneSide, Shape,
+};
 use nalgebra::{Isometry3, Vector3};
 
 use crate::drafter::Drafter;
@@ -14,7 +16,7 @@ use crate::numbers::vector;
 use crate::picture::part;
 use crate::remark::Remarks;
 use crate::robot::Robot;
-use crate::surface::{FRICTION, GroundPlane, Surface};
+use crate::surface::{FRICTION, GroundPlane, Surface, Touching};
 use crate::tree_body::TreeBody;
 
 /// The planes that a robot stands on.
@@ -33,19 +35,44 @@ pub(crate) fn planes(robot: &Robot, nodes: &[TreeBody], remarks: &mut Remarks) -
     vec![GroundPlane { name: "floor".to_owned(), pose, surface: Surface::default() }]
 }
 
-/// The shapes with which a body touches planes; `to_body`: from the axes of the link.
-pub(crate) fn shapes(
-    node: &TreeBody,
-    planes: &[GroundPlane],
-    to_body: &Isometry3<f64>,
-) -> Vec<Shape> {
-    let touching = node.touching.iter().filter(|own| {
-        own.placed.is_shown() && planes.iter().any(|plane| plane.surface.touches(&own.surface))
-    });
-    touching.map(|own| part(&own.placed, to_body)).collect()
+/// The shapes of geometry that touches; `to_body`: from the axes of the link.
+pub(crate) fn shapes(touching: Vec<&Touching>, to_body: &Isometry3<f64>) -> Vec<Shape> {
+    touching.into_iter().map(|own| part(&own.placed, to_body)).collect()
+}
+
+/// A contact by impulses, without restitution.
+pub(crate) fn rule(a: ContactSide, b: BodyNames, friction: f64) -> Contact {
+    Contact {
+        name: String::new(),
+        a,
+        b,
+        relative_to: None,
+        friction,
+        static_friction: None,
+        restitution: 0.0,
+        tangential_restitution: 0.0,
+        overlap: Overlap::Refuse,
+        model: None,
+    }
 }
 
 impl Drafter<'_> {
+    /// The geometry of a body that touches a plane, or another body.
+    pub(crate) fn touching(&self, k: usize) -> Vec<&Touching> {
+        let others = self.body_pairs.keys().filter(|pair| pair.contains(&k));
+        let others: Vec<_> = others
+            .flat_map(|[i, j]| &self.tree.nodes[i + j - k].touching)
+            .filter(|own| own.placed.is_shown())
+            .collect();
+        let touches = |own: &&Touching| {
+            let planes = self.planes.iter().map(|plane| &plane.surface);
+            let mut surfaces = planes.chain(others.iter().map(|other| &other.surface));
+            own.placed.is_shown()
+                && (own.surface.is_paired || surfaces.any(|of| of.touches(&own.surface)))
+        };
+        self.tree.nodes[k].touching.iter().filter(touches).collect()
+    }
+
     /// The contacts of all bodies with planes: one for each plane and coefficient of friction.
     pub(crate) fn contacts(&mut self, remarks: &mut Remarks) {
         for plane in self.planes.clone() {
@@ -71,20 +98,17 @@ impl Drafter<'_> {
                 let position = vector(&plane.pose.translation.vector);
                 let plane_of = ContactPlane { position, normal, on: GROUND.to_owned() };
                 let name = self.names.unique(&plane.name, "contact");
-                self.draft.model.contacts.push(Contact {
-                    name,
-                    a: ContactSide::Plane(PlaneSide { plane: plane_of }),
-                    b: BodyNames::Several(names),
-                    relative_to: None,
-                    friction,
-                    restitution: 0.0,
-                    tangential_restitution: 0.0,
-                    model: None,
-                });
+                let a = ContactSide::Plane(PlaneSide { plane: plane_of });
+                let of = rule(a, BodyNames::Several(names), friction);
+                self.draft.model.contacts.push(Contact { name, ..of });
             }
         }
+    }
+
+    /// What contacts are here.
+    pub(crate) fn contact_remarks(&self, remarks: &mut Remarks) {
         if !self.draft.model.contacts.is_empty() {
-            remarks.of_all("contact with planes of the ground: rigid, with one coefficient of friction; contact of bodies with one another: not translated");
+            remarks.of_all("contact: rigid, with one coefficient of friction for all of a body");
         }
     }
 }

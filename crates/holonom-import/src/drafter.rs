@@ -6,6 +6,7 @@ use holonom_model::Model;
 use nalgebra::Isometry3;
 
 use crate::names::TakenNames;
+use crate::self_contact::BodyPairs;
 use crate::surface::GroundPlane;
 use crate::tree::BodyTree;
 
@@ -33,5 +34,7 @@ pub(crate) struct Drafter<'a> {
     pub(crate) finest: usize,
     /// Planes of the ground that bodies touch.
     pub(crate) planes: Vec<GroundPlane>,
+    /// Bodies that touch one another.
+    pub(crate) body_pairs: BodyPairs,
     pub(crate) draft: Draft,
 }

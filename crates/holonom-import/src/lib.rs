@@ -32,6 +32,7 @@ mod picture;
 mod remark;
 mod repair;
 mod robot;
+mod self_contact;
 mod solid;
 mod source;
 mod surface;

@@ -19,6 +19,7 @@ use crate::numbers::{plain, quaternion, vector};
 use crate::picture::{finest, is_about, part, shape};
 use crate::remark::Remarks;
 use crate::robot::{Mobility, Robot};
+use crate::self_contact::{BodyPairs, body_pairs};
 use crate::solid::PlacedSolid;
 use crate::source::{Refusal, Result};
 use crate::tree::BodyTree;
@@ -46,6 +47,10 @@ pub(crate) fn draft(
             true => planes(robot, &tree.nodes, remarks),
             false => Vec::new(),
         },
+        body_pairs: match options.contacts {
+            true => body_pairs(robot, tree, remarks),
+            false => BodyPairs::new(),
+        },
         draft,
     };
     let masses: Vec<_> = tree.nodes.iter().map(|node| possible(node, remarks)).collect();
@@ -64,6 +69,8 @@ pub(crate) fn draft(
     robot.loops.iter().for_each(|l| drafter.closure(l, remarks));
     robot.gears.iter().for_each(|gear| drafter.gear(gear, remarks));
     drafter.contacts(remarks);
+    drafter.self_contacts(remarks);
+    drafter.contact_remarks(remarks);
     (0..tree.nodes.len()).for_each(|k| drafter.armature(k, options.armature, remarks));
     if !robot.shapes_without_mass.is_empty() {
         remarks.of_all(format!(
@@ -138,7 +145,7 @@ impl Drafter<'_> {
                 Some(_) => Vec::new(),
                 None => shown.iter().map(|placed| part(placed, &to_body)).collect(),
             },
-            collision: shapes(node, &self.planes, &to_body),
+            collision: shapes(self.touching(k), &to_body),
             ..Body::default()
         });
         self.draft.on_bodies.push(comment(node, &self.bodies[k]));

@@ -8,7 +8,7 @@ use crate::Close;
 use crate::mass::Mass;
 use crate::solid::PlacedSolid;
 use crate::source::{Place, Refusal, Result, SourceText};
-use crate::surface::{GroundPlane, Touching};
+use crate::surface::{Exclusion, GeomPair, GroundPlane, Touching};
 
 /// A robot.
 #[derive(Debug)]
@@ -30,6 +30,10 @@ pub(crate) struct Robot {
     pub(crate) unread: Vec<Unread>,
     /// Planes of the ground that bodies may touch.
     pub(crate) planes: Vec<GroundPlane>,
+    /// Links that do not touch.
+    pub(crate) exclusions: Vec<Exclusion>,
+    /// Geometry that touches.
+    pub(crate) geom_pairs: Vec<GeomPair>,
     /// Links with geometry and without mass.
     pub(crate) shapes_without_mass: Vec<String>,
 }

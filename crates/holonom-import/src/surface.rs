@@ -9,7 +9,11 @@ pub(crate) const FRICTION: f64 = 1.0;
 
 /// On contact that is not asked for.
 pub(crate) const NOT_ASKED: &str =
-    "contact: not translated; `--contacts` lets the robot stand on the ground";
+    "contact: not translated; `--contacts` lets the robot touch the ground and itself";
+
+/// On what only soft contact has.
+pub(crate) const SOFT: &str =
+    "contact: it is rigid, `solref`, `solimp`, `margin` and `gap` are not used";
 
 /// What touches, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,11 +21,13 @@ pub(crate) struct Surface {
     pub(crate) friction: f64,
     /// Its own bits, and those of what it touches.
     pub(crate) groups: [u32; 2],
+    /// Whether it is of a pair that is named.
+    pub(crate) is_paired: bool,
 }
 
 impl Default for Surface {
     fn default() -> Self {
-        Self { friction: FRICTION, groups: [1, 1] }
+        Self { friction: FRICTION, groups: [1, 1], is_paired: false }
     }
 }
 
@@ -35,6 +41,7 @@ impl Surface {
 /// A solid of a link that touches.
 #[derive(Clone, Debug)]
 pub(crate) struct Touching {
+    pub(crate) name: Option<String>,
     pub(crate) placed: PlacedSolid,
     pub(crate) surface: Surface,
 }
@@ -42,8 +49,21 @@ pub(crate) struct Touching {
 impl Touching {
     /// The same in another frame, in which this frame has the given pose.
     pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Self {
-        Self { placed: self.placed.moved(pose), surface: self.surface }
+        let (name, placed) = (self.name.clone(), self.placed.moved(pose));
+        Self { name, placed, surface: self.surface }
     }
+}
+
+/// Two links, by their names, that do not touch.
+#[derive(Clone, Debug)]
+pub(crate) struct Exclusion(pub(crate) [String; 2]);
+
+/// Geometry of two links, by its names, that touches whatever its groups are.
+#[derive(Clone, Debug)]
+pub(crate) struct GeomPair {
+    pub(crate) geoms: [String; 2],
+    /// The larger coefficient of both where none is stated.
+    pub(crate) friction: Option<f64>,
 }
 
 /// A plane of the ground: the third axis points out of it.

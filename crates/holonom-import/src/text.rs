@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use holonom_model::{Body, Constraint, Contact, Inertia, Joint, Limits, Scale, Shape};
+use holonom_model::{
+    Body, BodyNames, Constraint, Contact, ContactSide, Inertia, Joint, Limits, Scale, Shape,
+};
 
 use crate::drafter::Draft;
 use crate::remark::Remark;
@@ -153,8 +155,14 @@ impl TomlWriter {
             let plane = format!("position = {position}, normal = {normal}");
             self.pair("a", &format!("{{ plane = {{ {plane} }} }}"));
         }
-        let names: Vec<String> = contact.b.list().iter().map(|name| quoted(name)).collect();
-        self.pair("b", &format!("[{}]", names.join(", ")));
+        let bodies = |names: &BodyNames| {
+            let names: Vec<String> = names.list().iter().map(|name| quoted(name)).collect();
+            format!("[{}]", names.join(", "))
+        };
+        if let ContactSide::Bodies(names) = &contact.a {
+            self.pair("a", &bodies(names));
+        }
+        self.pair("b", &bodies(&contact.b));
         self.pair("friction", &number(contact.friction));
     }
 

@@ -38,8 +38,8 @@ pub(crate) struct ImportArguments {
     /// Leave out the armatures of MJCF, which become rotors geared to their joints
     #[arg(long)]
     pub(crate) no_armature: bool,
-    /// Bodies touch the ground with their geometry for contact: planes of MJCF, of URDF a plane
-    /// under the lowest point
+    /// Bodies touch the ground and one another with their geometry for contact: planes of MJCF, of
+    /// URDF a plane under the lowest point
     #[arg(long)]
     pub(crate) contacts: bool,
     /// Time step, s; by default that of the description, or 1 ms

@@ -10,7 +10,7 @@ use crate::mass::Mass;
 use crate::remark::{FAR, Remarks};
 use crate::robot::{Joint, Link, Mobility, NamedFrame};
 use crate::source::{Refusal, Result};
-use crate::surface::{FRICTION, GroundPlane, NOT_ASKED, Surface, Touching};
+use crate::surface::{FRICTION, GeomPair, GroundPlane, NOT_ASKED, SOFT, Surface, Touching};
 
 /// Where an element stands: in which link, under which class, in which `<frame>`.
 #[derive(Clone)]
@@ -36,6 +36,8 @@ pub(crate) struct Bodies<'a, 'b> {
     pub(crate) mocaps: Vec<String>,
     /// Whether contact is asked for.
     pub(crate) contacts: bool,
+    /// Geometry that touches whatever its groups are.
+    pub(crate) geom_pairs: &'a [GeomPair],
     pub(crate) planes: Vec<GroundPlane>,
 }
 
@@ -79,7 +81,8 @@ impl Bodies<'_, '_> {
                             self.remarks.add("geometry fixed to the ground: no picture", child);
                         }
                         let surface = self.surface(child, &element, scope)?;
-                        geoms.push(Geom { surface, ..moved(&read, &scope.frame) });
+                        let name = child.word("name").map(str::to_owned);
+                        geoms.push(Geom { surface, name, ..moved(&read, &scope.frame) });
                     }
                 }
                 "site" => {
@@ -113,6 +116,13 @@ impl Bodies<'_, '_> {
         Ok(taken)
     }
 
+    /// Whether a geom is of a pair that is named.
+    fn is_paired(&self, child: &XmlElement) -> bool {
+        let is =
+            |name: &str| self.geom_pairs.iter().any(|pair| pair.geoms.iter().any(|g| g == name));
+        child.word("name").is_some_and(is)
+    }
+
     /// How a geom of a body touches planes, where that is asked for.
     fn surface(
         &mut self,
@@ -120,8 +130,8 @@ impl Bodies<'_, '_> {
         element: &XmlElement,
         scope: &Context,
     ) -> Result<Option<Surface>> {
-        let surface = surface(element)?;
-        if surface.groups == [0, 0] {
+        let surface = Surface { is_paired: self.is_paired(child), ..surface(element)? };
+        if surface.groups == [0, 0] && !surface.is_paired {
             return Ok(None);
         }
         if !self.contacts {
@@ -133,9 +143,7 @@ impl Bodies<'_, '_> {
         }
         let soft = ["solref", "solimp", "margin", "gap"];
         if soft.iter().any(|name| element.word(name).is_some()) {
-            let message =
-                "contact: it is rigid, `solref`, `solimp`, `margin` and `gap` are not used";
-            self.remarks.add(message, child);
+            self.remarks.add(SOFT, child);
         }
         Ok(Some(surface))
     }
@@ -177,7 +185,8 @@ impl Bodies<'_, '_> {
         let mass = self.mass(element, &geoms)?;
         let link = &mut self.links[number];
         let touching = geoms.iter().filter_map(|geom| {
-            Some(Touching { placed: geom.placed.clone()?, surface: geom.surface? })
+            let (name, placed) = (geom.name.clone(), geom.placed.clone()?);
+            Some(Touching { name, placed, surface: geom.surface? })
         });
         link.touching = touching.collect();
         link.solids = geoms.into_iter().filter_map(|geom| geom.placed).collect();
@@ -392,6 +401,7 @@ fn surface(element: &XmlElement) -> Result<Surface> {
     let surface = Surface {
         friction: friction.unwrap_or(FRICTION),
         groups: [bits("contype")?, bits("conaffinity")?],
+        is_paired: false,
     };
     if surface.friction < 0.0 {
         let message = format!("`friction` is {}: it is negative", surface.friction);
@@ -411,5 +421,5 @@ fn has_joint(element: &XmlElement) -> bool {
 
 fn moved(geom: &Geom, frame: &Isometry3<f64>) -> Geom {
     let placed = geom.placed.as_ref().map(|placed| placed.moved(frame));
-    Geom { placed, mass: geom.mass.moved(frame), surface: geom.surface }
+    Geom { placed, mass: geom.mass.moved(frame), surface: geom.surface, name: geom.name.clone() }
 }

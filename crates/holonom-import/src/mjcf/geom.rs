@@ -25,6 +25,7 @@ pub(crate) struct Geom {
     pub(crate) mass: Mass,
     /// How it touches planes of the ground; `None` where it does not.
     pub(crate) surface: Option<Surface>,
+    pub(crate) name: Option<String>,
 }
 
 /// Density without one, kg/m³.
@@ -60,7 +61,7 @@ impl Geoms<'_> {
         remarks: &mut Remarks,
     ) -> Result<Geom> {
         let kind = element.word("type").unwrap_or("sphere");
-        let none = Geom { placed: None, mass: Mass::default(), surface: None };
+        let none = Geom { placed: None, mass: Mass::default(), surface: None, name: None };
         if element.word("mesh").is_some() && kind != "mesh" {
             remarks.add("solids fitted to meshes: neither mass nor picture", element);
             return Ok(none);
@@ -90,7 +91,7 @@ impl Geoms<'_> {
             true => placed.solid.with_mass(mass).moved(&placed.pose),
             false => Mass::default(),
         };
-        Ok(Geom { placed: Some(placed), mass: properties, surface: None })
+        Ok(Geom { placed: Some(placed), mass: properties, surface: None, name: None })
     }
 
     /// Whether its group counts, and mass or density are not zero.
@@ -124,13 +125,13 @@ impl Geoms<'_> {
                 remarks.add(format!("meshes, {reason}: {lost}"), element);
                 let file = file.map_or_else(|| name.to_owned(), |mesh| mesh.file);
                 self.unread.push(Unread { file, reason });
-                return Ok(Geom { placed: None, mass: Mass::default(), surface: None });
+                return Ok(Geom { placed: None, mass: Mass::default(), surface: None, name: None });
             }
         };
         let pose = pose(element, self.settings)?;
         let placed = Some(summary.placed(&pose));
         if !weighs {
-            return Ok(Geom { placed, mass: Mass::default(), surface: None });
+            return Ok(Geom { placed, mass: Mass::default(), surface: None, name: None });
         }
         let unit = match shell {
             true => summary.shell_mass(),
@@ -146,7 +147,7 @@ impl Geoms<'_> {
             remarks.add(message, element);
         }
         let mass = unit.scaled(mass(element, unit.mass)? / unit.mass);
-        Ok(Geom { placed, mass: mass.moved(&pose), surface: None })
+        Ok(Geom { placed, mass: mass.moved(&pose), surface: None, name: None })
     }
 }
 

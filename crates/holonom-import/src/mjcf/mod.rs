@@ -23,6 +23,7 @@ use crate::mesh::MeshCache;
 use crate::remark::Remarks;
 use crate::robot::{Link, NamedFrame, Robot};
 use crate::source::{Place, Refusal, Result};
+use crate::surface::{Exclusion, GeomPair, NOT_ASKED, SOFT};
 
 /// Reads a robot from the root element `<mujoco>`.
 pub(crate) fn robot(
@@ -36,6 +37,7 @@ pub(crate) fn robot(
     let defaults = Defaults::read(root)?;
     let files = files(root, &defaults)?;
     let mut geoms = Geoms { settings: &settings, files, meshes, unread: Vec::new() };
+    let geom_pairs = geom_pairs(root, &defaults, options.contacts, remarks)?;
     let mut bodies = Bodies {
         geoms: &mut geoms,
         settings: &settings,
@@ -45,6 +47,7 @@ pub(crate) fn robot(
         sites: Vec::new(),
         mocaps: Vec::new(),
         contacts: options.contacts,
+        geom_pairs: &geom_pairs,
         planes: Vec::new(),
     };
     root.all("worldbody").try_for_each(|world| bodies.world(world))?;
@@ -69,7 +72,7 @@ pub(crate) fn robot(
     };
     equalities.read(root)?;
     let Equalities { loops, gears, .. } = equalities;
-    rest(root, remarks);
+    rest(root, options.contacts, remarks);
     if let Some(total) = settings.total_mass {
         scale(&mut links, total);
     }
@@ -86,8 +89,44 @@ pub(crate) fn robot(
         frames,
         unread,
         planes,
+        exclusions: exclusions(root, options.contacts)?,
+        geom_pairs,
         shapes_without_mass: Vec::new(),
     })
+}
+
+/// `<pair>` of `<contact>`.
+fn geom_pairs(
+    root: &XmlElement,
+    defaults: &Defaults,
+    contacts: bool,
+    remarks: &mut Remarks,
+) -> Result<Vec<GeomPair>> {
+    let mut pairs = Vec::new();
+    for pair in root.all("contact").flat_map(|own| own.all("pair")).filter(|_| contacts) {
+        let element = defaults.apply(pair, None)?;
+        let geoms = [element.required("geom1")?.to_owned(), element.required("geom2")?.to_owned()];
+        let friction = element.numbers("friction")?.and_then(|own| own.first().copied());
+        if let Some(friction) = friction.filter(|own| *own < 0.0) {
+            let message = format!("`friction` is {friction}: it is negative");
+            return Err(Refusal::at(element.place_of("friction"), message, "write 0 or more"));
+        }
+        let soft = ["solref", "solimp", "margin", "gap", "solreffriction"];
+        if soft.iter().any(|name| element.word(name).is_some()) {
+            remarks.add(SOFT, pair);
+        }
+        pairs.push(GeomPair { geoms, friction });
+    }
+    Ok(pairs)
+}
+
+/// `<exclude>` of `<contact>`.
+fn exclusions(root: &XmlElement, contacts: bool) -> Result<Vec<Exclusion>> {
+    let all = root.all("contact").flat_map(|own| own.all("exclude")).filter(|_| contacts);
+    let names = |own: &XmlElement| {
+        Ok(Exclusion([own.required("body1")?.to_owned(), own.required("body2")?.to_owned()]))
+    };
+    all.map(names).collect()
 }
 
 /// The files of meshes, by the names of the meshes.
@@ -130,7 +169,7 @@ fn unique_names(links: &[Link]) -> Result<()> {
 }
 
 /// Remarks on the sections that have no counterpart.
-fn rest(root: &XmlElement, remarks: &mut Remarks) {
+fn rest(root: &XmlElement, contacts: bool, remarks: &mut Remarks) {
     for section in &root.children {
         let message = match section.name.as_str() {
             "compiler" | "option" | "default" | "worldbody" | "equality" | "size" | "statistic" => {
@@ -144,7 +183,8 @@ fn rest(root: &XmlElement, remarks: &mut Remarks) {
             "tendon" => "tendons: not translated",
             "sensor" => "sensors: not translated",
             "keyframe" => "keyframes: not translated; `--joint NAME=VALUE` states initial values",
-            "contact" => "pairs and exclusions of contact: not translated",
+            "contact" if contacts => continue,
+            "contact" => NOT_ASKED,
             "custom" => "custom data: not translated",
             "deformable" | "skin" => "deformable bodies: not translated",
             other => {

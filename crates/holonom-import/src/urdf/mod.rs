@@ -58,6 +58,8 @@ pub(crate) fn robot(
         gears,
         unread,
         planes: Vec::new(),
+        exclusions: Vec::new(),
+        geom_pairs: Vec::new(),
         shapes_without_mass,
     })
 }
@@ -190,7 +192,8 @@ impl<'a> UrdfReader<'a> {
             if !self.contacts {
                 self.remarks.add(NOT_ASKED, &named(collision, element));
             } else if let Some((placed, _)) = self.geometry(collision, false)? {
-                link.touching.push(Touching { placed, surface: Surface::default() });
+                let (name, surface) = (None, Surface::default());
+                link.touching.push(Touching { name, placed, surface });
             }
         }
         let Some((_, joint)) = above else { return Ok(link) };
