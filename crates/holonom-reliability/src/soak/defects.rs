@@ -17,6 +17,8 @@ pub enum SoakDefect {
     NotFinite,
     /// Constraints are not enforced: coordinates are off by 1e-9 of their value.
     Constraint,
+    /// Contacts are passed by 1e-8.
+    Gap,
     /// Residuals are reported as zero.
     Report,
     /// Momentum grows by 1e-9 of its value in a run.
@@ -51,10 +53,11 @@ pub enum SoakDefect {
 
 impl SoakDefect {
     /// All.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Panic,
         Self::NotFinite,
         Self::Constraint,
+        Self::Gap,
         Self::Report,
         Self::Momentum,
         Self::Energy,
@@ -81,6 +84,7 @@ impl SoakDefect {
             Self::Constraint => {
                 "constraints are not enforced: coordinates are off by 1e-9 of their value"
             }
+            Self::Gap => "contacts and stops are passed by 1e-8",
             Self::Report => "residuals are reported as zero",
             Self::Momentum => "momenta grow by 1e-9 of their value",
             Self::Energy => "the energy grows by 1e-7 of its value",
@@ -106,6 +110,7 @@ impl SoakDefect {
             Self::Panic => FaultKind::Panic,
             Self::NotFinite => FaultKind::NotFinite,
             Self::Constraint => FaultKind::Residual,
+            Self::Gap => FaultKind::Gap,
             Self::Report => FaultKind::Report,
             Self::Momentum => FaultKind::Momentum,
             Self::Energy => FaultKind::Energy,
@@ -163,6 +168,7 @@ impl SoakDefect {
             Some(Self::Report) => {
                 trace.samples.iter_mut().for_each(|sample| sample.residuals.position = 0.0);
             }
+            Some(Self::Gap) => trace.gap.iter_mut().for_each(|gap| *gap -= 1e-8),
             Some(Self::Momentum) => last.momentum.linear.iter_mut().for_each(|p| *p *= 1.0 + 1e-9),
             Some(Self::Energy) => {
                 let total = last.energies.first().copied().unwrap_or_default();

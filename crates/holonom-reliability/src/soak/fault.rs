@@ -14,6 +14,8 @@ pub enum FaultKind {
     NotFinite,
     /// A constraint residual beyond round-off.
     Residual,
+    /// A contact or a stop that is passed.
+    Gap,
     /// A residual that is reported otherwise than it is.
     Report,
     /// A momentum map of a free system that changes.

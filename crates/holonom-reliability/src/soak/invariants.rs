@@ -1,6 +1,7 @@
 //! What holds at the nodes of every motion: finite numbers, constraints, momentum maps, energy.
 //!
 //! ```text
+//! contacts      g_i(q_n) ≥ 0                                                  round-off
 //! constraints   χ = max_i |g_i(q_n)| / Σ_j |G_ij| size_j                     round-off
 //! momentum      |P(t) − P(0) − M g t|,  |L(t) − L(0)|  of a free system, without gravity or along it
 //! energy        |H(t) − H(0) − Σ work|  of the energy–momentum schemes without prescribed motions
@@ -9,8 +10,8 @@
 
 use super::fault::{FaultKind, Violation};
 use super::trace::Trace;
-use bounds::{ENERGY, MOMENTUM, RESIDUAL};
-use holonom::model::{Constraint, End, GROUND, JointKind};
+use bounds::{ENERGY, GAP, MOMENTUM, RESIDUAL};
+use holonom::model::{Constraint, ContactSide, End, GROUND, JointKind};
 use holonom::vi_constraints::Constraints;
 use holonom::vi_core::Configuration;
 use holonom::vi_core::linear::norm_inf;
@@ -20,6 +21,8 @@ use holonom::{Model, Sample, Simulation};
 pub mod bounds {
     /// Residual of a constraint, relative to the size of its row.
     pub const RESIDUAL: f64 = 1e-11;
+    /// By how much contacts and stops are passed, m or rad.
+    pub const GAP: f64 = 1e-9;
     /// Change of a momentum map.
     pub const MOMENTUM: f64 = 1e-10;
     /// Residual of the energy balance.
@@ -64,6 +67,9 @@ pub(super) fn hold(
 ) -> Result<(), Violation> {
     finite(found)?;
     measured.residual = Some(constraints(model, simulation, found)?);
+    if let Some(gap) = found.gap {
+        within(FaultKind::Gap, -gap, GAP, "a contact or a stop is passed by")?;
+    }
     if is_free(model) {
         let change = momentum(model, found);
         measured.momentum = Some(change);
@@ -161,7 +167,12 @@ fn is_free(model: &Model) -> bool {
     let beams = model.beams.iter().any(|b| b.start != End::Free || b.end != End::Free);
     let weighs = model.gravity().iter().any(|g| *g != 0.0);
     let none = model.constraints.is_empty() && model.loads.is_empty();
-    none && !(bodies || joints || bars || springs || beams || weighs && !model.beams.is_empty())
+    let planes = model.contacts.iter().any(|own| match &own.a {
+        ContactSide::Plane(side) => side.plane.on == GROUND,
+        ContactSide::Bodies(_) => false,
+    });
+    none && !planes
+        && !(bodies || joints || bars || springs || beams || weighs && !model.beams.is_empty())
 }
 
 /// The largest relative change of a momentum map that is conserved.

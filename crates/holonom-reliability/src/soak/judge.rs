@@ -149,7 +149,7 @@ pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Violation> {
         Ok(Some(RunOutcome::Failed(failure))) => Some(failure),
         _ => None,
     };
-    let mut found = Trace { samples, failure };
+    let mut found = Trace { samples, failure, gap: None };
     SoakDefect::disturb(disturbed.then_some(SoakDefect::NotFinite), &mut found);
     invariants::finite(&found)?;
     match &found.failure {
@@ -185,7 +185,7 @@ pub fn continued(
         left > 0
     };
     let Ok(outcome) = simulation.run_while(&mut observe, &mut proceed);
-    invariants::finite(&Trace { samples, failure: None })?;
+    invariants::finite(&Trace { samples, ..Trace::default() })?;
     match outcome {
         None => Err(Violation::new(FaultKind::Restart, "a continued run does not end")),
         Some(RunOutcome::Failed(failure)) => {

@@ -166,7 +166,7 @@ fn numbers(
     if let Some(statement) = statement {
         SoakDefect::restate(defect, statement, &mut found);
     }
-    let Trace { samples, failure } = found;
+    let Trace { samples, failure, .. } = found;
     let believed = samples.iter().all(|sample| sample.notice.is_none());
     let whole = failure.is_none() && believed;
     Ok(whole.then(|| samples.iter().map(|sample| reader.read(sample)).collect()))

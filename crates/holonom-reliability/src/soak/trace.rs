@@ -1,5 +1,6 @@
 //! A run in memory.
 
+use holonom::experiment::Experiment;
 use holonom::simulation::RunOutcome;
 use holonom::{Model, ModelError, RunFailure, Sample, Simulation};
 use std::convert::Infallible;
@@ -11,6 +12,8 @@ pub struct Trace {
     pub samples: Vec<Sample>,
     /// Why it ended early.
     pub failure: Option<RunFailure>,
+    /// The smallest gap of contacts and stops at the ends of steps, m or rad.
+    pub gap: Option<f64>,
 }
 
 /// Assembles a model from its text.
@@ -35,5 +38,6 @@ pub fn trace(simulation: &mut Simulation) -> Trace {
         RunOutcome::Done => None,
         RunOutcome::Failed(failure) => Some(failure),
     };
-    Trace { samples, failure }
+    let gap = simulation.contact_counts().and_then(|counts| counts.smallest_gap);
+    Trace { samples, failure, gap }
 }

@@ -9,9 +9,11 @@
 //! | `locked` | mechanisms without a degree of freedom |
 //! | [`large`] | mechanisms of many members, and one more |
 //! | `forces` | springs, dampers, motors, loads, gears, prescribed motions |
+//! | `contacts` | stops and dry friction of joints, spheres that touch |
 
 mod beams;
 mod bodies;
+mod contacts;
 mod forces;
 pub mod large;
 mod locked;
@@ -71,6 +73,7 @@ pub fn mechanism(seed: u64, index: u64) -> Model {
     }
     forces::add(&mut model, kind, draw);
     settings::choose(&mut model, kind, draw);
+    contacts::add(&mut model, kind, draw);
     model
 }
 
