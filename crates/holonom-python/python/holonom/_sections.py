@@ -33,6 +33,7 @@ class Builder(Sections):
         contacts: bool | None = None,
         end: Number | None = None,
         every: Integer | None = None,
+        impact: Literal["newton", "moreau", "sequential"] | None = None,
         loop_tolerance: Number | None = None,
         max_events: Integer | None = None,
         method: Literal["composition", "galerkin"] | None = None,
@@ -80,6 +81,9 @@ class Builder(Sections):
             End time, s. The run takes the whole number of steps that reaches it.
         every : int, optional
             Record every k-th step (the first and the last always).
+        impact : str, optional
+            What an impact is.
+            One of ``"newton"``, ``"moreau"``, ``"sequential"``.
         loop_tolerance : float, optional
             What closed loops may miss where their constraints nearly follow from one another: rad,
             or parts of the size of the loop. 0 takes every digit at its word.
@@ -140,6 +144,7 @@ class Builder(Sections):
             "contacts": contacts,
             "end": end,
             "every": every,
+            "impact": impact,
             "loop_tolerance": loop_tolerance,
             "max_events": max_events,
             "method": method,
@@ -474,7 +479,8 @@ class Builder(Sections):
             joints it is ``axis2``.
         friction : dict, optional
             Dry friction of a joint coordinate.
-            Keys: ``coefficient``, ``force``, ``freedom``, ``model``, ``radius``, ``torque``.
+            Keys: ``coefficient``, ``force``, ``freedom``, ``model``, ``radius``, ``static_ratio``,
+            ``torque``.
         limits : array (2,) or dict, optional
             Stops of a joint coordinate: ``[lower, upper]``, or a table.
         motor : dict, optional
@@ -1396,8 +1402,10 @@ class Builder(Sections):
         *,
         friction: Number | None = None,
         model: Mapping[str, Any] | None = None,
+        overlap: Literal["refuse", "separate"] | None = None,
         relative_to: Name | None = None,
         restitution: Number | None = None,
+        static_friction: Number | None = None,
         tangential_restitution: Number | None = None,
     ) -> Part:
         """``[[contact]]``: bodies that cannot pass through a plane, or through one another; rigid,
@@ -1419,11 +1427,17 @@ class Builder(Sections):
             force, against the slip; up to that it holds.
         model : dict, optional
             In the place of a rigid contact: a force that grows with the overlap.
+        overlap : str, optional
+            What happens where shapes overlap at the start.
+            One of ``"refuse"``, ``"separate"``.
         relative_to : str, optional
             The frame of a plane that is fixed in the ground: a body, a node of a beam, a joint or a
             ``[[frame]]``, as it is initially; the inertial frame by default.
         restitution : float, optional
             Normal velocity after an impact over that before, between 0 and 1.
+        static_friction : float, optional
+            Coefficient of friction of what sticks, above ``friction``: up to that it holds, and
+            then slides with the other one.
         tangential_restitution : float, optional
             The same of the velocity across the normal, as far as friction can reverse it; 1 of a
             superball.
@@ -1434,8 +1448,10 @@ class Builder(Sections):
             "b": b,
             "friction": friction,
             "model": model,
+            "overlap": overlap,
             "relative_to": relative_to,
             "restitution": restitution,
+            "static_friction": static_friction,
             "tangential_restitution": tangential_restitution,
         }
         return self._add("contact", given)
