@@ -52,7 +52,14 @@ fn a_design_is_written_as_the_run_of_its_model() {
     let found = optimum(&folder);
     assert_eq!(found["status"], "optimal");
     let names = files(&folder.join("clock-optimum"));
-    for name in ["optimum.json", "optimum.html", "iterations.csv", "model.toml", "summary.json", "report.html"] {
+    for name in [
+        "optimum.json",
+        "optimum.html",
+        "iterations.csv",
+        "model.toml",
+        "summary.json",
+        "report.html",
+    ] {
         assert!(names.contains(name), "{name} in {names:?}");
     }
     assert!(!names.contains("controls.csv"));
@@ -167,6 +174,29 @@ fn shipped_optima_are_found_from_their_own_guess() {
         is_repeated(&folder);
         assert_eq!(code(&folder, &["run", "clock.toml", "-o", "plain", "-q", "--force"]), 0);
     }
+}
+
+/// A quarter of a turn, stated by a component that is at its largest there: it has no first
+/// derivative, which is said.
+#[cfg(feature = "optimize")]
+#[test]
+fn a_condition_at_its_largest_value_is_named() {
+    let folder = folder("optima", "steep");
+    assert_eq!(code(&folder, &["examples", "optimum_satellite", "-o", "clock.toml"]), 0);
+    let set = ["first_y.equals=0.0", "first_z.equals=1.0", "second_z.equals=0.0"];
+    let set = set.map(|own| format!("condition.{own}"));
+    let mut words_of = vec!["optimize", "clock.toml", "--force"];
+    set.iter().for_each(|own| words_of.extend(["--set", own]));
+    let done = holonom(&folder, &words_of);
+    let said = words(&done);
+    assert_eq!(done.status.code(), Some(1), "{said}");
+    assert!(said.contains("`first_z` grows without bound"), "{said}");
+    // another component states the same attitude
+    let last = words_of.len() - 3;
+    words_of[last] = "condition.first_z.sensor=first.x";
+    words_of.extend(["--set", "condition.first_z.equals=0.0"]);
+    let done = holonom(&folder, &words_of);
+    assert_eq!(done.status.code(), Some(0), "{}", words(&done));
 }
 
 /// In the least time each torque is at a bound nearly always; fewer steps need more time.

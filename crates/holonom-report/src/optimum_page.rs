@@ -53,14 +53,14 @@ pub fn iteration_charts(found: &Found) -> Vec<Chart> {
         let chart = drawn(title.to_owned(), axes, Strokes::MarkedLine, curves);
         Chart { marks: marks.clone(), ..chart }
     };
-    let mut left = vec![curve("violation", &|at| at.infeasibility)];
+    let mut left = vec![curve("violation", &|at| at.iterate.infeasibility)];
     if !found.controls.is_empty() {
-        left.push(curve("stationarity", &|at| at.stationarity));
-        left.push(curve("barrier", &|at| at.barrier));
+        left.push(curve("stationarity", &|at| at.iterate.stationarity));
+        left.push(curve("barrier", &|at| at.iterate.barrier));
     }
     let mut charts = vec![chart("what is left", ChartAxis::logarithmic("size", ""), left)];
     if !report.terms.is_empty() {
-        let cost = vec![curve("cost", &|at| at.cost)];
+        let cost = vec![curve("cost", &|at| at.iterate.cost)];
         charts.push(chart("cost", ChartAxis::linear("cost", ""), cost));
     }
     for (k, own) in report.parameters.iter().enumerate() {
@@ -228,7 +228,8 @@ fn push_refinements(html: &mut String, own: &OptimumReport) {
 mod tests {
     use super::*;
     use holonom_sim::gradient::TermValue;
-    use holonom_sim::optimize::{ConditionMet, ControlFound, ParameterFound, Refinement, Step};
+    use holonom_sim::optimize::{ConditionMet, ControlFound, Iterate, ParameterFound};
+    use holonom_sim::optimize::{Refinement, Step};
 
     const MODEL: &str = r#"
         model = { name = "m" }
@@ -266,14 +267,9 @@ mod tests {
                 .into(),
             ..OptimumReport::default()
         };
-        let step = |steps: usize, cost: f64| Step {
-            start: 1,
-            steps,
-            cost,
-            infeasibility: 0.1 * cost,
-            stationarity: 0.2 * cost,
-            parameters: vec![3.0 * cost],
-            ..Step::default()
+        let step = |steps: usize, cost: f64| {
+            let iterate = Iterate { cost, infeasibility: 0.1 * cost, ..Iterate::default() };
+            Step { start: 1, steps, iterate, parameters: vec![3.0 * cost] }
         };
         let steps = vec![step(1, 4.0), step(1, 2.0), step(2, 1.25)];
         let controls = vec![vec![-1.0], vec![2.0]];

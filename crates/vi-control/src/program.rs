@@ -84,7 +84,7 @@ pub struct Start {
 }
 
 /// An iteration of a method.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Iterate {
     /// Its number, from 0 on.
     pub iteration: usize,

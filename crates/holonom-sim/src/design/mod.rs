@@ -18,6 +18,7 @@ mod tests;
 use crate::system::System;
 use holonom_model::{
     Constraint, Model, ModelError, ModelText, Override, ParameterTangent, Placements, Slopes,
+    nearest,
 };
 use nalgebra::{Matrix3, Vector3};
 use vi_core::num_dual::Dual64;
@@ -46,6 +47,37 @@ pub struct ModelTangent {
 /// A derivative that is not available, as an error of the model.
 pub(crate) fn refused(key: &str, what: impl Into<String>, help: impl Into<String>) -> ModelError {
     ModelError::Unsupported { key: key.to_owned(), what: what.into(), help: help.into() }
+}
+
+/// A parameter by its name, on which something depends; `key`: of the model, where it is named.
+///
+/// # Errors
+/// [`ModelError`] where there is none.
+pub(crate) fn number<'a>(
+    key: &str,
+    name: &str,
+    known: &'a [ParameterTangent],
+) -> Result<&'a ParameterTangent, ModelError> {
+    let Some(found) = known.iter().find(|known| known.name == name) else {
+        let what = format!("`{name}`, which is no number under [parameters]");
+        let help = match nearest(name, known.iter().map(|own| own.name.as_str())) {
+            Some(best) => format!("did you mean `{best}`?"),
+            None if known.is_empty() => {
+                "state it there, and let expressions use it: mass = \"= NAME\"".to_owned()
+            }
+            None => {
+                let all: Vec<_> = known.iter().map(|own| format!("`{}`", own.name)).collect();
+                format!("numbers are {}; expressions follow from them", all.join(", "))
+            }
+        };
+        return Err(refused(key, what, help));
+    };
+    if found.keys.is_empty() && found.formulas.is_empty() {
+        let what = format!("`{name}`, on which nothing depends");
+        let help = format!("write \"= {name}\" where it counts, or leave it out");
+        return Err(refused(key, what, help));
+    }
+    Ok(found)
 }
 
 /// The tangents of a model by those of its parameters on which it depends.

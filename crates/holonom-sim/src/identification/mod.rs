@@ -16,11 +16,11 @@ mod tests;
 pub use data::{DataError, MeasuredColumn};
 pub use report::{Combination, EstimatedNumber, FitOf, Identified, MeasuredRow};
 
-use crate::design::refused;
+use crate::design::{number, refused};
 use crate::gradient::quantity::Measured;
 use crate::gradient::trial::{InitialCoordinate, ModelTrials, SensorRead, StatedStart};
 use crate::system::outside::Outside;
-use holonom_model::{Model, ModelError, ModelText, Override, ParameterTangent, nearest};
+use holonom_model::{Model, ModelError, ModelText, Override, ParameterTangent};
 use nalgebra::DMatrix;
 use std::fmt::Write;
 use vi_control::identification::{MotionResiduals, Series};
@@ -231,24 +231,7 @@ fn unknown(
     known: &[ParameterTangent],
 ) -> Result<Parameter, ModelError> {
     let key = format!("identify.parameters.{name}");
-    let Some(found) = known.iter().find(|known| known.name == name) else {
-        let what = format!("an estimate of `{name}`, which is no number under [parameters]");
-        let help = match nearest(name, known.iter().map(|own| own.name.as_str())) {
-            Some(best) => format!("did you mean `{best}`?"),
-            None if known.is_empty() => {
-                "state it there, and let expressions use it: mass = \"= NAME\"".to_owned()
-            }
-            None => {
-                let all: Vec<_> = known.iter().map(|own| format!("`{}`", own.name)).collect();
-                format!("numbers are {}; expressions follow from them", all.join(", "))
-            }
-        };
-        return Err(refused(&key, what, help));
-    };
-    if found.keys.is_empty() && found.formulas.is_empty() {
-        let what = format!("an estimate of `{name}`, on which nothing depends");
-        return Err(refused(&key, what, "let an expression of the model use it"));
-    }
+    let found = number(&key, name, known)?;
     let mut parameter = Parameter::new(name, own.start.unwrap_or(found.value));
     let [min, max] = [own.min.unwrap_or(f64::NEG_INFINITY), own.max.unwrap_or(f64::INFINITY)];
     if !(min..=max).contains(&parameter.start) {

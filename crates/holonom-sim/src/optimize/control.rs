@@ -433,22 +433,10 @@ pub(super) fn control(
         let rows: Rc<RefCell<Vec<Step>>> = Rc::default();
         let (seen, told) = (rows.clone(), progress.clone());
         let watch = move |steps: usize, at: &Iterate| {
-            let Iterate { iteration, cost, infeasibility, stationarity, barrier, step, shift } =
-                *at;
-            let parameters = Vec::new();
-            seen.borrow_mut().push(Step {
-                start,
-                steps,
-                iteration,
-                cost,
-                infeasibility,
-                stationarity,
-                barrier,
-                step,
-                shift,
-                parameters,
-            });
+            let iterate = *at;
+            seen.borrow_mut().push(Step { start, steps, iterate, parameters: Vec::new() });
             let iteration = seen.borrow().len();
+            let Iterate { cost, infeasibility, .. } = iterate;
             let goes_on = (told.borrow_mut())(&Progress { start, iteration, cost, infeasibility });
             if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
@@ -533,9 +521,13 @@ fn report(model: &Model, found: Optimum, (rows, starts): (Vec<Step>, Vec<StartFo
             }),
         )
     };
+    let conditions: Vec<ConditionMet> = with_sensor().enumerate().map(met).collect();
     let missed = match &found.verdict {
         Verdict::Infeasible(rows) => rows.clone(),
-        Verdict::Unfinished(outcome) => vec![format!("{outcome:?}")],
+        Verdict::Unfinished(outcome) => std::iter::once(format!("{outcome:?}"))
+            .chain(steep(&conditions, found.cost()))
+            .collect(),
+        Verdict::NotOptimal => steep(&conditions, found.cost()).into_iter().collect(),
         Verdict::TurnsTooFar { step, turn } => {
             vec![format!("{turn:.2} rad in step {step}: take more steps")]
         }
@@ -552,7 +544,7 @@ fn report(model: &Model, found: Optimum, (rows, starts): (Vec<Step>, Vec<StartFo
         cost: found.cost(),
         terms: model.objectives.iter().zip(&motion.costs).map(term).collect(),
         controls: model.controls.iter().enumerate().map(used).collect(),
-        conditions: with_sensor().enumerate().map(met).collect(),
+        conditions,
         iterations: found.iterations,
         sufficient: Some(found.is_sufficient()),
         refinements: of.map(|&(steps, cost)| Refinement { steps, cost }).collect(),
@@ -571,4 +563,18 @@ fn report(model: &Model, found: Optimum, (rows, starts): (Vec<Step>, Vec<StartFo
     };
     let (model, controls) = (moved(model, motion), motion.controls.clone());
     Found { report, steps: rows, model, costates: found.costates, controls }
+}
+
+/// What is said where a method has not converged and prices have grown without bound: multipliers
+/// `y` with `∇f + Jᵀy = 0` of that size state that rows of `J` depend on one another, to `1/|y|`.
+fn steep(conditions: &[ConditionMet], cost: f64) -> Option<String> {
+    const STEEP: f64 = 1e5; // times the cost for one unit
+    let dearest = conditions.iter().max_by(|a, b| a.price.abs().total_cmp(&b.price.abs()))?;
+    (dearest.price.abs() > STEEP * cost.abs()).then(|| {
+        format!(
+            "the price of `{}` grows without bound, {:.0e}: nothing changes it there, as a component at its largest value, \
+             or it depends on other conditions; state other components",
+            dearest.name, dearest.price
+        )
+    })
 }

@@ -10,7 +10,7 @@ use super::found::{
     ConditionMet, Found, OptimizeFailure, OptimumReport, ParameterFound, Progress, SEED,
     StartFound, Status, Step, plain,
 };
-use crate::design::refused;
+use crate::design::{number, refused};
 use crate::gradient::TermValue;
 use crate::gradient::trial::{ModelTrials, SensorRead};
 use crate::random::Random;
@@ -23,6 +23,7 @@ use vi_control::constrained_least_squares::{
 };
 use vi_control::identification::{MotionResiduals, Reading, Series};
 use vi_control::least_squares::{FitError, Parameter, Residuals};
+use vi_control::program::Iterate;
 
 /// Which rows of the residuals are of what.
 struct Rows {
@@ -140,22 +141,14 @@ fn free(
     let mut free = Vec::new();
     for (name, bounds) in &settings.parameters {
         let key = format!("optimize.parameters.{name}");
-        let refuse = |what: &str, help: String| Err(refused(&key, what, help));
-        let Some(own) = known.iter().find(|own| own.name == *name) else {
-            let names: Vec<&str> = known.iter().map(|own| own.name.as_str()).collect();
-            let help = format!("parameters that are numbers: {}", names.join(", "));
-            return refuse(&format!("`{name}`, which is no parameter that is a number"), help);
-        };
-        if own.keys.is_empty() && own.formulas.is_empty() {
-            let help = format!("remove it, or write \"= {name}\" where it counts");
-            return refuse(&format!("`{name}`, on which nothing depends"), help);
-        }
-        if !(bounds.min..=bounds.max).contains(&own.value) {
+        let value = number(&key, name, &known)?.value;
+        if !(bounds.min..=bounds.max).contains(&value) {
+            let what = format!("`{name}` = {value}, outside of its bounds");
             let help = format!("let the parameter begin between {} and {}", bounds.min, bounds.max);
-            return refuse(&format!("`{name}` = {}, outside of its bounds", own.value), help);
+            return Err(refused(&key, what, help));
         }
-        let parameter = Parameter::new(name, own.value);
-        let scale = if own.value == 0.0 { bounds.max - bounds.min } else { parameter.scale };
+        let parameter = Parameter::new(name, value);
+        let scale = if value == 0.0 { bounds.max - bounds.min } else { parameter.scale };
         free.push(Parameter { bounds: [bounds.min, bounds.max], scale, ..parameter });
     }
     Ok(free)
@@ -201,21 +194,15 @@ pub(super) fn design(
         }
         let mut steps = Vec::new();
         let mut watch = |at: &Evaluation| {
+            let (iteration, infeasibility) = (steps.len(), at.violation);
+            let cost = at.half_sum_of_squares + constant(model);
             steps.push(Step {
                 start,
                 steps: last_step(model),
-                iteration: steps.len(),
-                cost: at.half_sum_of_squares + constant(model),
-                infeasibility: at.violation,
+                iterate: Iterate { iteration, cost, infeasibility, ..Iterate::default() },
                 parameters: at.parameters.clone(),
-                ..Step::default()
             });
-            progress(&Progress {
-                start,
-                iteration: steps.len(),
-                cost: at.half_sum_of_squares,
-                infeasibility: at.violation,
-            })
+            progress(&Progress { start, iteration: iteration + 1, cost, infeasibility })
         };
         let found =
             minimise(&mut residuals, &conditions, &own, settings.max_iterations, &mut watch);

@@ -5,6 +5,7 @@ use holonom_model::{Condition, Model, ModelError};
 use serde::Serialize;
 use std::cell::RefCell;
 use std::rc::Rc;
+use vi_control::program::Iterate;
 
 /// Seed of disturbed beginnings.
 pub(super) const SEED: u64 = 20_101_127;
@@ -234,20 +235,8 @@ pub struct Step {
     pub start: usize,
     /// Steps of the motion.
     pub steps: usize,
-    /// Its number, from 0.
-    pub iteration: usize,
-    /// `J`.
-    pub cost: f64,
-    /// Largest violation of equations.
-    pub infeasibility: f64,
-    /// Largest entry of `∇𝓛`; of controls.
-    pub stationarity: f64,
-    /// Barrier parameter; of controls.
-    pub barrier: f64,
-    /// Part of the step that was taken; of controls.
-    pub step: f64,
-    /// Multiple of the identity added to the Hessian; of controls.
-    pub shift: f64,
+    /// What the method says of it; of a design its number, `J` and the violation alone.
+    pub iterate: Iterate,
     /// Parameters; of a design.
     pub parameters: Vec<f64>,
 }

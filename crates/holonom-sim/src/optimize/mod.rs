@@ -21,6 +21,8 @@ pub use found::{
     Progress, Refinement, Replayed, StartFound, Status, Step, Watch,
 };
 
+pub use vi_control::program::Iterate;
+
 use crate::design::refused;
 use holonom_model::{Model, ModelText, Override};
 use vi_control::program::NlpSolver;

@@ -2,6 +2,7 @@
 
 use super::found::{Found, Step};
 use std::fmt::Write;
+use vi_control::program::Iterate;
 
 /// A number as files have it; none that is not finite.
 fn number(x: f64) -> String {
@@ -27,9 +28,11 @@ impl Found {
         let head = ["start", "steps", "iteration"].iter().chain(own).map(|name| (*name).to_owned());
         let mut out = head.chain(names).collect::<Vec<_>>().join(",") + "\n";
         for at in &self.steps {
-            let Step { start, steps, iteration, cost, infeasibility, .. } = *at;
-            let words = [start, steps, iteration].map(|count| count.to_string());
-            let of_method = [at.stationarity, at.barrier, at.step, at.shift];
+            let Step { start, steps, iterate, .. } = at;
+            let Iterate { iteration, cost, infeasibility, stationarity, barrier, step, shift } =
+                *iterate;
+            let words = [*start, *steps, iteration].map(|count| count.to_string());
+            let of_method = [stationarity, barrier, step, shift];
             let numbers = [cost, infeasibility].into_iter();
             let numbers = numbers.chain(of_method.into_iter().filter(|_| of_controls));
             row(&mut out, &words, numbers.chain(at.parameters.iter().copied()));
