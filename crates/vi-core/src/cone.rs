@@ -12,8 +12,9 @@
 //!
 //! Block Gauss–Seidel with the exact law of each contact finds the state (open, sticks, slips);
 //! Newton's method on the laws as projections, with steps of least norm, ends at rounding errors.
-//! Where both fail, convex programs in a sequence lead near a solution. Nothing depends on earlier
-//! problems but `Λ` itself, the warm start: of several solutions the one next to it is likely.
+//! Where both fail, as of tall stacks with masses of several ratios, convex programs in a sequence
+//! lead to a solution. Nothing depends on earlier problems but `Λ` itself, the warm start: of
+//! several solutions the one next to it is likely.
 //!
 //! Of many contacts [`LargeConeSolver`] takes `W` in sparse rows.
 //!
@@ -29,7 +30,8 @@
 #![allow(non_snake_case)] // W, F
 
 mod conjugate;
-mod convex;
+mod factors;
+mod interior;
 mod large;
 mod least_norm;
 mod local;
@@ -40,7 +42,8 @@ pub use large::{LargeConeSolver, SparseRows};
 pub use problem::Cone;
 
 use conjugate::Conjugate;
-use convex::Convex;
+use factors::Factors;
+use interior::Interior;
 use least_norm::LeastNorm;
 use nalgebra::{Matrix3, Vector3};
 use problem::{Placed, Problem};
@@ -94,15 +97,18 @@ const LAST_STEPS: usize = 2;
 const STALLED: usize = 4;
 /// `ρ` of the rounds: where Newton's method fails with one, others lead elsewhere.
 const PARAMETERS: [f64; 9] = [1.0, 1.0, 1e2, 1e-2, 1e4, 1e-4, 10.0, 0.1, 1e3];
-const PROGRAMS: usize = 60;
+/// Convex programs in a sequence.
+const PROGRAMS: usize = 30;
 /// Compliances of rows whose laws contradict one another; `ρ` and steps with each.
 const COMPLIANCES: [f64; 6] = [1e-10, 1e-9, 1e-8, 1e-11, 1e-12, 1e-6];
 const SOFT_PARAMETERS: [f64; 6] = [1.0, 1e2, 1e4, 1e6, 1e8, 1e10];
 const SOFT_STEPS: usize = 3;
-/// Most rows of which Newton's method begins after a few sweeps, and compliances are tried.
+/// Most rows of which steps of Newton's method have the least norm, and compliances are tried.
 const FEW: usize = 60;
+/// Added to the diagonal of the derivative of more rows, in place of the least norm.
+const SMALL: f64 = 1e-10;
 /// Most sweeps forth and back of more rows, the laws to end with, sweeps between two looks at them.
-const FAR_SWEEPS: usize = 400;
+const FAR_SWEEPS: usize = 64;
 const FAR_TARGET: f64 = 1e-9;
 const BETWEEN: usize = 8;
 
@@ -113,12 +119,14 @@ pub struct ConeSolver {
     residual: Residual,
     least_norm: LeastNorm,
     conjugate: Conjugate,
-    convex: Convex,
+    factors: Factors,
+    interior: Interior,
     impulse: Vec<f64>, // k
     trial: Vec<f64>,   // k
     best: Vec<f64>,    // k
     ends_nearby: bool,
     nearest: Vec<f64>, // k
+    least: f64,        // the excess of `nearest`
     swept: Vec<f64>,   // k
     found: Vec<f64>,   // k
     step: Vec<f64>,    // k
@@ -225,62 +233,79 @@ impl ConeSolver {
         if residual <= ACCEPTED {
             self.impulse.fill(0.0); // large ones that balance one another
         }
-        let mut least = self.residual.excess();
+        self.least = self.residual.excess();
         self.nearest.copy_from_slice(&self.impulse);
-        for (round, rho) in (1..).zip(PARAMETERS) {
-            match round {
-                1 if self.problem.rows() > FEW => self.sweep_far(),
-                1 => self.sweep(10, 1.0, rounding),
-                _ => self.sweep(30, 1.0, rounding),
+        let is_small = self.problem.rows() <= FEW;
+        let found = if is_small { self.in_rounds(rounding) } else { self.of_many(rounding) };
+        if let Some(found) = found {
+            return Ok(found);
+        }
+        let is_near = self.least <= NEARLY; // by impulses that have not grown
+        if is_near && self.ends_nearby {
+            return self.end_nearby();
+        }
+        self.interior.begin(&self.problem);
+        for program in 1..=PROGRAMS {
+            let part = if program <= PROGRAMS / 2 { 1.0 } else { 0.5 };
+            self.impulse.copy_from_slice(self.interior.advance(&self.problem, part));
+            self.residual.evaluate(&self.problem, &self.impulse);
+            let residual = match self.residual.excess() <= TARGET {
+                true => self.newton(rounding, LAST_STEPS),
+                false => self.refine(rounding),
+            };
+            if self.ends() {
+                return done(residual, PARAMETERS.len() + program);
             }
+        }
+        if !is_near && let Some((cone, direction)) = self.interior.wedged(&self.problem) {
+            self.impulse.copy_from_slice(direction);
+            return Err(ConeFault::Wedged { cone });
+        }
+        if is_small && let Some(done) = self.along_compliances(rounding) {
+            return Ok(done);
+        }
+        self.end_nearby()
+    }
+
+    /// Sweeps and Newton's method with several `ρ`.
+    fn in_rounds(&mut self, rounding: f64) -> Option<ConeReport> {
+        for (round, rho) in (1..).zip(PARAMETERS) {
+            self.sweep(if round == 1 { 10 } else { 30 }, 1.0, rounding);
             self.swept.copy_from_slice(&self.impulse);
             self.residual.set_parameter(rho);
             self.newton(rounding, NEWTON_STEPS);
             self.residual.set_parameter(1.0);
             let residual = self.refine(rounding);
-            if self.holds() {
-                return done(residual, round);
-            }
-            if self.residual.excess() < least {
-                least = self.residual.excess();
-                self.nearest.copy_from_slice(&self.impulse);
+            if self.ends() {
+                return Some(ConeReport { residual, rounds: round });
             }
             self.impulse.copy_from_slice(&self.swept);
         }
-        let is_near = least <= NEARLY; // by impulses that have not grown
-        if is_near && self.ends_nearby {
-            return self.end_nearby(least);
-        }
-        let is_small = self.problem.rows() <= FEW;
-        if is_small && let Some(done) = self.along_compliances(rounding, &mut least) {
-            return Ok(done);
-        }
-        self.residual.evaluate(&self.problem, &self.impulse);
-        self.convex.begin(&self.problem, &self.impulse, &self.residual.y);
-        for program in 1..=PROGRAMS {
-            let part = if program <= PROGRAMS / 2 { 1.0 } else { 0.5 };
-            self.impulse.copy_from_slice(self.convex.advance(&self.problem, part));
-            let residual = self.refine(rounding);
-            if self.holds() {
-                return done(residual, PARAMETERS.len() + program);
+        None
+    }
+
+    /// Newton's method from the warm start, then from where sweeps end, where that is near a
+    /// solution.
+    fn of_many(&mut self, rounding: f64) -> Option<ConeReport> {
+        for round in 1..=2 {
+            if round == 2 {
+                self.sweep_far();
             }
-            if self.residual.excess() < least {
-                least = self.residual.excess();
-                self.nearest.copy_from_slice(&self.impulse);
+            if self.residual.evaluate(&self.problem, &self.impulse) <= STALLED_AT {
+                let residual = self.newton(rounding, NEWTON_STEPS);
+                if self.ends() {
+                    return Some(ConeReport { residual, rounds: round });
+                }
             }
         }
-        if !is_near && let Some((cone, direction)) = self.convex.wedged(&self.problem) {
-            self.impulse.copy_from_slice(direction);
-            return Err(ConeFault::Wedged { cone });
-        }
-        self.end_nearby(least)
+        None
     }
 
     /// From the nearest impulses: rows that `W` does not tell apart, with `w` that contradict one
     /// another, are left by impulses that go far along what changes no velocity, until a contact
     /// opens or slides. Proximal steps take them there.
-    fn along_compliances(&mut self, rounding: f64, least: &mut f64) -> Option<ConeReport> {
-        let mut rounds = PARAMETERS.len();
+    fn along_compliances(&mut self, rounding: f64) -> Option<ConeReport> {
+        let mut rounds = PARAMETERS.len() + PROGRAMS;
         for rho in SOFT_PARAMETERS {
             for compliance in COMPLIANCES {
                 self.impulse.copy_from_slice(&self.nearest);
@@ -294,18 +319,13 @@ impl ConeSolver {
                     self.newton(rounding, NEWTON_STEPS);
                     self.residual.set_parameter(1.0);
                     let residual = self.refine(rounding);
-                    if self.holds() {
+                    if self.ends() {
                         return Some(ConeReport { residual, rounds });
-                    }
-                    if self.residual.excess() < *least {
-                        *least = self.residual.excess();
-                        self.nearest.copy_from_slice(&self.impulse);
                     }
                     self.impulse.copy_from_slice(&self.swept);
                 }
             }
         }
-        self.impulse.copy_from_slice(&self.nearest);
         None
     }
 
@@ -315,10 +335,21 @@ impl ConeSolver {
         self.residual.excess() <= ACCEPTED
     }
 
+    /// The same; the nearest impulses are kept.
+    fn ends(&mut self) -> bool {
+        let holds = self.holds();
+        if self.residual.excess() < self.least {
+            self.least = self.residual.excess();
+            self.nearest.copy_from_slice(&self.impulse);
+        }
+        holds
+    }
+
     /// The nearest impulses that were found.
-    fn end_nearby(&mut self, residual: f64) -> Result<ConeReport, ConeFault> {
+    fn end_nearby(&mut self) -> Result<ConeReport, ConeFault> {
         self.impulse.copy_from_slice(&self.nearest);
-        Err(ConeFault::NoConvergence { residual, cones: self.problem.cones.len() })
+        let cones = self.problem.cones.len();
+        Err(ConeFault::NoConvergence { residual: self.least, cones })
     }
 
     /// Newton's method. Where it stalls near a solution, contacts at rest may stand on the rim
@@ -414,10 +445,18 @@ impl ConeSolver {
             if least <= rounding {
                 break;
             }
-            let derivative = self.least_norm.matrix_mut(k);
-            self.residual.derivative(&self.problem, &self.impulse, derivative);
             self.step.copy_from_slice(&self.residual.F);
-            self.least_norm.solve(&mut self.step);
+            if k <= FEW {
+                let derivative = self.least_norm.matrix_mut(k);
+                self.residual.derivative(&self.problem, &self.impulse, derivative);
+                self.least_norm.solve(&mut self.step);
+            } else {
+                let derivative = self.factors.matrix_mut(k);
+                self.residual.derivative(&self.problem, &self.impulse, derivative);
+                (0..k).for_each(|i| derivative[(i, i)] += SMALL);
+                self.factors.factorize();
+                self.factors.solve(&mut self.step);
+            }
             let mut part = 1.0;
             let mut next = f64::INFINITY;
             for _ in 0..=6 {

@@ -45,10 +45,13 @@ fn components(frame: &[f64], point: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// Unit vectors `t_1`, `t_2` with `t_1 × t_2 = n`: `t_1` along the axis of space that is farthest
-/// from the normal, the first of several.
+/// from the normal, the first of several that are but for rounding: impulses along the tangents of
+/// a node begin those of the next one.
 #[must_use]
 pub fn tangents(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
-    let axis = normal.iamin();
+    const TIE: f64 = 1e-6;
+    let least = normal.amin() + TIE;
+    let axis = (0..2).find(|i| normal[*i].abs() <= least).unwrap_or(2);
     let along = Vector3::from_fn(|i, _| f64::from(u8::from(i == axis)));
     let first = (along - normal * normal[axis]).normalize();
     [first, normal.cross(&first)]

@@ -436,3 +436,20 @@ fn a_cylinder_lies_or_stands() {
         assert!(found.iter().all(|(_, gap)| gap.abs() < 1e-15), "{found:?}");
     }
 }
+
+/// Rounding of a normal along an axis, or in the middle between two, does not turn the tangents.
+#[test]
+fn tangents_do_not_turn_by_rounding() {
+    let d = std::f64::consts::FRAC_1_SQRT_2;
+    for normal in [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [d, d, 0.0], [d, 0.0, d]] {
+        let normal = Vector3::from(normal);
+        let exact = tangents(&normal);
+        for k in 0..27 {
+            let off = [k % 3, k / 3 % 3, k / 9].map(|digit| 1e-12 * (f64::from(digit) - 1.0));
+            let near = tangents(&(normal + Vector3::from(off)).normalize());
+            for (a, b) in exact.iter().zip(&near) {
+                assert!((a - b).norm() < 1e-11, "{normal} {off:?}");
+            }
+        }
+    }
+}
