@@ -10,10 +10,10 @@
 //! ```text
 //! A x + c = y,   x ∘ y = σμ e,   x, y in the cones;       (A + V⁻²) δx = V⁻¹ d − r,   δy = A δx + r
 //! ```
-//! `V`: the scaling, `V y = V⁻¹ x`; `d` holds the predictor and its correction (S. Mehrotra, SIAM J.
-//! Optim. 2 (1992) 575–601; L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers,
-//! 2010). Neither masses of any ratio nor impulses that are not unique slow it down; of these it
-//! finds the analytic centre, with all contacts closed that can be.
+//! `V`: the scaling, `V y = V⁻¹ x`; `d` holds the predictor and its correction (S. Mehrotra, SIAM
+//! J. Optim. 2 (1992) 575–601; L. Vandenberghe, The CVXOPT linear and quadratic cone program
+//! solvers, 2010). Neither masses of any ratio nor impulses that are not unique slow it down; of
+//! these it finds the analytic centre, with all contacts closed that can be.
 #![allow(non_snake_case)] // A, T
 
 use super::factors::Factors;
