@@ -35,6 +35,7 @@ mod interior;
 mod large;
 mod least_norm;
 mod local;
+mod operator;
 mod problem;
 mod residual;
 
@@ -46,6 +47,7 @@ use factors::Factors;
 use interior::Interior;
 use least_norm::LeastNorm;
 use nalgebra::{Matrix3, Vector3};
+use operator::Dense;
 use problem::{Placed, Problem};
 use residual::Residual;
 
@@ -120,7 +122,7 @@ pub struct ConeSolver {
     least_norm: LeastNorm,
     conjugate: Conjugate,
     factors: Factors,
-    interior: Interior,
+    interior: Interior<Dense>,
     impulse: Vec<f64>, // k
     trial: Vec<f64>,   // k
     best: Vec<f64>,    // k

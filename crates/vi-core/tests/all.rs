@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
 mod cone;
+mod cone_beds;
 mod eigen;
 mod linear;
 mod sparse_cholesky;

@@ -9,10 +9,10 @@ use vi_testkit::{CountingAllocator, Sample};
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// `y = WΛ + w` with its laws.
-struct Problem {
-    cones: Vec<Cone>,
-    w_matrix: DMatrix<f64>,
-    w: DVector<f64>,
+pub(crate) struct Problem {
+    pub(crate) cones: Vec<Cone>,
+    pub(crate) w_matrix: DMatrix<f64>,
+    pub(crate) w: DVector<f64>,
 }
 
 impl Problem {
@@ -26,7 +26,7 @@ impl Problem {
 
     /// The largest violation of a law, stated by inequalities and products instead of projections;
     /// impulses relative to the largest, velocities to what their terms cancel.
-    fn violation(&self, lambda: &DVector<f64>) -> f64 {
+    pub(crate) fn violation(&self, lambda: &DVector<f64>) -> f64 {
         let y = &self.w_matrix * lambda + &self.w;
         let mut violations = Vec::new();
         let mut row = 0;

@@ -16,8 +16,8 @@
 //! these it finds the analytic centre, with all contacts closed that can be.
 #![allow(non_snake_case)] // A, T
 
-use super::factors::Factors;
-use super::problem::{Cone, Placed, Problem};
+use super::operator::Operator;
+use super::problem::{Cone, Placed, Rows};
 use super::residual::norm;
 use crate::linear::dot;
 use nalgebra::Vector3;
@@ -43,6 +43,9 @@ enum Own {
     /// `|x| ≤ b`.
     Interval(f64),
 }
+
+/// No place in `x`.
+const NONE: usize = usize::MAX;
 
 #[derive(Clone, Copy, Debug)]
 struct Part {
@@ -128,31 +131,33 @@ fn reach(x: &Vector3<f64>, dx: &Vector3<f64>) -> f64 {
 }
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct Interior {
+pub(super) struct Interior<O> {
     parts: Vec<Part>,
-    A: Vec<f64>,              // m × m
-    factors: Factors,         // m × m
-    c: Vec<f64>,              // m  without s
-    size: f64,                // of the largest c
-    x: Vec<f64>,              // m
-    y: Vec<f64>,              // m
-    walls: Vec<[f64; 2]>,     // m  multipliers of both ends of an interval
-    r: Vec<f64>,              // m
-    scalings: Vec<Scaling>,   // parts
-    step: [Vec<f64>; 2],      // m  δx, δy
-    wall_step: Vec<[f64; 2]>, // m
-    rhs: Vec<f64>,            // m
-    shift: Vec<f64>,          // parts  s
-    impulse: Vec<f64>,        // k
+    places: Vec<(usize, f64)>, // k  place in x, and T there; of a place that is not, `NONE`
+    A: O,                      // m × m
+    c: Vec<f64>,               // m  without s
+    size: f64,                 // of the largest c
+    x: Vec<f64>,               // m
+    y: Vec<f64>,               // m
+    walls: Vec<[f64; 2]>,      // m  multipliers of both ends of an interval
+    r: Vec<f64>,               // m
+    scalings: Vec<Scaling>,    // parts
+    step: [Vec<f64>; 2],       // m  δx, δy
+    wall_step: Vec<[f64; 2]>,  // m
+    rhs: Vec<f64>,             // m
+    shift: Vec<f64>,           // parts  s
+    impulse: Vec<f64>,         // k
 }
 
-impl Interior {
+impl<O: Operator> Interior<O> {
     /// Begins with `s = 0`.
-    pub(super) fn begin(&mut self, problem: &Problem) {
-        let k = problem.rows();
+    pub(super) fn begin(&mut self, problem: &impl Rows) {
+        let k = problem.w().len();
         self.parts.clear();
+        self.places.clear();
+        self.places.resize(k, (NONE, 0.0));
         let mut m = 0;
-        for &Placed { cone, row } in &problem.cones {
+        for &Placed { cone, row } in problem.cones() {
             let one = Vector3::new(1.0, 0.0, 0.0);
             let (own, map) = match cone {
                 Cone::Normal => (Own::Ray, one),
@@ -164,6 +169,9 @@ impl Interior {
                 Cone::Bounded { bound } if bound > 0.0 => (Own::Interval(bound), one),
                 Cone::Bounded { .. } => continue,
             };
+            for i in (0..3).filter(|i| map[*i] != 0.0) {
+                self.places[row + i] = (m + if own == Own::Disc { i } else { 0 }, map[i]);
+            }
             let part = Part { own, place: m, row, map };
             m += part.size();
             self.parts.push(part);
@@ -181,27 +189,29 @@ impl Interior {
             vector.clear();
             vector.resize(m, [0.0; 2]);
         }
-        self.A.clear();
-        self.A.resize(m * m, 0.0);
-        for a in &self.parts {
-            for b in &self.parts {
-                for i in 0..a.size() {
-                    for j in 0..b.size() {
-                        self.A[(a.place + i) * m + b.place + j] = entry(problem, (a, i), (b, j));
-                    }
+        let Self { places, c, .. } = self;
+        for ((place, t), w) in places.iter().zip(problem.w()).filter(|own| own.0.0 != NONE) {
+            c[*place] += t * w;
+        }
+        let parts = &self.parts;
+        self.A.assemble(m, &mut |add: &mut dyn FnMut(usize, usize, f64)| {
+            problem.for_each_entry(&mut |l, n, value| {
+                let ((i, s), (j, t)) = (places[l], places[n]);
+                if i != NONE && j != NONE {
+                    add(i, j, s * t * value);
+                }
+            });
+            for part in parts {
+                for i in 0..part.size() {
+                    (0..part.size()).for_each(|j| add(part.place + i, part.place + j, 0.0));
                 }
             }
-        }
-        for part in &self.parts {
-            for i in 0..part.size() {
-                self.c[part.place + i] = columns(part, i).map(|(l, t)| t * problem.w[l]).sum();
-            }
-        }
+        });
         self.size = self.c.iter().fold(f64::MIN_POSITIVE, |most, c| most.max(c.abs()));
     }
 
     /// Solves the program with the present `s`, then takes `part` of the way to the next `s`.
-    pub(super) fn advance(&mut self, problem: &Problem, part: f64) -> &[f64] {
+    pub(super) fn advance(&mut self, problem: &impl Rows, part: f64) -> &[f64] {
         self.solve();
         self.spread(self.size);
         for (own, shift) in self.parts.iter().zip(&mut self.shift) {
@@ -228,12 +238,9 @@ impl Interior {
 
     /// `Λ ← T x`, times a factor.
     fn spread(&mut self, factor: f64) {
-        let Self { parts, impulse, x, .. } = self;
-        impulse.fill(0.0);
-        for part in parts {
-            for i in 0..part.size() {
-                columns(part, i).for_each(|(l, t)| impulse[l] += t * x[part.place + i] * factor);
-            }
+        let Self { places, impulse, x, .. } = self;
+        for (own, &(place, t)) in impulse.iter_mut().zip(&*places) {
+            *own = if place == NONE { 0.0 } else { t * x[place] * factor };
         }
     }
 
@@ -258,9 +265,8 @@ impl Interior {
         }
         for _ in 0..STEPS {
             // r = A x + c − y
-            for i in 0..m {
-                self.r[i] = dot(&self.A[i * m..(i + 1) * m], &self.x) + self.c[i] / scale;
-            }
+            self.A.multiply(&self.x, &mut self.r);
+            (0..m).for_each(|i| self.r[i] += self.c[i] / scale);
             let (mut sum, mut count) = (0.0, 0.0);
             self.scalings.clear();
             for (part, shift) in self.parts.iter().zip(&self.shift) {
@@ -318,13 +324,13 @@ impl Interior {
 
     /// `A + V⁻²`.
     fn factorize(&mut self) {
-        let (m, scale) = (self.rows(), self.size);
-        let factors = self.factors.matrix_mut(m);
-        factors.as_mut_slice().copy_from_slice(&self.A);
-        for (part, scaling) in self.parts.iter().zip(&self.scalings) {
+        let Self { A, parts, scalings, x, y, walls, size: scale, .. } = self;
+        let scale = *scale;
+        A.begin();
+        for (part, scaling) in parts.iter().zip(&*scalings) {
             let place = part.place;
             match part.own {
-                Own::Ray => factors[(place, place)] += self.y[place] / self.x[place],
+                Own::Ray => A.add(place, place, y[place] / x[place]),
                 Own::Disc => {
                     let w = flip(&scaling.w);
                     let by = 1.0 / (scaling.eta * scaling.eta);
@@ -337,18 +343,18 @@ impl Interior {
                             } else {
                                 -1.0
                             };
-                            factors[(place + i, place + j)] += by * (2.0 * w[i] * w[j] - minus);
+                            A.add(place + i, place + j, by * (2.0 * w[i] * w[j] - minus));
                         }
                     }
                 }
                 Own::Interval(bound) => {
-                    let ([u, l], x) = (self.walls[place], self.x[place]);
+                    let ([u, l], x) = (walls[place], x[place]);
                     let bound = bound / scale;
-                    factors[(place, place)] += u / (bound - x) + l / (bound + x);
+                    A.add(place, place, u / (bound - x) + l / (bound + x));
                 }
             }
         }
-        self.factors.factorize();
+        A.factorize();
     }
 
     /// `δx`, `δy` toward the complementarity `to`, with the correction by the last direction.
@@ -386,10 +392,9 @@ impl Interior {
             }
         }
         dx.copy_from_slice(rhs);
-        self.factors.solve(dx);
-        for i in 0..m {
-            dy[i] = dot(&self.A[i * m..(i + 1) * m], dx) + r[i];
-        }
+        self.A.solve(dx);
+        self.A.multiply(dx, dy);
+        (0..m).for_each(|i| dy[i] += r[i]);
         for part in &*parts {
             let place = part.place;
             if let Own::Interval(bound) = part.own {
@@ -427,27 +432,26 @@ impl Interior {
 
     /// Impulses that grow without bound change no velocity and oppose the approach: the cone with
     /// the largest of them, and their direction, the largest one 1.
-    pub(super) fn wedged(&mut self, problem: &Problem) -> Option<(usize, &[f64])> {
-        let m = self.rows();
-        let factors = self.factors.matrix_mut(m);
-        factors.as_mut_slice().copy_from_slice(&self.A);
-        (0..m).for_each(|i| factors[(i, i)] += STILL);
-        self.factors.factorize();
+    pub(super) fn wedged(&mut self, problem: &impl Rows) -> Option<(usize, &[f64])> {
+        self.A.begin();
+        (0..self.rows()).for_each(|i| self.A.add(i, i, STILL));
+        self.A.factorize();
         for part in self.parts.iter().filter(|part| matches!(part.own, Own::Interval(_))) {
             self.x[part.place] = 0.0;
         }
-        self.factors.solve(&mut self.x); // what A changes is gone beside the rest
+        self.A.solve(&mut self.x); // what A changes is gone beside the rest
         self.spread(1.0);
         let Self { impulse, .. } = self;
         let normal = |placed: &&Placed| !matches!(placed.cone, Cone::Bounded { .. });
         let size = |cone: &Placed| impulse[cone.row];
-        let largest = problem.cones.iter().filter(normal).map(size).fold(0.0, f64::max);
-        let cone = problem.cones.iter().position(|cone| normal(&cone) && size(cone) >= largest)?;
+        let largest = problem.cones().iter().filter(normal).map(size).fold(0.0, f64::max);
+        let cone =
+            problem.cones().iter().position(|cone| normal(&cone) && size(cone) >= largest)?;
         impulse.iter_mut().for_each(|own| *own /= largest);
-        let approach = dot(&problem.w, impulse);
-        let speeds = (0..problem.rows()).map(|i| problem.velocity(i, impulse) - problem.w[i]);
+        let approach = dot(problem.w(), impulse);
+        let speeds = problem.w().iter().enumerate().map(|(i, w)| problem.velocity(i, impulse) - w);
         let moved = speeds.fold(0.0, |moved: f64, speed| moved.max(speed.abs()));
-        let size = problem.w.iter().map(|w| w.abs()).sum::<f64>();
+        let size = problem.w().iter().map(|w| w.abs()).sum::<f64>();
         (largest > 0.0 && approach < -STILL * size && moved < STILL)
             .then_some((cone, &self.impulse[..]))
     }
@@ -455,19 +459,4 @@ impl Interior {
 
 fn three(of: &[f64], place: usize) -> Vector3<f64> {
     Vector3::new(of[place], of[place + 1], of[place + 2])
-}
-
-/// The rows of `Λ` that a place of `x` moves, with `T`.
-fn columns(part: &Part, i: usize) -> impl Iterator<Item = (usize, f64)> {
-    let (row, map, own) = (part.row, part.map, part.own);
-    (0..3).filter_map(move |l| match own {
-        Own::Disc => (l == i).then(|| (row + l, map[l])),
-        _ => (map[l] != 0.0).then(|| (row + l, map[l])),
-    })
-}
-
-/// `(TᵀWT)_ij`.
-fn entry(problem: &Problem, (a, i): (&Part, usize), (b, j): (&Part, usize)) -> f64 {
-    let of = |l: usize, t: f64| columns(b, j).map(|(n, s)| t * s * problem.row(l)[n]).sum::<f64>();
-    columns(a, i).map(|(l, t)| of(l, t)).sum()
 }

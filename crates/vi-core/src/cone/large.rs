@@ -1,13 +1,17 @@
-//! Many contacts: sweeps over the sparse rows of `W` with conjugate directions. The cost of a sweep
+//! Many contacts: sweeps over the sparse rows of `W` with conjugate directions, then Newton's
+//! method with sparse factors; where both fail, convex programs in a sequence. The cost of a sweep
 //! is linear in the number of entries.
 #![allow(non_snake_case)] // W, A
 
 use super::conjugate::Conjugate;
+use super::interior::Interior;
 use super::local;
-use super::problem::Cone;
-use super::residual::violation;
+use super::operator::Sparse;
+use super::problem::{Cone, Placed, Rows};
+use super::residual::{slopes, violation};
 use super::{ConeFault, ConeReport};
-use crate::linear::norm_inf;
+use crate::linear::{SparseLu, norm_inf};
+use crate::sparse::{Entries, SparseMatrix};
 use nalgebra::{Matrix3, Vector3};
 
 /// How well the laws hold, relative to the sizes of the terms of their rows.
@@ -15,7 +19,19 @@ const TARGET: f64 = 1e-11;
 /// Sweeps between two looks at that.
 const BETWEEN: usize = 4;
 /// Most sweeps forth and back.
-const SWEEPS: usize = 4000;
+const SWEEPS: usize = 1024;
+/// Newton's method begins after so many sweeps, and after twice as many again; where the laws hold
+/// to `NEARLY`, each time after so many.
+const FIRST: usize = 64;
+const NEARLY: f64 = 1e-7;
+const LOOKS: usize = 16;
+const NEWTON_STEPS: usize = 12;
+/// Steps after which each has to halve the violation.
+const STALLED: usize = 4;
+/// Convex programs in a sequence.
+const PROGRAMS: usize = 20;
+/// Added to the diagonal of the derivative: impulses need not be unique.
+const SMALL: f64 = 1e-10;
 
 /// A matrix in sparse rows, the places of a row in ascending order.
 #[derive(Clone, Copy, Debug)]
@@ -43,9 +59,10 @@ struct Contact {
 }
 
 /// The solver with its memory, which grows to the largest problem; then nothing is allocated.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct LargeConeSolver {
     contacts: Vec<Contact>,
+    cones: Vec<Placed>,
     units: Vec<f64>, // k
     ends: Vec<usize>,
     places: Vec<u32>,
@@ -53,6 +70,14 @@ pub struct LargeConeSolver {
     w: Vec<f64>,       // k
     impulse: Vec<f64>, // k
     conjugate: Conjugate,
+    interior: Interior<Sparse>,
+    F: Vec<f64>,     // k  of the last residual
+    step: Vec<f64>,  // k
+    from: Vec<f64>,  // k
+    best: Vec<f64>,  // k
+    swept: Vec<f64>, // k
+    derivative: Option<SparseMatrix>,
+    factors: Option<SparseLu>,
 }
 
 impl LargeConeSolver {
@@ -88,6 +113,7 @@ impl LargeConeSolver {
             place.map_or(0.0, |place| W.values[own.start + place])
         };
         self.contacts.clear();
+        self.cones.clear();
         self.units.clear();
         for &cone in cones {
             let (row, rows) = (self.units.len(), cone.rows());
@@ -99,7 +125,9 @@ impl LargeConeSolver {
                 true => entry(row + i, row + j) * unit * unit,
                 false => 0.0,
             });
-            self.contacts.push(Contact { cone: cone.in_units(unit), row, block });
+            let cone = cone.in_units(unit);
+            self.contacts.push(Contact { cone, row, block });
+            self.cones.push(Placed { cone, row });
         }
         let Self { units, ends, places, values, impulse, .. } = self;
         let copies = [(impulse, lambda, true), (&mut self.w, w, false)];
@@ -122,37 +150,129 @@ impl LargeConeSolver {
     }
 
     fn iterate(&mut self) -> Result<ConeReport, ConeFault> {
+        (self.derivative, self.factors) = (None, None);
         let mut residual = self.residual();
         for sweep in 0..SWEEPS {
-            if sweep % BETWEEN == 0 {
-                if sweep > 0 {
-                    residual = self.residual();
-                }
-                if residual <= TARGET {
-                    return Ok(ConeReport { residual, rounds: sweep });
-                }
+            if residual <= TARGET {
+                return Ok(ConeReport { residual, rounds: sweep });
             }
             self.conjugate.before(&self.impulse);
-            (0..self.contacts.len()).for_each(|k| self.settle(k));
+            self.sweep();
             (0..self.contacts.len()).rev().for_each(|k| self.settle(k));
             self.conjugate.after(&mut self.impulse);
+            if sweep % BETWEEN == 0 {
+                residual = self.residual();
+            }
+            let is_near = residual <= NEARLY && sweep % LOOKS == 0;
+            if is_near || sweep + 1 >= FIRST && (sweep + 1).is_power_of_two() {
+                self.swept.clone_from(&self.impulse);
+                self.sweep(); // without the last direction the impulses are in their cones
+                residual = self.newton(STALLED);
+                if residual > TARGET {
+                    self.impulse.clone_from(&self.swept);
+                }
+            }
         }
-        // without the last direction the impulses are in their cones
-        (0..self.contacts.len()).for_each(|k| self.settle(k));
+        let mut interior = std::mem::take(&mut self.interior);
+        interior.begin(self);
+        for program in 1..=PROGRAMS {
+            let part = if program > PROGRAMS / 2 { 0.5 } else { 1.0 };
+            let impulse = interior.advance(self, part);
+            self.impulse.copy_from_slice(impulse);
+            residual = self.newton(NEWTON_STEPS);
+            if residual <= TARGET {
+                self.interior = interior;
+                return Ok(ConeReport { residual, rounds: SWEEPS + program });
+            }
+        }
+        self.interior = interior;
+        self.impulse.clone_from(&self.swept);
+        self.sweep();
         let residual = self.residual();
-        match residual <= TARGET {
-            true => Ok(ConeReport { residual, rounds: SWEEPS }),
-            false => Err(ConeFault::NoConvergence { residual, cones: self.contacts.len() }),
+        Err(ConeFault::NoConvergence { residual, cones: self.contacts.len() })
+    }
+
+    fn sweep(&mut self) {
+        (0..self.contacts.len()).for_each(|k| self.settle(k));
+    }
+
+    /// Newton's method from the present impulses, after some steps as long as each halves the
+    /// violation; keeps the best point and returns its residual.
+    fn newton(&mut self, patience: usize) -> f64 {
+        let mut now = self.residual();
+        let mut least = now;
+        self.best.clone_from(&self.impulse);
+        for step in 0..NEWTON_STEPS {
+            if least <= TARGET || step > patience && now > 0.5 * least || !self.find_step() {
+                break;
+            }
+            self.from.clone_from(&self.impulse);
+            let (last, mut part) = (now, 1.0);
+            for _ in 0..=6 {
+                let moves = self.from.iter().zip(&self.step);
+                let to = self.impulse.iter_mut().zip(moves);
+                to.for_each(|(impulse, (from, step))| *impulse = from - part * step);
+                now = self.residual();
+                if now < last {
+                    break;
+                }
+                part *= 0.5;
+            }
+            if now < least {
+                least = now;
+                self.best.clone_from(&self.impulse);
+            }
+        }
+        self.impulse.clone_from(&self.best);
+        least
+    }
+
+    /// The step of Newton's method at the present impulses, where there is one.
+    fn find_step(&mut self) -> bool {
+        let k = self.w.len();
+        let mut derivative = self.derivative.take();
+        let matrix = SparseMatrix::update(&mut derivative, (k, k), |out| self.derivative(out));
+        if self.factors.is_none() {
+            self.factors = SparseLu::new(matrix).ok();
+        }
+        self.step.clone_from(&self.F);
+        let solved = self.factors.as_mut().and_then(|own| own.solve(matrix, &mut self.step).ok());
+        self.derivative = derivative;
+        solved.is_some()
+    }
+
+    /// Emits `∂F/∂Λ` at the present impulses.
+    fn derivative(&self, out: &mut dyn Entries) {
+        for &Contact { cone, row, .. } in &self.contacts {
+            let rows = cone.rows();
+            let mut y = [0.0; 3];
+            (0..rows).for_each(|i| y[i] = self.velocity(row + i).0);
+            let (of_y, own) = slopes(cone, (&y[..rows], &self.impulse[row..row + rows]), 1.0);
+            for i in 0..rows {
+                for l in 0..rows {
+                    let entries = SparseRows::range(&self.ends, row + l);
+                    for (j, value) in self.places[entries.clone()].iter().zip(&self.values[entries])
+                    {
+                        out.add(row + i, *j as usize, of_y[(i, l)] * value);
+                    }
+                    let regular = if i == l { SMALL } else { 0.0 };
+                    out.add(row + i, row + l, own[(i, l)] + regular);
+                }
+            }
         }
     }
 
     /// `y_i`, and the size of its terms.
     fn velocity(&self, i: usize) -> (f64, f64) {
+        self.velocity_of(i, &self.impulse)
+    }
+
+    fn velocity_of(&self, i: usize, impulse: &[f64]) -> (f64, f64) {
         let own = SparseRows::range(&self.ends, i);
         let entries = self.places[own.clone()].iter().zip(&self.values[own]);
         let (mut y, mut size) = (self.w[i], self.w[i].abs());
         for (j, value) in entries {
-            let term = value * self.impulse[*j as usize];
+            let term = value * impulse[*j as usize];
             y += term;
             size += term.abs();
         }
@@ -170,8 +290,10 @@ impl LargeConeSolver {
     }
 
     /// The largest violation of a law relative to the sizes of the terms of its rows.
-    fn residual(&self) -> f64 {
+    fn residual(&mut self) -> f64 {
         let mut worst = 0.0_f64;
+        let mut all = std::mem::take(&mut self.F);
+        all.resize(self.w.len(), 0.0);
         for &Contact { cone, row, .. } in &self.contacts {
             let rows = cone.rows();
             let (mut y, mut F, mut size) = ([0.0; 3], [0.0; 3], 0.0_f64);
@@ -182,9 +304,33 @@ impl LargeConeSolver {
             }
             let impulse = &self.impulse[row..row + rows];
             violation(cone, (&y[..rows], impulse), 1.0, &mut F[..rows]);
+            all[row..row + rows].copy_from_slice(&F[..rows]);
             let fault = norm_inf(&F[..rows]);
             worst = worst.max(if fault == 0.0 { 0.0 } else { fault / size });
         }
+        self.F = all;
         worst
+    }
+}
+
+impl Rows for LargeConeSolver {
+    fn cones(&self) -> &[Placed] {
+        &self.cones
+    }
+
+    fn w(&self) -> &[f64] {
+        &self.w
+    }
+
+    fn for_each_entry(&self, visit: &mut dyn FnMut(usize, usize, f64)) {
+        for i in 0..self.w.len() {
+            let own = SparseRows::range(&self.ends, i);
+            let entries = self.places[own.clone()].iter().zip(&self.values[own]);
+            entries.for_each(|(j, value)| visit(i, *j as usize, *value));
+        }
+    }
+
+    fn velocity(&self, i: usize, impulse: &[f64]) -> f64 {
+        self.velocity_of(i, impulse).0
     }
 }

@@ -15,7 +15,7 @@
 
 use super::problem::{Cone, Placed, Problem};
 use crate::linear::norm_inf;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix3};
 
 /// Terms beyond this many times the largest of `w` do not count as sizes: the rounding errors of
 /// impulses that balance one another would hide `w` itself. A mass ratio of `1e8` stays below.
@@ -150,6 +150,60 @@ pub(super) fn violation(cone: Cone, (y, impulse): (&[f64], &[f64]), rho: f64, F:
     }
 }
 
+/// `∂F = C δy + D δΛ` of one law.
+pub(super) fn slopes(
+    cone: Cone,
+    (y, impulse): (&[f64], &[f64]),
+    rho: f64,
+) -> (Matrix3<f64>, Matrix3<f64>) {
+    let (mut of_y, mut own) = (Matrix3::zeros(), Matrix3::zeros());
+    let z = impulse[0] - rho * y[0];
+    let closed = match cone {
+        Cone::Bounded { bound } => z.abs() <= bound,
+        _ => z > 0.0,
+    };
+    if closed {
+        of_y[(0, 0)] = rho;
+    } else {
+        own[(0, 0)] = 1.0;
+    }
+    match cone {
+        Cone::Normal | Cone::Bounded { .. } => {}
+        Cone::Sliding { direction, slope, at } => {
+            let part = sliding(direction, slope, at, [y[1], y[2]]);
+            for i in 0..2 {
+                own[(1 + i, 0)] = part[i];
+                own[(1 + i, 1 + i)] = 1.0;
+                (0..2).for_each(|k| of_y[(1 + i, 1 + k)] = impulse[0] * slope[i][k]);
+            }
+        }
+        Cone::Friction { coefficient } => {
+            let z_T = [1, 2].map(|i| impulse[i] - rho * y[i]);
+            let (length, R) = (norm(z_T), coefficient * z.max(0.0));
+            if closed && length <= R && R > 0.0 {
+                (1..3).for_each(|i| of_y[(i, i)] = rho);
+                return (of_y, own);
+            }
+            let unit = if length > 0.0 { z_T.map(|z| z / length) } else { [0.0; 2] };
+            let ratio = if length > 0.0 { R / length } else { 0.0 };
+            let mu = if closed { coefficient } else { 0.0 };
+            for i in 0..2 {
+                let mut by_z = [-unit[i] * mu, 0.0, 0.0];
+                for k in 0..2 {
+                    by_z[1 + k] = ratio * unit[i] * unit[k];
+                }
+                by_z[1 + i] -= ratio;
+                for (k, by) in by_z.into_iter().enumerate() {
+                    of_y[(1 + i, k)] = -rho * by;
+                    own[(1 + i, k)] = by;
+                }
+                own[(1 + i, 1 + i)] += 1.0;
+            }
+        }
+    }
+    (of_y, own)
+}
+
 /// `s + S (y_T − v)`.
 pub(super) fn sliding(
     direction: [f64; 2],
@@ -243,6 +297,18 @@ mod tests {
             residual.evaluate(&problem, &impulse);
             let mut derivative = DMatrix::zeros(k, k);
             residual.derivative(&problem, &impulse, &mut derivative);
+            for &Placed { cone, row } in &problem.cones {
+                let (own, n) = (row..row + cone.rows(), cone.rows());
+                let (of_y, of_impulse) =
+                    slopes(cone, (&residual.y[own.clone()], &impulse[own]), 0.7);
+                for (i, j) in (0..n).flat_map(|i| (0..k).map(move |j| (i, j))) {
+                    let through = |l: usize| of_y[(i, l)] * problem.row(row + l)[j];
+                    let beside =
+                        if (row..row + n).contains(&j) { of_impulse[(i, j - row)] } else { 0.0 };
+                    let sum = (0..n).map(through).sum::<f64>() + beside;
+                    assert!((sum - derivative[(row + i, j)]).abs() < 1e-13, "seed {seed}: {i} {j}");
+                }
+            }
             let z: Vec<f64> = (0..k).map(|i| impulse[i] - 0.7 * residual.y[i]).collect();
             branches[usize::from(z[0] > 0.0 && norm([z[1], z[2]]) > 0.6 * z[0])] += 1;
             branches[2 + usize::from(z[0] > 0.0 && norm([z[1], z[2]]) < 0.6 * z[0])] += 1;

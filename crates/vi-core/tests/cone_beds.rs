@@ -1,0 +1,87 @@
+//! Impulses of many contacts, with sparse rows, obey the laws.
+
+use crate::cone::Problem;
+use nalgebra::{DMatrix, DVector, Vector3};
+use vi_core::cone::{Cone, ConeReport, LargeConeSolver, SparseRows};
+use vi_testkit::Sample;
+
+/// Spheres in columns beside one another in a box without a lid; so many of 100 neighbours touch.
+/// The columns of `M^−½ Bᵀ`, and the velocity of a fall.
+fn bed(side: usize, layers: usize, neighbours: usize) -> (DMatrix<f64>, DVector<f64>) {
+    const RADIUS: f64 = 0.05;
+    let mut sample = Sample::new(77);
+    let count = side * side * layers;
+    let id = |[x, y, z]: [usize; 3]| (z * side + y) * side + x;
+    let mut contacts: Vec<(Option<usize>, usize, Vector3<f64>)> = Vec::new();
+    for k in 0..count {
+        let at = [k % side, k / side % side, k / (side * side)];
+        for axis in 0..3 {
+            let along = Vector3::from_fn(|i, _| f64::from(u8::from(i == axis)));
+            let (below, is_beside) = (at[axis].checked_sub(1), axis < 2);
+            let lean: Vector3<f64> = sample.vector();
+            match below {
+                None => contacts.push((None, k, along)),
+                Some(_) if is_beside && sample.index(100) >= neighbours => {}
+                Some(below) => {
+                    let mut other = at;
+                    other[axis] = below;
+                    contacts.push((Some(id(other)), k, (along + 0.3 * lean).normalize()));
+                }
+            }
+            if is_beside && at[axis] + 1 == side {
+                contacts.push((None, k, -along));
+            }
+        }
+    }
+    let root = RADIUS * 0.4_f64.sqrt(); // of the moment of inertia over the mass
+    let mut columns = DMatrix::zeros(6 * count, 3 * contacts.len());
+    for (c, (a, b, normal)) in contacts.iter().enumerate() {
+        let across = normal.cross(&Vector3::new(0.31, 0.72, -0.2)).normalize();
+        for (i, direction) in [*normal, across, normal.cross(&across)].iter().enumerate() {
+            for (body, sign) in [(*a, -1.0), (Some(*b), 1.0)] {
+                let Some(body) = body else { continue };
+                let turn = (-sign * RADIUS * normal).cross(direction) / root;
+                let mut own = columns.view_mut((6 * body, 3 * c + i), (6, 1));
+                own.rows_mut(0, 3).copy_from(&(sign * direction));
+                own.rows_mut(3, 3).copy_from(&(sign * turn));
+            }
+        }
+    }
+    let fall = DVector::from_fn(6 * count, |i, _| if i % 6 == 2 { -0.05 } else { 0.0 });
+    (columns, fall)
+}
+
+/// Beds of few and of more contacts than degrees of freedom, from rest and from half of the
+/// impulses.
+#[test]
+fn beds_of_spheres_obey_the_laws() {
+    for (side, neighbours) in [(3, 20), (4, 10), (5, 20)] {
+        let (columns, fall) = bed(side, 5, neighbours);
+        let (w_matrix, w) = (columns.tr_mul(&columns), columns.tr_mul(&fall));
+        let k = w.len();
+        assert!(k > 300, "{k} rows");
+        let cones = vec![Cone::Friction { coefficient: 0.3 }; k / 3];
+        let (mut ends, mut places, mut values) = (Vec::new(), Vec::new(), Vec::new());
+        for i in 0..k {
+            for j in (0..k).filter(|j| w_matrix[(i, *j)] != 0.0) {
+                places.push(j as u32);
+                values.push(w_matrix[(i, j)]);
+            }
+            ends.push(places.len());
+        }
+        let rows = SparseRows { ends: &ends, places: &places, values: &values };
+        let mut lambda = DVector::zeros(k);
+        let mut solver = LargeConeSolver::default();
+        let problem = Problem { cones, w_matrix, w };
+        for start in ["rest", "half"] {
+            let (w, impulse) = (problem.w.as_slice(), lambda.as_mut_slice());
+            let ConeReport { residual, rounds } =
+                solver.solve(&problem.cones, rows, w, impulse).unwrap();
+            let (moved, laws) = (&fall + &columns * &lambda, problem.violation(&lambda));
+            println!("{k} rows, from {start}: {rounds} rounds, {residual:.1e}, laws {laws:.1e}");
+            assert!(laws < 1e-10, "{laws:e}");
+            assert!(moved.norm() <= fall.norm(), "it gains energy");
+            lambda *= 0.5;
+        }
+    }
+}
