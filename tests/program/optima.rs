@@ -131,8 +131,8 @@ fn stored_cost(case: &str, steps: u64) -> f64 {
     own.unwrap_or_else(|| panic!("no cost at {steps} steps"))["cost"].as_f64().unwrap()
 }
 
-/// Every shipped model with controls: its optimum, the cost of each refinement that a reference case
-/// has, the order of a smooth one, and the run of the result, bit for bit.
+/// Every shipped model with controls: its optimum, the cost of each refinement that a reference
+/// case has, and the run of the result, bit for bit.
 #[cfg(feature = "optimize")]
 #[test]
 fn shipped_optima_are_found_from_their_own_guess() {

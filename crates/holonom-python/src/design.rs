@@ -16,8 +16,8 @@ use std::rc::Rc;
 
 /// A coordinate of a joint with a value.
 type Given = (String, usize, f64);
-/// An optimum beside its numbers: its model, the values of controls, multipliers of the balances, the
-/// table of iterations, the page.
+/// An optimum beside its numbers: its model, the values of controls, multipliers of the balances,
+/// the table of iterations, the page.
 type Optimal = (String, Vec<Vec<f64>>, Vec<Vec<f64>>, String, String);
 /// A measured value: which measurement, time, measured, computed, residual.
 type Row = (usize, f64, f64, f64, f64);
