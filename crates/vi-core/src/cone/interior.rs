@@ -452,7 +452,12 @@ impl<O: Operator> Interior<O> {
         let speeds = problem.w().iter().enumerate().map(|(i, w)| problem.velocity(i, impulse) - w);
         let moved = speeds.fold(0.0, |moved: f64, speed| moved.max(speed.abs()));
         let size = problem.w().iter().map(|w| w.abs()).sum::<f64>();
-        (largest > 0.0 && approach < -STILL * size && moved < STILL)
+        // friction that holds a jam opens with `s`: normal impulses alone wedge
+        let across = |own: &Placed| {
+            own.cone.rows() == 3 && norm([impulse[own.row + 1], impulse[own.row + 2]]) > STILL
+        };
+        let jams = problem.cones().iter().any(across);
+        (largest > 0.0 && approach < -STILL * size && moved < STILL && !jams)
             .then_some((cone, &self.impulse[..]))
     }
 }
