@@ -96,7 +96,7 @@ fn what_cannot_be_is_said() {
     let one =
         |changed: &str, with: &str| words(&format!("{condition}{free}").replace(changed, with));
     assert!(one("equals = 0.0", "equals = 7.0").contains("Infeasible"));
-    assert!(one("length = {", "size = {").contains("no parameter"));
+    assert!(one("length = {", "size = {").contains("no number under"));
     assert!(one("min = 0.3", "min = 0.9").contains("outside of its bounds"));
     assert!(one("parameters", "time = { min = 0.5, max = 2.0 }\nparameters").contains("free"));
     assert!(
