@@ -3,9 +3,9 @@
 //! ```text
 //! x = c + R e,   e ∝ −m + δ min(1, δ/|m|) b,   m = n − (n·a) a,   g = n·(x − o)
 //! ```
-//! the lowest point of each rim; where the cylinder nearly stands, `|n × a| < 0.1`, also three
-//! points of the rim that are fixed in the body, at 60°, 180° and 300° from `b`. Of a cylinder that
-//! stands the direction is `b`, which is fixed in the body, too: `δ` is 1e-9.
+//! the lowest point of each rim; also three points of the rim that are fixed in the body, at 60°,
+//! 180° and 300° from `b`: they count where the cylinder nearly stands, `|n × a| < 0.1`. Of a
+//! cylinder that stands the direction is `b`, which is fixed in the body, too: `δ` is 1e-9.
 //!
 //! Letters: `c` centre of a rim, `a` axis, `R` radius.
 
@@ -23,7 +23,7 @@ const STANDS: f64 = 0.1;
 /// `δ`.
 const FIXED: f64 = 1e-9;
 
-/// The contact of a point of a rim; that of a point that does not count has a large gap.
+/// The contact of a point of a rim.
 pub(super) fn contact<T: Number>(
     feature: u32,
     plane: &Plane<T>,
@@ -43,9 +43,15 @@ pub(super) fn contact<T: Number>(
         _ => fixed * half - side * leg,
     };
     let rim = in_space(frame, &ends[(feature / POINTS) as usize]);
-    let found = plane.contact_with(&(rim + direction * T::of(radius)));
-    match feature.is_multiple_of(POINTS) || Number::real(across.norm()) < STANDS {
-        true => found,
-        false => ContactPoint { gap: T::of(f64::MAX), ..found },
-    }
+    plane.contact_with(&(rim + direction * T::of(radius)))
+}
+
+/// Whether a feature is the lowest point of a rim.
+pub(super) fn is_lowest(feature: u32) -> bool {
+    feature.is_multiple_of(POINTS)
+}
+
+/// Whether the cylinder nearly stands.
+pub(super) fn stands(normal: &Vector3<f64>, ends: &[Vector3<f64>; 2], frame: &[f64]) -> bool {
+    turned(frame, &(ends[1] - ends[0]).normalize()).cross(normal).norm() < STANDS
 }

@@ -14,7 +14,7 @@
 //! |---|---|---|
 //! | points with a radius (sphere, capsule, corners of a box) – plane | [`points_plane`] | a point |
 //! | ellipsoid – plane | [`ellipsoid_plane`] | one |
-//! | sphere – sphere, sphere – capsule, capsule – capsule | [`segments`] | one, or two of parallel capsules |
+//! | sphere – sphere, sphere – capsule, capsule – capsule | [`segments`] | one; of parallel capsules also their ends |
 //! | points with a radius – capsule | [`segments`] | a point |
 //! | box – plane | [`points_plane`] | a corner |
 //! | cylinder – plane | [`cylinder_plane`] | a point of a rim |
@@ -37,7 +37,7 @@ mod solids;
 pub use contact_point::{ContactPoint, GROUND, displacement, row, tangents};
 
 use box_box::Place;
-use contact_point::in_space;
+use contact_point::{in_space, turned};
 use nalgebra::{Matrix3, Vector3};
 use solids::Solid;
 use vi_core::Number;
@@ -374,6 +374,41 @@ fn between<T: Number>(
     }
 }
 
+/// Whether a feature counts in every configuration: there it is what a compliant contact feels.
+/// Not the ends of two capsules, and the points of a cylinder that stands.
+#[must_use]
+pub fn is_lasting(feature: u32, a: &ContactShape, b: &ContactShape) -> bool {
+    use ContactShape::{Capsule, Cylinder, Plane};
+    match (a, b) {
+        (Plane { .. }, Cylinder { .. }) | (Cylinder { .. }, Plane { .. }) => {
+            cylinder_plane::is_lowest(feature)
+        }
+        (Capsule { .. }, Capsule { .. }) => feature == 0,
+        _ => true,
+    }
+}
+
+/// Whether a feature counts in this configuration. Its gap is smooth beyond it.
+fn counts(
+    feature: u32,
+    (a, frame_a): (&ContactShape, &[f64]),
+    (b, frame_b): (&ContactShape, &[f64]),
+) -> bool {
+    use ContactShape::{Cylinder, Plane};
+    if is_lasting(feature, a, b) {
+        return true;
+    }
+    match (a, b) {
+        (Plane { normal, .. }, Cylinder { ends, .. }) => {
+            cylinder_plane::stands(&turned(frame_a, normal), ends, frame_b)
+        }
+        (Cylinder { ends, .. }, Plane { normal, .. }) => {
+            cylinder_plane::stands(&turned(frame_b, normal), ends, frame_a)
+        }
+        _ => segments::counts(feature, (a, frame_a), (b, frame_b)),
+    }
+}
+
 /// Appends the features of two shapes that may touch, in ascending order, with gaps up to `reach`.
 pub fn active(
     (a, frame_a): (&ContactShape, &[f64]),
@@ -397,7 +432,7 @@ pub fn active(
         _ => {
             for feature in 0..features(a, b) {
                 let gap = contact(feature, (a, frame_a), (b, frame_b)).gap;
-                if gap <= reach {
+                if gap <= reach && counts(feature, (a, frame_a), (b, frame_b)) {
                     out.push((feature, gap));
                 }
             }

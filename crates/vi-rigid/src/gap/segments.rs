@@ -3,10 +3,11 @@
 //! ```text
 //! x_A(s) = a + s e_A,  x_B(t) = b + t e_B,  s, t ∈ [0, 1],   g = |x_B − x_A| − R_A − R_B
 //! ```
-//! The closest pair is the interior solution or one of the four of an end and a segment (C.
-//! Ericson, Real-Time Collision Detection, 2005, §5.1.9); of equal distances the first in the
-//! order of A's and B's ends. Nearly parallel capsules touch at both ends of their overlap:
-//! feature 1 is the other end; elsewhere it is far away.
+//! The closest pair, feature 0, is the interior solution or one of the four of an end and a segment
+//! (C. Ericson, Real-Time Collision Detection, 2005, §5.1.9); of equal distances the first in the
+//! order of A's and B's ends; of parallel segments the middle of their overlap. Features 1 to 4 are
+//! those four: they count where the capsules are nearly parallel, `|e_A × e_B| < 0.1`, and the end
+//! lies beside the other segment.
 
 use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space};
@@ -14,9 +15,11 @@ use nalgebra::Vector3;
 use vi_core::Number;
 
 /// Of a pair of capsules.
-pub(super) const FEATURES: u32 = 2;
+pub(super) const FEATURES: u32 = 5;
 /// `sin²` of the angle between axes that count as parallel.
 const PARALLEL: f64 = 1e-12;
+/// Sine of the angle between axes below which the ends count.
+const NEARLY: f64 = 0.1;
 
 /// A segment in space with its radius.
 #[derive(Clone, Copy, Debug)]
@@ -39,16 +42,37 @@ impl<T: Number> Segment<T> {
         self.start + self.along * s
     }
 
-    /// The parameter of the point next to `x`.
-    fn nearest(&self, x: &Vector3<T>) -> T {
-        let (zero, one) = (T::of(0.0), T::of(1.0));
+    /// The parameter of the foot of the perpendicular from `x` to its line; 0 of a point.
+    fn foot(&self, x: &Vector3<T>) -> T {
         let square = self.along.norm_squared();
-        if square > zero {
-            ((x - self.start).dot(&self.along) / square).clamp(zero, one)
+        if square > T::of(0.0) {
+            (x - self.start).dot(&self.along) / square
         } else {
-            zero
+            T::of(0.0)
         }
     }
+
+    /// The parameter of the point next to `x`.
+    fn nearest(&self, x: &Vector3<T>) -> T {
+        self.foot(x).clamp(T::of(0.0), T::of(1.0))
+    }
+}
+
+/// Whether a feature beyond the closest pair counts, in the frames of A and B.
+pub(super) fn counts(
+    feature: u32,
+    a: (&ContactShape, &[f64]),
+    b: (&ContactShape, &[f64]),
+) -> bool {
+    let (a, b) = (Segment::new(a), Segment::new(b));
+    let (end, other) = match feature {
+        1 => (a.start, b),
+        2 => (a.at(1.0), b),
+        3 => (b.start, a),
+        _ => (b.at(1.0), a),
+    };
+    let lengths = a.along.norm() * b.along.norm();
+    a.along.cross(&b.along).norm() < NEARLY * lengths && (0.0..=1.0).contains(&other.foot(&end))
 }
 
 /// The contact of a feature of two capsules, in the frames of A and B.
@@ -70,10 +94,10 @@ pub(super) fn contact<T: Number>(
         (a.nearest(&b.at(one)), one),
     ];
     let between = |(s, t): (T, T)| b.at(t) - a.at(s);
-    let place = if aa > zero && bb > zero && determinant <= T::of(PARALLEL) * aa * bb {
-        overlap(&ends, &between)[feature as usize]
-    } else if feature > 0 {
-        None
+    let (s, t) = if feature > 0 {
+        ends[feature as usize - 1]
+    } else if aa > zero && bb > zero && determinant <= T::of(PARALLEL) * aa * bb {
+        overlap(&ends, &between)
     } else {
         let (da, db) = (d.dot(&a.along), d.dot(&b.along));
         let inside = ((da * bb - db * ab) / determinant, (da * ab - db * aa) / determinant);
@@ -83,25 +107,18 @@ pub(super) fn contact<T: Number>(
         let closest = ends.into_iter().fold(ends[0], |best, end| {
             if between(end).norm_squared() < between(best).norm_squared() { end } else { best }
         });
-        Some(if interior { inside } else { closest })
+        if interior { inside } else { closest }
     };
-    let far = place.is_none();
-    let (s, t) = place.unwrap_or(ends[0]);
     let apart = between((s, t));
     let distance = apart.norm();
     // centres in one point have no normal: the gap is that of a full overlap along the first axis
     let normal = if distance > zero { apart / distance } else { Vector3::x() };
-    let gap = if far { T::of(f64::MAX) } else { distance - r };
     let (x_a, x_b) = (a.at(s) + normal * a.radius, b.at(t) - normal * b.radius);
-    ContactPoint { gap, normal, point: (x_a + x_b) * T::of(0.5) }
+    ContactPoint { gap: distance - r, normal, point: (x_a + x_b) * T::of(0.5) }
 }
 
-/// The two ends of the overlap of parallel segments, the nearer one first; one where they do not
-/// overlap.
-fn overlap<T: Number>(
-    ends: &[(T, T); 4],
-    between: &impl Fn((T, T)) -> Vector3<T>,
-) -> [Option<(T, T)>; 2] {
+/// The middle of the overlap of parallel segments, or their ends that are next to each other.
+fn overlap<T: Number>(ends: &[(T, T); 4], between: &impl Fn((T, T)) -> Vector3<T>) -> (T, T) {
     let size = |place: (T, T)| Number::real(between(place).norm_squared());
     let first =
         ends.iter().fold(ends[0], |best, end| if size(*end) < size(best) { *end } else { best });
@@ -113,5 +130,6 @@ fn overlap<T: Number>(
         .iter()
         .filter(same)
         .fold(first, |best, end| if from_first(end) > from_first(&best) { *end } else { best });
-    [Some(first), (from_first(&other) > 0.0).then_some(other)]
+    let half = T::of(0.5);
+    ((first.0 + other.0) * half, (first.1 + other.1) * half)
 }
