@@ -105,6 +105,7 @@ mod model {
     mod model_file;
     mod overlaps;
     mod parameters;
+    mod random_contacts;
     mod relative_frames;
     mod shipped_models;
     mod signals;

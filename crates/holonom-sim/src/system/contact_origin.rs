@@ -8,6 +8,7 @@ use vi_multibody::contact::compliant_contact::CompliantContact;
 use vi_multibody::contact::joint_stop::LOWER;
 use vi_multibody::contact::shape_contact::ShapeContact;
 use vi_multibody::contact::shape_group::ShapeGroup;
+use vi_rigid::gap::lasting;
 
 /// What an element with impulses is in the model.
 #[derive(Clone, Debug)]
@@ -88,7 +89,8 @@ impl ShapeElement {
             Self::Compliant(own) => (own.pair(), Box::new(|feature| own.gap(feature, at.q))),
             Self::Group(own) => return own.smallest_gap(at),
         };
-        (0..pair.features()).map(gap).min_by(f64::total_cmp)
+        let [a, b] = pair.shapes();
+        lasting(a, b).map(gap).min_by(f64::total_cmp)
     }
 }
 

@@ -24,8 +24,11 @@ use vi_core::state::State;
 
 /// Solutions of a step for one set of laws.
 const ITERATIONS: usize = 60;
-/// Solutions after which rates that are still reversed, or not, are taken by the usual law.
+/// Solutions after which rates that are still reversed, or not, are taken by the usual law, and
+/// contacts that are an impact in one of them and none in the next by their positions.
 const UNSETTLED: usize = 30;
+/// So often impulses are halved, or their change, where the step has no solution with them.
+const HALVINGS: usize = 20;
 /// A change of velocities that islands with sparse rows end with, relative to velocities.
 const LARGE: f64 = 1e-10;
 /// A change of velocities that may stagnate, relative to velocities.
@@ -44,6 +47,7 @@ pub(super) struct NodeImpulses {
     pub(super) plus: Vec<f64>,    // k  U⁺
     pub(super) lambda: Vec<f64>,
     pub(super) next: Vec<f64>, // k
+    solved_with: Vec<f64>,     // k  Λ of the last step that has a solution, or 0
     turning_slip: bool,
     pub(super) impact_law: ImpactLaw,
     pub(super) collision: VelocityProblem,
@@ -90,6 +94,7 @@ impl NodeImpulses {
                 law,
                 row,
                 size: element.size(),
+                distance: place.map_or(0.0, |own| vi_core::linear::norm_inf(&own.point)),
                 place,
                 gap,
                 before: known.map_or(0.0, |known| known.rate),
@@ -106,6 +111,7 @@ impl NodeImpulses {
                 slides: false,
                 kept: false,
                 kind: Kind::Position,
+                changes: 0,
                 course: Course::Usual,
                 gamma: 0.0,
                 sigma: [0.0; 2],
@@ -369,14 +375,19 @@ impl NodeImpulses {
         for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
             problem.begin(contacts, W, islands, k);
         }
+        for contact in contacts {
+            contact.changes = 0;
+        }
+        self.solved_with.clear();
+        self.solved_with.resize(self.lambda.len(), 0.0);
         let mut last = f64::INFINITY;
         for pass in 0..ITERATIONS {
             if pass == UNSETTLED {
-                let reversed = |own: &&mut Contact| own.course != Course::Usual;
-                let contacts = self.contacts.iter_mut().filter(reversed);
-                contacts.for_each(|contact| contact.course = Course::Plain);
+                for contact in &mut self.contacts {
+                    contact.settle();
+                }
             }
-            self.try_step(run, (step, state))?;
+            self.try_step_near(run, (step, state))?;
             if self.contacts.is_empty() {
                 return Ok(());
             }
@@ -406,6 +417,27 @@ impl NodeImpulses {
             change: last,
         };
         Err(fault.into())
+    }
+
+    /// Takes the step with the present impulses, or where it has no solution with those, with
+    /// impulses between them and the last ones.
+    fn try_step_near<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        at: (SubStep, &State),
+    ) -> Result<(), StepError> {
+        let mut halvings = 0;
+        while let Err(error) = self.try_step(run, at) {
+            if halvings == HALVINGS || self.lambda == self.solved_with {
+                return Err(error);
+            }
+            halvings += 1;
+            self.length = f64::NAN; // what failed is no guess
+            let both = self.lambda.iter_mut().zip(&self.solved_with);
+            both.for_each(|(lambda, last)| *lambda = last + 0.5 * (*lambda - last));
+        }
+        self.solved_with.copy_from_slice(&self.lambda);
+        Ok(())
     }
 
     /// Takes the step with the present impulses.

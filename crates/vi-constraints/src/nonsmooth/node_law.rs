@@ -35,6 +35,9 @@ use vi_core::contact_state::ContactId;
 /// A gap that counts as closed, in parts of its size.
 pub(super) const CLOSED: f64 = 1e-11;
 
+/// Changes of the kind of a contact that tell of an iteration that does not settle it.
+const ALTERNATES: usize = 8;
+
 /// How the normal of a contact is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -66,6 +69,7 @@ pub(super) struct Contact {
     pub(super) law: ContactLaw,
     pub(super) row: usize, // its first
     pub(super) size: f64,
+    pub(super) distance: f64, // of its point from the origin, m
     pub(super) place: Option<ContactPlace>,
     pub(super) gap: f64,                      // at q_n
     pub(super) before: f64,                   // s_0 of dry friction
@@ -82,6 +86,7 @@ pub(super) struct Contact {
     pub(super) holds: bool,      // by its static friction
     pub(super) caught: bool,     // it was asked whether that holds it where it turned back
     pub(super) kind: Kind,       // of the last evaluation
+    pub(super) changes: usize,   // of the kind, of a hit contact
     pub(super) course: Course,   //
     pub(super) gamma: f64,       // g(q_{n+1})/h
     pub(super) sigma: [f64; 2],  // slip over h
@@ -114,9 +119,10 @@ impl Contact {
         self.law.restitution().is_some_and(|restitution| restitution > 0.0 || self.is_new)
     }
 
-    /// Rounding of its velocities beside others of a size, and of gaps and slip over `h`.
+    /// Rounding of its velocities beside others of a size, and of gaps and slip over `h`: those are
+    /// differences of positions.
     pub(super) fn rounding(&self, speeds: f64, h: f64) -> f64 {
-        4.0 * f64::EPSILON * (speeds + self.size / h)
+        4.0 * f64::EPSILON * (speeds + (self.size + self.distance) / h)
     }
 
     /// To which its laws are known: beside rounding, a gap that counts as closed may be open.
@@ -182,15 +188,29 @@ impl Contact {
 
     /// `ξ_N` [N4].
     fn normal(&mut self, rows: Rows<'_>, restitution: f64) -> f64 {
-        self.kind = Kind::Position;
+        let before = std::mem::replace(&mut self.kind, Kind::Position);
+        let mut xi = self.gamma;
         if self.is_hit {
             let velocity = rows.plus[0] + self.reduction * restitution * rows.minus[0];
-            if velocity < self.gamma {
+            if velocity < xi {
                 self.kind = Kind::Impact;
-                return velocity;
+                xi = velocity;
             }
+            self.changes += usize::from(self.kind != before);
         }
-        self.gamma
+        xi
+    }
+
+    /// Takes the usual laws where the iteration has not settled which one holds: of a coordinate
+    /// whose rate is reversed or not, and of a contact that is an impact with the tangential law of
+    /// one, and none with that of the other.
+    pub(super) fn settle(&mut self) {
+        if self.course != Course::Usual {
+            self.course = Course::Plain;
+        }
+        if self.changes > ALTERNATES {
+            self.is_hit = false;
+        }
     }
 
     /// Dry friction with its reversal [N6]: Newton's linearization of `Λ + b s̄(s_1) = 0`.

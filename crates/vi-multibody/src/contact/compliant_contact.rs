@@ -31,7 +31,7 @@ use vi_core::num_dual::{Dual64, HyperDual64};
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
 use vi_rigid::directors::{FRAME, center, director};
-use vi_rigid::gap::{ContactPoint, ContactShape, NoGap, Pair, is_lasting, is_smooth, smooth_contact};
+use vi_rigid::gap::{ContactPoint, ContactShape, NoGap, Pair, is_smooth, lasting, smooth_contact};
 
 const BOTH: usize = 2 * FRAME;
 
@@ -133,8 +133,7 @@ impl CompliantContact {
     /// The features that touch, with their gaps.
     fn closed<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
         let [a, b] = self.pair.shapes();
-        let lasting = (0..self.pair.features()).filter(|feature| is_lasting(*feature, a, b));
-        let gaps = lasting.map(|feature| (feature, self.gap(feature, q)));
+        let gaps = lasting(a, b).map(|feature| (feature, self.gap(feature, q)));
         gaps.filter(|(_, gap)| *gap < 0.0)
     }
 

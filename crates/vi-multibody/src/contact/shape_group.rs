@@ -14,7 +14,7 @@ use vi_constraints::nonsmooth::{ContactLaw, ContactPlace, ContactRows, Unilatera
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_rigid::directors::{center, director};
-use vi_rigid::gap::{ContactShape, NoGap, active, features};
+use vi_rigid::gap::{ContactShape, NoGap, active, features, lasting};
 
 /// Boxes are wider than the motion by this part of the size.
 const MARGIN: f64 = 1e-6;
@@ -137,8 +137,8 @@ impl ShapeGroup {
         let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
         let gaps = pairs.filter(|pair| self.may_touch(*pair)).flat_map(|(a, b)| {
             let first = (a * count + b) * self.most;
-            let own = 0..self.features_of(a as usize, b as usize);
-            own.map(move |feature| self.gap(first + feature, at))
+            let [one, other] = [a, b].map(|k| &self.shapes[k as usize].shape);
+            lasting(one, other).map(move |feature| self.gap(first + feature, at))
         });
         gaps.min_by(f64::total_cmp)
     }

@@ -374,39 +374,17 @@ fn between<T: Number>(
     }
 }
 
-/// Whether a feature counts in every configuration: there it is what a compliant contact feels.
-/// Not the ends of two capsules, and the points of a cylinder that stands.
-#[must_use]
-pub fn is_lasting(feature: u32, a: &ContactShape, b: &ContactShape) -> bool {
+/// The features that count in every configuration: one of them has the smallest gap, and they are
+/// what a compliant contact feels. Not the ends of two capsules, and the points of a cylinder that
+/// are fixed in it.
+pub fn lasting(a: &ContactShape, b: &ContactShape) -> impl Iterator<Item = u32> + use<> {
     use ContactShape::{Capsule, Cylinder, Plane};
-    match (a, b) {
-        (Plane { .. }, Cylinder { .. }) | (Cylinder { .. }, Plane { .. }) => {
-            cylinder_plane::is_lowest(feature)
-        }
-        (Capsule { .. }, Capsule { .. }) => feature == 0,
-        _ => true,
-    }
-}
-
-/// Whether a feature counts in this configuration. Its gap is smooth beyond it.
-fn counts(
-    feature: u32,
-    (a, frame_a): (&ContactShape, &[f64]),
-    (b, frame_b): (&ContactShape, &[f64]),
-) -> bool {
-    use ContactShape::{Cylinder, Plane};
-    if is_lasting(feature, a, b) {
-        return true;
-    }
-    match (a, b) {
-        (Plane { normal, .. }, Cylinder { ends, .. }) => {
-            cylinder_plane::stands(&turned(frame_a, normal), ends, frame_b)
-        }
-        (Cylinder { ends, .. }, Plane { normal, .. }) => {
-            cylinder_plane::stands(&turned(frame_b, normal), ends, frame_a)
-        }
-        _ => segments::counts(feature, (a, frame_a), (b, frame_b)),
-    }
+    let each = match (a, b) {
+        (Plane { .. }, Cylinder { .. }) | (Cylinder { .. }, Plane { .. }) => cylinder_plane::POINTS,
+        (Capsule { .. }, Capsule { .. }) => segments::FEATURES,
+        _ => 1,
+    };
+    (0..features(a, b)).step_by(each as usize)
 }
 
 /// Appends the features of two shapes that may touch, in ascending order, with gaps up to `reach`.
@@ -416,8 +394,15 @@ pub fn active(
     reach: f64,
     out: &mut Vec<(u32, f64)>,
 ) {
-    use ContactShape::{Box, Points};
+    use ContactShape::{Box, Capsule, Cylinder, Plane, Points};
+    let gap = |feature| contact(feature, (a, frame_a), (b, frame_b)).gap;
     match (a, b) {
+        (Plane { normal, .. }, Cylinder { ends, .. }) => {
+            points_of_rims((&turned(frame_a, normal), ends, frame_b), &gap, reach, out);
+        }
+        (Cylinder { ends, .. }, Plane { normal, .. }) => {
+            points_of_rims((&turned(frame_b, normal), ends, frame_a), &gap, reach, out);
+        }
         (Box { .. }, Box { .. }) => {
             if let (Some(a), Some(b)) = (a.place(frame_a), b.place(frame_b)) {
                 box_box::active(&a, &b, reach, out);
@@ -430,13 +415,26 @@ pub fn active(
             points_on_box(b.place(frame_b), (points, frame_a), reach, out);
         }
         _ => {
-            for feature in 0..features(a, b) {
-                let gap = contact(feature, (a, frame_a), (b, frame_b)).gap;
-                if gap <= reach && counts(feature, (a, frame_a), (b, frame_b)) {
-                    out.push((feature, gap));
-                }
-            }
+            let capsules = matches!((a, b), (Capsule { .. }, Capsule { .. }));
+            let counts = |feature: &u32| {
+                !capsules || *feature == 0 || segments::counts(*feature, (a, frame_a), (b, frame_b))
+            };
+            let found = (0..features(a, b)).filter(counts).map(|feature| (feature, gap(feature)));
+            out.extend(found.filter(|(_, gap)| *gap <= reach));
         }
+    }
+}
+
+fn points_of_rims(
+    (normal, ends, frame): (&Vector3<f64>, &[Vector3<f64>; 2], &[f64]),
+    gap: &impl Fn(u32) -> f64,
+    reach: f64,
+    out: &mut Vec<(u32, f64)>,
+) {
+    let points = cylinder_plane::active(normal, ends, frame);
+    for first in [0, cylinder_plane::POINTS] {
+        let found = points.clone().map(|point| (first + point, gap(first + point)));
+        out.extend(found.filter(|(_, gap)| *gap <= reach));
     }
 }
 

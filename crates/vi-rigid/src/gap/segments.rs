@@ -45,11 +45,7 @@ impl<T: Number> Segment<T> {
     /// The parameter of the foot of the perpendicular from `x` to its line; 0 of a point.
     fn foot(&self, x: &Vector3<T>) -> T {
         let square = self.along.norm_squared();
-        if square > T::of(0.0) {
-            (x - self.start).dot(&self.along) / square
-        } else {
-            T::of(0.0)
-        }
+        if square > T::of(0.0) { (x - self.start).dot(&self.along) / square } else { T::of(0.0) }
     }
 
     /// The parameter of the point next to `x`.
@@ -59,11 +55,7 @@ impl<T: Number> Segment<T> {
 }
 
 /// Whether a feature beyond the closest pair counts, in the frames of A and B.
-pub(super) fn counts(
-    feature: u32,
-    a: (&ContactShape, &[f64]),
-    b: (&ContactShape, &[f64]),
-) -> bool {
+pub(super) fn counts(feature: u32, a: (&ContactShape, &[f64]), b: (&ContactShape, &[f64])) -> bool {
     let (a, b) = (Segment::new(a), Segment::new(b));
     let (end, other) = match feature {
         1 => (a.start, b),
