@@ -375,8 +375,8 @@ fn between<T: Number>(
 }
 
 /// The features that count in every configuration: one of them has the smallest gap, and they are
-/// what a compliant contact feels. Not the ends of two capsules, and the points of a cylinder that
-/// are fixed in it.
+/// what a compliant contact feels. Not the ends of two capsules, and points of capsules and
+/// cylinders that are fixed in them.
 pub fn lasting(a: &ContactShape, b: &ContactShape) -> impl Iterator<Item = u32> + use<> {
     use ContactShape::{Capsule, Cylinder, Plane};
     let each = match (a, b) {
@@ -403,6 +403,10 @@ pub fn active(
         (Cylinder { ends, .. }, Plane { normal, .. }) => {
             points_of_rims((&turned(frame_b, normal), ends, frame_a), &gap, reach, out);
         }
+        (Capsule { .. }, Capsule { .. }) => {
+            let found = segments::active((a, frame_a), (b, frame_b));
+            out.extend(found.map(|feature| (feature, gap(feature))).filter(|own| own.1 <= reach));
+        }
         (Box { .. }, Box { .. }) => {
             if let (Some(a), Some(b)) = (a.place(frame_a), b.place(frame_b)) {
                 box_box::active(&a, &b, reach, out);
@@ -415,11 +419,7 @@ pub fn active(
             points_on_box(b.place(frame_b), (points, frame_a), reach, out);
         }
         _ => {
-            let capsules = matches!((a, b), (Capsule { .. }, Capsule { .. }));
-            let counts = |feature: &u32| {
-                !capsules || *feature == 0 || segments::counts(*feature, (a, frame_a), (b, frame_b))
-            };
-            let found = (0..features(a, b)).filter(counts).map(|feature| (feature, gap(feature)));
+            let found = (0..features(a, b)).map(|feature| (feature, gap(feature)));
             out.extend(found.filter(|(_, gap)| *gap <= reach));
         }
     }

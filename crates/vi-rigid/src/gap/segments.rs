@@ -7,7 +7,9 @@
 //! (C. Ericson, Real-Time Collision Detection, 2005, §5.1.9); of equal distances the first in the
 //! order of A's and B's ends; of parallel segments the middle of their overlap. Features 1 to 4 are
 //! those four: they count where the capsules are nearly parallel, `|e_A × e_B| < 0.1`, and the end
-//! lies beside the other segment.
+//! lies beside the other segment. Where `|e_A × e_B| < 0.03` the closest pair may jump along them
+//! within a step: a point that is fixed on A takes its place, of those that divide A into equal
+//! parts.
 
 use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space};
@@ -15,11 +17,16 @@ use nalgebra::Vector3;
 use vi_core::Number;
 
 /// Of a pair of capsules.
-pub(super) const FEATURES: u32 = 5;
+pub(super) const FEATURES: u32 = FIRST_PART + PARTS + 1;
+/// The first point that is fixed on A.
+const FIRST_PART: u32 = 5;
+const PARTS: u32 = 1024;
 /// `sin²` of the angle between axes that count as parallel.
 const PARALLEL: f64 = 1e-12;
 /// Sine of the angle between axes below which the ends count.
 const NEARLY: f64 = 0.1;
+/// The same below which the closest point is one that is fixed on A.
+const FIXED: f64 = 0.03;
 
 /// A segment in space with its radius.
 #[derive(Clone, Copy, Debug)]
@@ -54,17 +61,26 @@ impl<T: Number> Segment<T> {
     }
 }
 
-/// Whether a feature beyond the closest pair counts, in the frames of A and B.
-pub(super) fn counts(feature: u32, a: (&ContactShape, &[f64]), b: (&ContactShape, &[f64])) -> bool {
+/// The features that count, in ascending order, in the frames of A and B.
+pub(super) fn active(
+    a: (&ContactShape, &[f64]),
+    b: (&ContactShape, &[f64]),
+) -> impl Iterator<Item = u32> {
     let (a, b) = (Segment::new(a), Segment::new(b));
-    let (end, other) = match feature {
-        1 => (a.start, b),
-        2 => (a.at(1.0), b),
-        3 => (b.start, a),
-        _ => (b.at(1.0), a),
-    };
     let lengths = a.along.norm() * b.along.norm();
-    a.along.cross(&b.along).norm() < NEARLY * lengths && (0.0..=1.0).contains(&other.foot(&end))
+    let angle = a.along.cross(&b.along).norm() / lengths; // NaN of a ball
+    let closest = if angle < FIXED {
+        let (s, _) = closest(&a, &b);
+        FIRST_PART + (s * f64::from(PARTS)).round() as u32
+    } else {
+        0
+    };
+    let ends = [(a.start, b), (a.at(1.0), b), (b.start, a), (b.at(1.0), a)];
+    let beside = ends.map(|(end, other)| angle < NEARLY && (0.0..=1.0).contains(&other.foot(&end)));
+    let count = move |k: u32| beside[k as usize - 1].then_some(k);
+    let first = (closest == 0).then_some(0);
+    let last = (closest > 0).then_some(closest);
+    first.into_iter().chain((1..FIRST_PART).filter_map(count)).chain(last)
 }
 
 /// The contact of a feature of two capsules, in the frames of A and B.
@@ -74,39 +90,54 @@ pub(super) fn contact<T: Number>(
     a: (&ContactShape, &[T]),
     b: (&ContactShape, &[T]),
 ) -> ContactPoint<T> {
-    let (zero, one) = (T::of(0.0), T::of(1.0));
     let (a, b) = (Segment::new(a), Segment::new(b));
-    let (d, r) = (b.start - a.start, a.radius + b.radius);
-    let (aa, bb, ab) = (a.along.norm_squared(), b.along.norm_squared(), a.along.dot(&b.along));
-    let determinant = aa * bb - ab * ab;
-    let ends = [
+    let (s, t) = match feature {
+        0 => closest(&a, &b),
+        FIRST_PART.. => {
+            let s = T::of(f64::from(feature - FIRST_PART) / f64::from(PARTS));
+            (s, b.nearest(&a.at(s)))
+        }
+        end => ends(&a, &b)[end as usize - 1],
+    };
+    let apart = b.at(t) - a.at(s);
+    let r = a.radius + b.radius;
+    let distance = apart.norm();
+    // centres in one point have no normal: the gap is that of a full overlap along the first axis
+    let normal = if distance > T::of(0.0) { apart / distance } else { Vector3::x() };
+    let (x_a, x_b) = (a.at(s) + normal * a.radius, b.at(t) - normal * b.radius);
+    ContactPoint { gap: distance - r, normal, point: (x_a + x_b) * T::of(0.5) }
+}
+
+/// The pairs of an end and the point next to it on the other segment.
+fn ends<T: Number>(a: &Segment<T>, b: &Segment<T>) -> [(T, T); 4] {
+    let (zero, one) = (T::of(0.0), T::of(1.0));
+    [
         (zero, b.nearest(&a.start)),
         (one, b.nearest(&a.at(one))),
         (a.nearest(&b.start), zero),
         (a.nearest(&b.at(one)), one),
-    ];
+    ]
+}
+
+/// The parameters of the closest points.
+fn closest<T: Number>(a: &Segment<T>, b: &Segment<T>) -> (T, T) {
+    let (zero, one) = (T::of(0.0), T::of(1.0));
+    let d = b.start - a.start;
+    let (aa, bb, ab) = (a.along.norm_squared(), b.along.norm_squared(), a.along.dot(&b.along));
+    let determinant = aa * bb - ab * ab;
+    let ends = ends(a, b);
     let between = |(s, t): (T, T)| b.at(t) - a.at(s);
-    let (s, t) = if feature > 0 {
-        ends[feature as usize - 1]
-    } else if aa > zero && bb > zero && determinant <= T::of(PARALLEL) * aa * bb {
-        overlap(&ends, &between)
-    } else {
-        let (da, db) = (d.dot(&a.along), d.dot(&b.along));
-        let inside = ((da * bb - db * ab) / determinant, (da * ab - db * aa) / determinant);
-        let interior = determinant > zero
-            && (zero..=one).contains(&inside.0)
-            && (zero..=one).contains(&inside.1);
-        let closest = ends.into_iter().fold(ends[0], |best, end| {
-            if between(end).norm_squared() < between(best).norm_squared() { end } else { best }
-        });
-        if interior { inside } else { closest }
-    };
-    let apart = between((s, t));
-    let distance = apart.norm();
-    // centres in one point have no normal: the gap is that of a full overlap along the first axis
-    let normal = if distance > zero { apart / distance } else { Vector3::x() };
-    let (x_a, x_b) = (a.at(s) + normal * a.radius, b.at(t) - normal * b.radius);
-    ContactPoint { gap: distance - r, normal, point: (x_a + x_b) * T::of(0.5) }
+    if aa > zero && bb > zero && determinant <= T::of(PARALLEL) * aa * bb {
+        return overlap(&ends, &between);
+    }
+    let (da, db) = (d.dot(&a.along), d.dot(&b.along));
+    let inside = ((da * bb - db * ab) / determinant, (da * ab - db * aa) / determinant);
+    let interior =
+        determinant > zero && (zero..=one).contains(&inside.0) && (zero..=one).contains(&inside.1);
+    let closest = ends.into_iter().fold(ends[0], |best, end| {
+        if between(end).norm_squared() < between(best).norm_squared() { end } else { best }
+    });
+    if interior { inside } else { closest }
 }
 
 /// The middle of the overlap of parallel segments, or their ends that are next to each other.

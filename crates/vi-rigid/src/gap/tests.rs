@@ -250,8 +250,9 @@ fn parallel_capsules_touch_at_the_ends_of_their_overlap() {
     above[2] = 0.5;
     pair.active(&GROUND, &above, f64::MAX, &mut found);
     let features: Vec<u32> = found.iter().map(|(feature, _)| *feature).collect();
-    assert_eq!(features, [0, 2, 3]); // and the last end of A, the first one of B
-    for (feature, x) in [(0, 0.7), (2, 1.0), (3, 0.4)] {
+    let middle = 5 + 717; // 0.7 of 1024 parts
+    assert_eq!(features, [2, 3, middle]); // the last end of A, the first one of B
+    for (feature, x) in [(0, 0.7), (2, 1.0), (3, 0.4), (middle, 717.0 / 1024.0)] {
         let contact = pair.contact(feature, &GROUND, &above);
         assert!((contact.point.x - x).abs() < 1e-15 && (contact.gap - 0.3).abs() < 1e-15);
     }
