@@ -6,8 +6,7 @@ use holonom_model::Model;
 use nalgebra::Isometry3;
 
 use crate::names::TakenNames;
-use crate::self_contact::BodyPairs;
-use crate::surface::GroundPlane;
+use crate::surface::{BodyPairs, GroundPlane};
 use crate::tree::BodyTree;
 
 /// A model with the comments of its text.

@@ -19,9 +19,10 @@ use crate::numbers::{plain, quaternion, vector};
 use crate::picture::{finest, is_about, part, shape};
 use crate::remark::Remarks;
 use crate::robot::{Mobility, Robot};
-use crate::self_contact::{BodyPairs, body_pairs};
+use crate::self_contact::body_pairs;
 use crate::solid::PlacedSolid;
 use crate::source::{Refusal, Result};
+use crate::surface::BodyPairs;
 use crate::tree::BodyTree;
 use crate::tree_body::{Connection, TreeBody};
 

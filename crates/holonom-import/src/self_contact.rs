@@ -17,14 +17,11 @@ use crate::drafter::Drafter;
 use crate::massless::some;
 use crate::remark::Remarks;
 use crate::robot::Robot;
-use crate::surface::{Exclusion, GeomPair, Touching};
+use crate::surface::{BodyPairs, Exclusion, GeomPair, Touching};
 use crate::tree::BodyTree;
 
 /// Shapes that overlap by more than this part of their size are left out.
 const OVERLAP: f64 = 1e-9;
-
-/// Bodies of a tree that may touch, by the numbers of their nodes, with their friction.
-pub(crate) type BodyPairs = BTreeMap<[usize; 2], f64>;
 
 /// Of a robot.
 pub(crate) fn body_pairs(robot: &Robot, tree: &BodyTree, remarks: &mut Remarks) -> BodyPairs {

@@ -1,5 +1,7 @@
 //! What touches: solids of links, planes of the ground.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Isometry3;
 
 use crate::solid::PlacedSolid;
@@ -14,6 +16,9 @@ pub(crate) const NOT_ASKED: &str =
 /// On what only soft contact has.
 pub(crate) const SOFT: &str =
     "contact: it is rigid, `solref`, `solimp`, `margin` and `gap` are not used";
+
+/// Bodies of a tree that may touch, by the numbers of their nodes, with their friction.
+pub(crate) type BodyPairs = BTreeMap<[usize; 2], f64>;
 
 /// What touches, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
