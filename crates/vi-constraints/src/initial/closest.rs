@@ -9,7 +9,7 @@
 //! `γ`, `B`: gaps of unilateral constraints with their gradients. The equations are solved for
 //! `x_j/s_j`, with `M_ij s_i s_j` and the rows divided by their sizes.
 
-use super::initialization::StartError;
+use super::start_error::StartError;
 use crate::constraints::Constraints;
 use crate::nonsmooth::{ContactLaw, ContactRows, Unilateral};
 use crate::saddle_point::{IndependentRows, SaddlePoint};

@@ -4,3 +4,4 @@ pub mod agreement;
 pub mod closest;
 pub mod initialization;
 pub mod nearby;
+mod start_error;

@@ -61,7 +61,9 @@ impl NodeImpulses {
             counts.largest_reduction = counts.largest_reduction.max(1.0 - contact.reduction);
         }
         if records.nodes.is_empty() && !self.contacts.is_empty() {
-            self.find_node_velocity(share_before, &mut records.contacts[first..]);
+            let Self { contacts, W, arrival, node_velocity, .. } = self;
+            let own = &mut records.contacts[first..];
+            node_velocity.find((contacts, W), arrival, share_before, own);
         }
         let contacts = first..records.contacts.len();
         records.nodes.push(NodeRecord { t, before, after: h, contacts });

@@ -31,6 +31,7 @@
 
 mod accepted;
 mod active_rows;
+mod collisions;
 mod delassus;
 mod events;
 mod groups;

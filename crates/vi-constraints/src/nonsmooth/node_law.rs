@@ -278,8 +278,8 @@ impl Contact {
         bound > 0.0 && size >= (1.0 - INSIDE) * bound
     }
 
-    /// Whether it slides at the end of the iteration; `compliance`: `W_ii` along a tangent, `least`:
-    /// the rounding of a slip.
+    /// Whether it slides at the end of the iteration; `compliance`: `W_ii` along a tangent,
+    /// `least`: the rounding of a slip.
     pub(super) fn slides_by(&self, lambda: &[f64], compliance: f64, least: f64) -> bool {
         const PART: f64 = 1e-8; // of what the impulses change
         let size = match self.law.rows() {

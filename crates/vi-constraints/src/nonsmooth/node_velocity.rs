@@ -9,7 +9,8 @@
 //! rests, and the friction of half a step too little. Conjugate gradients begin at the part of the
 //! impulses that belongs to the step before, which is the solution under uniform loads.
 
-use super::impulses::NodeImpulses;
+use super::delassus::Delassus;
+use super::node_law::Contact;
 use super::record::{ContactRecord, ContactStatus};
 
 /// A residual of velocities in parts of the largest one.
@@ -28,28 +29,33 @@ pub(super) struct NodeVelocity {
     conditioned: Vec<f64>, // k
 }
 
-impl NodeImpulses {
-    /// Writes to the records of the node the work of the impulses up to it; `share`:
+impl NodeVelocity {
+    /// Writes to the records of the node the work of the impulses up to it; `minus`: `U⁻`, `share`:
     /// `h_{n−1}/(h_{n−1} + h_n)`.
-    pub(super) fn find_node_velocity(&mut self, share: f64, records: &mut [ContactRecord]) {
-        let Self { contacts, W, arrival: minus, node_velocity: own, .. } = self;
+    pub(super) fn find(
+        &mut self,
+        (contacts, W): (&[Contact], &Delassus),
+        minus: &[f64],
+        share: f64,
+        records: &mut [ContactRecord],
+    ) {
         let k = minus.len();
-        own.free.clear();
-        own.part.clear();
+        let Self { free, part, residual, direction, image, conditioned } = self;
+        free.clear();
+        part.clear();
         for (contact, record) in contacts.iter().zip(&*records) {
             for i in 0..contact.law.rows() {
-                let (free, part) = match record.status {
+                let (is_free, share) = match record.status {
                     ContactStatus::Open => (false, 0.0),
                     ContactStatus::Impact => (false, 1.0),
                     ContactStatus::Stick => (true, share),
                     ContactStatus::Slip => (i == 0 && contact.law.restitution().is_some(), share),
                 };
-                own.free.push(free && W.at(contact.row + i, contact.row + i) > 0.0);
-                own.part.push(part * record.impulse[i]);
+                free.push(is_free && W.at(contact.row + i, contact.row + i) > 0.0);
+                part.push(share * record.impulse[i]);
             }
         }
         let speeds = minus.iter().fold(0.0, |size: f64, u| size.max(u.abs()));
-        let NodeVelocity { free, part, residual, direction, image, conditioned } = own;
         let velocity = |i: usize, part: &[f64]| minus[i] + W.product(i, |j| part[j]);
         residual.clear();
         residual.extend((0..k).map(|i| if free[i] { -velocity(i, part) } else { 0.0 }));
