@@ -9,7 +9,7 @@
 //! | input | `SIGNAL` | a signal that is a number and that no event sets: set points |
 //! | input | `BODY.force.x` …, `BODY.torque.x` … | N and N·m, in space, at the centre of mass; where asked for |
 //! | output | `SENSOR`, `SENSOR.part` | the columns of `sensors.csv` |
-//! | output | `energy.H`, `residual.position` | J; the largest residual of the constraints |
+//! | output | `energy.H`, `residual.position` | J, with contacts before the impulses of the node; the largest residual of the constraints |
 //!
 //! The reference of a variable is its place in the list.
 

@@ -39,6 +39,12 @@ fn same(a: f64, b: f64) -> bool {
     a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
 }
 
+/// Whether it has contacts, stops or dry friction.
+fn touches(model: &Model) -> bool {
+    let joint = |own: &holonom::model::Joint| own.limits.is_some() || own.friction.is_some();
+    !model.contacts.is_empty() || model.joints.iter().any(joint)
+}
+
 #[test]
 fn outputs_have_the_bits_of_the_run_on_all_shipped_models() {
     let (mut models, mut compared) = (0, 0);
@@ -71,7 +77,9 @@ fn outputs_have_the_bits_of_the_run_on_all_shipped_models() {
                     let words = format!("{name}: {} at node {n}", named.name());
                     assert!(same(*value, of_run), "{words}: {value:e}, of the run {of_run:e}");
                 }
-                for (value, of_run) in instance.get(&others).iter().zip(rest) {
+                // a unit knows the impulses of contacts of a node after its next step alone
+                let known = usize::from(touches(&unit.model));
+                for (value, of_run) in instance.get(&others).iter().zip(rest).skip(known) {
                     assert!(same(*value, *of_run), "{name}, node {n}: {value:e} {of_run:e}");
                     compared += 1;
                 }
