@@ -3,12 +3,12 @@
 //! ```text
 //! x = c + R e,   e ∝ −m + δ min(1, δ/|m|) b,   m = n − (n·a) a,   g = n·(x − o)
 //! ```
-//! the lowest point of each rim, which moves along it. Where the cylinder passes through the upright
-//! within a step, that point jumps to the other side of the rim: points that are fixed in the body
-//! do not. Of the `S` equal parts of a rim these are the points, counted from `b`. Where the
-//! cylinder nearly stands, `|m| < 0.03`, the one next to the lowest point takes its place; where
-//! `|m| < 0.1`, those at 60°, 180° and 300° count, too. Of a cylinder that stands the lowest point
-//! is that of `b`: `δ` is 1e-9.
+//! the lowest point of each rim, which moves along it. Where the cylinder passes through the
+//! upright within a step, that point jumps to the other side of the rim: points that are fixed in
+//! the body do not. Of the `S` equal parts of a rim these are the points, counted from `b`. Where
+//! the cylinder nearly stands, `|m| < 0.03`, the one next to the lowest point takes its place;
+//! where `|m| < 0.1`, those at 60°, 180° and 300° count, too. Of a cylinder that stands the lowest
+//! point is that of `b`: `δ` is 1e-9.
 //!
 //! Letters: `c` centre of a rim, `a` axis, `R` radius, `b` a direction across the axis.
 

@@ -9,7 +9,7 @@
 //! those four: they count where the capsules are nearly parallel, `|e_A × e_B| < 0.1`, and the end
 //! lies beside the other segment. Where `|e_A × e_B| < 0.03` the closest pair may jump along them
 //! within a step: a point that is fixed on A takes its place, of those that divide A into equal
-//! parts.
+//! parts, where it is closer than the ends.
 
 use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space};
@@ -27,6 +27,8 @@ const PARALLEL: f64 = 1e-12;
 const NEARLY: f64 = 0.1;
 /// The same below which the closest point is one that is fixed on A.
 const FIXED: f64 = 0.03;
+/// Distances that are the same, in parts of the radii.
+const SAME: f64 = 1e-11;
 
 /// A segment in space with its radius.
 #[derive(Clone, Copy, Debug)]
@@ -69,17 +71,20 @@ pub(super) fn active(
     let (a, b) = (Segment::new(a), Segment::new(b));
     let lengths = a.along.norm() * b.along.norm();
     let angle = a.along.cross(&b.along).norm() / lengths; // NaN of a ball
-    let closest = if angle < FIXED {
-        let (s, _) = closest(&a, &b);
-        FIRST_PART + (s * f64::from(PARTS)).round() as u32
-    } else {
-        0
-    };
     let ends = [(a.start, b), (a.at(1.0), b), (b.start, a), (b.at(1.0), a)];
-    let beside = ends.map(|(end, other)| angle < NEARLY && (0.0..=1.0).contains(&other.foot(&end)));
-    let count = move |k: u32| beside[k as usize - 1].then_some(k);
-    let first = (closest == 0).then_some(0);
-    let last = (closest > 0).then_some(closest);
+    let distance = |(end, other): (Vector3<f64>, Segment<f64>)| {
+        let foot = other.foot(&end);
+        let is_beside = angle < NEARLY && (0.0..=1.0).contains(&foot);
+        is_beside.then(|| (other.at(foot) - end).norm())
+    };
+    let beside = ends.map(distance);
+    let count = move |k: u32| beside[k as usize - 1].map(|_| k);
+    let first = (angle.is_nan() || angle >= FIXED).then_some(0);
+    let (s, t) = closest(&a, &b);
+    let known = beside.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    let is_closer = (b.at(t) - a.at(s)).norm() < known - SAME * (a.radius + b.radius);
+    let part = FIRST_PART + (s * f64::from(PARTS)).round() as u32;
+    let last = (first.is_none() && is_closer).then_some(part);
     first.into_iter().chain((1..FIRST_PART).filter_map(count)).chain(last)
 }
 

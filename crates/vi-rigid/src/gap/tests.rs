@@ -238,7 +238,7 @@ fn sampled(pair: &Pair, p: &[f64], q: &[f64]) -> f64 {
     distances.fold(f64::INFINITY, f64::min) - radius - more
 }
 
-/// A capsule that lies on another one touches it in the middle and at both ends of the overlap.
+/// A capsule that lies on another one touches it at both ends of the overlap.
 #[test]
 fn parallel_capsules_touch_at_the_ends_of_their_overlap() {
     let capsule = |from: f64, to: f64| ContactShape::Capsule {
@@ -250,9 +250,8 @@ fn parallel_capsules_touch_at_the_ends_of_their_overlap() {
     above[2] = 0.5;
     pair.active(&GROUND, &above, f64::MAX, &mut found);
     let features: Vec<u32> = found.iter().map(|(feature, _)| *feature).collect();
-    let middle = 5 + 717; // 0.7 of 1024 parts
-    assert_eq!(features, [2, 3, middle]); // the last end of A, the first one of B
-    for (feature, x) in [(0, 0.7), (2, 1.0), (3, 0.4), (middle, 717.0 / 1024.0)] {
+    assert_eq!(features, [2, 3]); // the last end of A, the first one of B
+    for (feature, x) in [(0, 0.7), (2, 1.0), (3, 0.4), (5 + 717, 717.0 / 1024.0)] {
         let contact = pair.contact(feature, &GROUND, &above);
         assert!((contact.point.x - x).abs() < 1e-15 && (contact.gap - 0.3).abs() < 1e-15);
     }
@@ -276,7 +275,7 @@ fn a_gap_is_smooth_beyond_where_its_feature_counts() {
         let (mut q, mut dq, mut found, mut last) = (GROUND, GROUND, Vec::new(), Vec::new());
         q[2] = height;
         pair.active(&GROUND, &q, f64::MAX, &mut found);
-        assert!(found.len() > 2, "{found:?}");
+        assert!(found.len() > 1, "{found:?}");
         let start = q;
         for k in 0..=40 {
             let angle = 0.01 * f64::from(k);
