@@ -147,7 +147,8 @@ fn driven_and_damped_motions_are_those_of_the_variational_schemes() {
         let (coarse, fine) = (apart(1), apart(2));
         let order = (coarse / fine).log2();
         println!("{name:<18} apart by {coarse:.1e}, {fine:.1e}: order {order:.2}");
-        assert!((order - 2.0).abs() < 0.2, "{name}: {coarse:e}, {fine:e}");
+        let stands = coarse.max(fine) < 1e-14; // both to rounding errors: there is no order
+        assert!(stands || (order - 2.0).abs() < 0.2, "{name}: {coarse:e}, {fine:e}");
     }
 }
 
