@@ -28,7 +28,7 @@ use holonom_model::{Model, ModelText, Override};
 use vi_control::program::NlpSolver;
 
 /// Finds an optimum of a model by the method that is compiled in: with the feature `pounce`
-/// [`Pounce`](vi_control::Pounce), else none, which is enough for parameters.
+/// `vi_control::Pounce`, else none, which is enough for parameters.
 ///
 /// # Errors
 /// [`OptimizeFailure`]; how a search ended is a [`Status`].
