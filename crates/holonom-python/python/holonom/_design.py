@@ -319,7 +319,8 @@ class Optimum(Analysis):
     @property
     def t(self) -> Array:
         """The middle of each step, s, shape ``(steps,)``: where the controls stand."""
-        return (np.arange(len(self.controls)) + 0.5) * float(self["step"])
+        middles: Array = np.asarray(np.arange(len(self.controls)) + 0.5, dtype=np.float64)
+        return middles * float(self["step"])
 
 
 @no_panic
