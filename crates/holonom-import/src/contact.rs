@@ -6,9 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use holonom_model::{
-    BodyNames, Contact, ContactPlane, ContactSide, GROUND, Overlap, PlaneSide, Shape,
-};
+use holonom_model::{BodyNames, Contact, ContactPlane, ContactSide, GROUND, PlaneSide, Shape};
 use nalgebra::{Isometry3, Vector3};
 
 use crate::drafter::Drafter;
@@ -38,22 +36,6 @@ pub(crate) fn planes(robot: &Robot, nodes: &[TreeBody], remarks: &mut Remarks) -
 /// The shapes of geometry that touches; `to_body`: from the axes of the link.
 pub(crate) fn shapes(touching: Vec<&Touching>, to_body: &Isometry3<f64>) -> Vec<Shape> {
     touching.into_iter().map(|own| part(&own.placed, to_body)).collect()
-}
-
-/// A contact by impulses, without restitution.
-pub(crate) fn rule(a: ContactSide, b: BodyNames, friction: f64) -> Contact {
-    Contact {
-        name: String::new(),
-        a,
-        b,
-        relative_to: None,
-        friction,
-        static_friction: None,
-        restitution: 0.0,
-        tangential_restitution: 0.0,
-        overlap: Overlap::Refuse,
-        model: None,
-    }
 }
 
 impl Drafter<'_> {
@@ -99,8 +81,8 @@ impl Drafter<'_> {
                 let plane_of = ContactPlane { position, normal, on: GROUND.to_owned() };
                 let name = self.names.unique(&plane.name, "contact");
                 let a = ContactSide::Plane(PlaneSide { plane: plane_of });
-                let of = rule(a, BodyNames::Several(names), friction);
-                self.draft.model.contacts.push(Contact { name, ..of });
+                let of = Contact::new(name, a, BodyNames::Several(names));
+                self.draft.model.contacts.push(Contact { friction, ..of });
             }
         }
     }

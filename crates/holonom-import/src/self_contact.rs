@@ -12,7 +12,6 @@ use nalgebra::{Matrix3, Vector3};
 use vi_rigid::directors::set_frame;
 use vi_rigid::gap::{ContactShape, Pair};
 
-use crate::contact::rule;
 use crate::drafter::Drafter;
 use crate::massless::some;
 use crate::remark::Remarks;
@@ -118,7 +117,7 @@ impl Drafter<'_> {
                 let (a, b) = (ContactSide::Bodies(names(&a)), names(&b));
                 let name = self.names.unique("bodies", "contact");
                 let friction = f64::from_bits(friction);
-                self.draft.model.contacts.push(Contact { name, ..rule(a, b, friction) });
+                self.draft.model.contacts.push(Contact { friction, ..Contact::new(name, a, b) });
             }
         }
     }

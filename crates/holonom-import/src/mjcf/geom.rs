@@ -17,7 +17,7 @@ use crate::surface::Surface;
 use crate::urdf::weighed;
 
 /// A geometry in the frame of its body.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Geom {
     /// `None` where there is no picture of it.
     pub(crate) placed: Option<PlacedSolid>,
@@ -61,7 +61,7 @@ impl Geoms<'_> {
         remarks: &mut Remarks,
     ) -> Result<Geom> {
         let kind = element.word("type").unwrap_or("sphere");
-        let none = Geom { placed: None, mass: Mass::default(), surface: None, name: None };
+        let none = Geom::default();
         if element.word("mesh").is_some() && kind != "mesh" {
             remarks.add("solids fitted to meshes: neither mass nor picture", element);
             return Ok(none);
@@ -91,7 +91,7 @@ impl Geoms<'_> {
             true => placed.solid.with_mass(mass).moved(&placed.pose),
             false => Mass::default(),
         };
-        Ok(Geom { placed: Some(placed), mass: properties, surface: None, name: None })
+        Ok(Geom { placed: Some(placed), mass: properties, ..Geom::default() })
     }
 
     /// Whether its group counts, and mass or density are not zero.
@@ -125,13 +125,13 @@ impl Geoms<'_> {
                 remarks.add(format!("meshes, {reason}: {lost}"), element);
                 let file = file.map_or_else(|| name.to_owned(), |mesh| mesh.file);
                 self.unread.push(Unread { file, reason });
-                return Ok(Geom { placed: None, mass: Mass::default(), surface: None, name: None });
+                return Ok(Geom::default());
             }
         };
         let pose = pose(element, self.settings)?;
         let placed = Some(summary.placed(&pose));
         if !weighs {
-            return Ok(Geom { placed, mass: Mass::default(), surface: None, name: None });
+            return Ok(Geom { placed, ..Geom::default() });
         }
         let unit = match shell {
             true => summary.shell_mass(),
@@ -147,7 +147,7 @@ impl Geoms<'_> {
             remarks.add(message, element);
         }
         let mass = unit.scaled(mass(element, unit.mass)? / unit.mass);
-        Ok(Geom { placed, mass: mass.moved(&pose), surface: None, name: None })
+        Ok(Geom { placed, mass: mass.moved(&pose), ..Geom::default() })
     }
 }
 

@@ -46,6 +46,25 @@ pub struct Contact {
     pub model: Option<ContactModel>,
 }
 
+impl Contact {
+    /// A rigid contact without friction and restitution.
+    #[must_use]
+    pub fn new(name: String, a: ContactSide, b: BodyNames) -> Self {
+        Self {
+            name,
+            a,
+            b,
+            relative_to: None,
+            friction: 0.0,
+            static_friction: None,
+            restitution: 0.0,
+            tangential_restitution: 0.0,
+            overlap: Overlap::Refuse,
+            model: None,
+        }
+    }
+}
+
 /// `overlap` of a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

@@ -6,7 +6,7 @@ use crate::soak::draw::{Draw, along};
 use holonom::Model;
 use holonom::model::{
     BodyNames, Contact, ContactMethod, ContactPlane, ContactSide, GROUND, Impact, Joint,
-    JointFriction, JointLimits, Limits, Overlap, PlaneSide, Scheme, Shape, ShapeKind,
+    JointFriction, JointLimits, Limits, PlaneSide, Scheme, Shape, ShapeKind,
 };
 use holonom::nalgebra::Vector3;
 
@@ -69,16 +69,11 @@ fn rule(name: &str, a: ContactSide, b: BodyNames, draw: &mut Draw) -> Contact {
     let holds = friction > 0.0 && draw.chance(0.3);
     let grips = friction > 0.0 && draw.chance(0.2);
     Contact {
-        name: name.to_owned(),
-        a,
-        b,
-        relative_to: None,
         friction,
         static_friction: holds.then(|| friction * draw.between(1.0, 2.0)),
         restitution: restitution(draw),
         tangential_restitution: if grips { draw.between(0.0, 1.0) } else { 0.0 },
-        overlap: Overlap::Refuse,
-        model: None,
+        ..Contact::new(name.to_owned(), a, b)
     }
 }
 
@@ -111,8 +106,7 @@ fn spheres(model: &mut Model, draw: &mut Draw) {
             if apart < 1e-9 || a.fixed && b.fixed || !draw.chance(0.5) {
                 continue;
             }
-            let names = [a, b].map(|own| BodyNames::One(own.name.clone()));
-            let [a, b] = names;
+            let [a, b] = [a, b].map(|own| BodyNames::One(own.name.clone()));
             let name = format!("touch{i}_{j}");
             let own = rule(&name, ContactSide::Bodies(a), b, draw);
             model.contacts.push(own);
