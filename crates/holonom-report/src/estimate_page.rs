@@ -7,7 +7,7 @@ use holonom_sim::sensor::columns;
 
 use super::chart::{Chart, ChartAxis, Series, Strokes};
 use super::facts::rounded;
-use super::page::{escape, foot, head, heading, inline, push_list, push_model, push_warnings};
+use super::page::{foot, head, heading, inline, push_grid, push_list, push_model, push_warnings};
 
 /// The charts of an estimate: of each column the data over the model, and the residuals.
 #[must_use]
@@ -64,35 +64,27 @@ pub fn estimate_page(found: &Found, command: &str) -> String {
             ("chi-square per degree of freedom", rounded(own.chi_square_per_freedom, 4)),
         ],
     );
-    html += "<h2>Estimates</h2>\n<div class=\"scroll\"><table class=\"grid\">\n<tr><th>unknown number</th><th>estimate</th>\
-             <th>± standard error</th><th>start</th></tr>\n";
-    for one in &own.parameters {
+    html += "<h2>Estimates</h2>\n";
+    let names = ["unknown number", "estimate", "± standard error", "start"];
+    let estimates = own.parameters.iter().map(|one| {
         let error = match one.standard_error {
             Some(error) => rounded(error, 3),
             None if one.at_bound => "at a bound".to_owned(),
             None => "unknown".to_owned(),
         };
-        let (name, value) = (escape(&one.name), rounded(one.value, 9));
-        let start = rounded(one.start, 6);
-        let _ = writeln!(
-            html,
-            "<tr><td>{name}</td><td>{value}</td><td>{error}</td><td>{start}</td></tr>"
-        );
-    }
-    html += "</table></div>\n";
+        [one.name.clone(), rounded(one.value, 9), error, rounded(one.start, 6)]
+    });
+    push_grid(&mut html, &names, estimates);
     push_correlations(&mut html, own);
-    html += "<h2>Columns</h2>\n<div class=\"scroll\"><table class=\"grid\">\n<tr><th>column</th><th>sensor</th><th>values</th>\
-             <th>rms</th><th>sigma</th><th>runs test</th></tr>\n";
-    for one in &own.columns {
+    html += "<h2>Columns</h2>\n";
+    let names = ["column", "sensor", "values", "rms", "sigma", "runs test"];
+    let columns = own.columns.iter().map(|one| {
         let runs = one.probability_of_runs.map_or("–".to_owned(), |p| rounded(p, 3));
-        let (column, sensor) = (escape(&one.column), escape(&one.sensor));
-        let (values, rms, sigma) = (one.values, rounded(one.rms, 4), rounded(one.sigma, 4));
-        let _ = writeln!(
-            html,
-            "<tr><td>{column}</td><td>{sensor}</td><td>{values}</td><td>{rms}</td><td>{sigma}</td><td>{runs}</td></tr>"
-        );
-    }
-    html += "</table></div>\n";
+        let numbers = [one.values.to_string(), rounded(one.rms, 4), rounded(one.sigma, 4), runs];
+        let [values, rms, sigma, runs] = numbers;
+        [one.column.clone(), one.sensor.clone(), values, rms, sigma, runs]
+    });
+    push_grid(&mut html, &names, columns);
     for chart in estimate_charts(found) {
         let _ = writeln!(html, "<figure>\n{}</figure>", inline(&chart.svg(), &chart.title));
     }
@@ -103,14 +95,13 @@ pub fn estimate_page(found: &Found, command: &str) -> String {
 
 fn push_correlations(html: &mut String, own: &Identified) {
     let Some(correlation) = own.correlation.as_ref().filter(|all| all.len() > 1) else { return };
-    let names: Vec<_> = own.parameters.iter().map(|one| escape(&one.name)).collect();
-    *html += "<h2>Correlations</h2>\n<div class=\"scroll\"><table class=\"grid\">\n<tr><th></th>";
-    names.iter().for_each(|name| *html += &format!("<th>{name}</th>"));
-    *html += "</tr>\n";
-    for (name, row) in names.iter().zip(correlation) {
+    html.push_str("<h2>Correlations</h2>\n");
+    let names = || own.parameters.iter().map(|one| one.name.as_str());
+    let row = |(name, row): (&str, &Vec<f64>)| {
         let cell = |x: &f64| if x.is_nan() { "–".to_owned() } else { format!("{x:.3}") };
-        let cells: Vec<String> = row.iter().map(|x| format!("<td>{}</td>", cell(x))).collect();
-        let _ = writeln!(html, "<tr><td>{name}</td>{}</tr>", cells.concat());
-    }
-    *html += "</table></div>\n";
+        let cells = std::iter::once(name.to_owned()).chain(row.iter().map(cell));
+        cells.collect::<Vec<String>>()
+    };
+    let head: Vec<&str> = std::iter::once("").chain(names()).collect();
+    push_grid(html, &head, names().zip(correlation).map(row));
 }

@@ -8,7 +8,9 @@ use holonom_sim::optimize::{Found, OptimumReport, Status};
 use super::chart::{Chart, ChartAxis, Series, Strokes};
 use super::facts::rounded;
 use super::optimum_facts::{optimum_counts, optimum_facts};
-use super::page::{escape, figure, foot, head, heading, push_contents, push_list, push_model};
+use super::page::{
+    escape, figure, foot, head, heading, push_contents, push_grid, push_list, push_model,
+};
 
 /// The values of each control over time, constant in each step, with its bounds.
 #[must_use]
@@ -117,22 +119,6 @@ fn push_charts(html: &mut String, charts: &[Chart]) {
     html.push_str("</div>\n");
 }
 
-/// A table with its head; cells are words.
-fn push_grid<const N: usize>(
-    html: &mut String,
-    names: [&str; N],
-    rows: impl IntoIterator<Item = [String; N]>,
-) {
-    let row = |tag: &str, cells: &[String]| {
-        let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
-        format!("<tr>{}</tr>\n", cells.collect::<String>())
-    };
-    html.push_str("<div class=\"scroll\"><table class=\"grid\">\n");
-    html.push_str(&row("th", &names.map(str::to_owned)));
-    rows.into_iter().for_each(|cells| html.push_str(&row("td", &cells)));
-    html.push_str("</table></div>\n");
-}
-
 /// A bound that may be none.
 fn bound(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| rounded(value, 9))
@@ -150,7 +136,7 @@ fn push_controls(html: &mut String, model: &Model, found: &Found) {
         [own.name.clone(), bound(own.min), bound(own.max), rounded(own.largest, 9), at]
     };
     let names = ["control", "least", "largest", "largest modulus", "steps at a bound"];
-    push_grid(html, names, own.iter().map(row));
+    push_grid(html, &names, own.iter().map(row));
 }
 
 fn push_parameters(html: &mut String, own: &OptimumReport) {
@@ -164,7 +150,7 @@ fn push_parameters(html: &mut String, own: &OptimumReport) {
         [own.name.clone(), rounded(own.start, 9), rounded(own.value, 12), min, max, at.to_owned()]
     };
     let names = ["parameter", "before", "after", "least", "largest", "at a bound"];
-    push_grid(html, names, own.parameters.iter().map(row));
+    push_grid(html, &names, own.parameters.iter().map(row));
 }
 
 fn push_cost(html: &mut String, own: &OptimumReport) {
@@ -179,7 +165,7 @@ fn push_cost(html: &mut String, own: &OptimumReport) {
     let row = |name: &str, value: f64| [name.to_owned(), rounded(value, 12), share(value)];
     let rows = own.terms.iter().map(|term| row(&term.name, term.value));
     let sum = (own.terms.len() > 1).then(|| row("sum", own.cost));
-    push_grid(html, ["term", "value", "share"], rows.chain(sum));
+    push_grid(html, &["term", "value", "share"], rows.chain(sum));
 }
 
 fn push_conditions(html: &mut String, own: &OptimumReport) {
@@ -196,7 +182,7 @@ fn push_conditions(html: &mut String, own: &OptimumReport) {
         [own.name.clone(), value, bound(own.min), bound(own.max), violation, rounded(own.price, 6)]
     };
     let names = ["condition", "value", "least", "largest", "missed by", "price"];
-    push_grid(html, names, own.conditions.iter().map(row));
+    push_grid(html, &names, own.conditions.iter().map(row));
     html.push_str(
         "<p class=\"note\">The price is what the cost grows by where the bound is one unit larger. \
          Along the path the value is the one nearest to a bound.</p>\n",
@@ -212,7 +198,7 @@ fn push_refinements(html: &mut String, own: &OptimumReport) {
                 .map_or_else(|| "–".to_owned(), |before| format!("{:.3e}", own.cost - before));
             [own.steps.to_string(), rounded(own.cost, 12), change]
         };
-        push_grid(html, ["steps", "cost", "change"], own.refinements.iter().zip(before).map(row));
+        push_grid(html, &["steps", "cost", "change"], own.refinements.iter().zip(before).map(row));
     }
     if let Some(judged) = own.judged {
         let words = format!(

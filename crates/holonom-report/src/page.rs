@@ -126,6 +126,22 @@ pub fn heading(title: &str, about: &[String], command: &str) -> String {
     )
 }
 
+/// A table with its head; cells are words.
+pub fn push_grid<R: AsRef<[String]>>(
+    html: &mut String,
+    names: &[&str],
+    rows: impl IntoIterator<Item = R>,
+) {
+    html.push_str("<div class=\"scroll\"><table class=\"grid\">\n<tr>");
+    names.iter().for_each(|name| *html += &format!("<th>{}</th>", escape(name)));
+    html.push_str("</tr>\n");
+    for row in rows {
+        let cells = row.as_ref().iter().map(|cell| format!("<td>{}</td>", escape(cell)));
+        let _ = writeln!(html, "<tr>{}</tr>", cells.collect::<String>());
+    }
+    html.push_str("</table></div>\n");
+}
+
 /// Links to the sections of a page.
 pub fn push_contents<'a>(html: &mut String, links: impl Iterator<Item = (&'a str, &'a str)>) {
     html.push_str("<nav class=\"contents\" aria-label=\"contents\">");

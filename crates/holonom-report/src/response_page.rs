@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use holonom_model::Model;
 use holonom_sim::modes::About;
-use holonom_sim::response::{Response, ResponseColumn};
+use holonom_sim::response::{Resonance, Response, ResponseColumn};
 
 use super::chart::{Chart, ChartAxis, Series, Strokes};
 use super::facts::{counted, rounded};
-use super::page::{escape, foot, head, heading, inline, push_list, push_model, push_warnings};
+use super::page::{foot, head, heading, inline, push_grid, push_list, push_model, push_warnings};
 
 /// The charts of a response with their names: amplitudes and phases of each quantity.
 #[must_use]
@@ -88,25 +88,17 @@ pub fn response_page(model: &Model, response: &Response, command: &str) -> Strin
     }
     html +=
         "<p class=\"note\">Phases are those against a cosine of the input.</p>\n<h2>Peaks</h2>\n";
-    html += "<div class=\"scroll\"><table class=\"grid\">\n<tr><th>sensor</th><th>largest amplitude</th><th>unit</th>\
-             <th>at (Hz)</th><th>phase (°)</th></tr>\n";
-    for column in &response.columns {
+    let names = ["sensor", "largest amplitude", "unit", "at (Hz)", "phase (°)"];
+    let peaks = response.columns.iter().map(|column| {
         let k = column.peak();
         let [amplitude, frequency, phase] =
             [column.amplitude[k], response.frequencies[k], column.phase[k]].map(|x| rounded(x, 6));
-        let (name, unit) = (escape(&column.name), escape(&column.unit));
-        let _ = writeln!(
-            html,
-            "<tr><td>{name}</td><td>{amplitude}</td><td>{unit}</td><td>{frequency}</td><td>{phase}</td></tr>"
-        );
-    }
-    html += "</table></div>\n<h2>Resonances</h2>\n<div class=\"scroll\"><table class=\"grid\">\n<tr><th>f (Hz)</th>\
-             <th>damping ratio</th></tr>\n";
-    for own in &response.resonances {
-        let [f, ratio] = [own.frequency, own.damping_ratio].map(|x| rounded(x, 7));
-        let _ = writeln!(html, "<tr><td>{f}</td><td>{ratio}</td></tr>");
-    }
-    html += "</table></div>\n";
+        [column.name.clone(), amplitude, column.unit.clone(), frequency, phase]
+    });
+    push_grid(&mut html, &names, peaks);
+    html += "<h2>Resonances</h2>\n";
+    let resonance = |own: &Resonance| [own.frequency, own.damping_ratio].map(|x| rounded(x, 7));
+    push_grid(&mut html, &["f (Hz)", "damping ratio"], response.resonances.iter().map(resonance));
     push_model(&mut html, &model.to_toml());
     foot(&mut html, env!("CARGO_PKG_VERSION"));
     html
