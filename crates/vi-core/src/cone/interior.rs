@@ -19,7 +19,7 @@
 use super::operator::Operator;
 use super::problem::{Cone, Placed, Rows};
 use super::residual::norm;
-use crate::linear::dot;
+use crate::linear::{dot, norm_inf};
 use nalgebra::Vector3;
 
 /// Steps of Newton's method for each `s`.
@@ -207,7 +207,7 @@ impl<O: Operator> Interior<O> {
                 }
             }
         });
-        self.size = self.c.iter().fold(f64::MIN_POSITIVE, |most, c| most.max(c.abs()));
+        self.size = norm_inf(&self.c).max(f64::MIN_POSITIVE);
     }
 
     /// Solves the program with the present `s`, then takes `part` of the way to the next `s`.
@@ -298,7 +298,7 @@ impl<O: Operator> Interior<O> {
                 self.scalings.push(scaling);
             }
             let mu = sum / count;
-            let residual = self.r.iter().fold(0.0_f64, |most, r| most.max(r.abs()));
+            let residual = norm_inf(&self.r);
             if !(mu.is_finite() && residual.is_finite()) || mu <= TARGET && residual <= TARGET {
                 return;
             }

@@ -8,7 +8,7 @@ use super::interior::Interior;
 use super::local;
 use super::operator::Sparse;
 use super::problem::{Cone, Placed, Rows};
-use super::residual::{slopes, violation};
+use super::residual::{LawSlope, violation};
 use super::{ConeFault, ConeReport};
 use crate::linear::{SparseLu, norm_inf};
 use crate::sparse::{Entries, SparseMatrix};
@@ -50,20 +50,13 @@ impl SparseRows<'_> {
     }
 }
 
-/// A contact with its block of `W`.
-#[derive(Clone, Copy, Debug)]
-struct Contact {
-    cone: Cone,
-    row: usize,
-    block: Matrix3<f64>,
-}
-
-/// The solver with its memory, which grows to the largest problem; then nothing is allocated.
+/// The solver with its memory, which grows to the largest problem; then nothing is allocated but
+/// the factors of Newton's method and of convex programs.
 #[derive(Debug, Default)]
 pub struct LargeConeSolver {
-    contacts: Vec<Contact>,
     cones: Vec<Placed>,
-    units: Vec<f64>, // k
+    blocks: Vec<Matrix3<f64>>, // of W, of each cone
+    units: Vec<f64>,           // k
     ends: Vec<usize>,
     places: Vec<u32>,
     values: Vec<f64>,  // W in units
@@ -112,8 +105,8 @@ impl LargeConeSolver {
             let place = W.places[own.clone()].binary_search(&(j as u32));
             place.map_or(0.0, |place| W.values[own.start + place])
         };
-        self.contacts.clear();
         self.cones.clear();
+        self.blocks.clear();
         self.units.clear();
         for &cone in cones {
             let (row, rows) = (self.units.len(), cone.rows());
@@ -125,9 +118,8 @@ impl LargeConeSolver {
                 true => entry(row + i, row + j) * unit * unit,
                 false => 0.0,
             });
-            let cone = cone.in_units(unit);
-            self.contacts.push(Contact { cone, row, block });
-            self.cones.push(Placed { cone, row });
+            self.blocks.push(block);
+            self.cones.push(Placed { cone: cone.in_units(unit), row });
         }
         let Self { units, ends, places, values, impulse, .. } = self;
         let copies = [(impulse, lambda, true), (&mut self.w, w, false)];
@@ -158,7 +150,7 @@ impl LargeConeSolver {
             }
             self.conjugate.before(&self.impulse);
             self.sweep();
-            (0..self.contacts.len()).rev().for_each(|k| self.settle(k));
+            (0..self.cones.len()).rev().for_each(|k| self.settle(k));
             self.conjugate.after(&mut self.impulse);
             if sweep % BETWEEN == 0 {
                 residual = self.residual();
@@ -189,11 +181,11 @@ impl LargeConeSolver {
         self.impulse.clone_from(&self.swept);
         self.sweep();
         let residual = self.residual();
-        Err(ConeFault::NoConvergence { residual, cones: self.contacts.len() })
+        Err(ConeFault::NoConvergence { residual, cones: self.cones.len() })
     }
 
     fn sweep(&mut self) {
-        (0..self.contacts.len()).for_each(|k| self.settle(k));
+        (0..self.cones.len()).for_each(|k| self.settle(k));
     }
 
     /// Newton's method from the present impulses, after some steps as long as each halves the
@@ -243,20 +235,22 @@ impl LargeConeSolver {
 
     /// Emits `∂F/∂Λ` at the present impulses.
     fn derivative(&self, out: &mut dyn Entries) {
-        for &Contact { cone, row, .. } in &self.contacts {
+        for &Placed { cone, row } in &self.cones {
             let rows = cone.rows();
             let mut y = [0.0; 3];
             (0..rows).for_each(|i| y[i] = self.velocity(row + i).0);
-            let (of_y, own) = slopes(cone, (&y[..rows], &self.impulse[row..row + rows]), 1.0);
-            for i in 0..rows {
-                for l in 0..rows {
-                    let entries = SparseRows::range(&self.ends, row + l);
-                    for (j, value) in self.places[entries.clone()].iter().zip(&self.values[entries])
-                    {
-                        out.add(row + i, *j as usize, of_y[(i, l)] * value);
+            let slope = LawSlope::at(cone, (&y[..rows], &self.impulse[row..row + rows]), 1.0);
+            for l in 0..rows {
+                let unit = std::array::from_fn(|i| f64::from(u8::from(i == l)));
+                let [of_y, own] = [slope.change(unit, [0.0; 3]), slope.change([0.0; 3], unit)];
+                let entries = SparseRows::range(&self.ends, row + l);
+                for i in 0..rows {
+                    let places = self.places[entries.clone()].iter();
+                    for (j, value) in places.zip(&self.values[entries.clone()]) {
+                        out.add(row + i, *j as usize, of_y[i] * value);
                     }
                     let regular = if i == l { SMALL } else { 0.0 };
-                    out.add(row + i, row + l, own[(i, l)] + regular);
+                    out.add(row + i, row + l, own[i] + regular);
                 }
             }
         }
@@ -281,7 +275,7 @@ impl LargeConeSolver {
 
     /// Solves the law of a contact at the impulses of the others.
     fn settle(&mut self, contact: usize) {
-        let Contact { cone, row, block } = self.contacts[contact];
+        let (Placed { cone, row }, block) = (self.cones[contact], self.blocks[contact]);
         let rows = cone.rows();
         let now = Vector3::from_fn(|i, _| if i < rows { self.impulse[row + i] } else { 0.0 });
         let y = Vector3::from_fn(|i, _| if i < rows { self.velocity(row + i).0 } else { 0.0 });
@@ -294,7 +288,7 @@ impl LargeConeSolver {
         let mut worst = 0.0_f64;
         let mut all = std::mem::take(&mut self.F);
         all.resize(self.w.len(), 0.0);
-        for &Contact { cone, row, .. } in &self.contacts {
+        for &Placed { cone, row } in &self.cones {
             let rows = cone.rows();
             let (mut y, mut F, mut size) = ([0.0; 3], [0.0; 3], 0.0_f64);
             for i in 0..rows {

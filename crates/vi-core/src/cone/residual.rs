@@ -15,7 +15,7 @@
 
 use super::problem::{Cone, Placed, Problem};
 use crate::linear::norm_inf;
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::DMatrix;
 
 /// Terms beyond this many times the largest of `w` do not count as sizes: the rounding errors of
 /// impulses that balance one another would hide `w` itself. A mass ratio of `1e8` stays below.
@@ -82,47 +82,16 @@ impl Residual {
     pub(super) fn derivative(&self, problem: &Problem, impulse: &[f64], out: &mut DMatrix<f64>) {
         out.fill(0.0);
         for &Placed { cone, row } in &problem.cones {
-            let z = impulse[row] - self.rho * self.y[row];
-            match cone {
-                Cone::Normal if z > 0.0 => copy_row(problem, row, self.rho, out),
-                Cone::Bounded { bound } if z.abs() <= bound => {
-                    copy_row(problem, row, self.rho, out)
+            let (own, count) = (row..row + cone.rows(), cone.rows());
+            let slope = LawSlope::at(cone, (&self.y[own.clone()], &impulse[own]), self.rho);
+            for column in 0..problem.rows() {
+                let (mut of_y, mut of_impulse) = ([0.0; 3], [0.0; 3]);
+                for l in 0..count {
+                    of_y[l] = problem.row(row + l)[column];
+                    of_impulse[l] = f64::from(u8::from(column == row + l));
                 }
-                Cone::Sliding { direction, slope, at } => {
-                    if z > 0.0 {
-                        copy_row(problem, row, self.rho, out);
-                    } else {
-                        out[(row, row)] = 1.0;
-                    }
-                    let part = sliding(direction, slope, at, [1, 2].map(|i| self.y[row + i]));
-                    for i in 0..2 {
-                        for column in 0..problem.rows() {
-                            let of = |k: usize| problem.row(row + 1 + k)[column];
-                            let turn = slope[i][0] * of(0) + slope[i][1] * of(1);
-                            out[(row + 1 + i, column)] = impulse[row] * turn;
-                        }
-                        out[(row + 1 + i, row + 1 + i)] += 1.0;
-                        out[(row + 1 + i, row)] += part[i];
-                    }
-                }
-                Cone::Normal | Cone::Bounded { .. } => out[(row, row)] = 1.0,
-                Cone::Friction { coefficient } => {
-                    let closed = z > 0.0;
-                    if closed {
-                        copy_row(problem, row, self.rho, out);
-                    } else {
-                        out[(row, row)] = 1.0;
-                    }
-                    let z_T = [1, 2].map(|i| impulse[row + i] - self.rho * self.y[row + i]);
-                    let (length, R) = (norm(z_T), coefficient * z.max(0.0));
-                    if closed && length <= R && R > 0.0 {
-                        copy_row(problem, row + 1, self.rho, out);
-                        copy_row(problem, row + 2, self.rho, out);
-                    } else {
-                        let mu = if closed { coefficient } else { 0.0 };
-                        slip_rows(problem, row, (z_T, R, mu), self.rho, out);
-                    }
-                }
+                let change = slope.change(of_y, of_impulse);
+                (0..count).for_each(|l| out[(row + l, column)] = change[l]);
             }
         }
     }
@@ -150,58 +119,81 @@ pub(super) fn violation(cone: Cone, (y, impulse): (&[f64], &[f64]), rho: f64, F:
     }
 }
 
-/// `∂F = C δy + D δΛ` of one law.
-pub(super) fn slopes(
-    cone: Cone,
-    (y, impulse): (&[f64], &[f64]),
+/// The derivative of `F` of one law at a point.
+pub(super) struct LawSlope {
     rho: f64,
-) -> (Matrix3<f64>, Matrix3<f64>) {
-    let (mut of_y, mut own) = (Matrix3::zeros(), Matrix3::zeros());
-    let z = impulse[0] - rho * y[0];
-    let closed = match cone {
-        Cone::Bounded { bound } => z.abs() <= bound,
-        _ => z > 0.0,
-    };
-    if closed {
-        of_y[(0, 0)] = rho;
-    } else {
-        own[(0, 0)] = 1.0;
-    }
-    match cone {
-        Cone::Normal | Cone::Bounded { .. } => {}
-        Cone::Sliding { direction, slope, at } => {
-            let part = sliding(direction, slope, at, [y[1], y[2]]);
-            for i in 0..2 {
-                own[(1 + i, 0)] = part[i];
-                own[(1 + i, 1 + i)] = 1.0;
-                (0..2).for_each(|k| of_y[(1 + i, 1 + k)] = impulse[0] * slope[i][k]);
+    closed: bool,
+    across: Across,
+}
+
+/// Along the tangents.
+enum Across {
+    None,
+    Sliding {
+        impulse: f64,
+        slope: [[f64; 2]; 2],
+        part: [f64; 2],
+    },
+    Stick,
+    /// `δF_T` outside of the disc of the radius `R`, `R/|z|`, of which `μ` is the slope over
+    /// `Λ_N − y_N`; or where it is open.
+    Slip {
+        unit: [f64; 2],
+        ratio: f64,
+        mu: f64,
+    },
+}
+
+impl LawSlope {
+    pub(super) fn at(cone: Cone, (y, impulse): (&[f64], &[f64]), rho: f64) -> Self {
+        let z = impulse[0] - rho * y[0];
+        let closed = match cone {
+            Cone::Bounded { bound } => z.abs() <= bound,
+            _ => z > 0.0,
+        };
+        let across = match cone {
+            Cone::Normal | Cone::Bounded { .. } => Across::None,
+            Cone::Sliding { direction, slope, at } => {
+                let part = sliding(direction, slope, at, [y[1], y[2]]);
+                Across::Sliding { impulse: impulse[0], slope, part }
             }
-        }
-        Cone::Friction { coefficient } => {
-            let z_T = [1, 2].map(|i| impulse[i] - rho * y[i]);
-            let (length, R) = (norm(z_T), coefficient * z.max(0.0));
-            if closed && length <= R && R > 0.0 {
-                (1..3).for_each(|i| of_y[(i, i)] = rho);
-                return (of_y, own);
-            }
-            let unit = if length > 0.0 { z_T.map(|z| z / length) } else { [0.0; 2] };
-            let ratio = if length > 0.0 { R / length } else { 0.0 };
-            let mu = if closed { coefficient } else { 0.0 };
-            for i in 0..2 {
-                let mut by_z = [-unit[i] * mu, 0.0, 0.0];
-                for k in 0..2 {
-                    by_z[1 + k] = ratio * unit[i] * unit[k];
+            Cone::Friction { coefficient } => {
+                let z_T = [1, 2].map(|i| impulse[i] - rho * y[i]);
+                let (length, R) = (norm(z_T), coefficient * z.max(0.0));
+                if closed && length <= R && R > 0.0 {
+                    Across::Stick
+                } else {
+                    let unit = if length > 0.0 { z_T.map(|z| z / length) } else { [0.0; 2] };
+                    let ratio = if length > 0.0 { R / length } else { 0.0 };
+                    Across::Slip { unit, ratio, mu: if closed { coefficient } else { 0.0 } }
                 }
-                by_z[1 + i] -= ratio;
-                for (k, by) in by_z.into_iter().enumerate() {
-                    of_y[(1 + i, k)] = -rho * by;
-                    own[(1 + i, k)] = by;
-                }
-                own[(1 + i, 1 + i)] += 1.0;
             }
-        }
+        };
+        Self { rho, closed, across }
     }
-    (of_y, own)
+
+    /// `δF` of `δy` and `δΛ`.
+    pub(super) fn change(&self, y: [f64; 3], impulse: [f64; 3]) -> [f64; 3] {
+        let rho = self.rho;
+        let normal = if self.closed { rho * y[0] } else { impulse[0] };
+        let [first, second] = match self.across {
+            Across::None => [0.0; 2],
+            Across::Stick => [rho * y[1], rho * y[2]],
+            Across::Sliding { impulse: pressed, slope, part } => [0, 1].map(|i| {
+                let turn = slope[i][0] * y[1] + slope[i][1] * y[2];
+                pressed * turn + impulse[1 + i] + part[i] * impulse[0]
+            }),
+            Across::Slip { unit, ratio, mu } => {
+                let [normal, a, b] = [0, 1, 2].map(|k| impulse[k] - rho * y[k]);
+                let along = unit[0] * a + unit[1] * b;
+                [(0, a), (1, b)].map(|(i, tangent)| {
+                    let turn = tangent - unit[i] * along;
+                    -ratio * turn - unit[i] * mu * normal + impulse[1 + i]
+                })
+            }
+        };
+        [normal, first, second]
+    }
 }
 
 /// `s + S (y_T − v)`.
@@ -213,37 +205,6 @@ pub(super) fn sliding(
 ) -> [f64; 2] {
     let off = [y[0] - at[0], y[1] - at[1]];
     [0, 1].map(|i| direction[i] + slope[i][0] * off[0] + slope[i][1] * off[1])
-}
-
-/// `∂F_T/∂Λ` outside of the disc of the radius `R`, of which `μ` is the slope over `Λ_N − y_N`.
-fn slip_rows(
-    problem: &Problem,
-    row: usize,
-    (z, R, mu): ([f64; 2], f64, f64),
-    rho: f64,
-    out: &mut DMatrix<f64>,
-) {
-    let length = norm(z);
-    let unit = if length > 0.0 { z.map(|z| z / length) } else { [0.0; 2] };
-    let ratio = if length > 0.0 { R / length } else { 0.0 };
-    for i in 0..2 {
-        for column in 0..problem.rows() {
-            let of = |k: usize| {
-                f64::from(u8::from(column == row + k)) - rho * problem.row(row + k)[column]
-            };
-            let (normal, tangents) = (of(0), [of(1), of(2)]);
-            let along = unit[0] * tangents[0] + unit[1] * tangents[1];
-            let turn = tangents[i] - unit[i] * along;
-            out[(row + 1 + i, column)] = -ratio * turn - unit[i] * mu * normal;
-        }
-        out[(row + 1 + i, row + 1 + i)] += 1.0;
-    }
-}
-
-fn copy_row(problem: &Problem, row: usize, rho: f64, out: &mut DMatrix<f64>) {
-    for (column, entry) in problem.row(row).iter().enumerate() {
-        out[(row, column)] = rho * *entry;
-    }
 }
 
 pub(super) fn norm(x: [f64; 2]) -> f64 {
@@ -299,12 +260,14 @@ mod tests {
             residual.derivative(&problem, &impulse, &mut derivative);
             for &Placed { cone, row } in &problem.cones {
                 let (own, n) = (row..row + cone.rows(), cone.rows());
-                let (of_y, of_impulse) =
-                    slopes(cone, (&residual.y[own.clone()], &impulse[own]), 0.7);
+                let slope = LawSlope::at(cone, (&residual.y[own.clone()], &impulse[own]), 0.7);
+                let unit = |l: usize| std::array::from_fn(|i| f64::from(u8::from(i == l)));
+                let of_y = [0, 1, 2].map(|l| slope.change(unit(l), [0.0; 3]));
+                let of_impulse = [0, 1, 2].map(|l| slope.change([0.0; 3], unit(l)));
                 for (i, j) in (0..n).flat_map(|i| (0..k).map(move |j| (i, j))) {
-                    let through = |l: usize| of_y[(i, l)] * problem.row(row + l)[j];
+                    let through = |l: usize| of_y[l][i] * problem.row(row + l)[j];
                     let beside =
-                        if (row..row + n).contains(&j) { of_impulse[(i, j - row)] } else { 0.0 };
+                        if (row..row + n).contains(&j) { of_impulse[j - row][i] } else { 0.0 };
                     let sum = (0..n).map(through).sum::<f64>() + beside;
                     assert!((sum - derivative[(row + i, j)]).abs() < 1e-13, "seed {seed}: {i} {j}");
                 }
