@@ -84,14 +84,12 @@ pub(super) fn active(
 ) -> impl Iterator<Item = u32> + Clone {
     let rims = Rims::new(ends, frame);
     let (lowest, size) = rims.lowest(normal);
-    let turn = libm::atan2(lowest.dot(&rims.side), lowest.dot(&rims.fixed));
-    let part = (turn / std::f64::consts::TAU * f64::from(PARTS)).round();
-    let part = part.rem_euclid(f64::from(PARTS)) as u32;
-    let fixed = if size < STANDS { [1, 3, 5].map(|sixth| sixth * PARTS / 6) } else { [part; 3] };
-    let mut points = [0; 4];
-    points[1..].copy_from_slice(&fixed.map(|part| 1 + part));
+    let sixth = |k: u32| 1 + k * (PARTS / 6);
+    let mut points = [0, sixth(1), sixth(3), sixth(5)];
     if size < FIXED {
-        points[0] = 1 + part;
+        let turn = libm::atan2(lowest.dot(&rims.side), lowest.dot(&rims.fixed));
+        let part = (turn / std::f64::consts::TAU * f64::from(PARTS)).round();
+        points[0] = 1 + part.rem_euclid(f64::from(PARTS)) as u32;
         points.sort_unstable();
     }
     let count = if size < STANDS { 4 } else { 1 };

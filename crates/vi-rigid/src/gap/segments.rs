@@ -71,21 +71,24 @@ pub(super) fn active(
     let (a, b) = (Segment::new(a), Segment::new(b));
     let lengths = a.along.norm() * b.along.norm();
     let angle = a.along.cross(&b.along).norm() / lengths; // NaN of a ball
-    let ends = [(a.start, b), (a.at(1.0), b), (b.start, a), (b.at(1.0), a)];
-    let distance = |(end, other): (Vector3<f64>, Segment<f64>)| {
-        let foot = other.foot(&end);
-        let is_beside = angle < NEARLY && (0.0..=1.0).contains(&foot);
-        is_beside.then(|| (other.at(foot) - end).norm())
-    };
-    let beside = ends.map(distance);
-    let count = move |k: u32| beside[k as usize - 1].map(|_| k);
-    let first = (angle.is_nan() || angle >= FIXED).then_some(0);
-    let (s, t) = closest(&a, &b);
-    let known = beside.into_iter().flatten().fold(f64::INFINITY, f64::min);
-    let is_closer = (b.at(t) - a.at(s)).norm() < known - SAME * (a.radius + b.radius);
-    let part = FIRST_PART + (s * f64::from(PARTS)).round() as u32;
-    let last = (first.is_none() && is_closer).then_some(part);
-    first.into_iter().chain((1..FIRST_PART).filter_map(count)).chain(last)
+    let mut found = [None; 1 + FIRST_PART as usize];
+    found[0] = (angle.is_nan() || angle >= FIXED).then_some(0);
+    if angle < NEARLY {
+        let beside = feet(&a, &b).map(|foot| (0.0..=1.0).contains(&foot));
+        for (k, own) in (1..).zip(&mut found[1..]).take(beside.len()) {
+            *own = beside[k as usize - 1].then_some(k);
+        }
+        if angle < FIXED {
+            let apart = |(s, t): (f64, f64)| (b.at(t) - a.at(s)).norm();
+            let known = ends(&a, &b).into_iter().zip(beside).filter(|(_, beside)| *beside);
+            let known = known.map(|(end, _)| apart(end)).fold(f64::INFINITY, f64::min);
+            let (s, t) = closest(&a, &b);
+            let is_closer = apart((s, t)) < known - SAME * (a.radius + b.radius);
+            let part = FIRST_PART + (s * f64::from(PARTS)).round() as u32;
+            found[FIRST_PART as usize] = is_closer.then_some(part);
+        }
+    }
+    found.into_iter().flatten()
 }
 
 /// The contact of a feature of two capsules, in the frames of A and B.
@@ -113,15 +116,17 @@ pub(super) fn contact<T: Number>(
     ContactPoint { gap: distance - r, normal, point: (x_a + x_b) * T::of(0.5) }
 }
 
+/// Feet of the perpendiculars from the ends of A on B, then from those of B on A.
+fn feet<T: Number>(a: &Segment<T>, b: &Segment<T>) -> [T; 4] {
+    let one = T::of(1.0);
+    [b.foot(&a.start), b.foot(&a.at(one)), a.foot(&b.start), a.foot(&b.at(one))]
+}
+
 /// The pairs of an end and the point next to it on the other segment.
 fn ends<T: Number>(a: &Segment<T>, b: &Segment<T>) -> [(T, T); 4] {
     let (zero, one) = (T::of(0.0), T::of(1.0));
-    [
-        (zero, b.nearest(&a.start)),
-        (one, b.nearest(&a.at(one))),
-        (a.nearest(&b.start), zero),
-        (a.nearest(&b.at(one)), one),
-    ]
+    let [first, last, start, end] = feet(a, b).map(|foot| foot.clamp(zero, one));
+    [(zero, first), (one, last), (start, zero), (end, one)]
 }
 
 /// The parameters of the closest points.
