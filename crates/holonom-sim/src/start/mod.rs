@@ -1,9 +1,10 @@
 //! Where a run begins: `simulation.start`, `simulation.project_start`.
 //!
 //! `start = "relaxed"`: the equilibrium under the loads at `t = 0`, or of the steady rotation that
-//! the initial velocities are ([`vi_statics::rotation`]), `v_0 = W (q_0 − q_o)`. `project_start =
-//! true`: initial values that satisfy the constraints. Shapes that overlap are moved apart where
-//! their contact says so ([`separation`]).
+//! the initial velocities are ([`vi_statics::rotation`]), `v_0 = W (q_0 − q_o)`.
+//!
+//! `project_start = true`: initial values that satisfy the constraints. Shapes that overlap are
+//! moved apart where their contact says so ([`separation`]).
 //!
 //! ```text
 //! v_0 = argmin (v − v*)ᵀ M (v − v*)     G v + ∂g/∂t = 0,   θ̇_r = stated rate of each joint r that states one

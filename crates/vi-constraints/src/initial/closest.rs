@@ -21,6 +21,9 @@ use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
 
+/// What counts as rounding, in parts of a size.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
 /// The sizes of coordinates and rows: nothing is measured in metres.
 pub(super) struct Sizes {
     pub(super) of_q: Vec<f64>, // n  s_j
@@ -40,8 +43,7 @@ impl Sizes {
 
     /// The residual of row `i` in units of rounding.
     fn excess(&self, i: usize, g: f64) -> f64 {
-        const PARTS: f64 = 64.0 * f64::EPSILON;
-        g.abs() / (PARTS * self.of_rows[i])
+        g.abs() / (ROUNDING * self.of_rows[i])
     }
 
     /// Whether the residuals of all rows are those of rounding, or allowed where a row was
@@ -202,7 +204,6 @@ impl<'a> Gaps<'a> {
 
     /// Finds those that are near, with gaps and rows.
     fn measure(&mut self, at: Configuration<'_>) {
-        const PARTS: f64 = 64.0 * f64::EPSILON;
         self.near.clear();
         self.rows.clear();
         self.excess = 0.0;
@@ -219,7 +220,7 @@ impl<'a> Gaps<'a> {
             element.near(&self.place, at, &mut self.features);
             for &(feature, gap) in &self.features {
                 self.reach = self.reach.max(-REACH * gap);
-                self.excess = self.excess.max(-gap / (PARTS * element.size()));
+                self.excess = self.excess.max(-gap / (ROUNDING * element.size()));
                 found.push((k, feature, gap));
             }
         }

@@ -26,8 +26,9 @@ impl NodeImpulses {
         let share_before = if remembered.begins { 0.0 } else { before / (before + h) };
         (remembered.step, remembered.begins) = (h, false);
         remembered.contacts.clear();
+        let speeds = self.speeds();
         for contact in &self.contacts {
-            let record = self.record(contact, h);
+            let record = self.record(contact, (speeds, h));
             let impulse = match record.status {
                 ContactStatus::Impact => [0.0; 3],
                 _ => record.impulse,
@@ -69,7 +70,7 @@ impl NodeImpulses {
         records.nodes.push(NodeRecord { t, before, after: h, contacts });
     }
 
-    fn record(&self, contact: &Contact, h: f64) -> ContactRecord {
+    fn record(&self, contact: &Contact, at: (f64, f64)) -> ContactRecord {
         let own = contact.row..contact.row + contact.law.rows();
         let of = |all: &[f64]| {
             let mut three = [0.0; 3];
@@ -85,7 +86,9 @@ impl NodeImpulses {
             _ if contact.kind == Kind::Impact || impact[0] > 0.0 && rest[0] == 0.0 => {
                 ContactStatus::Impact
             }
-            _ if contact.turns || self.is_sliding(contact, h) => ContactStatus::Slip,
+            _ if contact.turns || contact.is_sliding(&self.lambda, &self.W, at) => {
+                ContactStatus::Slip
+            }
             _ => ContactStatus::Stick,
         };
         let (id, gap, slip) = (contact.id, contact.gap, contact.sigma);

@@ -9,6 +9,7 @@ use super::unilateral::Elements;
 use crate::constraints::Constraints;
 use crate::discretization::Discretization;
 use crate::scheme::{StepError, SubStep};
+use vi_core::linear::norm_inf;
 use vi_core::state::State;
 
 /// Most impacts of a node that are solved one after the other.
@@ -83,7 +84,7 @@ impl NodeImpulses {
         let Self { contacts, W, arrival, impacts, plus, is_guarded, .. } = self;
         let problem = &mut self.collision;
         plus.copy_from_slice(arrival); // U
-        let speeds = arrival.iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+        let speeds = norm_inf(arrival);
         for _ in 0..SEQUENCE {
             let approaches = |place: &&usize| {
                 plus[contacts[**place].row] < -contacts[**place].rounding(speeds, h)

@@ -75,9 +75,7 @@ impl VelocityProblem {
             Err(fault) => Err(ContactFault::Laws { element: name.to_owned(), fault }.into()),
         }
     }
-}
 
-impl VelocityProblem {
     /// `½ Λ·(U⁺ + U⁻)` and the size of its terms, J; `before`: `U⁻` of the node.
     pub(super) fn work(&self, before: &[f64]) -> [f64; 2] {
         let m = self.rows.len();

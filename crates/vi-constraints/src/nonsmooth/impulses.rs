@@ -20,6 +20,7 @@ use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode};
 use crate::scheme::{StepError, SubStep};
 use vi_core::contact_state::ContactId;
+use vi_core::linear::norm_inf;
 use vi_core::state::State;
 
 /// Solutions of a step for one set of laws.
@@ -94,7 +95,7 @@ impl NodeImpulses {
                 law,
                 row,
                 size: element.size(),
-                distance: place.map_or(0.0, |own| vi_core::linear::norm_inf(&own.point)),
+                distance: place.map_or(0.0, |own| norm_inf(&own.point)),
                 place,
                 gap,
                 before: known.map_or(0.0, |known| known.rate),
@@ -130,7 +131,7 @@ impl NodeImpulses {
         if k > 0 {
             W.open(run, (state, h), rows, minus)?;
         }
-        let speeds = minus.iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+        let speeds = norm_inf(minus);
         for contact in contacts.iter_mut().filter(|contact| contact.law.has_static_friction()) {
             // what touches without slip
             let slip = match contact.law.rows() {
@@ -508,7 +509,7 @@ impl NodeImpulses {
     }
 
     /// The largest velocity of a row before and after the impulses.
-    fn speeds(&self) -> f64 {
+    pub(super) fn speeds(&self) -> f64 {
         self.minus.iter().chain(&self.plus).fold(0.0, |most: f64, u| most.max(u.abs()))
     }
 
@@ -534,11 +535,6 @@ impl NodeImpulses {
         found
     }
 
-    /// Whether a contact slides at the step that was solved last.
-    pub(super) fn is_sliding(&self, contact: &Contact, h: f64) -> bool {
-        contact.is_sliding(&self.lambda, &self.W, (self.speeds(), h))
-    }
-
     /// `½ Λ·(U⁺ + U⁻)` of some contacts, J.
     pub(super) fn work(&self, places: &[usize]) -> f64 {
         let Self { contacts, minus, plus, lambda, .. } = self;
@@ -559,7 +555,7 @@ impl NodeImpulses {
 
 impl Contact {
     /// Whether it slides: its impulses are at their bound, and its slip is more than rounding.
-    fn is_sliding(&self, lambda: &[f64], W: &Delassus, (speeds, h): (f64, f64)) -> bool {
+    pub(super) fn is_sliding(&self, lambda: &[f64], W: &Delassus, (speeds, h): (f64, f64)) -> bool {
         let rows = self.row..self.row + self.law.rows();
         let compliance = W.at(rows.end - 1, rows.end - 1);
         self.slides_by(&lambda[rows], compliance, self.rounding(speeds, h))

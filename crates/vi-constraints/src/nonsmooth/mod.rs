@@ -16,7 +16,7 @@
 //! | `delassus`, `groups` | `W` in sparse rows; the coordinates that impulses move together |
 //! | `node_velocity` | the velocity of a node, to which its kinetic energy belongs |
 //! | `accepted` | the state after the step of a node, and what is recorded |
-//! | `impact_law` | impacts after Newton, after Moreau, or one after the other |
+//! | `impact_law`, `collisions` | impacts after Newton, after Moreau, or one after the other |
 //! | `guard`, `islands` | restitution that would gain energy is reduced, island by island |
 //! | `events` | a step with nodes at first touches, or with fixed nodes |
 //! | `stepping` | what steps are solved with |

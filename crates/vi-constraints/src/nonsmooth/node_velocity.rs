@@ -12,6 +12,7 @@
 use super::delassus::Delassus;
 use super::node_law::Contact;
 use super::record::{ContactRecord, ContactStatus};
+use vi_core::linear::{dot, norm_inf};
 
 /// A residual of velocities in parts of the largest one.
 const SETTLED: f64 = 1e-13;
@@ -55,7 +56,7 @@ impl NodeVelocity {
                 part.push(share * record.impulse[i]);
             }
         }
-        let speeds = minus.iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+        let speeds = norm_inf(minus);
         let velocity = |i: usize, part: &[f64]| minus[i] + W.product(i, |j| part[j]);
         residual.clear();
         residual.extend((0..k).map(|i| if free[i] { -velocity(i, part) } else { 0.0 }));
@@ -66,11 +67,9 @@ impl NodeVelocity {
         };
         condition(residual, conditioned);
         direction.clone_from(conditioned);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut size = dot(residual, conditioned);
         for _ in 0..ITERATIONS {
-            let largest = residual.iter().fold(0.0, |most: f64, r| most.max(r.abs()));
-            if largest <= SETTLED * speeds {
+            if norm_inf(residual) <= SETTLED * speeds {
                 break;
             }
             image.clear();
