@@ -199,6 +199,22 @@ fn a_condition_at_its_largest_value_is_named() {
     assert_eq!(done.status.code(), Some(0), "{}", words(&done));
 }
 
+/// Two conditions, and the value of a control in a single step.
+#[cfg(feature = "optimize")]
+#[test]
+fn more_conditions_than_values_are_named() {
+    let folder = folder("optima", "one_step");
+    assert_eq!(code(&folder, &["examples", "optimum_pendulum", "-o", "clock.toml"]), 0);
+    let set = ["--set", "simulation.step=2.0"];
+    let done = holonom(&folder, &[&["optimize", "clock.toml"], &set[..]].concat());
+    assert_eq!(done.status.code(), Some(1));
+    assert!(words(&done).contains("more than the controls have values"), "{}", words(&done));
+    let few = ["--set", "optimize.max_iterations=2", "--force"];
+    let done = holonom(&folder, &[&["optimize", "clock.toml"], &few[..]].concat());
+    assert_eq!(done.status.code(), Some(1));
+    assert!(words(&done).contains("`max_iterations` of [optimize] were made"), "{}", words(&done));
+}
+
 /// In the least time each torque is at a bound nearly always; fewer steps need more time.
 #[cfg(feature = "optimize")]
 fn is_bang_bang(found: &Value) {

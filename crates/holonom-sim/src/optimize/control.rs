@@ -29,7 +29,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use vi_control::objective::Quantity as _;
 use vi_control::optimum::{self, OptimizeError, Optimum, Setting, Verdict};
-use vi_control::program::{Iterate, NlpSolver};
+use vi_control::program::{Iterate, NlpSolver, Outcome};
 use vi_control::replay::Replay;
 use vi_control::transcription::problem::{
     Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, ProblemError, Quantity,
@@ -563,6 +563,19 @@ fn report(model: &Model, found: Optimum, (rows, starts): (Vec<Step>, Vec<StartFo
     };
     let (model, controls) = (moved(model, motion), motion.controls.clone());
     Found { report, steps: rows, model, costates: found.costates, controls }
+}
+
+/// Why a method has not finished, in words.
+fn unfinished(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Exhausted => "`max_iterations` of [optimize] were made".to_owned(),
+        Outcome::Failed("Not_Enough_Degrees_Of_Freedom") => {
+            "conditions ask for more than the controls have values: take more steps, or ask for less"
+                .to_owned()
+        }
+        Outcome::Failed(words) => format!("the method says {words}"),
+        other => format!("the method says {other:?}"),
+    }
 }
 
 /// What is said where a method has not converged and prices have grown without bound: multipliers
