@@ -524,9 +524,9 @@ fn report(model: &Model, found: Optimum, (rows, starts): (Vec<Step>, Vec<StartFo
     let conditions: Vec<ConditionMet> = with_sensor().enumerate().map(met).collect();
     let missed = match &found.verdict {
         Verdict::Infeasible(rows) => rows.clone(),
-        Verdict::Unfinished(outcome) => std::iter::once(format!("{outcome:?}"))
-            .chain(steep(&conditions, found.cost()))
-            .collect(),
+        Verdict::Unfinished(outcome) => {
+            std::iter::once(unfinished(outcome)).chain(steep(&conditions, found.cost())).collect()
+        }
         Verdict::NotOptimal => steep(&conditions, found.cost()).into_iter().collect(),
         Verdict::TurnsTooFar { step, turn } => {
             vec![format!("{turn:.2} rad in step {step}: take more steps")]
