@@ -18,6 +18,14 @@ pub struct FreeTime {
     pub guess: Option<f64>,
 }
 
+impl FreeTime {
+    /// Whether a time, s, is within the bounds.
+    #[must_use]
+    pub fn contains(&self, time: f64) -> bool {
+        (self.min..=self.max).contains(&time)
+    }
+}
+
 /// An entry of `parameters` of `[optimize]`: bounds of a parameter that is free.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -7,6 +7,7 @@ use super::found::{
     ConditionMet, ControlFound, Found, Judged, OptimizeFailure, OptimumReport, Progress,
     Refinement, Replayed, SEED, StartFound, Status, Step, Watch, plain,
 };
+use super::node::{begins, node};
 use crate::design::refused;
 use crate::gradient::TermValue;
 use crate::gradient::prepared::{Begin, Prepared};
@@ -92,10 +93,7 @@ impl<'a> ModelSetting<'a> {
         }
         let time = match settings.time {
             None => FinalTime::Fixed(model.settings.end),
-            Some(own) => {
-                let guess = own.guess.unwrap_or(model.settings.end);
-                FinalTime::Free { min: own.min, max: own.max, guess }
-            }
+            Some(own) => FinalTime::Free { min: own.min, max: own.max, guess: begins(model, own)? },
         };
         let steps = usize::try_from(model.settings.steps()).unwrap_or(usize::MAX);
         let max_increment = MAX_INCREMENT;
@@ -357,8 +355,7 @@ impl Reader<'_> {
         let when = match own.at {
             ConditionTime::Word(CountedAt::End) => When::End,
             ConditionTime::Word(CountedAt::Path) => When::Path,
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked
-            ConditionTime::Time(t) => When::Node((t / self.model.settings.step).round() as usize),
+            ConditionTime::Time(t) => When::Node(node(self.model, &own.name, t)?),
         };
         if let (When::Path, Quantity::Joint { start, .. }) = (when, &quantity)
             && !(bounds[0]..=bounds[1]).contains(start)

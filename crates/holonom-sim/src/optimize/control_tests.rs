@@ -128,6 +128,13 @@ fn what_cannot_be_optimised_is_said() {
             "start outside of the bounds",
         ),
         ("objective = [{ name = \"cheap\", type = \"effort\" }]", "", "an optimum of nothing"),
+        (
+            "type = \"effort\" }]",
+            "type = \"effort\" }]\noptimize = { time = { min = 2.5, max = 3.0 } }",
+            "begins with 2 s, outside of the bounds",
+        ),
+        ("\"angle\", equals", "\"angle\", at = 1.52, equals", "no node"),
+        ("\"angle\", equals", "\"angle\", at = 2.5, equals", "later than the end"),
     ] {
         assert!(PENDULUM.contains(changed), "{changed}");
         let error = found(&PENDULUM.replace(changed, with)).err();

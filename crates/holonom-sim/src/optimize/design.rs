@@ -10,6 +10,7 @@ use super::found::{
     ConditionMet, Found, OptimizeFailure, OptimumReport, ParameterFound, Progress, SEED,
     StartFound, Status, Step, plain,
 };
+use super::node::node;
 use crate::design::{number, refused};
 use crate::gradient::TermValue;
 use crate::gradient::trial::{ModelTrials, SensorRead};
@@ -86,7 +87,7 @@ impl Rows {
                     "ask for a sensor at two times, or add a [[control]] that brings it to rest";
                 return Err(refused(&format!("{key}.type"), "rest by parameters alone", help));
             }
-            let nodes = nodes_of(own, model);
+            let nodes = nodes_of(own, model)?;
             let sensor = own.sensor.clone().unwrap_or_default();
             rows.bounds.extend(vec![own.bounds(); nodes.len()]);
             rows.read((&format!("{key}.sensor"), &sensor), nodes, 0.0, 1.0);
@@ -121,14 +122,13 @@ fn last_step(model: &Model) -> usize {
 }
 
 /// The nodes at which a condition holds.
-fn nodes_of(own: &Condition, model: &Model) -> Vec<usize> {
+fn nodes_of(own: &Condition, model: &Model) -> Result<Vec<usize>, ModelError> {
     let last = last_step(model);
-    match own.at {
+    Ok(match own.at {
         ConditionTime::Word(CountedAt::End) => vec![last],
         ConditionTime::Word(CountedAt::Path) => (1..=last).collect(),
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked by the model
-        ConditionTime::Time(time) => vec![(time / model.settings.step).round() as usize],
-    }
+        ConditionTime::Time(time) => vec![node(model, &own.name, time)?],
+    })
 }
 
 /// The parameters that are free, at their values.

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `control` | controls, and the time |
 //! | `design` | parameters alone |
+//! | `node` | times on nodes and within bounds |
 //! | `found`, `tables` | what an optimum is |
 
 mod control;
@@ -12,6 +13,7 @@ mod control;
 mod control_tests;
 mod design;
 mod found;
+mod node;
 mod tables;
 #[cfg(test)]
 mod tests;

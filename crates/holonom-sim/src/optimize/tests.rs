@@ -102,6 +102,8 @@ fn what_cannot_be_is_said() {
     assert!(
         one("sensor = \"place.x\"\nat = 0.5\nequals = 0.0", "type = \"rest\"").contains("rest")
     );
+    assert!(one("at = 0.5", "at = 0.5012").contains("no node"));
+    assert!(one("at = 0.5", "at = 1.5").contains("later than the end"));
     assert!(words(free).contains("without an aim"));
     assert!(words(condition).contains("nothing is free"));
     let idle = free.replace("length", "other");
