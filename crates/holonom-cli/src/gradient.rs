@@ -24,6 +24,7 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
     let wanted = Wanted {
         of: arguments.of.clone(),
         parameters: chosen(By::Parameters),
+        only: arguments.parameters.clone(),
         controls: chosen(By::Controls),
         initial: chosen(By::Initial),
         ..Wanted::everything()

@@ -49,6 +49,7 @@ fn gradient<'py>(py: Python<'py>, model: &Model, at: Place) -> PyResult<Answer<'
     let wanted = Wanted {
         of: at.of,
         parameters: at.parameters,
+        only: Vec::new(),
         controls: at.controls.is_some(),
         initial: at.initial,
         values: at.controls.unwrap_or_default(),

@@ -327,7 +327,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 }
             }
             if let Some(design) = design {
-                objective.add_parameters_of_step(s, &mut found.parameters);
+                objective.add_parameters_of_step(s, controls.at(step), &mut found.parameters);
                 design.add_adjoint(s, impulse, costates, sums); // [2.40]
             }
             if by_step {

@@ -311,11 +311,12 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                 let Some(jacobian) = jacobian.as_deref_mut() else { continue };
                 for (j, (own, direction)) in tangents.tangents().iter().zip(&directions).enumerate()
                 {
-                    let moved = |k: usize| quantity.by_parameter(k, at, v);
-                    let [value, rate] = direction.parameter.map_or([0.0; 2], moved);
+                    let value = direction.parameter.map_or(0.0, |k| quantity.by_parameter(k, at));
                     let mut change = of_value * (dot(&slope, &own.q) + value);
                     if let Some(all) = velocities.as_ref().filter(|_| *of_rate != 0.0) {
                         let bend = quantity.second(at, v, &own.q);
+                        let moved = |k: usize| quantity.rate_by_parameter(k, at, v);
+                        let rate = direction.parameter.map_or(0.0, moved);
                         change += of_rate * (bend + dot(&slope, &all.changes[j]) + rate);
                     }
                     jacobian[(*row, j)] += change;

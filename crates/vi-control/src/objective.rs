@@ -56,7 +56,14 @@ pub trait Term: Send + Sync {
     /// Adds `scale` times its derivatives by `q_N` and `p̄_N`.
     fn add_of_end(&self, _end: &State, _scale: f64, _q: &mut [f64], _p: &mut [f64]) {}
     /// Adds `scale` times its explicit derivatives by parameters, of a (sub-)step.
-    fn add_parameters_of_step(&self, _s: &Interval, _scale: f64, _out: &mut [f64]) {}
+    fn add_parameters_of_step(
+        &self,
+        _s: &Interval,
+        _controls: &[f64],
+        _scale: f64,
+        _out: &mut [f64],
+    ) {
+    }
     /// The same of the last node.
     fn add_parameters_of_end(&self, _end: &State, _scale: f64, _out: &mut [f64]) {}
 }
@@ -69,9 +76,13 @@ pub trait Quantity: Send + Sync {
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
     /// `D²y[v, w]`.
     fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64;
-    /// `y_θ` and `(∇y)_θ v` of a parameter on which it depends beside `q`.
-    fn by_parameter(&self, _parameter: usize, _at: Configuration<'_>, _v: &[f64]) -> [f64; 2] {
-        [0.0; 2]
+    /// `y_θ` of a parameter on which it depends beside `q`.
+    fn by_parameter(&self, _parameter: usize, _at: Configuration<'_>) -> f64 {
+        0.0
+    }
+    /// `(∇y)_θ v` of such a parameter.
+    fn rate_by_parameter(&self, _parameter: usize, _at: Configuration<'_>, _v: &[f64]) -> f64 {
+        0.0
     }
 }
 
@@ -164,6 +175,13 @@ fn at(s: &Interval, end: Slot) -> Configuration<'_> {
     }
 }
 
+/// Adds `scale y_θ` of all parameters.
+fn add_by_parameters(own: &impl Quantity, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+    for (k, sum) in out.iter_mut().enumerate() {
+        *sum += scale * own.by_parameter(k, at);
+    }
+}
+
 impl<Q: Quantity> Term for Running<Q> {
     fn of_step(&self, s: &Interval, _: &[f64]) -> f64 {
         let e = Slot::BOTH.map(|end| self.quantity.value(at(s, end)) - self.target);
@@ -178,6 +196,12 @@ impl<Q: Quantity> Term for Running<Q> {
             };
             self.quantity.add_slope(at(s, end), 0.5 * scale * s.h * e, by);
             out.step += 0.25 * scale * e * e;
+        }
+    }
+    fn add_parameters_of_step(&self, s: &Interval, _: &[f64], scale: f64, out: &mut [f64]) {
+        for end in Slot::BOTH {
+            let e = self.quantity.value(at(s, end)) - self.target;
+            add_by_parameters(&self.quantity, at(s, end), 0.5 * scale * s.h * e, out);
         }
     }
 }
@@ -200,6 +224,10 @@ impl<Q: Quantity> Term for Terminal<Q> {
         let e = self.quantity.value(end.configuration()) - self.target;
         self.quantity.add_slope(end.configuration(), scale * e, q);
     }
+    fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
+        let e = self.quantity.value(end.configuration()) - self.target;
+        add_by_parameters(&self.quantity, end.configuration(), scale * e, out);
+    }
 }
 
 /// A quantity of the last node itself.
@@ -215,6 +243,9 @@ impl<Q: Quantity> Term for Last<Q> {
     }
     fn add_of_end(&self, end: &State, scale: f64, q: &mut [f64], _p: &mut [f64]) {
         self.0.add_slope(end.configuration(), scale, q);
+    }
+    fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
+        add_by_parameters(&self.0, end.configuration(), scale, out);
     }
 }
 
@@ -268,8 +299,11 @@ impl Objective {
     }
 
     /// Adds its explicit derivatives by parameters, of a (sub-)step.
-    pub fn add_parameters_of_step(&self, s: &Interval, out: &mut [f64]) {
-        self.terms.iter().for_each(|(weight, term)| term.add_parameters_of_step(s, *weight, out));
+    pub fn add_parameters_of_step(&self, s: &Interval, controls: &[f64], out: &mut [f64]) {
+        let add = |(weight, term): &(f64, Box<dyn Term>)| {
+            term.add_parameters_of_step(s, controls, *weight, out);
+        };
+        self.terms.iter().for_each(add);
     }
 
     /// The same of the last node.

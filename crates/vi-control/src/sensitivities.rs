@@ -212,7 +212,7 @@ impl Sensitivities {
             linearization.push(system, constraints, s, sources, tangent).map_err(failed)?;
             *rate += dot(&of_step.end, &tangent.q);
         }
-        objective.add_parameters_of_step(s, &mut self.of_parameters);
+        objective.add_parameters_of_step(s, w, &mut self.of_parameters);
         system.forced_d2(s, p); // p̄ of the next sub-step
         Ok(())
     }

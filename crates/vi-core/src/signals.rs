@@ -34,6 +34,9 @@ pub trait Signals: Send + Sync {
     fn is_sampled(&self) -> bool;
     /// `out ←` them at the start of a motion with the velocity `v`.
     fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
+    /// `out ←` how they change at the start of a motion whose configuration and velocity change by
+    /// `dq` and `dv`.
+    fn begin_change(&self, at: Configuration<'_>, v: &[f64], change: [&[f64]; 2], out: &mut [f64]);
     /// `out ←` them at the end of a step that started with those of [`Interval::internal`].
     fn advance(&self, s: &Interval, out: &mut [f64]);
     /// Emits the derivative of [`Signals::advance`] by an end of the step, at fixed variables at

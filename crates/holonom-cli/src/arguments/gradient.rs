@@ -20,6 +20,9 @@ pub(crate) struct GradientArguments {
     /// By what; by all by default
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',')]
     pub(crate) by: Vec<By>,
+    /// By these of [parameters] alone, by name; by all by default
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub(crate) parameters: Vec<String>,
     /// Compare with central differences of runs in random directions
     #[arg(long)]
     pub(crate) check: bool,

@@ -1,7 +1,7 @@
 //! Masses, joints, bars and constraints by a parameter.
 
-use super::{Chain, ModelTangent, eps, refused};
-use holonom_model::{Constraint, GROUND, Inertia, Joint, JointKind, ModelError};
+use super::{Chain, LEAVE_OUT, ModelTangent, eps, refused};
+use holonom_model::{Constraint, GROUND, Inertia, Joint, JointKind, ModelError, SensorKind};
 use nalgebra::{Matrix3, Vector3};
 use vi_core::Number;
 use vi_core::num_dual::Dual64;
@@ -90,7 +90,7 @@ impl Chain<'_> {
             let turned = (dual.axes.map(|x| x.re) - own.axes).amax();
             if anchor > AGREEMENT * own.anchor.amax().max(1.0) || turned > AGREEMENT {
                 let what = format!("the derivative by the geometry of `{}`", joint.name);
-                return Err(refused(key, what, "leave `parameters` out of --by"));
+                return Err(refused(key, what, LEAVE_OUT));
             }
             *out = SideTangent { anchor: eps(&dual.anchor), axes: dual.axes.map(|x| x.eps) };
         }
@@ -107,7 +107,7 @@ impl Chain<'_> {
                 if joint.kind == JointKind::Screw {
                     let what =
                         format!("the derivative by the geometry of the screw `{}`", joint.name);
-                    return Err(refused(&key, what, "leave `parameters` out of --by"));
+                    return Err(refused(&key, what, LEAVE_OUT));
                 }
                 found.numbers.joints.insert(k, change);
             }
@@ -155,12 +155,13 @@ impl Chain<'_> {
     fn axes(&self, joint: &Joint) -> Matrix3<Dual64> {
         let key = format!("joint.{}", joint.name);
         let base = self.placements.base(joint.relative_to.as_deref()).rotation;
-        let in_space = |part: &str, axis: Option<[f64; 3]>| {
-            axis.map(|axis| base * self.slopes.vector(&format!("{key}.{part}"), axis))
+        let in_frame = |part: &str, axis: Option<[f64; 3]>| {
+            axis.map(|axis| self.slopes.vector(&format!("{key}.{part}"), axis))
         };
-        let axis = in_space("axis", joint.axis);
-        let second = in_space("axis2", joint.axis2);
-        let first = in_space("first_axis", joint.first_axis);
+        let of_frame = in_frame("axis", joint.axis);
+        let axis = of_frame.map(|axis| base * axis);
+        let second = in_frame("axis2", joint.axis2).map(|axis| base * axis);
+        let first = in_frame("first_axis", joint.first_axis).map(|axis| base * axis);
         let motion = joint.pair().properties().motion;
         let turned = base.map(|x| x.re) != Matrix3::identity();
         let Some(axis) = axis.filter(|axis| axis.amax() != Dual64::of(0.0)) else {
@@ -179,7 +180,7 @@ impl Chain<'_> {
                 axes_along(&axis, &first)
             }
             // axes that are not stated are those that it has in its frame
-            None if turned => base * complete_axis(&(base.transpose() * n)),
+            None if turned => of_frame.map_or(base, |own| base * complete_axis(&own.normalize())),
             None => complete_axis(&n),
         }
     }
@@ -238,6 +239,29 @@ impl Chain<'_> {
                 Form::constant(eps(&self.placements.base(relative_to).point(*components)))
             }
             None => Form::constant(Vector3::zeros()),
+        }
+    }
+
+    /// Points of sensors.
+    pub(super) fn sensors(&self, found: &mut ModelTangent) {
+        for sensor in &self.stated.sensors {
+            let key = format!("sensor.{}", sensor.name);
+            let change = |member: &str, part: &str, point: Option<[f64; 3]>| {
+                let own = self.slopes.vector(&format!("{key}.{part}"), point.unwrap_or_default());
+                self.point_change(member, &own, None)
+            };
+            let of = || change(&sensor.of, "point", sensor.point);
+            let moved = match sensor.kind {
+                SensorKind::Position | SensorKind::Velocity => of(),
+                SensorKind::Distance | SensorKind::DistanceRate => {
+                    let to = sensor.to.as_deref().unwrap_or(GROUND);
+                    change(to, "point_to", sensor.point_to).minus(&of())
+                }
+                _ => continue,
+            };
+            if !moved.terms().is_empty() || moved.constant_part().amax() != 0.0 {
+                found.sensors.insert(sensor.name.clone(), moved);
+            }
         }
     }
 

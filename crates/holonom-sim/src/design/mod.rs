@@ -21,8 +21,10 @@ use holonom_model::{
     nearest,
 };
 use nalgebra::{Matrix3, Vector3};
+use std::collections::BTreeMap;
 use vi_core::num_dual::Dual64;
 use vi_multibody::design::MechanismTangent;
+use vi_multibody::form::Form;
 use vi_rigid::directors::{self, FRAME};
 
 /// How a model changes with one of its parameters.
@@ -42,7 +44,12 @@ pub struct ModelTangent {
     pub omega: Vec<f64>,
     /// Rates that joints state: joint, freedom, derivative.
     pub rates: Vec<(usize, usize, f64)>,
+    /// Points of sensors, or lines between them, by the name of the sensor.
+    pub sensors: BTreeMap<String, Form>,
 }
+
+/// What is done about a parameter by which there is no derivative.
+pub(crate) const LEAVE_OUT: &str = "name others by --parameters, or leave `parameters` out of --by";
 
 /// A derivative that is not available, as an error of the model.
 pub(crate) fn refused(key: &str, what: impl Into<String>, help: impl Into<String>) -> ModelError {
@@ -90,31 +97,43 @@ pub fn tangents(
     model: &Model,
     system: &System,
 ) -> Result<Vec<ModelTangent>, ModelError> {
-    tangents_of(text, overrides, model, system, |_| true)
+    tangents_of((text, overrides, model), system, |_| true, |_| true)
 }
 
-/// The same of some of them alone, by name.
+/// The sensor of which a key is.
+pub(crate) fn of_sensor(key: &str) -> Option<&str> {
+    key.strip_prefix("sensor.")?.split('.').next()
+}
+
+/// Whether a key is of pictures, or of shapes that touch others: with a rigid contact a run has no
+/// derivative, with a compliant one none by a parameter.
+fn is_drawn(key: &str) -> bool {
+    let mut parts = key.split('.');
+    let member = matches!(parts.next(), Some("body" | "particle"));
+    member && matches!(parts.nth(1), Some("picture" | "collision"))
+}
+
+/// The same of some of them alone, by name; `counts`: whether a key matters.
 ///
 /// # Errors
-/// [`ModelError`] where one of these enters a key by which there is no derivative.
+/// [`ModelError`] where one of these enters a key that matters and by which there is no derivative.
 pub(crate) fn tangents_of(
-    text: &ModelText,
-    overrides: &[Override],
-    model: &Model,
+    (text, overrides, model): (&ModelText, &[Override], &Model),
     system: &System,
     wanted: impl Fn(&str) -> bool,
+    counts: impl Fn(&str) -> bool,
 ) -> Result<Vec<ModelTangent>, ModelError> {
     let stated = text.stated(overrides)?;
     let parameters = text.parameter_tangents(overrides)?;
     let moving = |own: &&ParameterTangent| {
         wanted(&own.name) && !(own.keys.is_empty() && own.formulas.is_empty())
     };
-    let one = |own| tangent(&stated, model, system, own);
+    let one = |own| tangent(&stated, model, (system, &counts), own);
     let compliant = model.contacts.iter().find(|contact| !contact.is_rigid());
     if let Some((contact, parameter)) = compliant.zip(parameters.iter().find(moving)) {
         let (key, name) = (format!("contact.{}.model", contact.name), &parameter.name);
         let what = format!("the derivative by `{name}` of a model with compliant contacts");
-        return Err(refused(&key, what, "leave `parameters` out of --by"));
+        return Err(refused(&key, what, LEAVE_OUT));
     }
     parameters.iter().filter(moving).map(one).collect()
 }
@@ -122,25 +141,22 @@ pub(crate) fn tangents_of(
 fn tangent(
     stated: &Model,
     model: &Model,
-    system: &System,
+    (system, counts): (&System, &dyn Fn(&str) -> bool),
     parameter: &ParameterTangent,
 ) -> Result<ModelTangent, ModelError> {
     let name = &parameter.name;
     if let Some(formula) = parameter.formulas.first() {
         let what = format!("the derivative by `{name}`, which the expression `{formula}` reads");
-        return Err(refused(
-            formula,
-            what,
-            "leave `parameters` out of --by, or state a number there",
-        ));
+        return Err(refused(formula, what, format!("state a number there, or {LEAVE_OUT}")));
     }
     let slopes = Slopes::new(parameter);
     let placements = Placements::new(stated, model, &slopes);
     let chain = Chain { stated, model, system, slopes: &slopes, placements: &placements };
     let found = chain.tangent(parameter)?;
-    if let Some(key) = slopes.left().first() {
+    let left = slopes.left();
+    if let Some(key) = left.iter().find(|key| counts(key) && !is_drawn(key)) {
         let what = format!("the derivative by `{name}`, which enters `{key}`");
-        return Err(refused(key, what, "leave `parameters` out of --by, or state a number there"));
+        return Err(refused(key, what, format!("state a number there, or {LEAVE_OUT}")));
     }
     Ok(found)
 }
@@ -174,6 +190,7 @@ impl Chain<'_> {
         self.bars(&mut found.numbers);
         self.constraints(&mut found.numbers)?;
         self.forces(&mut found.numbers)?;
+        self.sensors(&mut found);
         self.fixed_in_space()?;
         Ok(found)
     }
@@ -265,7 +282,7 @@ impl Chain<'_> {
             let held = bodies.into_iter().filter(|name| stated.body(name).is_some());
             if let Some(frame) = held.chain(relative_to).find(|name| self.moves(name)) {
                 let what = format!("the derivative by a parameter that moves `{frame}`");
-                return Err(refused(&key, what, "leave `parameters` out of --by"));
+                return Err(refused(&key, what, LEAVE_OUT));
             }
         }
         Ok(())

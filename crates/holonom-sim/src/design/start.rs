@@ -7,7 +7,7 @@
 //! δp̄ = M δv + M_θ v
 //! ```
 
-use super::{ModelTangent, refused};
+use super::{LEAVE_OUT, ModelTangent, refused};
 use crate::start::How;
 use holonom_model::{Model, ModelError};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
@@ -326,7 +326,7 @@ impl StartOf<'_> {
             StartDerivativeError::Opens { name, .. } => self.opens(name, &own.name),
             _ => {
                 let what = format!("the derivative by `{}`: {error}", own.name);
-                refused("model", what, "leave `parameters` out of --by")
+                refused("model", what, LEAVE_OUT)
             }
         }
     }

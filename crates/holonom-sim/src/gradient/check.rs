@@ -2,14 +2,19 @@
 //!
 //! ```text
 //! (J(+ε) − J(−ε))/2ε at ε and ε/2, extrapolated
+//! r = S(ε) − 4 S(ε/2),   S(ε) = J(+ε) + J(−ε) − 2 J        what is left of curvature: rounding of J
 //! ```
+//! Differences resolve nothing below `r/ε`: that much, the largest of the directions of a kind,
+//! does not count as apart.
 
-use super::prepared::Prepared;
-use super::{GradientFailure, ModelGradient, Wanted};
+use super::prepared::{Begin, Prepared};
+use super::{ByStart, GradientFailure, ModelGradient, Wanted};
 use crate::random::Random;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelText, Override};
 use serde::Serialize;
+use vi_core::Configuration;
+use vi_multibody::joint_coordinate::JointCoordinate;
 
 /// Directions for each kind of derivative.
 const DIRECTIONS: usize = 3;
@@ -27,7 +32,8 @@ pub struct Check {
     pub derivative: f64,
     /// By differences.
     pub difference: f64,
-    /// How far apart they are, in parts of the larger sum of moduli that the derivative has.
+    /// How far apart they are beyond what differences resolve, in parts of the larger sum of moduli
+    /// that the derivative has.
     pub relative: f64,
 }
 
@@ -46,6 +52,16 @@ pub(super) struct Runs<'a> {
     pub(super) overrides: &'a [Override],
     pub(super) model: &'a Model,
     pub(super) wanted: &'a Wanted,
+    /// Of each initial coordinate: its value and its rate; none where a run cannot be given one.
+    pub(super) start: Vec<[f64; 2]>,
+}
+
+/// Along a direction: the difference, the derivative, the sum of its moduli, what is not resolved.
+struct Along {
+    difference: f64,
+    derivative: f64,
+    size: f64,
+    rounding: f64,
 }
 
 impl Runs<'_> {
@@ -58,7 +74,7 @@ impl Runs<'_> {
         e: f64,
     ) -> Result<f64, GradientFailure> {
         let mut overrides = self.overrides.to_vec();
-        let (mut start, mut values) = (JointStart::default(), self.wanted.values.clone());
+        let (mut start, mut values) = (self.wanted.start.clone(), self.wanted.values.clone());
         match by {
             By::Parameters => {
                 for (own, d) in gradient.parameters.iter().zip(direction) {
@@ -82,80 +98,100 @@ impl Runs<'_> {
                 }
             }
             By::Coordinates | By::Rates => {
-                for (own, d) in gradient.initial.iter().zip(direction) {
-                    let [moved, faster] = [by == By::Coordinates, by == By::Rates]
-                        .map(|changes| if changes { e * d } else { 0.0 });
-                    let rate = self.rate(&own.name, own.freedom) + faster;
-                    if moved != 0.0 {
-                        start.coordinates.push((own.name.clone(), own.freedom, moved));
-                    }
-                    start.rates.push((own.name.clone(), own.freedom, rate));
+                let all = gradient.initial.iter().zip(&self.start).zip(direction);
+                for ((own, [value, rate]), d) in all {
+                    let [moved, faster] =
+                        [By::Coordinates, By::Rates].map(|own| if own == by { e * d } else { 0.0 });
+                    give(&mut start.coordinates, own, value + moved);
+                    give(&mut start.rates, own, rate + faster);
                 }
             }
         }
-        let outside = Outside { start, ..Outside::default() };
-        let changed = match by {
+        let mut changed = match by {
             By::Parameters => self.text.model(&overrides)?,
             _ => self.model.clone(),
         };
+        let stated = by == By::Parameters && start == JointStart::default();
+        if stated && !changed.settings.project_start {
+            // off the constraints by the square of a change, which is the same on both sides
+            changed.settings.start_tolerance = changed.settings.start_tolerance.max(CHANGE);
+        }
+        let outside = Outside { start, ..Outside::default() };
         Prepared::new(&changed, &self.wanted.of, (&values, &outside))?.value()
     }
 
-    /// The rate that a joint states.
-    fn rate(&self, joint: &str, freedom: usize) -> f64 {
-        let own = self.model.joint(joint).and_then(|joint| joint.rate.as_ref());
-        own.and_then(|rates| rates.values().get(freedom).copied()).unwrap_or_default()
+    /// Differences along a direction.
+    fn along(
+        &self,
+        gradient: &ModelGradient,
+        by: By,
+        (exact, direction): (&[f64], &[f64]),
+    ) -> Result<Along, GradientFailure> {
+        let parts = || exact.iter().zip(direction).map(|(a, b)| a * b);
+        let both = |e: f64| -> Result<[f64; 2], GradientFailure> {
+            let [plus, minus] = [e, -e].map(|e| self.value(gradient, by, direction, e));
+            let (plus, minus) = (plus?, minus?);
+            Ok([(plus - minus) / (2.0 * e), plus + minus - 2.0 * gradient.value])
+        };
+        let ([long, bent], [short, less]) = (both(CHANGE)?, both(0.5 * CHANGE)?);
+        Ok(Along {
+            difference: (4.0 * short - long) / 3.0,
+            derivative: parts().sum(),
+            size: parts().map(f64::abs).sum(),
+            rounding: (bent - 4.0 * less).abs().max(f64::EPSILON * gradient.value.abs()),
+        })
+    }
+
+    /// A part of a direction: as large as the number that changes, or 1.
+    fn part(gradient: &ModelGradient, by: By, random: &mut Random, k: usize) -> f64 {
+        let size = match by {
+            By::Parameters => gradient.parameters[k].value.abs(),
+            _ => 0.0,
+        };
+        random.number() * if size > 0.0 { size } else { 1.0 }
     }
 
     /// Compares along random directions.
     pub(super) fn compare(&self, gradient: &ModelGradient) -> Result<Vec<Check>, GradientFailure> {
         let mut checks = Vec::new();
         let mut random = Random(20_080_131);
-        let joints = gradient.initial.iter().all(|own| self.model.joint(&own.name).is_some());
-        let starts = |of: fn(&super::ByStart) -> f64| -> Vec<f64> {
-            if joints { gradient.initial.iter().map(of).collect() } else { Vec::new() }
+        let starts = |of: fn(&ByStart) -> f64| -> Vec<f64> {
+            match self.start.is_empty() {
+                true => Vec::new(),
+                false => gradient.initial.iter().map(of).collect(),
+            }
         };
+        let parameters = gradient.parameters.iter().map(|own| own.derivative).collect();
+        let controls = gradient.controls.iter().flat_map(|own| own.derivatives.clone()).collect();
         let kinds: [(By, &str, Vec<f64>); 4] = [
-            (
-                By::Parameters,
-                "parameters",
-                gradient.parameters.iter().map(|own| own.derivative).collect(),
-            ),
-            (
-                By::Controls,
-                "controls",
-                gradient.controls.iter().flat_map(|own| own.derivatives.clone()).collect(),
-            ),
+            (By::Parameters, "parameters", parameters),
+            (By::Controls, "controls", controls),
             (By::Coordinates, "coordinates", starts(|own| own.coordinate)),
             (By::Rates, "rates", starts(|own| own.rate)),
         ];
         for (by, name, exact) in kinds.into_iter().filter(|kind| !kind.2.is_empty()) {
-            for number in 1..=DIRECTIONS {
-                let direction: Vec<f64> = (0..exact.len())
-                    .map(|k| {
-                        let size = match by {
-                            By::Parameters => gradient.parameters[k].value.abs(),
-                            _ => 0.0,
-                        };
-                        random.number() * if size > 0.0 { size } else { 1.0 }
-                    })
-                    .collect();
-                let derivative: f64 = exact.iter().zip(&direction).map(|(a, b)| a * b).sum();
-                let size: f64 = exact.iter().zip(&direction).map(|(a, b)| (a * b).abs()).sum();
-                let central = |e: f64| -> Result<f64, GradientFailure> {
-                    let [plus, minus] = [e, -e].map(|e| self.value(gradient, by, &direction, e));
-                    Ok((plus? - minus?) / (2.0 * e))
-                };
-                let (long, short) = (central(CHANGE)?, central(0.5 * CHANGE)?);
-                let difference = (4.0 * short - long) / 3.0;
-                let apart = (difference - derivative).abs();
-                let relative = if apart == 0.0 { 0.0 } else { apart / size.max(difference.abs()) };
-                let (by, direction) = (name.to_owned(), number);
+            let mut found = Vec::new();
+            for _ in 0..DIRECTIONS {
+                let one = |k| Self::part(gradient, by, &mut random, k);
+                let direction: Vec<f64> = (0..exact.len()).map(one).collect();
+                found.push(self.along(gradient, by, (&exact, &direction))?);
+            }
+            let unresolved = found.iter().map(|own| own.rounding).fold(0.0, f64::max) / CHANGE;
+            for (k, Along { difference, derivative, size, .. }) in found.into_iter().enumerate() {
+                let apart = (difference - derivative).abs() - unresolved;
+                let relative = if apart <= 0.0 { 0.0 } else { apart / size.max(difference.abs()) };
+                let (by, direction) = (name.to_owned(), k + 1);
                 checks.push(Check { by, direction, derivative, difference, relative });
             }
         }
         Ok(checks)
     }
+}
+
+/// Gives a coordinate of a joint, or its rate.
+fn give(list: &mut Vec<(String, usize, f64)>, own: &ByStart, value: f64) {
+    list.retain(|(name, freedom, _)| (name, *freedom) != (&own.name, own.freedom));
+    list.push((own.name.clone(), own.freedom, value));
 }
 
 impl ModelGradient {
@@ -170,7 +206,16 @@ impl ModelGradient {
         model: &Model,
         wanted: &Wanted,
     ) -> Result<(), GradientFailure> {
-        let runs = Runs { text, overrides, model, wanted };
+        let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+        let begin = Begin::new(model, &mut prepared)?;
+        let start = |own: &ByStart| {
+            let joints = &prepared.system.mechanism.description().joints;
+            let joint = joints.iter().find(|joint| joint.name == own.name)?;
+            let own = JointCoordinate::principal(joint, own.freedom)?;
+            Some([own.at(Configuration::new(begin.t, &begin.q)), own.rate(&begin.q, &begin.v)])
+        };
+        let start = self.initial.iter().map(start).collect::<Option<_>>().unwrap_or_default();
+        let runs = Runs { text, overrides, model, wanted, start };
         self.checks = runs.compare(self)?;
         Ok(())
     }

@@ -19,11 +19,14 @@ pub use prepared::GradientFailure;
 
 use crate::design::start::TreeCoordinate;
 use crate::design::{self, ModelTangent, refused};
+use crate::system::System;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
+use objective::Costs;
 use prepared::{Begin, Prepared};
 use serde::Serialize;
 use trial::{InitialCoordinate, StatedStart};
+use vi_constraints::linearization::Tangent;
 use vi_control::checkpoints::Checkpoints;
 use vi_control::gradient::{Gradient, Task};
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
@@ -37,6 +40,8 @@ pub struct Wanted {
     pub of: Vec<String>,
     /// By the parameters of the model file.
     pub parameters: bool,
+    /// By these of them alone; by all where there are none.
+    pub only: Vec<String>,
     /// By the efforts of controls.
     pub controls: bool,
     /// By initial coordinates and rates.
@@ -52,7 +57,40 @@ impl Wanted {
     #[must_use]
     pub fn everything() -> Self {
         let (of, values, start) = (Vec::new(), Vec::new(), JointStart::default());
-        Self { of, parameters: true, controls: true, initial: true, values, start }
+        let only = Vec::new();
+        Self { of, parameters: true, only, controls: true, initial: true, values, start }
+    }
+
+    /// The tangents of the parameters that are wanted.
+    fn tangents(
+        &self,
+        from: (&ModelText, &[Override], &Model),
+        system: &System,
+    ) -> Result<Vec<ModelTangent>, ModelError> {
+        let (text, overrides, model) = from;
+        let known = text.parameter_tangents(overrides)?;
+        for name in &self.only {
+            design::number(&format!("parameters.{name}"), name, &known)?;
+        }
+        let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|own| own == name);
+        design::tangents_of(from, system, wanted, |key| self.counts(model, key))
+    }
+
+    /// Whether the cost and the motion depend on a key: not on those of a search, of a fit, of
+    /// other objectives, of sensors that no objective reads.
+    fn counts(&self, model: &Model, key: &str) -> bool {
+        let chosen = |name: &str| self.of.is_empty() || self.of.iter().any(|own| own == name);
+        let parts: Vec<&str> = key.split('.').collect();
+        match parts[..] {
+            ["condition" | "optimize" | "identify" | "measurement", ..] => false,
+            ["control", _, "min" | "max"] => false,
+            ["objective", name, ..] => chosen(name),
+            ["sensor", name, ..] => model.objectives.iter().any(|own| {
+                let sensor = own.sensor.as_deref().and_then(|text| text.split('.').next());
+                chosen(&own.name) && sensor == Some(name)
+            }),
+            _ => true,
+        }
     }
 
     fn outside(&self) -> Outside {
@@ -171,12 +209,10 @@ pub fn gradient(
     }
     let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
     let tangents = match wanted.parameters {
-        true => design::tangents(text, overrides, model, &prepared.system)?,
+        true => wanted.tangents((text, overrides, model), &prepared.system)?,
         false => Vec::new(),
     };
-    if let Some(own) = tangents.iter().find_map(|own| prepared.costs.reads_moved(model, own)) {
-        return Err(own.into());
-    }
+    prepared.costs = Costs::new(model, &mut prepared.system.mechanism, &wanted.of, &tangents)?;
     let begin = Begin::new(model, &mut prepared)?;
     let design = prepared::design(&prepared, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;
@@ -212,7 +248,11 @@ pub fn gradient(
     };
     let run = prepared.simulation.integrator();
     let found = Gradient::of(run, &task).map_err(GradientFailure::Run)?;
-    let along = |own: &StartTangent| dot(&found.initial.q, &own.q) + dot(&found.initial.p, &own.p);
+    let run = &*run;
+    let along = |own: &StartTangent| {
+        let (by, Tangent { q, p, z }) = (&found.initial, begin.tangent(run, own));
+        dot(&by.q, &q) + dot(&by.p, &p) + dot(&by.z, &z)
+    };
     let by_parameter = |(k, own): (usize, &ModelTangent)| ByParameter {
         name: own.name.clone(),
         value: own.value,
@@ -252,7 +292,7 @@ pub fn gradient(
         checks: Vec::new(),
     };
     terms(model, wanted, &mut gradient)?;
-    grow(model, wanted, (&starts, &changes), &mut gradient)?;
+    grow(model, wanted, (&begin, &starts, &changes), &mut gradient)?;
     Ok(gradient)
 }
 
@@ -315,7 +355,7 @@ fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), 
 fn grow(
     model: &Model,
     wanted: &Wanted,
-    (starts, changes): (&start::StartDerivatives, &[StartTangent]),
+    (begin, starts, changes): (&Begin, &start::StartDerivatives, &[StartTangent]),
     out: &mut ModelGradient,
 ) -> Result<(), GradientFailure> {
     let all = starts.coordinates.iter().chain(changes);
@@ -324,12 +364,7 @@ fn grow(
     };
     let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
     let run = prepared.simulation.integrator();
-    let start = vi_constraints::linearization::Tangent {
-        q: first.q.clone(),
-        p: first.p.clone(),
-        z: vec![0.0; run.state().internal.len()],
-    };
-    let directions = vec![Direction::from(start)];
+    let directions = vec![Direction::from(begin.tangent(run, first))];
     let mut beside =
         Sensitivities::new(run, model.settings.step, directions).map_err(GradientFailure::Run)?;
     for _ in 0..prepared.steps {

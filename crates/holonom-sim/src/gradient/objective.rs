@@ -1,11 +1,12 @@
 //! The objectives of a model as terms of a cost.
 
-use super::quantity::{Measured, Reads};
+use super::quantity::{Measured, Sensed};
 use crate::design::{ModelTangent, refused};
 use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind};
 use vi_control::controls::Controls;
 use vi_control::objective::{Effort, Objective, Running, StepGradient, Term, Terminal, Time};
 use vi_core::Interval;
+use vi_multibody::design::MovedCoordinate;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::mechanism::Mechanism;
 
@@ -15,13 +16,13 @@ pub(crate) struct Costs {
     pub(crate) sum: Objective,
     /// `½ Σ (Δw)²/h`: weight, controls.
     of_rates: Vec<(f64, Vec<usize>)>,
-    /// Joint coordinates that are read.
-    reads: Vec<Reads>,
 }
 
 /// `Σ w Δθ`.
 struct Work {
     coordinates: Vec<(usize, JointCoordinate)>,
+    /// By parameters: of those coordinates that change, control and change.
+    moved: Vec<Vec<(usize, MovedCoordinate)>>,
 }
 
 impl Term for Work {
@@ -35,14 +36,23 @@ impl Term for Work {
             own.add_gradient(&s.q1, scale * w[*k], &mut out.end);
         }
     }
+    fn add_parameters_of_step(&self, s: &Interval, w: &[f64], scale: f64, out: &mut [f64]) {
+        for (sum, moved) in out.iter_mut().zip(&self.moved) {
+            for (k, own) in moved {
+                *sum += scale * w[*k] * (own.by(&s.q1) - own.by(&s.q0));
+            }
+        }
+    }
 }
 
 impl Costs {
-    /// The objectives of these names; all where there are none.
+    /// The objectives of these names, all where there are none, with their derivatives by the
+    /// parameters of `tangents`.
     pub(crate) fn new(
         model: &Model,
         mechanism: &mut Mechanism,
         of: &[String],
+        tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
         if let Some(unknown) =
             of.iter().find(|name| !model.objectives.iter().any(|own| own.name == **name))
@@ -51,10 +61,10 @@ impl Costs {
             let what = format!("an objective `{unknown}`, which the model does not have");
             return Err(refused("objective", what, format!("there are: {}", known.join(", "))));
         }
-        let mut costs = Self { sum: Objective::new(), of_rates: Vec::new(), reads: Vec::new() };
+        let mut costs = Self { sum: Objective::new(), of_rates: Vec::new() };
         let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
         for own in chosen {
-            costs.add(model, mechanism, own)?;
+            costs.add(model, mechanism, own, tangents)?;
         }
         Ok(costs)
     }
@@ -64,6 +74,7 @@ impl Costs {
         model: &Model,
         mechanism: &mut Mechanism,
         own: &Stated,
+        tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let is_of = |name: &String| own.controls.is_empty() || own.controls.contains(name);
         let places: Vec<usize> =
@@ -79,15 +90,18 @@ impl Costs {
                     let joint = model.joints.iter().position(|joint| joint.name == control.joint);
                     let found =
                         joint.and_then(|joint| mechanism.coordinate(joint, control.freedom));
-                    if let (Some(joint), Some(found)) = (joint, found) {
-                        let key = format!("objective.{}", own.name);
-                        self.reads.push(Reads { key, joint, freedom: control.freedom });
-                        coordinates.push((k, found));
-                    }
+                    coordinates.extend(found.map(|found| (k, found)));
                 }
-                self.sum.add(own.weight, Box::new(Work { coordinates }));
+                let moved = |tangent: &ModelTangent| {
+                    let of = |(k, own): &(usize, JointCoordinate)| {
+                        Some((*k, MovedCoordinate::of(mechanism, &tangent.numbers, own)?))
+                    };
+                    coordinates.iter().filter_map(of).collect()
+                };
+                let moved = tangents.iter().map(moved).collect();
+                self.sum.add(own.weight, Box::new(Work { coordinates, moved }));
             }
-            ObjectiveKind::Sensor => self.add_sensor(model, mechanism, own)?,
+            ObjectiveKind::Sensor => self.add_sensor(model, mechanism, own, tangents)?,
         }
         Ok(())
     }
@@ -97,15 +111,13 @@ impl Costs {
         model: &Model,
         mechanism: &mut Mechanism,
         own: &Stated,
+        tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}.sensor", own.name);
         let text = own.sensor.as_deref().unwrap_or_default();
-        let (quantity, target) = (Measured::of(model, mechanism, &key, text)?, own.target);
-        self.reads.extend(quantity.joint().map(|(joint, freedom)| Reads {
-            key: format!("objective.{}", own.name),
-            joint,
-            freedom,
-        }));
+        let measured = Measured::of(model, mechanism, &key, text)?;
+        let quantity = Sensed::new(measured, mechanism, text, tangents);
+        let target = own.target;
         match own.at {
             CountedAt::End => self.sum.add(own.weight, Box::new(Terminal { quantity, target })),
             CountedAt::Path => self.sum.add(own.weight, Box::new(Running { quantity, target })),
@@ -137,10 +149,5 @@ impl Costs {
             }
         }
         out
-    }
-
-    /// Refuses a parameter by which a joint coordinate changes that an objective reads.
-    pub(crate) fn reads_moved(&self, model: &Model, tangent: &ModelTangent) -> Option<ModelError> {
-        self.reads.iter().find_map(|own| own.moved(model, tangent))
     }
 }

@@ -2,20 +2,23 @@
 
 use super::objective::Costs;
 use crate::design::start::StartOf;
-use crate::design::{ModelTangent, refused};
+use crate::design::{LEAVE_OUT, ModelTangent, refused};
 use crate::simulation::Simulation;
 use crate::start::{How, StartValues};
 use crate::system::input::{Input, InputPlace};
 use crate::system::outside::Outside;
 use crate::system::{self, System};
 use holonom_model::{Model, ModelError};
+use vi_constraints::linearization::Tangent;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
 use vi_control::controls::{ControlForce, Controls, JointControl};
 use vi_control::gradient::GradientError;
-use vi_core::{SparseMatrix, State};
+use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
+use vi_multibody::design::start::StartTangent;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::MechanismIntegrator;
 
 /// Why there is no gradient.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -70,7 +73,7 @@ impl Prepared {
             }
         }
         let controls = Controls::new(forces, rows, 1);
-        let costs = Costs::new(model, &mut system.mechanism, of)?;
+        let costs = Costs::new(model, &mut system.mechanism, of, &[])?;
         let simulation = Simulation::with_outside(model, &outside)?;
         Ok(Self { simulation, system, controls, costs, outside, steps })
     }
@@ -142,6 +145,14 @@ impl Begin {
         InitialValues::new(self.t, &self.q, &self.v)
     }
 
+    /// Its tangent, with that of the internal variables: signals begin with what they read.
+    pub(crate) fn tangent(&self, run: &MechanismIntegrator, change: &StartTangent) -> Tangent {
+        let StartTangent { q, v, p } = change;
+        let at = Configuration::new(self.t, &self.q);
+        let z = run.system().internal_change_at_start(at, &self.v, [q, v]);
+        Tangent { q: q.clone(), p: p.clone(), z }
+    }
+
     /// How it changes.
     pub(crate) fn of<'a>(&'a self, model: &'a Model, mechanism: &'a Mechanism) -> StartOf<'a> {
         let (mass, rows, at) = (&self.mass, &self.rows, self.at());
@@ -158,5 +169,5 @@ pub(crate) fn design(
     let System { mechanism, dynamics, .. } = &prepared.system;
     let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
     MechanismDesign::new(mechanism, &dynamics.forces, mass, dynamics.quadrature, &numbers)
-        .map_err(|error| refused("model", error.to_string(), "leave `parameters` out of --by"))
+        .map_err(|error| refused("model", error.to_string(), LEAVE_OUT))
 }

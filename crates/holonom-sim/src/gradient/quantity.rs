@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use vi_control::identification::Reading;
 use vi_control::objective::{PointComponent, Quantity};
 use vi_core::Configuration;
+use vi_multibody::design::MovedCoordinate;
 use vi_multibody::form::Form;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::mechanism::{Attachment, Mechanism};
@@ -135,14 +136,6 @@ impl Measured {
         };
         Ok((own?, reading))
     }
-
-    /// The joint and the freedom of a joint coordinate.
-    pub(crate) fn joint(&self) -> Option<(usize, usize)> {
-        match self {
-            Self::Joint { joint, freedom, .. } => Some((*joint, *freedom)),
-            _ => None,
-        }
-    }
 }
 
 /// The refusal of a sensor.
@@ -171,31 +164,79 @@ fn point(model: &Model, mechanism: &Mechanism, name: &str, components: Option<[f
     mechanism.point_of(member, &along)
 }
 
-/// A joint coordinate that something reads.
+/// What a sensor measures, and how it depends on the parameters of a model beside `q`.
 #[derive(Clone, Debug)]
-pub(crate) struct Reads {
-    /// What reads it, by its key.
-    pub(crate) key: String,
-    pub(crate) joint: usize,
-    pub(crate) freedom: usize,
+pub(crate) struct Sensed {
+    of: Measured,
+    by: Vec<Change>, // in the order of the parameters
 }
 
-impl Reads {
-    /// Refuses a parameter by which the coordinate itself changes: an angle by its axes, a length
-    /// by its anchors as well.
-    pub(crate) fn moved(&self, model: &Model, tangent: &ModelTangent) -> Option<ModelError> {
-        let change = tangent.numbers.joints.get(&self.joint)?;
-        let joint = &model.joints[self.joint];
-        let angle = joint.pair().properties().motion.is_angle(self.freedom);
-        let turned = change.parent.axes.amax().max(change.child.axes.amax()) > 1e-14;
-        if !turned && angle {
-            return None;
+/// How a quantity changes with a parameter.
+#[derive(Clone, Debug)]
+enum Change {
+    /// It does not.
+    None,
+    /// The change of its point, or of the line between its points.
+    Form(Form),
+    /// The joint itself changes.
+    Joint(Box<MovedCoordinate>),
+}
+
+impl Sensed {
+    /// Of a sensor, by its name or that of one of its numbers.
+    pub(crate) fn new(
+        of: Measured,
+        mechanism: &Mechanism,
+        text: &str,
+        tangents: &[ModelTangent],
+    ) -> Self {
+        let name = text.split_once('.').map_or(text, |(name, _)| name);
+        let change = |own: &ModelTangent| match &of {
+            Measured::Joint { coordinate, .. } => {
+                MovedCoordinate::of(mechanism, &own.numbers, coordinate)
+                    .map_or(Change::None, |own| Change::Joint(Box::new(own)))
+            }
+            _ => own.sensors.get(name).map_or(Change::None, |form| Change::Form(form.clone())),
+        };
+        let by = tangents.iter().map(change).collect();
+        Self { of, by }
+    }
+}
+
+impl Quantity for Sensed {
+    fn value(&self, at: Configuration<'_>) -> f64 {
+        self.of.value(at)
+    }
+    fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.of.add_slope(at, scale, out);
+    }
+    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
+        self.of.second(at, v, w)
+    }
+    fn by_parameter(&self, parameter: usize, at: Configuration<'_>) -> f64 {
+        match (self.by.get(parameter), &self.of) {
+            (Some(Change::Joint(own)), _) => own.by(at.q),
+            (Some(Change::Form(change)), Measured::Point(own)) => change.at(at.q)[own.axis],
+            (Some(Change::Form(change)), Measured::Distance(between)) => {
+                let line = between.at(at.q);
+                line.dot(&change.at(at.q)) / line.norm()
+            }
+            _ => 0.0,
         }
-        let what = format!(
-            "the derivative by `{}`, which changes the joint `{}` whose coordinate is measured",
-            tangent.name, joint.name
-        );
-        let help = "measure a position, or leave `parameters` out of --by";
-        Some(refused(&self.key, what, help))
+    }
+    fn rate_by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
+        match (self.by.get(parameter), &self.of) {
+            (Some(Change::Joint(own)), _) => own.rate_by(at.q, v),
+            (Some(Change::Form(change)), Measured::Point(own)) => change.rate(v)[own.axis],
+            (Some(Change::Form(change)), Measured::Distance(between)) => {
+                let (line, rate) = (between.at(at.q), between.rate(v));
+                let (moved, length) = (change.at(at.q), line.norm());
+                let along = line / length;
+                // of D̂·Ḋ
+                let turned = rate.dot(&moved) - along.dot(&rate) * along.dot(&moved);
+                along.dot(&change.rate(v)) + turned / length
+            }
+            _ => 0.0,
+        }
     }
 }

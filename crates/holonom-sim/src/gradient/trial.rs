@@ -1,13 +1,12 @@
 //! Runs of a model for other values of its parameters, with the tangents along them.
 
 use super::prepared::{self, Begin, Prepared};
-use super::quantity::{Measured, Reads};
+use super::quantity::{Measured, Sensed};
 use crate::design::{self, refused};
 use crate::start::StartValues;
 use crate::system;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
-use vi_constraints::linearization::Tangent;
 use vi_control::identification::{Experiment, Trial};
 use vi_control::least_squares::Refused;
 use vi_control::objective::Quantity;
@@ -23,6 +22,13 @@ pub(crate) struct SensorRead {
     pub(crate) key: String,
     /// Its name, of one of several numbers with its part.
     pub(crate) sensor: String,
+}
+
+impl SensorRead {
+    /// That of the sensor.
+    fn name(&self) -> &str {
+        self.sensor.split_once('.').map_or(&self.sensor, |(name, _)| name)
+    }
 }
 
 /// A coordinate or a rate of a joint at the start that is free.
@@ -130,8 +136,10 @@ impl ModelTrials<'_> {
         let model = self.text.model(&overrides)?;
         let mut prepared = Prepared::new(&model, &[], (&[], &self.outside(theta)))?;
         let wanted = |name: &str| self.parameters.iter().any(|own| own == name);
-        let mut tangents =
-            design::tangents_of(self.text, &overrides, &model, &prepared.system, wanted)?;
+        let read = |sensor: &str| self.reads.iter().any(|own| own.name() == sensor);
+        let counts = |key: &str| design::of_sensor(key).is_none_or(read);
+        let from = (self.text, &overrides[..], &model);
+        let mut tangents = design::tangents_of(from, &prepared.system, wanted, counts)?;
         let place = |name: &str| self.parameters.iter().position(|own| own == name);
         tangents.sort_by_key(|own| place(&own.name));
         if tangents.len() < self.parameters.len() {
@@ -147,13 +155,7 @@ impl ModelTrials<'_> {
         for SensorRead { key, sensor } in &self.reads {
             let mechanism = &mut prepared.system.mechanism;
             let (own, _) = Measured::read(&model, mechanism, key, sensor)?;
-            if let Some((joint, freedom)) = own.joint() {
-                let reads = Reads { key: key.clone(), joint, freedom };
-                if let Some(error) = tangents.iter().find_map(|own| reads.moved(&model, own)) {
-                    return Err(error);
-                }
-            }
-            quantities.push(Box::new(own));
+            quantities.push(Box::new(Sensed::new(own, mechanism, sensor, &tangents)));
         }
         let of = begin.of(&model, &prepared.system.mechanism);
         let mut directions = Vec::new();
@@ -170,12 +172,11 @@ impl ModelTrials<'_> {
                 (found.parameters, found.given)
             }
         };
-        let memory = prepared.simulation.integrator().state().internal.len();
         let parameters = (0..changes.len()).map(Some).chain(std::iter::repeat(None));
         for (change, parameter) in
             changes.into_iter().chain(given.into_iter().flatten()).zip(parameters)
         {
-            let start = Tangent { q: change.q, p: change.p, z: vec![0.0; memory] };
+            let start = begin.tangent(prepared.simulation.integrator(), &change);
             directions.push(Direction { start, parameter, ..Direction::default() });
         }
         let numbers = tangents.into_iter().map(|own| own.numbers).collect();

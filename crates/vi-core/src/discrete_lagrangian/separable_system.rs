@@ -148,6 +148,22 @@ impl SeparableSystem {
         self.variables_of_forces()..self.variables_before_potentials()
     }
 
+    /// How all internal variables change at the start of a motion whose configuration and velocity
+    /// change by `dq` and `dv`: `δz_0`. Those of forces start at zero.
+    #[must_use]
+    pub fn internal_change_at_start(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        change: [&[f64]; 2],
+    ) -> Vec<f64> {
+        let mut out = vec![0.0; self.internal_variables()];
+        if let Some(signals) = &self.signals {
+            signals.begin_change(at, v, change, &mut out[self.places_of_signals()]);
+        }
+        out
+    }
+
     /// Internal variables of the forces; those of signals and of a potential follow.
     #[must_use]
     pub fn variables_of_forces(&self) -> usize {

@@ -13,6 +13,7 @@
 
 mod explicit;
 mod mass_sums;
+mod moved_coordinate;
 mod row_sums;
 mod rows;
 pub mod start;
@@ -20,6 +21,7 @@ pub mod start;
 mod tangent;
 pub mod velocity;
 
+pub use moved_coordinate::MovedCoordinate;
 pub use tangent::{
     BarTangent, BodyTangent, EffortChange, EffortTangent, JointTangent, MechanismTangent,
     Reference, ScalarTangent, SideTangent, SpringTangent,

@@ -10,7 +10,8 @@
 //! the independent rows are solved and the others checked: one that is left over says that no
 //! neighbouring mechanism closes ([`StartDerivativeError::Opens`]).
 
-use super::explicit::{Masses, moved_value};
+use super::explicit::Masses;
+use super::moved_coordinate::MovedCoordinate;
 use super::rows::MovedRows;
 use super::{DesignError, MechanismTangent};
 use crate::constraint::joint_coordinate::JointCoordinate;
@@ -22,7 +23,6 @@ use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::{Constraints, InitialValues};
 use vi_core::Configuration;
 use vi_core::linear::{Singular, SparseLu};
-use vi_core::num_dual::Dual64;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_rigid::directors::FRAME;
 
@@ -425,10 +425,8 @@ fn moved_by(
     at: InitialValues<'_>,
 ) -> [f64; 2] {
     let StartCoordinate::Joint(own) = coordinate else { return [0.0; 2] };
-    let Some(value) = moved_value(mechanism, tangent, own) else { return [0.0; 2] };
-    let mut rate = 0.0;
-    value.for_each_slope(at.q, |i, slope: Dual64| rate += slope.eps * at.v[i]);
-    [value.principal(at.q).eps, rate]
+    let moved = MovedCoordinate::of(mechanism, tangent, own);
+    moved.map_or([0.0; 2], |own| [own.by(at.q), own.rate_by(at.q, at.v)])
 }
 
 /// Those of the coordinates whose gradients are independent on the tangent space of the

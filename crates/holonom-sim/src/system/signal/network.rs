@@ -97,6 +97,21 @@ impl Network {
         taken(source, y, z, &work.values)
     }
 
+    /// How the value of `source` changes where `(y, z)` changes by `(dy, dz)`.
+    pub(crate) fn change(&self, source: Source, [y, z]: [&[f64]; 2], [dy, dz]: [&[f64]; 2]) -> f64 {
+        let last = match source {
+            Source::Input(i) => return dy[i],
+            Source::State(i) => return dz[i],
+            Source::Term(k) => k,
+        };
+        let work = &mut *self.work.lock().unwrap_or_else(PoisonError::into_inner);
+        for k in 0..=last {
+            self.differentiate_term(k, y, z, work);
+        }
+        let row = work.rows.row(last);
+        row.iter().zip(dy.iter().chain(dz)).map(|(slope, by)| slope * by).sum()
+    }
+
     fn evaluate_term(&self, k: usize, y: &[f64], z: &[f64], work: &mut Work) {
         let term = &self.terms[k];
         let count = term.from.len();

@@ -159,4 +159,17 @@ impl Sampler for NodeTasks {
             }
         }
     }
+
+    /// Of states alone: what is sampled or kept has no derivative.
+    fn begin_change(&self, y: &[f64], dy: &[f64], change: &mut [f64]) {
+        let mut internal = self.start.clone();
+        let mut own = y.to_vec();
+        change.fill(0.0);
+        for (state, of) in self.filtered.iter().chain(&self.filtered) {
+            let value = self.value(*of, &mut own, &internal);
+            let by = [dy, &change[..self.states]];
+            change[*state] = self.network.change(*of, [&own, &internal[..self.states]], by);
+            internal[*state] = value;
+        }
+    }
 }

@@ -23,6 +23,8 @@ pub trait Sampler: Send + Sync {
     fn sample(&self, step: u64, y: &[f64], internal: &mut [f64]);
     /// `internal ←` the values at the start of a motion.
     fn begin(&self, y: &[f64], internal: &mut [f64]);
+    /// `change ←` how these change where the inputs change by `dy`.
+    fn begin_change(&self, y: &[f64], dy: &[f64], change: &mut [f64]);
 }
 
 /// All states and held values of the signals of a model.
@@ -70,6 +72,25 @@ impl Signals for SignalStates {
     fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         self.reading.with_inputs(at, v, out, |y, own| self.sampler.begin(y, own));
+    }
+
+    fn begin_change(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        [dq, dv]: [&[f64]; 2],
+        out: &mut [f64],
+    ) {
+        let change = |input: &Input| {
+            let mut sum = 0.0;
+            input.for_each_slope_by_position(at.q, v, &mut |i, slope| sum += slope * dq[i]);
+            input.for_each_slope_by_velocity(at.q, v, &mut |i, slope| sum += slope * dv[i]);
+            sum
+        };
+        let dy: Vec<f64> = self.reading.inputs.iter().map(change).collect();
+        let mut begun = vec![0.0; out.len()];
+        let begin = |y: &[f64], _: &mut [f64]| self.sampler.begin_change(y, &dy, out);
+        self.reading.with_inputs(at, v, &mut begun, begin);
     }
 
     /// `z_{n+1} = 2 z̄ − z_n`; what is held stays.

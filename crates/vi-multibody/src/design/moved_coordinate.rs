@@ -1,0 +1,39 @@
+//! A joint coordinate that depends on a parameter by the geometry of its joint.
+
+use super::MechanismTangent;
+use super::explicit::moved_value;
+use crate::constraint::joint_coordinate::{JointCoordinate, Value};
+use crate::mechanism::Mechanism;
+use vi_core::num_dual::Dual64;
+
+/// A joint coordinate `x(q; θ)` whose joint changes with a parameter.
+#[derive(Clone, Debug)]
+pub struct MovedCoordinate {
+    value: Value<Dual64>,
+}
+
+impl MovedCoordinate {
+    /// `None` where the joint does not change.
+    #[must_use]
+    pub fn of(
+        mechanism: &Mechanism,
+        tangent: &MechanismTangent,
+        coordinate: &JointCoordinate,
+    ) -> Option<Self> {
+        moved_value(mechanism, tangent, coordinate).map(|value| Self { value })
+    }
+
+    /// `x_θ`, m or rad for each unit of the parameter.
+    #[must_use]
+    pub fn by(&self, q: &[f64]) -> f64 {
+        self.value.principal(q).eps
+    }
+
+    /// `(∇x)_θ v`, the same for each second.
+    #[must_use]
+    pub fn rate_by(&self, q: &[f64], v: &[f64]) -> f64 {
+        let mut rate = 0.0;
+        self.value.for_each_slope(q, |i, slope: Dual64| rate += slope.eps * v[i]);
+        rate
+    }
+}
