@@ -55,6 +55,26 @@ pub(super) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// The rotation that takes x to y, y to z and z to x, in all places that have an `<origin>`.
+/// A joint may be fixed to the ground without a link `world`: the ground is that of a description
+/// that has one, for a robot, one that moves behind the joint, and another name than `world` is
+/// refused as before.
+#[test]
+fn the_world_of_urdf_needs_no_link() {
+    let at = r#"<joint name="weld" type="fixed"><parent link="world"/><child link="base"/><origin xyz="0 0 0.4" rpy="0.3 0 0"/></joint>"#;
+    let slides = at.replace("fixed", "prismatic");
+    for joint in [at, &slides] {
+        let without = plain(&two_links("revolute", "", joint)).model;
+        let stated = format!(r#"<link name="world"/>{joint}"#);
+        let with = plain(&two_links("revolute", "", &stated)).model;
+        assert_eq!(without, with);
+        let still = plain(&two_links("revolute", "", "")).model;
+        assert_ne!(without.bodies[0].position, still.bodies[0].position);
+    }
+    let typo = at.replace("world", "wrold");
+    let problem = refused(&two_links("revolute", "", &typo), &ImportOptions::default());
+    assert!(problem.message.contains("no link named `wrold`"), "{problem:?}");
+}
+
 #[test]
 fn quaternions_of_origins_are_orientations() {
     let robot = |joint: &str, inertial: &str| {

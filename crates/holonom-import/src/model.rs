@@ -248,7 +248,7 @@ fn inertia(tensor: &Matrix3<f64>) -> Inertia {
         if i != j && value.abs() <= 1e-17 * size { 0.0 } else { plain(value) }
     };
     if diagonal {
-        let floor = |x: f64| if x.abs() <= 1e-15 * size { 0.0 } else { x };
+        let floor = |x: f64| if x.abs() <= 1e-14 * size { 0.0 } else { x };
         return Inertia::Principal([0, 1, 2].map(|i| floor(tensor[(i, i)])));
     }
     Inertia::Tensor([0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j))))

@@ -14,7 +14,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use holonom_model::nearest;
 
-use crate::element::XmlElement;
+use crate::element::{Attribute, XmlElement};
 use crate::mesh::MeshCache;
 use crate::remark::Remarks;
 use crate::robot::{Gear, Link, NamedFrame, Robot, Unread};
@@ -31,6 +31,8 @@ pub(crate) fn robot(
     remarks: &mut Remarks,
 ) -> Result<Robot> {
     refuse_xacro(root)?;
+    let grounded = with_world(root);
+    let root = grounded.as_ref().unwrap_or(root);
     let mut reader = UrdfReader {
         root,
         density: options.density,
@@ -72,6 +74,24 @@ fn refuse_xacro(element: &XmlElement) -> Result<()> {
         return Err(Refusal::at(&element.place, "this file has xacro macros", help));
     }
     element.children.iter().filter(|c| c.name != "gazebo").try_for_each(refuse_xacro)
+}
+
+/// The description with the link `world`, where a joint is fixed to it and no link has its name: the
+/// ground, as for Gazebo and Drake.
+fn with_world(root: &XmlElement) -> Option<XmlElement> {
+    const WORLD: &str = "world";
+    if root.all("link").any(|link| link.word("name") == Some(WORLD)) {
+        return None;
+    }
+    let parents = root.all("joint").filter_map(|joint| joint.child("parent"));
+    let link = parents.filter_map(|parent| parent.attribute("link")).find(|a| a.value == WORLD)?;
+    let name = Attribute { name: "name".to_owned(), ..link.clone() };
+    let place = link.place.clone();
+    let world =
+        XmlElement { name: "link".to_owned(), attributes: vec![name], children: Vec::new(), place };
+    let mut grounded = root.clone();
+    grounded.children.push(world);
+    Some(grounded)
 }
 
 struct UrdfReader<'a> {
