@@ -171,6 +171,20 @@ pub trait ObserveNode<S, C>: Send {
     /// `p ← p + D_1 L_d + f_d^- = h Gᵀλ_n` of a step from the momentum `p`; of variational schemes.
     /// Shape `n`.
     fn constraint_impulse(&mut self, _system: &S, _s: &Interval, _p: &mut [f64]) {}
+    /// Replaces changes `δp̄_n` of the momentum from which a step was taken, `p`, by the changes
+    /// `δq_{n+1}` of its end; of variational schemes. `changes`: one of shape `n` after the other.
+    ///
+    /// # Errors
+    /// [`Singular`] where the step has no derivative.
+    fn step_response(
+        &mut self,
+        _system: &S,
+        _constraints: &C,
+        _taken: (&Interval, &[f64]),
+        _changes: &mut [f64],
+    ) -> Result<(), Singular> {
+        Err(Singular)
+    }
 }
 
 impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
@@ -232,6 +246,16 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
 
     fn constraint_impulse(&mut self, system: &S, s: &Interval, p: &mut [f64]) {
         Self::constraint_impulse(self, system, s, p);
+    }
+
+    fn step_response(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        taken: (&Interval, &[f64]),
+        changes: &mut [f64],
+    ) -> Result<(), Singular> {
+        Self::step_response(self, system, constraints, taken, changes)
     }
 
     fn observe_state(

@@ -14,6 +14,7 @@ use crate::node_solvers::NodeSolvers;
 use crate::projection::{NodeMotion, Projections, hamiltonian, kinetic_energy};
 use crate::reparametrization::Emission;
 use crate::saddle_point::IndependentRows;
+use crate::scheme::linearization::{StepLinearization, Tangent};
 use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
@@ -62,9 +63,11 @@ pub struct Node {
 pub struct NodeObserver {
     projections: Projections,
     solvers: NodeSolvers,
-    multipliers: bool, // whether they are wanted
-    m_work: Vec<f64>,  // m
-    n_work: Vec<f64>,  // n
+    rows: IndependentRows,
+    linearized: Option<Box<(StepLinearization, Tangent)>>, // the last step, where asked for
+    multipliers: bool,                                     // whether they are wanted
+    m_work: Vec<f64>,                                      // m
+    n_work: Vec<f64>,                                      // n
     node: Node,
 }
 
@@ -77,6 +80,8 @@ impl NodeObserver {
         Self {
             projections: Projections::new(system, m, rows),
             solvers: NodeSolvers::default(),
+            rows: rows.clone(),
+            linearized: None,
             multipliers: true,
             m_work: zeros(m),
             n_work: zeros(n),
@@ -211,6 +216,38 @@ impl NodeObserver {
         let Self { n_work, .. } = self;
         p_minus(system, s, n_work);
         p.iter_mut().zip(&*n_work).for_each(|(p, own)| *p -= own);
+    }
+
+    /// Replaces changes `δp̄_n` of the momentum from which a step was taken, `p`, by the changes
+    /// `δq_{n+1}` of its end [2.37]. `changes`: one of shape `n` after the other.
+    ///
+    /// # Errors
+    /// [`Singular`], also of velocity constraints.
+    pub fn step_response(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        (s, p): (&Interval, &[f64]),
+        changes: &mut [f64],
+    ) -> Result<(), Singular> {
+        if constraints.constrains_velocities() {
+            return Err(Singular);
+        }
+        let (n, m) = (s.dim(), constraints.len());
+        let Self { rows, linearized, .. } = self;
+        let (step, tangent) = &mut **linearized.get_or_insert_with(|| {
+            let internal = system.internal_variables();
+            Box::new((StepLinearization::new(n, m, rows), Tangent::zero(n, internal)))
+        });
+        step.linearize(system, constraints, s, p)?;
+        for change in changes.chunks_exact_mut(n) {
+            tangent.q.fill(0.0);
+            tangent.z.fill(0.0);
+            tangent.p.copy_from_slice(change);
+            step.push_free(system, constraints, s, tangent)?;
+            change.copy_from_slice(&tangent.q);
+        }
+        Ok(())
     }
 
     /// `v ← v̂` of no momentum at the configuration of a state and the time `t`: the least motion

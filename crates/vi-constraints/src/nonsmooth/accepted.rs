@@ -34,6 +34,8 @@ impl NodeImpulses {
                 _ => record.impulse,
             };
             let rate = match contact.law {
+                // what holds has no rate that could be reversed
+                ContactLaw::Dry { .. } if record.status == ContactStatus::Stick => 0.0,
                 ContactLaw::Coulomb { .. } => libm::hypot(contact.sigma[0], contact.sigma[1]),
                 _ => contact.sigma[0],
             };

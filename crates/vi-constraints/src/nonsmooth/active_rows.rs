@@ -3,29 +3,25 @@
 //! ```text
 //! y(Λ') = ξ + W_s (Λ' − Λ)
 //! ```
-//! `W_s` begins with `W` and learns from the steps of the iteration (BFGS): where `hω` is not small
-//! springs and beams answer less than `W` says. An island of more than 300 rows keeps `W`, in
-//! sparse rows, and its laws hold to `1e-11`.
+//! `W_s` is `W`, or where the iteration with that is slow the response of the step, of those rows
+//! that a step drives. An island of more than 300 rows keeps `W`, in sparse rows, and its laws hold
+//! to `1e-11`.
 
 use super::ContactFault;
 use super::delassus::Delassus;
 use super::islands::Islands;
-use super::node_law::{Contact, Course, Drive, Rows};
-use super::unilateral::Elements;
+use super::node_law::{Contact, Drive, Kind, Rows};
+use super::unilateral::{ContactRows, Elements};
 use crate::scheme::StepError;
 use vi_core::cone::{Cone, ConeFault, ConeSolver, LargeConeSolver, SparseRows};
 
-/// Changes below this part of impulses and velocities say nothing of `W_s` but rounding.
-const LEAST: f64 = 1e-7;
-/// `W_s` is corrected where it misses a change of velocities by more than this part.
-const MISSED: f64 = 0.1;
 /// A step far from its solution moves the points of a body apart by its rotation squared: no
 /// impulses obey the laws then, and the nearest ones up to this part lead on.
 const NEARBY: f64 = 1e-3;
 /// In so many solutions of a step the nearest ones are not looked for any further.
 const EARLY: usize = 4;
 /// Most rows of a dense matrix.
-const DENSE: usize = 300;
+pub(super) const DENSE: usize = 300;
 
 /// The rows of an island whose impulses are not known beforehand.
 #[derive(Debug, Default)]
@@ -42,14 +38,12 @@ pub(super) struct ActiveRows {
     found: Vec<f64>,
     solver: ConeSolver,
     large: LargeConeSolver,
-    model: Vec<f64>,       // m × m  W_s; empty of a large island
-    lambda: Vec<f64>,      // m  Λ of the last step
-    before: [Vec<f64>; 2], // m  Λ and ξ of the step before
-    change: [Vec<f64>; 3], // m  ΔΛ, Δξ, W_s ΔΛ
-    kinds: Vec<u8>,        // of the contacts in the step before
+    model: Vec<f64>,    // m × m  W; empty of a large island
+    response: Vec<f64>, // m × m  W_s, where it is not W
+    by_step: Vec<bool>, // m  whether the step drives a row, or the velocity at the node
+    lambda: Vec<f64>,   // m  Λ of the last step
     is_exact: bool,
     passes: usize,
-    is_known: bool, // whether there was a step before
 }
 
 /// The impulse of a row is known.
@@ -94,8 +88,22 @@ impl ActiveRows {
                 }
             }
         }
-        self.is_known = false;
+        self.response.clear();
         self.passes = 0;
+    }
+
+    /// Takes `W_s` from the changes `dq` of the end of the last step with the impulses of all rows,
+    /// as tangents at the node, shape `n × k` by columns.
+    pub(super) fn respond(&mut self, rows: &ContactRows, (dq, n): (&[f64], usize), h: f64) {
+        let Self { all, response, model, .. } = self;
+        response.clear();
+        if model.is_empty() {
+            return;
+        }
+        let entry = |i: usize, j: usize| rows.dot(i, &dq[j * n..(j + 1) * n]) / h;
+        for i in &*all {
+            response.extend(all.iter().map(|j| 0.5 * (entry(*i, *j) + entry(*j, *i))));
+        }
     }
 
     /// Whether its laws hold to less than rounding.
@@ -106,45 +114,6 @@ impl ActiveRows {
     /// Whether the laws hold at the impulses that were found.
     pub(super) fn is_exact(&self) -> bool {
         self.is_exact
-    }
-
-    /// Corrects `W_s` by the last two steps, where their laws are the same.
-    fn learn(&mut self, kinds_agree: bool) {
-        let Self { drives, model, lambda, before: [old, old_xi], change: [s, y, ws], .. } = self;
-        let (k, lambda) = (lambda.len(), &lambda[..]);
-        let xi = |drive: &Drive| match *drive {
-            Drive::Zero { xi, compliance: 0.0 } => Some(xi),
-            _ => None,
-        };
-        if self.is_known && kinds_agree && drives.iter().all(|drive| xi(drive).is_some()) {
-            s.clear();
-            s.extend(lambda.iter().zip(&*old).map(|(new, old)| new - old));
-            y.clear();
-            let found = drives.iter().filter_map(xi);
-            y.extend(found.zip(&*old_xi).map(|(new, old)| new - old));
-            ws.clear();
-            let row = |i: usize| model[i * k..(i + 1) * k].iter();
-            let product = |i: usize| row(i).zip(&*s).map(|(w, s)| w * s).sum::<f64>();
-            ws.extend((0..k).map(product));
-            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-            let (size, sy, sws) = (dot(lambda, lambda).max(dot(old, old)), dot(s, y), dot(s, ws));
-            let trace: f64 = (0..k).map(|i| model[i * k + i]).sum();
-            let is_large = dot(s, s) > LEAST * LEAST * size
-                && dot(ws, ws) > LEAST * LEAST * trace * trace * dot(s, s);
-            let missed: f64 = y.iter().zip(&*ws).map(|(y, ws)| (y - ws) * (y - ws)).sum();
-            if is_large && missed > MISSED * MISSED * dot(ws, ws) && sy > 0.0 && sws > 0.0 {
-                for i in 0..k {
-                    for j in 0..k {
-                        model[i * k + j] += y[i] * y[j] / sy - ws[i] * ws[j] / sws;
-                    }
-                }
-            }
-        }
-        old.clear();
-        old.extend_from_slice(lambda);
-        old_xi.clear();
-        old_xi.extend(drives.iter().map(|drive| xi(drive).unwrap_or(0.0)));
-        self.is_known = true;
     }
 
     /// `next`: the impulses of an island by the laws at the last step.
@@ -162,11 +131,10 @@ impl ActiveRows {
         self.owners.clear();
         self.active.clear();
         self.errors.clear();
+        self.by_step.clear();
         let places = islands.contacts(island);
-        let mut kinds_agree = self.kinds.len() == places.len();
-        self.kinds.resize(places.len(), 0);
         let mut count = 0;
-        for (kind, place) in self.kinds.iter_mut().zip(places) {
+        for place in places {
             let contact = &mut contacts[*place];
             let first = contact.row;
             let of = first..first + contact.law.rows();
@@ -174,12 +142,9 @@ impl ActiveRows {
             let diagonal = W.at(first, first);
             let (own, cone) = contact.equations(Rows { minus, plus, lambda, w: diagonal });
             self.drives.extend_from_slice(&own[..of.len()]);
-            let now = contact.kind as u8 + 2 * u8::from(contact.slides);
-            let is_usual = matches!(contact.course, Course::Usual | Course::Plain);
-            let now = now + 4 * u8::from(!is_usual);
-            let now = now + 8 * u8::from(contact.turns);
-            kinds_agree &= *kind == now;
-            *kind = now;
+            let is_impact = contact.kind == Kind::Impact;
+            let by_step = |row: usize| !(is_impact || row > first && contact.slides);
+            self.by_step.extend(of.clone().map(by_step));
             if let Drive::Known(value) = own[0] {
                 next[first] = value;
                 self.active.push(KNOWN);
@@ -190,9 +155,6 @@ impl ActiveRows {
                 self.cones.push(cone);
                 self.owners.push(*place);
             }
-        }
-        if !self.is_large() {
-            self.learn(kinds_agree);
         }
         self.state(W, islands, island);
         self.passes += 1;
@@ -234,6 +196,7 @@ impl ActiveRows {
         let m = self.all.len();
         let is_large = self.is_large();
         let Self { all, active, drives, W: own, sparse, w, found, model, lambda, .. } = self;
+        let (response, by_step) = (&self.response, &self.by_step);
         let (ends, places, values) = sparse;
         own.clear();
         values.clear();
@@ -265,7 +228,9 @@ impl ActiveRows {
                 }
                 ends.push(places.len());
             } else {
-                (0..m).for_each(|j| take(j, model[l * m + j]));
+                let responds = |j: usize| !response.is_empty() && by_step[l] && by_step[j];
+                let entries = |j| if responds(j) { response[l * m + j] } else { model[l * m + j] };
+                (0..m).for_each(|j| take(j, entries(j)));
             }
             w.push(rest);
             found.push(lambda[l]);

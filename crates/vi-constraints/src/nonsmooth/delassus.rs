@@ -189,6 +189,11 @@ impl Delassus {
         }
     }
 
+    /// `v_0`, shape `n`.
+    pub(super) fn at_rest(&self) -> &[f64] {
+        &self.at_rest
+    }
+
     /// The entries of a row, with their columns in ascending order.
     pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
         let own = range(&self.ends, i);

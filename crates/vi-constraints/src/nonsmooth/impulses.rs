@@ -40,7 +40,7 @@ const STAGNATION: f64 = 1e-9;
 pub(super) struct NodeImpulses {
     pub(super) contacts: Vec<Contact>,
     pub(super) rows: ContactRows,
-    p: Vec<f64>, // n
+    pub(super) p: Vec<f64>, // n
     pub(super) W: Delassus,
     pub(super) arrival: Vec<f64>, // k  U⁻
     pub(super) impacts: Vec<f64>, // k  impulses of impacts before the step
@@ -52,8 +52,9 @@ pub(super) struct NodeImpulses {
     turning_slip: bool,
     pub(super) impact_law: ImpactLaw,
     pub(super) collision: VelocityProblem,
-    usual: Vec<f64>,           // k  Λ without turning slip
-    problems: Vec<ActiveRows>, // of islands
+    usual: Vec<f64>,                      // k  Λ without turning slip
+    pub(super) problems: Vec<ActiveRows>, // of islands
+    pub(super) responses: Vec<f64>,       // k × n  of the end of the step to the impulses
     pub(super) transverse: Option<Box<dyn TransverseImpulses>>,
     pub(super) islands: Islands,
     found: Vec<(ContactId, [f64; 3])>, // before the node was opened again
@@ -381,7 +382,7 @@ impl NodeImpulses {
         }
         self.solved_with.clear();
         self.solved_with.resize(self.lambda.len(), 0.0);
-        let mut last = f64::INFINITY;
+        let (mut last, mut responds) = (f64::INFINITY, false);
         for pass in 0..ITERATIONS {
             if pass == UNSETTLED {
                 for contact in &mut self.contacts {
@@ -406,6 +407,10 @@ impl NodeImpulses {
             let stagnates = last <= STAGNATION * speeds && change >= last;
             if is_exact && (change <= rounding || stagnates) {
                 return Ok(());
+            }
+            if !responds && Self::is_slow(pass, change, last) {
+                responds = true;
+                self.respond(run, (step, state))?;
             }
             last = change;
             std::mem::swap(&mut self.lambda, &mut self.next);

@@ -14,6 +14,7 @@
 //! | `node_law`, `mean_direction` | the law of a contact at a node; of slip that turns |
 //! | `impulses`, `active_rows` | the impulses of all contacts of a node, in an outer iteration; the laws of an island as one problem |
 //! | `delassus`, `groups` | `W` in sparse rows; the coordinates that impulses move together |
+//! | `response` | how the end of a step answers impulses, where springs and dampers are stiff |
 //! | `node_velocity` | the velocity of a node, to which its kinetic energy belongs |
 //! | `accepted` | the state after the step of a node, and what is recorded |
 //! | `impact_law`, `collisions` | impacts after Newton, after Moreau, or one after the other |
@@ -44,6 +45,7 @@ mod named;
 mod node_law;
 mod node_velocity;
 mod record;
+mod response;
 mod stepping;
 pub mod unilateral;
 
