@@ -4,7 +4,7 @@ use crate::errors::{json, raise};
 use crate::model::Model;
 use crate::verbs::Answer;
 use crate::watch;
-use holonom::gradient::{GradientFailure, Wanted, initial_values};
+use holonom::gradient::{GradientFailure, Wanted, initial_values, parameters};
 use holonom::identification::{IdentifyError, Watch, data};
 use holonom::optimize::{Found, OptimizeFailure, Progress, optimize_by_own_method};
 use holonom::report::optimum_page;
@@ -36,7 +36,7 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyo3(from_item_all)]
 struct Place {
     of: Vec<String>,
-    parameters: bool,
+    parameters: Vec<String>,
     initial: bool,
     controls: Option<Vec<Vec<f64>>>,
     coordinates: Vec<Given>,
@@ -48,8 +48,8 @@ struct Place {
 fn gradient<'py>(py: Python<'py>, model: &Model, at: Place) -> PyResult<Answer<'py>> {
     let wanted = Wanted {
         of: at.of,
-        parameters: at.parameters,
-        only: Vec::new(),
+        parameters: !at.parameters.is_empty(),
+        only: at.parameters,
         controls: at.controls.is_some(),
         initial: at.initial,
         values: at.controls.unwrap_or_default(),
@@ -66,13 +66,10 @@ fn gradient<'py>(py: Python<'py>, model: &Model, at: Place) -> PyResult<Answer<'
     Ok((json(py, &value)?, text::gradient(&found)))
 }
 
-/// The parameters that are numbers, with their values.
+/// Parameters by their names with their values; all that are numbers where there are no names.
 #[pyfunction]
-fn numbers(py: Python<'_>, model: &Model) -> PyResult<Vec<(String, f64)>> {
-    let found = model.text.parameter_tangents(&model.overrides);
-    let found = found.map_err(|error| model.refused(py, &error))?;
-    let moving = found.into_iter().filter(|own| !(own.keys.is_empty() && own.formulas.is_empty()));
-    Ok(moving.map(|own| (own.name, own.value)).collect())
+fn numbers(py: Python<'_>, model: &Model, names: Vec<String>) -> PyResult<Vec<(String, f64)>> {
+    parameters(&model.text, &model.overrides, &names).map_err(|error| model.refused(py, &error))
 }
 
 /// Independent coordinates of joints at the start: joint, which of its coordinates, value, rate.

@@ -130,6 +130,30 @@ def test_gradients_are_those_of_the_values() -> None:
     assert abs(part.value(part.start) - 0.5 * (height - 0.5) ** 2) < 1e-12
 
 
+def test_named_parameters_come_in_their_order_and_others_need_no_derivative() -> None:
+    every = hn.Gradient(ARM_MODEL, parameters=True, controls=True)
+    x = every.start + [0.05, -0.3, 0.7, -0.4]
+    value, slope = every(x)
+    turned = hn.Gradient(ARM_MODEL, parameters=["stiffness", "length"], controls=True)
+    assert turned.names == ["stiffness", "length", "drive[0]", "drive[1]"]
+    place = [1, 0, 2, 3]
+    again, by = turned(x[place])
+    assert again == value and np.array_equal(by, slope[place])
+    at = every.start.copy()
+    at[1] -= 0.3
+    one = hn.Gradient(ARM_MODEL, parameters=["stiffness"])
+    assert one(at[1:2])[1].shape == (1,) and one(at[1:2])[1][0] == every(at)[1][1]
+    # a law reads one, the step another: by neither there is a derivative
+    law = ARM + '\n[[law]]\nname = "stop"\njoint = "elbow"\neffort = "-idle*x"\n'
+    short = ARM.replace("idle = 1.0", "idle = 1.0\nfinest = 0.01").replace("step = 0.01", 'step = "= finest"')
+    for text, there in ((law, "idle"), (short, "finest")):
+        with pytest.raises(hn.InvalidModel, match=f"derivative by `{there}`"):
+            hn.Gradient(hn.Model.from_toml(text), parameters=[there])([1.0])
+        objective = hn.Gradient(hn.Model.from_toml(text), parameters=["stiffness"])
+        x = np.array([3.7])
+        np.testing.assert_allclose(objective.gradient(x), differences(objective, x), rtol=1e-8, atol=1e-9)
+
+
 def test_minimizers_take_it() -> None:
     optimize = pytest.importorskip("scipy.optimize")
     objective = hn.Gradient(ARM_MODEL, parameters=["stiffness"], controls=True)
@@ -140,10 +164,12 @@ def test_minimizers_take_it() -> None:
 
 
 def test_what_has_no_gradient_is_named() -> None:
-    with pytest.raises(ValueError, match="no number `width`"):
-        hn.Gradient(ARM_MODEL, parameters=["width"])
-    with pytest.raises(ValueError, match="no number `idle`"):
-        hn.Gradient(ARM_MODEL, parameters=["idle"])
+    for name, words in {"width": "no number under", "lenght": "did you mean `length`", "idle": "nothing depends"}.items():
+        with pytest.raises(hn.InvalidModel, match=words) as refused:
+            hn.Gradient(ARM_MODEL, parameters=["stiffness", name])
+        assert f"`{name}`" in str(refused.value)
+    with pytest.raises(ValueError, match="more than once"):
+        hn.Gradient(ARM_MODEL, parameters=["length", "length"])
     with pytest.raises(ValueError, match="by what"):
         hn.Gradient(ARM_MODEL)
     objective = hn.Gradient(ARM_MODEL, controls=True)

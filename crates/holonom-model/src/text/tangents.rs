@@ -28,6 +28,14 @@ pub struct ParameterTangent {
     pub formulas: Vec<String>,
 }
 
+impl ParameterTangent {
+    /// Whether nothing depends on it.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.keys.is_empty() && self.formulas.is_empty()
+    }
+}
+
 /// The tangents of all parameters of a table that are numbers.
 pub(super) fn tangents(mut table: DeTable<'_>) -> Result<Vec<ParameterTangent>, Vec<Problem>> {
     let mut problems = Vec::new();
@@ -168,7 +176,7 @@ mod tests {
         let names: Vec<_> = found.iter().map(|own| own.name.as_str()).collect();
         assert_eq!(names, ["density", "idle", "length"]);
         let [density, idle, length] = &found[..] else { unreachable!() };
-        assert!(idle.keys.is_empty() && idle.formulas.is_empty());
+        assert!(idle.is_idle());
         assert_eq!(density.formulas, ["law.push.effort"]);
         assert!((density.keys["body.arm.mass"] - 0.8e-4).abs() < 1e-18);
         assert!((length.keys["body.arm.mass"] - 0.78).abs() < 1e-15);

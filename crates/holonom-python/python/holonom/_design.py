@@ -29,15 +29,16 @@ class Gradient:
     ----------
     model : as of :func:`simulate`, with an ``[[objective]]``.
     of : names of objectives; their sum by default.
-    parameters : names of numbers under ``[parameters]`` that come first in ``x``, in their units;
-        ``True``: all on which something depends.
+    parameters : names of numbers under ``[parameters]`` that come first in ``x``, in this order and
+        in their units; others need no derivative. ``True``: all on which something depends.
     controls : whether the values of each ``[[control]]`` follow, N or N·m.
     initial : whether the coordinates (m, rad) of independent joints at the start follow, then their
         rates (m/s, rad/s).
 
     Raises
     ------
-    InvalidModel : the model has no such derivative; the message has the key.
+    InvalidModel : a name is none of a parameter, with the nearest; the model has no such derivative,
+        with the key.
     AnalysisFailed : the run does not reach its end.
 
     Examples
@@ -65,16 +66,14 @@ class Gradient:
         self._model: Model = model_of(model)
         self._of = list(of) if of is not None else []
         core = self._model._core
-        known = dict(_core.numbers(core)) if parameters is not False else {}
-        wanted = list(known) if parameters is True else list(parameters or [])
-        for name in wanted:
-            if name not in known:
-                there = ", ".join(known) or "none"
-                raise ValueError(f"parameters: no number `{name}` changes the model; there are: {there}")
-        self._parameters = wanted
+        named = [] if isinstance(parameters, bool) else [str(name) for name in parameters]
+        for name in named:
+            if named.count(name) > 1:
+                raise ValueError(f"parameters: `{name}` stands there more than once")
+        known = dict(_core.numbers(core, named)) if named or parameters is True else {}
+        self._parameters = list(known)
         self._joints = [own[:2] for own in _core.initial(core)] if initial else []
-        values = [known[name] for name in wanted]
-        names = list(wanted)
+        names, values = list(known), list(known.values())
         self._controls: list[tuple[str, int]] = []
         if controls:
             found, _ = _core.gradient(core, self._place([], [[]], [], []))
@@ -101,7 +100,7 @@ class Gradient:
     ) -> dict[str, Any]:
         return {
             "of": of,
-            "parameters": bool(self._parameters),
+            "parameters": self._parameters,
             "initial": bool(self._joints),
             "controls": controls,
             "coordinates": coordinates,
@@ -139,8 +138,7 @@ class Gradient:
         place = self._place(self._of, controls, coordinates, rates)
         found, text = interruptible(lambda: _core.gradient(model._core, place))
         self.last = Answer(found, text)
-        by = {one["name"]: one["derivative"] for one in found["parameters"]}
-        slope = [by[name] for name in self._parameters]
+        slope = [one["derivative"] for one in found["parameters"]]
         for one in found["controls"]:
             slope += one["derivatives"]
         starts = {(one["name"], one["freedom"]): one for one in found["initial"]}

@@ -79,7 +79,7 @@ pub(crate) fn number<'a>(
         };
         return Err(refused(key, what, help));
     };
-    if found.keys.is_empty() && found.formulas.is_empty() {
+    if found.is_idle() {
         let what = format!("`{name}`, on which nothing depends");
         let help = format!("write \"= {name}\" where it counts, or leave it out");
         return Err(refused(key, what, help));
@@ -125,9 +125,7 @@ pub(crate) fn tangents_of(
 ) -> Result<Vec<ModelTangent>, ModelError> {
     let stated = text.stated(overrides)?;
     let parameters = text.parameter_tangents(overrides)?;
-    let moving = |own: &&ParameterTangent| {
-        wanted(&own.name) && !(own.keys.is_empty() && own.formulas.is_empty())
-    };
+    let moving = |own: &&ParameterTangent| wanted(&own.name) && !own.is_idle();
     let one = |own| tangent(&stated, model, (system, &counts), own);
     let compliant = model.contacts.iter().find(|contact| !contact.is_rigid());
     if let Some((contact, parameter)) = compliant.zip(parameters.iter().find(moving)) {

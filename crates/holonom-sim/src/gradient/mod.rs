@@ -40,7 +40,7 @@ pub struct Wanted {
     pub of: Vec<String>,
     /// By the parameters of the model file.
     pub parameters: bool,
-    /// By these of them alone; by all where there are none.
+    /// By these of them alone, in this order; by all where there are none.
     pub only: Vec<String>,
     /// By the efforts of controls.
     pub controls: bool,
@@ -68,12 +68,13 @@ impl Wanted {
         system: &System,
     ) -> Result<Vec<ModelTangent>, ModelError> {
         let (text, overrides, model) = from;
-        let known = text.parameter_tangents(overrides)?;
-        for name in &self.only {
-            design::number(&format!("parameters.{name}"), name, &known)?;
-        }
-        let wanted = |name: &str| self.only.is_empty() || self.only.iter().any(|own| own == name);
-        design::tangents_of(from, system, wanted, |key| self.counts(model, key))
+        let place = |name: &str| self.only.iter().position(|own| own == name);
+        let wanted = |name: &str| self.only.is_empty() || place(name).is_some();
+        parameters(text, overrides, &self.only)?; // each of them is one
+        let counts = |key: &str| self.counts(model, key);
+        let mut found = design::tangents_of(from, system, wanted, counts)?;
+        found.sort_by_key(|own| place(&own.name));
+        Ok(found)
     }
 
     /// Whether the cost and the motion depend on a key: not on those of a search, of a fit, of
@@ -191,6 +192,28 @@ impl ModelGradient {
             crate::digits::rounded(t, 6)
         ))
     }
+}
+
+/// Parameters by their names with their values; where there are no names, all numbers under
+/// `[parameters]` on which something depends.
+///
+/// # Errors
+/// [`ModelError`] of a name that is none of these.
+pub fn parameters(
+    text: &ModelText,
+    overrides: &[Override],
+    names: &[String],
+) -> Result<Vec<(String, f64)>, ModelError> {
+    let known = text.parameter_tangents(overrides)?;
+    if names.is_empty() {
+        let moving = known.iter().filter(|own| !own.is_idle());
+        return Ok(moving.map(|own| (own.name.clone(), own.value)).collect());
+    }
+    let one = |name: &String| {
+        let key = format!("parameters.{name}");
+        Ok((name.clone(), design::number(&key, name, &known)?.value))
+    };
+    names.iter().map(one).collect()
 }
 
 /// The gradient of the objectives of a model.
