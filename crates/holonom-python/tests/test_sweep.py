@@ -1,9 +1,13 @@
 """Many points: the same table wherever they run; what fails or dies is a row."""
 
+import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -105,6 +109,93 @@ def test_progress_that_raises_ends_a_sweep(model: hn.Model) -> None:
     with pytest.raises(KeyboardInterrupt):
         hn.sweep(model.replace({"simulation.end": 200.0}), {"body.lower.mass": [1.0] * 200}, {}, progress=stop, threads=2)
     assert time.monotonic() - begin < 60.0
+
+
+@pytest.mark.parametrize("on", ["threads", "processes"])
+def test_what_stops_a_sweep_keeps_the_points_that_have_ended(
+    on: str, model: hn.Model, tmp_path: Path
+) -> None:
+    plan, ends = hn.plan(PLAN, sample="sobol", n=12, seed=1), []
+
+    def stop(ended: int, of: int) -> None:
+        ends.append(ended)
+        if ended == 5:
+            raise LookupError("enough")
+
+    with ExitStack() as stack:
+        executor = None
+        if on == "processes":
+            executor = stack.enter_context(ProcessPoolExecutor(1, mp_context=get_context("spawn")))
+        with pytest.raises(LookupError, match="enough") as stopped:
+            hn.sweep(model, plan, OUTPUTS, executor=executor, batch=1, out=tmp_path / "kept", progress=stop, threads=1)
+    found = stopped.value.table  # type: ignore[attr-defined]
+    assert ends[-1] == 5 and 5 <= len(found) < 12
+    assert "12 points have ended: sweep again with out=" in stopped.value.__notes__[0]
+    lines = (tmp_path / "kept" / "points.jsonl").read_text().splitlines()
+    assert len(lines) == len(found) == len({json.loads(line)["point"] for line in lines})
+    runs: list[float] = []
+
+    def count(result: hn.Result) -> float:
+        runs.append(1.0)
+        return reach(result)
+
+    whole = hn.sweep(model, plan, {"reach": count, "last": last}, out=tmp_path / "kept")
+    assert whole == hn.sweep(model, plan, OUTPUTS) and len(runs) == 12 - len(found)
+    assert [whole[row["point"]] for row in found] == list(found)
+
+
+def test_what_stops_a_rollout_keeps_the_members_that_have_ended(model: hn.Model) -> None:
+    wild = [{"body.lower.mass": 0.5}, {"body.lower.mass": 0.7}, {"body.lower.mass": -1.0}]
+    with pytest.raises(hn.InvalidModel) as stopped:
+        hn.rollout(model, set=wild, steps=40, threads=1)
+    found = stopped.value.rollout  # type: ignore[attr-defined]
+    assert np.isfinite(found.q[:2]).all() and np.isnan(found.q[2]).all() and found.q.shape == (3, 41, 24)
+    assert np.array_equal(found.q[1], hn.rollout(model.replace(wild[1]), steps=40).q[0])
+
+
+QUIET = """
+import os, signal, sys, time
+import distributed, holonom as hn
+from test_sweep import deadly, reach
+if __name__ == "__main__":
+    model = hn.Model.from_toml(open(sys.argv[1]).read())
+    cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None)
+    with cluster, distributed.Client(cluster) as client:
+        masses = {"body.lower.mass": [1.0, 2.0, 1.2, 0.8]}
+        if sys.argv[2] == "killed":
+            table = hn.sweep(model, masses, {"reach": deadly}, executor=client, batch=1)
+            print([row["status"] for row in table])
+        else:
+            def stop(ended, of):
+                raise KeyboardInterrupt
+            try:
+                long = model.replace({"simulation.end": 1e5, "simulation.every": 1000})
+                keys = {"simulation.end": [0.1, 1e5, 1e5, 1e5, 1e5]}
+                hn.sweep(long, keys, {"reach": reach}, executor=client, batch=1, progress=stop)
+            except KeyboardInterrupt as stopped:
+                print([row["status"] for row in stopped.table])
+            begin = time.monotonic()
+            while any(client.run(lambda dask_worker: dask_worker.state.executing_count).values()):
+                assert time.monotonic() - begin < 20.0
+                time.sleep(0.1)
+            print("idle", time.monotonic() - begin)
+"""
+
+
+@pytest.mark.parametrize(("what", "said"), [("killed", "['done', 'lost', 'done', 'done']"), ("stopped", "['done']")])
+def test_dask_says_nothing_of_what_became_a_row(what: str, said: str, double: str, tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    (tmp_path / "double.toml").write_text(double)
+    script = tmp_path / "quiet.py"
+    script.write_text(QUIET)
+    paths = os.pathsep.join([str(Path(__file__).parent), str(Path(hn.__file__).parents[1])])
+    words = [sys.executable, str(script), str(tmp_path / "double.toml"), what]
+    answer = subprocess.run(
+        words, capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "PYTHONPATH": paths}, timeout=240
+    )
+    print(answer.stdout, answer.stderr)
+    assert answer.returncode == 0 and answer.stdout.startswith(said)
+    assert "Traceback" not in answer.stderr and "Compute Failed" not in answer.stderr
 
 
 def test_dask_with_a_worker_killed_equals_one_process(model: hn.Model, tmp_path: Path) -> None:

@@ -7,9 +7,11 @@ import io
 import json
 import os
 import pickle
+import sys
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Outputs = Mapping[str, Callable[[Result], Any]]
 Row = dict[str, Any]
+Point = tuple[int, Sequence[tuple[str, str]]]
+"""Number, and values of keys as texts of TOML."""
 
 BATCH_SECONDS = 0.2
 """How long a task for another process lasts."""
@@ -168,15 +172,44 @@ def run_point(
     return row
 
 
-def _run_points(
-    model: Model, points: Sequence[tuple[int, Sequence[tuple[str, str]]]], outputs: Outputs
-) -> list[tuple[int, Row, float]]:
+class _Stopped(BaseException):
+    """Nobody waits for this run any more."""
+
+
+def _run_points(model: Model, points: Sequence[Point], outputs: Outputs) -> list[tuple[int, Row, float]]:
+    is_wanted = _wanted()
+
+    def go_on(_step: int, _of: int) -> None:
+        if not is_wanted():
+            raise _Stopped
+
     found = []
     for number, values in points:
         begin = time.perf_counter()
-        row = run_point(model, values, outputs)
+        try:
+            row = run_point(model, values, outputs, go_on)
+        except _Stopped:
+            break
         found.append((number, row, time.perf_counter() - begin))
     return found
+
+
+def _wanted() -> Callable[[], bool]:
+    """Whether the task of this process is still wanted; a worker of Dask knows."""
+    module = sys.modules.get("distributed.worker")
+    try:
+        worker = module.get_worker() if module else None
+        key = worker.get_current_task() if worker else None
+    except ValueError:  # not within a task
+        worker = None
+    if worker is None:
+        return lambda: True
+
+    def is_wanted() -> bool:
+        task = worker.state.tasks.get(key)
+        return task is not None and task.state != "cancelled"
+
+    return is_wanted
 
 
 def sweep(
@@ -207,6 +240,12 @@ def sweep(
     -------
     SweepTable
         A point that fails is a row, not an exception.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        On Ctrl-C, and whatever ``progress`` raises: the runs are stopped; ``table`` of the exception
+        has the points that have ended, and so has ``out``.
     """
     whole = model_of(model)
     points = plan if isinstance(plan, Plan) else globals()["plan"](plan)
@@ -216,101 +255,161 @@ def sweep(
     store = _Store(out, whole, points, outputs)
     rows = dict(store.rows)
 
+    def keep(number: int, row: Row) -> None:
+        if number not in rows:
+            rows[number] = row
+            store.add(number, row)
+
     def ended(number: int, row: Row) -> None:
-        rows[number] = row
-        store.add(number, row)
+        keep(number, row)
         if progress is not None:
             progress(len(rows), len(work))
 
+    def table() -> SweepTable:
+        columns = ["point", *points.keys, "status", "message", *outputs]
+        return SweepTable(columns, [{"point": k, **points.values(k), **rows[k]} for k in sorted(rows)])
+
     rest = [task for task in work if task[0] not in rows]
-    if executor is None:
-        _on_threads(whole, rest, outputs, threads, ended)
-    else:
-        _on_executor(whole, rest, outputs, executor, batch, ended)
-    columns = ["point", *points.keys, "status", "message", *outputs]
-    table = [{"point": k, **points.values(k), **rows[k]} for k in range(len(points))]
-    return SweepTable(columns, table)
+    try:
+        if executor is None:
+            _on_threads(whole, rest, outputs, threads, (ended, keep))
+        else:
+            _on_executor(whole, rest, outputs, (executor, batch), (ended, keep))
+    except BaseException as stopped:
+        stopped.table = table()  # type: ignore[attr-defined]
+        kept = "give `out` a folder to keep them" if out is None else f"sweep again with out={out!r}"
+        stopped.add_note(f"{len(rows)} of {len(work)} points have ended: {kept}")
+        raise
+    return table()
+
+
+Ended = Callable[[int, Row], None]
 
 
 def _on_threads(
     model: Model,
-    work: Sequence[tuple[int, Sequence[tuple[str, str]]]],
+    work: Sequence[Point],
     outputs: Outputs,
     threads: int | None,
-    ended: Callable[[int, Row], None],
+    told: tuple[Ended, Ended],
 ) -> None:
     from concurrent.futures import ThreadPoolExecutor, as_completed
 
+    ended, keep = told
     stop = threading.Event()
 
     def go_on(_step: int, _of: int) -> None:
         if stop.is_set():
-            raise KeyboardInterrupt
+            raise _Stopped
 
-    count = threads or len(os.sched_getaffinity(0))
-    with ThreadPoolExecutor(count) as pool:
+    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+        tasks = {pool.submit(run_point, model, v, outputs, go_on): k for k, v in work}
         try:
-            tasks = {pool.submit(run_point, model, v, outputs, go_on): k for k, v in work}
             for task in as_completed(tasks):
                 ended(tasks[task], task.result())
         except BaseException:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
+            for task, number in tasks.items():
+                if not task.cancelled() and task.exception() is None:
+                    keep(number, task.result())
             raise
 
 
 def _on_executor(
     model: Model,
-    work: Sequence[tuple[int, Sequence[tuple[str, str]]]],
+    work: Sequence[Point],
     outputs: Outputs,
-    executor: Executor,
-    batch: int | str,
-    ended: Callable[[int, Row], None],
+    where: tuple[Executor, int | str],
+    told: tuple[Ended, Ended],
 ) -> None:
-    options: dict[str, Any] = {}
-    if hasattr(executor, "scheduler_info"):  # a client of Dask runs the tasks of dead workers again
-        options = {"retries": TRIES - 1, "pure": False}
+    executor, batch = where
+    ended, keep = told
+    is_dask = hasattr(executor, "scheduler_info")  # it runs the tasks of dead workers again
+    options: dict[str, Any] = {"retries": TRIES - 1, "pure": False} if is_dask else {}
 
-    def submit(points: Sequence[tuple[int, Sequence[tuple[str, str]]]]) -> Any:
+    def submit(points: Sequence[Point]) -> Any:
         return executor.submit(_run_points, model, points, outputs, **options)
 
-    rest = list(work)
-    size = batch if isinstance(batch, int) else 1
-    if batch == "auto" and rest:
-        first, rest = rest[:1], rest[1:]
-        seconds = _collect(first, submit(first), submit, ended)
-        size = max(1, min(int(BATCH_SECONDS / max(seconds, 1e-6)), -(-len(rest) // 8), 1000))
-    elif not isinstance(batch, int) or batch < 1:
+    if batch != "auto" and (not isinstance(batch, int) or batch < 1):
         raise ValueError(f'batch: a number from 1 on or "auto", not {batch!r}')
-    batches = [rest[k : k + size] for k in range(0, len(rest), size)]
-    tasks = [(part, submit(part)) for part in batches]
-    for part, task in tasks:
-        _collect(part, task, submit, ended)
+    rest = list(work)
+    tasks: list[tuple[Sequence[Point], Any]] = []
+    with _without_tracebacks() if is_dask else nullcontext():
+        try:
+            size = batch if isinstance(batch, int) else 1
+            if batch == "auto" and rest:
+                first, rest = rest[:1], rest[1:]
+                tasks.append((first, submit(first)))
+                seconds = _collect(*tasks[0], submit, ended)
+                tasks.clear()
+                size = max(1, min(int(BATCH_SECONDS / max(seconds, 1e-6)), -(-len(rest) // 8), 1000))
+            parts = (rest[k : k + size] for k in range(0, len(rest), size))
+            tasks.extend((part, submit(part)) for part in parts)
+            while tasks:
+                _collect(*tasks[0], submit, ended)
+                tasks.pop(0)
+        except BaseException:
+            for _, task in tasks:
+                _leave(task, keep)
+            raise
+
+
+def _leave(task: Any, keep: Ended) -> None:
+    """Keeps the points of a task that has ended; another one is wanted no more."""
+    if not task.done():
+        task.cancel()
+        return
+    try:
+        for number, row, _ in task.result():
+            keep(number, row)
+    except Exception:  # noqa: S110  its points are run again another time
+        pass
+
+
+@contextmanager
+def _without_tracebacks() -> Iterator[None]:
+    """Workers that die are rows or run again: Dask says in a line that they did."""
+    import logging
+
+    def shorten(record: logging.LogRecord) -> bool:
+        record.exc_info = record.exc_text = None
+        return "Traceback" not in record.getMessage()
+
+    names = [name for name in logging.root.manager.loggerDict if name.startswith(("distributed", "tornado"))]
+    handlers = {handler for name in names for handler in logging.getLogger(name).handlers}
+    handlers.update(logging.root.handlers)
+    for handler in handlers:
+        handler.addFilter(shorten)
+    try:
+        yield
+    finally:
+        for handler in handlers:
+            handler.removeFilter(shorten)
 
 
 def _collect(
-    points: Sequence[tuple[int, Sequence[tuple[str, str]]]],
+    points: Sequence[Point],
     task: Future[Any],
-    submit: Callable[[Sequence[tuple[int, Sequence[tuple[str, str]]]]], Any],
-    ended: Callable[[int, Row], None],
+    submit: Callable[[Sequence[Point]], Any],
+    ended: Ended,
 ) -> float:
     """Waits for a task; what dies with its process is tried again, point by point."""
-    seconds = 0.0
+    seconds, given = 0.0, set[int]()
     try:
         for number, found, taken in task.result():
             seconds += taken
             ended(number, found)
-        return seconds
-    except KeyboardInterrupt:
-        raise
+            given.add(number)
+        missing = [point for point in points if point[0] not in given]
+        return seconds + (_collect(missing, submit(missing), submit, ended) if missing else 0.0)
     except Exception as error:
         if not _process_died(error):
             raise
         lost = error
     for point in points:
-        words = f"its process died: {type(lost).__name__}: {lost}"
-        row: Row = {"status": "lost", "message": words}
-        for _ in range(TRIES if len(points) > 1 else TRIES - 1):
+        row = _lost(lost)
+        for _ in range(TRIES - (len(points) == 1)):
             try:
                 ((_, row, taken),) = submit([point]).result()
                 seconds += taken
@@ -323,8 +422,15 @@ def _collect(
                         f"the executor died: {again}",
                         "give `out` a folder and sweep again with a new executor: finished points are kept",
                     ) from again
+                row = _lost(again)
+                if type(again).__name__ == "KilledWorker":  # several processes died of it
+                    break
         ended(point[0], row)
     return seconds
+
+
+def _lost(error: BaseException) -> Row:
+    return {"status": "lost", "message": f"its process died: {type(error).__name__}: {error}"}
 
 
 def _process_died(error: BaseException) -> bool:
@@ -414,6 +520,12 @@ def rollout(
     steps : number of steps; by default ``N``, or those of the model.
     every : steps from one recorded node to the next; the last node is always recorded.
     threads : how many; by default the processors that this process may use.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        On Ctrl-C: the runs are stopped; ``rollout`` of the exception has the members that have
+        ended, NaN of the others.
     """
     from concurrent.futures import ThreadPoolExecutor
 
@@ -437,7 +549,7 @@ def rollout(
 
     def go_on(_step: int, _of: int) -> None:
         if stop.is_set():
-            raise KeyboardInterrupt
+            raise _Stopped
 
     def one(k: int) -> Any:
         own = whole if set is None else whole.replace(set[k])
@@ -451,23 +563,31 @@ def rollout(
         return stepper._core.advance(mine, taken, every, go_on)
 
     nodes = len(range(0, taken, every)) + 1
+    found: dict[int, Any] = {}
+
+    def made() -> Rollout:
+        def rows(part: int) -> Array:
+            shapes = [member[part].shape[1:] for member in found.values()]
+            full = np.full((members, nodes, *(shapes[0] if shapes else (0,) * (part > 0))), np.nan)
+            for k, member in found.items():
+                full[k, : len(member[part])] = member[part]
+            return full
+
+        failures = {k: member[3] for k, member in found.items() if member[3] is not None}
+        return Rollout(rows(0), rows(1), rows(2), failures)
+
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+        tasks = [pool.submit(one, k) for k in range(members)]
         try:
-            found = list(pool.map(one, range(members)))
-        except BaseException:
+            found.update((k, task.result()) for k, task in enumerate(tasks))
+        except BaseException as stopped:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
+            done = [k for k, own in enumerate(tasks) if not own.cancelled() and own.exception() is None]
+            found.update((k, tasks[k].result()) for k in done)
+            stopped.rollout = made()  # type: ignore[attr-defined]
             raise
-
-    def whole_rows(part: int) -> Array:
-        arrays = [member[part] for member in found]
-        full = np.full((members, nodes, *arrays[0].shape[1:]), np.nan)
-        for k, array in enumerate(arrays):
-            full[k, : len(array)] = array
-        return full
-
-    failures = {k: member[3] for k, member in enumerate(found) if member[3] is not None}
-    return Rollout(whole_rows(0), whole_rows(1), whole_rows(2), failures)
+    return made()
 
 
 def _number(text: str) -> Any:
