@@ -153,6 +153,12 @@ fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_DOF] {
         true => *s,
         false => Twist::new(Vector3::zeros(), s.angular),
     };
+    if let [only] = map.columns() {
+        let a = moved(only); // what the equations below are for one column, to the last bit
+        let length = a.dot(&a);
+        let rate = if length == 0.0 { f64::NAN } else { a.dot(t) / length };
+        return std::array::from_fn(|k| if k == 0 { rate } else { 0.0 });
+    }
     for (i, a) in map.columns().iter().map(moved).enumerate() {
         right[i] = a.dot(t);
         for (j, b) in map.columns().iter().map(moved).enumerate() {
