@@ -11,6 +11,7 @@ use holonom::run::{ContinueError, resume_command};
 
 use crate::diagnostic::{self, InvalidModel};
 use crate::stderr;
+use crate::unit::help_on_libraries;
 
 /// Why the program ends with a code other than 0.
 #[derive(Debug, thiserror::Error)]
@@ -188,7 +189,7 @@ impl Failure {
                 1
             }
             Self::Library(message) => {
-                say(message, &Self::help_on_libraries());
+                say(message, &help_on_libraries());
                 1
             }
             Self::Usage { message, help } => {

@@ -42,7 +42,7 @@ mod stderr;
 mod stdout;
 mod sweep;
 pub mod text;
-mod unit;
+pub mod unit;
 mod verify;
 mod view;
 
@@ -51,25 +51,30 @@ pub use captured::Called;
 pub use memory::shortage;
 
 use std::ffi::OsString;
+use std::path::Path;
 use std::process::ExitCode;
 
-use arguments::Cli;
+use arguments::{Cli, Verb};
 
 /// Does what the command line of this process asks for.
 #[must_use]
 pub fn main() -> ExitCode {
-    ExitCode::from(main_with(std::env::args_os()))
+    ExitCode::from(main_with(std::env::args_os(), None))
 }
 
-/// The same with a command line, the name of the program first; the exit code.
+/// The same with a command line, the name of the program first; the exit code. `package`: the folder
+/// of the library of units, where the program is no file of its own.
 #[must_use]
-pub fn main_with(words: impl IntoIterator<Item = OsString>) -> u8 {
-    let cli = match Cli::read(words) {
+pub fn main_with(words: impl IntoIterator<Item = OsString>, package: Option<&Path>) -> u8 {
+    let mut cli = match Cli::read(words) {
         Ok(cli) => cli,
         Err(error) => {
             let _ = error.print(); // a closed terminal is no reason to fail differently
             return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
+    if let Verb::ExportFmu(arguments) = &mut cli.verb {
+        arguments.package = package.map(Path::to_owned);
+    }
     dispatch::code(cli.verb)
 }

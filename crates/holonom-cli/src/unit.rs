@@ -1,16 +1,19 @@
 //! `holonom export-fmu`: a model as a functional mock-up unit.
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::fmt::Write;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use holonom::experiment::Experiment;
 use holonom::export::configuration;
 use holonom::model::{Model, ModelError, ModelText};
 use holonom::output::OutputError;
 use holonom::run::prepare;
-use holonom::{Input as Held, Outside, Simulation};
-use holonom_fmu::{Causality, Interface, Request, Resources, Unit, Variable, Version};
+use holonom::{Input as Held, Outside, Override, Simulation};
+use holonom_fmu::{Causality, Resources, Unit, Variable};
+pub use holonom_fmu::{Request, Version};
 use serde_json::json;
 
 use crate::arguments::UnitArguments;
@@ -30,6 +33,59 @@ const BUILD: &str = "cargo build --profile unwinding -p holonom-fmi";
 /// Pixels of the icon for each px of 1/96 inch.
 const ICON_PIXELS: f64 = 0.5;
 
+/// Why there is no unit.
+#[derive(Debug)]
+pub enum UnitError {
+    /// The model has none: its scheme, an input or a parameter that was asked for.
+    Model(ModelError),
+    /// It cannot be packed.
+    Packing(io::Error),
+}
+
+impl From<ModelError> for UnitError {
+    fn from(error: ModelError) -> Self {
+        Self::Model(error)
+    }
+}
+
+impl From<io::Error> for UnitError {
+    fn from(error: io::Error) -> Self {
+        Self::Packing(error)
+    }
+}
+
+/// The unit of a model with its documentation and its icon, still without a library; `experiment`:
+/// its run, that is ready.
+///
+/// # Errors
+/// [`UnitError`].
+pub fn unit(
+    (text, overrides, model): (&ModelText, &[Override], &Model),
+    experiment: &dyn Experiment,
+    version: Version,
+    request: Request,
+) -> Result<Unit, UnitError> {
+    let resources = Resources::new(text, overrides.to_vec(), model, request)?;
+    let (_, interface) = resources.interface()?;
+    let inputs: Vec<Held> = interface.places.iter().cloned().map(Held::new).collect();
+    Simulation::with_outside(model, &Outside::of_inputs(&inputs))?;
+    let (page, drawing) = (page(model, experiment)?, configuration(model)?);
+    let mut unit = Unit::new(version, model, interface, &resources)?;
+    unit.add_file("documentation/index.html", page.into_bytes());
+    for (name, words) in LICENSES {
+        unit.add_file(format!("documentation/licenses/{name}"), words.as_bytes().to_vec());
+    }
+    let icon = drawing.map(|drawing| picture::bytes(&drawing, PictureFormat::Png, ICON_PIXELS));
+    if let Some(Ok(bytes)) = icon {
+        let path = match version {
+            Version::Fmi2 => "model.png",
+            Version::Fmi3 => "terminalsAndIcons/icon.png",
+        };
+        unit.add_file(path, bytes);
+    }
+    Ok(unit)
+}
+
 pub(crate) fn export(arguments: &UnitArguments) -> Result<(), Failure> {
     let to = arguments.output.clone().unwrap_or_else(|| {
         let stem = arguments.model.model.file_stem().filter(|stem| !stem.is_empty());
@@ -38,38 +94,31 @@ pub(crate) fn export(arguments: &UnitArguments) -> Result<(), Failure> {
         name.into()
     });
     Failure::unless_vacant(&to, arguments.force)?;
-    let input = || Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
-    let (text, model, simulation) = input().with_text(prepare)?;
-    let made = || -> Result<_, ModelError> {
-        let (resources, interface) = resources(arguments, &text, &model)?;
-        let inputs: Vec<Held> = interface.places.iter().cloned().map(Held::new).collect();
-        Simulation::with_outside(&model, &Outside::of_inputs(&inputs))?;
-        Ok((resources, interface, page(&model, simulation.as_ref())?, configuration(&model)?))
-    };
-    let (resources, interface, page, drawing) = match made() {
-        Ok(made) => made,
-        Err(error) => match asked_in_vain(&error) {
+    let overrides = &arguments.model.set;
+    let input = || Input::new(&arguments.model, overrides.clone(), arguments.json);
+    let (text, model, run) = input().with_text(prepare)?;
+    let request =
+        Request { inputs: arguments.input.clone(), parameters: arguments.parameter.clone() };
+    let written = |source: io::Error| Failure::Output(OutputError::Io { path: to.clone(), source });
+    let made = unit((&text, overrides, &model), run.as_ref(), arguments.fmi, request);
+    let mut unit = match made {
+        Ok(unit) => unit,
+        Err(UnitError::Packing(error)) => return Err(written(error)),
+        Err(UnitError::Model(error)) => match asked_in_vain(&error) {
             Some(failure) => return Err(failure),
             None => return Err(input().refused(error)?),
         },
     };
-    let written = |source: io::Error| Failure::Output(OutputError::Io { path: to.clone(), source });
-    let mut unit = Unit::new(arguments.fmi, &model, interface, &resources).map_err(written)?;
-    add_libraries(&mut unit, &arguments.library)?;
-    unit.add_file("documentation/index.html", page.into_bytes());
-    for (name, words) in LICENSES {
-        unit.add_file(format!("documentation/licenses/{name}"), words.as_bytes().to_vec());
-    }
-    let icon = drawing.map(|drawing| picture::bytes(&drawing, PictureFormat::Png, ICON_PIXELS));
-    if let Some(Ok(bytes)) = icon {
-        let path = match arguments.fmi {
-            Version::Fmi2 => "model.png",
-            Version::Fmi3 => "terminalsAndIcons/icon.png",
-        };
-        unit.add_file(path, bytes);
-    }
+    let package = arguments.package.as_deref();
+    add_libraries(&mut unit, &arguments.library, package).map_err(Failure::Library)?;
     picture::whole(&to, &unit.to_bytes().map_err(written)?)?;
-    tell(arguments, &model, &unit, &to)
+    match arguments.json {
+        true => stdout::json(&object(&model, &unit, &to)),
+        false => {
+            stderr::line(&words(&model, &unit, &to));
+            Ok(())
+        }
+    }
 }
 
 /// That of an input or a parameter that was asked for and is not there.
@@ -83,42 +132,33 @@ fn asked_in_vain(error: &ModelError) -> Option<Failure> {
     })
 }
 
-fn resources(
-    arguments: &UnitArguments,
-    text: &ModelText,
-    model: &Model,
-) -> Result<(Resources, Interface), ModelError> {
-    let request =
-        Request { inputs: arguments.input.clone(), parameters: arguments.parameter.clone() };
-    let resources = Resources::new(text, arguments.model.set.clone(), model, request)?;
-    let (_, interface) = resources.interface()?;
-    Ok((resources, interface))
-}
-
-/// Adds the libraries that were named, or the one beside the program.
-fn add_libraries(unit: &mut Unit, named: &[PathBuf]) -> Result<(), Failure> {
-    let read = |path: &Path| fs::read(path).map_err(|error| refused(path, &error));
-    for path in named {
-        unit.add_library(read(path)?).map_err(|error| refused(path, &error))?;
-    }
+/// Adds the libraries that were named, or that of the `package`, or the one beside the program.
+///
+/// # Errors
+/// What is wrong with a file, or that there is none.
+pub fn add_libraries(
+    unit: &mut Unit,
+    named: &[PathBuf],
+    package: Option<&Path>,
+) -> Result<(), String> {
+    let said = |path: &Path, error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let mut add = |path: &Path| {
+        let bytes = fs::read(path).map_err(|error| said(path, &error))?;
+        unit.add_library(bytes).map_err(|error| said(path, &error))
+    };
     if !named.is_empty() {
-        return Ok(());
+        return named.iter().try_for_each(|path| add(path));
     }
     let mut first = None;
-    for path in beside_the_program().into_iter().filter(|path| path.is_file()) {
-        match unit.add_library(read(&path)?) {
+    let packed = package.map(|folder| folder.join(library_name()));
+    for path in packed.into_iter().chain(beside_the_program()).filter(|path| path.is_file()) {
+        match add(&path) {
             Ok(()) => return Ok(()),
-            Err(error) => first = first.or_else(|| Some(refused(&path, &error))),
+            Err(words) => first = first.or(Some(words)),
         }
     }
     let name = library_name();
-    Err(first.unwrap_or_else(|| {
-        Failure::Library(format!("there is no library `{name}` beside the program"))
-    }))
-}
-
-fn refused(path: &Path, error: &dyn std::fmt::Display) -> Failure {
-    Failure::Library(format!("{}: {error}", path.display()))
+    Err(first.unwrap_or_else(|| format!("there is no library `{name}` beside the program")))
 }
 
 fn library_name() -> String {
@@ -136,36 +176,37 @@ fn beside_the_program() -> Vec<PathBuf> {
     folders.map(|folder| folder.join(library_name())).collect()
 }
 
-impl Failure {
-    /// What helps where there is no library.
-    pub(crate) fn help_on_libraries() -> String {
-        format!("name one by --library; from the sources it is built by `{BUILD}`")
-    }
+/// What helps where there is no library.
+#[must_use]
+pub fn help_on_libraries() -> String {
+    format!("name one by --library; from the sources it is built by `{BUILD}`")
 }
 
-/// Says what the unit has.
-fn tell(arguments: &UnitArguments, model: &Model, unit: &Unit, to: &Path) -> Result<(), Failure> {
-    let of = |causality| unit.interface().of_causality(causality).map(|(_, own)| own);
-    let version = if arguments.fmi == Version::Fmi2 { "2.0" } else { "3.0" };
-    let step = model.settings.step;
-    if arguments.json {
-        let list = |causality| -> Vec<serde_json::Value> {
-            let entry =
-                |own: &Variable| json!({ "name": own.name, "unit": own.unit, "start": own.start });
-            of(causality).map(entry).collect()
-        };
-        return stdout::json(&json!({
-            "file": to.display().to_string(),
-            "model": model.header.name,
-            "fmi": version,
-            "step": step,
-            "platforms": unit.platforms(),
-            "inputs": list(Causality::Input),
-            "outputs": list(Causality::Output),
-            "parameters": list(Causality::Parameter),
-        }));
-    }
-    stderr::line(&format!("{}: FMI {version}, co-simulation", to.display()));
+/// What a unit has, as JSON; `to`: its file.
+#[must_use]
+pub fn object(model: &Model, unit: &Unit, to: &Path) -> serde_json::Value {
+    let list = |causality| -> Vec<serde_json::Value> {
+        let entry =
+            |own: &Variable| json!({ "name": own.name, "unit": own.unit, "start": own.start });
+        unit.interface().of_causality(causality).map(|(_, own)| entry(own)).collect()
+    };
+    json!({
+        "file": to.display().to_string(),
+        "model": model.header.name,
+        "fmi": unit.version().name(),
+        "step": model.settings.step,
+        "platforms": unit.platforms(),
+        "inputs": list(Causality::Input),
+        "outputs": list(Causality::Output),
+        "parameters": list(Causality::Parameter),
+    })
+}
+
+/// The same in words.
+#[must_use]
+pub fn words(model: &Model, unit: &Unit, to: &Path) -> String {
+    let version = unit.version().name();
+    let mut text = format!("{}: FMI {version}, co-simulation\n", to.display());
     let kinds = [
         ("inputs", Causality::Input),
         ("outputs", Causality::Output),
@@ -176,11 +217,12 @@ fn tell(arguments: &UnitArguments, model: &Model, unit: &Unit, to: &Path) -> Res
             "" => own.name.clone(),
             unit => format!("{} ({unit})", own.name),
         };
-        let list: Vec<String> = of(causality).map(shown).collect();
+        let list: Vec<String> =
+            unit.interface().of_causality(causality).map(|(_, own)| shown(own)).collect();
         let list = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
-        stderr::line(&format!("  {label:<11} {list}"));
+        let _ = writeln!(text, "  {label:<11} {list}");
     }
-    stderr::line(&format!("  {:<11} {step} s", "step"));
-    stderr::line(&format!("  {:<11} {}", "platforms", unit.platforms().join(", ")));
-    Ok(())
+    let _ = writeln!(text, "  {:<11} {} s", "step", model.settings.step);
+    let _ = write!(text, "  {:<11} {}", "platforms", unit.platforms().join(", "));
+    text
 }

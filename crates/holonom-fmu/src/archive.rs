@@ -37,6 +37,12 @@ impl Unit {
         Ok(Self { version, interface, files, platforms: Vec::new() })
     }
 
+    /// The version of the standard that it follows.
+    #[must_use]
+    pub fn version(&self) -> Version {
+        self.version
+    }
+
     /// Its variables.
     #[must_use]
     pub fn interface(&self) -> &Interface {

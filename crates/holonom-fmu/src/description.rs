@@ -18,6 +18,17 @@ pub enum Version {
     Fmi3,
 }
 
+impl Version {
+    /// Its number.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fmi2 => "2.0",
+            Self::Fmi3 => "3.0",
+        }
+    }
+}
+
 /// Categories of messages.
 pub const CATEGORIES: [(&str, &str); 2] = [
     ("logStatusError", "why a call was refused, and what helps"),
@@ -38,14 +49,14 @@ pub fn describe(
 ) -> io::Result<String> {
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    let (number, token_key) = match version {
-        Version::Fmi2 => ("2.0", "guid"),
-        Version::Fmi3 => ("3.0", "instantiationToken"),
+    let token_key = match version {
+        Version::Fmi2 => "guid",
+        Version::Fmi3 => "instantiationToken",
     };
     let tool = format!("holonom {VERSION}");
     let convention = if interface.is_structured() { "structured" } else { "flat" };
     xml.create_element("fmiModelDescription")
-        .with_attribute(("fmiVersion", number))
+        .with_attribute(("fmiVersion", version.name()))
         .with_attribute(("modelName", model.header.name.as_str()))
         .with_attribute((token_key, token))
         .with_attribute(("generationTool", tool.as_str()))

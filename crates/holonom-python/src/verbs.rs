@@ -10,7 +10,10 @@ use holonom::output::OutputSize;
 use holonom::run::prepare;
 use holonom::sweep::{Plan, Sampling, Values, Variation};
 use holonom_cli::text;
+use holonom_cli::unit::{self, UnitError, Version};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -20,6 +23,7 @@ pub(crate) type Answer<'py> = (Bound<'py, PyAny>, String);
 /// Adds these functions.
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(export_fmu, module)?)?;
     module.add_function(wrap_pyfunction!(schema, module)?)?;
     module.add_function(wrap_pyfunction!(check, module)?)?;
     module.add_function(wrap_pyfunction!(verify, module)?)?;
@@ -29,10 +33,56 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(panic, module)?)
 }
 
-/// The program, with the words of its command line; its exit code.
+/// The program, with the words of its command line; its exit code. `package`: the folder of the
+/// library of units.
 #[pyfunction]
-fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
-    py.detach(|| holonom_cli::main_with(words))
+fn main(py: Python<'_>, words: Vec<OsString>, package: PathBuf) -> u8 {
+    py.detach(|| holonom_cli::main_with(words, Some(&package)))
+}
+
+/// What a unit is asked for.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct UnitOrder {
+    version: u8,
+    inputs: Vec<String>,
+    parameters: Vec<String>,
+    libraries: Vec<PathBuf>,
+    package: PathBuf,
+}
+
+/// The bytes of a functional mock-up unit of a model, and what `holonom export-fmu` says of it; `to`:
+/// the name of its file.
+#[pyfunction]
+fn export_fmu<'py>(
+    py: Python<'py>,
+    model: &Model,
+    to: PathBuf,
+    order: UnitOrder,
+) -> PyResult<(Bound<'py, PyBytes>, Answer<'py>)> {
+    let UnitOrder { version, inputs, parameters, libraries, package } = order;
+    let version = match version {
+        2 => Version::Fmi2,
+        3 => Version::Fmi3,
+        other => return Err(PyValueError::new_err(format!("fmi: 2 or 3, not {other}"))),
+    };
+    let request = unit::Request { inputs, parameters };
+    let made = py.detach(|| {
+        let experiment = prepare(&model.model)?;
+        let source = (&model.text, &model.overrides[..], &model.model);
+        unit::unit(source, &*experiment, version, request)
+    });
+    let packing = |error: std::io::Error| raise(py, "OutputFailed", (error.to_string(), ""));
+    let mut made = made.map_err(|error| match error {
+        UnitError::Model(error) => model.refused(py, &error),
+        UnitError::Packing(error) => packing(error),
+    })?;
+    let no_library = |words: String| raise(py, "OutputFailed", (words, unit::help_on_libraries()));
+    unit::add_libraries(&mut made, &libraries, Some(&package)).map_err(no_library)?;
+    let bytes = py.detach(|| made.to_bytes()).map_err(packing)?;
+    let said = unit::words(&model.model, &made, &to);
+    let value = json(py, &unit::object(&model.model, &made, &to))?;
+    Ok((PyBytes::new(py, &bytes), (value, said)))
 }
 
 /// The JSON schema of model files.

@@ -5,6 +5,7 @@
 
 #![allow(clippy::unwrap_used)] // tests
 
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -37,15 +38,18 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The package with the library of this build.
+/// The package with the libraries of this build.
 fn staged() -> PathBuf {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("package");
     let _ = std::fs::remove_dir_all(&place);
     copy(&folder().join("python/holonom"), &place.join("holonom"));
     let test = std::env::current_exe().unwrap();
-    let name = format!("{}_core{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let name = |of: &str| format!("{DLL_PREFIX}{of}{DLL_SUFFIX}");
     let module = if cfg!(windows) { "_core.pyd" } else { "_core.abi3.so" };
-    std::fs::copy(test.with_file_name(&name), place.join("holonom").join(module)).unwrap();
+    let (units, package) = (name("holonom_fmi"), place.join("holonom"));
+    for (from, to) in [(name("_core"), module), (units.clone(), &units)] {
+        std::fs::copy(test.with_file_name(from), package.join(to)).unwrap();
+    }
     place
 }
 

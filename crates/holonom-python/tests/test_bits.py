@@ -46,7 +46,7 @@ def test_arrays_files_and_steps_are_equal(path: Path, tmp_path: Path) -> None:
         words = ["run", str(path), "-o", str(tmp_path / "program"), "-q"]
         for value in [*stepped, "simulation.every=1"]:
             words += ["--set", value]
-        assert _core.main(["holonom", *words]) == 0
+        assert _core.main(["holonom", *words], "") == 0
     equal(result, written)
     for file in (tmp_path / "run").glob("*.csv"):
         assert file.read_bytes() == (tmp_path / "program" / file.name).read_bytes(), file.name

@@ -27,6 +27,9 @@ pub(crate) struct UnitArguments {
     /// beside the program
     #[arg(long, value_name = "FILE")]
     pub(crate) library: Vec<PathBuf>,
+    /// The folder of a package that holds the library
+    #[arg(skip)]
+    pub(crate) package: Option<PathBuf>,
     /// One more input: a joint (arm, arm.1, arm.setpoint), a body (its force and torque; arm.force,
     /// arm.torque), a signal; may be repeated
     #[arg(long, value_name = "NAME")]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _core, _toml
-from ._errors import no_panic
+from ._errors import OutputExists, OutputFailed, no_panic
+
+if TYPE_CHECKING:
+    from ._answer import Answer
 
 ModelLike = "Model | Spec | str | PathLike[str] | Mapping[str, Any]"
 """What stands for a model: one, a description, the path of a file, or a dictionary of sections."""
@@ -94,6 +97,66 @@ class Model:
         from pathlib import Path
 
         Path(path).write_text(self.to_toml(), encoding="utf-8")
+
+    @no_panic
+    def export_fmu(
+        self,
+        path: str | PathLike[str],
+        *,
+        fmi: int = 3,
+        inputs: Sequence[str] = (),
+        parameters: Sequence[str] = (),
+        libraries: Sequence[str | PathLike[str]] = (),
+        force: bool = False,
+    ) -> Answer:
+        """Writes a functional mock-up unit of this model, as ``holonom export-fmu``: a file that
+        Simulink, Dymola, FMPy and other tools load as a block.
+
+        Parameters
+        ----------
+        path : the file, ``crane.fmu``.
+        fmi : the version of the standard, 3 or 2.
+        inputs : more inputs than the joints with a motor and the signals that are numbers: joints,
+            ``"joint.setpoint"``, bodies, signals.
+        parameters : keys of numbers, ``"body.hook.mass"``, beside those of ``[parameters]``.
+        libraries : of other platforms; by default that of the package.
+        force : whether a file there is replaced.
+
+        Returns
+        -------
+        Answer
+            ``"inputs"``, ``"outputs"``, ``"parameters"`` with their units and starts, ``"platforms"``.
+
+        Raises
+        ------
+        InvalidModel
+            Of a model without motion, and of an input or a parameter that is none, with the nearest.
+        OutputExists, OutputFailed
+        """
+        import os
+        from pathlib import Path
+
+        from ._answer import Answer
+
+        to = Path(path)
+        if to.exists() and not force:
+            raise OutputExists(f"{to} exists", "choose another file, or force=True")
+        order = {
+            "version": fmi,
+            "inputs": [str(name) for name in inputs],
+            "parameters": [str(key) for key in parameters],
+            "libraries": [fspath(file) for file in libraries],
+            "package": str(Path(__file__).parent),
+        }
+        content, (found, words) = _core.export_fmu(self._core, str(to), order)
+        part = to.with_name(f".{to.name}.{os.getpid()}")
+        try:
+            part.write_bytes(content)
+            part.replace(to)
+        except OSError as error:
+            part.unlink(missing_ok=True)
+            raise OutputFailed(f"{to}: {error.strerror}") from error
+        return Answer(found, words)
 
     @property
     def name(self) -> str:
