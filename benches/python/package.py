@@ -3,10 +3,13 @@
     python benches/python/package.py
 """
 
+import os
 import subprocess
 import sys
 import warnings
 from time import process_time
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads that wait count as processor time
 
 import numpy as np
 
@@ -80,13 +83,28 @@ def main() -> None:
     u = np.array([0.1, 0.2])
     held = least(whole(stepper, u))
     print(f"with an array of 2 inputs {least(single(stepper, u)) - held:+.2f}, a list {least(single(stepper, [0.1, 0.2])) - held:+.2f}")
-    print(f"observe of 4 numbers {least(repeated(stepper.observe)):.2f} µs")
+    out = np.zeros(4)
+    print(f"observe of 4 numbers {least(repeated(stepper.observe)):.2f} µs, into an array {least(repeated(lambda: stepper.observe(out))):.2f}")
     stated = least(whole(hn.Stepper(pendulum(law=True))))
     python = least(whole(hn.Stepper(model, laws={"elbow": lambda t, x, v: (-3.0 * x, -3.0, 0.0)})))
     print(f"a law of the file {stated:.2f} µs a step, of Python {python - stated:+.2f}")
+    bare = least(whole(hn.Stepper(model)))
     run = least(lambda _: hn.simulate(model), repeats=8)
     part = least(lambda _: hn.simulate(model, record=["q"]), repeats=8)
-    print(f"simulate {run - alone:+.2f} µs a step over the steps, record=[\"q\"] {part - alone:+.2f}")
+    print(f"simulate {run:.2f} µs a step, {run - bare:+.2f} over the steps ({bare:.2f}), record=[\"q\"] {part - bare:+.2f}")
+    members = [{"body.lower.mass": 0.4 + 0.001 * k} for k in range(256)]
+    steps = 500
+
+    def rolled(_: int) -> None:
+        hn.rollout(model, set=members, steps=steps, every=steps, threads=1)
+
+    def built(_: int) -> None:
+        hn.rollout(model, set=members, steps=1, every=1, threads=1)
+
+    count = 256 * steps
+    begin = least(built, count=1, repeats=4)
+    lanes = least(rolled, count=1, repeats=4)
+    print(f"rollout of 256 members {count / (lanes - begin):.2f} M member-steps/s on a core, {begin / 256:.0f} µs to build one")
     print(f"replace {least(repeated(lambda: model.replace({'body.lower.mass': 0.7})), 300) / 1e3:.3f} ms, "
           f"a stepper {least(repeated(lambda: hn.Stepper(model)), 300) / 1e3:.3f} ms, "
           f"a start of joints {least(repeated(lambda: stepper.reset({'elbow': 0.3})), 300) / 1e3:.3f} ms")

@@ -11,7 +11,7 @@ use holonom::run::{ContinueError, resume_command};
 
 use crate::diagnostic::{self, InvalidModel};
 use crate::stderr;
-use crate::unit::help_on_libraries;
+use crate::unit_library::help_on_libraries;
 
 /// Why the program ends with a code other than 0.
 #[derive(Debug, thiserror::Error)]

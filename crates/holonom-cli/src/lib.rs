@@ -43,6 +43,7 @@ mod stdout;
 mod sweep;
 pub mod text;
 pub mod unit;
+mod unit_library;
 mod verify;
 mod view;
 
@@ -62,8 +63,8 @@ pub fn main() -> ExitCode {
     ExitCode::from(main_with(std::env::args_os(), None))
 }
 
-/// The same with a command line, the name of the program first; the exit code. `package`: the folder
-/// of the library of units, where the program is no file of its own.
+/// The same with a command line, the name of the program first; the exit code. `package`: the
+/// folder of the library of units, where the program is no file of its own.
 #[must_use]
 pub fn main_with(words: impl IntoIterator<Item = OsString>, package: Option<&Path>) -> u8 {
     let mut cli = match Cli::read(words) {

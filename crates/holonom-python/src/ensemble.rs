@@ -103,7 +103,7 @@ impl Ensemble {
         let mut seen = Vec::new();
         for member in members.iter_mut() {
             match member.run.sense() {
-                Ok(own) => seen.extend(own),
+                Ok(own) => seen.extend_from_slice(own),
                 Err(failure) => return Err(failed(py, &failure)),
             }
         }

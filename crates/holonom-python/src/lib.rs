@@ -13,6 +13,7 @@
 //! | `stepper` | one step after another, with inputs held over a step |
 //! | `design` | gradients of objectives, unknown numbers from measurements |
 //! | `ensemble` | many steppers, a step of all in one call |
+//! | `rollout` | members that run side by side in lanes |
 //! | `fault` | what a function of Python raised within a step |
 //! | `folder` | the tables of a folder |
 //! | `watch` | Ctrl-C and progress, while the interpreter is free |
@@ -32,6 +33,7 @@ mod folder;
 mod law;
 mod model;
 mod recording;
+mod rollout;
 mod simulate;
 mod stepper;
 mod verbs;
@@ -56,6 +58,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::simulate_into, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::resume, module)?)?;
+    module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(folder::read_table, module)?)?;
     module.add_function(wrap_pyfunction!(folder::units, module)?)?;
     module.add_function(wrap_pyfunction!(folder::summary, module)?)?;

@@ -1,6 +1,7 @@
 //! The nodes of a run, as arrays.
 
 use holonom::Beams;
+use holonom::Reading;
 use holonom::experiment::Experiment;
 use holonom::output::columns::{RESIDUALS, TAIL, UNSTABLE, names};
 use holonom::output::{momenta_columns, momenta_values};
@@ -13,7 +14,8 @@ use pyo3::types::PyDict;
 
 use crate::errors::no_word;
 
-/// What is kept of a node beside its time, its energies and its momentum maps.
+/// What is kept of a node beside its time; energies and momentum maps with energies, residuals or
+/// momenta.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Kept {
     q: bool,
@@ -26,6 +28,12 @@ pub(crate) struct Kept {
 
 impl Kept {
     const WORDS: [&str; 6] = ["q", "energy", "sensors", "beams", "residuals", "momenta"];
+
+    /// What is read for these parts.
+    pub(crate) fn reading(self) -> Reading {
+        let Self { sensors, energy, residuals, momenta, .. } = self;
+        Reading { sensors, quantities: energy || residuals || momenta }
+    }
 
     /// These parts; all of them where nothing is said.
     pub(crate) fn of(words: Option<Vec<String>>) -> PyResult<Self> {
@@ -89,7 +97,7 @@ pub(crate) struct Recording {
     steps: Vec<u64>,
     times: Vec<f64>,
     q: Option<Table>,
-    tail: Table,
+    tail: Option<Table>,
     residuals: Option<Table>,
     energy: Option<Table>,
     sensors: Option<Table>,
@@ -124,7 +132,7 @@ impl Recording {
             steps: Vec::new(),
             times: Vec::new(),
             q: kept.q.then(|| Table::new(coordinates.collect())),
-            tail: owned(&names(&TAIL)),
+            tail: kept.reading().quantities.then(|| owned(&names(&TAIL))),
             residuals: kept.residuals.then_some(residuals),
             energy: with(energies).filter(|_| kept.energy),
             sensors: with(sensors).filter(|_| kept.sensors),
@@ -150,8 +158,10 @@ impl Recording {
         add(&mut self.energy, &sample.energies);
         let own = self.own_sensors.min(sample.sensors.len());
         add(&mut self.sensors, &sample.sensors[..own]);
-        self.tail.values.extend([sample.energy, sample.hamiltonian]);
-        self.tail.values.extend(sample.momentum.angular.iter().chain(&sample.momentum.linear));
+        if let Some(table) = &mut self.tail {
+            table.values.extend([sample.energy, sample.hamiltonian]);
+            table.values.extend(sample.momentum.angular.iter().chain(&sample.momentum.linear));
+        }
         if let Some(table) = &mut self.residuals {
             let own = &sample.residuals;
             let levels = [own.position, own.velocity, own.momentum, sample.newton_iterations];
@@ -187,10 +197,10 @@ impl Recording {
         let (rows, found) = (times.len(), PyDict::new(py));
         found.set_item("step", PyArray1::from_vec(py, steps))?;
         found.set_item("t", PyArray1::from_vec(py, times))?;
-        found.set_item("tail", tail.into_python(py, rows)?)?;
         let momenta = momenta.map(|(_, table)| table);
         let tables = [
             ("q", q),
+            ("tail", tail),
             ("residuals", residuals),
             ("energy", energy),
             ("sensors", sensors),

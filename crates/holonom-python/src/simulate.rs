@@ -10,9 +10,9 @@ use crate::watch::Watch;
 use holonom::experiment::Experiment;
 use holonom::output::{Ended, Summary, SummaryBuilder};
 use holonom::run::{
-    ContinueError, Control, Finished, Stopwatch, prepare, resume as continue_run, run_with,
+    ContinueError, Control, Finished, Stopwatch, prepare_reading, resume as continue_run, run_with,
 };
-use holonom::{RunFolder, RunOutcome};
+use holonom::{Reading, RunFolder, RunOutcome};
 use holonom_cli::text;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -29,15 +29,23 @@ struct Ready {
 }
 
 impl Ready {
-    /// The run of a model with what acts on it.
-    fn new(py: Python<'_>, model: &Model, acting: Option<&Acting>) -> PyResult<Self> {
+    /// The run of a model with what acts on it, of which `reading` is wanted.
+    fn new(
+        py: Python<'_>,
+        model: &Model,
+        acting: Option<&Acting>,
+        reading: Reading,
+    ) -> PyResult<Self> {
         if let Some(acting) = acting {
-            let Acted { simulation, own_columns, fault, calls_python, .. } =
+            let Acted { mut simulation, own_columns, fault, calls_python, .. } =
                 acting.simulation(py, model)?;
+            if reading != Reading::default() {
+                simulation.read_only(reading);
+            }
             let (experiment, own_sensors) = (Box::new(simulation), own_columns);
             return Ok(Self { experiment, own_sensors, fault, calls_python });
         }
-        let made = py.detach(|| prepare(&model.model));
+        let made = py.detach(|| prepare_reading(&model.model, reading));
         let experiment = made.map_err(|error| model.refused(py, &error))?;
         let (own_sensors, fault) = (usize::MAX, Arc::default());
         Ok(Self { experiment, own_sensors, fault, calls_python: false })
@@ -57,7 +65,7 @@ pub(crate) fn simulate<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let kept = Kept::of(record)?;
     let mut watch = Watch::new(progress);
-    let ready = Ready::new(py, model, acting)?;
+    let ready = Ready::new(py, model, acting, kept.reading())?;
     let (calls_python, fault) = (ready.calls_python, ready.fault.clone());
     let run = freed(py, calls_python, || in_memory(model, ready, kept, &mut watch));
     watch.stopped()?;
@@ -111,7 +119,8 @@ pub(crate) fn simulate_into<'py>(
     acting: Option<&Acting>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let asked = Asked { progress, checkpoint_every };
-    let Ready { mut experiment, fault, calls_python, .. } = Ready::new(py, model, acting)?;
+    let Ready { mut experiment, fault, calls_python, .. } =
+        Ready::new(py, model, acting, Reading::default())?;
     let run = freed(py, calls_python, || {
         asked.follow(|control| {
             RunFolder::takes_meshes(&folder, &model.model.meshes)?;
@@ -135,7 +144,8 @@ pub(crate) fn resume<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let asked = Asked { progress, checkpoint_every };
     let model = Model::read(py, folder.join("model.toml"), Vec::new())?;
-    let Ready { mut experiment, fault, calls_python, .. } = Ready::new(py, &model, acting)?;
+    let Ready { mut experiment, fault, calls_python, .. } =
+        Ready::new(py, &model, acting, Reading::default())?;
     let run = freed(py, calls_python, || {
         asked.follow(|control| {
             let folder = RunFolder::reopen(&folder)?;

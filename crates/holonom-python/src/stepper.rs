@@ -8,10 +8,12 @@ use crate::watch::Watch;
 use holonom::experiment::Experiment;
 use holonom::{Input, JointStart, RunFailure, RunState};
 use numpy::ndarray::Array2;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::{PyBaseException, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyEllipsis};
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
 /// A simulation that is stepped by hand.
@@ -28,12 +30,13 @@ pub(crate) struct Run {
     acted: Acted,
     start: RunState,
     before: Vec<f64>, // by all inputs, before a step
+    seen: Vec<f64>,   // what is observed
 }
 
 impl Run {
     pub(crate) fn new(acted: Acted) -> Self {
         let start = acted.simulation.state();
-        Self { acted, start, before: Vec::new() }
+        Self { acted, start, before: Vec::new(), seen: Vec::new() }
     }
 
     /// Columns of the inputs that are named.
@@ -102,13 +105,14 @@ impl Run {
     }
 
     /// What is observed at the present node.
-    pub(crate) fn sense(&mut self) -> Result<Vec<f64>, RunFailure> {
-        let Acted { simulation, observed, .. } = &mut self.acted;
-        if observed.is_empty() {
-            return Ok(Vec::new());
+    pub(crate) fn sense(&mut self) -> Result<&[f64], RunFailure> {
+        let Self { acted: Acted { simulation, observed, .. }, seen, .. } = self;
+        seen.clear();
+        if !observed.is_empty() {
+            let sensed = simulation.sense()?;
+            seen.extend(observed.iter().map(|&column| sensed[column]));
         }
-        let sensed = simulation.sense()?;
-        Ok(observed.iter().map(|&column| sensed[column]).collect())
+        Ok(seen)
     }
 }
 
@@ -226,16 +230,26 @@ impl Stepper {
         Ok((PyArray1::from_vec(py, times), q, values, failure))
     }
 
-    /// What is observed at the present node.
-    fn observe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    /// What is observed at the present node, in an array of its own or in `out`.
+    fn observe<'py>(
+        &self,
+        py: Python<'py>,
+        out: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let mut run = self.taken()?;
-        let Acted { simulation, observed, fault, .. } = &mut run.acted;
-        if observed.is_empty() {
-            return Ok(PyArray1::from_slice(py, &[]));
+        let run = &mut *run;
+        if let Err(failure) = run.sense() {
+            return Err(failed(py, &failure, &run.acted.fault));
         }
-        let sensed = simulation.sense().map_err(|failure| failed(py, &failure, fault))?;
-        let seen = observed.iter().map(|&column| sensed[column]);
-        Ok(PyArray1::from_iter(py, seen))
+        let Some(out) = out else { return Ok(PyArray1::from_slice(py, &run.seen).into_any()) };
+        let array = out.cast::<PyArray1<f64>>().ok().and_then(|own| own.try_readwrite().ok());
+        match array {
+            Some(mut array) if array.len() == run.seen.len() && array.is_contiguous() => {
+                array.as_slice_mut()?.copy_from_slice(&run.seen);
+            }
+            _ => out.set_item(PyEllipsis::get(py), PyArray1::from_slice(py, &run.seen))?,
+        }
+        Ok(out)
     }
 
     /// Steps taken, and the time.
@@ -359,7 +373,7 @@ pub(crate) fn freed<T: Send>(
 fn see(run: &mut Run, seen: &mut Seen) -> Result<(), RunFailure> {
     seen.times.push(Experiment::place(&run.acted.simulation).1);
     seen.q.extend_from_slice(run.acted.simulation.configuration());
-    seen.values.extend(run.sense()?);
+    seen.values.extend_from_slice(run.sense()?);
     Ok(())
 }
 

@@ -51,8 +51,8 @@ struct UnitOrder {
     package: PathBuf,
 }
 
-/// The bytes of a functional mock-up unit of a model, and what `holonom export-fmu` says of it; `to`:
-/// the name of its file.
+/// The bytes of a functional mock-up unit of a model, and what `holonom export-fmu` says of it;
+/// `to`: the name of its file.
 #[pyfunction]
 fn export_fmu<'py>(
     py: Python<'py>,

@@ -209,3 +209,42 @@ def test_a_busy_run_leaves_the_interpreter_free(double: str) -> None:
     done.set()
     thread.join()
     assert during > 1000
+
+
+def test_an_observation_goes_into_an_array_that_is_given(double: str) -> None:
+    names = ["angle", "shoulder.rate", "elbow.rate", "bearing.fx"]
+    for observe in (names[:3], names):  # of the motion alone; of the step as well
+        stepper = hn.Stepper(hn.Model.from_toml(double), observe=observe)
+        stepper.step(n=7)
+        found = stepper.observe()
+        whole = np.full((2, len(observe)), np.nan)
+        plain = np.zeros(len(observe))
+        assert stepper.observe(plain) is plain and np.array_equal(plain, found)
+        stepper.observe(whole[1])
+        assert np.array_equal(whole[1], found) and np.isnan(whole[0]).all()
+        apart, single = np.zeros(2 * len(observe))[::2], np.zeros(len(observe), dtype=np.float32)
+        stepper.observe(apart)
+        stepper.observe(single)  # type: ignore[arg-type]
+        assert np.array_equal(apart, found) and np.array_equal(single, found.astype(np.float32))
+        with pytest.raises(ValueError):
+            stepper.observe(np.zeros(len(observe) + 1))
+        fixed = np.zeros(len(observe))
+        fixed.flags.writeable = False
+        with pytest.raises(ValueError):
+            stepper.observe(fixed)
+        assert np.array_equal(stepper.v[:3], stepper.v[:3]) and np.array_equal(stepper.observe(), found)
+
+
+def test_what_is_observed_is_what_a_run_records(double: str) -> None:
+    """Sensors of the motion alone are read on a way of their own: the same bits."""
+    kinds = [("rate", "joint_rate", "elbow"), ("turn", "angular_velocity", "lower"), ("speed", "velocity", "lower")]
+    text = double + "".join(f'\n[[sensor]]\nname = "{n}"\ntype = "{k}"\nof = "{o}"\n' for n, k, o in kinds)
+    for scheme in ("nodal", "em-nodal"):
+        for order in (2, 4) if scheme == "nodal" else (2,):
+            model = hn.Model.from_toml(text).replace({"simulation.scheme": scheme, "simulation.order": order})
+            names = ["angle", *(name for name, _, _ in kinds)]
+            stepper, run = hn.Stepper(model, observe=names), hn.simulate(model)
+            columns = [run.sensors.columns.index(c) for c in run.sensors.columns if c.partition(".")[0] in names]
+            for n in range(len(run) - 1):
+                assert np.array_equal(stepper.observe(), run.sensors.values[n, columns]), (scheme, order, n)
+                stepper.step()

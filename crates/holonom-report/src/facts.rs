@@ -74,11 +74,12 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
         }
         None => format!("{with_recording} per step, recording included, {all} in all"),
     };
-    if summary.recorded == 1 && summary.steps > 0 {
-        return vec![Fact { subject: "time", finding: elapsed }]; // the start alone was measured
+    let energy = &summary.energy;
+    // the start alone was measured, or configurations alone were read
+    if summary.recorded == 1 && summary.steps > 0 || energy.initial.is_nan() {
+        return vec![Fact { subject: "time", finding: elapsed }];
     }
     let residual = &summary.constraint_residual;
-    let energy = &summary.energy;
     let newton = &summary.newton_iterations;
     let constraints = if summary.counts.constraints == 0 {
         "there are none".to_owned()

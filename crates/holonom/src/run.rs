@@ -10,6 +10,7 @@ use holonom_sim::output::{
     Summary, SummaryBuilder,
 };
 use holonom_sim::sample::Sample;
+use holonom_sim::simulation::control::Reading;
 use holonom_sim::simulation::{ResumeError, RunOutcome, Simulation};
 use holonom_sim::statics::Statics;
 
@@ -18,10 +19,22 @@ use holonom_sim::statics::Statics;
 /// # Errors
 /// [`ModelError`].
 pub fn prepare(model: &Model) -> Result<Box<dyn Experiment>, ModelError> {
-    match model.settings.scheme {
-        Scheme::Static => Ok(Box::new(Statics::new(model)?)),
-        _ => Ok(Box::new(Simulation::new(model)?)),
+    prepare_reading(model, Reading::default())
+}
+
+/// The same, where of the nodes of a motion no more than that is read.
+///
+/// # Errors
+/// [`ModelError`].
+pub fn prepare_reading(model: &Model, reading: Reading) -> Result<Box<dyn Experiment>, ModelError> {
+    if model.settings.scheme == Scheme::Static {
+        return Ok(Box::new(Statics::new(model)?));
     }
+    let mut simulation = Simulation::new(model)?;
+    if reading != Reading::default() {
+        simulation.read_only(reading);
+    }
+    Ok(Box::new(simulation))
 }
 
 /// What a run left behind.

@@ -59,7 +59,8 @@ def simulate(
     end, step, scheme, order, every, start : keys of ``[simulation]`` that are replaced; times in s.
     set : other values that are replaced: ``{"body.arm.mass": 2.5}``.
     record : which of ``"q"``, ``"energy"``, ``"sensors"``, ``"beams"``, ``"residuals"``,
-        ``"momenta"`` are kept; all by default.
+        ``"momenta"`` are kept; all by default. Without energies, residuals and momenta these are not
+        computed: the summary has ``None`` for them, and there are no warnings of them.
     out : a folder that gets the files of ``holonom run``; ``force`` replaces those there.
     checkpoint_every : steps between two checkpoints in ``out``.
     resume : a folder whose interrupted run goes on; the model is that of the folder.

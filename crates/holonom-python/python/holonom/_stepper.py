@@ -64,7 +64,7 @@ class Stepper:
         self.inputs, self.observed = list(names(inputs)), list(names(observe))
         self._acts = Acts(tuple(self.inputs), tuple(self.observed), laws, forces, motions)
         self._core = self._begun()
-        self._step = self._core.step
+        self._step, self._observe = self._core.step, self._core.observe
 
     @no_panic
     def _begun(self) -> _core.Stepper:
@@ -95,15 +95,16 @@ class Stepper:
             raise as_error(error) from error.__cause__
 
     def observe(self, out: Array | None = None) -> Array:
-        """What is observed at the present node, before the step from it, shape ``(k,)``."""
+        """What is observed at the present node, before the step from it, shape ``(k,)``.
+
+        Parameters
+        ----------
+        out : an array that gets the numbers, and is returned.
+        """
         try:
-            found = self._core.observe()
+            return self._observe(out)
         except BaseException as error:
             raise as_error(error) from error.__cause__
-        if out is None:
-            return found
-        out[...] = found
-        return out
 
     @no_panic
     def run(self, controls: ArrayLike, every: int = 1) -> tuple[Array, Array, Array]:

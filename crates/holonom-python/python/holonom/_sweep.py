@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, _toml
+from ._acting import Acts, names
 from ._errors import HolonomError, InvalidModel, OutputExists, RunFailed, needed, no_panic
 from ._model import Model, model_of
 from ._result import Result
@@ -507,8 +508,9 @@ def rollout(
     every: int = 1,
     threads: int | None = None,
 ) -> Rollout:
-    """Runs ``M`` members for the same number of steps on threads; the number of threads changes no
-    bit.
+    """Runs ``M`` members for the same number of steps, in lanes of wide registers where these apply
+    (trees of rigid bodies) and on threads; who is beside whom and how many threads there are changes
+    no bit.
 
     Parameters
     ----------
@@ -524,11 +526,9 @@ def rollout(
     Raises
     ------
     KeyboardInterrupt
-        On Ctrl-C: the runs are stopped; ``rollout`` of the exception has the members that have
-        ended, NaN of the others.
+        On Ctrl-C: the runs are stopped; ``rollout`` of the exception has the nodes, or the members,
+        that there are, NaN of the others.
     """
-    from concurrent.futures import ThreadPoolExecutor
-
     whole = model_of(model)
     rows = None if controls is None else np.ascontiguousarray(controls, dtype=np.float64)
     counts = [len(given) for given in (set, states) if given is not None]
@@ -552,8 +552,7 @@ def rollout(
             raise _Stopped
 
     def one(k: int) -> Any:
-        own = whole if set is None else whole.replace(set[k])
-        stepper = Stepper(own, inputs, observe)
+        stepper = Stepper(each[k], inputs, observe)
         if states is not None:
             stepper.state = states[k]
         width = stepper._core.width
@@ -562,7 +561,35 @@ def rollout(
         mine = None if rows is None else (rows[k] if rows.ndim == 3 else rows)
         return stepper._core.advance(mine, taken, every, go_on)
 
-    nodes = len(range(0, taken, every)) + 1
+    count = threads or len(os.sched_getaffinity(0))
+    each = [whole] * members if set is None else [whole.replace(own) for own in set]
+    plan = {"states": states, "steps": taken, "every": every, "threads": count}
+    acts = Acts(names(inputs), names(observe)).core()
+    given_rows = None if rows is None else rows.reshape((-1, *rows.shape[-2:]))
+    lanes = _core.rollout([own._core for own in each], acts, given_rows, plan)
+    if lanes is None:
+        return _on_steppers(one, members, len(range(0, taken, every)) + 1, count, stop)
+    t, q, y, failed, stopped = lanes
+    found = Rollout(t, q, y, {})
+    if stopped is not None:
+        stopped.rollout = found  # type: ignore[attr-defined]
+        raise stopped
+    for k in failed:  # its own stepper says why
+        *arrays, failure = one(k)
+        for whole_array, own_array in zip((t, q, y), arrays, strict=True):
+            whole_array[k] = np.nan
+            whole_array[k, : len(own_array)] = own_array
+        if failure is not None:
+            found.failures[k] = failure
+    return found
+
+
+def _on_steppers(
+    one: Callable[[int], Any], members: int, nodes: int, threads: int, stop: threading.Event
+) -> Rollout:
+    """Members that run alone, several at a time."""
+    from concurrent.futures import ThreadPoolExecutor
+
     found: dict[int, Any] = {}
 
     def made() -> Rollout:
@@ -576,7 +603,7 @@ def rollout(
         failures = {k: member[3] for k, member in found.items() if member[3] is not None}
         return Rollout(rows(0), rows(1), rows(2), failures)
 
-    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         tasks = [pool.submit(one, k) for k in range(members)]
         try:
             found.update((k, task.result()) for k, task in enumerate(tasks))

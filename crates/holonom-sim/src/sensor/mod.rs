@@ -323,6 +323,7 @@ impl Sensors {
             forces: self.observer.is_some(),
             accelerations: self.accelerations,
             contacts: self.contacts,
+            works: self.gauges.iter().any(|gauge| matches!(gauge, Gauge::Work(_))),
         }
     }
 

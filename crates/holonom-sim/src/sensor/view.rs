@@ -2,7 +2,7 @@
 
 use crate::run::contacts::ContactSample;
 use crate::run::energies::EnergyTerms;
-use vi_core::Configuration;
+use vi_core::{Configuration, State};
 
 /// The works of force elements up to a node.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +46,14 @@ pub(crate) struct View<'a> {
 }
 
 impl<'a> View<'a> {
+    /// A state with the velocities `v`, without signals and constraints on velocities.
+    pub(crate) fn of_motion(state: &'a State, v: &'a [f64]) -> Self {
+        let (t, q, angles) = (state.t, &state.q[..], &state.angles[..]);
+        let none = &[][..];
+        let (signals, a, force, slips) = (none, none, none, none);
+        View { t, q, angles, signals, v, a, force, works: None, slips, contacts: None }
+    }
+
     /// The configuration, with the internal variables of signals alone.
     pub(crate) fn configuration(&self) -> Configuration<'a> {
         let Self { t, q, angles, signals, .. } = *self;

@@ -1,4 +1,5 @@
-//! What is decided between two steps: inputs of a controller, forces of bodies.
+//! What is decided between two steps, inputs of a controller and forces of bodies, and what is read
+//! of a node.
 //!
 //! ```text
 //! q_{n+1/2} ≈ q_n + (h/2) v_n,     v_{n+1/2} ≈ v_n + (h/2) a_n
@@ -7,8 +8,10 @@
 //! at the predicted midpoint and held over the step has order 2.
 
 use super::{RunFailure, Simulation};
+use crate::sample::{Residuals, Sample};
 use crate::stepper::NodeOf;
 use vi_constraints::integrator::When;
+use vi_core::momentum_map::Momentum;
 
 /// Decides before each step what inputs hold over it.
 pub trait Controller: Send {
@@ -30,6 +33,23 @@ pub struct Midpoint {
     pub v: Vec<f64>,
 }
 
+/// What is read of a recorded node beside its configuration. What is not read is not a number in a
+/// [`Sample`], and nothing is judged by it: the run has no warnings of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reading {
+    /// What sensors measure.
+    pub sensors: bool,
+    /// Energies, momentum maps, residuals, momenta.
+    pub quantities: bool,
+}
+
+impl Default for Reading {
+    /// Everything.
+    fn default() -> Self {
+        Self { sensors: true, quantities: true }
+    }
+}
+
 impl Simulation {
     /// Asks `controller` before each step from now on.
     pub fn control_by(&mut self, controller: Box<dyn Controller>) {
@@ -44,15 +64,26 @@ impl Simulation {
         decided
     }
 
+    /// Reads of recorded nodes nothing but their configurations and what is wanted.
+    pub fn read_only(&mut self, reading: Reading) {
+        let nan = f64::NAN;
+        let momentum = Momentum { linear: [nan; 3], angular: [nan; 3] };
+        let residuals = Residuals { position: nan, velocity: nan, momentum: nan };
+        let (energy, hamiltonian, work) = (nan, nan, nan);
+        self.sample =
+            Sample { energy, hamiltonian, work, momentum, residuals, ..Sample::default() };
+        self.reading = reading;
+    }
+
     /// Velocities at the present node, members one after the other, shape `n`.
     ///
     /// # Errors
     /// [`RunFailure`].
     pub fn velocity(&mut self) -> Result<&[f64], RunFailure> {
-        if let Err(error) = self.stepper.observe(NodeOf::State) {
+        if let Err(error) = self.stepper.velocity(&mut self.velocity) {
             return Err(self.lost(NodeOf::State, &error.to_string()));
         }
-        Ok(&self.stepper.node().node.v)
+        Ok(&self.velocity)
     }
 
     /// Predicts the middle of the step from the present node.

@@ -8,7 +8,8 @@
 //! | file | concept |
 //! |---|---|
 //! | `begun` | what the assembly found, before the first step |
-//! | `control` | what is decided between two steps |
+//! | `control` | what is decided between two steps, what is read of a node |
+//! | `members` | simulations of one topology, stepped side by side |
 //! | `nodes` | steps and recorded nodes, one after the other |
 //! | `failure` | what is said of a step or a node that could not be found |
 //! | `resolved` | the step against rotations and the fastest motion: at the start, at the end, where a step fails |
@@ -17,6 +18,7 @@ mod begun;
 pub mod control;
 mod events;
 mod failure;
+pub mod members;
 mod nodes;
 mod resolved;
 
@@ -53,14 +55,14 @@ use crate::system::outside::{JointStart, Outside};
 use crate::system::signal;
 use crate::system::{self, System};
 use begun::{Begun, StatedStart};
-use control::Controller;
+use control::{Controller, Reading};
 use holonom_model::{Columns, Family, Model, ModelError, Settings};
 use std::io;
 use std::time::Duration;
 pub use vi_constraints::integrator::ResumeError;
 use vi_constraints::integrator::{StepReport, When};
 use vi_constraints::scheme::{Condition, StepError};
-use vi_constraints::{Constraints, InitialValues, Options};
+use vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
 use vi_core::contact_state::ContactCounts;
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
@@ -92,7 +94,9 @@ pub struct Simulation {
     inputs: Vec<Input>,
     controller: Option<Box<dyn Controller>>, // asked before each step
     sample: Sample,                          // recorded last
-    recording: Duration,                     // of all nodes read and handed out
+    velocity: Vec<f64>,                      // n  of the node that was sensed last
+    reading: Reading,
+    recording: Duration, // of all nodes read and handed out
 }
 
 impl std::fmt::Debug for Simulation {
@@ -215,6 +219,8 @@ impl Simulation {
             inputs: outside.inputs.clone(),
             controller: None,
             sample: Sample::default(),
+            velocity: Vec::new(),
+            reading: Reading::default(),
             recording: Duration::ZERO,
         };
         simulation.contacts.begin(simulation.stepper.place().2);
@@ -504,6 +510,14 @@ fn counted<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
     names.map(&mut next).collect()
 }
 
+/// How the steps of a variational scheme are taken.
+fn options(kind: SchemeKind, settings: &Settings) -> Options {
+    let mut options = Options::new(kind, settings.step);
+    options.method = settings.method();
+    options.newton = settings.newton();
+    options
+}
+
 /// The scheme of the settings, ready to step.
 pub(crate) fn stepper(
     mechanism: Mechanism,
@@ -516,9 +530,7 @@ pub(crate) fn stepper(
     let settings = &model.settings;
     match settings.scheme.family() {
         Family::Variational(kind) => {
-            let mut options = Options::new(kind, settings.step);
-            options.method = settings.method();
-            options.newton = settings.newton();
+            let options = options(kind, settings);
             let system = dynamics.variational(&mechanism);
             let run = integrator(mechanism, system, options, solver, at)
                 .and_then(|run| {

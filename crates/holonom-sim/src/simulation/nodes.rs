@@ -6,8 +6,8 @@ use crate::sample::Sample;
 use crate::sensor::{View, Works};
 use crate::stepper::NodeOf;
 use holonom_model::OnFailure;
-use std::time::Instant;
-use vi_constraints::integrator::StepReport;
+use std::time::{Duration, Instant};
+use vi_constraints::integrator::{StepReport, When};
 use vi_constraints::scheme::StepError;
 use vi_core::Configuration;
 use vi_multibody::rolling::FLATTEST;
@@ -88,9 +88,9 @@ impl Simulation {
         while let Some(found) = self.next_node(&mut course, &mut proceed) {
             match found {
                 Ok(()) => {
-                    let begin = Instant::now();
+                    let begin = self.clock();
                     observe(&self.sample)?;
-                    self.recording += begin.elapsed();
+                    self.recording += begin.map_or(Duration::ZERO, |begin| begin.elapsed());
                 }
                 Err(failure) => return Ok(Some(RunOutcome::Failed(failure))),
             }
@@ -130,11 +130,28 @@ impl Simulation {
     /// # Errors
     /// [`RunFailure`].
     pub fn sense(&mut self) -> Result<&[f64], RunFailure> {
-        let which = if self.sensors.wanted().needs_step() { NodeOf::Last } else { NodeOf::State };
+        let wanted = self.sensors.wanted();
+        if wanted.is_motion_alone() {
+            return self.sense_motion();
+        }
+        let which = if wanted.needs_step() { NodeOf::Last } else { NodeOf::State };
         if let Err(error) = self.stepper.observe(which) {
             return Err(self.lost(which, &error.to_string()));
         }
         self.read_sensors();
+        Ok(&self.sample.sensors)
+    }
+
+    /// What sensors of configurations and velocities measure at the present node.
+    fn sense_motion(&mut self) -> Result<&[f64], RunFailure> {
+        if let Err(error) = self.stepper.velocity(&mut self.velocity) {
+            return Err(self.lost(NodeOf::State, &error.to_string()));
+        }
+        let Self { stepper, sample, sensors, rolling, velocity, .. } = self;
+        let state = stepper.at(When::After);
+        let (signals, slips) = (stepper.signals(state), &rolling.state().slips[..]);
+        let view = View { signals, slips, ..View::of_motion(state, velocity) };
+        sensors.read(stepper.mechanism(), stepper.rows(), view, &mut sample.sensors);
         Ok(&self.sample.sensors)
     }
 
@@ -275,11 +292,16 @@ impl Simulation {
         Err(refused)
     }
 
+    /// When reading begins; nothing where it takes no longer than to read the clock.
+    fn clock(&self) -> Option<Instant> {
+        self.reading.quantities.then(Instant::now)
+    }
+
     /// Reads a node into the sample.
     pub(crate) fn read(&mut self, which: NodeOf) -> Result<(), RunFailure> {
-        let begin = Instant::now();
+        let begin = self.clock();
         let found = self.fill(which);
-        self.recording += begin.elapsed();
+        self.recording += begin.map_or(Duration::ZERO, |begin| begin.elapsed());
         found
     }
 
@@ -300,7 +322,29 @@ impl Simulation {
         sensors.read(mechanism, stepper.rows(), view, &mut sample.sensors);
     }
 
+    /// Reads the configuration of a node, and its sensors where they are wanted.
+    fn fill_configuration(&mut self, which: NodeOf) -> Result<(), RunFailure> {
+        if self.reading.sensors && !self.sensors.columns().is_empty() {
+            if let Err(error) = self.stepper.observe(which) {
+                return Err(self.lost(which, &error.to_string()));
+            }
+            self.read_sensors();
+        }
+        let Self { stepper, sample, iterations, .. } = self;
+        let state = stepper.at(which.when());
+        (sample.step, sample.t) = (state.step, state.t);
+        sample.q.clone_from(&state.q);
+        sample.newton_iterations = *iterations;
+        match sample.q.iter().all(|q| q.is_finite()) {
+            true => Ok(()),
+            false => Err(self.lost(which, "a value that is not finite")),
+        }
+    }
+
     fn fill(&mut self, which: NodeOf) -> Result<(), RunFailure> {
+        if !self.reading.quantities {
+            return self.fill_configuration(which);
+        }
         if let Err(error) = self.stepper.observe(which) {
             return Err(self.lost(which, &error.to_string()));
         }

@@ -186,6 +186,11 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         taken
     }
 
+    /// The integrator.
+    pub(crate) fn integrator(&self) -> &Integrator<S, Mechanism> {
+        &self.run
+    }
+
     /// Reads a node; accelerations and constraint forces, where they are wanted.
     fn observe(&mut self, which: NodeOf) -> Result<(), Singular> {
         let of_steps = !self.run.reads_states();
@@ -455,6 +460,22 @@ impl AnyStepper {
     /// Reads a node.
     pub(crate) fn observe(&mut self, which: NodeOf) -> Result<(), Singular> {
         either!(self, own => own.observe(which))
+    }
+
+    /// `v ←` the velocities `v̂` of the present node, shape `n`, and nothing else of it; of
+    /// energy–momentum schemes the node is read.
+    pub(crate) fn velocity(&mut self, v: &mut Vec<f64>) -> Result<(), Singular> {
+        match self {
+            Self::Variational(own) => {
+                v.resize(own.run.state().q.len(), 0.0);
+                own.run.velocity(v)
+            }
+            Self::EnergyMomentum(own) => {
+                own.observe(NodeOf::State)?;
+                v.clone_from(&own.node().node.v);
+                Ok(())
+            }
+        }
     }
 
     /// The middle of the step from the present node, predicted.

@@ -14,12 +14,19 @@ pub(crate) struct Wanted {
     pub(crate) accelerations: bool,
     /// Contacts.
     pub(crate) contacts: bool,
+    /// Works of force elements.
+    pub(crate) works: bool,
 }
 
 impl Wanted {
     /// Whether constraint forces or accelerations are.
     pub(crate) fn any(self) -> bool {
         self.forces || self.accelerations
+    }
+
+    /// Whether nothing is but configurations and velocities.
+    pub(crate) fn is_motion_alone(self) -> bool {
+        self == Self::default()
     }
 
     /// Whether anything is that belongs to the step from the node.

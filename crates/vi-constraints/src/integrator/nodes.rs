@@ -170,6 +170,18 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         observer.observe_state(system, constraints, at, h)
     }
 
+    /// `v̂` of the present node alone, shape `n`: what was observed of a node stays. Of variational
+    /// schemes.
+    ///
+    /// # Errors
+    /// As [`Integrator::observe_state`].
+    pub fn velocity(&mut self, v: &mut [f64]) -> Result<(), Singular> {
+        let h = if self.reads_states() { 0.0 } else { self.step };
+        let Self { observer, start_observer, system, constraints, state, .. } = self;
+        let observer = observer_at(state, observer, start_observer);
+        observer.velocity(system, constraints, (state, h), &state.p, v)
+    }
+
     /// What was last observed at the node of a state: [`Integrator::state`], or
     /// [`Integrator::before`] after [`Integrator::node_before`].
     #[must_use]

@@ -196,6 +196,12 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         }
     }
 
+    /// Time, s, and number of the node from which times are counted.
+    #[must_use]
+    pub fn counted_from(&self) -> (f64, u64) {
+        (self.origin.t, self.origin.step)
+    }
+
     /// The time of node `n`, s.
     #[must_use]
     pub fn time_of(&self, n: u64) -> f64 {

@@ -67,7 +67,7 @@ impl Member {
             s: Interval::new(system.dim()),
             is_read: false,
             start: State::default(),
-            origin: (state.t, state.step),
+            origin: run.counted_from(),
             links,
             bodies,
             efforts: acts_along.then(|| Efforts::new(&model.links, system)),

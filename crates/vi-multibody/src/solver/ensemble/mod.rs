@@ -66,8 +66,8 @@ use vi_constraints::node::Node;
 use vi_constraints::nonsmooth::NonsmoothOptions;
 use vi_constraints::scheme::StepError;
 use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_core::Quadrature;
 use vi_core::linear::Singular;
-use vi_core::{Quadrature, SeparableSystem};
 
 /// Members of one topology that move together.
 ///
@@ -143,23 +143,34 @@ impl Ensemble {
         members: impl Iterator<Item = (BuiltMechanism, f64, Vec<f64>, Vec<f64>)>,
         options: Options,
     ) -> Result<Self, SetupError> {
-        let (mut runs, mut models) = (Vec::new(), Vec::new());
+        let mut runs = Vec::new();
         for (built, t, q, v) in members {
             let system = built.system(Quadrature::Midpoint);
             let contacts = built.forces.contacts;
-            let own = model(&built.mechanism, &system, &options);
-            models.push(own.filter(|_| contacts.is_empty()));
             let at = InitialValues::new(t, &q, &v);
             let run = integrator(built.mechanism, system, options, Solver::Auto, at)?;
             runs.push(with_contacts(run, options.scheme, contacts, NonsmoothOptions::default())?);
         }
-        let failures = runs.iter().map(|_| None).collect();
+        Ok(Self::of_integrators(runs, &options))
+    }
+
+    /// Members that are integrators with these options, from where they stand.
+    #[must_use]
+    pub fn of_integrators(members: Vec<MechanismIntegrator>, options: &Options) -> Self {
+        let models: Option<Vec<_>> = members.iter().map(|run| model(run, options)).collect();
+        let failures = members.iter().map(|_| None).collect();
         let (groups, scheme) = (Vec::new(), options.scheme);
-        let mut ensemble = Self { members: runs, failures, groups, grouped: 0, scheme };
-        if let Some(models) = models.into_iter().collect::<Option<Vec<_>>>() {
-            ensemble.group(&models, &options);
+        let mut ensemble = Self { members, failures, groups, grouped: 0, scheme };
+        if let Some(models) = models {
+            ensemble.group(&models, options);
         }
-        Ok(ensemble)
+        ensemble
+    }
+
+    /// Whether members like this integrator with these options move in lanes.
+    #[must_use]
+    pub fn has_lanes_for(run: &MechanismIntegrator, options: &Options) -> bool {
+        model(run, options).is_some()
     }
 
     /// Puts members of one topology into lanes.
@@ -311,6 +322,18 @@ impl Ensemble {
         self.members[k].observe_state()
     }
 
+    /// `v ← v̂` of the present node of a member, shape `n`, see
+    /// [`vi_constraints::Integrator::velocity`].
+    ///
+    /// # Errors
+    /// [`Singular`] when its constraints have lost rank.
+    ///
+    /// # Panics
+    /// When there is no such member.
+    pub fn velocity(&mut self, k: usize, v: &mut [f64]) -> Result<(), Singular> {
+        self.members[k].velocity(v)
+    }
+
     /// Everything at the node of a member, by a step from there on a copy of its state, see
     /// [`vi_constraints::Integrator::observe`].
     ///
@@ -344,10 +367,12 @@ impl Ensemble {
 }
 
 /// What lanes need of a member; `None` where they do not apply.
-fn model(mechanism: &Mechanism, system: &SeparableSystem, options: &Options) -> Option<Model> {
+fn model(run: &MechanismIntegrator, options: &Options) -> Option<Model> {
+    let (mechanism, system) = (run.constraints(), run.system());
     let applies = options.scheme == SchemeKind::Nodal
         && options.method.stages().is_none()
         && !options.newton.line_search
+        && run.nonsmooth().is_none()
         && !mechanism.has_loops()
         && mechanism.description().particles.is_empty()
         && mechanism.description().scalars.is_empty()
