@@ -110,7 +110,9 @@ def test_a_panic_is_an_exception() -> None:
     assert said.returncode == 0 and "alive" in said.stdout
 
 
-def test_a_package_that_is_missing_is_named(double: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_package_that_is_missing_is_named(
+    double: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     result = hn.simulate(hn.Model.from_toml(double), end=0.02)
     for name in ("pandas", "xarray", "matplotlib.pyplot", "gymnasium", "mujoco"):
         monkeypatch.setitem(sys.modules, name, None)  # importing it fails
@@ -118,13 +120,21 @@ def test_a_package_that_is_missing_is_named(double: str, monkeypatch: pytest.Mon
     for package, call in [
         ("pandas", result.to_pandas),
         ("xarray", result.to_xarray),
-        ("matplotlib", lambda: result.plot("angle")),
         ("gymnasium", lambda: __import__("holonom.gym")),
         ("mujoco", lambda: __import__("holonom.peers.mujoco").peers.mujoco.run(hn.Model.from_toml(double))),
     ]:
         with pytest.raises(hn.MissingPackage, match=f"needs the package {package}") as error:
             call()
         assert f"pip install {package}" in str(error.value)
+    # without matplotlib the program draws
+    drawing = result.plot("angle", "kinetic")
+    assert isinstance(drawing, hn.Drawing) and drawing._repr_svg_() == drawing.svg
+    assert "angle" in drawing.svg and "kinetic" in drawing.svg and drawing.svg.startswith("<svg")
+    assert "bearing" in result.plot("bearing").svg and "total" in result.plot().svg
+    drawing.save(tmp_path / "plot.svg")
+    assert (tmp_path / "plot.svg").read_text(encoding="utf-8") == drawing.svg
+    with pytest.raises(hn.UnknownName, match="did you mean"):
+        result.plot("angel")
 
 
 def test_nothing_large_is_imported() -> None:

@@ -2,12 +2,13 @@
 
 import shutil
 import subprocess
+import warnings
 from pathlib import Path
 
 import pytest
 
 import holonom as hn
-from holonom._page import frame
+from holonom._page import Page, frame
 
 BROWSER = next((b for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
 
@@ -29,6 +30,22 @@ ASKED = """<script>addEventListener("load", () => {
     parent.postMessage(`moved=${members() !== before} errors=${failed.join(";")}`, "*");
   }, 500);
 });</script>"""
+
+
+def test_a_notebook_gets_the_frame_and_a_still(double: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    shell = pytest.importorskip("IPython.core.getipython")
+    monkeypatch.setattr(shell, "get_ipython", lambda: object())
+    result = hn.simulate(hn.Model.from_toml(double), end=0.02)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        page = result.view()
+    assert isinstance(page, Page)
+    bundle = page._repr_mimebundle_()
+    assert list(bundle)[0] == "text/html" and bundle["text/html"] == frame(page.html)
+    assert bundle["image/svg+xml"].startswith("<svg") and "double" in bundle["image/svg+xml"]
+    assert len(bundle["text/plain"]) < 100 and len(result._repr_html_()) < 5000  # notebooks stay small
+    modes = hn.modes(hn.Model.from_toml(double), at="static", count=1)
+    assert list(modes.view()._repr_mimebundle_()) == ["text/html", "text/plain"]
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium")

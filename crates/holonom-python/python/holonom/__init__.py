@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from ._acting import CompiledLaw, Law, compiled
     from ._design import Gradient, Identified, Optimum, identify, optimize
     from ._ensemble import Ensemble
+    from ._page import Drawing
     from ._parts import BeamPart, Part, Parts
     from ._spec import Spec, box, circle, cylinder, rectangle, rod, section, sphere, tube
     from ._sweep import Plan, Rollout, SweepTable, plan, rollout, run_point, sweep
@@ -62,6 +63,7 @@ _LATER = {
     "_answer": ("Analysis", "Answer"),
     "_design": ("Gradient", "Identified", "Optimum", "identify", "optimize"),
     "_ensemble": ("Ensemble",),
+    "_page": ("Drawing",),
     "_parts": ("BeamPart", "Part", "Parts"),
     "_spec": ("Spec", "box", "circle", "cylinder", "rectangle", "rod", "section", "sphere", "tube"),
     "_sweep": ("Plan", "Rollout", "SweepTable", "plan", "rollout", "run_point", "sweep"),
@@ -94,6 +96,7 @@ __all__ = [
     "BodyState",
     "Campbell",
     "CompiledLaw",
+    "Drawing",
     "Ensemble",
     "FunctionFailed",
     "Gradient",

@@ -115,6 +115,11 @@ class OutputFailed(HolonomError, OSError):
 class MemoryLack(HolonomError, MemoryError):
     """More memory is needed than there is."""
 
+    def __new__(cls, *args: object) -> MemoryLack:
+        """As other exceptions are made: that of ``MemoryError`` refuses its heirs, for instance where
+        tblib, which Dask brings, reads a pickle."""
+        return Exception.__new__(cls, *args)
+
 
 class FunctionFailed(HolonomError, ValueError):
     """A function that acts on a run gave what is no finite number; with its name and arguments."""

@@ -1,29 +1,75 @@
-"""Pages in a notebook or a browser."""
+"""Pages and drawings in a notebook or a browser."""
 
 from __future__ import annotations
 
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 
-def show(html: str, name: str) -> Any:
-    """In a notebook the frame of a page, elsewhere the browser; ``name`` of its file."""
-    import tempfile
-    import webbrowser
-    from pathlib import Path
+class Page:
+    """A page that a notebook shows in a frame; viewers without frames show its still."""
 
+    def __init__(self, html: str, still: str | None) -> None:
+        self.html, self.still = html, still
+
+    def _repr_mimebundle_(self, **_options: Any) -> dict[str, str]:
+        """What a notebook chooses from, the page first."""
+        bundle = {"text/html": frame(self.html), "text/plain": repr(self)}
+        return bundle if self.still is None else {**bundle, "image/svg+xml": self.still}
+
+    def __repr__(self) -> str:
+        return "<a page of holonom>"
+
+
+class Drawing:
+    """A drawing, which a notebook shows.
+
+    Attributes
+    ----------
+    svg : the drawing as SVG.
+    """
+
+    def __init__(self, svg: str, name: str) -> None:
+        self.svg, self.name = svg, name
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the SVG to a file."""
+        Path(path).write_text(self.svg, encoding="utf-8")
+
+    def view(self) -> None:
+        """Shows it in the browser."""
+        in_browser(self.svg, f"{self.name}.svg")
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def __repr__(self) -> str:
+        return f"<holonom.Drawing of {self.name!r}>"
+
+
+def show(html: str, name: str, still: str | None = None) -> Any:
+    """In a notebook the frame of a page, elsewhere the browser; ``name`` of its file."""
     try:
-        from IPython.core.getipython import get_ipython  # type: ignore[import-not-found]
-        from IPython.display import HTML  # type: ignore[import-not-found]
+        from IPython.core.getipython import get_ipython  # type: ignore[import-not-found,unused-ignore]
 
         if get_ipython() is not None:
-            return HTML(frame(html))
+            return Page(html, still)
     except ImportError:
         pass
-    file = Path(tempfile.mkdtemp(prefix="holonom-")) / f"{name}.html"
-    file.write_text(html, encoding="utf-8")
+    in_browser(html, f"{name}.html")
+    return None
+
+
+def in_browser(content: str, name: str) -> None:
+    """Writes a file to a folder of its own and opens it."""
+    import tempfile
+    import webbrowser
+
+    file = Path(tempfile.mkdtemp(prefix="holonom-")) / name
+    file.write_text(content, encoding="utf-8")
     if not webbrowser.open(file.as_uri()):
         print(f"no browser was found: open {file}")
-    return None
 
 
 def frame(html: str) -> str:

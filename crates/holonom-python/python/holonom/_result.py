@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from os import PathLike, fspath
 from os.path import join
@@ -12,13 +12,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _core
-from ._errors import HolonomError, HolonomWarning, OutputExists, RunFailed, UnknownName, needed, no_panic
+from ._errors import (
+    HolonomError,
+    HolonomWarning,
+    MissingPackage,
+    OutputExists,
+    RunFailed,
+    UnknownName,
+    needed,
+    no_panic,
+)
 from ._model import Model, load
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
+
+    from ._page import Drawing
 
     Array = NDArray[np.float64]
 
@@ -271,6 +282,8 @@ class Result:
     @property
     def momentum(self) -> Momentum:
         """Momentum maps."""
+        if "tail" not in self.tables:
+            raise UnknownName("this result has no momentum maps", '`record` leaves them out; add "residuals"')
         values = self.tables["tail"].values
         return Momentum(values[:, 5:8], values[:, 2:5])
 
@@ -332,7 +345,9 @@ class Result:
     def table(self, name: str) -> Table:
         """The table of a file, with all its columns: ``trajectory``, ``energy``, ``sensors``,
         ``residuals``, ``momenta``, after ``step`` and ``t``."""
-        parts = ["q", "tail"] if name == "trajectory" else [name]
+        parts = [name]
+        if name == "trajectory":
+            parts = ["q", "tail"] if "tail" in self.tables else ["q"]
         tables = [self._table(part) for part in parts]
         columns = [*HEAD, *(column for table in tables for column in table.columns)]
         head = np.stack([self.step.astype(np.float64), self.t], axis=1)
@@ -374,15 +389,20 @@ class Result:
         np.savez(fspath(path), t=self.t, step=self.step, **arrays, **names)  # type: ignore[arg-type]
 
     def plot(self, *names: str) -> Any:
-        """Draws columns of sensors or energies over time by matplotlib; its axes.
+        """Draws columns of sensors or energies over time; the total energy where none is named.
 
-        Without matplotlib :meth:`view` shows curves of all of them.
+        Returns
+        -------
+        Axes of matplotlib, or where it is not installed a :class:`Drawing` of the program.
         """
-        plt = needed("matplotlib.pyplot", "notebook")
+        try:
+            plt = needed("matplotlib.pyplot", "notebook")
+        except MissingPackage:
+            return self._drawn(names or ("total",))
         axes = plt.figure().add_subplot()
         units: list[str] = []
         for name in names or ["total"]:
-            where = self.sensors if "sensors" in self.tables and name in self.sensors else self.energy
+            where = self._over_time(name)
             parts, _ = where.below(name)
             values = where[name]
             labels = [f"{name}.{part}" for part in parts] if values.ndim == 2 else [name]
@@ -393,6 +413,30 @@ class Result:
             axes.set_ylabel(f"[{units[0]}]")
         axes.legend()
         return axes
+
+    def _over_time(self, name: str) -> Table:
+        """The table, of sensors or energies, that has a column or columns below a name."""
+        tables = [self.tables[part] for part in ("sensors", "energy") if part in self.tables]
+        for table in tables:
+            if name in table:
+                return table
+        raise unknown(name, [known for table in tables for known in table.names()])
+
+    def _drawn(self, names: Sequence[str]) -> Drawing:
+        """Columns over time as ``holonom plot`` draws them."""
+        from pathlib import Path
+        from tempfile import TemporaryDirectory
+
+        from ._page import Drawing
+
+        for name in names:
+            self._over_time(name)  # says what there is
+        with self._files() as folder, TemporaryDirectory() as place:
+            file = Path(place) / "plot.svg"
+            words = ["holonom", "plot", folder, "--what", ",".join(names), "-o", str(file)]
+            if _core.main(words, "") != 0:
+                raise HolonomError(f"{', '.join(names)} cannot be drawn", "pip install matplotlib")
+            return Drawing(file.read_text(encoding="utf-8"), self.model.name)
 
     def page(self) -> str:
         """The page of the run, as ``holonom run`` writes it: HTML that needs no other file.
@@ -464,18 +508,26 @@ class Result:
         if self.folder is not None:
             yield fspath(self.folder)
             return
-        import tempfile
+        from tempfile import TemporaryDirectory
 
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryDirectory() as folder:
             place = join(folder, "run")
             self._run_into(place)
             yield place
 
     def view(self) -> Any:
-        """Shows the page: in a notebook a frame, elsewhere the browser."""
+        """Shows the page: in a notebook a frame, with a still of the first node for viewers that
+        have no frames; elsewhere the browser."""
+        from pathlib import Path
+        from tempfile import TemporaryDirectory
+
         from ._page import show
 
-        return show(self.page(), self.model.name)
+        with self._files() as folder, TemporaryDirectory() as place:
+            page = Path(no_panic(_core.write_page)(folder)).read_text(encoding="utf-8")
+            still = Path(place) / "still.svg"
+            no_panic(_core.export)(folder, "svg", str(still), 1)
+            return show(page, self.model.name, still.read_text(encoding="utf-8"))
 
     def __len__(self) -> int:
         return len(self.t)
