@@ -141,3 +141,28 @@ def test_nothing_large_is_imported() -> None:
     script = "import sys, holonom; print([m for m in ('pandas', 'xarray', 'dask', 'matplotlib', 'gymnasium') if m in sys.modules])"
     said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert said.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(("numpy", "words"), [
+    ("None", "needs NumPy 1.26 or newer: pip install"),
+    ("types.ModuleType('numpy')", "needs NumPy 1.26 or newer: pip install"),
+    ("types.SimpleNamespace(__version__='1.24.4')", "not 1.24.4: pip install -U numpy"),
+])
+def test_numpy_is_asked_for_by_name(numpy: str, words: str) -> None:
+    script = f"import sys, types; sys.modules['numpy'] = {numpy}; import holonom"
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert said.returncode == 1 and words in said.stderr.splitlines()[-1]
+
+
+def test_without_a_browser_the_file_is_named(
+    double: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)  # tells that there is none
+    result = hn.simulate(hn.Model.from_toml(double), end=0.02, out=tmp_path / "run")
+    for what in (result, tmp_path / "run", hn.modes(hn.Model.from_toml(double), at="static", count=1)):
+        assert hn.view(what) is None
+        file = opened[-1].removeprefix("file://")
+        assert file in capsys.readouterr().out and "<html" in Path(file).read_text(encoding="utf-8")
+    with pytest.raises(TypeError, match="not int"):
+        hn.view(3)

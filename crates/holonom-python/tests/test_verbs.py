@@ -56,7 +56,7 @@ def test_verify_and_compare(double: str) -> None:
         hn.verify(model, progress=stop)
 
 
-def test_a_robot_is_imported(tmp_path: Path) -> None:
+def test_a_robot_is_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     robot = tmp_path / "arm.urdf"
     inertial = '<inertial><mass value="2"/><origin xyz="0 0 0.5"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
     robot.write_text(
@@ -65,6 +65,12 @@ def test_a_robot_is_imported(tmp_path: Path) -> None:
         '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
     )
     imported = hn.import_robot(robot, joints={"hinge": 0.3}, step=1e-3, end=0.05)
+    text = robot.read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    again = hn.import_robot(text, joints={"hinge": 0.3}, step=1e-3, end=0.05)
+    assert again.model == imported.model and again.remarks == imported.remarks
+    assert sorted(tmp_path.iterdir()) == before
     assert imported.model.name == "arm" and list(imported.model.joints) == ["hinge"]
     assert any("limit" in remark for remark in imported.remarks), imported.remarks
     result = hn.simulate(imported.model)

@@ -17,10 +17,18 @@ arrays. All units are SI, angles are in rad. ``import holonom as hn``.
 ``optimize``                        parameters or controls of least cost
 ``verify``, ``compare``, ``bench``  properties, measured; schemes side by side; what a step costs
 ``import_robot``, ``schema``        a model of a robot description; the keys of model files
+``view``                            the page of a folder, a result or an analysis
 ==================================  ==============================================================
 """
 
 from typing import TYPE_CHECKING, Any
+
+try:
+    from numpy import __version__ as _numpy
+except ImportError as _missing:
+    raise ImportError("holonom needs NumPy 1.26 or newer: pip install numpy") from _missing
+if tuple(int(part) for part in _numpy.split(".")[:2]) < (1, 26):
+    raise ImportError(f"holonom needs NumPy 1.26 or newer, not {_numpy}: pip install -U numpy")
 
 from ._core import BodyState, __version__
 from ._errors import (
@@ -55,7 +63,7 @@ if TYPE_CHECKING:
     from ._parts import BeamPart, Part, Parts
     from ._spec import Spec, box, circle, cylinder, rectangle, rod, section, sphere, tube
     from ._sweep import Plan, Rollout, SweepTable, plan, rollout, run_point, sweep
-    from ._verbs import Imported, check, compare, import_robot, schema, verify
+    from ._verbs import Imported, check, compare, import_robot, schema, verify, view
 
 _LATER = {
     "_acting": ("CompiledLaw", "Law", "compiled"),
@@ -67,7 +75,7 @@ _LATER = {
     "_parts": ("BeamPart", "Part", "Parts"),
     "_spec": ("Spec", "box", "circle", "cylinder", "rectangle", "rod", "section", "sphere", "tube"),
     "_sweep": ("Plan", "Rollout", "SweepTable", "plan", "rollout", "run_point", "sweep"),
-    "_verbs": ("Imported", "check", "compare", "import_robot", "schema", "verify"),
+    "_verbs": ("Imported", "check", "compare", "import_robot", "schema", "verify", "view"),
 }
 """Names by modules that are imported when they are asked for."""
 
@@ -160,4 +168,5 @@ __all__ = [
     "sweep",
     "tube",
     "verify",
+    "view",
 ]

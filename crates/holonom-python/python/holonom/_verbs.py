@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any
 
 from . import _core
@@ -99,7 +100,7 @@ class Imported:
 
 @no_panic
 def import_robot(
-    path: str | PathLike[str],
+    source: str | PathLike[str],
     *,
     joints: Mapping[str, float] | None = None,
     free_base: bool = False,
@@ -112,7 +113,7 @@ def import_robot(
 
     Parameters
     ----------
-    path : the file.
+    source : the file, or its text; files that a text names are looked for in the current folder.
     joints : initial coordinates of joints, m or rad.
     free_base, density (kg/m³), repair_inertia : as of ``holonom import``.
     step, end : s.
@@ -123,10 +124,33 @@ def import_robot(
     """
     given = list((joints or {}).items())
     options: dict[str, Any] = {"free_base": free_base, "density": density, "step": step, "end": end}
-    text, remarks = _core.import_robot(
-        fspath(path), joints=given, repair_inertia=repair_inertia, **options
-    )
-    return Imported(Model.from_toml(text, Path(path).parent), text, remarks)
+    options |= {"joints": given, "repair_inertia": repair_inertia}
+    if isinstance(source, str) and source.lstrip().startswith("<"):
+        with NamedTemporaryFile("w", suffix=".xml", dir=".", encoding="utf-8") as file:
+            file.write(source)
+            file.flush()
+            text, remarks = _core.import_robot(file.name, **options)
+        folder = Path()
+    else:
+        text, remarks = _core.import_robot(fspath(source), **options)
+        folder = Path(source).parent
+    return Imported(Model.from_toml(text, folder), text, remarks)
+
+
+def view(what: Any) -> Any:
+    """Shows a page: in a notebook in a frame, elsewhere in the browser.
+
+    Parameters
+    ----------
+    what : a folder of a run, a :class:`Result`, or what :func:`modes` and the like found.
+    """
+    if isinstance(what, (str, PathLike)):
+        from ._result import open_folder
+
+        return open_folder(what).view()
+    if not hasattr(what, "view"):
+        raise TypeError(f"view: a folder, a result or an analysis, not {type(what).__name__}")
+    return what.view()
 
 
 def schema(section: str | None = None) -> dict[str, Any]:
