@@ -146,6 +146,21 @@ impl Recording {
         }
     }
 
+    /// Bytes of its arrays for one node.
+    pub(crate) fn bytes_of_a_node(&self) -> u64 {
+        let tables = [&self.q, &self.tail, &self.residuals, &self.energy, &self.sensors];
+        let momenta = self.momenta.as_ref().map(|(_, table)| table);
+        let columns = tables.into_iter().flatten().chain(momenta).map(|table| table.columns.len());
+        let elements: usize = match &self.beams {
+            Some(beams) => {
+                let legs = beams.list.iter().flat_map(|beam| &beam.legs);
+                legs.map(|leg| leg.elements.len()).sum()
+            }
+            None => 0,
+        };
+        8 * (2 + columns.sum::<usize>() + 12 * elements) as u64 // with step and time
+    }
+
     /// Takes a node.
     pub(crate) fn record(&mut self, sample: &Sample) {
         let first = self.steps.is_empty();

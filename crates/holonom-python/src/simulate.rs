@@ -1,7 +1,7 @@
 //! A run from its start to its end, in memory or with files.
 
 use crate::acting::{Acted, Acting};
-use crate::errors::{continued, json};
+use crate::errors::{continued, json, raise};
 use crate::fault::Fault;
 use crate::model::Model;
 use crate::recording::{Kept, Recording};
@@ -19,6 +19,9 @@ use pyo3::types::PyDict;
 use std::cell::Cell;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+/// Most bytes of the arrays of a run in memory.
+const MOST: u64 = 2 << 30;
 
 /// A run that is ready.
 struct Ready {
@@ -67,7 +70,9 @@ pub(crate) fn simulate<'py>(
     let mut watch = Watch::new(progress);
     let ready = Ready::new(py, model, acting, kept.reading())?;
     let (calls_python, fault) = (ready.calls_python, ready.fault.clone());
-    let run = freed(py, calls_python, || in_memory(model, ready, kept, &mut watch));
+    let recording = Recording::new(&*ready.experiment, kept, ready.own_sensors);
+    refuse_large(py, model, recording.bytes_of_a_node())?;
+    let run = freed(py, calls_python, || in_memory(model, ready, recording, &mut watch));
     watch.stopped()?;
     let (recording, summary) = run;
     let found = recording.into_python(py)?;
@@ -78,9 +83,30 @@ pub(crate) fn simulate<'py>(
     Ok(found)
 }
 
-fn in_memory(model: &Model, ready: Ready, kept: Kept, watch: &mut Watch) -> (Recording, Summary) {
-    let Ready { mut experiment, own_sensors, fault, .. } = ready;
-    let mut recording = Recording::new(&*experiment, kept, own_sensors);
+/// Refuses arrays of more than [`MOST`] bytes, `node` for each recorded node.
+fn refuse_large(py: Python<'_>, model: &Model, node: u64) -> PyResult<()> {
+    let settings = &model.model.settings;
+    let nodes = settings.steps().div_ceil(settings.every.max(1)).saturating_add(1);
+    let bytes = nodes.saturating_mul(node);
+    if bytes <= MOST {
+        return Ok(());
+    }
+    let words = format!(
+        "the arrays of {nodes} nodes take {:.1} GiB, more than {} GiB",
+        bytes as f64 / (1_u64 << 30) as f64,
+        MOST >> 30
+    );
+    let remedy = "record fewer nodes by `every`, fewer parts by `record`, or write files by `out`";
+    Err(raise(py, "MemoryLack", (words, remedy)))
+}
+
+fn in_memory(
+    model: &Model,
+    ready: Ready,
+    mut recording: Recording,
+    watch: &mut Watch,
+) -> (Recording, Summary) {
+    let Ready { mut experiment, fault, .. } = ready;
     let mut builder = SummaryBuilder::of(None);
     let clock = Stopwatch::new(&*experiment, 0.0);
     let mut observe = |sample: &holonom::Sample| {

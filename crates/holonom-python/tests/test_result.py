@@ -195,3 +195,26 @@ point = [0.5, 0.0, 0.0]
         result.sense("velocity", of="lower")
     with pytest.raises(hn.InvalidModel, match="lowr"):
         result.sense("position", of="lowr")
+
+
+def test_arrays_that_are_too_large_are_refused(double: str) -> None:
+    model = hn.Model.from_toml(double)
+    whole = hn.simulate(model, end=0.02)
+    node = 16 + sum(8 * len(table.columns) for table in whole.tables.values())
+    nodes = (2 << 30) // node
+    with pytest.raises(hn.MemoryLack, match=r"2\.0 GiB, more than 2 GiB") as refused:
+        hn.simulate(model, end=0.002 * nodes)
+    assert all(f"`{word}`" in str(refused.value) for word in ("every", "record", "out"))
+    asked: list[int] = []
+
+    def stop(step: int, of: int) -> None:
+        asked.append(of)
+        raise LookupError
+
+    smaller: list[dict[str, object]] = [{"every": 2}, {"record": ["q"]}]
+    for options in smaller:
+        with pytest.raises(LookupError):  # begun, and stopped
+            hn.simulate(model, end=0.002 * nodes, progress=stop, **options)  # type: ignore[arg-type]
+    assert asked == [nodes, nodes]
+    beam = hn.load(ROOT / "examples" / "models" / "princeton.toml")
+    assert "GiB" not in str(hn.simulate(beam))
