@@ -9,8 +9,8 @@ use holonom::model::Scheme;
 use holonom::output::OutputSize;
 use holonom::run::prepare;
 use holonom::sweep::{Plan, Sampling, Values, Variation};
-use holonom_cli::text;
 use holonom_cli::unit::{self, UnitError, Version};
+use holonom_cli::{Call, text};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -23,6 +23,7 @@ pub(crate) type Answer<'py> = (Bound<'py, PyAny>, String);
 /// Adds these functions.
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(plot, module)?)?;
     module.add_function(wrap_pyfunction!(export_fmu, module)?)?;
     module.add_function(wrap_pyfunction!(schema, module)?)?;
     module.add_function(wrap_pyfunction!(check, module)?)?;
@@ -38,6 +39,25 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
 #[pyfunction]
 fn main(py: Python<'_>, words: Vec<OsString>, package: PathBuf) -> u8 {
     py.detach(|| holonom_cli::main_with(words, Some(&package)))
+}
+
+/// Draws columns of a run with files as `holonom plot` does; its exit code and what it says.
+#[pyfunction]
+fn plot(py: Python<'_>, folder: PathBuf, what: String, to: PathBuf) -> (u8, String) {
+    let words: [OsString; 7] = [
+        "holonom".into(),
+        "plot".into(),
+        folder.into(),
+        "--what".into(),
+        what.into(),
+        "-o".into(),
+        to.into(),
+    ];
+    let called = py.detach(|| match Call::new(words) {
+        Ok(call) => call.answer(u64::MAX),
+        Err(called) => called,
+    });
+    (called.code, String::from_utf8_lossy(&called.error).into_owned())
 }
 
 /// What a unit is asked for.

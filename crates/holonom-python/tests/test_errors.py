@@ -111,7 +111,7 @@ def test_a_panic_is_an_exception() -> None:
 
 
 def test_a_package_that_is_missing_is_named(
-    double: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    double: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     result = hn.simulate(hn.Model.from_toml(double), end=0.02)
     for name in ("pandas", "xarray", "matplotlib.pyplot", "gymnasium", "mujoco"):
@@ -127,7 +127,9 @@ def test_a_package_that_is_missing_is_named(
             call()
         assert f"pip install {package}" in str(error.value)
     # without matplotlib the program draws
+    capfd.readouterr()
     drawing = result.plot("angle", "kinetic")
+    assert capfd.readouterr() == ("", "")  # nothing is said of files that nobody sees
     assert isinstance(drawing, hn.Drawing) and drawing._repr_svg_() == drawing.svg
     assert "angle" in drawing.svg and "kinetic" in drawing.svg and drawing.svg.startswith("<svg")
     assert "bearing" in result.plot("bearing").svg and "total" in result.plot().svg

@@ -433,9 +433,9 @@ class Result:
             self._over_time(name)  # says what there is
         with self._files() as folder, TemporaryDirectory() as place:
             file = Path(place) / "plot.svg"
-            words = ["holonom", "plot", folder, "--what", ",".join(names), "-o", str(file)]
-            if _core.main(words, "") != 0:
-                raise HolonomError(f"{', '.join(names)} cannot be drawn", "pip install matplotlib")
+            code, said = _core.plot(folder, ",".join(names), str(file))
+            if code != 0:
+                raise HolonomError(said.strip(), "pip install matplotlib")
             return Drawing(file.read_text(encoding="utf-8"), self.model.name)
 
     def page(self) -> str:
