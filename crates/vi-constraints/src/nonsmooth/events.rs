@@ -251,6 +251,7 @@ impl Nonsmooth {
         state: &State,
     ) -> Result<f64, StepError> {
         self.close(state);
+        self.node.whole = step.h;
         self.node.open(&self.elements, run, (state, h), &self.set)?;
         let mut sub_step = SubStep { h, ..step };
         let mut counts = state.contacts.counts;

@@ -62,6 +62,7 @@ pub(super) struct NodeImpulses {
     pub(super) node_velocity: NodeVelocity,
     pub(super) solved: u64, // steps for this node
     length: f64,            // of the last one, s
+    pub(super) whole: f64,  // H, s
     pub(super) is_guarded: bool,
 }
 
@@ -478,6 +479,7 @@ impl NodeImpulses {
         (step, state): (SubStep, &State),
     ) {
         let Self { contacts, rows, W, minus, plus, lambda, impacts, p, transverse, .. } = self;
+        let whole = &self.whole;
         let end = run.end.configuration();
         let s = run.scheme.interval();
         let mut is_known = false; // the constraint impulse
@@ -505,7 +507,10 @@ impl NodeImpulses {
                     }
                     contact.bound *= contact.ratio();
                 }
-                _ => contact.gamma = element.gap(feature, end) / step.h, // [N2]
+                _ => {
+                    let least = contact.least_gap(step.h / *whole);
+                    contact.gamma = (element.gap(feature, end) - least) / step.h; // [N2]
+                }
             }
         }
         for (i, plus) in plus.iter_mut().enumerate() {

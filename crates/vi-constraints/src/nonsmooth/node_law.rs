@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! γ = g(q_{n+1})/h                                                                            [N2]
+//! γ   = (g(q_{n+1}) − (1 − h/H) g(q_n))/h     where g(q_n) < 0, in a part of a step H
 //! ξ_N = γ                         kind p
 //! ξ_N = min(γ, U_N⁺ + e U_N⁻)     of a contact that is hit; kind e where the second is smaller [N4]
 //! b_n = ½(h_{n−1} + h_n) τ_c + μ r |h λ_⊥|                                                    [N5]
@@ -117,6 +118,13 @@ impl Contact {
     /// Whether it may be hit, if it approaches.
     pub(super) fn may_bounce(&self) -> bool {
         self.law.restitution().is_some_and(|restitution| restitution > 0.0 || self.is_new)
+    }
+
+    /// The gap that it may end with in this part of a whole step. Where another feature of a pair is
+    /// named, its gap may be less than zero by what shapes turn in a step: within a whole step it
+    /// is closed, and not at once in a short part of one.
+    pub(super) fn least_gap(&self, part: f64) -> f64 {
+        if self.gap < -CLOSED * self.size { (1.0 - part).max(0.0) * self.gap } else { 0.0 }
     }
 
     /// Rounding of its velocities beside others of a size, and of gaps and slip over `h`: those are
