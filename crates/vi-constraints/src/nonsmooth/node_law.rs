@@ -120,9 +120,9 @@ impl Contact {
         self.law.restitution().is_some_and(|restitution| restitution > 0.0 || self.is_new)
     }
 
-    /// The gap that it may end with in this part of a whole step. Where another feature of a pair is
-    /// named, its gap may be less than zero by what shapes turn in a step: within a whole step it
-    /// is closed, and not at once in a short part of one.
+    /// The gap that it may end with in this part of a whole step. Where another feature of a pair
+    /// is named, its gap may be less than zero by what shapes turn in a step: within a whole step
+    /// it is closed, and not at once in a short part of one.
     pub(super) fn least_gap(&self, part: f64) -> f64 {
         if self.gap < -CLOSED * self.size { (1.0 - part).max(0.0) * self.gap } else { 0.0 }
     }
