@@ -173,6 +173,9 @@ impl Gradient {
             sweep.end(run);
         }
         let Sweep { costate, mut found, by_step, start, sums, .. } = sweep;
+        if !found.value.is_finite() {
+            return Err(GradientError::Singular { step: task.steps });
+        }
         if let Some(design) = task.design {
             design.add_gradient(&sums, &mut found.parameters);
         }

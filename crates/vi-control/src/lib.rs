@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`gradient`] | all derivatives of the cost of a run by one sweep backward |
 //! | [`sensitivities`] | tangents beside a run: derivatives of the motion along directions |
-//! | [`objective`], [`momentum`] | the cost of a run as a sum of terms |
+//! | [`objective`], [`momentum`], [`terminal_rate`] | the cost of a run as a sum of terms |
 //! | [`controls`] | efforts that are chosen for each step |
 //! | [`checkpoints`], `tape` | which states of a run are kept for the sweep backward |
 //! | [`transcription`] | the steps of a motion as a nonlinear program: problem, charts, derivatives |
@@ -39,6 +39,7 @@ pub mod replay;
 pub mod sensitivities;
 pub mod singular_values;
 mod tape;
+pub mod terminal_rate;
 pub mod transcription;
 
 // What the interface of this crate speaks of, for those who depend on it alone.

@@ -453,7 +453,7 @@ fn velocities_of_nodes_have_their_derivatives() {
         let q: Vec<f64> =
             built.0.initial_configuration().iter().map(|x| x + 0.01 * random.number()).collect();
         let mut vector = || -> Vec<f64> { (0..n).map(|_| random.number()).collect() };
-        let (p, dq, dp) = (vector(), vector(), vector());
+        let (p, dq, dp, along_v) = (vector(), vector(), vector(), vector());
         let mass = |mechanism: &Mechanism| mechanism.mass(|_| {});
         let rows = IndependentRows::find(&built.0, 0.3, &q);
         let list = tangents(&built.0, &built.1);
@@ -482,6 +482,15 @@ fn velocities_of_nodes_have_their_derivatives() {
                 let v = node.find(&moved, &mass(&moved), &state(&add(&q, dq), &add(&p, dp)));
                 v.unwrap().to_vec()
             });
+            // the transpose: c·δv̂ = q·δq + p·δp̄ + of the parameter
+            let [mut by_q, mut by_p] = [(); 2].map(|()| vec![0.0; n]);
+            node.pull(&built.0, at, &along_v, [&mut by_q, &mut by_p]).unwrap();
+            let moved = parameter.map_or(0.0, |k| node.pulled_by_parameter(at, k));
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let pulled = dot(&by_q, dq) + dot(&by_p, dp) + moved;
+            let pushed = dot(&along_v, exact.as_slice());
+            let scale = exact.amax().max(1.0) * n as f64;
+            assert!((pulled - pushed).abs() < 1e-12 * scale, "{name}: {pulled} for {pushed}");
             let (error, size) = ((&exact - differences).amax(), exact.amax());
             assert!(size > 1e-3, "{name}: it changes nothing");
             assert!(error < 2e-7 * size.max(1.0), "seed {seed}, {name}: {error:.1e} of {size:.1e}");

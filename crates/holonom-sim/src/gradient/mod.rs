@@ -22,7 +22,6 @@ use crate::design::{self, ModelTangent, refused};
 use crate::system::System;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
-use objective::Costs;
 use prepared::{Begin, Prepared};
 use serde::Serialize;
 use trial::{InitialCoordinate, StatedStart};
@@ -235,7 +234,7 @@ pub fn gradient(
         true => wanted.tangents((text, overrides, model), &prepared.system)?,
         false => Vec::new(),
     };
-    prepared.costs = Costs::new(model, &mut prepared.system.mechanism, &wanted.of, &tangents)?;
+    prepared.depend(model, &wanted.of, &tangents)?;
     let begin = Begin::new(model, &mut prepared)?;
     let design = prepared::design(&prepared, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;

@@ -1,14 +1,17 @@
 //! The objectives of a model as terms of a cost.
 
-use super::quantity::{Measured, Sensed};
+use super::quantity::{Measured, Sensed, spin};
 use crate::design::{ModelTangent, refused};
 use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind};
 use vi_control::controls::Controls;
+use vi_control::identification::Reading;
 use vi_control::objective::{Effort, Objective, Running, StepGradient, Term, Terminal, Time};
+use vi_control::terminal_rate::{NodeQuantity, RateOf, TerminalRate};
 use vi_core::Interval;
 use vi_multibody::design::MovedCoordinate;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::MechanismIntegrator;
 
 /// A cost, with what is no matter of the motion.
 pub(crate) struct Costs {
@@ -50,7 +53,7 @@ impl Costs {
     /// parameters of `tangents`.
     pub(crate) fn new(
         model: &Model,
-        mechanism: &mut Mechanism,
+        (mechanism, run): (&mut Mechanism, &MechanismIntegrator),
         of: &[String],
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
@@ -64,7 +67,7 @@ impl Costs {
         let mut costs = Self { sum: Objective::new(), of_rates: Vec::new() };
         let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
         for own in chosen {
-            costs.add(model, mechanism, own, tangents)?;
+            costs.add(model, (mechanism, run), own, tangents)?;
         }
         Ok(costs)
     }
@@ -72,7 +75,7 @@ impl Costs {
     fn add(
         &mut self,
         model: &Model,
-        mechanism: &mut Mechanism,
+        (mechanism, run): (&mut Mechanism, &MechanismIntegrator),
         own: &Stated,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
@@ -101,7 +104,7 @@ impl Costs {
                 let moved = tangents.iter().map(moved).collect();
                 self.sum.add(own.weight, Box::new(Work { coordinates, moved }));
             }
-            ObjectiveKind::Sensor => self.add_sensor(model, mechanism, own, tangents)?,
+            ObjectiveKind::Sensor => self.add_sensor(model, (mechanism, run), own, tangents)?,
         }
         Ok(())
     }
@@ -109,19 +112,47 @@ impl Costs {
     fn add_sensor(
         &mut self,
         model: &Model,
-        mechanism: &mut Mechanism,
+        (mechanism, run): (&mut Mechanism, &MechanismIntegrator),
         own: &Stated,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}.sensor", own.name);
         let text = own.sensor.as_deref().unwrap_or_default();
-        let measured = Measured::of(model, mechanism, &key, text)?;
-        let quantity = Sensed::new(measured, mechanism, text, tangents);
-        let target = own.target;
-        match own.at {
-            CountedAt::End => self.sum.add(own.weight, Box::new(Terminal { quantity, target })),
-            CountedAt::Path => self.sum.add(own.weight, Box::new(Running { quantity, target })),
+        if let Some(spin) = spin(model, &key, text)? {
+            return self.add_rate(own, spin, run, tangents);
         }
+        let (measured, reading) = Measured::read(model, mechanism, &key, text)?;
+        let (quantity, target) = (Sensed::new(measured, mechanism, text, tangents), own.target);
+        let term: Box<dyn Term> = match (reading, own.at) {
+            (Reading::Rate, _) => return self.add_rate(own, RateOf(quantity), run, tangents),
+            (Reading::Value, CountedAt::End) => Box::new(Terminal { quantity, target }),
+            (Reading::Value, CountedAt::Path) => Box::new(Running { quantity, target }),
+        };
+        self.sum.add(own.weight, term);
+        Ok(())
+    }
+
+    /// A rate at the end.
+    fn add_rate<Q: NodeQuantity + 'static>(
+        &mut self,
+        own: &Stated,
+        quantity: Q,
+        run: &MechanismIntegrator,
+        tangents: &[ModelTangent],
+    ) -> Result<(), ModelError> {
+        let key = format!("objective.{}", own.name);
+        if own.at == CountedAt::Path {
+            let help = "write at = \"end\", or take a position or a joint coordinate";
+            let what = "the derivative of a rate along the path";
+            return Err(refused(&format!("{key}.at"), what, help));
+        }
+        let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
+        let term = TerminalRate::new((quantity, own.target), run, &numbers);
+        let term = term.map_err(|error| {
+            let help = "take a position or a joint coordinate";
+            refused(&format!("{key}.sensor"), error.to_string(), help)
+        })?;
+        self.sum.add(own.weight, Box::new(term));
         Ok(())
     }
 

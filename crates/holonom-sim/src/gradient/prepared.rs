@@ -73,9 +73,22 @@ impl Prepared {
             }
         }
         let controls = Controls::new(forces, rows, 1);
-        let costs = Costs::new(model, &mut system.mechanism, of, &[])?;
-        let simulation = Simulation::with_outside(model, &outside)?;
+        let mut simulation = Simulation::with_outside(model, &outside)?;
+        let parts = (&mut system.mechanism, &*simulation.integrator());
+        let costs = Costs::new(model, parts, of, &[])?;
         Ok(Self { simulation, system, controls, costs, outside, steps })
+    }
+
+    /// The costs with their derivatives by parameters.
+    pub(crate) fn depend(
+        &mut self,
+        model: &Model,
+        of: &[String],
+        tangents: &[ModelTangent],
+    ) -> Result<(), ModelError> {
+        let parts = (&mut self.system.mechanism, &*self.simulation.integrator());
+        self.costs = Costs::new(model, parts, of, tangents)?;
+        Ok(())
     }
 
     /// `J` of the run from its start.

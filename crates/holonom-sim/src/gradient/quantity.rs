@@ -1,15 +1,17 @@
 //! What a sensor measures as a function of the configuration, with its derivative.
 
 use crate::design::{ModelTangent, refused};
-use holonom_model::{Model, ModelError, SensorKind};
+use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use nalgebra::Vector3;
 use vi_control::identification::Reading;
 use vi_control::objective::{PointComponent, Quantity};
+use vi_control::terminal_rate::Spin;
 use vi_core::Configuration;
 use vi_multibody::design::MovedCoordinate;
 use vi_multibody::form::Form;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::mechanism::{Attachment, Mechanism};
+use vi_rigid::directors::FRAME;
 
 /// A number that a sensor measures.
 #[derive(Clone, Debug)]
@@ -104,13 +106,7 @@ impl Measured {
         };
         let own = match sensor.kind {
             SensorKind::Position | SensorKind::Velocity if sensor.seen_from.is_none() => {
-                let axis = part.and_then(|part| {
-                    ["x", "y", "z"].iter().position(|own| *own == part).or(part.parse().ok())
-                });
-                let Some(axis) = axis.filter(|axis| *axis < model.header.dimension) else {
-                    let what = format!("the sensor `{name}`, which is several numbers");
-                    return refuse(what, "write one of them, such as \"NAME.z\"");
-                };
+                let axis = component(key, (name, part), model.header.dimension)?;
                 let point = point(model, mechanism, &sensor.of, sensor.point);
                 Ok(Self::Point(PointComponent { point, axis }))
             }
@@ -138,11 +134,41 @@ impl Measured {
     }
 }
 
+/// The component of a vector that a sensor shows.
+fn component(
+    key: &str,
+    (name, part): (&str, Option<&str>),
+    dimension: usize,
+) -> Result<usize, ModelError> {
+    let axis = part
+        .and_then(|part| ["x", "y", "z"].iter().position(|own| *own == part).or(part.parse().ok()));
+    axis.filter(|axis| *axis < dimension).ok_or_else(|| {
+        let what = format!("the sensor `{name}`, which is several numbers");
+        refused(key, what, "write one of them, such as \"NAME.z\"")
+    })
+}
+
+/// The angular velocity in space that a sensor measures; `None` where it measures another number.
+///
+/// # Errors
+/// [`ModelError`] where it names none of its components.
+pub(crate) fn spin(model: &Model, key: &str, text: &str) -> Result<Option<Spin>, ModelError> {
+    let (name, part) = text.split_once('.').map_or((text, None), |(name, part)| (name, Some(part)));
+    let is_own = |sensor: &&Sensor| sensor.name == name && sensor.seen_from.is_none();
+    let Some(sensor) = model.sensors.iter().find(is_own) else { return Ok(None) };
+    let Some(frame) = model.frame(&sensor.of) else { return Ok(None) };
+    if sensor.kind != SensorKind::AngularVelocity {
+        return Ok(None);
+    }
+    Ok(Some(Spin { offset: FRAME * frame, axis: component(key, (name, part), 3)? }))
+}
+
 /// The refusal of a sensor.
 fn no_derivative(key: &str, text: &str) -> ModelError {
     let name = text.split_once('.').map_or(text, |(name, _)| name);
     let what = format!("the derivative of the sensor `{name}`");
-    let help = "take a position in space, a distance of points or a joint coordinate";
+    let help = "take a position in space, a distance of points, a joint coordinate, or at the end of \
+                an [[objective]] one of their rates or an angular velocity";
     refused(key, what, help)
 }
 

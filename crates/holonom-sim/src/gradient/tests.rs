@@ -287,6 +287,33 @@ fn quantities_that_depend_on_parameters_agree_with_differences() {
     }
 }
 
+/// Rates at the end: of a point and of a joint that parameters move, the angular velocity of the
+/// coupler of a redundant loop, the rate of a distance with sub-steps.
+#[test]
+fn rates_at_the_end_agree_with_differences() {
+    let point = ARM.replace("type = \"position\"", "type = \"velocity\"");
+    let point = point.replace("point = [0.4, 0.0, 0.1]", "point = [\"= length/2\", 0.0, 0.1]");
+    let turned = ARM.replace("at = \"path\"\n", "").replace("of = \"shoulder\"", "of = \"elbow\"");
+    let turned = turned.replace("sensor = \"angle\"", "sensor = \"angle.1\"");
+    let turned = turned.replace("type = \"joint_coordinate\"", "type = \"joint_rate\"");
+    let turned = turned.replace("axis = [0.1, 1.0, 0.2]", "axis = [\"= 0.1*length\", 1.0, 0.2]");
+    let spin = LINKAGE.replace(
+        "type = \"position\"\nof = \"coupler\"\npoint = [0.1, 0.0, 0.2]",
+        "type = \"angular_velocity\"\nof = \"coupler\"",
+    );
+    let spin = spin.replace("sensor = \"point.z\"\nat = \"path\"", "sensor = \"point.y\"");
+    let apart = FLYING.replace(
+        "type = \"distance\"\nof = \"box\"",
+        "type = \"distance_rate\"\nof = \"box\"\npoint = [0.1, \"= 0.2*place\", 0.0]",
+    );
+    for (text, from) in [(&point, ARM), (&turned, ARM), (&spin, LINKAGE), (&apart, FLYING)] {
+        assert_ne!(text, from);
+        let found = found(text, true).unwrap();
+        assert!(found.worst() < 1e-8, "{}: {:?}", found.model, found.checks);
+        assert!(found.parameters.iter().all(|own| own.derivative != 0.0));
+    }
+}
+
 /// A controller whose filter begins with what it reads.
 const CONTROLLED: &str = r#"
 model = { name = "controlled", gravity = [0.0, 0.0, -9.81] }
@@ -456,7 +483,8 @@ fn what_has_no_derivative_is_refused_by_its_key() {
     let cases = [
         (ARM, "step = 0.01", "step = 0.01\nscheme = \"em-nodal\"", "simulation.scheme"),
         (ARM, "sensor = \"tip.z\"", "sensor = \"tip\"", "several numbers"),
-        (ARM, "type = \"position\"", "type = \"velocity\"", "the sensor `tip`"),
+        (ARM, "type = \"position\"", "type = \"acceleration\"", "the sensor `tip`"),
+        (ARM, "type = \"joint_coordinate\"", "type = \"joint_rate\"", "a rate along the path"),
         (ARM, "sensor = \"angle\"", "sensor = \"angle.1\"", "no coordinate"),
         (
             ARM,

@@ -3,9 +3,12 @@
 //! ```text
 //! [M Gᵀ; G 0](v̂, μ) = (p̄, −g_t)
 //! [M Gᵀ; G 0](δv̂, δμ) = (δp̄ − M_θ v̂ − (Σ μ_i D²g_i) δq − (Gᵀ)_θ μ,  −D²g[δq, v̂] − G_θ v̂ − g_tθ)
+//! [M Gᵀ; G 0](w, ν) = (∂y/∂v̂, 0)
+//! ∂y/∂p̄ = w,   ∂y/∂q = −(Σ μ_i D²g_i) w − (Σ ν_i D²g_i) v̂
+//! ∂y/∂θ = −w·(M_θ v̂ + (Gᵀ)_θ μ) − ν·(G_θ v̂ + g_tθ)
 //! ```
-//! The second line is the first one differentiated. Redundant constraints: `μ` of independent rows;
-//! the others follow.
+//! The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`.
+//! Redundant constraints: `μ` and `ν` of independent rows; the others follow.
 #![allow(non_snake_case)] // G, M
 
 use super::explicit::Masses;
@@ -32,6 +35,8 @@ pub struct NodeVelocity {
     x: Vec<f64>,  // n + r
     v: Vec<f64>,  // n
     mu: Vec<f64>, // m
+    w: Vec<f64>,  // n  of the last pull
+    nu: Vec<f64>, // m
     a: Vec<f64>,  // n
     b: Vec<f64>,  // m
 }
@@ -63,6 +68,8 @@ impl NodeVelocity {
             x: vec![0.0; n + rows.len()],
             v: vec![0.0; n],
             mu: vec![0.0; m],
+            w: vec![0.0; n],
+            nu: vec![0.0; m],
             a: vec![0.0; n],
             b: vec![0.0; m],
         })
@@ -102,7 +109,7 @@ impl NodeVelocity {
         parameter: Option<usize>,
         [dq, dp]: [&[f64]; 2],
     ) -> Result<&[f64], Singular> {
-        let Self { saddle, moved, x, v, mu, a, b } = self;
+        let Self { saddle, moved, x, v, mu, a, b, .. } = self;
         let n = v.len();
         a.copy_from_slice(dp);
         let mut product = Product { v: dq, out: a };
@@ -120,5 +127,47 @@ impl NodeVelocity {
         saddle.rows().gather(b, &mut x[n..]);
         saddle.solve_factorized(x)?;
         Ok(&x[..n])
+    }
+
+    /// `q ← q + (∂v̂/∂q)ᵀ of_v`, `p ← p + (∂v̂/∂p̄)ᵀ of_v` at the node of the last
+    /// [`NodeVelocity::find`], all of shape `n`.
+    ///
+    /// # Errors
+    /// As of [`NodeVelocity::find`].
+    pub fn pull(
+        &mut self,
+        mechanism: &Mechanism,
+        at: Configuration<'_>,
+        of_v: &[f64],
+        [q, p]: [&mut [f64]; 2],
+    ) -> Result<(), Singular> {
+        let Self { saddle, x, v, mu, w, nu, .. } = self;
+        let n = v.len();
+        x[..n].copy_from_slice(of_v);
+        x[n..].fill(0.0);
+        saddle.solve_factorized(x)?;
+        w.copy_from_slice(&x[..n]);
+        nu.fill(0.0);
+        saddle.rows().scatter(&x[n..], nu);
+        p.iter_mut().zip(&*w).for_each(|(p, w)| *p += w);
+        mechanism.weighted_hessian(at.t, at.q, mu, -1.0, &mut Product { v: w, out: q });
+        mechanism.weighted_hessian(at.t, at.q, nu, -1.0, &mut Product { v, out: q });
+        Ok(())
+    }
+
+    /// What a parameter adds at fixed `q` and `p̄` to the number along whose slope the last
+    /// [`NodeVelocity::pull`] was.
+    #[must_use]
+    pub fn pulled_by_parameter(&mut self, at: Configuration<'_>, parameter: usize) -> f64 {
+        let Self { moved, v, mu, w, nu, b, .. } = self;
+        let Some(Moved { masses, rows }) = moved.get(parameter) else { return 0.0 };
+        let mut sum = 0.0;
+        if let Some(masses) = masses {
+            masses.for_each_momentum(v, |i, momentum| sum -= w[i] * momentum);
+        }
+        rows.for_each_force(at.q, mu, |i, force| sum -= w[i] * force);
+        b.fill(0.0);
+        rows.add_rates(at, v, b);
+        sum - vi_core::linear::dot(nu, b)
     }
 }
