@@ -32,8 +32,10 @@ const UNSETTLED: usize = 30;
 const HALVINGS: usize = 20;
 /// A change of velocities that islands with sparse rows end with, relative to velocities.
 const LARGE: f64 = 1e-10;
-/// A change of velocities that may stagnate, relative to velocities.
+/// A change of velocities that may stagnate, relative to velocities,
 const STAGNATION: f64 = 1e-9;
+/// and to what rounding leaves of it.
+const STAGNATION_ROUNDING: f64 = 32.0;
 
 /// The contacts of a node and their impulses.
 #[derive(Debug, Default)]
@@ -405,7 +407,8 @@ impl NodeImpulses {
                 is_exact &= problem.is_exact();
             }
             let (change, rounding, _) = self.largest_change(step.h);
-            let stagnates = last <= STAGNATION * speeds && change >= last;
+            let may_stagnate = (STAGNATION * speeds).max(STAGNATION_ROUNDING * rounding);
+            let stagnates = last <= may_stagnate && change >= last;
             if is_exact && (change <= rounding || stagnates) {
                 return Ok(());
             }
