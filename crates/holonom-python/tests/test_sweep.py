@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
@@ -144,13 +145,29 @@ def test_what_stops_a_sweep_keeps_the_points_that_have_ended(
     assert [whole[row["point"]] for row in found] == list(found)
 
 
-def test_what_stops_a_rollout_keeps_the_members_that_have_ended(model: hn.Model) -> None:
-    wild = [{"body.lower.mass": 0.5}, {"body.lower.mass": 0.7}, {"body.lower.mass": -1.0}]
-    with pytest.raises(hn.InvalidModel) as stopped:
-        hn.rollout(model, set=wild, steps=40, threads=1)
-    found = stopped.value.rollout  # type: ignore[attr-defined]
+def test_what_stops_a_rollout_keeps_what_has_ended(model: hn.Model) -> None:
+    masses = [{"body.lower.mass": 0.5}, {"body.lower.mass": 0.7}, {"body.lower.mass": 0.9}]
+    reaction = ["bearing"]  # belongs to the step from a node: no lanes
+    states = [hn.Stepper(model.replace(own), observe=reaction).state for own in masses]
+    with pytest.raises(hn.StateMismatch) as refused:
+        hn.rollout(model, set=masses, states=[*states[:2], b"none"], observe=reaction, steps=40, threads=1)
+    found = refused.value.rollout  # type: ignore[attr-defined]
     assert np.isfinite(found.q[:2]).all() and np.isnan(found.q[2]).all() and found.q.shape == (3, 41, 24)
-    assert np.array_equal(found.q[1], hn.rollout(model.replace(wild[1]), steps=40).q[0])
+    assert np.array_equal(found.q[1], hn.rollout(model.replace(masses[1]), steps=40).q[0])
+    # in lanes all members go on together: the nodes up to there
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    ring = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    try:
+        with pytest.raises(KeyboardInterrupt) as stopped:
+            ring.start()
+            hn.rollout(model, set=masses, steps=10**9, every=10**7, threads=2)
+    finally:
+        ring.cancel()
+        signal.signal(signal.SIGINT, before)
+    found = stopped.value.rollout  # type: ignore[attr-defined]
+    assert found.q.shape == (3, 101, 24) and np.isfinite(found.q[:, 0]).all() and np.isnan(found.q[:, -1]).all()
+    with pytest.raises(hn.InvalidModel):  # before anything runs
+        hn.rollout(model, set=[*masses, {"body.lower.mass": -1.0}], steps=40)
 
 
 QUIET = """
