@@ -204,19 +204,23 @@ fn a_condition_at_its_largest_value_is_named() {
 fn a_run_ends_outside_of_the_bounds_of_a_search() {
     let folder = folder("optima", "short");
     assert_eq!(code(&folder, &["examples", "optimum_arm", "-o", "arm.toml"]), 0);
-    let free = ["--set", "optimize.time={min=0.2,max=3.0}"];
-    let at = ["--set", "optimize={refine=0}", "--set", "condition.end1.at=0.8"];
-    let run = ["run", "arm.toml", "-q", "--force", "-o", "out"];
+    let text = std::fs::read_to_string(folder.join("arm.toml")).unwrap();
+    let (before, time) = text.split_once("\ntime = ").unwrap();
+    let after = time.split_once('\n').map_or("", |rest| rest.1);
+    std::fs::write(folder.join("timed.toml"), format!("{before}\n{after}")).unwrap();
+    let free = ["arm.toml", "--set", "optimize.time={min=0.2,max=3.0}"];
+    let at = ["timed.toml", "--set", "condition.end1.at=0.8"];
+    let run = ["run", "-q", "--force", "-o", "out"];
     for (set, with) in [
-        (&free[..], ["--end", "0.1"]),
-        (&free[..], ["--end", "4.0"]),
-        (&at[..], ["--end", "0.1"]),
-        (&at[..], ["--step", "0.03"]),
+        (&free, ["--end", "0.1"]),
+        (&free, ["--end", "4.0"]),
+        (&at, ["--end", "0.1"]),
+        (&at, ["--step", "0.03"]),
     ] {
-        let done = holonom(&folder, &[&run, set, &with].concat());
+        let done = holonom(&folder, &[&run, &set[..], &with].concat());
         assert_eq!(done.status.code(), Some(0), "{set:?} {with:?}: {}", words(&done));
     }
-    let guess = ["--set", "optimize.time={min=0.2,max=3.0,guess=5.0}"];
+    let guess = ["arm.toml", "--set", "optimize.time={min=0.2,max=3.0,guess=5.0}"];
     let done = holonom(&folder, &[&run[..], &guess].concat());
     assert_eq!(done.status.code(), Some(3), "{}", words(&done));
 }

@@ -76,8 +76,8 @@ fn refuse_xacro(element: &XmlElement) -> Result<()> {
     element.children.iter().filter(|c| c.name != "gazebo").try_for_each(refuse_xacro)
 }
 
-/// The description with the link `world`, where a joint is fixed to it and no link has its name: the
-/// ground, as for Gazebo and Drake.
+/// The description with the link `world`, where a joint is fixed to it and no link has its name:
+/// the ground, as for Gazebo and Drake.
 fn with_world(root: &XmlElement) -> Option<XmlElement> {
     const WORLD: &str = "world";
     if root.all("link").any(|link| link.word("name") == Some(WORLD)) {
