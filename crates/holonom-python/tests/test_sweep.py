@@ -212,7 +212,8 @@ def test_dask_says_nothing_of_what_became_a_row(what: str, said: str, double: st
     )
     print(answer.stdout, answer.stderr)
     assert answer.returncode == 0 and answer.stdout.startswith(said)
-    assert "Traceback" not in answer.stderr and "Compute Failed" not in answer.stderr
+    # a worker that dies may tell of its own broken connection: no fault of a point, no line of the package
+    assert "Compute Failed" not in answer.stderr and str(Path(hn.__file__).parent) not in answer.stderr
 
 
 def test_dask_with_a_worker_killed_equals_one_process(model: hn.Model, tmp_path: Path) -> None:
