@@ -9,6 +9,7 @@ mod contacts;
 mod flexible;
 mod laws;
 mod modes;
+mod optima;
 mod rigid;
 mod statics;
 mod sweeps;
