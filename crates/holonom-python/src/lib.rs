@@ -16,6 +16,7 @@
 //! | `rollout` | members that run side by side in lanes |
 //! | `fault` | what a function of Python raised within a step |
 //! | `folder` | the tables of a folder |
+//! | `points` | the folder of a sweep |
 //! | `watch` | Ctrl-C and progress, while the interpreter is free |
 //! | `verbs` | the other verbs of the program |
 //!
@@ -32,6 +33,7 @@ mod fault;
 mod folder;
 mod law;
 mod model;
+mod points;
 mod recording;
 mod rollout;
 mod simulate;
@@ -55,6 +57,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<ensemble::Ensemble>()?;
     module.add_class::<acting::Acting>()?;
     module.add_class::<acting::BodyState>()?;
+    module.add_class::<watch::Interruption>()?;
+    module.add_class::<points::SweepFolder>()?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::simulate_into, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::resume, module)?)?;

@@ -1,6 +1,9 @@
 //! Ctrl-C and progress, while a run has released the interpreter.
 
+use holonom::vi_core::interruption;
 use pyo3::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// How often Python is asked.
@@ -39,5 +42,27 @@ impl Watch {
     /// What stopped the run.
     pub(crate) fn stopped(self) -> PyResult<()> {
         self.stopped.map_or(Ok(()), Err)
+    }
+}
+
+/// What ends an analysis in another thread.
+#[pyclass(frozen, module = "holonom._core")]
+pub(crate) struct Interruption(Arc<AtomicBool>);
+
+#[pymethods]
+impl Interruption {
+    #[new]
+    fn new() -> Self {
+        Self(Arc::default())
+    }
+
+    /// Calls a function in this thread; its solves are refused from [`Interruption::ask`] on.
+    fn during(&self, py: Python<'_>, function: Py<PyAny>) -> PyResult<Py<PyAny>> {
+        interruption::during(&self.0, || function.call0(py))
+    }
+
+    /// The work is no longer wanted.
+    fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
     }
 }

@@ -14,22 +14,36 @@ import pytest
 import holonom as hn
 
 SCRIPT = """
-import signal, sys, time, numpy as np, holonom as hn
+import signal, sys, threading, time, numpy as np, holonom as hn
+from test_analyses import STRIP, TURNING
+from test_design import ARM_MODEL, DESIGN, head
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored by what a shell starts in the background
 model = hn.Model.from_toml(open(sys.argv[1]).read())
 stepper = hn.Stepper(model)
+plain = hn.Model.from_toml(STRIP)
+resting = plain.replace({"simulation.end": 1e5, "simulation.step": 1e-3})
+times = np.linspace(0.0, 2000.0, 1001)
+arm = ARM_MODEL.replace({"simulation.end": 2000.0})
 verbs = {
     "simulate": lambda: hn.simulate(model, end=1e5, every=1000),
     "out": lambda: hn.simulate(model, end=1e5, every=1000, out=sys.argv[3]),
+    "statics": lambda: hn.statics(resting, every=1000),
     "step": lambda: stepper.step(n=10**9),
     "run": lambda: stepper.run(np.zeros((10**7, 0)), every=10**6),
     "ensemble": lambda: hn.Ensemble(model, 3).step(n=10**9),
     "rollout": lambda: hn.rollout(model, steps=10**9, every=10**8),
+    "alone": lambda: hn.rollout(model, observe=["bearing"], steps=10**9, every=10**8),
     "law": lambda: hn.simulate(model, end=1e5, every=1000, laws={"elbow": lambda t, x, v: -x}),
     "verify": lambda: hn.verify(model.replace({"simulation.end": 400.0})),
-    "compare": lambda: hn.compare(model.replace({"simulation.end": 400.0})),
+    "compare": lambda: hn.compare(model, end=400.0),
     "bench": lambda: hn.bench(model, steps=10**7),
-    "sweep": lambda: hn.sweep(model, {"body.lower.mass": [1.0, 2.0, 3.0]}, {}, threads=2),
+    "modes": lambda: hn.modes(resting, at="static"),
+    "campbell": lambda: hn.campbell(hn.Model.from_toml(TURNING), np.linspace(2.0, 10.0, 10**6)),
+    "response": lambda: hn.response(plain.replace({"beam.strut.elements": 12}), "load.press", (1.0, 100.0, 10**5)),
+    "gradient": lambda: hn.Gradient(arm, parameters=["stiffness"])([4.0]),
+    "identify": lambda: hn.identify(arm, {"t": times, "angle": np.cos(times), "far": np.sin(times)}),
+    "optimize": lambda: hn.optimize(head(DESIGN.replace("0.5", "4000.0")).replace({"simulation.end": 4000.0})),
+    "sweep": lambda: hn.sweep(model, {"body.lower.mass": [1.0, 2.0, 3.0]}, {}, threads=2, out=sys.argv[3]),
 }
 if sys.argv[2] == "sweep":
     model = model.replace({"simulation.end": 1e5, "simulation.every": 1000})
@@ -37,25 +51,34 @@ print("ready", flush=True)
 try:
     verbs[sys.argv[2]]()
 except KeyboardInterrupt:
-    print(time.monotonic(), flush=True)
+    print(time.monotonic(), threading.active_count(), flush=True)
 """
+VERBS = (
+    "simulate", "out", "statics", "step", "run", "ensemble", "rollout", "alone", "law", "verify", "compare",
+    "bench", "modes", "campbell", "response", "gradient", "identify", "optimize", "sweep",
+)
 
 
-@pytest.mark.parametrize("verb", ["simulate", "out", "step", "run", "ensemble", "rollout", "law", "verify", "compare", "bench", "sweep"])
+@pytest.mark.parametrize("verb", VERBS)
 def test_ctrl_c_ends_it(verb: str, double: str, tmp_path: Path) -> None:
     file = tmp_path / "double.toml"
     file.write_text(double)
     words = [sys.executable, "-c", SCRIPT, str(file), verb, str(tmp_path / "out")]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+    paths = os.pathsep.join([str(Path(__file__).parent), str(Path(hn.__file__).parents[1])])
+    environment = {**os.environ, "PYTHONPATH": paths}
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment) as process:
         assert process.stdout is not None and process.stdout.readline() == "ready\n"
-        time.sleep(0.3)
+        time.sleep(0.4)
         sent = time.monotonic()
         process.send_signal(signal.SIGINT)
-        heard = process.stdout.readline()
+        heard, threads = process.stdout.readline().split()
         assert process.wait(20) == 0
     print(f"{verb}: {1e3 * (float(heard) - sent):.0f} ms")  # no timed assertion
+    assert threads == "1"  # nothing computes on
     if verb == "out":
         assert hn.open(tmp_path / "out").summary["status"] == "interrupted"
+    if verb == "sweep":
+        assert (tmp_path / "out" / "manifest.jsonl").read_text() == ""
 
 
 def test_progress_is_told_and_may_raise(double: str) -> None:

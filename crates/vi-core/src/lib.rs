@@ -7,6 +7,7 @@
 //! | file | concept |
 //! |---|---|
 //! | [`configuration`] | `(t, q)` with unwrapped joint angles |
+//! | [`interruption`] | work that is no longer wanted: solves are refused |
 //! | [`interval`] | the two-point argument `(q_n, q_{n+1})` with its increment |
 //! | [`discrete_lagrangian`] | `L_d`, `D_1`, `D_2`, `D_2D_1`, `E_d` |
 //! | [`legendre`] | discrete Legendre transforms `p^-`, `p^+`; `E_d` in its parts |
@@ -78,6 +79,7 @@ pub mod galerkin;
 pub mod galerkin_pencil;
 pub mod inertia;
 pub mod interpolation;
+pub mod interruption;
 pub mod interval;
 pub mod isotropic;
 pub mod lanes;

@@ -68,7 +68,7 @@ def modes(model: Any, *, at: str = "start", count: int = 10, buckling: bool = Fa
     InvalidModel, AnalysisFailed
     """
     whole = model_of(model)._core
-    found = interruptible(lambda: _core.modes(whole, at, count, buckling))
+    found = interruptible(lambda _: _core.modes(whole, at, count, buckling))
     return Modes(*found, lambda: _core.modes_page(whole, at, count, buckling))
 
 
@@ -105,7 +105,7 @@ def campbell(model: Any, speeds: Sequence[float] | Array, *, count: int = 10) ->
     whole, asked = model_of(model)._core, [float(speed) for speed in speeds]
     if not asked or not np.all(np.isfinite(asked)):
         raise ValueError("speeds: one finite number at least")
-    found = interruptible(lambda: _core.campbell(whole, asked, count))
+    found = interruptible(lambda _: _core.campbell(whole, asked, count))
     return Campbell(*found, lambda: _core.campbell_page(whole, asked, count))
 
 
@@ -173,7 +173,7 @@ def response(
         "rayleigh": (float(rayleigh[0]), float(rayleigh[1])),
         "ratios": [float(ratio) for ratio in damping_ratios],
     }
-    found = interruptible(lambda: _core.response(whole, asked))
+    found = interruptible(lambda _: _core.response(whole, asked))
     return Response(*found, lambda: _core.response_page(whole, asked))
 
 
@@ -191,4 +191,4 @@ def bench(model: Any, *, schemes: Sequence[str] = (), steps: int = 200) -> Answe
     InvalidModel, AnalysisFailed
     """
     whole = model_of(model)._core
-    return Answer(*interruptible(lambda: _core.bench(whole, list(schemes), steps)))
+    return Answer(*interruptible(lambda _: _core.bench(whole, list(schemes), steps)))

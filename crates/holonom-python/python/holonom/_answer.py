@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
+from . import _core
+
 T = TypeVar("T")
+
+PATIENCE = 0.5
+"""How long a call that is no longer wanted is waited for, s."""
 
 
 class Answer(Mapping[str, Any]):
@@ -57,25 +63,52 @@ class Analysis(Answer):
         return show(self.page(), str(self["model"]))
 
 
-def interruptible(call: Callable[[], T]) -> T:
-    """What a call without a place to stop gives; Ctrl-C is heard, and leaves it to end unheard."""
+def interruptible(
+    call: Callable[[Callable[..., object] | None], T],
+    progress: Callable[..., object] | None = None,
+) -> T:
+    """What a long call gives that is asked for nothing in between; Ctrl-C ends it, and so does
+    whatever ``progress`` raises.
+
+    The call is made in a thread of its own, and gets what it may tell of its progress by; this
+    thread waits for it, and tells ``progress``. What does not end within ``PATIENCE`` seconds, such
+    as one large eigenvalue problem, is left to end unheard.
+    """
     import threading
 
     if threading.current_thread() is not threading.main_thread():
-        return call()
+        return call(progress)
     found: list[T] = []
     raised: list[BaseException] = []
+    told: deque[tuple[Any, ...]] = deque()
+    stop, ended = _core.Interruption(), threading.Event()  # a join that is interrupted is lost
 
     def go() -> None:
         try:
-            found.append(call())
+            found.append(stop.during(lambda: call(None if progress is None else tell)))
         except BaseException as error:
             raised.append(error)
+        finally:
+            ended.set()
+
+    def tell(*words: Any) -> None:
+        told.append(words)
+
+    def hand_on() -> None:
+        while told and progress is not None:
+            progress(*told.popleft())
 
     thread = threading.Thread(target=go, daemon=True)
-    thread.start()
-    while thread.is_alive():
-        thread.join(0.05)
+    try:
+        thread.start()
+        while not ended.wait(0.05):
+            hand_on()
+        hand_on()
+    except BaseException:
+        stop.ask()
+        if ended.wait(PATIENCE):
+            thread.join()
+        raise
     if raised:
         raise raised[0]
     return found[0]

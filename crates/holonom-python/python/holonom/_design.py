@@ -136,7 +136,7 @@ class Gradient:
         coordinates = [(*joint, value) for joint, value in zip(self._joints, rest[:half], strict=True)]
         rates = [(*joint, value) for joint, value in zip(self._joints, rest[half:], strict=True)]
         place = self._place(self._of, controls, coordinates, rates)
-        found, text = interruptible(lambda: _core.gradient(model._core, place))
+        found, text = interruptible(lambda _: _core.gradient(model._core, place))
         self.last = Answer(found, text)
         slope = [one["derivative"] for one in found["parameters"]]
         for one in found["controls"]:
@@ -264,7 +264,9 @@ def identify(
         name, content = "data", _table(data)
     else:
         name, content = os.fspath(data), Path(data).read_text(encoding="utf-8")
-    (found, text), rows = _core.identify(whole._core, name, content, progress)
+    (found, text), rows = interruptible(
+        lambda tell: _core.identify(whole._core, name, content, tell), progress
+    )
     return Identified(found, text, whole, rows)
 
 
@@ -346,7 +348,8 @@ def optimize(model: Any, *, progress: Callable[[int, int], object] | None = None
     >>> found = hn.optimize("clock.toml")  # doctest: +SKIP
     >>> found.parameters, found.optimal  # doctest: +SKIP
     """
-    (found, text), beside = _core.optimize(model_of(model)._core, progress)
+    whole = model_of(model)._core
+    (found, text), beside = interruptible(lambda tell: _core.optimize(whole, tell), progress)
     optimum = Optimum(found, text, beside)
     if not optimum.optimal:
         missed = "; ".join([str(found["status"]).replace("_", " "), *found.get("missed", [])])

@@ -49,7 +49,7 @@ def verify(
     progress : called with words as each part begins; it may raise.
     """
     whole = model_of(model)._core
-    return Answer(*interruptible(lambda: _core.verify(whole, accuracy, progress)))
+    return Answer(*interruptible(lambda tell: _core.verify(whole, accuracy, tell), progress))
 
 
 @no_panic
@@ -72,7 +72,7 @@ def compare(
     """
     whole = model_of(model)._core
     given = list(schemes), list(steps), list(orders)
-    return Answer(*interruptible(lambda: _core.compare(whole, *given, end, progress)))
+    return Answer(*interruptible(lambda tell: _core.compare(whole, *given, end, tell), progress))
 
 
 @dataclass(frozen=True)

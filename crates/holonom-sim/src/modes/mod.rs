@@ -65,6 +65,9 @@ pub enum ModesError {
     /// There are no critical loads.
     #[error(transparent)]
     Buckling(#[from] BucklingError),
+    /// The work is no longer wanted ([`vi_core::interruption`]).
+    #[error("the work was interrupted")]
+    Interrupted,
     /// No axis is known.
     #[error("the initial velocities are zero: there is no rotation to take modes about")]
     NoRotation,
@@ -168,6 +171,9 @@ impl ModalAnalysis {
     /// # Errors
     /// [`ModesError::Model`] when a degree of freedom has no mass.
     pub fn modes(&mut self, count: usize) -> Result<Report, ModesError> {
+        if vi_core::interruption::is_raised() {
+            return Err(ModesError::Interrupted);
+        }
         let asked = count;
         let first_order = self.motion.is_some()
             || self.statics.mechanism().has_velocity_constraints()

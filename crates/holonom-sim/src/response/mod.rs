@@ -232,6 +232,9 @@ impl Response {
         let with_base = of_base(&state, &own);
         let mut found: Vec<ResponseColumn> = own.iter().map(empty).collect();
         for &frequency in &frequencies {
+            if vi_core::interruption::is_raised() {
+                return Err(ModesError::Interrupted.into());
+            }
             let omega = TAU * frequency;
             let dq = equations
                 .amplitudes(omega, &excitation.at(omega))

@@ -34,6 +34,7 @@ pub use convergence::{Convergence, Judgement, Limits};
 pub use precision::{CLOSING_SIZE, Precision};
 pub use report::{Fault, NewtonError, NewtonReport};
 
+use crate::interruption;
 use crate::linear::norm_inf;
 use std::ops::Range;
 
@@ -254,6 +255,9 @@ impl Newton {
         problem: &mut impl NewtonProblem,
         x: &mut [f64],
     ) -> Result<NewtonReport, NewtonError> {
+        if interruption::is_raised() {
+            return Err(NewtonError::Refused { fault: Fault::Interrupted, iteration: 0 });
+        }
         if problem.precision().is_simplified {
             return self.solve_simplified(problem, x);
         }
@@ -434,6 +438,21 @@ mod tests {
             dx[0] /= slope;
             Ok(())
         }
+    }
+
+    #[test]
+    fn work_that_is_not_wanted_is_refused() {
+        let flag = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let solve = || {
+            let problem = &mut Problem::new(Scalar::CubeRoot(7.0));
+            Newton::new(1, NewtonSettings::default()).solve(problem, &mut [2.0])
+        };
+        assert!(interruption::during(&flag, solve).is_ok());
+        flag.store(true, std::sync::atomic::Ordering::Relaxed);
+        let fault = Fault::Interrupted;
+        let refused = interruption::during(&flag, solve);
+        assert_eq!(refused, Err(NewtonError::Refused { fault, iteration: 0 }));
+        assert!(solve().is_ok());
     }
 
     #[test]

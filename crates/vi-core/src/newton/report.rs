@@ -56,6 +56,9 @@ pub enum Fault {
     /// The residual or the correction is not finite.
     #[error("a value that is not finite")]
     NotFinite,
+    /// The work of this thread is no longer wanted ([`crate::interruption`]).
+    #[error("the work was interrupted")]
+    Interrupted,
 }
 
 impl From<Singular> for Fault {
