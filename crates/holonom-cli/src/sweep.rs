@@ -6,8 +6,8 @@ use std::path::Path;
 use holonom::RunFolder;
 use holonom::model::{Meshes, ModelText};
 use holonom::sweep::{
-    Collected, Plan, PlanError, Progress, Sampling, Sweep, SweepDescription, SweepError,
-    collect as collected, run_point, table,
+    Collected, Plan, PlanError, Progress, Sampling, SweepError, begin, collect as collected,
+    run_point, table,
 };
 
 use crate::arguments::{CollectArguments, SweepArguments};
@@ -34,12 +34,8 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     };
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "sweep"));
     keep_the_model(path, &folder.join("model.toml"))?;
-    let set = arguments.model.set.clone();
-    let names = meshes.iter().map(holonom::model::Mesh::stored_name).collect();
-    let description = SweepDescription { model: text.clone(), meshes: names, set, plan };
-    RunFolder::takes_meshes(&folder, &meshes)?;
-    let sweep = Sweep::new(description, &folder, arguments.shard, arguments.force)?;
-    RunFolder::open(&folder).write_meshes(&meshes)?;
+    let (set, how) = (arguments.model.set.clone(), (arguments.shard, arguments.force));
+    let sweep = begin((&text, &meshes), set, plan, &folder, how)?;
     let jobs = arguments.jobs.or_else(|| std::thread::available_parallelism().ok());
     let sweep = sweep.jobs(jobs.unwrap_or(NonZero::<usize>::MIN));
     let signals = Signals::watch();

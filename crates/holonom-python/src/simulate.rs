@@ -132,19 +132,29 @@ fn add_summary(found: &Bound<'_, PyDict>, summary: &Summary) -> PyResult<()> {
     found.set_item("text", text::run(summary))
 }
 
+/// How files are written: whether others are replaced, steps between two checkpoints, whether plots
+/// and a page are drawn.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Writing {
+    force: bool,
+    checkpoint_every: Option<u64>,
+    report: bool,
+}
+
 /// Runs a model with the files of `holonom run` in `folder`; the summary.
 #[pyfunction]
-#[pyo3(signature = (model, folder, force, checkpoint_every, progress, acting))]
+#[pyo3(signature = (model, folder, how, progress, acting))]
 pub(crate) fn simulate_into<'py>(
     py: Python<'py>,
     model: &Model,
     folder: PathBuf,
-    force: bool,
-    checkpoint_every: Option<u64>,
+    how: Writing,
     progress: Option<Py<PyAny>>,
     acting: Option<&Acting>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let asked = Asked { progress, checkpoint_every };
+    let Writing { force, checkpoint_every, report } = how;
+    let asked = Asked { progress, checkpoint_every, report };
     let Ready { mut experiment, fault, calls_python, .. } =
         Ready::new(py, model, acting, Reading::default())?;
     let run = freed(py, calls_python, || {
@@ -168,7 +178,7 @@ pub(crate) fn resume<'py>(
     progress: Option<Py<PyAny>>,
     acting: Option<&Acting>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let asked = Asked { progress, checkpoint_every };
+    let asked = Asked { progress, checkpoint_every, report: true };
     let model = Model::read(py, folder.join("model.toml"), Vec::new())?;
     let Ready { mut experiment, fault, calls_python, .. } =
         Ready::new(py, &model, acting, Reading::default())?;
@@ -187,6 +197,7 @@ pub(crate) fn resume<'py>(
 struct Asked {
     progress: Option<Py<PyAny>>,
     checkpoint_every: Option<u64>,
+    report: bool,
 }
 
 /// How it ended.
@@ -208,7 +219,7 @@ impl Asked {
             notice: &mut |_| {}, // among the warnings of the summary
             interrupted: &mut interrupted,
             checkpoint_every: self.checkpoint_every,
-            report: true,
+            report: self.report,
             command: None,
         });
         Followed { run, watch }

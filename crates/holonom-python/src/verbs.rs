@@ -238,20 +238,22 @@ fn import_robot(
 
 /// Values of a key: a list of texts, or a range.
 #[derive(FromPyObject)]
-enum Varied {
+pub(crate) enum Varied {
     Range(f64, f64),
     List(Vec<String>),
 }
 
+/// Keys with their values, how they are sampled, how many points, the seed.
+pub(crate) type Order = (Vec<(String, Varied)>, String, Option<usize>, u64);
+
 /// The values of the keys at all points of a sweep, as texts.
 #[pyfunction]
-fn plan(
-    py: Python<'_>,
-    variations: Vec<(String, Varied)>,
-    sample: &str,
-    count: Option<usize>,
-    seed: u64,
-) -> PyResult<Vec<Vec<String>>> {
+fn plan(py: Python<'_>, order: Order) -> PyResult<Vec<Vec<String>>> {
+    Ok(plan_of(py, order)?.values())
+}
+
+/// The points of a sweep.
+pub(crate) fn plan_of(py: Python<'_>, (variations, sample, count, seed): Order) -> PyResult<Plan> {
     let variations = variations.into_iter().map(|(key, varied)| Variation {
         key,
         values: match varied {
@@ -261,7 +263,7 @@ fn plan(
     });
     let sampling = Sampling::ALL.into_iter().find(|sampling| sampling.name() == sample);
     let Some(sampling) = sampling else {
-        return Err(no_word("sample", sample, &Sampling::ALL.map(Sampling::name)));
+        return Err(no_word("sample", &sample, &Sampling::ALL.map(Sampling::name)));
     };
     let made = match (sampling, count) {
         (Sampling::Grid, None) => Plan::grid(variations.collect()),
@@ -276,8 +278,7 @@ fn plan(
         }
         (sampling, Some(count)) => Plan::samples(variations.collect(), sampling, count, seed),
     };
-    let plan = made.map_err(|error| raise(py, "HolonomError", (error.message, error.help)))?;
-    Ok(plan.values())
+    made.map_err(|error| raise(py, "HolonomError", (error.message, error.help)))
 }
 
 /// Panics, so that tests see what becomes of it.

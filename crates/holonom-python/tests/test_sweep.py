@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DOUBLE
+from conftest import DOUBLE, program
 
 import holonom as hn
 
@@ -68,20 +68,70 @@ def test_threads_processes_and_one_by_one_agree(model: hn.Model, tmp_path: Path)
     assert hn.sweep(model, plan, OUTPUTS, threads=2) == one
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         assert hn.sweep(model, plan, OUTPUTS, executor=pool, out=tmp_path / "kept") == one
-    runs = []
-
-    def count(result: hn.Result) -> float:
-        runs.append(1)
-        return reach(result)
-
-    again = hn.sweep(model, plan, {"reach": count, "last": last}, out=tmp_path / "kept")
-    assert again == one and not runs  # no finished point is run again
-    lines = (tmp_path / "kept" / "points.jsonl").read_text().splitlines()
-    (tmp_path / "kept" / "points.jsonl").write_text("\n".join(lines[:20]) + "\n" + lines[20][:9])
-    again = hn.sweep(model, plan, {"reach": count, "last": last}, out=tmp_path / "kept")
-    assert again == one and len(runs) == 4
-    with pytest.raises(hn.OutputExists):
+    before = runs(tmp_path / "kept")
+    assert len(before) == 24
+    assert hn.sweep(model, plan, OUTPUTS, out=tmp_path / "kept") == one
+    assert runs(tmp_path / "kept") == before  # no finished point is run again
+    manifest = tmp_path / "kept" / "manifest.jsonl"
+    lines = manifest.read_text().splitlines()
+    manifest.write_text("\n".join(lines[:20]) + "\n" + lines[20][:9])
+    assert hn.sweep(model, plan, OUTPUTS, out=tmp_path / "kept") == one
+    assert again(before, runs(tmp_path / "kept")) == 4
+    with pytest.raises(hn.OutputExists, match="another sweep"):
         hn.sweep(model, hn.plan(PLAN, sample="sobol", n=25, seed=7), OUTPUTS, out=tmp_path / "kept")
+    with pytest.raises(ValueError, match=r"holonom\.plan"):
+        hn.sweep(model, hn.Plan(plan.keys, plan.points), OUTPUTS, out=tmp_path / "other")
+
+
+def runs(folder: Path) -> dict[str, int]:
+    """When each point was run."""
+    return {file.parent.name: file.stat().st_mtime_ns for file in folder.glob("[0-9]*/summary.json")}
+
+
+def again(before: dict[str, int], after: dict[str, int]) -> int:
+    """How many points were run since."""
+    return sum(after[name] != before.get(name) for name in after)
+
+
+@pytest.mark.parametrize("first", ["program", "package"])
+def test_the_folder_is_that_of_the_program(first: str, tmp_path: Path) -> None:
+    """Either continues what the other began: equal tables, equal files, no point twice."""
+    text = DOUBLE.replace("end = 0.4", "end = 0.1")
+    (tmp_path / "double.toml").write_text(text)
+    model = hn.load(tmp_path / "double.toml").replace({"body.upper.mass": 1.25})
+    keys = {"body.lower.mass": [0.5, -1.0, 0.75, 1e-3], "simulation.step": [0.002, 0.05]}
+    vary = [f"--vary={key}={','.join(str(value) for value in values)}" for key, values in keys.items()]
+    words = ("sweep", "double.toml", "--set", "body.upper.mass=1.25", *vary, "-q", "--no-progress", "-o")
+    table = hn.sweep(model, keys, OUTPUTS)
+    assert {row["status"] for row in table} == {"done", "invalid"}
+    theirs, folder = tmp_path / "theirs", tmp_path / "kept"
+    assert program(*words, "theirs", cwd=tmp_path).returncode == 1  # some points are invalid
+    if first == "program":
+        assert program(*words, "kept", cwd=tmp_path).returncode == 1
+        assert hn.sweep(model, keys, OUTPUTS, out=folder) == table
+    else:
+        assert hn.sweep(model, keys, OUTPUTS, out=folder) == table
+    before = runs(folder)
+    assert len(before) == 6
+    for mine in sorted(theirs.glob("[0-9]*/*")):
+        if mine.suffix == ".csv":
+            assert (folder / mine.relative_to(theirs)).read_bytes() == mine.read_bytes(), mine
+    assert (folder / "sweep.json").read_bytes() == (theirs / "sweep.json").read_bytes()
+    assert (folder / "sweep.csv").read_bytes() == (theirs / "sweep.csv").read_bytes()
+    # two points are lost, the other goes on
+    lines = (folder / "manifest.jsonl").read_text().splitlines(keepends=True)
+    kept = [line for line in lines if '"point":4,' not in line and '"point":5,' not in line]
+    (folder / "manifest.jsonl").write_text("".join(kept))
+    if first == "program":
+        assert hn.sweep(model, keys, OUTPUTS, out=folder) == table
+    else:
+        assert program(*words, "kept", cwd=tmp_path).returncode == 1
+    assert again(before, runs(folder)) == 2
+    assert (folder / "sweep.csv").read_bytes() == (theirs / "sweep.csv").read_bytes()
+    assert hn.sweep(model, keys, {"last": last}, out=folder)["last"].tolist()[0] == table[0]["last"]
+    # the files of a point are gone: it is run again
+    (folder / "00000" / "summary.json").unlink()
+    assert hn.sweep(model, keys, OUTPUTS, out=folder) == table
 
 
 def test_points_that_fail_are_rows(model: hn.Model) -> None:
@@ -132,42 +182,48 @@ def test_what_stops_a_sweep_keeps_the_points_that_have_ended(
     found = stopped.value.table  # type: ignore[attr-defined]
     assert ends[-1] == 5 and 5 <= len(found) < 12
     assert "12 points have ended: sweep again with out=" in stopped.value.__notes__[0]
-    lines = (tmp_path / "kept" / "points.jsonl").read_text().splitlines()
+    lines = (tmp_path / "kept" / "manifest.jsonl").read_text().splitlines()
     assert len(lines) == len(found) == len({json.loads(line)["point"] for line in lines})
-    runs: list[float] = []
-
-    def count(result: hn.Result) -> float:
-        runs.append(1.0)
-        return reach(result)
-
-    whole = hn.sweep(model, plan, {"reach": count, "last": last}, out=tmp_path / "kept")
-    assert whole == hn.sweep(model, plan, OUTPUTS) and len(runs) == 12 - len(found)
+    ended = {f"{json.loads(line)['point']:05}" for line in lines}
+    before = {name: time for name, time in runs(tmp_path / "kept").items() if name in ended}
+    whole = hn.sweep(model, plan, OUTPUTS, out=tmp_path / "kept")
+    assert whole == hn.sweep(model, plan, OUTPUTS)
+    assert again(before, runs(tmp_path / "kept")) == 12 - len(found)
     assert [whole[row["point"]] for row in found] == list(found)
 
 
 def test_what_stops_a_rollout_keeps_what_has_ended(model: hn.Model) -> None:
     masses = [{"body.lower.mass": 0.5}, {"body.lower.mass": 0.7}, {"body.lower.mass": 0.9}]
     reaction = ["bearing"]  # belongs to the step from a node: no lanes
-    states = [hn.Stepper(model.replace(own), observe=reaction).state for own in masses]
-    with pytest.raises(hn.StateMismatch) as refused:
-        hn.rollout(model, set=masses, states=[*states[:2], b"none"], observe=reaction, steps=40, threads=1)
-    found = refused.value.rollout  # type: ignore[attr-defined]
-    assert np.isfinite(found.q[:2]).all() and np.isnan(found.q[2]).all() and found.q.shape == (3, 41, 24)
-    assert np.array_equal(found.q[1], hn.rollout(model.replace(masses[1]), steps=40).q[0])
-    # in lanes all members go on together: the nodes up to there
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    ring = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
-    try:
-        with pytest.raises(KeyboardInterrupt) as stopped:
-            ring.start()
-            hn.rollout(model, set=masses, steps=10**9, every=10**7, threads=2)
-    finally:
-        ring.cancel()
-        signal.signal(signal.SIGINT, before)
-    found = stopped.value.rollout  # type: ignore[attr-defined]
-    assert found.q.shape == (3, 101, 24) and np.isfinite(found.q[:, 0]).all() and np.isnan(found.q[:, -1]).all()
-    with pytest.raises(hn.InvalidModel):  # before anything runs
-        hn.rollout(model, set=[*masses, {"body.lower.mass": -1.0}], steps=40)
+    # alone each member ends for itself; in lanes all go on together, to the nodes up to there
+    for observe, steps in ((reaction, [40, 40, 10**9]), ([], [10**9] * 3)):
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        ring = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+        try:
+            with pytest.raises(KeyboardInterrupt) as stopped:
+                ring.start()
+                hn.rollout(model, set=masses, observe=observe, steps=max(steps), every=10**7, threads=2)
+        finally:
+            ring.cancel()
+            signal.signal(signal.SIGINT, before)
+        found = stopped.value.rollout  # type: ignore[attr-defined]
+        assert found.q.shape[0] == 3 and np.isnan(found.q[:, -1:]).all()
+        if not observe:
+            assert found.q.shape == (3, 101, 24) and np.isfinite(found.q[:, 0]).all()
+
+
+@pytest.mark.parametrize("observe", [["bearing"], []], ids=["alone", "lanes"])
+def test_a_member_that_cannot_be_run_is_refused_before_any_runs(observe: list[str], model: hn.Model) -> None:
+    """A call is valid or an exception; the steps would take hours."""
+    masses = [{"body.lower.mass": 0.5}, {"body.lower.mass": 0.7}]
+    states = [hn.Stepper(model.replace(own), observe=observe).state for own in masses]
+    long = {"observe": observe, "steps": 10**10, "every": 10**9, "threads": 1}
+    with pytest.raises(hn.InvalidModel, match="mass"):
+        hn.rollout(model, set=[*masses, {"body.lower.mass": -1.0}], **long)  # type: ignore[arg-type]
+    with pytest.raises(hn.StateMismatch):
+        hn.rollout(model, set=masses, states=[states[0], b"none"], **long)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="columns"):
+        hn.rollout(model, set=masses, controls=np.zeros((3, 5)), observe=observe)
 
 
 QUIET = """

@@ -1,11 +1,31 @@
 //! A model at many points: see [`holonom_study::sweep`].
 
 use crate::run::{Control, prepare, run_with};
-use holonom_model::{Meshes, Model, ModelError};
+use holonom_model::{Mesh, Meshes, Model, ModelError, Override};
 use holonom_sim::output::{OutputError, RunFolder, Status};
 use std::path::{Path, PathBuf};
 
 pub use holonom_study::sweep::*;
+
+/// Begins or continues the sweep of a model in a folder, which gets its meshes; with `force`
+/// another sweep there is replaced.
+///
+/// # Errors
+/// [`SweepError`].
+pub fn begin(
+    (text, meshes): (&str, &Meshes),
+    set: Vec<Override>,
+    plan: Plan,
+    folder: &Path,
+    (shard, force): (Shard, bool),
+) -> Result<Sweep, SweepError> {
+    let names = meshes.iter().map(Mesh::stored_name).collect();
+    let description = SweepDescription { model: text.to_owned(), meshes: names, set, plan };
+    RunFolder::takes_meshes(folder, meshes)?;
+    let sweep = Sweep::new(description, folder, shard, force)?;
+    RunFolder::open(folder).write_meshes(meshes)?;
+    Ok(sweep)
+}
 
 /// Runs a point of a sweep of the model `text` into its folder, without plots; `None` when it was
 /// interrupted. `meshes`: those of the model, or the folder where they are.

@@ -128,7 +128,8 @@ def simulate(
             result.acting, result._acted = acting, acting is not None
             return told(result, on_failure, found.get("raised"))
         try:
-            _core.simulate_into(whole._core, fspath(out), force, checkpoint_every, tell, acting)
+            how = {"force": force, "checkpoint_every": checkpoint_every, "report": True}
+            _core.simulate_into(whole._core, fspath(out), how, tell, acting)
         except KeyboardInterrupt as stopped:
             stopped.add_note(f"continue with holonom.simulate(None, resume={fspath(out)!r})")
             raise

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import os
 import pickle
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass, field
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -22,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core, _toml
 from ._acting import Acts, names
-from ._errors import HolonomError, InvalidModel, OutputExists, RunFailed, needed, no_panic
+from ._errors import HolonomError, InvalidModel, OutputExists, OutputFailed, RunFailed, needed, no_panic
 from ._model import Model, model_of
-from ._result import Result
+from ._result import Result, open_folder
 from ._stepper import Stepper
 
 if TYPE_CHECKING:
@@ -35,6 +33,8 @@ Outputs = Mapping[str, Callable[[Result], Any]]
 Row = dict[str, Any]
 Point = tuple[int, Sequence[tuple[str, str]]]
 """Number, and values of keys as texts of TOML."""
+Folders = Mapping[int, str]
+"""Of points whose runs have files."""
 
 BATCH_SECONDS = 0.2
 """How long a task for another process lasts."""
@@ -57,10 +57,12 @@ class Plan:
     ----------
     keys : the keys that vary.
     points : for each point the values of the keys, as texts of TOML.
+    order : what :func:`plan` was asked for, by which a folder knows its sweep.
     """
 
     keys: tuple[str, ...]
     points: tuple[tuple[str, ...], ...]
+    order: Any = field(default=None, repr=False, compare=False)
 
     def __len__(self) -> int:
         return len(self.points)
@@ -93,8 +95,9 @@ def plan(
             varied.append((key, (float(values[0]), float(values[1]))))
         else:
             varied.append((key, [_toml.value(value) for value in values]))
-    points = _core.plan(varied, sample, n, seed)
-    return Plan(tuple(keys), tuple(tuple(point) for point in points))
+    order = (varied, sample, n, seed)
+    points = _core.plan(order)
+    return Plan(tuple(keys), tuple(tuple(point) for point in points), order)
 
 
 class SweepTable(Sequence[Row]):
@@ -144,6 +147,7 @@ def run_point(
     values: Sequence[tuple[str, str]],
     outputs: Outputs,
     progress: Callable[[int, int], object] | None = None,
+    folder: str | None = None,
 ) -> Row:
     """Runs a model with values replaced; ``status``, ``message`` and the outputs.
 
@@ -151,15 +155,41 @@ def run_point(
     ----------
     values : keys and texts of TOML.
     outputs : functions of the :class:`Result`, called where the run was.
+    progress : called with steps taken and all steps; it may raise.
+    folder : one that gets the files of the run, those of a point of ``holonom sweep``.
+
+    Raises
+    ------
+    OutputFailed, OutputExists
+        Files cannot be written: the point is not to blame.
     """
+
+    def go(whole: Model) -> Result:
+        if folder is None:
+            return Result(whole, _core.simulate(whole._core, None, progress, None))
+        how = {"force": True, "checkpoint_every": None, "report": False}
+        _core.simulate_into(whole._core, folder, how, progress, None)
+        return open_folder(folder)
+
+    return _row(model, values, outputs, go)
+
+
+def _row(
+    model: Model,
+    values: Sequence[tuple[str, str]],
+    outputs: Outputs,
+    go: Callable[[Model], Result],
+) -> Row:
+    """The row of a point, of the result that ``go`` gives of its model."""
     try:
         whole = no_panic(lambda: Model(model._core.replace(list(values))))()
-        found = no_panic(lambda: _core.simulate(whole._core, None, progress, None))()
+        result = no_panic(go)(whole)
     except InvalidModel as error:
         return {"status": "invalid", "message": str(error)}
+    except (OutputFailed, OutputExists):
+        raise
     except HolonomError as error:
         return {"status": "failed", "message": str(error)}
-    result = Result(whole, found)
     if result.failure is not None:
         failure = result.failure
         words = RunFailed(*(failure[k] for k in ("step", "t", "message", "remedy")))
@@ -177,7 +207,9 @@ class _Stopped(BaseException):
     """Nobody waits for this run any more."""
 
 
-def _run_points(model: Model, points: Sequence[Point], outputs: Outputs) -> list[tuple[int, Row, float]]:
+def _run_points(
+    model: Model, points: Sequence[Point], outputs: Outputs, folders: Folders
+) -> list[tuple[int, Row, float]]:
     is_wanted = _wanted()
 
     def go_on(_step: int, _of: int) -> None:
@@ -188,7 +220,7 @@ def _run_points(model: Model, points: Sequence[Point], outputs: Outputs) -> list
     for number, values in points:
         begin = time.perf_counter()
         try:
-            row = run_point(model, values, outputs, go_on)
+            row = run_point(model, values, outputs, go_on, folders.get(number))
         except _Stopped:
             break
         found.append((number, row, time.perf_counter() - begin))
@@ -233,7 +265,9 @@ def sweep(
     outputs : names and functions of the :class:`Result` of a point: numbers travel, not runs.
     executor : anything with ``submit(function, *args)``: ``concurrent.futures``, a
         ``distributed.Client``; without one ``threads`` of this process.
-    out : a folder that keeps finished points: they are never run again.
+    out : the folder of ``holonom sweep``, which gets the files of each point: finished points are
+        never run again, and either continues what the other began. Outputs of points that are
+        there are computed from their files. Workers of an executor have to see the folder.
     batch : points of a task of the executor; ``"auto"``: such that it takes about 0.2 s.
     progress : called with the points that have ended and all points.
 
@@ -253,16 +287,17 @@ def sweep(
     work = [
         (k, list(zip(points.keys, values, strict=True))) for k, values in enumerate(points.points)
     ]
-    store = _Store(out, whole, points, outputs)
-    rows = dict(store.rows)
+    store = None if out is None else _Store(out, whole, points)
+    rows: dict[int, Row] = {} if store is None else store.rows(whole, work, outputs)
 
-    def keep(number: int, row: Row) -> None:
+    def keep(number: int, row: Row, seconds: float) -> None:
         if number not in rows:
             rows[number] = row
-            store.add(number, row)
+            if store is not None:
+                store.add(number, row, seconds)
 
-    def ended(number: int, row: Row) -> None:
-        keep(number, row)
+    def ended(number: int, row: Row, seconds: float) -> None:
+        keep(number, row, seconds)
         if progress is not None:
             progress(len(rows), len(work))
 
@@ -271,26 +306,46 @@ def sweep(
         return SweepTable(columns, [{"point": k, **points.values(k), **rows[k]} for k in sorted(rows)])
 
     rest = [task for task in work if task[0] not in rows]
+    folders = {} if store is None else {k: store.folder_of(k) for k, _ in rest}
+    runs = _Runs(whole, outputs, folders)
     try:
         if executor is None:
-            _on_threads(whole, rest, outputs, threads, (ended, keep))
+            _on_threads(runs, rest, threads, (ended, keep))
         else:
-            _on_executor(whole, rest, outputs, (executor, batch), (ended, keep))
+            _on_executor(runs, rest, (executor, batch), (ended, keep))
     except BaseException as stopped:
+        if store is not None:
+            with suppress(HolonomError):  # what stopped it is told
+                store.end()
         stopped.table = table()  # type: ignore[attr-defined]
         kept = "give `out` a folder to keep them" if out is None else f"sweep again with out={out!r}"
         stopped.add_note(f"{len(rows)} of {len(work)} points have ended: {kept}")
         raise
+    if store is not None:
+        store.end()
     return table()
 
 
-Ended = Callable[[int, Row], None]
+Ended = Callable[[int, Row, float], None]
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """What is run at each point."""
+
+    model: Model
+    outputs: Outputs
+    folders: Folders
+
+    def of(self, points: Sequence[Point]) -> tuple[Any, ...]:
+        """What a task of these points is given."""
+        own = {k: self.folders[k] for k, _ in points if k in self.folders}
+        return self.model, points, self.outputs, own
 
 
 def _on_threads(
-    model: Model,
+    runs: _Runs,
     work: Sequence[Point],
-    outputs: Outputs,
     threads: int | None,
     told: tuple[Ended, Ended],
 ) -> None:
@@ -303,24 +358,29 @@ def _on_threads(
         if stop.is_set():
             raise _Stopped
 
+    def go(point: Point) -> tuple[Row, float]:
+        begin = time.perf_counter()
+        number, values = point
+        row = run_point(runs.model, values, runs.outputs, go_on, runs.folders.get(number))
+        return row, time.perf_counter() - begin
+
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
-        tasks = {pool.submit(run_point, model, v, outputs, go_on): k for k, v in work}
+        tasks = {pool.submit(go, point): point[0] for point in work}
         try:
             for task in as_completed(tasks):
-                ended(tasks[task], task.result())
+                ended(tasks[task], *task.result())
         except BaseException:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
             for task, number in tasks.items():
                 if not task.cancelled() and task.exception() is None:
-                    keep(number, task.result())
+                    keep(number, *task.result())
             raise
 
 
 def _on_executor(
-    model: Model,
+    runs: _Runs,
     work: Sequence[Point],
-    outputs: Outputs,
     where: tuple[Executor, int | str],
     told: tuple[Ended, Ended],
 ) -> None:
@@ -330,7 +390,7 @@ def _on_executor(
     options: dict[str, Any] = {"retries": TRIES - 1, "pure": False} if is_dask else {}
 
     def submit(points: Sequence[Point]) -> Any:
-        return executor.submit(_run_points, model, points, outputs, **options)
+        return executor.submit(_run_points, *runs.of(points), **options)
 
     if batch != "auto" and (not isinstance(batch, int) or batch < 1):
         raise ValueError(f'batch: a number from 1 on or "auto", not {batch!r}')
@@ -362,8 +422,8 @@ def _leave(task: Any, keep: Ended) -> None:
         task.cancel()
         return
     try:
-        for number, row, _ in task.result():
-            keep(number, row)
+        for number, row, taken in task.result():
+            keep(number, row, taken)
     except Exception:  # noqa: S110  its points are run again another time
         pass
 
@@ -400,7 +460,7 @@ def _collect(
     try:
         for number, found, taken in task.result():
             seconds += taken
-            ended(number, found)
+            ended(number, found, taken)
             given.add(number)
         missing = [point for point in points if point[0] not in given]
         return seconds + (_collect(missing, submit(missing), submit, ended) if missing else 0.0)
@@ -409,7 +469,7 @@ def _collect(
             raise
         lost = error
     for point in points:
-        row = _lost(lost)
+        row, taken = _lost(lost), 0.0
         for _ in range(TRIES - (len(points) == 1)):
             try:
                 ((_, row, taken),) = submit([point]).result()
@@ -426,7 +486,7 @@ def _collect(
                 row = _lost(again)
                 if type(again).__name__ == "KilledWorker":  # several processes died of it
                     break
-        ended(point[0], row)
+        ended(point[0], row, taken)
     return seconds
 
 
@@ -440,41 +500,48 @@ def _process_died(error: BaseException) -> bool:
 
 
 class _Store:
-    """Finished points in ``points.jsonl`` of a folder, each a line."""
+    """The folder of a sweep, with the points that have ended."""
 
-    def __init__(
-        self, out: str | PathLike[str] | None, model: Model, plan: Plan, outputs: Outputs
-    ) -> None:
-        self.rows: dict[int, Row] = {}
-        self.file: Path | None = None
-        if out is None:
-            return
-        folder = Path(out)
-        folder.mkdir(parents=True, exist_ok=True)
-        about = {"model": model.to_toml(), "keys": plan.keys, "points": plan.points}
-        about["outputs"] = list(outputs)
-        text = json.dumps(about, ensure_ascii=False, indent=1) + "\n"
-        what = folder / "plan.json"
-        if what.exists() and what.read_text(encoding="utf-8") != text:
-            raise OutputExists(f"{folder} holds another sweep", "choose another folder")
-        if not what.exists() and any(folder.iterdir()):
-            raise OutputExists(f"{folder} holds other files", "choose another folder")
-        what.write_text(text, encoding="utf-8")
-        self.file = folder / "points.jsonl"
-        if self.file.exists():
-            whole = self.file.read_text(encoding="utf-8")
-            kept = whole[: whole.rfind("\n") + 1]  # a line that was cut off is run again
-            if kept != whole:
-                self.file.write_text(kept, encoding="utf-8")
-            for line in kept.splitlines():
-                entry = json.loads(line)
-                self.rows[entry.pop("point")] = entry
+    def __init__(self, out: str | PathLike[str], model: Model, plan: Plan) -> None:
+        if plan.order is None:
+            raise ValueError("out: the points have to be those of holonom.plan")
+        self.points = plan.points
+        self._core = _core.SweepFolder(model._core, plan.order, os.path.abspath(out))
 
-    def add(self, number: int, row: Row) -> None:
+    def folder_of(self, number: int) -> str:
+        """The folder of a point."""
+        return str(self._core.of_point(number))
+
+    def rows(self, model: Model, work: Sequence[Point], outputs: Outputs) -> dict[int, Row]:
+        """The rows of the points that have ended, from their files."""
+        found: dict[int, Row] = {}
+        for number, status, message in self._core.ended():
+            summary = os.path.join(self.folder_of(number), "summary.json")
+            if status != "invalid" and not os.path.isfile(summary):
+                continue  # its files are gone: it is run again
+
+            def read(whole: Model, number: int = number, status: str = status) -> Result:
+                if status == "invalid":
+                    _core.check(whole._core)  # says what is wrong
+                return open_folder(self.folder_of(number))
+
+            try:
+                found[number] = _row(model, work[number][1], outputs, read)
+            except OutputFailed:
+                found[number] = {"status": status, "message": message or ""}
+        return found
+
+    def add(self, number: int, row: Row, seconds: float) -> None:
         """Keeps a point; one that was lost is run again another time."""
-        if self.file is not None and row["status"] != "lost":
-            with self.file.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"point": number, **row}, ensure_ascii=False) + "\n")
+        status, message = row["status"], row["message"] or None
+        if status == "error":  # of an output: the run is there
+            status, message = "done", None
+        if status != "lost":
+            self._core.add(number, list(self.points[number]), (status, message), seconds)
+
+    def end(self) -> None:
+        """Writes the tables of the program, and leaves the folder to others."""
+        self._core.end()
 
 
 @dataclass(frozen=True)
@@ -525,6 +592,8 @@ def rollout(
 
     Raises
     ------
+    InvalidModel, StateMismatch, UnknownName, ValueError
+        Of a member that cannot be run, before any is.
     KeyboardInterrupt
         On Ctrl-C: the runs are stopped; ``rollout`` of the exception has the nodes, or the members,
         that there are, NaN of the others.
@@ -551,13 +620,16 @@ def rollout(
         if stop.is_set():
             raise _Stopped
 
-    def one(k: int) -> Any:
+    def begun(k: int) -> Stepper:
         stepper = Stepper(each[k], inputs, observe)
         if states is not None:
             stepper.state = states[k]
         width = stepper._core.width
         if rows is not None and rows.shape[-1] != width:
             raise ValueError(f"controls: {width} columns, not {rows.shape[-1]}")
+        return stepper
+
+    def run(k: int, stepper: Stepper) -> Any:
         mine = None if rows is None else (rows[k] if rows.ndim == 3 else rows)
         return stepper._core.advance(mine, taken, every, go_on)
 
@@ -568,14 +640,15 @@ def rollout(
     given_rows = None if rows is None else rows.reshape((-1, *rows.shape[-2:]))
     lanes = _core.rollout([own._core for own in each], acts, given_rows, plan)
     if lanes is None:
-        return _on_steppers(one, members, len(range(0, taken, every)) + 1, count, stop)
+        steppers = [begun(k) for k in range(members)]  # a member that is refused: none is run
+        return _on_steppers(run, steppers, len(range(0, taken, every)) + 1, count, stop)
     t, q, y, failed, stopped = lanes
     found = Rollout(t, q, y, {})
     if stopped is not None:
         stopped.rollout = found  # type: ignore[attr-defined]
         raise stopped
     for k in failed:  # its own stepper says why
-        *arrays, failure = one(k)
+        *arrays, failure = run(k, begun(k))
         for whole_array, own_array in zip((t, q, y), arrays, strict=True):
             whole_array[k] = np.nan
             whole_array[k, : len(own_array)] = own_array
@@ -585,7 +658,11 @@ def rollout(
 
 
 def _on_steppers(
-    one: Callable[[int], Any], members: int, nodes: int, threads: int, stop: threading.Event
+    run: Callable[[int, Stepper], Any],
+    steppers: Sequence[Stepper],
+    nodes: int,
+    threads: int,
+    stop: threading.Event,
 ) -> Rollout:
     """Members that run alone, several at a time."""
     from concurrent.futures import ThreadPoolExecutor
@@ -595,7 +672,7 @@ def _on_steppers(
     def made() -> Rollout:
         def rows(part: int) -> Array:
             shapes = [member[part].shape[1:] for member in found.values()]
-            full = np.full((members, nodes, *(shapes[0] if shapes else (0,) * (part > 0))), np.nan)
+            full = np.full((len(steppers), nodes, *(shapes[0] if shapes else (0,) * (part > 0))), np.nan)
             for k, member in found.items():
                 full[k, : len(member[part])] = member[part]
             return full
@@ -604,7 +681,7 @@ def _on_steppers(
         return Rollout(rows(0), rows(1), rows(2), failures)
 
     with ThreadPoolExecutor(threads) as pool:
-        tasks = [pool.submit(one, k) for k in range(members)]
+        tasks = [pool.submit(run, k, stepper) for k, stepper in enumerate(steppers)]
         try:
             found.update((k, task.result()) for k, task in enumerate(tasks))
         except BaseException as stopped:

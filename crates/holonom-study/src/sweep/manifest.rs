@@ -118,7 +118,7 @@ fn name(shard: Shard) -> String {
 
 /// A manifest that is written, by one program at a time.
 #[derive(Debug)]
-pub(super) struct Manifest {
+pub struct Manifest {
     path: PathBuf,
     file: Lock,
 }
@@ -141,8 +141,11 @@ impl Manifest {
         Ok(Self { path, file })
     }
 
-    /// Adds a line.
-    pub(super) fn push(&mut self, entry: &EndedPoint) -> Result<(), OutputError> {
+    /// Adds a point that has ended.
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn push(&mut self, entry: &EndedPoint) -> Result<(), OutputError> {
         let line = serde_json::to_string(entry).unwrap_or_default() + "\n";
         let mut file = self.file.file();
         let written = file.write_all(line.as_bytes()).and_then(|()| file.sync_data());

@@ -16,14 +16,13 @@ mod page;
 mod plan;
 mod table;
 
-pub use manifest::{EndedPoint, PointStatus, SweepDescription};
+pub use manifest::{EndedPoint, Manifest, PointStatus, SweepDescription};
 pub use page::page;
 pub use plan::{Plan, PlanError, Sampling, Shard, Values, Variation};
 pub use table::{SweepTable, table};
 
 use holonom_model::Override;
 use holonom_sim::output::{OutputError, RunFolder};
-use manifest::Manifest;
 use std::collections::BTreeSet;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
@@ -137,6 +136,28 @@ impl Sweep {
         Ok(())
     }
 
+    /// The points of all shards that have ended, in their order.
+    ///
+    /// # Errors
+    /// [`SweepError`].
+    pub fn ended(&self) -> Result<Vec<EndedPoint>, SweepError> {
+        Ok(manifest::entries(&self.folder)?)
+    }
+
+    /// The manifest of its shard, which one program writes at a time.
+    ///
+    /// # Errors
+    /// [`SweepError`].
+    pub fn manifest(&self) -> Result<Manifest, SweepError> {
+        Ok(Manifest::open(&self.folder, self.shard)?)
+    }
+
+    /// The folder of a point, in that of the sweep.
+    #[must_use]
+    pub fn name_of(number: usize) -> String {
+        format!("{number:05}")
+    }
+
     /// Runs all points of the shard that have not ended. `work` runs one; `None`: it was
     /// interrupted, and no other begins.
     ///
@@ -148,8 +169,8 @@ impl Sweep {
         progress: &mut (dyn FnMut(Progress) + Send),
     ) -> Result<Progress, SweepError> {
         let values = self.description.plan.values();
-        let mut manifest = Manifest::open(&self.folder, self.shard)?;
-        let before = manifest::entries(&self.folder)?;
+        let mut manifest = self.manifest()?;
+        let before = self.ended()?;
         let own = before.iter().filter(|entry| self.shard.has(entry.point));
         let ended: BTreeSet<usize> = own.clone().map(|entry| entry.point).collect();
         let failed = own.filter(|entry| entry.status != PointStatus::Done).count();
@@ -197,7 +218,7 @@ impl Sweep {
         let begin = Instant::now();
         let SweepDescription { set, plan, .. } = &self.description;
         let overrides: Vec<Override> = set.iter().cloned().chain(plan.overrides(values)).collect();
-        let name = format!("{number:05}");
+        let name = Self::name_of(number);
         let folder = self.folder.join(&name);
         let PointEnd { status, message } =
             work(&SweepPoint { number, overrides: &overrides, folder: &folder })?;
