@@ -26,6 +26,9 @@ type Given = (String, usize, f64);
 /// A law: joint or `joint.0`, function, address of machine code or 0, whether it conserves energy.
 type LawOf = (String, Py<PyAny>, usize, bool);
 
+/// Name and unit of a number that is observed.
+pub(crate) type Label = (String, &'static str);
+
 /// What acts, by its names; nothing is looked up before it meets a model.
 #[pyclass(frozen, module = "holonom._core")]
 pub(crate) struct Acting {
@@ -82,6 +85,8 @@ pub(crate) struct Acted {
     pub(crate) inputs: Vec<Input>,
     /// Columns of sensors that are observed.
     pub(crate) observed: Vec<usize>,
+    /// Their names and units.
+    pub(crate) labels: Vec<Label>,
     /// Columns of the sensors of the model itself.
     pub(crate) own_columns: usize,
     /// Values of the inputs that are named.
@@ -121,7 +126,7 @@ impl Acting {
         model: &Model,
         start: JointStart,
     ) -> PyResult<Acted> {
-        let (sensed, observed) = observed(py, seen, &self.observe)?;
+        let (sensed, observed, labels) = observed(py, seen, &self.observe)?;
         let own_columns = holonom::sensor::columns(&model.model).len();
         let fault = Arc::new(Fault::default());
         let mut inputs: Vec<Input> =
@@ -172,7 +177,9 @@ impl Acting {
                 fault: fault.clone(),
             }));
         }
-        Ok(Acted { simulation, inputs, observed, own_columns, width, fault, calls_python })
+        let acted =
+            Acted { simulation, inputs, observed, labels, own_columns, width, fault, calls_python };
+        Ok(acted)
     }
 
     fn law(
@@ -253,18 +260,18 @@ fn observed(
     py: Python<'_>,
     mut model: holonom::Model,
     names: &[String],
-) -> PyResult<(holonom::Model, Vec<usize>)> {
-    let first = holonom::sensor::columns(&model).len();
-    let known: Vec<(String, String)> = holonom::sensor::columns(&model)
-        .iter()
-        .map(|column| (column.sensor.clone(), column.name()))
-        .collect();
-    let (mut columns, mut next) = (Vec::new(), first);
+) -> PyResult<(holonom::Model, Vec<usize>, Vec<Label>)> {
+    let known = holonom::sensor::columns(&model);
+    let (mut columns, mut labels, mut next) = (Vec::new(), Vec::new(), known.len());
     for name in names {
-        let own: Vec<usize> =
-            (0..first).filter(|&k| known[k].0 == *name || known[k].1 == *name).collect();
-        if !own.is_empty() {
-            columns.extend(own);
+        let own = known.iter().enumerate();
+        let own = own.filter(|(_, own)| own.sensor == *name || own.name() == *name);
+        let before = columns.len();
+        for (k, own) in own {
+            columns.push(k);
+            labels.push((own.name(), own.unit));
+        }
+        if columns.len() > before {
             continue;
         }
         let rate = name.strip_suffix(".rate");
@@ -279,11 +286,14 @@ fn observed(
             return Err(raise(py, "UnknownName", (words,)));
         }
         model.sensors.push(Sensor::new(format!("observe {name}"), kind, joint.to_owned()));
-        let count = holonom::sensor::columns(&model).len() - next;
-        columns.extend(next..next + count);
-        next += count;
+        for own in holonom::sensor::columns(&model).split_off(next) {
+            let part = if own.part.is_empty() { String::new() } else { format!(".{}", own.part) };
+            labels.push((format!("{name}{part}"), own.unit));
+            columns.push(next);
+            next += 1;
+        }
     }
-    Ok((model, columns))
+    Ok((model, columns, labels))
 }
 
 /// A force of a body by a function.

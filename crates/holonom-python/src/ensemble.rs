@@ -8,7 +8,7 @@ use crate::errors::raise;
 use crate::model::Model;
 use crate::stepper::{Run, freed};
 use crate::watch::Watch;
-use holonom::{JointStart, RunFailure, RunState};
+use holonom::{JointStart, RunFailure};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyRuntimeError;
@@ -150,7 +150,7 @@ impl Ensemble {
         let mut members = self.taken()?;
         let (own, model) = (&mut members[member], self.models[member].get());
         if joints.is_empty() && rates.is_empty() {
-            own.run.begin_again().map_err(|words| raise(py, "StateMismatch", (words,)))?;
+            own.run.begin_again(py)?;
         } else {
             let start = JointStart { coordinates: joints, rates };
             own.run.replace(self.acting.get().stepper(py, model, start)?);
@@ -161,19 +161,13 @@ impl Ensemble {
 
     /// The state of a member.
     fn state<'py>(&self, py: Python<'py>, member: usize) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = postcard::to_allocvec(&self.taken()?[member].run.state())
-            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-        Ok(PyBytes::new(py, &bytes))
+        Ok(PyBytes::new(py, &self.taken()?[member].run.state().to_bytes()))
     }
 
     /// A member continues from a state.
     fn restore(&self, py: Python<'_>, member: usize, state: &[u8]) -> PyResult<()> {
-        let found: Result<RunState, _> = postcard::from_bytes(state);
-        let mismatch = |words: String| raise(py, "StateMismatch", (words,));
-        let state =
-            found.map_err(|error| mismatch(format!("these bytes are no state: {error}")))?;
         let own = &mut self.taken()?[member];
-        own.run.resume(state).map_err(mismatch)?;
+        own.run.restore(py, state)?;
         own.failure = None;
         Ok(())
     }

@@ -4,10 +4,10 @@
 //! however many threads there are. One that fails stays where it failed; why, its own stepper says.
 
 use crate::acting::{Acted, Acting, check_finite, hold};
-use crate::errors::raise;
 use crate::model::Model;
+use crate::stepper::restore;
 use crate::watch::Watch;
-use holonom::{Input, JointStart, Members, RunState, Simulation};
+use holonom::{Input, JointStart, Members};
 use numpy::ndarray::{Array2, Array3};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyBaseException, PyRuntimeError};
@@ -160,7 +160,7 @@ pub(crate) fn rollout<'py>(
             return Ok(None); // its stepper says what is wrong
         }
         if let Some(state) = plan.states.as_ref().map(|states| &states[k]) {
-            resume(py, &mut simulation, state)?;
+            restore(py, &mut simulation, state)?;
         }
         simulations.push(simulation);
         inputs.push(own);
@@ -226,11 +226,4 @@ pub(crate) fn rollout<'py>(
     };
     let times = Array2::from_shape_vec((count, nodes), t).map_err(shape)?;
     Ok(Some((times.into_pyarray(py), table(q, n)?, table(y, width)?, failed, stopped)))
-}
-
-fn resume(py: Python<'_>, simulation: &mut Simulation, state: &[u8]) -> PyResult<()> {
-    let mismatch = |words: String| raise(py, "StateMismatch", (words,));
-    let state: RunState = postcard::from_bytes(state)
-        .map_err(|error| mismatch(format!("these bytes are no state: {error}")))?;
-    simulation.resume(state).map_err(|error| mismatch(error.to_string()))
 }

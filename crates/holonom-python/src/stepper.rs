@@ -6,7 +6,7 @@ use crate::fault::Fault;
 use crate::model::Model;
 use crate::watch::Watch;
 use holonom::experiment::Experiment;
-use holonom::{Input, JointStart, RunFailure, RunState};
+use holonom::{Input, JointStart, RunFailure, RunState, Simulation};
 use numpy::ndarray::Array2;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -59,15 +59,15 @@ impl Run {
         self.acted.simulation.state()
     }
 
-    /// Continues from a state.
-    pub(crate) fn resume(&mut self, state: RunState) -> Result<(), String> {
-        self.acted.simulation.resume(state).map_err(|error| error.to_string())
+    /// Continues from the bytes of a state.
+    pub(crate) fn restore(&mut self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
+        restore(py, &mut self.acted.simulation, state)
     }
 
     /// Back to the start of the model.
-    pub(crate) fn begin_again(&mut self) -> Result<(), String> {
-        let start = self.start.clone();
-        self.resume(start)
+    pub(crate) fn begin_again(&mut self, py: Python<'_>) -> PyResult<()> {
+        let begun = self.acted.simulation.resume(self.start.clone());
+        begun.map_err(|error| raise(py, "StateMismatch", (error.to_string(),)))
     }
 
     /// Goes on with another run; the start stays.
@@ -281,6 +281,11 @@ impl Stepper {
         Ok(members.flat_map(of).collect())
     }
 
+    /// Names and units of what is observed.
+    fn observed(&self) -> PyResult<(Vec<String>, Vec<&'static str>)> {
+        Ok(self.taken()?.acted.labels.iter().cloned().unzip())
+    }
+
     /// The parts of the energy of the present node with their names.
     fn energy(&self, py: Python<'_>) -> PyResult<(Vec<String>, Vec<f64>)> {
         let mut run = self.taken()?;
@@ -304,18 +309,12 @@ impl Stepper {
 
     /// The state between two steps, with what inputs hold.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let state = self.taken()?.state();
-        let bytes = postcard::to_allocvec(&state)
-            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-        Ok(PyBytes::new(py, &bytes))
+        Ok(PyBytes::new(py, &self.taken()?.state().to_bytes()))
     }
 
     /// Continues from a state.
     fn restore(&self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
-        let state: RunState = postcard::from_bytes(state).map_err(|error| {
-            raise(py, "StateMismatch", (format!("these bytes are no state: {error}"),))
-        })?;
-        self.taken()?.resume(state).map_err(|words| raise(py, "StateMismatch", (words,)))
+        self.taken()?.restore(py, state)
     }
 
     /// Back to the start, that of these coordinates and rates of joints where there are some.
@@ -327,7 +326,7 @@ impl Stepper {
     ) -> PyResult<()> {
         let mut run = self.taken()?;
         if joints.is_empty() && rates.is_empty() {
-            return run.begin_again().map_err(|words| raise(py, "StateMismatch", (words,)));
+            return run.begin_again(py);
         }
         let start = JointStart { coordinates: joints, rates };
         run.replace(self.acting.get().stepper(py, self.model.get(), start)?);
@@ -358,6 +357,14 @@ impl Stepper {
         hold(run.named(), values);
         Ok(())
     }
+}
+
+/// A simulation continues from the bytes of a state.
+pub(crate) fn restore(py: Python<'_>, simulation: &mut Simulation, state: &[u8]) -> PyResult<()> {
+    let state = RunState::from_bytes(state).map_err(|error| error.to_string());
+    let resumed =
+        state.and_then(|state| simulation.resume(state).map_err(|error| error.to_string()));
+    resumed.map_err(|words| raise(py, "StateMismatch", (words,)))
 }
 
 /// Calls with the interpreter released, where no function of Python is called within.

@@ -332,8 +332,8 @@ def test_inputs_of_a_run_are_rows(double: str) -> None:
     rows = np.sin(np.arange(200) / 9.0)
     result = hn.simulate(model, inputs={"elbow": rows, "lower.force": [0.0, 0.0, 0.3]})
     controls = np.column_stack([rows, np.zeros((200, 2)), np.full(200, 0.3)])
-    _, q, _ = hn.Stepper(model, inputs=["elbow", "lower.force"]).run(controls)
-    assert np.array_equal(q, result.q)
+    run = hn.Stepper(model, inputs=["elbow", "lower.force"]).run(controls)
+    assert np.array_equal(run.q, result.q)
     for wrong in ({"elbow": rows[:-1]}, {"elbow": np.zeros((200, 2))}, {"lower.force": 1.0}, {"lower.force": rows}):
         with pytest.raises(ValueError, match="inputs: .* has shape"):
             hn.simulate(model, inputs=wrong)

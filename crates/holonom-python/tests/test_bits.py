@@ -61,8 +61,8 @@ def test_arrays_files_and_steps_are_equal(path: Path, tmp_path: Path) -> None:
         if stepper.n < len(result) - 1:
             stepper.step()
     steps = len(result) - 1
-    t, q, _ = hn.Stepper(model).run(np.empty((steps, 0)))
-    assert np.array_equal(q, result.q) and np.array_equal(t, result.t)
+    run = hn.Stepper(model).run(np.empty((steps, 0)))
+    assert np.array_equal(run.q, result.q) and np.array_equal(run.t, result.t)
     ensemble = hn.Ensemble(model, 2, threads=2)
     ensemble.step(n=steps)
     assert np.array_equal(ensemble.q, [result.q[-1]] * 2)

@@ -37,6 +37,9 @@ def test_names_shapes_and_views(double: str) -> None:
     bearing = np.linalg.norm(result.sensors["bearing"][:, :3], axis=1)
     assert np.abs(held - 0.5 * (bearing[1:] + bearing[:-1]))[1:-1].max() < 1e-3 * bearing.max()
     assert result.residuals["position"].max() < 1e-13
+    assert set(result.columns) == set(result.units) == {"q", "tail", "residuals", "energy", "sensors"}
+    assert result.columns["energy"] == result.energy.columns and result.units["energy"]["kinetic"] == "J"
+    assert result.units["sensors"]["angle"] == "rad" and result.units["q"]["upper.d1x"] == ""
     assert result.table("trajectory").columns[:3] == ["step", "t", "upper.x"]
     with pytest.raises(hn.UnknownName, match="did you mean `upper`"):
         result["uper"]

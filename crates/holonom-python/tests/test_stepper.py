@@ -3,6 +3,7 @@
 import copy
 import pickle
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -248,3 +249,35 @@ def test_what_is_observed_is_what_a_run_records(double: str) -> None:
             for n in range(len(run) - 1):
                 assert np.array_equal(stepper.observe(), run.sensors.values[n, columns]), (scheme, order, n)
                 stepper.step()
+
+
+def test_steps_in_one_call_are_a_result(double: str, tmp_path: Path) -> None:
+    model = hn.Model.from_toml(double)
+    stepper = hn.Stepper(model, inputs=["elbow"], observe=["angle", "elbow.rate", "bearing"])
+    stepper.step([0.3], n=5)
+    alone = hn.Stepper(model, inputs=["elbow"], observe=["angle", "elbow.rate", "bearing"])
+    alone.state = stepper.state
+    controls = np.sin(np.arange(22.0))[:, None]
+    run = stepper.run(controls, every=4)
+    assert run.step.tolist() == [5, 9, 13, 17, 21, 25, 27] and run.t[-1] == stepper.t
+    for n, (q, seen) in enumerate(zip(run.q, run.sensors.values, strict=True)):
+        assert np.array_equal(alone.q, q) and np.array_equal(alone.observe(), seen)
+        [alone.step(row) for row in controls[4 * n : 4 * n + 4]]
+    assert run.columns["sensors"][:3] == ["angle", "elbow.rate", "bearing.fx"]
+    assert run.units["sensors"]["elbow.rate"] == "rad/s" and run.units["sensors"]["bearing.mx"] == "N·m"
+    assert run.units["q"]["lower.x"] == "m" and run.columns["q"] == stepper.columns
+    assert run["lower"].position.shape == (7, 3) and run.sensors["bearing"].shape[0] == 7
+    assert run.summary["status"] == "done" and str(run) == f"double: 22 steps to t = {stepper.t:g} s"
+    assert np.abs(run.sense("joint_coordinate", of="elbow") - run.sensors["angle"]).max() < 1e-12
+    for refused in (lambda: run.save(tmp_path / "run"), run.page):
+        with pytest.raises(hn.HolonomError, match="no run from the start"):
+            refused()
+    # a step that fails raises with what there is
+    coarse = hn.Stepper(model.replace({"simulation.step": 0.02}), inputs=["elbow"])
+    with pytest.raises(hn.RunFailed) as failed:
+        coarse.run([[0.0], [0.0], [0.0], [1e9], [0.0]], every=2)
+    result = failed.value.result
+    assert result is not None and result.step.tolist() == [0, 2] and coarse.n == 3
+    assert result.failure is not None and result.failure["step"] == 3 and result.summary["steps"] == 3
+    again = pickle.loads(pickle.dumps(failed.value))
+    assert np.array_equal(again.result.q, result.q) and str(again) == str(failed.value)

@@ -58,7 +58,7 @@ pub use resolution::limits::Stiffness;
 pub use resolution::rotation::FastestRotation;
 pub use resolution::unstable_steps::UnstableSteps;
 pub use resolution::{Fastest, Resolution};
-pub use run::run_state::RunState;
+pub use run::run_state::{NoState, RunState};
 pub use run::{contacts, experiment, sample};
 pub use system::beams::{BeamParts, Beams};
 #[doc(inline)]

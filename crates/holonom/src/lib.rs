@@ -155,4 +155,4 @@ pub use holonom_sim::simulation::{AssemblyReport, RunFailure, RunOutcome, Simula
 pub use holonom_sim::statics::{StaticFacts, Statics};
 pub use holonom_sim::system::held::{Input, InputPlace};
 pub use holonom_sim::system::outside::{JointStart, Outside, OutsideLaw, OutsideMotion};
-pub use holonom_sim::{BeamParts, Beams, Counts, EventRecord, RunState, Stiffness};
+pub use holonom_sim::{BeamParts, Beams, Counts, EventRecord, NoState, RunState, Stiffness};

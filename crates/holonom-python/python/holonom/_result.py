@@ -243,9 +243,14 @@ class Result:
         self.folder = folder
         self.acting: _core.Acting | None = None  # what acted from outside
         self._acted = False
+        self._stepped = False  # by a stepper
 
-    def _described(self, name: str, columns: list[str], values: Array) -> Table:
+    def _described(
+        self, name: str, columns: list[str], values: Array, units: list[str] | None = None
+    ) -> Table:
         """A table with the units of its columns."""
+        if units is not None:
+            return Table(columns, values, units)
         if name == "sensors":
             return Table(columns, values, self.model._core.sensor_units(columns))
         table = "trajectory" if name in ("q", "tail") else name
@@ -286,6 +291,18 @@ class Result:
             raise UnknownName("this result has no momentum maps", '`record` leaves them out; add "residuals"')
         values = self.tables["tail"].values
         return Momentum(values[:, 5:8], values[:, 2:5])
+
+    @property
+    def columns(self) -> dict[str, list[str]]:
+        """Names of the columns of each table: ``columns["sensors"]``."""
+        return {name: list(table.columns) for name, table in self.tables.items()}
+
+    @property
+    def units(self) -> dict[str, dict[str, str]]:
+        """Units of the columns of each table, ``units["sensors"]["angle"]``; empty of numbers
+        without one."""
+        tables = self.tables.items()
+        return {name: dict(zip(own.columns, own.units, strict=True)) for name, own in tables}
 
     @property
     def members(self) -> list[str]:
@@ -500,7 +517,11 @@ class Result:
         if self._acted and self.acting is None:
             words = "functions acted on this run, and did not travel with it"
             raise HolonomError(words, "run it again here")
-        no_panic(_core.simulate_into)(self.model._core, folder, force, None, None, self.acting)
+        if self._stepped:
+            words = "these are steps of a stepper, and no run from the start of the model"
+            raise HolonomError(words, "holonom.simulate(inputs=…) makes a run that has files")
+        how = {"force": force, "checkpoint_every": None, "report": True}
+        no_panic(_core.simulate_into)(self.model._core, folder, how, None, self.acting)
 
     @contextmanager
     def _files(self) -> Iterator[str]:

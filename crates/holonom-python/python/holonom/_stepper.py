@@ -9,8 +9,9 @@ import numpy as np
 
 from . import _core
 from ._acting import Acts, coordinates, names
-from ._errors import as_error, no_panic
+from ._errors import RunFailed, as_error, no_panic
 from ._model import model_of
+from ._result import Result
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -107,24 +108,52 @@ class Stepper:
             raise as_error(error) from error.__cause__
 
     @no_panic
-    def run(self, controls: ArrayLike, every: int = 1) -> tuple[Array, Array, Array]:
-        """Takes a step for each row of ``controls``, shape ``(N, m)``.
+    def run(self, controls: ArrayLike, every: int = 1) -> Result:
+        """Takes a step for each row of ``controls``, without Python in the loop.
+
+        Parameters
+        ----------
+        controls : inputs of each step, shape ``(N, m)``.
+        every : steps from one recorded node to the next; the last node is always recorded.
 
         Returns
         -------
-        t : times of every ``every``-th node and the last one, s, shape ``(K,)``.
-        q : coordinates, shape ``(K, n)``.
-        y : what is observed, shape ``(K, k)``.
+        Result
+            With ``t`` (s), shape ``(K,)``, ``q``, shape ``(K, n)``, and as ``sensors`` what is
+            observed, shape ``(K, k)``. It has no energies and no files.
+
+        Raises
+        ------
+        RunFailed
+            With the ``result`` up to there; the stepper stays there.
         """
         rows = np.ascontiguousarray(controls, dtype=np.float64)
         if rows.ndim != 2 or rows.shape[1] != self._core.width:
             raise ValueError(f"controls: shape (N, {self._core.width}), not {rows.shape}")
         if every < 1:
             raise ValueError(f"every: 1 or more, not {every}")
+        first = self.n
         t, q, seen, failure = self._core.advance(rows, len(rows), every, None)
+        taken = self.n - first
+        nodes = np.arange(first, first + len(t) * every, every)
+        nodes = np.minimum(nodes, first + len(rows)).astype(np.uint64)
+        summary: dict[str, Any] = {"model": self.model.name, "steps": taken, "status": "done"}
+        if isinstance(failure, RunFailed):
+            summary["status"] = "failed"
+            summary["failure"] = {"step": failure.step, "t": failure.t}
+            summary["failure"] |= {"message": failure.reason, "remedy": failure.remedy}
+        names, units = self._core.observed()
+        found = {"step": nodes, "t": t, "q": (self.columns, q), "summary": summary}
+        found["text"] = f"{self.model.name}: {taken} steps to t = {self.t:g} s"
+        if names:
+            found["sensors"] = (names, seen, units)
+        result = Result(self.model, found)
+        result._stepped = True
+        if isinstance(failure, RunFailed):
+            failure.result = result
         if failure is not None:
             raise failure
-        return t, q, seen
+        return result
 
     @property
     def n(self) -> int:

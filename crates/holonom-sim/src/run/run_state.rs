@@ -53,6 +53,30 @@ impl RunState {
     }
 }
 
+/// Bytes that are no state.
+#[derive(Debug, thiserror::Error)]
+#[error("these bytes are no state: {0}")]
+pub struct NoState(postcard::Error);
+
+impl RunState {
+    /// As bytes, which [`RunState::from_bytes`] reads.
+    ///
+    /// # Panics
+    /// Never: numbers and lists of them have bytes.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        postcard::to_stdvec(self).expect("numbers and lists of them have bytes")
+    }
+
+    /// The state of such bytes.
+    ///
+    /// # Errors
+    /// [`NoState`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, NoState> {
+        postcard::from_bytes(bytes).map_err(NoState)
+    }
+}
+
 /// The state of an integrator, with the sums along its steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MotionState {
