@@ -11,7 +11,7 @@ use numpy::ndarray::Array2;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyBaseException, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyBaseException, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyEllipsis};
 use std::sync::{Mutex, MutexGuard, TryLockError};
@@ -247,7 +247,18 @@ impl Stepper {
             Some(mut array) if array.len() == run.seen.len() && array.is_contiguous() => {
                 array.as_slice_mut()?.copy_from_slice(&run.seen);
             }
-            _ => out.set_item(PyEllipsis::get(py), PyArray1::from_slice(py, &run.seen))?,
+            _ => {
+                let wanted = (run.seen.len(),);
+                let shape = out.getattr("shape").map_err(|_| {
+                    let kind = out.get_type();
+                    PyTypeError::new_err(format!("out: an array of shape {wanted:?}, not {kind}"))
+                })?;
+                if !shape.eq(wanted)? {
+                    let words = format!("out: shape {wanted:?}, not {shape}");
+                    return Err(PyValueError::new_err(words));
+                }
+                out.set_item(PyEllipsis::get(py), PyArray1::from_slice(py, &run.seen))?;
+            }
         }
         Ok(out)
     }

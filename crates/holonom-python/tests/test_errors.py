@@ -4,7 +4,9 @@ import json
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -168,3 +170,39 @@ def test_without_a_browser_the_file_is_named(
         assert file in capsys.readouterr().out and "<html" in Path(file).read_text(encoding="utf-8")
     with pytest.raises(TypeError, match="not int"):
         hn.view(3)
+
+
+WRONG: dict[str, Callable[[Any], object]] = {
+    "n: 0 or more": lambda m: hn.Ensemble(m, 2).step(n=-1),
+    "n: a whole number": lambda m: hn.Ensemble(m, 2).step(n=cast(Any, 1.5)),
+    "threads: 1 or more, not 0": lambda m: hn.Ensemble(m, 2, threads=0),
+    "threads: 1 or more, not -1": lambda m: hn.rollout(m, steps=2, threads=-1),
+    "threads: 1 or more, not -2": lambda m: hn.sweep(m, {"body.lower.mass": [1.0]}, {}, threads=-2),
+    "there are 0 to 1, not 2": lambda m: hn.Ensemble(m, 2).reset([2]),
+    "members: 0 or more, not -1": lambda m: hn.Ensemble(m, 2).reset([-1]),
+    "1 mappings for 2 members": lambda m: hn.Ensemble(m, 2).reset(joints=[{"elbow": 1.0}]),
+    r"out: shape \(2, 1\), not \(3,\)": lambda m: hn.Ensemble(m, 2, observe=["angle"]).observe(np.zeros(3)),
+    r"out: shape \(1,\), not \(3,\)": lambda m: hn.Stepper(m, observe=["angle"]).observe(np.zeros(3)),
+    r"out: an array of shape \(1,\)": lambda m: hn.Stepper(m, observe=["angle"]).observe(cast(Any, [0.0])),
+    "steps: 0 or more, not -1": lambda m: hn.rollout(m, steps=-1),
+    "every: 1 or more, not 0": lambda m: hn.rollout(m, steps=2, every=0),
+    "of one member at least": lambda m: hn.rollout(m, set=[], steps=2),
+    "`status` is the name of another": lambda m: hn.sweep(m, {"body.lower.mass": [1.0]}, {"status": len}),
+    "the ends of a range": lambda m: hn.plan({"a.b.c": (0.0, np.nan)}, sample="sobol", n=2),
+    "n: 1 or more, not 0": lambda m: hn.plan({"a.b.c": (0.0, 1.0)}, sample="sobol", n=0),
+    "seed: 0 or more, not -3": lambda m: hn.plan({"a.b.c": (0.0, 1.0)}, sample="sobol", n=2, seed=-3),
+    "count: 1 or more, not 0": lambda m: hn.modes(m, count=0),
+    "count: 1 or more, not -2": lambda m: hn.campbell(m, [1.0], count=-2),
+    "steps: 1 or more, not -3": lambda m: hn.bench(m, steps=-3),
+    "band: 0 or more, not -1": lambda m: hn.response(m, "load.x", (1.0, 2.0, -1)),
+    "accuracy: a number from": lambda m: hn.verify(m, accuracy=float("nan")),
+    "did you mean `joint`": lambda m: hn.schema("jont"),
+}
+
+
+@pytest.mark.parametrize("words", WRONG)
+def test_numbers_that_cannot_be_are_refused_by_name(words: str, double: str) -> None:
+    model = hn.Model.from_toml(double)
+    with pytest.raises((ValueError, TypeError, LookupError), match=words) as refused:
+        WRONG[words](model)
+    assert not isinstance(refused.value, hn.InternalError) and "panicked" not in str(refused.value)

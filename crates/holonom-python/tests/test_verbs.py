@@ -84,7 +84,7 @@ def test_a_robot_is_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def test_schema_and_program() -> None:
     assert "axis" in hn.schema("joint")["properties"]
     assert hn.schema() == json.loads(program("schema").stdout)
-    with pytest.raises(KeyError, match="no section"):
+    with pytest.raises(KeyError, match="there is no `joints`"):
         hn.schema("joints")
     assert program("--version").stdout.split()[1] == hn.__version__
     assert program("runn").returncode == 2

@@ -12,6 +12,7 @@ from . import _core
 from ._answer import Analysis, Answer, interruptible
 from ._errors import no_panic
 from ._model import model_of
+from ._numbers import natural
 
 Array = NDArray[np.float64]
 
@@ -67,9 +68,9 @@ def modes(model: Any, *, at: str = "start", count: int = 10, buckling: bool = Fa
     ------
     InvalidModel, AnalysisFailed
     """
-    whole = model_of(model)._core
-    found = interruptible(lambda _: _core.modes(whole, at, count, buckling))
-    return Modes(*found, lambda: _core.modes_page(whole, at, count, buckling))
+    own, count = model_of(model)._core, natural("count", count, 1)
+    found = interruptible(lambda _: _core.modes(own, at, count, buckling))
+    return Modes(*found, lambda: _core.modes_page(own, at, count, buckling))
 
 
 class Campbell(Analysis):
@@ -102,11 +103,12 @@ def campbell(model: Any, speeds: Sequence[float] | Array, *, count: int = 10) ->
     ------
     InvalidModel, AnalysisFailed
     """
-    whole, asked = model_of(model)._core, [float(speed) for speed in speeds]
+    own, asked = model_of(model)._core, [float(speed) for speed in speeds]
+    count = natural("count", count, 1)
     if not asked or not np.all(np.isfinite(asked)):
         raise ValueError("speeds: one finite number at least")
-    found = interruptible(lambda _: _core.campbell(whole, asked, count))
-    return Campbell(*found, lambda: _core.campbell_page(whole, asked, count))
+    found = interruptible(lambda _: _core.campbell(own, asked, count))
+    return Campbell(*found, lambda: _core.campbell_page(own, asked, count))
 
 
 class Response(Analysis):
@@ -165,16 +167,16 @@ def response(
     ------
     InvalidModel, AnalysisFailed
     """
-    whole = model_of(model)._core
+    own = model_of(model)._core
     asked = {
         "inputs": [inputs] if isinstance(inputs, str) else list(inputs),
-        "band": (float(band[0]), float(band[1]), int(band[2])),
+        "band": (float(band[0]), float(band[1]), natural("band", band[2], 0)),
         "at": at,
         "rayleigh": (float(rayleigh[0]), float(rayleigh[1])),
         "ratios": [float(ratio) for ratio in damping_ratios],
     }
-    found = interruptible(lambda _: _core.response(whole, asked))
-    return Response(*found, lambda: _core.response_page(whole, asked))
+    found = interruptible(lambda _: _core.response(own, asked))
+    return Response(*found, lambda: _core.response_page(own, asked))
 
 
 @no_panic
@@ -190,5 +192,5 @@ def bench(model: Any, *, schemes: Sequence[str] = (), steps: int = 200) -> Answe
     ------
     InvalidModel, AnalysisFailed
     """
-    whole = model_of(model)._core
-    return Answer(*interruptible(lambda _: _core.bench(whole, list(schemes), steps)))
+    own, steps = model_of(model)._core, natural("steps", steps, 1)
+    return Answer(*interruptible(lambda _: _core.bench(own, list(schemes), steps)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from . import _core
 from ._acting import Acts, coordinates, names
 from ._errors import RunFailed, no_panic
 from ._model import model_of
+from ._numbers import natural, threads_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -65,7 +65,7 @@ class Ensemble:
         if count < 1 or set is not None and len(set) != count:
             raise ValueError(f"members: {count}, and set is of {len(set or [])}")
         self.inputs, self.observed = list(names(inputs)), list(names(observe))
-        self.threads = threads or len(os.sched_getaffinity(0))
+        self.threads = threads_of(threads)
         acts = Acts(tuple(self.inputs), tuple(self.observed))
         each = [self.model] * count if set is None else [self.model.replace(own) for own in set]
         self._core = _core.Ensemble([own._core for own in each], acts.core())
@@ -88,8 +88,7 @@ class Ensemble:
         array (M,)
             The times, s.
         """
-        if n < 0:
-            raise ValueError(f"n: {n} steps cannot be taken")
+        n = natural("n", n, 0)
         shape = (self._count, self._core.width)
         rows = None
         if u is not None:
@@ -106,6 +105,8 @@ class Ensemble:
         found = self._core.observe()
         if out is None:
             return found
+        if out.shape != found.shape:
+            raise ValueError(f"out: shape {found.shape}, not {out.shape}")
         out[...] = found
         return out
 
@@ -138,7 +139,13 @@ class Ensemble:
         members : numbers of members; all by default.
         joints, rates : coordinates and rates of joints: one mapping, or one for each of the members.
         """
-        which = range(self._count) if members is None else list(members)
+        which = range(self._count) if members is None else [natural("members", k, 0) for k in members]
+        for k in which:
+            if k >= self._count:
+                raise IndexError(f"members: there are 0 to {self._count - 1}, not {k}")
+        for given in (joints, rates):
+            if isinstance(given, Sequence) and len(given) != len(which):
+                raise ValueError(f"joints, rates: {len(given)} mappings for {len(which)} members")
         for place, k in enumerate(which):
             own = [given[place] if isinstance(given, Sequence) else given for given in (joints, rates)]
             self._core.reset(k, coordinates("joints", own[0]), coordinates("rates", own[1]))

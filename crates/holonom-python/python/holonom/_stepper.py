@@ -11,6 +11,7 @@ from . import _core
 from ._acting import Acts, coordinates, names
 from ._errors import RunFailed, as_error, no_panic
 from ._model import model_of
+from ._numbers import natural
 from ._result import Result
 
 if TYPE_CHECKING:
@@ -130,8 +131,7 @@ class Stepper:
         rows = np.ascontiguousarray(controls, dtype=np.float64)
         if rows.ndim != 2 or rows.shape[1] != self._core.width:
             raise ValueError(f"controls: shape (N, {self._core.width}), not {rows.shape}")
-        if every < 1:
-            raise ValueError(f"every: 1 or more, not {every}")
+        every = natural("every", every, 1)
         first = self.n
         t, q, seen, failure = self._core.advance(rows, len(rows), every, None)
         taken = self.n - first

@@ -22,6 +22,7 @@ from . import _core, _toml
 from ._acting import Acts, names
 from ._errors import HolonomError, InvalidModel, OutputExists, OutputFailed, RunFailed, needed, no_panic
 from ._model import Model, model_of
+from ._numbers import natural, threads_of
 from ._result import Result, open_folder
 from ._stepper import Stepper
 
@@ -36,6 +37,8 @@ Point = tuple[int, Sequence[tuple[str, str]]]
 Folders = Mapping[int, str]
 """Of points whose runs have files."""
 
+SHOWN = 20
+"""Rows of a table that a notebook shows."""
 BATCH_SECONDS = 0.2
 """How long a task for another process lasts."""
 TRIES = 3
@@ -92,10 +95,14 @@ def plan(
     varied: list[tuple[str, list[str] | tuple[float, float]]] = []
     for key, values in keys.items():
         if sample != "grid" and isinstance(values, tuple) and len(values) == 2:
-            varied.append((key, (float(values[0]), float(values[1]))))
+            ends = (float(values[0]), float(values[1]))
+            if not np.all(np.isfinite(ends)):
+                raise ValueError(f"{key}: the ends of a range are finite, not {ends}")
+            varied.append((key, ends))
         else:
             varied.append((key, [_toml.value(value) for value in values]))
-    order = (varied, sample, n, seed)
+    count = None if n is None else natural("n", n, 1)
+    order = (varied, sample, count, natural("seed", seed, 0))
     points = _core.plan(order)
     return Plan(tuple(keys), tuple(tuple(point) for point in points), order)
 
@@ -135,6 +142,25 @@ class SweepTable(Sequence[Row]):
         writer.writeheader()
         writer.writerows(self.rows)
         return text.getvalue()
+
+    def to_dict(self) -> dict[str, list[Any]]:
+        """Columns by their names, a value for each point; ``None`` where there is none."""
+        return {column: [row.get(column) for row in self.rows] for column in self.columns}
+
+    def __str__(self) -> str:
+        return f"{len(self.rows)} points, {len(self.failed)} failed"
+
+    def __repr__(self) -> str:
+        return f"<holonom.SweepTable {self}: {', '.join(self.columns)}>"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        def line(cell: str, values: Sequence[Any]) -> str:
+            return "<tr>" + "".join(f"<{cell}>{escape(str(own))}</{cell}>" for own in values) + "</tr>"
+
+        shown = [line("td", [row.get(own, "") for own in self.columns]) for row in self.rows[:SHOWN]]
+        return f"<table>{line('th', self.columns)}{''.join(shown)}</table><p>{escape(str(self))}</p>"
 
     def to_pandas(self) -> Any:
         """The table as a ``pandas.DataFrame`` over ``point``."""
@@ -282,13 +308,16 @@ def sweep(
         On Ctrl-C, and whatever ``progress`` raises: the runs are stopped; ``table`` of the exception
         has the points that have ended, and so has ``out``.
     """
-    whole = model_of(model)
+    own = model_of(model)
     points = plan if isinstance(plan, Plan) else globals()["plan"](plan)
+    taken = {"point", "status", "message", *points.keys}.intersection(outputs)
+    if taken:
+        raise ValueError(f"outputs: `{min(taken)}` is the name of another column")
     work = [
         (k, list(zip(points.keys, values, strict=True))) for k, values in enumerate(points.points)
     ]
-    store = None if out is None else _Store(out, whole, points)
-    rows: dict[int, Row] = {} if store is None else store.rows(whole, work, outputs)
+    store = None if out is None else _Store(out, own, points)
+    rows: dict[int, Row] = {} if store is None else store.rows(own, work, outputs)
 
     def keep(number: int, row: Row, seconds: float) -> None:
         if number not in rows:
@@ -307,7 +336,7 @@ def sweep(
 
     rest = [task for task in work if task[0] not in rows]
     folders = {} if store is None else {k: store.folder_of(k) for k, _ in rest}
-    runs = _Runs(whole, outputs, folders)
+    runs = _Runs(own, outputs, folders)
     try:
         if executor is None:
             _on_threads(runs, rest, threads, (ended, keep))
@@ -364,7 +393,7 @@ def _on_threads(
         row = run_point(runs.model, values, runs.outputs, go_on, runs.folders.get(number))
         return row, time.perf_counter() - begin
 
-    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+    with ThreadPoolExecutor(threads_of(threads)) as pool:
         tasks = {pool.submit(go, point): point[0] for point in work}
         try:
             for task in as_completed(tasks):
@@ -598,20 +627,23 @@ def rollout(
         On Ctrl-C: the runs are stopped; ``rollout`` of the exception has the nodes, or the members,
         that there are, NaN of the others.
     """
-    whole = model_of(model)
+    own = model_of(model)
     rows = None if controls is None else np.ascontiguousarray(controls, dtype=np.float64)
     counts = [len(given) for given in (set, states) if given is not None]
     if rows is not None and rows.ndim == 3:
         counts.append(len(rows))
     members = counts[0] if counts else 1
+    if members == 0:
+        raise ValueError("set, states or controls: of one member at least")
     if any(count != members for count in counts):
         raise ValueError(f"set, states and controls are of {counts} members")
     if rows is not None and rows.ndim not in (2, 3):
         raise ValueError(f"controls: shape (M, N, m) or (N, m), not {rows.shape}")
-    if every < 1:
-        raise ValueError(f"every: 1 or more, not {every}")
+    every = natural("every", every, 1)
     given = rows.shape[-2] if rows is not None else None
-    taken = steps if steps is not None else (given if given is not None else whole.steps)
+    taken = given if given is not None else own.steps
+    if steps is not None:
+        taken = natural("steps", steps, 0)
     if given is not None and taken > given:
         raise ValueError(f"steps: {taken}, and controls have {given}")
     stop = threading.Event()
@@ -633,8 +665,8 @@ def rollout(
         mine = None if rows is None else (rows[k] if rows.ndim == 3 else rows)
         return stepper._core.advance(mine, taken, every, go_on)
 
-    count = threads or len(os.sched_getaffinity(0))
-    each = [whole] * members if set is None else [whole.replace(own) for own in set]
+    count = threads_of(threads)
+    each = [own] * members if set is None else [own.replace(values) for values in set]
     plan = {"states": states, "steps": taken, "every": every, "threads": count}
     acts = Acts(names(inputs), names(observe)).core()
     given_rows = None if rows is None else rows.reshape((-1, *rows.shape[-2:]))

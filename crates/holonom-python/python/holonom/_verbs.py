@@ -48,6 +48,8 @@ def verify(
     accuracy : for which steps are recommended, relative.
     progress : called with words as each part begins; it may raise.
     """
+    if not 1e-14 <= accuracy < 1.0:
+        raise ValueError(f"accuracy: a number from 1e-14 to 1, not {accuracy}")
     whole = model_of(model)._core
     return Answer(*interruptible(lambda tell: _core.verify(whole, accuracy, tell), progress))
 
@@ -155,12 +157,14 @@ def view(what: Any) -> Any:
 
 def schema(section: str | None = None) -> dict[str, Any]:
     """The JSON schema of model files, or of one section: ``schema("joint")``."""
+    from ._result import unknown
+
     whole = _core.schema()
     if section is None:
         return whole
     found = whole["properties"].get(section)
     if found is None:
-        raise KeyError(f"there is no section `{section}`: {', '.join(whole['properties'])}")
+        raise unknown(section, list(whole["properties"]))
     reference = found.get("items", found).get("$ref", "")
     definition: dict[str, Any] = whole["$defs"].get(reference.rsplit("/", 1)[-1], found)
     return definition
