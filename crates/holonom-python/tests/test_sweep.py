@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
 from multiprocessing import get_context
 from pathlib import Path
@@ -317,6 +318,79 @@ def test_a_point_that_kills_its_worker_is_a_row(model: hn.Model, tmp_path: Path)
         table = hn.sweep(model, plan, {"reach": deadly}, executor=client, batch=1)
     assert [row["status"] for row in table] == ["done", "lost", "done"]
     assert "its process died" in table[1]["message"]
+
+
+def ended_now(result: hn.Result) -> float:
+    """Ends its process."""
+    os.kill(os.getpid(), signal.SIGKILL)
+    return 0.0
+
+
+@pytest.mark.parametrize("how", ["within", "before", "shut"])
+def test_a_pool_that_dies_is_an_exception(how: str, model: hn.Model, tmp_path: Path) -> None:
+    plan = hn.plan(PLAN, sample="sobol", n=6, seed=3)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        if how == "before":
+            with pytest.raises(BrokenProcessPool):
+                pool.submit(os._exit, 1).result()
+        if how == "shut":
+            pool.shutdown()
+        outputs = {"x": ended_now} if how == "within" else OUTPUTS
+        with pytest.raises(hn.HolonomError, match=r"the executor died: (?s:.)*sweep again with a new executor"):
+            hn.sweep(model, plan, outputs, executor=pool, out=tmp_path / "kept")
+    assert hn.sweep(model, plan, OUTPUTS, out=tmp_path / "kept") == hn.sweep(model, plan, OUTPUTS)
+
+
+def test_what_cannot_travel_and_what_is_no_executor_is_named(model: hn.Model) -> None:
+    keys = {"body.lower.mass": [1.0, 1.2]}
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        with pytest.raises(TypeError, match="outputs have to travel (?s:.)*at the top of a module"):
+            hn.sweep(model, keys, {"x": lambda result: 1.0}, executor=pool)
+    with pytest.raises(TypeError, match=r"executor: anything with submit\(function, \*args\), not int"):
+        hn.sweep(model, keys, OUTPUTS, executor=3)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("what", ["scheduler", "client"])
+def test_dask_without_its_scheduler_is_an_exception(what: str, model: hn.Model, tmp_path: Path) -> None:
+    """Tasks of a scheduler that was killed never end: they are not waited for."""
+    distributed = pytest.importorskip("distributed")
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard"]
+    command += ["--scheduler-file", str(tmp_path / "scheduler.json")]
+    others: list[subprocess.Popen[bytes]] = []
+    paths = os.pathsep.join([str(Path(__file__).parent), str(Path(hn.__file__).parents[1])])
+
+    def begin(*words: str) -> None:
+        quiet, environment = subprocess.DEVNULL, {**os.environ, "PYTHONPATH": paths}
+        others.append(subprocess.Popen(words, cwd=tmp_path, stdout=quiet, stderr=quiet, env=environment))
+
+    try:
+        begin(*command)
+        worker = (sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(tmp_path / "scheduler.json"))
+        begin(*worker, "--nworkers", "1", "--nthreads", "1", "--no-dashboard")
+        while not (tmp_path / "scheduler.json").exists():
+            assert others[0].poll() is None
+            time.sleep(0.1)
+        # how long it is tried to reach a scheduler again
+        with distributed.Client(scheduler_file=str(tmp_path / "scheduler.json"), timeout=8) as client:
+            client.wait_for_workers(1, timeout=60)
+
+            def stop(ended: int, of: int) -> None:
+                if ended == 3:
+                    others[0].kill() if what == "scheduler" else client.close()
+
+            plan = hn.plan(PLAN, sample="sobol", n=40, seed=3)
+            with pytest.raises(hn.HolonomError, match="the executor died") as died:
+                hn.sweep(model, plan, {"x": slow}, executor=client, batch=1, progress=stop)
+        assert len(died.value.table) >= 3  # type: ignore[attr-defined]
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+
+
+def slow(result: hn.Result) -> float:
+    time.sleep(0.05)
+    return reach(result)
 
 
 def test_members_that_fail_are_named(model: hn.Model) -> None:

@@ -41,6 +41,8 @@ SHOWN = 20
 """Rows of a table that a notebook shows."""
 BATCH_SECONDS = 0.2
 """How long a task for another process lasts."""
+PATIENCE_SECONDS = 5.0
+"""How long a task of Dask is waited for before its client is asked whether it still has a scheduler."""
 TRIES = 3
 """How often a task whose process died is tried."""
 
@@ -415,34 +417,69 @@ def _on_executor(
 ) -> None:
     executor, batch = where
     ended, keep = told
-    is_dask = hasattr(executor, "scheduler_info")  # it runs the tasks of dead workers again
-    options: dict[str, Any] = {"retries": TRIES - 1, "pure": False} if is_dask else {}
-
-    def submit(points: Sequence[Point]) -> Any:
-        return executor.submit(_run_points, *runs.of(points), **options)
-
+    engine = _Engine(executor, runs)
     if batch != "auto" and (not isinstance(batch, int) or batch < 1):
         raise ValueError(f'batch: a number from 1 on or "auto", not {batch!r}')
     rest = list(work)
     tasks: list[tuple[Sequence[Point], Any]] = []
-    with _without_tracebacks() if is_dask else nullcontext():
+    with _without_tracebacks() if engine.is_dask else nullcontext():
         try:
             size = batch if isinstance(batch, int) else 1
             if batch == "auto" and rest:
                 first, rest = rest[:1], rest[1:]
-                tasks.append((first, submit(first)))
-                seconds = _collect(*tasks[0], submit, ended)
+                tasks.append((first, engine.submit(first)))
+                seconds = _collect(*tasks[0], engine, ended)
                 tasks.clear()
                 size = max(1, min(int(BATCH_SECONDS / max(seconds, 1e-6)), -(-len(rest) // 8), 1000))
             parts = (rest[k : k + size] for k in range(0, len(rest), size))
-            tasks.extend((part, submit(part)) for part in parts)
+            tasks.extend((part, engine.submit(part)) for part in parts)
             while tasks:
-                _collect(*tasks[0], submit, ended)
+                _collect(*tasks[0], engine, ended)
                 tasks.pop(0)
         except BaseException:
             for _, task in tasks:
                 _leave(task, keep)
             raise
+
+
+class _Engine:
+    """An executor with what its tasks run."""
+
+    def __init__(self, executor: Executor, runs: _Runs) -> None:
+        if not callable(getattr(executor, "submit", None)):
+            kind = type(executor).__name__
+            raise TypeError(f"executor: anything with submit(function, *args), not {kind}")
+        self.executor: Any = executor
+        self.runs = runs
+        self.is_dask = hasattr(executor, "scheduler_info")  # it runs the tasks of dead workers again
+        self.options = {"retries": TRIES - 1, "pure": False} if self.is_dask else {}
+
+    def submit(self, points: Sequence[Point]) -> Any:
+        """Begins a task of these points."""
+        try:
+            return self.executor.submit(_run_points, *self.runs.of(points), **self.options)
+        except Exception as error:
+            raise self.dead(error) from error
+
+    def result(self, task: Any) -> Any:
+        """Waits for a task; one of a scheduler that is gone never ends."""
+        while self.is_dask:
+            try:
+                return task.result(timeout=PATIENCE_SECONDS)
+            except Exception as error:
+                if self.executor.status in ("closing", "closed"):
+                    raise self.dead(error) from error
+                if task.done() or not isinstance(error, TimeoutError):
+                    raise
+        return task.result()
+
+    def dead(self, error: BaseException) -> HolonomError:
+        """The executor takes no tasks any more."""
+        words = str(error) or type(error).__name__
+        return HolonomError(
+            f"the executor died: {words}",
+            "give `out` a folder and sweep again with a new executor: finished points are kept",
+        )
 
 
 def _leave(task: Any, keep: Ended) -> None:
@@ -481,19 +518,22 @@ def _without_tracebacks() -> Iterator[None]:
 def _collect(
     points: Sequence[Point],
     task: Future[Any],
-    submit: Callable[[Sequence[Point]], Any],
+    engine: _Engine,
     ended: Ended,
 ) -> float:
     """Waits for a task; what dies with its process is tried again, point by point."""
     seconds, given = 0.0, set[int]()
     try:
-        for number, found, taken in task.result():
+        for number, found, taken in engine.result(task):
             seconds += taken
             ended(number, found, taken)
             given.add(number)
         missing = [point for point in points if point[0] not in given]
-        return seconds + (_collect(missing, submit(missing), submit, ended) if missing else 0.0)
+        return seconds + (_collect(missing, engine.submit(missing), engine, ended) if missing else 0.0)
     except Exception as error:
+        if isinstance(error, pickle.PicklingError) or "pickle" in str(error):
+            words = "define them with `def` at the top of a module"
+            raise TypeError(f"outputs have to travel to another process: {error}: {words}") from error
         if not _process_died(error):
             raise
         lost = error
@@ -501,17 +541,12 @@ def _collect(
         row, taken = _lost(lost), 0.0
         for _ in range(TRIES - (len(points) == 1)):
             try:
-                ((_, row, taken),) = submit([point]).result()
+                ((_, row, taken),) = engine.result(engine.submit([point]))
                 seconds += taken
                 break
             except Exception as again:
                 if not _process_died(again):
                     raise
-                if type(again).__name__ == "BrokenProcessPool":
-                    raise HolonomError(
-                        f"the executor died: {again}",
-                        "give `out` a folder and sweep again with a new executor: finished points are kept",
-                    ) from again
                 row = _lost(again)
                 if type(again).__name__ == "KilledWorker":  # several processes died of it
                     break
