@@ -4,7 +4,7 @@
 //! threads there are. One that fails stays where it failed until it is reset.
 
 use crate::acting::{Acting, check_finite, hold};
-use crate::errors::raise;
+use crate::errors::{panicked, raise};
 use crate::model::Model;
 use crate::stepper::{Run, freed};
 use crate::watch::Watch;
@@ -14,7 +14,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::thread;
 
 /// Steps of all members between two questions for signals, and the fewest that are worth a thread.
@@ -117,6 +117,12 @@ impl Ensemble {
         table(py, all.collect(), members.len())
     }
 
+    /// Panics within a step, so that tests see what becomes of it.
+    fn _panic(&self) -> PyResult<()> {
+        let _members = self.taken()?;
+        panic!("asked for by a test");
+    }
+
     /// Steps taken and the time of each.
     fn places(&self) -> PyResult<Vec<(u64, f64)>> {
         Ok(self.taken()?.iter().map(|member| member.run.place()).collect())
@@ -175,8 +181,13 @@ impl Ensemble {
 
 impl Ensemble {
     fn taken(&self) -> PyResult<MutexGuard<'_, Vec<Member>>> {
-        let words = "this ensemble is at work in another call, or panicked";
-        self.members.try_lock().map_err(|_| PyRuntimeError::new_err(words))
+        match self.members.try_lock() {
+            Ok(members) => Ok(members),
+            Err(TryLockError::WouldBlock) => {
+                Err(PyRuntimeError::new_err("this ensemble is at work in another call"))
+            }
+            Err(TryLockError::Poisoned(_)) => Python::attach(|py| Err(panicked(py, "ensemble"))),
+        }
     }
 }
 

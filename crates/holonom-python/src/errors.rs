@@ -84,6 +84,13 @@ pub(crate) fn json<'py>(py: Python<'py>, value: &serde_json::Value) -> PyResult<
     py.import("json")?.call_method1("loads", (value.to_string(),))
 }
 
+/// What panicked is not used any more.
+pub(crate) fn panicked(py: Python<'_>, what: &str) -> PyErr {
+    let words = format!("this {what} panicked in an earlier call");
+    let remedy = "make another one, and please report the panic with the model";
+    raise(py, "InternalError", (words, remedy))
+}
+
 /// A word that is none of those expected.
 pub(crate) fn no_word(what: &str, word: &str, words: &[&str]) -> PyErr {
     PyTypeError::new_err(format!("{what}: `{word}` is none of {}", words.join(", ")))

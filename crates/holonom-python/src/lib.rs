@@ -41,16 +41,12 @@ mod stepper;
 mod verbs;
 mod watch;
 
-use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 
 /// The compiled part of the package `holonom`; use that.
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    if cfg!(panic = "abort") {
-        let words = "this build of holonom ends the interpreter at a panic: build the wheel with the profile `unwinding`";
-        return Err(PyImportError::new_err(words));
-    }
+    verbs::refuse(cfg!(panic = "abort"))?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<model::Model>()?;
     module.add_class::<stepper::Stepper>()?;

@@ -1,7 +1,7 @@
 //! One step after another, with inputs that are held over a step.
 
 use crate::acting::{Acted, Acting, check_finite, hold, numbers};
-use crate::errors::raise;
+use crate::errors::{panicked, raise};
 use crate::fault::Fault;
 use crate::model::Model;
 use crate::watch::Watch;
@@ -263,6 +263,12 @@ impl Stepper {
         Ok(out)
     }
 
+    /// Panics within a step, so that tests see what becomes of it.
+    fn _panic(&self) -> PyResult<()> {
+        let _run = self.taken()?;
+        panic!("asked for by a test");
+    }
+
     /// Steps taken, and the time.
     fn place(&self) -> PyResult<(u64, f64)> {
         Ok(self.taken()?.place())
@@ -353,9 +359,7 @@ impl Stepper {
             Err(TryLockError::WouldBlock) => {
                 Err(PyRuntimeError::new_err("this stepper is at work in another call"))
             }
-            Err(TryLockError::Poisoned(_)) => {
-                Err(PyRuntimeError::new_err("this stepper panicked: make another one"))
-            }
+            Err(TryLockError::Poisoned(_)) => Python::attach(|py| Err(panicked(py, "stepper"))),
         }
     }
 

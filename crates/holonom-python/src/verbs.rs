@@ -11,7 +11,7 @@ use holonom::run::prepare;
 use holonom::sweep::{Plan, Sampling, Values, Variation};
 use holonom_cli::unit::{self, UnitError, Version};
 use holonom_cli::{Call, text};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyImportError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::ffi::OsString;
@@ -31,6 +31,7 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(compare, module)?)?;
     module.add_function(wrap_pyfunction!(import_robot, module)?)?;
     module.add_function(wrap_pyfunction!(plan, module)?)?;
+    module.add_function(wrap_pyfunction!(refuse, module)?)?;
     module.add_function(wrap_pyfunction!(panic, module)?)
 }
 
@@ -286,4 +287,18 @@ pub(crate) fn plan_of(py: Python<'_>, (variations, sample, count, seed): Order) 
 #[pyo3(name = "_panic")]
 fn panic(py: Python<'_>) {
     py.detach(|| panic!("asked for by a test"));
+}
+
+/// Refuses a build in which a panic ends the interpreter.
+///
+/// # Errors
+/// The exception of the import.
+#[pyfunction]
+#[pyo3(name = "_refuse")]
+pub(crate) fn refuse(aborts: bool) -> PyResult<()> {
+    if !aborts {
+        return Ok(());
+    }
+    let words = "this build of holonom ends the interpreter at a panic: build the wheel with the profile `unwinding`";
+    Err(PyImportError::new_err(words))
 }

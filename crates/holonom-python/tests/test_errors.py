@@ -13,6 +13,7 @@ import pytest
 from conftest import ROOT, program
 
 import holonom as hn
+from holonom import _core
 
 HOSTILE = sorted((ROOT / "tests" / "hostile").rglob("*.toml"))
 
@@ -110,6 +111,103 @@ def test_a_panic_is_an_exception() -> None:
     script = "import holonom\ntry: holonom._core._panic()\nexcept BaseException: print('alive')"
     said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert said.returncode == 0 and "alive" in said.stdout
+
+
+class Panics:
+    """A compiled part whose every function panics."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        _core._panic()
+
+
+CALLS: dict[str, Callable[[hn.Model, str], object]] = {
+    "simulate": lambda m, f: hn.simulate(m), "statics": lambda m, f: hn.statics(m), "open": lambda m, f: hn.open(f),
+    "load": lambda m, f: hn.load(f), "Model.from_toml": lambda m, f: hn.Model.from_toml(""),
+    "Model.from_dict": lambda m, f: hn.Model.from_dict({}), "Spec.compile": lambda m, f: hn.Spec("a").compile(),
+    "check": lambda m, f: hn.check(m), "modes": lambda m, f: hn.modes(m), "campbell": lambda m, f: hn.campbell(m, [1.0]),
+    "response": lambda m, f: hn.response(m, "load.x", (1.0, 2.0, 3)), "bench": lambda m, f: hn.bench(m),
+    "verify": lambda m, f: hn.verify(m), "compare": lambda m, f: hn.compare(m), "schema": lambda m, f: hn.schema(),
+    "import_robot": lambda m, f: hn.import_robot("<robot/>"), "plan": lambda m, f: hn.plan({"a.b": [1.0]}),
+    "sweep": lambda m, f: hn.sweep(m, hn.Plan((), ((),), ()), {}, out=f), "rollout": lambda m, f: hn.rollout(m, steps=1),
+    "Stepper": lambda m, f: hn.Stepper(m), "Ensemble": lambda m, f: hn.Ensemble(m, 2), "optimize": lambda m, f: hn.optimize(m),
+    "Gradient": lambda m, f: hn.Gradient(m, initial=True), "identify": lambda m, f: hn.identify(m, {"t": [0.0]}),
+    "view": lambda m, f: hn.view(f),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_panic_of_a_function_is_an_internal_error(
+    name: str, double: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = hn.Model.from_toml(double)
+    hn.simulate(model, end=0.01, out=tmp_path / "run")
+    assert all(hasattr(hn, public) for public in hn.__all__)  # all modules are imported
+    monkeypatch.chdir(tmp_path)
+    for module in [own for key, own in sys.modules.items() if key.startswith("holonom.") and hasattr(own, "_core")]:
+        monkeypatch.setattr(module, "_core", Panics())
+    with pytest.raises(hn.InternalError, match="asked for by a test"):
+        CALLS[name](model, str(tmp_path / "run"))
+
+
+WORK = ("reset", "run", "step", "observe", "replace", "export_fmu", "sense", "export", "save")
+
+
+def made_of(kind: type[Any], model: hn.Model) -> Any:
+    if kind is hn.Model:
+        return model
+    if kind is hn.Result:
+        return hn.simulate(model, end=0.01)
+    return hn.Stepper(model) if kind is hn.Stepper else hn.Ensemble(model, 2)
+
+
+@pytest.mark.parametrize("kind", [hn.Model, hn.Stepper, hn.Ensemble, hn.Result])
+def test_a_panic_of_a_method_is_an_internal_error(kind: type[Any], double: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of every public method and property that asks the compiled part."""
+    given: dict[str, tuple[Any, ...]] = {
+        "run": ([[]],), "replace": ({},), "export_fmu": ("none.fmu",), "sense": ("position",), "export": ("npz",), "save": ("none",),
+    }
+    asked = []
+    for name in [key for key in vars(kind) if not key.startswith("_")]:
+        model = hn.Model.from_toml(double)
+        own = made_of(kind, model)
+        with monkeypatch.context() as patch:
+            patch.setattr(f"{kind.__module__}._core", Panics())
+            if kind is not hn.Result:
+                own._core = Panics()
+            if kind is hn.Stepper:
+                own._step = own._observe = lambda *_: _core._panic()
+            try:
+                found = getattr(own, name)
+                if callable(found):
+                    found(*given.get(name, ()), **({"of": "lower"} if name == "sense" else {}))
+            except hn.InternalError:
+                asked.append(name)
+            except hn.HolonomError:
+                continue
+            except TypeError:  # a class method, of a text
+                continue
+    print(asked)
+    assert set(asked) >= {name for name in WORK if name in vars(kind)} and len(asked) >= 4
+
+
+def test_what_panicked_is_used_no_more(double: str) -> None:
+    model = hn.Model.from_toml(double)
+    uses: list[Callable[[Any], object]] = [lambda own: own.step(), lambda own: own.observe(), lambda own: own.q]
+    for own in (hn.Stepper(model), hn.Ensemble(model, 2)):
+        with pytest.raises(BaseException, match="asked for by a test"):
+            own._core._panic()
+        for use in uses:
+            with pytest.raises(hn.InternalError, match="panicked in an earlier call(?s:.)*make another one"):
+                use(own)
+    assert hn.Stepper(model).step() > 0.0
+
+
+def test_a_build_that_aborts_is_not_imported() -> None:
+    with pytest.raises(ImportError, match="profile `unwinding`"):
+        _core._refuse(True)
+    _core._refuse(False)
 
 
 def test_a_package_that_is_missing_is_named(

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from . import _core
+from ._errors import no_panic
 
 T = TypeVar("T")
 
@@ -52,6 +53,7 @@ class Analysis(Answer):
         super().__init__(found, text)
         self._page = page
 
+    @no_panic
     def page(self) -> str:
         """The page, as the program writes it: HTML that needs no other file."""
         return self._page()

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._answer import Analysis, Answer, interruptible
-from ._errors import HolonomWarning, no_panic
+from ._errors import HolonomWarning, guarded, no_panic
 from ._model import Model, model_of
 
 Array = NDArray[np.float64]
 
 
+@guarded()
 class Gradient:
     """The objectives of a model as a function of numbers, with its exact gradient.
 
@@ -53,7 +54,6 @@ class Gradient:
     start: Array
     """The values that the model states, zero for controls, shape ``(N,)``."""
 
-    @no_panic
     def __init__(
         self,
         model: Any,
@@ -107,7 +107,6 @@ class Gradient:
             "rates": rates,
         }
 
-    @no_panic
     def __call__(self, x: Any) -> tuple[float, Array]:
         """The objective, and its derivatives by ``x``, shape ``(N,)``.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core
 from ._acting import Acts, coordinates, names
-from ._errors import RunFailed, no_panic
+from ._errors import RunFailed, guarded
 from ._model import model_of
 from ._numbers import natural, threads_of
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
+@guarded()
 class Ensemble:
     """``M`` members of a model that are stepped together on threads of this process.
 
@@ -49,7 +50,6 @@ class Ensemble:
     [[1.0, 0.0], [0.0, 2.0]]
     """
 
-    @no_panic
     def __init__(
         self,
         model: Any,
@@ -74,7 +74,6 @@ class Ensemble:
     def __len__(self) -> int:
         return self._count
 
-    @no_panic
     def step(self, u: ArrayLike | None = None, n: int = 1) -> Array:
         """Takes ``n`` steps of all members that have not failed.
 
@@ -99,7 +98,6 @@ class Ensemble:
                 raise ValueError(f"inputs: shape {shape}, not {rows.shape}")
         return self._core.step(rows, n, self.threads)
 
-    @no_panic
     def observe(self, out: Array | None = None) -> Array:
         """What is observed at the present nodes, shape ``(M, k)``."""
         found = self._core.observe()
@@ -125,7 +123,6 @@ class Ensemble:
         """Why members failed, by their numbers."""
         return dict(self._core.failures())
 
-    @no_panic
     def reset(
         self,
         members: Iterable[int] | None = None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import wraps
+from types import FunctionType
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
@@ -189,3 +190,25 @@ def no_panic(function: Callable[P, T]) -> Callable[P, T]:
             raise as_error(error) from None
 
     return safe
+
+
+def guarded(*but: str) -> Callable[[type[T]], type[T]]:
+    """A class whose methods and properties raise a panic of Rust as an :class:`InternalError`.
+
+    ``but`` names those that do so by themselves, since they are called once a step.
+    """
+
+    def of(kind: type[T]) -> type[T]:
+        for name, member in list(vars(kind).items()):
+            if name in but:
+                continue
+            if isinstance(member, property):
+                read, write = (own and no_panic(own) for own in (member.fget, member.fset))
+                setattr(kind, name, property(read, write, None, member.__doc__))
+            elif isinstance(member, classmethod):
+                setattr(kind, name, classmethod(no_panic(member.__func__)))
+            elif isinstance(member, FunctionType):
+                setattr(kind, name, no_panic(member))
+        return kind
+
+    return of

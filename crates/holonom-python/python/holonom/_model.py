@@ -7,7 +7,7 @@ from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any
 
 from . import _core, _toml
-from ._errors import OutputExists, OutputFailed, no_panic
+from ._errors import OutputExists, OutputFailed, guarded, no_panic
 
 if TYPE_CHECKING:
     from ._answer import Answer
@@ -16,6 +16,7 @@ ModelLike = "Model | Spec | str | PathLike[str] | Mapping[str, Any]"
 """What stands for a model: one, a description, the path of a file, or a dictionary of sections."""
 
 
+@guarded()
 class Model:
     """A valid model.
 
@@ -29,7 +30,6 @@ class Model:
         self._core = core
 
     @classmethod
-    @no_panic
     def from_toml(cls, text: str, folder: str | PathLike[str] | None = None) -> Model:
         """The model of a text.
 
@@ -61,7 +61,6 @@ class Model:
         """The model of a dictionary of sections, as a model file has them; arrays are lists."""
         return cls.from_toml(_toml.document(sections), folder)
 
-    @no_panic
     def replace(self, values: Mapping[str, Any]) -> Model:
         """This model with values replaced: ``{"body.arm.mass": 2.5}``.
 
@@ -98,7 +97,6 @@ class Model:
 
         Path(path).write_text(self.to_toml(), encoding="utf-8")
 
-    @no_panic
     def export_fmu(
         self,
         path: str | PathLike[str],

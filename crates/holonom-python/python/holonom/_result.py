@@ -19,6 +19,7 @@ from ._errors import (
     OutputExists,
     RunFailed,
     UnknownName,
+    guarded,
     needed,
     no_panic,
 )
@@ -216,6 +217,7 @@ class Momentum:
         self.linear, self.angular = linear, angular
 
 
+@guarded()
 class Result:
     """A run as arrays over ``K`` recorded nodes.
 
@@ -328,7 +330,6 @@ class Result:
             raise unknown(name, table.names())
         return Member(name, table.values[:, places])
 
-    @no_panic
     def sense(self, type: str, *, of: str, **keys: Any) -> Array:
         """A sensor afterwards, from the recorded positions.
 
@@ -463,10 +464,9 @@ class Result:
         from pathlib import Path
 
         with self._files() as folder:
-            page = no_panic(_core.write_page)(folder)
+            page = _core.write_page(folder)
             return Path(page).read_text(encoding="utf-8")
 
-    @no_panic
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> None:
         """Writes the files of ``holonom run`` to a folder, bit for bit; ``force`` replaces those
         there. A result in memory runs once more.
@@ -490,7 +490,6 @@ class Result:
             shutil.rmtree(place)
         shutil.copytree(self.folder, place)
 
-    @no_panic
     def export(
         self, format: str, path: str | PathLike[str] | None = None, *, frames: int | None = None
     ) -> str:
@@ -521,7 +520,7 @@ class Result:
             words = "these are steps of a stepper, and no run from the start of the model"
             raise HolonomError(words, "holonom.simulate(inputs=…) makes a run that has files")
         how = {"force": force, "checkpoint_every": None, "report": True}
-        no_panic(_core.simulate_into)(self.model._core, folder, how, None, self.acting)
+        _core.simulate_into(self.model._core, folder, how, None, self.acting)
 
     @contextmanager
     def _files(self) -> Iterator[str]:
@@ -545,9 +544,9 @@ class Result:
         from ._page import show
 
         with self._files() as folder, TemporaryDirectory() as place:
-            page = Path(no_panic(_core.write_page)(folder)).read_text(encoding="utf-8")
+            page = Path(_core.write_page(folder)).read_text(encoding="utf-8")
             still = Path(place) / "still.svg"
-            no_panic(_core.export)(folder, "svg", str(still), 1)
+            _core.export(folder, "svg", str(still), 1)
             return show(page, self.model.name, still.read_text(encoding="utf-8"))
 
     def __len__(self) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core
 from ._acting import Acts, coordinates, names
-from ._errors import RunFailed, as_error, no_panic
+from ._errors import RunFailed, as_error, guarded
 from ._model import model_of
 from ._numbers import natural
 from ._result import Result
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
+@guarded("step", "observe")
 class Stepper:
     """A simulation that is stepped by hand, with inputs that are held over a step.
 
@@ -68,7 +69,6 @@ class Stepper:
         self._core = self._begun()
         self._step, self._observe = self._core.step, self._core.observe
 
-    @no_panic
     def _begun(self) -> _core.Stepper:
         return _core.Stepper(self.model._core, self._acts.core())
 
@@ -108,7 +108,6 @@ class Stepper:
         except BaseException as error:
             raise as_error(error) from error.__cause__
 
-    @no_panic
     def run(self, controls: ArrayLike, every: int = 1) -> Result:
         """Takes a step for each row of ``controls``, without Python in the loop.
 
@@ -200,7 +199,6 @@ class Stepper:
     def state(self, state: bytes) -> None:
         self._core.restore(state)
 
-    @no_panic
     def reset(
         self,
         joints: Mapping[Any, Any] | None = None,

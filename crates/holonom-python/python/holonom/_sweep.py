@@ -273,6 +273,7 @@ def _wanted() -> Callable[[], bool]:
     return is_wanted
 
 
+@no_panic
 def sweep(
     model: Any,
     plan: Plan | Mapping[str, Any],

@@ -155,6 +155,7 @@ def view(what: Any) -> Any:
     return what.view()
 
 
+@no_panic
 def schema(section: str | None = None) -> dict[str, Any]:
     """The JSON schema of model files, or of one section: ``schema("joint")``."""
     from ._result import unknown
