@@ -4,6 +4,7 @@ import json
 import pickle
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
@@ -15,7 +16,7 @@ from conftest import ROOT, program
 import holonom as hn
 from holonom import _core
 
-HOSTILE = sorted((ROOT / "tests" / "hostile").rglob("*.toml"))
+HOSTILE = sorted([*(ROOT / "tests" / "hostile").rglob("*.toml"), *(ROOT / "tests" / "corpus").rglob("*.toml")])
 
 
 @pytest.mark.parametrize("error", [
@@ -40,12 +41,13 @@ def test_errors_travel(error: hn.HolonomError) -> None:
 
 
 def test_problems_of_files_are_those_of_the_program(tmp_path: Path) -> None:
+    """Of every hostile model and every text of the corpus that is no valid model."""
     seen = 0
-    bad = tmp_path / "bad.toml"
-    texts = [path.read_text(errors="replace") for path in HOSTILE]
-    texts += ["", "[model]\nname = 1\n", "x = ", '[simulation]\nstep = -1.0\nend = "a"\n[model]\nname="n"\nfoo=1\n']
-    for text in texts[-40:]:
-        bad.write_text(text)
+    texts = [path.read_bytes() for path in HOSTILE]
+    texts += [b"", b"[model]\nname = 1\n", b"x = ", b'[simulation]\nstep = -1.0\nend = "a"\n[model]\nname="n"\nfoo=1\n', b"\xff\xfe"]
+    for text in texts:
+        bad = tmp_path / "bad.toml"
+        bad.write_bytes(text)
         try:
             hn.check(bad)
         except hn.InvalidModel as error:
@@ -55,9 +57,42 @@ def test_problems_of_files_are_those_of_the_program(tmp_path: Path) -> None:
             theirs = [{key: problem[key] for key in keys} for problem in said["problems"]]
             assert ours == theirs
             assert all(problem.message in str(error) for problem in error.problems)
-            pickle.loads(pickle.dumps(error))
+            again = pickle.loads(pickle.dumps(error))
+            assert again.problems == error.problems and str(again) == str(error)
             seen += 1
-    assert seen >= 4
+    print(f"{seen} of {len(texts)} texts are refused")
+    assert seen >= 16
+
+
+def test_runs_that_fail_say_what_the_program_says(tmp_path: Path) -> None:
+    """Every hostile model that is valid, for 20 steps: the same end, the same words."""
+    failed = 0
+    for path in HOSTILE:
+        try:
+            model = hn.load(path)
+            if model.settings["scheme"] != "static":
+                model = model.replace({"simulation.end": 20 * model.settings["step"]})
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                result = hn.simulate(model, record=["energy", "residuals"], on_failure="return")
+                again = hn.simulate(model, out=tmp_path / path.stem, on_failure="return")
+        except hn.InvalidModel:
+            continue
+        assert result.failure == again.failure, path.name
+        if result.failure is None:
+            continue
+        failed += 1
+        with warnings.catch_warnings(), pytest.raises(hn.RunFailed) as error:
+            warnings.simplefilter("ignore")
+            hn.simulate(model, record=["energy", "residuals"])
+        model.save(tmp_path / "own.toml")
+        said = program("run", str(tmp_path / "own.toml"), "-o", str(tmp_path / "theirs"), "--force", "--json")
+        theirs = json.loads((tmp_path / "theirs" / "summary.json").read_text())["failure"]
+        assert said.returncode == 1 and theirs == result.failure, path.name
+        assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)
+        assert theirs["message"] in str(error.value) and theirs["remedy"] in str(error.value)
+    print(f"{failed} runs fail")
+    assert failed >= 1
 
 
 def test_values_that_are_set_are_named(double: str) -> None:
