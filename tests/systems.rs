@@ -107,6 +107,7 @@ mod model {
     mod parameters;
     mod random_contacts;
     mod relative_frames;
+    mod sensed;
     mod shipped_models;
     mod signals;
     mod slips;

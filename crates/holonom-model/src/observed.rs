@@ -134,7 +134,7 @@ fn reading(
         Some(Quantity::AngularVelocity { of, axis }) => {
             return of_kind(SensorKind::AngularVelocity, of, axis);
         }
-        None => {}
+        Some(Quantity::Sensor { .. }) | None => {}
     }
     let (of, part) = name.split_once('.').unwrap_or((name, ""));
     let sensor = model.sensors.iter().find(|sensor| sensor.name == of)?;

@@ -5,13 +5,16 @@
 //! knee.rate, knee.1.rate       their rates
 //! speed                        a signal
 //! arm.x  arm.vx  arm.wx        centre of a body, a node of a beam, a particle; velocities; in space
+//! tip.x  rope                  numbers of sensors
 //! ```
 
 use crate::Model;
-use crate::expression::{ExpressionError, Known, Program};
+use crate::expression::{ExpressionError, Known, Program, renamed_parts};
 use crate::formula::Curves;
 use crate::text::problem::nearest;
+use crate::types::bushing::Coefficients;
 use crate::types::law::Formula;
+use crate::types::sensor::{Sensor, SensorKind};
 
 /// A quantity of a mechanism that expressions read by its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,6 +56,18 @@ pub enum Quantity {
         /// 0 to 2.
         axis: usize,
     },
+    /// A number of a sensor.
+    Sensor {
+        /// The sensor.
+        sensor: String,
+        /// The heading of its column after that name.
+        part: String,
+        /// Whether it is a rate or a velocity.
+        is_rate: bool,
+        /// Whether it follows from configuration and velocity as the other quantities do; what
+        /// is sampled at nodes or delayed reads it else as it was at the node before.
+        at_once: bool,
+    },
 }
 
 impl Quantity {
@@ -70,13 +85,48 @@ impl Quantity {
             Self::Position { of, axis } => format!("{of}.{}", ENDS[*axis]),
             Self::Velocity { of, axis } => format!("{of}.{}", ENDS[3 + axis]),
             Self::AngularVelocity { of, axis } => format!("{of}.{}", ENDS[6 + axis]),
+            Self::Sensor { sensor, part, .. } if part.is_empty() => sensor.clone(),
+            Self::Sensor { sensor, part, .. } => format!("{sensor}.{part}"),
         }
     }
 
     /// Whether it is a rate or a velocity.
     #[must_use]
     pub fn is_rate(&self) -> bool {
-        matches!(self, Self::Rate { .. } | Self::Velocity { .. } | Self::AngularVelocity { .. })
+        match self {
+            Self::Rate { .. } | Self::Velocity { .. } | Self::AngularVelocity { .. } => true,
+            Self::Sensor { is_rate, .. } => *is_rate,
+            Self::Coordinate { .. } | Self::Signal(_) | Self::Position { .. } => false,
+        }
+    }
+
+    /// Whether it depends on the step that follows its node.
+    pub(crate) fn is_of_step(&self) -> bool {
+        matches!(self, Self::Sensor { at_once: false, .. })
+    }
+}
+
+impl Model {
+    /// Whether a law, a bushing or a signal reads a sensor.
+    #[must_use]
+    pub fn reads_sensor(&self, sensor: &str) -> bool {
+        let coefficients = |own: &Coefficients| -> Vec<Formula> {
+            own.entries().into_iter().map(|(_, _, entry)| entry.clone()).collect()
+        };
+        let bushings = self.bushings.iter().flat_map(|own| {
+            let matrices = own.stiffness.iter().chain(&own.damping).flat_map(coefficients);
+            matrices.chain(own.force.iter().flatten().cloned()).collect::<Vec<Formula>>()
+        });
+        let laws = self.laws.iter().flat_map(|law| law.formulas().cloned());
+        let signals = self.signals.iter().flat_map(|own| own.formulas().map(|(_, of)| of.clone()));
+        let mut found = false;
+        for Formula(text) in laws.chain(signals).chain(bushings) {
+            renamed_parts(&text, &mut |part| {
+                found |= part == sensor;
+                part.to_owned()
+            });
+        }
+        found
     }
 }
 
@@ -126,6 +176,11 @@ impl<'a> Quantities<'a> {
         if self.model.signals.iter().any(|signal| signal.name == name) {
             return Some(Quantity::Signal(name.to_owned()));
         }
+        self.member(name).or_else(|| self.sensor(name))
+    }
+
+    /// A number of a body, a node or a particle.
+    fn member(&self, name: &str) -> Option<Quantity> {
         let (of, end) = name.rsplit_once('.')?;
         let place = ENDS.iter().position(|own| *own == end)?;
         let (axis, of) = (place % 3, of.to_owned());
@@ -135,6 +190,37 @@ impl<'a> Quantities<'a> {
             (1, true, _) | (1, _, true) => Some(Quantity::Velocity { of, axis }),
             (2, false, true) => Some(Quantity::AngularVelocity { of, axis }),
             _ => None,
+        }
+    }
+
+    /// A number of a sensor, which may turn out to have none of this name.
+    fn sensor(&self, name: &str) -> Option<Quantity> {
+        let (of, part) = name.split_once('.').unwrap_or((name, ""));
+        let own = self.model.sensors.iter().find(|sensor| sensor.name == of)?;
+        let is_rate = matches!(
+            own.kind,
+            SensorKind::Velocity
+                | SensorKind::AngularVelocity
+                | SensorKind::DistanceRate
+                | SensorKind::JointRate
+        );
+        let (sensor, part, at_once) = (of.to_owned(), part.to_owned(), self.is_at_once(own));
+        Some(Quantity::Sensor { sensor, part, is_rate, at_once })
+    }
+
+    /// Whether what a sensor measures is a quantity of configuration and velocity with slopes.
+    fn is_at_once(&self, sensor: &Sensor) -> bool {
+        match sensor.kind {
+            SensorKind::Position
+            | SensorKind::Velocity
+            | SensorKind::AngularVelocity
+            | SensorKind::Distance
+            | SensorKind::DistanceRate => true,
+            SensorKind::JointCoordinate | SensorKind::JointRate => {
+                let joint = self.model.joint(&sensor.of);
+                joint.is_some_and(|own| own.pair().coordinate_count() == own.pair().dof())
+            }
+            _ => false,
         }
     }
 
@@ -190,7 +276,7 @@ impl<'a> Quantities<'a> {
             Some(best) => format!("did you mean `{best}`?"),
             None => format!(
                 "there are {}, [parameters], tables, signals, joint coordinates (`knee`, `knee.rate`), \
-                 members (`arm.x`, `arm.vx`, `arm.wx`)",
+                 members (`arm.x`, `arm.vx`, `arm.wx`), sensors (`tip.x`)",
                 own.join(" ")
             ),
         };

@@ -114,7 +114,9 @@ impl Acting {
                 name.strip_prefix(sensor)
                     .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
             };
-            seen.sensors.retain(|own| self.observe.iter().any(|name| below(name, &own.name)));
+            let read = |own: &holonom::model::Sensor| model.model.reads_sensor(&own.name);
+            let observed = |own: &str| self.observe.iter().any(|name| below(name, own));
+            seen.sensors.retain(|own| read(own) || observed(&own.name));
         }
         self.made(py, seen, model, start)
     }

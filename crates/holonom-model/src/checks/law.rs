@@ -255,8 +255,35 @@ impl Checker<'_> {
         }
     }
 
-    /// Compiles an expression, or reports why it is none.
+    /// Compiles an expression that is evaluated within steps, or reports why it is none.
     pub(crate) fn formula(
+        &mut self,
+        key: &str,
+        formula: &Formula,
+        own: &[&str],
+        known: &Quantities<'_>,
+        reads: &mut Vec<Quantity>,
+    ) -> Option<Program> {
+        let first = reads.len();
+        let program = self.formula_of_node(key, formula, own, known, reads)?;
+        let Some(late) = reads[first..].iter().find(|read| read.is_of_step()) else {
+            return Some(program);
+        };
+        let name = late.name();
+        let message = format!(
+            "the expression `{}`: `{name}` is known with the step that follows",
+            formula.0.trim()
+        );
+        let help = format!(
+            "read it by a signal: [[signal]] with every = {:?} and value = \"{name}\", or by `delay`",
+            self.model.settings.step
+        );
+        self.report(key, message, help);
+        None
+    }
+
+    /// Compiles an expression that is evaluated at nodes, where it may read every sensor.
+    pub(crate) fn formula_of_node(
         &mut self,
         key: &str,
         formula: &Formula,

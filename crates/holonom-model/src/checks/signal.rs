@@ -21,7 +21,11 @@ impl Checker<'_> {
                 true => &["t", LAST],
                 false => &["t"],
             };
-            self.formula(&format!("{key}.{name}"), formula, own, known, &mut Vec::new());
+            let (key, mut reads) = (format!("{key}.{name}"), Vec::new());
+            match signal.every.is_some() || signal.delay.is_some() {
+                true => self.formula_of_node(&key, formula, own, known, &mut reads),
+                false => self.formula(&key, formula, own, known, &mut reads),
+            };
         }
         let mut positive = |name: &str, value: Option<f64>| {
             if let Some(value) = value.filter(|value| *value <= 0.0) {

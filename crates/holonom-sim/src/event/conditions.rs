@@ -82,9 +82,7 @@ impl Conditions {
             }
             all.push(When { name: event.name.clone(), at: event.at, program, reads });
         }
-        let mut read = model.clone();
-        read.sensors = watched;
-        let sensors = system::build_with(&read, outside)?.sensors;
+        let sensors = system::build_sensing(model, outside, &[], &watched)?.sensors;
         Ok(Self { events: all, sensors, values: Vec::new(), inputs: Vec::new() })
     }
 

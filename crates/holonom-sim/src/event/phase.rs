@@ -35,7 +35,6 @@ pub(crate) fn in_force(model: &Model, switches: &Switches) -> Model {
         !idle(&law.name) && !joint.is_some_and(gone)
     });
     model.loads.retain(|load| !idle(&load.name));
-    model.sensors.clear();
     model
 }
 

@@ -314,7 +314,10 @@ fn without_amplitudes(model: &mut Model) -> Vec<String> {
     };
     let out: Vec<String> =
         model.sensors.iter().filter(|s| has_none(s)).map(|s| format!("`{}`", s.name)).collect();
-    model.sensors.retain(|sensor| !has_none(sensor));
+    let read: Vec<bool> =
+        model.sensors.iter().map(|own| !has_none(own) || model.reads_sensor(&own.name)).collect();
+    let mut read = read.into_iter();
+    model.sensors.retain(|_| read.next().unwrap_or(true));
     let note = || {
         format!(
             "no amplitudes of {}: reactions, efforts of constraints, powers, inertial units and expressions are left out",

@@ -183,7 +183,7 @@ pub struct Sensors {
 impl Sensors {
     /// For a valid model and its mechanism.
     pub(crate) fn new(
-        names: &Names<'_>,
+        (names, sensors): (&Names<'_>, &[Sensor]),
         mechanism: &Mechanism,
         dynamics: &Dynamics,
         (beams, signals): (&Beams, Option<SignalNetwork>),
@@ -211,7 +211,7 @@ impl Sensors {
             gauges.push(gauge);
             of.push(MeasuredPart { name: sensor.of.clone(), columns, idle: false });
         };
-        for sensor in &model.sensors {
+        for sensor in sensors {
             if let Some(found) = observed(model, sensor) {
                 expressions.push((columns.len(), found));
             }
@@ -315,6 +315,20 @@ impl Sensors {
     #[must_use]
     pub fn numbers(&self) -> &[(String, usize)] {
         self.signals.as_ref().map_or(&[], SignalGauge::numbers)
+    }
+
+    /// What signals read as it was at the node before: the column, and where its number is held
+    /// among the internal variables of signals.
+    pub(crate) fn measured(&self) -> Vec<(usize, usize)> {
+        let all = self.signals.iter().flat_map(SignalGauge::measured);
+        let place = |name: &str| self.columns.iter().position(|column| column.name() == name);
+        all.filter_map(|(name, held)| Some((place(name)?, *held))).collect()
+    }
+
+    /// The columns that signals read as they were at the node before, which a run measures.
+    pub fn read_by_signals(&self) -> impl Iterator<Item = &str> {
+        let all = self.signals.iter().flat_map(SignalGauge::measured);
+        all.map(|(name, _)| name.as_str())
     }
 
     /// What is needed of a node.
@@ -567,6 +581,39 @@ fn observed(model: &Model, sensor: &Sensor) -> Option<Observed> {
     Observed::expression(&value.0, model, &Quantities::new(model)).ok()
 }
 
+/// The ends of a distance: members or the ground, each with a point by its own components.
+pub(crate) fn ends_of<'a>(
+    model: &'a Model,
+    sensor: &'a Sensor,
+) -> Option<[(&'a str, [f64; 3]); 2]> {
+    let of = sensor.of.as_str();
+    let ends = |names: [&'a str; 2], [a, b]: [&[f64]; 2]| {
+        Some([(names[0], spatial(a)), (names[1], spatial(b))])
+    };
+    if let Some(to) = &sensor.to {
+        let [a, b] = [sensor.point, sensor.point_to].map(Option::unwrap_or_default);
+        return ends([of, to], [&a, &b]);
+    }
+    let stated =
+        |points: [&'a Option<Vec<f64>>; 2]| points.map(|x| x.as_deref().unwrap_or_default());
+    if let Some(spring) = model.springs.iter().find(|spring| spring.name == of) {
+        return ends([&spring.from, &spring.to], stated([&spring.point_from, &spring.point_to]));
+    }
+    if let Some(bar) = model.bars.iter().find(|bar| bar.name == of) {
+        return ends([&bar.from, &bar.to], [bar.point.as_deref().unwrap_or_default(); 2]);
+    }
+    if let Some(law) = model.laws.iter().find(|law| law.name == of) {
+        let names = [law.from.as_deref()?, law.to.as_deref()?];
+        return ends(names, stated([&law.point_from, &law.point_to]));
+    }
+    model.constraints.iter().find_map(|constraint| match constraint {
+        Constraint::Distance { name, from, to, point_from, point_to, .. } if name == of => {
+            ends([from, to], [point_from, point_to])
+        }
+        _ => None,
+    })
+}
+
 /// The slip of what rolls, or of a blade, scalar constraint `k`.
 fn slip_of(mechanism: &Mechanism, k: usize) -> Option<Gauge> {
     let own = mechanism.scalar_rows(k);
@@ -626,31 +673,8 @@ impl Builder<'_> {
 
     /// `D` between the ends of a distance.
     fn between(&self, sensor: &Sensor) -> Option<Form> {
-        let model = self.names.model;
-        let of = sensor.of.as_str();
-        let form = |[from, to]: [&str; 2], [a, b]: [&[f64]; 2]| {
-            Some(self.end(to, b)?.minus(&self.end(from, a)?))
-        };
-        if let Some(to) = &sensor.to {
-            let [a, b] = [sensor.point, sensor.point_to].map(Option::unwrap_or_default);
-            return form([of, to], [&a, &b]);
-        }
-        if let Some(k) = model.springs.iter().position(|spring| spring.name == of) {
-            return Some(self.dynamics.forces.springs.get(k)?.between.clone());
-        }
-        if let Some(bar) = model.bars.iter().find(|bar| bar.name == of) {
-            return form([&bar.from, &bar.to], [bar.point.as_deref().unwrap_or_default(); 2]);
-        }
-        if let Some(law) = model.laws.iter().find(|law| law.name == of) {
-            let points = [&law.point_from, &law.point_to].map(|x| x.as_deref().unwrap_or_default());
-            return form([law.from.as_deref()?, law.to.as_deref()?], points);
-        }
-        model.constraints.iter().find_map(|constraint| match constraint {
-            Constraint::Distance { name, from, to, point_from, point_to, .. } if name == of => {
-                form([from, to], [point_from, point_to])
-            }
-            _ => None,
-        })
+        let [(from, a), (to, b)] = ends_of(self.names.model, sensor)?;
+        Some(self.end(to, &b)?.minus(&self.end(from, &a)?))
     }
 
     /// The body that something is seen from.

@@ -434,7 +434,7 @@ impl Simulation {
         let model = in_force(&events.model, switches);
         let outside = events.outside.without(|joint| switches.released.contains(joint));
         let System { mechanism, dynamics, laws, sensors: signals, contacts, .. } =
-            system::build_with_locks(&model, &outside, &switches.locks)?;
+            system::build_sensing(&model, &outside, &switches.locks, &[])?;
         let start = switches.phase.as_deref().unwrap_or(&events.first);
         let PhaseStart { step, t, q, v, internal, contacts: remembered } = start;
         let angles = match &switches.phase {

@@ -18,6 +18,7 @@ mod begun;
 pub mod control;
 mod events;
 mod failure;
+mod measured;
 pub mod members;
 mod nodes;
 mod resolved;
@@ -57,6 +58,7 @@ use crate::system::{self, System};
 use begun::{Begun, StatedStart};
 use control::{Controller, Reading};
 use holonom_model::{Columns, Family, Model, ModelError, Settings};
+use measured::Measured;
 use std::io;
 use std::time::Duration;
 pub use vi_constraints::integrator::ResumeError;
@@ -93,6 +95,7 @@ pub struct Simulation {
     iterations: f64, // of the step that led to the present node
     inputs: Vec<Input>,
     controller: Option<Box<dyn Controller>>, // asked before each step
+    measured: Measured,                      // of what signals read
     sample: Sample,                          // recorded last
     velocity: Vec<f64>,                      // n  of the node that was sensed last
     reading: Reading,
@@ -197,6 +200,7 @@ impl Simulation {
                 Some(Box::new(events))
             }
         };
+        let measured = Measured::new(sensors.measured());
         let mut simulation = Self {
             settings,
             assembly,
@@ -218,6 +222,7 @@ impl Simulation {
             iterations: 0.0,
             inputs: outside.inputs.clone(),
             controller: None,
+            measured,
             sample: Sample::default(),
             velocity: Vec::new(),
             reading: Reading::default(),

@@ -223,7 +223,7 @@ impl Simulation {
 
     /// Takes one step; whether the node it started from was found, where it is to be recorded.
     fn advance(&mut self, recorded: bool) -> (bool, Result<(), RunFailure>) {
-        if let Err(failure) = self.decide() {
+        if let Err(failure) = self.measure_at_start().and_then(|()| self.decide()) {
             let read = if recorded { self.read(NodeOf::State) } else { Ok(()) };
             return (recorded && read.is_ok(), Err(failure));
         }
@@ -257,7 +257,7 @@ impl Simulation {
             return Err(RunFailure { step, t, message, remedy });
         }
         self.iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
-        Ok(())
+        self.measure()
     }
 
     /// The sample gets what events and contacts did since the last one was handed out.

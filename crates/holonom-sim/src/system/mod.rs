@@ -27,7 +27,9 @@ use crate::sensor::Sensors;
 use crate::system::names::Names;
 use beams::{Added, BeamParts, Beams};
 use contact_origin::ContactOrigin;
-use holonom_model::{Frame, Model, ModelError, Problem, Quantities, Settings, StartPoints, Strain};
+use holonom_model::{
+    Frame, Model, ModelError, Problem, Quantities, Sensor, Settings, StartPoints, Strain,
+};
 use nalgebra::Vector3;
 use outside::Outside;
 use std::collections::BTreeMap;
@@ -74,14 +76,16 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
 /// # Errors
 /// [`ModelError`]; also for what acts on nothing.
 pub fn build_with(model: &Model, outside: &Outside) -> Result<System, ModelError> {
-    build_with_locks(model, outside, &[])
+    build_sensing(model, outside, &[], &model.sensors)
 }
 
-/// The same with joint coordinates that are held.
-pub(crate) fn build_with_locks(
+/// The same with joint coordinates that are held, and with these sensors; expressions read those of
+/// the model.
+pub(crate) fn build_sensing(
     model: &Model,
     outside: &Outside,
     locks: &[Lock],
+    sensors: &[Sensor],
 ) -> Result<System, ModelError> {
     let planar = model.header.dimension == 2;
     let builder = if planar { MechanismBuilder::planar() } else { MechanismBuilder::new() };
@@ -173,7 +177,8 @@ pub(crate) fn build_with_locks(
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
     let beams = Beams { parts, list };
-    let sensors = Sensors::new(&names, &mechanism, &dynamics, (&beams, signals), &contacts);
+    let sensors =
+        Sensors::new((&names, sensors), &mechanism, &dynamics, (&beams, signals), &contacts);
     Ok(System { beams, mechanism, dynamics, members, sensors, contacts, laws })
 }
 

@@ -59,6 +59,11 @@ impl ModelSubject {
 
     fn build(&self) -> Result<(System, &Settings), String> {
         let built = system::build(&self.model).map_err(|e: ModelError| e.to_string())?;
+        if let Some(column) = built.sensors.read_by_signals().next() {
+            return Err(format!(
+                "a signal reads `{column}`, which runs measure from node to node: there is no map of a step alone"
+            ));
+        }
         Ok((built, &self.model.settings))
     }
 

@@ -24,9 +24,12 @@ mod sampler;
 mod tasks;
 
 use crate::digits::rounded;
+use crate::sensor::{Column, columns_of, ends_of};
 use crate::system::names::Names;
 use holonom_model::expression::{ExpressionError, Known, Program};
-use holonom_model::{Formula, MOTION, Model, ModelError, Problem, Quantities, Quantity, Signal};
+use holonom_model::{
+    Formula, MOTION, Model, ModelError, Problem, Quantities, Quantity, Sensor, SensorKind, Signal,
+};
 use kinds::sizes;
 use network::{Source, Term};
 pub(crate) use parts::Needed;
@@ -47,6 +50,7 @@ pub(crate) struct Terms<'a> {
     start: Vec<f64>,
     pasts: BTreeMap<&'a str, Past>,
     filtered: Vec<(usize, Source)>,
+    measured: Vec<(String, usize)>, // columns of sensors, and where they are held
     output: Vec<output::Part>,
 }
 
@@ -69,6 +73,7 @@ impl<'a> Terms<'a> {
             start: Vec::new(),
             pasts: BTreeMap::new(),
             filtered: Vec::new(),
+            measured: Vec::new(),
             output: Vec::new(),
         };
         let (mut states, mut held) = (0, 0);
@@ -134,8 +139,8 @@ impl<'a> Terms<'a> {
         self.input(Read::Held(place), name.to_owned())
     }
 
-    /// What a quantity is read from.
-    fn quantity(&mut self, quantity: &Quantity) -> Result<Source, ModelError> {
+    /// What a quantity is read from, in the expression of a key.
+    fn quantity(&mut self, key: &str, quantity: &Quantity) -> Result<Source, ModelError> {
         let name = quantity.name();
         let joint = |joint: &str, freedom: usize| {
             self.names.joint(joint).map(|(_, id)| id.coordinate(freedom))
@@ -156,8 +161,75 @@ impl<'a> Terms<'a> {
                 let frame = self.names.index(of).map(|k| self.names.frames[k]);
                 frame.map(|frame| Read::AngularVelocity(frame, *axis))
             }
+            Quantity::Sensor { sensor, part, at_once, .. } => {
+                let (column, found) = self.column(key, sensor, part)?;
+                match *at_once {
+                    true => self.sensed(found, column),
+                    false => Some(self.measured_at(&name)),
+                }
+            }
         };
         Ok(self.input(read.expect("it was found by its name"), name))
+    }
+
+    /// Which number of a sensor has this heading.
+    fn column(
+        &self,
+        key: &str,
+        sensor: &str,
+        part: &str,
+    ) -> Result<(usize, &'a Sensor), ModelError> {
+        let model = self.names.model;
+        let found = model.sensors.iter().find(|own| own.name == sensor);
+        let found = found.expect("it was found by its name");
+        let columns = columns_of(model, found);
+        let place = columns.iter().position(|column| column.part == part);
+        place.map(|place| (place, found)).ok_or_else(|| {
+            let known: Vec<String> = columns.iter().map(Column::name).collect();
+            let message = format!("`{sensor}` has no number of this name");
+            let help = format!("it has {}", known.join(", "));
+            ModelError::Assembly(vec![Problem::new(key, message).help(help)])
+        })
+    }
+
+    /// A number of a sensor of configuration and velocity.
+    fn sensed(&self, sensor: &Sensor, k: usize) -> Option<Read> {
+        let names = self.names;
+        let at = names.point(&sensor.of, sensor.point.unwrap_or_default());
+        let base = sensor.seen_from.as_deref().and_then(|base| names.body(base));
+        let ends = || {
+            let ends = ends_of(names.model, sensor)?;
+            Some(ends.map(|(name, point)| names.point(name, point)))
+        };
+        let coordinate = || names.joint(&sensor.of).map(|(_, id)| id.coordinate(k));
+        match (sensor.kind, base) {
+            (SensorKind::Position, None) => Some(Read::Position(at, k)),
+            (SensorKind::Position, Some(base)) => Some(Read::Along(base, at, k)),
+            (SensorKind::Velocity, None) => Some(Read::Velocity(at, k)),
+            (SensorKind::Velocity, Some(base)) => Some(Read::AlongRate(base, at, k)),
+            (SensorKind::AngularVelocity, base) => {
+                let frame = names.body(&sensor.of)?;
+                Some(match base {
+                    Some(base) => Read::RelativeSpin([base, frame], k),
+                    None => Read::AngularVelocity(frame, k),
+                })
+            }
+            (SensorKind::Distance, _) => ends().map(Read::Distance),
+            (SensorKind::DistanceRate, _) => ends().map(Read::DistanceRate),
+            (SensorKind::JointCoordinate, _) => coordinate().map(Read::Coordinate),
+            (SensorKind::JointRate, _) => coordinate().map(Read::Rate),
+            _ => None,
+        }
+    }
+
+    /// A column that is held as it was at the node before.
+    fn measured_at(&mut self, column: &str) -> Read {
+        let known = self.measured.iter().find(|(name, _)| name == column);
+        Read::Held(known.map(|(_, place)| *place).unwrap_or_else(|| {
+            self.start.push(0.0);
+            self.measured.push((column.to_owned(), self.start.len() - 1));
+            self.start.len() - 1
+        }))
     }
 
     /// Adds an expression of its own variables and of what it names.
@@ -174,7 +246,7 @@ impl<'a> Terms<'a> {
         let mut from: Vec<(Source, String)> =
             own.iter().map(|(name, source)| (*source, (*name).to_owned())).collect();
         for read in &reads {
-            from.push((self.quantity(read)?, read.name()));
+            from.push((self.quantity(key, read)?, read.name()));
         }
         Ok(self.term(Term { owner: owner.to_owned(), program, from, is_own: false }))
     }

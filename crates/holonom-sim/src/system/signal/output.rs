@@ -28,6 +28,8 @@ pub(crate) struct SignalNetwork {
     pub(crate) parts: Vec<Part>,
     /// Numbers that only events change, and where they are held.
     pub(crate) numbers: Vec<(String, usize)>,
+    /// Columns of sensors that are read as they were at the node before, and where they are held.
+    pub(crate) measured: Vec<(String, usize)>,
 }
 
 /// Reads signals at nodes.
@@ -45,6 +47,11 @@ impl SignalGauge {
     /// Where each number that only events change is held among the internal variables of signals.
     pub(crate) fn numbers(&self) -> &[(String, usize)] {
         &self.own.numbers
+    }
+
+    /// Columns of sensors, and where their numbers are held likewise.
+    pub(crate) fn measured(&self) -> &[(String, usize)] {
+        &self.own.measured
     }
 
     /// Appends all numbers at a node with the velocity `v`; `at` has the internal variables of

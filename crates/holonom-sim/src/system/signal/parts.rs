@@ -127,7 +127,8 @@ impl<'a> Terms<'a> {
         let numbers = self.names.model.signals.iter().filter(|own| own.kinds().is_empty());
         let numbers =
             numbers.map(|own| (own.name.clone(), self.places[own.name.as_str()])).collect();
-        Ok(Some(output::SignalNetwork { network, parts: output, numbers }))
+        let measured = std::mem::take(&mut self.measured);
+        Ok(Some(output::SignalNetwork { network, parts: output, numbers, measured }))
     }
 
     /// The value of each signal, before its parts.

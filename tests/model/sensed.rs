@@ -1,0 +1,212 @@
+//! Laws and signals that read sensors: the numbers of configuration and velocity at once, all
+//! others as they were at the node before.
+
+#![allow(clippy::unwrap_used)] // a test
+
+use super::laws::{apart, links, run};
+use super::signals::restarts;
+use holonom::{Model, Simulation};
+use vi_testkit::model::{body, heavy, part, particle, sensor};
+
+/// Sensors of all kinds that are read at once.
+fn sensors() -> String {
+    let point = "point = [0.2, 0.1, -0.3]\n";
+    let seen = "seen_from = \"upper\"\n";
+    [
+        particle("ball", 0.4, [0.3, 1.0, 0.2]),
+        part("spring", "cord") + "from = \"ground\"\nto = \"ball\"\npoint_from = [0.0, 0.2, 1.0]\nstiffness = 9.0\n",
+        part("law", "rope") + "from = \"lower\"\nto = \"ball\"\npoint_from = [0.1, 0.0, 0.2]\ntension = \"x - 0.5\"\n",
+        sensor("place", "position", "lower") + point,
+        sensor("rate", "velocity", "lower") + point,
+        sensor("spin", "angular_velocity", "lower"),
+        sensor("from_upper", "position", "lower") + point + seen,
+        sensor("rate_from_upper", "velocity", "lower") + point + seen,
+        sensor("spin_from_upper", "angular_velocity", "lower") + seen,
+        sensor("ball_from_upper", "position", "ball") + seen,
+        sensor("flight", "velocity", "ball"),
+        sensor("gap", "distance", "lower") + point + "to = \"ground\"\npoint_to = [0.3, 0.4, 0.5]\n",
+        sensor("gap_rate", "distance_rate", "lower") + point + "to = \"ball\"\n",
+        sensor("cord_length", "length", "cord"),
+        sensor("rope_rate", "length_rate", "rope"),
+        sensor("angle", "joint_coordinate", "elbow"),
+        sensor("angle_rate", "joint_rate", "elbow"),
+    ]
+    .concat()
+}
+
+#[test]
+fn a_signal_of_a_sensor_is_its_column() {
+    let text = links("scheme = \"nodal\"", &sensors());
+    let model = Model::from_toml(&text).unwrap();
+    let simulation = Simulation::new(&model).unwrap();
+    let names: Vec<String> =
+        simulation.sensors().columns().iter().map(|column| column.name()).collect();
+    let signals: Vec<String> = names
+        .iter()
+        .map(|name| {
+            format!("[[signal]]\nname = \"of_{}\"\nvalue = \"{name}\"\n", name.replace('.', "_"))
+        })
+        .collect();
+    let nodes = run(&(text + &signals.concat())).unwrap();
+    let count = names.len();
+    assert_eq!(count, 30);
+    let mut moving = 0;
+    for (k, name) in names.iter().enumerate() {
+        let off = nodes.iter().map(|node| (node.sensors[k] - node.sensors[count + k]).abs());
+        let off = off.fold(0.0, f64::max);
+        let size = nodes.iter().map(|node| node.sensors[k].abs()).fold(0.0, f64::max);
+        println!("{name}: off by {off:.1e} of {size:.1e}");
+        assert!(off <= 1e-13 * (1.0 + size), "{name}: {off:e} of {size:e}");
+        moving += usize::from(size > 1e-3);
+    }
+    assert!(moving >= 20, "{moving} of {count} are not zero");
+}
+
+/// A law by sensors moves as by the names of what they measure.
+#[test]
+fn a_law_by_sensors_moves_as_by_names() {
+    let measured = [
+        sensor("angle", "joint_coordinate", "elbow"),
+        sensor("turning", "joint_rate", "elbow"),
+        sensor("center", "position", "lower"),
+        sensor("fall", "velocity", "lower"),
+        sensor("spin", "angular_velocity", "lower"),
+    ]
+    .concat();
+    let law = |effort: &str| {
+        format!("[[law]]\nname = \"motor\"\njoint = \"shoulder\"\neffort = \"{effort}\"\n")
+    };
+    let names = law("-8*sin(elbow) - 1.5*elbow.rate + 3*lower.x*lower.wy - 0.7*lower.vz + 0.2*x");
+    let sensed = law("-8*sin(angle) - 1.5*turning + 3*center.x*spin.y - 0.7*fall.z + 0.2*x");
+    let event = "[[event]]\nname = \"off\"\nat = 0.1\nset = { gain = 0.5 }\n\
+                 [[signal]]\nname = \"gain\"\nstart = 1.0\n";
+    for scheme in [
+        "scheme = \"nodal\"",
+        "scheme = \"constrained\"",
+        "method = \"galerkin\", order = 4",
+        "scheme = \"em-nodal\"",
+    ] {
+        for more in ["", event] {
+            if scheme.contains("em-") && !more.is_empty() {
+                continue;
+            }
+            let [a, b] = [&names, &sensed]
+                .map(|law| run(&links(scheme, &(measured.clone() + law + more))).unwrap());
+            let distance = apart(&a, &b);
+            println!("{scheme}: {distance:.1e}");
+            assert!(distance < 1e-12, "{scheme}: {distance:e}");
+        }
+    }
+}
+
+/// A block slides down a slope of 0.5 rad, with friction in proportion to the reaction of its
+/// guide, which is known from the first step on.
+#[test]
+fn friction_by_a_reaction_that_is_sampled() {
+    let text = heavy("slope", [0.0, 0.0, -9.81], "step = 0.01, end = 0.5")
+        + &body("block", 2.0, [0.1, 0.1, 0.1])
+        + &part("joint", "guide")
+        + &format!(
+            "type = \"prismatic\"\nparent = \"ground\"\nchild = \"block\"\nposition = [0.0, 0.0, 0.0]\naxis = [{:?}, 0.0, {:?}]\n",
+            f64::cos(0.5),
+            -f64::sin(0.5)
+        )
+        + &sensor("rail", "reaction", "guide")
+        + "frame = \"space\"\n"
+        + &sensor("speed", "joint_rate", "guide")
+        + &part("law", "friction")
+        + "joint = \"guide\"\neffort = \"-0.2*grip\"\n"
+        + &part("signal", "late")
+        + "delay = { of = \"hypot(rail.fx, rail.fz)\", time = 0.02 }\n"
+        + &part("signal", "grip")
+        + "every = 0.01\nvalue = \"hypot(rail.fx, rail.fz)\"\n";
+    let nodes = run(&text).unwrap();
+    let weight = 9.81 * 2.0 * f64::cos(0.5);
+    let (late, grip, speed) = (0, 1, 8 + 1);
+    for node in &nodes {
+        let held = if node.step == 0 { 0.0 } else { weight };
+        assert!((node.sensors[grip] - held).abs() < 1e-10, "{}: {}", node.step, node.sensors[grip]);
+        let held = if node.step <= 2 { 0.0 } else { weight };
+        assert!((node.sensors[late] - held).abs() < 1e-10, "{}: {}", node.step, node.sensors[late]);
+        let expected =
+            9.81 * (f64::sin(0.5) * node.t - 0.2 * f64::cos(0.5) * (node.t - 0.01).max(0.0));
+        let found = node.sensors[speed];
+        assert!((found - expected).abs() < 1e-10, "{}: {found} {expected}", node.step);
+    }
+}
+
+/// What is read as it was at the node before is that, and a part of the state of the run.
+#[test]
+fn what_is_measured_is_of_the_node_before_and_restarts_to_the_bit() {
+    let more = [
+        sensor("pin", "reaction", "shoulder"),
+        sensor("jolt", "acceleration", "lower"),
+        sensor("unit", "imu", "upper"),
+        sensor("done", "work", "motor"),
+        part("signal", "force")
+            + "every = 0.01\nvalue = \"0.5*last + pin.fx + jolt.z + unit.gy\"\n",
+        part("signal", "last_work") + "every = 0.005\nvalue = \"done\"\n",
+        part("signal", "last_spin") + "every = 0.005\nvalue = \"unit.gy\"\n",
+        part("signal", "late") + "delay = { of = \"pin.fz\", time = 0.0125 }\n",
+        part("law", "motor")
+            + "joint = \"elbow\"\neffort = \"0.01*force - 0.001*late - 0.3*v + last_work\"\n",
+    ]
+    .concat();
+    for scheme in
+        ["scheme = \"nodal\"", "scheme = \"constrained\"", "method = \"galerkin\", order = 4"]
+    {
+        let text = links(scheme, &more);
+        let text = match scheme.contains("galerkin") {
+            true => text.replace(
+                "delay = { of = \"pin.fz\", time = 0.0125 }",
+                "every = 0.01\nvalue = \"pin.fz\"",
+            ),
+            false => text,
+        };
+        restarts(&text);
+        let nodes = run(&text).unwrap();
+        let model = Model::from_toml(&text).unwrap();
+        let simulation = Simulation::new(&model).unwrap();
+        let column = |name: &str| {
+            simulation.sensors().columns().iter().position(|own| own.name() == name).unwrap()
+        };
+        for (held, of) in [("last_work", "done"), ("last_spin", "unit.gy")] {
+            let (held, of) = (column(held), column(of));
+            for pair in nodes.windows(2) {
+                let off = (pair[1].sensors[held] - pair[0].sensors[of]).abs();
+                assert!(off < 1e-12, "{scheme}: {off:e} at {}", pair[1].step);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_sensors_do_not_tell_is_refused_at_its_place() {
+    let measured = sensor("pin", "reaction", "shoulder") + &sensor("tip", "position", "lower");
+    let law = |effort: &str| {
+        format!("[[law]]\nname = \"motor\"\njoint = \"elbow\"\neffort = \"{effort}\"\n")
+    };
+    for (acting, key, why) in [
+        (law("-0.1*pin.fx"), "law.motor.effort", "`pin.fx` is known with the step that follows"),
+        (law("-0.1*pin.fx"), "law.motor.effort", "every = 0.005 and value = \\\"pin.fx\\\""),
+        (
+            law("u") + "[[signal]]\nname = \"u\"\nvalue = \"pin.fz\"\n",
+            "signal.u.value",
+            "known with the step",
+        ),
+        (law("tip.q"), "law.motor.effort", "it has tip.x, tip.y, tip.z"),
+        (
+            law("u") + "[[signal]]\nname = \"u\"\nevery = 0.01\nvalue = \"pin.q\"\n",
+            "signal.u.value",
+            "it has pin.fx",
+        ),
+    ] {
+        let text = links("scheme = \"nodal\"", &(measured.clone() + &acting));
+        let error = match Model::from_toml(&text) {
+            Err(error) => format!("{error:?}"),
+            Ok(model) => format!("{:?}", Simulation::new(&model).map(|_| ()).unwrap_err()),
+        };
+        println!("{error}");
+        assert!(error.contains(key) && error.contains(why), "{key}, {why}: {error}");
+    }
+}
