@@ -285,6 +285,15 @@ fn statics_takes_slopes_and_filters() {
     let distance = a.iter().zip(&b).map(|(a, b)| f64::abs(a - b)).fold(0.0, f64::max);
     println!("equilibria apart by {distance:.1e}");
     assert!(distance < 1e-9, "{distance:e}");
+    let measured = vi_testkit::model::sensor("effort", "effort", "a")
+        + &vi_testkit::model::sensor("first", "joint_coordinate", "shoulder")
+        + &vi_testkit::model::sensor("second", "joint_coordinate", "elbow");
+    let nodes = run(&(text("lag") + &measured)).unwrap();
+    let [lag, own, effort, first, second] = nodes.last().unwrap().sensors[..] else { panic!() };
+    let read = second + 0.1 * first;
+    println!("effort {effort} where it reads {read}");
+    assert!((lag - read).abs() < 1e-12 && (own - read).abs() < 1e-12);
+    assert!((effort - (-90.0 * first - 20.0 * read)).abs() < 1e-10 && effort.abs() > 1.0);
     let integral = text("lag") + "[[signal]]\nname = \"sum\"\nrate = \"elbow\"\n";
     let error = holonom::Statics::new(&Model::from_toml(&integral).unwrap()).unwrap_err();
     println!("{error:?}");

@@ -57,8 +57,12 @@ impl SignalGauge {
     /// Appends all numbers at a node with the velocity `v`; `at` has the internal variables of
     /// signals alone.
     pub(crate) fn read(&self, at: Configuration<'_>, v: &[f64], out: &mut Vec<f64>) {
+        let mut rest = Vec::new();
         let held = match at.internal {
-            [] => &*self.states.reading.start,
+            [] => {
+                self.states.rest(at, v, &mut rest);
+                &rest[..]
+            }
             listed => listed,
         };
         self.states.reading.read_inputs(at, v, held, |y| {

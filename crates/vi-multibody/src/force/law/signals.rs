@@ -48,6 +48,18 @@ impl SignalStates {
     pub fn new(reading: Reading, sampler: Arc<dyn Sampler>) -> Self {
         Self { reading, sampler, collocation: Mutex::default() }
     }
+
+    /// `out ←` the internal variables at a node of an equilibrium: states where they rest, held
+    /// values as at the start.
+    pub fn rest(&self, at: Configuration<'_>, v: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend(&*self.reading.start);
+        let at = Configuration { internal: &[], ..at };
+        self.reading.with_values_at_node(at, v, |work| {
+            let states = self.reading.states.iter().zip(work.middle());
+            states.for_each(|(place, state)| out[*place] = *state);
+        });
+    }
 }
 
 impl std::fmt::Debug for SignalStates {
