@@ -478,6 +478,7 @@ fn feeds_through(model: &Model, column: &Column) -> bool {
         | SensorKind::Distance
         | SensorKind::DistanceRate
         | SensorKind::Gap
+        | SensorKind::Clearance
         | SensorKind::JointCoordinate
         | SensorKind::JointRate
         | SensorKind::SectionForce

@@ -310,6 +310,7 @@ fn sensors() -> Case {
         along([0.0, 0.0, 1.0], "prismatic", "shaft", ["ground", "cage"], [0.0, 5.0, 0.0]),
         "limits = { lower = 0.0 }\n".into(),
         sensor("gap", "gap", "below"),
+        sensor("clearance", "clearance", "falls") + "to = \"slides\"\n",
         sensor("force", "contact_force", "under"),
         sensor("on_body", "contact_force", "rests"),
         sensor("slip", "slip", "under"),
@@ -322,6 +323,11 @@ fn sensors() -> Case {
         let t = run.t(run.last());
         let last = |name: &str| run.sensor(name, run.last());
         checks.near("gap", last("gap"), 0.8 - 0.5 * 9.81 * t * t, 1e-10);
+        // that of the wheel slows down by its friction
+        let speed = V::new(2.0, 1.0, 0.0);
+        let way = speed * t - speed.normalize() * (0.5 * 0.1 * 9.81 * t * t);
+        let between = V::new(3.0, 0.0, 0.2) + way - V::new(0.0, 0.0, 1.0 - 0.5 * 9.81 * t * t);
+        checks.near("clearance", last("clearance"), between.norm() - 0.4, 1e-4);
         let across = V::new(2.0, 1.0, 0.0).normalize() * (0.1 * 3.0 * 9.81);
         let force = V::new(0.0, 0.0, 3.0 * 9.81) - across;
         let weight = V::z() * (4.0 * 9.81);

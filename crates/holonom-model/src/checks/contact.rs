@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
-use vi_rigid::gap::is_smooth;
+use vi_rigid::gap::{ContactShape, is_smooth};
 
 use crate::checks::Checker;
 use crate::contact_pairs::{ContactPair, SideOfPair, may_touch};
 use crate::frames::start::is_ground;
 use crate::types::contact::{BodyNames, Contact, ContactPlane, ContactSide};
-use crate::{GROUND, Impact, Overlap, Shape};
+use crate::{Body, GROUND, Impact, Overlap, Shape};
 
 /// Most pairs of bodies of a model.
 const MAX_PAIRS: usize = 100_000;
 
 /// Shapes between which there is contact, in words.
-const AVAILABLE: &str = "all shapes but cones stand on planes; spheres and capsules touch one another and corners of meshes; spheres touch boxes and cylinders: state such shapes as `collision`";
+pub(super) const AVAILABLE: &str = "all shapes but cones stand on planes; spheres and capsules touch one another and corners of meshes; spheres touch boxes and cylinders: state such shapes as `collision`";
 
 /// Shapes between which there is compliant contact, in words.
 const COMPLIANT: &str = "with a `model` spheres, capsules, ellipsoids, boxes and meshes stand on planes; spheres and capsules touch one another, spheres touch boxes and cylinders: state such shapes as `collision`";
@@ -194,7 +194,7 @@ impl Checker<'_> {
             let (message, help) = if let Some(body) = bare {
                 let help = "add a `shape`, or `collision = [ … ]`";
                 (format!("`{}` has no shape", body.name), help.to_owned())
-            } else if let Some([a, b]) = self.unavailable(pair) {
+            } else if let Some([a, b]) = unavailable(pair) {
                 let names = [pair.a.name(), pair.b.name.as_str()];
                 let message = format!(
                     "the contact of a {a} (`{}`) with a {b} (`{}`) is not available",
@@ -211,29 +211,42 @@ impl Checker<'_> {
             }
         }
     }
+}
 
-    /// Shapes of a pair between which there is no contact.
-    fn unavailable(&self, pair: &ContactPair<'_>) -> Option<[String; 2]> {
-        let (rigid, axes) = (pair.contact.is_rigid(), Matrix3::identity());
-        let word = |shape: &Shape| format!("{:?}", shape.kind).to_lowercase();
-        let all = |shapes: &[Shape]| -> Vec<_> {
-            shapes.iter().map(|own| (word(own), own.contact_shape(&axes, Vec::new()))).collect()
-        };
-        let a = match pair.a {
-            SideOfPair::Plane(plane) => vec![("plane".into(), Some(plane.contact_shape(&axes)))],
-            SideOfPair::Body(body) => all(body.contact_shapes()),
-        };
-        for (a, of_a) in &a {
-            for (b, of_b) in all(pair.b.contact_shapes()) {
-                let touch = |(a, b)| match rigid {
-                    true => may_touch(a, b),
-                    false => is_smooth(a, b),
-                };
-                if !of_a.as_ref().zip(of_b.as_ref()).is_some_and(touch) {
-                    return Some([a.clone(), b]);
-                }
-            }
+/// Shapes with their words; `None` where one touches nothing.
+type Shapes = Vec<(String, Option<ContactShape>)>;
+
+fn shapes_with_words(shapes: &[Shape]) -> Shapes {
+    let word = |shape: &Shape| format!("{:?}", shape.kind).to_lowercase();
+    let form = |own: &Shape| own.contact_shape(&Matrix3::identity(), Vec::new());
+    shapes.iter().map(|own| (word(own), form(own))).collect()
+}
+
+/// The first shapes of two sides that have no contact.
+fn first_apart(
+    [a, b]: [&Shapes; 2],
+    touch: fn(&ContactShape, &ContactShape) -> bool,
+) -> Option<[String; 2]> {
+    let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
+    let mut apart = pairs
+        .filter(|((_, a), (_, b))| !a.as_ref().zip(b.as_ref()).is_some_and(|(a, b)| touch(a, b)));
+    apart.next().map(|((a, _), (b, _))| [a.clone(), b.clone()])
+}
+
+/// Shapes of a pair between which there is no contact.
+fn unavailable(pair: &ContactPair<'_>) -> Option<[String; 2]> {
+    let a = match pair.a {
+        SideOfPair::Plane(plane) => {
+            vec![("plane".into(), Some(plane.contact_shape(&Matrix3::identity())))]
         }
-        None
-    }
+        SideOfPair::Body(body) => shapes_with_words(body.contact_shapes()),
+    };
+    let b = shapes_with_words(pair.b.contact_shapes());
+    first_apart([&a, &b], if pair.contact.is_rigid() { may_touch } else { is_smooth })
+}
+
+/// Shapes of two bodies between which there is no gap.
+pub(super) fn without_gap(a: &Body, b: &Body) -> Option<[String; 2]> {
+    let [a, b] = [a, b].map(|body| shapes_with_words(body.contact_shapes()));
+    first_apart([&a, &b], may_touch)
 }

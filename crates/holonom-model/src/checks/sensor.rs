@@ -1,6 +1,7 @@
 //! Checks of sensors.
 
 use crate::checks::Checker;
+use crate::checks::contact::{AVAILABLE, without_gap};
 use crate::observed::Observed;
 use crate::quantity::Quantities;
 use crate::types::beam::Beam;
@@ -47,6 +48,7 @@ impl Checker<'_> {
             SensorKind::Reaction => self.reference(of, &sensor.of, &["joint", "bar"]),
             SensorKind::Slip if self.model.contact(&sensor.of).is_some() => {}
             SensorKind::Gap => self.reference(of, &sensor.of, &["contact"]),
+            SensorKind::Clearance => self.sensor_clearance(key, sensor),
             SensorKind::ContactForce => {
                 if self.refers(of.clone(), &sensor.of, &["contact", "body"]) {
                     self.sensor_touches(of, &sensor.of);
@@ -195,14 +197,53 @@ impl Checker<'_> {
         }
     }
 
+    /// Two bodies whose shapes have a gap.
+    fn sensor_clearance(&mut self, key: &str, sensor: &Sensor) {
+        let (of, at) = (format!("{key}.of"), format!("{key}.to"));
+        let Some(to) = &sensor.to else {
+            self.reference(of, &sensor.of, &["body"]);
+            let message = "the sensor does not say to what the clearance is".to_owned();
+            return self.report(key, message, "add `to = \"…\"`, a body with a shape");
+        };
+        let known = self.refers(of.clone(), &sensor.of, &["body"]);
+        if !known || !self.refers(at.clone(), to, &["body"]) {
+            return;
+        }
+        if *to == sensor.of {
+            return self.report(at, "both are the same body".to_owned(), "name another body");
+        }
+        let bodies = [(of, &sensor.of), (at.clone(), to)];
+        for (at, name) in &bodies {
+            let Some(body) = self.model.body(name) else {
+                let message = format!("`{name}` is a node of a beam: it has no shape");
+                let help = "weld a body with a shape to it, and name that";
+                return self.report(at.clone(), message, help);
+            };
+            if body.contact_shapes().is_empty() {
+                let message = format!("`{name}` has no shape");
+                let help = "add a `shape`, or `collision = [ … ]`, to the [[body]]";
+                return self.report(at.clone(), message, help);
+            }
+        }
+        let [a, b] = bodies.map(|(_, name)| self.model.body(name));
+        if let Some([a, b]) = a.zip(b).and_then(|(a, b)| without_gap(a, b)) {
+            let message = format!("there is no gap between a {a} and a {b}");
+            self.report(at, message, AVAILABLE);
+        }
+    }
+
     /// The far end of a distance.
     fn sensor_end(&mut self, key: &str, sensor: &Sensor) {
         for (name, stated) in [("to", sensor.to.is_some()), ("point_to", sensor.point_to.is_some())]
         {
-            if stated && !sensor.kind.is_distance() {
+            let is_end = name == "to" && sensor.kind == SensorKind::Clearance;
+            if stated && !is_end && !sensor.kind.is_distance() {
                 let message = format!("`{name}` is only for distances");
                 return self.report(format!("{key}.{name}"), message, format!("remove `{name}`"));
             }
+        }
+        if sensor.kind == SensorKind::Clearance {
+            return;
         }
         let Some(to) = &sensor.to else {
             if sensor.point_to.is_some() {

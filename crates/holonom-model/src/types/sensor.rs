@@ -71,6 +71,9 @@ pub enum SensorKind {
     Slip,
     /// Of a `[[contact]]`: the smallest gap, m; negative where shapes overlap.
     Gap,
+    /// Between the shapes of a body and of the body `to`, which touch nothing by that: the smallest
+    /// gap, m; negative where they overlap.
+    Clearance,
     /// Of a `[[contact]]`: the sum of its forces on the bodies of `b`, in space, N; of a body the
     /// sum of all forces of contacts on it.
     ContactForce,
@@ -213,7 +216,8 @@ pub struct Sensor {
     /// `angular_velocity` is given, as an observer on it sees it; by default space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen_from: Option<String>,
-    /// The other end of a `distance`: a body, a node of a beam, a particle or the ground.
+    /// The other end of a `distance`: a body, a node of a beam, a particle or the ground; of a
+    /// `clearance` the other body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<String>,
     /// The point at `to`, m: body components from the centre of mass; of the ground in space.

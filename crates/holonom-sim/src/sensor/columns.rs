@@ -171,6 +171,7 @@ impl<'a> SensedParts<'a> {
                 _ => named(&[""], "slip", "m/s"),
             },
             SensorKind::Gap => named(&[""], "gap", "m"),
+            SensorKind::Clearance => named(&[""], "clearance", "m"),
             SensorKind::ContactForce => named(&REACTION[..3], "force", "N"),
             SensorKind::StopForce | SensorKind::FrictionTorque => {
                 let joint = self.joints.get(of);

@@ -57,6 +57,7 @@ use crate::dynamics::Dynamics;
 use crate::run::run_state::same_length;
 use crate::stepper::Wanted;
 use crate::system::beams::Beams;
+use crate::system::contact::clearance;
 use crate::system::contact_origin::ContactOrigin;
 use crate::system::names::Names;
 use crate::system::signal::output::{SignalGauge, SignalNetwork};
@@ -747,6 +748,10 @@ impl Builder<'_> {
             }
             SensorKind::Slip => slip_of(self.mechanism, self.scalar(of)?)?,
             SensorKind::Gap => Gauge::Contact(ContactGauge::gap(self.contacts, of)),
+            SensorKind::Clearance => {
+                let bodies = [of, sensor.to.as_deref()?];
+                Gauge::Contact(ContactGauge::Gap(clearance(bodies, self.names)?))
+            }
             SensorKind::ContactForce => Gauge::Contact(ContactGauge::force(self.contacts, of)),
             SensorKind::StopForce => Gauge::Contact(ContactGauge::joint(self.contacts, of, true)?),
             SensorKind::FrictionTorque => {

@@ -159,6 +159,24 @@ fn rigid(of: &ContactPair<'_>, frames: [FrameId; 2], pair: Pair) -> ShapeContact
     }
 }
 
+/// The gaps between all shapes of two bodies, which do not touch by that; `None` where there is
+/// none.
+pub(crate) fn clearance(bodies: [&str; 2], names: &Names<'_>) -> Option<Vec<ShapeElement>> {
+    let mut known = BTreeMap::new();
+    let [a, b] = bodies.map(|name| names.model.body(name));
+    let [on_a, on_b] = [a?, b?].map(|body| shapes_of_body(body, names, &mut known));
+    let frames = bodies.map(|name| names.frame(name));
+    let both = on_a.iter().flat_map(|a| on_b.iter().map(move |b| [a.clone(), b.clone()]));
+    let element = |[a, b]: [ContactShape; 2]| {
+        let pair = Pair::new(a, b).ok()?;
+        let (name, source) = (bodies.join("–"), String::new());
+        let size = pair.extent().max(f64::MIN_POSITIVE);
+        let law = ContactLaw::Frictionless { restitution: 0.0 };
+        Some(ShapeElement::Rigid(Arc::new(ShapeContact { name, source, size, pair, frames, law })))
+    };
+    both.map(element).collect()
+}
+
 /// The law of a contact with a `model`.
 fn compliant_law(contact: &Contact) -> Option<CompliantLaw> {
     let model = contact.model?;
