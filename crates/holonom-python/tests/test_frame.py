@@ -2,8 +2,10 @@
 
 import shutil
 import subprocess
+import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -32,20 +34,62 @@ ASKED = """<script>addEventListener("load", () => {
 });</script>"""
 
 
-def test_a_notebook_gets_the_frame_and_a_still(double: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    shell = pytest.importorskip("IPython.core.getipython")
-    monkeypatch.setattr(shell, "get_ipython", lambda: object())
+class Notebook:
+    """What a notebook has of a cell."""
+
+    kernel = None
+    execution_count = 1
+
+
+@pytest.fixture
+def shown(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """What a notebook shows."""
+    core = pytest.importorskip("IPython.core.getipython")
+    monkeypatch.setattr(core, "get_ipython", Notebook)
+    found: list[Any] = []
+    monkeypatch.setattr("IPython.display.display", lambda own, **options: found.append(own))
+    return found
+
+
+def test_a_notebook_gets_the_frame_and_a_still(double: str, shown: list[Any]) -> None:
     result = hn.simulate(hn.Model.from_toml(double), end=0.02)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        page = result.view()
+        hn.view(result)  # wherever it stands in a cell
+    (page,) = shown
     assert isinstance(page, Page)
     bundle = page._repr_mimebundle_()
     assert list(bundle)[0] == "text/html" and bundle["text/html"] == frame(page.html)
     assert bundle["image/svg+xml"].startswith("<svg") and "double" in bundle["image/svg+xml"]
     assert len(bundle["text/plain"]) < 100 and len(result._repr_html_()) < 5000  # notebooks stay small
-    modes = hn.modes(hn.Model.from_toml(double), at="static", count=1)
-    assert list(modes.view()._repr_mimebundle_()) == ["text/html", "text/plain"]
+    hn.modes(hn.Model.from_toml(double), at="static", count=1).view()
+    assert list(shown[1]._repr_mimebundle_()) == ["text/html", "text/plain"]
+
+
+def test_a_terminal_with_ipython_has_a_browser(
+    double: str, shown: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr(Notebook, "kernel")
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    hn.simulate(hn.Model.from_toml(double), end=0.02).view()
+    assert len(opened) == 1 and not shown
+
+
+def test_a_drawing_of_a_cell_is_shown_once(
+    double: str, shown: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without matplotlib: whether it is the last of a cell or not."""
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    result = hn.simulate(hn.Model.from_toml(double), end=0.02)
+    drawings = [result.plot("angle"), result.plot("kinetic")]
+    assert shown == drawings  # IPython asks them, of which cell they are
+    shown.clear()
+    drawings[1]._ipython_display_()  # as the last of this cell
+    assert not shown
+    monkeypatch.setattr(Notebook, "execution_count", 2)
+    drawings[0]._ipython_display_()  # in another cell
+    assert len(shown) == 1 and shown[0]["image/svg+xml"] == drawings[0].svg
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium")

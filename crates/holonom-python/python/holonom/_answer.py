@@ -58,11 +58,11 @@ class Analysis(Answer):
         """The page, as the program writes it: HTML that needs no other file."""
         return self._page()
 
-    def view(self) -> Any:
+    def view(self) -> None:
         """Shows the page: in a notebook a frame, elsewhere the browser."""
         from ._page import show
 
-        return show(self.page(), str(self["model"]))
+        show(self.page(), str(self["model"]))
 
 
 def interruptible(

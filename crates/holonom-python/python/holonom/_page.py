@@ -23,7 +23,7 @@ class Page:
 
 
 class Drawing:
-    """A drawing, which a notebook shows.
+    """A drawing, which a notebook shows: wherever in a cell it is made, as those of matplotlib, once.
 
     Attributes
     ----------
@@ -32,6 +32,20 @@ class Drawing:
 
     def __init__(self, svg: str, name: str) -> None:
         self.svg, self.name = svg, name
+        self._cell: Any = None  # that has shown it
+
+    def _draw(self) -> Drawing:
+        """Shows it in the cell of a notebook that makes it."""
+        notebook = shell()
+        if notebook is not None:
+            display(self)
+            self._cell = getattr(notebook, "execution_count", None)
+        return self
+
+    def _ipython_display_(self) -> None:
+        notebook = shell()
+        if self._cell is None or getattr(notebook, "execution_count", None) != self._cell:
+            display({"image/svg+xml": self.svg, "text/plain": repr(self)}, raw=True)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the SVG to a file."""
@@ -48,17 +62,29 @@ class Drawing:
         return f"<holonom.Drawing of {self.name!r}>"
 
 
-def show(html: str, name: str, still: str | None = None) -> Any:
-    """In a notebook the frame of a page, elsewhere the browser; ``name`` of its file."""
+def shell() -> Any:
+    """The notebook that this runs in; ``None`` elsewhere, in a terminal with IPython too."""
     try:
         from IPython.core.getipython import get_ipython  # type: ignore[import-not-found,unused-ignore]
-
-        if get_ipython() is not None:
-            return Page(html, still)
     except ImportError:
-        pass
-    in_browser(html, f"{name}.html")
-    return None
+        return None
+    found = get_ipython()
+    return found if hasattr(found, "kernel") else None
+
+
+def display(what: Any, **options: Any) -> None:
+    """Shows something in the present cell."""
+    from importlib import import_module
+
+    import_module("IPython.display").display(what, **options)
+
+
+def show(html: str, name: str, still: str | None = None) -> None:
+    """In a notebook the frame of a page, elsewhere the browser; ``name`` of its file."""
+    if shell() is None:
+        in_browser(html, f"{name}.html")
+    else:
+        display(Page(html, still))
 
 
 def in_browser(content: str, name: str) -> None:

@@ -454,7 +454,7 @@ class Result:
             code, said = _core.plot(folder, ",".join(names), str(file))
             if code != 0:
                 raise HolonomError(said.strip(), "pip install matplotlib")
-            return Drawing(file.read_text(encoding="utf-8"), self.model.name)
+            return Drawing(file.read_text(encoding="utf-8"), self.model.name)._draw()
 
     def page(self) -> str:
         """The page of the run, as ``holonom run`` writes it: HTML that needs no other file.
@@ -535,7 +535,7 @@ class Result:
             self._run_into(place)
             yield place
 
-    def view(self) -> Any:
+    def view(self) -> None:
         """Shows the page: in a notebook a frame, with a still of the first node for viewers that
         have no frames; elsewhere the browser."""
         from pathlib import Path
@@ -547,7 +547,7 @@ class Result:
             page = Path(_core.write_page(folder)).read_text(encoding="utf-8")
             still = Path(place) / "still.svg"
             _core.export(folder, "svg", str(still), 1)
-            return show(page, self.model.name, still.read_text(encoding="utf-8"))
+            show(page, self.model.name, still.read_text(encoding="utf-8"))
 
     def __len__(self) -> int:
         return len(self.t)

@@ -139,7 +139,7 @@ def import_robot(
     return Imported(Model.from_toml(text, folder), text, remarks)
 
 
-def view(what: Any) -> Any:
+def view(what: Any) -> None:
     """Shows a page: in a notebook in a frame, elsewhere in the browser.
 
     Parameters
@@ -149,10 +149,10 @@ def view(what: Any) -> Any:
     if isinstance(what, (str, PathLike)):
         from ._result import open_folder
 
-        return open_folder(what).view()
+        what = open_folder(what)
     if not hasattr(what, "view"):
         raise TypeError(f"view: a folder, a result or an analysis, not {type(what).__name__}")
-    return what.view()
+    what.view()
 
 
 @no_panic
