@@ -14,11 +14,14 @@ use pyo3::exceptions::{PyBaseException, PyRuntimeError};
 use pyo3::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+use std::time::{Duration, Instant};
 
 /// Members of the widest lanes: those of a thread are a multiple of it.
 const LANES: usize = 8;
-/// Steps of all members between two questions whether to go on.
+/// Steps of all members between the first two questions whether to go on.
 const PORTION: usize = 4096;
+/// The time between later ones: members enter their lanes and leave them once in between.
+const PAUSE: Duration = Duration::from_millis(20);
 
 /// What a rollout is asked for.
 #[derive(FromPyObject)]
@@ -92,7 +95,7 @@ impl Share<'_> {
     ) -> Vec<usize> {
         let count = self.inputs.len();
         let mut is_lost = vec![false; count];
-        let portion = (PORTION / count.max(1)).max(1);
+        let mut portion = (PORTION / count.max(1)).max(1);
         let (mut n, mut node, mut values) = (0, 0, Vec::new());
         loop {
             if plan.records(n) {
@@ -125,7 +128,11 @@ impl Share<'_> {
                     hold(inputs, rows.of(self.first + k, n));
                 }
             }
+            let begin = Instant::now();
             self.members.step(ahead as u64);
+            if ahead == portion && begin.elapsed() < PAUSE / 2 {
+                portion *= 2;
+            }
             n += ahead;
             self.members.failed().for_each(|k| is_lost[k] = true);
         }

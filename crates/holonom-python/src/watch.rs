@@ -9,16 +9,27 @@ use std::time::{Duration, Instant};
 /// How often Python is asked.
 const PERIOD: Duration = Duration::from_millis(50);
 
+/// Calls between two looks at the clock that are shorter than this are doubled.
+const SHORT: Duration = Duration::from_micros(500);
+/// The most of them.
+const MOST_UNSEEN: u32 = 63;
+
 /// Asks Python now and then whether to go on.
+///
+/// To read the clock takes a twentieth of a short step: several of these are taken for each look.
 pub(crate) struct Watch {
     progress: Option<Py<PyAny>>,
     next: Instant,
+    looked: Instant,
+    unseen: u32, // calls between two looks
+    left: u32,   // of them
     stopped: Option<PyErr>,
 }
 
 impl Watch {
     pub(crate) fn new(progress: Option<Py<PyAny>>) -> Self {
-        Self { progress, next: Instant::now() + PERIOD, stopped: None }
+        let now = Instant::now();
+        Self { progress, next: now + PERIOD, looked: now, unseen: 0, left: 0, stopped: None }
     }
 
     /// Whether to go on, after `step` of `of` steps.
@@ -26,8 +37,16 @@ impl Watch {
         if self.stopped.is_some() {
             return false;
         }
+        let is_last = step >= of && self.progress.is_some();
+        if self.left > 0 && !is_last {
+            self.left -= 1;
+            return true;
+        }
         let now = Instant::now();
-        if now < self.next && (step < of || self.progress.is_none()) {
+        let is_short = now.duration_since(self.looked) < SHORT;
+        self.unseen = if is_short { (2 * self.unseen + 1).min(MOST_UNSEEN) } else { 0 };
+        (self.looked, self.left) = (now, self.unseen);
+        if now < self.next && !is_last {
             return true;
         }
         self.next = now + PERIOD;
