@@ -192,6 +192,110 @@ fn what_does_not_rotate_steadily_is_refused_by_name() {
     }
 }
 
+/// The shaft lies across gravity, its axis z.
+fn lying(text: &str, name: &str) -> String {
+    let head = format!("name = \"{name}\", gravity = [-0.05, 0.0, 0.0] }}");
+    changed(text, &format!("name = \"{name}\" }}"), &head)
+}
+
+/// In space, where the bearings stand, a round shaft under its weight has the whirl of the closed
+/// form without the speed taken off.
+#[test]
+fn a_lying_shaft_whirls_in_space_as_its_closed_form() {
+    let (inertia, speed) = (5e-3, 6.0);
+    let [coarse, report] = [16, 32].map(|n| {
+        let own = model(&lying(&shaft(speed, n), "shaft"), &[("simulation.start", "\"relaxed\"")]);
+        modes(&own, About::Motion, 5)
+    });
+    assert!(report.rotation.is_none(), "{:?}", report.rotation);
+    assert_eq!(report.motion.as_ref().unwrap().spins.len(), 33);
+    let both = vibrations(&coarse).into_iter().zip(vibrations(&report));
+    let found: Vec<f64> = both.map(|(coarse, fine)| fine + (fine - coarse) / 3.0).collect();
+    let square = PI.powi(2);
+    let (a, b, c) = (1.0 + inertia * square, inertia * square * speed, square * square);
+    let root = (b * b + a * c).sqrt();
+    println!("found {found:.6?}, exact {:.6} {:.6}", (root - b) / a, (root + b) / a);
+    for exact in [(root - b) / a, (root + b) / a] {
+        let off = found.iter().map(|f| (f / exact - 1.0).abs()).fold(f64::INFINITY, f64::min);
+        assert!(off < 2e-5, "{exact}: {off:e}");
+    }
+    assert_eq!(report.unstable, 0);
+    // a run begins as the shaft spins for ever: it stays as it sags
+    let range = |start: &str| {
+        let own =
+            [("simulation.start", start), ("simulation.step", "0.002"), ("simulation.end", "0.5")];
+        elastic(&model(&lying(&shaft(speed, 16), "shaft"), &own))
+    };
+    let ([low, high], stated) = (range("\"relaxed\""), range("\"stated\""));
+    println!("elastic energy {low:e} to {high:e} J, stated {stated:?}");
+    assert!(low > 0.0 && high - low < 1e-3 * (stated[1] - stated[0]), "{low:e} {high:e}");
+}
+
+/// A stiff rod of 2 m, 2 kg that spins about its axis z in two bearings, `k` across at each end.
+fn rod(speed: f64, [k_x, k_y]: [f64; 2], unround: f64) -> String {
+    let bearing = |name: &str, node: &str, z: f64| {
+        format!(
+            "[[bushing]]\nname = \"{name}\"\nfrom = \"ground\"\nto = \"rod.{node}\"\n\
+             position = [0.0, 0.0, {z:?}]\nrotation = \"tilt\"\n\
+             stiffness = [{k_x:?}, {k_y:?}, 1e3, 0.0, 0.0, 0.0]\n"
+        )
+    };
+    [
+        head("rod", "step = 0.001, end = 0.2"),
+        beam("rod", &[[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], 4) + "normal = [1, 0, 0]\n",
+        format!("angular_velocity = [0, 0, {speed:?}]\n"),
+        section([1e9, 1e9, 1e9, 1e9, (1.0 + unround) * 1e9, 1e9], [1.0, 0.05, 0.05]),
+        bearing("lower", "start", -1.0),
+        bearing("upper", "end", 1.0),
+    ]
+    .concat()
+}
+
+/// `m λ² + 2k = 0` across; `(J_t λ² + 2k_x a²)(J_t λ² + 2k_y a²) + (J_a w λ)² = 0` for the tilt.
+#[test]
+fn a_lying_rotor_in_unequal_bearings_whirls_as_its_closed_form() {
+    let (speed, k, m) = (40.0_f64, [400.0, 900.0_f64], 2.0_f64);
+    let (across, axial) = (m / 3.0 + 0.05 * 2.0, 0.2_f64);
+    let mut exact: Vec<f64> = k.iter().map(|k| (2.0 * k / m).sqrt()).collect();
+    let (a, b) = (across * across, across * 2.0 * (k[0] + k[1]) + (axial * speed).powi(2));
+    let root = (b * b - 16.0 * a * k[0] * k[1]).sqrt();
+    exact.extend([((b - root) / (2.0 * a)).sqrt(), ((b + root) / (2.0 * a)).sqrt()]);
+    let own = model(&lying(&rod(speed, k, 0.0), "rod"), &[("simulation.start", "\"relaxed\"")]);
+    let report = modes(&own, About::Motion, 8);
+    let found = vibrations(&report);
+    println!("found {found:.6?}\nexact {exact:.6?}");
+    for exact in &exact {
+        let off = found.iter().map(|f| (f / exact - 1.0).abs()).fold(f64::INFINITY, f64::min);
+        assert!(off < 1e-5, "{exact}: {off:e}");
+    }
+    assert_eq!(report.unstable, 0);
+}
+
+/// What stands in space is named where the rotor turns as a whole, and where it is not alike in
+/// all directions.
+#[test]
+fn what_stands_in_space_is_named() {
+    let damper = "[[spring]]\nname = \"damper\"\nfrom = \"ground\"\nto = \"rod.start\"\n\
+                  point_from = [1.0, 0.0, -1.0]\nstiffness = 0.0\ndamping = 2.0\n";
+    for (unround, about) in [(0.0, About::Rotation), (0.5, About::Rotation), (0.5, About::Motion)] {
+        let even = rod(40.0, [400.0; 2], unround);
+        for (text, word) in [
+            (lying(&even, "rod"), "the weight"),
+            (rod(40.0, [400.0, 900.0], unround), "a spring or a bushing"),
+            (even.clone() + damper, "`damper`"),
+        ] {
+            let found = ModalAnalysis::new(&model(&text, &[]), about);
+            let message = found.err().map(|error| error.to_string()).unwrap_or_default();
+            println!("{message}");
+            let (turn, go) = ("do not turn with the system: ", "do not move with the system: ");
+            let own = [turn, go].iter().any(|words| message.contains(&format!("{words}{word}")));
+            assert!(own, "{unround}, {about:?}: {message}");
+        }
+        // alike bearings do turn with any shaft
+        assert!(ModalAnalysis::new(&model(&even, &[]), about).is_ok(), "{unround}, {about:?}");
+    }
+}
+
 /// Extremes of the elastic energy of a run.
 fn elastic(model: &Model) -> [f64; 2] {
     let mut run = Simulation::new(model).unwrap();

@@ -113,9 +113,9 @@ pub(crate) fn failure(error: Option<ModesError>) -> Failure {
             message,
             help: "a steady rotation needs joints, supports and forces that are the same from all directions \
                    about its axis; state it by the initial velocities or the `rate` of a joint; with gravity across \
-                   the axis, and with unequal bearings, the equations are periodic: their modes need Floquet's theory, \
-                   or Coleman's coordinates where the rotor itself is alike in all directions, neither of which is \
-                   there; run the motion in time"
+                   the axis, and with unequal bearings, take the modes in space, --at motion, where the rotor itself \
+                   is alike in all directions about its axis; where neither is, the equations are periodic and need \
+                   Floquet's theory, which is not there: run the motion in time"
                 .into(),
         },
     }

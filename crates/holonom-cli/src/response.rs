@@ -83,7 +83,8 @@ pub(crate) fn failure(error: Option<ResponseError>) -> Failure {
                 }
                 Some(ResponseError::InRotation(_)) => {
                     "excite by a load; what is fixed in space, as gravity across the axis or a base motion, makes the equations in \
-                     the rotating frame periodic (Floquet), and unequal bearings too: run the motion in time"
+                     the rotating frame periodic (Floquet), and unequal bearings too: run the motion in time, or take the \
+                     modes in space of a rotor that is alike in all directions, holonom modes --at motion"
                 }
                 _ => {
                     "inputs are load.NAME, base.x=AMPLITUDE and unbalance.BODY.z=U, with names of the model"

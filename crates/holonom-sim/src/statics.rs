@@ -353,8 +353,7 @@ impl Statics {
     /// [`SteadyMotionError`].
     pub(crate) fn in_own_motion(self) -> Result<(Self, SteadyMotion), SteadyMotionError> {
         let (q, v) = (self.mechanism.initial_configuration(), self.mechanism.initial_velocity());
-        let motion = SteadyMotion::of_velocities(&self.mechanism, &q, &v)?;
-        self.problem.admits_motion(&motion)?;
+        let motion = self.problem.steady_motion(&q, &v)?;
         let problem = self.problem.in_motion(&motion);
         Ok((Self { problem, ..self }, motion))
     }

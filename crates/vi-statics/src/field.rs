@@ -11,9 +11,10 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use vi_constraints::Constraints;
-use vi_core::Configuration;
+use vi_core::force::Source;
 use vi_core::linear::norm_inf;
 use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::{Configuration, SeparableSystem};
 use vi_multibody::mechanism::{Description, Mechanism};
 use vi_multibody::sparse_nodal::VelocityLayout;
 use vi_rigid::directors::{self, FRAME};
@@ -89,6 +90,72 @@ pub(crate) fn apart(a: &[f64], b: &[f64]) -> f64 {
 /// A number of the size of 1 for each index, in no symmetry.
 pub(crate) fn scatter(k: usize) -> f64 {
     (1.0 + k as f64).sqrt().fract() - 0.5
+}
+
+/// Whether all forces beside a configuration are the same after a displacement, loads and what
+/// follows a reference at `t = 0` or at the time of `after`; what is not, in words. Constant forces
+/// and those that are no elastic forces of strains are judged by themselves, too: beside stiff
+/// parts they would not be seen.
+pub(crate) fn forces_go_along(
+    system: &SeparableSystem,
+    [before, after]: [Configuration<'_>; 2],
+    field: &Field,
+    displaced: &AxisRotation,
+) -> Result<(), String> {
+    // where a configuration is free of forces, their gradients have to go along as well
+    const ASIDE: f64 = 1e-3;
+    let weight = system.constant_force();
+    if apart(&displaced.of_vectors(&weight), &weight) > EQUAL {
+        return Err("the weight".to_owned());
+    }
+    let aside = |(k, q): (usize, &f64)| q + ASIDE * scatter(k);
+    let near: Vec<f64> = before.q.iter().enumerate().map(aside).collect();
+    let there = displaced.of_configuration(&near);
+    let net = |at: Configuration<'_>, beside_strains: bool| {
+        let (mut v, mut out) = (vec![0.0; at.q.len()], vec![0.0; at.q.len()]);
+        field.velocity(at.q, &mut v);
+        match beside_strains {
+            true => system.net_force_beside_strains(at, &v, &mut out),
+            false => system.net_force(at, &v, &mut out),
+        }
+        out
+    };
+    let before = Configuration { q: &near, ..before };
+    let same = |t: f64| {
+        let after = Configuration { t, q: &there, ..after };
+        let apart =
+            |beside| apart(&displaced.of_vectors(&net(before, beside)), &net(after, beside));
+        apart(false) <= EQUAL && apart(true) <= EQUAL
+    };
+    if same(0.0) || same(after.t) {
+        return Ok(());
+    }
+    Err(unlike(system, [before, Configuration { t: 0.0, q: &there, ..after }], displaced))
+}
+
+/// What of the forces is not the same after a displacement, in words: a force by its name, or a
+/// potential. A force that goes along has the same power with velocities that do.
+fn unlike(
+    system: &SeparableSystem,
+    [before, after]: [Configuration<'_>; 2],
+    displaced: &AxisRotation,
+) -> String {
+    let v: Vec<f64> = (0..before.q.len()).map(scatter).collect();
+    let mut scratch = vec![0.0; v.len()];
+    let mut powers = |at: Configuration<'_>, v: &[f64]| {
+        let mut out = vec![0.0; system.sources().len()];
+        system.add_power(at, v, 1.0, &mut scratch, &mut out);
+        out
+    };
+    let (here, there) = (powers(before, &v), powers(after, &displaced.of_vectors(&v)));
+    let all = here.iter().zip(&there).zip(system.sources());
+    let named = all.filter(|((here, there), _)| (*here - *there).abs() > EQUAL * here.abs());
+    let mut names = named.map(|(_, source)| match source {
+        Source::Element(name) if name.is_empty() => "a force".to_owned(),
+        Source::Element(name) => format!("`{name}`"),
+        Source::System(words) => (*words).to_owned(),
+    });
+    names.next().unwrap_or_else(|| "a spring or a bushing".to_owned())
 }
 
 /// Which coordinates are those of points.

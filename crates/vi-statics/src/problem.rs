@@ -136,16 +136,17 @@ impl StaticProblem {
         self
     }
 
-    /// Whether masses, constraints and forces are the same in the frame that moves steadily.
+    /// The steady motion that the velocities `v` at the configuration `q` are: masses, constraints
+    /// and forces are the same in the frame that moves.
     ///
     /// # Errors
     /// [`SteadyMotionError`].
-    pub fn admits_motion(&self, motion: &SteadyMotion) -> Result<(), SteadyMotionError> {
-        motion.check(&self.work.system, &self.work.mechanism, &self.work.s.q0)
+    pub fn steady_motion(&self, q: &[f64], v: &[f64]) -> Result<SteadyMotion, SteadyMotionError> {
+        SteadyMotion::of_velocities(&self.work.system, &self.work.mechanism, q, v)
     }
 
     /// In a steady motion: small motions are then those of the frame that moves. Premise:
-    /// [`StaticProblem::admits_motion`].
+    /// [`StaticProblem::steady_motion`].
     #[must_use]
     pub fn in_motion(mut self, motion: &SteadyMotion) -> Self {
         self.work.move_steadily(motion);

@@ -16,7 +16,7 @@
 #![allow(non_snake_case)] // W
 
 use crate::field::{
-    AxisRotation, EQUAL, Field, Movement, Places, apart, check_constraints, scatter,
+    AxisRotation, Field, Movement, Places, apart, check_constraints, forces_go_along,
 };
 use nalgebra::{Matrix3, Vector3};
 use vi_constraints::Constraints;
@@ -48,11 +48,8 @@ pub enum RotationError {
     #[error("`{0}` does not let the whole system rotate about the axis")]
     Constraint(String),
     /// A force changes its direction in the frame that rotates.
-    #[error(
-        "the forces do not turn with the system: the weight, a load, a spring or a damper acts from a direction fixed in \
-         space"
-    )]
-    Force,
+    #[error("the forces do not turn with the system: {0} acts from a direction fixed in space")]
+    Force(String),
 }
 
 /// Velocities that differ from a rotation by more than this part of the largest are none.
@@ -124,7 +121,8 @@ impl SteadyRotation {
 
     /// A turn about its axis by an angle, rad.
     pub(crate) fn turn(&self, description: &Description, angle: f64) -> AxisRotation {
-        AxisRotation::about(self.velocity.normalize(), self.point, description, angle)
+        let axis = self.velocity.try_normalize(0.0).unwrap_or_else(Vector3::z);
+        AxisRotation::about(axis, self.point, description, angle)
     }
 
     /// The same axis with another angular velocity, rad/s; the axis of a system at rest is `z`.
@@ -160,24 +158,6 @@ impl SteadyRotation {
         let field = self.field(mechanism.description());
         check_constraints(mechanism, [before, after], (&field, &turn), speed)
             .map_err(RotationError::Constraint)?;
-        let net = |at: Configuration<'_>| {
-            let (mut v, mut out) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-            field.velocity(at.q, &mut v);
-            system.net_force(at, &v, &mut out);
-            out
-        };
-        // beside the configuration, where it may be free of forces: their gradients have to turn as
-        // well
-        const ASIDE: f64 = 1e-3;
-        let near: Vec<f64> = q.iter().enumerate().map(|(k, q)| q + ASIDE * scatter(k)).collect();
-        let here = net(Configuration { q: &near, ..before });
-        let (here, near) = (turn.of_vectors(&here), turn.of_configuration(&near));
-        // loads count as they are at t = 0; what follows a reference is judged at the time of the
-        // turn
-        let turns = |t: f64| apart(&here, &net(Configuration { t, q: &near, ..after })) <= EQUAL;
-        if !turns(0.0) && !turns(t) {
-            return Err(RotationError::Force);
-        }
-        Ok(())
+        forces_go_along(system, [before, after], &field, &turn).map_err(RotationError::Force)
     }
 }

@@ -7,12 +7,16 @@
 //! Wheels that roll straight ahead or around a circle, and rotors in bearings, move so. In the
 //! frame that moves along and spins with each of them nothing changes: small motions about it have
 //! constant coefficients ([`crate::first_order`]). Of all splits of the velocities into `Ω` and
-//! spins the simplest is taken: spins alone, then a translation, then a rotation about the normal
-//! of the planes that wheels roll on, then about any axis.
+//! spins the simplest that the system admits is taken: spins alone, then a translation, then a
+//! rotation about the normal of the planes that wheels roll on, then about any axis. Nodes of beams
+//! may spin about their `d_3`: a round shaft in bearings that are not alike in all directions, or
+//! under its weight, spins in space, one of another section turns as a whole.
 //!
 //! Source: J. E. Marsden, Lectures on Mechanics (1992), ch. 4, relative equilibria.
 
-use crate::field::{AxisRotation, EQUAL, Field, Movement, apart, check_constraints, scatter};
+use crate::field::{
+    AxisRotation, EQUAL, Field, Movement, apart, check_constraints, forces_go_along, scatter,
+};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use vi_constraints::Constraints;
 use vi_core::linear::norm_inf;
@@ -55,11 +59,8 @@ pub enum SteadyMotionError {
     #[error("`{0}` does not let the whole system move steadily: it changes with the motion")]
     Constraint(String),
     /// A force changes in the frame that moves.
-    #[error(
-        "the forces do not move with the system: the weight, a load, a spring or a law changes \
-         with the motion"
-    )]
-    Force,
+    #[error("the forces do not move with the system: {0} changes with the motion")]
+    Force(String),
 }
 
 /// Axes about which a frame may spin.
@@ -71,35 +72,44 @@ enum Axes {
 }
 
 impl SteadyMotion {
-    /// The steady motion that the velocities `v` at the configuration `q` are.
+    /// The steady motion that the velocities `v` at the configuration `q` are, and that the system
+    /// admits.
     ///
     /// # Errors
-    /// [`SteadyMotionError::NotSteady`].
+    /// [`SteadyMotionError`].
     pub fn of_velocities(
+        system: &SeparableSystem,
         mechanism: &Mechanism,
         q: &[f64],
         v: &[f64],
     ) -> Result<Self, SteadyMotionError> {
         let description = mechanism.description();
         let rolling = wheels(description);
-        let axes: Vec<Axes> = axes(description, &rolling);
         let normal = rolling.first().map_or_else(Vector3::z, |wheel| wheel.plane.normal());
         let all = [Vector3::x(), Vector3::y(), Vector3::z()];
         let splits: [(bool, &[Vector3<f64>]); 4] =
             [(false, &[]), (true, &[]), (true, &[normal]), (true, &all)];
-        let mut least = f64::INFINITY;
-        for (moves, turns) in splits {
-            let motion = Self::nearest(description, &axes, (q, v), moves, turns);
-            let mut own = vec![0.0; q.len()];
-            motion.field(description).velocity(q, &mut own);
-            let rest = v.iter().all(|v| *v == 0.0);
-            let relative = if rest { 0.0 } else { apart(&own, v) };
-            if relative <= STEADY {
-                return Ok(motion);
+        let (mut least, mut refused) = (f64::INFINITY, None);
+        for of_nodes in [Axes::One(Vector3::z()), Axes::None] {
+            let axes: Vec<Axes> = axes(description, &rolling, of_nodes);
+            let mut first = None;
+            for (moves, turns) in splits {
+                let motion = Self::nearest(description, &axes, (q, v), moves, turns);
+                let mut own = vec![0.0; q.len()];
+                motion.field(description).velocity(q, &mut own);
+                let rest = v.iter().all(|v| *v == 0.0);
+                let relative = if rest { 0.0 } else { apart(&own, v) };
+                if relative <= STEADY {
+                    match motion.check(system, mechanism, q) {
+                        Ok(()) => return Ok(motion),
+                        Err(error) => first = first.or(Some(error)),
+                    }
+                }
+                least = least.min(relative);
             }
-            least = least.min(relative);
+            refused = first.or(refused);
         }
-        Err(SteadyMotionError::NotSteady(least))
+        Err(refused.unwrap_or(SteadyMotionError::NotSteady(least)))
     }
 
     /// The motion of least squares, with spins that fit best.
@@ -197,6 +207,11 @@ impl SteadyMotion {
         Movement { point, velocity, translation, spins }
     }
 
+    /// `v ←` the velocities of the motion at the configuration `q`, shape `n`.
+    pub fn velocities(&self, mechanism: &Mechanism, q: &[f64], v: &mut [f64]) {
+        self.field(mechanism.description()).velocity(q, v);
+    }
+
     /// Its velocities.
     pub(crate) fn field(&self, description: &Description) -> Field {
         Field::new(&self.movement(), description)
@@ -215,7 +230,6 @@ impl SteadyMotion {
         q: &[f64],
     ) -> Result<(), SteadyMotionError> {
         const ANGLE: f64 = 0.7; // rad, in no symmetry
-        const ASIDE: f64 = 1e-3;
         if self.is_rest() {
             return Ok(());
         }
@@ -234,24 +248,8 @@ impl SteadyMotion {
         let field = self.field(description);
         check_constraints(mechanism, [before, after], (&field, &displaced), speed)
             .map_err(SteadyMotionError::Constraint)?;
-        let net = |at: Configuration<'_>| {
-            let (mut v, mut out) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-            field.velocity(at.q, &mut v);
-            system.net_force(at, &v, &mut out);
-            out
-        };
-        let near: Vec<f64> = q.iter().enumerate().map(|(k, q)| q + ASIDE * scatter(k)).collect();
-        let here = net(Configuration { q: &near, ..before });
-        let (here, there) = (displaced.of_vectors(&here), displaced.of_configuration(&near));
-        let size = norm_inf(&here);
-        let same = |t: f64| {
-            let found = net(Configuration { t, q: &there, ..after });
-            let differs = found.iter().zip(&here).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            differs <= EQUAL * size || size + differs < f64::MIN_POSITIVE
-        };
-        if !same(0.0) && !same(time) {
-            return Err(SteadyMotionError::Force);
-        }
+        forces_go_along(system, [before, after], &field, &displaced)
+            .map_err(SteadyMotionError::Force)?;
         let random: Vec<f64> = (0..q.len()).map(scatter).collect();
         let inertia = |x: &[f64]| {
             let mut out = vec![0.0; x.len()];
@@ -277,10 +275,10 @@ fn wheels(description: &Description) -> Vec<&Rolling> {
     rolling.collect()
 }
 
-/// Axes of symmetry of all frames; of a wheel its own.
-fn axes(description: &Description, rolling: &[&Rolling]) -> Vec<Axes> {
+/// Axes of symmetry of all frames; of a wheel its own, of nodes of beams `of_nodes`.
+fn axes(description: &Description, rolling: &[&Rolling], of_nodes: Axes) -> Vec<Axes> {
     let of_body = |(k, body): (usize, &vi_multibody::mechanism::BodySpec)| {
-        let Some(rigid) = &body.body else { return Axes::None };
+        let Some(rigid) = &body.body else { return of_nodes };
         let euler = rigid.euler();
         let largest = norm_inf(&euler);
         let alike = |i: usize, j: usize| (euler[i] - euler[j]).abs() <= ALIKE * largest;

@@ -207,8 +207,19 @@ impl Report {
             if let Some(RotationReport { speed, axis, .. }) = &self.rotation {
                 parts.push(format!("{} rad/s about [{}]", rounded(*speed, 6), list(*axis)));
             }
-            let spins = motion.spins.iter();
-            parts.extend(spins.map(|(name, rate)| format!("{name} {} rad/s", rounded(*rate, 6))));
+            // nodes of a beam stand one after the other
+            let beam = |name: &str| name.rsplit_once('.').map(|(beam, _)| beam.to_owned());
+            let alike = |a: &(String, f64), b: &(String, f64)| {
+                beam(&a.0).is_some()
+                    && beam(&a.0) == beam(&b.0)
+                    && rounded(a.1, 6) == rounded(b.1, 6)
+            };
+            parts.extend(motion.spins.chunk_by(alike).map(|own| {
+                let (name, rate) = &own[0];
+                let last = &own[own.len() - 1].0;
+                let names = if own.len() > 1 { format!("{name} to {last}") } else { name.clone() };
+                format!("{names} {} rad/s", rounded(*rate, 6))
+            }));
         }
         match parts.is_empty() {
             true => "rest".to_owned(),

@@ -31,7 +31,7 @@ use vi_constraints::{Constraints, InitialValues};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::Loops;
 use vi_rigid::directors;
-use vi_statics::RotationError;
+use vi_statics::{RotationError, SteadyMotion, SteadyRotation};
 
 /// The initial values of a run.
 pub(crate) struct StartValues {
@@ -145,8 +145,15 @@ fn nearly_consistent(mechanism: &Mechanism, q: &[f64], v: &[f64], tolerance: f64
     assembly::velocity_inconsistencies(&mechanism, q, v, tolerance).is_empty()
 }
 
-/// The equilibrium under the loads at `t = 0`, at rest or in the steady rotation of the initial
-/// velocities.
+/// How a relaxed system moves.
+enum InSpace {
+    Rotates(SteadyRotation),
+    Moves(SteadyMotion),
+}
+
+/// The equilibrium under the loads at `t = 0`, at rest, in the steady rotation of the initial
+/// velocities or, where what is fixed in space lets the system not rotate as a whole, in their
+/// steady motion: a round shaft spins in space.
 fn relaxed(model: &Model) -> Result<StartValues, ModelError> {
     let refused = |message: String, help: &str| {
         let problem = Problem::new("simulation.start".to_owned(), message);
@@ -157,8 +164,13 @@ fn relaxed(model: &Model) -> Result<StartValues, ModelError> {
             "write start = \"stated\", or initial velocities of one rotation of the whole system";
         refused(format!("there is no relaxed start: {error}"), help)
     };
-    let found = Statics::at_start(model)?.in_own_rotation().map_err(none)?;
-    let InOwnRotation { mut statics, rotation } = found;
+    let (mut statics, motion) = match Statics::at_start(model)?.in_own_rotation() {
+        Ok(InOwnRotation { statics, rotation }) => (statics, rotation.map(InSpace::Rotates)),
+        Err(error) => match Statics::at_start(model)?.in_own_motion() {
+            Ok((statics, motion)) => (statics, Some(InSpace::Moves(motion))),
+            Err(_) => return Err(none(error)),
+        },
+    };
     let missing = |failure: RunFailure| {
         let message = format!("the equilibrium to start from was not found: {}", failure.message);
         refused(message, "write start = \"stated\"")
@@ -166,10 +178,17 @@ fn relaxed(model: &Model) -> Result<StartValues, ModelError> {
     statics.relax().map_err(missing)?;
     let q = statics.problem().configuration().to_vec();
     let mut v = vec![0.0; q.len()];
-    if let Some(rotation) = &rotation {
-        rotation.velocities(statics.mechanism(), &q, &mut v);
-    }
-    let speed = rotation.map_or(0.0, |rotation| rotation.velocity.norm());
+    let speed = match &motion {
+        None => 0.0,
+        Some(InSpace::Rotates(rotation)) => {
+            rotation.velocities(statics.mechanism(), &q, &mut v);
+            rotation.velocity.norm()
+        }
+        Some(InSpace::Moves(motion)) => {
+            motion.velocities(statics.mechanism(), &q, &mut v);
+            motion.velocity.norm()
+        }
+    };
     let unstable = statics.problem().unstable_directions().unwrap_or(0);
     Ok(StartValues { q, v, how: How::Relaxed { speed, unstable }, separated: false })
 }
