@@ -154,6 +154,7 @@ impl Acting {
                 coordinates: resolved(&sensed, start.coordinates),
                 rates: resolved(&sensed, start.rates),
             },
+            ..Outside::default()
         };
         let calls_python = self.calls_python();
         let make = || Simulation::with_outside(&sensed, &outside);

@@ -109,9 +109,16 @@ pub(super) fn cases() -> Vec<Case> {
         checks.near("iterations", found, 1.0, 1e-3);
         checks
     });
+    let parts = Case::new("segments", text("segments = 3\n"), |run| {
+        let mut checks = judged(run);
+        let found = found(&run.document.to_string()).map_or(f64::NAN, |own| own.segments as f64);
+        checks.near("segments", found, 3.0, 1e-3);
+        checks
+    });
     let all = Case::new("identify", text(""), judged);
     let measured = Case::new("measurements", text(""), judged).only("measurement");
-    vec![measured, all.only("identify"), short.only("identify.max_iterations")]
+    let (short, parts) = (short.only("identify.max_iterations"), parts.only("identify.segments"));
+    vec![measured, all.only("identify"), short, parts]
 }
 
 fn judged(run: &Run) -> Checks {

@@ -62,7 +62,9 @@ fn designs(t: &Tables, name: &str) -> Option<Known> {
         "steps" => rows(&|_| STEPS as f64),
         "iteration" => {
             let starts = column("start");
-            rows(&|k| starts[..k].iter().filter(|own| **own == starts[k]).count() as f64)
+            rows(&|k| {
+                starts[..k].iter().filter(|own| (**own - starts[k]).abs() < 0.5).count() as f64
+            })
         }
         "cost" => column("aim").iter().map(|v| 1.5 * (v * END - 0.7).powi(2)).collect(),
         "infeasibility" => column("meet").iter().map(|v| (v * END - 0.5).abs()).collect(),

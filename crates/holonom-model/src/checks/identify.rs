@@ -34,6 +34,10 @@ impl Checker<'_> {
             let message = "there is nothing from which to find it".to_owned();
             self.report("identify", message, "add a [[measurement]]");
         }
+        if own.segments == 0 {
+            let message = "`segments` is out of range".to_owned();
+            self.report("identify.segments", message, "write 1, or more for long data");
+        }
         for (name, unknown) in &own.parameters {
             self.unknown(&format!("identify.parameters.{name}"), unknown);
         }

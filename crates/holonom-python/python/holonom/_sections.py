@@ -1505,6 +1505,7 @@ class Builder(Sections):
         initial: Sequence[Name] | None = None,
         max_iterations: Integer | None = None,
         parameters: Mapping[str, Any] | None = None,
+        segments: Integer | None = None,
     ) -> Part:
         """``[identify]``: what is to be found from measurements.
 
@@ -1516,11 +1517,15 @@ class Builder(Sections):
             Iterations of the method at most.
         parameters : dict, optional
             Unknown numbers of ``[parameters]``, by name.
+        segments : int, optional
+            Parts of the run that begin at states of their own until they meet: for long data,
+            whose residuals have many minima.
         """
         given: dict[str, Any] = {
             "initial": initial,
             "max_iterations": max_iterations,
             "parameters": parameters,
+            "segments": segments,
         }
         return self._set("identify", given)
 

@@ -22,6 +22,7 @@ use crate::design::{self, ModelTangent, refused};
 use crate::system::System;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
+use objective::Costs;
 use prepared::{Begin, Prepared};
 use serde::Serialize;
 use trial::{InitialCoordinate, StatedStart};
@@ -324,7 +325,15 @@ pub fn gradient(
 /// # Errors
 /// [`ModelError`]: the model has no start, or something that is free has no joint.
 pub fn initial_values(model: &Model) -> Result<Vec<(String, usize, f64, f64)>, ModelError> {
-    let mut prepared = Prepared::new(model, &[], (&[], &Outside::default()))?;
+    initial_values_given(model, &Outside::default())
+}
+
+/// The same at what is given for its joints from outside.
+pub(crate) fn initial_values_given(
+    model: &Model,
+    outside: &Outside,
+) -> Result<Vec<(String, usize, f64, f64)>, ModelError> {
+    let mut prepared = Prepared::new(model, &[], (&[], outside))?;
     let begin = Begin::new(model, &mut prepared)?;
     let stated = StatedStart::of(model)?;
     let chosen = begin.of(model, &prepared.system.mechanism).coordinates()?;
@@ -356,7 +365,7 @@ fn name_of(mechanism: &vi_multibody::Mechanism, (joint, _, coordinate): &TreeCoo
     }
 }
 
-/// The values of the terms, each of a run of its own sum.
+/// The values of the terms along one run.
 fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), GradientFailure> {
     let chosen = |name: &String| wanted.of.is_empty() || wanted.of.contains(name);
     let names: Vec<&String> =
@@ -365,11 +374,17 @@ fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), 
         out.terms = vec![TermValue { name: name.clone(), value: out.value }];
         return Ok(());
     }
-    for name in names {
-        let of = std::slice::from_ref(name);
-        let value = Prepared::new(model, of, (&wanted.values, &wanted.outside()))?.value()?;
-        out.terms.push(TermValue { name: name.clone(), value });
-    }
+    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let costs: Result<Vec<Costs>, ModelError> = names
+        .iter()
+        .map(|name| {
+            let parts = (&mut prepared.system.mechanism, &*prepared.simulation.integrator());
+            Costs::new(model, parts, std::slice::from_ref(*name), &[])
+        })
+        .collect();
+    let values = prepared.values_of(&costs?)?;
+    let term = |(name, value): (&&String, f64)| TermValue { name: (*name).clone(), value };
+    out.terms = names.iter().zip(values).map(term).collect();
     Ok(())
 }
 

@@ -8,12 +8,13 @@ use crate::start::{How, StartValues};
 use crate::system::input::{Input, InputPlace};
 use crate::system::outside::Outside;
 use crate::system::{self, System};
-use holonom_model::{Model, ModelError};
+use holonom_model::{Model, ModelError, SensorKind};
 use vi_constraints::linearization::Tangent;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
 use vi_control::controls::{ControlForce, Controls, JointControl};
 use vi_control::gradient::GradientError;
+use vi_core::interval::Interval;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
 use vi_multibody::design::start::StartTangent;
@@ -46,7 +47,17 @@ impl Prepared {
     pub(crate) fn new(
         model: &Model,
         of: &[String],
+        with: (&[Vec<f64>], &Outside),
+    ) -> Result<Self, ModelError> {
+        Self::beginning_at(model, of, with, 0.0)
+    }
+
+    /// The same from another time than 0, s.
+    pub(crate) fn beginning_at(
+        model: &Model,
+        of: &[String],
         (values, start): (&[Vec<f64>], &Outside),
+        t: f64,
     ) -> Result<Self, ModelError> {
         supported(model)?;
         let steps = (model.settings.end / model.settings.step).round();
@@ -56,7 +67,8 @@ impl Prepared {
             Input::new(InputPlace::Joint { name: own.joint.clone(), freedom: own.freedom })
         };
         let inputs: Vec<Input> = model.controls.iter().map(input).collect();
-        let outside = Outside { inputs: inputs.clone(), ..start.clone() };
+        let counted = [counted(model), start.counted.clone()].concat();
+        let outside = Outside { inputs: inputs.clone(), counted, ..start.clone() };
         let mut system = system::build_with(model, &outside)?;
         let mut forces: Vec<Box<dyn ControlForce>> = Vec::new();
         let mut rows = vec![vec![0.0; inputs.len()]; steps];
@@ -73,7 +85,7 @@ impl Prepared {
             }
         }
         let controls = Controls::new(forces, rows, 1);
-        let mut simulation = Simulation::with_outside(model, &outside)?;
+        let mut simulation = Simulation::beginning_at(model, &outside, t)?;
         let parts = (&mut system.mechanism, &*simulation.integrator());
         let costs = Costs::new(model, parts, of, &[])?;
         Ok(Self { simulation, system, controls, costs, outside, steps })
@@ -93,20 +105,47 @@ impl Prepared {
 
     /// `J` of the run from its start.
     pub(crate) fn value(&mut self) -> Result<f64, GradientFailure> {
-        let Self { simulation, controls, costs, steps, .. } = self;
+        let costs = std::mem::take(&mut self.costs);
+        let found = self.values_of(std::slice::from_ref(&costs));
+        self.costs = costs;
+        Ok(found?.iter().sum())
+    }
+
+    /// The values of costs along the run from its start.
+    pub(crate) fn values_of(&mut self, costs: &[Costs]) -> Result<Vec<f64>, GradientFailure> {
+        let Self { simulation, controls, steps, .. } = self;
+        let h = simulation.settings.step;
         let run = simulation.integrator();
-        let mut value = 0.0;
+        let mut values = vec![0.0; costs.len()];
         for step in 0..*steps {
             controls.set(step);
             let w = controls.at(step);
-            let objective = &costs.sum;
-            let taken = run.step_with(&mut |_, _, taken| value += objective.of_step(taken.s, w));
+            let mut count = |s: &Interval| {
+                for (value, own) in values.iter_mut().zip(costs) {
+                    *value += own.sum.of_step(s, w);
+                }
+            };
+            let taken = run.step_with(&mut |_, _, taken| count(taken.s));
             taken.map_err(|error| {
                 GradientFailure::Run(GradientError::Step { step: step + 1, error })
             })?;
         }
-        Ok(value + costs.sum.of_end(run.state()) + costs.rates(controls, simulation.settings.step))
+        let state = run.state();
+        for (value, own) in values.iter_mut().zip(costs) {
+            *value += own.sum.of_end(state) + own.rates(controls, h);
+        }
+        Ok(values)
     }
+}
+
+/// The joint coordinates that sensors show, with their revolutions.
+fn counted(model: &Model) -> Vec<(String, usize)> {
+    let shown = model.sensors.iter().filter(|own| own.kind == SensorKind::JointCoordinate);
+    let all = shown.flat_map(|own| {
+        let count = model.joint(&own.of).map_or(0, |joint| joint.pair().coordinate_count());
+        (0..count).map(|freedom| (own.of.clone(), freedom))
+    });
+    all.collect()
 }
 
 /// Refuses what has no derivative, by its key.

@@ -81,6 +81,27 @@ impl Measured {
         }
     }
 
+    /// A coordinate of a joint; an angle that nothing else reads is its principal value.
+    ///
+    /// # Errors
+    /// [`ModelError`] where it has none.
+    pub(crate) fn coordinate(
+        model: &Model,
+        mechanism: &Mechanism,
+        name: &str,
+        freedom: usize,
+    ) -> Result<Self, ModelError> {
+        let joint = model.joints.iter().position(|joint| joint.name == name);
+        let found = joint.and_then(|joint| {
+            let coordinate = Box::new(mechanism.known_coordinate(joint, freedom)?);
+            Some(Self::Joint { joint, freedom, coordinate })
+        });
+        found.ok_or_else(|| {
+            let what = format!("`{name}`, which has no coordinate {freedom}");
+            refused(&format!("joint.{name}"), what, "name a joint that slides or turns")
+        })
+    }
+
     /// The same with sensors of rates: whose rate it is.
     ///
     /// # Errors

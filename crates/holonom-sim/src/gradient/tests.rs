@@ -541,3 +541,52 @@ fn meaningless_derivatives_are_named_with_their_time() {
     let warning = found.warning().unwrap_or_default();
     assert!(warning.contains("from t = "), "{:e}: {warning}", found.growth);
 }
+
+/// A rotor that turns over, seen by a sensor that nothing else reads: revolutions count.
+#[test]
+fn angles_of_sensors_count_their_revolutions() {
+    let text = r#"
+        [model]
+        name = "rotor"
+        gravity = [0.0, 0.0, -9.81]
+        [simulation]
+        step = 0.01
+        end = 1.0
+        [parameters]
+        speed = 21.0
+        offset = 0.1
+        [[body]]
+        name = "rotor"
+        position = ["= offset", 0.0, 0.0]
+        mass = 1.0
+        inertia = [0.01, 0.02, 0.02]
+        [[joint]]
+        name = "shaft"
+        type = "revolute"
+        parent = "ground"
+        child = "rotor"
+        position = [0.0, 0.0, 0.0]
+        axis = [0.0, 1.0, 0.0]
+        rate = "= speed"
+        [[sensor]]
+        name = "angle"
+        type = "joint_coordinate"
+        of = "shaft"
+        [[objective]]
+        name = "turns"
+        type = "sensor"
+        sensor = "angle"
+        target = 0.0
+        "#;
+    let source = ModelText::from_text(Path::new("model.toml"), text);
+    let model = source.model(&[]).unwrap();
+    let mut run = crate::simulation::Simulation::new(&model).unwrap();
+    for _ in 0..model.settings.steps() {
+        run.step_on().unwrap();
+    }
+    let angle = run.observe().unwrap().sensors[0];
+    let found = gradient(&source, &[], &model, &Wanted::everything()).unwrap();
+    println!("angle {angle} rad, J {} for {}", found.value, 0.5 * angle * angle);
+    assert!(angle > 3.0 * std::f64::consts::PI);
+    assert!((found.value - 0.5 * angle * angle).abs() < 1e-10 * found.value);
+}

@@ -95,6 +95,19 @@ pub(crate) struct ModelTrials<'a> {
     pub(crate) initial: Vec<InitialCoordinate>,
     /// What is measured.
     pub(crate) reads: Vec<SensorRead>,
+    /// Coordinates of joints that are measured as well, after the sensors.
+    pub(crate) joints: Vec<(String, usize)>,
+    /// Where the runs begin.
+    pub(crate) from: From,
+}
+
+/// Where runs begin that are parts of a longer one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct From {
+    /// Time, s.
+    pub(crate) t: f64,
+    /// Angles of the state there, with their revolutions; principal values where this is empty.
+    pub(crate) angles: Vec<f64>,
 }
 
 impl ModelTrials<'_> {
@@ -116,7 +129,8 @@ impl ModelTrials<'_> {
             let list = if own.is_rate { &mut start.rates } else { &mut start.coordinates };
             list.push((own.joint.clone(), own.freedom, *value));
         }
-        Outside { start, ..Outside::default() }
+        let (counted, angles) = (self.joints.clone(), self.from.angles.clone());
+        Outside { start, counted, angles, ..Outside::default() }
     }
 
     /// The model for some parameters.
@@ -134,7 +148,8 @@ impl ModelTrials<'_> {
     pub(crate) fn trial(&self, theta: &[f64]) -> Result<Trial, ModelError> {
         let overrides = self.overrides(theta);
         let model = self.text.model(&overrides)?;
-        let mut prepared = Prepared::new(&model, &[], (&[], &self.outside(theta)))?;
+        let with = (&[][..], &self.outside(theta));
+        let mut prepared = Prepared::beginning_at(&model, &[], with, self.from.t)?;
         let wanted = |name: &str| self.parameters.iter().any(|own| own == name);
         let read = |sensor: &str| self.reads.iter().any(|own| own.name() == sensor);
         let counts = |key: &str| design::of_sensor(key).is_none_or(read);
@@ -156,6 +171,11 @@ impl ModelTrials<'_> {
             let mechanism = &mut prepared.system.mechanism;
             let (own, _) = Measured::read(&model, mechanism, key, sensor)?;
             quantities.push(Box::new(Sensed::new(own, mechanism, sensor, &tangents)));
+        }
+        for (name, freedom) in &self.joints {
+            let mechanism = &prepared.system.mechanism;
+            let own = Measured::coordinate(&model, mechanism, name, *freedom)?;
+            quantities.push(Box::new(Sensed::new(own, mechanism, "", &tangents)));
         }
         let of = begin.of(&model, &prepared.system.mechanism);
         let mut directions = Vec::new();

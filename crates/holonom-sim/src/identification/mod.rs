@@ -10,6 +10,9 @@ pub mod data;
 #[cfg(test)]
 mod reference_tests;
 mod report;
+mod segments;
+#[cfg(test)]
+mod segments_tests;
 #[cfg(test)]
 mod tests;
 
@@ -18,10 +21,11 @@ pub use report::{Combination, EstimatedNumber, FitOf, Identified, MeasuredRow};
 
 use crate::design::{number, refused};
 use crate::gradient::quantity::Measured;
-use crate::gradient::trial::{InitialCoordinate, ModelTrials, SensorRead, StatedStart};
+use crate::gradient::trial::{From, InitialCoordinate, ModelTrials, SensorRead, StatedStart};
 use crate::system::outside::Outside;
 use holonom_model::{Model, ModelError, ModelText, Override, ParameterTangent};
 use nalgebra::DMatrix;
+use segments::{Segments, Whole};
 use std::fmt::Write;
 use vi_control::identification::{MotionResiduals, Series};
 use vi_control::least_squares::{FitError, LeastSquares, Parameter, Refused, Residuals};
@@ -61,14 +65,15 @@ impl std::fmt::Debug for Watch<'_> {
 }
 
 /// Residuals that are watched.
-struct Watched<'a, 'w, 'm> {
-    own: MotionResiduals<ModelTrials<'m>>,
-    watch: &'a mut Watch<'w>,
+struct Watched<'a, 'w> {
+    own: &'a mut dyn Residuals,
+    /// None: to the end.
+    watch: Option<&'a mut Watch<'w>>,
     runs: usize,
     stopped: bool,
 }
 
-impl Residuals for Watched<'_, '_, '_> {
+impl Residuals for Watched<'_, '_> {
     fn len(&self) -> usize {
         self.own.len()
     }
@@ -78,12 +83,15 @@ impl Residuals for Watched<'_, '_, '_> {
         out: &mut [f64],
         jacobian: Option<&mut DMatrix<f64>>,
     ) -> Result<(), Refused> {
-        self.stopped = self.stopped || (self.watch.interrupted)();
-        if self.stopped {
-            return Err(Refused("interrupted".to_owned()));
-        }
         self.runs += 1;
-        (self.watch.run)(self.runs);
+        if let Some(watch) = &mut self.watch {
+            self.stopped = self.stopped || (watch.interrupted)();
+            if self.stopped {
+                self.runs -= 1;
+                return Err(Refused("interrupted".to_owned()));
+            }
+            (watch.run)(self.runs);
+        }
         self.own.evaluate(theta, out, jacobian)
     }
 }
@@ -148,6 +156,8 @@ impl<'m> Prepared<'m> {
             parameters: wanted.parameters.keys().cloned().collect(),
             initial: Vec::new(),
             reads: reads.collect(),
+            joints: Vec::new(),
+            from: From::default(),
         };
         let theta: Vec<f64> = parameters.iter().map(|own| own.start).collect();
         for (own, value) in initial(&trials.model(&theta)?, &wanted.initial)? {
@@ -170,6 +180,12 @@ impl<'m> Prepared<'m> {
             .map_err(|error| IdentifyError::Run(error.to_string()))?;
         Ok(Self { trials, parameters, residuals })
     }
+
+    /// What segments are of.
+    fn whole<'a>(&'a self, model: &'a Model) -> Whole<'a, 'm> {
+        let Self { trials, parameters, residuals } = self;
+        Whole { model, trials, series: residuals.series(), parameters }
+    }
 }
 
 /// Finds the unknown numbers of a model from data, one column for each of its measurements.
@@ -183,15 +199,32 @@ pub fn identify(
     data: &[MeasuredColumn],
     watch: &mut Watch<'_>,
 ) -> Result<Found, IdentifyError> {
-    let Prepared { trials, parameters, residuals } = Prepared::new(text, overrides, model, data)?;
-    let mut residuals = Watched { own: residuals, watch, runs: 0, stopped: false };
-    let max_iterations = model.identify.as_ref().map_or(0, |own| own.max_iterations);
-    let fit = LeastSquares { max_iterations }.fit(&mut residuals, &parameters);
+    let mut prepared = Prepared::new(text, overrides, model, data)?;
+    let (segments, most) =
+        model.identify.as_ref().map_or((1, 0), |own| (own.segments, own.max_iterations));
+    let (mut runs, mut stopped) = (0, false);
+    let mut begin = prepared.parameters.clone();
+    if segments > 1 {
+        let mut all = Segments::new(&prepared.whole(model), segments, watch.interrupted)?;
+        let parameters = all.parameters().to_vec();
+        let mut watched = Watched { own: &mut all, watch: Some(&mut *watch), runs, stopped };
+        let met = segments::meet(&mut watched, &parameters, begin.len(), most);
+        (runs, stopped) = (watched.runs, watched.stopped);
+        let met =
+            met.map_err(|error| if stopped { IdentifyError::Interrupted } else { refusal(error) })?;
+        begin.iter_mut().zip(met).for_each(|(own, value)| own.start = value);
+    }
+    let max_iterations = if stopped { 0 } else { most };
+    let watch = (!stopped).then_some(watch); // what was found is stated in any case
+    let own = &mut prepared.residuals;
+    let mut residuals = Watched { own, watch, runs, stopped: false };
+    let fit = LeastSquares { max_iterations }.fit(&mut residuals, &begin);
     let fit = fit.map_err(|error| match residuals.stopped {
         true => IdentifyError::Interrupted,
         false => refusal(error),
     })?;
-    let Watched { own: residuals, runs, stopped: interrupted, .. } = residuals;
+    let (runs, interrupted) = (residuals.runs, residuals.stopped || stopped);
+    let Prepared { trials, parameters, residuals, .. } = prepared;
     let ended = (&fit, interrupted, runs);
     let (estimate, rows) = report::of(model, &parameters, data, ended, residuals.growth());
     let model = trials.model(&fit.parameters)?;

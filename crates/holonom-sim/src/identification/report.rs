@@ -83,6 +83,8 @@ pub struct Identified {
     pub iterations: usize,
     /// Runs made.
     pub runs: usize,
+    /// Parts of the run that began at states of their own.
+    pub segments: usize,
     /// Measured values.
     pub values: usize,
     /// The unknown numbers.
@@ -190,8 +192,12 @@ impl Identified {
         if let Some(t) = self.meaningless_from {
             all.push(format!(
                 "from t = {} s on a change of an unknown number has grown by more than 1e6: residuals have many minima; \
-                 leave later values out",
-                rounded(t, 6)
+                 {}",
+                rounded(t, 6),
+                match self.segments {
+                    1 => "write `segments` under [identify], or leave later values out",
+                    _ => "take more segments, and see whether the estimate stays",
+                }
             ));
         }
         all
@@ -253,6 +259,7 @@ pub(super) fn of(
         outcome,
         iterations: fit.iterations,
         runs,
+        segments: model.identify.as_ref().map_or(1, |own| own.segments),
         values: fit.residuals.len(),
         parameters: parameters.iter().enumerate().map(number).collect(),
         covariance: fit.covariance.clone().map(rows_of),

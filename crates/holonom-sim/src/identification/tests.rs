@@ -253,7 +253,7 @@ parameters = { stiffness = { start = 14.0 }, length = { start = 0.72 }, g = { st
 /// What is added to coordinate and rate of the joint whose start is unknown.
 const RELEASE: [f64; 2] = [0.2, 0.7];
 
-fn read(text: &str) -> (ModelText, Model) {
+pub(super) fn read(text: &str) -> (ModelText, Model) {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(&[]).unwrap();
     (text, model)
@@ -271,7 +271,7 @@ fn truth(model: &Model) -> Outside {
 }
 
 /// The values of all measurements at every node but the first.
-fn exact(model: &Model) -> Vec<MeasuredColumn> {
+pub(super) fn exact(model: &Model) -> Vec<MeasuredColumn> {
     let mut run = Simulation::with_outside(model, &truth(model)).unwrap();
     let columns = crate::sensor::columns(model);
     let place = |sensor: &str| columns.iter().position(|own| own.name() == sensor).unwrap();
@@ -288,14 +288,14 @@ fn exact(model: &Model) -> Vec<MeasuredColumn> {
     all
 }
 
-fn found(text: &str, data: &[MeasuredColumn]) -> Result<Found, IdentifyError> {
+pub(super) fn found(text: &str, data: &[MeasuredColumn]) -> Result<Found, IdentifyError> {
     let (text, model) = read(text);
     let mut watch = Watch { run: &mut |_| {}, interrupted: &mut || false };
     identify(&text, &[], &model, data, &mut watch)
 }
 
 /// The true values of the unknown numbers.
-fn true_values(model: &Model, text: &ModelText) -> Vec<f64> {
+pub(super) fn true_values(model: &Model, text: &ModelText) -> Vec<f64> {
     let known = text.parameter_tangents(&[]).unwrap();
     let wanted = model.identify.as_ref().unwrap();
     let value = |name: &String| known.iter().find(|own| own.name == *name).unwrap().value;

@@ -13,7 +13,7 @@ use super::found::{
 use super::node::node;
 use crate::design::{number, refused};
 use crate::gradient::TermValue;
-use crate::gradient::trial::{ModelTrials, SensorRead};
+use crate::gradient::trial::{From, ModelTrials, SensorRead};
 use crate::random::Random;
 use holonom_model::{
     Condition, ConditionKind, ConditionTime, CountedAt, Model, ModelError, ModelText,
@@ -172,7 +172,8 @@ pub(super) fn design(
     let names: Vec<String> = parameters.iter().map(|own| own.name.clone()).collect();
     let trials = || {
         let (initial, reads) = (Vec::new(), rows.reads.clone());
-        ModelTrials { text, overrides, parameters: names.clone(), initial, reads }
+        let (joints, from) = (Vec::new(), From::default());
+        ModelTrials { text, overrides, parameters: names.clone(), initial, reads, joints, from }
     };
     let begin: Vec<f64> = parameters.iter().map(|own| own.start).collect();
     trials().trial(&begin)?; // what has no derivative is an error of the model

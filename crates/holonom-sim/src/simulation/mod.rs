@@ -162,7 +162,7 @@ impl Simulation {
             false => StatedStart::given(&mechanism, &start),
         };
         let start = separation::separated(model, (&mechanism, &dynamics, &contacts), t, start)?;
-        let at = InitialValues::new(t, &start.q, &start.v);
+        let at = InitialValues::new(t, &start.q, &start.v).with_angles(&start.angles);
         let rolling = RollingWatch::new(&mechanism);
         let mut wanted = sensors.wanted();
         wanted.forces |= rolling.needs_forces();

@@ -7,7 +7,7 @@
 //! v ← Π_M v           onto G v + ∂g/∂t = 0, θ̇_r = its rate, where loops do not move so
 //! ```
 //! The way is taken in parts of at most [`PART`], so that closed loops stay on their branch. An
-//! angle counts modulo a revolution.
+//! angle counts modulo a revolution, unless the angles of a state are given as well.
 
 use super::StartValues;
 use crate::assembly::{self, closure};
@@ -17,9 +17,10 @@ use crate::system::outside::{Outside, OutsideMotion};
 use crate::system::{self, System};
 use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem};
 use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 use vi_constraints::initialization::start;
-use vi_constraints::{InitialValues, Reparametrization};
+use vi_constraints::{Constraints, InitialValues, Reparametrization};
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::{Configuration, Interval};
 use vi_multibody::held_effort::HeldEffort;
@@ -78,6 +79,14 @@ impl<'a> Given<'a> {
         self.coordinate.at(Configuration::new(0.0, q))
     }
 
+    /// A value with the revolutions that the coordinate has at `q` by its principal value.
+    fn next_to(&self, q: &[f64], value: f64) -> f64 {
+        match self.coordinate.is_angle() {
+            true => value - TAU * ((value - self.at(q)) / TAU).round(),
+            false => value,
+        }
+    }
+
     fn name(&self) -> String {
         match self.freedom {
             0 => self.joint.to_owned(),
@@ -108,7 +117,27 @@ pub(super) fn begun(
         }
     }
     let v = moving(model, mechanism, outside, &rates, (&q, velocities_of_tree(&tree, &q, nu)))?;
-    Ok(StartValues { q, v, ..from })
+    let angles = revolved(mechanism, &outside.angles, &places, &q);
+    Ok(StartValues { q, v, angles, ..from })
+}
+
+/// The angles at the start with the revolutions of a state, where it is given: those of the joints
+/// that are given, and of the others.
+fn revolved(mechanism: &Mechanism, of_state: &[f64], places: &[Given<'_>], q: &[f64]) -> Vec<f64> {
+    let mut angles = of_state.to_vec();
+    if angles.len() != mechanism.angle_count() {
+        return Vec::new();
+    }
+    let joints = &mechanism.description().joints;
+    for place in places {
+        let joint = joints.iter().position(|own| own.name == place.joint);
+        let own = joint.and_then(|joint| mechanism.known_coordinate(joint, place.freedom));
+        if let Some(angle) = own.as_ref().and_then(|own| own.angle_among(&mut angles)) {
+            *angle = place.value;
+        }
+    }
+    mechanism.unwrap_angles(q, &mut angles);
+    angles
 }
 
 /// `v = P(q) ν` with the rates `ν` that velocities `v_old` have at `q_old`.
@@ -158,7 +187,15 @@ fn placed(
         ModelError::Assembly(vec![Problem::new("joints", message).help(help)])
     };
     let from: Vec<f64> = places.iter().map(|place| place.at(&q)).collect();
-    let ways = || places.iter().zip(&from).map(|(place, from)| place.value - from);
+    // whole revolutions lead back
+    let whole = |place: &Given<'_>, way: f64| match place.coordinate.is_angle() {
+        true => TAU * (way / TAU).trunc(),
+        false => 0.0,
+    };
+    let ways = || {
+        let all = places.iter().zip(&from).map(|(place, from)| (place, place.value - from));
+        all.map(|(place, way)| way - whole(place, way))
+    };
     let parts = (ways().fold(0.0_f64, |most, way| most.max(way.abs())) / PART).ceil().max(1.0);
     let mut driven = None;
     let mut u = vec![0.0; tree.dof()];
@@ -189,7 +226,8 @@ fn placed(
             Some(driven) => driven,
             none => none.insert(Driven::new(model, outside, places)?),
         };
-        let at: Vec<[f64; 2]> = reached.iter().map(|value| [*value, 0.0]).collect();
+        let next = |(place, value): (&Given<'_>, &f64)| [place.next_to(&q, *value), 0.0];
+        let at: Vec<[f64; 2]> = places.iter().zip(&reached).map(next).collect();
         let still = vec![0.0; q.len()];
         q = driven.project(&q, &still, &at).map_err(&refused)?.0;
         if !on_way(&q) {
@@ -201,8 +239,7 @@ fn placed(
 
 /// Whether a coordinate has a value, an angle up to whole revolutions.
 fn is_near(found: f64, value: f64) -> bool {
-    let turns = ((value - found) / std::f64::consts::TAU).round();
-    let apart = (found + turns * std::f64::consts::TAU - value).abs();
+    let apart = (found + TAU * ((value - found) / TAU).round() - value).abs();
     apart.min((found - value).abs()) <= TOLERANCE * value.abs().max(1.0)
 }
 

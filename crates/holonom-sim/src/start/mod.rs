@@ -40,6 +40,8 @@ pub(crate) struct StartValues {
     pub(crate) how: How,
     /// Whether shapes that overlapped were moved apart.
     pub(crate) separated: bool,
+    /// Angles with the revolutions that are given; principal values where this is empty.
+    pub(crate) angles: Vec<f64>,
 }
 
 /// How initial values come about.
@@ -80,7 +82,7 @@ impl StartValues {
         let tolerance = model.settings.start_tolerance;
         let mut missed = assembly::velocity_inconsistencies(mechanism, &q, &v, tolerance);
         if missed.is_empty() || nearly_consistent(mechanism, &q, &v, tolerance) {
-            return Ok(Self { q, v, how: How::Stated, separated: false });
+            return Ok(Self { q, v, how: How::Stated, separated: false, angles: Vec::new() });
         }
         if !model.settings.project_start {
             offer_rates(model, mechanism, &mut missed);
@@ -89,9 +91,9 @@ impl StartValues {
         }
         if model.joints.iter().any(|joint| joint.rate.is_some()) {
             let (q, v) = with_stated_rates(model)?;
-            return Ok(Self { q, v, how: How::WithRates, separated: false });
+            return Ok(Self { q, v, how: How::WithRates, separated: false, angles: Vec::new() });
         }
-        Ok(Self { q, v, how: How::Stated, separated: false })
+        Ok(Self { q, v, how: How::Stated, separated: false, angles: Vec::new() })
     }
 }
 
@@ -190,7 +192,13 @@ fn relaxed(model: &Model) -> Result<StartValues, ModelError> {
         }
     };
     let unstable = statics.problem().unstable_directions().unwrap_or(0);
-    Ok(StartValues { q, v, how: How::Relaxed { speed, unstable }, separated: false })
+    Ok(StartValues {
+        q,
+        v,
+        how: How::Relaxed { speed, unstable },
+        separated: false,
+        angles: Vec::new(),
+    })
 }
 
 /// `(q_0, v_0)` that keep the rates which the joints of the model state.

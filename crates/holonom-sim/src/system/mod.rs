@@ -169,6 +169,11 @@ pub(crate) fn build_sensing(
     let mechanism = Mechanism::new(description);
     let mut mechanism = mechanism.with_loop_tolerance(model.settings.loop_tolerance);
     let mut forces = builder.forces(&mut mechanism).map_err(refusal)?;
+    for (name, freedom) in &outside.counted {
+        if let Some(joint) = model.joints.iter().position(|own| own.name == *name) {
+            mechanism.coordinate(joint, *freedom);
+        }
+    }
     laws.extend(bushing::Range::of(model, &forces).into_iter().map(law::OwnLaw::Range));
     forces.forces.extend(held::wrenches(&outside.inputs, &names, &mechanism)?);
     let settings = &model.settings;

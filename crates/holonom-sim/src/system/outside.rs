@@ -21,6 +21,12 @@ pub struct Outside {
     pub motions: Vec<OutsideMotion>,
     /// Where joints begin.
     pub start: JointStart,
+    /// Coordinates of joints, by name and number, of which revolutions count beside those that the
+    /// model needs.
+    pub counted: Vec<(String, usize)>,
+    /// Angles of a state of the same model, rad: revolutions of those at the start count from
+    /// there; modulo a revolution where this is empty.
+    pub angles: Vec<f64>,
 }
 
 /// A force or torque along a coordinate of a joint.

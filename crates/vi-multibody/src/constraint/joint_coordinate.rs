@@ -235,6 +235,11 @@ impl JointCoordinate {
         }
     }
 
+    /// Its own among the angles of a state, rad; `None` where it is not listed.
+    pub fn angle_among<'a>(&self, angles: &'a mut [f64]) -> Option<&'a mut f64> {
+        angles.get_mut(self.slot)
+    }
+
     /// Its place among the angles that are listed; of others none.
     pub(crate) fn slot(&self) -> usize {
         self.slot
