@@ -205,6 +205,7 @@ fn what_is_no_law_is_refused_at_its_place() {
         (joint("joint = \"elbow\"\neffort = \"3*y\"\n"), "law.motor.effort", "`y` is not known"),
         (joint("joint = \"elbow\"\neffort = \"3*(x\"\n"), "law.motor.effort", "closing bracket"),
         (joint("joint = \"elbow\"\neffort = \"= 3*x\"\n"), "law.motor.effort", "no parameter `x`"),
+        (joint("joint = \"elbow\"\neffort = \"= 3*x\"\n"), "law.motor.effort", "has no `=`: write"),
         (joint("joint = \"elbow\"\neffort = \"g(x)\"\n"), "law.motor.effort", "`g` is no function"),
         (joint("joint = \"elbow\"\n"), "law.motor", "no expression"),
         (joint("joint = \"wrist\"\neffort = \"1\"\n"), "law.motor.joint", "wrist"),

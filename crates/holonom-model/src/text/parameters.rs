@@ -89,7 +89,17 @@ pub(crate) fn values(
             let fault = match evaluate(expression, known) {
                 Ok(number) if number.is_finite() => return values.push(written(number)),
                 Ok(number) => (format!("its value is {number}"), None),
-                Err(error) => (error.message.clone(), Some(help(&error, &parameters))),
+                Err(error) => {
+                    let along = error.unknown.as_deref().filter(|_| is_formula(path));
+                    let help = match along.filter(|name| variables_at(path).contains(name)) {
+                        Some(_) => format!(
+                            "what is evaluated along the run has no `=`: write \"{}\"",
+                            expression.trim()
+                        ),
+                        None => help(&error, &parameters),
+                    };
+                    (error.message.clone(), Some(help))
+                }
             };
             if problems.len() < MAX_PROBLEMS {
                 let message = format!("the expression `{}`: {}", expression.trim(), fault.0);

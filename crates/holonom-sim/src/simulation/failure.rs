@@ -65,7 +65,9 @@ impl Simulation {
             _ => None,
         };
         let resolved = resolved.map(|(words, _)| words);
-        let remedy = resolved.unwrap_or_else(|| error.remedy().to_owned()) + &self.dead_end(error);
+        let remedy = resolved.unwrap_or_else(|| error.remedy().to_owned())
+            + &self.dead_end(error)
+            + &self.jumping(error);
         RunFailure { step, t, message: format!("{error}{place}"), remedy }
     }
 
@@ -80,6 +82,22 @@ impl Simulation {
         let before = (step > 0).then(|| self.stepper.interval());
         let v = mechanism.initial_velocity();
         self.rolling.turning(mechanism, before, (q, &v, self.settings.step))
+    }
+
+    /// What laws that jump may have to do with a step that was not found.
+    fn jumping(&self, error: &StepError) -> String {
+        const LISTED: usize = 4;
+        let jumping = law::jumping(&self.laws).into_iter().take(LISTED);
+        let list: Vec<String> =
+            jumping.map(|(owner, jumps)| format!("{owner} ({jumps})")).collect();
+        match error {
+            StepError::Newton(_) if !list.is_empty() => format!(
+                "; no step may balance a jump: {}; write smooth(x, a, b) or tanh, an [[event]], or the dry \
+                 friction of a joint",
+                list.join(", ")
+            ),
+            _ => String::new(),
+        }
     }
 
     /// What prescribed motions may have to do with a step that was not found.

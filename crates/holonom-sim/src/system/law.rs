@@ -262,20 +262,27 @@ fn label(name: &str) -> String {
     format!("law `{name}`")
 }
 
-/// What is worth knowing of them.
-pub(crate) fn warnings(laws: &Laws) -> Vec<String> {
-    let mut warnings = Vec::new();
+/// What jumps: of which law or signal, and the functions in it that do.
+pub(crate) fn jumping(laws: &Laws) -> Vec<(String, String)> {
+    let mut found: Vec<(String, String)> = Vec::new();
     for (owner, mut jumps) in laws.iter().flat_map(OwnLaw::jumps) {
         jumps.dedup();
-        let list = jumps.join(" and ");
-        let warning = format!(
-            "{owner} jumps ({list}): the method has order 1 across a jump; smooth(x, a, b) changes from 0 to 1 without one"
-        );
-        if !jumps.is_empty() && !warnings.contains(&warning) {
-            warnings.push(warning);
+        let own = (owner, jumps.join(" and "));
+        if !jumps.is_empty() && !found.contains(&own) {
+            found.push(own);
         }
     }
-    warnings
+    found
+}
+
+/// What is worth knowing of them.
+pub(crate) fn warnings(laws: &Laws) -> Vec<String> {
+    let warning = |(owner, jumps): (String, String)| {
+        format!(
+            "{owner} jumps ({jumps}): the method has order 1 across a jump; smooth(x, a, b) changes from 0 to 1 without one"
+        )
+    };
+    jumping(laws).into_iter().map(warning).collect()
 }
 
 /// The fault of a law within a step from `t` to `t + h`, the last of the first that has one.
