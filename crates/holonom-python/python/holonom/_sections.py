@@ -1169,7 +1169,7 @@ class Builder(Sections):
     def sensor(
         self,
         name: str,
-        type: Literal["position", "velocity", "acceleration", "orientation", "angular_velocity", "angular_acceleration", "imu", "distance", "distance_rate", "joint_coordinate", "joint_rate", "joint_acceleration", "reaction", "effort", "power", "work", "slip", "gap", "contact_force", "stop_force", "friction_torque", "section_force", "expression", "strain"],
+        type: Literal["position", "velocity", "acceleration", "orientation", "angular_velocity", "angular_acceleration", "imu", "distance", "distance_rate", "joint_coordinate", "joint_rate", "joint_acceleration", "reaction", "effort", "power", "work", "slip", "gap", "clearance", "contact_force", "stop_force", "friction_torque", "section_force", "expression", "strain"],
         *,
         at: Number | None = None,
         element: Integer | None = None,
@@ -1197,8 +1197,8 @@ class Builder(Sections):
             ``"angular_velocity"``, ``"angular_acceleration"``, ``"imu"``, ``"distance"``,
             ``"distance_rate"``, ``"joint_coordinate"``, ``"joint_rate"``, ``"joint_acceleration"``,
             ``"reaction"``, ``"effort"``, ``"power"``, ``"work"``, ``"slip"``, ``"gap"``,
-            ``"contact_force"``, ``"stop_force"``, ``"friction_torque"``, ``"section_force"``,
-            ``"expression"``, ``"strain"``.
+            ``"clearance"``, ``"contact_force"``, ``"stop_force"``, ``"friction_torque"``,
+            ``"section_force"``, ``"expression"``, ``"strain"``.
         at : float, optional
             The place on a beam (``section_force``, ``strain``) in the place of ``element``: arc
             length from its start, m.
@@ -1230,7 +1230,8 @@ class Builder(Sections):
             The body or node of a beam in whose frame a ``position``, ``velocity``, ``orientation``
             or ``angular_velocity`` is given, as an observer on it sees it; by default space.
         to : str, optional
-            The other end of a ``distance``: a body, a node of a beam, a particle or the ground.
+            The other end of a ``distance``: a body, a node of a beam, a particle or the ground; of
+            a ``clearance`` the other body.
         value : float or str, optional
             The expression of an ``expression``.
         """
