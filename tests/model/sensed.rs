@@ -5,6 +5,8 @@
 
 use super::laws::{apart, links, run};
 use super::signals::restarts;
+use crate::harness::case::distance;
+use crate::harness::models::orders;
 use holonom::{Model, Simulation};
 use vi_testkit::model::{body, heavy, part, particle, sensor};
 
@@ -133,6 +135,30 @@ fn friction_by_a_reaction_that_is_sampled() {
         let found = node.sensors[speed];
         assert!((found - expected).abs() < 1e-10, "{}: {found} {expected}", node.step);
     }
+}
+
+/// Friction of a bearing in proportion to what it carries, sampled at each step, is of order 1.
+#[test]
+fn a_law_of_a_reaction_has_order_one() {
+    let end = |parts: u32| {
+        let step = 0.01 / f64::from(parts);
+        let text = heavy("bearing", [0.0, 0.0, -9.81], &format!("step = {step:?}, end = 0.5"))
+            + &vi_testkit::model::body_at([0.6, 0.0, 0.0], "rod", 2.0, [0.1, 0.1, 0.1])
+            + &vi_testkit::model::hinge("pin", ["ground", "rod"], [0.0; 3], [0.0, 1.0, 0.0])
+            + "rate = 4.0\n"
+            + &sensor("carried", "reaction", "pin")
+            + "frame = \"space\"\n"
+            + &part("signal", "load")
+            + &format!("every = {step:?}\nvalue = \"hypot(carried.fx, carried.fz)\"\n")
+            + &part("law", "friction")
+            + "joint = \"pin\"\neffort = \"-0.05*load*tanh(v)\"\n";
+        run(&text).unwrap().last().unwrap().q.clone()
+    };
+    let reference = end(64);
+    let errors: Vec<f64> = [1, 2, 4].map(|parts| distance(&end(parts), &reference)).to_vec();
+    let orders = orders(&errors);
+    println!("{errors:?}: orders {orders:?}");
+    assert!(errors[0] > 1e-4 && orders.iter().all(|own| (0.85..1.25).contains(own)), "{orders:?}");
 }
 
 /// What is read as it was at the node before is that, and a part of the state of the run.
