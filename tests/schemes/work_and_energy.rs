@@ -31,6 +31,43 @@ fn arm(step: f64, order: u32, damping: f64) -> String {
     )
 }
 
+/// A sensor of the work of the only motion has the column of all, and the integral of its power; of
+/// one of several it is refused.
+#[test]
+fn the_only_motion_has_its_work() {
+    let sensors = vi_testkit::model::sensor("done", "work", "drive")
+        + &vi_testkit::model::sensor("power", "power", "drive");
+    let text = |step: f64, more: &str| {
+        links(&format!("step = {step:e}, end = 0.5, project_start = true"), ["", ""])
+            + &motion("drive", "shoulder", "{ moves = [{ start = 0.0, end = 0.5, by = 0.8 }] }")
+            + &sensors
+            + more
+    };
+    let differences = [0.01, 0.005, 0.0025].map(|step| {
+        let model = Model::from_toml(&text(step, "")).unwrap();
+        let mut simulation = Simulation::new(&model).unwrap();
+        let nodes: Vec<_> = simulation.samples().map(Result::unwrap).collect();
+        let mut sum = 0.0;
+        for (k, node) in nodes.iter().enumerate() {
+            let [.., motions, _] = node.energies[..] else { panic!() };
+            assert!((node.sensors[0] - motions).abs() <= 1e-12 * (1.0 + motions.abs()));
+            if k > 0 {
+                sum += 0.5 * step * (nodes[k - 1].sensors[1] + node.sensors[1]);
+            }
+        }
+        let done = nodes.last().unwrap().sensors[0];
+        println!("{step}: work {done}, integral of the power {sum}");
+        assert!(done.abs() > 1.0);
+        (done - sum).abs()
+    });
+    let orders = orders(&differences);
+    println!("{differences:?}: orders {orders:?}");
+    assert!(orders.iter().all(|order| (1.7..2.4).contains(order)), "{orders:?}");
+    let other = motion("other", "elbow", "{ moves = [{ start = 0.0, end = 0.5, by = 0.1 }] }");
+    let error = Model::from_toml(&text(0.01, &other)).unwrap_err();
+    assert!(format!("{error:?}").contains("is kept with that of other motions"), "{error:?}");
+}
+
 /// Energy at the end less energy at the start less the work of motor and damper.
 fn imbalance(steps: u32) -> f64 {
     let h = 1.0 / f64::from(steps);

@@ -275,9 +275,9 @@ impl Checker<'_> {
         let known = self.refers(of.clone(), &sensor.of, &kinds);
         let constraint = self.model.constraints.iter().find(|c| c.name() == sensor.of);
         let motion = constraint.is_some_and(|c| matches!(c, Constraint::Motion { .. }));
-        if known && motion && sensor.kind == SensorKind::Work {
-            let message =
-                format!("the work of the prescribed motion `{}` is not kept by itself", sensor.of);
+        let alone = self.model.only_motion() == Some(&sensor.of);
+        if known && motion && !alone && sensor.kind == SensorKind::Work {
+            let message = format!("the work of `{}` is kept with that of other motions", sensor.of);
             let help = "measure its power, or read `work_of_motions` in energy.csv";
             self.report(of, message, help);
         } else if known && constraint.is_some() && !motion {

@@ -9,6 +9,7 @@ use super::frame::Frame;
 use super::law::Formula;
 use super::load::History;
 use super::motion_path::MotionPath;
+use crate::Model;
 
 /// `spring` of a joint: `½ k (θ − rest)²`, and what a table says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -226,6 +227,24 @@ pub struct VelocityTerm {
     /// The factor of the rate, an expression of joint coordinates and places of bodies.
     #[serde(default = "one")]
     pub factor: Formula,
+}
+
+impl Model {
+    /// The prescribed motion of a model in which nothing else prescribes rates.
+    #[must_use]
+    pub fn only_motion(&self) -> Option<&str> {
+        let drives = |own: &&Constraint| match own {
+            Constraint::Motion { .. } => true,
+            Constraint::Velocity { value, .. } => value.is_some(),
+            Constraint::Rolling { plane, .. } => plane.spin != 0.0,
+            _ => false,
+        };
+        let mut driven = self.constraints.iter().filter(drives);
+        match (driven.next()?, driven.next()) {
+            (own @ Constraint::Motion { .. }, None) => Some(own.name()),
+            _ => None,
+        }
+    }
 }
 
 fn one() -> Formula {

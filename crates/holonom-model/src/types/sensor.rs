@@ -62,8 +62,8 @@ pub enum SensorKind {
     /// `[[law]]` or a `[[bushing]]`; of a `[[constraint]]` by a prescribed motion.
     Power,
     /// What was put into the system since the start, J, negative where it was taken out: of what
-    /// has a `power`, but for prescribed motions; a spring does the work that its energy decreases
-    /// by.
+    /// has a `power`, of a prescribed motion where it is the only one; a spring does the work that
+    /// its energy decreases by.
     Work,
     /// Of a `[[constraint]]` of type `rolling` or `blade`: the slip of the step that ended, m/s; of
     /// what rolls in space, of a blade along its axis. Of a `[[contact]]` the largest slip of its

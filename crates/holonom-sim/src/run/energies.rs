@@ -51,6 +51,7 @@ pub(crate) struct EnergyTerms {
     elements: Vec<String>, // of each column of a work: its force element, where it is one
     sources: usize,        // columns of works
     motions: bool,
+    only_motion: Option<String>, // where there is one alone
     events: bool,
     /// J, of earlier phases: work of each column, of motions, of events; what laws had stored where
     /// they ceased to act; work of each law that stores. All but what was stored add up to what `H`
@@ -144,6 +145,7 @@ impl EnergyTerms {
             elements,
             sources,
             motions,
+            only_motion: model.only_motion().map(str::to_owned),
             events,
             initial: start.hamiltonian(),
         }
@@ -166,8 +168,12 @@ impl EnergyTerms {
         work.iter().chain(earlier).chain(&others[1..]).sum()
     }
 
-    /// The work of a force element since the start, with the `work` of the present phase, J.
+    /// The work of a force element, or of the only prescribed motion, since the start, with the
+    /// `work` of the present phase, J.
     pub(crate) fn work_of(&self, element: &str, work: &[f64]) -> f64 {
+        if self.only_motion.as_deref() == Some(element) {
+            return self.carried[self.sources + MOTION] + work.last().copied().unwrap_or_default();
+        }
         let column = self.elements.iter().position(|own| own == element);
         let law = || self.laws.iter().position(|law| law.name == element);
         let Some(place) = column.or_else(|| Some(self.sources + OTHERS + law()?)) else {
