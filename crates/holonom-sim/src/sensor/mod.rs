@@ -27,6 +27,7 @@
 //! | `columns` | names, quantities and units of the numbers |
 //! | `view` | what sensors see of a node |
 //! | `observer` | what is seen from a body |
+//! | `ends` | what a distance is between |
 //! | `contact` | gaps and forces of contacts, stops, dry friction |
 //! | `effort` | springs, dampers, motors, prescribed motions |
 //! | `power` | what these and loads put into the system |
@@ -36,6 +37,7 @@
 mod columns;
 mod contact;
 mod effort;
+mod ends;
 mod observer;
 mod power;
 mod section;
@@ -44,6 +46,7 @@ mod work;
 
 pub use columns::{Column, REACTION, UNIQUE, columns};
 pub(crate) use columns::{columns_of, columns_of_signal, parts_of_signal};
+pub(crate) use ends::ends_of;
 pub(crate) use view::{View, Works};
 
 use contact::ContactGauge;
@@ -57,14 +60,13 @@ use crate::dynamics::Dynamics;
 use crate::run::run_state::same_length;
 use crate::stepper::Wanted;
 use crate::system::beams::Beams;
-use crate::system::contact::clearance;
+use crate::system::contact_gaps::clearance;
 use crate::system::contact_origin::ContactOrigin;
 use crate::system::names::Names;
 use crate::system::signal::output::{SignalGauge, SignalNetwork};
 use holonom_model::expression::Program;
 use holonom_model::{
-    Constraint, GROUND, Model, Observed, Part, Quantities, ReactionFrame, Reading, Sensor,
-    SensorKind, spatial,
+    GROUND, Model, Observed, Part, Quantities, ReactionFrame, Reading, Sensor, SensorKind, spatial,
 };
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
@@ -580,39 +582,6 @@ impl Gauge {
 fn observed(model: &Model, sensor: &Sensor) -> Option<Observed> {
     let value = sensor.value.as_ref().filter(|_| sensor.kind == SensorKind::Expression)?;
     Observed::expression(&value.0, model, &Quantities::new(model)).ok()
-}
-
-/// The ends of a distance: members or the ground, each with a point by its own components.
-pub(crate) fn ends_of<'a>(
-    model: &'a Model,
-    sensor: &'a Sensor,
-) -> Option<[(&'a str, [f64; 3]); 2]> {
-    let of = sensor.of.as_str();
-    let ends = |names: [&'a str; 2], [a, b]: [&[f64]; 2]| {
-        Some([(names[0], spatial(a)), (names[1], spatial(b))])
-    };
-    if let Some(to) = &sensor.to {
-        let [a, b] = [sensor.point, sensor.point_to].map(Option::unwrap_or_default);
-        return ends([of, to], [&a, &b]);
-    }
-    let stated =
-        |points: [&'a Option<Vec<f64>>; 2]| points.map(|x| x.as_deref().unwrap_or_default());
-    if let Some(spring) = model.springs.iter().find(|spring| spring.name == of) {
-        return ends([&spring.from, &spring.to], stated([&spring.point_from, &spring.point_to]));
-    }
-    if let Some(bar) = model.bars.iter().find(|bar| bar.name == of) {
-        return ends([&bar.from, &bar.to], [bar.point.as_deref().unwrap_or_default(); 2]);
-    }
-    if let Some(law) = model.laws.iter().find(|law| law.name == of) {
-        let names = [law.from.as_deref()?, law.to.as_deref()?];
-        return ends(names, stated([&law.point_from, &law.point_to]));
-    }
-    model.constraints.iter().find_map(|constraint| match constraint {
-        Constraint::Distance { name, from, to, point_from, point_to, .. } if name == of => {
-            ends([from, to], [point_from, point_to])
-        }
-        _ => None,
-    })
 }
 
 /// The slip of what rolls, or of a blade, scalar constraint `k`.

@@ -1,12 +1,12 @@
 //! Contacts of bodies, as parts of a mechanism.
 
 use super::CORRECT;
+use super::contact_gaps::{KnownShapes, axes, shapes_of_body};
 use super::contact_origin::{ContactOrigin, ShapeElement, Sides, TouchingBodies, TouchingShapes};
 use super::joint_drive::stribeck;
 use super::names::Names;
 use holonom_model::contact_pairs::{ContactPair, SideOfPair};
 use holonom_model::{Body, Contact, ContactModel, GROUND, ModelError, Problem};
-use nalgebra::Matrix3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use vi_constraints::nonsmooth::{ContactLaw, Unilateral};
@@ -159,24 +159,6 @@ fn rigid(of: &ContactPair<'_>, frames: [FrameId; 2], pair: Pair) -> ShapeContact
     }
 }
 
-/// The gaps between all shapes of two bodies, which do not touch by that; `None` where there is
-/// none.
-pub(crate) fn clearance(bodies: [&str; 2], names: &Names<'_>) -> Option<Vec<ShapeElement>> {
-    let mut known = BTreeMap::new();
-    let [a, b] = bodies.map(|name| names.model.body(name));
-    let [on_a, on_b] = [a?, b?].map(|body| shapes_of_body(body, names, &mut known));
-    let frames = bodies.map(|name| names.frame(name));
-    let both = on_a.iter().flat_map(|a| on_b.iter().map(move |b| [a.clone(), b.clone()]));
-    let element = |[a, b]: [ContactShape; 2]| {
-        let pair = Pair::new(a, b).ok()?;
-        let (name, source) = (bodies.join("–"), String::new());
-        let size = pair.extent().max(f64::MIN_POSITIVE);
-        let law = ContactLaw::Frictionless { restitution: 0.0 };
-        Some(ShapeElement::Rigid(Arc::new(ShapeContact { name, source, size, pair, frames, law })))
-    };
-    both.map(element).collect()
-}
-
 /// The law of a contact with a `model`.
 fn compliant_law(contact: &Contact) -> Option<CompliantLaw> {
     let model = contact.model?;
@@ -184,9 +166,6 @@ fn compliant_law(contact: &Contact) -> Option<CompliantLaw> {
     let friction = model.course().map(|course| (contact.friction, stribeck(&course)));
     Some(CompliantLaw { stiffness, exponent, dissipation, friction })
 }
-
-/// The shapes of bodies that were asked for.
-type KnownShapes<'a> = BTreeMap<&'a str, Vec<ContactShape>>;
 
 /// The shapes of both sides of a pair.
 fn shapes_of<'a>(
@@ -199,20 +178,6 @@ fn shapes_of<'a>(
         SideOfPair::Body(body) => shapes_of_body(body, names, known),
     };
     [on_a, shapes_of_body(pair.b, names, known)]
-}
-
-fn shapes_of_body<'a>(
-    body: &'a Body,
-    names: &Names<'a>,
-    known: &mut KnownShapes<'a>,
-) -> Vec<ContactShape> {
-    let shapes = || names.model.contact_shapes(body, &axes(names, &body.name));
-    known.entry(&body.name).or_insert_with(shapes).clone()
-}
-
-/// The axes along which shapes of a body stand.
-fn axes(names: &Names<'_>, body: &str) -> Matrix3<f64> {
-    names.index(body).map_or_else(Matrix3::identity, |k| names.principal[k])
 }
 
 fn law(contact: &Contact) -> ContactLaw {

@@ -3,6 +3,7 @@
 pub(crate) mod beams;
 pub(crate) mod bushing;
 pub(crate) mod contact;
+pub(crate) mod contact_gaps;
 pub mod contact_origin;
 pub(crate) mod coordinate;
 pub(crate) mod drive;

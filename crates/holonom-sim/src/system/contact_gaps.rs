@@ -1,0 +1,47 @@
+//! Shapes of bodies and the gaps between them.
+
+use super::contact_origin::ShapeElement;
+use super::names::Names;
+use holonom_model::Body;
+use nalgebra::Matrix3;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use vi_constraints::nonsmooth::ContactLaw;
+use vi_multibody::contact::shape_contact::ShapeContact;
+use vi_rigid::gap::{ContactShape, Pair};
+
+/// The gaps between all shapes of two bodies, which do not touch by that; `None` where there is
+/// none.
+pub(crate) fn clearance(bodies: [&str; 2], names: &Names<'_>) -> Option<Vec<ShapeElement>> {
+    let mut known = BTreeMap::new();
+    let [a, b] = bodies.map(|name| names.model.body(name));
+    let [on_a, on_b] = [a?, b?].map(|body| shapes_of_body(body, names, &mut known));
+    let frames = bodies.map(|name| names.frame(name));
+    let both = on_a.iter().flat_map(|a| on_b.iter().map(move |b| [a.clone(), b.clone()]));
+    let element = |[a, b]: [ContactShape; 2]| {
+        let pair = Pair::new(a, b).ok()?;
+        let (name, source) = (bodies.join("–"), String::new());
+        let size = pair.extent().max(f64::MIN_POSITIVE);
+        let law = ContactLaw::Frictionless { restitution: 0.0 };
+        Some(ShapeElement::Rigid(Arc::new(ShapeContact { name, source, size, pair, frames, law })))
+    };
+    both.map(element).collect()
+}
+
+/// The shapes of bodies that were asked for.
+pub(super) type KnownShapes<'a> = BTreeMap<&'a str, Vec<ContactShape>>;
+
+/// The shapes with which a body touches.
+pub(super) fn shapes_of_body<'a>(
+    body: &'a Body,
+    names: &Names<'a>,
+    known: &mut KnownShapes<'a>,
+) -> Vec<ContactShape> {
+    let shapes = || names.model.contact_shapes(body, &axes(names, &body.name));
+    known.entry(&body.name).or_insert_with(shapes).clone()
+}
+
+/// The axes along which shapes of a body stand.
+pub(super) fn axes(names: &Names<'_>, body: &str) -> Matrix3<f64> {
+    names.index(body).map_or_else(Matrix3::identity, |k| names.principal[k])
+}
