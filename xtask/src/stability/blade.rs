@@ -253,8 +253,7 @@ impl Blade {
     /// The largest `|z| − 1` over the eigenvalues `z` of a step about the steady rotation; `None`
     /// where there is no steady rotation.
     pub(super) fn growth(&self, rule: Rule, h: f64) -> Option<f64> {
-        // of mean directors: a bound of the tension would begin at rest, not at the steady rotation
-        let model = &self.model;
+        let model = of(self.model.clone(), elements(rule));
         let mechanism = model.mechanism();
         let system = model.system(&mechanism, rule.strain());
         let rotation =
