@@ -98,11 +98,12 @@ fn ropes() -> String {
         ];
         for (rule, name) in rules {
             let cell = |h: &f64| {
-                let growth = match rope.growth(rule, *h) {
-                    _ if rule == StrainRule::Dissipative => String::new(),
-                    Some(growth) if growth < 1e-6 => "< 1e-6; ".to_owned(),
-                    Some(growth) => format!("**{growth:.0e}**; "),
-                    None => "–; ".to_owned(),
+                let conservative = rule != StrainRule::Dissipative;
+                let growth = match conservative.then(|| rope.growth(rule, *h)) {
+                    None => String::new(),
+                    Some(Some(growth)) if growth < 1e-6 => "< 1e-6; ".to_owned(),
+                    Some(Some(growth)) => format!("**{growth:.0e}**; "),
+                    Some(None) => "–; ".to_owned(),
                 };
                 match rope.run(rule, *h, LENGTH) {
                     Ok(change) if change < 0.1 || rule == StrainRule::Dissipative => {
