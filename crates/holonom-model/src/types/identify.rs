@@ -42,17 +42,12 @@ pub struct Identify {
     pub max_iterations: usize,
     /// Parts of the run that begin at states of their own until they meet: for long data, whose
     /// residuals have many minima.
-    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[serde(default = "one")]
     pub segments: usize,
 }
 
 fn one() -> usize {
     1
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref)] // the signature that serde asks for
-fn is_one(count: &usize) -> bool {
-    *count == 1
 }
 
 fn hundred() -> usize {

@@ -1519,8 +1519,8 @@ class Builder(Sections):
         parameters : dict, optional
             Unknown numbers of ``[parameters]``, by name.
         segments : int, optional
-            Parts of the run that begin at states of their own until they meet: for long data,
-            whose residuals have many minima.
+            Parts of the run that begin at states of their own until they meet: for long data, whose
+            residuals have many minima.
         """
         given: dict[str, Any] = {
             "initial": initial,
