@@ -7,7 +7,7 @@
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 
 /// Interpreters that are tried.
 fn interpreter() -> Option<PathBuf> {
@@ -53,19 +53,36 @@ fn staged() -> PathBuf {
     place
 }
 
+/// Files whose tests wait for other processes and programs for the most part: they run beside the
+/// others.
+const BESIDE: [&str; 5] =
+    ["test_types.py", "test_unit.py", "test_sweep.py", "test_shards.py", "test_lanes.py"];
+
+/// pytest with more words, begun.
+fn begun(python: &Path, place: &Path, words: &[PathBuf]) -> Child {
+    let mut pytest = Command::new(python);
+    pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=8"]);
+    pytest.args(words).current_dir(place);
+    pytest.env("PYTHONPATH", place).env("PYTHONDONTWRITEBYTECODE", "1").env("RUST_BACKTRACE", "0");
+    pytest.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
 #[test]
 fn the_package_passes_its_tests() {
     let Some(python) = interpreter() else {
         println!("no Python 3.11 with NumPy and pytest: the package is not tested");
         return;
     };
-    let place = staged();
-    let mut pytest = Command::new(&python);
-    pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=8"]);
-    pytest.arg(folder().join("tests")).current_dir(&place);
-    pytest.env("PYTHONPATH", &place).env("PYTHONDONTWRITEBYTECODE", "1").env("RUST_BACKTRACE", "0");
-    let answer = pytest.output().unwrap();
-    let said = String::from_utf8_lossy(&answer.stdout).into_owned();
-    println!("{said}{}", String::from_utf8_lossy(&answer.stderr));
-    assert!(answer.status.success(), "pytest: {}", answer.status);
+    let (place, tests) = (staged(), folder().join("tests"));
+    let beside = BESIDE.map(|name| tests.join(name));
+    assert!(beside.iter().all(|file| file.exists()));
+    let ignored = BESIDE.map(|name| format!("--ignore={}", tests.join(name).display()).into());
+    let others = [&[tests.clone()][..], &ignored].concat();
+    let both = [&beside[..], &others].map(|words| begun(&python, &place, words));
+    let both = both.map(|pytest| std::thread::spawn(|| pytest.wait_with_output().unwrap()));
+    for answer in both.map(|pytest| pytest.join().unwrap()) {
+        let said = String::from_utf8_lossy(&answer.stdout).into_owned();
+        println!("{said}{}", String::from_utf8_lossy(&answer.stderr));
+        assert!(answer.status.success(), "pytest: {}", answer.status);
+    }
 }
