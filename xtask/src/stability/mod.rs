@@ -196,8 +196,8 @@ mod tests {
         assert!(replace(page, "linear", "new").unwrap_err().contains("`linear`"));
     }
 
-    /// Averaged strains fail where the linear step grows, and hold where it does not; with selective
-    /// mass scaling both hold at every step.
+    /// Averaged strains fail where the linear step grows, and hold where it does not; with
+    /// selective mass scaling both hold at every step.
     #[test]
     fn runs_of_a_blade_hold_where_the_linear_step_does() {
         let blade = Blade::aluminium(6, 20.0);
