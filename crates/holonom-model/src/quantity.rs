@@ -197,14 +197,8 @@ impl<'a> Quantities<'a> {
     fn sensor(&self, name: &str) -> Option<Quantity> {
         let (of, part) = name.split_once('.').unwrap_or((name, ""));
         let own = self.model.sensors.iter().find(|sensor| sensor.name == of)?;
-        let is_rate = matches!(
-            own.kind,
-            SensorKind::Velocity
-                | SensorKind::AngularVelocity
-                | SensorKind::DistanceRate
-                | SensorKind::JointRate
-        );
-        let (sensor, part, at_once) = (of.to_owned(), part.to_owned(), self.is_at_once(own));
+        let (is_rate, at_once) = (own.kind.is_rate(), self.is_at_once(own));
+        let (sensor, part) = (of.to_owned(), part.to_owned());
         Some(Quantity::Sensor { sensor, part, is_rate, at_once })
     }
 

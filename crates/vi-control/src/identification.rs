@@ -16,6 +16,7 @@ use crate::least_squares::{Refused, Residuals};
 use crate::objective::{Objective, Quantity};
 use crate::sensitivities::{Beside, Direction, Growth, Sensitivities};
 use nalgebra::DMatrix;
+use std::ops::Range;
 use vi_constraints::design::Design;
 use vi_core::MechanicalSystem;
 use vi_core::linear::dot;
@@ -98,6 +99,20 @@ pub struct Series {
     pub steps: Vec<f64>,
     /// The values, as many.
     pub values: Vec<f64>,
+}
+
+impl Series {
+    /// Its values in the steps from these nodes, with times from the first of them.
+    #[must_use]
+    pub fn part(&self, nodes: Range<usize>) -> Self {
+        let all = self.steps.iter().zip(&self.values);
+        let own = all.filter_map(|(x, value)| {
+            let (node, part) = place(*x);
+            nodes.contains(&node).then(|| ((node - nodes.start) as f64 + part, *value))
+        });
+        let (steps, values) = own.unzip();
+        Self { steps, values, ..self.clone() }
+    }
 }
 
 /// Why series are no measurements.

@@ -127,6 +127,13 @@ impl SensorKind {
         matches!(self, Self::Distance | Self::DistanceRate)
     }
 
+    /// Whether it is a rate or a velocity.
+    #[must_use]
+    pub fn is_rate(self) -> bool {
+        use SensorKind::{AngularVelocity, DistanceRate, JointRate, Velocity};
+        matches!(self, Velocity | AngularVelocity | DistanceRate | JointRate)
+    }
+
     /// Whether it is of a point of a body.
     pub(crate) fn has_point(self) -> bool {
         self.is_distance()

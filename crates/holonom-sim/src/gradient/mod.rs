@@ -32,6 +32,7 @@ use vi_control::gradient::{Gradient, Task};
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
 use vi_core::linear::dot;
 use vi_multibody::design::start::{self, StartTangent};
+use vi_multibody::joint_coordinate::JointCoordinate;
 
 /// What derivatives are wanted.
 #[derive(Clone, Debug, PartialEq)]
@@ -325,26 +326,33 @@ pub fn gradient(
 /// # Errors
 /// [`ModelError`]: the model has no start, or something that is free has no joint.
 pub fn initial_values(model: &Model) -> Result<Vec<(String, usize, f64, f64)>, ModelError> {
-    initial_values_given(model, &Outside::default())
+    let chosen = independent_coordinates(model, &Outside::default())?;
+    let stated = StatedStart::of(model)?;
+    let one = |(joint, freedom): (String, usize)| {
+        let both = InitialCoordinate::both(model, &joint, freedom);
+        let [value, rate] = both.map(|own| stated.value(&own));
+        Some((joint, freedom, value?, rate?)) // each has them
+    };
+    Ok(chosen.into_iter().filter_map(one).collect())
 }
 
-/// The same at what is given for its joints from outside.
-pub(crate) fn initial_values_given(
+/// The joints and coordinates alone, at a start that is given from outside.
+///
+/// # Errors
+/// As of [`initial_values`].
+pub(crate) fn independent_coordinates(
     model: &Model,
     outside: &Outside,
-) -> Result<Vec<(String, usize, f64, f64)>, ModelError> {
+) -> Result<Vec<(String, usize)>, ModelError> {
     let mut prepared = Prepared::new(model, &[], (&[], outside))?;
     let begin = Begin::new(model, &mut prepared)?;
-    let stated = StatedStart::of(model)?;
-    let chosen = begin.of(model, &prepared.system.mechanism).coordinates()?;
+    let mechanism = &prepared.system.mechanism;
+    let chosen = begin.of(model, mechanism).coordinates()?;
     let one = |own: &TreeCoordinate| {
-        let name = name_of(&prepared.system.mechanism, own);
-        let value = |is_rate| {
-            let (joint, freedom) = (name.clone(), own.1);
-            stated.value(&InitialCoordinate { joint, freedom, is_rate, alone: false })
-        };
-        let found = own.0.and_then(|_| Some((name.clone(), own.1, value(false)?, value(true)?)));
-        found.ok_or_else(|| {
+        let joint = own.0.map(|joint| &mechanism.description().joints[joint]);
+        let joint = joint.filter(|joint| JointCoordinate::principal(joint, own.1).is_some());
+        joint.map(|joint| (joint.name.clone(), own.1)).ok_or_else(|| {
+            let name = name_of(mechanism, own);
             let what = format!("derivatives by the start of `{name}`, which has no joint");
             refused("joint", what, "hold it by a joint")
         })
@@ -382,7 +390,8 @@ fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), 
             Costs::new(model, parts, std::slice::from_ref(*name), &[])
         })
         .collect();
-    let values = prepared.values_of(&costs?)?;
+    let costs = costs?;
+    let values = prepared.values_of(&costs.iter().collect::<Vec<_>>())?;
     let term = |(name, value): (&&String, f64)| TermValue { name: (*name).clone(), value };
     out.terms = names.iter().zip(values).map(term).collect();
     Ok(())

@@ -14,7 +14,6 @@ use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
 
 /// A cost, with what is no matter of the motion.
-#[derive(Default)]
 pub(crate) struct Costs {
     /// Terms of the motion.
     pub(crate) sum: Objective,

@@ -105,37 +105,42 @@ impl Prepared {
 
     /// `J` of the run from its start.
     pub(crate) fn value(&mut self) -> Result<f64, GradientFailure> {
-        let costs = std::mem::take(&mut self.costs);
-        let found = self.values_of(std::slice::from_ref(&costs));
-        self.costs = costs;
-        Ok(found?.iter().sum())
+        let Self { simulation, controls, costs, steps, .. } = self;
+        Ok(values_along(simulation, (controls, *steps), &[costs])?.iter().sum())
     }
 
-    /// The values of costs along the run from its start.
-    pub(crate) fn values_of(&mut self, costs: &[Costs]) -> Result<Vec<f64>, GradientFailure> {
-        let Self { simulation, controls, steps, .. } = self;
-        let h = simulation.settings.step;
-        let run = simulation.integrator();
-        let mut values = vec![0.0; costs.len()];
-        for step in 0..*steps {
-            controls.set(step);
-            let w = controls.at(step);
-            let mut count = |s: &Interval| {
-                for (value, own) in values.iter_mut().zip(costs) {
-                    *value += own.sum.of_step(s, w);
-                }
-            };
-            let taken = run.step_with(&mut |_, _, taken| count(taken.s));
-            taken.map_err(|error| {
-                GradientFailure::Run(GradientError::Step { step: step + 1, error })
-            })?;
-        }
-        let state = run.state();
-        for (value, own) in values.iter_mut().zip(costs) {
-            *value += own.sum.of_end(state) + own.rates(controls, h);
-        }
-        Ok(values)
+    /// The values of other costs along the run from its start.
+    pub(crate) fn values_of(&mut self, costs: &[&Costs]) -> Result<Vec<f64>, GradientFailure> {
+        values_along(&mut self.simulation, (&self.controls, self.steps), costs)
     }
+}
+
+/// The values of costs along a run of this many steps.
+fn values_along(
+    simulation: &mut Simulation,
+    (controls, steps): (&Controls, usize),
+    costs: &[&Costs],
+) -> Result<Vec<f64>, GradientFailure> {
+    let h = simulation.settings.step;
+    let run = simulation.integrator();
+    let mut values = vec![0.0; costs.len()];
+    for step in 0..steps {
+        controls.set(step);
+        let w = controls.at(step);
+        let mut count = |s: &Interval| {
+            for (value, own) in values.iter_mut().zip(costs) {
+                *value += own.sum.of_step(s, w);
+            }
+        };
+        let taken = run.step_with(&mut |_, _, taken| count(taken.s));
+        taken
+            .map_err(|error| GradientFailure::Run(GradientError::Step { step: step + 1, error }))?;
+    }
+    let state = run.state();
+    for (value, own) in values.iter_mut().zip(costs) {
+        *value += own.sum.of_end(state) + own.rates(controls, h);
+    }
+    Ok(values)
 }
 
 /// The joint coordinates that sensors show, with their revolutions.

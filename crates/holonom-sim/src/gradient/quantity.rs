@@ -81,25 +81,16 @@ impl Measured {
         }
     }
 
-    /// A coordinate of a joint; an angle that nothing else reads is its principal value.
-    ///
-    /// # Errors
-    /// [`ModelError`] where it has none.
+    /// A coordinate of a joint; `None` where it has none.
     pub(crate) fn coordinate(
         model: &Model,
-        mechanism: &Mechanism,
+        mechanism: &mut Mechanism,
         name: &str,
         freedom: usize,
-    ) -> Result<Self, ModelError> {
-        let joint = model.joints.iter().position(|joint| joint.name == name);
-        let found = joint.and_then(|joint| {
-            let coordinate = Box::new(mechanism.known_coordinate(joint, freedom)?);
-            Some(Self::Joint { joint, freedom, coordinate })
-        });
-        found.ok_or_else(|| {
-            let what = format!("`{name}`, which has no coordinate {freedom}");
-            refused(&format!("joint.{name}"), what, "name a joint that slides or turns")
-        })
+    ) -> Option<Self> {
+        let joint = model.joints.iter().position(|joint| joint.name == name)?;
+        let coordinate = Box::new(mechanism.coordinate(joint, freedom)?);
+        Some(Self::Joint { joint, freedom, coordinate })
     }
 
     /// The same with sensors of rates: whose rate it is.
@@ -119,12 +110,7 @@ impl Measured {
             return refuse(format!("a sensor `{name}`"), "add the [[sensor]]"); // checked before
         };
         let is_point = |name: &str| model.frame(name).is_some() || model.particle(name).is_some();
-        let reading = match sensor.kind {
-            SensorKind::Velocity | SensorKind::DistanceRate | SensorKind::JointRate => {
-                Reading::Rate
-            }
-            _ => Reading::Value,
-        };
+        let reading = if sensor.kind.is_rate() { Reading::Rate } else { Reading::Value };
         let own = match sensor.kind {
             SensorKind::Position | SensorKind::Velocity if sensor.seen_from.is_none() => {
                 let axis = component(key, (name, part), model.header.dimension)?;
@@ -137,12 +123,9 @@ impl Measured {
                 Ok(Self::Distance(end.minus(&point(model, mechanism, &sensor.of, sensor.point))))
             }
             SensorKind::JointCoordinate | SensorKind::JointRate => {
-                let joint = model.joints.iter().position(|joint| joint.name == sensor.of);
-                let freedom = part.map_or(Ok(0), str::parse::<usize>);
-                let found = joint.zip(freedom.ok()).and_then(|(joint, freedom)| {
-                    let coordinate = Box::new(mechanism.coordinate(joint, freedom)?);
-                    Some(Self::Joint { joint, freedom, coordinate })
-                });
+                let freedom = part.map_or(Ok(0), str::parse::<usize>).ok();
+                let found = freedom
+                    .and_then(|freedom| Self::coordinate(model, mechanism, &sensor.of, freedom));
                 found.ok_or_else(|| {
                     let what = format!("`{text}`, which is no coordinate of a joint");
                     let help = "write the number of the coordinate, such as \"NAME.0\"";

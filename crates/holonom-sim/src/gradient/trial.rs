@@ -45,6 +45,13 @@ pub(crate) struct InitialCoordinate {
 }
 
 impl InitialCoordinate {
+    /// A coordinate of a joint and its rate.
+    pub(crate) fn both(model: &Model, joint: &str, freedom: usize) -> [Self; 2] {
+        let count = model.joint(joint).map_or(0, |own| own.pair().coordinate_count());
+        let (joint, alone) = (joint.to_owned(), count == 1);
+        [false, true].map(|is_rate| Self { joint: joint.clone(), freedom, is_rate, alone })
+    }
+
     /// `JOINT.coordinate`, `JOINT.rate`; of one of several with its number.
     pub(crate) fn name(&self) -> String {
         let what = if self.is_rate { "rate" } else { "coordinate" };
@@ -173,9 +180,12 @@ impl ModelTrials<'_> {
             quantities.push(Box::new(Sensed::new(own, mechanism, sensor, &tangents)));
         }
         for (name, freedom) in &self.joints {
-            let mechanism = &prepared.system.mechanism;
-            let own = Measured::coordinate(&model, mechanism, name, *freedom)?;
-            quantities.push(Box::new(Sensed::new(own, mechanism, "", &tangents)));
+            let mechanism = &mut prepared.system.mechanism;
+            let own = Measured::coordinate(&model, mechanism, name, *freedom).ok_or_else(|| {
+                let what = format!("`{name}`, which has no coordinate {freedom}");
+                refused(&format!("joint.{name}"), what, "name a joint that slides or turns")
+            })?;
+            quantities.push(Box::new(Sensed::new(own, mechanism, name, &tangents)));
         }
         let of = begin.of(&model, &prepared.system.mechanism);
         let mut directions = Vec::new();

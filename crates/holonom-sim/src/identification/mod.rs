@@ -286,9 +286,7 @@ fn initial(model: &Model, joints: &[String]) -> Result<Vec<(InitialCoordinate, f
     for name in joints {
         let count = model.joint(name).map_or(0, |joint| joint.pair().coordinate_count());
         for freedom in 0..count {
-            for is_rate in [false, true] {
-                let own =
-                    InitialCoordinate { joint: name.clone(), freedom, is_rate, alone: count == 1 };
+            for own in InitialCoordinate::both(model, name, freedom) {
                 let value = stated.value(&own).ok_or_else(|| {
                     let what = format!("an estimate of the start of `{name}`");
                     refused("identify.initial", what, "name a joint that slides or turns")

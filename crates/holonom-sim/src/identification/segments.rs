@@ -10,7 +10,7 @@
 
 use super::IdentifyError;
 use crate::design::refused;
-use crate::gradient::initial_values_given;
+use crate::gradient::independent_coordinates;
 use crate::gradient::trial::{From, InitialCoordinate, ModelTrials};
 use holonom_model::{Constraint, Model};
 use nalgebra::DMatrix;
@@ -20,8 +20,6 @@ use vi_control::least_squares::{FitError, LeastSquares, Parameter, Refused, Resi
 
 /// The key that asks for them.
 const KEY: &str = "identify.segments";
-/// Times this near to a node, in steps, are those of the node.
-const AT_NODE: f64 = 1e-9;
 /// Iterations for the state of a segment.
 const TRIES: usize = 20;
 
@@ -65,14 +63,14 @@ impl<'m> Segments<'m> {
         refuse(model, count, steps)?;
         let theta: Vec<f64> = parameters.iter().map(|own| own.start).collect();
         begins_anew(trials, &theta)?;
-        let begun = initial_values_given(&trials.model(&theta)?, &trials.outside(&theta));
-        let stated = begun.map_err(|_| {
+        let begun = independent_coordinates(&trials.model(&theta)?, &trials.outside(&theta));
+        let joints = begun.map_err(|_| {
             let what = "segments of a run in which something that moves has no joint";
             refused(KEY, what, "write segments = 1, or hold each body by a joint")
         })?;
-        let joints: Vec<(String, usize)> =
-            stated.into_iter().map(|(joint, freedom, ..)| (joint, freedom)).collect();
-        let names = joints.iter().flat_map(|own| names_of(model, own)).collect();
+        let both =
+            |(joint, freedom): &(String, usize)| InitialCoordinate::both(model, joint, *freedom);
+        let names = joints.iter().flat_map(both).collect();
         let nodes = (0..=count).map(|j| (j * steps + count / 2) / count).collect();
         let chain = Chain { whole, joints, names, nodes };
         let Made { alone, .. } = chain.segments(parameters, interrupted)?;
@@ -146,8 +144,8 @@ impl<'m> Chain<'_, '_, 'm> {
                     Parameter { scale, ..Parameter::new(&name.name(), *value) }
                 }));
             }
-            let mut parts: Vec<Series> =
-                series.iter().map(|own| part(own, [first, last], is_last)).collect();
+            let end = if is_last { usize::MAX } else { last };
+            let mut parts: Vec<Series> = series.iter().map(|own| own.part(first..end)).collect();
             let data = parts.iter().map(|own| own.values.len()).sum();
             if !is_last {
                 parts.extend(states(trials.reads.len(), joints.len(), last - first));
@@ -189,17 +187,6 @@ fn refuse(model: &Model, count: usize, steps: usize) -> Result<(), IdentifyError
     Ok(())
 }
 
-/// The values of a series between two nodes; those at the last node belong to the last segment.
-fn part(own: &Series, [from, to]: [usize; 2], is_last: bool) -> Series {
-    let within = |x: f64| {
-        let near = AT_NODE * x.max(1.0);
-        x >= from as f64 - near && (is_last || x < to as f64 - near)
-    };
-    let all = own.steps.iter().zip(&own.values).filter(|(x, _)| within(**x));
-    let (steps, values) = all.map(|(x, y)| ((x - from as f64).max(0.0), *y)).unzip();
-    Series { steps, values, ..own.clone() }
-}
-
 /// Coordinates and rates of joints at a node, as measurements; `first`: of the quantities.
 fn states(first: usize, joints: usize, node: usize) -> impl Iterator<Item = Series> {
     let one = move |sensor: usize, reading: Reading| {
@@ -208,17 +195,6 @@ fn states(first: usize, joints: usize, node: usize) -> impl Iterator<Item = Seri
     };
     (first..first + joints)
         .flat_map(move |sensor| [one(sensor, Reading::Value), one(sensor, Reading::Rate)])
-}
-
-/// A coordinate of a joint and its rate, as unknowns.
-fn names_of(model: &Model, (joint, freedom): &(String, usize)) -> [InitialCoordinate; 2] {
-    let count = model.joint(joint).map_or(0, |own| own.pair().coordinate_count());
-    [false, true].map(|is_rate| InitialCoordinate {
-        joint: joint.clone(),
-        freedom: *freedom,
-        is_rate,
-        alone: count == 1,
-    })
 }
 
 /// Refuses a state that is more than coordinates and rates.
