@@ -1,6 +1,6 @@
 //! Long data in segments, of unlike models whose whole motion is not found from the same start.
 
-use super::tests::{exact, found, read, true_values};
+use super::tests::{self, exact, found, noisy, read, true_values};
 use super::{Found, IdentifyError, Watch, identify};
 use vi_testkit::Sample;
 
@@ -148,92 +148,25 @@ initial = ["shoulder"]
 segments = 16
 "#;
 
-/// A four-bar linkage whose crank turns: a closed loop with redundant rows.
-const LINKAGE: &str = r#"
-[model]
-name = "linkage"
-gravity = [0.0, 0.0, -9.81]
-[simulation]
-step = 0.01
-end = 4.0
-project_start = true
-[parameters]
-mass = 1.6
-friction = 0.05
-[[body]]
-name = "crank"
-position = [0.075, 0.0, 0.12990381056766578]
-rotation_vector = [0.0, -1.0471975511965976, 0.0]
-mass = 0.8
-inertia = [0.0002, 0.0061, 0.00615]
-[[body]]
-name = "coupler"
-position = [0.546556821879383, 0.0, 0.47251090512719507]
-rotation_vector = [0.0, -0.4923447, 0.0]
-mass = "= mass"
-inertia = [0.0004, 0.108, 0.1083]
-[[body]]
-name = "rocker"
-position = [0.871556821879383, 0.0, 0.3426070945595293]
-rotation_vector = [0.0, -1.3648990, 0.0]
-mass = 1.2
-inertia = [0.0003, 0.049, 0.0492]
-[[joint]]
-name = "shaft"
-type = "revolute"
-parent = "ground"
-child = "crank"
-anchor_parent = [0.0, 0.0, 0.0]
-anchor_child = [-0.15, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-rate = 12.0
-[[joint]]
-name = "pin"
-type = "revolute"
-parent = "crank"
-child = "coupler"
-anchor_parent = [0.15, 0.0, 0.0]
-anchor_child = [-0.45, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-damper = { damping = "= friction" }
-[[joint]]
-name = "pivot"
-type = "revolute"
-parent = "ground"
-child = "rocker"
-anchor_parent = [0.8, 0.0, 0.0]
-anchor_child = [-0.35, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-[[joint]]
-name = "cut"
-type = "revolute"
-parent = "coupler"
-child = "rocker"
-anchor_parent = [0.45, 0.0, 0.0]
-anchor_child = [0.35, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-cut = true
-[[sensor]]
-name = "angle"
-type = "joint_coordinate"
-of = "pivot"
-[[sensor]]
-name = "point"
-type = "position"
-of = "coupler"
-point = [0.1, 0.0, 0.2]
-[[measurement]]
-sensor = "angle"
-sigma = 0.01
-[[measurement]]
-sensor = "point.z"
-sigma = 0.002
-[identify]
-parameters = { mass = { start = 1.0 }, friction = { start = 0.01, min = 0.0 } }
-segments = 10
-"#;
-
-const ALL: [&str; 4] = [SPRING, WHEEL, ARM, LINKAGE];
+/// The four-bar linkage with a crank that turns: a closed loop with redundant rows.
+fn linkage() -> String {
+    let (model, _) = tests::LINKAGE.split_once("[identify]").unwrap();
+    let changes = [
+        ("end = 0.6", "end = 4.0"),
+        ("stiffness = 5.0\n", ""),
+        ("rate = 3.0", "rate = 12.0"),
+        ("spring = { stiffness = \"= stiffness\", rest = 0.1 }\n", ""),
+        ("[[sensor]]\nname = \"speed\"\ntype = \"joint_rate\"\nof = \"shaft\"\n", ""),
+        ("[[measurement]]\nsensor = \"speed\"\nsigma = 0.1\n", ""),
+    ];
+    let changed = changes.into_iter().fold(model.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    });
+    changed
+        + "[identify]\nparameters = { mass = { start = 1.0 }, friction = { start = 0.01, min = 0.0 } }\n"
+        + "segments = 10\n"
+}
 
 /// By how much an estimate is off, relative to the values that the data were made with.
 fn off(text: &str) -> (f64, Found) {
@@ -247,7 +180,7 @@ fn off(text: &str) -> (f64, Found) {
 
 #[test]
 fn segments_find_what_the_whole_motion_misses() {
-    for text in ALL {
+    for text in [SPRING, WHEEL, ARM, &linkage()] {
         let segments = text.lines().find(|line| line.starts_with("segments")).unwrap();
         let (plain, _) = off(&text.replace(segments, "max_iterations = 20"));
         let (met, found) = off(text);
@@ -298,14 +231,7 @@ fn what_has_no_segments_is_refused_by_its_key() {
 #[test]
 fn noise_leaves_estimates_of_segments_within_their_standard_errors() {
     let (source, model) = read(WHEEL);
-    let mut data = exact(&model);
-    let mut random = Sample::new(7);
-    for (column, own) in data.iter_mut().zip(&model.measurements) {
-        for value in &mut column.values {
-            let even: f64 = (0..12).map(|_| random.number()).sum();
-            *value += own.sigma * even / 2.0;
-        }
-    }
+    let data = noisy(&model, exact(&model), &mut Sample::new(7));
     let estimate = found(WHEEL, &data).unwrap().estimate;
     assert!(estimate.is_sound() && estimate.segments == 20, "{estimate:?}");
     println!("chi-square per degree of freedom {}", estimate.chi_square_per_freedom);
@@ -321,20 +247,17 @@ fn noise_leaves_estimates_of_segments_within_their_standard_errors() {
 fn segments_are_interrupted() {
     let (text, model) = read(ARM);
     let data = exact(&model);
-    let mut left = 20;
-    let mut interrupted = || {
-        left -= 1;
-        left < 0
+    let after = |questions: usize| {
+        let mut asked = 0;
+        let mut interrupted = || {
+            asked += 1;
+            asked > questions
+        };
+        let mut watch = Watch { run: &mut |_| {}, interrupted: &mut interrupted };
+        identify(&text, &[], &model, &data, &mut watch)
     };
-    let mut watch = Watch { run: &mut |_| {}, interrupted: &mut interrupted };
-    let none = identify(&text, &[], &model, &data, &mut watch).map(|own| own.estimate);
+    let none = after(20).map(|own| own.estimate);
     assert_eq!(none.unwrap_err(), IdentifyError::Interrupted);
-    let mut left = 35;
-    let mut interrupted = || {
-        left -= 1;
-        left < 0
-    };
-    let mut watch = Watch { run: &mut |_| {}, interrupted: &mut interrupted };
-    let found = identify(&text, &[], &model, &data, &mut watch).unwrap();
+    let found = after(35).unwrap();
     assert!(found.interrupted && found.estimate.outcome == "interrupted", "{:?}", found.estimate);
 }

@@ -88,7 +88,7 @@ initial = ["shoulder"]
 "#;
 
 /// A four-bar linkage with redundant rows; its crank is released anyhow.
-const LINKAGE: &str = r#"
+pub(super) const LINKAGE: &str = r#"
 [model]
 name = "linkage"
 gravity = [0.0, 0.0, -9.81]
@@ -359,6 +359,21 @@ fn residuals_of_models_have_their_derivatives() {
     }
 }
 
+/// Data with noise of the deviations that the model states.
+pub(super) fn noisy(
+    model: &Model,
+    mut data: Vec<MeasuredColumn>,
+    random: &mut Sample,
+) -> Vec<MeasuredColumn> {
+    for (column, own) in data.iter_mut().zip(&model.measurements) {
+        for value in &mut column.values {
+            let even: f64 = (0..12).map(|_| random.number()).sum();
+            *value += own.sigma * even / 2.0; // the variance of [-1, 1) is 1/3
+        }
+    }
+    data
+}
+
 /// Sixty sets of noise: errors in standard errors have the size one.
 #[test]
 fn standard_errors_are_those_of_noise() {
@@ -369,13 +384,7 @@ fn standard_errors_are_those_of_noise() {
     let mut random = Sample::new(4);
     let (mut squares, mut count) = (0.0, 0.0);
     for _ in 0..60 {
-        let mut noisy = data.clone();
-        for (column, own) in noisy.iter_mut().zip(&model.measurements) {
-            for value in &mut column.values {
-                let even: f64 = (0..12).map(|_| random.number()).sum();
-                *value += own.sigma * even / 2.0; // the variance of [-1, 1) is 1/3
-            }
-        }
+        let noisy = noisy(&model, data.clone(), &mut random);
         let estimate = found(&short, &noisy).unwrap().estimate;
         assert!(estimate.is_sound());
         assert!((estimate.chi_square_per_freedom - 1.0).abs() < 0.35, "{estimate:?}");
