@@ -82,7 +82,7 @@ impl<'a> Given<'a> {
     /// A value with the revolutions that the coordinate has at `q` by its principal value.
     fn next_to(&self, q: &[f64], value: f64) -> f64 {
         match self.coordinate.is_angle() {
-            true => value - TAU * ((value - self.at(q)) / TAU).round(),
+            true => value - revolutions(self.at(q), value),
             false => value,
         }
     }
@@ -237,9 +237,14 @@ fn placed(
     Ok(q)
 }
 
+/// The whole revolutions from one angle to next to another, rad.
+fn revolutions(from: f64, to: f64) -> f64 {
+    TAU * ((to - from) / TAU).round()
+}
+
 /// Whether a coordinate has a value, an angle up to whole revolutions.
 fn is_near(found: f64, value: f64) -> bool {
-    let apart = (found + TAU * ((value - found) / TAU).round() - value).abs();
+    let apart = (found + revolutions(found, value) - value).abs();
     apart.min((found - value).abs()) <= TOLERANCE * value.abs().max(1.0)
 }
 

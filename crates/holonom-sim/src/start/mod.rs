@@ -61,6 +61,10 @@ pub(crate) enum How {
 }
 
 impl StartValues {
+    fn new((q, v): (Vec<f64>, Vec<f64>), how: How) -> Self {
+        Self { q, v, how, separated: false, angles: Vec::new() }
+    }
+
     /// The initial values of a model, with what is given for its joints from outside.
     ///
     /// # Errors
@@ -82,7 +86,7 @@ impl StartValues {
         let tolerance = model.settings.start_tolerance;
         let mut missed = assembly::velocity_inconsistencies(mechanism, &q, &v, tolerance);
         if missed.is_empty() || nearly_consistent(mechanism, &q, &v, tolerance) {
-            return Ok(Self { q, v, how: How::Stated, separated: false, angles: Vec::new() });
+            return Ok(Self::new((q, v), How::Stated));
         }
         if !model.settings.project_start {
             offer_rates(model, mechanism, &mut missed);
@@ -90,10 +94,9 @@ impl StartValues {
             return Err(ModelError::InconsistentStart(missed));
         }
         if model.joints.iter().any(|joint| joint.rate.is_some()) {
-            let (q, v) = with_stated_rates(model)?;
-            return Ok(Self { q, v, how: How::WithRates, separated: false, angles: Vec::new() });
+            return Ok(Self::new(with_stated_rates(model)?, How::WithRates));
         }
-        Ok(Self { q, v, how: How::Stated, separated: false, angles: Vec::new() })
+        Ok(Self::new((q, v), How::Stated))
     }
 }
 
@@ -192,13 +195,7 @@ fn relaxed(model: &Model) -> Result<StartValues, ModelError> {
         }
     };
     let unstable = statics.problem().unstable_directions().unwrap_or(0);
-    Ok(StartValues {
-        q,
-        v,
-        how: How::Relaxed { speed, unstable },
-        separated: false,
-        angles: Vec::new(),
-    })
+    Ok(StartValues::new((q, v), How::Relaxed { speed, unstable }))
 }
 
 /// `(q_0, v_0)` that keep the rates which the joints of the model state.
