@@ -17,7 +17,7 @@ pub use vi_statics::AddedDamping;
 use crate::modes::{About, ModalAnalysis, ModeKind, ModesError};
 use crate::sensor::{Column, columns};
 use crate::statics::{refuse_rolling, refuse_states};
-use holonom_model::{Model, ModelError, SensorKind};
+use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use input::Excitation;
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
@@ -299,7 +299,7 @@ fn empty(column: &Column) -> ResponseColumn {
 fn without_amplitudes(model: &mut Model) -> Vec<String> {
     let constraints: Vec<String> =
         model.constraints.iter().map(|constraint| constraint.name().to_owned()).collect();
-    let has_none = |sensor: &holonom_model::Sensor| match sensor.kind {
+    let has_none = |sensor: &Sensor| match sensor.kind {
         SensorKind::Reaction
         | SensorKind::Power
         | SensorKind::Work
@@ -314,10 +314,8 @@ fn without_amplitudes(model: &mut Model) -> Vec<String> {
     };
     let out: Vec<String> =
         model.sensors.iter().filter(|s| has_none(s)).map(|s| format!("`{}`", s.name)).collect();
-    let read: Vec<bool> =
-        model.sensors.iter().map(|own| !has_none(own) || model.reads_sensor(&own.name)).collect();
-    let mut read = read.into_iter();
-    model.sensors.retain(|_| read.next().unwrap_or(true));
+    let kept = |own: &&Sensor| !has_none(own) || model.reads_sensor(&own.name);
+    model.sensors = model.sensors.iter().filter(kept).cloned().collect();
     let note = || {
         format!(
             "no amplitudes of {}: reactions, efforts of constraints, powers, inertial units and expressions are left out",

@@ -1,7 +1,7 @@
 //! Contacts of bodies, as parts of a mechanism.
 
 use super::CORRECT;
-use super::contact_gaps::{KnownShapes, axes, shapes_of_body};
+use super::contact_gaps::{KnownShapes, axes, rigid, shapes_of_body};
 use super::contact_origin::{ContactOrigin, ShapeElement, Sides, TouchingBodies, TouchingShapes};
 use super::joint_drive::stribeck;
 use super::names::Names;
@@ -14,9 +14,7 @@ use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::contact::compliant_contact::{CompliantContact, CompliantLaw};
-use vi_multibody::contact::shape_contact::ShapeContact;
 use vi_multibody::contact::shape_group::ShapeGroup;
-use vi_multibody::joint::FrameId;
 use vi_rigid::gap::{ContactShape, NoGap, Pair, features};
 
 /// Shapes that overlap by more than this part of their size are refused at the start.
@@ -77,7 +75,8 @@ fn add_pair<'a>(
             }
             None => {
                 let [on_a, on_b] = shapes;
-                let own = Arc::new(rigid(pair, frames, Pair::new(on_a, on_b).map_err(refused)?));
+                let (shapes, law) = (Pair::new(on_a, on_b).map_err(refused)?, law(pair.contact));
+                let own = Arc::new(rigid([a, b.as_str()], frames, shapes, (contact, law)));
                 builder.contact(own.clone());
                 (ShapeElement::Rigid(own), &mut *by_impulses)
             }
@@ -146,17 +145,6 @@ fn group_of<'a>(
     let element = ShapeElement::Group(Arc::new(group));
     let (contact, bodies) = (contact.name.clone(), TouchingBodies::Group(bodies));
     Some(TouchingShapes { contact, bodies, element })
-}
-
-fn rigid(of: &ContactPair<'_>, frames: [FrameId; 2], pair: Pair) -> ShapeContact {
-    ShapeContact {
-        name: format!("{}–{}", of.a.name(), of.b.name),
-        source: of.contact.name.clone(),
-        size: pair.extent().max(f64::MIN_POSITIVE),
-        pair,
-        frames,
-        law: law(of.contact),
-    }
 }
 
 /// The law of a contact with a `model`.

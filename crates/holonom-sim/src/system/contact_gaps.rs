@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_constraints::nonsmooth::ContactLaw;
 use vi_multibody::contact::shape_contact::ShapeContact;
+use vi_multibody::joint::FrameId;
 use vi_rigid::gap::{ContactShape, Pair};
 
 /// The gaps between all shapes of two bodies, which do not touch by that; `None` where there is
@@ -20,12 +21,22 @@ pub(crate) fn clearance(bodies: [&str; 2], names: &Names<'_>) -> Option<Vec<Shap
     let both = on_a.iter().flat_map(|a| on_b.iter().map(move |b| [a.clone(), b.clone()]));
     let element = |[a, b]: [ContactShape; 2]| {
         let pair = Pair::new(a, b).ok()?;
-        let (name, source) = (bodies.join("–"), String::new());
-        let size = pair.extent().max(f64::MIN_POSITIVE);
         let law = ContactLaw::Frictionless { restitution: 0.0 };
-        Some(ShapeElement::Rigid(Arc::new(ShapeContact { name, source, size, pair, frames, law })))
+        Some(ShapeElement::Rigid(Arc::new(rigid(bodies, frames, pair, ("", law)))))
     };
     both.map(element).collect()
+}
+
+/// Two shapes on frames of bodies; with the source and the law of their contact.
+pub(super) fn rigid(
+    bodies: [&str; 2],
+    frames: [FrameId; 2],
+    pair: Pair,
+    (source, law): (&str, ContactLaw),
+) -> ShapeContact {
+    let (name, source) = (bodies.join("–"), source.to_owned());
+    let size = pair.extent().max(f64::MIN_POSITIVE);
+    ShapeContact { name, source, size, pair, frames, law }
 }
 
 /// The shapes of bodies that were asked for.
