@@ -4,7 +4,7 @@
 //! threads there are. One that fails stays where it failed until it is reset.
 
 use crate::acting::{Acting, check_finite, hold};
-use crate::errors::{panicked, raise};
+use crate::errors::{raise, taken};
 use crate::model::Model;
 use crate::stepper::{Run, freed};
 use crate::watch::Watch;
@@ -14,7 +14,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::sync::{Mutex, MutexGuard};
 use std::thread;
 
 /// Steps of all members between two questions for signals, and the fewest that are worth a thread.
@@ -181,13 +181,7 @@ impl Ensemble {
 
 impl Ensemble {
     fn taken(&self) -> PyResult<MutexGuard<'_, Vec<Member>>> {
-        match self.members.try_lock() {
-            Ok(members) => Ok(members),
-            Err(TryLockError::WouldBlock) => {
-                Err(PyRuntimeError::new_err("this ensemble is at work in another call"))
-            }
-            Err(TryLockError::Poisoned(_)) => Python::attach(|py| Err(panicked(py, "ensemble"))),
-        }
+        taken(&self.members, "ensemble")
     }
 }
 

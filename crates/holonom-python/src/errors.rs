@@ -8,6 +8,7 @@ use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, TryLockError};
 
 /// The path of a text that has no file.
 pub(crate) const NO_FILE: &str = "<text>";
@@ -84,11 +85,18 @@ pub(crate) fn json<'py>(py: Python<'py>, value: &serde_json::Value) -> PyResult<
     py.import("json")?.call_method1("loads", (value.to_string(),))
 }
 
-/// What panicked is not used any more.
-pub(crate) fn panicked(py: Python<'_>, what: &str) -> PyErr {
-    let words = format!("this {what} panicked in an earlier call");
-    let remedy = "make another one, and please report the panic with the model";
-    raise(py, "InternalError", (words, remedy))
+/// What one call at a time may have; after a panic no other has it. `what`: in a word.
+pub(crate) fn taken<'a, T>(of: &'a Mutex<T>, what: &str) -> PyResult<MutexGuard<'a, T>> {
+    of.try_lock().map_err(|error| match error {
+        TryLockError::WouldBlock => {
+            PyRuntimeError::new_err(format!("this {what} is at work in another call"))
+        }
+        TryLockError::Poisoned(_) => Python::attach(|py| {
+            let words = format!("this {what} panicked in an earlier call");
+            let remedy = "make another one, and please report the panic with the model";
+            raise(py, "InternalError", (words, remedy))
+        }),
+    })
 }
 
 /// A word that is none of those expected.

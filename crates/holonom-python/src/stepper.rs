@@ -1,7 +1,7 @@
 //! One step after another, with inputs that are held over a step.
 
 use crate::acting::{Acted, Acting, check_finite, hold, numbers};
-use crate::errors::{panicked, raise};
+use crate::errors::{raise, taken};
 use crate::fault::Fault;
 use crate::model::Model;
 use crate::watch::Watch;
@@ -14,7 +14,7 @@ use numpy::{
 use pyo3::exceptions::{PyBaseException, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyEllipsis};
-use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::sync::{Mutex, MutexGuard};
 
 /// A simulation that is stepped by hand.
 #[pyclass(frozen, module = "holonom._core")]
@@ -354,13 +354,7 @@ impl Stepper {
 impl Stepper {
     /// The run, which is asked for by one call at a time.
     fn taken(&self) -> PyResult<MutexGuard<'_, Run>> {
-        match self.run.try_lock() {
-            Ok(run) => Ok(run),
-            Err(TryLockError::WouldBlock) => {
-                Err(PyRuntimeError::new_err("this stepper is at work in another call"))
-            }
-            Err(TryLockError::Poisoned(_)) => Python::attach(|py| Err(panicked(py, "stepper"))),
-        }
+        taken(&self.run, "stepper")
     }
 
     fn hold(&self, run: &Run, values: &[f64]) -> PyResult<()> {
