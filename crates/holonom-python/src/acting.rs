@@ -512,7 +512,7 @@ impl BodyState {
         PyArray1::from_slice(py, &Self::spatial(&self.v))
     }
 
-    /// Directors, shape `(3, 3)`: `directors[i]` is the `i`-th one in space; of a body whose
+    /// Directors, 1, shape `(3, 3)`: `directors[i]` is the `i`-th one in space; of a body whose
     /// inertia is a full tensor its principal axes.
     #[getter]
     fn directors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
@@ -521,7 +521,7 @@ impl BodyState {
             .map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))
     }
 
-    /// The rotation matrix, shape `(3, 3)`: directors are its columns.
+    /// The rotation matrix, 1, shape `(3, 3)`: directors are its columns.
     #[getter]
     fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.directors(py)?.getattr("T")

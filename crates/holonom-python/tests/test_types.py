@@ -1,8 +1,7 @@
-"""Stubs, types, docstrings with their examples."""
+"""Stubs, types, examples of docstrings."""
 
 import doctest
 import importlib
-import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -21,18 +20,6 @@ def test_examples_of_docstrings_run(name: str) -> None:
     found = doctest.testmod(module, extraglobs={key: getattr(hn, key) for key in hn.__all__})
     assert found.failed == 0
     print(f"{name}: {found.attempted} lines")
-
-
-def test_every_public_name_says_what_it_is() -> None:
-    for name in hn.__all__:
-        thing = getattr(hn, name)
-        if name.startswith("__"):
-            continue
-        assert inspect.getdoc(thing), name
-        if inspect.isclass(thing) and thing.__module__.startswith("holonom"):
-            for key, member in vars(thing).items():
-                if not key.startswith("_") and (callable(member) or isinstance(member, property)):
-                    assert inspect.getdoc(member), f"{name}.{key}"
 
 
 def test_the_types_are_strict() -> None:

@@ -35,6 +35,15 @@ FIRST = ["name", "type", "parent", "child", "from", "to", "of", "mass", "positio
 """Required keys that stand without their names, in this order."""
 NAMES = {"parent", "child", "from", "to", "of", "on", "body", "beam", "joint", "relative_to", "seen_from"}
 WORDS = {"from", "global", "import", "class", "def", "in", "is", "lambda", "pass"}
+UNITS = {
+    **dict.fromkeys(["along", "axis", "axis2", "elements", "freedoms", "matrix", "normal", "quaternion"], "1"),
+    "limits": "m or rad",
+    "bushing.force": "N and N·m",
+    "table.axes": "of what takes and gives them",
+    "table.points": "of what takes and gives them",
+    "table.values": "of what takes them",
+}
+"""Units of arrays whose descriptions state none, by keys, or by sections and keys."""
 WIDTH = 100
 
 
@@ -154,7 +163,7 @@ class Schema:
         lines += [f"        {named(key)}: {optional(self.annotation(key, keys[key]))} = None," for key in rest]
         lines += [f"        {key}: Vector | None = None," for key in extra]
         lines += [f"    ) -> {handle}:"]
-        text = "\n".join(lines) + "\n" + self.docstring(description, first, rest, keys, extra)
+        text = "\n".join(lines) + "\n" + self.docstring(section, description, (first, rest, extra), keys)
         pairs = [f"            {quoted(key)}: {named(key)}," for key in [*first, *rest]]
         given = "\n".join(["        given: dict[str, Any] = {", *pairs, "        }"])
         turn = "        self._align(given, along)\n" if extra else ""
@@ -163,16 +172,18 @@ class Schema:
         return f"{text}{given}\n{turn}        return self.{add}({quoted(section)}, given)\n"
 
     def docstring(
-        self, description: str, first: list[str], rest: list[str], keys: dict[str, Any], extra: list[str]
+        self, section: str, description: str, names: tuple[list[str], list[str], list[str]], keys: dict[str, Any]
     ) -> str:
-        """Its parameters with shapes and units."""
+        """Its parameters with shapes and units, and the handle; ``section`` of the header: ``""``."""
+        first, rest, extra = names
         lines = wrapped(plain(description), 8, '"""')
         lines += ["", "        Parameters", "        ----------"]
         for key in [*first, *rest]:
             schema = keys[key]
             also = "" if key in first else ", optional"
             lines.append(f"        {named(key)} : {self.shape(schema)}{also}")
-            lines += wrapped(plain(schema.get("description", "")), 12)
+            unit = UNITS.get(f"{section}.{key}", UNITS.get(key)) if "array" in self.shape(schema) else None
+            lines += wrapped(plain(schema.get("description", "")) + (f" Unit: {unit}." if unit else ""), 12)
             words = [part["const"] for part in self.resolved(schema).get("oneOf", []) if "const" in part]
             inner = self.inner(schema)
             if inner:
@@ -182,7 +193,11 @@ class Schema:
         if extra:
             lines.append("        along : array (3,), optional")
             words = "The third axis of the body, the axis of its shape, points along it in space; any length."
-            lines += wrapped(words, 12)
+            lines += wrapped(f"{words} Unit: {UNITS['along']}.", 12)
+        if section:
+            handle = "BeamPart" if section == "beam" else "Part"
+            lines += ["", "        Returns", "        -------", f"        {handle}"]
+            lines += ["            Its handle, which stands wherever its name can."]
         return "\n".join([*lines, '        """']) + "\n"
 
     def beginning(self) -> str:
@@ -193,7 +208,7 @@ class Schema:
         lines = ["    def __init__(", "        self,", "        name: str,", "        *,"]
         lines += [f"        {named(key)}: {optional(self.annotation(key, keys[key]))} = None," for key in rest]
         lines += ["    ) -> None:"]
-        doc = self.docstring("The header `[model]` and the settings `[simulation]`.", first, rest, keys, [])
+        doc = self.docstring("", "The header `[model]` and the settings `[simulation]`.", (first, rest, []), keys)
         pairs = [f"            {quoted(key)}: {named(key)}," for key in model]
         header = "\n".join(["        model: dict[str, Any] = {", *pairs, "        }"])
         pairs = [f"            {quoted(key)}: {named(key)}," for key in simulation]

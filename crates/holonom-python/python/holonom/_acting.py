@@ -68,6 +68,10 @@ def compiled(function: Any, *, conservative: bool = False) -> CompiledLaw:
         ``restype`` and ``argtypes``.
     conservative : as of :class:`Law`.
 
+    Returns
+    -------
+    CompiledLaw
+
     Raises
     ------
     TypeError

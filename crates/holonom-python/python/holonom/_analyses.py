@@ -43,12 +43,12 @@ class Modes(Analysis):
 
     @property
     def damping(self) -> Array:
-        """Damping ratios, shape ``(modes,)``."""
+        """Damping ratios, 1, shape ``(modes,)``."""
         return self._of("damping_ratio")
 
     @property
     def load_factors(self) -> Array:
-        """Critical load factors, shape ``(modes,)``; NaN of what is no buckling."""
+        """Critical load factors, 1, shape ``(modes,)``; NaN of what is no buckling."""
         found = [mode.get("load_factor") for mode in self["modes"]]
         return np.array([np.nan if factor is None else factor for factor in found])
 
@@ -63,6 +63,10 @@ def modes(model: Any, *, at: str = "start", count: int = 10, buckling: bool = Fa
     at : ``"start"``, ``"static"``, ``"rotation"`` or ``"motion"``.
     count : how many, beside what is unstable.
     buckling : critical load factors and shapes instead: the loads at the end are factor 1.
+
+    Returns
+    -------
+    Modes
 
     Raises
     ------
@@ -99,9 +103,15 @@ def campbell(model: Any, speeds: Sequence[float] | Array, *, count: int = 10) ->
     speeds : of the rotation, rad/s, shape ``(K,)``.
     count : how many modes.
 
+    Returns
+    -------
+    Campbell
+
     Raises
     ------
     InvalidModel, AnalysisFailed
+    ValueError
+        For speeds that are none.
     """
     own, asked = model_of(model)._core, [float(speed) for speed in speeds]
     count = natural("count", count, 1)
@@ -129,15 +139,45 @@ class Response(Analysis):
         raise unknown(name, [column["name"] for column in self["columns"]])
 
     def amplitude(self, name: str) -> Array:
-        """Of a column of the sensors, in its unit, shape ``(K,)``."""
+        """The amplitude of a column of the sensors.
+
+        Parameters
+        ----------
+        name : of the column.
+
+        Returns
+        -------
+        array (K,)
+            In the unit of the column.
+        """
         return np.array(self._column(name)["amplitude"], dtype=np.float64)
 
     def phase(self, name: str) -> Array:
-        """Against a cosine of the input, rad in (−π, π], shape ``(K,)``."""
+        """The phase of a column of the sensors against a cosine of the input.
+
+        Parameters
+        ----------
+        name : of the column.
+
+        Returns
+        -------
+        array (K,)
+            From −π to π, rad.
+        """
         return np.deg2rad(np.array(self._column(name)["phase"], dtype=np.float64))
 
     def transfer(self, name: str) -> NDArray[np.complex128]:
-        """Amplitude and phase as a complex number, shape ``(K,)``."""
+        """Amplitude and phase of a column of the sensors as complex numbers.
+
+        Parameters
+        ----------
+        name : of the column.
+
+        Returns
+        -------
+        array (K,)
+            In the unit of the column.
+        """
         found: NDArray[np.complex128] = self.amplitude(name) * np.exp(1j * self.phase(name))
         return found
 
@@ -163,6 +203,10 @@ def response(
     rayleigh : α (1/s) and β (s) of damping αM + βK beside that of the model.
     damping_ratios : of the vibrations, slowest first; the last is that of all further ones.
 
+    Returns
+    -------
+    Response
+
     Raises
     ------
     InvalidModel, AnalysisFailed
@@ -185,8 +229,13 @@ def bench(model: Any, *, schemes: Sequence[str] = (), steps: int = 200) -> Answe
 
     Parameters
     ----------
+    model : as of :func:`simulate`.
     schemes : to measure; without them that of the model.
     steps : in each round.
+
+    Returns
+    -------
+    Answer
 
     Raises
     ------

@@ -19,13 +19,22 @@ class Answer(Mapping[str, Any]):
     """What a verb found: the JSON that the program prints, and its words.
 
     ``answer["dof"]`` is a value, ``answer.to_dict()`` all of them, ``str(answer)`` the text.
+
+    Attributes
+    ----------
+    text : the words.
     """
 
     def __init__(self, found: dict[str, Any], text: str) -> None:
         self._found, self.text = found, text
 
     def to_dict(self) -> dict[str, Any]:
-        """The object of ``--json``."""
+        """The object of ``--json``.
+
+        Returns
+        -------
+        dict
+        """
         return self._found
 
     def __getitem__(self, key: str) -> Any:
@@ -55,7 +64,12 @@ class Analysis(Answer):
 
     @no_panic
     def page(self) -> str:
-        """The page, as the program writes it: HTML that needs no other file."""
+        """The page, as the program writes it: HTML that needs no other file.
+
+        Returns
+        -------
+        str
+        """
         return self._page()
 
     def view(self) -> None:

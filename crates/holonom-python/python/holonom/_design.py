@@ -41,6 +41,7 @@ class Gradient:
     InvalidModel : a name is none of a parameter, with the nearest; the model has no such derivative,
         with the key.
     AnalysisFailed : the run does not reach its end.
+    ValueError : there is nothing to differentiate by, or a name stands there twice.
 
     Examples
     --------
@@ -52,7 +53,9 @@ class Gradient:
     names: list[str]
     """What the entries of ``x`` are."""
     start: Array
-    """The values that the model states, zero for controls, shape ``(N,)``."""
+    """The values that the model states, zero for controls, shape ``(N,)``, in their units."""
+    last: Answer | None
+    """What the last call found."""
 
     def __init__(
         self,
@@ -89,7 +92,7 @@ class Gradient:
         if not names:
             raise ValueError("by what? write parameters=[…], controls=True or initial=True")
         self.names, self.start = names, np.array(values, dtype=np.float64)
-        self.last: Answer | None = None
+        self.last = None
 
     def _place(
         self,
@@ -108,11 +111,23 @@ class Gradient:
         }
 
     def __call__(self, x: Any) -> tuple[float, Array]:
-        """The objective, and its derivatives by ``x``, shape ``(N,)``.
+        """The objective, and its derivatives by ``x``.
 
         Parameters
         ----------
-        x : shape ``(N,)``, as :attr:`names` say.
+        x : shape ``(N,)``, as :attr:`names` say, in their units.
+
+        Returns
+        -------
+        float
+            In the unit of the objective.
+        array (N,)
+            In that unit by the units of ``x``.
+
+        Raises
+        ------
+        ValueError
+            For another shape, and numbers that are not finite.
         """
         at = np.asarray(x, dtype=np.float64)
         if at.shape != self.start.shape:
@@ -150,11 +165,30 @@ class Gradient:
         return float(found["value"]), np.array(slope, dtype=np.float64)
 
     def value(self, x: Any) -> float:
-        """The objective alone."""
+        """The objective alone.
+
+        Parameters
+        ----------
+        x : shape ``(N,)``, as :attr:`names` say, in their units.
+
+        Returns
+        -------
+        float
+        """
         return self(x)[0]
 
     def gradient(self, x: Any) -> Array:
-        """Its derivatives alone, shape ``(N,)``."""
+        """Its derivatives alone.
+
+        Parameters
+        ----------
+        x : shape ``(N,)``, as :attr:`names` say, in their units.
+
+        Returns
+        -------
+        array (N,)
+            In the unit of the objective by those of ``x``.
+        """
         return self(x)[1]
 
 
@@ -200,18 +234,20 @@ class Identified(Answer):
 
     @property
     def standard_errors(self) -> Array:
-        """Their standard errors, shape ``(P,)``; NaN at a bound, and where a combination is not seen."""
+        """Their standard errors, in their units, shape ``(P,)``; NaN at a bound, and where a
+        combination is not seen."""
         found = [own["standard_error"] for own in self["parameters"]]
         return np.array([np.nan if one is None else one for one in found], dtype=np.float64)
 
     @property
     def covariance(self) -> Array:
-        """Their covariance, shape ``(P, P)``; NaN where a combination is not seen."""
+        """Their covariance, in products of their units, shape ``(P, P)``; NaN where a combination is
+        not seen."""
         return self._square("covariance")
 
     @property
     def correlation(self) -> Array:
-        """Their correlations, shape ``(P, P)``; NaN beside a number at a bound."""
+        """Their correlations, 1, shape ``(P, P)``; NaN beside a number at a bound."""
         return self._square("correlation")
 
     def _square(self, key: str) -> Array:
@@ -253,6 +289,10 @@ def identify(
         measurement, shape ``(K,)``; NaN where a value was not measured.
     progress : called with the number of runs.
 
+    Returns
+    -------
+    Identified
+
     Raises
     ------
     InvalidModel : a number has no derivative, or nothing depends on it.
@@ -280,9 +320,11 @@ class Optimum(Analysis):
     controls: Array
     """The value of each control in each step, N or N·m, shape ``(steps, controls)``."""
     costates: Array
-    """Multipliers of the balances at the nodes but the last, shape ``(steps, coordinates)``."""
+    """Multipliers of the balances at the nodes but the last, in the unit of the cost by that of a
+    momentum, shape ``(steps, coordinates)``."""
     iterations: dict[str, Array]
-    """By name what each iteration has: cost, infeasibility, …, each of shape ``(iterations,)``."""
+    """By name what each iteration has: cost, infeasibility, …, each of shape ``(iterations,)``, in
+    the units of the summary."""
 
     def __init__(
         self,
@@ -334,6 +376,10 @@ def optimize(model: Any, *, progress: Callable[[int, int], object] | None = None
     ----------
     model : as of :func:`simulate`.
     progress : called with the number of iterations.
+
+    Returns
+    -------
+    Optimum
 
     Raises
     ------

@@ -37,6 +37,16 @@ class Ensemble:
     set : values that each member replaces, one mapping for each.
     threads : how many; by default the processors that this process may use.
 
+    Attributes
+    ----------
+    observed : the names of what is observed.
+
+    Raises
+    ------
+    InvalidModel, UnknownName
+    ValueError
+        For no members, or another number of values.
+
     Examples
     --------
     >>> ensemble = Ensemble({
@@ -79,13 +89,19 @@ class Ensemble:
 
         Parameters
         ----------
-        u : inputs, shape ``(M, m)``, or ``(m,)`` for all; without them those of before.
+        u : inputs, N or N·m, of set points m or rad, shape ``(M, m)``, or ``(m,)`` for all; without
+            them those of before.
         n : how many steps.
 
         Returns
         -------
         array (M,)
             The times, s.
+
+        Raises
+        ------
+        ValueError
+            For another shape, and numbers that are not finite.
         """
         n = natural("n", n, 0)
         shape = (self._count, self._core.width)
@@ -99,7 +115,22 @@ class Ensemble:
         return self._core.step(rows, n, self.threads)
 
     def observe(self, out: Array | None = None) -> Array:
-        """What is observed at the present nodes, shape ``(M, k)``."""
+        """What is observed at the present nodes.
+
+        Parameters
+        ----------
+        out : an array that gets the numbers in their units, and is returned, shape ``(M, k)``.
+
+        Returns
+        -------
+        array (M, k)
+            In the units of what is observed; rates by s.
+
+        Raises
+        ------
+        ValueError
+            For an array of another shape.
+        """
         found = self._core.observe()
         if out is None:
             return found
@@ -110,7 +141,7 @@ class Ensemble:
 
     @property
     def q(self) -> Array:
-        """Coordinates of the present nodes, shape ``(M, n)``; a copy."""
+        """Coordinates of the present nodes: positions, m, directors, 1; shape ``(M, n)``; a copy."""
         return self._core.q()
 
     @property
@@ -135,6 +166,13 @@ class Ensemble:
         ----------
         members : numbers of members; all by default.
         joints, rates : coordinates and rates of joints: one mapping, or one for each of the members.
+
+        Raises
+        ------
+        IndexError
+            For a member that there is not.
+        ValueError
+            For another number of mappings.
         """
         which = range(self._count) if members is None else [natural("members", k, 0) for k in members]
         for k in which:

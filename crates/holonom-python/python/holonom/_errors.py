@@ -20,7 +20,13 @@ class HolonomWarning(UserWarning):
 
 
 class HolonomError(Exception):
-    """Any failure of this package; with what to do instead in ``remedy``, where that is known."""
+    """Any failure of this package.
+
+    Attributes
+    ----------
+    message : what failed.
+    remedy : what to do instead, where that is known.
+    """
 
     def __init__(self, message: str, remedy: str = "") -> None:
         super().__init__(message, remedy)
@@ -60,7 +66,12 @@ class Problem:
 
 
 class InvalidModel(HolonomError, ValueError):
-    """A text that is no valid model; ``problems`` has all of them."""
+    """A text that is no valid model.
+
+    Attributes
+    ----------
+    problems : all that is wrong.
+    """
 
     def __init__(self, problems: Sequence[dict[str, Any] | Problem]) -> None:
         found = [p if isinstance(p, Problem) else Problem(**p) for p in problems]
@@ -77,7 +88,8 @@ class RunFailed(HolonomError, RuntimeError):
     Attributes
     ----------
     step, t : the step, and its time in s.
-    message, remedy : why, and what helps.
+    message, remedy : what failed where, and what helps.
+    reason : why.
     result : what was recorded up to there, where there is any.
     """
 
@@ -131,7 +143,13 @@ class AnalysisFailed(HolonomError, ValueError):
 
 
 class ImportFailed(HolonomError, ValueError):
-    """A robot description that cannot be translated; ``problems`` has the reasons."""
+    """A robot description that cannot be translated.
+
+    Attributes
+    ----------
+    first : what failed.
+    problems : the reasons.
+    """
 
     def __init__(self, message: str, problems: Sequence[str] = ()) -> None:
         super().__init__("\n".join([message, *problems]))

@@ -38,6 +38,10 @@ class Model:
         text : a model file.
         folder : where included files and meshes are looked for.
 
+        Returns
+        -------
+        Model
+
         Raises
         ------
         InvalidModel
@@ -58,13 +62,29 @@ class Model:
 
     @classmethod
     def from_dict(cls, sections: Mapping[str, Any], folder: str | PathLike[str] | None = None) -> Model:
-        """The model of a dictionary of sections, as a model file has them; arrays are lists."""
+        """The model of a dictionary of sections.
+
+        Parameters
+        ----------
+        sections : as a model file has them; arrays are lists.
+        folder : where included files and meshes are looked for.
+
+        Returns
+        -------
+        Model
+        """
         return cls.from_toml(_toml.document(sections), folder)
 
     def replace(self, values: Mapping[str, Any]) -> Model:
         """This model with values replaced: ``{"body.arm.mass": 2.5}``.
 
-        Keys are those of ``holonom run --set``. Numbers, texts, lists and arrays are values.
+        Parameters
+        ----------
+        values : numbers, texts, lists and arrays by the keys of ``holonom run --set``.
+
+        Returns
+        -------
+        Model
 
         Raises
         ------
@@ -73,11 +93,21 @@ class Model:
         return Model(self._core.replace(_toml.pairs(values)))
 
     def to_toml(self) -> str:
-        """The text of this model, everything resolved."""
+        """The text of this model, everything resolved.
+
+        Returns
+        -------
+        str
+        """
         return self._core.to_toml()
 
     def spec(self) -> Any:
-        """A :class:`holonom.Spec` of this model, everything resolved, that can be changed."""
+        """This model as a description that can be changed, everything resolved.
+
+        Returns
+        -------
+        Spec
+        """
         import tomllib
 
         from ._spec import Spec
@@ -87,12 +117,22 @@ class Model:
         return spec
 
     def to_dict(self) -> dict[str, Any]:
-        """The same as a dictionary of sections."""
+        """The same as a dictionary of sections.
+
+        Returns
+        -------
+        dict
+        """
         found: dict[str, Any] = self._core.to_dict()
         return found
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Writes :meth:`to_toml` to a file."""
+        """Writes :meth:`to_toml` to a file.
+
+        Parameters
+        ----------
+        path : the file.
+        """
         from pathlib import Path
 
         Path(path).write_text(self.to_toml(), encoding="utf-8")
@@ -230,6 +270,10 @@ def load(path: str | PathLike[str], values: Mapping[str, Any] | None = None) -> 
     ----------
     path : the file.
     values : values that are replaced, as by :meth:`Model.replace`.
+
+    Returns
+    -------
+    Model
 
     Raises
     ------

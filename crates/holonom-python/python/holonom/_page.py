@@ -28,6 +28,7 @@ class Drawing:
     Attributes
     ----------
     svg : the drawing as SVG.
+    name : its name.
     """
 
     def __init__(self, svg: str, name: str) -> None:
@@ -48,7 +49,12 @@ class Drawing:
             display({"image/svg+xml": self.svg, "text/plain": repr(self)}, raw=True)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Writes the SVG to a file."""
+        """Writes the SVG to a file.
+
+        Parameters
+        ----------
+        path : the file.
+        """
         Path(path).write_text(self.svg, encoding="utf-8")
 
     def view(self) -> None:

@@ -35,7 +35,12 @@ class Part:
         object.__setattr__(self, "_keys", keys)
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys that are stated, with their values."""
+        """The keys that are stated, with their values.
+
+        Returns
+        -------
+        dict
+        """
         return plain(self._keys)  # type: ignore[no-any-return]
 
     def __getattr__(self, key: str) -> Any:

@@ -45,7 +45,7 @@ class Table:
     Attributes
     ----------
     columns : names of the columns.
-    values : shape ``(K, columns)``.
+    values : shape ``(K, columns)``, in their units.
     units : of the columns; empty of numbers without one.
     """
 
@@ -53,7 +53,21 @@ class Table:
         self.columns, self.values, self.units = columns, values, units
 
     def unit(self, name: str) -> str:
-        """The unit of a column, or of all columns below a name; of several those there are."""
+        """The unit of a column, or of all columns below a name.
+
+        Parameters
+        ----------
+        name : of the column or columns.
+
+        Returns
+        -------
+        str
+            Of several units those there are.
+
+        Raises
+        ------
+        UnknownName
+        """
         if name in self.columns:
             return self.units[self.columns.index(name)]
         parts, _ = self.below(name)
@@ -63,11 +77,28 @@ class Table:
         return ", ".join(dict.fromkeys(self.units[k] for k in own if self.units[k]))
 
     def names(self) -> list[str]:
-        """What stands before the dots, each once."""
+        """What stands before the dots, each once.
+
+        Returns
+        -------
+        list of str
+        """
         return list(dict.fromkeys(column.rsplit(".", 1)[0] for column in self.columns))
 
     def below(self, name: str) -> tuple[list[str], slice | list[int]]:
-        """Parts of a name, and where their columns are."""
+        """Parts of a name, and where their columns are.
+
+        Parameters
+        ----------
+        name : what stands before the dot.
+
+        Returns
+        -------
+        list of str
+            What stands behind it.
+        slice or list of int
+            The columns of ``values``.
+        """
         places = [k for k, column in enumerate(self.columns) if column.rsplit(".", 1)[0] == name]
         parts = [self.columns[k].rsplit(".", 1)[-1] for k in places]
         if places and places == list(range(places[0], places[-1] + 1)):
@@ -112,7 +143,8 @@ class Member:
     Attributes
     ----------
     name : its name.
-    q : its coordinates, shape ``(K, 12)``: position and directors; of a point mass the position.
+    q : its coordinates, shape ``(K, 12)``: position, m, and directors, 1; of a point mass the
+        position.
     """
 
     def __init__(self, name: str, q: Array) -> None:
@@ -125,7 +157,7 @@ class Member:
 
     @property
     def directors(self) -> Array:
-        """Directors, shape ``(K, 3, 3)``: ``directors[k, i]`` is the ``i``-th one in space.
+        """Directors, 1, shape ``(K, 3, 3)``: ``directors[k, i]`` is the ``i``-th one in space.
 
         They are the axes of the body; of one whose inertia is a full tensor its principal axes, as
         in ``trajectory.csv``: a sensor of type ``orientation`` gives those of the body.
@@ -136,12 +168,12 @@ class Member:
 
     @property
     def rotation(self) -> Array:
-        """Rotation matrices, shape ``(K, 3, 3)``: directors are the columns."""
+        """Rotation matrices, 1, shape ``(K, 3, 3)``: directors are the columns."""
         return self.directors.swapaxes(1, 2)
 
     @property
     def quaternion(self) -> Array:
-        """Unit quaternions ``w, x, y, z`` with a continuous sign, shape ``(K, 4)``."""
+        """Unit quaternions ``w, x, y, z`` with a continuous sign, 1, shape ``(K, 4)``."""
         r = self.rotation
         trace = np.trace(r, axis1=1, axis2=2)
         diagonal = np.stack([trace, *(r[:, i, i] for i in range(3))])
@@ -177,7 +209,7 @@ class Beam:
     ----------
     element : number of the element of each section, shape ``(m,)``.
     s : arc length of the stress-free beam, m, shape ``(m,)``.
-    values : strains, curvatures, forces and moments, shape ``(K, m, 12)``.
+    values : strains, curvatures, forces and moments, 1, 1/m, N, N·m, shape ``(K, m, 12)``.
     """
 
     def __init__(self, element: NDArray[Any], s: Array, values: Array) -> None:
@@ -185,7 +217,7 @@ class Beam:
 
     @property
     def strain(self) -> Array:
-        """Shear and extension, shape ``(K, m, 3)``."""
+        """Shear and extension, 1, shape ``(K, m, 3)``."""
         return self.values[:, :, 0:3]
 
     @property
@@ -231,6 +263,8 @@ class Result:
     beams : sections by the names of beams.
     summary : the object of ``summary.json``.
     text : the sentences that the program prints.
+    folder : its files, where there are any.
+    acting : what acted from outside; a pickle leaves it out.
     """
 
     def __init__(self, model: Model, found: dict[str, Any], folder: Path | None = None) -> None:
@@ -243,7 +277,7 @@ class Result:
         self.summary: dict[str, Any] = found["summary"]
         self.text: str = found["text"]
         self.folder = folder
-        self.acting: _core.Acting | None = None  # what acted from outside
+        self.acting: _core.Acting | None = None
         self._acted = False
         self._stepped = False  # by a stepper
 
@@ -263,7 +297,7 @@ class Result:
 
     @property
     def q(self) -> Array:
-        """Coordinates, members one after the other, shape ``(K, n)``."""
+        """Coordinates, members one after the other: positions, m, directors, 1; shape ``(K, n)``."""
         return self._table("q").values
 
     @property
@@ -345,8 +379,8 @@ class Result:
 
         Returns
         -------
-        numpy.ndarray
-            Shape ``(K,)``, or ``(K, parts)``.
+        array (K,) or (K, parts)
+            In the unit of the sensor.
 
         Raises
         ------
@@ -361,8 +395,16 @@ class Result:
         return values[:, 0] if values.shape[1] == 1 else values
 
     def table(self, name: str) -> Table:
-        """The table of a file, with all its columns: ``trajectory``, ``energy``, ``sensors``,
-        ``residuals``, ``momenta``, after ``step`` and ``t``."""
+        """The table of a file, with all its columns after ``step`` and ``t``.
+
+        Parameters
+        ----------
+        name : ``"trajectory"``, ``"energy"``, ``"sensors"``, ``"residuals"``, ``"momenta"``.
+
+        Returns
+        -------
+        Table
+        """
         parts = [name]
         if name == "trajectory":
             parts = ["q", "tail"] if "tail" in self.tables else ["q"]
@@ -373,13 +415,27 @@ class Result:
         return Table(columns, np.hstack([head, *(table.values for table in tables)]), units)
 
     def to_pandas(self, table: str = "trajectory") -> Any:
-        """A table as a ``pandas.DataFrame`` over ``t``."""
+        """A table over ``t``.
+
+        Parameters
+        ----------
+        table : as of :meth:`table`.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
         pandas = needed("pandas", "notebook")
         found = self.table(table)
         return pandas.DataFrame(found.values, columns=found.columns).set_index("t")
 
     def to_xarray(self) -> Any:
-        """An ``xarray.Dataset``: a variable for each member and each column over ``t``."""
+        """A variable for each member and each column over ``t``, with its unit as an attribute.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
         xarray = needed("xarray", "notebook")
         variables: dict[str, Any] = {}
         for name in self.members if "q" in self.tables else []:
@@ -401,13 +457,22 @@ class Result:
         return xarray.Dataset(variables, coordinates, {"model": self.model.name})
 
     def to_npz(self, path: str | PathLike[str]) -> None:
-        """Writes ``t``, ``step`` and all tables to a file of ``numpy.load``."""
+        """Writes ``t``, ``step`` and all tables to a file of ``numpy.load``.
+
+        Parameters
+        ----------
+        path : the file.
+        """
         arrays = {name: table.values for name, table in self.tables.items()}
         names = {f"{n}_columns": np.array(table.columns) for n, table in self.tables.items()}
         np.savez(fspath(path), t=self.t, step=self.step, **arrays, **names)  # type: ignore[arg-type]
 
     def plot(self, *names: str) -> Any:
-        """Draws columns of sensors or energies over time; the total energy where none is named.
+        """Draws columns of sensors or energies over time.
+
+        Parameters
+        ----------
+        names : of the columns; the total energy where none is named.
 
         Returns
         -------
@@ -460,6 +525,10 @@ class Result:
         """The page of the run, as ``holonom run`` writes it: HTML that needs no other file.
 
         A result in memory runs once more into a folder of its own, which is removed.
+
+        Returns
+        -------
+        str
         """
         from pathlib import Path
 
@@ -468,8 +537,13 @@ class Result:
             return Path(page).read_text(encoding="utf-8")
 
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> None:
-        """Writes the files of ``holonom run`` to a folder, bit for bit; ``force`` replaces those
-        there. A result in memory runs once more.
+        """Writes the files of ``holonom run`` to a folder, bit for bit. A result in memory runs once
+        more.
+
+        Parameters
+        ----------
+        folder : where.
+        force : whether the files of a run that are there are replaced.
 
         Raises
         ------
@@ -566,11 +640,21 @@ class Result:
 
 @no_panic
 def open_folder(folder: str | PathLike[str]) -> Result:
-    """Reads a folder of ``holonom run`` or of ``simulate(out=…)``.
+    """Reads the files of a run.
+
+    Parameters
+    ----------
+    folder : of ``holonom run`` or of ``simulate(out=…)``.
+
+    Returns
+    -------
+    Result
 
     Raises
     ------
     OutputFailed, InvalidModel
+    HolonomError
+        For a folder that holds no run.
     """
     from pathlib import Path
 

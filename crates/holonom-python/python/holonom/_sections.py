@@ -217,7 +217,7 @@ class Builder(Sections):
             Mass, kg; from ``shape`` and its density when not stated.
         matrix : array (3, 3), optional
             Initial orientation as a rotation matrix, rows; its columns are the body's axes in
-            space.
+            space. Unit: 1.
         opacity : float, optional
             How much it covers in pictures, from 0, nothing, to 1, all that lies behind; 1 by
             default.
@@ -227,7 +227,7 @@ class Builder(Sections):
         position : array (3,), optional
             Initial position of the centre of mass, m.
         quaternion : array (4,), optional
-            Initial orientation as a unit quaternion ``[w, x, y, z]``, body to space.
+            Initial orientation as a unit quaternion ``[w, x, y, z]``, body to space. Unit: 1.
         relative_to : str, optional
             The frame of its position, orientation and velocities: a body, a node of a beam, a joint
             or a ``[[frame]]``; the inertial frame by default.
@@ -243,6 +243,12 @@ class Builder(Sections):
             Whether it is drawn in pictures; ``true`` by default.
         along : array (3,), optional
             The third axis of the body, the axis of its shape, points along it in space; any length.
+            Unit: 1.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -292,6 +298,11 @@ class Builder(Sections):
             ``[[frame]]``; the inertial frame by default.
         velocity : array (n,), optional
             Start velocity, m/s; ``dimension`` numbers, at rest by default.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -335,7 +346,7 @@ class Builder(Sections):
         name : str
             Its name, unique in the model.
         elements : int or array (n,)
-            Elements of each leg, or a list with one number for each leg.
+            Elements of each leg, or a list with one number for each leg. Unit: 1.
         angular_velocity : array (3,), optional
             Initial angular velocity of the whole beam, spatial components, rad/s.
         curvature : array (3,), optional
@@ -358,7 +369,7 @@ class Builder(Sections):
         normal : array (3,) or array (n, 3), optional
             Direction of ``d_1``, the first axis of the section, as far as it lies across the centre
             line; ``d_3`` is along it, ``d_2 = d_3 × d_1``. A list has one for each leg. Needed
-            unless the section is the same in all directions.
+            unless the section is the same in all directions. Unit: 1.
         order : int, optional
             Elements for each one that ``elements`` counts, 1, 2 or 3: for files that asked for
             elements with three or four nodes, of which there are none. All have two nodes.
@@ -388,6 +399,11 @@ class Builder(Sections):
             One of ``"normal"``, ``"minimal"``.
         velocity : array (3,), optional
             Initial velocity of its first point, m/s; the whole beam moves as if it were rigid.
+
+        Returns
+        -------
+        BeamPart
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -457,10 +473,10 @@ class Builder(Sections):
         anchor_parent : array (3,), optional
             Its place on the parent: body components from the centre of mass, m (ground: in space).
         axis : array (3,), optional
-            Its axis in space in the initial configuration; any length but zero.
+            Its axis in space in the initial configuration; any length but zero. Unit: 1.
         axis2 : array (3,), optional
             Universal joints: the axis fixed in the child, in space in the initial configuration,
-            perpendicular to ``axis``, which is fixed in the parent.
+            perpendicular to ``axis``, which is fixed in the parent. Unit: 1.
         bumper : dict, optional
             Elastic stops in the place of rigid ones.
             Keys: ``damping``, ``stiffness``.
@@ -482,7 +498,7 @@ class Builder(Sections):
             Keys: ``coefficient``, ``force``, ``freedom``, ``model``, ``radius``, ``static_ratio``,
             ``torque``.
         limits : array (2,) or dict, optional
-            Stops of a joint coordinate: ``[lower, upper]``, or a table.
+            Stops of a joint coordinate: ``[lower, upper]``, or a table. Unit: m or rad.
         motor : dict, optional
             A motor on a joint coordinate.
             Keys: ``derivative``, ``effort``, ``freedom``, ``history``, ``path``, ``proportional``.
@@ -500,6 +516,11 @@ class Builder(Sections):
         spring : dict, optional
             A spring on a joint coordinate.
             Keys: ``freedom``, ``rest``, ``stiffness``, ``table``.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -567,7 +588,7 @@ class Builder(Sections):
             The direction of the line in space, initially. / The normal of the plane in space,
             initially. / The axis of a wheel in space, initially; without it a sphere rolls. / The
             axis of the body along which the point does not move, in space, initially. Of
-            point_on_line, point_on_plane, rolling, blade.
+            point_on_line, point_on_plane, rolling, blade. Unit: 1.
         body : str, optional
             The body that rolls; the centre of the wheel or sphere is its centre of mass. / The
             body. Of rolling, blade.
@@ -576,7 +597,7 @@ class Builder(Sections):
         freedom : int, optional
             Its degree of freedom, counted from 0. Of motion.
         freedoms : array (2,), optional
-            Their degrees of freedom, counted from 0. Of gear.
+            Their degrees of freedom, counted from 0. Of gear. Unit: 1.
         from_ : str, optional
             A body, or ``ground``. Of distance.
         joint : str, optional
@@ -622,6 +643,11 @@ class Builder(Sections):
             The value of the sum, an expression of ``t``, joint coordinates and places of bodies; 0
             by default. In m/s where factors are numbers and points move, in rad/s for angles. Of
             velocity.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -679,6 +705,11 @@ class Builder(Sections):
         relative_to : str, optional
             The frame of ``point``: a body, a node of a beam, a joint or a ``[[frame]]``; the
             inertial frame by default.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -736,6 +767,11 @@ class Builder(Sections):
         tension : float, optional
             Force with which it pulls in the initial configuration, N, negative where it pushes;
             instead of ``natural_length``, for a linear spring.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -794,15 +830,15 @@ class Builder(Sections):
             Keys: ``angles``, ``degrees``, ``sequence``.
         force : array (6,), optional
             Forces and torques on ``to``, six expressions, instead of stiffness, damping and
-            preload.
+            preload. Unit: N and N·m.
         matrix : array (3, 3), optional
-            Orientation of its axes as a rotation matrix, rows; its columns are the axes.
+            Orientation of its axes as a rotation matrix, rows; its columns are the axes. Unit: 1.
         preload : array (6,), optional
             Forces, N, and torques, N·m, on ``to`` in the initial configuration, along and about its
             axes.
         quaternion : array (4,), optional
             Orientation of its axes as a unit quaternion ``[w, x, y, z]``; by default they are those
-            of space.
+            of space. Unit: 1.
         relative_to : str, optional
             The frame of its position and orientation: a body, a node of a beam, a joint or a
             ``[[frame]]``; the inertial frame by default.
@@ -815,6 +851,11 @@ class Builder(Sections):
             Stiffness ``K``: 6 numbers along and about its axes, or 6 rows of 6, N/m, N/rad, N and
             N·m/rad. Entries may be expressions of ``t``, ``x1`` to ``x6``, ``v1`` to ``v6``, and of
             joints, members and signals by their names. It need not be symmetric.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -881,6 +922,11 @@ class Builder(Sections):
             in space; only with ``frame = "space"``.
         torque : array (3,), optional
             Torque, N·m; N·m/m along a beam.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -966,6 +1012,11 @@ class Builder(Sections):
             A body, a particle, or ``ground``: the second.
         torque : array (3,), optional
             Torque, N·m, on a body, three expressions of the same names.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1033,6 +1084,11 @@ class Builder(Sections):
             Keys: ``denominator``, ``numerator``, ``of``.
         value : float or str, optional
             The signal as an expression; with ``every`` it may read ``last``, its value until then.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1069,7 +1125,7 @@ class Builder(Sections):
             Its name, unique in the model: letters, digits and ``_``, a letter first.
         axes : array (2, n), optional
             The arguments of a function of two numbers, ``[[x, …], [y, …]]``: at least two each,
-            increasing.
+            increasing. Unit: of what takes and gives them.
         columns : list of str, optional
             The headings of the columns of arguments and values; the first two columns by default.
         file : str, optional
@@ -1085,9 +1141,15 @@ class Builder(Sections):
             What it is before the first and after the last point.
             One of ``"hold"``, ``"slope"``, ``"error"``.
         points : array (n, 2), optional
-            Arguments and values, ``[[x, y], …]``: at least two, arguments increasing.
+            Arguments and values, ``[[x, y], …]``: at least two, arguments increasing. Unit: of what
+            takes and gives them.
         values : array (n, n), optional
-            Its values: a row for each ``x``, in it one for each ``y``.
+            Its values: a row for each ``x``, in it one for each ``y``. Unit: of what takes them.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1150,6 +1212,11 @@ class Builder(Sections):
             joints (``knee``, ``knee.rate``; ``knee.1`` of its second degree of freedom), bodies,
             nodes and particles in space (``arm.x`` to ``arm.z``, ``arm.vx`` to ``arm.vz``,
             ``arm.wx`` to ``arm.wz``), sensors (``tip.x``). It acts when this becomes true.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1212,7 +1279,7 @@ class Builder(Sections):
             The axes of the components of a ``reaction``: the joint frame of the parent by default.
         matrix : array (3, 3), optional
             Orientation of the axes of an ``imu`` in the body as a rotation matrix, rows; its
-            columns are the axes.
+            columns are the axes. Unit: 1.
         of : str, optional
             The body, node, particle, joint, bar, beam or contact it is attached to; an
             ``expression`` has none.
@@ -1223,7 +1290,7 @@ class Builder(Sections):
             The point at ``to``, m: body components from the centre of mass; of the ground in space.
         quaternion : array (4,), optional
             Orientation of the axes of an ``imu`` in the body as a unit quaternion ``[w, x, y, z]``;
-            by default they are those of the body.
+            by default they are those of the body. Unit: 1.
         rotation_vector : array (3,), optional
             Orientation of the axes of an ``imu`` in the body as a rotation vector, rad.
         seen_from : str, optional
@@ -1234,6 +1301,11 @@ class Builder(Sections):
             a ``clearance`` the other body.
         value : float or str, optional
             The expression of an ``expression``.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1276,16 +1348,21 @@ class Builder(Sections):
             Orientation by Euler angles.
             Keys: ``angles``, ``degrees``, ``sequence``.
         matrix : array (3, 3), optional
-            Orientation as a rotation matrix, rows; its columns are the axes of the frame.
+            Orientation as a rotation matrix, rows; its columns are the axes of the frame. Unit: 1.
         position : array (3,), optional
             Its origin, m.
         quaternion : array (4,), optional
-            Orientation as a unit quaternion ``[w, x, y, z]``.
+            Orientation as a unit quaternion ``[w, x, y, z]``. Unit: 1.
         relative_to : str, optional
             The frame of its position and orientation: a body, a node of a beam, a joint or a
             ``[[frame]]``; the inertial frame by default.
         rotation_vector : array (3,), optional
             Orientation as a rotation vector, rad.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1320,7 +1397,7 @@ class Builder(Sections):
         euler : dict, optional
             Keys: ``angles``, ``degrees``, ``sequence``.
         matrix : array (3, 3), optional
-            Orientation as a rotation matrix, rows.
+            Orientation as a rotation matrix, rows. Unit: 1.
         parameters : dict, optional
             Values for parameters of the file, instead of its own.
         position : array (3,), optional
@@ -1328,12 +1405,17 @@ class Builder(Sections):
         prefix : str, optional
             Stands before all names and parameters of the file.
         quaternion : array (4,), optional
-            Orientation as a unit quaternion ``[w, x, y, z]``.
+            Orientation as a unit quaternion ``[w, x, y, z]``. Unit: 1.
         relative_to : str, optional
             The frame in which the file is placed: a body, a node of a beam, a joint or a
             ``[[frame]]``.
         rotation_vector : array (3,), optional
             Orientation as a rotation vector, rad.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "file": file,
@@ -1382,6 +1464,11 @@ class Builder(Sections):
         type : str, optional
             What it is.
             One of ``"sensor"``, ``"rest"``.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1442,6 +1529,11 @@ class Builder(Sections):
         tangential_restitution : float, optional
             The same of the velocity across the normal, as far as friction can reverse it; 1 of a
             superball.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1488,6 +1580,11 @@ class Builder(Sections):
         shape : str, optional
             How it goes from value to value.
             One of ``"constant"``, ``"linear"``.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1521,6 +1618,11 @@ class Builder(Sections):
         segments : int, optional
             Parts of the run that begin at states of their own until they meet: for long data, whose
             residuals have many minima.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "initial": initial,
@@ -1549,6 +1651,11 @@ class Builder(Sections):
             The standard deviation of a measured value, in the unit of the sensor.
         column : str, optional
             The heading of the column of the data; that of ``sensor`` by default.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "sensor": sensor,
@@ -1590,6 +1697,11 @@ class Builder(Sections):
             The value that a sensor is to have, in its unit.
         weight : float, optional
             Its factor in the sum.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "name": name,
@@ -1632,6 +1744,11 @@ class Builder(Sections):
             The time that the motion takes is free; ``end`` of the simulation by default. The number
             of steps is that of the simulation.
             Keys: ``guess``, ``max``, ``min``.
+
+        Returns
+        -------
+        Part
+            Its handle, which stands wherever its name can.
         """
         given: dict[str, Any] = {
             "guess": guess,

@@ -61,17 +61,20 @@ def simulate(
     record : which of ``"q"``, ``"energy"``, ``"sensors"``, ``"beams"``, ``"residuals"``,
         ``"momenta"`` are kept; all by default. Without energies, residuals and momenta these are not
         computed: the summary has ``None`` for them, and there are no warnings of them.
-    out : a folder that gets the files of ``holonom run``; ``force`` replaces those there.
+    out : a folder that gets the files of ``holonom run``.
+    force : whether files there are replaced.
     checkpoint_every : steps between two checkpoints in ``out``.
     resume : a folder whose interrupted run goes on; the model is that of the folder.
     progress : called with steps taken and all steps about every 50 ms; ``True``: a bar of tqdm, or
         a line.
     on_failure : ``"raise"``, or ``"return"`` a result with ``failure`` up to there.
-    inputs : what is held over each step, by the names of :class:`Stepper`: constant, or a row for
-        each step; with ``control`` the names alone.
+    inputs : what is held over each step, by the names of :class:`Stepper`, N or N·m, of set points m
+        or rad: constant, or a row for each step, shape ``(N,)``, of forces and torques ``(N, 3)``;
+        with ``control`` the names alone.
+    observe : what ``control`` is told, as of :class:`Stepper`; by default all numbers of the sensors
+        of the model.
     control, control_every : ``control(t, y)`` gives the inputs, shape ``(m,)``, at every so many
-        nodes, which are then held; ``y`` is what is observed there, of :class:`Stepper`'s
-        ``observe``, without it all numbers of the sensors of the model.
+        nodes, which are then held; ``y`` is what is observed there.
     laws : by joints, ``"joint"`` or ``"joint.0"``: :class:`Law`, :func:`compiled`, or a function
         ``f(t, x, v)`` that gives the effort (N, N·m), or it with its slopes by ``x`` and ``v``.
     forces : by bodies, nodes of beams and point masses: ``f(t, body)`` gives the force (N) and the
@@ -90,6 +93,8 @@ def simulate(
     Raises
     ------
     InvalidModel, RunFailed, OutputExists
+    ValueError
+        For inputs of another shape, and words that are none.
     FunctionFailed
         When a function that acts gives no finite numbers. What it raises itself is raised.
     KeyboardInterrupt

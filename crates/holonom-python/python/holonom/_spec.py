@@ -59,6 +59,14 @@ class Spec(Builder):
         """The description in a model file, as it is written there: parameters, expressions and
         files that it includes stay what they are.
 
+        Parameters
+        ----------
+        path : the file.
+
+        Returns
+        -------
+        Spec
+
         Raises
         ------
         InvalidModel
@@ -79,7 +87,17 @@ class Spec(Builder):
 
     @classmethod
     def from_dict(cls, sections: Mapping[str, Any], folder: str | PathLike[str] | None = None) -> Spec:
-        """The description of a dictionary of sections, such as ``Model.to_dict()``."""
+        """The description of a dictionary of sections.
+
+        Parameters
+        ----------
+        sections : such as those of ``Model.to_dict()``.
+        folder : where included files and meshes are looked for.
+
+        Returns
+        -------
+        Spec
+        """
         spec = cls("")
         rest = copy.deepcopy(dict(sections))
         spec.model, spec.simulation = Part(rest.pop("model", {})), Part(rest.pop("simulation", {}))
@@ -95,7 +113,12 @@ class Spec(Builder):
         return spec
 
     def to_dict(self) -> dict[str, Any]:
-        """The sections as a dictionary, as a model file has them."""
+        """The sections as a dictionary, as a model file has them.
+
+        Returns
+        -------
+        dict
+        """
         found: dict[str, Any] = {"model": self.model.to_dict(), "simulation": self.simulation.to_dict()}
         if self.parameters:
             found["parameters"] = plain(self.parameters)
@@ -107,11 +130,20 @@ class Spec(Builder):
         return found
 
     def to_toml(self) -> str:
-        """The text of the model file."""
+        """The text of the model file.
+
+        Returns
+        -------
+        str
+        """
         return _toml.file(self.to_dict())
 
     def compile(self) -> Model:
         """The model.
+
+        Returns
+        -------
+        Model
 
         Raises
         ------
@@ -126,7 +158,12 @@ class Spec(Builder):
         return Model(_core.Model.parse(text, folder, [], self.meshes, []))
 
     def check(self) -> Any:
-        """What ``holonom check`` finds: :func:`holonom.check`."""
+        """What ``holonom check`` finds: :func:`holonom.check`.
+
+        Returns
+        -------
+        Answer
+        """
         from ._verbs import check
 
         return check(self)
@@ -134,7 +171,13 @@ class Spec(Builder):
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the model file; one that is no valid model is refused.
 
-        Files that it names are looked for beside it.
+        Parameters
+        ----------
+        path : the file; files that the model names are looked for beside it.
+
+        Raises
+        ------
+        InvalidModel
         """
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         text = self.to_toml()
@@ -142,11 +185,26 @@ class Spec(Builder):
         Path(path).write_text(text, encoding="utf-8")
 
     def copy(self) -> Spec:
-        """Another one with the same parts."""
+        """Another one with the same parts.
+
+        Returns
+        -------
+        Spec
+        """
         return copy.deepcopy(self)
 
     def remove(self, part: Part | str) -> None:
-        """Removes a part; what names it still does."""
+        """Removes a part; what names it still does.
+
+        Parameters
+        ----------
+        part : the part or its name.
+
+        Raises
+        ------
+        KeyError
+            For a part that there is not.
+        """
         for parts in self._parts.values():
             for k, own in enumerate(parts):
                 if own is part or (isinstance(part, str) and str(own) == part):
@@ -179,37 +237,104 @@ def _rebuilt(
 
 
 def box(x: float, y: float, z: float, *, density: float | None = None) -> dict[str, Any]:
-    """A shape: a box with these edges along the axes of the body, m; density in kg/m³."""
+    """A shape: a box.
+
+    Parameters
+    ----------
+    x, y, z : its edges along the axes of the body, m.
+    density : kg/m³.
+
+    Returns
+    -------
+    dict
+    """
     return _shape("box", [x, y, z], density)
 
 
 def cylinder(radius: float, height: float, *, density: float | None = None) -> dict[str, Any]:
-    """A shape: a cylinder about the third axis of the body, m; density in kg/m³."""
+    """A shape: a cylinder about the third axis of the body.
+
+    Parameters
+    ----------
+    radius, height : m.
+    density : kg/m³.
+
+    Returns
+    -------
+    dict
+    """
     return _shape("cylinder", [radius, height], density)
 
 
 def sphere(radius: float, *, density: float | None = None) -> dict[str, Any]:
-    """A shape: a sphere, m; density in kg/m³."""
+    """A shape: a sphere.
+
+    Parameters
+    ----------
+    radius : m.
+    density : kg/m³.
+
+    Returns
+    -------
+    dict
+    """
     return _shape("sphere", [radius], density)
 
 
 def rod(length: float, radius: float, *, density: float | None = None) -> dict[str, Any]:
-    """A shape: a slender cylinder along the third axis of the body, m; density in kg/m³."""
+    """A shape: a slender cylinder along the third axis of the body.
+
+    Parameters
+    ----------
+    length, radius : m.
+    density : kg/m³.
+
+    Returns
+    -------
+    dict
+    """
     return _shape("rod", [length, radius], density)
 
 
 def rectangle(width: float, height: float) -> dict[str, Any]:
-    """An outline of a section: ``width`` along ``d_1``, ``height`` along ``d_2``, m."""
+    """An outline of a section: a rectangle.
+
+    Parameters
+    ----------
+    width, height : along ``d_1`` and along ``d_2``, m.
+
+    Returns
+    -------
+    dict
+    """
     return {"type": "rectangle", "dimensions": [width, height]}
 
 
 def circle(radius: float) -> dict[str, Any]:
-    """An outline of a section: a disc, m."""
+    """An outline of a section: a disc.
+
+    Parameters
+    ----------
+    radius : m.
+
+    Returns
+    -------
+    dict
+    """
     return {"type": "circle", "dimensions": [radius]}
 
 
 def tube(outer: float, inner: float) -> dict[str, Any]:
-    """An outline of a section: a ring between two radii, m."""
+    """An outline of a section: a ring.
+
+    Parameters
+    ----------
+    outer, inner : its radii, m.
+
+    Returns
+    -------
+    dict
+    """
     return {"type": "tube", "dimensions": [outer, inner]}
 
 
@@ -227,9 +352,14 @@ def section(
     Parameters
     ----------
     shape : an outline: :func:`rectangle`, :func:`circle`, :func:`tube`.
-    E, G : Young's modulus and shear modulus, Pa; ``nu``, Poisson's ratio, in the place of ``G``.
+    E, G : Young's modulus and shear modulus, Pa.
+    nu : Poisson's ratio, 1, in the place of ``G``.
     density : kg/m³.
     keys : other keys of a section: ``damping``, ``shear_factors``, …
+
+    Returns
+    -------
+    dict
     """
     material = stated({"E": E, "G": G, "nu": nu, "density": density})
     return {"shape": dict(shape), "material": material, **keys}

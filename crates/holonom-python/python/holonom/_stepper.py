@@ -40,6 +40,10 @@ class Stepper:
     observe : what :meth:`observe` reads: sensors, their columns, ``"joint"``, ``"joint.rate"``.
     laws, forces, motions : as of :func:`simulate`.
 
+    Attributes
+    ----------
+    observed : the names of what is observed.
+
     Examples
     --------
     >>> stepper = Stepper({
@@ -77,7 +81,8 @@ class Stepper:
 
         Parameters
         ----------
-        u : inputs, shape ``(m,)`` in the order of ``inputs``; without them those of before.
+        u : inputs, N or N·m, of set points m or rad, shape ``(m,)`` in the order of ``inputs``;
+            without them those of before.
         n : how many steps.
 
         Returns
@@ -97,11 +102,16 @@ class Stepper:
             raise as_error(error) from error.__cause__
 
     def observe(self, out: Array | None = None) -> Array:
-        """What is observed at the present node, before the step from it, shape ``(k,)``.
+        """What is observed at the present node, before the step from it.
 
         Parameters
         ----------
-        out : an array that gets the numbers, and is returned.
+        out : an array that gets the numbers in their units, and is returned, shape ``(k,)``.
+
+        Returns
+        -------
+        array (k,)
+            In the units of what is observed; rates by s.
         """
         try:
             return self._observe(out)
@@ -113,7 +123,7 @@ class Stepper:
 
         Parameters
         ----------
-        controls : inputs of each step, shape ``(N, m)``.
+        controls : inputs of each step, N or N·m, of set points m or rad, shape ``(N, m)``.
         every : steps from one recorded node to the next; the last node is always recorded.
 
         Returns
@@ -126,6 +136,8 @@ class Stepper:
         ------
         RunFailed
             With the ``result`` up to there; the stepper stays there.
+        ValueError
+            For another shape, and numbers that are not finite.
         """
         rows = np.ascontiguousarray(controls, dtype=np.float64)
         if rows.ndim != 2 or rows.shape[1] != self._core.width:
@@ -166,12 +178,12 @@ class Stepper:
 
     @property
     def q(self) -> Array:
-        """Coordinates of the present node, shape ``(n,)``; a copy."""
+        """Coordinates of the present node: positions, m, directors, 1; shape ``(n,)``; a copy."""
         return self._core.q()
 
     @property
     def v(self) -> Array:
-        """Velocities of the coordinates at the present node, shape ``(n,)``; a copy."""
+        """Velocities of the coordinates at the present node, m/s and 1/s, shape ``(n,)``; a copy."""
         return self._core.v()
 
     @property
@@ -181,7 +193,7 @@ class Stepper:
 
     @property
     def held(self) -> Array:
-        """What the inputs hold, shape ``(m,)``."""
+        """What the inputs hold, N or N·m, of set points m or rad, shape ``(m,)``."""
         return np.array(self._core.held())
 
     @property
@@ -221,6 +233,8 @@ class Stepper:
         InvalidModel
             Where no configuration or no velocities are of this kind.
         StateMismatch
+        TypeError
+            For a state beside coordinates and rates.
         """
         if state is not None:
             if joints or rates:

@@ -73,7 +73,17 @@ class Plan:
         return len(self.points)
 
     def values(self, k: int) -> dict[str, Any]:
-        """The values of a point, as numbers where they are."""
+        """The values of a point, as numbers where they are.
+
+        Parameters
+        ----------
+        k : the number of the point.
+
+        Returns
+        -------
+        dict
+            By the keys.
+        """
         return {key: _number(text) for key, text in zip(self.keys, self.points[k], strict=True)}
 
 
@@ -88,6 +98,17 @@ def plan(
     keys : for each key a list or an array of values, or with samples ``(least, largest)``.
     sample : ``"grid"``: every combination, the last key varies first; ``"random"``, ``"latin"`` or
         ``"sobol"``: ``n`` points.
+    n : how many samples.
+    seed : of the samples.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    ValueError
+        For a range whose ends are not finite.
 
     Examples
     --------
@@ -114,6 +135,11 @@ class SweepTable(Sequence[Row]):
 
     ``status`` is ``"done"``, ``"failed"`` (the run), ``"invalid"`` (the model), ``"error"`` (an
     output) or ``"lost"`` (its process died again and again).
+
+    Attributes
+    ----------
+    columns : their names.
+    rows : a dictionary for each point.
     """
 
     def __init__(self, columns: list[str], rows: list[Row]) -> None:
@@ -138,7 +164,12 @@ class SweepTable(Sequence[Row]):
         return [row for row in self.rows if row["status"] != "done"]
 
     def csv(self) -> str:
-        """The table as text; numbers read back as the same numbers."""
+        """The table as text; numbers read back as the same numbers.
+
+        Returns
+        -------
+        str
+        """
         text = io.StringIO()
         writer = csv.DictWriter(text, self.columns, lineterminator="\n")
         writer.writeheader()
@@ -146,7 +177,12 @@ class SweepTable(Sequence[Row]):
         return text.getvalue()
 
     def to_dict(self) -> dict[str, list[Any]]:
-        """Columns by their names, a value for each point; ``None`` where there is none."""
+        """Columns by their names, a value for each point; ``None`` where there is none.
+
+        Returns
+        -------
+        dict
+        """
         return {column: [row.get(column) for row in self.rows] for column in self.columns}
 
     def __str__(self) -> str:
@@ -165,7 +201,12 @@ class SweepTable(Sequence[Row]):
         return f"<table>{line('th', self.columns)}{''.join(shown)}</table><p>{escape(str(self))}</p>"
 
     def to_pandas(self) -> Any:
-        """The table as a ``pandas.DataFrame`` over ``point``."""
+        """The table over ``point``.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
         pandas = needed("pandas", "notebook")
         return pandas.DataFrame(self.rows, columns=self.columns).set_index("point")
 
@@ -177,14 +218,20 @@ def run_point(
     progress: Callable[[int, int], object] | None = None,
     folder: str | None = None,
 ) -> Row:
-    """Runs a model with values replaced; ``status``, ``message`` and the outputs.
+    """Runs a model with values replaced.
 
     Parameters
     ----------
+    model : a :class:`Model`.
     values : keys and texts of TOML.
     outputs : functions of the :class:`Result`, called where the run was.
     progress : called with steps taken and all steps; it may raise.
     folder : one that gets the files of the run, those of a point of ``holonom sweep``.
+
+    Returns
+    -------
+    dict
+        ``status``, ``message`` and the outputs.
 
     Raises
     ------
@@ -293,7 +340,8 @@ def sweep(
     plan : a :class:`Plan`, or keys with lists of values for a grid.
     outputs : names and functions of the :class:`Result` of a point: numbers travel, not runs.
     executor : anything with ``submit(function, *args)``: ``concurrent.futures``, a
-        ``distributed.Client``; without one ``threads`` of this process.
+        ``distributed.Client``; without one threads of this process.
+    threads : how many; by default the processors that this process may use.
     out : the folder of ``holonom sweep``, which gets the files of each point: finished points are
         never run again, and either continues what the other began. Outputs of points that are
         there are computed from their files. Workers of an executor have to see the folder.
@@ -310,6 +358,8 @@ def sweep(
     KeyboardInterrupt
         On Ctrl-C, and whatever ``progress`` raises: the runs are stopped; ``table`` of the exception
         has the points that have ended, and so has ``out``.
+    ValueError
+        For outputs with the name of another column.
     """
     own = model_of(model)
     points = plan if isinstance(plan, Plan) else globals()["plan"](plan)
@@ -616,8 +666,8 @@ class Rollout:
     Attributes
     ----------
     t : times, s, shape ``(M, K)``.
-    q : coordinates, shape ``(M, K, n)``; NaN after a member has failed.
-    y : what is observed, shape ``(M, K, k)``; likewise.
+    q : coordinates: positions, m, directors, 1; shape ``(M, K, n)``; NaN after a member has failed.
+    y : what is observed, in its units, shape ``(M, K, k)``; likewise.
     failures : exceptions by the numbers of the members that failed.
     """
 
@@ -646,14 +696,20 @@ def rollout(
 
     Parameters
     ----------
+    model : as of :func:`simulate`.
     inputs : where inputs act, as of :class:`Stepper`.
-    controls : inputs of each step, shape ``(M, N, m)``; or ``(N, m)`` for all members.
+    controls : inputs of each step, N or N·m, of set points m or rad, shape ``(M, N, m)``; or
+        ``(N, m)`` for all members.
     set : values that each member replaces.
     states : a state of a :class:`Stepper` from which each member begins.
     observe : what is read, as of :class:`Stepper`.
     steps : number of steps; by default ``N``, or those of the model.
     every : steps from one recorded node to the next; the last node is always recorded.
     threads : how many; by default the processors that this process may use.
+
+    Returns
+    -------
+    Rollout
 
     Raises
     ------

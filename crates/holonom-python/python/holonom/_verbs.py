@@ -20,6 +20,14 @@ from ._spec import Spec
 def check(model: Any) -> Answer:
     """What ``holonom check`` finds: degrees of freedom, redundant joints by name, warnings.
 
+    Parameters
+    ----------
+    model : as of :func:`simulate`.
+
+    Returns
+    -------
+    Answer
+
     Raises
     ------
     InvalidModel
@@ -45,8 +53,19 @@ def verify(
 
     Parameters
     ----------
+    model : as of :func:`simulate`.
     accuracy : for which steps are recommended, relative.
     progress : called with words as each part begins; it may raise.
+
+    Returns
+    -------
+    Answer
+
+    Raises
+    ------
+    InvalidModel, AnalysisFailed
+    ValueError
+        For an accuracy that cannot be.
     """
     if not 1e-14 <= accuracy < 1.0:
         raise ValueError(f"accuracy: a number from 1e-14 to 1, not {accuracy}")
@@ -68,9 +87,18 @@ def compare(
 
     Parameters
     ----------
+    model : as of :func:`simulate`.
     schemes, steps (s), orders : what is compared; without them those of ``holonom compare``.
     end : s.
     progress : called with words as each part begins; it may raise.
+
+    Returns
+    -------
+    Answer
+
+    Raises
+    ------
+    InvalidModel, AnalysisFailed
     """
     whole = model_of(model)._core
     given = list(schemes), list(steps), list(orders)
@@ -120,6 +148,10 @@ def import_robot(
     free_base, density (kg/m³), repair_inertia : as of ``holonom import``.
     step, end : s.
 
+    Returns
+    -------
+    Imported
+
     Raises
     ------
     ImportFailed
@@ -145,6 +177,11 @@ def view(what: Any) -> None:
     Parameters
     ----------
     what : a folder of a run, a :class:`Result`, or what :func:`modes` and the like found.
+
+    Raises
+    ------
+    TypeError
+        For what has no page.
     """
     if isinstance(what, (str, PathLike)):
         from ._result import open_folder
@@ -157,7 +194,20 @@ def view(what: Any) -> None:
 
 @no_panic
 def schema(section: str | None = None) -> dict[str, Any]:
-    """The JSON schema of model files, or of one section: ``schema("joint")``."""
+    """The JSON schema of model files.
+
+    Parameters
+    ----------
+    section : one alone, ``"joint"``.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    UnknownName
+    """
     from ._result import unknown
 
     whole = _core.schema()

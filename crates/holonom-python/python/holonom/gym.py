@@ -37,12 +37,17 @@ class Env(gymnasium.Env[Array, Array]):
     inputs, observe : as of :class:`holonom.Stepper`.
     low, high : bounds of the inputs, N or N·m, one number or shape ``(m,)``.
     steps_per_action : steps for which an action is held.
-    reward : function of what is observed ``(k,)`` and the action ``(m,)``.
+    reward : function of what is observed, in its units, ``(k,)``, and the action ``(m,)``.
     start : what an episode begins with, from a random generator: coordinates and rates of joints,
         ``lambda rng: {"hinge": rng.normal(), "hinge.rate": 1.0}``, closed loops are closed; and
         values of the model, ``{"body.arm.mass": rng.uniform(1, 2)}``.
-    terminated : function of what is observed, whether the episode is over.
+    terminated : function of what is observed, in its units, ``(k,)``: whether the episode is over.
     length : actions until an episode is truncated.
+
+    Attributes
+    ----------
+    stepper : what takes the steps.
+    action_space, observation_space : shapes ``(m,)`` and ``(k,)``.
     """
 
     def __init__(
@@ -72,7 +77,20 @@ class Env(gymnasium.Env[Array, Array]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begins an episode; what is observed, and ``{"t": s}``."""
+        """Begins an episode.
+
+        Parameters
+        ----------
+        seed : of the random generator.
+        options : ignored.
+
+        Returns
+        -------
+        array (k,)
+            What is observed, in its units.
+        dict
+            ``"t"``, s.
+        """
         super().reset(seed=seed)
         self._taken = 0
         joints, rates, values = _begun(self._joints, self._start, self.np_random)
@@ -83,7 +101,25 @@ class Env(gymnasium.Env[Array, Array]):
         return self.stepper.observe(), {"t": self.stepper.t}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Holds an action; an episode whose steps fail is over, with the message in ``info``."""
+        """Holds an action; an episode whose steps fail is over.
+
+        Parameters
+        ----------
+        action : the inputs, N or N·m, shape ``(m,)``.
+
+        Returns
+        -------
+        array (k,)
+            What is observed, in its units.
+        float
+            The reward.
+        bool
+            Whether the episode is terminated.
+        bool
+            Whether it is truncated.
+        dict
+            ``"t"``, s; ``"failure"``, the message where steps fail.
+        """
         info: dict[str, Any] = {}
         failed = False
         try:
@@ -110,6 +146,12 @@ class VectorEnv(_VectorEnv[Array, Array, NDArray[Any]]):
         :class:`Env`; ``start`` gives coordinates and rates of joints alone.
     num_envs : how many.
     threads : how many; by default the processors that this process may use.
+
+    Attributes
+    ----------
+    ensemble : what takes the steps.
+    action_space, observation_space : shapes ``(M, m)`` and ``(M, k)``.
+    single_action_space, single_observation_space : those of one.
     """
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012  as Gymnasium has it
@@ -149,7 +191,21 @@ class VectorEnv(_VectorEnv[Array, Array, NDArray[Any]]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begins all episodes; what is observed ``(M, k)``, and ``{"t": (M,)}``."""
+        """Begins all episodes.
+
+        Parameters
+        ----------
+        seed : of the random generators: a number, from which those of the environments follow, or one
+            for each.
+        options : ignored.
+
+        Returns
+        -------
+        array (M, k)
+            What is observed, in its units.
+        dict
+            ``"t"``, s, shape ``(M,)``.
+        """
         seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, int) else seed
         for k, own in enumerate(seeds or []):
             if own is not None:
@@ -168,8 +224,25 @@ class VectorEnv(_VectorEnv[Array, Array, NDArray[Any]]):
     def step(
         self, actions: Array
     ) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Holds an action of each, shape ``(M, m)``: observations ``(M, k)``, rewards, whether
-        episodes are terminated and truncated ``(M,)``; failures in ``info["failure"]``."""
+        """Holds an action of each environment.
+
+        Parameters
+        ----------
+        actions : the inputs, N or N·m, shape ``(M, m)``.
+
+        Returns
+        -------
+        array (M, k)
+            What is observed, in its units.
+        array (M,)
+            The rewards.
+        array (M,)
+            Whether episodes are terminated.
+        array (M,)
+            Whether they are truncated.
+        dict
+            ``"t"``, s, shape ``(M,)``; ``"failure"``, messages by the numbers of environments.
+        """
         ended = np.flatnonzero(self._over)
         self.ensemble.step(actions, self._steps)
         self._taken += 1

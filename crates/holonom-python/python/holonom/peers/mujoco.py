@@ -53,6 +53,10 @@ def mjcf(model: Any, *, step: float | None = None) -> str:
     model : as of :func:`holonom.simulate`.
     step : s; by default that of the model.
 
+    Returns
+    -------
+    str
+
     Raises
     ------
     AnalysisFailed
@@ -111,6 +115,15 @@ def run(model: Any, *, step: float | None = None) -> Peer:
     ----------
     model : as of :func:`holonom.simulate`.
     step : of MuJoCo's Runge–Kutta method of order 4, s; by default that of the model.
+
+    Returns
+    -------
+    Peer
+
+    Raises
+    ------
+    AnalysisFailed
+        For what has no counterpart.
     """
     mujoco = needed("mujoco", "peers")
     whole = model_of(model)
