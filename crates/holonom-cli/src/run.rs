@@ -59,9 +59,12 @@ pub(crate) fn conduct(
     let template = "{bar:32} {percent:>3} %  step {human_pos} of {human_len}, {eta} left";
     let bar = progress::bar(!talk.no_progress && !talk.quiet, template);
     let known = simulation.assembly().warnings.len();
+    let is_shown = !bar.is_hidden(); // it reads the clock
     let mut progress = |step, of| {
-        bar.set_length(of);
-        bar.set_position(step);
+        if is_shown {
+            bar.set_length(of);
+            bar.set_position(step);
+        }
     };
     let mut told: Vec<String> = Vec::new(); // warnings that have been printed
     let mut notice = |warning: &str| {

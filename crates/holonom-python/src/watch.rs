@@ -27,9 +27,11 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
+    /// Asks for the first time at once where there is a `progress`.
     pub(crate) fn new(progress: Option<Py<PyAny>>) -> Self {
         let now = Instant::now();
-        Self { progress, next: now + PERIOD, looked: now, unseen: 0, left: 0, stopped: None }
+        let next = if progress.is_some() { now } else { now + PERIOD };
+        Self { progress, next, looked: now, unseen: 0, left: 0, stopped: None }
     }
 
     /// Whether to go on, after `step` of `of` steps.

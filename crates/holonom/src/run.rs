@@ -48,7 +48,7 @@ pub struct Finished {
 
 /// What a run asks while it lasts.
 pub struct Control<'a> {
-    /// Called now and then with the number of steps taken and of all steps.
+    /// Called before every step with the number of steps taken and of all steps.
     pub progress: &'a mut dyn FnMut(u64, u64),
     /// Called with a warning when a node gives rise to it ([`Sample::notice`]); the summary has it
     /// too.
@@ -84,6 +84,11 @@ pub fn run(
     folder: &RunFolder,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Finished, OutputError> {
+    let progress = &mut |step: u64, of| {
+        if step.is_multiple_of(256) || step == of {
+            progress(step, of);
+        }
+    };
     let (notice, interrupted) = (&mut |_: &str| {}, &mut || false);
     let (checkpoint_every, report, command) = (None, true, None);
     let control = Control { progress, notice, interrupted, checkpoint_every, report, command };
@@ -220,9 +225,7 @@ impl RecordedRun<'_> {
         loop {
             let (last, mut stopped) = (self.last, false);
             let mut proceed = |step: u64, of| {
-                if step.is_multiple_of(256) || step == of {
-                    progress(step, of);
-                }
+                progress(step, of);
                 let due = every.is_some_and(|every| step.is_multiple_of(every));
                 if due && last != Some(step) {
                     return false;

@@ -65,8 +65,8 @@ def simulate(
     force : whether files there are replaced.
     checkpoint_every : steps between two checkpoints in ``out``.
     resume : a folder whose interrupted run goes on; the model is that of the folder.
-    progress : called with steps taken and all steps about every 50 ms; ``True``: a bar of tqdm, or
-        a line.
+    progress : called with steps taken and all steps at the start, about every 50 ms and at the end;
+        ``True``: a bar of tqdm, or a line.
     on_failure : ``"raise"``, or ``"return"`` a result with ``failure`` up to there.
     inputs : what is held over each step, by the names of :class:`Stepper`, N or N·m, of set points m
         or rad: constant, or a row for each step, shape ``(N,)``, of forces and torques ``(N, 3)``;
