@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import time
 import warnings
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import holonom as hn
 from holonom import _core
 
 STEPS = 12
+MOVING = [path for path in MODELS if 'scheme = "static"' not in path.read_text()]
 
 
 def equal(a: hn.Result, b: hn.Result) -> None:
@@ -48,6 +50,10 @@ def test_arrays_files_and_steps_are_equal(path: Path, tmp_path: Path) -> None:
             words += ["--set", value]
         assert _core.main(["holonom", *words], "") == 0
     equal(result, written)
+    resumed = interrupted(model, tmp_path / "resumed")
+    assert (resumed is None) == static
+    if resumed is not None:
+        equal(result, resumed)
     for file in (tmp_path / "run").glob("*.csv"):
         assert file.read_bytes() == (tmp_path / "program" / file.name).read_bytes(), file.name
     assert pickle.loads(pickle.dumps(model)) == model
@@ -71,20 +77,42 @@ def test_arrays_files_and_steps_are_equal(path: Path, tmp_path: Path) -> None:
         assert np.array_equal(found.q, [result.q] * 2) and not found.failures
 
 
+def interrupted(model: hn.Model, folder: Path) -> hn.Result | None:
+    """A run with files that was stopped after its first steps and went on; ``None`` where it cannot."""
+
+    def stop(step: int, _of: int) -> None:
+        if step > 0:
+            raise KeyboardInterrupt
+        time.sleep(0.06)  # so that it is called again after the next step
+
+    with pytest.raises(KeyboardInterrupt) as stopped, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        hn.simulate(model, out=folder, progress=stop)
+    (words,) = stopped.value.__notes__
+    if "equilibria have no checkpoints" in words:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return hn.simulate(None, resume=folder)
+
+
 def law(t: float, x: float, v: float) -> tuple[float, float, float]:
     """A law that a state does not hold."""
     return -0.05 * x - 0.02 * v, -0.05, -0.02
 
 
-@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def push(t: float, body: hn.BodyState) -> np.ndarray:
+    """A force that a state does not hold."""
+    return -1e-4 * body.velocity
+
+
+@pytest.mark.parametrize("path", MOVING, ids=lambda path: path.stem)
 def test_a_state_with_inputs_and_laws_travels(path: Path) -> None:
-    """Pickled, copied, set: on every model that has a joint with a coordinate, and on its bodies."""
+    """Pickled, copied, set: on every model that moves, with a law and an input of a joint and a force
+    of a body, or a function and an input of what it has in their place."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        model = hn.load(path)
-        stepper = None if model.settings["scheme"] == "static" else acted(model)
-        if stepper is None:
-            pytest.skip("nothing acts on it from outside")
+        stepper = acted(hn.load(path))
         held = 1e-3 * np.arange(1.0, 1.0 + len(stepper.held))
         stepper.step(held, n=4)
         kept, others = stepper.state, [copy.deepcopy(stepper), pickle.loads(pickle.dumps(stepper))]
@@ -101,18 +129,22 @@ def test_a_state_with_inputs_and_laws_travels(path: Path) -> None:
         assert np.array_equal(stepper.q, there)
 
 
-def acted(model: hn.Model) -> hn.Stepper | None:
-    """With an input and a law on the first joint that takes them, and a force on the first body."""
-    bodies = [f"{name}.force" for name in list(model.bodies)[:1]]
+def acted(model: hn.Model) -> hn.Stepper:
+    """With an input and a law on the first joint that takes them, and a force on the first body, node
+    or point mass."""
+    members = [*model.bodies, *(f"{beam}.end" for beam in model.beams), *model.particles]
+    bodies = [f"{name}.force" for name in members[:1]]
     for joint in model.joints:
         try:
             return hn.Stepper(model, [joint, *bodies], laws={joint: law})
         except hn.HolonomError:
             continue
-    try:
-        return hn.Stepper(model, bodies) if bodies else None
-    except hn.HolonomError:
-        return None
+    for member in members:
+        try:
+            return hn.Stepper(model, [f"{member}.force"], forces={member: push})
+        except hn.HolonomError:
+            continue
+    raise AssertionError("nothing acts on it from outside")
 
 
 def test_the_program_and_an_interrupted_run_give_the_same_files(tmp_path: Path) -> None:

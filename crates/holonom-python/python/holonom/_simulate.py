@@ -98,7 +98,7 @@ def simulate(
     FunctionFailed
         When a function that acts gives no finite numbers. What it raises itself is raised.
     KeyboardInterrupt
-        On Ctrl-C; a run with files has left a checkpoint.
+        On Ctrl-C; a run with files has left a checkpoint, but for equilibria.
 
     Examples
     --------
@@ -136,7 +136,10 @@ def simulate(
             how = {"force": force, "checkpoint_every": checkpoint_every, "report": True}
             _core.simulate_into(whole._core, fspath(out), how, tell, acting)
         except KeyboardInterrupt as stopped:
-            stopped.add_note(f"continue with holonom.simulate(None, resume={fspath(out)!r})")
+            words = f"continue with holonom.simulate(None, resume={fspath(out)!r})"
+            if whole.settings["scheme"] == "static":
+                words = "equilibria have no checkpoints: run it again with force=True"
+            stopped.add_note(words)
             raise
         return told(open_folder(out), on_failure)
     finally:
