@@ -21,7 +21,7 @@ const LANES: usize = 8;
 /// Steps of all members between the first two questions whether to go on.
 const PORTION: usize = 4096;
 /// The time between later ones: members enter their lanes and leave them once in between.
-const PAUSE: Duration = Duration::from_millis(20);
+const PAUSE: Duration = Duration::from_millis(40);
 
 /// What a rollout is asked for.
 #[derive(FromPyObject)]
