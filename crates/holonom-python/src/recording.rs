@@ -146,6 +146,18 @@ impl Recording {
         }
     }
 
+    /// Makes place for this many nodes; memory that there is not is asked for as they come.
+    pub(crate) fn reserve(&mut self, nodes: usize) {
+        let tables =
+            [&mut self.q, &mut self.tail, &mut self.residuals, &mut self.energy, &mut self.sensors];
+        let momenta = self.momenta.as_mut().map(|(_, table)| table);
+        let mut reserved = self.times.try_reserve(nodes).and(self.steps.try_reserve(nodes));
+        for table in tables.into_iter().flatten().chain(momenta) {
+            reserved = reserved.and(table.values.try_reserve(nodes * table.columns.len()));
+        }
+        let _ = reserved; // a hint
+    }
+
     /// Bytes of its arrays for one node.
     pub(crate) fn bytes_of_a_node(&self) -> u64 {
         let tables = [&self.q, &self.tail, &self.residuals, &self.energy, &self.sensors];

@@ -70,8 +70,9 @@ pub(crate) fn simulate<'py>(
     let mut watch = Watch::new(progress);
     let ready = Ready::new(py, model, acting, kept.reading())?;
     let (calls_python, fault) = (ready.calls_python, ready.fault.clone());
-    let recording = Recording::new(&*ready.experiment, kept, ready.own_sensors);
-    refuse_large(py, model, recording.bytes_of_a_node())?;
+    let mut recording = Recording::new(&*ready.experiment, kept, ready.own_sensors);
+    let nodes = refuse_large(py, model, recording.bytes_of_a_node())?;
+    recording.reserve(nodes);
     let run = freed(py, calls_python, || in_memory(model, ready, recording, &mut watch));
     watch.stopped()?;
     let (recording, summary) = run;
@@ -83,13 +84,13 @@ pub(crate) fn simulate<'py>(
     Ok(found)
 }
 
-/// Refuses arrays of more than [`MOST`] bytes, `node` for each recorded node.
-fn refuse_large(py: Python<'_>, model: &Model, node: u64) -> PyResult<()> {
+/// Nodes of a run to its end; arrays of more than [`MOST`] bytes, `node` for each, are refused.
+fn refuse_large(py: Python<'_>, model: &Model, node: u64) -> PyResult<usize> {
     let settings = &model.model.settings;
     let nodes = settings.steps().div_ceil(settings.every.max(1)).saturating_add(1);
     let bytes = nodes.saturating_mul(node);
     if bytes <= MOST {
-        return Ok(());
+        return Ok(nodes as usize);
     }
     let words = format!(
         "the arrays of {nodes} nodes take {:.1} GiB, more than {} GiB",
