@@ -62,5 +62,5 @@ def double() -> str:
 
 def program(*words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """The program of the package."""
-    command = [sys.executable, "-m", "holonom", *words]
+    command = [sys.executable, "-c", "from holonom_program import main; main()", *words]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, env=os.environ)

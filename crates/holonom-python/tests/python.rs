@@ -42,7 +42,7 @@ fn copy(from: &Path, to: &Path) {
 fn staged() -> PathBuf {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("package");
     let _ = std::fs::remove_dir_all(&place);
-    copy(&folder().join("python/holonom"), &place.join("holonom"));
+    copy(&folder().join("python"), &place);
     let test = std::env::current_exe().unwrap();
     let name = |of: &str| format!("{DLL_PREFIX}{of}{DLL_SUFFIX}");
     let module = if cfg!(windows) { "_core.pyd" } else { "_core.abi3.so" };

@@ -27,6 +27,7 @@ def test_the_types_are_strict() -> None:
         pytest.importorskip(needed)
     tests = [str(path) for path in Path(__file__).parent.glob("*.py")]
     words = [sys.executable, "-m", "mypy", "--strict", "--no-incremental", "--cache-dir", "/dev/null", str(PACKAGE)]
+    words.append(str(PACKAGE.with_name("holonom_program")))
     words += tests
     said = subprocess.run(words, capture_output=True, text=True)
     assert said.returncode == 0, said.stdout

@@ -1,6 +1,8 @@
 """The other verbs: the JSON and the words of the program."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -88,3 +90,19 @@ def test_schema_and_program() -> None:
         hn.schema("joints")
     assert program("--version").stdout.split()[1] == hn.__version__
     assert program("runn").returncode == 2
+
+
+def test_the_program_starts_without_numpy_and_as_a_module(tmp_path: Path) -> None:
+    script = "import sys; from holonom_program import main\ntry: main()\nfinally: print(*sys.modules)"
+    said = subprocess.run([sys.executable, "-c", script, "--version"], capture_output=True, text=True)
+    version, modules = said.stdout.splitlines()
+    assert version == f"holonom {hn.__version__}" and not {"numpy", "holonom"} & set(modules.split())
+    for words in (["--version"], ["schema", "joint"], ["check", "none.toml"], ["runn"]):
+        module = subprocess.run([sys.executable, "-m", "holonom", *words], capture_output=True, text=True)
+        own = program(*words)
+        assert (module.stdout, module.stderr, module.returncode) == (own.stdout, own.stderr, own.returncode)
+    (tmp_path / "holonom").mkdir()
+    (tmp_path / "holonom" / "__init__.py").touch()
+    script = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from holonom_program import main; main()"
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert said.returncode == 1 and "install it again" in said.stderr
