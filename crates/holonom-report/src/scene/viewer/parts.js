@@ -167,7 +167,7 @@
     const e1 = unit(cross(Math.abs(normal[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], normal)), e2 = cross(normal, e1), v = [];
     const corner = (i, j) => v.push(...add(foot, add(scale(e1, i * spacing), scale(e2, j * spacing))), 0, 0, 0, 1, 1, 1);
     for (let i = -count; i <= count; i++) { corner(i, -count); corner(i, count); corner(-count, i); corner(count, i); }
-    return upload({}, v, null);
+    return { mesh: upload({}, v, null), along: [e1, e2], spacing };
   };
   const grid = (() => {
     const spacing = 10 ** Math.floor(Math.log10(radius)), count = Math.ceil((2.2 * radius) / spacing);

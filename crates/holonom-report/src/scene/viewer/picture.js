@@ -42,6 +42,14 @@
   };
   const STRIPE = 9; // px
   const labels = root.querySelector(".scene-labels");
+  // lines on a plane go along with what is followed, by whole squares
+  const beneath = ({ along, spacing }) => {
+    if (!options.follow) return identity;
+    const gone = sub(camera.target, middle), place = identity.slice();
+    const way = along.map((e) => scale(e, spacing * Math.round(dot(gone, e) / spacing)));
+    place.set(add(way[0], way[1]), 12);
+    return place;
+  };
   const paint = () => {
     const ratio = window.devicePixelRatio || 1, [w, h] = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
@@ -63,8 +71,7 @@
     });
     stage.turn(0, 1);
     if (options.grid && camera.pitch > -0.05) {
-      draw(grid, identity, colors.grid, { lines: "pairs" });
-      planes.forEach((plane) => draw(plane, identity, colors.grid, { lines: "pairs" }));
+      [grid, ...planes].forEach((plane) => draw(plane.mesh, beneath(plane), colors.grid, { lines: "pairs" }));
       if (data.grounded) stage.shadows(squash, colors.shadow, () => moved.forEach((motion) => everything(place(motion))));
     }
     stage.shadeless(false);
