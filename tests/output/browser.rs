@@ -1,8 +1,10 @@
 //! Pages in a real browser: what they show, and where.
 
 use crate::program::command::{command, folder};
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 /// Chromium under one of its names; without it the tests of pages print that and pass.
 pub(crate) fn browser() -> Option<&'static str> {
@@ -89,7 +91,10 @@ pub(crate) fn show_with(
     command.arg(format!("--user-data-dir={}", folder.join("browser").display()));
     command.arg(format!("--window-size={},{}", size[0], size[1]));
     command.arg(format!("file://{}#{fragment}", page.display()));
-    let output = command.output().unwrap();
+    // a browser that hangs under load is not what a page is judged by
+    let output =
+        output_within(&mut command, PATIENCE).or_else(|| output_within(&mut command, PATIENCE));
+    let output = output.expect("the browser hung twice");
     let document = String::from_utf8_lossy(&output.stdout).into_owned();
     let log = String::from_utf8_lossy(&output.stderr).into_owned();
     let console = log.lines().filter(|line| line.contains("CONSOLE")).map(str::to_owned).collect();
@@ -101,6 +106,26 @@ pub(crate) fn show_with(
     let samples = info.color_type.samples();
     let pixels = pixels[..info.buffer_size()].chunks(samples).flat_map(|p| [p[0], p[1], p[2]]);
     Shown { document, console, pixels: pixels.collect(), width: info.width as usize }
+}
+
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// The output of a command with all that it starts; `None`: it was ended after so long.
+fn output_within(command: &mut Command, patience: Duration) -> Option<Output> {
+    let begun = Instant::now();
+    let piped = command.stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
+    let child = piped.spawn().unwrap();
+    let group = format!("-{}", child.id());
+    let waiting = std::thread::spawn(move || child.wait_with_output());
+    while !waiting.is_finished() {
+        if begun.elapsed() > patience {
+            Command::new("kill").args(["-9", "--", &group]).status().unwrap();
+            waiting.join().unwrap().unwrap();
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    waiting.join().unwrap().ok()
 }
 
 impl Shown {
