@@ -8,7 +8,7 @@ use super::signals::restarts;
 use crate::harness::case::distance;
 use crate::harness::models::orders;
 use holonom::{Model, Simulation};
-use vi_testkit::model::{body, heavy, part, particle, sensor};
+use vi_testkit::model::{body, changed, heavy, part, particle, sensor};
 
 /// Sensors of all kinds that are read at once.
 fn sensors() -> String {
@@ -234,5 +234,73 @@ fn what_sensors_do_not_tell_is_refused_at_its_place() {
         };
         println!("{error}");
         assert!(error.contains(key) && error.contains(why), "{key}, {why}: {error}");
+    }
+}
+
+/// What an event takes away is read by nothing that stays, where its value is part of the step; by
+/// name or by a sensor. What is sampled of it goes on: a reaction is zero.
+#[test]
+fn what_an_event_takes_away_is_not_read_within_a_step() {
+    let text = |sensor_kind: &str, of: &str, drive: &str, act: &str| {
+        changed(&links("project_start = true", ""), "rate = 0.3\n", "")
+            + &part("constraint", "rod")
+            + "type = \"distance\"\nfrom = \"ground\"\nto = \"lower\"\npoint_from = [2.0, 0.0, 0.5]\n"
+            + &part("spring", "cord")
+            + "from = \"ground\"\nto = \"lower\"\npoint_from = [0.0, 0.0, 1.0]\nstiffness = 10.0\n"
+            + &part("law", "band")
+            + "from = \"ground\"\nto = \"lower\"\ntension = \"x + 0.1*v\"\n"
+            + &part("bushing", "pad")
+            + "from = \"ground\"\nto = \"lower\"\nposition = [0.9, 0.0, 0.0]\ndamping = [1, 1, 1, 1, 1, 1]\n"
+            + &sensor("s", sensor_kind, of)
+            + drive
+            + &part("event", "cut")
+            + &format!("at = 0.1\n{act} = [\"{of}\"]\n")
+    };
+    let at_once = |quantity: &str| {
+        part("law", "drive") + &format!("joint = \"shoulder\"\neffort = \"0.01*{quantity}\"\n")
+    };
+    let lagged = |quantity: &str| {
+        part("signal", "lag")
+            + &format!("filter = {{ of = \"{quantity}\", time_constant = 0.1 }}\n")
+            + &at_once("lag")
+    };
+    for (kind, of, act) in [
+        ("joint_coordinate", "elbow", "release"),
+        ("joint_rate", "elbow", "release"),
+        ("length", "rod", "release"),
+        ("length", "cord", "release"),
+        ("length_rate", "cord", "release"),
+        ("length", "band", "release"),
+        ("length_rate", "band", "disable"),
+    ] {
+        for (reader, drive) in [("drive", at_once("s")), ("lag", lagged("s"))] {
+            let refused = Model::from_toml(&text(kind, of, &drive, act)).unwrap_err().to_string();
+            let expected = format!("event.cut.{act}: `{reader}` reads the sensor `s` of `{of}`");
+            println!("{refused}");
+            assert!(refused.contains(&expected), "{refused}");
+        }
+    }
+    for (kind, column, of, act) in [
+        ("reaction", "s.fx", "elbow", "release"),
+        ("joint_acceleration", "s", "elbow", "release"),
+        ("effort", "s", "cord", "release"),
+        ("effort", "s", "band", "disable"),
+        ("effort", "s.fx", "pad", "release"),
+        ("power", "s", "pad", "release"),
+    ] {
+        let held = part("signal", "held") + &format!("every = 0.01\nvalue = \"{column}\"\n");
+        let text = text(kind, of, &(held + &at_once("held")), act);
+        let nodes = run(&text).unwrap_or_else(|message| panic!("{message}"));
+        // a signal is the first column
+        let held = nodes.iter().map(|node| node.sensors[0]);
+        let (before, after): (Vec<f64>, Vec<f64>) =
+            (held.clone().take(20).collect(), held.skip(23).collect());
+        println!("{kind} of {of}: before {:?}, after {:?}", before.last(), after.last());
+        assert!(
+            before.iter().any(|held| *held != 0.0) && after.iter().all(|held| held.is_finite())
+        );
+        if kind != "joint_acceleration" {
+            assert!(after.iter().all(|held| *held == 0.0), "{kind}: {after:?}");
+        }
     }
 }

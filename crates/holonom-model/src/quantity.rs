@@ -203,7 +203,7 @@ impl<'a> Quantities<'a> {
     }
 
     /// Whether what a sensor measures is a quantity of configuration and velocity with slopes.
-    fn is_at_once(&self, sensor: &Sensor) -> bool {
+    pub(crate) fn is_at_once(&self, sensor: &Sensor) -> bool {
         match sensor.kind {
             SensorKind::Position
             | SensorKind::Velocity

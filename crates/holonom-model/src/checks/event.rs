@@ -9,7 +9,7 @@ use crate::observed::Observed;
 use crate::quantity::Quantities;
 use crate::types::bushing::Coefficients;
 use crate::types::event::{Event, Locate, coordinate_of};
-use crate::types::law::Law;
+use crate::types::sensor::{Sensor, SensorKind};
 
 impl Checker<'_> {
     pub(crate) fn event(&mut self, key: &str, event: &Event, quantities: &Quantities<'_>) {
@@ -50,44 +50,69 @@ impl Checker<'_> {
             }
         }
         self.event_twice(key, event);
-        for joint in &event.release {
-            self.event_readers(&format!("{key}.release"), joint, event);
+        for name in &event.release {
+            self.event_readers(&format!("{key}.release"), name, event, quantities);
+        }
+        for name in &event.disable {
+            self.event_readers(&format!("{key}.disable"), name, event, quantities);
         }
     }
 
-    /// Laws and signals that read a joint which is released.
-    fn event_readers(&mut self, key: &str, joint: &str, event: &Event) {
-        if self.model.joint(joint).is_none() {
-            return;
+    /// Laws, signals and bushings that read a part which is released or disabled: a joint by its
+    /// name, any part by a sensor that has its value within the step.
+    fn event_readers(&mut self, key: &str, gone: &str, event: &Event, quantities: &Quantities<'_>) {
+        let model = self.model;
+        let released = event.release.iter().any(|name| name == gone);
+        let joint = model.joint(gone);
+        if joint.is_some() && !released {
+            return; // its motor
         }
-        let reads = |text: &str| {
-            let mut found = false;
+        let of_part = |own: &&Sensor| {
+            let of_joint = matches!(own.kind, SensorKind::JointCoordinate | SensorKind::JointRate);
+            own.of == gone && (of_joint || quantities.is_at_once(own))
+        };
+        let sensors = model.sensors.iter().filter(of_part).map(|own| &own.name[..]);
+        let names: BTreeSet<&str> =
+            joint.map(|own| &own.name[..]).into_iter().chain(sensors).collect();
+        let read = |text: &str| {
+            let mut found = None;
             renamed_parts(text, &mut |part| {
-                found |= part == joint;
+                found = found.or_else(|| names.get(part).copied());
                 part.to_owned()
             });
             found
         };
-        let stays =
-            |law: &&Law| law.joint.as_deref() != Some(joint) && !event.release.contains(&law.name);
-        let laws = self.model.laws.iter().filter(stays);
-        let laws = laws.filter(|law| law.formulas().any(|formula| reads(&formula.0)));
-        let signals = self.model.signals.iter();
-        let signals = signals.filter(|own| own.formulas().any(|(_, formula)| reads(&formula.0)));
-        let bushings = self.model.bushings.iter().filter(|own| !event.release.contains(&own.name));
-        let bushings = bushings.filter(|own| {
-            let all = [&own.stiffness, &own.damping].into_iter().flatten();
-            let mut entries = all.flat_map(Coefficients::entries).map(|(.., formula)| formula);
-            entries.any(|formula| reads(&formula.0))
-                || own.force.iter().flatten().any(|formula| reads(&formula.0))
+        let goes = |name: &String| name == gone || event.release.contains(name);
+        let laws = model
+            .laws
+            .iter()
+            .filter(|law| !(goes(&law.name) || released && law.joint.as_deref() == Some(gone)));
+        let laws = laws.filter_map(|law| {
+            Some((&law.name, law.formulas().find_map(|formula| read(&formula.0))?))
         });
-        let names = laws.map(|law| &law.name).chain(signals.map(|signal| &signal.name));
-        let mut names = names.chain(bushings.map(|bushing| &bushing.name));
-        if let Some(name) = names.next().cloned() {
-            let message = format!("`{name}` reads the joint `{joint}`");
-            let help = "let it read positions and velocities of the body, or release it, too";
-            self.report(key, message, help);
-        }
+        let signals = model.signals.iter().filter_map(|own| {
+            Some((&own.name, own.formulas().find_map(|(_, formula)| read(&formula.0))?))
+        });
+        let bushings = model.bushings.iter().filter(|own| !goes(&own.name));
+        let bushings = bushings.filter_map(|own| {
+            let all = [&own.stiffness, &own.damping].into_iter().flatten();
+            let entries = all.flat_map(Coefficients::entries).map(|(.., formula)| formula);
+            let mut all = entries.chain(own.force.iter().flatten());
+            Some((&own.name, all.find_map(|formula| read(&formula.0))?))
+        });
+        let Some((reader, found)) = laws.chain(signals).chain(bushings).next() else { return };
+        let what = match found == gone {
+            true => format!("the joint `{gone}`"),
+            false => format!("the sensor `{found}` of `{gone}`"),
+        };
+        let help = match released {
+            true => {
+                "let it read positions and velocities of the body, a `distance` of two points, or \
+                 release it, too"
+            }
+            false => "let it read a `distance` of the same two points",
+        };
+        self.report(key, format!("`{reader}` reads {what}"), help);
     }
 
     fn event_condition(&mut self, key: &str, event: &Event, quantities: &Quantities<'_>) {

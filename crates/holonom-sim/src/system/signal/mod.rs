@@ -162,10 +162,12 @@ impl<'a> Terms<'a> {
                 frame.map(|frame| Read::AngularVelocity(frame, *axis))
             }
             Quantity::Sensor { sensor, part, at_once, .. } => {
-                let (column, found) = self.column(key, sensor, part)?;
-                match *at_once {
-                    true => self.sensed(found, column),
-                    false => Some(self.measured_at(&name)),
+                match self.column(key, sensor, part) {
+                    Ok((column, found)) if *at_once => self.sensed(found, column),
+                    Err(error) if *at_once || !is_of_what_went(self.names.model, sensor) => {
+                        return Err(error);
+                    }
+                    _ => Some(self.measured_at(&name)),
                 }
             }
         };
@@ -296,4 +298,20 @@ pub(crate) fn warnings(model: &Model) -> Vec<String> {
 /// An expression that is none.
 pub(crate) fn refusal(key: &str, error: ExpressionError) -> ModelError {
     ModelError::Assembly(vec![Problem::new(key, error.message).help(error.help)])
+}
+
+/// Whether a sensor is of a part that an event has taken away: the model of the start has judged
+/// its columns.
+fn is_of_what_went(model: &Model, sensor: &str) -> bool {
+    let Some(own) = model.sensors.iter().find(|own| own.name == sensor) else { return false };
+    let events = model.events.iter();
+    let mut taken = events.flat_map(|event| event.release.iter().chain(&event.disable));
+    let is = |name: &str| name == own.of;
+    let stays = model.joint(&own.of).is_some()
+        || model.bars.iter().any(|part| is(&part.name))
+        || model.constraints.iter().any(|part| is(part.name()))
+        || model.springs.iter().any(|part| is(&part.name))
+        || model.bushings.iter().any(|part| is(&part.name))
+        || model.laws.iter().any(|part| is(&part.name));
+    taken.any(|name| is(name)) && !stays
 }
