@@ -30,6 +30,29 @@ const TRIANGLE: &str = include_str!("../models/triangle_of_bars.toml");
 const PID_ARM: &str = include_str!("../reference/laws/p01_pid_arm.toml");
 const SAMPLED_PID: &str = include_str!("../reference/laws/p02_sampled_pid.toml");
 
+/// What belongs to a step, sampled.
+const SENSED: &str = r#"
+[[sensor]]
+name = "hold"
+type = "reaction"
+of = "shoulder"
+[[sensor]]
+name = "shakes"
+type = "imu"
+of = "arm"
+[[signal]]
+name = "felt"
+every = 0.02
+value = "hold.fx + 0.1*shakes.az"
+[[signal]]
+name = "later"
+delay = { of = "shakes.ax", time = 0.03 }
+[[law]]
+name = "answer"
+joint = "shoulder"
+effort = "1e-3*felt + 1e-3*later"
+"#;
+
 const SPRUNG: &str = include_str!("../models/sprung_chain.toml");
 
 #[test]
@@ -301,7 +324,8 @@ fn no_step_of_an_ensemble_allocates() {
 /// A law of signals of every kind, of another joint and of its own coordinate.
 #[test]
 fn no_step_with_laws_and_signals_allocates() {
-    for (name, text) in [("continuous", PID_ARM), ("sampled", SAMPLED_PID)] {
+    let sensed = format!("{SAMPLED_PID}\n{SENSED}");
+    for (name, text) in [("continuous", PID_ARM), ("sampled", SAMPLED_PID), ("sensed", &sensed)] {
         let more = "[[signal]]\nname = \"past\"\ndelay = { of = \"shoulder\", time = 0.0125 }\n\
                     [[law]]\nname = \"own\"\njoint = \"shoulder\"\neffort = \"-0.1*abs(v)*v\"\n\
                     [[law]]\nname = \"wind\"\non = \"arm\"\nforce = [\"past - shoulder.rate\", \"0\", \"-vz\"]\n\
