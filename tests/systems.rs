@@ -93,6 +93,7 @@ mod model {
     mod contact_laws;
     mod contacts;
     mod events;
+    mod events_with_contact;
     mod foreign_words;
     mod import_contacts;
     mod import_dialects;

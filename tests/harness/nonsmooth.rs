@@ -478,13 +478,10 @@ impl NonsmoothRun {
         for k in 0..case.bodies.len() {
             let (q, v) = (&state.q[12 * k..12 * k + 12], &v[12 * k..12 * k + 12]);
             raise(&mut deviation.q, apart(&q[..3], &node.position[k]) / tolerance);
-            let mut omega = Vector3::zeros();
             for (i, director) in node.directors[k].iter().enumerate() {
-                let own = 3 + 3 * i..6 + 3 * i;
-                raise(&mut deviation.q, apart(&q[own.clone()], director) / tolerance);
-                let of = |x: &[f64]| Vector3::from_column_slice(&x[own.clone()]);
-                omega += 0.5 * of(q).cross(&of(v));
+                raise(&mut deviation.q, apart(&q[3 + 3 * i..6 + 3 * i], director) / tolerance);
             }
+            let omega = spin(q, v);
             raise(&mut deviation.p, apart(&v[..3], &node.velocity[k]) / rates);
             raise(&mut deviation.p, apart(omega.as_slice(), &node.angular_velocity[k]) / rates);
         }
@@ -530,4 +527,10 @@ impl NonsmoothRun {
         }
         Ok(())
     }
+}
+
+/// The angular velocity of a frame.
+fn spin(q: &[f64], v: &[f64]) -> Vector3<f64> {
+    let director = |x: &[f64], i: usize| Vector3::from_column_slice(&x[3 + 3 * i..6 + 3 * i]);
+    (0..3).map(|i| 0.5 * director(q, i).cross(&director(v, i))).sum()
 }

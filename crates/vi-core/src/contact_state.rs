@@ -28,10 +28,6 @@ pub struct Remembered {
     /// Slip over the step from there in space, m/s, of what transmitted an impulse.
     #[serde(default)]
     pub slip: Option<[f64; 3]>,
-    /// `μ r |h λ_⊥|` of dry friction in the half of the step from there that belongs to the next
-    /// node, N·s or N·m·s.
-    #[serde(default)]
-    pub transmitted: f64,
     /// Whether it kept its place in the step from there.
     #[serde(default)]
     pub sticks: bool,
@@ -75,14 +71,11 @@ pub struct ContactCounts {
 /// What the next nodes depend on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactState {
-    /// Length of the step that ended at the node, s; 0 at the start.
+    /// Length of the step that ended at the node, s; 0 where the momentum of the state has the
+    /// impulses up to the node: at the start, and after an event.
     pub step: f64,
     /// The contacts of the last node, in ascending order.
     pub contacts: Vec<Remembered>,
-    /// The momentum of the state is projected: it lacks the half of the constraint impulses of the
-    /// step before.
-    #[serde(default)]
-    pub begins: bool,
     /// What happened so far.
     pub counts: ContactCounts,
 }
@@ -103,7 +96,7 @@ impl ContactState {
 
     /// Becomes a copy; allocates only when it grows.
     pub fn copy_from(&mut self, other: &Self) {
-        (self.step, self.counts, self.begins) = (other.step, other.counts, other.begins);
+        (self.step, self.counts) = (other.step, other.counts);
         self.contacts.clear();
         self.contacts.extend_from_slice(&other.contacts);
     }

@@ -60,6 +60,7 @@ impl EmObserver {
         let node = Node {
             v: zeros(n),
             p: zeros(n),
+            p_bar: zeros(n),
             p_projected: zeros(n),
             lambda: zeros(m),
             constraint_force: zeros(n),
@@ -91,6 +92,7 @@ impl EmObserver {
         let node = &mut self.node;
         node.v.copy_from_slice(&state.v);
         node.p.copy_from_slice(&state.p);
+        node.p_bar.copy_from_slice(&state.p);
         node.p_projected.copy_from_slice(&state.p);
         let (kinetic, at) = (system.kinetic_energy(&state.v), state.configuration());
         let energy = Energies { kinetic, potential: system.potential_energy(at) };
@@ -181,7 +183,7 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        state: &State,
+        (state, _): (&State, &[f64]),
         _h: f64,
     ) -> Result<&Node, Singular> {
         self.read_state(system, constraints, state);

@@ -247,7 +247,7 @@ impl Simulation {
 
     /// `sides ←` those of the present node.
     fn read_conditions(&mut self) -> Result<(), RunFailure> {
-        if let Err(error) = self.stepper.observe(NodeOf::State) {
+        if let Err(error) = self.stepper.observe(NodeOf::Arrival) {
             return Err(self.lost(NodeOf::State, &error.to_string()));
         }
         let Self { events, stepper, .. } = self;
@@ -330,8 +330,8 @@ impl Simulation {
     /// Lets some events act together: one projection.
     fn act_once(&mut self, acting: &[usize]) -> Result<(), RunFailure> {
         let (step, t, _) = self.stepper.place();
-        if let Err(error) = self.stepper.observe(NodeOf::State) {
-            return Err(self.lost(NodeOf::State, &error.to_string()));
+        if let Err(error) = self.stepper.observe(NodeOf::Arrival) {
+            return Err(self.lost(NodeOf::Arrival, &error.to_string()));
         }
         let node = self.stepper.node();
         let (energy, work) = (node.hamiltonian(), node.work.to_vec());

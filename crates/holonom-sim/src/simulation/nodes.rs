@@ -117,7 +117,7 @@ impl Simulation {
         let rolling = self.rolling.state().clone();
         let followed = (self.watch.clone(), self.rotation.fastest, self.loops);
         // accelerations and constraint forces are those of the step from the node
-        let which = if self.sensors.wanted().needs_step() { NodeOf::Last } else { NodeOf::State };
+        let which = if self.sensors.wanted().needs_step() { NodeOf::Last } else { NodeOf::Arrival };
         let found = self.fill(which);
         (self.watch, self.rotation.fastest, self.loops) = followed;
         self.rolling.resume(rolling);
@@ -134,7 +134,7 @@ impl Simulation {
         if wanted.is_motion_alone() {
             return self.sense_motion();
         }
-        let which = if wanted.needs_step() { NodeOf::Last } else { NodeOf::State };
+        let which = if wanted.needs_step() { NodeOf::Last } else { NodeOf::Arrival };
         if let Err(error) = self.stepper.observe(which) {
             return Err(self.lost(which, &error.to_string()));
         }

@@ -195,6 +195,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
     fn observe(&mut self, which: NodeOf) -> Result<(), Singular> {
         let of_steps = !self.run.reads_states();
         self.seen.when = which.when();
+        self.seen.arrives = which == NodeOf::Arrival;
         self.seen.acceleration.clear();
         // one node is observed at a time: the acceleration level is the first to be
         let mut of_level = false; // whether the constraint force is that
@@ -221,12 +222,16 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
             _ => false,
         };
         if !self.seen.with_step {
-            let level = which != NodeOf::State && self.wanted.any() || self.momenta;
+            let motion_alone = matches!(which, NodeOf::State | NodeOf::Arrival);
+            let level = !motion_alone && self.wanted.any() || self.momenta;
             if level {
                 self.find_acceleration()?;
                 of_level = true;
             }
-            self.run.observe_state_at(self.seen.when)?;
+            match which {
+                NodeOf::Arrival => self.run.observe_arrival()?,
+                _ => self.run.observe_state_at(self.seen.when)?,
+            };
         }
         self.finish(of_level);
         Ok(())
@@ -269,7 +274,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
             }
         }
         let before = seen.when == When::Before;
-        work.at(before, &at.p, &node.p_projected, &node.v, &mut seen.work);
+        work.at(before, node, &mut seen.work);
         let mut parts = std::mem::take(&mut self.seen.work);
         let first = (parts.len() - 1).saturating_sub(self.contact_count());
         for (element, work) in self.works_before() {
@@ -287,8 +292,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let LastRead { when, force, acceleration, work, .. } = &self.seen;
         let state = self.run.at(*when);
         let node = self.run.observed(state);
-        let by_contacts = self.works_before().map(|(_, work)| work).sum::<f64>();
-        let hamiltonian = node.hamiltonian_projected.total() + by_contacts;
+        let hamiltonian = node.hamiltonian_projected.total();
         let composed = self.variational && self.run.reads_states();
         let of_step = match (composed, when) {
             (true, When::Before) => self.ended[0],
@@ -296,13 +300,19 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
             (false, _) => Some(node.discrete_energy.total()),
         };
         let shadow = of_step.map(|step| shadow_energy(self.order, hamiltonian, step));
-        NodeView { state, node, force, acceleration, work, by_contacts, shadow }
+        NodeView { state, node, force, acceleration, work, shadow }
     }
 
     /// Of the contacts of the node that was read last the element and the work up to the node, J.
     fn works_before(&self) -> impl Iterator<Item = (usize, f64)> {
-        let contacts = self.contact_node().into_iter().flat_map(|(_, contacts)| contacts);
-        contacts.map(|own| (own.id.element as usize, own.work_before))
+        let arrives = self.seen.arrives;
+        let of_trial = self.run.nonsmooth().filter(|_| arrives);
+        let arriving = of_trial.and_then(|contacts| contacts.trial_nodes().next());
+        let node = arriving.or_else(|| self.contact_node());
+        node.into_iter().flat_map(|(_, contacts)| contacts).map(move |own| {
+            let work = if arrives { own.work_arriving } else { own.work_before };
+            (own.id.element as usize, work)
+        })
     }
 
     /// The contacts of the node that was read last; `None` where no step from it was taken.
@@ -471,7 +481,7 @@ impl AnyStepper {
                 own.run.velocity(v)
             }
             Self::EnergyMomentum(own) => {
-                own.observe(NodeOf::State)?;
+                own.observe(NodeOf::Arrival)?;
                 v.clone_from(&own.node().node.v);
                 Ok(())
             }

@@ -40,6 +40,8 @@ impl Wanted {
 pub(crate) enum NodeOf {
     /// The present one, from its state, without what is wanted of it.
     State,
+    /// The same as the last step arrives there: what contacts keep closed holds, nothing is hit.
+    Arrival,
     /// The one that the last step started from: with the quantities of that step where it was taken
     /// `whole`, else from its state.
     Start { whole: bool },
@@ -52,7 +54,7 @@ impl NodeOf {
     pub(crate) fn when(self) -> When {
         match self {
             Self::Start { .. } => When::Before,
-            Self::State | Self::Last => When::After,
+            Self::State | Self::Arrival | Self::Last => When::After,
         }
     }
 }
@@ -62,6 +64,7 @@ impl NodeOf {
 pub(super) struct LastRead {
     pub(super) when: When,
     pub(super) with_step: bool, // whether the node has quantities of a step that starts there
+    pub(super) arrives: bool,   // whether it was read as the last step arrives there
     pub(super) force: Vec<f64>, // n  empty unless it is wanted
     pub(super) lambda: Vec<f64>, // m  of the acceleration level
     pub(super) acceleration: Vec<f64>, // n  empty unless it is wanted
@@ -81,8 +84,6 @@ pub(crate) struct NodeView<'a> {
     pub(crate) acceleration: &'a [f64],
     /// Work since the start: of each force, then of all prescribed motions.
     pub(crate) work: &'a [f64],
-    /// What the impulses of contacts add to the kinetic energy up to the node, J.
-    pub(crate) by_contacts: f64,
     /// Shadow energy; `None` at the start of composed steps.
     pub(crate) shadow: Option<f64>,
 }
@@ -95,12 +96,12 @@ impl<'a> NodeView<'a> {
 
     /// Energy of the node.
     pub(crate) fn hamiltonian(&self) -> f64 {
-        self.node.hamiltonian_projected.total() + self.by_contacts
+        self.node.hamiltonian_projected.total()
     }
 
     /// Kinetic part of it.
     pub(crate) fn kinetic(&self) -> f64 {
-        self.node.hamiltonian_projected.kinetic + self.by_contacts
+        self.node.hamiltonian_projected.kinetic
     }
 
     /// Constraint residuals.

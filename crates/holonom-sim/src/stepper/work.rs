@@ -22,6 +22,7 @@ use vi_constraints::discretization::Step;
 use vi_constraints::galerkin::GaussPoint;
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::least_norm::LeastNorm;
+use vi_constraints::node::Node;
 use vi_constraints::nonsmooth::Nonsmooth;
 use vi_core::interpolation::StepPolynomial;
 use vi_core::linear::dot;
@@ -253,19 +254,11 @@ impl Work {
     }
 
     /// `work ←` that of each force, and of all prescribed motions, up to the present node, J, or up
-    /// to the one `before`; `p`: `p̄` of that node, `p_projected` and `v`: its projection and the
-    /// velocity of that.
-    pub(crate) fn at(
-        &self,
-        before: bool,
-        p: &[f64],
-        p_projected: &[f64],
-        v: &[f64],
-        work: &mut Vec<f64>,
-    ) {
+    /// to the one `before`; `node`: that node, read.
+    pub(crate) fn at(&self, before: bool, node: &Node, work: &mut Vec<f64>) {
         work.clone_from(if before { &self.before } else { &self.parts });
         if let (Some(motions), Some(_)) = (work.last_mut(), &self.node) {
-            *motions += dot(p_projected, v) - dot(p, v);
+            *motions += dot(&node.p_projected, &node.v) - dot(&node.p_bar, &node.v);
         }
     }
 }

@@ -149,6 +149,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             step: options.step,
             origin: Origin { t: at.t, step: 0 },
             before: state.clone(),
+            trial: Box::default(),
             state,
             start: report,
             initial_velocity,

@@ -8,6 +8,7 @@
 use crate::constraints::Constraints;
 use crate::galerkin::GaussPoint;
 use crate::node::{Node, NodeObserver};
+use crate::nonsmooth::ContactImpulse;
 use crate::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interpolation::StepPolynomial;
@@ -68,20 +69,21 @@ pub struct Transition<'a> {
     pub step: Step<'a>,
     /// The state where it ends.
     pub after: &'a State,
-    /// The impulse of contacts at the node where it starts, N·s, shape `n`; empty without.
-    pub impulse: &'a [f64],
+    /// The impulse of contacts at the node where it starts.
+    pub impulse: ContactImpulse<'a>,
 }
 
 impl<'a> Transition<'a> {
     /// Of a step without control points.
     #[must_use]
     pub fn single(before: &'a State, s: &'a Interval, after: &'a State) -> Self {
-        Self { before, step: Step::single(s, &after.memory.multipliers), after, impulse: &[] }
+        let step = Step::single(s, &after.memory.multipliers);
+        Self { before, step, after, impulse: ContactImpulse::default() }
     }
 
     /// With an impulse of contacts at the node where it starts.
     #[must_use]
-    pub fn with_impulse(mut self, impulse: &'a [f64]) -> Self {
+    pub fn with_impulse(mut self, impulse: ContactImpulse<'a>) -> Self {
         self.impulse = impulse;
         self
     }
@@ -129,7 +131,8 @@ pub trait ObserveNode<S, C>: Send {
         taken: Transition<'_>,
     ) -> Result<&Node, Singular>;
     /// What a node says without a step from there; its multipliers are those of an earlier call.
-    /// `h`: the step, 0 in compositions.
+    /// `impulse`: what contacts add to the momentum of the state, shape `n` or empty; `h`: the
+    /// step, 0 in compositions.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -137,7 +140,7 @@ pub trait ObserveNode<S, C>: Send {
         &mut self,
         system: &S,
         constraints: &C,
-        state: &State,
+        at: (&State, &[f64]),
         h: f64,
     ) -> Result<&Node, Singular>;
     /// `force ← Gᵀλ` of the acceleration level with the velocity of the node, shape `n`, and `λ`,
@@ -262,10 +265,10 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         &mut self,
         system: &S,
         constraints: &C,
-        state: &State,
+        at: (&State, &[f64]),
         h: f64,
     ) -> Result<&Node, Singular> {
-        Self::observe_state(self, system, constraints, state, h)
+        Self::observe_state(self, system, constraints, at, h)
     }
 
     fn acceleration_force(

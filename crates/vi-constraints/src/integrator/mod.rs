@@ -47,6 +47,7 @@ use crate::initialization::StartReport;
 use crate::nonsmooth::Nonsmooth;
 use crate::saddle_point::IndependentRows;
 use crate::scheme::{Condition, Scheme, StepSolver};
+use nodes::Trial;
 use origin::Origin;
 use std::sync::Arc;
 use vi_core::interval::Interval;
@@ -70,6 +71,7 @@ pub struct Integrator<S: Discretization<C>, C> {
     origin: Origin,
     state: State,
     before: State, // the node the last macro step started from
+    trial: Box<Trial>,
     start: StartReport,
     initial_velocity: Vec<f64>,
     watch: ClosureWatch,

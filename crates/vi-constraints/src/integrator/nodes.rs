@@ -8,7 +8,8 @@ use crate::fastest_motion::FastestMotions;
 use crate::node::{Node, NodeObserver};
 use crate::node_solvers::NodeSolvers;
 use crate::nonsmooth::Stepping;
-use crate::scheme::SubStep;
+use crate::scheme::{StepError, SubStep};
+use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::state::State;
 use vi_core::{Configuration, DiscreteLagrangian, Entries};
@@ -21,6 +22,18 @@ pub enum When {
     /// Where it ended: the present node.
     #[default]
     After,
+}
+
+/// A step that was taken on a copy of the state.
+pub(super) struct Trial {
+    end: State,
+    interval: Interval,
+}
+
+impl Default for Trial {
+    fn default() -> Self {
+        Self { end: State::default(), interval: Interval::new(0) }
+    }
 }
 
 impl When {
@@ -88,8 +101,9 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// The last macro step: the node before it, the step, the node after it.
     #[must_use]
     pub fn transition(&self) -> Transition<'_> {
+        let impulse = self.nonsmooth.as_ref().map(|contacts| contacts.impulse());
         Transition::single(&self.before, self.scheme.interval(), &self.state)
-            .with_impulse(self.nonsmooth.as_ref().map_or(&[], |contacts| contacts.impulse()))
+            .with_impulse(impulse.unwrap_or_default())
     }
 
     /// The state of a node next to the last macro step.
@@ -109,7 +123,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         }
         let Self { observer, start_observer, system, constraints, before, state, scheme, .. } =
             self;
-        let impulse = self.nonsmooth.as_ref().map_or(&[][..], |contacts| contacts.impulse());
+        let impulse = self.nonsmooth.as_ref().map(|contacts| contacts.impulse());
+        let impulse = impulse.unwrap_or_default();
         let observer = observer_at(before, observer, start_observer);
         let taken = Transition::single(before, scheme.interval(), state).with_impulse(impulse);
         observer.observe(system, constraints, taken)
@@ -124,30 +139,67 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         if self.reads_states() {
             return Ok(self.observe_state()?);
         }
-        let (mut next, last) = (self.state.clone(), self.scheme.interval().clone());
+        self.try_step()?;
+        let Self { observer, start_observer, system, constraints, state, trial, .. } = self;
+        let observer = observer_at(state, observer, start_observer);
+        let impulse = self.nonsmooth.as_ref().map(|contacts| contacts.trial_impulse());
+        let taken = Transition::single(state, &trial.interval, &trial.end)
+            .with_impulse(impulse.unwrap_or_default());
+        Ok(observer.observe(system, constraints, taken)?)
+    }
+
+    /// Takes the step from the present node on a copy of the state.
+    fn try_step(&mut self) -> Result<(), StepError> {
         let t_end = self.origin.time(self.state.step + 1, self.step);
         let Self { observer, start_observer, system, constraints, state, scheme, watch, .. } = self;
+        let Trial { end, interval } = &mut *self.trial;
+        end.copy_from(state);
+        if interval.dim() != end.q.len() {
+            *interval = Interval::new(end.q.len());
+        }
+        interval.copy_from(scheme.interval());
         let sub_step = SubStep { index: 0, count: 1, h: self.gammas[0] * self.step, t_end };
         let observer = observer_at(state, observer, start_observer);
         let solver = &mut self.solver;
         let kept = self.nonsmooth.as_mut().map(|contacts| contacts.set_aside());
         let taken = match &mut self.nonsmooth {
-            None => solver.advance(&mut **scheme, system, &**constraints, sub_step, &mut next),
+            None => solver.advance(&mut **scheme, system, &**constraints, sub_step, end),
             Some(contacts) => {
                 let parts = (&*system, &**constraints);
-                let mut run = Stepping::new(parts, &mut **scheme, solver, observer, &mut next);
+                let mut run = Stepping::new(parts, &mut **scheme, solver, observer, end);
                 contacts.advance(&mut run, sub_step, Some(state), &mut None)
             }
         };
-        let trial = taken.and_then(|_| watch.check(&**constraints, next.configuration()));
-        let s = std::mem::replace(scheme.interval_mut(), last);
+        let taken = taken.and_then(|_| watch.check(&**constraints, end.configuration()));
+        let taken = taken.map(|_| ());
+        std::mem::swap(scheme.interval_mut(), interval);
         if let (Some(kept), Some(contacts)) = (kept, &mut self.nonsmooth) {
-            contacts.put_back(kept);
+            contacts.put_back(kept, taken.is_ok());
         }
-        trial?;
-        let impulse = self.nonsmooth.as_ref().map_or(&[][..], |contacts| contacts.trial_impulse());
-        let taken = Transition::single(state, &s, &next).with_impulse(impulse);
-        Ok(observer.observe(system, constraints, taken)?)
+        taken
+    }
+
+    /// Finds what contacts add to the momentum of the present node up to the arrival there, of a
+    /// step on a copy of the state: nothing where that step is not found.
+    fn find_arrival(&mut self) {
+        if self.nonsmooth.is_some() {
+            let _ = self.try_step();
+        }
+    }
+
+    /// The present node as the last step arrives there: what stays closed holds, nothing is hit.
+    /// Without contacts that is [`Integrator::observe_state`]; with them the nodes of the trial are
+    /// those of [`crate::nonsmooth::Nonsmooth::trial_nodes`].
+    ///
+    /// # Errors
+    /// As [`Integrator::observe_state`].
+    pub fn observe_arrival(&mut self) -> Result<&Node, Singular> {
+        self.find_arrival();
+        let h = if self.reads_states() { 0.0 } else { self.step };
+        let Self { observer, start_observer, system, constraints, state, nonsmooth, .. } = self;
+        let impulse = nonsmooth.as_ref().map_or(&[][..], |contacts| contacts.trial_arrival());
+        let observer = observer_at(state, observer, start_observer);
+        observer.observe_state(system, constraints, (state, impulse), h)
     }
 
     /// What can be said of the current node without a step from there: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
@@ -167,19 +219,26 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let Self { observer, start_observer, system, constraints, before, state, .. } = self;
         let at = when.of(before, state);
         let observer = observer_at(at, observer, start_observer);
-        observer.observe_state(system, constraints, at, h)
+        observer.observe_state(system, constraints, (at, &[]), h)
     }
 
-    /// `v̂` of the present node alone, shape `n`: what was observed of a node stays. Of variational
-    /// schemes.
+    /// `v̂` of the present node alone, shape `n`, as the last step arrives there: what was observed
+    /// of a node stays. Of variational schemes.
     ///
     /// # Errors
     /// As [`Integrator::observe_state`].
     pub fn velocity(&mut self, v: &mut [f64]) -> Result<(), Singular> {
+        self.find_arrival();
         let h = if self.reads_states() { 0.0 } else { self.step };
-        let Self { observer, start_observer, system, constraints, state, .. } = self;
+        let Self { observer, start_observer, system, constraints, state, nonsmooth, .. } = self;
         let observer = observer_at(state, observer, start_observer);
-        observer.velocity(system, constraints, (state, h), &state.p, v)
+        let Some(contacts) = nonsmooth else {
+            return observer.velocity(system, constraints, (state, h), &state.p, v);
+        };
+        let p = &mut self.trial.end.p; // which nobody reads any more
+        p.copy_from_slice(&state.p);
+        p.iter_mut().zip(contacts.trial_arrival()).for_each(|(p, impulse)| *p += impulse);
+        observer.velocity(system, constraints, (state, h), p, v)
     }
 
     /// What was last observed at the node of a state: [`Integrator::state`], or

@@ -90,10 +90,9 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         if !self.system.samples(&self.state) {
             return Ok(());
         }
-        let h = if self.reads_states() { 0.0 } else { self.step };
-        let Self { observer, system, constraints, state, .. } = self;
-        let node = observer.observe_state(system, &**constraints, state, h);
-        let node = node.map_err(|_| StepError::RankLost)?;
+        self.observe_arrival().map_err(|_| StepError::RankLost)?;
+        let Self { observer, start_observer, system, state, .. } = self;
+        let node = observer_at(state, observer, start_observer).node();
         system.sample(state, &node.v);
         Ok(())
     }

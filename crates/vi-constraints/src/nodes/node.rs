@@ -11,6 +11,7 @@ use crate::constraints::Constraints;
 use crate::fastest_motion::{ConstrainedMass, FastestMotions, fastest_motion, quotient};
 use crate::legendre::add_constraint_impulse;
 use crate::node_solvers::NodeSolvers;
+use crate::nonsmooth::ContactImpulse;
 use crate::projection::{NodeMotion, Projections, hamiltonian, kinetic_energy};
 use crate::reparametrization::Emission;
 use crate::saddle_point::IndependentRows;
@@ -37,9 +38,11 @@ pub struct Node {
     pub constraint_force_mid: Vec<f64>,
     /// Constrained Legendre transform `p_n` (34), (35). Shape `n`.
     pub p: Vec<f64>,
+    /// `p̄_n`, with what contacts add to it up to the velocity of the node. Shape `n`.
+    pub p_bar: Vec<f64>,
     /// Velocity `v̂` of the projected momentum. Shape `n`.
     pub v: Vec<f64>,
-    /// Projected Legendre transform `ᵠp_n = M v̂` (39), (40). Shape `n`.
+    /// Projected Legendre transform `ᵠp_n = M v̂` of `p_bar` (39), (40). Shape `n`.
     pub p_projected: Vec<f64>,
     /// `q̈` of the acceleration level, where its constraint force was found; else what it was.
     /// Shape `n`.
@@ -89,6 +92,7 @@ impl NodeObserver {
                 lambda: zeros(m),
                 constraint_force: zeros(n),
                 p: zeros(n),
+                p_bar: zeros(n),
                 v: zeros(n),
                 p_projected: zeros(n),
                 ..Node::default()
@@ -114,7 +118,7 @@ impl NodeObserver {
     }
 
     /// Everything at a node from the step that starts there, `s.q0 = q_n`, with the impulse of
-    /// contacts at the node, shape `n`; empty without.
+    /// contacts at the node.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -122,11 +126,11 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, impulse): (&State, &[f64]),
+        (state, impulse): (&State, ContactImpulse<'_>),
         s: &Interval,
     ) -> Result<&Node, Singular> {
-        self.project(system, constraints, state, s.h)?;
-        self.impulse(system, constraints, (state, impulse), s)?;
+        self.project(system, constraints, (state, impulse.up_to), s.h)?;
+        self.impulse(system, constraints, (state, impulse.whole), s)?;
         let Self { projections, node, m_work, n_work, .. } = self;
         node.discrete_energy = discrete_energy(system, s); // (52)
         let has_velocity = projections.free_velocity(system, &node.p, n_work)?;
@@ -147,8 +151,9 @@ impl NodeObserver {
 
     /// The part that needs no step from here: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`, `g(q_n)`; all there is at
     /// the macro nodes of a composition. `discrete_energy` is set to `H_d(ᵠp_n)`, the velocity
-    /// residual to that of `v̂`. `h`: the step, for a mass that is added to `M`; 0 in compositions,
-    /// where such masses cancel to the order.
+    /// residual to that of `v̂`. `impulse`: what contacts add to `p̄_n`, shape `n` or empty; `h`:
+    /// the step, for a mass that is added to `M`; 0 in compositions, where such masses cancel to
+    /// the order.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -156,10 +161,10 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        state: &State,
+        (state, impulse): (&State, &[f64]),
         h: f64,
     ) -> Result<&Node, Singular> {
-        self.project(system, constraints, state, h)?;
+        self.project(system, constraints, (state, impulse), h)?;
         let Self { node, m_work, .. } = self;
         node.hamiltonian = None;
         node.discrete_energy = node.hamiltonian_projected;
@@ -173,7 +178,7 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        state: &State,
+        (state, impulse): (&State, &[f64]),
         h: f64,
     ) -> Result<(), Singular> {
         let Self { projections, solvers, node, m_work, .. } = self;
@@ -182,7 +187,9 @@ impl NodeObserver {
         node.position_residual = norm_inf(m_work);
 
         let mut mass = MassAtNode { projections, solvers, system, constraints, state };
-        mass.velocity(at.t, h, &state.p, &mut node.v)?;
+        node.p_bar.copy_from_slice(&state.p);
+        node.p_bar.iter_mut().zip(impulse).for_each(|(p, impulse)| *p += impulse);
+        mass.velocity(at.t, h, &node.p_bar, &mut node.v)?;
         node.p_projected.fill(0.0);
         system.add_momentum_of_step(at, h, &node.v, &mut node.p_projected); // (40)
         node.hamiltonian_projected = hamiltonian(system, at, &node.v, &node.p_projected); // (53)
@@ -289,7 +296,7 @@ impl NodeObserver {
             let mut force = vec![0.0; n];
             self.acceleration_force(system, constraints, state, &mut force, Some(&mut lambda))?;
         } else {
-            self.observe_state(system, constraints, state, 0.0)?;
+            self.observe_state(system, constraints, (state, &[]), 0.0)?;
             let Self { projections, node, .. } = self;
             let at = state.configuration();
             projections.independent_multiplier(system, constraints, at, &node.v, &mut lambda)?;
@@ -373,7 +380,7 @@ impl NodeObserver {
         force: &mut [f64],
         mut lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular> {
-        self.observe_state(system, constraints, state, 0.0)?;
+        self.observe_state(system, constraints, (state, &[]), 0.0)?;
         let Self { projections, solvers, node, m_work, .. } = self;
         let (at, v) = (state.configuration(), &node.v[..]);
         let here = NodeMotion { at, v, memory: &state.memory };

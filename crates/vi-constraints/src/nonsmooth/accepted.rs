@@ -2,7 +2,7 @@
 
 use super::impulses::NodeImpulses;
 use super::node_law::{Contact, Kind};
-use super::record::{ContactRecord, ContactStatus, NodeRecord, Records};
+use super::record::{ContactRecord, ContactStatus, FirstImpulses, NodeRecord, Records};
 use super::unilateral::ContactLaw;
 use vi_core::contact_state::Remembered;
 use vi_core::state::State;
@@ -12,19 +12,11 @@ impl NodeImpulses {
     /// starts that has moved on.
     pub(super) fn accept(&mut self, (t, h): (f64, f64), end: &mut State, records: &mut Records) {
         let before = end.contacts.step;
-        if records.nodes.is_empty() && !self.lambda.is_empty() {
-            records.first_impulse.resize(end.q.len(), 0.0);
-            for (i, (lambda, impact)) in self.lambda.iter().zip(&self.impacts).enumerate() {
-                self.rows.add_to(i, lambda + impact, &mut records.first_impulse);
-            }
-        }
         let first = records.contacts.len();
         let remembered = &mut end.contacts;
-        // the impulse at a node stands for the halves of both steps beside it, but for a projected
-        // momentum
-        let share = if remembered.begins { 1.0 } else { h / (before + h) };
-        let share_before = if remembered.begins { 0.0 } else { before / (before + h) };
-        (remembered.step, remembered.begins) = (h, false);
+        // the impulse at a node stands for the halves of both steps beside it
+        let share_before = before / (before + h);
+        remembered.step = h;
         remembered.contacts.clear();
         let speeds = self.speeds();
         for contact in &self.contacts {
@@ -39,22 +31,21 @@ impl NodeImpulses {
                 ContactLaw::Coulomb { .. } => libm::hypot(contact.sigma[0], contact.sigma[1]),
                 _ => contact.sigma[0],
             };
-            let transmitted = contact.transmitted * share;
             let slides = contact.law.rows() == 3 && record.status != ContactStatus::Open;
             let slip = contact.place.filter(|_| slides).map(|place| {
                 let [_, first, second] = place.axes;
                 [0, 1, 2].map(|i| first[i] * contact.sigma[0] + second[i] * contact.sigma[1])
             });
             let (id, sticks) = (contact.id, record.status == ContactStatus::Stick);
-            remembered.contacts.push(Remembered { id, impulse, rate, slip, transmitted, sticks });
+            remembered.contacts.push(Remembered { id, impulse, rate, slip, sticks });
             records.contacts.push(record);
         }
         let counts = &mut remembered.counts;
         let own = &records.contacts[first..];
-        let impacts = own.iter().filter(|record| record.status == ContactStatus::Impact).count();
+        let hit = own.iter().filter(|record| record.status == ContactStatus::Impact).count();
         let closed = own.iter().filter(|record| record.status != ContactStatus::Open).count();
         let work: f64 = own.iter().map(|record| record.work).sum();
-        counts.impacts += impacts as u64;
+        counts.impacts += hit as u64;
         counts.dissipated -= work;
         counts.most_contacts = counts.most_contacts.max(closed as u64);
         counts.most_iterations = counts.most_iterations.max(self.solved);
@@ -63,10 +54,30 @@ impl NodeImpulses {
         for contact in &self.contacts {
             counts.largest_reduction = counts.largest_reduction.max(1.0 - contact.reduction);
         }
-        if records.nodes.is_empty() && !self.contacts.is_empty() {
-            let Self { contacts, W, arrival, node_velocity, .. } = self;
+        if records.nodes.is_empty() && !self.lambda.is_empty() {
+            let Self { contacts, W, arrival, node_velocity, rows, lambda, impacts, .. } = self;
             let own = &mut records.contacts[first..];
-            node_velocity.find((contacts, W), arrival, share_before, own);
+            let FirstImpulses { whole, up_to, arrived } = &mut records.first;
+            for of in [&mut *whole, &mut *up_to, &mut *arrived] {
+                of.resize(end.q.len(), 0.0);
+            }
+            for (i, (lambda, impact)) in lambda.iter().zip(&*impacts).enumerate() {
+                rows.add_to(i, lambda + impact, whole);
+            }
+            let add = |part: &[f64], to: &mut [f64]| {
+                part.iter().enumerate().for_each(|(i, part)| rows.add_to(i, *part, to));
+            };
+            let at = (&contacts[..], &*W);
+            add(node_velocity.find(at, arrival, [share_before, 0.0], own), arrived);
+            node_velocity.work(at, arrival, own, |own, work| {
+                (own.work_arriving, own.work_before) = (work, work);
+            });
+            if hit > 0 {
+                add(node_velocity.find(at, arrival, [share_before, 1.0], own), up_to);
+                node_velocity.work(at, arrival, own, |own, work| own.work_before = work);
+            } else {
+                up_to.copy_from_slice(arrived);
+            }
         }
         let contacts = first..records.contacts.len();
         records.nodes.push(NodeRecord { t, before, after: h, contacts });
@@ -95,7 +106,7 @@ impl NodeImpulses {
         };
         let (id, gap, slip) = (contact.id, contact.gap, contact.sigma);
         let (slip_before, place) = (contact.before, contact.place);
-        let work_before = 0.0;
+        let [work_before, work_arriving] = [0.0; 2];
         ContactRecord {
             id,
             status,
@@ -108,6 +119,7 @@ impl NodeImpulses {
             slip_before,
             work,
             work_before,
+            work_arriving,
         }
     }
 }

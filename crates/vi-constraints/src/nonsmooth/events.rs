@@ -13,7 +13,7 @@
 use super::impact_law::ImpactLaw;
 use super::impulses::NodeImpulses;
 use super::node_law::CLOSED;
-use super::record::{ContactRecord, NodeRecord, Records};
+use super::record::{ContactImpulse, ContactRecord, NodeRecord, Records};
 use super::stepping::Stepping;
 use super::unilateral::{ContactRows, TransverseImpulses, Unilateral};
 use crate::constraints::Constraints;
@@ -145,10 +145,10 @@ impl Nonsmooth {
         self.trial.nodes.iter().map(|node| (node, &contacts[node.contacts.clone()]))
     }
 
-    /// `BᵀΛ` of the node where the last step started, shape `n`; empty before the first step.
+    /// Of the node where the last step started; empty before the first step.
     #[must_use]
-    pub fn impulse(&self) -> &[f64] {
-        &self.records.first_impulse
+    pub fn impulse(&self) -> ContactImpulse<'_> {
+        self.records.first.contact_impulse()
     }
 
     /// A macro step begins.
@@ -167,15 +167,23 @@ impl Nonsmooth {
         SetAside(std::mem::take(&mut self.records))
     }
 
-    /// Puts it back, and keeps what is known of the trial.
-    pub(crate) fn put_back(&mut self, SetAside(records): SetAside) {
+    /// Puts it back, and keeps what is known of the trial, where it was `found`.
+    pub(crate) fn put_back(&mut self, SetAside(records): SetAside, found: bool) {
         self.is_current = false;
         self.trial = std::mem::replace(&mut self.records, records);
+        if !found {
+            self.trial.clear();
+        }
     }
 
-    /// `BᵀΛ` of the node where the trial started.
-    pub(crate) fn trial_impulse(&self) -> &[f64] {
-        &self.trial.first_impulse
+    /// Of the node where the trial started.
+    pub(crate) fn trial_impulse(&self) -> ContactImpulse<'_> {
+        self.trial.first.contact_impulse()
+    }
+
+    /// `BᵀΛ'` there before anything is hit, shape `n`, or empty.
+    pub(crate) fn trial_arrival(&self) -> &[f64] {
+        &self.trial.first.arrived
     }
 
     /// The gap that is smallest in a configuration, in parts of its size, and its element.

@@ -121,8 +121,6 @@ impl NodeImpulses {
                 gamma: 0.0,
                 sigma: [0.0; 2],
                 bound: 0.0,
-                transmitted: 0.0,
-                missing: known.filter(|_| state.contacts.begins).map_or(0.0, |own| own.transmitted),
             });
         }
         let k = rows.len();
@@ -505,8 +503,7 @@ impl NodeImpulses {
                             is_known = true;
                         }
                         let across = transverse.as_ref().map_or(0.0, |own| own.across(id));
-                        contact.transmitted = lever * across;
-                        contact.bound += contact.transmitted + contact.missing; // [N5]
+                        contact.bound += lever * across; // [N5]
                     }
                     contact.bound *= contact.ratio();
                 }

@@ -54,7 +54,7 @@ pub(crate) use stepping::Stepping;
 pub use events::{Method, Nonsmooth, NonsmoothOptions};
 pub use impact_law::ImpactLaw;
 pub use named::NamedContacts;
-pub use record::{ContactRecord, ContactStatus, NodeRecord};
+pub use record::{ContactImpulse, ContactRecord, ContactStatus, NodeRecord};
 pub use unilateral::{ContactLaw, ContactPlace, ContactRows, TransverseImpulses, Unilateral};
 
 use vi_core::cone::ConeFault;

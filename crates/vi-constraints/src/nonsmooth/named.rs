@@ -2,9 +2,8 @@
 //!
 //! A mechanism that goes on with other parts has other elements, in other places: what a contact
 //! remembers follows its element by the name that its work is listed under, of several ones of a
-//! name in their order. The motion goes on from the projected momentum: the next node lacks the
-//! half of the impulses of constraints that belongs to the step before, and with it a share of the
-//! bounds [N5], which [`Remembered::transmitted`] makes good.
+//! name in their order. The motion goes on from the momentum with which the last step arrives: the
+//! half of the impulses that belongs to that step is in it, and the next node has the other one.
 
 use super::unilateral::Elements;
 use serde::{Deserialize, Serialize};
@@ -38,6 +37,6 @@ impl NamedContacts {
                 ..*own
             }));
         }
-        ContactState { contacts, begins: true, ..self.state.clone() }
+        ContactState { contacts, step: 0.0, ..self.state.clone() }
     }
 }

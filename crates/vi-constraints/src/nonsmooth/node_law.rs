@@ -80,20 +80,18 @@ pub(super) struct Contact {
     pub(super) is_new: bool,                  // closed, and no contact of the node before
     pub(super) was_closed: bool,              // at the node before, without an impact
     pub(super) is_hit: bool,
-    pub(super) reduction: f64,   // η of the energy guard
-    pub(super) slides: bool,     // decided once: by the mean velocity
-    pub(super) kept: bool,       // it was to slide, and sticks after all
-    pub(super) held: bool,       // it stuck in the step before
-    pub(super) holds: bool,      // by its static friction
-    pub(super) caught: bool,     // it was asked whether that holds it where it turned back
-    pub(super) kind: Kind,       // of the last evaluation
-    pub(super) changes: usize,   // of the kind, of a hit contact
-    pub(super) course: Course,   //
-    pub(super) gamma: f64,       // g(q_{n+1})/h
-    pub(super) sigma: [f64; 2],  // slip over h
-    pub(super) bound: f64,       // b of dry friction
-    pub(super) transmitted: f64, // μ r |h λ_⊥| at the node
-    pub(super) missing: f64,     // of it, where the momentum is projected
+    pub(super) reduction: f64,  // η of the energy guard
+    pub(super) slides: bool,    // decided once: by the mean velocity
+    pub(super) kept: bool,      // it was to slide, and sticks after all
+    pub(super) held: bool,      // it stuck in the step before
+    pub(super) holds: bool,     // by its static friction
+    pub(super) caught: bool,    // it was asked whether that holds it where it turned back
+    pub(super) kind: Kind,      // of the last evaluation
+    pub(super) changes: usize,  // of the kind, of a hit contact
+    pub(super) course: Course,  //
+    pub(super) gamma: f64,      // g(q_{n+1})/h
+    pub(super) sigma: [f64; 2], // slip over h
+    pub(super) bound: f64,      // b of dry friction
 }
 
 /// What a row of a contact is driven by, at the last step that was solved.

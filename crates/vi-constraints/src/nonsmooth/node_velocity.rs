@@ -3,8 +3,10 @@
 //! ```text
 //! U_n = U⁻ + W Λ'       U_n = 0   of what stays closed along the normal, sticks or holds
 //!                       Λ' = h_{n−1}/(h_{n−1} + h_n) Λ   of what slides,   Λ' = Λ   of what is hit
-//! T_n − T⁻ = ½ Λ'·(U_n + U⁻)
+//! v_n = v̂ of p̄_n + BᵀΛ',   T_n − T⁻ = ½ Λ'·(U_n + U⁻)
 //! ```
+//! With `Λ' = 0` of what is hit it is the velocity with which the last step arrives.
+//!
 //! `T⁻` of `p̄_n` has half a step of the loads that a support carries, `½ m (ha/2)²` of a body that
 //! rests, and the friction of half a step too little. Conjugate gradients begin at the part of the
 //! impulses that belongs to the step before, which is the solution under uniform loads.
@@ -31,24 +33,24 @@ pub(super) struct NodeVelocity {
 }
 
 impl NodeVelocity {
-    /// Writes to the records of the node the work of the impulses up to it; `minus`: `U⁻`, `share`:
-    /// `h_{n−1}/(h_{n−1} + h_n)`.
+    /// `Λ'`, shape `k`; `minus`: `U⁻`, `shares`: `h_{n−1}/(h_{n−1} + h_n)`, and the part of what is
+    /// hit.
     pub(super) fn find(
         &mut self,
         (contacts, W): (&[Contact], &Delassus),
         minus: &[f64],
-        share: f64,
-        records: &mut [ContactRecord],
-    ) {
+        [share, hit]: [f64; 2],
+        records: &[ContactRecord],
+    ) -> &[f64] {
         let k = minus.len();
         let Self { free, part, residual, direction, image, conditioned } = self;
         free.clear();
         part.clear();
-        for (contact, record) in contacts.iter().zip(&*records) {
+        for (contact, record) in contacts.iter().zip(records) {
             for i in 0..contact.law.rows() {
                 let (is_free, share) = match record.status {
                     ContactStatus::Open => (false, 0.0),
-                    ContactStatus::Impact => (false, 1.0),
+                    ContactStatus::Impact => (false, hit),
                     ContactStatus::Stick => (true, share),
                     ContactStatus::Slip => (i == 0 && contact.law.restitution().is_some(), share),
                 };
@@ -92,10 +94,23 @@ impl NodeVelocity {
                 *direction = conditioned + turn * *direction;
             }
         }
+        part
+    }
+
+    /// Hands out for each record of the node the work of the impulses found last.
+    pub(super) fn work(
+        &self,
+        (contacts, W): (&[Contact], &Delassus),
+        minus: &[f64],
+        records: &mut [ContactRecord],
+        set: impl Fn(&mut ContactRecord, f64),
+    ) {
+        let part = &self.part;
         for (contact, record) in contacts.iter().zip(records) {
             let rows = contact.row..contact.row + contact.law.rows();
-            let work = rows.map(|i| 0.5 * part[i] * (velocity(i, part) + minus[i]));
-            record.work_before = work.sum();
+            let change = |i: usize| W.product(i, |j| part[j]);
+            let work = rows.map(|i| 0.5 * part[i] * (change(i) + 2.0 * minus[i]));
+            set(record, work.sum());
         }
     }
 }

@@ -41,6 +41,8 @@ pub struct ContactRecord {
     pub work: f64,
     /// The part of it up to the velocity of the node, J: of the first node of a macro step; else 0.
     pub work_before: f64,
+    /// The same before anything is hit.
+    pub work_arriving: f64,
 }
 
 /// A node with contacts.
@@ -61,13 +63,37 @@ pub struct NodeRecord {
 pub(super) struct Records {
     pub(super) nodes: Vec<NodeRecord>,
     pub(super) contacts: Vec<ContactRecord>,
-    pub(super) first_impulse: Vec<f64>, // n  BᵀΛ of the first node
+    pub(super) first: FirstImpulses,
+}
+
+/// Impulses of contacts at the first node of a macro step, each empty where there are no contacts.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FirstImpulses {
+    pub(super) whole: Vec<f64>,   // n  BᵀΛ
+    pub(super) up_to: Vec<f64>,   // n  BᵀΛ' up to the velocity of the node
+    pub(super) arrived: Vec<f64>, // n  the same before anything is hit
+}
+
+impl FirstImpulses {
+    pub(super) fn contact_impulse(&self) -> ContactImpulse<'_> {
+        ContactImpulse { whole: &self.whole, up_to: &self.up_to }
+    }
+}
+
+/// The impulse of contacts at a node, N·s, each of shape `n` or empty.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ContactImpulse<'a> {
+    /// `BᵀΛ`.
+    pub whole: &'a [f64],
+    /// `BᵀΛ'`, the part of it up to the velocity of the node.
+    pub up_to: &'a [f64],
 }
 
 impl Records {
     pub(super) fn clear(&mut self) {
         self.nodes.clear();
         self.contacts.clear();
-        self.first_impulse.clear();
+        let FirstImpulses { whole, up_to, arrived } = &mut self.first;
+        [whole, up_to, arrived].into_iter().for_each(Vec::clear);
     }
 }
