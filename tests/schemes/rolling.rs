@@ -336,8 +336,8 @@ fn a_start_that_slips_is_projected_when_asked() {
 }
 
 /// Two wheels of one leaning axle, as of a cone that rolls: the rows of the large one say in part
-/// what those of the small one do. What is left out holds to round-off, too, the apex stays where it
-/// is, and the order is 2; fixed to one another and each on its own bearing.
+/// what those of the small one do. What is left out holds to round-off, too, the apex stays where
+/// it is, and the order is 2; fixed to one another and each on its own bearing.
 #[test]
 fn wheels_of_a_leaning_axle_roll_about_their_apex() {
     let lean = 0.5_f64.atan();
