@@ -98,6 +98,7 @@ mod model {
     mod import_contacts;
     mod import_dialects;
     mod import_inertia;
+    mod import_sensors;
     mod imports;
     mod joint_stops;
     pub(crate) mod keys;

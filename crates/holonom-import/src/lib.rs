@@ -20,6 +20,7 @@
 mod contact;
 mod drafter;
 mod element;
+mod gauge;
 mod loops;
 mod mass;
 mod massless;

@@ -69,6 +69,7 @@ pub(crate) fn draft(
     (0..tree.nodes.len()).for_each(|k| drafter.joint(k, remarks));
     robot.loops.iter().for_each(|l| drafter.closure(l, remarks));
     robot.gears.iter().for_each(|gear| drafter.gear(gear, remarks));
+    robot.gauges.iter().for_each(|gauge| drafter.sensor(gauge, remarks));
     drafter.contacts(remarks);
     drafter.self_contacts(remarks);
     drafter.contact_remarks(remarks);

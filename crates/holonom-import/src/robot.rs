@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
-use holonom_model::nearest;
+use holonom_model::{SensorKind, nearest};
 
 use crate::Close;
 use crate::mass::Mass;
@@ -24,6 +24,7 @@ pub(crate) struct Robot {
     pub(crate) links: Vec<Link>,
     pub(crate) loops: Vec<LoopJoint>,
     pub(crate) gears: Vec<Gear>,
+    pub(crate) gauges: Vec<Gauge>,
     /// Places that have a name.
     pub(crate) frames: Vec<NamedFrame>,
     /// Files of geometries that could not be read.
@@ -158,6 +159,33 @@ pub(crate) struct Gear {
     pub(crate) offset: f64,
     pub(crate) factor: f64,
     pub(crate) place: Place,
+}
+
+/// A sensor.
+#[derive(Clone, Debug)]
+pub(crate) struct Gauge {
+    pub(crate) name: String,
+    pub(crate) kind: SensorKind,
+    pub(crate) of: GaugeOf,
+    /// Kind and name in the description.
+    pub(crate) label: String,
+    pub(crate) place: Place,
+}
+
+/// What a sensor is of.
+#[derive(Clone, Debug)]
+pub(crate) enum GaugeOf {
+    Joint(String),
+    Frame(NamedFrame),
+}
+
+impl GaugeOf {
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            Self::Joint(name) => name,
+            Self::Frame(frame) => &frame.name,
+        }
+    }
 }
 
 impl Robot {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use holonom_model::{
-    Body, BodyNames, Constraint, Contact, ContactSide, Inertia, Joint, Limits, Scale, Shape,
+    Body, BodyNames, Constraint, Contact, ContactSide, Inertia, Joint, Limits, Scale, Sensor, Shape,
 };
 
 use crate::drafter::Draft;
@@ -51,6 +51,10 @@ pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
     for contact in &model.contacts {
         writer.section("[[contact]]");
         writer.contact(contact);
+    }
+    for sensor in &model.sensors {
+        writer.section("[[sensor]]");
+        writer.sensor(sensor);
     }
     writer.0
 }
@@ -166,6 +170,18 @@ impl TomlWriter {
         self.pair("friction", &number(contact.friction));
     }
 
+    fn sensor(&mut self, sensor: &Sensor) {
+        self.pair("name", &quoted(&sensor.name));
+        self.pair("type", &quoted(&words(&format!("{:?}", sensor.kind))));
+        self.pair("of", &quoted(&sensor.of));
+        if let Some(point) = &sensor.point {
+            self.pair("point", &list(point));
+        }
+        if let Some(quaternion) = &sensor.quaternion {
+            self.pair("quaternion", &list(quaternion));
+        }
+    }
+
     fn constraint(&mut self, constraint: &Constraint) {
         self.pair("name", &quoted(constraint.name()));
         match constraint {
@@ -207,6 +223,18 @@ fn written(shape: &Shape) -> String {
     }
     if let Some(quaternion) = &shape.quaternion {
         out += &format!(", quaternion = {}", list(quaternion));
+    }
+    out
+}
+
+/// `JointRate` as `joint_rate`.
+fn words(name: &str) -> String {
+    let mut out = String::new();
+    for c in name.chars() {
+        if c.is_uppercase() && !out.is_empty() {
+            out.push('_');
+        }
+        out.extend(c.to_lowercase());
     }
     out
 }

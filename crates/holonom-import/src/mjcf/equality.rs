@@ -136,7 +136,7 @@ impl Equalities<'_> {
     }
 }
 
-fn missing(element: &XmlElement, attribute: &str, kind: &str, name: &str) -> Refusal {
+pub(super) fn missing(element: &XmlElement, attribute: &str, kind: &str, name: &str) -> Refusal {
     let message = format!("there is no {kind} named `{}`", name.escape_debug());
     Refusal::at(element.place_of(attribute), message, format!("name a {kind} of the description"))
 }

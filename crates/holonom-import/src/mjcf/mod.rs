@@ -8,6 +8,7 @@ mod geom;
 pub(crate) mod include;
 mod pose;
 mod replicate;
+mod sensor;
 mod settings;
 
 use std::collections::BTreeMap;
@@ -72,6 +73,7 @@ pub(crate) fn robot(
     };
     equalities.read(root)?;
     let Equalities { loops, gears, .. } = equalities;
+    let gauges = sensor::Named::new(&links, &sites).gauges(root, remarks)?;
     rest(root, options.contacts, remarks);
     if let Some(total) = settings.total_mass {
         scale(&mut links, total);
@@ -86,6 +88,7 @@ pub(crate) fn robot(
         links,
         loops,
         gears,
+        gauges,
         frames,
         unread,
         planes,
@@ -172,16 +175,18 @@ fn unique_names(links: &[Link]) -> Result<()> {
 fn rest(root: &XmlElement, contacts: bool, remarks: &mut Remarks) {
     for section in &root.children {
         let message = match section.name.as_str() {
-            "compiler" | "option" | "default" | "worldbody" | "equality" | "size" | "statistic" => {
+            "compiler" | "option" | "default" | "worldbody" | "equality" | "sensor" | "size"
+            | "statistic" => {
                 continue;
             }
             "asset" | "visual" => {
                 remarks.add("textures, materials and views: not translated", section);
                 continue;
             }
-            "actuator" => "actuators: not translated",
+            "actuator" => {
+                "actuators: not translated; a `motor` of the joint, a [[law]] or an input from outside drives it"
+            }
             "tendon" => "tendons: not translated",
-            "sensor" => "sensors: not translated",
             "keyframe" => "keyframes: not translated; `--joint NAME=VALUE` states initial values",
             "contact" if contacts => continue,
             "contact" => NOT_ASKED,

@@ -58,6 +58,7 @@ pub(crate) fn robot(
         links,
         loops,
         gears,
+        gauges: Vec::new(),
         unread,
         planes: Vec::new(),
         exclusions: Vec::new(),

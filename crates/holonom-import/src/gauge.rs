@@ -1,0 +1,63 @@
+//! Sensors of a description, and what they are in the model.
+
+use holonom_model::{Sensor, SensorKind};
+
+use crate::drafter::Drafter;
+use crate::numbers::{quaternion, vector};
+use crate::remark::Remarks;
+use crate::robot::{Gauge, GaugeOf, NamedFrame};
+
+/// Frames that differ by less are one, m or rad.
+const SAME: f64 = 1e-12;
+
+const OF_NOTHING: &str = "sensors of the ground, or of what is no body and no joint of one coordinate in the model: \
+     not translated";
+
+impl Drafter<'_> {
+    /// The sensor of the model.
+    pub(crate) fn sensor(&mut self, gauge: &Gauge, remarks: &mut Remarks) {
+        let found = match &gauge.of {
+            GaugeOf::Joint(joint) => self.of_joint(gauge.kind, joint),
+            GaugeOf::Frame(frame) => self.of_frame(gauge, frame, remarks),
+        };
+        let Some(sensor) = found else {
+            remarks.mention(OF_NOTHING, gauge.label.clone(), &gauge.place);
+            return;
+        };
+        let same = |own: &&Sensor| Sensor { name: String::new(), ..(*own).clone() } == sensor;
+        if gauge.kind == SensorKind::Imu && self.draft.model.sensors.iter().any(|own| same(&own)) {
+            return; // accelerations and rates are columns of one
+        }
+        let name = self.names.unique(&gauge.name, "sensor");
+        self.draft.model.sensors.push(Sensor { name, ..sensor });
+    }
+
+    fn of_joint(&self, kind: SensorKind, joint: &str) -> Option<Sensor> {
+        let of = self.joints.get(joint)?;
+        let own = self.draft.model.joint(of)?;
+        let single = own.pair().coordinate_count() == 1;
+        single.then(|| Sensor::new(String::new(), kind, of.clone()))
+    }
+
+    fn of_frame(&self, gauge: &Gauge, frame: &NamedFrame, remarks: &mut Remarks) -> Option<Sensor> {
+        let link = frame.link?;
+        let node = self.tree.body_of[link].filter(|k| !self.tree.nodes[*k].absent)?;
+        let in_space = self.tree.pose_of(Some(link)) * frame.pose;
+        let own = self.frames[node].inverse() * in_space;
+        let turned = own.rotation.angle() > SAME;
+        if turned && gauge.kind == SensorKind::Orientation {
+            let message = "orientations of frames that are turned in their body: those of the body";
+            remarks.mention(message, gauge.label.clone(), &gauge.place);
+        }
+        let has_point =
+            !matches!(gauge.kind, SensorKind::Orientation | SensorKind::AngularVelocity);
+        let away = own.translation.vector.norm() > SAME && has_point;
+        let axes = turned && gauge.kind == SensorKind::Imu;
+        let sensor = Sensor::new(String::new(), gauge.kind, self.bodies[node].clone());
+        Some(Sensor {
+            point: away.then(|| vector(&own.translation.vector)),
+            quaternion: axes.then(|| quaternion(&own.rotation)),
+            ..sensor
+        })
+    }
+}
