@@ -1,8 +1,8 @@
-//! Sensors of MJCF: what they measure in the model, and what has no counterpart.
+//! Sensors and servos of MJCF: what they measure and do in the model, and what has no counterpart.
 
 #![allow(clippy::unwrap_used)] // a test
 
-use holonom::import::{ImportOptions, import_text};
+use holonom::import::{ImportOptions, JointValue, import_text};
 use holonom::{Sample, Simulation};
 use std::path::Path;
 
@@ -106,4 +106,35 @@ fn sensors_of_nothing_are_refused() {
         println!("{refused}");
         assert!(refused.contains(words), "{refused}");
     }
+}
+
+/// Servos act as in MuJoCo without controls: towards 0 of the description, with the square of the
+/// gear, from wherever the run begins.
+#[test]
+fn servos_hold_their_joints_at_zero() {
+    let servos = "<actuator><position joint=\"pin\" kp=\"30\" kv=\"2\" gear=\"2\"/>\
+                  <velocity joint=\"pin\" kv=\"3\" ctrlrange=\"-1 1\"/>\
+                  <motor name=\"m\" joint=\"pin\"/></actuator></mujoco>";
+    let text = ARM.replace("</mujoco>", servos);
+    let value = JointValue { joint: "pin".to_owned(), value: 0.4 };
+    let options =
+        ImportOptions { actuators: true, values: vec![value], ..ImportOptions::default() };
+    let imported = import_text(&text, Path::new("arm.xml"), &options).unwrap();
+    let motor = imported.model.joint("pin").unwrap().motor.clone().unwrap();
+    println!("{motor:?}");
+    assert_eq!((motor.proportional, motor.derivative, motor.path.offset), (120.0, 11.0, -0.4));
+    let said: Vec<String> = imported.remarks.iter().map(ToString::to_string).collect();
+    let has = |words: &str| said.iter().any(|remark| remark.contains(words));
+    assert!(has("set point 0") && has("limits of actuators") && has("no servo"), "{said:#?}");
+    // without the option as before
+    let imported = import(&text).unwrap();
+    assert!(imported.model.joint("pin").unwrap().motor.is_none());
+    assert!(imported.remarks.iter().any(|own| own.message.contains("`--actuators`")));
+    let refused = import_text(
+        &text.replace("kp=\"30\"", "kp=\"30\" joint=\"pim\"").replacen("joint=\"pin\" kp", "kp", 1),
+        Path::new("arm.xml"),
+        &options,
+    );
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("no joint named `pim`"), "{refused}");
 }

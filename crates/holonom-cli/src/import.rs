@@ -25,6 +25,7 @@ pub(crate) fn import(arguments: &ImportArguments) -> Result<(), Failure> {
         repair_inertia: arguments.repair_inertia,
         close: arguments.close.clone(),
         armature: !arguments.no_armature,
+        actuators: arguments.actuators,
         contacts: arguments.contacts,
         step: arguments.step,
         end: arguments.end,

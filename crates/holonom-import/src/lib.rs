@@ -101,6 +101,8 @@ pub struct ImportOptions {
     pub close: Vec<Close>,
     /// Whether armatures of joints become rotors that are geared to them.
     pub armature: bool,
+    /// Whether servos of MJCF become motors of their joints.
+    pub actuators: bool,
     /// Whether bodies touch planes of the ground: those of MJCF, and one under a URDF robot.
     pub contacts: bool,
     /// Time step, s; by default that of the description, or 1 ms.
@@ -121,6 +123,7 @@ impl Default for ImportOptions {
             repair_inertia: false,
             close: Vec::new(),
             armature: true,
+            actuators: false,
             contacts: false,
             step: None,
             end: 1.0,

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use holonom_model::{
-    Body, Header, Inertia, Joint, JointDamper, JointFriction, JointKind, JointLimits, JointSpring,
-    Limits, Model, Settings,
+    Body, Header, History, Inertia, Joint, JointDamper, JointFriction, JointKind, JointLimits,
+    JointMotor, JointSpring, Limits, Model, MotionPath, Settings,
 };
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
@@ -208,6 +208,7 @@ impl Drafter<'_> {
                 rest: plain(rest),
             }),
             damper: acts(joint.damping).then_some(JointDamper { freedom, damping: joint.damping }),
+            motor: motor(joint),
             limits: limits.filter(|_| holds),
             friction: effort.map(|_| friction),
             ..between(name.clone(), kind, parent, child, *point)
@@ -219,6 +220,20 @@ impl Drafter<'_> {
         self.draft.on_joints.push(comment);
         self.joints.entry(joint.name.clone()).or_insert(name);
     }
+}
+
+/// The servo of a joint of one coordinate.
+fn motor(joint: &crate::robot::Joint) -> Option<JointMotor> {
+    let [proportional, derivative] = joint.servo;
+    let offset = plain(-joint.reference - joint.value);
+    (joint.servo != [0.0; 2]).then(|| JointMotor {
+        freedom: 0,
+        effort: 0.0,
+        history: History::default(),
+        proportional,
+        derivative,
+        path: MotionPath { offset, ..MotionPath::default() },
+    })
 }
 
 fn comment(node: &TreeBody, name: &str) -> String {

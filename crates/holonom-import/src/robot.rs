@@ -118,6 +118,9 @@ pub(crate) struct Joint {
     pub(crate) friction: f64,
     /// Inertia of each coordinate of its pair beside that of the links, kg or kg·m².
     pub(crate) armature: [f64; 3],
+    /// Gains of a servo that holds the coordinate 0: on the coordinate, N/m or N·m/rad, and on its
+    /// rate, N·s/m or N·m·s/rad.
+    pub(crate) servo: [f64; 2],
     pub(crate) place: Place,
 }
 

@@ -136,6 +136,15 @@ impl TomlWriter {
             let (c, freedom) = (number(damper.damping), freedom(damper.freedom));
             self.pair("damper", &format!("{{ damping = {c}{freedom} }}"));
         }
+        if let Some(motor) = &joint.motor {
+            let gains = [motor.proportional, motor.derivative].map(number);
+            let [proportional, derivative] = gains;
+            let mut keys = format!("proportional = {proportional}, derivative = {derivative}");
+            if motor.path.offset != 0.0 {
+                keys += &format!(", path = {{ offset = {} }}", number(motor.path.offset));
+            }
+            self.pair("motor", &format!("{{ {keys} }}"));
+        }
         match joint.limits {
             Some(Limits::Both(both)) => self.pair("limits", &list(&both)),
             Some(Limits::Table(limits)) => {

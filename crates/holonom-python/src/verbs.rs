@@ -203,7 +203,7 @@ impl Told {
 
 /// The model file of a robot description: its text, what has no counterpart, the folder of meshes.
 #[pyfunction]
-#[pyo3(signature = (path, *, joints, free_base, density, repair_inertia, step, end))]
+#[pyo3(signature = (path, *, joints, free_base, density, repair_inertia, flags, step, end))]
 #[allow(clippy::too_many_arguments)] // keywords of Python
 fn import_robot(
     py: Python<'_>,
@@ -212,14 +212,19 @@ fn import_robot(
     free_base: bool,
     density: Option<f64>,
     repair_inertia: bool,
+    flags: [bool; 3],
     step: Option<f64>,
     end: f64,
 ) -> PyResult<(String, Vec<String>)> {
+    let [armature, actuators, contacts] = flags;
     let options = ImportOptions {
         base: if free_base { Base::Free } else { Base::Fixed },
         values: joints.into_iter().map(|(joint, value)| JointValue { joint, value }).collect(),
         density,
         repair_inertia,
+        armature,
+        actuators,
+        contacts,
         step,
         end,
         folder: path.parent().map(PathBuf::from),

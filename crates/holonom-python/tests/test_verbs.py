@@ -106,3 +106,20 @@ def test_the_program_starts_without_numpy_and_as_a_module(tmp_path: Path) -> Non
     script = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from holonom_program import main; main()"
     said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert said.returncode == 1 and "install it again" in said.stderr
+
+
+ARM = """<mujoco><worldbody><geom type="plane" size="5 5 .1"/><body name="arm" pos="0 0 1">
+<joint name="pin" type="hinge" axis="0 1 0" armature="0.2"/><geom name="rod" type="capsule" fromto="0 0 0 .5 0 0" size=".03"/>
+</body></worldbody><actuator><position joint="pin" kp="30" kv="2"/></actuator></mujoco>"""
+
+
+def test_each_option_of_an_import_does_its_own() -> None:
+    plain = hn.import_robot(ARM).spec.compile().to_dict()
+    for option, section in (("armature", "body"), ("actuators", "joint"), ("contacts", "contact")):
+        value = option != "armature"
+        other = hn.import_robot(ARM, **{option: value}).spec.compile().to_dict()  # type: ignore[arg-type]
+        changed = {key for key in plain.keys() | other.keys() if plain.get(key) != other.get(key)}
+        assert section in changed, (option, changed)
+        of_others = {"body": {"contact"}, "joint": {"contact", "constraint"}, "contact": {"joint", "constraint"}}[section]
+        assert not changed & of_others, (option, changed)
+    assert hn.import_robot(ARM, actuators=True).spec.compile().to_dict()["joint"][0]["motor"]["proportional"] == 30.0

@@ -324,6 +324,7 @@ impl Bodies<'_, '_> {
             limits,
             friction,
             armature: [armature, 0.0, 0.0],
+            servo: [0.0; 2],
             place: element.place.clone(),
         })
     }

@@ -2,6 +2,7 @@
 //!
 //! Source: the XML reference of MuJoCo, mujoco.readthedocs.io.
 
+mod actuator;
 mod body;
 mod equality;
 mod geom;
@@ -55,6 +56,7 @@ pub(crate) fn robot(
     let Bodies { mut links, sites, mocaps, planes, .. } = bodies;
     let unread = geoms.unread;
     unique_names(&links)?;
+    actuator::servos(root, (&mut links, &defaults), options.actuators, remarks)?;
     if links.is_empty() {
         let help = "a model of MuJoCo has <body> in <worldbody>";
         return Err(Refusal::at(&root.place, "the model has no body", help));
@@ -175,16 +177,13 @@ fn unique_names(links: &[Link]) -> Result<()> {
 fn rest(root: &XmlElement, contacts: bool, remarks: &mut Remarks) {
     for section in &root.children {
         let message = match section.name.as_str() {
-            "compiler" | "option" | "default" | "worldbody" | "equality" | "sensor" | "size"
-            | "statistic" => {
+            "compiler" | "option" | "default" | "worldbody" | "equality" | "actuator"
+            | "sensor" | "size" | "statistic" => {
                 continue;
             }
             "asset" | "visual" => {
                 remarks.add("textures, materials and views: not translated", section);
                 continue;
-            }
-            "actuator" => {
-                "actuators: not translated; a `motor` of the joint, a [[law]] or an input from outside drives it"
             }
             "tendon" => "tendons: not translated",
             "keyframe" => "keyframes: not translated; `--joint NAME=VALUE` states initial values",

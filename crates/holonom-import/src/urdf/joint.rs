@@ -92,6 +92,7 @@ impl UrdfReader<'_> {
             limits,
             friction,
             armature: [0.0; 3],
+            servo: [0.0; 2],
             place: element.place.clone(),
         })
     }

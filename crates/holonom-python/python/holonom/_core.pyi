@@ -212,6 +212,7 @@ def import_robot(
     free_base: bool,
     density: float | None,
     repair_inertia: bool,
+    flags: list[bool],
     step: float | None,
     end: float,
 ) -> tuple[str, list[str]]: ...

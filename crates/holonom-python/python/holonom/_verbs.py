@@ -136,6 +136,9 @@ def import_robot(
     free_base: bool = False,
     density: float | None = None,
     repair_inertia: bool = False,
+    armature: bool = True,
+    actuators: bool = False,
+    contacts: bool = False,
     step: float | None = None,
     end: float = 1.0,
 ) -> Imported:
@@ -145,7 +148,7 @@ def import_robot(
     ----------
     source : the file, or its text; files that a text names are looked for in the current folder.
     joints : initial coordinates of joints, m or rad.
-    free_base, density (kg/m³), repair_inertia : as of ``holonom import``.
+    free_base, density (kg/m³), repair_inertia, armature, actuators, contacts : as of ``holonom import``.
     step, end : s.
 
     Returns
@@ -159,6 +162,7 @@ def import_robot(
     given = list((joints or {}).items())
     options: dict[str, Any] = {"free_base": free_base, "density": density, "step": step, "end": end}
     options |= {"joints": given, "repair_inertia": repair_inertia}
+    options |= {"flags": [armature, actuators, contacts]}
     if isinstance(source, str) and source.lstrip().startswith("<"):
         with NamedTemporaryFile("w", suffix=".xml", dir=".", encoding="utf-8") as file:
             file.write(source)
