@@ -226,7 +226,7 @@ impl Drafter<'_> {
 fn motor(joint: &crate::robot::Joint) -> Option<JointMotor> {
     let [proportional, derivative] = joint.servo;
     let offset = plain(-joint.reference - joint.value);
-    (joint.servo != [0.0; 2]).then(|| JointMotor {
+    joint.servo.iter().any(|gain| *gain != 0.0).then(|| JointMotor {
         freedom: 0,
         effort: 0.0,
         history: History::default(),
