@@ -95,6 +95,11 @@ impl Conditions {
         &mut self.sensors
     }
 
+    /// Whether they need the configuration of a node alone.
+    pub(crate) fn are_of_configurations(&self) -> bool {
+        self.sensors.are_of_configurations()
+    }
+
     /// `sides ←` the value of each condition at a node, 0 of times.
     ///
     /// # Errors

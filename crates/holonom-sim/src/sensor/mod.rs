@@ -292,17 +292,12 @@ impl Sensors {
         let own = |part: &MeasuredPart| {
             self.columns.get(part.columns.start).is_some_and(|column| column.sensor == name)
         };
-        self.of.iter().position(own).filter(|k| {
-            matches!(
-                self.gauges[*k],
-                Gauge::Position(..)
-                    | Gauge::SeenPosition(..)
-                    | Gauge::Orientation(_)
-                    | Gauge::Distance(_)
-                    | Gauge::Coordinate(_)
-                    | Gauge::Contact(ContactGauge::Gap(_))
-            )
-        })
+        self.of.iter().position(own).filter(|k| self.gauges[*k].is_of_configuration())
+    }
+
+    /// Whether nothing but the configuration of a node is read.
+    pub(crate) fn are_of_configurations(&self) -> bool {
+        self.signals.is_none() && self.gauges.iter().all(Gauge::is_of_configuration)
     }
 
     /// Adds the numbers of such a gauge at the configuration `q` that was last followed to.
@@ -498,6 +493,19 @@ impl Sensors {
 }
 
 impl Gauge {
+    /// Whether it reads the configuration of a node alone.
+    fn is_of_configuration(&self) -> bool {
+        matches!(
+            self,
+            Self::Position(..)
+                | Self::SeenPosition(..)
+                | Self::Orientation(_)
+                | Self::Distance(_)
+                | Self::Coordinate(_)
+                | Self::Contact(ContactGauge::Gap(_))
+        )
+    }
+
     fn read(&self, at: &View<'_>, reactions: Option<&NodeReactions<'_>>, out: &mut Vec<f64>) {
         let frame = |first: usize| (&at.q[first..first + 12], &at.v[first..first + 12]);
         match self {

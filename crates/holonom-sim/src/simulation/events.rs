@@ -247,8 +247,11 @@ impl Simulation {
 
     /// `sides ←` those of the present node.
     fn read_conditions(&mut self) -> Result<(), RunFailure> {
-        if let Err(error) = self.stepper.observe(NodeOf::Arrival) {
-            return Err(self.lost(NodeOf::State, &error.to_string()));
+        // a velocity with contacts is that of a step on a copy
+        let still = self.events.as_ref().is_none_or(|own| own.conditions.are_of_configurations());
+        let which = if still { NodeOf::State } else { NodeOf::Arrival };
+        if let Err(error) = self.stepper.observe(which) {
+            return Err(self.lost(which, &error.to_string()));
         }
         let Self { events, stepper, .. } = self;
         let Some(events) = events else { return Ok(()) };
