@@ -49,9 +49,7 @@ impl Drafter<'_> {
             let message = "orientations of frames that are turned in their body: those of the body";
             remarks.mention(message, gauge.label.clone(), &gauge.place);
         }
-        let has_point =
-            !matches!(gauge.kind, SensorKind::Orientation | SensorKind::AngularVelocity);
-        let away = own.translation.vector.norm() > SAME && has_point;
+        let away = own.translation.vector.norm() > SAME && gauge.kind.has_point();
         let axes = turned && gauge.kind == SensorKind::Imu;
         let sensor = Sensor::new(String::new(), gauge.kind, self.bodies[node].clone());
         Some(Sensor {

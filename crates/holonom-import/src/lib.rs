@@ -250,8 +250,7 @@ fn place(robot: &mut Robot, options: &ImportOptions) -> source::Result<()> {
     for JointValue { joint, value } in &options.values {
         let follows = robot.gears.iter().any(|gear| gear.joint == *joint);
         let found = robot.joint_mut(joint).filter(|_| !follows);
-        let movable = |kind| matches!(kind, robot::Mobility::Hinge | robot::Mobility::Slide);
-        let Some(found) = found.filter(|j| movable(j.kind) && value.is_finite()) else {
+        let Some(found) = found.filter(|j| j.kind.is_single() && value.is_finite()) else {
             let message = format!("no initial value can be given to `{}`", joint.escape_debug());
             let help = "name a hinge or a slide of the description that follows no other joint";
             return Err(Refusal::of_all(message, help));

@@ -190,7 +190,7 @@ impl Drafter<'_> {
                 Some(Limits::Table(JointLimits { lower, upper, ..JointLimits::default() }))
             }
         };
-        let single = matches!(joint.kind, Mobility::Hinge | Mobility::Slide);
+        let single = joint.kind.is_single();
         let effort = Some(joint.friction).filter(|_| single && joint.friction > 0.0);
         let [torque, force] = match joint.kind {
             Mobility::Slide => [None, effort],

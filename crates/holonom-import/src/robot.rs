@@ -93,6 +93,13 @@ pub(crate) enum Mobility {
     Planar,
 }
 
+impl Mobility {
+    /// Whether it has one coordinate.
+    pub(crate) fn is_single(self) -> bool {
+        matches!(self, Self::Hinge | Self::Slide)
+    }
+}
+
 /// A joint of a link.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {

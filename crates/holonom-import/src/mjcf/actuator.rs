@@ -11,7 +11,7 @@ use super::equality::missing;
 use super::settings::Defaults;
 use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::robot::{Joint, Link, Mobility};
+use crate::robot::Link;
 use crate::source::Result;
 
 const NOT_ASKED: &str =
@@ -46,11 +46,11 @@ pub(crate) fn servos(
             remarks.add(OTHERS, child);
             continue;
         };
-        let joints = links.iter_mut().flat_map(|link| &mut link.joints);
-        let Some(joint) = joints.into_iter().find(|joint| joint.name == name) else {
+        let mut joints = links.iter_mut().flat_map(|link| &mut link.joints);
+        let Some(joint) = joints.find(|joint| joint.name == name) else {
             return Err(missing(&element, "joint", "joint", name));
         };
-        if !is_single(joint) || element.word("dampratio").is_some() {
+        if !joint.kind.is_single() || element.word("dampratio").is_some() {
             remarks.add(OTHERS, child);
             continue;
         }
@@ -64,8 +64,4 @@ pub(crate) fn servos(
         remarks.add(SERVO, child);
     }
     Ok(())
-}
-
-fn is_single(joint: &Joint) -> bool {
-    matches!(joint.kind, Mobility::Hinge | Mobility::Slide)
 }

@@ -60,7 +60,7 @@ impl UrdfReader<'_> {
             let message = format!("`friction` is {friction}: it would feed energy in");
             return Err(Refusal::at(dynamics.place_of("friction"), message, "write 0 or more"));
         }
-        if friction != 0.0 && !matches!(kind, Mobility::Hinge | Mobility::Slide) {
+        if friction != 0.0 && !kind.is_single() {
             self.remarks.add(crate::remark::FRICTION_OF_SEVERAL, element);
         }
         let limits = self.limits(element, kind)?;
@@ -115,7 +115,7 @@ impl UrdfReader<'_> {
             }
         };
         let [lower, upper] = [bound("lower")?, bound("upper")?];
-        if !matches!(kind, Mobility::Hinge | Mobility::Slide) {
+        if !kind.is_single() {
             self.remarks.add(crate::remark::LIMITS_OF_SEVERAL, element);
             return Ok([None; 2]);
         }
@@ -142,7 +142,7 @@ impl UrdfReader<'_> {
             factor: mimic.number("multiplier")?.unwrap_or(1.0),
             place: mimic.place.clone(),
         };
-        if matches!(kind, Mobility::Hinge | Mobility::Slide) {
+        if kind.is_single() {
             self.gears.push(gear);
         } else {
             let message = "<mimic> of a joint with several coordinates: not translated";

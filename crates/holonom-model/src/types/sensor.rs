@@ -135,7 +135,8 @@ impl SensorKind {
     }
 
     /// Whether it is of a point of a body.
-    pub(crate) fn has_point(self) -> bool {
+    #[must_use]
+    pub fn has_point(self) -> bool {
         self.is_distance()
             || matches!(self, Self::Position | Self::Velocity | Self::Acceleration | Self::Imu)
     }
