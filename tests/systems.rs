@@ -97,6 +97,7 @@ mod model {
     mod foreign_words;
     mod import_contacts;
     mod import_dialects;
+    mod import_forces;
     mod import_inertia;
     mod import_sensors;
     mod imports;

@@ -2,10 +2,10 @@
 
     pip install mujoco numpy
     python reference.py                                          # the files of this folder again
-    python reference.py ROBOT [--free] [--armature] > FOLDER/NAME.json        # another robot; HOLONOM_IMPORTED=FOLDER for the test
+    python reference.py ROBOT [--free] [--armature] [--forces] > FOLDER/NAME.json   # another robot; HOLONOM_IMPORTED=FOLDER for the test
 
-Friction, limits, contact, actuators, tendons, fluids and equalities are off, armatures too but with --armature; dampers and springs of
-hinges and slides are on.
+Friction, limits, contact, fluids and equalities are off, armatures too but with --armature, actuators and tendons but with --forces, where
+controls are 0; dampers and springs of hinges and slides are on.
 """
 
 import json
@@ -43,23 +43,23 @@ MODEL_FLAGS = [
 ]
 
 
-def plain(model):
+def plain(model, forces):
     """Switches off what the import does not translate."""
-    for flag in MODEL_FLAGS:
+    for flag in MODEL_FLAGS[: 1 if forces else 2]:
         model.opt.disableflags |= flag
     model.opt.density = model.opt.viscosity = 0
     model.opt.wind[:] = 0
     model.body_gravcomp[:] = 0
-    model.tendon_stiffness[:] = 0
-    model.tendon_damping[:] = 0
+    for name in ("stiffness", "stiffnesspoly", "damping", "dampingpoly") if not forces else ():
+        getattr(model, f"tendon_{name}")[:] = 0
     for name in ("jnt_actgravcomp", "tendon_armature"):
         if hasattr(model, name):
             getattr(model, name)[:] = 0
     for j in range(model.njnt):
-        if model.jnt_type[j] in (0, 1):  # free, ball: springs and dampers are not translated
+        if model.jnt_type[j] == 0:  # springs and dampers of free joints are not translated
             model.jnt_stiffness[j] = 0
             a = model.jnt_dofadr[j]
-            model.dof_damping[a : a + (6 if model.jnt_type[j] == 0 else 3)] = 0
+            model.dof_damping[a : a + 6] = 0
 
 
 def rates(model, data):
@@ -84,7 +84,7 @@ def rates(model, data):
     return out
 
 
-def reference(path, free, armature=False, seed=1):
+def reference(path, free, armature=False, forces=False, seed=1):
     """Mass matrix and accelerations at a random configuration, free bodies and balls at their initial pose."""
     if path.endswith(".urdf"):
         spec = mujoco.MjSpec.from_string(without_geometry(path))
@@ -94,7 +94,7 @@ def reference(path, free, armature=False, seed=1):
         if not armature or joint.type in (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL):
             joint.armature = 0
     model = free_base(spec) if free else spec.compile()
-    plain(model)
+    plain(model, forces)
     data = mujoco.MjData(model)
     random = np.random.default_rng(seed)
     for j in range(model.njnt):
@@ -113,6 +113,7 @@ def reference(path, free, armature=False, seed=1):
         "mujoco": mujoco.__version__,
         "free_base": free,
         "armature": armature,
+        "forces": forces,
         "gravity": model.opt.gravity.tolist(),
         "joints": [r | {"follows": j in followers} for j, r in enumerate(rates(model, data))],
         "velocity": data.qvel.tolist(),
@@ -158,14 +159,18 @@ def write_all():
         write(file, free, False, origin)
     for name in ("half_cheetah", "humanoid", "ant", "swimmer"):
         write(f"gymnasium/{name}.xml", False, True, GYMNASIUM)
+    for name in ("fish", "quadruped"):
+        write(f"dm_control/{name}.xml", False, False, DM_CONTROL, forces=True)
+    write("forces.xml", False, False, OWN, forces=True)
 
 
-def write(file, free, armature, origin):
+def write(file, free, armature, origin, forces=False):
     """The numbers of a file of this folder."""
     package, version, licence = origin
     numbers = {"file": file, "package": package, "version": version, "licence": licence}
-    numbers |= reference(str(HERE / file), free, armature)
-    name = Path(file).stem + ("_free" if free else "") + ("_armature" if armature else "")
+    numbers |= reference(str(HERE / file), free, armature, forces)
+    marks = ("_free", free), ("_armature", armature), ("_forces", forces)
+    name = Path(file).stem + "".join(mark for mark, holds in marks if holds and not file.startswith(mark[1:]))
     rows = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in numbers.items())
     (HERE / f"{name}.json").write_text("{\n" + rows + "\n}\n")
 
@@ -174,6 +179,6 @@ if __name__ == "__main__":
     arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
     if arguments:
         file = str(Path(arguments[0]).resolve())
-        print(json.dumps({"file": file} | reference(file, "--free" in sys.argv, "--armature" in sys.argv)))
+        print(json.dumps({"file": file} | reference(file, *(f"--{word}" in sys.argv for word in ("free", "armature", "forces")))))
     else:
         write_all()

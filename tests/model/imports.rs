@@ -31,6 +31,9 @@ struct Reference {
     /// Whether armatures are in the numbers.
     #[serde(default)]
     armature: bool,
+    /// Whether actuators and tendons are in the numbers.
+    #[serde(default)]
+    forces: bool,
     joints: Vec<Coordinate>,
     velocity: Vec<f64>,
     mass: Vec<Vec<f64>>,
@@ -162,6 +165,7 @@ fn compare(reference: &Reference, folder: &Path) -> Difference {
     let options = ImportOptions {
         base: if reference.free_base { Base::Free } else { Base::Fixed },
         values: values.map(value).collect(),
+        actuators: reference.forces,
         ..ImportOptions::default()
     };
     let imported = import(&folder.join(&reference.file), &options).unwrap();
@@ -185,6 +189,10 @@ fn compare(reference: &Reference, folder: &Path) -> Difference {
         model.joints.retain(|joint| !is_bearing(&joint.name));
     }
     model.joints.retain(|joint| !joint.cut); // MuJoCo's equalities are off
+    if !reference.forces {
+        model.laws.clear();
+        model.springs.clear();
+    }
     let parts = system::build(&model).unwrap();
     let (mechanism, n) = (&parts.mechanism, parts.mechanism.dim());
     let system = parts.dynamics.variational(mechanism);
@@ -274,7 +282,8 @@ fn imported_robots_have_the_mass_matrix_and_the_accelerations_of_mujoco() {
 }
 
 /// Descriptions that are mutated.
-const TEXTS: [&str; 6] = [
+const TEXTS: [&str; 7] = [
+    include_str!("../imported/forces.xml"),
     include_str!("../imported/example-robot-data/panda.urdf"),
     include_str!("../imported/example-robot-data/TwoDofs.urdf"),
     include_str!("../imported/example-robot-data/iris.urdf"),
@@ -313,7 +322,7 @@ fn harmless(text: &str) -> Result<(), TestCaseError> {
     let values = vec![JointValue { joint: "joint1".into(), value: 1e3 }];
     for options in [
         ImportOptions::default(),
-        ImportOptions { base: Base::Free, values, ..ImportOptions::default() },
+        ImportOptions { base: Base::Free, values, actuators: true, ..ImportOptions::default() },
     ] {
         match import_text(text, Path::new("nowhere/robot.xml"), &options) {
             Ok(imported) => prop_assert!(!imported.model.bodies.is_empty()),

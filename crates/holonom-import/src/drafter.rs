@@ -29,6 +29,10 @@ pub(crate) struct Drafter<'a> {
     pub(crate) frames: Vec<Isometry3<f64>>,
     /// Names of joints, in the description and in the model.
     pub(crate) joints: BTreeMap<String, String>,
+    /// Of each joint, by its name in the description, the coordinate there where it is 0 here.
+    pub(crate) starts: BTreeMap<String, f64>,
+    /// Of each tendon expressions of its length and of the rate of that.
+    pub(crate) lengths: BTreeMap<String, [String; 2]>,
     /// Meshes with more triangles are drawn as the box around them.
     pub(crate) finest: usize,
     /// Planes of the ground that bodies touch.

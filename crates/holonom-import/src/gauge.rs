@@ -1,6 +1,7 @@
 //! Sensors of a description, and what they are in the model.
 
-use holonom_model::{Sensor, SensorKind};
+use holonom_model::{Formula, Sensor, SensorKind};
+use nalgebra::Isometry3;
 
 use crate::drafter::Drafter;
 use crate::numbers::{quaternion, vector};
@@ -19,6 +20,7 @@ impl Drafter<'_> {
         let found = match &gauge.of {
             GaugeOf::Joint(joint) => self.of_joint(gauge.kind, joint),
             GaugeOf::Frame(frame) => self.of_frame(gauge, frame, remarks),
+            GaugeOf::Tendon(tendon) => self.of_tendon(gauge.kind, tendon),
         };
         let Some(sensor) = found else {
             remarks.mention(OF_NOTHING, gauge.label.clone(), &gauge.place);
@@ -39,11 +41,27 @@ impl Drafter<'_> {
         single.then(|| Sensor::new(String::new(), kind, of.clone()))
     }
 
+    /// The length of a tendon, or its rate.
+    fn of_tendon(&self, kind: SensorKind, tendon: &str) -> Option<Sensor> {
+        let [length, rate] = self.lengths.get(tendon)?;
+        let value = if kind == SensorKind::Distance { length } else { rate };
+        let sensor = Sensor::new(String::new(), SensorKind::Expression, String::new());
+        Some(Sensor { value: Some(Formula(value.clone())), ..sensor })
+    }
+
+    /// The body that a frame belongs to, and the pose of the frame in it; of the ground in space.
+    pub(crate) fn in_body(&self, frame: &NamedFrame) -> (Option<usize>, Isometry3<f64>) {
+        let in_space = self.tree.pose_of(frame.link) * frame.pose;
+        let node = frame.link.and_then(|link| self.tree.body_of[link]);
+        match node.filter(|k| !self.tree.nodes[*k].absent) {
+            Some(node) => (Some(node), self.frames[node].inverse() * in_space),
+            None => (None, in_space),
+        }
+    }
+
     fn of_frame(&self, gauge: &Gauge, frame: &NamedFrame, remarks: &mut Remarks) -> Option<Sensor> {
-        let link = frame.link?;
-        let node = self.tree.body_of[link].filter(|k| !self.tree.nodes[*k].absent)?;
-        let in_space = self.tree.pose_of(Some(link)) * frame.pose;
-        let own = self.frames[node].inverse() * in_space;
+        let (node, own) = self.in_body(frame);
+        let node = node?;
         let turned = own.rotation.angle() > SAME;
         if turned && gauge.kind == SensorKind::Orientation {
             let message = "orientations of frames that are turned in their body: those of the body";

@@ -37,6 +37,7 @@ mod self_contact;
 mod solid;
 mod source;
 mod surface;
+mod tendon;
 mod text;
 mod tree;
 mod tree_body;
@@ -101,7 +102,7 @@ pub struct ImportOptions {
     pub close: Vec<Close>,
     /// Whether armatures of joints become rotors that are geared to them.
     pub armature: bool,
-    /// Whether servos of MJCF become motors of their joints.
+    /// Whether servos of MJCF become motors of their joints, and laws of their tendons.
     pub actuators: bool,
     /// Whether bodies touch planes of the ground: those of MJCF, and one under a URDF robot.
     pub contacts: bool,

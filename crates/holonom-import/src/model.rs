@@ -17,8 +17,8 @@ use crate::massless::{nothing_moves, some};
 use crate::names::TakenNames;
 use crate::numbers::{plain, quaternion, vector};
 use crate::picture::{finest, is_about, part, shape};
-use crate::remark::Remarks;
-use crate::robot::{Mobility, Robot};
+use crate::remark::{FAR, Remarks};
+use crate::robot::{Elastic, Mobility, Robot, Servo};
 use crate::self_contact::body_pairs;
 use crate::solid::PlacedSolid;
 use crate::source::{Refusal, Result};
@@ -43,6 +43,8 @@ pub(crate) fn draft(
         bodies,
         frames: vec![Isometry3::identity(); tree.nodes.len()],
         joints: BTreeMap::new(),
+        starts: BTreeMap::new(),
+        lengths: BTreeMap::new(),
         finest: finest(tree, remarks),
         planes: match options.contacts {
             true => planes(robot, &tree.nodes, remarks),
@@ -69,6 +71,7 @@ pub(crate) fn draft(
     (0..tree.nodes.len()).for_each(|k| drafter.joint(k, remarks));
     robot.loops.iter().for_each(|l| drafter.closure(l, remarks));
     robot.gears.iter().for_each(|gear| drafter.gear(gear, remarks));
+    robot.tendons.iter().for_each(|tendon| drafter.tendon(tendon, remarks));
     robot.gauges.iter().for_each(|gauge| drafter.sensor(gauge, remarks));
     drafter.contacts(remarks);
     drafter.self_contacts(remarks);
@@ -169,14 +172,9 @@ impl Drafter<'_> {
         };
         let label = || format!("joint \"{}\"", joint.name);
         let ball = joint.kind == Mobility::Ball;
-        if ball && (joint.damping != 0.0 || joint.stiffness != 0.0) {
-            remarks.mention(
-                "spring and damper of a ball joint: not translated",
-                label(),
-                &joint.place,
-            );
-        }
-        let acts = |amount: f64| amount > 0.0 && !ball;
+        let elastic =
+            Elastic { stiffness: joint.stiffness, damping: joint.damping, rest: [plain(rest); 2] };
+        let acts = |amounts: [f64; 3]| amounts[0] > 0.0 && !ball;
         let start = joint.reference + joint.value;
         let limits = joint.limits.map(|own| own.map(|limit| plain(limit - start)));
         let holds = limits[0].is_none_or(|x| x <= 0.0) && limits[1].is_none_or(|x| x >= 0.0);
@@ -204,10 +202,11 @@ impl Drafter<'_> {
             spring: acts(joint.stiffness).then_some(JointSpring {
                 table: None,
                 freedom,
-                stiffness: joint.stiffness,
+                stiffness: joint.stiffness[0],
                 rest: plain(rest),
             }),
-            damper: acts(joint.damping).then_some(JointDamper { freedom, damping: joint.damping }),
+            damper: acts(joint.damping)
+                .then_some(JointDamper { freedom, damping: joint.damping[0] }),
             motor: motor(joint),
             limits: limits.filter(|_| holds),
             friction: effort.map(|_| friction),
@@ -218,21 +217,39 @@ impl Drafter<'_> {
             comment += &format!("0 here is {start} in the description. ");
         }
         self.draft.on_joints.push(comment);
+        match ball {
+            true if elastic.is_bent() => {
+                let message =
+                    "nonlinear springs and dampers of ball joints: their linear parts only";
+                remarks.mention(message, label(), &joint.place);
+                self.around_ball(&name, &elastic);
+            }
+            true => self.around_ball(&name, &elastic),
+            false => self.beyond_linear(&name, freedom, &elastic),
+        }
+        self.starts.entry(joint.name.clone()).or_insert(start);
         self.joints.entry(joint.name.clone()).or_insert(name);
     }
 }
 
 /// The servo of a joint of one coordinate.
 fn motor(joint: &crate::robot::Joint) -> Option<JointMotor> {
-    let [proportional, derivative] = joint.servo;
-    let offset = plain(-joint.reference - joint.value);
-    joint.servo.iter().any(|gain| *gain != 0.0).then(|| JointMotor {
+    let Servo { effort, proportional, derivative } = joint.servo;
+    let start = joint.reference + joint.value;
+    // an effort beside a gain is another set point
+    let set_point = effort / proportional;
+    let [effort, offset] = match proportional > 0.0 {
+        true if set_point.abs() < FAR => [0.0, set_point - start],
+        true => [effort, -start],
+        false => [effort, 0.0],
+    };
+    (joint.servo != Servo::default()).then(|| JointMotor {
         freedom: 0,
-        effort: 0.0,
+        effort: plain(effort),
         history: History::default(),
         proportional,
         derivative,
-        path: MotionPath { offset, ..MotionPath::default() },
+        path: MotionPath { offset: plain(offset), ..MotionPath::default() },
     })
 }
 

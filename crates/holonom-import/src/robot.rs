@@ -25,6 +25,7 @@ pub(crate) struct Robot {
     pub(crate) loops: Vec<LoopJoint>,
     pub(crate) gears: Vec<Gear>,
     pub(crate) gauges: Vec<Gauge>,
+    pub(crate) tendons: Vec<Tendon>,
     /// Places that have a name.
     pub(crate) frames: Vec<NamedFrame>,
     /// Files of geometries that could not be read.
@@ -113,10 +114,10 @@ pub(crate) struct Joint {
     pub(crate) reference: f64,
     /// Displacement from the drawn configuration initially, m or rad.
     pub(crate) value: f64,
-    /// N·s/m or N·m·s/rad.
-    pub(crate) damping: f64,
+    /// Coefficients of [`Elastic`]; N·s/m or N·m·s/rad.
+    pub(crate) damping: [f64; 3],
     /// N/m or N·m/rad.
-    pub(crate) stiffness: f64,
+    pub(crate) stiffness: [f64; 3],
     /// The coordinate without spring force, m or rad.
     pub(crate) rest: f64,
     /// Lower and upper limit of its coordinate, m or rad.
@@ -125,10 +126,66 @@ pub(crate) struct Joint {
     pub(crate) friction: f64,
     /// Inertia of each coordinate of its pair beside that of the links, kg or kg·m².
     pub(crate) armature: [f64; 3],
-    /// Gains of a servo that holds the coordinate 0: on the coordinate, N/m or N·m/rad, and on its
-    /// rate, N·s/m or N·m·s/rad.
-    pub(crate) servo: [f64; 2],
+    pub(crate) servo: Servo,
+    /// Whether a tendon reads its coordinate.
+    pub(crate) in_tendon: bool,
     pub(crate) place: Place,
+}
+
+/// A force along a length or an angle `l`: `effort − proportional l − derivative l̇`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Servo {
+    /// N or N·m.
+    pub(crate) effort: f64,
+    /// N/m or N·m/rad.
+    pub(crate) proportional: f64,
+    /// N·s/m or N·m·s/rad.
+    pub(crate) derivative: f64,
+}
+
+impl Servo {
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self {
+            effort: self.effort + other.effort,
+            proportional: self.proportional + other.proportional,
+            derivative: self.derivative + other.derivative,
+        }
+    }
+}
+
+/// A force along a length beside its servo, with the elongation `e` beyond a rest:
+/// `−k_0 e − k_1 e² − k_2 e³ − c_0 l̇ − c_1 l̇ |l̇| − c_2 l̇³`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Elastic {
+    pub(crate) stiffness: [f64; 3],
+    pub(crate) damping: [f64; 3],
+    /// No elongation in between, m or rad.
+    pub(crate) rest: [f64; 2],
+}
+
+/// A length that forces act along.
+#[derive(Clone, Debug)]
+pub(crate) struct Tendon {
+    pub(crate) name: String,
+    pub(crate) path: Path,
+    pub(crate) elastic: Elastic,
+    pub(crate) servo: Servo,
+    /// Whether a sensor reads it.
+    pub(crate) is_read: bool,
+    /// Kind and name in the description.
+    pub(crate) label: String,
+    pub(crate) place: Place,
+}
+
+/// What a length is of.
+#[derive(Clone, Debug)]
+pub(crate) enum Path {
+    /// A sum of coordinates of joints of one coordinate with their coefficients.
+    Joints(Vec<(String, f64)>),
+    /// A sum of distances with their coefficients.
+    Points(Vec<([NamedFrame; 2], f64)>),
+    /// No counterpart.
+    Other,
 }
 
 /// Two links held together beside the tree.
@@ -187,12 +244,14 @@ pub(crate) struct Gauge {
 pub(crate) enum GaugeOf {
     Joint(String),
     Frame(NamedFrame),
+    /// Its length, or the rate of that.
+    Tendon(String),
 }
 
 impl GaugeOf {
     pub(crate) fn name(&self) -> &str {
         match self {
-            Self::Joint(name) => name,
+            Self::Joint(name) | Self::Tendon(name) => name,
             Self::Frame(frame) => &frame.name,
         }
     }
@@ -237,7 +296,11 @@ impl Robot {
 impl Joint {
     /// The pose of the link behind the joint, from that before it.
     pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
-        let value = self.value;
+        self.moved_by(pose, self.value)
+    }
+
+    /// The same at another displacement from the drawn configuration, m or rad.
+    pub(crate) fn moved_by(&self, pose: &Isometry3<f64>, value: f64) -> Isometry3<f64> {
         match self.kind {
             Mobility::Hinge if value != 0.0 => {
                 let anchor = pose.transform_point(&self.anchor.into()).coords;

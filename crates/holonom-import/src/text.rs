@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use holonom_model::{
-    Body, BodyNames, Constraint, Contact, ContactSide, Inertia, Joint, Limits, Scale, Sensor, Shape,
+    Body, BodyNames, Bushing, Coefficients, Constraint, Contact, ContactSide, Formula, Inertia,
+    Joint, Law, Limits, Scale, Sensor, Shape, Spring,
 };
 
 use crate::drafter::Draft;
@@ -47,6 +48,23 @@ pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
     for constraint in &model.constraints {
         writer.section("[[constraint]]");
         writer.constraint(constraint);
+    }
+    for spring in &model.springs {
+        writer.section("[[spring]]");
+        writer.spring(spring);
+    }
+    for bushing in &model.bushings {
+        writer.section("[[bushing]]");
+        writer.bushing(bushing);
+    }
+    for law in &model.laws {
+        writer.section("[[law]]");
+        writer.law(law);
+    }
+    for signal in &model.signals {
+        writer.section("[[signal]]");
+        writer.pair("name", &quoted(&signal.name));
+        writer.formula("value", signal.value.as_ref());
     }
     for contact in &model.contacts {
         writer.section("[[contact]]");
@@ -140,6 +158,9 @@ impl TomlWriter {
             let gains = [motor.proportional, motor.derivative].map(number);
             let [proportional, derivative] = gains;
             let mut keys = format!("proportional = {proportional}, derivative = {derivative}");
+            if motor.effort != 0.0 {
+                keys += &format!(", effort = {}", number(motor.effort));
+            }
             if motor.path.offset != 0.0 {
                 keys += &format!(", path = {{ offset = {} }}", number(motor.path.offset));
             }
@@ -158,6 +179,72 @@ impl TomlWriter {
             let own = [("torque", friction.torque), ("force", friction.force)].into_iter();
             let own = own.filter_map(|(key, x)| Some(format!("{key} = {}", number(x?))));
             self.pair("friction", &format!("{{ {} }}", own.collect::<Vec<_>>().join(", ")));
+        }
+    }
+
+    fn spring(&mut self, spring: &Spring) {
+        self.pair("name", &quoted(&spring.name));
+        self.ends(
+            [&spring.from, &spring.to],
+            [spring.point_from.as_deref(), spring.point_to.as_deref()],
+        );
+        self.pair("stiffness", &number(spring.stiffness));
+        if let Some(length) = spring.natural_length {
+            self.pair("natural_length", &number(length));
+        }
+        if spring.damping != 0.0 {
+            self.pair("damping", &number(spring.damping));
+        }
+    }
+
+    fn bushing(&mut self, bushing: &Bushing) {
+        self.pair("name", &quoted(&bushing.name));
+        self.pair("from", &quoted(&bushing.from));
+        self.pair("to", &quoted(&bushing.to));
+        self.pair("position", &list(&bushing.position));
+        if let Some(Coefficients::Diagonal(along)) = &bushing.stiffness {
+            let along = along.each_ref().map(|Formula(text)| text.as_str()).join(", ");
+            self.pair("stiffness", &format!("[{along}]"));
+        }
+    }
+
+    fn law(&mut self, law: &Law) {
+        self.pair("name", &quoted(&law.name));
+        if let Some(joint) = &law.joint {
+            self.pair("joint", &quoted(joint));
+        }
+        if law.freedom != 0 {
+            self.pair("freedom", &law.freedom.to_string());
+        }
+        if let (Some(from), Some(to)) = (&law.from, &law.to) {
+            self.ends([from, to], [law.point_from.as_deref(), law.point_to.as_deref()]);
+        }
+        for (key, name) in [("on", &law.on), ("relative_to", &law.relative_to)] {
+            if let Some(name) = name {
+                self.pair(key, &quoted(name));
+            }
+        }
+        if let Some(torque) = &law.torque {
+            let along = torque.each_ref().map(|Formula(text)| quoted(text)).join(", ");
+            self.pair("torque", &format!("[{along}]"));
+        }
+        self.formula("effort", law.effort.as_ref());
+        self.formula("tension", law.tension.as_ref());
+    }
+
+    fn ends(&mut self, [from, to]: [&str; 2], points: [Option<&[f64]>; 2]) {
+        self.pair("from", &quoted(from));
+        self.pair("to", &quoted(to));
+        for (key, point) in ["point_from", "point_to"].into_iter().zip(points) {
+            if let Some(point) = point {
+                self.pair(key, &list(point));
+            }
+        }
+    }
+
+    fn formula(&mut self, key: &str, formula: Option<&Formula>) {
+        if let Some(Formula(text)) = formula {
+            self.pair(key, &quoted(text));
         }
     }
 
@@ -182,9 +269,18 @@ impl TomlWriter {
     fn sensor(&mut self, sensor: &Sensor) {
         self.pair("name", &quoted(&sensor.name));
         self.pair("type", &quoted(&words(&format!("{:?}", sensor.kind))));
-        self.pair("of", &quoted(&sensor.of));
+        if !sensor.of.is_empty() {
+            self.pair("of", &quoted(&sensor.of));
+        }
+        self.formula("value", sensor.value.as_ref());
         if let Some(point) = &sensor.point {
             self.pair("point", &list(point));
+        }
+        if let Some(to) = &sensor.to {
+            self.pair("to", &quoted(to));
+        }
+        if let Some(point) = &sensor.point_to {
+            self.pair("point_to", &list(point));
         }
         if let Some(quaternion) = &sensor.quaternion {
             self.pair("quaternion", &list(quaternion));

@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use crate::mass::Mass;
 use crate::remark::Remarks;
 use crate::repair::{repaired, short};
-use crate::robot::{Joint, Link, Mobility, Robot};
+use crate::robot::{Joint, Link, Mobility, Robot, Servo};
 use crate::source::{Refusal, Result};
 use crate::tree_body::{Connection, TreeBody};
 
@@ -134,7 +134,11 @@ impl BodyTree {
     /// The joints of a link as pairs of the model file; none where they leave the link free.
     fn pairs(&self, link: &Link, parent: Option<usize>, remarks: &mut Remarks) -> Vec<Joint> {
         let joints = &link.joints;
-        let plain = |j: &Joint| j.damping == 0.0 && j.stiffness == 0.0;
+        let alone = |j: &Joint| j.servo != Servo::default() || j.in_tendon;
+        if joints.iter().any(alone) {
+            return joints.clone();
+        }
+        let plain = |j: &Joint| [j.damping, j.stiffness] == [[0.0; 3]; 2];
         let of = |kind: Mobility| joints.iter().filter(move |j| j.kind == kind).collect::<Vec<_>>();
         let (hinges, slides, balls) =
             (of(Mobility::Hinge), of(Mobility::Slide), of(Mobility::Ball));

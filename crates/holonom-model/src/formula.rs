@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::Model;
-use crate::expression::{Curve, ExpressionError, Known, Program, Surface};
+use crate::expression::{Curve, ExpressionError, Known, Program, Surface, is_reserved};
 use crate::text::problem::nearest;
 use crate::types::law::Formula;
 use crate::types::table::Table;
@@ -18,6 +18,17 @@ pub const SIX: [&str; 13] =
     ["t", "x1", "x2", "x3", "x4", "x5", "x6", "v1", "v2", "v3", "v4", "v5", "v6"];
 /// Every name of a law that is its own.
 pub(crate) const OWN: [&str; 11] = ["t", "x", "v", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"];
+/// Whether expressions of all sections can read something of this name.
+#[must_use]
+pub fn is_readable(name: &str) -> bool {
+    let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_')
+        && !name.starts_with(|c: char| c.is_numeric());
+    plain && !name.is_empty() && !is_reserved(name) && !OWN.contains(&name) && name != LAST
+}
+
+/// In a sampled signal: its value until then.
+pub(crate) const LAST: &str = "last";
+
 /// The names that expressions of a section have of their own.
 pub(crate) fn own_names(section: &str) -> &'static [&'static str] {
     match section {

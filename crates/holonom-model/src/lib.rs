@@ -34,7 +34,7 @@ mod table_files;
 mod text;
 mod types;
 
-pub use formula::{ALONG, Curves, MOTION, SIX, TIME};
+pub use formula::{ALONG, Curves, MOTION, SIX, TIME, is_readable};
 pub use frames::placements::{Placements, Slopes};
 pub use frames::start::StartPoints;
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};

@@ -38,7 +38,8 @@ pub(crate) struct ImportArguments {
     /// Leave out the armatures of MJCF, which become rotors geared to their joints
     #[arg(long)]
     pub(crate) no_armature: bool,
-    /// Servos of MJCF (`position`, `velocity`) become motors that hold their joints at 0
+    /// Servos of MJCF (`position`, `velocity`, affine `general`, …) become motors and laws that act
+    /// as without controls
     #[arg(long)]
     pub(crate) actuators: bool,
     /// Bodies touch the ground and one another with their geometry for contact: planes of MJCF, of

@@ -8,7 +8,7 @@ use super::settings::{Defaults, FileSettings, FromGeoms};
 use crate::element::XmlElement;
 use crate::mass::Mass;
 use crate::remark::{FAR, Remarks};
-use crate::robot::{Joint, Link, Mobility, NamedFrame};
+use crate::robot::{Joint, Link, Mobility, NamedFrame, Servo};
 use crate::source::{Refusal, Result};
 use crate::surface::{FRICTION, GeomPair, GroundPlane, NOT_ASKED, SOFT, Surface, Touching};
 
@@ -305,9 +305,9 @@ impl Bodies<'_, '_> {
         let number = |name: &str| Ok(element.number(name)?.unwrap_or(0.0));
         let angle = |x: f64| if kind == Mobility::Hinge { self.settings.angle(x) } else { x };
         let (reference, rest) = (angle(number("ref")?), angle(number("springref")?));
-        let acts = |yes: bool, amount: f64| if yes { amount } else { 0.0 };
-        let stiffness = acts(self.settings.springs, self.linear(element, "stiffness")?);
-        let damping = acts(self.settings.dampers, self.linear(element, "damping")?);
+        let acts = |yes: bool, amounts: [f64; 3]| if yes { amounts } else { [0.0; 3] };
+        let stiffness = acts(self.settings.springs, coefficients(element, "stiffness")?);
+        let damping = acts(self.settings.dampers, coefficients(element, "damping")?);
         let armature = self.beside(element, kind)?;
         let limits = self.limits(element, kind)?.map(|own| own.map(angle));
         let friction = self.friction(element, kind)?;
@@ -324,7 +324,8 @@ impl Bodies<'_, '_> {
             limits,
             friction,
             armature: [armature, 0.0, 0.0],
-            servo: [0.0; 2],
+            servo: Servo::default(),
+            in_tendon: false,
             place: element.place.clone(),
         })
     }
@@ -333,20 +334,6 @@ impl Bodies<'_, '_> {
     fn unnamed(&self, scope: &Context) -> String {
         let link = scope.link.and_then(|k| self.links.get(k));
         link.map_or_else(String::new, |l| format!("{}_joint{}", l.name, l.joints.len() + 1))
-    }
-
-    /// The first coefficient of a spring or damper.
-    fn linear(&mut self, element: &XmlElement, name: &str) -> Result<f64> {
-        let values = element.numbers(name)?.unwrap_or_default();
-        if values.iter().skip(1).any(|x| *x != 0.0) {
-            self.remarks.add(format!("nonlinear {name}: its linear part only"), element);
-        }
-        let first = values.first().copied().unwrap_or(0.0);
-        if first < 0.0 {
-            let message = format!("`{name}` is {first}: it would feed energy in");
-            return Err(Refusal::at(element.place_of(name), message, "write 0 or more"));
-        }
-        Ok(first)
     }
 
     /// `range`, as it is stated.
@@ -391,6 +378,17 @@ impl Bodies<'_, '_> {
         }
         Ok(if kind == Mobility::Ball { 0.0 } else { armature })
     }
+}
+
+/// The coefficients of a spring or damper, a polynomial, of joints and tendons.
+pub(super) fn coefficients(element: &XmlElement, name: &str) -> Result<[f64; 3]> {
+    let values = element.numbers(name)?.unwrap_or_default();
+    let first = values.first().copied().unwrap_or(0.0);
+    if first < 0.0 {
+        let message = format!("`{name}` is {first}: it would feed energy in");
+        return Err(Refusal::at(element.place_of(name), message, "write 0 or more"));
+    }
+    Ok([0, 1, 2].map(|k| values.get(k).copied().unwrap_or(0.0)))
 }
 
 /// Friction and groups of a geom.

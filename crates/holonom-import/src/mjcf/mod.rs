@@ -11,6 +11,7 @@ mod pose;
 mod replicate;
 mod sensor;
 mod settings;
+mod tendon;
 
 use std::collections::BTreeMap;
 
@@ -18,6 +19,7 @@ use body::Bodies;
 use equality::Equalities;
 use geom::{Geoms, MeshFile};
 use settings::{Defaults, FileSettings};
+use tendon::Tendons;
 
 use crate::ImportOptions;
 use crate::element::XmlElement;
@@ -56,7 +58,9 @@ pub(crate) fn robot(
     let Bodies { mut links, sites, mocaps, planes, .. } = bodies;
     let unread = geoms.unread;
     unique_names(&links)?;
-    actuator::servos(root, (&mut links, &defaults), options.actuators, remarks)?;
+    let mut tendons = Tendons::read(root, &defaults, (&mut links, &sites), remarks)?;
+    let known = (links.as_mut_slice(), &mut tendons, &defaults);
+    actuator::servos(root, known, options.actuators, remarks)?;
     if links.is_empty() {
         let help = "a model of MuJoCo has <body> in <worldbody>";
         return Err(Refusal::at(&root.place, "the model has no body", help));
@@ -75,7 +79,7 @@ pub(crate) fn robot(
     };
     equalities.read(root)?;
     let Equalities { loops, gears, .. } = equalities;
-    let gauges = sensor::Named::new(&links, &sites).gauges(root, remarks)?;
+    let gauges = sensor::Named::new(&links, &sites).gauges(root, &mut tendons, remarks)?;
     rest(root, options.contacts, remarks);
     if let Some(total) = settings.total_mass {
         scale(&mut links, total);
@@ -91,6 +95,7 @@ pub(crate) fn robot(
         loops,
         gears,
         gauges,
+        tendons: tendons.all,
         frames,
         unread,
         planes,
@@ -178,14 +183,13 @@ fn rest(root: &XmlElement, contacts: bool, remarks: &mut Remarks) {
     for section in &root.children {
         let message = match section.name.as_str() {
             "compiler" | "option" | "default" | "worldbody" | "equality" | "actuator"
-            | "sensor" | "size" | "statistic" => {
+            | "tendon" | "sensor" | "size" | "statistic" => {
                 continue;
             }
             "asset" | "visual" => {
                 remarks.add("textures, materials and views: not translated", section);
                 continue;
             }
-            "tendon" => "tendons: not translated",
             "keyframe" => "keyframes: not translated; `--joint NAME=VALUE` states initial values",
             "contact" if contacts => continue,
             "contact" => NOT_ASKED,

@@ -6,6 +6,7 @@ use holonom_model::SensorKind;
 use nalgebra::{Isometry3, Translation3};
 
 use super::equality::missing;
+use super::tendon::Tendons;
 use crate::element::XmlElement;
 use crate::remark::Remarks;
 use crate::robot::{Gauge, GaugeOf, Link, NamedFrame};
@@ -31,10 +32,15 @@ impl<'a> Named<'a> {
     }
 
     /// The sensors of a file.
-    pub(crate) fn gauges(&self, root: &XmlElement, remarks: &mut Remarks) -> Result<Vec<Gauge>> {
+    pub(crate) fn gauges(
+        &self,
+        root: &XmlElement,
+        tendons: &mut Tendons,
+        remarks: &mut Remarks,
+    ) -> Result<Vec<Gauge>> {
         let mut gauges = Vec::new();
         for element in root.all("sensor").flat_map(|own| &own.children) {
-            let Some(gauge) = self.gauge(element)? else {
+            let Some(gauge) = self.gauge(element, tendons)? else {
                 remarks.add(OTHERS, element);
                 continue;
             };
@@ -43,10 +49,12 @@ impl<'a> Named<'a> {
         Ok(gauges)
     }
 
-    fn gauge(&self, element: &XmlElement) -> Result<Option<Gauge>> {
+    fn gauge(&self, element: &XmlElement, tendons: &mut Tendons) -> Result<Option<Gauge>> {
         let kind = match element.name.as_str() {
             "jointpos" => SensorKind::JointCoordinate,
             "jointvel" => SensorKind::JointRate,
+            "tendonpos" => SensorKind::Distance,
+            "tendonvel" => SensorKind::DistanceRate,
             "framepos" => SensorKind::Position,
             "framequat" => SensorKind::Orientation,
             "framelinvel" => SensorKind::Velocity,
@@ -61,6 +69,12 @@ impl<'a> Named<'a> {
                     return Err(missing(element, "joint", "joint", joint));
                 }
                 GaugeOf::Joint(joint.to_owned())
+            }
+            SensorKind::Distance | SensorKind::DistanceRate => {
+                let name = element.required("tendon")?;
+                let tendon = tendons.named(name);
+                tendon.ok_or_else(|| missing(element, "tendon", "tendon", name))?.is_read = true;
+                GaugeOf::Tendon(name.to_owned())
             }
             SensorKind::Imu => GaugeOf::Frame(self.site(element, "site")?.clone()),
             _ => match self.frame(element, kind)? {

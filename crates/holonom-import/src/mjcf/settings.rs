@@ -159,11 +159,36 @@ impl FileSettings {
     }
 }
 
-/// Default attributes by class and kind of element.
+/// Defaults by class.
 #[derive(Debug, Default)]
 pub(crate) struct Defaults {
-    classes: BTreeMap<String, BTreeMap<String, Vec<Attribute>>>,
+    classes: BTreeMap<String, Class>,
 }
+
+/// The defaults of a class.
+#[derive(Clone, Debug, Default)]
+struct Class {
+    /// Attributes by the kind of an element.
+    kinds: BTreeMap<String, Vec<Attribute>>,
+    /// Of all kinds of actuators, one after the other.
+    actuators: Vec<XmlElement>,
+}
+
+/// Elements of `<actuator>`, of which classes state defaults.
+const ACTUATORS: [&str; 12] = [
+    "general",
+    "motor",
+    "position",
+    "velocity",
+    "intvelocity",
+    "damper",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "pid",
+    "dcmotor",
+    "plugin",
+];
 
 /// The class that holds without any.
 const MAIN: &str = "main";
@@ -184,23 +209,21 @@ impl Defaults {
         Ok(defaults)
     }
 
-    fn class(
-        &mut self,
-        element: &XmlElement,
-        name: &str,
-        inherited: BTreeMap<String, Vec<Attribute>>,
-    ) -> Result<()> {
-        let mut kinds = inherited;
+    fn class(&mut self, element: &XmlElement, name: &str, inherited: Class) -> Result<()> {
+        let mut own = inherited;
         for child in element.children.iter().filter(|c| c.name != "default") {
-            let attributes = kinds.entry(child.name.clone()).or_default();
+            if ACTUATORS.contains(&child.name.as_str()) {
+                own.actuators.push(child.clone());
+            }
+            let attributes = own.kinds.entry(child.name.clone()).or_default();
             for attribute in &child.attributes {
                 attributes.retain(|a| !conflict(&a.name, &attribute.name));
                 attributes.push(attribute.clone());
             }
         }
-        self.classes.insert(name.to_owned(), kinds.clone());
+        self.classes.insert(name.to_owned(), own.clone());
         for child in element.all("default") {
-            self.class(child, child.required("class")?, kinds.clone())?;
+            self.class(child, child.required("class")?, own.clone())?;
         }
         Ok(())
     }
@@ -211,25 +234,40 @@ impl Defaults {
         element: &XmlElement,
         of_parent: Option<&str>,
     ) -> Result<XmlElement> {
-        let stated = element.word("class");
-        let class = stated.or(of_parent).unwrap_or(MAIN);
-        let Some(kinds) = self.classes.get(class) else {
-            if class == MAIN {
-                return Ok(element.with_defaults(&[]));
-            }
-            let message = format!("there is no default class `{}`", class.escape_debug());
-            return Err(Refusal::at(
-                element.place_of("class"),
-                message,
-                "add <default class=\"…\">",
-            ));
-        };
-        let none = Vec::new();
-        let all = kinds.get(&element.name).unwrap_or(&none);
+        self.apply_as(&element.name, element, of_parent)
+    }
+
+    /// The same, with the defaults of elements of the name `kind`.
+    pub(crate) fn apply_as(
+        &self,
+        kind: &str,
+        element: &XmlElement,
+        of_parent: Option<&str>,
+    ) -> Result<XmlElement> {
+        let class = self.class_of(element, of_parent)?;
+        let all = class.and_then(|class| class.kinds.get(kind)).into_iter().flatten();
         let left =
             |a: &&Attribute| element.attributes.iter().all(|own| !conflict(&own.name, &a.name));
-        let defaults: Vec<Attribute> = all.iter().filter(left).cloned().collect();
+        let defaults: Vec<Attribute> = all.filter(left).cloned().collect();
         Ok(element.with_defaults(&defaults))
+    }
+
+    /// What states an actuator: the defaults of its class, one after the other, and its element.
+    pub(crate) fn actuators<'a>(&'a self, element: &'a XmlElement) -> Result<Vec<&'a XmlElement>> {
+        let class = self.class_of(element, None)?;
+        Ok(class.iter().flat_map(|class| &class.actuators).chain([element]).collect())
+    }
+
+    fn class_of(&self, element: &XmlElement, of_parent: Option<&str>) -> Result<Option<&Class>> {
+        let stated = element.word("class");
+        let class = stated.or(of_parent).unwrap_or(MAIN);
+        let found = self.classes.get(class);
+        if found.is_none() && class != MAIN {
+            let message = format!("there is no default class `{}`", class.escape_debug());
+            let help = "add <default class=\"…\">";
+            return Err(Refusal::at(element.place_of("class"), message, help));
+        }
+        Ok(found)
     }
 }
 

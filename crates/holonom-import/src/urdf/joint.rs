@@ -8,7 +8,7 @@ use nalgebra::{Unit, Vector3};
 use super::UrdfReader;
 use crate::element::XmlElement;
 use crate::remark::FAR;
-use crate::robot::{Gear, Joint, Link, Mobility};
+use crate::robot::{Gear, Joint, Link, Mobility, Servo};
 use crate::source::{Refusal, Result};
 
 /// Types of joints.
@@ -86,13 +86,14 @@ impl UrdfReader<'_> {
             anchor: Vector3::zeros(),
             reference: 0.0,
             value: 0.0,
-            damping,
-            stiffness: 0.0,
+            damping: [damping, 0.0, 0.0],
+            stiffness: [0.0; 3],
             rest: 0.0,
             limits,
             friction,
             armature: [0.0; 3],
-            servo: [0.0; 2],
+            servo: Servo::default(),
+            in_tendon: false,
             place: element.place.clone(),
         })
     }

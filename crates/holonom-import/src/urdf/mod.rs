@@ -58,6 +58,7 @@ pub(crate) fn robot(
         links,
         loops,
         gears,
+        tendons: Vec::new(),
         gauges: Vec::new(),
         unread,
         planes: Vec::new(),

@@ -4,13 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::Model;
 use crate::checks::Checker;
-use crate::expression::is_reserved;
-use crate::formula::OWN;
+use crate::formula::{LAST, is_readable};
 use crate::quantity::{Quantities, Quantity};
 use crate::types::signal::{Pid, Signal, Transfer};
-
-/// The value of a sampled signal until now, in its expression.
-pub(crate) const LAST: &str = "last";
 
 impl Checker<'_> {
     pub(crate) fn signal(&mut self, key: &str, signal: &Signal, known: &Quantities<'_>) {
@@ -70,9 +66,7 @@ impl Checker<'_> {
 
     /// Whether expressions can name it.
     fn signal_name(&mut self, key: &str, name: &str) {
-        let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_')
-            && !name.starts_with(|c: char| c.is_numeric());
-        if is_reserved(name) || OWN.contains(&name) || name == LAST || !plain {
+        if !is_readable(name) {
             let message = format!("expressions cannot read a signal `{name}`");
             let help = "choose another name: letters, digits and _, a letter first, no function or variable of expressions";
             self.report(format!("{key}.name"), message, help);

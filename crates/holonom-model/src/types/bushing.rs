@@ -11,7 +11,7 @@ use super::orientation::{Euler, Orientation};
 /// `to` that coincide initially: displacements `x1`, `x2`, `x3` along the axes of `from`, m, and
 /// the rotation vector `x4`, `x5`, `x6` of `to` in `from`, rad; `v1` to `v6` are their rates.
 /// Bushings of rubber, bearings, and dampers in all directions.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bushing {
     /// Its name, unique in the model; its energy and its work are listed under it.

@@ -58,7 +58,7 @@ impl JsonSchema for Formula {
 /// `[[law]]`: a force or torque by an expression of time and state, along a joint coordinate
 /// (`joint`, `effort`), between two points (`from`, `to`, `tension`), or on a body or a particle
 /// (`on`, `force`, `torque`).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Law {
     /// Its name, unique in the model; its work is listed under it.

@@ -71,7 +71,7 @@ pub struct Delay {
 /// `filter`, `transfer`, `pid` and `delay`; `start` alone is a number that only events change.
 /// Expressions know `t`, joint coordinates (`knee`, `knee.rate`, `knee.1`), members (`arm.x`,
 /// `arm.vx`, `arm.wx`), other signals, tables and parameters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Signal {
     /// Its name, unique in the model: letters, digits and `_`, a letter first.
