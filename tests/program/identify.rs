@@ -144,3 +144,39 @@ fn an_interruption_keeps_the_last_iterate() {
         assert_eq!(estimate(&out)["outcome"], "interrupted");
     }
 }
+
+/// Numbers in the expression of a law are found again: the stiffness, the cubic part and the damper
+/// of a spring that stiffens, from the angle alone; and by a parameter that two expressions share.
+#[test]
+fn numbers_of_laws_are_found_again() {
+    let folder = folder("identify", "law");
+    let model = |stiffness: f64, cubic: f64, damping: f64| {
+        format!(
+            "[model]\nname = \"law\"\ngravity = [0.0, 0.0, -9.81]\n[simulation]\nstep = 0.005\nend = 3.0\n\
+             [parameters]\nk = {stiffness:?}\nb = {cubic:?}\nc = {damping:?}\nhalf = \"= k/2\"\n\
+             [[body]]\nname = \"arm\"\nposition = [0.3, 0.0, 0.0]\nmass = 1.2\ninertia = [0.01, 0.04, 0.04]\n\
+             [[joint]]\nname = \"pin\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"arm\"\n\
+             position = [0.0, 0.0, 0.0]\naxis = [0.0, 1.0, 0.0]\nrate = 2.0\n\
+             [[signal]]\nname = \"pull\"\nvalue = \"2*half*(pin + 0.2) + b*pin^3\"\n\
+             [[law]]\nname = \"spring\"\njoint = \"pin\"\neffort = \"-pull\"\n\
+             [[law]]\nname = \"damper\"\njoint = \"pin\"\neffort = \"-c*v*abs(v) - 0.01*k*v\"\n\
+             [[sensor]]\nname = \"angle\"\ntype = \"joint_coordinate\"\nof = \"pin\"\n\
+             [[measurement]]\nsensor = \"angle\"\nsigma = 0.001\n\
+             [identify]\nparameters = {{ k = {{ min = 1.0 }}, b = {{}}, c = {{ min = 0.0 }} }}\n"
+        )
+    };
+    fs::write(folder.join("true.toml"), model(8.0, 5.0, 0.15)).unwrap();
+    fs::write(folder.join("guess.toml"), model(11.0, 1.0, 0.02)).unwrap();
+    let output = holonom(&folder, &["run", "true.toml", "-q"]);
+    assert!(output.status.success(), "{}", words(&output));
+    let output = holonom(&folder, &["identify", "guess.toml", "true-out/sensors.csv", "--json"]);
+    assert!(output.status.success(), "{}", words(&output));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for (own, (name, value)) in
+        found["parameters"].as_array().unwrap().iter().zip([("b", 5.0), ("c", 0.15), ("k", 8.0)])
+    {
+        println!("{name}: {} for {value}", own["value"]);
+        assert_eq!(own["name"], name);
+        assert!((own["value"].as_f64().unwrap() - value).abs() < 1e-9 * value, "{own}");
+    }
+}

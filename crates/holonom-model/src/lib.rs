@@ -45,7 +45,7 @@ pub use text::overrides::Override;
 pub use text::places::{LineColumn, line_column, locate};
 pub use text::problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use text::read::{open_regular, read_regular, read_regular_text, read_text};
-pub use text::tangents::ParameterTangent;
+pub use text::tangents::{MovingText, ParameterTangent};
 pub use types::beam::{
     Beam, BeamElement, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist,
 };

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use vi_constraints::design::{Costates, Design};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, InitialValues};
+use vi_core::force::MidpointForce;
 use vi_core::linear::{dot, norm_inf};
 use vi_core::num_dual::Dual64;
 use vi_core::{Configuration, DiscreteLagrangian, Interval, Quadrature, State};
@@ -361,7 +362,10 @@ fn tangents(
                 let between = to.minus(&from).with_tangent(&by);
                 tangent.dampers.push(Damper { between, damping: Dual64::new(0.9, 0.5) });
             }
-            _ => tangent.forces.push(Arc::new(particle_load(mechanism, Vector3::y()))),
+            _ => {
+                let load = particle_load(mechanism, Vector3::y());
+                tangent.forces.push(Arc::new(MidpointForce(load)));
+            }
         }
         of_element(Element::Force(k), format!("force {k} `{}`", own.name), tangent);
     }

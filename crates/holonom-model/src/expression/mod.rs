@@ -3,7 +3,8 @@
 //! ```text
 //! text ── parse ── operations in the order of evaluation ── value
 //!                                                       ├── gradient   reverse sweep
-//!                                                       └── taylor     value, rate, acceleration in t
+//!                                                       ├── taylor     value, rate, acceleration in t
+//!                                                       └── slope      by a parameter, as an expression
 //! ```
 //! [`Program::gradient`] costs about two evaluations whatever the number of inputs. Every
 //! intermediate value is a finite number: the first that is not ends the evaluation and is named by
@@ -23,6 +24,7 @@
 mod function;
 mod parse;
 mod program;
+mod slope;
 mod surface;
 mod table;
 #[cfg(test)]
@@ -31,6 +33,7 @@ mod tests;
 pub(crate) use parse::evaluate;
 pub use parse::{ExpressionError, Known};
 pub use program::{Program, Undefined};
+pub use slope::{Moving, NoSlope, slope};
 pub use surface::Surface;
 pub use table::Curve;
 

@@ -361,7 +361,7 @@ impl Program {
         self.surfaces[surface].at(at).unwrap_or((f64::NAN, [f64::NAN; 2], [f64::NAN; 3]))
     }
 
-    fn part(&self, k: usize) -> &str {
+    pub(super) fn part(&self, k: usize) -> &str {
         self.text[self.spans[k].clone()].trim()
     }
 

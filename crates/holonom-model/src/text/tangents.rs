@@ -13,7 +13,7 @@ use toml::de::DeTable;
 use super::parameters::{Parameter, each, resolve, take};
 use super::problem::Problem;
 use super::sections::is_formula;
-use crate::expression::{Known, Program, names};
+use crate::expression::{Known, Moving, Program, names, renamed};
 
 /// How the numbers of a model change with one of its parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,7 +25,16 @@ pub struct ParameterTangent {
     /// The derivatives of the numbers at these key paths, `body.arm.mass`; others do not change.
     pub keys: BTreeMap<String, f64>,
     /// Expressions along the run that read it, by key path: laws, histories, paths, signals.
-    pub formulas: Vec<String>,
+    pub formulas: BTreeMap<String, MovingText>,
+}
+
+/// An expression along the run that a parameter changes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MovingText {
+    /// The expression, with the values of the parameters that do not change.
+    pub text: String,
+    /// Those that do, by their names.
+    pub moving: BTreeMap<String, Moving>,
 }
 
 impl ParameterTangent {
@@ -62,11 +71,10 @@ pub(super) fn tangents(mut table: DeTable<'_>) -> Result<Vec<ParameterTangent>, 
         let along =
             is_formula(path) && !value.get_ref().as_str().is_some_and(|text| text.starts_with('='));
         if along {
-            for name in names(expression) {
-                for (k, slope) in chain.rows.get(&name).into_iter().flatten().enumerate() {
-                    if *slope != 0.0 && !found[k].formulas.iter().any(|own| own == path) {
-                        found[k].formulas.push(path.to_owned());
-                    }
+            for (k, own) in found.iter_mut().enumerate() {
+                let moved = chain.moved(expression, k);
+                if !moved.moving.is_empty() {
+                    own.formulas.insert(path.to_owned(), moved);
                 }
             }
             return;
@@ -118,6 +126,23 @@ impl<'a> Chain<'a> {
             chain.rows.insert(name.clone(), row);
         }
         chain
+    }
+
+    /// An expression along the run as the parameter of this number changes it.
+    fn moved(&self, expression: &str, k: usize) -> MovingText {
+        let mut moving = BTreeMap::new();
+        let text = renamed(expression, &mut |name| {
+            let Some(own) = self.parameters.get(name) else { return name.to_owned() };
+            let value = format!("({:?})", own.value.unwrap_or(f64::NAN));
+            match self.rows.get(name).and_then(|row| row.get(k)) {
+                Some(slope) if *slope != 0.0 => {
+                    moving.insert(name.to_owned(), Moving { value, slope: format!("{slope:?}") });
+                    name.to_owned()
+                }
+                _ => value,
+            }
+        });
+        MovingText { text, moving }
     }
 
     /// The derivatives of an expression, or why it has none.
@@ -177,7 +202,7 @@ mod tests {
         assert_eq!(names, ["density", "idle", "length"]);
         let [density, idle, length] = &found[..] else { unreachable!() };
         assert!(idle.is_idle());
-        assert_eq!(density.formulas, ["law.push.effort"]);
+        assert_eq!(density.formulas.keys().collect::<Vec<_>>(), ["law.push.effort"]);
         assert!((density.keys["body.arm.mass"] - 0.8e-4).abs() < 1e-18);
         assert!((length.keys["body.arm.mass"] - 0.78).abs() < 1e-15);
         let x = 0.5 * 0.8_f64.cos() - 0.4 * 0.8_f64.sin();

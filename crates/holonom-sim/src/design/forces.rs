@@ -1,9 +1,10 @@
 //! Springs, dampers, motors and loads by a parameter.
 
 use super::{Chain, eps, refused};
-use holonom_model::{Frame, JointMotor, Load, ModelError, MotionPath, Move, Spring};
+use holonom_model::{Frame, History, JointMotor, Load, ModelError, MotionPath, Move, Spring};
 use std::sync::Arc;
 use vi_core::Number;
+use vi_core::force::MidpointForce;
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ElementForce;
 use vi_multibody::design::{EffortChange, EffortTangent, MechanismTangent, SpringTangent};
@@ -12,7 +13,7 @@ use vi_multibody::particle_load::ParticleLoad;
 use vi_multibody::spring::Damper;
 use vi_rigid::load::LoadChange;
 
-use crate::system::time_function::TimeFunctions;
+use crate::system::time_function::{Path, TimeFunctions};
 
 impl Chain<'_> {
     /// Everything that acts.
@@ -110,13 +111,20 @@ impl Chain<'_> {
         let gains =
             [number("proportional", own.proportional), number("derivative", own.derivative)];
         let mut times = TimeFunctions::new(self.model);
-        if let Some(path) = self.path_change(&format!("{key}.motor.path"), &own.path) {
+        if let Some(path) = self.path_change(&format!("{key}.motor.path"), &own.path)? {
             let gains = [own.proportional, own.derivative];
             let by = move |t, _, _| {
                 let [value, rate, _] = path(t);
                 gains[0] * value + gains[1] * rate
             };
             add(own.freedom, Arc::new(by));
+        }
+        if let History::Expression(formula) = &own.history
+            && let Some(slope) = self.formulas.slope(&format!("{key}.motor.history"), formula)?
+        {
+            let slope = times.history("", &History::Expression(slope));
+            let effort = own.effort;
+            add(own.freedom, Arc::new(move |t, _, _| effort * slope.value(t)));
         }
         if effort != 0.0 {
             let history = times.history("", &own.history);
@@ -137,14 +145,20 @@ impl Chain<'_> {
         Ok(())
     }
 
-    /// How a path changes: it is linear in its offset, rates, amplitude and moves.
+    /// How a path changes: it is linear in its offset, rates, amplitude and moves, or an
+    /// expression.
     pub(super) fn path_change(
         &self,
         key: &str,
         path: &MotionPath,
-    ) -> Option<impl Fn(f64) -> [f64; 3] + Send + Sync + use<>> {
-        if path.expression.is_some() || path.table.is_some() {
-            return None;
+    ) -> Result<Option<Path>, ModelError> {
+        if let Some(formula) = &path.expression {
+            let Some(slope) = self.formulas.slope(key, formula)? else { return Ok(None) };
+            let change = MotionPath { expression: Some(slope), ..MotionPath::default() };
+            return Ok(Some(TimeFunctions::new(self.model).path("", &change)));
+        }
+        if path.table.is_some() {
+            return Ok(None);
         }
         let slope = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value).eps;
         let moved = |(i, own): (usize, &Move)| {
@@ -162,7 +176,7 @@ impl Chain<'_> {
         let numbers = [change.offset, change.rate, change.acceleration, change.amplitude];
         let by = change.moves.iter().map(|own| own.by);
         let still = numbers.into_iter().chain(by).all(|x| x == 0.0);
-        (!still).then(|| change.function())
+        Ok((!still).then(|| Box::new(change.function()) as Path))
     }
 
     /// A load on a body or on a particle.
@@ -181,7 +195,8 @@ impl Chain<'_> {
                 let (offset, dimension) =
                     (mechanism.particle_offset(k), mechanism.description().dimension);
                 let history = TimeFunctions::new(self.model).history("", &load.history);
-                out.forces.push(Arc::new(ParticleLoad { offset, dimension, force, history }));
+                let load = ParticleLoad { offset, dimension, force, history };
+                out.forces.push(Arc::new(MidpointForce(load)));
             }
             return;
         }

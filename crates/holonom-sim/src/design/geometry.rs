@@ -308,7 +308,7 @@ impl Chain<'_> {
                     self.guide(&key, [parent, child], (*position, *axis), relative_to.as_deref())?
                 }
                 Constraint::Motion { path, .. } => self
-                    .path_change(&format!("{key}.path"), path)
+                    .path_change(&format!("{key}.path"), path)?
                     .map(|path| ScalarTangent::Motion(std::sync::Arc::new(path))),
                 _ => None,
             };

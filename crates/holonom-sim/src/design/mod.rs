@@ -10,12 +10,14 @@
 //! changes has a tensor that is not diagonal in them.
 
 mod forces;
+mod formulas;
 mod geometry;
 pub(crate) mod start;
 #[cfg(test)]
 mod tests;
 
 use crate::system::System;
+use formulas::Formulas;
 use holonom_model::{
     Constraint, Model, ModelError, ModelText, Override, ParameterTangent, Placements, Slopes,
     nearest,
@@ -143,14 +145,15 @@ fn tangent(
     parameter: &ParameterTangent,
 ) -> Result<ModelTangent, ModelError> {
     let name = &parameter.name;
-    if let Some(formula) = parameter.formulas.first() {
+    let slopes = Slopes::new(parameter);
+    let placements = Placements::new(stated, model, &slopes);
+    let formulas = Formulas::new(parameter, model)?;
+    let (slopes, placements, formulas) = (&slopes, &placements, &formulas);
+    let found = Chain { stated, model, system, slopes, placements, formulas }.tangent(parameter)?;
+    if let Some(formula) = formulas.left().iter().find(|key| counts(key)) {
         let what = format!("the derivative by `{name}`, which the expression `{formula}` reads");
         return Err(refused(formula, what, format!("state a number there, or {LEAVE_OUT}")));
     }
-    let slopes = Slopes::new(parameter);
-    let placements = Placements::new(stated, model, &slopes);
-    let chain = Chain { stated, model, system, slopes: &slopes, placements: &placements };
-    let found = chain.tangent(parameter)?;
     let left = slopes.left();
     if let Some(key) = left.iter().find(|key| counts(key) && !is_drawn(key)) {
         let what = format!("the derivative by `{name}`, which enters `{key}`");
@@ -166,6 +169,7 @@ struct Chain<'a> {
     system: &'a System,
     slopes: &'a Slopes<'a>,
     placements: &'a Placements<'a>,
+    formulas: &'a Formulas<'a>,
 }
 
 /// The derivatives of a vector.
@@ -188,6 +192,7 @@ impl Chain<'_> {
         self.bars(&mut found.numbers);
         self.constraints(&mut found.numbers)?;
         self.forces(&mut found.numbers)?;
+        self.expressions(&mut found.numbers)?;
         self.sensors(&mut found);
         self.fixed_in_space()?;
         Ok(found)

@@ -111,7 +111,7 @@ fn numbers_without_a_derivative_are_refused_by_their_keys() {
             "`floor(force)` jumps",
         ),
         ("damping = \"= damping\" }", "damping = \"= abs(damping - 0.4) + 0.1\" }", "kink"),
-        ("frame = \"body\"", "frame = \"body\"\nhistory = \"sin(gain*t)\"", "load.push.history"),
+        ("frame = \"body\"", "frame = \"body\"\nhistory = \"floor(gain*t)\"", "load.push.history"),
         ("frequency = 2.0", "frequency = \"= 0.5*gain\"", "joint.elbow.motor.path.frequency"),
     ];
     for (from, to, what) in cases {

@@ -7,6 +7,8 @@
 //! The efforts of the controls are zero. [`Check`] compares with central differences of whole runs.
 
 mod check;
+#[cfg(test)]
+mod expression_tests;
 mod objective;
 pub(crate) mod prepared;
 pub(crate) mod quantity;
@@ -18,7 +20,7 @@ pub use check::Check;
 pub use prepared::GradientFailure;
 
 use crate::design::start::TreeCoordinate;
-use crate::design::{self, ModelTangent, refused};
+use crate::design::{self, LEAVE_OUT, ModelTangent, refused};
 use crate::system::System;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
@@ -315,6 +317,13 @@ pub fn gradient(
         meaningless_from: None,
         checks: Vec::new(),
     };
+    if let Some(own) = gradient.parameters.iter().find(|own| !own.derivative.is_finite()) {
+        let what = format!(
+            "the derivative by `{}`, which is no number: an expression has no slope where the motion leads",
+            own.name
+        );
+        return Err(refused(&format!("parameters.{}", own.name), what, LEAVE_OUT).into());
+    }
     terms(model, wanted, &mut gradient)?;
     grow(model, wanted, (&begin, &starts, &changes), &mut gradient)?;
     Ok(gradient)

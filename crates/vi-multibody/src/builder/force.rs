@@ -96,6 +96,29 @@ impl std::fmt::Debug for ElementForce {
     }
 }
 
+impl ElementForce {
+    /// As variational schemes discretize it; `first`: where the internal variables of signals
+    /// begin.
+    #[must_use]
+    pub fn discrete(&self, first: usize) -> Box<dyn DiscreteForce> {
+        match self.clone() {
+            Self::Coordinates(force) => Box::new(MidpointForce(force)),
+            Self::Joint(force) => Box::new(force),
+            Self::Tension(force) => Box::new(MidpointForce(force)),
+            Self::Body(load) => Box::new(load),
+            Self::Wrench(force) => Box::new(force),
+            Self::Law(mut force) => {
+                force.reading.first = first;
+                Box::new(force)
+            }
+            Self::Six(mut force) => {
+                force.reading.first = first;
+                Box::new(force)
+            }
+        }
+    }
+}
+
 impl NamedForce {
     /// What exerts it.
     #[must_use]
@@ -233,22 +256,7 @@ impl ForceElements {
             system = system.discrete_potential(Box::new(own.spring.clone()));
         }
         for own in &self.forces {
-            let discrete: Box<dyn DiscreteForce> = match own.force.clone() {
-                ElementForce::Coordinates(force) => Box::new(MidpointForce(force)),
-                ElementForce::Joint(force) => Box::new(force),
-                ElementForce::Tension(force) => Box::new(MidpointForce(force)),
-                ElementForce::Body(load) => Box::new(load),
-                ElementForce::Wrench(force) => Box::new(force),
-                ElementForce::Law(mut force) => {
-                    force.reading.first = first;
-                    Box::new(force)
-                }
-                ElementForce::Six(mut force) => {
-                    force.reading.first = first;
-                    Box::new(force)
-                }
-            };
-            system = system.force_of(own.source(), discrete);
+            system = system.force_of(own.source(), own.force.discrete(first));
         }
         if let Some(mut signals) = self.signals.clone() {
             signals.reading.first = first;

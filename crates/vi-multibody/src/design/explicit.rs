@@ -8,8 +8,9 @@ use crate::mechanism::Mechanism;
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_core::coordinate_force::CoordinateForce;
-use vi_core::force::Force;
+use vi_core::force::DiscreteForce;
 use vi_core::num_dual::Dual64;
+use vi_core::potential::DiscretePotential;
 use vi_core::{Interval, Quadrature};
 use vi_rigid::directors::FRAME;
 use vi_rigid::load::{Load, LoadChange};
@@ -172,20 +173,41 @@ impl Explicit for PointDamper {
     }
 }
 
-/// Any force at midpoints that is linear in the parameter.
-pub(super) struct Midpoint {
-    pub(super) force: Arc<dyn Force>,
+/// A force of its own, `f_d^-`, `f_d^+`.
+pub(super) struct Acting {
+    pub(super) force: Arc<dyn DiscreteForce>,
 }
 
-impl Explicit for Midpoint {
+impl Explicit for Acting {
     fn emit(&self, s: &Interval, out: &mut dyn Sink) {
         let mut force = vec![0.0; s.q0.len()];
-        self.force.add(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * s.h, &mut force);
-        for (i, f) in force.into_iter().enumerate().filter(|(_, f)| *f != 0.0) {
-            out.minus(i, f);
-            out.plus(i, f);
-        }
+        self.force.add_minus(s, &mut force);
+        each(&force, |i, f| out.minus(i, f));
+        force.fill(0.0);
+        self.force.add_plus(s, &mut force);
+        each(&force, |i, f| out.plus(i, f));
     }
+}
+
+/// An energy of its own, `−h D_1 U_d`, `−h D_2 U_d`.
+pub(super) struct Stored {
+    pub(super) potential: Arc<dyn DiscretePotential>,
+}
+
+impl Explicit for Stored {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        let mut force = vec![0.0; s.q0.len()];
+        self.potential.add_d1(s, -s.h, &mut force);
+        each(&force, |i, f| out.minus(i, f));
+        force.fill(0.0);
+        self.potential.add_d2(s, -s.h, &mut force);
+        each(&force, |i, f| out.plus(i, f));
+    }
+}
+
+/// The entries that are not zero.
+fn each(force: &[f64], mut visit: impl FnMut(usize, f64)) {
+    force.iter().enumerate().filter(|(_, f)| **f != 0.0).for_each(|(i, f)| visit(i, *f));
 }
 
 /// A load on a body.

@@ -31,8 +31,8 @@ use crate::builder::{ElementForce, ForceElements};
 use crate::force::spring::Spring;
 use crate::mechanism::Mechanism;
 use explicit::{
-    EffortOn, Explicit, ForceOfLoad, Masses, Midpoint, MovedEffort, PointDamper, PointSpring, Sink,
-    Weight,
+    Acting, EffortOn, Explicit, ForceOfLoad, Masses, MovedEffort, PointDamper, PointSpring, Sink,
+    Stored, Weight,
 };
 use mass_sums::{Factors, MassSums};
 use row_sums::RowSums;
@@ -150,7 +150,10 @@ impl Numbers<'_> {
             elements.push(Box::new(ForceOfLoad { load: load.clone(), change: *change }));
         }
         for force in &tangent.forces {
-            elements.push(Box::new(Midpoint { force: force.clone() }));
+            elements.push(Box::new(Acting { force: force.clone() }));
+        }
+        for potential in &tangent.potentials {
+            elements.push(Box::new(Stored { potential: potential.clone() }));
         }
         let [products, rows] = MovedRows::of(self.mechanism, tangent)?.split();
         Ok(Parameter { masses, products, elements, rows })

@@ -146,6 +146,12 @@ impl StartCoordinate {
                 found.push((number, freedom, coordinate));
             }
         }
+        let description = mechanism.description();
+        for k in 0..description.particles.len() {
+            let first = mechanism.particle_offset(k);
+            let own = |freedom| (None, freedom, Self::Place(first + freedom));
+            found.extend((0..description.dimension).map(own));
+        }
         found
     }
 

@@ -6,8 +6,9 @@ use crate::pair::joint::{Joint, Side};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use vi_core::force::Force;
+use vi_core::force::DiscreteForce;
 use vi_core::num_dual::Dual64;
+use vi_core::potential::DiscretePotential;
 use vi_rigid::load::LoadChange;
 
 /// The derivatives of all numbers by one parameter; what is not listed does not change. Keys are
@@ -34,8 +35,10 @@ pub struct MechanismTangent {
     pub efforts: Vec<EffortChange>,
     /// Of loads on bodies, by their numbers among the forces.
     pub loads: BTreeMap<usize, LoadChange>,
-    /// Forces on coordinates at midpoints that come to the others as the parameter grows.
-    pub forces: Vec<Arc<dyn Force>>,
+    /// Forces that come to the others as the parameter grows.
+    pub forces: Vec<Arc<dyn DiscreteForce>>,
+    /// Energies that do.
+    pub potentials: Vec<Arc<dyn DiscretePotential>>,
 }
 
 impl std::fmt::Debug for MechanismTangent {

@@ -1,0 +1,272 @@
+//! Expressions along the run by a parameter: laws, bushings, histories of loads.
+//!
+//! ```text
+//! τ = e(θ; t, x, v, …)        τ_θ = e_θ, the expression of [`slope`], in the place of e
+//! ```
+//! A force whose expressions are replaced by their derivatives is the derivative of the force: all
+//! of them act in it linearly. Signals that are values count as what they stand for.
+
+use super::{Chain, LEAVE_OUT, refused};
+use crate::system;
+use holonom_model::expression::{Moving, slope};
+use holonom_model::{
+    Bushing, Coefficients, Curves, Formula, History, Model, ModelError, MovingText,
+    ParameterTangent,
+};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use vi_multibody::builder::{ElementForce, ForceElements};
+use vi_multibody::design::MechanismTangent;
+use vi_multibody::mechanism::Mechanism;
+
+/// The expressions that a parameter changes.
+pub(super) struct Formulas<'a> {
+    parameter: &'a ParameterTangent,
+    curves: Curves<'a>,
+    /// Signals that are values and change.
+    signals: BTreeMap<String, Moving>,
+    taken: RefCell<BTreeSet<String>>,
+}
+
+impl<'a> Formulas<'a> {
+    /// Those of a model.
+    ///
+    /// # Errors
+    /// [`ModelError`] where a signal has no derivative.
+    pub(super) fn new(
+        parameter: &'a ParameterTangent,
+        model: &'a Model,
+    ) -> Result<Self, ModelError> {
+        let mut own = Self {
+            parameter,
+            curves: Curves::new(model),
+            signals: BTreeMap::new(),
+            taken: RefCell::default(),
+        };
+        // each after those it reads: there are no circles
+        for _ in &model.signals {
+            for signal in model.signals.iter().filter(|own| own.every.is_none()) {
+                let Some(value) = &signal.value else { continue };
+                let key = format!("signal.{}.value", signal.name);
+                let Some(Formula(slope)) = own.slope(&key, value)? else { continue };
+                let value = signal.name.clone();
+                own.signals.insert(signal.name.clone(), Moving { value, slope });
+            }
+        }
+        for signal in &model.signals {
+            let is_value = |part: &str| part == "value" && signal.every.is_none();
+            for (part, formula) in signal.formulas().filter(|(part, _)| !is_value(part)) {
+                let key = format!("signal.{}.{part}", signal.name);
+                if own.slope(&key, formula)?.is_some() {
+                    let what =
+                        format!("the derivative by `{}` of a signal with states", own.name());
+                    return Err(refused(&key, what, LEAVE_OUT));
+                }
+            }
+        }
+        Ok(own)
+    }
+
+    fn name(&self) -> &str {
+        &self.parameter.name
+    }
+
+    /// The derivative of the expression at a key path; `None` where it does not change.
+    ///
+    /// # Errors
+    /// [`ModelError`] where it has none.
+    pub(super) fn slope(
+        &self,
+        path: &str,
+        formula: &Formula,
+    ) -> Result<Option<Formula>, ModelError> {
+        self.taken.borrow_mut().insert(path.to_owned());
+        let none = MovingText { text: formula.0.clone(), moving: BTreeMap::new() };
+        let own = self.parameter.formulas.get(path).unwrap_or(&none);
+        let mut moving = own.moving.clone();
+        moving.extend(self.signals.iter().map(|(name, signal)| (name.clone(), signal.clone())));
+        if moving.is_empty() {
+            return Ok(None);
+        }
+        let found = slope(&own.text, &mut |name| self.curves.known(name), &moving);
+        found.map(|text| text.map(Formula)).map_err(|error| {
+            let what = format!("the derivative by `{}`: {error}", self.name());
+            refused(path, what, format!("state a number there, or {LEAVE_OUT}"))
+        })
+    }
+
+    /// The same of a number of a section that holds expressions, too.
+    fn entry(
+        &self,
+        (path, number): (&str, f64),
+        formula: &Formula,
+    ) -> Result<Option<Formula>, ModelError> {
+        match number {
+            0.0 => self.slope(path, formula),
+            slope => Ok(Some(Formula(format!("{slope:?}")))),
+        }
+    }
+
+    /// Expressions that change and that nobody has taken.
+    pub(super) fn left(&self) -> Vec<String> {
+        let taken = self.taken.borrow();
+        self.parameter.formulas.keys().filter(|key| !taken.contains(*key)).cloned().collect()
+    }
+}
+
+/// Zero, but reading what is read.
+fn still(formula: &mut Formula) {
+    formula.0 = format!("0*({})", formula.0);
+}
+
+/// Replaces expressions by their derivatives, those that do not change by zero; whether one does.
+fn replace<'f>(
+    formulas: impl Iterator<Item = (String, &'f mut Formula)>,
+    slope: impl Fn(&str, &Formula) -> Result<Option<Formula>, ModelError>,
+) -> Result<bool, ModelError> {
+    let mut moves = false;
+    for (path, formula) in formulas {
+        match slope(&path, formula)? {
+            Some(found) => (*formula, moves) = (found, true),
+            None => still(formula),
+        }
+    }
+    Ok(moves)
+}
+
+impl Chain<'_> {
+    /// Forces of which an expression changes.
+    pub(super) fn expressions(&self, out: &mut MechanismTangent) -> Result<(), ModelError> {
+        let mut derived = self.model.clone();
+        let mut changed = BTreeSet::new();
+        for law in &mut derived.laws {
+            let key = format!("law.{}", law.name);
+            let single = [("effort", &mut law.effort), ("tension", &mut law.tension)];
+            let single = single
+                .into_iter()
+                .filter_map(|(part, own)| Some((format!("{key}.{part}"), own.as_mut()?)));
+            let several = [("force", &mut law.force), ("torque", &mut law.torque)];
+            let several = several.into_iter().flat_map(|(part, own)| {
+                let key = &key;
+                let each = own.iter_mut().flatten().enumerate();
+                each.map(move |(k, own)| (format!("{key}.{part}.{k}"), own))
+            });
+            if replace(single.chain(several), |path, own| self.formulas.slope(path, own))? {
+                changed.insert(law.name.clone());
+            }
+        }
+        for bushing in &mut derived.bushings {
+            if self.bushing(bushing)? {
+                changed.insert(bushing.name.clone());
+            }
+        }
+        for load in &mut derived.loads {
+            let History::Expression(formula) = &load.history else { continue };
+            let path = format!("load.{}.history", load.name);
+            if let Some(slope) = self.formulas.slope(&path, formula)? {
+                load.history = History::Expression(slope);
+                changed.insert(load.name.clone());
+            }
+        }
+        if changed.is_empty() {
+            return Ok(());
+        }
+        let system = system::build(&derived).map_err(|error| {
+            let what = format!("the derivative by `{}`: {error}", self.formulas.name());
+            refused("law", what, LEAVE_OUT)
+        })?;
+        self.same(&system.mechanism)?;
+        self.take(&system.dynamics.forces, &changed, out)
+    }
+
+    /// Replaces the numbers and expressions of a bushing by their derivatives; whether one changes.
+    fn bushing(&self, bushing: &mut Bushing) -> Result<bool, ModelError> {
+        let key = format!("bushing.{}", bushing.name);
+        let entry = |path: &str, formula: &Formula| {
+            let value = formula.0.parse().unwrap_or_default();
+            self.formulas.entry((path, self.slopes.number(path, value).eps), formula)
+        };
+        let mut moves = false;
+        for (part, matrix) in
+            [("stiffness", &mut bushing.stiffness), ("damping", &mut bushing.damping)]
+        {
+            let key = format!("{key}.{part}");
+            moves |= match matrix {
+                None => false,
+                Some(Coefficients::Diagonal(own)) => {
+                    let each = own.iter_mut().enumerate();
+                    replace(each.map(|(k, own)| (format!("{key}.{k}"), own)), entry)?
+                }
+                Some(Coefficients::Full(rows)) => {
+                    let rows = rows.iter_mut().enumerate();
+                    let each = rows.flat_map(|(i, row)| {
+                        let key = &key;
+                        let row = row.iter_mut().enumerate();
+                        row.map(move |(k, own)| (format!("{key}.{i}.{k}"), own))
+                    });
+                    replace(each, entry)?
+                }
+            };
+        }
+        if let Some(preload) = &mut bushing.preload {
+            let slopes = self.slopes.list(&format!("{key}.preload"), *preload).map(|own| own.eps);
+            moves |= slopes.iter().any(|slope| *slope != 0.0);
+            *preload = slopes;
+        }
+        let force = bushing.force.iter_mut().flatten().enumerate();
+        let force = force.map(|(k, own)| (format!("{key}.force.{k}"), own));
+        Ok(moves | replace(force, |path, own| self.formulas.slope(path, own))?)
+    }
+
+    /// Refuses a mechanism that counts other angles than that of the run.
+    fn same(&self, derived: &Mechanism) -> Result<(), ModelError> {
+        let places = |own: &Mechanism| -> Vec<Option<(usize, usize)>> {
+            own.angles().iter().map(|angle| angle.place()).collect()
+        };
+        let (own, of_run) = (places(derived), places(&self.system.mechanism));
+        match of_run.starts_with(&own) {
+            true => Ok(()),
+            false => {
+                let what = format!("the derivative by `{}` of these laws", self.formulas.name());
+                Err(refused("law", what, LEAVE_OUT))
+            }
+        }
+    }
+
+    /// The forces of these names.
+    fn take(
+        &self,
+        forces: &ForceElements,
+        changed: &BTreeSet<String>,
+        out: &mut MechanismTangent,
+    ) -> Result<(), ModelError> {
+        let stored =
+            |all: &ForceElements, name: &str| all.bushings.iter().any(|own| own.name == name);
+        let of_run = &self.system.dynamics.forces;
+        for own in forces.forces.iter().filter(|own| changed.contains(&own.name)) {
+            let states = match &own.force {
+                ElementForce::Law(law) => &law.reading.states,
+                ElementForce::Six(six) => &six.reading.states,
+                _ => &Vec::new(),
+            };
+            if !states.is_empty() {
+                let what = format!(
+                    "the derivative by `{}` of `{}`, which reads signals with states",
+                    self.formulas.name(),
+                    own.name
+                );
+                return Err(refused(&own.name, what, LEAVE_OUT));
+            }
+            out.forces.push(Arc::from(own.force.discrete(0)));
+        }
+        for own in forces.bushings.iter().filter(|own| changed.contains(&own.name)) {
+            if stored(forces, &own.name) && !stored(of_run, &own.name) {
+                let what = format!("the derivative by `{}`", self.formulas.name());
+                return Err(refused(&format!("bushing.{}", own.name), what, LEAVE_OUT));
+            }
+            out.potentials.push(Arc::new(own.spring.clone()));
+        }
+        Ok(())
+    }
+}
