@@ -147,6 +147,20 @@ fn joints_with_servos_are_not_joined_into_a_planar_pair() {
     }
 }
 
+/// The same of a tendon: it needs the coordinate of its joint.
+#[test]
+fn joints_of_tendons_are_not_joined_into_a_planar_pair() {
+    let text = "<mujoco><worldbody><body name='cart'><joint name='across' type='slide' axis='1 0 0'/>\
+                <joint name='up' type='slide' axis='0 0 1'/><joint name='turn' axis='0 1 0'/>\
+                <geom type='box' size='0.3 0.1 0.1'/></body></worldbody>\
+                <tendon><fixed name='t' stiffness='7'><joint joint='across' coef='2'/></fixed></tendon>\
+                </mujoco>";
+    let imported = import(text, &ImportOptions::default()).unwrap();
+    let laws: Vec<_> = imported.model.laws.iter().filter_map(|own| own.joint.as_deref()).collect();
+    println!("{laws:?}, {} joints", imported.model.joints.len());
+    assert_eq!((laws, imported.model.joints.len()), (vec!["across"], 3));
+}
+
 /// Lengths, and the elongations at which tendons pull, along a run.
 #[test]
 fn tendons_have_the_lengths_that_sensors_show() {
