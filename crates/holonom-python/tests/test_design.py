@@ -143,8 +143,14 @@ def test_named_parameters_come_in_their_order_and_others_need_no_derivative() ->
     at[1] -= 0.3
     one = hn.Gradient(ARM_MODEL, parameters=["stiffness"])
     assert one(at[1:2])[1].shape == (1,) and one(at[1:2])[1][0] == every(at)[1][1]
-    # a law reads one, the step another: by neither there is a derivative
-    law = ARM + '\n[[law]]\nname = "stop"\njoint = "elbow"\neffort = "-idle*x"\n'
+    # a law reads one, by which there is a derivative
+    law = ARM + '\n[[law]]\nname = "stop"\njoint = "elbow"\neffort = "-idle*x - 2*idle^2*x^3"\n'
+    objective = hn.Gradient(hn.Model.from_toml(law), parameters=["idle"])
+    x = np.array([1.3])
+    np.testing.assert_allclose(objective.gradient(x), differences(objective, x), rtol=1e-8, atol=1e-9)
+    assert objective.gradient(x)[0] != 0.0
+    # steps of a law, the step of the run: by neither there is a derivative
+    law = ARM + '\n[[law]]\nname = "stop"\njoint = "elbow"\neffort = "-floor(3*idle*x)"\n'
     short = ARM.replace("idle = 1.0", "idle = 1.0\nfinest = 0.01").replace("step = 0.01", 'step = "= finest"')
     for text, there in ((law, "idle"), (short, "finest")):
         with pytest.raises(hn.InvalidModel, match=f"derivative by `{there}`"):

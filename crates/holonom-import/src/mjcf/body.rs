@@ -90,7 +90,10 @@ impl Bodies<'_, '_> {
                     let pose = scope.frame * pose(&element, self.settings)?;
                     let name = child.word("name").unwrap_or_default().to_owned();
                     self.sites.push(NamedFrame { name, link: scope.link, pose });
-                    self.remarks.add("sites: not translated", child);
+                    self.remarks.add(
+                        "sites: without a picture; sensors, tendons and loops have their places",
+                        child,
+                    );
                 }
                 "inertial" => {}
                 "camera" | "light" => self.remarks.add("cameras and lights: not translated", child),

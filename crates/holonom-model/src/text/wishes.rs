@@ -188,7 +188,8 @@ const WISHES: [Wish; 34] = [
     (
         &["cable", "rope", "tendon", "string", "wire", "chain", "muscle", "sling"],
         "a rope is a [[beam]] with `element = \"rope\"`: it carries tension only and starts in its catenary. One without mass that stays \
-         taut is a [[constraint]] of type \"distance\", one that goes slack a [[law]]. Ropes over pulleys are not modelled",
+         taut is a [[constraint]] of type \"distance\", one that goes slack a [[law]]. Through several points \
+         without friction it pulls by a [[law]] for each part, which reads a [[signal]] of the sum of their lengths, sensors of `distance`. Ropes with mass over pulleys are not modelled",
     ),
     (
         &[
