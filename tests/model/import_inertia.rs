@@ -130,6 +130,9 @@ fn an_armature_is_inertia_of_the_joint_alone() {
     };
     let found = plain(&pendulum("0.4"));
     assert!(remarks(&found).contains("armature: a rotor"), "{}", remarks(&found));
+    let hidden: Vec<bool> = found.model.bodies.iter().map(|body| !body.is_visible()).collect();
+    assert_eq!(hidden, [false, true], "the rotor is not drawn");
+    assert!(found.text.contains("visible = false"), "{}", found.text);
     assert_eq!((found.model.bodies.len(), dof(&found.model)), (2, 1));
     let left_out =
         imported(&pendulum("0.4"), &ImportOptions { armature: false, ..ImportOptions::default() });

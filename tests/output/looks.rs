@@ -51,6 +51,31 @@ fn looks_and_distances_are_part_of_the_scene() {
     assert_eq!(ran["tensions"].as_array().unwrap().len(), 1, "of the tie rod");
 }
 
+/// A joint of what is hidden is not drawn: a flywheel that stands for an inertia.
+#[test]
+fn joints_of_what_is_hidden_are_not_drawn() {
+    let folder = folder("looks", "hidden");
+    let body = |name: &str, x: f64, more: &str| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [{x:?}, 0.0, 0.0]\n{more}\
+             [[joint]]\nname = \"{name}_pin\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"{name}\"\n\
+             position = [0.0, 0.0, 0.0]\naxis = [0.0, 1.0, 0.0]\n"
+        )
+    };
+    let text = format!(
+        "[model]\nname = \"m\"\ngravity = [0.0, 0.0, -9.81]\n[simulation]\nstep = 0.01\nend = 0.1\n{}{}",
+        body("arm", 0.5, ""),
+        body("wheel", 0.0, "visible = false\n"),
+    );
+    fs::write(folder.join("m.toml"), text).unwrap();
+    let output = holonom(&folder, &["run", "m.toml"]);
+    assert!(output.status.success(), "{}", words(&output));
+    let scene = scene(&folder.join("m-out/report.html"));
+    let joints = scene["joints"].as_array().unwrap();
+    assert_eq!(joints.len(), 1, "{joints:?}");
+    assert_eq!(joints[0]["child"]["member"], 0, "of the arm");
+}
+
 /// A bushing is a sleeve on its first body and a pin on the second, until an event releases it.
 #[test]
 fn bushings_are_drawn_until_they_are_released() {

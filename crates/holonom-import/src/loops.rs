@@ -49,6 +49,7 @@ impl Drafter<'_> {
             name: rotor.clone(),
             mass: Some(inertia / (GYRATION * GYRATION)),
             inertia: Some(Inertia::Principal([inertia; 3])),
+            visible: Some(false),
             ..Body::default()
         });
         draft.on_bodies.push(format!("The armature of joint `{joint}`."));

@@ -112,6 +112,9 @@ impl TomlWriter {
         if let Some(quaternion) = &body.quaternion {
             self.pair("quaternion", &list(quaternion));
         }
+        if let Some(visible) = body.visible {
+            self.pair("visible", if visible { "true" } else { "false" });
+        }
         if let Some(shape) = &body.shape {
             self.pair("shape", &format!("{{ {} }}", written(shape)));
         }

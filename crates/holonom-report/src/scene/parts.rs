@@ -384,7 +384,7 @@ impl<'a> SceneParts<'a> {
         members.filter(|(_, m)| m.kind != MemberKind::Frame).map(|(k, _)| k).collect()
     }
 
-    /// The joints, then the bushings between the `bodies` of the model.
+    /// The joints of what is drawn, then the bushings between the `bodies` of the model.
     #[must_use]
     pub fn joints(&self, bodies: &[SceneBody]) -> Vec<SceneJoint> {
         let limit = |name: &str| {
@@ -419,8 +419,10 @@ impl<'a> SceneParts<'a> {
                 until: self.released(&bushing.name),
             }
         };
-        let joints = self.model.joints.iter().map(joint);
-        joints.chain(self.model.bushings.iter().map(bushing)).collect()
+        let hidden = |name: &str| self.model.body(name).is_some_and(|body| !body.is_visible());
+        let joints = self.model.joints.iter();
+        let joints = joints.filter(|joint| !hidden(&joint.parent) && !hidden(&joint.child));
+        joints.map(joint).chain(self.model.bushings.iter().map(bushing)).collect()
     }
 
     /// Where a joint, or what fixes a body, acts on its child.

@@ -83,8 +83,11 @@
   const half = (box) => 0.5 * norm(sub(box.high, box.low));
   const reach = data.members.map(() => 0);
   for (const body of data.bodies) reach[body.member] = body.visible ? body.reach : 0;
+  // what is hidden takes no room, unless everything is
+  const hidden = new Set(data.bodies.filter((b) => !b.visible).map((b) => b.member));
+  const counts = (m) => !hidden.has(m) || hidden.size === data.members.length;
   const configuration = extent(); // at the first instant
-  data.members.forEach((_, m) => grow(configuration, centre(motions[0], m, 0), reach[m]));
+  data.members.forEach((_, m) => counts(m) && grow(configuration, centre(motions[0], m, 0), reach[m]));
   data.fixed.forEach((end) => grow(configuration, end, 0));
   for (const mode of modes) {
     const largest = (k) => Math.max(0, ...data.members.map((_, m) => Math.hypot(norm(part(mode, m, k)), norm(part(mode, m, k + 2)))));
@@ -98,6 +101,7 @@
   const see = (places, c) => {
     const box = extent();
     places.forEach((x, m) => {
+      if (!counts(m)) return;
       grow(box, x, reach[m]);
       grow(whole, x, reach[m]);
       seen.push([x, sub(x, c), reach[m]]);
