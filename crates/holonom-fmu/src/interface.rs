@@ -245,6 +245,10 @@ impl Interface {
                 let unit = if is_angle { "rad" } else { "m" };
                 (names::structured(&[name, "setpoint"]), unit, what)
             }
+            InputPlace::Control(name) => {
+                let what = format!("value of the control `{name}`, a factor of its wrench");
+                (names::structured(&[name, "value"]), "1", what)
+            }
             InputPlace::Force(name) => {
                 let what = format!("force on `{name}` at its centre of mass, in space");
                 (names::structured(&[name, "force"]), "N", what)
@@ -257,7 +261,7 @@ impl Interface {
         let planar = matches!(&place, InputPlace::Force(name) if model.header.dimension == 2
             && model.particles.iter().any(|own| own.name == *name));
         let components: &[&str] = match &place {
-            InputPlace::Joint { .. } | InputPlace::Setpoint(_) => &[""],
+            InputPlace::Joint { .. } | InputPlace::Control(_) | InputPlace::Setpoint(_) => &[""],
             _ if planar => &["x", "y"],
             _ => &["x", "y", "z"],
         };
@@ -367,6 +371,9 @@ fn asked(model: &Model, name: &str) -> Result<Vec<InputPlace>, Problem> {
     if let Some(joint) = name.strip_suffix(".setpoint").filter(|joint| model.joint(joint).is_some())
     {
         return Ok(vec![InputPlace::Setpoint(owned(joint))]);
+    }
+    if let Some(control) = model.controls.iter().find(|own| own.name == name) {
+        return Ok(vec![InputPlace::of(control)]);
     }
     let particle = |name: &str| model.particles.iter().any(|own| own.name == name);
     // a node of a beam is known when the system is assembled

@@ -241,13 +241,18 @@ fn resolved(model: &holonom::Model, given: Vec<Given>) -> Vec<Given> {
 }
 
 /// Where an input acts, by its name: `joint`, `joint.0`, `body.force`, `body.torque`,
-/// `joint.motor.path`.
+/// `joint.motor.path`, that of a `[[control]]`.
 fn place(model: &holonom::Model, name: &str) -> InputPlace {
     if let Some(of) = name.strip_suffix(".motor.path") {
         return InputPlace::Setpoint(of.into());
     }
+    if model.joint(name).is_some() {
+        return InputPlace::Joint { name: name.into(), freedom: 0 };
+    }
+    if let Some(control) = model.controls.iter().find(|own| own.name == name) {
+        return InputPlace::of(control);
+    }
     match name.rsplit_once('.') {
-        _ if model.joint(name).is_some() => InputPlace::Joint { name: name.into(), freedom: 0 },
         Some((of, "force")) => InputPlace::Force(of.into()),
         Some((of, "torque")) => InputPlace::Torque(of.into()),
         _ => {

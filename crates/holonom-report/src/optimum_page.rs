@@ -25,11 +25,10 @@ pub fn control_charts(model: &Model, found: &Found) -> Vec<Chart> {
         let bounds = bounds.flat_map(|y| [(0.0, y), (end, y), (f64::NAN, y)]); // in parts
         let bounds = Series { name: "bounds".to_owned(), points: bounds.collect() };
         curves.extend((!bounds.points.is_empty()).then_some(bounds));
-        let turns = model.joint(&own.joint).is_some_and(|joint| joint.pair().is_angle(own.freedom));
-        let y = if turns {
-            ChartAxis::linear("torque", "N·m")
-        } else {
-            ChartAxis::linear("force", "N")
+        let y = match own.joint.as_deref().and_then(|name| model.joint(name)) {
+            Some(joint) if joint.pair().is_angle(own.freedom) => ChartAxis::linear("torque", "N·m"),
+            Some(_) => ChartAxis::linear("force", "N"),
+            None => ChartAxis::linear("factor of its wrench", ""),
         };
         drawn(name, [ChartAxis::time(), y], Strokes::LineOverBounds, curves)
     };

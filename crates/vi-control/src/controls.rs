@@ -2,13 +2,18 @@
 //!
 //! ```text
 //! f_w^∓ = (h/2) ∇θ(q_n | q_{n+1})          of an effort along a joint coordinate: its own node
+//! f_w^∓ = (h/2) (f, ϱ_I f + ½ τ×d_I)       of a wrench: the load of the value 1 [4.6]
 //! dJ/dw_n = ∂ℓ/∂w_n + (f_w^+)ᵀ b' − (f_w^-)ᵀ μ                                          [2.39]
 //! ```
 //! A value acts over `hold` macro steps; in compositions over all their sub-steps.
 
 use vi_core::interval::{Interval, Slot};
+use vi_core::force::Force as _;
+use vi_core::linear::dot;
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_multibody::particle_load::ParticleLoad;
+use vi_rigid::load::Load;
 
 /// A force in which a number enters linearly that is chosen for each step.
 pub trait ControlForce: Send + Sync {
@@ -38,6 +43,52 @@ impl ControlForce for JointControl {
     }
     fn add(&self, s: &Interval, of: Slot, scale: f64, out: &mut [f64]) {
         self.coordinate.add_gradient(s.node(of), 0.5 * s.h * scale, out);
+    }
+}
+
+/// A wrench on a body, times a number.
+#[derive(Clone, Debug)]
+pub struct WrenchControl {
+    /// The number.
+    pub value: HeldEffort,
+    /// The load of the number 1.
+    pub load: Load,
+}
+
+impl ControlForce for WrenchControl {
+    fn set(&self, value: f64) {
+        self.value.set(value);
+    }
+    fn along(&self, s: &Interval, of: Slot, x: &[f64]) -> f64 {
+        dot(&self.load.half_impulse(s, s.node(of)), self.load.of_frame(x))
+    }
+    fn add(&self, s: &Interval, of: Slot, scale: f64, out: &mut [f64]) {
+        let own = self.load.half_impulse(s, s.node(of));
+        out[self.load.offset()..].iter_mut().zip(own).for_each(|(o, f)| *o += scale * f);
+    }
+}
+
+/// A force on a point mass, times a number.
+#[derive(Clone, Debug)]
+pub struct ParticleControl {
+    /// The number.
+    pub value: HeldEffort,
+    /// The force of the number 1.
+    pub force: ParticleLoad,
+}
+
+impl ControlForce for ParticleControl {
+    fn set(&self, value: f64) {
+        self.value.set(value);
+    }
+    fn along(&self, s: &Interval, _of: Slot, x: &[f64]) -> f64 {
+        let ParticleLoad { offset, dimension, force, history } = &self.force;
+        let own = &x[*offset..][..*dimension];
+        let scale = 0.5 * s.h * history.value(s.t_mid());
+        scale * own.iter().zip(force).map(|(x, f)| x * f).sum::<f64>()
+    }
+    fn add(&self, s: &Interval, _of: Slot, scale: f64, out: &mut [f64]) {
+        self.force.add(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * s.h * scale, out);
     }
 }
 

@@ -50,7 +50,7 @@ pub use vi_multibody;
 pub use vi_rigid;
 
 pub use checkpoints::Checkpoints;
-pub use controls::{ControlForce, Controls, JointControl};
+pub use controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 pub use gradient::{Gradient, GradientError, Task};
 pub use kkt::Kkt;
 pub use objective::{Objective, Term};

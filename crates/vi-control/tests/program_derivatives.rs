@@ -5,8 +5,12 @@ use nalgebra::DMatrix;
 use vi_control::Transcription;
 use vi_control::program::Program;
 use vi_control::transcription::Guess;
-use vi_control::transcription::problem::{Cost, CostKind, FinalTime, Quantity, Rest, When};
+use vi_control::transcription::problem::{
+    Acts, Control, Cost, CostKind, FinalTime, Quantity, Rest, When,
+};
 use vi_multibody::form::{Form, Row};
+use vi_rigid::load::{Load, LoadKind};
+use vi_rigid::time_history::TimeHistory;
 use vi_testkit::Sample;
 
 fn jacobian(program: &Transcription) -> DMatrix<f64> {
@@ -151,5 +155,46 @@ fn beside_springs() {
     for (length, tolerance) in [(0.0, 1e-5), (0.2, f64::INFINITY)] {
         check("springs", with_springs("oc03_two_link_effort", length).transcription(3), tolerance);
         check("springs", with_springs("oc07_four_bar_to_rest", length).transcription(3), tolerance);
+    }
+}
+
+/// Wrenches on bodies, in a tree, in closed loops, on what is free; the Hessian is exact where the
+/// load is linear in the coordinates: all but torques that turn with the body.
+#[test]
+fn beside_wrenches() {
+    let vector = nalgebra::Vector3::new;
+    let (point, force) = (vector(0.2, -0.1, 0.3), vector(0.7, -0.4, 1.1));
+    let (torque, none) = (vector(0.3, 0.5, -0.2), vector(0.0, 0.0, 0.0));
+    let wrench = |kind, force, torque| {
+        Load::new(0, kind, force, torque, TimeHistory::default()).unwrap().at(point).unwrap()
+    };
+    let control = |name: &str, load: Load| Control {
+        name: name.to_owned(),
+        acts: Acts::Wrench(load),
+        bounds: [f64::NEG_INFINITY, f64::INFINITY],
+        hold: 2,
+    };
+    let dead = control("dead", wrench(LoadKind::Dead, force, torque));
+    let thrust = control("thrust", wrench(LoadKind::Follower, force, none));
+    let turning = control("turning", wrench(LoadKind::Follower, none, torque));
+    let cases = [(vec![dead, thrust], 1e-5), (vec![turning], f64::INFINITY)];
+    for name in ["oc03_two_link_effort", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
+        for ((wrenches, tolerance), free) in
+            cases.iter().flat_map(|own| [false, true].map(|free| (own, free)))
+        {
+            let case = Case::read(name);
+            let (mut problem, _) = case.problem(4);
+            if free {
+                problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
+            }
+            problem.controls.extend(wrenches.clone());
+            let all = (0..problem.controls.len()).collect();
+            problem.costs.push(Cost { weight: 0.4, kind: CostKind::Effort(all) });
+            let guess = Guess::line(4, &vec![0.2; case.mechanism.tree().dof()]);
+            let system = std::sync::Arc::new(case.system());
+            let (mechanism, at) = (&case.mechanism, case.initial());
+            let program = Transcription::new(mechanism, system, at, problem, &guess).unwrap();
+            check(name, program, *tolerance);
+        }
     }
 }

@@ -139,6 +139,13 @@ impl Load {
         Ok(Self { history, ..self })
     }
 
+    /// The same load with a force and a torque that are `factor` times as large.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let (force, torque) = (factor * self.force, factor * self.torque);
+        Self { force, torque, history: self.history.clone(), ..*self }
+    }
+
     /// The factor in time.
     #[must_use]
     pub fn history(&self) -> &TimeHistory {
@@ -187,10 +194,10 @@ impl Load {
     /// frames, W.
     #[must_use]
     pub fn power(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
-        let frame = self.frame(q);
+        let frame = self.of_frame(q);
         let mut force = [0.0; FRAME];
         self.add(1.0, self.wrench(t, frame), frame, &mut force);
-        force.iter().zip(self.frame(v)).map(|(f, v)| f * v).sum()
+        force.iter().zip(self.of_frame(v)).map(|(f, v)| f * v).sum()
     }
 
     /// The derivative of half the impulse of a step with the directors of the end `q`, where force,
@@ -201,8 +208,8 @@ impl Load {
         let mut out = [0.0; FRAME];
         let (force, torque) = (change.force, change.torque);
         let changed = Self { force, torque, history: self.history.clone(), ..*self };
-        let (t, middle, scale) = (s.t_mid(), self.frame(&s.q_mid), 0.5 * s.h);
-        changed.add(scale, changed.wrench(t, middle), self.frame(q), &mut out);
+        let (t, middle, scale) = (s.t_mid(), self.of_frame(&s.q_mid), 0.5 * s.h);
+        changed.add(scale, changed.wrench(t, middle), self.of_frame(q), &mut out);
         let force = self.wrench(t, middle).force;
         for i in 0..3 {
             for k in 0..3 {
@@ -212,14 +219,25 @@ impl Load {
         out
     }
 
-    fn frame<'a>(&self, q: &'a [f64]) -> &'a [f64] {
-        &q[self.offset..self.offset + FRAME]
+    /// The part of its frame in a vector of all coordinates.
+    #[must_use]
+    pub fn of_frame<'a>(&self, x: &'a [f64]) -> &'a [f64] {
+        &x[self.offset..self.offset + FRAME]
     }
 
-    /// The impulse of half a step with the directors of the end `q`.
+    /// The impulse of half a step with the directors of the end `q`, on `(φ, d_1, d_2, d_3)` of the
+    /// frame, N·s and N·m·s [4.6].
+    #[must_use]
+    pub fn half_impulse(&self, s: &Interval, q: &[f64]) -> [f64; FRAME] {
+        let mut out = [0.0; FRAME];
+        self.add_half(s, q, &mut out);
+        out
+    }
+
+    /// Adds it to the coordinates of the frame.
     fn add_half(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
-        let wrench = self.wrench(s.t_mid(), self.frame(&s.q_mid));
-        self.add(0.5 * s.h, wrench, self.frame(q), &mut out[self.offset..]);
+        let wrench = self.wrench(s.t_mid(), self.of_frame(&s.q_mid));
+        self.add(0.5 * s.h, wrench, self.of_frame(q), out);
     }
 
     /// `out ← out + scale (f, ϱ_I f + ½ τ×d_I)` with the directors of `frame`.
@@ -265,16 +283,16 @@ fn cross(out: &mut dyn Entries, row: usize, column: usize, a: &Vector3<f64>) {
 
 impl DiscreteForce for Load {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
-        self.add_half(s, &s.q0, out);
+        self.add_half(s, &s.q0, &mut out[self.offset..]);
     }
 
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
-        self.add_half(s, &s.q1, out);
+        self.add_half(s, &s.q1, &mut out[self.offset..]);
     }
 
     fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
         if of == by {
-            let torque = self.wrench(s.t_mid(), self.frame(&s.q_mid)).torque;
+            let torque = self.wrench(s.t_mid(), self.of_frame(&s.q_mid)).torque;
             add_lever_slopes(0.5 * s.h, &torque, self.offset, out);
         }
         if self.kind == LoadKind::Dead {
@@ -282,7 +300,7 @@ impl DiscreteForce for Load {
         }
         // (h/2) c, and ∂d̄_J/∂d_J = ½ I
         let scale = 0.25 * s.h * self.history.value(s.t_mid());
-        let frame = self.frame(s.node(of));
+        let frame = self.of_frame(s.node(of));
         for j in 0..3 {
             let column = self.offset + 3 + 3 * j;
             for k in 0..3 {
@@ -313,27 +331,27 @@ impl DiscreteForce for Load {
         // of (h/2) c(t) (f_0, τ_0)
         let by_history = 0.5 * s.h * change.middle * self.history.slope(t).ok_or(NoTimeSlope)?;
         let scale = 0.5 * change.length * self.history.value(t) + by_history;
-        let unit = self.directed(1.0, self.frame(&s.q_mid));
-        self.add(scale, unit, self.frame(s.node(of)), &mut out[self.offset..]);
+        let unit = self.directed(1.0, self.of_frame(&s.q_mid));
+        self.add(scale, unit, self.of_frame(s.node(of)), &mut out[self.offset..]);
         Ok(())
     }
 
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
-        let wrench = self.wrench(s.t_mid(), self.frame(&s.q_mid));
+        let wrench = self.wrench(s.t_mid(), self.of_frame(&s.q_mid));
         let mut impulse = [0.0; FRAME];
-        self.add(0.5 * s.h, wrench, self.frame(&s.q0), &mut impulse);
-        self.add(0.5 * s.h, wrench, self.frame(&s.q1), &mut impulse);
-        impulse.iter().zip(self.frame(&s.v_mid)).map(|(f, v)| f * v).sum()
+        self.add(0.5 * s.h, wrench, self.of_frame(&s.q0), &mut impulse);
+        self.add(0.5 * s.h, wrench, self.of_frame(&s.q1), &mut impulse);
+        impulse.iter().zip(self.of_frame(&s.v_mid)).map(|(f, v)| f * v).sum()
     }
 
     fn add_continuous(&self, at: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
-        let frame = self.frame(at.q);
+        let frame = self.of_frame(at.q);
         self.add(1.0, self.wrench(at.t, frame), frame, &mut out[self.offset..]);
     }
 
     fn add_stiffness(&self, at: Configuration<'_>, _v: &[f64], scale: f64, out: &mut dyn Entries) {
         let Configuration { t, q, .. } = at;
-        let frame = self.frame(q);
+        let frame = self.of_frame(q);
         let torque = self.wrench(t, frame).torque;
         let follows = self.kind == LoadKind::Follower;
         let c = if follows { scale * self.history.value(t) } else { 0.0 };

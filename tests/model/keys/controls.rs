@@ -112,9 +112,88 @@ pub(super) fn cases() -> Vec<Case> {
     vec![
         controls,
         Case::new("objectives", text, judged).only("objective"),
+        wrenches(),
         design("condition"),
         design("optimize"),
     ]
+}
+
+/// The start of a free body with wrenches, without them.
+fn tug() -> String {
+    let turned = "[[frame]]\nname = \"tower\"\nrotation_vector = [0.2, -0.5, 0.4]\n";
+    head("wrenches", &format!("step = {STEP}, end = {:?}", STEP * STEPS as f64))
+        + turned
+        + &body("tug", 2.0, [0.1, 0.2, 0.25])
+        + "rotation_vector = [0.3, 0.2, -0.4]\nangular_velocity = [0.5, -0.3, 0.8]\n"
+        + &sensor("place", "position", "tug")
+        + "point = [0.3, 0.1, 0.2]\n"
+}
+
+/// What the wrenches of the value 1 are.
+const WRENCHES: [&str; 2] = [
+    "body = \"tug\"\nforce = [0.3, 0.0, 0.1]\ntorque = [0.0, 0.1, 0.2]\npoint = [0.1, 0.2, -0.1]\n\
+     frame = \"body\"\n",
+    "body = \"tug\"\nforce = [0.0, 0.5, 0.2]\ntorque = [0.05, 0.0, 0.1]\nframe = \"space\"\nrelative_to = \"tower\"\n",
+];
+
+/// A free body with a wrench that turns with it and one that does not.
+fn wrenches() -> Case {
+    let mut text = tug();
+    for (name, (keys, hold)) in ["jet", "wind"].into_iter().zip(WRENCHES.into_iter().zip([3, 4])) {
+        text += &format!("{}{keys}hold = {hold}\n", part("control", name));
+    }
+    text += "shape = \"linear\"\n";
+    for (part_of, target) in [("x", 0.7), ("y", -0.4), ("z", 0.2)] {
+        text += &part("objective", &format!("to_{part_of}"));
+        text += &format!("type = \"sensor\"\nsensor = \"place.{part_of}\"\ntarget = {target}\n");
+    }
+    Case::new("wrenches", text, wrenched).only("control")
+}
+
+/// The cost with loads in the place of the controls, whose histories are these values.
+fn cost_of_loads(values: &[Vec<f64>]) -> f64 {
+    let mut text = tug();
+    for (k, (keys, efforts)) in WRENCHES.into_iter().zip(efforts(values)).enumerate() {
+        text += &part("load", &format!("load_{k}"));
+        text += &format!("{keys}history = {{ type = \"steps\", values = {efforts:?} }}\n");
+    }
+    let model = holonom::Model::from_toml(&text).expect("a model");
+    let mut simulation = holonom::Simulation::new(&model).expect("a system");
+    let run = simulation.integrator();
+    for _ in 0..STEPS {
+        run.step().expect("a step");
+    }
+    let q = &run.state().q;
+    let point = [0.3, 0.1, 0.2]; // along principal axes, which are those of the body
+    let place = |i: usize| q[i] + (0..3).map(|k| point[k] * q[3 + 3 * k + i]).sum::<f64>();
+    let squares = [0.7, -0.4, 0.2].iter().enumerate().map(|(i, x)| (place(i) - x).powi(2));
+    0.5 * squares.sum::<f64>()
+}
+
+fn wrenched(run: &Run) -> Checks {
+    let mut checks = Checks::default();
+    let Some(found) = found(&run.document.to_string()) else {
+        checks.near("there is a gradient", 0.0, 1.0, 1e-3);
+        return checks;
+    };
+    let values: Vec<Vec<f64>> = VALUES.iter().map(|own| own.to_vec()).collect();
+    checks.near("cost", found.value, cost_of_loads(&values), 1e-11);
+    for (k, name) in ["jet", "wind"].into_iter().enumerate() {
+        let own = found.controls.iter().find(|own| own.name == name);
+        let own = own.map_or(&[][..], |own| &own.derivatives);
+        checks.near("values", own.len() as f64, VALUES[k].len() as f64, 1e-3);
+        for i in 0..VALUES[k].len() {
+            let changed = |by: f64| {
+                let mut values = values.clone();
+                values[k][i] += by;
+                cost_of_loads(&values)
+            };
+            let slope = (changed(1e-4) - changed(-1e-4)) / 2e-4;
+            let own = own.get(i).copied().unwrap_or(f64::INFINITY);
+            checks.near(&format!("{name} {i}"), own, slope, 1e-7);
+        }
+    }
+    checks
 }
 
 /// Masses that slide at speeds that are free, one on a spring: each speed follows from a condition,

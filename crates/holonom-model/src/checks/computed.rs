@@ -34,6 +34,7 @@ fn too_large(model: &Model) -> Vec<Problem> {
     list("bushing", &model.bushings, &mut problems);
     list("constraint", &model.constraints, &mut problems);
     list("contact", &model.contacts, &mut problems);
+    list("control", &model.controls, &mut problems);
     list("event", &model.events, &mut problems);
     list("joint", &model.joints, &mut problems);
     list("law", &model.laws, &mut problems);

@@ -1,22 +1,24 @@
 //! Checks of controls and objectives.
 
 use super::Checker;
+use crate::quantity::Quantities;
 use crate::text::problem::{nearest, some};
 use crate::types::control::{Control, CountedAt, Objective, ObjectiveKind};
+use crate::types::frame::Frame;
+use crate::types::load::Load;
 
 impl Checker<'_> {
-    pub(crate) fn control(&mut self, key: &str, control: &Control) {
-        if self.refers(format!("{key}.joint"), &control.joint, &["joint"]) {
-            let joint = self.model.joint(&control.joint);
-            let count = joint.map_or(0, |joint| joint.pair().coordinate_count());
-            if joint.is_some() && control.freedom >= count {
-                let message =
-                    format!("`{}` has no joint coordinate {}", control.joint, control.freedom);
-                let help = match count {
-                    0 => "control a joint that slides or turns about an axis".to_owned(),
-                    _ => format!("write a number below {count}"),
-                };
-                self.report(format!("{key}.freedom"), message, help);
+    pub(crate) fn control(&mut self, key: &str, control: &Control, known: &Quantities<'_>) {
+        match (&control.joint, control.load()) {
+            (Some(joint), None) => self.effort(key, control, joint),
+            (None, Some(load)) => self.wrench(key, control, &load, known),
+            (None, None) => {
+                let help = "add `joint = …` for an effort, or `body = …` for a force or a torque";
+                self.report(key, "the control acts on nothing".to_owned(), help);
+            }
+            (Some(_), Some(_)) => {
+                let message = "the control acts along a joint and on a body".to_owned();
+                self.report(format!("{key}.body"), message, "keep one of them");
             }
         }
         if let (Some(min), Some(max)) = (control.min, control.max)
@@ -29,6 +31,33 @@ impl Checker<'_> {
             let message = "a value holds for at least one step".to_owned();
             self.report(format!("{key}.hold"), message, "write 1, or more");
         }
+    }
+
+    /// A control along a joint coordinate.
+    fn effort(&mut self, key: &str, control: &Control, name: &str) {
+        if self.refers(format!("{key}.joint"), name, &["joint"]) {
+            let joint = self.model.joint(name);
+            let count = joint.map_or(0, |joint| joint.pair().coordinate_count());
+            if joint.is_some() && control.freedom >= count {
+                let message = format!("`{name}` has no joint coordinate {}", control.freedom);
+                let help = match count {
+                    0 => "control a joint that slides or turns about an axis".to_owned(),
+                    _ => format!("write a number below {count}"),
+                };
+                self.report(format!("{key}.freedom"), message, help);
+            }
+        }
+        let of_body = [
+            ("force", control.force != [0.0; 3]),
+            ("torque", control.torque != [0.0; 3]),
+            ("point", control.point.is_some()),
+            ("frame", control.frame != Frame::Space),
+            ("relative_to", control.relative_to.is_some()),
+        ];
+        for (part, _) in of_body.into_iter().filter(|(_, stated)| *stated) {
+            let message = format!("an effort along a joint has no `{part}`");
+            self.report(format!("{key}.{part}"), message, "remove it, or write `body`");
+        }
         let own = |other: &&Control| {
             (&other.joint, other.freedom) == (&control.joint, control.freedom)
                 && other.name != control.name
@@ -38,6 +67,25 @@ impl Checker<'_> {
             let message = format!("`{}` acts on the same coordinate", first.name);
             self.report(format!("{key}.joint"), message, "keep one of them");
         }
+    }
+
+    /// A control on a body: what a load has to state, and what it must not.
+    fn wrench(&mut self, key: &str, control: &Control, load: &Load, known: &Quantities<'_>) {
+        if control.freedom != 0 {
+            let message = "a body has no joint coordinates".to_owned();
+            let help = "remove `freedom`: `force` and `torque` say along what it acts";
+            self.report(format!("{key}.freedom"), message, help);
+        }
+        if load.force == [0.0; 3] && load.torque == [0.0; 3] {
+            let message = "the control has neither a force nor a torque".to_owned();
+            let help = "add the one of the value 1, such as force = [1, 0, 0]";
+            self.report(key, message, help);
+        }
+        if load.force == [0.0; 3] && load.point.is_some() {
+            let message = "a torque acts at no point".to_owned();
+            self.report(format!("{key}.point"), message, "remove `point`, or add `force`");
+        }
+        self.load(key, load, known);
     }
 
     pub(crate) fn objective(&mut self, key: &str, objective: &Objective) {

@@ -76,7 +76,7 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     let events = model.events.iter().enumerate();
     events.for_each(|(i, event)| checker.event(&each(i, "event"), event, &known));
     let controls = model.controls.iter().enumerate();
-    controls.for_each(|(i, own)| checker.control(&each(i, "control"), own));
+    controls.for_each(|(i, own)| checker.control(&each(i, "control"), own, &known));
     let objectives = model.objectives.iter().enumerate();
     objectives.for_each(|(i, own)| checker.objective(&each(i, "objective"), own));
     let conditions = model.conditions.iter().enumerate();

@@ -8,8 +8,8 @@ use super::start::is_ground;
 use crate::types::frame::Frame;
 use crate::types::reference_frame::MovingFrame;
 use crate::{
-    Bar, Beam, Body, Bushing, Constraint, Contact, ContactSide, Curve, Joint, Law, Load, Normal,
-    Particle, Spring, Twist,
+    Bar, Beam, Body, Bushing, Constraint, Contact, ContactSide, Control, Curve, Joint, Law, Load,
+    Normal, Particle, Spring, Twist,
 };
 
 /// A body; with `by_joints`, its velocities follow from its joints unless it states some.
@@ -205,6 +205,15 @@ pub(crate) fn load(load: &mut Load, frame: &MovingFrame) {
         load.relative_to = None;
         direction(&mut load.force, frame);
         direction(&mut load.torque, frame);
+    }
+}
+
+/// A control: the directions of its wrench, as those of a load.
+pub(crate) fn control(control: &mut Control, frame: &MovingFrame) {
+    if let Some(mut own) = control.load() {
+        load(&mut own, frame);
+        let Load { force, torque, relative_to, .. } = own;
+        (control.force, control.torque, control.relative_to) = (force, torque, relative_to);
     }
 }
 

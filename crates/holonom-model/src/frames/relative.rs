@@ -104,6 +104,7 @@ fn parts(model: &Model) -> impl Iterator<Item = Part> + use<> {
         ("bushing", model.bushings.len()),
         ("load", model.loads.len()),
         ("law", model.laws.len()),
+        ("control", model.controls.len()),
     ];
     counts.into_iter().flat_map(|(section, count)| (0..count).map(move |index| (section, index)))
 }
@@ -122,6 +123,7 @@ fn target(model: &Model, (section, index): Part) -> Option<&str> {
         "bushing" => &model.bushings[index].relative_to,
         "load" => &model.loads[index].relative_to,
         "law" => &model.laws[index].relative_to,
+        "control" => &model.controls[index].relative_to,
         _ => match &model.constraints[index] {
             Constraint::Distance { relative_to, .. }
             | Constraint::PointOnLine { relative_to, .. }
@@ -151,6 +153,7 @@ fn names(model: &Model) -> BTreeMap<String, Part> {
             "bushing" => &model.bushings[index].name,
             "load" => &model.loads[index].name,
             "law" => &model.laws[index].name,
+            "control" => &model.controls[index].name,
             _ => return model.constraints[index].name().to_owned(),
         }
         .clone()
@@ -332,6 +335,7 @@ impl Resolver<'_> {
             "bushing" => posed::bushing(&mut self.model.bushings[index], frame),
             "load" => posed::load(&mut self.model.loads[index], frame),
             "law" => posed::law(&mut self.model.laws[index], frame),
+            "control" => posed::control(&mut self.model.controls[index], frame),
             "constraint" => posed::constraint(&mut self.model.constraints[index], frame),
             _ => {}
         }

@@ -1,24 +1,47 @@
-//! `[[control]]` and `[[objective]]`: efforts that are free, and what is to be least.
+//! `[[control]]` and `[[objective]]`: efforts and wrenches that are free, and what is to be least.
 
+use super::frame::Frame;
+use super::load::{History, Load};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// `[[control]]`: an effort along a joint coordinate that is free: derivatives and optima are by
-/// it. A run takes it as zero.
+/// `[[control]]`: an effort along a joint coordinate, or a wrench on a body, that is free:
+/// derivatives and optima are by its values. A run takes them as zero.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Control {
     /// Its name, unique in the model.
     pub name: String,
-    /// The joint on which it acts.
-    pub joint: String,
+    /// The joint on which it acts: its values are efforts, N or N·m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<String>,
     /// Which degree of freedom of the joint, counted from 0: displacements first, then angles.
     #[serde(default)]
     pub freedom: usize,
-    /// The least effort, N or N·m; none by default.
+    /// The body, the node of a beam or the particle on which it acts, in the place of `joint`: its
+    /// values are factors of `force` and `torque`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// The force of the value 1, N, at `point`; with a unit vector the values are in N.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub force: [f64; 3],
+    /// Where the force acts: body components from the centre of mass, m; the centre by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 3]>,
+    /// The torque of the value 1, N·m; with a unit vector the values are in N·m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub torque: [f64; 3],
+    /// The frame of the components of `force` and `torque`: with `"body"` they turn with it.
+    #[serde(default, skip_serializing_if = "is_space")]
+    pub frame: Frame,
+    /// The frame in whose initial axes `force` and `torque` are stated, in the place of the
+    /// inertial ones; only with `frame = "space"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
+    /// The least value, of a joint N or N·m; none by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
-    /// The largest effort, N or N·m; none by default.
+    /// The largest value, of a joint N or N·m; none by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
     /// Steps for each value.
@@ -27,6 +50,33 @@ pub struct Control {
     /// How it goes from value to value.
     #[serde(default)]
     pub shape: ControlShape,
+}
+
+impl Control {
+    /// On the body of a wrench: the load of the value 1, with the name of the control.
+    #[must_use]
+    pub fn load(&self) -> Option<Load> {
+        Some(Load {
+            name: self.name.clone(),
+            body: Some(self.body.clone()?),
+            beam: None,
+            at: None,
+            force: self.force,
+            point: self.point,
+            torque: self.torque,
+            frame: self.frame,
+            relative_to: self.relative_to.clone(),
+            history: History::Constant,
+        })
+    }
+}
+
+fn is_zero(vector: &[f64; 3]) -> bool {
+    vector.iter().all(|x| *x == 0.0)
+}
+
+fn is_space(frame: &Frame) -> bool {
+    *frame == Frame::Space
 }
 
 /// How a control goes from value to value.

@@ -1,7 +1,7 @@
 //! Springs, dampers, motors and loads by a parameter.
 
 use super::{Chain, eps, refused};
-use holonom_model::{Frame, History, JointMotor, Load, ModelError, MotionPath, Move, Spring};
+use holonom_model::{Control, Frame, History, JointMotor, Load, ModelError, MotionPath, Move, Spring};
 use std::sync::Arc;
 use vi_core::Number;
 use vi_core::force::MidpointForce;
@@ -13,6 +13,7 @@ use vi_multibody::particle_load::ParticleLoad;
 use vi_multibody::spring::Damper;
 use vi_rigid::load::LoadChange;
 
+use crate::system::input::Input;
 use crate::system::time_function::{Path, TimeFunctions};
 
 impl Chain<'_> {
@@ -24,7 +25,12 @@ impl Chain<'_> {
         for k in 0..self.stated.joints.len() {
             self.drives(k, out)?;
         }
-        self.stated.loads.iter().for_each(|load| self.load(load, out));
+        let loads = self.stated.loads.iter();
+        loads.for_each(|load| self.load((&format!("load.{}", load.name), &load.name), load, out));
+        for own in self.stated.controls.iter().filter(|own| !self.is_on_particle(own)) {
+            let names = (&format!("control.{}", own.name), &Input::of(own).source());
+            own.load().into_iter().for_each(|load| self.load((names.0, names.1), &load, out));
+        }
         Ok(())
     }
 
@@ -179,10 +185,15 @@ impl Chain<'_> {
         Ok((!still).then(|| Box::new(change.function()) as Path))
     }
 
-    /// A load on a body or on a particle.
-    fn load(&self, load: &Load, out: &mut MechanismTangent) {
+    /// Whether a control is a force on a particle: its numbers have no derivatives.
+    pub(super) fn is_on_particle(&self, control: &Control) -> bool {
+        self.model.particles.iter().any(|own| control.body.as_ref() == Some(&own.name))
+    }
+
+    /// A load on a body or on a particle, or what the value 1 of a control is: its key, and the name
+    /// of its force.
+    fn load(&self, (key, name): (&str, &str), load: &Load, out: &mut MechanismTangent) {
         let Some(member) = load.body.as_deref() else { return };
-        let key = format!("load.{}", load.name);
         let vector = |part: &str, value| self.slopes.vector(&format!("{key}.{part}"), value);
         let (force, torque) = (vector("force", load.force), vector("torque", load.torque));
         let point = vector("point", load.point.unwrap_or_default());
@@ -210,7 +221,7 @@ impl Chain<'_> {
             LoadChange { force: turn(force), torque: turn(torque), point: axes * eps(&point) };
         let own = forces
             .iter()
-            .position(|own| own.name == load.name && matches!(own.force, ElementForce::Body(_)));
+            .position(|own| own.name == name && matches!(own.force, ElementForce::Body(_)));
         if let Some(k) = own.filter(|_| change != LoadChange::default()) {
             out.loads.insert(k, change);
         }

@@ -281,7 +281,11 @@ impl Chain<'_> {
             .beams
             .iter()
             .map(|own| (format!("beam.{}", own.name), Vec::new(), &own.relative_to));
-        for (key, bodies, relative_to) in bushings.chain(carried).chain(laws).chain(beams) {
+        let on_particles = stated.controls.iter().filter(|own| self.is_on_particle(own));
+        let controls = on_particles
+            .map(|own| (format!("control.{}", own.name), Vec::new(), &own.relative_to));
+        let parts = bushings.chain(carried).chain(laws).chain(beams).chain(controls);
+        for (key, bodies, relative_to) in parts {
             let held = bodies.into_iter().filter(|name| stated.body(name).is_some());
             if let Some(frame) = held.chain(relative_to).find(|name| self.moves(name)) {
                 let what = format!("the derivative by a parameter that moves `{frame}`");

@@ -90,7 +90,13 @@ impl Costs {
                 let mut coordinates = Vec::new();
                 for k in places {
                     let control = &model.controls[k];
-                    let joint = model.joints.iter().position(|joint| joint.name == control.joint);
+                    let Some(name) = &control.joint else {
+                        let key = format!("objective.{}.controls", own.name);
+                        let what = format!("the work of `{}`, a wrench on a body", control.name);
+                        let help = "name those along joints, or take another term";
+                        return Err(refused(&key, what, help));
+                    };
+                    let joint = model.joints.iter().position(|joint| joint.name == *name);
                     let found =
                         joint.and_then(|joint| mechanism.coordinate(joint, control.freedom));
                     coordinates.extend(found.map(|found| (k, found)));

@@ -5,21 +5,26 @@ use crate::design::start::StartOf;
 use crate::design::{LEAVE_OUT, ModelTangent, refused};
 use crate::simulation::Simulation;
 use crate::start::{How, StartValues};
-use crate::system::input::{Input, InputPlace};
+use crate::system::input::Input;
 use crate::system::outside::Outside;
 use crate::system::{self, System};
-use holonom_model::{Model, ModelError, SensorKind};
+use holonom_model::{Control, Model, ModelError, SensorKind};
 use vi_constraints::linearization::Tangent;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
-use vi_control::controls::{ControlForce, Controls, JointControl};
+use vi_control::controls::{
+    ControlForce, Controls, JointControl, ParticleControl, WrenchControl,
+};
 use vi_control::gradient::GradientError;
 use vi_core::interval::Interval;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
 use vi_multibody::design::start::StartTangent;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::particle_load::ParticleLoad;
 use vi_multibody::run::MechanismIntegrator;
+use vi_rigid::load::Load;
+use vi_rigid::time_history::TimeHistory;
 
 /// Why there is no gradient.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -63,20 +68,14 @@ impl Prepared {
         let steps = (model.settings.end / model.settings.step).round();
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked by the model
         let steps = steps as usize;
-        let input = |own: &holonom_model::Control| {
-            Input::new(InputPlace::Joint { name: own.joint.clone(), freedom: own.freedom })
-        };
-        let inputs: Vec<Input> = model.controls.iter().map(input).collect();
+        let inputs: Vec<Input> = model.controls.iter().map(Input::of).collect();
         let counted = [counted(model), start.counted.clone()].concat();
         let outside = Outside { inputs: inputs.clone(), counted, ..start.clone() };
         let mut system = system::build_with(model, &outside)?;
         let mut forces: Vec<Box<dyn ControlForce>> = Vec::new();
         let mut rows = vec![vec![0.0; inputs.len()]; steps];
         for (k, (control, input)) in model.controls.iter().zip(&inputs).enumerate() {
-            let joint = model.joints.iter().position(|own| own.name == control.joint);
-            let found = joint.and_then(|joint| system.mechanism.coordinate(joint, control.freedom));
-            let Some(coordinate) = found else { continue }; // the checks refuse it
-            forces.push(Box::new(JointControl { effort: input.effort(), coordinate }));
+            forces.extend(control_force(model, &mut system, control, input)); // the checks refuse none
             for (step, row) in rows.iter_mut().enumerate() {
                 let own = values.get(k).map_or(&[][..], Vec::as_slice);
                 let weighed = control.shape.weights(control.hold, step);
@@ -113,6 +112,38 @@ impl Prepared {
     pub(crate) fn values_of(&mut self, costs: &[&Costs]) -> Result<Vec<f64>, GradientFailure> {
         values_along(&mut self.simulation, (&self.controls, self.steps), costs)
     }
+}
+
+/// What a control acts by.
+fn control_force(
+    model: &Model,
+    system: &mut System,
+    control: &Control,
+    input: &Input,
+) -> Option<Box<dyn ControlForce>> {
+    let value = input.effort();
+    if let Some(name) = &control.joint {
+        let joint = model.joints.iter().position(|own| own.name == *name)?;
+        let coordinate = system.mechanism.coordinate(joint, control.freedom)?;
+        return Some(Box::new(JointControl { effort: value, coordinate }));
+    }
+    if let Some(load) = unit_load(system, input) {
+        return Some(Box::new(WrenchControl { value, load }));
+    }
+    let particle = model.particles.iter().position(|own| Some(&own.name) == control.body.as_ref())?;
+    let mechanism = &system.mechanism;
+    let (offset, dimension) =
+        (mechanism.particle_offset(particle), mechanism.description().dimension);
+    let (force, history) = (control.force.into(), TimeHistory::default());
+    let force = ParticleLoad { offset, dimension, force, history };
+    Some(Box::new(ParticleControl { value, force }))
+}
+
+/// The load of the value 1 of the control that an input of a system is, where it is on a body.
+pub(crate) fn unit_load(system: &System, input: &Input) -> Option<Load> {
+    let name = input.source();
+    let load = system.dynamics.forces.loads(&name).next()?;
+    load.clone().with_history(TimeHistory::default()).ok()
 }
 
 /// The values of costs along a run of this many steps.

@@ -244,6 +244,57 @@ fn found(text: &str, check: bool) -> Result<ModelGradient, GradientFailure> {
     Ok(found)
 }
 
+/// Wrenches on what flies: fixed in space and turning with the body, at a point, in the axes of a
+/// frame that moves with a parameter, on a particle.
+const WRENCHES: &str = r#"
+[[control]]
+name = "jet"
+body = "box"
+force = [1.0, "= 0.3*force", 0.2]
+torque = [0.1, 0.0, "= 0.1*force"]
+point = [0.1, "= 0.2*place", 0.0]
+frame = "body"
+hold = 5
+[[control]]
+name = "push"
+body = "box"
+force = [0.0, 1.0, 0.3]
+torque = [0.2, 0.1, 0.0]
+relative_to = "tower"
+hold = 10
+shape = "linear"
+[[control]]
+name = "pull"
+body = "bob"
+force = [0.4, 1.0, 0.0]
+hold = 20
+"#;
+
+#[test]
+fn wrenches_agree_with_differences_of_runs() {
+    let text = FLYING.to_owned() + WRENCHES;
+    let source = ModelText::from_text(Path::new("model.toml"), &text);
+    let model = source.model(&[]).unwrap();
+    let lists = [8, 5, 2].map(|count| (0..count).map(|k| 0.5 - 0.3 * f64::from(k)).collect());
+    for values in [Vec::new(), lists.to_vec()] {
+        let wanted = Wanted { values, ..Wanted::everything() };
+        let mut found = gradient(&source, &[], &model, &wanted).unwrap();
+        found.check(&source, &[], &model, &wanted).unwrap();
+        println!("wrenches: apart by {:.1e}", found.worst());
+        assert!(found.worst() < 1e-8, "{:?}", found.checks);
+        let counts: Vec<usize> = found.controls.iter().map(|own| own.derivatives.len()).collect();
+        assert_eq!(counts, [8, 5, 2]);
+        let all = found.controls.iter().flat_map(|own| &own.derivatives);
+        assert!(all.clone().all(|x| x.abs() > 1e-6), "{:?}", found.controls);
+    }
+    let moved = text.replace("force = [0.4, 1.0, 0.0]", "force = [0.4, \"= place\", 0.0]");
+    let worked = text.clone() + "[[objective]]\nname = \"work\"\ntype = \"work\"\n";
+    for (text, wanted) in [(moved, "enters `control.pull.force"), (worked, "a wrench on a body")] {
+        let message = found(&text, false).unwrap_err().to_string();
+        assert!(message.contains(wanted), "{message}");
+    }
+}
+
 #[test]
 fn gradients_agree_with_differences_of_runs() {
     for text in [ARM, LINKAGE, FLYING] {

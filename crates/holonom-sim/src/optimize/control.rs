@@ -10,17 +10,17 @@ use super::found::{
 use super::node::{begins, node};
 use crate::design::refused;
 use crate::gradient::TermValue;
-use crate::gradient::prepared::{Begin, Prepared};
+use crate::gradient::prepared::{Begin, Prepared, unit_load};
 use crate::gradient::quantity::Measured;
 use crate::output::RunFolder;
 use crate::random::Random;
 use crate::simulation::Simulation;
-use crate::system::input::{Input, InputPlace};
+use crate::system::input::Input;
 use crate::system::outside::Outside;
 use crate::system::{self, System};
 use holonom_model::{
     Condition as Stated, ConditionKind, ConditionTime, ControlShape, CountedAt, History,
-    JointMotor, Model, ModelError, MotionPath, ObjectiveKind, Optimize,
+    Joint, JointMotor, Load, Model, ModelError, MotionPath, ObjectiveKind, Optimize,
 };
 use nalgebra::Vector3;
 use std::cell::RefCell;
@@ -33,7 +33,7 @@ use vi_control::optimum::{self, OptimizeError, Optimum, Setting, Verdict};
 use vi_control::program::{Iterate, NlpSolver, Outcome};
 use vi_control::replay::Replay;
 use vi_control::transcription::problem::{
-    Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, ProblemError, Quantity,
+    Acts, Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, ProblemError, Quantity,
     Rest, When,
 };
 use vi_control::transcription::{Guess, Motion, Path, Transcription};
@@ -72,7 +72,8 @@ impl<'a> ModelSetting<'a> {
         let begin = Begin::new(model, &mut prepared)?;
         let mut system = system::build(model)?;
         let d = system.mechanism.tree().dof();
-        let mut reader = Reader { model, system: &mut system, q: &begin.q, t: begin.t };
+        let acting = &prepared.system;
+        let mut reader = Reader { model, system: &mut system, acting, q: &begin.q, t: begin.t };
         let controls = model.controls.iter().map(|own| reader.control(own));
         let controls = controls.collect::<Result<Vec<_>, _>>()?;
         let costs = reader.costs()?;
@@ -181,10 +182,7 @@ impl<'a> ModelSetting<'a> {
         let mut model = self.model.clone();
         model.settings.step = motion.step;
         model.settings.end = motion.step * motion.controls.len() as f64;
-        let place = |own: &holonom_model::Control| {
-            Input::new(InputPlace::Joint { name: own.joint.clone(), freedom: own.freedom })
-        };
-        let inputs: Vec<Input> = model.controls.iter().map(place).collect();
+        let inputs: Vec<Input> = model.controls.iter().map(Input::of).collect();
         let efforts = inputs.iter().map(Input::effort).collect();
         let outside = Outside::of_inputs(&inputs);
         Ok((Simulation::with_outside(&model, &outside)?, efforts))
@@ -253,8 +251,10 @@ fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelError> {
             let help = "write shape = \"constant\"";
             return refuse(&format!("{key}.shape"), "an optimum of efforts linear in time", help);
         }
-        let others = model.controls.iter().take(k).any(|other| other.joint == own.joint);
-        let motor = model.joint(&own.joint).is_some_and(|joint| joint.motor.is_some());
+        let Some(joint) = &own.joint else { continue };
+        let mut others = model.controls.iter().take(k);
+        let others = others.any(|other| other.joint.as_ref() == Some(joint));
+        let motor = model.joint(joint).is_some_and(|joint| joint.motor.is_some());
         if others || motor {
             let what = "an optimum of a control beside another effort of its joint";
             let help = "the optimum is written as a motor, and a joint has one: keep one of them";
@@ -268,6 +268,8 @@ fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelError> {
 struct Reader<'a> {
     model: &'a Model,
     system: &'a mut System,
+    /// The same with the controls.
+    acting: &'a System,
     q: &'a [f64],
     t: f64,
 }
@@ -279,15 +281,29 @@ impl Reader<'_> {
     }
 
     fn control(&self, own: &holonom_model::Control) -> Result<Control, ModelError> {
-        let joint = self.model.joints.iter().position(|joint| joint.name == own.joint);
-        let along = joint.and_then(|joint| self.unknown(joint, own.freedom)).ok_or_else(|| {
-            let key = format!("control.{}.joint", own.name);
-            let what =
-                format!("an optimum of an effort along `{}`, which closes a loop", own.joint);
-            refused(&key, what, "write `cut = true` at another joint of the loop")
-        })?;
+        let refuse = |part: &str, what: String, help: &str| {
+            Err(refused(&format!("control.{}.{part}", own.name), what, help))
+        };
+        let acts = match &own.joint {
+            Some(name) => {
+                let joint = self.model.joints.iter().position(|joint| joint.name == *name);
+                let Some(along) = joint.and_then(|joint| self.unknown(joint, own.freedom)) else {
+                    let what = format!("an optimum of an effort along `{name}`, which closes a loop");
+                    let help = "write `cut = true` at another joint of the loop";
+                    return refuse("joint", what, help);
+                };
+                Acts::Along(along)
+            }
+            None => match unit_load(self.acting, &Input::of(own)) {
+                Some(load) => Acts::Wrench(load),
+                None => {
+                    let what = "an optimum of a force on a point mass".to_owned();
+                    return refuse("body", what, "let it act on a body");
+                }
+            },
+        };
         let bounds = [own.min.unwrap_or(f64::NEG_INFINITY), own.max.unwrap_or(f64::INFINITY)];
-        Ok(Control { name: own.name.clone(), along, bounds, hold: own.hold })
+        Ok(Control { name: own.name.clone(), acts, bounds, hold: own.hold })
     }
 
     /// A sensor as a quantity, and whether it is half the square of what it shows.
@@ -388,7 +404,7 @@ impl Reader<'_> {
     }
 }
 
-/// The model of a motion with its controls as motors, for an ordinary run.
+/// The model of a motion with its controls as motors and loads, for an ordinary run.
 fn moved(model: &Model, motion: &Motion) -> Model {
     let mut own = model.clone();
     own.settings.step = motion.step;
@@ -396,6 +412,10 @@ fn moved(model: &Model, motion: &Motion) -> Model {
     for (k, control) in model.controls.iter().enumerate() {
         let values = motion.controls.iter().map(|row| row[k]).collect();
         let history = History::Steps { values, step: Some(motion.step) };
+        if let Some(load) = control.load() {
+            own.loads.push(Load { history, ..load });
+            continue;
+        }
         let motor = JointMotor {
             freedom: control.freedom,
             effort: 1.0,
@@ -404,7 +424,8 @@ fn moved(model: &Model, motion: &Motion) -> Model {
             derivative: 0.0,
             path: MotionPath::default(),
         };
-        let joint = own.joints.iter_mut().find(|joint| joint.name == control.joint);
+        let is_own = |joint: &&mut Joint| Some(&joint.name) == control.joint.as_ref();
+        let joint = own.joints.iter_mut().find(is_own);
         joint.into_iter().for_each(|joint| joint.motor = Some(motor.clone()));
     }
     plain(&mut own);

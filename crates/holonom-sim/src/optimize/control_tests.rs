@@ -67,6 +67,74 @@ fn a_pendulum_swings_up_at_the_stored_cost() {
     );
 }
 
+/// The motion of the case `oc01` by a torque on the body in the place of an effort of its joint:
+/// about the axis both do the same.
+#[test]
+fn a_torque_on_a_body_swings_it_up_at_the_stored_cost() {
+    for frame in ["space", "body"] {
+        let acts = format!("body = \"rod\", torque = [0.0, 1.0, 0.0], frame = \"{frame}\"");
+        let found = found(&PENDULUM.replace("joint = \"hinge\" }]\nobj", &(acts + " }]\nobj")));
+        let found = found.unwrap();
+        let report = &found.report;
+        println!("{frame}: {} in {} iterations", report.cost, report.iterations);
+        assert_eq!(report.status, Status::Optimal, "{report:?}");
+        assert!((report.cost - 4.434825997490211).abs() < 1e-8, "{}", report.cost);
+        assert!(report.replay.as_ref().unwrap().deviation < 1e-8);
+        assert!((run(&found)[2] - 0.5).abs() < 1e-8);
+    }
+}
+
+/// Two thrusters bring a body that is free to rest elsewhere and turned, in the plane: the cost of
+/// the way is that of the discrete double integrator, `6 m² d²/(h³ N (N² − 1))`.
+#[test]
+fn thrusters_bring_a_free_body_to_rest() {
+    let text = r#"
+model = { name = "tug", gravity = [0.0, 0.0, 0.0] }
+simulation = { step = 0.1, end = 2.0 }
+body = [{ name = "tug", mass = 2.0, inertia = [0.3, 0.4, 0.5], position = [0.0, 0.0, 0.0] }]
+sensor = [{ name = "place", type = "position", of = "tug" }]
+control = [{ name = "x", body = "tug", force = [1.0, 0.0, 0.0] }, { name = "y", body = "tug", force = [0.0, 2.0, 0.0] }]
+objective = [{ name = "cheap", type = "effort" }]
+condition = [{ name = "there", sensor = "place.x", equals = 1.5 }, { name = "aside", sensor = "place.y", equals = -0.8 }, { name = "stop", type = "rest" }]
+"#;
+    let found = found(text).unwrap();
+    let (h, n) = (0.1_f64, 20.0);
+    let way = |d: f64, unit: f64| 6.0 * (2.0 * d / unit).powi(2) / (h.powi(3) * n * (n * n - 1.0));
+    let wanted = way(1.5, 1.0) + way(0.8, 2.0);
+    println!("{} for {wanted}", found.report.cost);
+    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert!((found.report.cost - wanted).abs() < 1e-9 * wanted, "{}", found.report.cost);
+    let q = run(&found);
+    assert!((q[0] - 1.5).abs() < 1e-9 && (q[1] + 0.8).abs() < 1e-9, "{q:?}");
+    assert!(found.model.loads.iter().map(|own| own.name.as_str()).eq(["x", "y"]));
+}
+
+/// Three thrusters that turn with it bring a body to another attitude, at rest: a third of a turn
+/// about no principal axis.
+#[test]
+fn thrusters_turn_a_satellite() {
+    let text = r#"
+model = { name = "satellite", gravity = [0.0, 0.0, 0.0] }
+simulation = { step = 0.075, end = 3.0 }
+body = [{ name = "hub", mass = 2.0, inertia = [0.3, 0.4, 0.5], position = [0.0, 0.0, 0.0] }]
+sensor = [{ name = "a", type = "position", of = "hub", point = [1.0, 0.0, 0.0] }, { name = "b", type = "position", of = "hub", point = [0.0, 1.0, 0.0] }]
+control = [{ name = "x", body = "hub", torque = [1.0, 0.0, 0.0], frame = "body" }, { name = "y", body = "hub", torque = [0.0, 1.0, 0.0], frame = "body" }, { name = "z", body = "hub", torque = [0.0, 0.0, 1.0], frame = "body" }]
+objective = [{ name = "cheap", type = "effort" }]
+condition = [{ name = "a2", sensor = "a.y", equals = 0.87149950180988 }, { name = "a3", sensor = "a.z", equals = -0.45849381366219244 }, { name = "b3", sensor = "b.z", equals = 0.7455040170157057 }, { name = "stop", type = "rest" }]
+optimize = { refine = 2 }
+"#;
+    let found = found(text).unwrap();
+    let (report, [order, _]) = (&found.report, found.report.convergence().unwrap());
+    println!("{} in {} iterations, order {order:.2}", report.cost, report.iterations);
+    assert_eq!((report.status, report.sufficient), (Status::Optimal, Some(true)), "{report:?}");
+    assert!((order - 2.0).abs() < 0.2, "{order}");
+    assert!(report.replay.as_ref().unwrap().deviation < 1e-8);
+    let q = run(&found);
+    for (i, wanted) in [(4, 0.87149950180988), (5, -0.45849381366219244), (8, 0.7455040170157057)] {
+        assert!((q[i] - wanted).abs() < 1e-9, "{q:?}");
+    }
+}
+
 /// Bounds, a free time, `hold`, a condition on a point, the start from another motion.
 #[test]
 fn bounds_and_a_free_time_hold() {

@@ -12,7 +12,7 @@ use super::coordinate::coordinate;
 use super::input::nothing;
 use super::names::Names;
 use super::outside::{Outside, OutsideLaw};
-use holonom_model::{Model, ModelError};
+use holonom_model::{Load, Model, ModelError};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_core::force::{Force, NoTimeSlope};
@@ -20,6 +20,7 @@ use vi_core::sparse::Entries;
 use vi_multibody::builder::{ElementForce, MechanismBuilder, NamedForce};
 use vi_multibody::mechanism::Mechanism;
 use vi_rigid::load::{Wrench, add_lever_slopes, add_wrench};
+use vi_rigid::time_history::{TimeFunction, TimeHistory};
 
 /// The key of inputs in what is said of them.
 const KEY: &str = "inputs";
@@ -41,11 +42,24 @@ pub(super) fn add_joint_input(
     Ok(())
 }
 
-/// That the efforts of controls are zero where nothing from outside sets them.
+/// The wrenches of controls, each times the value that its input holds.
+pub(super) fn control_loads<'a>(
+    model: &'a Model,
+    inputs: &'a [Input],
+) -> impl Iterator<Item = (Load, TimeHistory)> + 'a {
+    inputs.iter().filter_map(|input| {
+        let InputPlace::Control(name) = input.place() else { return None };
+        let own = model.controls.iter().find(|own| own.name == *name)?;
+        let (load, value) = (Load { name: input.source(), ..own.load()? }, input.first());
+        Some((load, TimeHistory::Function(TimeFunction::new(move |_| value.get()))))
+    })
+}
+
+/// That the values of controls are zero where nothing from outside sets them.
 pub(crate) fn idle_controls(model: &Model, outside: &Outside) -> Option<String> {
     let names: Vec<String> = model.controls.iter().map(|own| format!("`{}`", own.name)).collect();
     let idle = !names.is_empty() && outside.inputs.is_empty();
-    idle.then(|| format!("the efforts of controls are zero in a run: {}", names.join(", ")))
+    idle.then(|| format!("the values of controls are zero in a run: {}", names.join(", ")))
 }
 
 /// Adds laws along joint coordinates.
@@ -72,7 +86,7 @@ pub(super) fn wrenches(
     let mut forces = Vec::new();
     for input in inputs {
         let (name, torque) = match input.place() {
-            InputPlace::Joint { .. } | InputPlace::Setpoint(_) => continue,
+            InputPlace::Joint { .. } | InputPlace::Control(_) | InputPlace::Setpoint(_) => continue,
             InputPlace::Force(name) => (name.as_str(), false),
             InputPlace::Torque(name) => (name.as_str(), true),
         };

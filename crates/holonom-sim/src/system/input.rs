@@ -1,6 +1,6 @@
 //! Inputs: values that are held over a step.
 
-use holonom_model::{ModelError, Problem, nearest};
+use holonom_model::{Control, ModelError, Problem, nearest};
 use vi_multibody::held_effort::HeldEffort;
 
 /// Where an input acts.
@@ -17,8 +17,21 @@ pub enum InputPlace {
     Force(String),
     /// On a body or a node of a beam, N·m, in space.
     Torque(String),
+    /// The value of a `[[control]]` on a body, a factor of its wrench.
+    Control(String),
     /// What the motor of a joint follows in the place of its path, m or rad.
     Setpoint(String),
+}
+
+impl InputPlace {
+    /// Where a control of a model acts.
+    #[must_use]
+    pub fn of(control: &Control) -> Self {
+        match &control.joint {
+            Some(joint) => Self::Joint { name: joint.clone(), freedom: control.freedom },
+            None => Self::Control(control.name.clone()),
+        }
+    }
 }
 
 /// An input: what it holds acts on all steps until it is set again. Clones are the same input.
@@ -35,17 +48,22 @@ impl Input {
         Self { place, values: Default::default() }
     }
 
+    /// The input that a control of a model is.
+    pub(crate) fn of(control: &Control) -> Self {
+        Self::new(InputPlace::of(control))
+    }
+
     /// Where it acts.
     #[must_use]
     pub fn place(&self) -> &InputPlace {
         &self.place
     }
 
-    /// How many values it has: 1 of a joint, 3 of a force or a torque.
+    /// How many values it has: 1 of a joint or a control, 3 of a force or a torque.
     #[must_use]
     pub fn len(&self) -> usize {
         match self.place {
-            InputPlace::Joint { .. } | InputPlace::Setpoint(_) => 1,
+            InputPlace::Joint { .. } | InputPlace::Control(_) | InputPlace::Setpoint(_) => 1,
             InputPlace::Force(_) | InputPlace::Torque(_) => 3,
         }
     }
@@ -74,7 +92,7 @@ impl Input {
         self.values.iter().take(self.len()).map(HeldEffort::get)
     }
 
-    /// What acts on its joint.
+    /// What acts on its joint, or the factor of its wrench.
     pub(crate) fn effort(&self) -> HeldEffort {
         self.first()
     }
@@ -84,12 +102,13 @@ impl Input {
         self.values[0].clone()
     }
 
-    pub(super) fn source(&self) -> String {
+    pub(crate) fn source(&self) -> String {
         match &self.place {
             InputPlace::Joint { name, freedom: 0 } => format!("{name}.input"),
             InputPlace::Joint { name, freedom } => format!("{name}.{freedom}.input"),
             InputPlace::Force(name) => format!("{name}.force"),
             InputPlace::Torque(name) => format!("{name}.torque"),
+            InputPlace::Control(name) => format!("{name}.control"),
             InputPlace::Setpoint(name) => format!("{name}.motor"),
         }
     }

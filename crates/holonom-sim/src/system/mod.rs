@@ -151,18 +151,12 @@ pub(crate) fn build_sensing(
     for input in &outside.inputs {
         held::add_joint_input(&mut builder, input, &names)?;
     }
-    let on_particle = |load: &&holonom_model::Load| {
-        load.body.as_deref().is_some_and(|name| names.particles.contains_key(name))
-    };
-    for load in model.loads.iter().filter(|load| !on_particle(load)) {
+    for load in &model.loads {
         let history = times.history(&history_of(load), &load.history);
         add_load(&mut builder, (load, history), &names, &elements, &list)?;
     }
-    for load in model.loads.iter().filter(on_particle) {
-        let particle = names.particles[load.body.as_deref().unwrap_or_default()];
-        let history = times.history(&history_of(load), &load.history);
-        let entry = builder.particle_load(particle, load.force, history);
-        entry.named(&load.name);
+    for (load, value) in held::control_loads(model, &outside.inputs) {
+        add_load(&mut builder, (&load, value), &names, &elements, &list)?;
     }
     laws.extend(times.expressions.into_iter().map(law::OwnLaw::Time));
     laws.extend(times.springs.into_iter().map(law::OwnLaw::Along));
@@ -318,6 +312,10 @@ fn add_load(
         if kind == LoadKind::Follower {
             entry.follower();
         }
+        return Ok(());
+    }
+    if let Some(particle) = load.body.as_deref().and_then(|name| names.particles.get(name)) {
+        builder.particle_load(*particle, load.force, history).named(&load.name);
         return Ok(());
     }
     let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());

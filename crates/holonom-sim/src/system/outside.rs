@@ -114,7 +114,7 @@ impl Outside {
         let mut left = self.clone();
         left.inputs.retain(|input| match input.place() {
             InputPlace::Joint { name, .. } | InputPlace::Setpoint(name) => !is_released(name),
-            InputPlace::Force(_) | InputPlace::Torque(_) => true,
+            InputPlace::Force(_) | InputPlace::Torque(_) | InputPlace::Control(_) => true,
         });
         left.laws.retain(|law| !is_released(&law.joint));
         left

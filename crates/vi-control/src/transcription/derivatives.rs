@@ -21,9 +21,12 @@ use super::point::{Along, Point};
 use super::problem::{CostKind, Quantity};
 use nalgebra::DMatrix;
 use vi_core::Slot;
+use vi_core::force::DiscreteForce as _;
 use vi_core::interval::Interval;
-use vi_core::sparse::SparseMatrix;
+use vi_core::linear::dot;
+use vi_core::sparse::{Block, Product, SparseMatrix};
 use vi_multibody::form::Row;
+use vi_rigid::load::Load;
 
 /// Takes entries `(row, column, value)`, always in the same order.
 pub(super) type Sink<'a> = dyn FnMut(usize, usize, f64) + 'a;
@@ -33,6 +36,7 @@ pub(super) type Sink<'a> = dyn FnMut(usize, usize, f64) + 'a;
 struct Slopes<'a> {
     of: &'a Transcription,
     s: &'a Interval,
+    wrenches: Vec<Load>, // of the controls, with the values of the step
 }
 
 /// `X ↦ (inertial part, other part)`.
@@ -65,9 +69,12 @@ impl Slopes<'_> {
         let (n, h) = (self.of.n, self.s.h);
         let mut inertial = DMatrix::zeros(n, X.ncols());
         self.of.mass.mul_dense_add(of.sign() * by.sign() / h, X, &mut inertial);
-        let other = self.of.has_other.then(|| {
+        let other = (self.of.has_other || !self.wrenches.is_empty()).then(|| {
             let matrix = SparseMatrix::assemble(n, n, |out| {
-                self.of.system.beside_unknowns_slope(self.s, of, by, out);
+                if self.of.has_other {
+                    self.of.system.beside_unknowns_slope(self.s, of, by, out);
+                }
+                self.wrenches.iter().for_each(|load| load.add_slope(self.s, of, by, out));
             });
             let mut out = DMatrix::zeros(n, X.ncols());
             for (x, o) in X.column_iter().zip(out.as_mut_slice().chunks_exact_mut(n)) {
@@ -98,7 +105,9 @@ fn add_products(rows: &[(&Row, f64)], n: usize, X: &DMatrix<f64>) -> Option<DMat
 
 impl Transcription {
     fn slopes<'a>(&'a self, point: &'a Point, step: usize) -> Slopes<'a> {
-        Slopes { of: self, s: &point.intervals[step] }
+        let value = |k: usize| point.x[self.layout.control(k, step)];
+        let wrenches = self.wrenches().map(|(k, load)| load.scaled(value(k))).collect();
+        Slopes { of: self, s: &point.intervals[step], wrenches }
     }
 
     /// The impulses of closures at a node with their negative sizes: what they add to `W`.
@@ -217,9 +226,16 @@ impl Transcription {
         }
         let row_of = |j: usize| rows.iter().find(|(_, own)| *own == j).map(|(row, _)| *row);
         for step in self.steps_at(n) {
-            for (k, control) in self.problem.controls.iter().enumerate() {
-                if let Some(row) = row_of(control.along.index) {
-                    out(row, self.layout.control(k, step), 0.5 * h * control.along.sign);
+            for (k, along) in self.efforts() {
+                if let Some(row) = row_of(along.index) {
+                    out(row, self.layout.control(k, step), 0.5 * h * along.sign);
+                }
+            }
+            for (k, load) in self.wrenches() {
+                let impulse = load.half_impulse(&point.intervals[step], &node.placed.q);
+                for &(row, j) in rows {
+                    let value = dot(&impulse, load.of_frame(K.column(j).as_slice()));
+                    out(row, self.layout.control(k, step), value);
                 }
             }
             for own in &point.along[step] {
@@ -250,9 +266,9 @@ impl Transcription {
         let mut slope: Vec<f64> =
             K.column_iter().map(|k| k.iter().zip(&w_h).map(|(k, w)| k * w).sum()).collect();
         for step in self.steps_at(n) {
-            for (k, control) in self.problem.controls.iter().enumerate() {
+            for (k, along) in self.efforts() {
                 let value = point.x[self.layout.control(k, step)];
-                slope[control.along.index] += 0.5 * control.along.sign * value;
+                slope[along.index] += 0.5 * along.sign * value;
             }
             for own in &point.along[step] {
                 slope[own.index] += own.sign * own.by_step(point.h);
@@ -278,7 +294,7 @@ impl Transcription {
                 }
                 CostKind::Work(of) => {
                     for (n, &k) in (0..steps).flat_map(|n| of.iter().map(move |k| (n, k))) {
-                        let along = self.problem.controls[k].along;
+                        let along = self.unknown(k);
                         let at = |n: usize| self.traveled(&point.x, n, along.index);
                         out[self.layout.control(k, n)] += weight * along.sign * (at(n + 1) - at(n));
                         for (node, sign) in [(n, -1.0), (n + 1, 1.0)] {
@@ -482,6 +498,9 @@ impl Transcription {
                 (0..d).for_each(|l| out(next + l, at + k, mixed[(k, l)]));
             }
         }
+        for (k, load) in self.wrenches() {
+            self.emit_wrench_hessian(point, n, (k, load), bent, out);
+        }
         let Some(time) = self.layout.time else { return };
         let y_sum = |j: usize| multipliers[n][j] + multipliers[n + 1][j];
         // of inertia: w_hh = ±2 M Δq/h³
@@ -489,8 +508,8 @@ impl Transcription {
         self.system.inertia().mul_add(2.0 / (h * h * h), &point.intervals[n].dq, &mut change);
         let along = |Y: &DMatrix<f64>| -> f64 { Y.iter().zip(&change).map(|(y, c)| y * c).sum() };
         out(time, time, (along(&bent[n + 1][0]) - along(&bent[n][0])) / (steps * steps));
-        for (k, control) in self.problem.controls.iter().enumerate() {
-            let value = 0.5 * control.along.sign * y_sum(control.along.index);
+        for (k, along) in self.efforts() {
+            let value = 0.5 * along.sign * y_sum(along.index);
             out(time, self.layout.control(k, n), value / steps);
         }
         for own in &point.along[n] {
@@ -500,6 +519,43 @@ impl Transcription {
                     out(time, at + own.index, value / steps);
                 }
             }
+        }
+    }
+
+    /// What couples the value of a wrench in a step with both nodes and with the time:
+    /// `∂_ξ Σ Y·f^±` and `∂_h` of it.
+    fn emit_wrench_hessian(
+        &self,
+        point: &Point,
+        n: usize,
+        (k, load): (usize, &Load),
+        bent: &[[DMatrix<f64>; 2]],
+        out: &mut Sink<'_>,
+    ) {
+        let (s, control) = (&point.intervals[n], self.layout.control(k, n));
+        let impulses = Slot::BOTH.map(|of| load.half_impulse(s, s.node(of)));
+        for (by, node) in Slot::BOTH.into_iter().zip([n, n + 1]) {
+            let Some(at) = self.layout.coordinate(node) else { continue };
+            let mut slope = vec![0.0; self.n]; // Σ (D_by f^of)ᵀ Y_of
+            for (of, from) in Slot::BOTH.into_iter().zip([n, n + 1]) {
+                let (row, column, scale, transposed) = (0, 0, 1.0, true);
+                let mut product = Product { v: bent[from][0].as_slice(), out: &mut slope };
+                let into = &mut product;
+                load.add_slope(s, of, by, &mut Block { into, row, column, scale, transposed });
+            }
+            let (own, impulse) = (&point.nodes[node], &impulses[node - n]);
+            for j in 0..self.chart.dof() {
+                let turned = dot(impulse, load.of_frame(bent[node][1].column(j).as_slice()));
+                let value = turned + dot(&slope, own.columns.column(j).as_slice());
+                out(control, at + j, value);
+            }
+        }
+        if let Some(time) = self.layout.time {
+            let along = |(node, impulse): (usize, _)| -> f64 {
+                dot(impulse, load.of_frame(bent[node][0].as_slice()))
+            };
+            let sum: f64 = [n, n + 1].into_iter().zip(&impulses).map(|(k, f)| along((k, f))).sum();
+            out(time, control, sum / (point.h * self.problem.steps as f64));
         }
     }
 
@@ -521,7 +577,7 @@ impl Transcription {
                 }
                 CostKind::Work(of) => {
                     for (n, &k) in (0..steps).flat_map(|n| of.iter().map(move |k| (n, k))) {
-                        let along = self.problem.controls[k].along;
+                        let along = self.unknown(k);
                         for (node, sign) in [(n, -1.0), (n + 1, 1.0)] {
                             if let Some(at) = self.layout.coordinate(node) {
                                 let value = weight * sign * along.sign;

@@ -3,16 +3,19 @@
 //! ```text
 //! w_n = D_2L_d(q_{n−1}, q_n) + f_{n−1}^+ + D_1L_d(q_n, q_{n+1}) + f_n^- − G_c(q_n)ᵀ (hλ_n)
 //! r_n = Kᵀ w_n + σ (h/2)(τ_{n−1} + τ_n) e_j      τ: controls, and efforts of the model along unknowns
+//! wrenches of controls are part of f^± [4.6]
 //! ```
 
 use super::Transcription;
 use super::chart::Placed;
-use super::problem::{CostKind, Quantity, When};
+use super::problem::{Acts, CostKind, Quantity, When};
 use crate::program::Undefined;
 use nalgebra::DMatrix;
-use vi_core::coordinate_force::EffortSlopes;
+use vi_core::coordinate_force::{EffortSlopes, SignedUnknown};
+use vi_core::force::DiscreteForce as _;
 use vi_core::interval::Interval;
 use vi_multibody::form::Row;
+use vi_rigid::load::Load;
 
 /// A node.
 #[derive(Debug)]
@@ -91,6 +94,11 @@ impl Transcription {
             let t = self.start_time + n as f64 * h;
             let s = Interval::between(t, h, &nodes[n].placed.q, &nodes[n + 1].placed.q);
             self.add_step(&s, [0, 1].map(|k| n + k), &mut nodes, &mut scratch);
+            for (k, load) in self.wrenches() {
+                let load = load.scaled(x[self.layout.control(k, n)]);
+                load.add_minus(&s, &mut nodes[n].other);
+                load.add_plus(&s, &mut nodes[n + 1].other);
+            }
             along.push(self.along_at(x, n, &s));
             intervals.push(s);
         }
@@ -136,6 +144,30 @@ impl Transcription {
                 self.system.beside_unknowns(s, slot, scratch);
                 nodes[node].other.iter_mut().zip(&*scratch).for_each(|(o, f)| *o += f);
             }
+        }
+    }
+
+    /// The controls that are wrenches, each with its load of the value 1.
+    pub(super) fn wrenches(&self) -> impl Iterator<Item = (usize, &Load)> {
+        self.problem.controls.iter().enumerate().filter_map(|(k, own)| match &own.acts {
+            Acts::Wrench(load) => Some((k, load)),
+            Acts::Along(_) => None,
+        })
+    }
+
+    /// The controls along unknowns.
+    pub(super) fn efforts(&self) -> impl Iterator<Item = (usize, SignedUnknown)> {
+        self.problem.controls.iter().enumerate().filter_map(|(k, own)| match own.acts {
+            Acts::Along(unknown) => Some((k, unknown)),
+            Acts::Wrench(_) => None,
+        })
+    }
+
+    /// The unknown along which a control acts whose work counts.
+    pub(super) fn unknown(&self, control: usize) -> SignedUnknown {
+        match self.problem.controls[control].acts {
+            Acts::Along(unknown) => unknown,
+            Acts::Wrench(_) => unreachable!("the problem was checked"),
         }
     }
 
@@ -190,9 +222,9 @@ impl Transcription {
             for own in &point.along[step] {
                 out[own.index] += 0.5 * point.h * own.sign * own.effort;
             }
-            for (k, control) in self.problem.controls.iter().enumerate() {
+            for (k, along) in self.efforts() {
                 let value = point.x[self.layout.control(k, step)];
-                out[control.along.index] += 0.5 * point.h * control.along.sign * value;
+                out[along.index] += 0.5 * point.h * along.sign * value;
             }
         }
     }
@@ -213,7 +245,7 @@ impl Transcription {
         let term = |kind: &CostKind| match kind {
             CostKind::Effort(of) => 0.5 * h * of_steps(of, &|k, n| value(k, n) * value(k, n)),
             CostKind::Work(of) => of_steps(of, &|k, n| {
-                let along = self.problem.controls[k].along;
+                let along = self.unknown(k);
                 let [from, to] = [n, n + 1].map(|n| self.traveled(x, n, along.index));
                 value(k, n) * along.sign * (to - from)
             }),

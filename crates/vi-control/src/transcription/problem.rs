@@ -3,14 +3,24 @@
 use vi_core::coordinate_force::SignedUnknown;
 use vi_multibody::Mechanism;
 use vi_multibody::form::Row;
+use vi_rigid::load::Load;
 
-/// An effort along a joint coordinate of the spanning tree, N or N·m, constant over steps.
+/// What the values of a control act by.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Acts {
+    /// Efforts along a joint coordinate of the spanning tree, N or N·m.
+    Along(SignedUnknown),
+    /// Factors of a wrench on a body: the load of the value 1, constant in time.
+    Wrench(Load),
+}
+
+/// An effort or a wrench, constant over steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
     /// Its name.
     pub name: String,
-    /// The unknown along which it acts.
-    pub along: SignedUnknown,
+    /// What it acts by.
+    pub acts: Acts,
     /// Its bounds; infinite where there are none.
     pub bounds: [f64; 2],
     /// Steps for which one value lasts, 1 at least.
@@ -103,7 +113,7 @@ pub struct Cost {
 pub enum CostKind {
     /// `½ Σ_n h Σ w²` of these controls.
     Effort(Vec<usize>),
-    /// `Σ_n τ_n Δθ_n` of these controls.
+    /// `Σ_n τ_n Δθ_n` of these controls, all along joint coordinates.
     Work(Vec<usize>),
     /// `½ Σ_n Σ (w_n − w_{n−1})²/h` of these controls, over all pairs of steps.
     Rate(Vec<usize>),
@@ -194,6 +204,9 @@ pub enum ProblemError {
         /// `max`.
         max: f64,
     },
+    /// The work of a wrench, which has no coordinate of its own.
+    #[error("the work of `{0}`, a wrench on a body, cannot be a cost")]
+    Work(String),
     /// Not finite.
     #[error("`{0}` holds a number that is not one")]
     NotANumber(String),
@@ -301,8 +314,13 @@ impl Problem {
         }
         match &cost.kind {
             CostKind::Effort(of) | CostKind::Work(of) | CostKind::Rate(of) => {
-                match of.iter().find(|&&k| k >= count) {
-                    Some(&control) => Err(ProblemError::Control { control, count }),
+                if let Some(&control) = of.iter().find(|&&k| k >= count) {
+                    return Err(ProblemError::Control { control, count });
+                }
+                let is_wrench = |k: &&usize| matches!(self.controls[**k].acts, Acts::Wrench(_));
+                let of_work = matches!(cost.kind, CostKind::Work(_));
+                match of.iter().find(is_wrench).filter(|_| of_work) {
+                    Some(&k) => Err(ProblemError::Work(self.controls[k].name.clone())),
                     None => Ok(()),
                 }
             }

@@ -96,6 +96,11 @@ fn entry<'a, 'i>(
     entries.get(branch.entry)?.get_ref().as_table()
 }
 
+/// Whether the directions of a wrench turn with its body.
+fn turns_with_body(table: &DeTable<'_>) -> bool {
+    table.get("frame").is_some_and(|frame| frame.get_ref().as_str() == Some("body"))
+}
+
 /// Whether a contact is with a plane of the ground.
 fn is_in_ground(contact: &DeTable<'_>) -> bool {
     let plane = contact.get("a").and_then(|a| a.get_ref().get("plane"));
@@ -335,10 +340,11 @@ impl<'a, 'i> Merge<'a, 'i> {
         self.lines(&mut out, index, section, table);
         let kind = table.get("type").and_then(|kind| kind.get_ref().as_str());
         let posed = match section {
-            "sensor" | "table" | "signal" | "event" | "control" | "objective" | "condition"
+            "sensor" | "table" | "signal" | "event" | "objective" | "condition"
             | "measurement" => false,
             "law" => table.contains_key("from"),
-            "load" => table.get("frame").is_none_or(|f| f.get_ref().as_str() != Some("body")),
+            "load" => !turns_with_body(table),
+            "control" => table.contains_key("body") && !turns_with_body(table),
             "constraint" => kind.is_some_and(|kind| {
                 ["distance", "point_on_line", "point_on_plane", "rolling", "blade"].contains(&kind)
             }),
