@@ -5,8 +5,9 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde_json::Value;
 use std::sync::Arc;
 use vi_constraints::{InitialValues, Options, Reparametrization, SchemeKind};
-use vi_control::transcription::problem::{Acts, 
-    Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, Quantity, Rest, When,
+use vi_control::transcription::problem::{
+    Acts, Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, Quantity, Rest,
+    When,
 };
 use vi_control::transcription::{Guess, Path, Transcription};
 use vi_core::interval::Interval;
@@ -302,7 +303,12 @@ impl Case {
         let control = |(k, effort): (usize, &Value)| {
             let (index, sign) = self.unknown(index(&effort["joint"]), freedom(effort));
             let along = vi_core::coordinate_force::SignedUnknown { index, sign };
-            Control { name: format!("control {k}"), acts: Acts::Along(along), bounds: bound(k), hold: 1 }
+            Control {
+                name: format!("control {k}"),
+                acts: Acts::Along(along),
+                bounds: bound(k),
+                hold: 1,
+            }
         };
         efforts.map(control).collect()
     }

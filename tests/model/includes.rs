@@ -60,6 +60,30 @@ fn a_file_placed_four_times_is_the_model_written_by_hand() {
     }
 }
 
+/// Directions of a wrench that are fixed in space turn with the frame of the file; those of the body
+/// do not.
+#[test]
+fn controls_of_an_included_file_have_its_frame() {
+    let folder = folder("controls");
+    let controls = "\n[[control]]\nname = \"jet\"\nbody = \"shank\"\nforce = [1.0, 2.0, 3.0]\n\
+                    torque = [0.5, 0.0, 0.1]\n\
+                    \n[[control]]\nname = \"thrust\"\nbody = \"shank\"\nforce = [1.0, 2.0, 3.0]\nframe = \"body\"\n\
+                    \n[[control]]\nname = \"servo\"\njoint = \"knee\"\n";
+    fs::write(folder.join("parts/leg.toml"), format!("{LEG}{controls}")).unwrap();
+    let level = WALKER.replace("[0.0, 10.0, 90.0]", "[0.0, 0.0, 0.0]");
+    fs::write(folder.join("model.toml"), level).unwrap();
+    let found = ModelText::read(&folder.join("model.toml")).model(&[]).unwrap();
+    let own = |name: &str| found.controls.iter().find(|own| own.name == name).unwrap();
+    let off = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
+    let (still, turned) = (own("fl_jet"), own("bl_jet")); // the second by half a turn about z
+    assert!(off(still.force, [1.0, 2.0, 3.0]) < 1e-15, "{still:?}");
+    assert!(off(turned.force, [-1.0, -2.0, 3.0]) < 1e-15, "{turned:?}");
+    assert!(off(turned.torque, [-0.5, 0.0, 0.1]) < 1e-15, "{turned:?}");
+    assert_eq!((turned.body.as_deref(), &turned.relative_to), (Some("bl_shank"), &None));
+    assert_eq!(own("bl_thrust").force, [1.0, 2.0, 3.0]);
+    assert_eq!(own("bl_servo").joint.as_deref(), Some("bl_knee"));
+}
+
 #[test]
 fn prefixes_add_up_and_values_of_the_including_file_count() {
     let folder = folder("nested");

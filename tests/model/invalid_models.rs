@@ -216,6 +216,17 @@ tables! {
         linear_history_backwards: TOP,
             "[simulation]" => "[[load]]\nname = \"l\"\nbody = \"top\"\nforce = [1, 0, 0]\nhistory = { type = \"linear\", end = 0.0 }\n[simulation]";
     }
+    controls {
+        control_of_nothing: TOP, "[simulation]" => "[[control]]\nname = \"c\"\nhold = 2\n[simulation]";
+        control_of_two_things: TOP, "[simulation]" => "[[control]]\nname = \"c\"\njoint = \"tip\"\nbody = \"top\"\nforce = [1, 0, 0]\n[simulation]";
+        control_of_an_unknown_body: TOP, "[simulation]" => "[[control]]\nname = \"c\"\nbody = \"topp\"\nforce = [1, 0, 0]\n[simulation]";
+        control_without_a_direction: TOP, "[simulation]" => "[[control]]\nname = \"c\"\nbody = \"top\"\n[simulation]";
+        control_of_a_body_by_freedom: TOP, "[simulation]" => "[[control]]\nname = \"c\"\nbody = \"top\"\nfreedom = 1\nforce = [1, 0, 0]\n[simulation]";
+        torque_at_a_point: TOP, "[simulation]" => "[[control]]\nname = \"c\"\nbody = \"top\"\ntorque = [1, 0, 0]\npoint = [0, 0, 1]\n[simulation]";
+        effort_with_keys_of_a_wrench: TOP, "[simulation]" => "[[control]]\nname = \"c\"\njoint = \"tip\"\ntorque = [1, 0, 0]\nframe = \"body\"\n[simulation]";
+        wrench_with_the_axes_of_a_frame: TOP, "[simulation]" => "[[control]]\nname = \"c\"\nbody = \"top\"\nforce = [1, 0, 0]\nframe = \"body\"\nrelative_to = \"ground\"\n[simulation]";
+        wrench_bounds_in_the_wrong_order: TOP, "[simulation]" => "[[control]]\nname = \"c\"\nbody = \"top\"\nforce = [1, 0, 0]\nmin = 2.0\nmax = 1.0\n[simulation]";
+    }
 }
 #[test]
 fn files_and_options() {

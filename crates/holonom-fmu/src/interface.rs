@@ -8,6 +8,7 @@
 //! | input | `JOINT.setpoint` | m or rad, in the place of the path that its motor follows: where that is constant or this is asked for |
 //! | input | `SIGNAL` | a signal that is a number and that no event sets: set points |
 //! | input | `BODY.force.x` …, `BODY.torque.x` … | N and N·m, in space, at the centre of mass; where asked for |
+//! | input | `CONTROL.value` | a factor of the wrench of a `[[control]]` on a body; where asked for |
 //! | output | `SENSOR`, `SENSOR.part` | the columns of `sensors.csv` |
 //! | output | `energy.H`, `residual.position` | J, with contacts before the impulses of the node; the largest residual of the constraints |
 //!

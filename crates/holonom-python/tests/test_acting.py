@@ -343,6 +343,21 @@ def test_inputs_of_a_run_are_rows(double: str) -> None:
         hn.simulate(model, inputs=["elbow"])
 
 
+def test_controls_are_inputs(double: str) -> None:
+    """A control of the model file is an input by its name: along a joint, or a load times the value."""
+    wrench = 'force = [0.0, 0.2, 1.5]\ntorque = [0.1, 0.0, 0.3]\npoint = [0.1, 0.0, 0.0]\nframe = "body"\n'
+    joint = '[[control]]\nname = "servo"\njoint = "elbow"\n'
+    jet = '[[control]]\nname = "jet"\nbody = "lower"\n' + wrench
+    controlled = hn.Model.from_toml(double + joint + jet)
+    rows = np.cos(np.arange(200) / 11.0)
+    result = hn.simulate(controlled, inputs={"servo": rows, "jet": rows})
+    history = f'history = {{ type = "steps", values = {rows.tolist()} }}\n'
+    load = hn.Model.from_toml(double + '[[load]]\nname = "jet"\nbody = "lower"\n' + wrench + history)
+    same = hn.simulate(load, inputs={"elbow": rows})
+    assert np.abs(result.q - same.q).max() < 1e-12
+    assert np.abs(result.energy["work.jet.control"] - same.energy["work.jet"]).max() < 1e-12
+
+
 def test_set_points_are_the_path_of_a_motor(double: str) -> None:
     at = double.index("[[sensor]]")
 

@@ -7,8 +7,8 @@
 //! ```
 //! A value acts over `hold` macro steps; in compositions over all their sub-steps.
 
-use vi_core::interval::{Interval, Slot};
 use vi_core::force::Force as _;
+use vi_core::interval::{Interval, Slot};
 use vi_core::linear::dot;
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_coordinate::JointCoordinate;

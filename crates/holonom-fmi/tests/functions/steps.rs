@@ -87,6 +87,26 @@ fn forces_on_bodies_and_signals_act() {
     assert!((follow - 100.0).abs() < 1e-9, "{follow}"); // d starts at e: no derivative part
 }
 
+/// A control on a body is an input, one along a joint an effort of it.
+#[test]
+fn controls_act_as_loads_and_efforts() {
+    let controls = "\n[[control]]\nname = \"jet\"\nbody = \"arm\"\nforce = [0.0, 0.0, 2.0]\n\n\
+                    [[control]]\nname = \"servo\"\njoint = \"shoulder\"\n";
+    let unit = Unit::new(&format!("{ARM}{controls}"), &[], &["jet", "servo", "arm.force"], &[]);
+    let reach = |set: &[(&str, f64)]| {
+        let own = unit.begun(Version::Fmi3);
+        for (name, value) in set {
+            assert_eq!(own.set(unit.reference(name), *value), OK, "{}", own.said());
+        }
+        (0..500).for_each(|n| assert_eq!(own.step(f64::from(n) * 1e-3, 1e-3).0, OK));
+        own.get(&[unit.reference("angle")])[0]
+    };
+    let [still, jet, force] = [&[][..], &[("jet.value", 1.5)], &[("arm.force.z", 3.0)]].map(reach);
+    println!("{still} rad, {jet} rad by the control, {force} rad by the force");
+    assert!((jet - still).abs() > 1e-3 && (jet - force).abs() < 1e-13);
+    assert!((reach(&[("shoulder.effort", 1.5)]) - still).abs() > 1e-3);
+}
+
 #[test]
 fn what_feeds_nothing_through_does_not_depend_on_inputs() {
     let unit = Unit::new(ARM, &[], &["arm.force"], &[]);

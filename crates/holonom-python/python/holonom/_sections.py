@@ -1552,34 +1552,56 @@ class Builder(Sections):
     def control(
         self,
         name: str,
-        joint: Name,
         *,
+        body: Name | None = None,
+        force: Vector | None = None,
+        frame: Literal["space", "body"] | None = None,
         freedom: Integer | None = None,
         hold: Integer | None = None,
+        joint: Name | None = None,
         max: Number | None = None,
         min: Number | None = None,
+        point: Vector | None = None,
+        relative_to: Name | None = None,
         shape: Literal["constant", "linear"] | None = None,
+        torque: Vector | None = None,
     ) -> Part:
-        """``[[control]]``: an effort along a joint coordinate that is free: derivatives and optima
-        are by it. A run takes it as zero.
+        """``[[control]]``: an effort along a joint coordinate, or a wrench on a body, that is free:
+        derivatives and optima are by its values. A run takes them as zero.
 
         Parameters
         ----------
         name : str
             Its name, unique in the model.
-        joint : str
-            The joint on which it acts.
+        body : str, optional
+            The body, the node of a beam or the particle on which it acts, in the place of
+            ``joint``: its values are factors of ``force`` and ``torque``.
+        force : array (3,), optional
+            The force of the value 1, N, at ``point``; with a unit vector the values are in N.
+        frame : str, optional
+            The frame of the components of ``force`` and ``torque``: with ``"body"`` they turn with
+            it.
+            One of ``"space"``, ``"body"``.
         freedom : int, optional
             Which degree of freedom of the joint, counted from 0: displacements first, then angles.
         hold : int, optional
             Steps for each value.
+        joint : str, optional
+            The joint on which it acts: its values are efforts, N or N·m.
         max : float, optional
-            The largest effort, N or N·m; none by default.
+            The largest value, of a joint N or N·m; none by default.
         min : float, optional
-            The least effort, N or N·m; none by default.
+            The least value, of a joint N or N·m; none by default.
+        point : array (3,), optional
+            Where the force acts: body components from the centre of mass, m; the centre by default.
+        relative_to : str, optional
+            The frame in whose initial axes ``force`` and ``torque`` are stated, in the place of the
+            inertial ones; only with ``frame = "space"``.
         shape : str, optional
             How it goes from value to value.
             One of ``"constant"``, ``"linear"``.
+        torque : array (3,), optional
+            The torque of the value 1, N·m; with a unit vector the values are in N·m.
 
         Returns
         -------
@@ -1588,12 +1610,18 @@ class Builder(Sections):
         """
         given: dict[str, Any] = {
             "name": name,
-            "joint": joint,
+            "body": body,
+            "force": force,
+            "frame": frame,
             "freedom": freedom,
             "hold": hold,
+            "joint": joint,
             "max": max,
             "min": min,
+            "point": point,
+            "relative_to": relative_to,
             "shape": shape,
+            "torque": torque,
         }
         return self._add("control", given)
 

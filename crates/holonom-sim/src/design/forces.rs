@@ -1,7 +1,9 @@
 //! Springs, dampers, motors and loads by a parameter.
 
 use super::{Chain, eps, refused};
-use holonom_model::{Control, Frame, History, JointMotor, Load, ModelError, MotionPath, Move, Spring};
+use holonom_model::{
+    Control, Frame, History, JointMotor, Load, ModelError, MotionPath, Move, Spring,
+};
 use std::sync::Arc;
 use vi_core::Number;
 use vi_core::force::MidpointForce;

@@ -282,8 +282,8 @@ impl Chain<'_> {
             .iter()
             .map(|own| (format!("beam.{}", own.name), Vec::new(), &own.relative_to));
         let on_particles = stated.controls.iter().filter(|own| self.is_on_particle(own));
-        let controls = on_particles
-            .map(|own| (format!("control.{}", own.name), Vec::new(), &own.relative_to));
+        let controls =
+            on_particles.map(|own| (format!("control.{}", own.name), Vec::new(), &own.relative_to));
         let parts = bushings.chain(carried).chain(laws).chain(beams).chain(controls);
         for (key, bodies, relative_to) in parts {
             let held = bodies.into_iter().filter(|name| stated.body(name).is_some());

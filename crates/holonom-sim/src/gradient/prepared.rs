@@ -12,9 +12,7 @@ use holonom_model::{Control, Model, ModelError, SensorKind};
 use vi_constraints::linearization::Tangent;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
-use vi_control::controls::{
-    ControlForce, Controls, JointControl, ParticleControl, WrenchControl,
-};
+use vi_control::controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 use vi_control::gradient::GradientError;
 use vi_core::interval::Interval;
 use vi_core::{Configuration, SparseMatrix, State};
@@ -130,7 +128,8 @@ fn control_force(
     if let Some(load) = unit_load(system, input) {
         return Some(Box::new(WrenchControl { value, load }));
     }
-    let particle = model.particles.iter().position(|own| Some(&own.name) == control.body.as_ref())?;
+    let particle =
+        model.particles.iter().position(|own| Some(&own.name) == control.body.as_ref())?;
     let mechanism = &system.mechanism;
     let (offset, dimension) =
         (mechanism.particle_offset(particle), mechanism.description().dimension);

@@ -19,8 +19,8 @@ use crate::system::input::Input;
 use crate::system::outside::Outside;
 use crate::system::{self, System};
 use holonom_model::{
-    Condition as Stated, ConditionKind, ConditionTime, ControlShape, CountedAt, History,
-    Joint, JointMotor, Load, Model, ModelError, MotionPath, ObjectiveKind, Optimize,
+    Condition as Stated, ConditionKind, ConditionTime, ControlShape, CountedAt, History, Joint,
+    JointMotor, Load, Model, ModelError, MotionPath, ObjectiveKind, Optimize,
 };
 use nalgebra::Vector3;
 use std::cell::RefCell;
@@ -33,8 +33,8 @@ use vi_control::optimum::{self, OptimizeError, Optimum, Setting, Verdict};
 use vi_control::program::{Iterate, NlpSolver, Outcome};
 use vi_control::replay::Replay;
 use vi_control::transcription::problem::{
-    Acts, Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, ProblemError, Quantity,
-    Rest, When,
+    Acts, Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, ProblemError,
+    Quantity, Rest, When,
 };
 use vi_control::transcription::{Guess, Motion, Path, Transcription};
 use vi_core::Configuration;
@@ -288,7 +288,8 @@ impl Reader<'_> {
             Some(name) => {
                 let joint = self.model.joints.iter().position(|joint| joint.name == *name);
                 let Some(along) = joint.and_then(|joint| self.unknown(joint, own.freedom)) else {
-                    let what = format!("an optimum of an effort along `{name}`, which closes a loop");
+                    let what =
+                        format!("an optimum of an effort along `{name}`, which closes a loop");
                     let help = "write `cut = true` at another joint of the loop";
                     return refuse("joint", what, help);
                 };

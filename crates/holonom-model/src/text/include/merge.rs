@@ -340,8 +340,9 @@ impl<'a, 'i> Merge<'a, 'i> {
         self.lines(&mut out, index, section, table);
         let kind = table.get("type").and_then(|kind| kind.get_ref().as_str());
         let posed = match section {
-            "sensor" | "table" | "signal" | "event" | "objective" | "condition"
-            | "measurement" => false,
+            "sensor" | "table" | "signal" | "event" | "objective" | "condition" | "measurement" => {
+                false
+            }
             "law" => table.contains_key("from"),
             "load" => !turns_with_body(table),
             "control" => table.contains_key("body") && !turns_with_body(table),
