@@ -80,7 +80,7 @@ fn controls_of_an_included_file_have_its_frame() {
     assert!(off(turned.force, [-1.0, -2.0, 3.0]) < 1e-15, "{turned:?}");
     assert!(off(turned.torque, [-0.5, 0.0, 0.1]) < 1e-15, "{turned:?}");
     assert_eq!((turned.body.as_deref(), &turned.relative_to), (Some("bl_shank"), &None));
-    assert_eq!(own("bl_thrust").force, [1.0, 2.0, 3.0]);
+    assert!(off(own("bl_thrust").force, [1.0, 2.0, 3.0]) == 0.0);
     assert_eq!(own("bl_servo").joint.as_deref(), Some("bl_knee"));
 }
 

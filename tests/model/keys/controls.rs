@@ -125,6 +125,7 @@ fn tug() -> String {
         + turned
         + &body("tug", 2.0, [0.1, 0.2, 0.25])
         + "rotation_vector = [0.3, 0.2, -0.4]\nangular_velocity = [0.5, -0.3, 0.8]\n"
+        + &body("other", 1.0, [0.1, 0.1, 0.1])
         + &sensor("place", "position", "tug")
         + "point = [0.3, 0.1, 0.2]\n"
 }
@@ -133,7 +134,7 @@ fn tug() -> String {
 const WRENCHES: [&str; 2] = [
     "body = \"tug\"\nforce = [0.3, 0.0, 0.1]\ntorque = [0.0, 0.1, 0.2]\npoint = [0.1, 0.2, -0.1]\n\
      frame = \"body\"\n",
-    "body = \"tug\"\nforce = [0.0, 0.5, 0.2]\ntorque = [0.05, 0.0, 0.1]\nframe = \"space\"\nrelative_to = \"tower\"\n",
+    "body = \"tug\"\nforce = [0.0, 0.5, 0.2]\ntorque = [0.05, 0.0, 0.1]\nrelative_to = \"tower\"\n",
 ];
 
 /// A free body with a wrench that turns with it and one that does not.

@@ -3,7 +3,7 @@
 use super::Checker;
 use crate::quantity::Quantities;
 use crate::text::problem::{nearest, some};
-use crate::types::control::{Control, CountedAt, Objective, ObjectiveKind};
+use crate::types::control::{Control, CountedAt, Objective, ObjectiveKind, is_zero};
 use crate::types::frame::Frame;
 use crate::types::load::Load;
 
@@ -48,8 +48,8 @@ impl Checker<'_> {
             }
         }
         let of_body = [
-            ("force", control.force != [0.0; 3]),
-            ("torque", control.torque != [0.0; 3]),
+            ("force", !is_zero(&control.force)),
+            ("torque", !is_zero(&control.torque)),
             ("point", control.point.is_some()),
             ("frame", control.frame != Frame::Space),
             ("relative_to", control.relative_to.is_some()),
@@ -76,12 +76,12 @@ impl Checker<'_> {
             let help = "remove `freedom`: `force` and `torque` say along what it acts";
             self.report(format!("{key}.freedom"), message, help);
         }
-        if load.force == [0.0; 3] && load.torque == [0.0; 3] {
+        if is_zero(&load.force) && is_zero(&load.torque) {
             let message = "the control has neither a force nor a torque".to_owned();
             let help = "add the one of the value 1, such as force = [1, 0, 0]";
             self.report(key, message, help);
         }
-        if load.force == [0.0; 3] && load.point.is_some() {
+        if is_zero(&load.force) && load.point.is_some() {
             let message = "a torque acts at no point".to_owned();
             self.report(format!("{key}.point"), message, "remove `point`, or add `force`");
         }

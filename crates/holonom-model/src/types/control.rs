@@ -32,7 +32,7 @@ pub struct Control {
     #[serde(default, skip_serializing_if = "is_zero")]
     pub torque: [f64; 3],
     /// The frame of the components of `force` and `torque`: with `"body"` they turn with it.
-    #[serde(default, skip_serializing_if = "is_space")]
+    #[serde(default)]
     pub frame: Frame,
     /// The frame in whose initial axes `force` and `torque` are stated, in the place of the
     /// inertial ones; only with `frame = "space"`.
@@ -71,12 +71,8 @@ impl Control {
     }
 }
 
-fn is_zero(vector: &[f64; 3]) -> bool {
+pub(crate) fn is_zero(vector: &[f64; 3]) -> bool {
     vector.iter().all(|x| *x == 0.0)
-}
-
-fn is_space(frame: &Frame) -> bool {
-    *frame == Frame::Space
 }
 
 /// How a control goes from value to value.
