@@ -35,10 +35,14 @@ impl Drafter<'_> {
     }
 
     fn of_joint(&self, kind: SensorKind, joint: &str) -> Option<Sensor> {
+        self.single(joint).map(|of| Sensor::new(String::new(), kind, of.to_owned()))
+    }
+
+    /// The joint of the model that one of the description is, if it has one coordinate.
+    pub(crate) fn single(&self, joint: &str) -> Option<&str> {
         let of = self.joints.get(joint)?;
         let own = self.draft.model.joint(of)?;
-        let single = own.pair().coordinate_count() == 1;
-        single.then(|| Sensor::new(String::new(), kind, of.clone()))
+        (own.pair().coordinate_count() == 1).then_some(of)
     }
 
     /// The length of a tendon, or its rate.

@@ -57,6 +57,20 @@ impl NamedFrame {
     }
 }
 
+/// The pose in space of what has `pose` in a link, each link `placed` in the one before it.
+pub(crate) fn in_space(
+    links: &[Link],
+    (link, pose): (Option<usize>, Isometry3<f64>),
+    placed: impl Fn(&Link) -> Isometry3<f64>,
+) -> Isometry3<f64> {
+    let (mut pose, mut at) = (pose, link);
+    while let Some(link) = at.map(|link| &links[link]) {
+        pose = placed(link) * pose;
+        at = link.parent;
+    }
+    pose
+}
+
 /// A file that could not be read, and why.
 #[derive(Clone, Debug)]
 pub(crate) struct Unread {

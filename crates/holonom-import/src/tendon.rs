@@ -179,11 +179,8 @@ impl Drafter<'_> {
     ) -> Option<()> {
         let mut own = Vec::new();
         for (joint, factor) in terms {
-            let name = self.joints.get(joint)?.clone();
-            let model = self.draft.model.joint(&name)?;
-            let start = self.starts.get(joint)?;
-            (model.pair().coordinate_count() == 1).then_some(())?;
-            own.push((name, *factor, factor * start));
+            let name = self.single(joint)?.to_owned();
+            own.push((name, *factor, factor * self.starts.get(joint)?));
         }
         let start: f64 = own.iter().map(|(.., start)| start).sum();
         let [mut lengths, mut rates] = [Vec::new(), Vec::new()];
@@ -207,14 +204,18 @@ impl Drafter<'_> {
         if is_readable(joint) {
             return [joint.to_owned(), format!("{joint}.rate")];
         }
-        [("", SensorKind::JointCoordinate), ("_rate", SensorKind::JointRate)].map(
-            |(suffix, kind)| {
-                let name = self.readable(&format!("{joint}_coordinate{suffix}"), "sensor");
-                let sensor = Sensor::new(name.clone(), kind, joint.to_owned());
-                self.draft.model.sensors.push(sensor);
-                name
-            },
-        )
+        let kinds = [SensorKind::JointCoordinate, SensorKind::JointRate];
+        let sensors = kinds.map(|kind| Sensor::new(String::new(), kind, joint.to_owned()));
+        self.measured(&format!("{joint}_coordinate"), sensors)
+    }
+
+    /// Adds a sensor of a value and one of its rate; their names.
+    fn measured(&mut self, wanted: &str, [value, rate]: [Sensor; 2]) -> [String; 2] {
+        [("", value), ("_rate", rate)].map(|(suffix, sensor)| {
+            let name = self.readable(&format!("{wanted}{suffix}"), "sensor");
+            self.draft.model.sensors.push(Sensor { name: name.clone(), ..sensor });
+            name
+        })
     }
 
     /// A name that expressions read.
@@ -312,24 +313,17 @@ impl Drafter<'_> {
     fn through_signals(&mut self, tendon: &Tendon, segments: &[Segment], fixed: f64, pulls: bool) {
         let [mut lengths, mut rates] = [Vec::new(), Vec::new()];
         for (k, segment) in segments.iter().enumerate() {
-            let kinds = [("", SensorKind::Distance), ("_rate", SensorKind::DistanceRate)];
-            let names = kinds.map(|(suffix, kind)| {
-                let wanted = format!("{}_{}{suffix}", tendon.name, k + 1);
-                let name = self.readable(&wanted, "sensor");
-                let [a, b] = &segment.ends;
-                // a sensor is of a body
-                let [(of, point), (to, point_to)] = if a.0 == GROUND { [b, a] } else { [a, b] };
-                let (point, point_to) = (Some(*point), Some(*point_to));
-                let sensor = Sensor::new(name.clone(), kind, of.clone());
-                self.draft.model.sensors.push(Sensor {
-                    point,
-                    to: Some(to.clone()),
-                    point_to,
-                    ..sensor
-                });
-                name
-            });
-            let [distance, rate] = names;
+            let [a, b] = &segment.ends;
+            // a sensor is of a body
+            let [(of, point), (to, point_to)] = if a.0 == GROUND { [b, a] } else { [a, b] };
+            let sensor = |kind| Sensor {
+                point: Some(*point),
+                to: Some(to.clone()),
+                point_to: Some(*point_to),
+                ..Sensor::new(String::new(), kind, of.clone())
+            };
+            let sensors = [SensorKind::Distance, SensorKind::DistanceRate].map(sensor);
+            let [distance, rate] = self.measured(&format!("{}_{}", tendon.name, k + 1), sensors);
             lengths.push((distance, segment.factor));
             rates.push((rate, segment.factor));
         }

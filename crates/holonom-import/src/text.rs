@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use holonom_model::{
     Body, BodyNames, Bushing, Coefficients, Constraint, Contact, ContactSide, Formula, Inertia,
-    Joint, Law, Limits, Scale, Sensor, Shape, Spring,
+    Joint, Law, Limits, Scale, Sensor, Shape, Signal, Spring,
 };
 
 use crate::drafter::Draft;
@@ -45,41 +45,32 @@ pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
         writer.commented("[[joint]]", remark);
         writer.joint(joint);
     }
-    for constraint in &model.constraints {
-        writer.section("[[constraint]]");
-        writer.constraint(constraint);
-    }
-    for spring in &model.springs {
-        writer.section("[[spring]]");
-        writer.spring(spring);
-    }
-    for bushing in &model.bushings {
-        writer.section("[[bushing]]");
-        writer.bushing(bushing);
-    }
-    for law in &model.laws {
-        writer.section("[[law]]");
-        writer.law(law);
-    }
-    for signal in &model.signals {
-        writer.section("[[signal]]");
-        writer.pair("name", &quoted(&signal.name));
-        writer.formula("value", signal.value.as_ref());
-    }
-    for contact in &model.contacts {
-        writer.section("[[contact]]");
-        writer.contact(contact);
-    }
-    for sensor in &model.sensors {
-        writer.section("[[sensor]]");
-        writer.sensor(sensor);
-    }
+    writer.sections("[[constraint]]", &model.constraints, TomlWriter::constraint);
+    writer.sections("[[spring]]", &model.springs, TomlWriter::spring);
+    writer.sections("[[bushing]]", &model.bushings, TomlWriter::bushing);
+    writer.sections("[[law]]", &model.laws, TomlWriter::law);
+    writer.sections("[[signal]]", &model.signals, TomlWriter::signal);
+    writer.sections("[[contact]]", &model.contacts, TomlWriter::contact);
+    writer.sections("[[sensor]]", &model.sensors, TomlWriter::sensor);
     writer.0
 }
 
 struct TomlWriter(String);
 
 impl TomlWriter {
+    /// A section for each part.
+    fn sections<T>(&mut self, head: &str, parts: &[T], write: fn(&mut Self, &T)) {
+        for part in parts {
+            self.section(head);
+            write(self, part);
+        }
+    }
+
+    fn signal(&mut self, signal: &Signal) {
+        self.pair("name", &quoted(&signal.name));
+        self.formula("value", signal.value.as_ref());
+    }
+
     fn section(&mut self, title: &str) {
         self.0 += &format!("\n{title}\n");
     }

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::settings::Defaults;
 use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::robot::{Gear, Link, LoopJoint, LoopJointKind, NamedFrame};
+use crate::robot::{Gear, Link, LoopJoint, LoopJointKind, NamedFrame, in_space};
 use crate::source::{Refusal, Result};
 
 /// What is read from `<equality>`.
@@ -86,13 +86,7 @@ impl Equalities<'_> {
 
     /// The pose of a link in space as the description draws it.
     fn pose(&self, link: Option<usize>) -> Isometry3<f64> {
-        let mut pose = Isometry3::identity();
-        let mut at = link;
-        while let Some(link) = at {
-            pose = self.links[link].frame * pose;
-            at = self.links[link].parent;
-        }
-        pose
+        in_space(self.links, (link, Isometry3::identity()), |link| link.frame)
     }
 
     /// The link that an attribute names; the ground without it.

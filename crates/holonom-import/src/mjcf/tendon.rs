@@ -10,7 +10,7 @@ use super::equality::missing;
 use super::settings::Defaults;
 use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::robot::{Elastic, Joint, Link, NamedFrame, Path, Servo, Tendon};
+use crate::robot::{Elastic, Joint, Link, NamedFrame, Path, Servo, Tendon, in_space};
 use crate::source::{Refusal, Result};
 
 const WRAPPED: &str = "tendons around geometry: not translated";
@@ -139,13 +139,9 @@ fn length(path: &Path, links: &[Link]) -> f64 {
         joints.find(|joint| joint.name == name).map_or(0.0, |joint| joint.rest)
     };
     let place = |site: &NamedFrame| {
-        let (mut frame, mut at) = (site.pose, site.link.map(|own| &links[own]));
-        while let Some(link) = at {
-            let moved = |pose, joint: &Joint| joint.moved_by(&pose, joint.rest - joint.reference);
-            frame = link.joints.iter().fold(link.frame, moved) * frame;
-            at = link.parent.map(|own| &links[own]);
-        }
-        frame.translation.vector
+        let moved = |pose, joint: &Joint| joint.moved_by(&pose, joint.rest - joint.reference);
+        let placed = |link: &Link| link.joints.iter().fold(link.frame, moved);
+        in_space(links, (site.link, site.pose), placed).translation.vector
     };
     match path {
         Path::Joints(terms) => terms.iter().map(|(name, factor)| factor * rest(name)).sum(),
