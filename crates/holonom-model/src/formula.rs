@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::Model;
-use crate::expression::{Curve, ExpressionError, Known, Program, Surface, is_reserved};
+use crate::expression::{Curve, ExpressionError, Known, Program, Surface, is_reserved, is_word};
 use crate::text::problem::nearest;
 use crate::types::law::Formula;
 use crate::types::table::Table;
@@ -21,9 +21,8 @@ pub(crate) const OWN: [&str; 11] = ["t", "x", "v", "y", "z", "vx", "vy", "vz", "
 /// Whether expressions of all sections can read something of this name.
 #[must_use]
 pub fn is_readable(name: &str) -> bool {
-    let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_')
-        && !name.starts_with(|c: char| c.is_numeric());
-    plain && !name.is_empty() && !is_reserved(name) && !OWN.contains(&name) && name != LAST
+    let plain = is_word(name) && !name.is_empty();
+    plain && !is_reserved(name) && !OWN.contains(&name) && name != LAST
 }
 
 /// In a sampled signal: its value until then.

@@ -1,7 +1,7 @@
 //! Checks of laws and tables.
 
 use crate::checks::Checker;
-use crate::expression::{Program, is_reserved};
+use crate::expression::{Program, is_reserved, is_word};
 use crate::formula::{ALONG, MOTION};
 use crate::frames::start::{coincide, distance};
 use crate::quantity::{Quantities, Quantity};
@@ -13,9 +13,7 @@ use crate::{GROUND, Spring, SpringLaw};
 impl Checker<'_> {
     pub(crate) fn table(&mut self, key: &str, table: &Table) {
         let name = table.name.as_str();
-        let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_')
-            && !name.starts_with(|c: char| c.is_numeric());
-        if is_reserved(name) || ALONG.contains(&name) || !plain {
+        if is_reserved(name) || ALONG.contains(&name) || !is_word(name) {
             let message = format!("expressions cannot call a table `{name}`");
             let help = "choose another name: letters, digits and _, a letter first, no function of expressions";
             self.report(format!("{key}.name"), message, help);

@@ -98,12 +98,21 @@ pub(crate) fn renamed_parts(text: &str, name: &mut dyn FnMut(&str) -> String) ->
     })
 }
 
+/// Whether a character belongs to a word or a number of expressions.
+fn belongs(c: char) -> bool {
+    c.is_alphanumeric() || c == '_' || c == '.'
+}
+
+/// Whether a name is one word of expressions: letters, digits and `_`, no digit first.
+pub(crate) fn is_word(name: &str) -> bool {
+    name.chars().all(|c| belongs(c) && c != '.') && !name.starts_with(char::is_numeric)
+}
+
 /// An expression with other words in it, except for its own functions and constants; `word` gets a
 /// word and whether it is called.
 fn words(text: &str, word: &mut dyn FnMut(&str, bool) -> String) -> String {
     let (mut out, mut rest) = (String::new(), text);
     while let Some(first) = rest.chars().next() {
-        let belongs = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
         let end = match first {
             c if belongs(c) => rest.find(|c: char| !belongs(c)).unwrap_or(rest.len()),
             c => c.len_utf8(),

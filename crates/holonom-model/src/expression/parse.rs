@@ -19,7 +19,7 @@ use super::function::{BINARY, Binary, TERNARY, UNARY, Unary};
 use super::program::{MOST, Operation, Program, words};
 use super::surface::Surface;
 use super::table::Curve;
-use super::{CONSTANTS, functions, is_time, vocabulary};
+use super::{CONSTANTS, belongs, functions, is_time, vocabulary};
 use crate::text::problem::nearest;
 
 /// Deepest nesting.
@@ -343,7 +343,7 @@ impl Parser<'_> {
     }
 
     fn name(&mut self) -> Result<usize, ExpressionError> {
-        let range = self.while_it(|_, c| c.is_alphanumeric() || c == '_' || c == '.');
+        let range = self.while_it(|_, c| belongs(c));
         let (start, name) = (range.start, &self.text[range]);
         if self.take('(') {
             let mut arguments = vec![self.sum()?];

@@ -22,7 +22,7 @@ use super::overrides::Override;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::sections::{LISTS, PARAMETERS, is_formula};
 use crate::expression::{
-    ExpressionError, evaluate, is_reserved, is_time, names, renamed, vocabulary,
+    ExpressionError, evaluate, is_reserved, is_time, is_word, names, renamed, vocabulary,
 };
 use crate::formula::own_names;
 
@@ -194,8 +194,7 @@ pub(super) fn take(
             DeValue::String(text) => text.strip_prefix('=').map(str::to_owned),
             _ => None,
         };
-        let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_')
-            && !name.starts_with(|c: char| c.is_numeric());
+        let plain = is_word(&name);
         let wrong = |message: String, help: &str| {
             Problem::new(path.clone(), message).help(help).at(Some(place.clone()))
         };

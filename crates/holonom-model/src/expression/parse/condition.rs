@@ -11,6 +11,7 @@
 //! found as its roots.
 
 use super::{DEEPEST, ExpressionError, Known, Parser, Program};
+use crate::expression::belongs;
 use crate::expression::function::Binary;
 
 impl Program {
@@ -89,7 +90,6 @@ impl Parser<'_> {
     fn word(&mut self, word: &str) -> bool {
         self.peek();
         let rest = &self.text[self.at..];
-        let belongs = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
         let found = rest.strip_prefix(word).is_some_and(|after| !after.starts_with(belongs));
         self.at += if found { word.len() } else { 0 };
         found
