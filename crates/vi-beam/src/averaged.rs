@@ -58,13 +58,15 @@
 #![allow(non_snake_case)] // U_d, A, C
 
 use crate::at_start::{AtStart, OF_START};
-use crate::element::{Element, Elements, StrainLaw};
+use crate::element::{Element, Elements, StrainLaw, without_extension};
+use crate::following::raised_by;
+use crate::small::{re, times};
 use crate::strain::Strain;
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector6};
 use std::ops::Range;
-use vi_core::Configuration;
 use vi_core::interpolation::StrainInterpolation;
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
+use vi_core::{Configuration, Number};
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
 use vi_core::strain_energy::StrainEnergy;
@@ -74,18 +76,19 @@ pub const MASS_SCALING: f64 = 0.125;
 
 /// `μ = max(0, 1/8 − 1/(hω)²)` of an element with the highest frequency `ω`, `slowness` `= 1/ω²`:
 /// as much as keeps `ϑ` below its bound.
-pub(crate) fn scaling(most: f64, slowness: f64, h: f64) -> f64 {
-    (most - slowness / (h * h)).max(0.0)
+pub(crate) fn scaling<T: Number>(most: f64, slowness: T, h: f64) -> T {
+    let own = T::of(most) - slowness / T::of(h * h);
+    if re(own) > 0.0 { own } else { T::of(0.0) }
 }
 
 /// `U_d` and `K_d` of all elements.
 #[derive(Clone, Debug)]
 pub struct AveragedStrains {
     pub(crate) elements: Elements,
-    most: f64,           // largest μ
-    slowness: Vec<f64>,  // elements  1/ω², s²
-    tension: Vec<Bound>, // elements; empty without tension mass
-    reach: f64,          // L, m
+    pub(crate) most: f64, // largest μ
+    slowness: Vec<f64>,   // elements  1/ω², s²
+    tension: Vec<Bound>,  // elements; empty without tension mass
+    pub(crate) reach: f64, // L, m
 }
 
 /// The bound `N̂` of the tension of an element.
@@ -98,10 +101,10 @@ enum Bound {
 }
 
 /// Internal variables of a bound that follows: `N̂` and the tensions of the last two steps, N.
-const OF_BOUND: usize = 3;
+pub(crate) const OF_BOUND: usize = 3;
 
 /// How much larger `N̂` is than the tension it is taken from.
-const MARGIN: f64 = 1.25;
+pub(crate) const MARGIN: f64 = 1.25;
 
 /// The share of the wave in the tension mass of curvatures.
 const OF_WAVE: f64 = 1.0 / 16.0;
@@ -112,10 +115,36 @@ const OF_LONGEST_WAVE: f64 = 2.0 / 7.0;
 const OF_TURNING: f64 = 1.0 / 32.0;
 
 /// `T`, from `N̂`, `ℓ`, `L`, `h` and `Aρ`.
-fn tension_mass(bound: f64, [length, reach]: [f64; 2], h: f64, line: f64) -> Strain {
-    let wave = (OF_WAVE * h * h * bound / line).min(OF_LONGEST_WAVE * reach * reach);
-    let tau = bound * (OF_TURNING * length * length + wave);
-    Strain::new(bound, bound, 0.0, tau, tau, 0.0)
+pub(crate) fn tension_mass<T: Number>(
+    bound: T,
+    [length, reach]: [f64; 2],
+    h: f64,
+    line: T,
+) -> Vector6<T> {
+    let (wave, longest) = (T::of(OF_WAVE * h * h) * bound / line, OF_LONGEST_WAVE * reach * reach);
+    let wave = if re(wave) < longest { wave } else { T::of(longest) };
+    let tau = bound * (T::of(OF_TURNING * length * length) + wave);
+    Vector6::new(bound, bound, T::of(0.0), tau, tau, T::of(0.0))
+}
+
+/// The stress resultants `C (½ ε̄ ± μ Δε) ± T Δε` that act on the start (+) or on the end (−) of a
+/// step; of a rope that is `slack` no force along it from `ε̄`.
+#[inline]
+pub(crate) fn resultants<T: Number>(
+    C: &Matrix6<T>,
+    (mean, change): (&Vector6<T>, &Vector6<T>),
+    (mu, tension): (T, Option<Vector6<T>>),
+    slack: bool,
+    sign: f64,
+) -> Vector6<T> {
+    let mut n = C * (times(0.5, mean) + change * (T::of(sign) * mu));
+    if slack {
+        n += times(0.5, &((without_extension(C) - C) * mean));
+    }
+    if let Some(tension) = tension {
+        n += times(sign, &tension.component_mul(change));
+    }
+    n
 }
 
 /// An element in a step of some length.
@@ -133,18 +162,11 @@ impl Scaled<'_> {
         self.element.at_start(s, self.index)
     }
 
-    /// The stress resultants `C (½ ε̄ ± μ Δε) ± T Δε` that act on the start (+) or on the end (−).
+    /// The stress resultants that act on the start (+) or on the end (−).
     fn resultants(&self, strains: [Strain; 2], sign: f64) -> Strain {
-        let C = self.stiffness;
         let (mean, change) = mean_and_change(strains);
-        let mut n = C * (0.5 * mean + sign * self.mu * change);
-        if self.element.carries_tension_only() {
-            n += 0.5 * ((self.element.carrying(C, &mean) - C) * mean);
-        }
-        if let Some(tension) = self.tension {
-            n += sign * tension.component_mul(&change);
-        }
-        n
+        let slack = self.element.is_slack(&mean);
+        resultants(self.stiffness, (&mean, &change), (self.mu, self.tension), slack, sign)
     }
 
     /// `c C + d T`.
@@ -178,8 +200,10 @@ pub fn times_raised(variables: &[f64]) -> Option<u64> {
 }
 
 /// `ε̄` and `Δε`.
-fn mean_and_change([start, end]: [Strain; 2]) -> (Strain, Strain) {
-    (0.5 * (start + end), end - start) // [6.11]
+pub(crate) fn mean_and_change<T: Number>(
+    [start, end]: [Vector6<T>; 2],
+) -> (Vector6<T>, Vector6<T>) {
+    (times(0.5, &(start + end)), end - start) // [6.11]
 }
 
 impl AveragedStrains {
@@ -239,7 +263,7 @@ impl AveragedStrains {
     }
 
     /// The bounds that follow the tension, with their elements.
-    fn following(&self) -> impl Iterator<Item = (usize, usize, &Element, &Matrix6<f64>)> {
+    pub(crate) fn following(&self) -> impl Iterator<Item = (usize, usize, &Element, &Matrix6<f64>)> {
         let all = self.tension.iter().zip(self.elements.iter()).enumerate();
         all.filter_map(|(index, (bound, (element, C)))| match bound {
             Bound::Follows(variable) => Some((*variable, index, element, C)),
@@ -248,25 +272,38 @@ impl AveragedStrains {
     }
 
     /// The own ones of all internal variables; empty where they are not listed.
-    fn own<'a>(&self, internal: &'a [f64]) -> &'a [f64] {
+    pub(crate) fn own<'a>(&self, internal: &'a [f64]) -> &'a [f64] {
         let first = internal.len().checked_sub(self.internal_variables());
         first.map_or(&[], |first| &internal[first..])
     }
 
+    /// The first internal variable of the bound of an element; `None` where it is constant.
+    pub(crate) fn variable(&self, index: usize) -> Option<usize> {
+        match self.tension.get(index)? {
+            Bound::Follows(variable) => Some(*variable),
+            Bound::Constant(_) => None,
+        }
+    }
+
+    /// `N̂` of an element in a step; `None` without tension mass.
+    pub(crate) fn bound(&self, index: usize, internal: &[f64]) -> Option<f64> {
+        match *self.tension.get(index)? {
+            Bound::Constant(bound) => Some(bound),
+            Bound::Follows(variable) => {
+                Some(self.own(internal).get(variable).copied().unwrap_or_default())
+            }
+        }
+    }
+
     /// The elements in a step `h`, with all internal variables.
     fn scaled<'a>(&'a self, h: f64, internal: &'a [f64]) -> impl Iterator<Item = Scaled<'a>> {
-        let own = self.own(internal);
-        let bound = move |bound: &Bound| match *bound {
-            Bound::Constant(bound) => bound,
-            Bound::Follows(variable) => own.get(variable).copied().unwrap_or_default(),
-        };
         let mu =
             move |k: usize| self.slowness.get(k).map_or(0.0, |own| scaling(self.most, *own, h));
         self.elements.iter().enumerate().map(move |(k, (element, stiffness))| {
             let line = self.elements.section(element).inertia()[0];
-            let tension = self.tension.get(k);
             let lengths = [element.length, self.reach];
-            let tension = tension.map(|own| tension_mass(bound(own), lengths, h, line));
+            let tension = self.bound(k, internal);
+            let tension = tension.map(|bound| tension_mass(bound, lengths, h, line));
             Scaled { index: k, element, stiffness, mu: mu(k), tension }
         })
     }
@@ -382,18 +419,31 @@ impl DiscretePotential for AveragedStrains {
             let (mean, _) = mean_and_change(element.strains_of(s, index));
             let [bound, last, before] = &mut out[variable..variable + OF_BOUND] else { continue };
             let tension = C.row(2).tr_dot(&mean);
-            let least = match element.carries_tension_only() {
-                true => tension,
-                false => tension.min(*last).min(*before),
-            };
-            if least > *bound {
-                (*bound, raised) = (MARGIN * least, true);
+            let tensions = [tension, *last, *before];
+            if let Some(least) = raised_by(element, *bound, tensions) {
+                (*bound, raised) = (MARGIN * tensions[least], true);
             }
             (*last, *before) = (tension, *last);
         }
         if let (true, Some(count)) = (raised, out.last_mut()) {
             *count += 1.0;
         }
+    }
+
+    fn begin_change(&self, q: &[f64], dq: &[f64], out: &mut [f64]) {
+        self.add_start_change(q, dq, out);
+    }
+
+    fn add_internal_slope(&self, s: &Interval, of: Slot, scale: f64, out: &mut dyn Entries) {
+        self.emit_bound_slopes(s, of, scale, out);
+    }
+
+    fn add_advance_slope(&self, s: &Interval, by: Slot, out: &mut dyn Entries) {
+        self.emit_advance(s, by, out);
+    }
+
+    fn add_advance_internal_slope(&self, s: &Interval, out: &mut dyn Entries) {
+        self.emit_advance_of_bounds(s, out);
     }
 
     /// Of each element, where any has helicoidal strains.

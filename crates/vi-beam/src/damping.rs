@@ -24,19 +24,36 @@
 //! Letters: `C_i` stiffnesses, `τ_i` relaxation times (s), `ℓ` length or weight of a Gauss point,
 //! `𝔹_i x` strain gradients. Source: theory §6.11; J. Linn, H. Lang, A. Tuganov, Mech. Sci. 4
 //! (2013) 79–96.
-#![allow(non_snake_case)] // C
+#![allow(non_snake_case)] // C, V
 
 use crate::averaged::{MASS_SCALING, scaling};
 use crate::element::Elements;
 use crate::strained::Strained;
-use vi_core::Configuration;
+use nalgebra::{Matrix6, Vector6};
 use vi_core::force::{DiscreteForce, Force, NoTimeSlope, Source};
 use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
+use vi_core::{Configuration, Number};
 
 /// Under which its work is listed.
 pub const SOURCE: Source = Source::System("material damping");
+
+/// `θ` of an element, from its `1/ω²`, s².
+pub(crate) fn lag<T: Number>(slowness: T, h: f64) -> T {
+    T::of(4.0) * scaling(MASS_SCALING, slowness, h)
+}
+
+/// `−(½ ± θ) V Δε`, which act on an end of a step.
+#[inline]
+pub(crate) fn resultants<T: Number>(
+    V: &Matrix6<T>,
+    change: &Vector6<T>,
+    theta: T,
+    of: Slot,
+) -> Vector6<T> {
+    (V * change) * -(T::of(0.5) - T::of(of.sign()) * theta)
+}
 
 /// The Kelvin–Voigt force of all elements whose section has damping.
 #[derive(Clone, Debug)]
@@ -62,7 +79,7 @@ impl StrainDamping {
     /// All that is damped, with `θ` in a step `h`.
     fn damped(&self, h: f64) -> impl Iterator<Item = (Strained<'_>, f64)> {
         let theta = move |element: usize| match &self.slowness {
-            Some(slowness) => 4.0 * scaling(MASS_SCALING, slowness[element], h),
+            Some(slowness) => lag(slowness[element], h),
             None => 0.0,
         };
         let all = self.elements.strained().enumerate();
@@ -77,8 +94,7 @@ impl StrainDamping {
     fn add_slot(&self, s: &Interval, of: Slot, out: &mut [f64]) {
         for (own, theta) in self.damped(s.h) {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
-            let n = -(0.5 - of.sign() * theta) * (own.viscosity() * change);
-            own.add(s.node(of), &n, out); // [6.23]
+            own.add(s.node(of), &resultants(&own.viscosity(), &change, theta, of), out); // [6.23]
         }
     }
 }

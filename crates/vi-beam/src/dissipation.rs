@@ -39,11 +39,11 @@ use crate::element::Elements;
 use crate::model::BeamElements;
 use crate::strain::{STRAINS, Strain};
 use crate::strained::Strained;
-use nalgebra::{Matrix3, RowVector3, Vector3};
-use vi_core::Configuration;
+use nalgebra::{Matrix3, RowVector3, Vector3, Vector6};
 use vi_core::force::{DiscreteForce, NoTimeSlope, Source};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
+use vi_core::{Configuration, Number};
 
 /// Under which its work is listed.
 pub const SOURCE: Source = Source::System("algorithmic dissipation");
@@ -92,10 +92,14 @@ impl Filter {
         }
     }
 
-    /// `φ`, and `z_{n+1}`.
-    fn step(&self, z: &Vector3<f64>, change: f64) -> (f64, Vector3<f64>) {
-        let stress = self.of_strain * change + self.of_state.tr_dot(z);
-        (stress, self.next * z + change * self.driven)
+    /// `φ`.
+    fn stress<T: Number>(&self, z: &Vector3<f64>, change: T) -> T {
+        T::of(self.of_strain) * change + T::of(self.of_state.tr_dot(z))
+    }
+
+    /// `z_{n+1}`.
+    fn step(&self, z: &Vector3<f64>, change: f64) -> Vector3<f64> {
+        self.next * z + change * self.driven
     }
 }
 
@@ -113,11 +117,28 @@ impl StrainDissipation {
         Self { elements: model.elements.clone(), filter: Filter::new() }
     }
 
+    /// `φ` of an element whose strains change by `Δε` in a step.
+    pub(crate) fn stress<T: Number>(
+        &self,
+        s: &Interval,
+        index: usize,
+        change: &Vector6<T>,
+    ) -> Vector6<T> {
+        Vector6::from_fn(|i, _| self.filter.stress(&variables(s, index, i), change[i]))
+    }
+
+    /// Adds what a change of `Δε` of an element adds to `z_{n+1}`.
+    pub(crate) fn add_driven(&self, index: usize, change: &Strain, out: &mut [f64]) {
+        let own = &mut out[OF_POINT * index..OF_POINT * (index + 1)];
+        for (own, change) in own.chunks_exact_mut(OF_STRAIN).zip(change.iter()) {
+            own.iter_mut().zip(&self.filter.driven).for_each(|(own, by)| *own += change * by);
+        }
+    }
+
     /// `C_i ℓ φ_i` in a step.
     fn forces(&self, s: &Interval, index: usize, own: &Strained<'_>) -> Strain {
         let change = own.strain(&s.q1) - own.strain(&s.q0);
-        let stress = Strain::from_fn(|i, _| self.filter.step(&variables(s, index, i), change[i]).0);
-        own.stiffness() * stress
+        own.stiffness() * self.stress(s, index, &change)
     }
 
     /// `out ← out + h' f/h` of the force `f` of an end, for the step `h'`.
@@ -215,7 +236,7 @@ impl DiscreteForce for StrainDissipation {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
             let own = &mut out[OF_POINT * index..OF_POINT * (index + 1)];
             for (i, own) in own.chunks_exact_mut(OF_STRAIN).enumerate() {
-                let (_, next) = self.filter.step(&variables(s, index, i), change[i]);
+                let next = self.filter.step(&variables(s, index, i), change[i]);
                 own.copy_from_slice(next.as_slice()); // [6.25]
             }
         }

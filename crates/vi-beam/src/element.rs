@@ -33,6 +33,7 @@ use std::sync::Arc;
 use vi_core::interval::Interval;
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
+use vi_core::Number;
 use vi_core::strain_energy::StrainEnergy;
 
 /// An element that cannot be.
@@ -99,6 +100,14 @@ impl StrainLaw {
     }
 }
 
+/// `C` without the entries of `ε_3`.
+pub(crate) fn without_extension<T: Number>(C: &Matrix6<T>) -> Matrix6<T> {
+    let mut own = *C;
+    own.fill_row(2, T::of(0.0));
+    own.fill_column(2, T::of(0.0));
+    own
+}
+
 /// Two nodes, a reference length, a section, reference strains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Element {
@@ -155,12 +164,7 @@ impl Element {
     /// it carries tension only and is slack.
     #[must_use]
     pub fn carrying(&self, C: &Matrix6<f64>, strain: &Strain) -> Matrix6<f64> {
-        let mut own = *C;
-        if self.is_slack(strain) {
-            own.fill_row(2, 0.0);
-            own.fill_column(2, 0.0);
-        }
-        own
+        if self.is_slack(strain) { without_extension(C) } else { *C }
     }
 
     /// Whether it carries no force along it where its nodes are closer than its stress-free length.
@@ -330,15 +334,27 @@ impl ElementKind {
 
     /// The strains of an element of a length; `None` where a stiffness cannot be condensed.
     fn law(self, length: f64, section: &Section) -> Option<StrainLaw> {
+        match self {
+            Self::MeanDirectors if section.is_rigid_in_shear() => None,
+            Self::MeanDirectors => Some(StrainLaw::MeanDirectors),
+            _ => Some(StrainLaw::Helicoidal(Arc::new(self.helicoidal(length, section)?))),
+        }
+    }
+
+    /// The same of those that are helicoidal, with the stiffness that they condense.
+    pub(crate) fn helicoidal<T: Number>(
+        self,
+        length: f64,
+        section: &Section<T>,
+    ) -> Option<Helicoidal<T>> {
         let law = match self {
-            Self::MeanDirectors | Self::SecondOrder if section.is_rigid_in_shear() => return None,
-            Self::MeanDirectors => return Some(StrainLaw::MeanDirectors),
+            Self::MeanDirectors => return None,
+            Self::SecondOrder if section.is_rigid_in_shear() => return None,
             Self::SecondOrder => Helicoidal::of_order_2(length, *section.stiffness_matrix()),
             Self::Helicoidal | Self::Rope => Helicoidal::of_order_4(length, &section.compliance())?,
         };
         let law = law.with_viscosity(&section.viscosity());
-        let law = if self == Self::Rope { law.of_rope() } else { law };
-        Some(StrainLaw::Helicoidal(Arc::new(law)))
+        Some(if self == Self::Rope { law.of_rope() } else { law })
     }
 }
 
@@ -477,13 +493,19 @@ impl Elements {
         self.elements.iter().map(|element| (element, self.stiffness(element)))
     }
 
+    /// `M` of an element, between `φ, d_1, d_2, d_3` of both nodes.
+    fn mass(&self, k: usize) -> SMatrix<f64, 8, 8> {
+        let element = &self.elements[k];
+        match self.varying.get(&k) {
+            None => element.mass.matrix(element.length, &self.section(element).mass_matrix()),
+            Some(points) => mass_along(element.mass, element.length, points),
+        }
+    }
+
     /// Emits the mass matrix of all elements.
     pub fn emit_mass(&self, out: &mut dyn Entries) {
         for (k, element) in self.elements.iter().enumerate() {
-            let M = match self.varying.get(&k) {
-                None => element.mass.matrix(element.length, &self.section(element).mass_matrix()),
-                Some(points) => mass_along(element.mass, element.length, points),
-            };
+            let M = self.mass(k);
             for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
                 let same = i == j || i % 4 == j % 4 && element.mass == MassKind::Consistent;
                 if same || M[(i, j)] != 0.0 {

@@ -30,9 +30,10 @@
 //! 2267–2289.
 #![allow(non_snake_case)] // G, K, C, S, R
 
-use crate::small::product;
+use crate::small::{inverse, product, re, times};
 use crate::strain::{self, ElementCoordinates, SIZE, Strain};
-use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3, Vector6};
+use vi_core::Number;
 
 /// How many quadratic forms the strains are functions of.
 pub const FORMS: usize = 7;
@@ -48,11 +49,11 @@ const SMALL_CHANGE: f64 = 1e-16;
 
 /// The strains of an element of a length and a stiffness.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Helicoidal {
-    length: f64,               // ℓ, m
-    stiffness: Matrix6<f64>,   // C_r
-    viscosity: Matrix6<f64>,   // V_r
-    order: Option<Correction>, // None: order 2
+pub struct Helicoidal<T = f64> {
+    length: f64,                  // ℓ, m
+    stiffness: Matrix6<T>,        // C_r
+    viscosity: Matrix6<T>,        // V_r
+    order: Option<Correction<T>>, // None: order 2
     rope: bool,
 }
 
@@ -61,10 +62,10 @@ const TIE: f64 = 2.0;
 
 /// What order 4 needs.
 #[derive(Clone, Debug, PartialEq)]
-struct Correction {
-    compliance: Matrix6<f64>, // C⁻¹
-    S: Matrix3<f64>,          // of bending and twist in C⁻¹
-    R: Matrix2<f64>,          // from shear to that of bending
+struct Correction<T> {
+    compliance: Matrix6<T>, // C⁻¹
+    S: Matrix3<T>,          // of bending and twist in C⁻¹
+    R: Matrix2<T>,          // from shear to that of bending
 }
 
 /// `y` of coordinates.
@@ -147,20 +148,20 @@ pub fn weighted_matrix(c: &Forms, length: f64) -> SMatrix<f64, 8, 8> {
 }
 
 /// `e_3×n` as a matrix on `n`.
-fn cross_3() -> Matrix3<f64> {
+fn cross_3<T: Number>() -> Matrix3<T> {
     Vector3::z().cross_matrix()
 }
 
 /// `(ℓ²/12) XᵀSX`.
-fn bending(length: f64, S: &Matrix3<f64>) -> Matrix3<f64> {
-    cross_3().tr_mul(&(S * cross_3())) * (length * length / 12.0)
+fn bending<T: Number>(length: f64, S: &Matrix3<T>) -> Matrix3<T> {
+    times(length * length / 12.0, &cross_3().tr_mul(&(S * cross_3())))
 }
 
-impl Helicoidal {
+impl<T: Number> Helicoidal<T> {
     /// Strains of order 2, of an element of the length `ℓ` (m) with the stiffness `C`, symmetric
     /// and positive definite.
     #[must_use]
-    pub fn of_order_2(length: f64, C: Matrix6<f64>) -> Self {
+    pub fn of_order_2(length: f64, C: Matrix6<T>) -> Self {
         let (viscosity, order, rope) = (Matrix6::zeros(), None, false);
         Self { length, stiffness: C, viscosity, order, rope }
     }
@@ -168,13 +169,13 @@ impl Helicoidal {
     /// Strains of order 4 from the compliance `C⁻¹`, whose shears may vanish; `None` where that is
     /// not positive definite with the flexibility of bending.
     #[must_use]
-    pub fn of_order_4(length: f64, compliance: &Matrix6<f64>) -> Option<Self> {
-        let S: Matrix3<f64> = compliance.fixed_view::<3, 3>(3, 3).into();
+    pub fn of_order_4(length: f64, compliance: &Matrix6<T>) -> Option<Self> {
+        let S: Matrix3<T> = compliance.fixed_view::<3, 3>(3, 3).into();
         let bending = bending(length, &S);
         let mut reduced = *compliance;
         let mut shear = reduced.fixed_view_mut::<3, 3>(0, 0);
         shear += bending;
-        let stiffness = reduced.cholesky()?.inverse();
+        let stiffness = inverse(&reduced, |own| Some(own.cholesky()?.inverse()))?;
         let R = bending.fixed_view::<2, 2>(0, 0) * stiffness.fixed_view::<2, 2>(0, 0);
         let order = Some(Correction { compliance: *compliance, S, R });
         let (viscosity, rope) = (Matrix6::zeros(), false);
@@ -185,7 +186,7 @@ impl Helicoidal {
     /// first order in the rate it condenses as the stiffness does:
     /// `V_r = C_r (Y + (ℓ²/12) [XᵀY_mm X 0; 0 0]) C_r`, `Y = C⁻¹VC⁻¹`.
     #[must_use]
-    pub fn with_viscosity(mut self, V: &Matrix6<f64>) -> Self {
+    pub fn with_viscosity(mut self, V: &Matrix6<T>) -> Self {
         self.viscosity = *V;
         if let Some(Correction { compliance, .. }) = &self.order {
             let mut Y = compliance * V * compliance;
@@ -211,7 +212,7 @@ impl Helicoidal {
 
     /// `C_r`, with which stress resultants are `C_r η` and the energy is `½ ℓ ηᵀC_r η`.
     #[must_use]
-    pub fn stiffness(&self) -> &Matrix6<f64> {
+    pub fn stiffness(&self) -> &Matrix6<T> {
         &self.stiffness
     }
 
@@ -223,7 +224,7 @@ impl Helicoidal {
 
     /// `V_r`, with which damping adds `V_r η̇` to the stress resultants.
     #[must_use]
-    pub fn viscosity(&self) -> &Matrix6<f64> {
+    pub fn viscosity(&self) -> &Matrix6<T> {
         &self.viscosity
     }
 
@@ -237,37 +238,40 @@ impl Helicoidal {
     /// The same without derivatives.
     #[must_use]
     #[inline]
-    pub fn strain(&self, y: &Forms, reference: &Strain) -> Strain {
-        let xi = self.helix(y);
+    pub fn strain(&self, y: &Forms, reference: &Vector6<T>) -> Vector6<T> {
+        let helix = self.helix(y);
+        let xi = helix.map(T::of);
         let mut z = xi - reference;
         if self.rope {
-            z[2] += Arc::of(&xi).excess(&xi);
+            z[2] += T::of(Arc::of(&helix).excess(&helix));
         }
         self.order.as_ref().map_or(z, |own| Corrected::at(self, own, &xi, &z).eta)
-    }
-
-    /// The triad half-way between the nodes of `x`, from the mean of their triads, whose stretch is
-    /// `cos(ψ/2)` across the axis of `ψ`.
-    pub(crate) fn middle(&self, x: &ElementCoordinates, mean: &Matrix3<f64>) -> Matrix3<f64> {
-        let y = forms(x, self.length);
-        let (a, c) = (Vector3::new(y[3], y[4], y[5]), (1.0 - y[6]).sqrt());
-        mean * (Matrix3::identity() / c - a * a.transpose() / (4.0 * c * c * c * (1.0 + c)))
     }
 
     /// The strains at `y` of an element that is stress-free with `(G, K)_0 = reference`, with all
     /// that their derivatives need.
     #[must_use]
     #[inline]
-    pub fn at<'a>(&'a self, y: &Forms, reference: &Strain) -> AtForms<'a> {
+    pub fn at<'a>(&'a self, y: &Forms, reference: &Vector6<T>) -> AtForms<'a, T> {
         let helix = Helix::at(y, self.length);
-        let mut z = helix.xi - reference;
+        let xi = helix.xi.map(T::of);
+        let mut z = xi - reference;
         let arc = self.rope.then(|| Arc::of(&helix.xi));
         if let Some(arc) = &arc {
-            z[2] += arc.excess(&helix.xi);
+            z[2] += T::of(arc.excess(&helix.xi));
         }
-        let corrected =
-            self.order.as_ref().map(|own| (own, Corrected::at(self, own, &helix.xi, &z)));
+        let corrected = self.order.as_ref().map(|own| (own, Corrected::at(self, own, &xi, &z)));
         AtForms { law: self, helix, z, arc, corrected }
+    }
+}
+
+impl Helicoidal {
+    /// The triad half-way between the nodes of `x`, from the mean of their triads, whose stretch is
+    /// `cos(ψ/2)` across the axis of `ψ`.
+    pub(crate) fn middle(&self, x: &ElementCoordinates, mean: &Matrix3<f64>) -> Matrix3<f64> {
+        let y = forms(x, self.length);
+        let (a, c) = (Vector3::new(y[3], y[4], y[5]), (1.0 - y[6]).sqrt());
+        mean * (Matrix3::identity() / c - a * a.transpose() / (4.0 * c * c * c * (1.0 + c)))
     }
 
     /// `∂̄η`: the derivative between `y_0` and `y_1` whose product with their difference is that of
@@ -475,12 +479,12 @@ impl Helix {
 
 /// The strains at some forms.
 #[derive(Clone, Debug)]
-pub struct AtForms<'a> {
-    law: &'a Helicoidal,
+pub struct AtForms<'a, T: Number = f64> {
+    law: &'a Helicoidal<T>,
     helix: Helix,
-    z: Strain,
+    z: Vector6<T>,
     arc: Option<Arc>,
-    corrected: Option<(&'a Correction, Corrected)>,
+    corrected: Option<(&'a Correction<T>, Corrected<T>)>,
 }
 
 /// The stretch of a rope.
@@ -510,9 +514,9 @@ impl Arc {
     }
 
     /// What `n` is on the strains of the helix: `n_3` acts along `∂η_3/∂G`.
-    fn on_helix(&self, n: &Strain) -> Strain {
-        let [a, b, c] = [0, 1, 2].map(|i| n[2] * self.slope[i]);
-        Strain::new(n[0] + a, n[1] + b, c, n[3], n[4], n[5])
+    fn on_helix<T: Number>(&self, n: &Vector6<T>) -> Vector6<T> {
+        let [a, b, c] = [0, 1, 2].map(|i| n[2] * T::of(self.slope[i]));
+        Vector6::new(n[0] + a, n[1] + b, c, n[3], n[4], n[5])
     }
 
     /// `∂²η_3/∂G∂G`; nothing where the nodes meet.
@@ -525,28 +529,41 @@ impl Arc {
     }
 }
 
-impl AtForms<'_> {
+impl<T: Number> AtForms<'_, T> {
     /// `η`.
     #[must_use]
-    pub fn strain(&self) -> Strain {
+    pub fn strain(&self) -> Vector6<T> {
         self.corrected.as_ref().map_or(self.z, |(_, corrected)| corrected.eta)
-    }
-
-    /// `Σ n_i ∂η_i/∂y`.
-    #[must_use]
-    #[inline]
-    pub fn pull_back(&self, n: &Strain) -> Forms {
-        self.helix.pull_back(&self.on_helix(n), self.law.length)
     }
 
     /// `Σ n_i ∂η_i/∂(G, K)`.
     #[inline]
-    fn on_helix(&self, n: &Strain) -> Strain {
+    pub(crate) fn on_helix(&self, n: &Vector6<T>) -> Vector6<T> {
         match (&self.arc, &self.corrected) {
             (Some(arc), _) => arc.on_helix(n),
             (None, Some((own, corrected))) => corrected.pull_back(own, self.law, n),
             (None, None) => *n,
         }
+    }
+
+    /// `∂(G, K)/∂y` times a change of `y`.
+    pub(crate) fn helix_rate(&self, y: &Forms) -> Strain {
+        self.helix.slopes(self.law.length) * y
+    }
+
+    /// `Σ ξ_i ∂(G, K)_i/∂y`.
+    #[inline]
+    pub(crate) fn by_helix(&self, xi: &Strain) -> Forms {
+        self.helix.pull_back(xi, self.law.length)
+    }
+}
+
+impl AtForms<'_> {
+    /// `Σ n_i ∂η_i/∂y`.
+    #[must_use]
+    #[inline]
+    pub fn pull_back(&self, n: &Strain) -> Forms {
+        self.by_helix(&self.on_helix(n))
     }
 
     /// `∂η/∂y`.
@@ -581,15 +598,15 @@ impl AtForms<'_> {
 
 /// The strains of order 4 with what they are made of.
 #[derive(Clone, Copy, Debug)]
-struct Corrected {
-    K: Vector3<f64>,
-    G_3: f64,
-    m: Vector3<f64>,
-    w: Vector3<f64>,
-    gamma: Vector2<f64>, // γ_b
-    rho: f64,
-    q: f64,
-    eta: Strain,
+struct Corrected<T: Number> {
+    K: Vector3<T>,
+    G_3: T,
+    m: Vector3<T>,
+    w: Vector3<T>,
+    gamma: Vector2<T>, // γ_b
+    rho: T,
+    q: T,
+    eta: Vector6<T>,
 }
 
 /// Derivatives by `ξ` of `m`, `w`, `γ_b`, `q` and `η`.
@@ -602,23 +619,28 @@ struct CorrectedSlopes {
 }
 
 /// What acts on `η_1, η_2, η_3`, with what acts on them by `q`; on `η_K`; on `K×m`.
-struct OnParts {
-    N: Vector3<f64>,
-    M: Vector3<f64>,
-    of_k: Vector3<f64>,
+struct OnParts<T> {
+    N: Vector3<T>,
+    M: Vector3<T>,
+    of_k: Vector3<T>,
 }
 
-impl Corrected {
+impl<T: Number> Corrected<T> {
     #[inline]
-    fn at(law: &Helicoidal, Correction { S, R, .. }: &Correction, xi: &Strain, z: &Strain) -> Self {
+    fn at(
+        law: &Helicoidal<T>,
+        Correction { S, R, .. }: &Correction<T>,
+        xi: &Vector6<T>,
+        z: &Vector6<T>,
+    ) -> Self {
         let square = law.length * law.length;
         let (_, K) = split(xi);
-        let m: Vector3<f64> = law.stiffness.fixed_rows::<3>(3) * z;
+        let m: Vector3<T> = law.stiffness.fixed_rows::<3>(3) * z;
         let w = S * K.cross(&m);
         let mut eta = *z;
-        let shear = square / 12.0;
+        let shear = T::of(square / 12.0);
         (eta[0], eta[1]) = (z[0] - shear * w[1], z[1] + shear * w[0]); // − (ℓ²/12) w×e_3
-        let bent = (square / 24.0) * K.cross(&w);
+        let bent = times(square / 24.0, &K.cross(&w));
         for i in 0..3 {
             eta[3 + i] += bent[i];
         }
@@ -626,40 +648,54 @@ impl Corrected {
         let (G_3, q) = (xi[2], gamma.norm_squared());
         let rho = (G_3 * G_3 + q).sqrt();
         // ρ − G_3 without its cancellation
-        eta[2] += 0.1 * q + if G_3 > 0.0 { q / (rho + G_3) } else { rho - G_3 };
+        let excess = if re(G_3) > 0.0 { q / (rho + G_3) } else { rho - G_3 };
+        eta[2] += T::of(0.1) * q + excess;
         Self { K, G_3, m, w, gamma, rho, q, eta }
     }
 
     /// `½/ρ + 1/10`, the slope of `ρ − G_3 + q/10` in `q`.
-    fn slope_of_q(&self) -> f64 {
-        0.5 / self.rho + 0.1
+    fn slope_of_q(&self) -> T {
+        T::of(0.5) / self.rho + T::of(0.1)
     }
 
     #[inline]
-    fn parts(&self, Correction { S, R, .. }: &Correction, law: &Helicoidal, n: &Strain) -> OnParts {
+    fn parts(
+        &self,
+        Correction { S, R, .. }: &Correction<T>,
+        law: &Helicoidal<T>,
+        n: &Vector6<T>,
+    ) -> OnParts<T> {
         let square = law.length * law.length;
         let (mut N, M) = split(n);
-        let by_gamma = R.tr_mul(&self.gamma) * (2.0 * N[2] * self.slope_of_q());
+        let by_gamma = R.tr_mul(&self.gamma) * (T::of(2.0) * N[2] * self.slope_of_q());
         (N[0], N[1]) = (N[0] + by_gamma[0], N[1] + by_gamma[1]);
-        let turned = Vector3::new(-N[1], N[0], 0.0); // e_3×N
-        let of_k = S * ((square / 24.0) * M.cross(&self.K) - (square / 12.0) * turned);
+        let turned = Vector3::new(-N[1], N[0], T::of(0.0)); // e_3×N
+        let bent = times(square / 24.0, &M.cross(&self.K));
+        let of_k = S * (bent - times(square / 12.0, &turned));
         OnParts { N, M, of_k }
     }
 
     /// `Σ n_i ∂η_i/∂ξ`.
     #[inline]
-    fn pull_back(&self, own: &Correction, law: &Helicoidal, n: &Strain) -> Strain {
+    fn pull_back(
+        &self,
+        own: &Correction<T>,
+        law: &Helicoidal<T>,
+        n: &Vector6<T>,
+    ) -> Vector6<T> {
         let Self { K, G_3, m, w, rho, .. } = self;
         let OnParts { N, M, of_k } = self.parts(own, law, n);
-        let of_K = (law.length * law.length / 24.0) * w.cross(&M) + m.cross(&of_k);
+        let of_K = times(law.length * law.length / 24.0, &w.cross(&M)) + m.cross(&of_k);
         let mut out = join(&N, &(M + of_K));
-        out[2] += n[2] * (G_3 / rho - 1.0);
+        out[2] += n[2] * (*G_3 / *rho - T::of(1.0));
         out + law.stiffness.fixed_rows::<3>(3).tr_mul(&of_k.cross(K))
     }
+}
 
+impl Corrected<f64> {
     /// `∂η/∂ξ` and what it is made of.
     #[inline]
-    fn slopes(&self, own: &Correction, law: &Helicoidal) -> CorrectedSlopes {
+    fn slopes(&self, own: &Correction<f64>, law: &Helicoidal) -> CorrectedSlopes {
         let Self { K, G_3, m, w, gamma, rho, .. } = self;
         let square = law.length * law.length;
         let of_m: SMatrix<f64, 3, 6> = law.stiffness.fixed_rows::<3>(3).into();
@@ -691,7 +727,7 @@ impl Corrected {
     }
 
     /// `Σ n_i ∂²η_i/∂ξ∂ξ`.
-    fn bends(&self, own: &Correction, law: &Helicoidal, n: &Strain) -> Matrix6<f64> {
+    fn bends(&self, own: &Correction<f64>, law: &Helicoidal, n: &Strain) -> Matrix6<f64> {
         let Self { G_3, rho, q, .. } = self;
         let (square, extension) = (law.length * law.length, n[2]);
         let CorrectedSlopes { of_m, of_w, of_gamma, of_q, .. } = self.slopes(own, law);
@@ -715,11 +751,11 @@ impl Corrected {
     }
 }
 
-pub(crate) fn join(G: &Vector3<f64>, K: &Vector3<f64>) -> Strain {
-    Strain::new(G[0], G[1], G[2], K[0], K[1], K[2])
+pub(crate) fn join<T: Number>(G: &Vector3<T>, K: &Vector3<T>) -> Vector6<T> {
+    Vector6::new(G[0], G[1], G[2], K[0], K[1], K[2])
 }
 
-pub(crate) fn split(strain: &Strain) -> (Vector3<f64>, Vector3<f64>) {
+pub(crate) fn split<T: Number>(strain: &Vector6<T>) -> (Vector3<T>, Vector3<T>) {
     (strain.fixed_rows::<3>(0).into(), strain.fixed_rows::<3>(3).into())
 }
 
@@ -835,7 +871,7 @@ mod tests {
             let (K, G) = (axis * (angle / length), Vector3::z() + 0.2 * sample.vector());
             let start = rotation::exp(&sample.vector());
             let y = forms(&on_helix(&G, &K, length, &start), length);
-            let law = Helicoidal::of_order_2(length, Matrix6::identity());
+            let law: Helicoidal = Helicoidal::of_order_2(length, Matrix6::identity());
             worst = worst.max((law.helix(&y) - join(&G, &K)).amax());
         }
         println!("constant strain off by {worst:.1e}");

@@ -14,6 +14,7 @@
 //! | [`averaged`] | the averaged-strain discrete potential |
 //! | [`interpolated`] | strains and material damping in Galerkin steps |
 //! | [`damping`] | material damping |
+//! | [`design`] | elements by the numbers of their sections |
 //! | [`dissipation`] | algorithmic dissipation of unresolved vibrations |
 //! | [`mesh`] | nodes along curves, triads by a rule |
 //! | [`model`] | beams, bodies, joints as one mechanism |
@@ -39,8 +40,10 @@ mod at_start;
 pub mod averaged;
 pub mod curved;
 pub mod damping;
+pub mod design;
 pub mod dissipation;
 pub mod element;
+mod following;
 pub mod frequency;
 pub mod helicoidal;
 pub mod interpolated;

@@ -10,23 +10,27 @@
 //!
 //! Source: theory §6.2.
 
+#![allow(non_snake_case)] // C
+
 use crate::element::{Element, Elements};
 use crate::strain::{ElementCoordinates, Strain};
-use nalgebra::Vector3;
+use crate::small::inverse;
+use nalgebra::{Matrix6, Vector3, Vector6};
 use std::ops::Range;
+use vi_core::num_dual::Dual64;
 
 /// What elements are in the configuration in which they are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Rest {
+pub enum Rest<T = f64> {
     /// Drawn away from the stress-free shape.
     Shape {
         /// Length along the drawn centre line over the stress-free length.
         stretch: f64,
         /// `κ` in place of the drawn one: about `d_1`, about `d_2`, twist, 1/m.
-        curvature: Option<Vector3<f64>>,
+        curvature: Option<Vector3<T>>,
     },
     /// With the stress resultants `(Q_1, Q_2, N, M_1, M_2, M_3)` at their middle, N and N·m.
-    Prestressed(Strain),
+    Prestressed(Vector6<T>),
 }
 
 impl Rest {
@@ -49,10 +53,40 @@ impl Rest {
     }
 }
 
+impl Rest<Dual64> {
+    /// The derivative of `(Γ_0, K_0)`, from its value, `C` and the strains of an element that is
+    /// free of stress with some reference.
+    pub(crate) fn change(
+        &self,
+        reference: &Vector6<Dual64>,
+        C: &Matrix6<Dual64>,
+        strain: impl Fn(&Vector6<Dual64>) -> Vector6<Dual64>,
+    ) -> Vector6<Dual64> {
+        match self {
+            Self::Shape { curvature: Some(curvature), .. } => {
+                let (o, one) = (Dual64::from_re(0.0), Dual64::from_re(1.0));
+                Vector6::new(o, o, one, curvature.x, curvature.y, curvature.z)
+            }
+            Self::Shape { curvature: None, .. } => *reference,
+            Self::Prestressed(stress) => {
+                let compliance = inverse(C, |own| Some(own.cholesky()?.inverse()));
+                let wanted = compliance.map_or_else(Vector6::zeros, |own| own * stress);
+                let mut own = *reference;
+                for _ in 0..ITERATIONS {
+                    own += strain(&own) - wanted;
+                }
+                own
+            }
+        }
+    }
+}
+
+/// More than a contraction needs.
+const ITERATIONS: usize = 60;
+
 /// The reference with which an element at `x` has the strain `strain`: a contraction, since the
 /// corrections of order 4 are small.
 fn stressed(element: &Element, x: &ElementCoordinates, drawn: &Strain, strain: &Strain) -> Strain {
-    const ITERATIONS: usize = 60;
     let (mut own, mut last) = (element.clone(), f64::INFINITY);
     own.reference = drawn - strain;
     for _ in 0..ITERATIONS {

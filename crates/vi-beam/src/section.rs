@@ -23,7 +23,9 @@
 //! Source: theory §6. Shapes: [`crate::profile`].
 #![allow(non_snake_case)] // E, G, A, C, V: the letters of the field
 
-use nalgebra::{DMatrix, Matrix2, Matrix3, Matrix4, Matrix6, Rotation3, SMatrix, Vector3};
+use crate::small::{inverse, re, times};
+use nalgebra::{DMatrix, Matrix2, Matrix3, Matrix4, Matrix6, SMatrix};
+use vi_core::Number;
 
 /// A section no beam has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -134,11 +136,11 @@ pub enum SectionError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Section {
-    stiffness: Matrix6<f64>,
-    compliance: Matrix6<f64>,
-    viscosity: Matrix6<f64>,
-    mass: Matrix4<f64>,
+pub struct Section<T = f64> {
+    stiffness: Matrix6<T>,
+    compliance: Matrix6<T>,
+    viscosity: Matrix6<T>,
+    mass: Matrix4<T>,
     shear: Shear,
 }
 
@@ -180,16 +182,16 @@ const STRAIN_NAMES: [&str; 6] = [
     "twist",
 ];
 
-impl Section {
+impl<T: Number> Section<T> {
     /// From `(GA_1, GA_2, EA, EI_1, EI_2, GJ)` (N, N·m²) and `(Aρ, I_1ρ, I_2ρ, I_3ρ)` (kg/m, kg·m;
     /// Euler moments).
     ///
     /// # Errors
     /// [`SectionError::NotPositive`] for stiffnesses and `Aρ`, [`SectionError::Negative`] for
     /// `I_Iρ`.
-    pub fn new(stiffness: [f64; 6], inertia: [f64; 4]) -> Result<Self, SectionError> {
+    pub fn new(stiffness: [T; 6], inertia: [T; 4]) -> Result<Self, SectionError> {
         for (what, value) in STIFFNESS_NAMES.into_iter().zip(stiffness) {
-            positive(what, value)?;
+            positive(what, re(value))?;
         }
         let mass = Matrix4::from_diagonal(&euler(inertia)?.into());
         Ok(Self::of_soft(Matrix6::from_diagonal(&stiffness.into()), mass))
@@ -199,16 +201,19 @@ impl Section {
     ///
     /// # Errors
     /// As [`Section::new`].
-    pub fn rigid_in_shear(stiffness: [f64; 4], inertia: [f64; 4]) -> Result<Self, SectionError> {
+    pub fn rigid_in_shear(stiffness: [T; 4], inertia: [T; 4]) -> Result<Self, SectionError> {
         for (what, value) in STIFFNESS_NAMES.into_iter().skip(2).zip(stiffness) {
-            positive(what, value)?;
+            positive(what, re(value))?;
         }
         let mass = Matrix4::from_diagonal(&euler(inertia)?.into());
         let [a, b, c, d] = stiffness;
-        let diagonal = |of: [f64; 6]| Matrix6::from_diagonal(&of.into());
+        let diagonal = |of: [T; 4]| {
+            let [a, b, c, d] = of;
+            Matrix6::from_diagonal(&[T::of(0.0), T::of(0.0), a, b, c, d].into())
+        };
         Ok(Self {
-            stiffness: diagonal([0.0, 0.0, a, b, c, d]),
-            compliance: diagonal([0.0, 0.0, 1.0 / a, 1.0 / b, 1.0 / c, 1.0 / d]),
+            stiffness: diagonal([a, b, c, d]),
+            compliance: diagonal([a, b, c, d].map(|own| T::of(1.0) / own)),
             viscosity: Matrix6::zeros(),
             mass,
             shear: Shear::Rigid,
@@ -220,9 +225,9 @@ impl Section {
     ///
     /// # Errors
     /// [`SectionError::NotSymmetric`], [`SectionError::NotDefinite`], [`SectionError::Mass`].
-    pub fn general(stiffness: Matrix6<f64>, mass: Matrix4<f64>) -> Result<Self, SectionError> {
+    pub fn general(stiffness: Matrix6<T>, mass: Matrix4<T>) -> Result<Self, SectionError> {
         let stiffness = symmetric("stiffness", &stiffness)?;
-        definite("stiffness", &stiffness)?;
+        definite("stiffness", &real(&stiffness))?;
         Self::of_soft(stiffness, mass).with_mass(mass)
     }
 
@@ -230,16 +235,16 @@ impl Section {
     ///
     /// # Errors
     /// [`SectionError::NotSymmetric`], [`SectionError::NotPositive`], [`SectionError::Mass`].
-    pub fn with_mass(self, mass: Matrix4<f64>) -> Result<Self, SectionError> {
+    pub fn with_mass(self, mass: Matrix4<T>) -> Result<Self, SectionError> {
         let mass = symmetric("mass", &mass)?;
-        positive(INERTIA_NAMES[0], mass[(0, 0)])?;
-        possible(&mass)?;
+        positive(INERTIA_NAMES[0], re(mass[(0, 0)]))?;
+        possible(&real(&mass))?;
         Ok(Self { mass, ..self })
     }
 
-    fn of_soft(stiffness: Matrix6<f64>, mass: Matrix4<f64>) -> Self {
-        let compliance =
-            stiffness.try_inverse().expect("a positive definite matrix has an inverse");
+    fn of_soft(stiffness: Matrix6<T>, mass: Matrix4<T>) -> Self {
+        let compliance = inverse(&stiffness, |own| own.try_inverse());
+        let compliance = compliance.expect("a positive definite matrix has an inverse");
         let (viscosity, shear) = (Matrix6::zeros(), Shear::Soft);
         Self { stiffness, compliance, viscosity, mass, shear }
     }
@@ -250,17 +255,18 @@ impl Section {
     ///
     /// # Errors
     /// [`SectionError::Negative`].
-    pub fn with_damping(self, times: [f64; 6]) -> Result<Self, SectionError> {
+    pub fn with_damping(self, times: [T; 6]) -> Result<Self, SectionError> {
         for (what, value) in DAMPING_NAMES.into_iter().zip(times) {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(SectionError::Negative { what, value });
-            }
+            not_negative(what, re(value))?;
         }
         let time = |i: usize, j: usize| match i == j {
             true => times[i],
             false => (times[i] * times[j]).sqrt(),
         };
-        let viscosity = Matrix6::from_fn(|i, j| self.stiffness[(i, j)] * time(i, j));
+        let viscosity = Matrix6::from_fn(|i, j| match self.stiffness[(i, j)] {
+            apart if apart.vanishes() => T::of(0.0),
+            own => own * time(i, j),
+        });
         Ok(Self { viscosity, ..self })
     }
 
@@ -270,16 +276,16 @@ impl Section {
     /// # Errors
     /// [`SectionError::NotSymmetric`], [`SectionError::NotDefinite`] when it has a negative
     /// eigenvalue.
-    pub fn with_viscosity(self, V: Matrix6<f64>) -> Result<Self, SectionError> {
+    pub fn with_viscosity(self, V: Matrix6<T>) -> Result<Self, SectionError> {
         let viscosity = symmetric("damping", &V)?;
-        semidefinite("damping", &viscosity)?;
+        semidefinite("damping", &real(&viscosity))?;
         Ok(Self { viscosity, ..self })
     }
 
     /// The same section turned by an angle (rad) about `d_3`, from `d_1` to `d_2`.
     #[must_use]
-    pub fn turned(self, angle: f64) -> Self {
-        let R: Matrix3<f64> = about_3(angle);
+    pub fn turned(self, angle: T) -> Self {
+        let R = about_3(angle);
         let mut T = Matrix6::zeros();
         T.fixed_view_mut::<3, 3>(0, 0).copy_from(&R);
         T.fixed_view_mut::<3, 3>(3, 3).copy_from(&R);
@@ -291,9 +297,9 @@ impl Section {
     /// The same with its own strains of bending and extension at the tension centre and those of
     /// shear and twist at the shear centre, both along `d_1` and `d_2`, m. [6.39]
     #[must_use]
-    pub fn with_centers(self, tension: [f64; 2], shear: [f64; 2]) -> Self {
+    pub fn with_centers(self, tension: [T; 2], shear: [T; 2]) -> Self {
         let ([x_t, y_t], [x_s, y_s]) = (tension, shear);
-        let own = |sign: f64| {
+        let own = |sign: T| {
             let mut A = Matrix6::identity();
             A[(0, 5)] = -sign * y_s;
             A[(1, 5)] = sign * x_s;
@@ -301,16 +307,16 @@ impl Section {
             A[(2, 4)] = -sign * x_t;
             A
         };
-        self.seen_by(&own(1.0).transpose(), &own(-1.0)) // A² of the parts off the diagonal vanishes
+        self.seen_by(&own(T::of(1.0)).transpose(), &own(T::of(-1.0))) // A² of the parts off the diagonal vanishes
     }
 
-    /// `TCTᵀ`, `TVTᵀ` and `BC⁻¹Bᵀ`.
-    fn seen_by(self, T: &Matrix6<f64>, B: &Matrix6<f64>) -> Self {
-        let by = |T: &Matrix6<f64>, of: &Matrix6<f64>| even(&(T * of * T.transpose()));
+    /// `ACAᵀ`, `AVAᵀ` and `BC⁻¹Bᵀ`.
+    fn seen_by(self, A: &Matrix6<T>, B: &Matrix6<T>) -> Self {
+        let by = |A: &Matrix6<T>, of: &Matrix6<T>| even(&(A * of * A.transpose()));
         Self {
-            stiffness: by(T, &self.stiffness),
+            stiffness: by(A, &self.stiffness),
             compliance: by(B, &self.compliance),
-            viscosity: by(T, &self.viscosity),
+            viscosity: by(A, &self.viscosity),
             ..self
         }
     }
@@ -318,9 +324,9 @@ impl Section {
     /// The same with a centre of mass at `c` along `d_1` and `d_2`, m, in the place of the line of
     /// the nodes. [6.40]
     #[must_use]
-    pub fn with_mass_center(self, c: [f64; 2]) -> Self {
+    pub fn with_mass_center(self, c: [T; 2]) -> Self {
         let mut mass = self.mass;
-        let (line, c) = (mass[(0, 0)], [1.0, c[0], c[1]]);
+        let (line, c) = (mass[(0, 0)], [T::of(1.0), c[0], c[1]]);
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).skip(1) {
             mass[(i, j)] += line * c[i] * c[j];
         }
@@ -333,12 +339,12 @@ impl Section {
     ///
     /// # Errors
     /// [`SectionError::NotSymmetric`], [`SectionError::MassEntry`], [`SectionError::Inertia`].
-    pub fn mass_of_velocities(M: &Matrix6<f64>) -> Result<(Matrix4<f64>, f64), SectionError> {
+    pub fn mass_of_velocities(M: &Matrix6<T>) -> Result<(Matrix4<T>, f64), SectionError> {
         const PLANE: f64 = 0.01;
         const TOLERANCE: f64 = 1e-6;
         let M = symmetric("mass", M)?;
         let line = M[(0, 0)];
-        positive(INERTIA_NAMES[0], line)?;
+        positive(INERTIA_NAMES[0], re(line))?;
         let [S_1, S_2] = [-M[(2, 4)], M[(2, 3)]];
         let mut expected = M;
         for (i, j) in (0..3).flat_map(|i| (0..6).map(move |j| (i, j))) {
@@ -348,16 +354,16 @@ impl Section {
                 (1, 5) => S_1,
                 (2, 3) => S_2,
                 (2, 4) => -S_1,
-                _ => 0.0,
+                _ => T::of(0.0),
             };
             (expected[(i, j)], expected[(j, i)]) = (value, value);
         }
         for k in [3, 4] {
-            (expected[(k, 5)], expected[(5, k)]) = (0.0, 0.0);
+            (expected[(k, 5)], expected[(5, k)]) = (T::of(0.0), T::of(0.0));
         }
         for (row, column) in (0..6).flat_map(|i| (i..6).map(move |j| (i, j))) {
-            let (value, fit) = (M[(row, column)], expected[(row, column)]);
-            let size = (M[(row, row)] * M[(column, column)]).abs().sqrt();
+            let (value, fit) = (re(M[(row, column)]), re(expected[(row, column)]));
+            let size = (re(M[(row, row)]) * re(M[(column, column)])).abs().sqrt();
             let apart = (value - fit).abs();
             if apart.is_nan() || apart > TOLERANCE * size {
                 let (row, column) = (row + 1, column + 1);
@@ -365,18 +371,18 @@ impl Section {
             }
         }
         let J = [M[(3, 3)], M[(4, 4)], M[(5, 5)]];
-        let miss = (J[2] - J[0] - J[1]).abs() / J[2].max(f64::MIN_POSITIVE);
+        let miss = re(J[2] - J[0] - J[1]).abs() / re(J[2]).max(f64::MIN_POSITIVE);
         let I = match miss <= PLANE {
-            true => [J[1], J[0], 0.0],
+            true => [J[1], J[0], T::of(0.0)],
             false => Self::euler_moments(J)?,
         };
-        let product = -M[(3, 4)];
+        let (product, o) = (-M[(3, 4)], T::of(0.0));
         #[rustfmt::skip]
         let mass = Matrix4::new(
-            line, S_1, S_2, 0.0,
-            S_1, I[0], product, 0.0,
-            S_2, product, I[1], 0.0,
-            0.0, 0.0, 0.0, I[2],
+            line, S_1, S_2, o,
+            S_1, I[0], product, o,
+            S_2, product, I[1], o,
+            o, o, o, I[2],
         );
         Ok((mass, miss))
     }
@@ -389,53 +395,99 @@ impl Section {
     #[must_use]
     pub fn mean(parts: &[(f64, Self)]) -> Self {
         let first = parts.first().expect("an element has a section").1;
-        if parts.iter().all(|(_, section)| *section == first) {
+        if parts.iter().all(|(_, section)| section.is(&first)) {
             return first;
         }
         let (mut compliance, mut Y) = (Matrix6::zeros(), Matrix6::zeros());
         let mut mass = Matrix4::zeros();
         for (weight, own) in parts {
-            compliance += *weight * own.compliance;
-            Y += *weight * own.compliance * own.viscosity * own.compliance;
-            mass += *weight * own.mass;
+            let scaled = times(*weight, &own.compliance);
+            compliance += scaled;
+            Y += scaled * own.viscosity * own.compliance;
+            mass += times(*weight, &own.mass);
         }
         let rigid = parts.iter().all(|(_, own)| own.shear == Shear::Rigid);
         let shear = if rigid { Shear::Rigid } else { Shear::Soft };
-        let stiffness = even(&inverse_of_compliance(&compliance));
+        let stiffness = inverse(&compliance, |own| Some(inverse_of_compliance(&own)));
+        let stiffness = even(&stiffness.expect("it is a pseudo-inverse"));
         let viscosity = even(&(stiffness * Y * stiffness));
         Self { stiffness, compliance, viscosity, mass, shear }
+    }
+
+    /// Whether it is the same, with its derivatives.
+    fn is(&self, other: &Self) -> bool {
+        let apart = |a: &Matrix6<T>, b: &Matrix6<T>| (a - b).iter().any(|own| !own.vanishes());
+        self.shear == other.shear
+            && !apart(&self.stiffness, &other.stiffness)
+            && !apart(&self.compliance, &other.compliance)
+            && !apart(&self.viscosity, &other.viscosity)
+            && (self.mass - other.mass).iter().all(|own| own.vanishes())
     }
 
     /// `I_Iρ = ½ tr J − J_I` from section inertias `J_I` about the directors, kg·m.
     ///
     /// # Errors
     /// [`SectionError::Inertia`] when one of them exceeds the sum of the two others.
-    pub fn euler_moments(J: [f64; 3]) -> Result<[f64; 3], SectionError> {
-        let half = 0.5 * J.iter().sum::<f64>();
-        let slack = 1e-12 * half;
+    pub fn euler_moments(J: [T; 3]) -> Result<[T; 3], SectionError> {
+        let half = T::of(0.5) * (J[0] + J[1] + J[2]);
+        let slack = 1e-12 * re(half);
         let moments = J.map(|J| half - J);
-        if moments.iter().any(|E| E.is_nan() || *E < -slack) {
-            return Err(SectionError::Inertia(J));
+        if moments.iter().any(|E| re(*E).is_nan() || re(*E) < -slack) {
+            return Err(SectionError::Inertia(J.map(Number::real)));
         }
-        Ok(moments.map(|E| if E.abs() <= slack { 0.0 } else { E }))
-    }
-
-    /// `(GA_1, GA_2, EA, EI_1, EI_2, GJ)`, the diagonal of `C`.
-    #[must_use]
-    pub fn stiffness(&self) -> [f64; 6] {
-        self.stiffness.diagonal().into()
-    }
-
-    /// Whether any strain is damped.
-    #[must_use]
-    pub fn is_damped(&self) -> bool {
-        self.viscosity.amax() > 0.0
+        // nothing but rounding: zero with its derivative
+        Ok(moments.map(|E| if re(E).abs() <= slack { E - T::of(re(E)) } else { E }))
     }
 
     /// Whether it has no shear: its shear stiffnesses are infinite, and stand as zeros in `C`.
     #[must_use]
     pub fn is_rigid_in_shear(&self) -> bool {
         self.shear == Shear::Rigid
+    }
+
+    /// `C`, the same as a matrix.
+    #[must_use]
+    pub fn stiffness_matrix(&self) -> &Matrix6<T> {
+        &self.stiffness
+    }
+
+    /// `C⁻¹`.
+    #[must_use]
+    pub fn compliance(&self) -> Matrix6<T> {
+        self.compliance
+    }
+
+    /// `V`, N·s, N·m·s and N·m²·s.
+    #[must_use]
+    pub fn viscosity(&self) -> Matrix6<T> {
+        self.viscosity
+    }
+
+    /// `(Aρ, I_1ρ, I_2ρ, I_3ρ)`: mass per length of `φ, d_1, d_2, d_3`, the diagonal of `m`.
+    #[must_use]
+    pub fn inertia(&self) -> [T; 4] {
+        self.mass.diagonal().into()
+    }
+
+    /// `m`, the mass per length between `φ, d_1, d_2, d_3`.
+    #[must_use]
+    pub fn mass_matrix(&self) -> Matrix4<T> {
+        self.mass
+    }
+
+    /// `(GA_1, GA_2, EA, EI_1, EI_2, GJ)`, the diagonal of `C`.
+    #[must_use]
+    pub fn stiffness(&self) -> [T; 6] {
+        self.stiffness.diagonal().into()
+    }
+}
+
+impl Section {
+
+    /// Whether any strain is damped.
+    #[must_use]
+    pub fn is_damped(&self) -> bool {
+        self.viscosity.amax() > 0.0
     }
 
     /// Whether it behaves the same in all directions across the beam.
@@ -456,24 +508,6 @@ impl Section {
                 size(of_strains(k), least)
             }) && same(self.mass.as_slice(), turned.mass.as_slice(), &|k| size(of_rates(k), least))
         })
-    }
-
-    /// `C`, the same as a matrix.
-    #[must_use]
-    pub fn stiffness_matrix(&self) -> &Matrix6<f64> {
-        &self.stiffness
-    }
-
-    /// `C⁻¹`.
-    #[must_use]
-    pub fn compliance(&self) -> Matrix6<f64> {
-        self.compliance
-    }
-
-    /// `V`, N·s, N·m·s and N·m²·s.
-    #[must_use]
-    pub fn viscosity(&self) -> Matrix6<f64> {
-        self.viscosity
     }
 
     /// The condition number of `C` with its diagonal scaled to 1.
@@ -504,44 +538,27 @@ impl Section {
         }
     }
 
-    /// `(Aρ, I_1ρ, I_2ρ, I_3ρ)`: mass per length of `φ, d_1, d_2, d_3`, the diagonal of `m`.
-    #[must_use]
-    pub fn inertia(&self) -> [f64; 4] {
-        self.mass.diagonal().into()
-    }
-
     /// `C⁻¹`.
     pub(crate) fn compliance_matrix(&self) -> Matrix6<f64> {
         self.compliance
     }
 
-    /// `m`, the mass per length between `φ, d_1, d_2, d_3`.
-    #[must_use]
-    pub fn mass_matrix(&self) -> Matrix4<f64> {
-        self.mass
-    }
 }
 
 /// Inertias that may be.
-fn euler(inertia: [f64; 4]) -> Result<[f64; 4], SectionError> {
-    positive(INERTIA_NAMES[0], inertia[0])?;
+fn euler<T: Number>(inertia: [T; 4]) -> Result<[T; 4], SectionError> {
+    positive(INERTIA_NAMES[0], re(inertia[0]))?;
     for (what, value) in INERTIA_NAMES.into_iter().zip(inertia).skip(1) {
-        if !(value.is_finite() && value >= 0.0) {
-            return Err(SectionError::Negative { what, value });
-        }
+        not_negative(what, re(value))?;
     }
     Ok(inertia)
 }
 
 /// The rotation by an angle about `d_3`.
-fn about_3(angle: f64) -> Matrix3<f64> {
-    let (s, c) = (libm::sin(angle), libm::cos(angle));
-    Rotation3::from_basis_unchecked(&[
-        Vector3::new(c, s, 0.0),
-        Vector3::new(-s, c, 0.0),
-        Vector3::z(),
-    ])
-    .into_inner()
+fn about_3<T: Number>(angle: T) -> Matrix3<T> {
+    let [s, c] = angle.sine_cosine();
+    let (o, one) = (T::of(0.0), T::of(1.0));
+    Matrix3::new(c, -s, o, s, c, o, o, o, one)
 }
 
 /// `C` of `C⁻¹`, where that has one: shears may have no compliance.
@@ -554,8 +571,13 @@ fn inverse_of_compliance(F: &Matrix6<f64>) -> Matrix6<f64> {
 }
 
 /// The symmetric part.
-fn even<const N: usize>(m: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    0.5 * (m + m.transpose())
+fn even<T: Number, const N: usize>(m: &SMatrix<T, N, N>) -> SMatrix<T, N, N> {
+    times(0.5, &(m + m.transpose()))
+}
+
+/// The values alone.
+fn real<T: Number, const N: usize>(m: &SMatrix<T, N, N>) -> SMatrix<f64, N, N> {
+    m.map(Number::real)
 }
 
 /// With a diagonal of 1; rows without a positive diagonal stay.
@@ -605,20 +627,28 @@ fn possible(m: &Matrix4<f64>) -> Result<(), SectionError> {
 }
 
 /// The mean of a matrix and its transpose, where they differ by rounding only.
-fn symmetric<const N: usize>(
+fn symmetric<T: Number, const N: usize>(
     what: &'static str,
-    m: &SMatrix<f64, N, N>,
-) -> Result<SMatrix<f64, N, N>, SectionError> {
+    m: &SMatrix<T, N, N>,
+) -> Result<SMatrix<T, N, N>, SectionError> {
     const TOLERANCE: f64 = 1e-6;
     for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
-        let size = (m[(i, i)] * m[(j, j)]).abs().sqrt();
-        let off = (m[(i, j)] - m[(j, i)]).abs();
-        if !(off <= TOLERANCE * size && m[(i, j)].is_finite()) {
-            let values = [m[(i, j)], m[(j, i)]];
+        let at = |i: usize, j: usize| re(m[(i, j)]);
+        let size = (at(i, i) * at(j, j)).abs().sqrt();
+        let off = (at(i, j) - at(j, i)).abs();
+        if !(off <= TOLERANCE * size && at(i, j).is_finite()) {
+            let values = [at(i, j), at(j, i)];
             return Err(SectionError::NotSymmetric { what, row: i + 1, column: j + 1, values });
         }
     }
-    Ok(0.5 * (m + m.transpose()))
+    Ok(even(m))
+}
+
+fn not_negative(what: &'static str, value: f64) -> Result<(), SectionError> {
+    match value.is_finite() && value >= 0.0 {
+        true => Ok(()),
+        false => Err(SectionError::Negative { what, value }),
+    }
 }
 
 pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), SectionError> {

@@ -43,31 +43,38 @@ impl BeamElements {
             };
             system = system.force_of(damping::SOURCE, Box::new(damping));
         }
-        let elements = self.elements.clone();
-        let count = elements.list().len();
+        let count = self.elements.list().len();
         if rule == StrainRule::Dissipative && count > 0 {
             let dissipation = StrainDissipation::new(self);
             system = system.force_of(dissipation::SOURCE, Box::new(dissipation));
         }
+        match rule {
+            _ if count == 0 => system,
+            StrainRule::Midpoint => system.potential(self.elements.clone()),
+            _ => system.discrete_potential(Box::new(self.averaged_by(rule, slowness))),
+        }
+    }
+
+    /// The averaged strains of a rule, with elements that are free of stress in the configuration
+    /// `q`.
+    pub(crate) fn averaged(&self, rule: StrainRule, q: &[f64]) -> AveragedStrains {
+        let scaled = rule == StrainRule::MassScaled;
+        self.averaged_by(rule, scaled.then(|| slowness(self, q)))
+    }
+
+    fn averaged_by(&self, rule: StrainRule, slowness: Option<Vec<f64>>) -> AveragedStrains {
+        let (elements, none) = (self.elements.clone(), vec![0.0; self.elements.list().len()]);
         let (mu, slowness) = match (rule, slowness) {
             (StrainRule::MassScaled, Some(slowness)) => (MASS_SCALING, slowness),
-            (StrainRule::Dissipative, _) => (MASS, vec![0.0; count]),
-            _ => (0.0, vec![0.0; count]),
+            (StrainRule::Dissipative, _) => (MASS, none),
+            _ => (0.0, none),
         };
-        let midpoint = rule == StrainRule::Midpoint;
-        match midpoint {
-            _ if count == 0 => system,
-            true => system.potential(elements),
-            false => {
-                let averaged = AveragedStrains::mass_scaled(elements, mu, slowness);
-                let averaged = match rule {
-                    StrainRule::MassScaled | StrainRule::Dissipative => {
-                        averaged.with_following_tension_mass(&self.tension)
-                    }
-                    StrainRule::Averaged | StrainRule::Midpoint => averaged,
-                };
-                system.discrete_potential(Box::new(averaged))
+        let averaged = AveragedStrains::mass_scaled(elements, mu, slowness);
+        match rule {
+            StrainRule::MassScaled | StrainRule::Dissipative => {
+                averaged.with_following_tension_mass(&self.tension)
             }
+            StrainRule::Averaged | StrainRule::Midpoint => averaged,
         }
     }
 

@@ -17,13 +17,13 @@ use nalgebra::{Matrix4, SMatrix, SVector};
 
 /// A section at a place of an element, one of a quadrature.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SectionPoint {
+pub struct SectionPoint<T = f64> {
     /// `ξ`, −½ at the first node, ½ at the second.
     pub place: f64,
     /// `w`, its part of the element.
     pub weight: f64,
     /// The section there.
-    pub section: Section,
+    pub section: Section<T>,
 }
 
 impl SectionPoint {
@@ -36,9 +36,9 @@ impl SectionPoint {
 /// The mass per length at a place of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MassPoint {
-    place: f64,
-    weight: f64,
-    mass: Matrix4<f64>,
+    pub(crate) place: f64,
+    pub(crate) weight: f64,
+    pub(crate) mass: Matrix4<f64>,
 }
 
 /// Three Gauss points between two places of an element, with their parts of it.

@@ -32,6 +32,10 @@ pub trait Design {
         rows: &mut [f64],
     );
 
+    /// Along parameter `k`: `out += ζ_θ` of the internal variables `z' = ζ(q, q', z)`, shape of all
+    /// of them.
+    fn add_internal(&self, _k: usize, _s: &Interval, _out: &mut [f64]) {}
+
     /// Number of sums over the steps that the derivatives by all parameters are made of: what
     /// several parameters share is summed once.
     fn sums(&self) -> usize;
@@ -39,6 +43,10 @@ pub trait Design {
     /// Adds those of a step. Where each parameter has its own, `sums_k += plus·b' − minus·μ −
     /// rows·σ` with what [`Design::add_tangent`] adds.
     fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, sums: &mut [f64]);
+
+    /// Adds what internal variables add to those of a step: where each parameter has its own,
+    /// `sums_k += ζ_θ·y'`; `y'`: their costates at its end.
+    fn add_internal_adjoint(&self, _s: &Interval, _y: &[f64], _sums: &mut [f64]) {}
 
     /// Of all parameters at once: adds the derivatives that the sums over all steps make; `out`:
     /// shape [`Design::len`].

@@ -319,6 +319,9 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             of_step.clear();
             objective.add_of_step(s, controls.at(step), of_step);
             add(&of_step.end, &mut costate.q);
+            if let Some(design) = design.filter(|_| !costate.z.is_empty()) {
+                design.add_internal_adjoint(s, &costate.z, sums);
+            }
             costates.pull(system, constraints, s, p, costate).map_err(singular)?;
             add(&of_step.start, &mut costate.q);
             let (impulse, costates) = (costates.impulse(), costates.costates());

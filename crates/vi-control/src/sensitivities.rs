@@ -210,6 +210,9 @@ impl Sensitivities {
                 design.add_tangent(parameter, s, linearization.impulse(), minus, plus, rows);
             }
             linearization.push(system, constraints, s, sources, tangent).map_err(failed)?;
+            if let (Some(design), Some(parameter)) = (design, direction.parameter) {
+                design.add_internal(parameter, s, &mut tangent.z);
+            }
             *rate += dot(&of_step.end, &tangent.q);
         }
         objective.add_parameters_of_step(s, w, &mut self.of_parameters);

@@ -20,6 +20,8 @@ pub trait Number: nalgebra::RealField + Copy {
     fn arctangent(self, x: Self) -> Self;
     /// `sin` and `cos`.
     fn sine_cosine(self) -> [Self; 2];
+    /// `tanh`.
+    fn hyperbolic_tangent(self) -> Self;
 }
 
 impl Number for f64 {
@@ -43,6 +45,10 @@ impl Number for f64 {
     fn sine_cosine(self) -> [Self; 2] {
         [libm::sin(self), libm::cos(self)]
     }
+    #[inline]
+    fn hyperbolic_tangent(self) -> Self {
+        libm::tanh(self)
+    }
 }
 
 impl Number for Dual64 {
@@ -63,6 +69,10 @@ impl Number for Dual64 {
     fn sine_cosine(self) -> [Self; 2] {
         let (sine, cosine) = (libm::sin(self.re), libm::cos(self.re));
         [Self::new(sine, cosine * self.eps), Self::new(cosine, -sine * self.eps)]
+    }
+    fn hyperbolic_tangent(self) -> Self {
+        let value = libm::tanh(self.re);
+        Self::new(value, (1.0 - value * value) * self.eps)
     }
 }
 
@@ -98,6 +108,12 @@ impl Number for HyperDual64 {
             Self::new(value, slope * self.eps1, slope * self.eps2, bend)
         };
         [of(sine, cosine), of(cosine, -sine)]
+    }
+    fn hyperbolic_tangent(self) -> Self {
+        let value = libm::tanh(self.re);
+        let slope = 1.0 - value * value;
+        let bend = slope * (self.eps1eps2 - 2.0 * value * self.eps1 * self.eps2);
+        Self::new(value, slope * self.eps1, slope * self.eps2, bend)
     }
 }
 

@@ -15,7 +15,7 @@
 use crate::configuration::Configuration;
 use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
-use crate::interval::Interval;
+use crate::interval::{Interval, Slot};
 use crate::linear::dot;
 use crate::sparse::{Block, Entries};
 use crate::strain_energy::StrainEnergy;
@@ -81,6 +81,15 @@ pub trait DiscretePotential: Send + Sync {
     fn begin(&self, _q: &[f64], _out: &mut [f64]) {}
     /// `out ←` the internal variables at the end of a step, whose own are in `out`.
     fn advance(&self, _s: &Interval, _out: &mut [f64]) {}
+    /// `out ← out +` their change where `q` changes by `dq`.
+    fn begin_change(&self, _q: &[f64], _dq: &[f64], _out: &mut [f64]) {}
+    /// Emits `scale ∂(D_of U_d)/∂z`, columns of its own internal variables.
+    fn add_internal_slope(&self, _s: &Interval, _of: Slot, _scale: f64, _out: &mut dyn Entries) {}
+    /// Emits `∂z_{n+1}/∂q_n` or `∂z_{n+1}/∂q_{n+1}`, rows of its own internal variables. Whether a
+    /// variable changes in the step is held.
+    fn add_advance_slope(&self, _s: &Interval, _by: Slot, _out: &mut dyn Entries) {}
+    /// Emits `∂z_{n+1}/∂z_n` of its own internal variables.
+    fn add_advance_internal_slope(&self, _s: &Interval, _out: &mut dyn Entries) {}
     /// Number of values that a step needs again and again and that follow from `q_n` alone; zero
     /// for most.
     fn derived_values(&self) -> usize {

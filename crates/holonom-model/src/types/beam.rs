@@ -11,11 +11,13 @@ use vi_beam::mesh::{CurveError, FrameRule, Mesh};
 use vi_beam::section::Section as Numbers;
 use vi_beam::varying::SectionPoint;
 use vi_beam::{ElementKind, Rest};
+use vi_core::Number;
+use vi_core::num_dual::Dual64;
 use vi_multibody::joint::complete_axis;
 
 use super::section::Section;
 use super::settings::{Settings, Strain};
-use super::station::{Along, Stations};
+use super::station::{Along, NumbersAlong, Station, Stations};
 use crate::text::problem::{Problem, fault};
 
 /// Intervals between nodes that a beam may have at most.
@@ -348,19 +350,59 @@ impl Beam {
         &self,
         meshes: &[Mesh],
     ) -> Result<Option<Vec<Vec<SectionPoint>>>, Problem> {
+        self.points_along(meshes, &|_, _, value| value)
+    }
+
+    fn points_along<T: Number>(
+        &self,
+        meshes: &[Mesh],
+        number: NumbersAlong<'_, T>,
+    ) -> Result<Option<Vec<Vec<SectionPoint<T>>>>, Problem> {
         let Some(along) = self.along(meshes)? else { return Ok(None) };
         let mut start = 0.0;
         let element = |length: &f64| {
             let from = start;
             start += length;
-            along.points(from, start)
+            along.points([from, start], number)
         };
-        meshes
-            .iter()
-            .flat_map(|mesh| &mesh.lengths)
-            .map(element)
-            .collect::<Result<_, _>>()
-            .map(Some)
+        let lengths = meshes.iter().flat_map(|mesh| &mesh.lengths);
+        lengths.map(element).collect::<Result<_, _>>().map(Some)
+    }
+
+    /// The sections of each of its elements with their derivatives; `slope`: of the numbers at key
+    /// paths below that of the beam.
+    ///
+    /// # Errors
+    /// [`Problem`] with its key below that of the beam.
+    pub fn section_tangents(
+        &self,
+        slope: &dyn Fn(&str) -> f64,
+    ) -> Result<Vec<Vec<SectionPoint<Dual64>>>, Problem> {
+        let meshes = self.plain_meshes()?;
+        let stated = |station: usize, key: &str| -> Option<&Station> {
+            let Some(Stations::Rows(rows)) = &self.stations else { return None };
+            rows.get(station).filter(|own| own.states(key))
+        };
+        let at = |station: usize, key: &str| match stated(station, key) {
+            Some(_) => slope(&format!("stations.{station}.section.{key}")),
+            None => slope(&format!("section.{key}")),
+        };
+        let last = match &self.stations {
+            Some(Stations::Rows(rows)) => rows.len().saturating_sub(1),
+            _ => 0,
+        };
+        let along = |(k, t): (usize, f64), key: &str, value: f64| {
+            let (from, to) = (at(k, key), at((k + 1).min(last), key));
+            Dual64::new(value, from + t * (to - from))
+        };
+        if let Some(all) = self.points_along(&meshes, &along)? {
+            return Ok(all);
+        }
+        let one = |key: &str, value: f64| Dual64::new(value, slope(&format!("section.{key}")));
+        let section = self.section.numbers_by(&one);
+        let section = section.map_err(|problem| problem.below("section"))?;
+        let point = SectionPoint { place: 0.0, weight: 1.0, section };
+        Ok(vec![vec![point]; meshes.iter().map(|mesh| mesh.lengths.len()).sum()])
     }
 
     /// Its section at an arc length, m.

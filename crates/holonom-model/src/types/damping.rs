@@ -4,7 +4,10 @@ use crate::text::problem::{Problem, fault};
 use nalgebra::Matrix6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use vi_beam::section::{Section as Numbers, SectionError};
+use vi_beam::section::{Section, SectionError};
+use vi_core::Number;
+
+use super::outline::Numbers;
 
 /// `damping` of a section: Kelvin–Voigt, the stress is `C (ε + τ ε̇)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -55,14 +58,20 @@ pub struct RelaxationTimes {
 }
 
 impl Damping {
-    /// A section with it.
-    pub(crate) fn of(&self, section: Numbers) -> Result<Numbers, Problem> {
+    /// A section with it, from its numbers by their keys below that of the section.
+    pub(crate) fn of<T: Number>(
+        &self,
+        section: Section<T>,
+        number: Numbers<'_, T>,
+    ) -> Result<Section<T>, Problem> {
         let refuse = |error: SectionError| {
             fault("damping", error.to_string(), "write a symmetric matrix that dissipates")
         };
         match self {
-            Self::Viscosity(rows) => section.with_viscosity(matrix(rows)).map_err(refuse),
-            _ => section.with_damping(self.times()?).map_err(refuse),
+            Self::Viscosity(rows) => {
+                section.with_viscosity(matrix_by(rows, "damping", number)).map_err(refuse)
+            }
+            _ => section.with_damping(self.times_by(number)?).map_err(refuse),
         }
     }
 
@@ -70,21 +79,27 @@ impl Damping {
     pub(crate) fn is_any(&self) -> bool {
         match self {
             Self::Viscosity(rows) => rows.iter().flatten().any(|v| *v != 0.0),
-            _ => self.times().is_ok_and(|times| times.iter().any(|time| *time > 0.0)),
+            _ => {
+                let times = self.times_by(&|_, value| value);
+                times.is_ok_and(|times| times.iter().any(|time| *time > 0.0))
+            }
         }
     }
 
     /// Relaxation times in the order of the stiffnesses of the elements, s; of a full viscosity
     /// none.
-    fn times(&self) -> Result<[f64; 6], Problem> {
+    fn times_by<T: Number>(&self, number: Numbers<'_, T>) -> Result<[T; 6], Problem> {
         let not_negative = |key: &str, value: f64, unit: &str| {
             let message = format!("{key} = {value} is negative");
             let help = format!("write a positive number{unit}, or 0 for no damping");
             if value < 0.0 { Err(fault(key, message, help)) } else { Ok(value) }
         };
         match self {
-            Self::Viscosity(_) => Ok([0.0; 6]),
-            Self::Time(time) => Ok([not_negative("damping", *time, " of seconds")?; 6]),
+            Self::Viscosity(_) => Ok([T::of(0.0); 6]),
+            Self::Time(time) => {
+                let time = not_negative("damping", *time, " of seconds")?;
+                Ok([number("damping", time); 6])
+            }
             Self::LossFactor(LossFactor { loss_factor, frequency }) => {
                 if *frequency <= 0.0 {
                     let message = format!("frequency = {frequency} is not positive");
@@ -92,7 +107,9 @@ impl Damping {
                     return Err(fault("damping.frequency", message, help));
                 }
                 let eta = not_negative("damping.loss_factor", *loss_factor, "")?;
-                Ok([eta / (std::f64::consts::TAU * frequency); 6]) // η = 2π f τ
+                let eta = number("damping.loss_factor", eta);
+                let frequency = number("damping.frequency", *frequency);
+                Ok([eta / (T::of(std::f64::consts::TAU) * frequency); 6]) // η = 2π f τ
             }
             Self::Times(RelaxationTimes { ea, ga1, ga2, ei1, ei2, gj }) => {
                 let named = [
@@ -106,7 +123,7 @@ impl Damping {
                 for (key, value) in named {
                     not_negative(key, *value, " of seconds")?;
                 }
-                Ok(named.map(|(_, value)| *value))
+                Ok(named.map(|(key, value)| number(key, *value)))
             }
         }
     }
@@ -115,4 +132,13 @@ impl Damping {
 /// Rows as a matrix.
 pub(crate) fn matrix(rows: &[[f64; 6]; 6]) -> Matrix6<f64> {
     Matrix6::from_fn(|i, j| rows[i][j])
+}
+
+/// The same of numbers by their keys.
+pub(crate) fn matrix_by<T: Number>(
+    rows: &[[f64; 6]; 6],
+    key: &str,
+    number: Numbers<'_, T>,
+) -> Matrix6<T> {
+    Matrix6::from_fn(|i, j| number(&format!("{key}.{i}.{j}"), rows[i][j]))
 }

@@ -4,6 +4,10 @@ use crate::text::problem::{Problem, fault};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vi_beam::profile::{Material as Solid, Profile, Walls};
+use vi_core::Number;
+
+/// The number at a key path, from its value: itself, or with its derivative.
+pub(crate) type Numbers<'a, T> = &'a dyn Fn(&str, f64) -> T;
 
 /// Kind of a cross-section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -69,9 +73,13 @@ impl Outline {
         }
     }
 
-    /// Premise: as many dimensions as the kind has.
-    pub(crate) fn profile(&self) -> Profile {
-        let at = |i: usize| self.dimensions.get(i).copied().unwrap_or_default();
+    /// From its numbers by their keys below that of the section. Premise: as many dimensions as the
+    /// kind has.
+    pub(crate) fn profile<T: Number>(&self, number: Numbers<'_, T>) -> Profile<T> {
+        let at = |i: usize| {
+            let own = self.dimensions.get(i).copied().unwrap_or_default();
+            number(&format!("shape.dimensions.{i}"), own)
+        };
         let walls = Walls { width: at(0), height: at(1), flange: at(2), web: at(3) };
         match self.kind {
             OutlineKind::Rectangle => Profile::Rectangle { width: at(0), height: at(1) },
@@ -97,7 +105,8 @@ impl Outline {
 }
 
 impl Material {
-    pub(crate) fn solid(&self) -> Result<Solid, Problem> {
+    /// From its numbers by their keys below that of the section.
+    pub(crate) fn solid<T: Number>(&self, number: Numbers<'_, T>) -> Result<Solid<T>, Problem> {
         let positive =
             [("E", Some(self.young)), ("G", self.shear), ("density", Some(self.density))];
         for (key, value) in positive {
@@ -106,10 +115,14 @@ impl Material {
                 return Err(fault(&format!("material.{key}"), message, "write a positive number"));
             }
         }
+        let young = number("material.E", self.young);
+        let density = number("material.density", self.density);
         match (self.shear, self.nu) {
-            (Some(shear), None) => Ok(Solid { young: self.young, shear, density: self.density }),
+            (Some(shear), None) => {
+                Ok(Solid { young, shear: number("material.G", shear), density })
+            }
             (None, Some(nu)) => {
-                let solid = Solid::from_poisson(self.young, nu, self.density);
+                let solid = Solid::from_poisson(young, number("material.nu", nu), density);
                 solid.map_err(|e| fault("material.nu", e.to_string(), "write 0.3 for steel"))
             }
             (Some(_), Some(_)) => {

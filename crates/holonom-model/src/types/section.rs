@@ -4,13 +4,14 @@
 //! hold about own axes and centres; [`Section::numbers`] brings them to the line of the nodes.
 
 use crate::text::problem::{Problem, fault};
-use crate::types::damping::{Damping, matrix};
-use crate::types::outline::{Material, Outline, OutlineKind};
+use crate::types::damping::{Damping, matrix, matrix_by};
+use crate::types::outline::{Material, Numbers, Outline, OutlineKind};
 use nalgebra::Matrix4;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vi_beam::profile::Stated;
-use vi_beam::section::{Section as Numbers, SectionError};
+use vi_beam::section::{Section as Section6, SectionError};
+use vi_core::Number;
 
 /// How many of the stated numbers are stiffnesses; the others are masses.
 const OF_STIFFNESS: usize = 6;
@@ -97,6 +98,17 @@ pub struct Section {
     pub damping: Option<Damping>,
 }
 
+/// The ten numbers that hold about own axes and centres, and the shear centre.
+struct Resolved<T> {
+    ten: [Option<T>; 10], // EA, GA1, GA2, EI1, EI2, GJ, rhoA, rhoI1, rhoI2, rhoJ
+    shear: Option<[T; 2]>,
+}
+
+/// Two numbers.
+fn pair<T: Number>(key: &str, own: Option<[f64; 2]>, number: Numbers<'_, T>) -> Option<[T; 2]> {
+    own.map(|own| [0, 1].map(|i| number(&format!("{key}.{i}"), own[i])))
+}
+
 impl Section {
     /// What it states, and what `base` states otherwise.
     pub(crate) fn over(&self, base: &Self) -> Self {
@@ -116,38 +128,42 @@ impl Section {
         self.damping.as_ref().is_some_and(Damping::is_any)
     }
 
-    /// The ten stated numbers with their keys:
-    /// `EA, GA1, GA2, EI1, EI2, GJ, rhoA, rhoI1, rhoI2, rhoJ`.
-    fn stated(&mut self) -> [(&'static str, &mut Option<f64>); 10] {
+    /// The ten stated numbers with their keys.
+    fn stated(&self) -> [(&'static str, Option<f64>); 10] {
         [
-            ("EA", &mut self.ea),
-            ("GA1", &mut self.ga1),
-            ("GA2", &mut self.ga2),
-            ("EI1", &mut self.ei1),
-            ("EI2", &mut self.ei2),
-            ("GJ", &mut self.gj),
-            ("rhoA", &mut self.rho_a),
-            ("rhoI1", &mut self.rho_i1),
-            ("rhoI2", &mut self.rho_i2),
-            ("rhoJ", &mut self.rho_j),
+            ("EA", self.ea),
+            ("GA1", self.ga1),
+            ("GA2", self.ga2),
+            ("EI1", self.ei1),
+            ("EI2", self.ei2),
+            ("GJ", self.gj),
+            ("rhoA", self.rho_a),
+            ("rhoI1", self.rho_i1),
+            ("rhoI2", self.rho_i2),
+            ("rhoJ", self.rho_j),
         ]
     }
 
     /// What shape and material give for the ten numbers, and the shear centre.
-    fn computed(&self) -> Result<([Option<f64>; 10], [f64; 2]), Problem> {
+    fn computed<T: Number>(
+        &self,
+        number: Numbers<'_, T>,
+    ) -> Result<([Option<T>; 10], [T; 2]), Problem> {
         if let Some(fault) = self.shape.as_ref().and_then(Outline::fault) {
             return Err(fault);
         }
-        let solid = self.material.as_ref().map(Material::solid).transpose()?;
+        let solid = self.material.as_ref().map(|own| own.solid(number)).transpose()?;
         let (Some(shape), Some(solid)) = (&self.shape, solid) else {
-            return Ok(([None; 10], [0.0; 2]));
+            return Ok(([None; 10], [T::of(0.0); 2]));
         };
-        let stated =
-            Stated { shear_factors: self.shear_factors, torsion_constant: self.torsion_constant };
+        let stated = Stated {
+            shear_factors: pair("shear_factors", self.shear_factors, number),
+            torsion_constant: self.torsion_constant.map(|own| number("torsion_constant", own)),
+        };
         let refuse = |error: SectionError| {
             fault("", error.to_string(), "correct the shape or what is stated with it")
         };
-        let profile = shape.profile();
+        let profile = shape.profile(number);
         let numbers = profile.about_centers(&solid, &stated).map_err(refuse)?;
         let [ga1, ga2, ea, ei1, ei2, gj] = numbers.stiffness();
         let [rho_a, euler1, euler2, euler3] = numbers.inertia();
@@ -159,34 +175,48 @@ impl Section {
 
     /// This section with all numbers that its matrices do not hold.
     pub(crate) fn resolved(&self) -> Result<Self, Problem> {
+        let Resolved { ten: [ea, ga1, ga2, ei1, ei2, gj, rho_a, rho_i1, rho_i2, rho_j], shear } =
+            self.resolved_by(&|_, value| value)?;
+        let mut own = self.clone();
+        (own.ea, own.ga1, own.ga2, own.ei1, own.ei2, own.gj) = (ea, ga1, ga2, ei1, ei2, gj);
+        (own.rho_a, own.rho_i1, own.rho_i2, own.rho_j) = (rho_a, rho_i1, rho_i2, rho_j);
+        own.shear_center = shear;
+        Ok(own)
+    }
+
+    fn resolved_by<T: Number>(&self, number: Numbers<'_, T>) -> Result<Resolved<T>, Problem> {
         if let Some(problem) = self.stated_twice() {
             return Err(problem);
         }
-        let mut section = self.clone();
-        let (computed, beside) = self.computed()?;
+        let mut ten = self.stated().map(|(key, own)| own.map(|value| number(key, value)));
+        let mut shear = pair("shear_center", self.shear_center, number);
+        let (computed, beside) = self.computed(number)?;
         let (of_stiffness, of_mass) = (self.stiffness.is_none(), self.mass.is_none());
         let open = |k: usize| if k < OF_STIFFNESS { of_stiffness } else { of_mass };
-        for (k, ((_, stated), computed)) in section.stated().into_iter().zip(computed).enumerate() {
+        for (k, (stated, computed)) in ten.iter_mut().zip(computed).enumerate() {
             if open(k) {
                 *stated = stated.or(computed);
             }
         }
-        if of_stiffness && section.shear_center.is_none() && beside.iter().any(|x| *x != 0.0) {
-            let [x, y] = self.tension_center.unwrap_or_default();
-            let (s, c) = self.angle.map_or((0.0, 1.0), libm::sincos);
+        if of_stiffness && shear.is_none() && beside.iter().any(|x| !x.vanishes()) {
+            let none = [T::of(0.0); 2];
+            let [x, y] = pair("tension_center", self.tension_center, number).unwrap_or(none);
+            let angle = self.angle.map(|own| number("angle", own).sine_cosine());
+            let [s, c] = angle.unwrap_or([T::of(0.0), T::of(1.0)]);
             let [a, b] = beside;
-            section.shear_center = Some([x + c * a - s * b, y + s * a + c * b]);
+            shear = Some([x + c * a - s * b, y + s * a + c * b]);
         }
-        if of_mass && section.rho_j.is_none() {
-            section.rho_j = section.rho_i1.zip(section.rho_i2).map(|(a, b)| a + b);
+        let [.., rho_i1, rho_i2, rho_j] = &mut ten;
+        if of_mass && rho_j.is_none() {
+            *rho_j = rho_i1.zip(*rho_i2).map(|(a, b)| a + b);
         }
-        let no_shear = self.shape.is_none() && section.ga1.is_none() && section.ga2.is_none();
+        let no_shear = self.shape.is_none() && self.ga1.is_none() && self.ga2.is_none();
         let may_lack = |k: usize, key: &str| !open(k) || no_shear && key.starts_with("GA");
-        let missing = section.stated().into_iter().enumerate();
-        let missing = missing.filter(|(k, (key, value))| value.is_none() && !may_lack(*k, key));
-        let missing: Vec<&str> = missing.map(|(_, (key, _))| key).collect();
+        let named = self.stated().into_iter().zip(&ten).enumerate();
+        let missing = named.filter(|(k, ((key, _), own))| own.is_none() && !may_lack(*k, key));
+        let missing: Vec<&str> = missing.map(|(_, ((key, _), _))| key).collect();
         if missing.is_empty() {
-            return Ok(section);
+            return Ok(Resolved { ten, shear });
         }
         let help = match (&self.shape, &self.material) {
             (None, Some(_)) => "add a `shape`, or state the numbers",
@@ -200,32 +230,44 @@ impl Section {
     ///
     /// # Errors
     /// [`Problem`] with its key below that of the section.
-    pub fn numbers(&self) -> Result<Numbers, Problem> {
-        let mut section = self.resolved()?;
-        for (key, value) in section.stated() {
-            if let Some(value) = value.filter(|value| *value <= 0.0) {
+    pub fn numbers(&self) -> Result<Section6, Problem> {
+        self.numbers_by(&|_, value| value)
+    }
+
+    /// The same from its numbers by their key paths below that of the section: themselves, or with
+    /// their derivatives by a parameter.
+    ///
+    /// # Errors
+    /// As of [`Section::numbers`].
+    pub fn numbers_by<T: Number>(&self, number: Numbers<'_, T>) -> Result<Section6<T>, Problem> {
+        let resolved = self.resolved_by(number)?;
+        for ((key, _), value) in self.stated().into_iter().zip(resolved.ten) {
+            if let Some(value) = value.map(Number::real).filter(|value| *value <= 0.0) {
                 let message = format!("{key} = {value} is not positive");
                 return Err(fault(key, message, "write a positive number"));
             }
         }
         let refuse =
             |key: &str, error: SectionError, help: &str| fault(key, error.to_string(), help);
-        let mass = section.own_mass()?;
+        let mass = self.own_mass(&resolved, number)?;
         let numbers = match &self.stiffness {
-            Some(rows) => Numbers::general(matrix(rows), Matrix4::from_diagonal_element(1.0))
-                .map_err(|error| {
+            Some(rows) => {
+                let (stiffness, one) = (matrix_by(rows, "stiffness", number), T::of(1.0));
+                let own = Section6::general(stiffness, Matrix4::from_diagonal_element(one));
+                own.map_err(|error| {
                     let help = "write a symmetric, positive definite matrix in the order shear along \
                                 d_1, shear along d_2, extension, bending about d_1, bending about d_2, twist";
                     refuse("stiffness", error, help)
-                })?,
+                })?
+            }
             None => {
-                let of = |value: Option<f64>| value.unwrap_or_default();
-                let rest = [of(section.ea), of(section.ei1), of(section.ei2), of(section.gj)];
-                let [ea, ei1, ei2, gj] = rest;
-                let one = [1.0; 4];
-                match (section.ga1, section.ga2) {
-                    (Some(ga1), Some(ga2)) => Numbers::new([ga1, ga2, ea, ei1, ei2, gj], one),
-                    _ => Numbers::rigid_in_shear(rest, one),
+                let [ea, ga1, ga2, ei1, ei2, gj, ..] = resolved.ten;
+                let of = |value: Option<T>| value.unwrap_or_else(|| T::of(0.0));
+                let rest = [of(ea), of(ei1), of(ei2), of(gj)];
+                let ([ea, ei1, ei2, gj], one) = (rest, [T::of(1.0); 4]);
+                match (ga1, ga2) {
+                    (Some(ga1), Some(ga2)) => Section6::new([ga1, ga2, ea, ei1, ei2, gj], one),
+                    _ => Section6::rigid_in_shear(rest, one),
                 }
                 .map_err(|error| refuse("", error, "correct the numbers of the section"))?
             }
@@ -235,43 +277,56 @@ impl Section {
                 "write the mass and the inertias of one distribution, about the line of the nodes";
             refuse(if self.mass.is_some() { "mass" } else { "" }, error, help)
         })?;
-        let numbers = self.damping.as_ref().map_or(Ok(numbers), |damping| damping.of(numbers))?;
-        Ok(section.placed(numbers))
+        let damped = self.damping.as_ref().map(|damping| damping.of(numbers, number));
+        Ok(self.placed(damped.unwrap_or(Ok(numbers))?, &resolved, number))
     }
 
     /// `m` about its own axes.
-    fn own_mass(&self) -> Result<Matrix4<f64>, Problem> {
+    fn own_mass<T: Number>(
+        &self,
+        resolved: &Resolved<T>,
+        number: Numbers<'_, T>,
+    ) -> Result<Matrix4<T>, Problem> {
         let refuse =
             |key: &str, error: SectionError, help: &str| fault(key, error.to_string(), help);
         if let Some(rows) = &self.mass {
-            let (mass, _) = Numbers::mass_of_velocities(&matrix(rows)).map_err(|error| {
+            let mass = Section6::mass_of_velocities(&matrix_by(rows, "mass", number));
+            let (mass, _) = mass.map_err(|error| {
                 let help = "write m on the diagonal of velocities, the moments of the centre of mass between \
                             velocities and angular velocities, and the inertias about the line of the nodes";
                 refuse("mass", error, help)
             })?;
             return Ok(mass);
         }
-        let of = |value: Option<f64>| value.unwrap_or_default();
-        let inertias = [of(self.rho_i1), of(self.rho_i2), of(self.rho_j)];
-        let [e1, e2, e3] = Numbers::euler_moments(inertias).map_err(|error| {
+        let [.., rho_a, rho_i1, rho_i2, rho_j] =
+            resolved.ten.map(|own| own.unwrap_or_else(|| T::of(0.0)));
+        let [e1, e2, e3] = Section6::euler_moments([rho_i1, rho_i2, rho_j]).map_err(|error| {
             refuse("rhoJ", error, "each of rhoI1, rhoI2, rhoJ is at most the sum of the others")
         })?;
-        Ok(Matrix4::from_diagonal(&[of(self.rho_a), e1, e2, e3].into()))
+        Ok(Matrix4::from_diagonal(&[rho_a, e1, e2, e3].into()))
     }
 
-    /// What is stated about own axes and centres, in the axes of the nodes. Of a resolved section.
-    fn placed(&self, own: Numbers) -> Numbers {
+    /// What is stated about own axes and centres, in the axes of the nodes.
+    fn placed<T: Number>(
+        &self,
+        own: Section6<T>,
+        resolved: &Resolved<T>,
+        number: Numbers<'_, T>,
+    ) -> Section6<T> {
         let mut numbers = own;
-        if let Some(angle) = self.angle.filter(|angle| *angle != 0.0) {
+        let moves = |own: &[T]| own.iter().any(|x| !x.vanishes());
+        if let Some(angle) = self.angle.map(|own| number("angle", own)).filter(|own| moves(&[*own]))
+        {
             numbers = numbers.turned(angle);
         }
-        let tension = self.tension_center.unwrap_or_default();
-        let shear = self.shear_center.unwrap_or(tension);
-        let mass = self.mass_center.unwrap_or(tension);
-        if self.stiffness.is_none() && tension.iter().chain(&shear).any(|x| *x != 0.0) {
+        let tension = pair("tension_center", self.tension_center, number);
+        let tension = tension.unwrap_or([T::of(0.0); 2]);
+        let shear = resolved.shear.unwrap_or(tension);
+        let mass = pair("mass_center", self.mass_center, number).unwrap_or(tension);
+        if self.stiffness.is_none() && (moves(&tension) || moves(&shear)) {
             numbers = numbers.with_centers(tension, shear);
         }
-        if self.mass.is_none() && mass.iter().any(|x| *x != 0.0) {
+        if self.mass.is_none() && moves(&mass) {
             numbers = numbers.with_mass_center(mass);
         }
         numbers
@@ -294,7 +349,7 @@ impl Section {
     /// that is not for rounding.
     #[must_use]
     pub fn misses_plane(&self) -> Option<f64> {
-        let (_, miss) = Numbers::mass_of_velocities(&matrix(self.mass.as_ref()?)).ok()?;
+        let (_, miss) = Section6::mass_of_velocities(&matrix(self.mass.as_ref()?)).ok()?;
         (miss > 0.01).then_some(miss)
     }
 

@@ -14,6 +14,7 @@ use toml::Value;
 use vi_beam::mesh::Mesh;
 use vi_beam::section::Section as Numbers;
 use vi_beam::varying::{SectionPoint, quadrature};
+use vi_core::Number;
 
 /// A station may miss the end of the beam by this part of its length.
 const MISSED: f64 = 1e-6;
@@ -48,6 +49,19 @@ pub struct Station {
     #[serde(default)]
     pub twist: f64,
 }
+
+impl Station {
+    /// Whether it states the key of a section, and not the `section` of the beam.
+    pub(crate) fn states(&self, key: &str) -> bool {
+        let first = key.split('.').next().unwrap_or_default();
+        let own = self.section.as_ref().and_then(|own| Value::try_from(own).ok());
+        own.is_some_and(|own| own.get(first).is_some())
+    }
+}
+
+/// The number at a key path of a section between two stations, the first of which is given with the
+/// part of the way to the next one, from its value.
+pub(crate) type NumbersAlong<'a, T> = &'a dyn Fn((usize, f64), &str, f64) -> T;
 
 /// Sections along a beam.
 pub(crate) struct Along {
@@ -123,11 +137,22 @@ impl Along {
 
     /// The section at an arc length.
     pub(crate) fn section(&self, s: f64) -> Result<Numbers, Problem> {
+        self.section_by(s, &|_, _, value| value)
+    }
+
+    /// The same from its numbers, by the station before and the part of the way to the next one,
+    /// and by their key paths below that of a section.
+    fn section_by<T: Number>(
+        &self,
+        s: f64,
+        number: NumbersAlong<'_, T>,
+    ) -> Result<Numbers<T>, Problem> {
         let (k, t) = self.interval(s);
         let (a, b) = (&self.sections[k], &self.sections[(k + 1).min(self.sections.len() - 1)]);
         let value = between(a, b, t).unwrap_or_else(|| a.clone());
         let section: Section = value.try_into().expect("between sections are sections");
-        section.numbers().map_err(|problem| problem.below(&format!("stations[{k}].section")))
+        let numbers = section.numbers_by(&|key, value| number((k, t), key, value));
+        numbers.map_err(|problem| problem.below(&format!("stations[{k}].section")))
     }
 
     /// The angle of the directors at an arc length, rad.
@@ -138,7 +163,11 @@ impl Along {
     }
 
     /// Sections of an element from one arc length to another: three Gauss points between stations.
-    pub(crate) fn points(&self, from: f64, to: f64) -> Result<Vec<SectionPoint>, Problem> {
+    pub(crate) fn points<T: Number>(
+        &self,
+        [from, to]: [f64; 2],
+        number: NumbersAlong<'_, T>,
+    ) -> Result<Vec<SectionPoint<T>>, Problem> {
         let slack = MISSED * (to - from);
         let inner = self.places.iter().filter(|at| **at > from + slack && **at < to - slack);
         let mut cuts: Vec<f64> = std::iter::once(from).chain(inner.copied()).collect();
@@ -149,7 +178,7 @@ impl Along {
         for ends in cuts.windows(2) {
             let [from, to] = [ends[0], ends[1]].map(|s| (s - start) / length - 0.5);
             for [place, weight] in quadrature(from, to) {
-                let section = self.section(start + (place + 0.5) * length)?;
+                let section = self.section_by(start + (place + 0.5) * length, number)?;
                 points.push(SectionPoint { place, weight, section });
             }
         }

@@ -27,8 +27,12 @@ impl Chain<'_> {
         for k in 0..self.stated.joints.len() {
             self.drives(k, out)?;
         }
-        let loads = self.stated.loads.iter();
-        loads.for_each(|load| self.load((&format!("load.{}", load.name), &load.name), load, out));
+        for load in &self.stated.loads {
+            match load.beam {
+                Some(_) => self.load_along(load, out)?,
+                None => self.load((&format!("load.{}", load.name), &load.name), load, out),
+            }
+        }
         for own in self.stated.controls.iter().filter(|own| !self.is_on_particle(own)) {
             let names = (&format!("control.{}", own.name), &Input::of(own).source());
             own.load().into_iter().for_each(|load| self.load((names.0, names.1), &load, out));

@@ -68,7 +68,7 @@ impl<'a> Formulas<'a> {
         Ok(own)
     }
 
-    fn name(&self) -> &str {
+    pub(super) fn name(&self) -> &str {
         &self.parameter.name
     }
 

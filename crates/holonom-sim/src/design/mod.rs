@@ -9,9 +9,11 @@
 //! key, so none counts as zero by neglect. Frames of bodies keep their principal axes: a body that
 //! changes has a tensor that is not diagonal in them.
 
+mod beams;
 mod forces;
 mod formulas;
 mod geometry;
+mod relaxed;
 pub(crate) mod start;
 #[cfg(test)]
 mod tests;
@@ -42,7 +44,7 @@ pub struct ModelTangent {
     pub q: Vec<f64>,
     /// `v_0` as bodies and particles state it, shape `n`.
     pub v: Vec<f64>,
-    /// `ω_0` of the bodies, three numbers each.
+    /// `ω_0` of the bodies and of the nodes of beams, three numbers each.
     pub omega: Vec<f64>,
     /// Rates that joints state: joint, freedom, derivative.
     pub rates: Vec<(usize, usize, f64)>,
@@ -192,6 +194,7 @@ impl Chain<'_> {
         self.bars(&mut found.numbers);
         self.constraints(&mut found.numbers)?;
         self.forces(&mut found.numbers)?;
+        self.beams(&mut found.numbers)?;
         self.expressions(&mut found.numbers)?;
         self.sensors(&mut found);
         self.fixed_in_space()?;
@@ -244,6 +247,7 @@ impl Chain<'_> {
             directors::set_frame(&mut found.v[own], &velocity, &spin);
             found.omega.extend(frame.omega.iter().map(|x| x.eps));
         }
+        self.nodes(found);
         for (k, particle) in self.model.particles.iter().enumerate() {
             let [position, velocity] = self.placements.particle(&particle.name);
             let at = mechanism.particle_offset(k);

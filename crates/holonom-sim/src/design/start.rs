@@ -132,6 +132,13 @@ impl StartOf<'_> {
         tangents: &[ModelTangent],
         first: &[(usize, usize)],
     ) -> Result<GivenStart, ModelError> {
+        if let (How::Relaxed { .. }, Some(own)) = (self.how, tangents.first()) {
+            let what = format!(
+                "the derivative by `{}` of a relaxed start at which joints are given",
+                own.name
+            );
+            return Err(refused("simulation.start", what, "write start = \"stated\""));
+        }
         let chosen = self.coordinates_with(first)?;
         let place = |own: &(usize, usize)| {
             chosen.iter().position(|(joint, freedom, _)| (*joint, *freedom) == (Some(own.0), own.1))
@@ -223,7 +230,7 @@ impl StartOf<'_> {
 
     /// Refuses a parameter by which constraints that are redundant do not stay so: along velocities
     /// that the mechanism has, their rates open.
-    fn stays_mobile(&self, own: &ModelTangent, dq: &[f64]) -> Result<(), ModelError> {
+    pub(super) fn stays_mobile(&self, own: &ModelTangent, dq: &[f64]) -> Result<(), ModelError> {
         if self.rows.redundant().next().is_none() || own.numbers.joints.is_empty() {
             return Ok(());
         }
@@ -243,13 +250,13 @@ impl StartOf<'_> {
         self.correct(&open, &mut change, &own.name)
     }
 
-    fn opened(&self, own: &ModelTangent, change: [&[f64]; 2]) -> Result<[Vec<f64>; 2], ModelError> {
+    pub(super) fn opened(&self, own: &ModelTangent, change: [&[f64]; 2]) -> Result<[Vec<f64>; 2], ModelError> {
         let found = start::opened(self.mechanism, self.at, &own.numbers, change);
         found.map_err(|error| self.refusal(&error, own))
     }
 
     /// The row that opens most, if any does.
-    fn largest(&self, open: &[f64], change: &[f64]) -> Option<usize> {
+    pub(super) fn largest(&self, open: &[f64], change: &[f64]) -> Option<usize> {
         let allowed = OPEN * norm_inf(change).max(norm_inf(self.at.v)).max(1.0);
         let worst = (0..open.len()).max_by(|&a, &b| open[a].abs().total_cmp(&open[b].abs()))?;
         (open[worst].abs() > allowed).then_some(worst)
@@ -294,7 +301,7 @@ impl StartOf<'_> {
     }
 
     /// A parameter that opens a redundant loop.
-    fn opens(&self, name: &str, parameter: &str) -> ModelError {
+    pub(super) fn opens(&self, name: &str, parameter: &str) -> ModelError {
         let loops: Vec<String> = self
             .mechanism
             .cut_joints()

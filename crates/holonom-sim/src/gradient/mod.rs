@@ -6,6 +6,8 @@
 //! ```
 //! The efforts of the controls are zero. [`Check`] compares with central differences of whole runs.
 
+#[cfg(test)]
+mod beam_tests;
 mod check;
 #[cfg(test)]
 mod expression_tests;
@@ -243,13 +245,12 @@ pub fn gradient(
     let design = prepared::design(&prepared, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(model, mechanism);
-    if model.settings.start == holonom_model::Start::Relaxed && wanted.parameters {
-        let help = "write start = \"stated\", or leave `parameters` out of --by";
-        return Err(refused("simulation.start", "derivatives of a relaxed start", help).into());
-    }
     let given = wanted.given(model);
     let changes: Vec<StartTangent> = match given.is_empty() {
-        true => tangents.iter().map(|own| of.change(own)).collect::<Result<_, _>>()?,
+        true => {
+            let run = prepared.simulation.integrator();
+            begin.changes(&of, run, (&design, &tangents))?
+        }
         false => of.given(&tangents, &given)?.parameters,
     };
     let coordinates = match wanted.initial {
@@ -275,20 +276,20 @@ pub fn gradient(
     let run = prepared.simulation.integrator();
     let found = Gradient::of(run, &task).map_err(GradientFailure::Run)?;
     let run = &*run;
-    let along = |own: &StartTangent| {
-        let (by, Tangent { q, p, z }) = (&found.initial, begin.tangent(run, own));
+    let along = |own: &StartTangent, parameter: Option<&ModelTangent>| {
+        let (by, Tangent { q, p, z }) = (&found.initial, begin.tangent(run, own, parameter));
         dot(&by.q, &q) + dot(&by.p, &p) + dot(&by.z, &z)
     };
     let by_parameter = |(k, own): (usize, &ModelTangent)| ByParameter {
         name: own.name.clone(),
         value: own.value,
-        derivative: along(&changes[k]) + found.parameters.get(k).copied().unwrap_or_default(),
+        derivative: along(&changes[k], Some(own)) + found.parameters.get(k).copied().unwrap_or_default(),
     };
     let by_start = |(k, own): (usize, &TreeCoordinate)| ByStart {
         name: name_of(mechanism, own),
         freedom: own.1,
-        coordinate: along(&starts.coordinates[k]),
-        rate: along(&starts.rates[k]),
+        coordinate: along(&starts.coordinates[k], None),
+        rate: along(&starts.rates[k], None),
     };
     let step = model.settings.step;
     let rates = prepared.costs.rate_slopes(&prepared.controls, step);
@@ -419,7 +420,7 @@ fn grow(
     };
     let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
     let run = prepared.simulation.integrator();
-    let directions = vec![Direction::from(begin.tangent(run, first))];
+    let directions = vec![Direction::from(begin.tangent(run, first, None))];
     let mut beside =
         Sensitivities::new(run, model.settings.step, directions).map_err(GradientFailure::Run)?;
     for _ in 0..prepared.steps {

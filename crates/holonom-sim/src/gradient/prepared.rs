@@ -232,12 +232,37 @@ impl Begin {
         InitialValues::new(self.t, &self.q, &self.v)
     }
 
-    /// Its tangent, with that of the internal variables: signals begin with what they read.
-    pub(crate) fn tangent(&self, run: &MechanismIntegrator, change: &StartTangent) -> Tangent {
+    /// Its tangent, with that of the internal variables, which begin with what they read; `own`: of
+    /// the parameter that changes it, if one does.
+    pub(crate) fn tangent(
+        &self,
+        run: &MechanismIntegrator,
+        change: &StartTangent,
+        own: Option<&ModelTangent>,
+    ) -> Tangent {
         let StartTangent { q, v, p } = change;
         let at = Configuration::new(self.t, &self.q);
-        let z = run.system().internal_change_at_start(at, &self.v, [q, v]);
+        let mut z = run.system().internal_change_at_start(at, &self.v, [q, v]);
+        if let Some(elements) = own.and_then(|own| own.numbers.elements.as_ref()) {
+            elements.add_begin(&self.q, &mut z);
+        }
         Tangent { q: q.clone(), p: p.clone(), z }
+    }
+
+    /// How it changes with parameters.
+    ///
+    /// # Errors
+    /// [`ModelError`] where that is not known.
+    pub(crate) fn changes(
+        &self,
+        of: &StartOf<'_>,
+        run: &MechanismIntegrator,
+        (design, tangents): (&MechanismDesign, &[ModelTangent]),
+    ) -> Result<Vec<StartTangent>, ModelError> {
+        match self.how {
+            How::Relaxed { .. } => of.of_equilibrium(run, design, tangents),
+            _ => tangents.iter().map(|own| of.change(own)).collect(),
+        }
     }
 
     /// How it changes.

@@ -233,7 +233,7 @@ sensor = "apart"
 target = 0.3
 "#;
 
-fn found(text: &str, check: bool) -> Result<ModelGradient, GradientFailure> {
+pub(super) fn found(text: &str, check: bool) -> Result<ModelGradient, GradientFailure> {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(&[])?;
     let wanted = Wanted::everything();

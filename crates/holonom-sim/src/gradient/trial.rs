@@ -191,8 +191,8 @@ impl ModelTrials<'_> {
         let mut directions = Vec::new();
         let (changes, given) = match self.initial.is_empty() {
             true => {
-                let changes: Result<_, _> = tangents.iter().map(|own| of.change(own)).collect();
-                (changes?, Vec::new())
+                let run = prepared.simulation.integrator();
+                (begin.changes(&of, run, (&design, &tangents))?, Vec::new())
             }
             false => {
                 let joint = |name: &str| model.joints.iter().position(|own| own.name == name);
@@ -206,7 +206,8 @@ impl ModelTrials<'_> {
         for (change, parameter) in
             changes.into_iter().chain(given.into_iter().flatten()).zip(parameters)
         {
-            let start = begin.tangent(prepared.simulation.integrator(), &change);
+            let own = parameter.and_then(|k: usize| tangents.get(k));
+            let start = begin.tangent(prepared.simulation.integrator(), &change, own);
             directions.push(Direction { start, parameter, ..Direction::default() });
         }
         let numbers = tangents.into_iter().map(|own| own.numbers).collect();

@@ -82,7 +82,7 @@ impl Begun<'_> {
         let Self { stated: StatedStart { q, v, .. }, start, stepper, .. } = self;
         let (mechanism, projected) = (stepper.mechanism(), stepper.start_report());
         let (found, velocity) = (stepper.place().2, &stepper.node().node.v[..]);
-        if let How::Relaxed { speed, unstable } = start.how {
+        if let How::Relaxed { speed, unstable, .. } = start.how {
             let moved = q.iter().zip(&start.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             return report.configuration_relaxed(moved, speed, unstable);
         }

@@ -57,6 +57,8 @@ pub(crate) enum How {
         speed: f64,
         /// Directions in which it is unstable.
         unstable: usize,
+        /// Whether some direction has no stiffness.
+        neutral: bool,
     },
 }
 
@@ -195,7 +197,8 @@ fn relaxed(model: &Model) -> Result<StartValues, ModelError> {
         }
     };
     let unstable = statics.problem().unstable_directions().unwrap_or(0);
-    Ok(StartValues::new((q, v), How::Relaxed { speed, unstable }))
+    let neutral = statics.problem().is_neutral();
+    Ok(StartValues::new((q, v), How::Relaxed { speed, unstable, neutral }))
 }
 
 /// `(q_0, v_0)` that keep the rates which the joints of the model state.

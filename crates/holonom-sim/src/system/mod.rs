@@ -42,7 +42,7 @@ use vi_multibody::joint::FrameId;
 use vi_multibody::mechanism::{BarEnd, Mechanism};
 use vi_multibody::pair::PairKind;
 use vi_multibody::spring::SpringLaw;
-use vi_rigid::load::LoadKind;
+use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 
 /// The numbers of a model.
@@ -318,8 +318,25 @@ fn add_load(
         builder.particle_load(*particle, load.force, history).named(&load.name);
         return Ok(());
     }
+    let along = loads_along(load, [force, torque], &history, (parts, beams))?;
+    along.into_iter().for_each(|part| builder.load_of_frame(&load.name, part));
+    Ok(())
+}
+
+/// The loads on nodes that a force and a torque on a beam are, those of a `[[load]]` or their
+/// derivatives.
+///
+/// # Errors
+/// [`ModelError`] where one is no number.
+pub(crate) fn loads_along(
+    load: &holonom_model::Load,
+    by: [Vector3<f64>; 2],
+    history: &TimeHistory,
+    (parts, beams): (&BeamElements, &[BeamParts]),
+) -> Result<Vec<Load>, ModelError> {
+    let ([force, torque], kind) = (by, load_kind(load));
     let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());
-    let mut start = 0.0;
+    let (mut start, mut all) = (0.0, Vec::new());
     let legs: Vec<&vi_beam::Beam> = beam.flat_map(|b| &b.legs).collect();
     for (k, leg) in legs.iter().enumerate() {
         let length = parts.length(leg);
@@ -328,14 +345,14 @@ fn add_load(
         let along = match own {
             // at a corner on the leg that begins there
             Some(at) if at < 0.0 || (at >= length && k + 1 < legs.len()) => continue,
-            Some(at) => parts.load_at(leg, at, kind, [force, torque], &history),
-            None => parts.line_load(leg, kind, force, torque, &history),
+            Some(at) => parts.load_at(leg, at, kind, [force, torque], history),
+            None => parts.line_load(leg, kind, force, torque, history),
         };
         let along = along.map_err(|error| {
             let key = format!("load.{}", load.name);
             ModelError::Assembly(vec![Problem::new(key, error.to_string()).help(CORRECT)])
         })?;
-        along.into_iter().for_each(|part| builder.load_of_frame(&load.name, part));
+        all.extend(along);
     }
-    Ok(())
+    Ok(all)
 }

@@ -1,5 +1,5 @@
 use super::*;
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 use vi_testkit::Sample;
 
 fn off<const N: usize>(a: &SMatrix<f64, N, N>, b: &SMatrix<f64, N, N>) -> f64 {

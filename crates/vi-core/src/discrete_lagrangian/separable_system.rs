@@ -161,6 +161,10 @@ impl SeparableSystem {
         if let Some(signals) = &self.signals {
             signals.begin_change(at, v, change, &mut out[self.places_of_signals()]);
         }
+        if let Some(potential) = self.potential_with_memory() {
+            let first = self.variables_before_potentials();
+            potential.begin_change(at.q, change[0], &mut out[first..]);
+        }
         out
     }
 

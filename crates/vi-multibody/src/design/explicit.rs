@@ -1,16 +1,17 @@
 //! What elements add to the derivative of the equations of a step by a parameter.
 
-use super::{EffortChange, EffortTangent, MechanismTangent};
+use super::{EffortChange, EffortTangent, MechanismTangent, StepTangent};
 use crate::constraint::joint_coordinate::{Change, JointCoordinate, Value};
 use crate::force::spring::{Damper, Spring};
 use crate::geometry::form::Form;
 use crate::mechanism::Mechanism;
-use nalgebra::Vector3;
+use nalgebra::{SMatrix, Vector3};
 use std::sync::Arc;
 use vi_core::coordinate_force::CoordinateForce;
 use vi_core::force::DiscreteForce;
 use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
+use vi_core::interval::Slot;
 use vi_core::{Interval, Quadrature};
 use vi_rigid::directors::FRAME;
 use vi_rigid::load::{Load, LoadChange};
@@ -36,6 +37,11 @@ pub(super) trait Explicit: Send + Sync {
 pub(super) struct Masses {
     blocks: Vec<MassBlock>,
     gravity: Vector3<f64>,
+}
+
+/// Whether a vector of a member is a point: the first one of a frame, and of a point mass.
+pub(super) fn is_point(vector: usize) -> bool {
+    vector.is_multiple_of(4)
 }
 
 /// Vectors of coordinates with the masses that couple them.
@@ -79,8 +85,14 @@ impl Masses {
             dimension,
             masses: vec![(0, 0, *mass)],
         };
+        let element = |(first, own): (&usize, &SMatrix<f64, 8, 8>)| {
+            let pairs = (0..8).flat_map(|a| (0..8).map(move |b| (a, b, own[(a, b)])));
+            let masses = pairs.filter(|(_, _, mass)| *mass != 0.0).collect();
+            MassBlock { offset: FRAME * first, dimension: 3, masses }
+        };
         let bodies = tangent.bodies.iter().map(body);
-        let blocks: Vec<_> = bodies.chain(tangent.particles.iter().map(particle)).collect();
+        let blocks = bodies.chain(tangent.particles.iter().map(particle));
+        let blocks: Vec<_> = blocks.chain(tangent.masses.iter().map(element)).collect();
         (!blocks.is_empty()).then_some(Self { blocks, gravity })
     }
 
@@ -108,10 +120,9 @@ impl Explicit for Masses {
         });
         let half = 0.5 * s.h;
         for block in &self.blocks {
-            let point = block.offset..block.offset + block.dimension;
-            let acceleration = |i: usize| match point.contains(&i) {
-                true => self.gravity[i - point.start],
-                false => 0.0,
+            let acceleration = |i: usize| {
+                let (vector, i) = ((i - block.offset) / block.dimension, i - block.offset);
+                if is_point(vector) { self.gravity[i % block.dimension] } else { 0.0 }
             };
             block.for_each_momentum(acceleration, |i, weight| {
                 out.minus(i, half * weight);
@@ -201,6 +212,22 @@ impl Explicit for Stored {
         each(&force, |i, f| out.minus(i, f));
         force.fill(0.0);
         self.potential.add_d2(s, -s.h, &mut force);
+        each(&force, |i, f| out.plus(i, f));
+    }
+}
+
+/// Elements of another crate.
+pub(super) struct OfElements {
+    pub(super) own: Arc<dyn StepTangent>,
+}
+
+impl Explicit for OfElements {
+    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+        let mut force = vec![0.0; s.q0.len()];
+        self.own.add(s, Slot::First, &mut force);
+        each(&force, |i, f| out.minus(i, f));
+        force.fill(0.0);
+        self.own.add(s, Slot::Second, &mut force);
         each(&force, |i, f| out.plus(i, f));
     }
 }

@@ -7,7 +7,7 @@
 //! What a step costs does not depend on the number of parameters.
 #![allow(non_snake_case)] // W
 
-use super::explicit::Masses;
+use super::explicit::{Masses, is_point};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use vi_constraints::design::Costates;
@@ -90,7 +90,7 @@ impl MassSums {
                 for i in 0..*dimension {
                     let (mu, momentum) = (mu[a_first + i], momentum[a_first + i]);
                     W += (momentum + mu) * s.v_mid[b_first + i];
-                    if *b == 0 {
+                    if is_point(*b) {
                         W += half * (momentum - mu) * self.gravity[i];
                     }
                 }

@@ -24,20 +24,22 @@ pub mod velocity;
 pub use moved_coordinate::MovedCoordinate;
 pub use tangent::{
     BarTangent, BodyTangent, EffortChange, EffortTangent, JointTangent, MechanismTangent,
-    Reference, ScalarTangent, SideTangent, SpringTangent,
+    Reference, ScalarTangent, SideTangent, SpringTangent, StepTangent,
 };
 
 use crate::builder::{ElementForce, ForceElements};
 use crate::force::spring::Spring;
 use crate::mechanism::Mechanism;
 use explicit::{
-    Acting, EffortOn, Explicit, ForceOfLoad, Masses, MovedEffort, PointDamper, PointSpring, Sink,
-    Stored, Weight,
+    Acting, EffortOn, Explicit, ForceOfLoad, Masses, MovedEffort, OfElements, PointDamper,
+    PointSpring, Sink, Stored, Weight,
 };
 use mass_sums::{Factors, MassSums};
 use row_sums::RowSums;
 use rows::MovedRows;
+use std::sync::Arc;
 use vi_constraints::design::{Costates, Design};
+use vi_core::linear::dot;
 use vi_core::num_dual::Dual64;
 use vi_core::{Interval, Quadrature, SparseMatrix};
 
@@ -73,6 +75,7 @@ struct Parameter {
     products: MovedRows,
     elements: Vec<Box<dyn Explicit>>,
     rows: MovedRows, // the others
+    internal: Option<Arc<dyn StepTangent>>,
 }
 
 impl std::fmt::Debug for MechanismDesign {
@@ -155,8 +158,12 @@ impl Numbers<'_> {
         for potential in &tangent.potentials {
             elements.push(Box::new(Stored { potential: potential.clone() }));
         }
+        let internal = tangent.elements.clone();
+        if let Some(own) = internal.clone() {
+            elements.push(Box::new(OfElements { own }));
+        }
         let [products, rows] = MovedRows::of(self.mechanism, tangent)?.split();
-        Ok(Parameter { masses, products, elements, rows })
+        Ok(Parameter { masses, products, elements, rows, internal })
     }
 
     /// Springs and forces along joint coordinates: where their numbers change, or their joint.
@@ -266,6 +273,23 @@ impl Design for MechanismDesign {
         }
         own.products.emit(s, impulse, &mut out);
         own.emit_beside(s, impulse, &mut out);
+    }
+
+    fn add_internal(&self, k: usize, s: &Interval, out: &mut [f64]) {
+        if let Some(own) = &self.parameters[k].internal {
+            own.add_internal(s, out);
+        }
+    }
+
+    fn add_internal_adjoint(&self, s: &Interval, y: &[f64], sums: &mut [f64]) {
+        let mut change = vec![0.0; y.len()];
+        for (own, sum) in self.parameters.iter().zip(sums) {
+            if let Some(own) = &own.internal {
+                change.fill(0.0);
+                own.add_internal(s, &mut change);
+                *sum += dot(&change, y);
+            }
+        }
     }
 
     fn sums(&self) -> usize {

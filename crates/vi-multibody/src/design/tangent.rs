@@ -3,10 +3,11 @@
 use crate::force::spring::Damper;
 use crate::geometry::form::Form;
 use crate::pair::joint::{Joint, Side};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_core::force::DiscreteForce;
+use vi_core::interval::{Interval, Slot};
 use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
 use vi_rigid::load::LoadChange;
@@ -39,6 +40,23 @@ pub struct MechanismTangent {
     pub forces: Vec<Arc<dyn DiscreteForce>>,
     /// Energies that do.
     pub potentials: Vec<Arc<dyn DiscretePotential>>,
+    /// Of the mass between `φ, d_1, d_2, d_3` of a frame and of the next one, by the first, kg,
+    /// kg·m, kg·m².
+    pub masses: BTreeMap<usize, SMatrix<f64, 8, 8>>,
+    /// Of elements that this crate does not know.
+    pub elements: Option<Arc<dyn StepTangent>>,
+}
+
+/// How elements change the equations of a step with a parameter, at fixed `(q_n, q_{n+1}, z_n)`.
+pub trait StepTangent: Send + Sync {
+    /// `out ← out + (D_1 L_d + f_d^-)_θ`, or `(D_2 L_d + f_d^+)_θ`, without masses; shape `n`.
+    fn add(&self, s: &Interval, of: Slot, out: &mut [f64]);
+    /// `out ← out + ζ_θ` of the internal variables `z_{n+1} = ζ`; shape of all of the system.
+    fn add_internal(&self, s: &Interval, out: &mut [f64]);
+    /// `out ← out +` their change at the start of a motion from `q`.
+    fn add_begin(&self, q: &[f64], out: &mut [f64]);
+    /// Whether all derivatives are numbers.
+    fn is_finite(&self) -> bool;
 }
 
 impl std::fmt::Debug for MechanismTangent {

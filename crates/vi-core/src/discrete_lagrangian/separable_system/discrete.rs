@@ -92,25 +92,38 @@ impl DiscreteLagrangian for SeparableSystem {
 
     fn internal_slope(&self, s: &Interval, of: Slot, out: &mut dyn Entries) {
         self.forces.iter().for_each(|force| force.add_internal_slope(s, of, out));
+        if let Some(own) = self.potential_with_memory() {
+            let column = self.variables_before_potentials();
+            let mut block = Block { into: out, row: 0, column, scale: 1.0, transposed: false };
+            own.add_internal_slope(s, of, -s.h, &mut block);
+        }
     }
 
     fn advance_slope(&self, s: &Interval, by: Slot, out: &mut dyn Entries) {
         self.forces.iter().for_each(|force| force.add_advance_slope(s, by, out));
         if let Some(signals) = &self.signals {
-            let row = self.variables_of_forces();
-            let into = out;
+            let (row, into) = (self.variables_of_forces(), &mut *out);
             let mut own = Block { into, row, column: 0, scale: 1.0, transposed: false };
             signals.advance_slope(s, by, &mut own);
+        }
+        if let Some(potential) = self.potential_with_memory() {
+            let (row, into) = (self.variables_before_potentials(), out);
+            let mut own = Block { into, row, column: 0, scale: 1.0, transposed: false };
+            potential.add_advance_slope(s, by, &mut own);
         }
     }
 
     fn advance_internal_slope(&self, s: &Interval, out: &mut dyn Entries) {
         self.forces.iter().for_each(|force| force.add_advance_internal_slope(s, out));
         if let Some(signals) = &self.signals {
-            let first = self.variables_of_forces();
-            let (row, column) = (first, first);
-            let mut own = Block { into: out, row, column, scale: 1.0, transposed: false };
+            let (row, into) = (self.variables_of_forces(), &mut *out);
+            let mut own = Block { into, row, column: row, scale: 1.0, transposed: false };
             signals.advance_internal_slope(s, &mut own);
+        }
+        if let Some(potential) = self.potential_with_memory() {
+            let (row, into) = (self.variables_before_potentials(), out);
+            let mut own = Block { into, row, column: row, scale: 1.0, transposed: false };
+            potential.add_advance_internal_slope(s, &mut own);
         }
     }
 
@@ -145,10 +158,7 @@ impl DiscreteLagrangian for SeparableSystem {
     }
 
     fn without_derivative(&self) -> Option<&'static str> {
-        if self.is_sampled() {
-            return Some("values that are sampled at nodes");
-        }
-        self.potential_with_memory().map(|_| "a mass that follows the tension")
+        self.is_sampled().then_some("values that are sampled at nodes")
     }
 
     fn internal_variables(&self) -> usize {

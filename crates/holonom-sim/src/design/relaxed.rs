@@ -1,0 +1,131 @@
+//! How a relaxed start changes with parameters: the derivative of an equilibrium.
+//!
+//! ```text
+//! D_1 L_d + f_d^- = Gᵀ h λ at q_n = q_{n+1} = q_0 about t = 0         (h/2) of the equations of statics
+//! [A + B  −Gᵀ; G  0] (δq, δhλ) = (−b_θ, −g_θ)                        δv = 0, δp̄ = 0
+//! ```
+//! The equations of a step that leaves everything at rest are those of the equilibrium, whatever
+//! its length: masses, damping and the mass that strains add cancel in `A + B`.
+#![allow(non_snake_case)] // A, B, G
+
+use super::start::StartOf;
+use super::{LEAVE_OUT, ModelTangent, refused};
+use crate::start::How;
+use holonom_model::ModelError;
+use vi_constraints::Constraints;
+use vi_constraints::design::Design;
+use vi_constraints::linearization::StepLinearization;
+use vi_constraints::saddle_point::SaddlePoint;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
+use vi_core::interval::{Interval, Slot};
+use vi_core::linear::Singular;
+use vi_core::sparse::Entries;
+use vi_multibody::design::start::StartTangent;
+use vi_multibody::run::MechanismIntegrator;
+
+/// The length of the step at rest, s.
+const STEP: f64 = 1.0;
+
+impl StartOf<'_> {
+    /// How a relaxed start changes with each of the parameters of `design`.
+    ///
+    /// # Errors
+    /// [`ModelError`] where it moves, is neutral, or a redundant loop opens.
+    pub(crate) fn of_equilibrium(
+        &self,
+        run: &MechanismIntegrator,
+        design: &dyn Design,
+        tangents: &[ModelTangent],
+    ) -> Result<Vec<StartTangent>, ModelError> {
+        let Some(first) = tangents.first() else { return Ok(Vec::new()) };
+        let name = &first.name;
+        let refuse = |what: &str, help: &str| {
+            let what = format!("the derivative by `{name}` of a relaxed start {what}");
+            Err(refused("simulation.start", what, format!("{help}, or {LEAVE_OUT}")))
+        };
+        if matches!(self.how, How::Relaxed { neutral: true, .. }) {
+            return refuse(
+                "that is in equilibrium in other places as well",
+                "hold what nothing else holds, as the spin of a hanging body",
+            );
+        }
+        if self.at.v.iter().any(|v| *v != 0.0) {
+            return refuse("that moves", "let it begin at rest");
+        }
+        let mut equilibrium = Equilibrium::new(self, run).map_err(|Singular| {
+            let what = format!("the derivative by `{name}` of a singular equilibrium");
+            refused("simulation.start", what, LEAVE_OUT)
+        })?;
+        let change = |(k, own): (usize, &ModelTangent)| {
+            let q = equilibrium.change(self, design, k);
+            let q = q.map_err(|Singular| {
+                let what = format!("the derivative by `{}` of a singular equilibrium", own.name);
+                refused("simulation.start", what, LEAVE_OUT)
+            })?;
+            let still = vec![0.0; q.len()];
+            let [open, _] = self.opened(own, [&q, &still])?;
+            if let Some(row) = self.largest(&open, &q) {
+                return Err(self.opens(self.mechanism.constraint_name(row), &own.name));
+            }
+            self.stays_mobile(own, &q)?;
+            Ok(StartTangent { q, v: still.clone(), p: still })
+        };
+        tangents.iter().enumerate().map(change).collect()
+    }
+}
+
+/// The equations of statics, linearized.
+struct Equilibrium {
+    saddle: SaddlePoint,
+    about: Interval, // its middle is at t = 0
+    until: Interval, // its end is
+    impulse: Vec<f64>,
+}
+
+impl Equilibrium {
+    fn new(start: &StartOf<'_>, run: &MechanismIntegrator) -> Result<Self, Singular> {
+        let (system, constraints, q) = (run.system(), run.constraints(), start.at.q);
+        let still = |t: f64| {
+            let mut s = Interval::between(t, STEP, q, q);
+            s.angles.clone_from(&run.state().angles);
+            s.internal.clone_from(&run.state().internal);
+            s
+        };
+        let (about, until) = (still(start.at.t - 0.5 * STEP), still(start.at.t - STEP));
+        let mut step = StepLinearization::new(q.len(), constraints.len(), start.rows);
+        step.linearize(system, constraints, &about, &vec![0.0; q.len()])?;
+        let impulse = step.impulse().to_vec();
+        let mut saddle = SaddlePoint::new(q.len(), start.rows.clone());
+        let emit = |out: &mut dyn Entries| {
+            system.d2_d1(&about, out);
+            system.force_slope(&about, Slot::First, Slot::Second, out); // A
+            system.forced_d1_d1(&about, out);
+            constraints.weighted_hessian(about.t, q, &impulse, -1.0, out); // B
+        };
+        let G = |out: &mut dyn Entries| constraints.jacobian(about.t, q, out);
+        saddle.factorize(&emit, &G, -1.0, &G)?;
+        Ok(Self { saddle, about, until, impulse })
+    }
+
+    /// `δq_0` by the parameter `k`.
+    fn change(
+        &mut self,
+        start: &StartOf<'_>,
+        design: &dyn Design,
+        k: usize,
+    ) -> Result<Vec<f64>, Singular> {
+        let (n, m) = (start.at.q.len(), start.mechanism.len());
+        let [mut minus, mut plus] = [vec![0.0; n], vec![0.0; n]];
+        let mut rows = vec![0.0; m];
+        design.add_tangent(k, &self.about, &self.impulse, &mut minus, &mut plus, &mut rows);
+        let mut x: Vec<f64> = minus.iter().map(|b| -b).collect();
+        rows.fill(0.0);
+        design.add_tangent(k, &self.until, &self.impulse, &mut minus, &mut plus, &mut rows);
+        rows.iter_mut().for_each(|row| *row = -*row);
+        x.resize(n + start.rows.len(), 0.0);
+        start.rows.gather(&rows, &mut x[n..]);
+        self.saddle.solve_factorized(&mut x)?;
+        x.truncate(n);
+        Ok(x)
+    }
+}
