@@ -66,10 +66,10 @@ use nalgebra::{Matrix6, Vector6};
 use std::ops::Range;
 use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::{Interval, Slot};
-use vi_core::{Configuration, Number};
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
 use vi_core::strain_energy::StrainEnergy;
+use vi_core::{Configuration, Number};
 
 /// The largest `μ` of [`crate::StrainRule::MassScaled`].
 pub const MASS_SCALING: f64 = 0.125;
@@ -85,9 +85,9 @@ pub(crate) fn scaling<T: Number>(most: f64, slowness: T, h: f64) -> T {
 #[derive(Clone, Debug)]
 pub struct AveragedStrains {
     pub(crate) elements: Elements,
-    pub(crate) most: f64, // largest μ
-    slowness: Vec<f64>,   // elements  1/ω², s²
-    tension: Vec<Bound>,  // elements; empty without tension mass
+    pub(crate) most: f64,  // largest μ
+    slowness: Vec<f64>,    // elements  1/ω², s²
+    tension: Vec<Bound>,   // elements; empty without tension mass
     pub(crate) reach: f64, // L, m
 }
 
@@ -263,7 +263,9 @@ impl AveragedStrains {
     }
 
     /// The bounds that follow the tension, with their elements.
-    pub(crate) fn following(&self) -> impl Iterator<Item = (usize, usize, &Element, &Matrix6<f64>)> {
+    pub(crate) fn following(
+        &self,
+    ) -> impl Iterator<Item = (usize, usize, &Element, &Matrix6<f64>)> {
         let all = self.tension.iter().zip(self.elements.iter()).enumerate();
         all.filter_map(|(index, (bound, (element, C)))| match bound {
             Bound::Follows(variable) => Some((*variable, index, element, C)),

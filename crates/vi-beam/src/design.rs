@@ -10,7 +10,9 @@
 //! of the step are evaluated with dual numbers. Lengths and nodes do not change.
 #![allow(non_snake_case)] // C, V, M, K
 
-use crate::averaged::{AveragedStrains, mean_and_change, resultants, scaling, tension_mass};
+use crate::averaged::{
+    AveragedStrains, MASS_SCALING, mean_and_change, resultants, scaling, tension_mass,
+};
 use crate::damping;
 use crate::dissipation::StrainDissipation;
 use crate::element::{Element, ElementKind};
@@ -78,8 +80,19 @@ struct Changed {
     viscosity: Matrix6<Dual64>,
     reference: Vector6<Dual64>,
     mass: Matrix4<Dual64>, // m, of a mean section
-    slowness: Dual64, // 1/ω²
+    slowness: Dual64,      // 1/ω²
     bound: f64,
+}
+
+/// How a step takes strains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepRule {
+    /// Of strains over a step.
+    pub strains: StrainRule,
+    /// Of [`StrainRule::Midpoint`].
+    pub quadrature: Quadrature,
+    /// The longest step, s.
+    pub longest: f64,
 }
 
 /// How the equations of a step change with the numbers of elements.
@@ -87,8 +100,7 @@ struct Changed {
 pub struct ElementsTangent {
     elements: Vec<Changed>,
     masses: BTreeMap<usize, SMatrix<f64, 8, 8>>,
-    rule: StrainRule,
-    quadrature: Quadrature,
+    rule: StepRule,
     averaged: AveragedStrains,
     dissipation: Option<StrainDissipation>,
 }
@@ -97,7 +109,8 @@ impl Changed {
     fn new(model: &BeamElements, change: &ElementChange, q: &[f64]) -> Option<Self> {
         let index = change.element;
         let element = model.elements.list()[index].clone();
-        let weighted: Vec<_> = change.sections.iter().map(|own| (own.weight, own.section)).collect();
+        let weighted: Vec<_> =
+            change.sections.iter().map(|own| (own.weight, own.section)).collect();
         let section = Section::mean(&weighted);
         let (law, stiffness, viscosity) = match element.law.kind() {
             ElementKind::MeanDirectors => (None, *section.stiffness_matrix(), section.viscosity()),
@@ -109,7 +122,7 @@ impl Changed {
         };
         let reference = element.reference.map(Dual64::from_re);
         let mass = section.mass_matrix();
-        let (slowness, bound) = (Dual64::from_re(0.0), change.bound);
+        let (slowness, bound) = (Dual64::from_re(f64::INFINITY), change.bound);
         let mut own =
             Self { index, element, law, stiffness, viscosity, reference, mass, slowness, bound };
         if let Some(rest) = &change.rest {
@@ -172,7 +185,8 @@ impl Changed {
         let rates: Vec<_> = modes.iter().map(|mode| self.free_rate(x, mode)).collect();
         let of_mass = |a: &ElementCoordinates, b: &ElementCoordinates| -> f64 {
             let pairs = (0..8).flat_map(|i| (0..8).map(move |j| (i, j)));
-            let product = |i: usize, j: usize| (0..3).map(|k| a[3 * i + k] * b[3 * j + k]).sum::<f64>();
+            let product =
+                |i: usize, j: usize| (0..3).map(|k| a[3 * i + k] * b[3 * j + k]).sum::<f64>();
             pairs.map(|(i, j)| M[(i, j)] * product(i, j)).sum()
         };
         let change = |i: usize, j: usize| {
@@ -208,11 +222,15 @@ impl ElementsTangent {
     /// [`ElementDesignError`].
     pub fn new(
         model: &BeamElements,
-        (rule, quadrature): (StrainRule, Quadrature),
+        rule: StepRule,
         q: &[f64],
         changes: &[ElementChange],
     ) -> Result<Self, ElementDesignError> {
-        let scaled = matches!(rule, StrainRule::MassScaled | StrainRule::Dissipative);
+        let scaled = matches!(rule.strains, StrainRule::MassScaled | StrainRule::Dissipative);
+        let resolved = |highest: &Highest| {
+            let slowness = Dual64::from_re(highest.square.recip());
+            scaling(MASS_SCALING, slowness, rule.longest).re <= 0.0 // μ = 0 in all steps
+        };
         let mut frequencies = Frequencies::new(model);
         let (mut elements, mut masses) = (Vec::new(), BTreeMap::new());
         for change in changes {
@@ -220,7 +238,8 @@ impl ElementsTangent {
             let own = Changed::new(model, change, q);
             let mut own = own.ok_or(ElementDesignError::Stiffness { element })?;
             let M = mass(&own.element, &change.sections);
-            if let Some((highest, x)) = scaled.then(|| frequencies.highest(element, q)).flatten() {
+            let highest = scaled.then(|| frequencies.highest(element, q)).flatten();
+            if let Some((highest, x)) = highest.filter(|(own, _)| !resolved(own)) {
                 let slowness = own.slowness(&highest, &x);
                 own.slowness = slowness.ok_or(ElementDesignError::Kink { element })?;
             }
@@ -229,9 +248,10 @@ impl ElementsTangent {
             }
             elements.push(own);
         }
-        let dissipation = (rule == StrainRule::Dissipative).then(|| StrainDissipation::new(model));
-        let averaged = model.averaged(rule, q);
-        Ok(Self { elements, masses, rule, quadrature, averaged, dissipation })
+        let dissipates = rule.strains == StrainRule::Dissipative;
+        let dissipation = dissipates.then(|| StrainDissipation::new(model));
+        let averaged = model.averaged(rule.strains, q);
+        Ok(Self { elements, masses, rule, averaged, dissipation })
     }
 
     /// `M_θ` of elements between `φ, d_1, d_2, d_3` of both nodes, by the first one of them.
@@ -248,13 +268,14 @@ impl ElementsTangent {
         (mean, change): (&Vector6<Dual64>, &Vector6<Dual64>),
         of: Slot,
     ) -> Vector6<Dual64> {
-        let slowness =
-            if self.rule == StrainRule::MassScaled { own.slowness } else { Dual64::from_re(0.0) };
+        let scaled = self.rule.strains == StrainRule::MassScaled;
+        let slowness = if scaled { own.slowness } else { Dual64::from_re(0.0) };
         let mu = scaling(self.averaged.most, slowness, s.h);
         let bound = self.averaged.bound(own.index, &s.internal);
         let lengths = [own.element.length, self.averaged.reach];
-        let tension =
-            bound.map(|bound| tension_mass(Dual64::new(bound, own.bound), lengths, s.h, own.mass[(0, 0)]));
+        let tension = bound.map(|bound| {
+            tension_mass(Dual64::new(bound, own.bound), lengths, s.h, own.mass[(0, 0)])
+        });
         let slack = own.element.is_slack(&mean.map(|own| own.re));
         let n = resultants(&own.stiffness, (mean, change), (mu, tension), slack, -of.sign());
         times(-s.h, &n)
@@ -264,7 +285,7 @@ impl ElementsTangent {
         for own in &self.elements {
             let (mean, change) = mean_and_change([own.strain(&s.q0), own.strain(&s.q1)]);
             let mut n = damping::resultants(&own.viscosity, &change, self.lag(own, s.h), of);
-            if self.rule == StrainRule::Midpoint {
+            if self.rule.strains == StrainRule::Midpoint {
                 self.add_at_points(own, s, of, out);
             } else {
                 n += self.of_energy(own, s, (&mean, &change), of);
@@ -278,7 +299,7 @@ impl ElementsTangent {
 
     /// `θ` of damping.
     fn lag(&self, own: &Changed, h: f64) -> Dual64 {
-        match self.rule {
+        match self.rule.strains {
             StrainRule::MassScaled | StrainRule::Dissipative => damping::lag(own.slowness, h),
             StrainRule::Averaged | StrainRule::Midpoint => Dual64::from_re(0.0),
         }
@@ -286,7 +307,7 @@ impl ElementsTangent {
 
     /// `−h D_of U_d` of `V` at the points of a quadrature.
     fn add_at_points(&self, own: &Changed, s: &Interval, of: Slot, out: &mut [f64]) {
-        let q = match self.quadrature {
+        let q = match self.rule.quadrature {
             Quadrature::Midpoint => &s.q_mid,
             Quadrature::Trapezoidal => s.node(of),
         };
@@ -355,4 +376,3 @@ impl StepTangent for ElementsTangent {
             && self.masses.values().all(|own| own.iter().all(|own| own.is_finite()))
     }
 }
-

@@ -30,10 +30,10 @@ use nalgebra::{Matrix6, SMatrix};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
+use vi_core::Number;
 use vi_core::interval::Interval;
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
-use vi_core::Number;
 use vi_core::strain_energy::StrainEnergy;
 
 /// An element that cannot be.

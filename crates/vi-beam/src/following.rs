@@ -78,7 +78,8 @@ impl AveragedStrains {
             let by_bound = tension_mass(Dual64::new(*bound, 1.0), lengths, s.h, line);
             let (_, change) = mean_and_change(element.strains_of(s, index));
             let n = by_bound.map(|own| own.eps).component_mul(&change);
-            let force = element.within(s.node(of)).force(&(-of.sign() * scale * element.length * n));
+            let force =
+                element.within(s.node(of)).force(&(-of.sign() * scale * element.length * n));
             for (row, f) in force.iter().enumerate() {
                 out.add(element.place(row), variable, *f);
             }

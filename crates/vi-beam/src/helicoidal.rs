@@ -677,12 +677,7 @@ impl<T: Number> Corrected<T> {
 
     /// `Σ n_i ∂η_i/∂ξ`.
     #[inline]
-    fn pull_back(
-        &self,
-        own: &Correction<T>,
-        law: &Helicoidal<T>,
-        n: &Vector6<T>,
-    ) -> Vector6<T> {
+    fn pull_back(&self, own: &Correction<T>, law: &Helicoidal<T>, n: &Vector6<T>) -> Vector6<T> {
         let Self { K, G_3, m, w, rho, .. } = self;
         let OnParts { N, M, of_k } = self.parts(own, law, n);
         let of_K = times(law.length * law.length / 24.0, &w.cross(&M)) + m.cross(&of_k);

@@ -20,9 +20,9 @@
 
 use crate::section::{Section, SectionError, positive};
 use crate::small::re;
-use vi_core::Number;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use vi_core::Number;
 
 /// An isotropic material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -297,9 +297,7 @@ impl<T: Number> Profile<T> {
                 [b * cube(h) / T::of(12.0), h * cube(b) / T::of(12.0)]
             }
             Self::Circle { radius } => [T::of(0.25 * PI) * radius.powi(4); 2],
-            Self::Tube { outer, inner } => {
-                [T::of(0.25 * PI) * (outer.powi(4) - inner.powi(4)); 2]
-            }
+            Self::Tube { outer, inner } => [T::of(0.25 * PI) * (outer.powi(4) - inner.powi(4)); 2],
             Self::Box(walls) => {
                 let Walls { width, height, web, .. } = walls;
                 let inner = walls.clear() * cube(width - two * web);
@@ -393,8 +391,7 @@ fn box_energies<T: Number>(walls: &Walls<T>) -> [[T; 2]; 2] {
     let across = Walls { width: height, height: width, flange: web, web: flange };
     let (three, four) = (T::of(3.0), T::of(4.0));
     let of = |own: &Walls<T>| {
-        let (half, a) =
-            (T::of(0.5) * (own.width - own.web), T::of(0.5) * own.middle_height());
+        let (half, a) = (T::of(0.5) * (own.width - own.web), T::of(0.5) * own.middle_height());
         let moment = four * half * own.flange * a * a + four * own.web * cube(a) / three;
         let flanges = four * own.flange * a * a * cube(half) / three;
         [moment, flanges + T::of(2.0) * own.web_energy(half * own.flange * a)]

@@ -13,8 +13,8 @@
 #![allow(non_snake_case)] // C
 
 use crate::element::{Element, Elements};
-use crate::strain::{ElementCoordinates, Strain};
 use crate::small::inverse;
+use crate::strain::{ElementCoordinates, Strain};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use std::ops::Range;
 use vi_core::num_dual::Dual64;

@@ -483,7 +483,6 @@ impl<T: Number> Section<T> {
 }
 
 impl Section {
-
     /// Whether any strain is damped.
     #[must_use]
     pub fn is_damped(&self) -> bool {
@@ -542,7 +541,6 @@ impl Section {
     pub(crate) fn compliance_matrix(&self) -> Matrix6<f64> {
         self.compliance
     }
-
 }
 
 /// Inertias that may be.

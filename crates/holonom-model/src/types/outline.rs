@@ -118,9 +118,7 @@ impl Material {
         let young = number("material.E", self.young);
         let density = number("material.density", self.density);
         match (self.shear, self.nu) {
-            (Some(shear), None) => {
-                Ok(Solid { young, shear: number("material.G", shear), density })
-            }
+            (Some(shear), None) => Ok(Solid { young, shear: number("material.G", shear), density }),
             (None, Some(nu)) => {
                 let solid = Solid::from_poisson(young, number("material.nu", nu), density);
                 solid.map_err(|e| fault("material.nu", e.to_string(), "write 0.3 for steel"))

@@ -13,10 +13,13 @@ use holonom_model::{Beam, Load, ModelError};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use std::sync::Arc;
 use vi_beam::Rest;
-use vi_beam::design::{ElementChange, ElementDesignError, ElementsTangent};
+use vi_beam::design::{ElementChange, ElementDesignError, ElementsTangent, StepRule};
 use vi_core::num_dual::Dual64;
 use vi_multibody::design::{MechanismTangent, StepTangent};
 use vi_rigid::directors::{self, FRAME};
+
+/// No part of a step of a composition is longer, in steps.
+const LONGEST: f64 = 2.0;
 
 impl Chain<'_> {
     /// All beams.
@@ -33,8 +36,10 @@ impl Chain<'_> {
             return Ok(());
         }
         let dynamics = &self.system.dynamics;
-        let (by, q) =
-            ((dynamics.rule, dynamics.quadrature), self.system.mechanism.initial_configuration());
+        let settings = &self.model.settings;
+        let longest = if settings.order > 2 { LONGEST * settings.step } else { settings.step };
+        let by = StepRule { strains: dynamics.rule, quadrature: dynamics.quadrature, longest };
+        let q = self.system.mechanism.initial_configuration();
         let found = ElementsTangent::new(&dynamics.parts, by, &q, &changes);
         let found = found.map_err(|error| {
             let (ElementDesignError::Kink { element } | ElementDesignError::Stiffness { element }) =
@@ -106,9 +111,8 @@ impl Chain<'_> {
         for (beam, parts) in self.stated.beams.iter().zip(&self.system.beams.list) {
             let key = format!("beam.{}", beam.name);
             let base = self.placements.base(beam.relative_to.as_deref()).rotation;
-            let vector = |part: &str, own| {
-                eps(&(base * self.slopes.vector(&format!("{key}.{part}"), own)))
-            };
+            let vector =
+                |part: &str, own| eps(&(base * self.slopes.vector(&format!("{key}.{part}"), own)));
             let velocity = vector("velocity", beam.velocity);
             let omega = vector("angular_velocity", beam.angular_velocity);
             let node = |k: usize| &q[FRAME * k..FRAME * (k + 1)];

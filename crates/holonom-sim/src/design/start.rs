@@ -250,7 +250,11 @@ impl StartOf<'_> {
         self.correct(&open, &mut change, &own.name)
     }
 
-    pub(super) fn opened(&self, own: &ModelTangent, change: [&[f64]; 2]) -> Result<[Vec<f64>; 2], ModelError> {
+    pub(super) fn opened(
+        &self,
+        own: &ModelTangent,
+        change: [&[f64]; 2],
+    ) -> Result<[Vec<f64>; 2], ModelError> {
         let found = start::opened(self.mechanism, self.at, &own.numbers, change);
         found.map_err(|error| self.refusal(&error, own))
     }

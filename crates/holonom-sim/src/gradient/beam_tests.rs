@@ -1,7 +1,13 @@
 //! Gradients by numbers of beams and of relaxed starts against central differences of whole runs,
 //! and what is refused.
 
+use super::prepared::{Begin, Prepared};
 use super::tests::found;
+use crate::design;
+use crate::system::outside::Outside;
+use holonom_model::ModelText;
+use std::path::Path;
+use vi_control::sensitivities::{Beside, Direction, Sensitivities};
 
 /// A cantilever with a weight at its tip, a load along it and one at its tip.
 const CANTILEVER: &str = r#"
@@ -347,4 +353,237 @@ fn sections_change_a_closed_loop() {
 #[test]
 fn sections_change_a_rope() {
     check("rope", ROPE, 1e-8);
+}
+
+/// Every rule of strains, with every kind of element that goes with it.
+#[test]
+fn every_rule_of_strains_has_its_derivatives() {
+    let with = |strain: &str, element: &str| {
+        let strain = format!("end = 0.1, strain = \"{strain}\" }}");
+        let element = format!("elements = 4\nelement = \"{element}\"");
+        changed(CANTILEVER, &[("end = 0.1 }", &strain), ("elements = 4", &element)])
+    };
+    for (strain, element) in [
+        ("dissipative", "helicoidal"),
+        ("mass_scaled", "second_order"),
+        ("mass_scaled", "mean_directors"),
+        ("averaged", "helicoidal"),
+        ("averaged", "mean_directors"),
+        ("midpoint", "mean_directors"),
+    ] {
+        check(&format!("{strain}, {element}"), &with(strain, element), 1e-8);
+    }
+    let trapezoidal = with("midpoint", "mean_directors");
+    let trapezoidal = changed(
+        &trapezoidal,
+        &[
+            ("step = 0.002", "step = 2e-5, quadrature = \"trapezoidal\""),
+            ("end = 0.1", "end = 1e-3"),
+        ],
+    );
+    check("trapezoidal", &trapezoidal, 1e-7);
+}
+
+/// What a beam is as drawn: a prestress, a curvature, a bound of its tension, lumped masses.
+#[test]
+fn what_a_beam_is_as_drawn_has_its_derivatives() {
+    let of = |own: &str| {
+        let own = format!("elements = 4\n{own}");
+        let text = changed(
+            CANTILEVER,
+            &[("elements = 4", &own), ("speed = 0.7\n", "speed = 0.7\nown = 6.0\n")],
+        );
+        changed(
+            &text,
+            &[("angular_velocity = [0.0, 0.0, 0.0]", "angular_velocity = [0.0, \"= speed\", 0.0]")],
+        )
+    };
+    // the clamp does not turn: the velocities are projected
+    let free = [
+        ("start = \"clamped\"\n", ""),
+        (
+            "angular_velocity = [0.0, \"= speed\", 0.0]",
+            "angular_velocity = [0.1, \"= speed\", 0.2]",
+        ),
+    ];
+    let weight = [(
+        "position = [1.0, 0.0, 0.0]\n[[joint]]",
+        "position = [1.0, 0.0, 0.0]\nvelocity = [0.0, 0.2, \"= -speed\"]\nangular_velocity = [0.1, \"= speed\", 0.2]\n[[joint]]",
+    )];
+    for (what, own) in [
+        ("prestress", "prestress = \"= own\""),
+        ("curvature", "curvature = [\"= 0.1*own\", 0.2, \"= 0.05*own\"]"),
+        ("bound", "tension = \"= own\""),
+        ("lumped", "mass = \"lumped\"\nprestress = \"= own\""),
+    ] {
+        let text = changed(&changed(&of(own), &free), &weight);
+        check(what, &text, 1e-8);
+    }
+}
+
+/// A chain of two bodies on springs, a rod on a spring: where they hang.
+const CHAIN: &str = r#"
+model = { name = "chain", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.005, end = 0.1, start = "relaxed" }
+[parameters]
+mass = 1.4
+stiffness = 30.0
+rest = 0.2
+arm = 0.5
+force = 2.0
+damping = 0.3
+[[body]]
+name = "upper"
+position = ["= arm", 0.0, 0.0]
+mass = "= mass"
+inertia = [0.01, 0.1, 0.1]
+[[body]]
+name = "lower"
+position = ["= 2.5*arm", 0.0, 0.0]
+mass = 0.8
+inertia = [0.01, 0.05, 0.05]
+[[joint]]
+name = "shoulder"
+type = "revolute"
+parent = "ground"
+child = "upper"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+spring = { stiffness = "= stiffness", rest = "= rest" }
+damper = { damping = "= damping" }
+[[joint]]
+name = "elbow"
+type = "revolute"
+parent = "upper"
+child = "lower"
+position = ["= 2*arm", 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+[[load]]
+name = "pull"
+body = "lower"
+force = ["= force", 0.0, 1.0]
+history = { type = "harmonic", frequency = 3.0, phase = 0.7 }
+[[sensor]]
+name = "tip"
+type = "position"
+of = "lower"
+[[objective]]
+name = "depth"
+type = "sensor"
+sensor = "tip.z"
+at = "path"
+weight = 3.0
+[[objective]]
+name = "reach"
+type = "sensor"
+sensor = "tip.x"
+target = 0.3
+"#;
+
+/// A step in the load moves what hangs, so that parameters count along the run as well.
+#[test]
+fn relaxed_starts_change_with_their_equilibrium() {
+    check("chain", CHAIN, 1e-7);
+    let kicked = |text: &str| {
+        let at_end = "start = \"relaxed\"";
+        changed(text, &[("end = 0.1", &format!("end = 0.1, {at_end}"))])
+    };
+    let gust = [(
+        "force = [5.0, 3.0, \"= force\"]",
+        "force = [5.0, 3.0, \"= force\"]\nhistory = { type = \"harmonic\", frequency = 7.0, phase = 0.6 }",
+    )];
+    let still = [("speed = 0.7\n", "")];
+    check("relaxed cantilever", &changed(&changed(&kicked(CANTILEVER), &gust), &still), 1e-6);
+    check("relaxed linkage", &kicked(LINKAGE), 1e-6);
+}
+
+#[test]
+fn what_has_no_derivative_of_a_beam_is_named() {
+    let refused = |pairs: &[(&str, &str)]| {
+        let error = found(&changed(CANTILEVER, pairs), false).err();
+        error.map(|error| error.to_string()).unwrap_or_default()
+    };
+    let moved =
+        refused(&[("[1.0, 0.0, 0.0]]\nelements", "[\"= 100*radius - 0.2\", 0.0, 0.0]]\nelements")]);
+    assert!(moved.contains("beam.rod.points"), "{moved}");
+    let neutral = changed(
+        CHAIN,
+        &[
+            ("type = \"revolute\"\nparent = \"upper\"", "type = \"spherical\"\nparent = \"upper\""),
+            (
+                "position = [\"= 2*arm\", 0.0, 0.0]\naxis = [0.0, 1.0, 0.0]",
+                "position = [\"= 2*arm\", 0.0, 0.0]",
+            ),
+            ("force = [\"= force\", 0.0, 1.0]", "force = [0.0, 0.0, 1.0]"),
+        ],
+    );
+    let neutral = found(&neutral, false).unwrap_err().to_string();
+    assert!(neutral.contains("simulation.start") && neutral.contains("other places"), "{neutral}");
+    let slack = refused(&[("elements = 4", "elements = 4\nlength = \"= 1.02*speed/0.7\"")]);
+    assert!(slack.contains("beam.rod.length"), "{slack}");
+}
+
+/// By tangents beside the run.
+fn forward(text: &str) -> Vec<(String, f64)> {
+    let text = ModelText::from_text(Path::new("model.toml"), text);
+    let model = text.model(&[]).unwrap();
+    let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+    let tangents = design::tangents(&text, &[], &model, &prepared.system).unwrap();
+    prepared.depend(&model, &[], &tangents).unwrap();
+    let begin = Begin::new(&model, &mut prepared).unwrap();
+    let design = super::prepared::design(&prepared, &begin.mass, &tangents).unwrap();
+    let of = begin.of(&model, &prepared.system.mechanism);
+    let run = prepared.simulation.integrator();
+    let changes = begin.changes(&of, run, (&design, &tangents)).unwrap();
+    let all = tangents.iter().zip(&changes).enumerate();
+    let directions = all.map(|(k, (own, change))| Direction {
+        start: begin.tangent(run, change, Some(own)),
+        parameter: Some(k),
+        ..Direction::default()
+    });
+    let mut beside = Sensitivities::new(run, model.settings.step, directions.collect()).unwrap();
+    let (controls, objective) = (&prepared.controls, &prepared.costs.sum);
+    for _ in 0..prepared.steps {
+        beside.advance(run, Beside { controls, design: Some(&design), objective }).unwrap();
+    }
+    let rates = beside.rates(objective, run.state());
+    tangents.iter().map(|own| own.name.clone()).zip(rates).collect()
+}
+
+#[test]
+fn tangents_beside_the_run_say_the_same_as_costates() {
+    let dissipative = changed(CANTILEVER, &[("end = 0.1", "end = 0.1, strain = \"dissipative\"")]);
+    let relaxed = changed(LINKAGE, &[("end = 0.1", "end = 0.1, start = \"relaxed\"")]);
+    for text in [CANTILEVER, FLYING, BLADE, LINKAGE, ROPE, CHAIN, &dissipative, &relaxed] {
+        let backward = found(text, false).unwrap();
+        for ((name, by_tangent), own) in forward(text).iter().zip(&backward.parameters) {
+            let off = (by_tangent / own.derivative - 1.0).abs();
+            println!("{} {name}: {by_tangent} off by {off:.1e}", backward.model);
+            assert!(name == &own.name && off < 1e-9, "{name}: {off:e}");
+        }
+    }
+}
+
+/// Two vibrations that are the highest together, of which a parameter changes one.
+#[test]
+fn a_kink_of_the_added_mass_is_refused_where_mass_is_added() {
+    let round = changed(
+        CANTILEVER,
+        &[
+            (
+                "shape = { type = \"circle\", dimensions = [\"= radius\"] }\n",
+                "GA1 = \"= 2e4*radius\"\nGA2 = 240.0\nEA = 9e5\nEI1 = 30.0\nEI2 = 30.0\nGJ = 0.24\nrhoA = 0.6\nrhoI1 = 2e-9\nrhoI2 = 2e-9\n",
+            ),
+            ("material = { E = \"= young\", nu = 0.3, density = \"= density\" }\n", ""),
+            ("young = 2.0e9\n", ""),
+            ("density = 1400.0\n", ""),
+        ],
+    );
+    let message = found(&round, false).unwrap_err().to_string();
+    assert!(
+        message.contains("same highest frequency") && message.contains("beam.rod"),
+        "{message}"
+    );
+    let averaged = changed(&round, &[("end = 0.1", "end = 0.1, strain = \"averaged\"")]);
+    check("averaged", &averaged, 1e-6);
 }

@@ -283,7 +283,8 @@ pub fn gradient(
     let by_parameter = |(k, own): (usize, &ModelTangent)| ByParameter {
         name: own.name.clone(),
         value: own.value,
-        derivative: along(&changes[k], Some(own)) + found.parameters.get(k).copied().unwrap_or_default(),
+        derivative: along(&changes[k], Some(own))
+            + found.parameters.get(k).copied().unwrap_or_default(),
     };
     let by_start = |(k, own): (usize, &TreeCoordinate)| ByStart {
         name: name_of(mechanism, own),

@@ -6,6 +6,8 @@
 //! The unknowns: parameters of the model file, then coordinate and rate of each freedom of the
 //! joints under `initial`.
 
+#[cfg(test)]
+mod beam_tests;
 pub mod data;
 #[cfg(test)]
 mod reference_tests;
