@@ -577,6 +577,7 @@ fn a_kink_of_the_added_mass_is_refused_where_mass_is_added() {
             ("material = { E = \"= young\", nu = 0.3, density = \"= density\" }\n", ""),
             ("young = 2.0e9\n", ""),
             ("density = 1400.0\n", ""),
+            ("elements = 4", "elements = 4\nnormal = [0.0, 0.0, 1.0]"),
         ],
     );
     let message = found(&round, false).unwrap_err().to_string();
