@@ -23,7 +23,7 @@ use crate::model::{BeamElements, StrainRule};
 use crate::rest::Rest;
 use crate::section::Section;
 use crate::small::times;
-use crate::strain::{self, ElementCoordinates, Strain};
+use crate::strain::{self, ElementCoordinates, SIZE, Strain};
 use crate::varying::{MassPoint, SectionPoint, mass_along};
 use nalgebra::{Matrix4, Matrix6, SMatrix, Vector6};
 use std::collections::BTreeMap;
@@ -59,6 +59,12 @@ pub enum ElementDesignError {
          differently: the mass that selective mass scaling adds has a kink"
     )]
     Kink {
+        /// Which element.
+        element: usize,
+    },
+    /// The nodes of an element are not one frame and the next.
+    #[error("the nodes of element {element} are not neighbours")]
+    Apart {
         /// Which element.
         element: usize,
     },
@@ -189,9 +195,12 @@ impl Changed {
                 |i: usize, j: usize| (0..3).map(|k| a[3 * i + k] * b[3 * j + k]).sum::<f64>();
             pairs.map(|(i, j)| M[(i, j)] * product(i, j)).sum()
         };
+        let geometric = self.geometric_change(x);
         let change = |i: usize, j: usize| {
             let of_stiffness = rates[i].dot(&(self.stiffness * rates[j])).eps;
-            self.element.length * of_stiffness - highest.square * of_mass(&modes[i], &modes[j])
+            let of_stress = modes[i].dot(&(geometric * modes[j]));
+            self.element.length * of_stiffness + of_stress
+                - highest.square * of_mass(&modes[i], &modes[j])
         };
         let slope = change(0, 0);
         let pairs = (0..modes.len()).flat_map(|i| (0..modes.len()).map(move |j| (i, j)));
@@ -200,6 +209,16 @@ impl Changed {
         let alike = apart.all(|by| by.abs() <= TOGETHER * size);
         let square = highest.square;
         alike.then(|| Dual64::new(square.recip(), -slope / (square * square)))
+    }
+
+    /// How the geometric stiffness at `x` changes: of a rope whose nodes are not along its arc, which
+    /// has tension where it is drawn.
+    fn geometric_change(&self, x: &ElementCoordinates) -> SMatrix<f64, SIZE, SIZE> {
+        let reference = self.element.measures(x);
+        let strain = self.strain_from(x, &reference.map(Dual64::from_re));
+        let n = self.element.length * slopes(&(self.stiffness * strain));
+        let free = Element { reference, ..self.element.clone() };
+        free.at(*x).tangent(&Matrix6::zeros(), &n)
     }
 
     /// What a change of `ω²` is small against.
@@ -242,6 +261,9 @@ impl ElementsTangent {
             if let Some((highest, x)) = highest.filter(|(own, _)| !resolved(own)) {
                 let slowness = own.slowness(&highest, &x);
                 own.slowness = slowness.ok_or(ElementDesignError::Kink { element })?;
+            }
+            if own.element.nodes[1] != own.element.nodes[0] + 1 {
+                return Err(ElementDesignError::Apart { element });
             }
             if M.amax() > 0.0 {
                 masses.insert(own.element.nodes[0], M);
@@ -376,3 +398,6 @@ impl StepTangent for ElementsTangent {
             && self.masses.values().all(|own| own.iter().all(|own| own.is_finite()))
     }
 }
+
+#[cfg(test)]
+mod tests;

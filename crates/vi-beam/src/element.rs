@@ -494,7 +494,7 @@ impl Elements {
     }
 
     /// `M` of an element, between `φ, d_1, d_2, d_3` of both nodes.
-    fn mass(&self, k: usize) -> SMatrix<f64, 8, 8> {
+    pub(crate) fn mass(&self, k: usize) -> SMatrix<f64, 8, 8> {
         let element = &self.elements[k];
         match self.varying.get(&k) {
             None => element.mass.matrix(element.length, &self.section(element).mass_matrix()),

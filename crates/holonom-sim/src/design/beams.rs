@@ -42,9 +42,7 @@ impl Chain<'_> {
         let q = self.system.mechanism.initial_configuration();
         let found = ElementsTangent::new(&dynamics.parts, by, &q, &changes);
         let found = found.map_err(|error| {
-            let (ElementDesignError::Kink { element } | ElementDesignError::Stiffness { element }) =
-                &error
-            else {
+            let ElementDesignError::Kink { element } = &error else {
                 return refused("beam", error.to_string(), LEAVE_OUT);
             };
             let of = |own: &&BeamParts| own.legs.iter().any(|leg| leg.elements.contains(element));

@@ -7,6 +7,8 @@
 //! The efforts of the controls are zero. [`Check`] compares with central differences of whole runs.
 
 #[cfg(test)]
+mod beam_models;
+#[cfg(test)]
 mod beam_tests;
 mod check;
 #[cfg(test)]
