@@ -128,7 +128,7 @@ impl Changed {
         };
         let reference = element.reference.map(Dual64::from_re);
         let mass = section.mass_matrix();
-        let (slowness, bound) = (Dual64::from_re(f64::INFINITY), change.bound);
+        let (slowness, bound) = (Dual64::from_re(0.0), change.bound);
         let mut own =
             Self { index, element, law, stiffness, viscosity, reference, mass, slowness, bound };
         if let Some(rest) = &change.rest {
@@ -256,12 +256,17 @@ impl ElementsTangent {
             let element = change.element;
             let own = Changed::new(model, change, q);
             let mut own = own.ok_or(ElementDesignError::Stiffness { element })?;
-            let M = mass(&own.element, &change.sections);
-            let highest = scaled.then(|| frequencies.highest(element, q)).flatten();
-            if let Some((highest, x)) = highest.filter(|(own, _)| !resolved(own)) {
-                let slowness = own.slowness(&highest, &x);
-                own.slowness = slowness.ok_or(ElementDesignError::Kink { element })?;
+            if scaled {
+                own.slowness = match frequencies.highest(element, q) {
+                    None => Dual64::from_re(0.0), // a motion carries no mass
+                    Some((highest, _)) if resolved(&highest) => Dual64::from_re(f64::INFINITY),
+                    Some((highest, x)) => {
+                        let slowness = own.slowness(&highest, &x);
+                        slowness.ok_or(ElementDesignError::Kink { element })?
+                    }
+                };
             }
+            let M = mass(&own.element, &change.sections);
             if own.element.nodes[1] != own.element.nodes[0] + 1 {
                 return Err(ElementDesignError::Apart { element });
             }

@@ -1,18 +1,13 @@
 //! Runs without derivatives are refused by what they lack.
 
-use nalgebra::Vector3;
-use vi_beam::ElementKind;
-use vi_beam::mesh::{FrameRule, Mesh};
-use vi_beam::model::{BeamModel, StrainRule};
-use vi_beam::section::Section;
-use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_constraints::{Options, SchemeKind};
 use vi_control::objective::Time;
 use vi_control::{Checkpoints, Controls, Gradient, Objective, Sensitivities, Task};
 use vi_core::galerkin::Stages;
 use vi_multibody::FrameId::Ground;
 use vi_multibody::PairKind;
 use vi_multibody::builder::{CoordinateId, Inertia, JointLimits, MechanismBuilder};
-use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+use vi_multibody::run::MechanismIntegrator;
 
 fn pendulum(
     of: impl Fn(&mut MechanismBuilder, CoordinateId),
@@ -24,23 +19,6 @@ fn pendulum(
     let angle = hinge.axis([0.0, 1.0, 0.0]).id().coordinate(0);
     of(&mut builder, angle);
     builder.build().unwrap().integrator(options).unwrap()
-}
-
-/// A beam whose added mass follows its tension.
-fn following() -> MechanismIntegrator {
-    let section = Section::new([500.0, 500.0, 2e3, 0.5, 0.7, 0.4], [1.0, 1.5e-3, 1e-3, 0.0]);
-    let across = FrameRule::Normal(Vector3::z());
-    let mesh = Mesh::straight(Vector3::zeros(), Vector3::x(), 2, across).unwrap();
-    let mut model = BeamModel::new(Vector3::zeros());
-    model.add_beam("beam", &mesh, section.unwrap()).unwrap();
-    let q = model.configuration();
-    model.beams.elements.set_strains(0..2, ElementKind::Helicoidal, &q).unwrap();
-    model.clamp(0);
-    let mechanism = model.mechanism();
-    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
-    let system = model.system(&mechanism, StrainRule::Dissipative);
-    let options = Options::new(SchemeKind::Nodal, 0.01);
-    integrator(mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v)).unwrap()
 }
 
 fn refusal(mut run: MechanismIntegrator, by_step: bool) -> String {
@@ -73,13 +51,11 @@ fn what_has_no_derivative_is_named() {
     let found = [
         refusal(pendulum(stop, nodal()), false),
         refusal(pendulum(nothing, nodal().galerkin(Stages::new(2).unwrap())), false),
-        refusal(following(), false),
         refusal(pendulum(motor, nodal()), true),
     ];
     let expected = [
         "a run with contacts, joint stops or dry friction has no derivatives",
         "a run with Galerkin steps has no derivatives",
-        "a run with a mass that follows the tension has no derivatives",
         "`drive` has no derivative by the time step",
     ];
     assert_eq!(found, expected);

@@ -97,7 +97,7 @@ impl Chain<'_> {
         changes.extend(elements.zip(sections).map(|(element, sections)| ElementChange {
             element,
             sections,
-            rest: rest.clone(),
+            rest,
             bound,
         }));
         Ok(())

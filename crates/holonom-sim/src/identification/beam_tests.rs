@@ -48,7 +48,7 @@ fn modulus_and_damping_follow_from_the_motion_of_a_tip() {
         for (own, wanted) in estimate.parameters.iter().zip(true_values(&model, &source)) {
             let off = (own.value / wanted - 1.0).abs();
             println!("{}: {} for {wanted}, {off:.1e}", own.name, own.value);
-            assert!(off < 1e-7 && own.start != wanted, "{}: {off:e}", own.name);
+            assert!(off < 1e-7 && (own.start / wanted - 1.0).abs() > 0.1, "{}: {off:e}", own.name);
         }
         assert!(estimate.is_sound());
     }
