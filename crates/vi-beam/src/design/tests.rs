@@ -126,7 +126,7 @@ fn check(kind: ElementKind, rule: StrainRule, stated: bool) {
     let change = ElementChange {
         element: 0,
         sections: vec![SectionPoint { place: 0.0, weight: 1.0, section }],
-        rest: Some(numbers.change.clone()),
+        rest: Some(numbers.change),
         bound: 0.0,
     };
     let by = StepRule { strains: rule, quadrature: Quadrature::Midpoint, longest: STEP };

@@ -59,7 +59,7 @@ pub struct Tangent {
     pub q: Vec<f64>,
     /// `δp̄`, shape `n`.
     pub p: Vec<f64>,
-    /// `δz`, shape of the internal variables.
+    /// `δz`, shape of the internal variables; empty where they are held.
     pub z: Vec<f64>,
 }
 
@@ -251,7 +251,9 @@ impl StepLinearization {
         let mut product = Product { v: &d.q, out: upper };
         system.forced_d1_d1(s, &mut product);
         constraints.weighted_hessian(s.t, &s.q0, &self.impulse, -1.0, &mut product);
-        system.internal_slope(s, Slot::First, &mut Product { v: &d.z, out: upper });
+        if !d.z.is_empty() {
+            system.internal_slope(s, Slot::First, &mut Product { v: &d.z, out: upper });
+        }
         lower.fill(0.0);
         if let Some(sources) = sources {
             upper.iter_mut().zip(&sources.minus).for_each(|(x, b)| *x += b);
@@ -264,7 +266,9 @@ impl StepLinearization {
         d.p.fill(0.0);
         system.forced_d1_d2(s, &mut Product { v: &d.q, out: &mut d.p });
         system.forced_d2_d2(s, &mut Product { v: end, out: &mut d.p });
-        system.internal_slope(s, Slot::Second, &mut Product { v: &d.z, out: &mut d.p });
+        if !d.z.is_empty() {
+            system.internal_slope(s, Slot::Second, &mut Product { v: &d.z, out: &mut d.p });
+        }
         if let Some(sources) = sources {
             d.p.iter_mut().zip(&sources.plus).for_each(|(p, c)| *p += c);
         }
@@ -325,14 +329,18 @@ impl StepLinearization {
         c.copy_from_slice(a);
         lower.fill(0.0);
         transposed(momentum, c, &|out| system.forced_d2_d2(s, out));
-        transposed(y, c, &|out| system.advance_slope(s, Slot::Second, out));
+        if !y.is_empty() {
+            transposed(y, c, &|out| system.advance_slope(s, Slot::Second, out));
+        }
         self.saddle.solve_transposed(&mut self.x)?; // (μ/h, σ)
         let (mu, sigma) = self.x.split_at_mut(n);
         mu.iter_mut().for_each(|mu| *mu *= s.h);
         self.saddle.rows().scatter(sigma, &mut self.sigma);
         a.fill(0.0);
         transposed(momentum, a, &|out| system.forced_d1_d2(s, out));
-        transposed(y, a, &|out| system.advance_slope(s, Slot::First, out));
+        if !y.is_empty() {
+            transposed(y, a, &|out| system.advance_slope(s, Slot::First, out));
+        }
         b.iter_mut().zip(&*mu).for_each(|(b, mu)| *b = -mu);
         transposed(b, a, &|out| {
             system.forced_d1_d1(s, out);
