@@ -149,6 +149,16 @@ impl DiscreteForce for StrainDamping {
 
     fn add_stiffness(&self, _: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}
 
+    fn add_position_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.add_position_derivative(at.t, at.q, v, scale, out);
+    }
+
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
         self.add_velocity_derivative(at.t, at.q, v, scale, out);
     }

@@ -221,6 +221,8 @@ impl DiscreteForce for StrainDissipation {
 
     fn add_stiffness(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
 
+    fn add_position_slope(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
+
     fn add_damping(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
 
     fn is_dissipative(&self) -> bool {

@@ -76,6 +76,15 @@ pub trait DiscreteForce: Send + Sync {
     /// rest, or in a rotation of all that the force joins, which changes no length and no rate.
     /// Always the same places in the same order.
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
+    /// Emits `scale ∂f/∂q (t, q, v)`, whatever the motion; always the same places in the same
+    /// order.
+    fn add_position_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    );
     /// Emits `scale ∂f/∂v (t, q, v)`; always the same places in the same order.
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
     /// Emits `scale ∂f/∂z`, rows of coordinates, columns of all internal variables of the system:
@@ -271,6 +280,16 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
 
     fn acts_from_ground(&self) -> bool {
         self.0.acts_from_ground()
+    }
+
+    fn add_position_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.0.add_position_derivative(at.t, at.q, v, scale, out);
     }
 
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {

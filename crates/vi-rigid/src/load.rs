@@ -374,6 +374,16 @@ impl DiscreteForce for Load {
         }
     }
 
+    fn add_position_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.add_stiffness(at, v, scale, out);
+    }
+
     fn add_damping(&self, _: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}
 
     fn is_dissipative(&self) -> bool {

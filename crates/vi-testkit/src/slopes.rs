@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use vi_core::force::DiscreteForce;
-use vi_core::{Entries, Interval, Slot, SparseMatrix, StepChange};
+use vi_core::{Configuration, Entries, Interval, Slot, SparseMatrix, StepChange};
 
 /// Half of a difference.
 const SMALL: f64 = 1e-6;
@@ -69,7 +69,8 @@ fn relative(all: &[(DMatrix<f64>, DMatrix<f64>)], least: f64) -> f64 {
 /// The largest error of `D_1 f_d^-`, `D_2 f_d^-`, `D_1 f_d^+`, `D_2 f_d^+` in a step, relative to
 /// the largest entry of all four; of `D_2 f_d^-` as a step takes it, too; and of derivatives by the
 /// length and the time of the step, where they are known, and by internal variables. Coordinates
-/// that are not numbers are left where they are.
+/// that are not numbers are left where they are. Also of the derivatives of the continuous force by
+/// `q` and `v` where the step starts, relative to the largest entry of both.
 pub fn slope_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
     let (n, m, own) = (s.dim(), s.internal.len(), force.internal_variables());
     let made = |rows: usize, columns: usize, emit: &dyn Fn(&mut dyn Entries)| {
@@ -122,8 +123,33 @@ pub fn slope_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
         let column = |k: usize| difference(|e| advanced(force, &remembered(s, k, e)));
         memory.push((found, by(own, own, &column)));
     }
+    let (at, v) = (s.start(), &s.v_mid);
+    let found = made(n, n, &|out| force.add_position_slope(at, v, 1.0, out));
+    let node = |slot: Slot, j: usize, e: f64| {
+        let (mut q, mut v) = (s.q0.clone(), v.clone());
+        if slot == Slot::First {
+            q[j] += e
+        } else {
+            v[j] += e
+        }
+        let mut out = vec![0.0; n];
+        force.add_continuous(Configuration { q: &q, ..at }, &v, &mut out);
+        out
+    };
+    let of_node = |slot: Slot| {
+        by(n, n, &|j| match s.q0[j].is_finite() {
+            true => difference(|e| node(slot, j, e)),
+            false => vec![0.0; n],
+        })
+    };
+    let mut continuous = vec![(found, of_node(Slot::First))];
+    let found = made(n, n, &|out| force.add_damping(at, v, 1.0, out));
+    continuous.push((found, of_node(Slot::Second)));
     // the impulse of a linear damper does not depend on the length of the step
     let impulse = Slot::BOTH.map(|of| value(force, s, of)).concat();
     let rate = impulse.iter().fold(0.0, |most: f64, f| most.max(f.abs())) / s.h.abs();
-    relative(&slots, 0.0).max(relative(&times, rate)).max(relative(&memory, 0.0))
+    let most = |x: &DMatrix<f64>| x.amax();
+    let size = slots.iter().map(|(_, expected)| most(expected)).fold(0.0, f64::max);
+    let worst = relative(&continuous, size / s.h.abs());
+    worst.max(relative(&slots, 0.0)).max(relative(&times, rate)).max(relative(&memory, 0.0))
 }

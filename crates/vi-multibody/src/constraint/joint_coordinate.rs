@@ -411,31 +411,33 @@ impl JointCoordinate {
         }
     }
 
-    /// Emits `scale ∇u (D²u v)ᵀ` of a length: the change of its rate with the configuration;
-    /// nothing of an angle.
+    /// Emits `scale ∇θ (D²θ v)ᵀ`: the change of its rate with the configuration.
     pub fn emit_rate_slope(&self, q: &[f64], v: &[f64], scale: f64, out: &mut dyn Entries) {
-        if let Value::Length(row) = &self.value {
-            row.for_each_slope(q, |i, left| {
-                self.for_each_rate_slope(v, |j, right| out.add(i, j, scale * left * right));
-            });
-        }
-    }
-
-    /// The entries of `D²u v` of a length, always in the same order; none of an angle.
-    pub fn for_each_rate_slope(&self, v: &[f64], visit: impl FnMut(usize, f64)) {
-        if let Value::Length(row) = &self.value {
-            row.for_each_bend(v, visit);
-        }
+        self.for_each_slope(q, |i, left| {
+            self.for_each_bend(q, v, scale, |j, right| out.add(i, j, left * right));
+        });
     }
 
     /// `out ← out + scale D²θ(q) v`.
     pub(crate) fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        self.for_each_bend(q, v, scale, |i, own| out[i] += own);
+    }
+
+    /// The entries of `scale D²θ(q) v`, always in the same order; a coordinate may come several
+    /// times.
+    pub fn for_each_bend(
+        &self,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        mut visit: impl FnMut(usize, f64),
+    ) {
         let mut add = |row: &Row, [slope, bend]: [f64; 2]| {
-            row.for_each_slope(q, |i, own| out[i] += slope * own);
-            row.for_each_bend(v, |i, own| out[i] += bend * own);
+            row.for_each_slope(q, |i, own| visit(i, slope * own));
+            row.for_each_bend(v, |i, own| visit(i, bend * own));
         };
         match &self.value {
-            Value::Length(row) => row.for_each_bend(v, |i, own| out[i] += scale * own),
+            Value::Length(row) => row.for_each_bend(v, |i, own| visit(i, scale * own)),
             Value::Angle { sine, cosine } => {
                 let [s, sine_rate] = sine.value_and_rate(q, v);
                 let [c, cosine_rate] = cosine.value_and_rate(q, v);

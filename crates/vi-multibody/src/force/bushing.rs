@@ -127,6 +127,21 @@ impl SixForce {
         }
     }
 
+    /// Emits `scale Σ_i slope_i ∇ξ_i` as a column.
+    fn emit_along(
+        &self,
+        gradients: &SixGradients,
+        (scale, slopes): (f64, &[f64]),
+        column: usize,
+        out: &mut dyn Entries,
+    ) {
+        let slope = scale * Vector6::from_column_slice(slopes);
+        for (offset, row) in self.coordinates.along(gradients, &slope) {
+            let Some(offset) = offset else { continue };
+            (0..row.len()).for_each(|k| out.add(offset + k, column, row[k]));
+        }
+    }
+
     fn is_seen_from_ground(&self) -> bool {
         let inputs = &self.reading.inputs;
         self.coordinates.is_on_ground() || inputs.iter().any(Input::is_seen_from_ground)
@@ -191,11 +206,7 @@ impl DiscreteForce for SixForce {
     fn add_internal_slope(&self, s: &Interval, of: Slot, out: &mut dyn Entries) {
         let gradients = self.coordinates.gradients(s.node(of));
         self.reading.for_each_internal(s, &mut |variable, slopes| {
-            let slope = 0.5 * s.h * Vector6::from_column_slice(slopes);
-            for (offset, row) in self.coordinates.along(&gradients, &slope) {
-                let Some(offset) = offset else { continue };
-                (0..row.len()).for_each(|k| out.add(offset + k, variable, row[k]));
-            }
+            self.emit_along(&gradients, (0.5 * s.h, slopes), variable, out);
         });
     }
 
@@ -229,6 +240,16 @@ impl DiscreteForce for SixForce {
         self.is_seen_from_ground()
     }
 
+    fn add_position_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.emit_position_slopes(at, v, scale, (true, v), out);
+    }
+
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
         self.reading.with_slopes_at_node(at, v, |work| {
             let [_, by_rates] = self.own_slopes(work);
@@ -238,6 +259,19 @@ impl DiscreteForce for SixForce {
                 input.for_each_slope_by_velocity(at.q, v, visit);
             };
             self.emit_far(&gradients, scale, work, each, out);
+        });
+    }
+
+    fn add_state_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let gradients = self.coordinates.gradients(at.q);
+        self.reading.for_each_state_at_node(at, v, &mut |variable, slopes| {
+            self.emit_along(&gradients, (scale, slopes), variable, out);
         });
     }
 

@@ -309,6 +309,24 @@ impl<L: JointLaw> JointForce<L> {
         let Change { mean, difference } = self.coordinate.change(s);
         self.law.effort(s.t_mid(), mean, difference / s.h)
     }
+
+    /// Emits `scale ∂f/∂q`, with that of the rate or without.
+    fn emit_position_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        (scale, with_rate): (f64, bool),
+        out: &mut dyn Entries,
+    ) {
+        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+        let slopes = self.law.slopes(at.t, coordinate, rate);
+        self.coordinate.emit_product(at.q, at.q, scale * slopes.by_coordinate, out);
+        let effort = self.law.effort(at.t, coordinate, rate);
+        self.coordinate.emit_second(at.q, scale * effort, out);
+        if with_rate {
+            self.coordinate.emit_rate_slope(at.q, v, scale * slopes.by_rate, out);
+        }
+    }
 }
 
 impl<L: JointLaw> DiscreteForce for JointForce<L> {
@@ -362,15 +380,16 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         0.5 * s.h * self.law.effort(s.t_mid(), mean, difference / s.h) * (start + end)
     }
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
-        let slope = self.law.slopes(at.t, coordinate, rate).by_coordinate;
-        self.coordinate.emit_product(at.q, at.q, scale * slope, out);
-        let effort = self.law.effort(at.t, coordinate, rate);
-        self.coordinate.emit_second(at.q, scale * effort, out);
-        if self.acts_from_ground() {
-            let slope = self.law.slopes(at.t, coordinate, rate).by_rate;
-            self.coordinate.emit_rate_slope(at.q, v, scale * slope, out);
-        }
+        self.emit_position_slopes(at, v, (scale, self.acts_from_ground()), out);
+    }
+    fn add_position_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.emit_position_slopes(at, v, (scale, true), out);
     }
     fn acts_from_ground(&self) -> bool {
         self.coordinate.is_length_from_ground()

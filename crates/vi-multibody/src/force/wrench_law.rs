@@ -401,11 +401,21 @@ impl DiscreteForce for WrenchForce {
     }
 
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.add_position_derivative(at.t, at.q, v, scale, out);
+        self.add_position_slope(at, v, scale, out);
     }
 
     fn acts_from_ground(&self) -> bool {
         true
+    }
+
+    fn add_position_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.add_position_derivative(at.t, at.q, v, scale, out);
     }
 
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {

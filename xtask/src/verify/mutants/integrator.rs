@@ -141,6 +141,14 @@ impl DiscreteForce for AtTheStart {
         }
     }
     fn add_stiffness(&self, _: Configuration<'_>, _v: &[f64], _scale: f64, _: &mut dyn Entries) {}
+    fn add_position_slope(
+        &self,
+        _: Configuration<'_>,
+        _v: &[f64],
+        _scale: f64,
+        _: &mut dyn Entries,
+    ) {
+    }
     fn add_damping(&self, _: Configuration<'_>, _v: &[f64], _scale: f64, _: &mut dyn Entries) {}
     fn is_dissipative(&self) -> bool {
         false

@@ -104,11 +104,6 @@ impl Work {
         self.slopes[(k, j)]
     }
 
-    /// `∂τ_k/∂z_i`.
-    pub(super) fn slope_by_state(&self, k: usize, i: usize) -> f64 {
-        self.slopes[(k, self.y.len() + i)]
-    }
-
     /// `φ`, and `∂φ/∂(y, z)`: rows of states, columns of inputs, then of states.
     pub(super) fn rates(&self) -> (&[f64], DMatrixView<'_, f64>) {
         let first = self.efforts;
@@ -391,6 +386,25 @@ impl Reading {
                 }
             });
         }
+    }
+
+    /// Visits what efforts at a node depend on among all internal variables, states alone: the
+    /// variable and `∂τ/∂z`.
+    pub(in crate::force) fn for_each_state_at_node(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        visit: &mut dyn FnMut(usize, &[f64]),
+    ) {
+        if self.states.is_empty() {
+            return;
+        }
+        self.with_slopes_at_node(at, v, |work| {
+            for (i, state) in self.states.iter().enumerate() {
+                let column = work.slopes.column(work.y.len() + i);
+                visit(self.first + state, &column.as_slice()[..work.efforts]);
+            }
+        });
     }
 
     /// With the change of `(h/2) τ` where the step changes; its states would change, too.

@@ -283,8 +283,7 @@ impl Input {
         }
     }
 
-    /// The entries of its derivative by `q` at a node with the velocity `v`; an angle has a rate
-    /// that does not change with it ([`JointCoordinate::emit_rate_slope`]).
+    /// The entries of its derivative by `q` at a node with the velocity `v`.
     pub fn for_each_slope_by_position(
         &self,
         q: &[f64],
@@ -294,7 +293,7 @@ impl Input {
         match self {
             Self::Time | Self::Held(_) | Self::Past(_) | Self::Six(_) | Self::PointRate(..) => {}
             Self::Coordinate(own) => own.for_each_slope(q, visit),
-            Self::Rate(own) => own.for_each_rate_slope(v, visit),
+            Self::Rate(own) => own.for_each_bend(q, v, 1.0, visit),
             Self::Point(form, axis) => form.for_each_slope(&unit(*axis, 1.0), visit),
             Self::Length(form) => form.for_each_slope(&Line::of(form, q, v).along, visit),
             Self::LengthRate(form) => {

@@ -172,6 +172,16 @@ impl DiscreteForce for LawForce {
         self.is_seen_from_ground()
     }
 
+    fn add_position_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.emit_position_slopes(at, v, scale, out);
+    }
+
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
         self.reading.with_slopes_at_node(at, v, |work| {
             let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
@@ -188,16 +198,10 @@ impl DiscreteForce for LawForce {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let Reading { states, first, .. } = &self.reading;
-        if states.is_empty() {
-            return;
-        }
-        self.reading.with_slopes_at_node(at, v, |work| {
-            for k in 0..self.target.count() {
+        self.reading.for_each_state_at_node(at, v, &mut |variable, slopes| {
+            for (k, slope) in slopes.iter().enumerate() {
                 self.target.for_each_direction(Place::node(at.q), k, &mut |row, along| {
-                    for (i, state) in states.iter().enumerate() {
-                        out.add(row, first + state, scale * along * work.slope_by_state(k, i));
-                    }
+                    out.add(row, variable, scale * along * slope);
                 });
             }
         });
